@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// A 64-bit content hash: order matters, platforms agree (values are mixed as integers). Not cryptographic.
+#pragma once
+
+#include <bit>
+#include <cstdint>
+
+namespace kibori {
+
+class Hash {
+ public:
+  void add(uint64_t value) {
+    // splitmix64's finaliser (Steele, Lea, Flood 2014) over a running state.
+    state_ = (state_ ^ value) + 0x9e3779b97f4a7c15u;
+    state_ = (state_ ^ (state_ >> 30)) * 0xbf58476d1ce4e5b9u;
+    state_ = (state_ ^ (state_ >> 27)) * 0x94d049bb133111ebu;
+    state_ ^= state_ >> 31;
+  }
+  void add(float value) { add(uint64_t{std::bit_cast<uint32_t>(value)}); }
+  void add(double value) { add(std::bit_cast<uint64_t>(value)); }
+  uint64_t value() const { return state_; }
+
+ private:
+  uint64_t state_ = 0x6b69626f7269ull;
+};
+
+}  // namespace kibori

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+// Vector helpers shared by the kernels; included once per Highway target.
+//
+// Rows are always 16 lanes: one AVX-512 vector, two of AVX2, four of SSE. Every operation here is IEEE +, -, *, /,
+// sqrt or integer work on each lane alone, so a lane's bits do not depend on the target. No MulAdd: it fuses on some.
+
+#if defined(KIBORI_BASE_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef KIBORI_BASE_LANES_INL_H_
+#undef KIBORI_BASE_LANES_INL_H_
+#else
+#define KIBORI_BASE_LANES_INL_H_
+#endif
+
+#include <cstdint>
+
+#include <hwy/highway.h>
+
+#include <kibori/base/tolerances.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace kibori {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+inline constexpr size_t kRow = 16;
+using DF = hn::CappedTag<float, kRow>;
+using DI = hn::RebindToSigned<DF>;
+using DU = hn::RebindToUnsigned<DF>;
+using VF = hn::Vec<DF>;
+using VI = hn::Vec<DI>;
+using VU = hn::Vec<DU>;
+using MF = hn::Mask<DF>;
+inline constexpr size_t kLanes = hn::MaxLanes(DF());
+inline constexpr size_t kGroups = kRow / kLanes;
+inline constexpr unsigned kGroupMask = (1u << kLanes) - 1;
+
+HWY_INLINE VF F(float x) { return hn::Set(DF(), x); }
+
+// Lane masks as bits, lane 0 lowest.
+HWY_INLINE unsigned Bits(MF m) {
+  uint16_t bits = 0;
+  hn::StoreMaskBits(DF(), m, reinterpret_cast<uint8_t*>(&bits));
+  return kLanes == 16 ? bits : bits & kGroupMask;
+}
+HWY_INLINE MF FromBits(unsigned bits) {
+  alignas(64) const uint8_t bytes[8] = {static_cast<uint8_t>(bits), static_cast<uint8_t>(bits >> 8)};
+  return hn::LoadMaskBits(DF(), bytes);
+}
+
+// 1/sqrt(x) for x > 0 to about 5e-6: an integer first guess and two Newton steps, so equal on every target.
+HWY_INLINE VF RoughRsqrt(VF x) {
+  const DF d;
+  const DI di;
+  const VI guess = hn::Sub(hn::Set(di, 0x5f375a86), hn::ShiftRight<1>(hn::BitCast(di, x)));
+  VF y = hn::BitCast(d, guess);
+  const VF half = hn::Mul(x, F(0.5f));
+  y = hn::Mul(y, hn::Sub(F(1.5f), hn::Mul(hn::Mul(half, y), y)));
+  return hn::Mul(y, hn::Sub(F(1.5f), hn::Mul(hn::Mul(half, y), y)));
+}
+
+// Scale of a unit normal's components in normal_code.h; turned round if `flip`.
+HWY_INLINE float NormalScale(bool flip) { return flip ? -32767.0f : 32767.0f; }
+
+// The code of normal_code.h for the (u, v) part of a vector; `scale` is NormalScale over its length.
+HWY_INLINE VU EncodeScaled(VF u, VF v, VF scale) {
+  const DU du;
+  // Adding 1.5 x 2^23 rounds to a whole number and leaves it in the low mantissa bits.
+  const VF e = hn::Add(hn::Mul(u, scale), F(12582912.0f)), f = hn::Add(hn::Mul(v, scale), F(12582912.0f));
+  return hn::Or(hn::And(hn::BitCast(du, e), hn::Set(du, 0xffffu)), hn::ShiftLeft<16>(hn::BitCast(du, f)));
+}
+
+// The same for a vector of any length > 0.
+HWY_INLINE VU EncodeNormal(VF u, VF v, VF depth, float scale) {
+  const VF length2 = hn::Add(hn::Add(hn::Mul(u, u), hn::Mul(v, v)), hn::Max(hn::Mul(depth, depth), F(1e-30f)));
+  // The rough root may come out 5e-6 too large: stay within 16 bits.
+  return EncodeScaled(u, v, hn::Mul(RoughRsqrt(length2), F(scale * 0.99999f)));
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kibori
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// sin, cos and arc cosine whose bits do not depend on the C library: results kept in a model must replay anywhere.
+// Accurate to a few 1e-16 over the ranges used here; checked against the C library in tests/test_base.cpp.
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+namespace kibori {
+
+struct SinCos {
+  double sin, cos;
+};
+
+// angle_rad: any finite angle up to about 1e6.
+inline SinCos sin_cos(double angle_rad) {
+  constexpr double kHalfPi = std::numbers::pi / 2;
+  constexpr double kHalfPiLow = 6.123233995736766e-17;  // pi/2 - double(pi/2)
+  const double quadrant = std::floor(angle_rad / kHalfPi + 0.5);
+  const double x = (angle_rad - quadrant * kHalfPi) - quadrant * kHalfPiLow;
+  const double x2 = x * x;
+  // Taylor series: |x| <= pi/4, so the first term left out is below 1e-17.
+  double sine = 0, cosine = 0;
+  for (int n = 17; n >= 3; n -= 2) sine = (1 + sine) * (-x2 / (n * (n - 1)));
+  for (int n = 18; n >= 2; n -= 2) cosine = (1 + cosine) * (-x2 / (n * (n - 1)));
+  sine = x + x * sine;
+  cosine = 1 + cosine;
+  switch (static_cast<long long>(quadrant) & 3) {
+    case 0:
+      return {sine, cosine};
+    case 1:
+      return {cosine, -sine};
+    case 2:
+      return {-sine, -cosine};
+    default:
+      return {-cosine, sine};
+  }
+}
+
+// Angle in [0, pi] of the direction (cosine, sine >= 0); the pair need not be normalised.
+inline double angle_of(double sine, double cosine) {
+  // Newton on sin(a - angle) = 0 from a coarse start: converges cubically, five steps are ample.
+  const double length = std::sqrt(sine * sine + cosine * cosine);
+  if (!(length > 0)) return 0;
+  sine /= length;
+  cosine /= length;
+  double angle = (std::numbers::pi / 2) * (1 - cosine * (1.2 - 0.2 * cosine * cosine));
+  for (int i = 0; i < 6; i++) {
+    const SinCos at = sin_cos(angle);
+    angle += sine * at.cos - cosine * at.sin;
+  }
+  return angle < 0 ? 0 : angle;
+}
+
+}  // namespace kibori

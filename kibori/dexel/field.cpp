@@ -1,0 +1,370 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/dexel/field.h>
+
+#include <cstring>
+#include <map>
+#include <new>
+#include <tuple>
+#include <unordered_map>
+#include <unordered_set>
+
+#include <kibori/base/check.h>
+#include <kibori/base/hash.h>
+
+namespace kibori {
+
+using detail::FieldShape;
+using detail::kPageSide;
+using detail::kPageTiles;
+using detail::Page;
+using detail::Pools;
+using detail::Root;
+
+namespace {
+
+FieldShape shape_of(Axis axis, const Index3& nodes) {
+  FieldShape shape;
+  shape.axis = axis;
+  shape.nodes_u = nodes[u_index(axis)];
+  shape.nodes_v = nodes[v_index(axis)];
+  shape.nodes_depth = nodes[depth_index(axis)];
+  shape.tiles_u = (shape.nodes_u + kTileSide - 1) / kTileSide;
+  shape.tiles_v = (shape.nodes_v + kTileSide - 1) / kTileSide;
+  shape.pages_u = (shape.tiles_u + kPageSide - 1) / kPageSide;
+  shape.pages_v = (shape.tiles_v + kPageSide - 1) / kPageSide;
+  return shape;
+}
+
+size_t root_bytes(const FieldShape& shape) {
+  return sizeof(Root) + sizeof(Page*) * static_cast<size_t>(shape.pages() - 1);
+}
+
+template <class T>
+void hold(T* object) {
+  object->refs.fetch_add(1, std::memory_order_relaxed);
+}
+template <class T>
+bool drop(T* object) {
+  return object->refs.fetch_sub(1, std::memory_order_acq_rel) == 1;
+}
+template <class T>
+bool is_shared(const T* object) {
+  return object->refs.load(std::memory_order_acquire) != 1;
+}
+
+void give_plane(Pools& pools, Plane* plane) {
+  if (plane->paint) pools.paints.give(plane->paint);
+  pools.planes.give(plane);
+}
+
+void release(Pools& pools, Tile* tile) {
+  if (!drop(tile)) return;
+  for (Plane* p = tile->first.next; p;) {
+    Plane* next = p->next;
+    give_plane(pools, p);
+    p = next;
+  }
+  if (tile->first.paint) pools.paints.give(tile->first.paint);
+  pools.tiles.give(tile);
+}
+
+void release(Pools& pools, Page* page) {
+  if (!drop(page)) return;
+  for (Tile* tile : page->tiles)
+    if (tile) release(pools, tile);
+  pools.pages.give(page);
+}
+
+void release(Pools& pools, const FieldShape& shape, Root* root) {
+  if (!drop(root)) return;
+  for (int i = 0; i < shape.pages(); i++) release(pools, root->pages[i]);
+  pools.roots.give(root);
+}
+
+Plane* copy_chain(Pools& pools, const Plane* from);
+
+void copy_plane(Pools& pools, Plane& to, const Plane& from) {
+  std::memcpy(&to, &from, offsetof(Plane, next));
+  to.next = copy_chain(pools, from.next);
+  to.paint = nullptr;
+  if (from.paint) to.paint = new (pools.paints.take()) PaintPlane(*from.paint);
+}
+
+Plane* copy_chain(Pools& pools, const Plane* from) {
+  if (!from) return nullptr;
+  auto* to = static_cast<Plane*>(pools.planes.take());
+  copy_plane(pools, *to, *from);
+  return to;
+}
+
+uint64_t hash_tile(const Tile& tile) {
+  Hash hash;
+  if (tile.empty) return hash.value();
+  for (int slot = 0; slot < kTileRays; slot++) {
+    int count = 0;
+    for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next, count++) {
+      const Span s = FieldSnapshot::span_at(*p, slot);
+      if (count == 0) hash.add(static_cast<uint64_t>(slot));
+      hash.add(s.in);
+      hash.add(s.out);
+      hash.add(uint64_t{s.material} | uint64_t{s.normal_in} << 32);
+      hash.add(uint64_t{s.normal_out});
+      if (s.paint_in | s.paint_out) hash.add(uint64_t{s.paint_in} << 32 | s.paint_out);
+    }
+  }
+  return hash.value();
+}
+
+bool without_spans(const Plane& plane) {
+  for (int slot = 0; slot < kTileRays; slot++)
+    if (!plane.empty_at(slot)) return false;
+  return true;
+}
+
+}  // namespace
+
+detail::Pools::Pools(const FieldShape& shape)
+    : tiles(sizeof(Tile)),
+      planes(sizeof(Plane)),
+      paints(sizeof(PaintPlane), 1 << 18),
+      pages(sizeof(Page), 1 << 16),
+      roots(root_bytes(shape), 1) {}
+
+// ---- FieldSnapshot ----
+
+FieldSnapshot::FieldSnapshot(const FieldSnapshot& other)
+    : pools_(other.pools_), shape_(other.shape_), root_(other.root_) {
+  if (root_) hold(root_);
+}
+
+FieldSnapshot::~FieldSnapshot() {
+  if (root_) release(*pools_, shape_, root_);
+}
+
+void FieldSnapshot::swap(FieldSnapshot& other) noexcept {
+  std::swap(pools_, other.pools_);
+  std::swap(shape_, other.shape_);
+  std::swap(root_, other.root_);
+}
+
+double FieldSnapshot::volume() const {
+  std::unordered_map<const Tile*, double> known;
+  double total = 0;
+  for (int tv = 0; tv < tiles_v(); tv++)
+    for (int tu = 0; tu < tiles_u(); tu++) {
+      const Tile& t = tile(tu, tv);
+      if (t.empty) continue;
+      auto [entry, fresh] = known.try_emplace(&t, 0.0);
+      if (fresh)
+        for (const Plane* p = &t.first; p; p = p->next)
+          for (int slot = 0; slot < kTileRays; slot++)
+            if (!p->empty_at(slot)) entry->second += static_cast<double>(p->out[slot]) - p->in[slot];
+      total += entry->second;
+    }
+  return total;
+}
+
+FieldSnapshot::Count FieldSnapshot::count() const {
+  Count result;
+  std::unordered_map<const Tile*, int64_t> known;
+  std::unordered_set<const Page*> pages;
+  result.bytes = static_cast<int64_t>(root_bytes(shape_));
+  for (int i = 0; i < shape_.pages(); i++)
+    if (pages.insert(root_->pages[i]).second) result.bytes += static_cast<int64_t>(sizeof(Page));
+  for (int tv = 0; tv < tiles_v(); tv++)
+    for (int tu = 0; tu < tiles_u(); tu++) {
+      const Tile& t = tile(tu, tv);
+      auto [entry, fresh] = known.try_emplace(&t, 0);
+      if (fresh) {
+        result.bytes += static_cast<int64_t>(sizeof(Tile));
+        for (const Plane* p = &t.first; p; p = p->next) {
+          if (p != &t.first) result.bytes += static_cast<int64_t>(sizeof(Plane));
+          if (p->paint) result.bytes += static_cast<int64_t>(sizeof(PaintPlane));
+          for (int slot = 0; slot < kTileRays; slot++) entry->second += p->empty_at(slot) ? 0 : 1;
+        }
+      }
+      result.spans += entry->second;
+    }
+  return result;
+}
+
+uint64_t FieldSnapshot::content_hash() const {
+  std::unordered_map<const Tile*, uint64_t> known;
+  Hash hash;
+  for (const int n : {static_cast<int>(axis()), nodes_u(), nodes_v(), nodes_depth()})
+    hash.add(static_cast<uint64_t>(n));
+  for (int tv = 0; tv < tiles_v(); tv++)
+    for (int tu = 0; tu < tiles_u(); tu++) {
+      const Tile& t = tile(tu, tv);
+      auto [entry, fresh] = known.try_emplace(&t, 0);
+      if (fresh) entry->second = hash_tile(t);
+      hash.add(entry->second);
+    }
+  return hash.value();
+}
+
+// ---- Field ----
+
+Field::Field(Axis axis, const Index3& nodes) {
+  KIBORI_CHECK((nodes > 0).all() && (nodes <= kMaxNodesPerAxis).all());
+  shape_ = shape_of(axis, nodes);
+  pools_ = std::make_shared<Pools>(shape_);
+  empty_tile_ = new_tile();
+  // All pages share the one empty tile; pages beyond the field's edge hold null slots.
+  root_ = static_cast<Root*>(pools_->roots.take());
+  new (&root_->refs) std::atomic<uint32_t>(1);
+  uint32_t uses = 0;
+  for (int pv = 0; pv < shape_.pages_v; pv++)
+    for (int pu = 0; pu < shape_.pages_u; pu++) {
+      Page* page = new (pools_->pages.take()) Page{{}, 1};
+      root_->pages[pv * shape_.pages_u + pu] = page;
+      for (int slot = 0; slot < kPageTiles; slot++) {
+        const int tu = pu * kPageSide + slot % kPageSide, tv = pv * kPageSide + slot / kPageSide;
+        if (tu >= shape_.tiles_u || tv >= shape_.tiles_v) continue;
+        page->tiles[slot] = empty_tile_;
+        uses++;
+      }
+    }
+  empty_tile_->refs.store(uses, std::memory_order_relaxed);
+  empty_keeper_ = snapshot();
+}
+
+void Field::restore(const FieldSnapshot& snapshot) {
+  FieldSnapshot copy = snapshot;
+  FieldSnapshot::swap(copy);
+  KIBORI_CHECK(copy.axis() == axis() && copy.nodes_u() == nodes_u() && copy.nodes_v() == nodes_v());
+}
+
+Tile* Field::new_tile() {
+  Tile* tile = static_cast<Tile*>(pools_->tiles.take());
+  tile->first.clear();
+  new (&tile->refs) std::atomic<uint32_t>(1);
+  tile->material = 0;
+  tile->empty = true;
+  tile->near = kFar;
+  tile->far = -kFar;
+  return tile;
+}
+
+Page& Field::writable_page(int tu, int tv) {
+  if (is_shared(root_)) {
+    Root* copy = static_cast<Root*>(pools_->roots.take());
+    new (&copy->refs) std::atomic<uint32_t>(1);
+    for (int i = 0; i < shape_.pages(); i++) {
+      copy->pages[i] = root_->pages[i];
+      hold(copy->pages[i]);
+    }
+    release(*pools_, shape_, std::exchange(root_, copy));
+  }
+  Page*& page = root_->pages[shape_.page_of(tu, tv)];
+  if (is_shared(page)) {
+    Page* copy = new (pools_->pages.take()) Page{{}, 1};
+    for (int i = 0; i < kPageTiles; i++) {
+      copy->tiles[i] = page->tiles[i];
+      if (copy->tiles[i]) hold(copy->tiles[i]);
+    }
+    release(*pools_, std::exchange(page, copy));
+  }
+  return *page;
+}
+
+void Field::set_tile(int tu, int tv, Tile* tile) {
+  Tile*& slot = writable_page(tu, tv).tiles[shape_.slot_of(tu, tv)];
+  release(*pools_, std::exchange(slot, tile));
+}
+
+bool Field::shared(int tu, int tv) const {
+  return is_shared(root_) || is_shared(root_->pages[shape_.page_of(tu, tv)]) || is_shared(&tile(tu, tv));
+}
+
+Tile& Field::writable(int tu, int tv) {
+  Tile*& slot = writable_page(tu, tv).tiles[shape_.slot_of(tu, tv)];
+  if (!is_shared(slot)) return *slot;
+  Tile* copy = static_cast<Tile*>(pools_->tiles.take());
+  copy_plane(*pools_, copy->first, slot->first);
+  new (&copy->refs) std::atomic<uint32_t>(1);
+  copy->material = slot->material;
+  copy->empty = slot->empty;
+  copy->near = slot->near;
+  copy->far = slot->far;
+  if (!copy->empty) {
+    // The copy is paid for already: tighten the bounds that cuts left wide.
+    float near = kFar, far = -kFar;
+    for (const Plane* p = &copy->first; p; p = p->next)
+      for (int i = 0; i < kTileRays; i++) {
+        near = p->in[i] < near ? p->in[i] : near;
+        far = p->out[i] > far ? p->out[i] : far;
+      }
+    copy->near = near;
+    copy->far = far;
+  }
+  release(*pools_, std::exchange(slot, copy));
+  return *copy;
+}
+
+void Field::clear_tile(int tu, int tv) {
+  hold(empty_tile_);
+  set_tile(tu, tv, empty_tile_);
+}
+
+Plane& Field::next_plane(Plane& plane) {
+  if (!plane.next) {
+    plane.next = static_cast<Plane*>(pools_->planes.take());
+    plane.next->clear();
+  }
+  return *plane.next;
+}
+
+PaintPlane& Field::paint_of(Plane& plane) {
+  if (!plane.paint) plane.paint = new (pools_->paints.take()) PaintPlane{};
+  return *plane.paint;
+}
+
+void Field::trim_planes(Tile& tile) {
+  Plane* keep = &tile.first;
+  for (Plane* p = keep->next; p; p = p->next)
+    if (!without_spans(*p)) keep = p;
+  for (Plane* p = std::exchange(keep->next, nullptr); p;) {
+    Plane* next = p->next;
+    give_plane(*pools_, p);
+    p = next;
+  }
+  tile.empty = keep == &tile.first && without_spans(*keep);
+}
+
+void Field::fill(int u0, int u1, int v0, int v1, float in, float out, uint8_t material) {
+  if (u0 >= u1 || v0 >= v1 || !(in < out)) return;
+  // A tile's content depends only on which of its rays are inside, so that is the key to share by.
+  std::map<std::tuple<int, int, int, int>, Tile*> made;
+  const auto clip = [](int value, int tile) { return std::clamp(value - tile * kTileSide, 0, kTileSide); };
+  for (int tv = v0 / kTileSide; tv * kTileSide < v1; tv++)
+    for (int tu = u0 / kTileSide; tu * kTileSide < u1; tu++) {
+      const int a = clip(u0, tu), b = clip(u1, tu), c = clip(v0, tv), d = clip(v1, tv);
+      Tile*& tile = made[{a, b, c, d}];
+      if (tile) {
+        hold(tile);
+      } else {
+        tile = new_tile();
+        for (int j = c; j < d; j++)
+          for (int i = a; i < b; i++) {
+            tile->first.in[j * kTileSide + i] = in;
+            tile->first.out[j * kTileSide + i] = out;
+            tile->first.material[j * kTileSide + i] = material;
+          }
+        tile->material = material;
+        tile->empty = false;
+        tile->near = in;
+        tile->far = out;
+      }
+      set_tile(tu, tv, tile);
+    }
+}
+
+void Field::reserve(int tiles) {
+  pools_->tiles.reserve(static_cast<size_t>(tiles));
+  pools_->planes.reserve(static_cast<size_t>(tiles));
+  pools_->pages.reserve(static_cast<size_t>(std::min(tiles, 4 * shape_.pages())));
+  pools_->roots.reserve(8);
+}
+
+}  // namespace kibori

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+// One dexel field: parallel rays through the lattice nodes, in tiles shared copy-on-write.
+//
+//   Snapshot ──► Root ──► Page (8 x 8 tiles) ──► Tile          each counted by the references to it
+//   Field    ──►  │
+//
+// A snapshot is one more reference to the root. The writer copies a root, page or tile only when someone else
+// holds it too, so a snapshot costs what changes after it. Readers may sit on any thread; one thread writes.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <utility>
+
+#include <kibori/dexel/pool.h>
+#include <kibori/dexel/tile.h>
+#include <kibori/geometry/axis.h>
+#include <kibori/geometry/vec.h>
+
+namespace kibori {
+
+struct Span {
+  float in, out;  // [lattice units]
+  uint8_t material;
+  uint32_t normal_in, normal_out;
+  Color paint_in, paint_out;
+};
+
+// The lattice: nodes at origin + (i + 1/2, j + 1/2, k + 1/2) * pitch, i < nodes.x() and so on.
+struct Lattice {
+  Index3 nodes = Index3::Zero();
+  Vec3 origin_mm = Vec3::Zero();  // lower corner of the lattice's box
+  double pitch_mm = 1;
+
+  Vec3 to_lattice(const Vec3& point_mm) const { return (point_mm - origin_mm) / pitch_mm; }
+  Vec3 to_mm(const Vec3& point) const { return origin_mm + pitch_mm * point; }
+  int nodes_along(int index) const { return nodes[index]; }
+};
+
+namespace detail {
+
+inline constexpr int kPageSide = 8;
+inline constexpr int kPageTiles = kPageSide * kPageSide;
+
+struct Page {
+  Tile* tiles[kPageTiles];
+  std::atomic<uint32_t> refs;
+};
+
+struct Root {
+  std::atomic<uint32_t> refs;
+  Page* pages[1];  // as many as the field has
+};
+
+struct FieldShape {
+  Axis axis = Axis::x;
+  int nodes_u = 0, nodes_v = 0, nodes_depth = 0;
+  int tiles_u = 0, tiles_v = 0, pages_u = 0, pages_v = 0;
+
+  int pages() const { return pages_u * pages_v; }
+  int page_of(int tu, int tv) const { return (tv / kPageSide) * pages_u + tu / kPageSide; }
+  static int slot_of(int tu, int tv) { return (tv % kPageSide) * kPageSide + tu % kPageSide; }
+};
+
+struct Pools {
+  explicit Pools(const FieldShape& shape);
+  BlockPool tiles, planes, paints, pages, roots;
+};
+
+}  // namespace detail
+
+// A field as it was at one moment. Cheap to copy; safe to read and drop on any thread.
+class FieldSnapshot {
+ public:
+  FieldSnapshot() = default;
+  FieldSnapshot(const FieldSnapshot& other);
+  FieldSnapshot(FieldSnapshot&& other) noexcept { swap(other); }
+  FieldSnapshot& operator=(FieldSnapshot other) noexcept {
+    swap(other);
+    return *this;
+  }
+  ~FieldSnapshot();
+  void swap(FieldSnapshot& other) noexcept;
+
+  Axis axis() const { return shape_.axis; }
+  int nodes_u() const { return shape_.nodes_u; }
+  int nodes_v() const { return shape_.nodes_v; }
+  int nodes_depth() const { return shape_.nodes_depth; }
+  int tiles_u() const { return shape_.tiles_u; }
+  int tiles_v() const { return shape_.tiles_v; }
+
+  const Tile& tile(int tu, int tv) const {
+    return *root_->pages[shape_.page_of(tu, tv)]->tiles[shape_.slot_of(tu, tv)];
+  }
+
+  // Calls f(const Span&) for the spans of ray (u, v), in order.
+  template <class F>
+  void for_spans(int u, int v, F&& f) const {
+    const int slot = (v % kTileSide) * kTileSide + u % kTileSide;
+    for (const Plane* p = &tile(u / kTileSide, v / kTileSide).first; p && !p->empty_at(slot); p = p->next)
+      f(span_at(*p, slot));
+  }
+
+  // Sum of span lengths [lattice units^3]; the same on every machine.
+  double volume() const;
+  struct Count {
+    int64_t spans = 0;
+    int64_t bytes = 0;  // of distinct tiles, pages and the root
+  };
+  Count count() const;
+  // Hash of the content (spans, materials, normals, paint), whatever the storage.
+  uint64_t content_hash() const;
+
+  static Span span_at(const Plane& plane, int slot) {
+    return {plane.in[slot],         plane.out[slot],
+            plane.material[slot],   plane.normal_in[slot],
+            plane.normal_out[slot], plane.paint ? plane.paint->in[slot] : 0,
+            plane.paint ? plane.paint->out[slot] : 0};
+  }
+
+ protected:
+  std::shared_ptr<detail::Pools> pools_;
+  detail::FieldShape shape_;
+  detail::Root* root_ = nullptr;
+};
+
+// The writer's field. Not copyable: take a snapshot.
+class Field : private FieldSnapshot {
+ public:
+  // An empty field for the rays of `axis` through a lattice of `nodes`.
+  Field(Axis axis, const Index3& nodes);
+
+  using FieldSnapshot::axis;
+  using FieldSnapshot::nodes_depth;
+  using FieldSnapshot::nodes_u;
+  using FieldSnapshot::nodes_v;
+  using FieldSnapshot::tile;
+  using FieldSnapshot::tiles_u;
+  using FieldSnapshot::tiles_v;
+
+  // Everything readable, at this moment, without counting a reference.
+  const FieldSnapshot& view() const { return *this; }
+  FieldSnapshot snapshot() const { return *this; }
+  // Goes back (or forth) to a snapshot of this same field.
+  void restore(const FieldSnapshot& snapshot);
+
+  // Whether writing the tile would copy it first.
+  bool shared(int tu, int tv) const;
+  // The tile for writing; copied first if anyone else holds it.
+  Tile& writable(int tu, int tv);
+  // Puts the shared empty tile in place.
+  void clear_tile(int tu, int tv);
+  // The plane after `plane`, made if there is none.
+  Plane& next_plane(Plane& plane);
+  PaintPlane& paint_of(Plane& plane);
+  // Drops planes at the end of the chain that hold no span.
+  void trim_planes(Tile& tile);
+
+  // Fills rays u0 <= u < u1, v0 <= v < v1 of an empty field with one span; equal tiles are shared.
+  void fill(int u0, int u1, int v0, int v1, float in, float out, uint8_t material);
+  // Makes room for `tiles` more tiles without asking the system later. Any thread.
+  void reserve(int tiles);
+
+ private:
+  detail::Page& writable_page(int tu, int tv);
+  Tile* new_tile();
+  void set_tile(int tu, int tv, Tile* tile);
+
+  Tile* empty_tile_ = nullptr;  // kept alive by empty_keeper_
+  FieldSnapshot empty_keeper_;
+};
+
+}  // namespace kibori

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// A surface normal at a span's end in 32 bits: its u and v components (the field's frame) as 16-bit snorm numbers.
+//
+// The depth component follows: its size from the unit length, its sign from the end, since a normal that points out
+// of the material is <= 0 along the ray at an `in` end and >= 0 at an `out` end. Typical error 0.002 degrees; at
+// worst 0.4 where the surface is within half a degree of parallel to the ray, and there the other two fields see it
+// well. (An octahedral code spreads its error evenly, and costs three times as much on the servo path.) Code 0 is
+// the ray's own direction.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include <kibori/geometry/axis.h>
+#include <kibori/geometry/vec.h>
+
+namespace kibori {
+
+// u, v, depth: components of a non-zero vector, need not be normalised.
+inline uint32_t encode_normal(double u, double v, double depth) {
+  const double norm = std::sqrt(u * u + v * v + depth * depth);
+  if (!(norm > 0)) return 0;
+  const auto snorm = [](double x) { return static_cast<uint32_t>(static_cast<int32_t>(std::nearbyint(x * 32767))) & 0xffffu; };
+  return snorm(u / norm) | (snorm(v / norm) << 16);
+}
+
+// The code of the opposite direction.
+inline uint32_t negate_normal(uint32_t code) {
+  const auto low = static_cast<uint16_t>(-static_cast<int16_t>(code & 0xffffu));
+  const auto high = static_cast<uint16_t>(-static_cast<int16_t>(code >> 16));
+  return low | (static_cast<uint32_t>(high) << 16);
+}
+
+// Unit normal in world axes. at_out: true for an `out` end.
+inline Vec3 decode_normal(uint32_t code, Axis axis, bool at_out) {
+  const double u = static_cast<int16_t>(code & 0xffffu) / 32767.0;
+  const double v = static_cast<int16_t>(code >> 16) / 32767.0;
+  const double depth = std::sqrt(std::fmax(0.0, 1 - u * u - v * v));
+  Vec3 normal;
+  normal[u_index(axis)] = u;
+  normal[v_index(axis)] = v;
+  normal[depth_index(axis)] = at_out ? depth : -depth;
+  return normal.normalized();
+}
+
+}  // namespace kibori

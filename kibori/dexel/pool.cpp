@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/dexel/pool.h>
+
+#include <algorithm>
+#include <new>
+
+#include <cstring>
+
+#include <kibori/base/check.h>
+
+namespace kibori {
+namespace {
+constexpr std::align_val_t kAlign{64};
+}
+
+BlockPool::BlockPool(size_t bytes, size_t chunk_bytes)
+    : bytes_((std::max(bytes, sizeof(Free)) + 63) / 64 * 64), chunk_bytes_(chunk_bytes) {}
+
+BlockPool::~BlockPool() {
+  for (void* chunk : chunks_) ::operator delete(chunk, kAlign);
+}
+
+void* BlockPool::take() {
+  if (!mine_) mine_ = returned_.exchange(nullptr, std::memory_order_acquire);
+  while (!mine_) {
+    reserve(1);
+    mine_ = returned_.exchange(nullptr, std::memory_order_acquire);
+  }
+  Free* block = mine_;
+  mine_ = block->next;
+  return block;
+}
+
+void BlockPool::give(void* block) {
+  Free* free = new (block) Free{nullptr};
+  give_chain(free, free);
+}
+
+void BlockPool::give_chain(Free* first, Free* last) {
+  Free* head = returned_.load(std::memory_order_relaxed);
+  do {
+    last->next = head;
+  } while (!returned_.compare_exchange_weak(head, first, std::memory_order_release, std::memory_order_relaxed));
+}
+
+void BlockPool::reserve(size_t blocks) {
+  const size_t count = std::max(blocks, std::max<size_t>(1, chunk_bytes_ / bytes_));
+  auto* chunk = static_cast<std::byte*>(::operator new(count * bytes_, kAlign));
+  // Touch every page now: a page fault on first use would stall the servo.
+  std::memset(chunk, 0, count * bytes_);
+  {
+    std::lock_guard lock(growth_);
+    chunks_.push_back(chunk);
+  }
+  Free* first = nullptr;
+  Free* last = nullptr;
+  for (size_t i = count; i-- > 0;) {
+    first = new (chunk + i * bytes_) Free{first};
+    if (!last) last = first;
+  }
+  give_chain(first, last);
+}
+
+}  // namespace kibori

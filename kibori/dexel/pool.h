@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+// Blocks for tiles, pages and roots, so that an edit on the servo path allocates and frees nothing.
+//
+//   owner (the writer)          any thread
+//   take() <── mine ◄──exchange── returned ◄── give()
+//
+// One thread takes; any thread gives back. The owner grabs the whole returned list at once, so there is no ABA.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <mutex>
+#include <vector>
+
+namespace kibori {
+
+class BlockPool {
+ public:
+  // Blocks of `bytes` bytes, 64-byte aligned; the system is asked for about `chunk_bytes` at a time.
+  explicit BlockPool(size_t bytes, size_t chunk_bytes = size_t{1} << 20);
+  ~BlockPool();
+  BlockPool(const BlockPool&) = delete;
+  BlockPool& operator=(const BlockPool&) = delete;
+
+  // Uninitialised memory. Owner thread only. Allocates only when the pool is dry.
+  void* take();
+  // Any thread; wait-free but for other givers.
+  void give(void* block);
+  // Makes at least `blocks` more blocks ready. Any thread.
+  void reserve(size_t blocks);
+
+ private:
+  struct Free {
+    Free* next;
+  };
+  void give_chain(Free* first, Free* last);
+
+  const size_t bytes_;
+  const size_t chunk_bytes_;
+  Free* mine_ = nullptr;
+  std::atomic<Free*> returned_{nullptr};
+  std::mutex growth_;
+  std::vector<void*> chunks_;
+};
+
+}  // namespace kibori

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// A tile: 16 x 16 rays of one dexel field, stored as planes.
+//
+//   plane 0   first span of every ray    in[256] out[256] normals material
+//   plane 1   second span of every ray   (exists only where some ray has two)
+//   ...
+//
+// Ray (i, j) of a tile is slot j * 16 + i; i runs along u, so one row of 16 rays is one vector. A slot without a
+// span has in = +kFar, out = -kFar. The spans of a ray fill planes from 0 without gaps, sorted and disjoint (they
+// may touch where the material changes). Depths are float32 lattice units from the lattice's lower corner; spans
+// are half-open [in, out).
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+
+#include <kibori/base/tolerances.h>
+
+namespace kibori {
+
+inline constexpr int kTileSide = 16;
+inline constexpr int kTileRays = kTileSide * kTileSide;
+inline constexpr uint8_t kMixedMaterial = 255;
+
+// 0xAABBGGRR; 0 means unpainted.
+using Color = uint32_t;
+
+struct PaintPlane {
+  alignas(64) Color in[kTileRays];
+  alignas(64) Color out[kTileRays];
+};
+
+struct Plane {
+  alignas(64) float in[kTileRays];
+  alignas(64) float out[kTileRays];
+  alignas(64) uint32_t normal_in[kTileRays];  // see normal_code.h; always pointing out of the material
+  alignas(64) uint32_t normal_out[kTileRays];
+  alignas(64) uint8_t material[kTileRays];
+  Plane* next;
+  PaintPlane* paint;  // null where nothing in this plane was ever painted
+
+  void clear() {
+    std::fill_n(in, kTileRays, kFar);
+    std::fill_n(out, kTileRays, -kFar);
+    std::fill_n(normal_in, kTileRays, 0u);
+    std::fill_n(normal_out, kTileRays, 0u);
+    std::fill_n(material, kTileRays, uint8_t{0});
+    next = nullptr;
+    paint = nullptr;
+  }
+  bool empty_at(int slot) const { return !(in[slot] < out[slot]); }
+};
+
+struct Tile {
+  Plane first;
+  std::atomic<uint32_t> refs;
+  uint8_t material;  // of every span in the tile, or kMixedMaterial
+  bool empty;        // no span at all
+  float near, far;   // every span lies in [near, far]; may be wider than need be
+};
+
+}  // namespace kibori

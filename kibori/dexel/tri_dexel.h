@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: MIT
+// The model: three dexel fields over one lattice. Inside at a lattice node is decided by the z field alone; x and y
+// give positions, normals and unbiased volumes. An edit writes all three.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include <kibori/base/result.h>
+#include <kibori/dexel/field.h>
+
+namespace kibori {
+
+// A model as it was at one moment; cheap to copy, safe on any thread.
+struct Snapshot {
+  Lattice lattice;
+  std::array<FieldSnapshot, 3> fields;
+
+  const FieldSnapshot& field(Axis axis) const { return fields[static_cast<size_t>(axis)]; }
+  // Volume [mm^3], the mean of the three fields.
+  double volume_mm3() const;
+  // Hash of the whole content, not of how it is stored.
+  uint64_t content_hash() const;
+};
+
+struct ModelCount {
+  int64_t rays = 0, spans = 0, bytes = 0;
+};
+
+class TriDexel {
+ public:
+  // An empty model. The lattice must have 1..kMaxNodesPerAxis nodes on each axis: see check_lattice.
+  explicit TriDexel(const Lattice& lattice);
+
+  const Lattice& lattice() const { return lattice_; }
+  Field& field(Axis axis) { return fields_[static_cast<size_t>(axis)]; }
+  const Field& field(Axis axis) const { return fields_[static_cast<size_t>(axis)]; }
+
+  Snapshot snapshot() const;
+  // Goes back to a snapshot of this same model.
+  void restore(const Snapshot& snapshot);
+
+  // Fills the box [mm] of an empty model; plain tiles are shared, so size costs nothing.
+  void fill_block(const Box& box_mm, uint8_t material);
+  // Readies pools for edits that touch up to `tiles` tiles a field between two snapshots.
+  void reserve(int tiles);
+
+  double volume_mm3() const { return snapshot().volume_mm3(); }
+  uint64_t content_hash() const { return snapshot().content_hash(); }
+  ModelCount count() const;
+
+  // A box [lattice units] no material lies outside of; tools are clipped to it.
+  const Box& material_bounds() const { return material_bounds_; }
+  void include_material(const Box& lattice_box);
+  // Counts edits and restores, so that a caller can tell whether the model is as it left it.
+  uint64_t generation() const { return generation_; }
+  void touch() { generation_++; }
+
+ private:
+  Lattice lattice_;
+  std::array<Field, 3> fields_;
+  Box material_bounds_;
+  uint64_t generation_ = 0;
+};
+
+// The lattice over the box [0, size_mm] with `room_mm` of space around it; nodes at (i + 1/2) * pitch from the
+// box's lower corner. Errors: pitch not positive, or more than kMaxNodesPerAxis nodes along an axis.
+Result<Lattice> make_lattice(const Vec3& size_mm, double pitch_mm, double room_mm);
+
+}  // namespace kibori

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/edit/edit.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <kibori/edit/tile_kernel.h>
+
+namespace kibori {
+namespace {
+
+struct Range {
+  int begin, end;
+};
+
+// Tiles whose rays can stand in (min, max).
+Range tiles_between(double min, double max, int nodes) {
+  const double first = std::clamp(std::ceil(min - 0.5), 0.0, static_cast<double>(nodes));
+  const double last = std::clamp(std::floor(max - 0.5), -1.0, static_cast<double>(nodes - 1));
+  if (first > last) return {0, 0};
+  return {static_cast<int>(first) / kTileSide, static_cast<int>(last) / kTileSide + 1};
+}
+
+// Cuts the intervals to the lattice: rays beyond its edge and depths outside it have no material.
+bool clip_to_lattice(SpanLayer& layer, const RayTile& rays, const FieldSnapshot& field) {
+  bool clipped = false;
+  const auto depth = static_cast<float>(field.nodes_depth());
+  for (int row = 0; row < kTileSide; row++) {
+    if (!((layer.rows >> row) & 1)) continue;
+    for (int lane = 0; lane < kTileSide; lane++) {
+      float &lo = layer.lo[row * kTileSide + lane], &hi = layer.hi[row * kTileSide + lane];
+      if (!(lo < hi)) continue;
+      if (rays.u0 + lane >= field.nodes_u() || rays.v0 + row >= field.nodes_v()) {
+        lo = kFar;
+        hi = -kFar;
+        continue;
+      }
+      clipped |= lo < 0 || hi > depth;
+      lo = std::max(lo, 0.0f);
+      hi = std::min(hi, depth);
+      if (!(lo < hi)) {
+        lo = kFar;
+        hi = -kFar;
+      }
+    }
+  }
+  return clipped;
+}
+
+struct FieldEdit {
+  Operation operation;
+  const FieldSnapshot& view;
+  Field* field;  // null for contact
+  const Solid& solid;
+  const Motion& motion;
+  uint8_t material = 0;
+  Color color = 0;
+};
+
+void edit_field(const FieldEdit& edit, Removed& removed) {
+  const FieldSnapshot& view = edit.view;
+  const Axis axis = view.axis();
+  const Box bounds = edit.solid.bounds();
+  if (bounds.empty()) return;
+  const int u = u_index(axis), v = v_index(axis), d = depth_index(axis);
+  const Range tus = tiles_between(bounds.min[u], bounds.max[u], view.nodes_u());
+  const Range tvs = tiles_between(bounds.min[v], bounds.max[v], view.nodes_v());
+  const bool growing = edit.operation == Operation::deposit || edit.operation == Operation::deposit_contact;
+  if (growing && ((bounds.min.array() < 0).any() || bounds.max[u] > view.nodes_u() || bounds.max[v] > view.nodes_v()))
+    removed.clipped = true;
+  TileJob job;
+  job.field = edit.field;
+  job.solid = &edit.solid;
+  job.motion = &edit.motion;
+  job.removed = &removed;
+  job.color = edit.color;
+  const double depth = view.nodes_depth();
+  job.t_ref = static_cast<float>(
+      std::floor(0.5 * (std::clamp(bounds.min[d], 0.0, depth) + std::clamp(bounds.max[d], 0.0, depth))));
+  // Node sums of a tile stay whole in float32 while (half the tool's depth)^2 x 16 rows x 2 < 2^24.
+  job.deep = std::min(bounds.max[d], depth) - std::max(bounds.min[d], 0.0) > 1000;
+  for (int tv = tvs.begin; tv < tvs.end; tv++)
+    for (int tu = tus.begin; tu < tus.end; tu++) {
+      job.rays = {axis, tu * kTileSide, tv * kTileSide};
+      job.tu = tu;
+      job.tv = tv;
+      for (job.layer = 0;; job.layer++) {
+        job.tile = &view.tile(tu, tv);
+        if (!growing) {
+          if (job.tile->empty) break;
+          if (bounds.max[d] <= job.tile->near || bounds.min[d] >= job.tile->far) break;
+        }
+        if (!edit.solid.spans(job.rays, job.layer, job.spans)) break;
+        if (growing) removed.clipped |= clip_to_lattice(job.spans, job.rays, view);
+        job.material = edit.material;
+        run_tile(edit.operation, job);
+      }
+    }
+  flush_sums(job);
+}
+
+// Runs the edit on all three fields, on up to `threads` threads. The fields share nothing, so neither do the threads.
+template <class MakeEdit>
+void edit_fields(int threads, Removed& removed, MakeEdit&& make_edit) {
+  if (threads <= 1) {
+    for (Axis axis : kAxes) edit_field(make_edit(axis), removed);
+    return;
+  }
+  std::array<Removed, 3> parts;
+  oneapi::tbb::task_arena arena(std::min(threads, 3));
+  arena.execute([&] {
+    oneapi::tbb::parallel_for(0, 3, [&](int i) {
+      const auto index = static_cast<size_t>(i);
+      edit_field(make_edit(kAxes[index]), parts[index]);
+    });
+  });
+  for (const Removed& part : parts) removed.add(part);
+}
+
+void write(TriDexel& model, Operation operation, const Solid& solid, uint8_t material, Color color,
+           const EditOptions& options, Removed& removed) {
+  edit_fields(options.threads, removed, [&](Axis axis) {
+    Field& field = model.field(axis);
+    return FieldEdit{operation, field.view(), &field, solid, options.motion, material, color};
+  });
+  model.touch();
+}
+
+void read(const TriDexel& model, Operation operation, const Solid& solid, uint8_t material,
+          const EditOptions& options, Removed& removed) {
+  edit_fields(options.threads, removed, [&](Axis axis) {
+    return FieldEdit{operation, model.field(axis).view(), nullptr, solid, options.motion, material, 0};
+  });
+}
+
+}  // namespace
+
+void cut(TriDexel& model, const Solid& solid, const EditOptions& options, Removed& removed) {
+  write(model, Operation::cut, solid, 0, 0, options, removed);
+}
+
+void deposit(TriDexel& model, const Solid& solid, uint8_t material, const EditOptions& options, Removed& removed) {
+  model.include_material(solid.bounds());
+  write(model, Operation::deposit, solid, material, 0, options, removed);
+}
+
+void intersect(TriDexel& model, const Solid& solid, const EditOptions& options, Removed& removed) {
+  cut(model, Complement(solid), options, removed);
+}
+
+void paint(TriDexel& model, const Solid& solid, Color color, const EditOptions& options, Removed& removed) {
+  write(model, Operation::paint, solid, 0, color, options, removed);
+}
+
+void contact(const TriDexel& model, const Solid& solid, const EditOptions& options, Removed& removed) {
+  read(model, Operation::contact, solid, 0, options, removed);
+}
+
+void deposit_contact(const TriDexel& model, const Solid& solid, uint8_t material, const EditOptions& options,
+                     Removed& removed) {
+  read(model, Operation::deposit_contact, solid, material, options, removed);
+}
+
+void cut_field(Field& field, const Solid& solid, const Motion& motion, Removed& removed) {
+  edit_field({Operation::cut, field.view(), &field, solid, motion}, removed);
+}
+
+}  // namespace kibori

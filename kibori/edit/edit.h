@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// Edits: one interval operation between a solid and the model, over the touched tiles of all three fields.
+//
+//   cut        model less solid
+//   deposit    model and solid, the new part in a given material (what is there stays)
+//   intersect  model within solid: a cut with its complement
+//   paint      colours the surface inside the solid
+//   contact    what a cut would remove, and no write
+//
+// On the servo path none of them allocates, locks or faults, once TriDexel::reserve has readied the pools.
+#pragma once
+
+#include <kibori/dexel/tri_dexel.h>
+#include <kibori/edit/removed.h>
+#include <kibori/solid/solid.h>
+
+namespace kibori {
+
+// How the tool moved, for sums that depend on it.
+struct Motion {
+  // First moments are taken about this point [lattice units]: the tool's tip at the end of the tick.
+  Vec3 reference = Vec3::Zero();
+  // While turning: displacement of a material point at r from the reference is shift + turn x r. [lattice units, rad]
+  bool turning = false;
+  Vec3 shift = Vec3::Zero();
+  Vec3 turn = Vec3::Zero();
+  Vec3 tool_axis = Vec3::UnitZ();
+};
+
+// Results do not depend on `threads`: the three fields share nothing, so each may have a thread of its own (1..3).
+struct EditOptions {
+  Motion motion;
+  int threads = 1;
+};
+
+// Each adds what it did to `removed` (deposits count as positive there too).
+void cut(TriDexel& model, const Solid& solid, const EditOptions& options, Removed& removed);
+void deposit(TriDexel& model, const Solid& solid, uint8_t material, const EditOptions& options, Removed& removed);
+void intersect(TriDexel& model, const Solid& solid, const EditOptions& options, Removed& removed);
+void paint(TriDexel& model, const Solid& solid, Color color, const EditOptions& options, Removed& removed);
+void contact(const TriDexel& model, const Solid& solid, const EditOptions& options, Removed& removed);
+// What depositing would add, without doing so.
+void deposit_contact(const TriDexel& model, const Solid& solid, uint8_t material, const EditOptions& options,
+                     Removed& removed);
+
+// One field alone: for tests, benchmarks and single-direction models. The solid's bounds and `removed` as above.
+void cut_field(Field& field, const Solid& solid, const Motion& motion, Removed& removed);
+
+}  // namespace kibori

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+// What an edit took away (or put there), by material, in lattice units: enough to compute any of the force models
+// without looking at the model again.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+
+#include <kibori/base/tolerances.h>
+#include <kibori/geometry/axis.h>
+#include <kibori/geometry/vec.h>
+
+namespace kibori {
+
+// Sums over the removed part of one material. Positions are lattice coordinates (lattice units from the lattice's
+// lower corner); volumes are lattice units^3.
+struct RemovedPart {
+  // By field (x, y, z): volume as that field measures it, and first moment about the reference point.
+  std::array<double, 3> volume;
+  std::array<Vec3, 3> moment;
+  int64_t points;                   // lattice nodes, decided by the z field
+  std::array<int64_t, 3> node_sum;  // sums of their indices
+  // While turning: every element resists against its own displacement s. By field, sums of f = dV w s/|s|^2 with
+  // w = (component of s along the field's rays)^2 / |s|^2, of its moments about the reference point, and of dV w.
+  std::array<Vec3, 3> turn_force;
+  std::array<Vec3, 3> turn_moment;       // r x f
+  std::array<Vec3, 3> turn_moment_axis;  // (height along the tool) e_z x f: the five-DOF part
+  std::array<double, 3> turn_volume;
+
+  static RemovedPart zero() {
+    const Vec3 o = Vec3::Zero();
+    return {{0, 0, 0}, {o, o, o}, 0, {0, 0, 0}, {o, o, o}, {o, o, o}, {o, o, o}, {0, 0, 0}};
+  }
+  void add(const RemovedPart& other) {
+    for (size_t i = 0; i < 3; i++) {
+      volume[i] += other.volume[i];
+      moment[i] += other.moment[i];
+      node_sum[i] += other.node_sum[i];
+      turn_force[i] += other.turn_force[i];
+      turn_moment[i] += other.turn_moment[i];
+      turn_moment_axis[i] += other.turn_moment_axis[i];
+      turn_volume[i] += other.turn_volume[i];
+    }
+    points += other.points;
+  }
+  // Mean of the three fields; summed over edits it telescopes to exactly what is missing.
+  double mean_volume() const { return (volume[0] + volume[1] + volume[2]) / 3; }
+};
+
+class Removed {
+ public:
+  Removed() {}  // leaves parts_ alone: 64 parts are not cleared every tick
+
+  bool has(int material) const { return (mask_ >> material) & 1; }
+  const RemovedPart& part(int material) const { return parts_[static_cast<size_t>(material)]; }
+  RemovedPart& part(int material) {
+    if (!has(material)) {
+      parts_[static_cast<size_t>(material)] = RemovedPart::zero();
+      mask_ |= uint64_t{1} << material;
+    }
+    return parts_[static_cast<size_t>(material)];
+  }
+  // Calls f(material, part) for the materials present.
+  template <class F>
+  void for_parts(F&& f) const {
+    for (uint64_t left = mask_; left; left &= left - 1) {
+      const int material = std::countr_zero(left);
+      f(material, part(material));
+    }
+  }
+  void add(const Removed& other) {
+    other.for_parts([&](int material, const RemovedPart& p) { part(material).add(p); });
+    ends_painted += other.ends_painted;
+    clipped |= other.clipped;
+  }
+  void reset() {
+    mask_ = 0;
+    ends_painted = 0;
+    clipped = false;
+  }
+
+  double mean_volume() const {
+    double sum = 0;
+    for_parts([&](int, const RemovedPart& p) { sum += p.mean_volume(); });
+    return sum;
+  }
+  int64_t points() const {
+    int64_t sum = 0;
+    for_parts([&](int, const RemovedPart& p) { sum += p.points; });
+    return sum;
+  }
+
+  int64_t ends_painted = 0;
+  bool clipped = false;  // a deposit reached beyond the lattice, and that part was dropped
+
+ private:
+  uint64_t mask_ = 0;
+  std::array<RemovedPart, kMaxMaterials> parts_;  // meaningful where mask_ says so
+};
+
+}  // namespace kibori

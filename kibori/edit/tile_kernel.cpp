@@ -1,0 +1,680 @@
+// SPDX-License-Identifier: MIT
+//
+// A cut meets a ray's span [in, out) with the tool's [a, b) in one of these ways:
+//
+//   in ──a══════b── out   split     scalar: a new span in the next plane
+//   a══in══b── out        front     masked store: in = b
+//   in ──a══out══b        back      masked store: out = a
+//   a══in══out══b         vanish    masked store, or scalar where later planes must move up
+//
+// so vectors do nearly all of it. What was removed is summed by the vectors for all lanes before anything is written,
+// in an order that does not depend on the vector's width: cut and contact give the same answer to the bit.
+#include <kibori/edit/tile_kernel.h>
+
+#include <cmath>
+
+#include <kibori/base/check.h>
+#include <kibori/dexel/normal_code.h>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kibori/edit/tile_kernel.cpp"
+#include <hwy/foreach_target.h>
+#include <kibori/base/lanes-inl.h>
+
+#ifndef KIBORI_TILE_KERNEL_SHARED
+#define KIBORI_TILE_KERNEL_SHARED
+namespace kibori {
+
+// Lanes whose ray needs the scalar path, by row.
+struct ScalarRays {
+  uint16_t rows[kTileSide] = {};
+  bool any = false;
+  bool met = false;  // the tool met something at all
+};
+
+// Whether sums need the scalar path: per element while turning, per span where materials mix.
+inline bool scalar_sums(const TileJob& job, bool mixed) {
+  return job.motion->turning || mixed || (job.deep && job.rays.axis == Axis::z);
+}
+// Scalar sums for tiles of mixed material and for turning tools: one overlap [lo, hi) of one ray.
+void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t material, double sign);
+void cut_ray(Field& field, Tile& tile, int slot, float a, float b);
+void deposit_ray(Field& field, Tile& tile, int slot, float a, float b, uint8_t material);
+
+}  // namespace kibori
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kibori {
+namespace HWY_NAMESPACE {
+
+// Sums of [lo, hi) over one tile's rows, in registers.
+template <bool kNodes>
+struct Sums {
+  VF length, length_v, length_t2, nodes, nodes_v, nodes_t2;
+
+  HWY_INLINE Sums() { length = length_v = length_t2 = nodes = nodes_v = nodes_t2 = hn::Zero(DF()); }
+  // Adds where `hit`; `twice_ref` is 2 t_ref.
+  HWY_INLINE void Add(MF hit, VF lo, VF hi, VF row, VF twice_ref) {
+    const VF len = hn::IfThenElseZero(hit, hn::Sub(hi, lo));
+    length = hn::Add(length, len);
+    length_v = hn::Add(length_v, hn::Mul(len, row));
+    length_t2 = hn::Add(length_t2, hn::IfThenElseZero(hit, hn::Mul(len, hn::Sub(hn::Add(lo, hi), twice_ref))));
+    if constexpr (kNodes) {
+      // Nodes k with lo <= k + 1/2 < hi. Whole numbers below 2^24 all along, as `deep` tools take the scalar path.
+      const VF k0 = hn::Ceil(hn::Sub(lo, F(0.5f))), k1 = hn::Ceil(hn::Sub(hi, F(0.5f)));
+      const VF n = hn::IfThenElseZero(hit, hn::Sub(k1, k0));
+      nodes = hn::Add(nodes, n);
+      nodes_v = hn::Add(nodes_v, hn::Mul(n, row));
+      const VF twice_mean = hn::Sub(hn::Sub(hn::Add(k0, k1), F(1.0f)), twice_ref);
+      nodes_t2 = hn::Add(nodes_t2, hn::IfThenElseZero(hit, hn::Mul(n, twice_mean)));
+    }
+  }
+  HWY_INLINE void AddTo(LaneSums& to, size_t g, const RayTile& rays, bool negative) const {
+    const DF d;
+    const double sign = negative ? -1 : 1;
+    alignas(64) float x[6][kLanes];
+    hn::Store(length, d, x[0]);
+    hn::Store(length_v, d, x[1]);
+    hn::Store(length_t2, d, x[2]);
+    const double u0 = rays.u0, v0 = rays.v0;
+    const size_t at = g * kLanes;
+    for (size_t i = 0; i < kLanes; i++) {
+      const double l = sign * static_cast<double>(x[0][i]);
+      to.length[at + i] += l;
+      to.length_u0[at + i] += l * u0;
+      to.length_v[at + i] += l * v0 + sign * static_cast<double>(x[1][i]);
+      to.length_t2[at + i] += sign * static_cast<double>(x[2][i]);
+    }
+    if constexpr (kNodes) {
+      hn::Store(nodes, d, x[3]);
+      hn::Store(nodes_v, d, x[4]);
+      hn::Store(nodes_t2, d, x[5]);
+      for (size_t i = 0; i < kLanes; i++) {
+        const double n = sign * static_cast<double>(x[3][i]);
+        to.nodes[at + i] += n;
+        to.nodes_u0[at + i] += n * u0;
+        to.nodes_v[at + i] += n * v0 + sign * static_cast<double>(x[4][i]);
+        to.nodes_t2[at + i] += sign * static_cast<double>(x[5][i]);
+      }
+    }
+  }
+};
+
+HWY_INLINE void AddScalarOverlaps(TileJob& job, const Plane& plane, int row, size_t g, unsigned hits, VF lo, VF hi,
+                                  double sign) {
+  const DF d;
+  alignas(64) float los[kRow], his[kRow];
+  hn::Store(lo, d, los);
+  hn::Store(hi, d, his);
+  for (; hits; hits &= hits - 1) {
+    const int lane = __builtin_ctz(hits);
+    const int at = lane + static_cast<int>(g * kLanes);
+    add_overlap(job, row, at, los[lane], his[lane], plane.material[row * kTileSide + at], sign);
+  }
+}
+
+// Cut (or, without kWrite, its contact test).
+template <bool kWrite, bool kNodes>
+void CutTile(TileJob& job, ScalarRays& scalar) {
+  const DF d;
+  const bool by_scalar = scalar_sums(job, job.tile->material == kMixedMaterial);
+  Tile* writable = nullptr;
+  const Plane* first = &job.tile->first;
+  for (size_t g = 0; g < kGroups; g++) {
+    Sums<kNodes> sum;
+    for (unsigned left = job.spans.rows; left; left &= left - 1) {
+      const int row = __builtin_ctz(left);
+      const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
+      const VF a = hn::Load(d, job.spans.lo + slot), b = hn::Load(d, job.spans.hi + slot);
+      for (const Plane* p = first; p; p = p->next) {
+        const VF in = hn::Load(d, p->in + slot), out = hn::Load(d, p->out + slot);
+        const VF lo = hn::Max(in, a), hi = hn::Min(out, b);
+        const MF hit = hn::Lt(lo, hi);
+        if (hn::AllFalse(d, hit)) continue;
+        scalar.met = true;
+        if (by_scalar)
+          AddScalarOverlaps(job, *p, row, g, Bits(hit), lo, hi, 1);
+        else
+          sum.Add(hit, lo, hi, F(static_cast<float>(row)), F(2 * job.t_ref));
+        if constexpr (kWrite) {
+          if (!writable) {
+            writable = &job.field->writable(job.tu, job.tv);
+            if (writable != job.tile) {
+              // Walk the copy from the plane we had reached.
+              Plane* q = &writable->first;
+              for (const Plane* old = first; old != p; old = old->next) q = q->next;
+              first = &writable->first;
+              job.tile = writable;
+              p = q;
+            }
+          }
+          auto* w = const_cast<Plane*>(p);
+          const MF front = hn::And(hit, hn::Le(a, in)), back = hn::And(hit, hn::Ge(b, out));
+          MF vanish = hn::And(front, back);
+          const MF split = hn::AndNot(hn::Or(front, back), hit);
+          unsigned hard = Bits(split);
+          if (p->next && !hn::AllFalse(d, vanish)) {
+            const VF next_in = hn::Load(d, p->next->in + slot), next_out = hn::Load(d, p->next->out + slot);
+            const MF followed = hn::And(vanish, hn::Lt(next_in, next_out));
+            hard |= Bits(followed);
+            vanish = hn::AndNot(followed, vanish);
+          }
+          const MF trim_in = hn::AndNot(back, front), trim_out = hn::AndNot(front, back);
+          VF new_in = hn::IfThenElse(trim_in, b, in), new_out = hn::IfThenElse(trim_out, a, out);
+          if (!hn::AllFalse(d, vanish)) {
+            job.shrank = true;
+            new_in = hn::IfThenElse(vanish, F(kFar), new_in);
+            new_out = hn::IfThenElse(vanish, F(-kFar), new_out);
+          }
+          hn::Store(new_in, d, w->in + slot);
+          hn::Store(new_out, d, w->out + slot);
+          job.ends.hi[row] |= static_cast<uint16_t>(Bits(trim_in) << (g * kLanes));
+          job.ends.lo[row] |= static_cast<uint16_t>(Bits(trim_out) << (g * kLanes));
+          if (hard) {
+            scalar.rows[row] |= static_cast<uint16_t>(hard << (g * kLanes));
+            scalar.any = true;
+          }
+        }
+      }
+    }
+    sum.AddTo(job.sums, g, job.rays, false);
+  }
+}
+
+// Whether any interval meets any span.
+bool Meets(const TileJob& job) {
+  const DF d;
+  for (unsigned left = job.spans.rows; left; left &= left - 1) {
+    for (size_t g = 0; g < kGroups; g++) {
+      const size_t slot = static_cast<size_t>(__builtin_ctz(left)) * kTileSide + g * kLanes;
+      const VF a = hn::Load(d, job.spans.lo + slot), b = hn::Load(d, job.spans.hi + slot);
+      for (const Plane* p = &job.tile->first; p; p = p->next) {
+        const VF lo = hn::Max(hn::Load(d, p->in + slot), a), hi = hn::Min(hn::Load(d, p->out + slot), b);
+        if (!hn::AllFalse(d, hn::Lt(lo, hi))) return true;
+      }
+    }
+  }
+  return false;
+}
+
+// Cut of a tile with one plane and one material: the common case, without branches in the row loop.
+template <bool kNodes>
+void CutSinglePlane(TileJob& job, ScalarRays& scalar) {
+  const DF d;
+  Plane& plane = const_cast<Tile*>(job.tile)->first;
+  const VF twice_ref = F(2 * job.t_ref);
+  MF met = hn::FirstN(d, 0), vanished = met, hard = met;
+  for (size_t g = 0; g < kGroups; g++) {
+    const size_t first = g * kLanes;
+    const float *los = job.spans.lo + first, *his = job.spans.hi + first;
+    float *ins = plane.in + first, *outs = plane.out + first;
+    Sums<kNodes> sum;
+    for (unsigned left = job.spans.rows; left; left &= left - 1) {
+      const auto row = static_cast<size_t>(__builtin_ctz(left));
+      const size_t slot = row * kTileSide;
+      const VF a = hn::Load(d, los + slot), b = hn::Load(d, his + slot);
+      const VF in = hn::Load(d, ins + slot), out = hn::Load(d, outs + slot);
+      const VF lo = hn::Max(in, a), hi = hn::Min(out, b);
+      const MF hit = hn::Lt(lo, hi);
+      sum.Add(hit, lo, hi, F(static_cast<float>(row)), twice_ref);
+      // The tool covers the span's beginning, its end, both, or neither.
+      const MF front = hn::Eq(lo, in), back = hn::Eq(hi, out);
+      const MF trim_in = hn::And(hit, hn::AndNot(back, front)), trim_out = hn::And(hit, hn::AndNot(front, back));
+      const MF vanish = hn::And(hit, hn::And(front, back)), split = hn::AndNot(hn::Or(front, back), hit);
+      hn::Store(hn::IfThenElse(vanish, F(kFar), hn::IfThenElse(trim_in, b, in)), d, ins + slot);
+      hn::Store(hn::IfThenElse(vanish, F(-kFar), hn::IfThenElse(trim_out, a, out)), d, outs + slot);
+      met = hn::Or(met, hit);
+      vanished = hn::Or(vanished, vanish);
+      hard = hn::Or(hard, split);
+      if constexpr (kGroups == 1) {
+        job.ends.hi[row] = static_cast<uint16_t>(Bits(trim_in));
+        job.ends.lo[row] = static_cast<uint16_t>(Bits(trim_out));
+        scalar.rows[row] = static_cast<uint16_t>(Bits(split));
+      } else {
+        job.ends.hi[row] |= static_cast<uint16_t>(Bits(trim_in) << first);
+        job.ends.lo[row] |= static_cast<uint16_t>(Bits(trim_out) << first);
+        scalar.rows[row] |= static_cast<uint16_t>(Bits(split) << first);
+      }
+    }
+    sum.AddTo(job.sums, g, job.rays, false);
+  }
+  scalar.met = !hn::AllFalse(d, met);
+  scalar.any = !hn::AllFalse(d, hard);
+  job.shrank = !hn::AllFalse(d, vanished);
+}
+
+// Deposit (or its contact test): what is added is the interval less its overlaps.
+template <bool kWrite, bool kNodes>
+void DepositTile(TileJob& job, ScalarRays& scalar) {
+  const DF d;
+  const bool by_scalar = scalar_sums(job, false);
+  Tile* writable = nullptr;
+  const Plane* first = &job.tile->first;
+  for (size_t g = 0; g < kGroups; g++) {
+    Sums<kNodes> sum, less;
+    for (unsigned left = job.spans.rows; left; left &= left - 1) {
+      const int row = __builtin_ctz(left);
+      const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
+      const VF a = hn::Load(d, job.spans.lo + slot), b = hn::Load(d, job.spans.hi + slot);
+      const MF live = hn::Lt(a, b);
+      if (hn::AllFalse(d, live)) continue;
+      MF covered = hn::FirstN(d, 0), touched = covered, twice = covered;
+      for (const Plane* p = first; p; p = p->next) {
+        const VF in = hn::Load(d, p->in + slot), out = hn::Load(d, p->out + slot);
+        covered = hn::Or(covered, hn::And(hn::Le(in, a), hn::Ge(out, b)));
+        const MF touch = hn::And(live, hn::And(hn::Le(in, b), hn::Le(a, out)));
+        twice = hn::Or(twice, hn::And(touched, touch));
+        touched = hn::Or(touched, touch);
+      }
+      const MF adds = hn::AndNot(covered, live);
+      if (hn::AllFalse(d, adds)) continue;
+      scalar.met = true;
+      if (by_scalar)
+        AddScalarOverlaps(job, *first, row, g, Bits(adds), a, b, 1);
+      else
+        sum.Add(adds, a, b, F(static_cast<float>(row)), F(2 * job.t_ref));
+      for (const Plane* p = first; p; p = p->next) {
+        const VF lo = hn::Max(hn::Load(d, p->in + slot), a), hi = hn::Min(hn::Load(d, p->out + slot), b);
+        const MF hit = hn::And(adds, hn::Lt(lo, hi));
+        if (hn::AllFalse(d, hit)) continue;
+        if (by_scalar)
+          AddScalarOverlaps(job, *p, row, g, Bits(hit), lo, hi, -1);
+        else
+          less.Add(hit, lo, hi, F(static_cast<float>(row)), F(2 * job.t_ref));
+      }
+      if constexpr (kWrite) {
+        if (!writable) {
+          writable = &job.field->writable(job.tu, job.tv);
+          job.tile = writable;
+          first = &writable->first;
+        }
+        // Easy: the ray is empty, or exactly one span of the same, sole material grows.
+        const bool sole = writable->empty || writable->material == job.material;
+        unsigned hard = Bits(adds);
+        if (sole) {
+          const VF in0 = hn::Load(d, first->in + slot), out0 = hn::Load(d, first->out + slot);
+          const MF empty = hn::Ge(in0, out0);
+          const MF easy = hn::AndNot(twice, hn::And(adds, hn::Or(empty, touched)));
+          hard &= ~Bits(easy);
+          const MF fresh = hn::And(easy, empty);
+          if (!hn::AllFalse(d, fresh)) {
+            auto* w = const_cast<Plane*>(first);
+            hn::Store(hn::IfThenElse(fresh, a, in0), d, w->in + slot);
+            hn::Store(hn::IfThenElse(fresh, b, out0), d, w->out + slot);
+            for (unsigned bits = Bits(fresh); bits; bits &= bits - 1)
+              w->material[slot + static_cast<size_t>(__builtin_ctz(bits))] = job.material;
+            job.ends.lo[row] |= static_cast<uint16_t>(Bits(fresh) << (g * kLanes));
+            job.ends.hi[row] |= static_cast<uint16_t>(Bits(fresh) << (g * kLanes));
+          }
+          const MF grow = hn::AndNot(empty, easy);
+          if (!hn::AllFalse(d, grow)) {
+            for (const Plane* p = first; p; p = p->next) {
+              const VF in = hn::Load(d, p->in + slot), out = hn::Load(d, p->out + slot);
+              const MF here = hn::And(grow, hn::And(hn::Le(in, b), hn::Le(a, out)));
+              const MF down = hn::And(here, hn::Lt(a, in)), up = hn::And(here, hn::Gt(b, out));
+              auto* w = const_cast<Plane*>(p);
+              hn::Store(hn::IfThenElse(down, a, in), d, w->in + slot);
+              hn::Store(hn::IfThenElse(up, b, out), d, w->out + slot);
+              job.ends.lo[row] |= static_cast<uint16_t>(Bits(down) << (g * kLanes));
+              job.ends.hi[row] |= static_cast<uint16_t>(Bits(up) << (g * kLanes));
+            }
+          }
+        }
+        if (hard) {
+          scalar.rows[row] |= static_cast<uint16_t>(hard << (g * kLanes));
+          scalar.any = true;
+        }
+      }
+    }
+    sum.AddTo(job.sums, g, job.rays, false);
+    less.AddTo(job.sums, g, job.rays, true);
+  }
+}
+
+void PaintTile(TileJob& job) {
+  const DF d;
+  const DU du;
+  Tile* writable = nullptr;
+  const Plane* first = &job.tile->first;
+  for (int row = 0; row < kTileSide; row++) {
+    if (!((job.spans.rows >> row) & 1)) continue;
+    for (size_t g = 0; g < kGroups; g++) {
+      const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
+      const VF a = hn::Load(d, job.spans.lo + slot), b = hn::Load(d, job.spans.hi + slot);
+      int index = 0;
+      for (const Plane* p = first; p; p = p->next, index++) {
+        const VF in = hn::Load(d, p->in + slot), out = hn::Load(d, p->out + slot);
+        const MF there = hn::Lt(in, out);
+        const MF at_in = hn::And(there, hn::And(hn::Ge(in, a), hn::Lt(in, b)));
+        const MF at_out = hn::And(there, hn::And(hn::Gt(out, a), hn::Le(out, b)));
+        if (hn::AllFalse(d, hn::Or(at_in, at_out))) continue;
+        if (!writable) {
+          writable = &job.field->writable(job.tu, job.tv);
+          first = &writable->first;
+          p = first;
+          for (int i = 0; i < index; i++) p = p->next;
+          job.tile = writable;
+        }
+        PaintPlane& paint = job.field->paint_of(*const_cast<Plane*>(p));
+        hn::BlendedStore(hn::Set(du, job.color), hn::RebindMask(du, at_in), du, paint.in + slot);
+        hn::BlendedStore(hn::Set(du, job.color), hn::RebindMask(du, at_out), du, paint.out + slot);
+        job.removed->ends_painted += __builtin_popcount(Bits(at_in)) + __builtin_popcount(Bits(at_out));
+      }
+    }
+  }
+}
+
+// Gives the ends that `ends` names their normals. cutting: material ends where the tool begins; growing: it begins
+// there.
+void StoreNormals(TileJob& job, bool cutting) {
+  const DF d;
+  const DU du;
+  Plane* first = &const_cast<Tile*>(job.tile)->first;
+  for (int at_lo = 0; at_lo < 2; at_lo++) {
+    const uint16_t* masks = at_lo ? job.ends.lo : job.ends.hi;
+    const float* made = at_lo ? job.spans.lo : job.spans.hi;
+    const uint32_t* codes = at_lo ? job.codes.lo : job.codes.hi;
+    const bool is_in = cutting != (at_lo != 0);
+    for (unsigned left = job.spans.rows; left; left &= left - 1) {
+      const int row = __builtin_ctz(left);
+      if (!masks[row]) continue;
+      for (size_t g = 0; g < kGroups; g++) {
+        const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
+        const MF mask = FromBits((masks[row] >> (g * kLanes)) & kGroupMask);
+        const VU code = hn::Load(du, codes + slot);
+        // With several planes, the end is in the one that has the very number.
+        for (Plane* p = first; p; p = p->next) {
+          MF here = mask;
+          if (first->next) here = hn::And(mask, hn::Eq(hn::Load(d, (is_in ? p->in : p->out) + slot), hn::Load(d, made + slot)));
+          hn::BlendedStore(code, hn::RebindMask(du, here), du, (is_in ? p->normal_in : p->normal_out) + slot);
+          if (p->paint)
+            hn::BlendedStore(hn::Zero(du), hn::RebindMask(du, here), du, (is_in ? p->paint->in : p->paint->out) + slot);
+        }
+      }
+    }
+  }
+}
+
+void RunVectors(Operation operation, TileJob& job, ScalarRays& scalar) {
+  const bool nodes = job.rays.axis == Axis::z;
+  switch (operation) {
+    case Operation::cut:
+      if (!job.tile->first.next && !scalar_sums(job, job.tile->material == kMixedMaterial)) {
+        // Take the tile for writing only if there is something to write.
+        if (job.field->shared(job.tu, job.tv) && !Meets(job)) return;
+        job.tile = &job.field->writable(job.tu, job.tv);
+        return nodes ? CutSinglePlane<true>(job, scalar) : CutSinglePlane<false>(job, scalar);
+      }
+      return nodes ? CutTile<true, true>(job, scalar) : CutTile<true, false>(job, scalar);
+    case Operation::contact:
+      return nodes ? CutTile<false, true>(job, scalar) : CutTile<false, false>(job, scalar);
+    case Operation::deposit:
+      return nodes ? DepositTile<true, true>(job, scalar) : DepositTile<true, false>(job, scalar);
+    case Operation::deposit_contact:
+      return nodes ? DepositTile<false, true>(job, scalar) : DepositTile<false, false>(job, scalar);
+    case Operation::paint:
+      return PaintTile(job);
+  }
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kibori
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kibori {
+HWY_EXPORT(RunVectors);
+HWY_EXPORT(StoreNormals);
+
+namespace {
+
+void write_span(Plane& plane, int slot, const Span& s) {
+  plane.in[slot] = s.in;
+  plane.out[slot] = s.out;
+  plane.material[slot] = s.material;
+  plane.normal_in[slot] = s.normal_in;
+  plane.normal_out[slot] = s.normal_out;
+  if (plane.paint) {
+    plane.paint->in[slot] = s.paint_in;
+    plane.paint->out[slot] = s.paint_out;
+  }
+}
+
+void write_with_paint(Field& field, Plane& plane, int slot, const Span& s) {
+  if (s.paint_in | s.paint_out) field.paint_of(plane);
+  write_span(plane, slot, s);
+}
+
+void clear_slot(Plane& plane, int slot) {
+  plane.in[slot] = kFar;
+  plane.out[slot] = -kFar;
+}
+
+// Puts `span` at `plane`, moving what is there and after it one plane on.
+void insert_span(Field& field, Plane& plane, int slot, Span span) {
+  Plane* p = &plane;
+  while (!p->empty_at(slot)) {
+    const Span moved = FieldSnapshot::span_at(*p, slot);
+    write_with_paint(field, *p, slot, span);
+    span = moved;
+    p = &field.next_plane(*p);
+  }
+  write_with_paint(field, *p, slot, span);
+}
+
+// Takes the span at `plane` away, moving what follows one plane back.
+void erase_span(Field& field, Plane& plane, int slot) {
+  Plane* p = &plane;
+  while (p->next && !p->next->empty_at(slot)) {
+    write_with_paint(field, *p, slot, FieldSnapshot::span_at(*p->next, slot));
+    p = p->next;
+  }
+  clear_slot(*p, slot);
+}
+
+// Fixed pairwise tree, so the order does not depend on the vector's width.
+double reduce(const double (&lanes)[kTileSide]) {
+  double x[kTileSide / 2];
+  for (int i = 0; i < 8; i++) x[i] = lanes[i] + lanes[i + 8];
+  for (int i = 0; i < 4; i++) x[i] += x[i + 4];
+  return (x[0] + x[2]) + (x[1] + x[3]);
+}
+
+double reduce_by_lane(const double (&lanes)[kTileSide]) {
+  double x[kTileSide];
+  for (int i = 0; i < kTileSide; i++) x[i] = lanes[i] * i;
+  return reduce(x);
+}
+
+}  // namespace
+
+void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t span_material, double sign) {
+  const auto axis = static_cast<size_t>(job.rays.axis);
+  const int ui = u_index(job.rays.axis), vi = v_index(job.rays.axis), ti = depth_index(job.rays.axis);
+  RemovedPart& part = job.removed->part(job.material == kMixedMaterial ? span_material : job.material);
+  const Motion& motion = *job.motion;
+  const double length = sign * (static_cast<double>(hi) - lo);
+  Vec3 r;
+  r[ui] = job.rays.u0 + lane + 0.5 - motion.reference[ui];
+  r[vi] = job.rays.v0 + row + 0.5 - motion.reference[vi];
+  r[ti] = 0.5 * (static_cast<double>(lo) + hi) - motion.reference[ti];
+  part.volume[axis] += length;
+  part.moment[axis] += length * r;
+  if (job.rays.axis == Axis::z) {
+    const auto k0 = static_cast<int64_t>(std::ceil(lo - 0.5f)), k1 = static_cast<int64_t>(std::ceil(hi - 0.5f));
+    const int64_t n = sign < 0 ? k0 - k1 : k1 - k0;
+    part.points += n;
+    part.node_sum[static_cast<size_t>(ui)] += n * (job.rays.u0 + lane);
+    part.node_sum[static_cast<size_t>(vi)] += n * (job.rays.v0 + row);
+    part.node_sum[static_cast<size_t>(ti)] += n * (k0 + k1 - 1) / 2;
+  }
+  if (!motion.turning) return;
+  const Vec3 s = motion.shift + motion.turn.cross(r);
+  const double s2 = s.squaredNorm();
+  if (!(s2 > 0)) return;
+  const double weight = length * (s[ti] * s[ti]) / s2;
+  const Vec3 f = (weight / s2) * s;
+  part.turn_force[axis] += f;
+  part.turn_moment[axis] += r.cross(f);
+  part.turn_moment_axis[axis] += r.dot(motion.tool_axis) * motion.tool_axis.cross(f);
+  part.turn_volume[axis] += weight;
+}
+
+void cut_ray(Field& field, Tile& tile, int slot, float a, float b) {
+  for (Plane* p = &tile.first; p && !p->empty_at(slot);) {
+    const float in = p->in[slot], out = p->out[slot];
+    if (in >= b) break;
+    if (out <= a) {
+      p = p->next;
+      continue;
+    }
+    if (in < a && out > b) {
+      Span rest = FieldSnapshot::span_at(*p, slot);
+      rest.in = b;
+      rest.paint_in = 0;
+      insert_span(field, field.next_plane(*p), slot, rest);
+      p->out[slot] = a;
+      break;
+    }
+    if (in < a) {
+      p->out[slot] = a;
+    } else if (out > b) {
+      p->in[slot] = b;
+    } else {
+      erase_span(field, *p, slot);
+      continue;
+    }
+    p = p->next;
+  }
+}
+
+void deposit_ray(Field& field, Tile& tile, int slot, float a, float b, uint8_t material) {
+  // `a` moves up through the ray; each gap before a span is filled, joining spans of the same material.
+  Plane* p = &tile.first;
+  Plane* before = nullptr;  // the span that ends at or before a, if it is right there
+  while (p && !p->empty_at(slot) && p->out[slot] < a) p = p->next ? p->next : &field.next_plane(*p);
+  while (a < b) {
+    const bool there = p && !p->empty_at(slot);
+    if (there && p->in[slot] <= a) {
+      // Inside (or at the end of) a span: go on from its end.
+      a = std::max(a, p->out[slot]);
+      before = p;
+      p = &field.next_plane(*p);
+      continue;
+    }
+    const float gap_end = there ? std::min(b, p->in[slot]) : b;
+    const bool joins_before = before && before->out[slot] == a && before->material[slot] == material;
+    const bool joins_after = there && p->in[slot] == gap_end && p->material[slot] == material;
+    if (joins_before && joins_after) {
+      before->out[slot] = p->out[slot];
+      before->normal_out[slot] = p->normal_out[slot];
+      if (before->paint || p->paint) field.paint_of(*before).out[slot] = p->paint ? p->paint->out[slot] : 0;
+      a = std::max(gap_end, before->out[slot]);
+      erase_span(field, *p, slot);
+    } else if (joins_before) {
+      before->out[slot] = gap_end;
+      before->normal_out[slot] = there && p->in[slot] == gap_end ? negate_normal(p->normal_in[slot]) : 0;
+      if (before->paint) before->paint->out[slot] = 0;
+      a = gap_end;
+    } else if (joins_after) {
+      p->in[slot] = a;
+      p->normal_in[slot] = before && before->out[slot] == a ? negate_normal(before->normal_out[slot]) : 0;
+      if (p->paint) p->paint->in[slot] = 0;
+      a = gap_end;
+    } else {
+      Span fresh{a, gap_end, material, 0, 0, 0, 0};
+      if (before && before->out[slot] == a) fresh.normal_in = negate_normal(before->normal_out[slot]);
+      if (there && p->in[slot] == gap_end) fresh.normal_out = negate_normal(p->normal_in[slot]);
+      insert_span(field, *p, slot, fresh);
+      before = p;
+      p = &field.next_plane(*p);
+      a = gap_end;
+    }
+  }
+}
+
+void flush_sums(TileJob& job) {
+  if (job.sums.material == kMixedMaterial) return;
+  const auto axis = static_cast<size_t>(job.rays.axis);
+  const auto u = u_index(job.rays.axis), v = v_index(job.rays.axis), t = depth_index(job.rays.axis);
+  RemovedPart& part = job.removed->part(job.sums.material);
+  const LaneSums& sums = job.sums;
+  const double volume = reduce(sums.length);
+  const Vec3& ref = job.motion->reference;
+  part.volume[axis] += volume;
+  part.moment[axis][u] += reduce_by_lane(sums.length) + reduce(sums.length_u0) + volume * (0.5 - ref[u]);
+  part.moment[axis][v] += reduce(sums.length_v) + volume * (0.5 - ref[v]);
+  part.moment[axis][t] += 0.5 * reduce(sums.length_t2) + volume * (static_cast<double>(job.t_ref) - ref[t]);
+  if (job.rays.axis == Axis::z) {
+    const double n = reduce(sums.nodes);
+    part.points += static_cast<int64_t>(n);
+    part.node_sum[static_cast<size_t>(u)] += static_cast<int64_t>(reduce_by_lane(sums.nodes) + reduce(sums.nodes_u0));
+    part.node_sum[static_cast<size_t>(v)] += static_cast<int64_t>(reduce(sums.nodes_v));
+    part.node_sum[static_cast<size_t>(t)] +=
+        static_cast<int64_t>(0.5 * reduce(sums.nodes_t2) + n * static_cast<double>(job.t_ref));
+  }
+  job.sums = LaneSums();
+}
+
+void run_tile(Operation operation, TileJob& job) {
+  ScalarRays scalar;
+  job.ends = {};
+  job.shrank = false;
+  if (operation == Operation::paint) {
+    HWY_DYNAMIC_DISPATCH(RunVectors)(operation, job, scalar);
+    return;
+  }
+  const bool growing = operation == Operation::deposit || operation == Operation::deposit_contact;
+  const bool mixed = job.tile->material == kMixedMaterial;
+  const uint8_t material = growing ? job.material : job.tile->material;
+  if (!growing) job.material = kMixedMaterial;  // add_overlap then asks the span
+  if (!scalar_sums(job, mixed && !growing) && job.sums.material != material) {
+    flush_sums(job);
+    job.sums.material = material;
+  }
+  HWY_DYNAMIC_DISPATCH(RunVectors)(operation, job, scalar);
+  if (!scalar.met) return;
+  if (operation == Operation::contact || operation == Operation::deposit_contact) return;
+
+  auto& tile = *const_cast<Tile*>(job.tile);
+  if (scalar.any)
+    for (int row = 0; row < kTileSide; row++)
+      for (unsigned bits = scalar.rows[row]; bits; bits &= bits - 1) {
+        const int lane = __builtin_ctz(bits), slot = row * kTileSide + lane;
+        const float a = job.spans.lo[slot], b = job.spans.hi[slot];
+        if (growing)
+          deposit_ray(*job.field, tile, slot, a, b, job.material);
+        else
+          cut_ray(*job.field, tile, slot, a, b);
+        // The ends the tool made are those at exactly a and b.
+        for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next) {
+          if ((growing ? p->in : p->out)[slot] == a) job.ends.lo[row] |= static_cast<uint16_t>(1u << lane);
+          if ((growing ? p->out : p->in)[slot] == b) job.ends.hi[row] |= static_cast<uint16_t>(1u << lane);
+        }
+      }
+  if (growing) {
+    tile.material = tile.empty || tile.material == job.material ? job.material : kMixedMaterial;
+    tile.empty = false;
+    for (int row = 0; row < kTileSide; row++)
+      for (unsigned bits = job.ends.lo[row] | job.ends.hi[row]; bits; bits &= bits - 1) {
+        const int slot = row * kTileSide + __builtin_ctz(bits);
+        tile.near = std::min(tile.near, job.spans.lo[slot]);
+        tile.far = std::max(tile.far, job.spans.hi[slot]);
+      }
+  }
+  job.ends.flip = !growing;
+  bool ends = false;
+  for (int row = 0; row < kTileSide; row++) ends |= (job.ends.lo[row] | job.ends.hi[row]) != 0;
+  if (ends) {
+    job.solid->normals(job.rays, job.layer, job.spans, job.ends, job.codes);
+    HWY_DYNAMIC_DISPATCH(StoreNormals)(job, !growing);
+  }
+  if (job.shrank || scalar.any) {
+    job.field->trim_planes(tile);
+    if (tile.empty) job.field->clear_tile(job.tu, job.tv);
+  }
+}
+
+}  // namespace kibori
+#endif

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+// The inner loop of every edit: one layer of a solid's intervals against one tile. Internal to `edit`.
+#pragma once
+
+#include <array>
+
+#include <kibori/dexel/field.h>
+#include <kibori/edit/removed.h>
+#include <kibori/edit/edit.h>
+#include <kibori/solid/solid.h>
+
+namespace kibori {
+
+enum class Operation { cut, deposit, paint, contact, deposit_contact };
+
+// Sums over the tiles of one field, by lane; lattice units. Doubles, so that whole numbers stay exact.
+struct LaneSums {
+  alignas(64) double length[kTileSide] = {};
+  alignas(64) double length_u0[kTileSide] = {};  // weighted by the tile's first u
+  alignas(64) double length_v[kTileSide] = {};
+  alignas(64) double length_t2[kTileSide] = {};  // weighted by twice (depth - t_ref)
+  alignas(64) double nodes[kTileSide] = {};      // the same of lattice nodes, for the z field
+  alignas(64) double nodes_u0[kTileSide] = {};
+  alignas(64) double nodes_v[kTileSide] = {};
+  alignas(64) double nodes_t2[kTileSide] = {};
+  uint8_t material = kMixedMaterial;  // whose sums these are; kMixedMaterial: nothing summed yet
+};
+
+struct TileJob {
+  Field* field;       // null for contact: nothing is written
+  const Tile* tile;   // current content
+  int tu, tv;
+  RayTile rays;
+  const Solid* solid;
+  int layer;
+  SpanLayer spans;
+  EndMasks ends;
+  NormalCodes codes;
+  float t_ref;        // whole number near the tool's depth
+  bool deep;          // the tool is too deep for node sums in float32
+  LaneSums sums;
+  uint8_t material;   // of a deposit
+  Color color;        // of paint
+  bool shrank;        // set by a cut that emptied a slot
+  const Motion* motion;
+  Removed* removed;
+};
+
+// Runs the operation on the tile. Writes copy the tile first if it is shared.
+void run_tile(Operation operation, TileJob& job);
+
+// Adds what `job.sums` holds to `job.removed`; to be called after the last tile.
+void flush_sums(TileJob& job);
+
+}  // namespace kibori

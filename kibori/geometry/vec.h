@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// Vectors, boxes and poses. Lengths are mm in the world and pitches ("lattice units") in the lattice.
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+namespace kibori {
+
+using Vec3 = Eigen::Vector3d;
+using Mat3 = Eigen::Matrix3d;
+using Index3 = Eigen::Array3i;
+
+// Axis-aligned box; empty when min > max on some axis.
+struct Box {
+  Vec3 min = Vec3::Constant(std::numeric_limits<double>::infinity());
+  Vec3 max = Vec3::Constant(-std::numeric_limits<double>::infinity());
+
+  bool empty() const { return !(min.array() <= max.array()).all(); }
+  void include(const Vec3& point) {
+    min = min.cwiseMin(point);
+    max = max.cwiseMax(point);
+  }
+  void include(const Box& other) {
+    min = min.cwiseMin(other.min);
+    max = max.cwiseMax(other.max);
+  }
+  Box grown(double by) const { return {min.array() - by, max.array() + by}; }
+  Vec3 size() const { return max - min; }
+  Vec3 centre() const { return 0.5 * (min + max); }
+};
+
+// Where a tool is: its tip (origin of the tool frame) and its frame; frame.col(2) points from the tip into the body.
+struct Pose {
+  Vec3 tip = Vec3::Zero();
+  Mat3 frame = Mat3::Identity();
+
+  Vec3 axis() const { return frame.col(2); }
+  Vec3 to_world(const Vec3& in_tool) const { return tip + frame * in_tool; }
+};
+
+// A frame whose third column is `axis` (any length > 0); the first is turned by roll_rad about it from a fixed
+// reference: the world x axis, or y where x is nearly parallel.
+Mat3 frame_from_axis(const Vec3& axis, double roll_rad = 0);
+
+// Rotation vector (direction = axis, length = angle [rad], shortest arc) that takes direction a to b, both unit.
+// For opposite directions it is zero: the caller refuses those.
+Vec3 shortest_turn(const Vec3& from, const Vec3& to);
+
+// Rotation matrix of a rotation vector [rad] (Rodrigues).
+Mat3 rotation(const Vec3& rotation_vector);
+
+}  // namespace kibori

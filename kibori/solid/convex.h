@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: MIT
+// A convex solid {q >= 0} with {l_j >= 0}, one quadric and up to six half-spaces, swept along a straight line: the
+// finger, flat cutter, cone, ellipsoid, box and half-space are all of this kind. Exact, one interval per ray.
+//
+// Put the body at motion parameter s; depth t along the ray is in the sweep when some s in [0, 1] has
+// q(t, s) >= 0 and all l_j(t, s) >= 0. In the (t, s) plane that is a convex region, and the sweep's interval is its
+// shadow on the t axis. The shadow's ends lie
+//   - on s = 0 or s = 1 (the end poses),                      s
+//   - on a line l_j = 0 (the swept rim of a cap), or        1 ┼──╭────╮──  <- end pose
+//   - where q = 0 has a vertical tangent (silhouette).        │ ╭╯    │
+// Each is one quadratic; those inside the region are        0 ┼─╰─────╯──  <- start pose
+// candidates, and the interval is their hull.                 └──────────► t
+#pragma once
+
+#include <array>
+
+#include <kibori/solid/solid.h>
+
+namespace kibori {
+
+struct ConvexBody {
+  static constexpr int kMaxPlanes = 6;
+
+  // q(x) = x'Qx + 2b'x + c and l_j(x) = n_j'x + c_j, tool frame, lattice units.
+  Mat3 q = Mat3::Zero();
+  Vec3 b = Vec3::Zero();
+  double c = 1;  // q = 1: no quadric at all
+  int planes = 0;
+  std::array<Vec3, kMaxPlanes> plane_normal;
+  std::array<double, kMaxPlanes> plane_offset;
+  // Set for a cone: q is not concave, and plane 0 (through the apex) picks the nappe; it has no face of its own.
+  bool cone = false;
+  // Corners of a box in the tool frame that holds the body; infinite where the body is.
+  Box local_bounds;
+
+  void add_plane(const Vec3& normal, double offset);
+  // Same body, larger by `factor`.
+  ConvexBody scaled(double factor) const;
+};
+
+class SweptConvex final : public Solid {
+ public:
+  // tip, frame: pose at the start; motion [lattice units].
+  SweptConvex(const ConvexBody& body, const Vec3& tip, const Mat3& frame, const Vec3& motion);
+
+  Box bounds() const override { return bounds_; }
+  bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
+  void normals(const RayTile& rays, int layer, const SpanLayer& spans, const EndMasks& ends,
+               NormalCodes& out) const override;
+
+  // The sweep as one field sees it: coordinates (u, v, t) relative to the tip at the start.
+  struct View {
+    double tip_u, tip_v, tip_d;
+    float quu, quv, qvv, qut, qvt, qtt;  // the quadric
+    float bu, bv, bt, c;
+    float mu, mv, mt;                    // motion
+    float qm_u, qm_v, qm_t, bm;          // Q motion, b'motion
+    float tt, ts, ss;                    // q(t, s) = tt t^2 + 2 ts t s + ss s^2 + ...
+    float s_min, s_max;
+    bool moving, cone;
+    int planes;
+    float nu[ConvexBody::kMaxPlanes], nv[ConvexBody::kMaxPlanes], nt[ConvexBody::kMaxPlanes];
+    float offset[ConvexBody::kMaxPlanes], slope[ConvexBody::kMaxPlanes];  // slope: d l_j / d s
+  };
+
+ private:
+  View view_at(const RayTile& rays) const;
+
+  Vec3 motion_;
+  Box bounds_;
+  bool recentre_;
+  std::array<View, 3> views_;
+  // Doubles behind the views, for re-centring long sweeps.
+  Mat3 q_;
+  Vec3 b_;
+  double c_;
+  std::array<Vec3, ConvexBody::kMaxPlanes> plane_normal_;
+  std::array<double, ConvexBody::kMaxPlanes> plane_offset_;
+};
+
+}  // namespace kibori

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// Where the rays of a field cross a triangle, exactly: vertices snap to a sub-cell integer grid seen along the rays,
+// and whether a ray passes inside is decided by integer edge functions. A ray that meets an edge or a vertex is
+// moved, in thought, by (eps_u, eps_v) with the x shift far larger than y's and y's than z's, so every closed
+// surface is crossed as often inwards as outwards, and the three fields agree on who owns an edge.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+#include <kibori/base/tolerances.h>
+#include <kibori/geometry/axis.h>
+#include <kibori/geometry/vec.h>
+
+namespace kibori {
+
+// Rays with u0 <= u < u1, v0 <= v < v1.
+struct RayRect {
+  int u0, u1, v0, v1;
+};
+
+// A vertex as one field sees it: snapped (u, v), exact depth [lattice units].
+struct SnappedPoint {
+  int64_t u, v;
+  double depth;
+};
+
+inline SnappedPoint snap(const Vec3& lattice_point, Axis axis) {
+  constexpr double kScale = 1 << kSnapBits;
+  return {std::llround(lattice_point[u_index(axis)] * kScale), std::llround(lattice_point[v_index(axis)] * kScale),
+          lattice_point[depth_index(axis)]};
+}
+
+// Calls f(u, v, depth, sign) for each ray of `rect` that crosses triangle abc; sign is +1 where the ray goes in
+// (against the outward normal), -1 where it comes out.
+template <class F>
+void for_crossings(const SnappedPoint& a, const SnappedPoint& b, const SnappedPoint& c, Axis axis,
+                   const RayRect& rect, F&& f) {
+  constexpr int64_t kOne = int64_t{1} << kSnapBits, kHalf = kOne / 2;
+  const int64_t area = (b.u - a.u) * (c.v - a.v) - (b.v - a.v) * (c.u - a.u);
+  if (area == 0) return;
+  const auto [u_min, u_max] = std::minmax({a.u, b.u, c.u});
+  const auto [v_min, v_max] = std::minmax({a.v, b.v, c.v});
+  // Ray i stands at (i + 1/2) kOne.
+  const auto first_at = [](int64_t x) { return static_cast<int>((x + kHalf - 1) >> kSnapBits); };
+  const auto last_at = [](int64_t x) { return static_cast<int>((x - kHalf) >> kSnapBits); };
+  const int u0 = std::max(rect.u0, first_at(u_min)), u1 = std::min(rect.u1 - 1, last_at(u_max));
+  const int v0 = std::max(rect.v0, first_at(v_min)), v1 = std::min(rect.v1 - 1, last_at(v_max));
+  if (u0 > u1 || v0 > v1) return;
+
+  const int64_t turn = area > 0 ? 1 : -1;
+  const SnappedPoint* p[3] = {&a, &b, &c};
+  int64_t du[3], dv[3], start[3];
+  for (int e = 0; e < 3; e++) {
+    const SnappedPoint &from = *p[e], &to = *p[(e + 1) % 3];
+    du[e] = turn * (to.u - from.u);
+    dv[e] = turn * (to.v - from.v);
+    const int64_t pu = (int64_t{u0} << kSnapBits) + kHalf, pv = (int64_t{v0} << kSnapBits) + kHalf;
+    start[e] = du[e] * (pv - from.v) - dv[e] * (pu - from.u);
+    // On the edge: owned if the shifted ray is inside. The shift along the lower-numbered axis wins.
+    const bool u_first = u_index(axis) < v_index(axis);
+    const bool owned = u_first ? (dv[e] < 0 || (dv[e] == 0 && du[e] > 0)) : (du[e] > 0 || (du[e] == 0 && dv[e] < 0));
+    if (!owned) start[e] -= 1;  // then `inside` is >= 0 for every edge
+  }
+  const int sign = area > 0 ? -1 : 1;  // counter-clockwise seen against the ray's direction: coming out
+  const double inverse = 1.0 / static_cast<double>(turn * area);
+  const auto [d_min, d_max] = std::minmax({a.depth, b.depth, c.depth});
+  for (int v = v0; v <= v1; v++) {
+    const int64_t row = int64_t{v - v0} << kSnapBits;
+    int64_t w0 = start[0] + du[0] * row, w1 = start[1] + du[1] * row, w2 = start[2] + du[2] * row;
+    for (int u = u0; u <= u1; u++) {
+      if ((w0 | w1 | w2) >= 0) {
+        // Edge e faces the vertex that is not on it.
+        const double wa = static_cast<double>(w1) * inverse, wb = static_cast<double>(w2) * inverse;
+        const double depth = c.depth + wa * (a.depth - c.depth) + wb * (b.depth - c.depth);
+        f(u, v, std::clamp(depth, d_min, d_max), sign);
+      }
+      w0 -= dv[0] << kSnapBits;
+      w1 -= dv[1] << kSnapBits;
+      w2 -= dv[2] << kSnapBits;
+    }
+  }
+}
+
+}  // namespace kibori

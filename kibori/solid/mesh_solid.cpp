@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/solid/mesh_solid.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include <kibori/dexel/normal_code.h>
+#include <kibori/solid/crossings.h>
+
+namespace kibori {
+namespace {
+
+// Neighbouring prisms meet to rounding; a gap this thin [lattice units] between two of them is no gap.
+constexpr float kSeam = 1e-3f;
+
+uint32_t code_of(const Vec3& normal, Axis axis) {
+  return encode_normal(normal[u_index(axis)], normal[v_index(axis)], normal[depth_index(axis)]);
+}
+
+// Narrows [lo, hi] to where slope x + offset >= 0.
+void clip(double slope, double offset, double& lo, double& hi) {
+  if (slope > 0)
+    lo = std::max(lo, -offset / slope);
+  else if (slope < 0)
+    hi = std::min(hi, -offset / slope);
+  else if (offset < 0)
+    hi = lo - 1;
+}
+
+}  // namespace
+
+SweptMesh::SweptMesh(const TriangleMesh& mesh, const Pose& start, const Vec3& motion_mm, const Lattice& lattice)
+    : triangles_(mesh.triangles), motion_(motion_mm / lattice.pitch_mm) {
+  static std::atomic<uint64_t> next_id{1};
+  id_ = next_id++;
+  points_.reserve(mesh.vertices.size());
+  for (const Vec3& p : mesh.vertices) {
+    points_.push_back(lattice.to_lattice(start.to_world(p)));
+    bounds_.include(points_.back());
+    bounds_.include(Vec3(points_.back() + motion_));
+  }
+}
+
+const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const {
+  struct Cache {
+    uint64_t id = 0;
+    RayTile rays{Axis::x, -1, -1};
+    TileIntervals intervals;
+    std::array<std::vector<std::pair<float, std::pair<int, uint32_t>>>, kTileRays> crossings;
+  };
+  thread_local Cache cache;
+  if (cache.id == id_ && cache.rays.axis == rays.axis && cache.rays.u0 == rays.u0 && cache.rays.v0 == rays.v0)
+    return cache.intervals;
+  cache.id = id_;
+  cache.rays = rays;
+  for (auto& list : cache.intervals) list.clear();
+  for (auto& list : cache.crossings) list.clear();
+
+  const Axis axis = rays.axis;
+  const int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
+  const RayRect rect{rays.u0, rays.u0 + kTileSide, rays.v0, rays.v0 + kTileSide};
+  const double mu = motion_[ui], mv = motion_[vi], md = motion_[di];
+  const bool moving = motion_.squaredNorm() > 1e-24;
+  for (const auto& triangle : triangles_) {
+    const Vec3 &a = points_[triangle[0]], &b = points_[triangle[1]], &c = points_[triangle[2]];
+    const auto [u_lo, u_hi] = std::minmax({a[ui], b[ui], c[ui]});
+    const auto [v_lo, v_hi] = std::minmax({a[vi], b[vi], c[vi]});
+    if (u_hi + std::max(mu, 0.0) < rect.u0 || u_lo + std::min(mu, 0.0) > rect.u1 ||
+        v_hi + std::max(mv, 0.0) < rect.v0 || v_lo + std::min(mv, 0.0) > rect.v1)
+      continue;
+    const Vec3 normal = (b - a).cross(c - a);
+    const uint32_t face_code = code_of(normal, axis);
+    for_crossings(snap(a, axis), snap(b, axis), snap(c, axis), axis, rect, [&](int u, int v, double depth, int sign) {
+      const auto slot = static_cast<size_t>((v - rays.v0) * kTileSide + (u - rays.u0));
+      // The depth on the unsnapped plane, where the prism of this triangle begins.
+      Vec3 o = Vec3::Zero();
+      o[ui] = u + 0.5;
+      o[vi] = v + 0.5;
+      const auto [low, high] = std::minmax({a[di], b[di], c[di]});
+      const double exact = normal.dot(a - o) / normal[di];
+      depth = std::isfinite(exact) ? std::clamp(exact, low, high) : depth;
+      cache.crossings[slot].push_back({static_cast<float>(depth), {sign, face_code}});
+    });
+    if (!moving) continue;
+    // The prism: over the (t, s) plane of a ray, the triangle is a line (its plane) clipped by three edges and
+    // 0 <= s <= 1; the prism's interval is the shadow of that segment on t.
+    const double alpha = normal[di], beta = -normal.dot(motion_);
+    if (std::abs(alpha) + std::abs(beta) < 1e-12 * normal.norm()) continue;
+    const bool by_s = std::abs(alpha) >= std::abs(beta);
+    const Vec3 edge_normal[3] = {normal.cross(b - a), normal.cross(c - b), normal.cross(a - c)};
+    const Vec3* corner[3] = {&a, &b, &c};
+    // Silhouette normals of the prism's sides, per edge.
+    Vec3 side[3] = {(b - a).cross(motion_), (c - b).cross(motion_), (a - c).cross(motion_)};
+    for (int e = 0; e < 3; e++)
+      if (side[e].dot(*corner[(e + 2) % 3] - *corner[e]) > 0) side[e] = -side[e];
+    const int u0 = std::max(rect.u0, static_cast<int>(std::floor(u_lo + std::min(mu, 0.0) - 0.5)));
+    const int u1 = std::min(rect.u1 - 1, static_cast<int>(std::ceil(u_hi + std::max(mu, 0.0) - 0.5)));
+    const int v0 = std::max(rect.v0, static_cast<int>(std::floor(v_lo + std::min(mv, 0.0) - 0.5)));
+    const int v1 = std::min(rect.v1 - 1, static_cast<int>(std::ceil(v_hi + std::max(mv, 0.0) - 0.5)));
+    for (int v = v0; v <= v1; v++)
+      for (int u = u0; u <= u1; u++) {
+        Vec3 o = Vec3::Zero();
+        o[ui] = u + 0.5;
+        o[vi] = v + 0.5;
+        const double gamma = normal.dot(o - a);
+        const double other0 = by_s ? -gamma / alpha : -gamma / beta, step = by_s ? -beta / alpha : -alpha / beta;
+        double lo = by_s ? 0 : -1e30, hi = by_s ? 1 : 1e30;
+        if (!by_s) {
+          clip(step, other0, lo, hi);
+          clip(-step, 1 - other0, lo, hi);
+        }
+        int edge_lo = -1, edge_hi = -1;
+        for (int e = 0; e < 3; e++) {
+          const double per_t = edge_normal[e][di], per_s = -edge_normal[e].dot(motion_);
+          const double base = edge_normal[e].dot(o - *corner[e]);
+          const double slope = by_s ? per_s + per_t * step : per_t + per_s * step;
+          const double lo_before = lo, hi_before = hi;
+          clip(slope, base + other0 * (by_s ? per_t : per_s), lo, hi);
+          if (lo != lo_before) edge_lo = e;
+          if (hi != hi_before) edge_hi = e;
+        }
+        if (!(lo <= hi)) continue;
+        const double t0 = by_s ? other0 + step * lo : lo, t1 = by_s ? other0 + step * hi : hi;
+        const uint32_t code0 = code_of(edge_lo < 0 ? normal : side[edge_lo], axis);
+        const uint32_t code1 = code_of(edge_hi < 0 ? normal : side[edge_hi], axis);
+        const bool forward = t0 <= t1;
+        // The tri's own face normal turns with the side of the prism it closes: codes carry no depth sign, so
+        // flip where the component along the ray would come out wrong.
+        const auto facing = [&](const Vec3& n, uint32_t code, bool at_hi) {
+          return (n[di] > 0) == at_hi || n[di] == 0 ? code : negate_normal(code);
+        };
+        const Vec3& n0 = edge_lo < 0 ? normal : side[edge_lo];
+        const Vec3& n1 = edge_hi < 0 ? normal : side[edge_hi];
+        const auto slot = static_cast<size_t>((v - rays.v0) * kTileSide + (u - rays.u0));
+        if (forward)
+          cache.intervals[slot].push_back({static_cast<float>(t0), static_cast<float>(t1), facing(n0, code0, false),
+                                           facing(n1, code1, true)});
+        else
+          cache.intervals[slot].push_back({static_cast<float>(t1), static_cast<float>(t0), facing(n1, code1, false),
+                                           facing(n0, code0, true)});
+      }
+  }
+  static_cast<void>(md);
+  for (size_t slot = 0; slot < kTileRays; slot++) {
+    auto& crossings = cache.crossings[slot];
+    auto& list = cache.intervals[slot];
+    std::sort(crossings.begin(), crossings.end());
+    int winding = 0;
+    for (size_t i = 0; i < crossings.size(); i++) {
+      const int before = winding;
+      winding += crossings[i].second.first;
+      if (before == 0) list.push_back({crossings[i].first, crossings[i].first, crossings[i].second.second, 0});
+      if (winding == 0 && before != 0) {
+        list.back().hi = crossings[i].first;
+        list.back().normal_hi = crossings[i].second.second;
+      }
+    }
+    std::sort(list.begin(), list.end(), [](const Interval& a, const Interval& b) {
+      return a.lo != b.lo ? a.lo < b.lo : a.hi < b.hi;
+    });
+    size_t kept = 0;
+    for (const Interval& next : list) {
+      if (kept > 0 && next.lo <= list[kept - 1].hi + kSeam) {
+        if (next.hi > list[kept - 1].hi) {
+          list[kept - 1].hi = next.hi;
+          list[kept - 1].normal_hi = next.normal_hi;
+        }
+      } else {
+        list[kept++] = next;
+      }
+    }
+    list.resize(kept);
+    std::erase_if(list, [](const Interval& i) { return !(i.lo < i.hi); });
+  }
+  return cache.intervals;
+}
+
+bool SweptMesh::spans(const RayTile& rays, int layer, SpanLayer& out) const {
+  const TileIntervals& all = intervals(rays);
+  out.rows = 0;
+  const auto wanted = static_cast<size_t>(layer);
+  for (int row = 0; row < kTileSide; row++)
+    for (int lane = 0; lane < kTileSide; lane++) {
+      const int slot = row * kTileSide + lane;
+      const auto& list = all[static_cast<size_t>(slot)];
+      const bool there = wanted < list.size();
+      out.lo[slot] = there ? list[wanted].lo : kFar;
+      out.hi[slot] = there ? list[wanted].hi : -kFar;
+      if (there) out.rows |= static_cast<uint16_t>(1u << row);
+    }
+  return out.rows != 0;
+}
+
+void SweptMesh::normals(const RayTile& rays, int layer, const SpanLayer&, const EndMasks& ends,
+                        NormalCodes& out) const {
+  const TileIntervals& all = intervals(rays);
+  for (int row = 0; row < kTileSide; row++)
+    for (int lane = 0; lane < kTileSide; lane++) {
+      const int slot = row * kTileSide + lane;
+      const auto& list = all[static_cast<size_t>(slot)];
+      if (static_cast<size_t>(layer) >= list.size()) continue;
+      const Interval& own = list[static_cast<size_t>(layer)];
+      const auto turned = [&](uint32_t code) { return ends.flip ? negate_normal(code) : code; };
+      if ((ends.lo[row] >> lane) & 1) out.lo[slot] = turned(own.normal_lo);
+      if ((ends.hi[row] >> lane) & 1) out.hi[slot] = turned(own.normal_hi);
+    }
+}
+
+}  // namespace kibori

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/solid/solid.h>
+
+#include <limits>
+
+namespace kibori {
+namespace {
+
+bool row_filled(const SpanLayer& layer, int row) { return (layer.rows >> row) & 1; }
+
+}  // namespace
+
+// ---- Complement: the gaps between the layers of `inside` ----
+
+Box Complement::bounds() const {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  return {Vec3::Constant(-inf), Vec3::Constant(inf)};
+}
+
+bool Complement::spans(const RayTile& rays, int layer, SpanLayer& out) const {
+  // Gap k runs from the end of interval k - 1 to the start of interval k.
+  SpanLayer before, after;
+  const bool has_before = layer > 0 && inside_.spans(rays, layer - 1, before);
+  if (layer > 0 && !has_before) return false;
+  const bool has_after = inside_.spans(rays, layer, after);
+  out.rows = 0xffff;
+  for (int row = 0; row < kTileSide; row++)
+    for (int slot = row * kTileSide; slot < (row + 1) * kTileSide; slot++) {
+      const bool in_before = layer > 0 && row_filled(before, row) && before.lo[slot] < before.hi[slot];
+      const bool in_after = has_after && row_filled(after, row) && after.lo[slot] < after.hi[slot];
+      const bool exists = layer == 0 || in_before;
+      out.lo[slot] = !exists ? kFar : layer == 0 ? -kFar : before.hi[slot];
+      out.hi[slot] = !exists ? -kFar : in_after ? after.lo[slot] : kFar;
+    }
+  return true;
+}
+
+void Complement::normals(const RayTile& rays, int layer, const SpanLayer&, const EndMasks& ends,
+                         NormalCodes& out) const {
+  // Our lo is the hi of interval layer - 1, our hi the lo of interval `layer`; out of us is into the other.
+  SpanLayer inner;
+  NormalCodes codes;
+  const auto turn = [&](int inner_layer, bool at_inner_hi, const uint16_t (&mask)[kTileSide], uint32_t* to) {
+    if (inner_layer < 0 || !inside_.spans(rays, inner_layer, inner)) return;
+    EndMasks want = {};
+    want.flip = !ends.flip;
+    for (int row = 0; row < kTileSide; row++)
+      if (row_filled(inner, row)) (at_inner_hi ? want.hi : want.lo)[row] = mask[row];
+    inside_.normals(rays, inner_layer, inner, want, codes);
+    const uint32_t* from = at_inner_hi ? codes.hi : codes.lo;
+    for (int row = 0; row < kTileSide; row++)
+      for (int i = 0; i < kTileSide; i++)
+        if ((mask[row] >> i) & 1) to[row * kTileSide + i] = from[row * kTileSide + i];
+  };
+  turn(layer - 1, true, ends.lo, out.lo);
+  turn(layer, false, ends.hi, out.hi);
+}
+
+// ---- Difference: each interval of `whole` splits into what lies before and after `part` ----
+
+bool Difference::spans(const RayTile& rays, int layer, SpanLayer& out) const {
+  if (!whole_.spans(rays, layer / 2, out)) return false;
+  SpanLayer part;
+  if (!part_.spans(rays, 0, part)) part.rows = 0;
+  const bool before = layer % 2 == 0;
+  for (int row = 0; row < kTileSide; row++) {
+    if (!row_filled(out, row)) continue;
+    for (int slot = row * kTileSide; slot < (row + 1) * kTileSide; slot++) {
+      const bool overlaps = row_filled(part, row) && part.lo[slot] < part.hi[slot] &&
+                            part.lo[slot] < out.hi[slot] && out.lo[slot] < part.hi[slot];
+      if (before) {
+        if (overlaps) out.hi[slot] = std::min(out.hi[slot], part.lo[slot]);
+      } else {
+        out.lo[slot] = overlaps ? std::max(out.lo[slot], part.hi[slot]) : kFar;
+      }
+      if (!(out.lo[slot] < out.hi[slot])) {
+        out.lo[slot] = kFar;
+        out.hi[slot] = -kFar;
+      }
+    }
+  }
+  return true;
+}
+
+void Difference::normals(const RayTile& rays, int layer, const SpanLayer& spans, const EndMasks& ends,
+                         NormalCodes& out) const {
+  whole_.normals(rays, layer / 2, spans, ends, out);
+}
+
+}  // namespace kibori

@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/solid/tool.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numbers>
+
+#include <kibori/base/trig.h>
+
+namespace kibori {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+template <class... F>
+struct Overloaded : F... {
+  using F::operator()...;
+};
+template <class... F>
+Overloaded(F...) -> Overloaded<F...>;
+
+double cone_slope(const Cone& cone) {  // radius per height
+  const SinCos half = sin_cos(cone.angle_deg * (std::numbers::pi / 360));
+  return half.sin / half.cos;
+}
+
+Box cylinder_box(double radius, double z0, double z1) {
+  return {Vec3(-radius, -radius, z0), Vec3(radius, radius, z1)};
+}
+
+ConvexBody cylinder(double radius, double z0, double z1) {
+  ConvexBody body;
+  body.q.diagonal() << -1 / radius, -1 / radius, 0;
+  body.c = radius;
+  body.add_plane(Vec3(0, 0, 1), -z0);
+  body.add_plane(Vec3(0, 0, -1), z1);
+  body.local_bounds = cylinder_box(radius, z0, z1);
+  return body;
+}
+
+ConvexBody cone_body(double slope, double height) {
+  ConvexBody body;
+  body.cone = true;
+  body.q.diagonal() << -1, -1, slope * slope;
+  body.c = 0;
+  body.add_plane(Vec3(0, 0, 1), 0);
+  body.add_plane(Vec3(0, 0, -1), height);
+  body.local_bounds = cylinder_box(slope * height, 0, height);
+  return body;
+}
+
+ConvexBody finger_body(double ks, double length) {
+  ConvexBody body;
+  body.q.diagonal() << -ks, -ks, 0;
+  body.b = Vec3(0, 0, 0.5);
+  body.c = 0;
+  body.add_plane(Vec3(0, 0, -1), length);
+  body.local_bounds = cylinder_box(std::sqrt(length / ks), 0, length);
+  return body;
+}
+
+// The hull of two segments from `corner` along a and b, thickened by `radius` to both sides of their plane.
+ConvexBody thick_parallelogram(const Vec3& a, const Vec3& b, double radius) {
+  ConvexBody body;
+  const Vec3 normal = a.cross(b).normalized();
+  body.add_plane(normal, radius);
+  body.add_plane(-normal, radius);
+  const Vec3 across_a = normal.cross(a).normalized(), across_b = b.cross(normal).normalized();
+  body.add_plane(across_a, 0);
+  body.add_plane(-across_a, across_a.dot(b));
+  body.add_plane(across_b, 0);
+  body.add_plane(-across_b, across_b.dot(a));
+  for (const Vec3& p : {Vec3(Vec3::Zero()), a, b, Vec3(a + b)}) body.local_bounds.include(p);
+  body.local_bounds = body.local_bounds.grown(radius);
+  return body;
+}
+
+}  // namespace
+
+Status check_tool(const Tool& tool) {
+  std::string wrong;
+  const auto positive = [&](const char* name, double value) {
+    if (wrong.empty() && !(value > 0 && std::isfinite(value))) {
+      char text[128];
+      std::snprintf(text, sizeof text, "%s must be a positive number, not %g", name, value);
+      wrong = text;
+    }
+  };
+  const auto require = [&](bool condition, const char* text) {
+    if (wrong.empty() && !condition) wrong = text;
+  };
+  std::visit(Overloaded{[&](const Finger& t) {
+                          positive("ks", t.ks);
+                          positive("length", t.length);
+                        },
+                        [&](const BallTool& t) { positive("radius", t.radius); },
+                        [&](const Flat& t) {
+                          positive("radius", t.radius);
+                          positive("length", t.length);
+                        },
+                        [&](const Bull& t) {
+                          positive("radius", t.radius);
+                          positive("corner", t.corner);
+                          positive("length", t.length);
+                          require(t.corner <= t.radius, "corner must not exceed radius");
+                          require(t.length >= 2 * t.corner, "length must be at least twice the corner");
+                        },
+                        [&](const Cone& t) {
+                          positive("angle_deg", t.angle_deg);
+                          positive("radius", t.radius);
+                          positive("length", t.length);
+                          require(t.angle_deg >= 1 && t.angle_deg <= 175, "angle_deg must be between 1 and 175");
+                        },
+                        [&](const Capsule& t) {
+                          positive("radius", t.radius);
+                          positive("length", t.length);
+                          require(t.length >= 2 * t.radius, "length must be at least twice the radius");
+                        },
+                        [&](const HalfSpace&) {},
+                        [&](const BoxTool& t) {
+                          for (int i = 0; i < 3; i++) positive("size", t.size[i]);
+                        },
+                        [&](const Ellipsoid& t) {
+                          for (int i = 0; i < 3; i++) positive("radii", t.radii[i]);
+                        },
+                        [&](const MeshTool& t) {
+                          require(t.mesh && !t.mesh->triangles.empty(), "mesh must hold at least one triangle");
+                        }},
+             tool);
+  if (!wrong.empty()) return Error{wrong};
+  return Ok{};
+}
+
+double reach_mm(const Tool& tool) {
+  return std::visit(
+      Overloaded{[](const Finger& t) { return std::hypot(t.length, std::sqrt(t.length / t.ks)); },
+                 [](const BallTool& t) { return 2 * t.radius; },
+                 [](const Flat& t) { return std::hypot(t.length, t.radius); },
+                 [](const Bull& t) { return std::hypot(t.length, t.radius); },
+                 [](const Cone& t) { return std::hypot(t.length, t.radius); },
+                 [](const Capsule& t) { return t.length; }, [](const HalfSpace&) { return kInfinity; },
+                 [](const BoxTool& t) { return Vec3(t.size.x() / 2, t.size.y() / 2, t.size.z()).norm(); },
+                 [](const Ellipsoid& t) { return 2 * t.radii.maxCoeff(); },
+                 [](const MeshTool& t) {
+                   double reach = 0;
+                   for (const Vec3& p : t.mesh->vertices) reach = std::fmax(reach, p.norm());
+                   return reach;
+                 }},
+      tool);
+}
+
+SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm, const Lattice& lattice,
+                     const Box& material, bool start_is_clear) {
+  const double scale = 1 / lattice.pitch_mm;
+  const Vec3 tip = lattice.to_lattice(start.tip), motion = motion_mm * scale, axis = start.axis();
+  const Mat3& frame = start.frame;
+  // Height above the tip, along the axis, of the material's farthest corner: the body beyond it meets nothing.
+  double useful = kInfinity;
+  if (!material.empty() && material.min.allFinite() && material.max.allFinite()) {
+    useful = 0;
+    for (int corner = 0; corner < 8; corner++) {
+      Vec3 p = material.min;
+      for (int i = 0; i < 3; i++)
+        if ((corner >> i) & 1) p[i] = material.max[i];
+      const double height = std::max((p - tip).dot(axis), (p - tip - motion).dot(axis));
+      useful = std::max(useful, height);
+    }
+    useful += 1;
+  }
+  const auto convex = [&](const ConvexBody& body) { add<SweptConvex>(body, tip, frame, motion); };
+  std::visit(
+      Overloaded{
+          [&](const Finger& t) {
+            convex(finger_body(t.ks * lattice.pitch_mm, std::min(t.length * scale, useful)));
+          },
+          [&](const BallTool& t) {
+            add<SweptBall>(Vec3(tip + t.radius * scale * axis), motion, t.radius * scale, start_is_clear);
+          },
+          [&](const Flat& t) { convex(cylinder(t.radius * scale, 0, std::min(t.length * scale, useful))); },
+          [&](const Bull& t) {
+            const double corner = t.corner * scale;
+            const double length = std::max(2 * corner, std::min(t.length * scale, useful));
+            convex(cylinder(t.radius * scale, corner, length));
+            add<SweptRim>(Vec3(tip + corner * axis), frame, (t.radius - t.corner) * scale, corner, motion);
+          },
+          [&](const Cone& t) {
+            const double slope = cone_slope(t), height = std::min(t.radius / slope, t.length);
+            convex(cone_body(slope, std::min(height * scale, useful)));
+            if (t.length > height && useful > height * scale)
+              convex(cylinder(t.radius * scale, height * scale, std::min(t.length * scale, useful)));
+          },
+          [&](const Capsule& t) {
+            const double radius = t.radius * scale;
+            const Vec3 base = tip + radius * axis, body = (t.length * scale - 2 * radius) * axis;
+            add<SweptBall>(base, motion, radius);
+            add<SweptBall>(Vec3(base + body), motion, radius);
+            add<SweptBall>(base, body, radius);
+            add<SweptBall>(Vec3(base + motion), body, radius);
+            if (motion.cross(body).squaredNorm() > 1e-18)
+              add<SweptConvex>(thick_parallelogram(body, motion, radius), base, Mat3::Identity(), Vec3::Zero());
+          },
+          [&](const HalfSpace&) {
+            ConvexBody body;
+            body.add_plane(Vec3(0, 0, 1), 0);
+            body.local_bounds = {Vec3::Constant(-kInfinity), Vec3::Constant(kInfinity)};
+            convex(body);
+          },
+          [&](const BoxTool& t) {
+            const Vec3 s = t.size * scale;
+            ConvexBody body;
+            for (int i = 0; i < 2; i++) {
+              body.add_plane(Vec3::Unit(i), s[i] / 2);
+              body.add_plane(-Vec3::Unit(i), s[i] / 2);
+            }
+            body.add_plane(Vec3(0, 0, 1), 0);
+            body.add_plane(Vec3(0, 0, -1), s.z());
+            body.local_bounds = {Vec3(-s.x() / 2, -s.y() / 2, 0), Vec3(s.x() / 2, s.y() / 2, s.z())};
+            convex(body);
+          },
+          [&](const Ellipsoid& t) {
+            const Vec3 r = t.radii * scale;
+            ConvexBody body;
+            body.q.diagonal() = -r.cwiseProduct(r).cwiseInverse() * r.z();
+            body.b = Vec3(0, 0, 1);  // centre at height r_z: r_z - r_z |x/r|^2 expands to 2z - r_z (z/r_z)^2 ...
+            body.c = 0;
+            body.local_bounds = {Vec3(-r.x(), -r.y(), 0), Vec3(r.x(), r.y(), 2 * r.z())};
+            convex(body);
+          },
+          [&](const MeshTool& t) { add<SweptMesh>(*t.mesh, start, motion_mm, lattice); }},
+      tool);
+}
+
+const Solid& SweptTool::piece(int i) const {
+  return *std::visit(Overloaded{[](const std::monostate&) -> const Solid* { return nullptr; },
+                                [](const auto& solid) -> const Solid* { return &solid; }},
+                     pieces_[static_cast<size_t>(i)]);
+}
+
+Box SweptTool::bounds() const {
+  Box box;
+  for (int i = 0; i < count_; i++) box.include(piece(i).bounds());
+  return box;
+}
+
+bool SweptTool::spans(const RayTile& rays, int layer, SpanLayer& out) const {
+  const bool first = piece(0).spans(rays, layer, out);
+  if (count_ == 1) return first;
+  if (layer != 0) return false;
+  if (!first) out.rows = 0;
+  SpanLayer other;
+  for (int i = 1; i < count_; i++) {
+    if (!piece(i).spans(rays, 0, other)) continue;
+    for (int row = 0; row < kTileSide; row++) {
+      if (!((other.rows >> row) & 1)) continue;
+      const bool filled = (out.rows >> row) & 1;
+      for (int slot = row * kTileSide; slot < (row + 1) * kTileSide; slot++) {
+        out.lo[slot] = filled ? std::min(out.lo[slot], other.lo[slot]) : other.lo[slot];
+        out.hi[slot] = filled ? std::max(out.hi[slot], other.hi[slot]) : other.hi[slot];
+      }
+    }
+    out.rows |= other.rows;
+  }
+  return out.rows != 0;
+}
+
+void SweptTool::normals(const RayTile& rays, int layer, const SpanLayer& spans, const EndMasks& ends,
+                        NormalCodes& out) const {
+  if (count_ == 1) return piece(0).normals(rays, layer, spans, ends, out);
+  // The piece that made an end has the very same number there.
+  SpanLayer own;
+  NormalCodes codes;
+  for (int i = 0; i < count_; i++) {
+    if (!piece(i).spans(rays, 0, own)) continue;
+    EndMasks mine = {};
+    mine.flip = ends.flip;
+    for (int row = 0; row < kTileSide; row++) {
+      if (!((own.rows >> row) & 1)) continue;
+      for (int lane = 0; lane < kTileSide; lane++) {
+        const int slot = row * kTileSide + lane;
+        const unsigned bit = 1u << lane;
+        if ((ends.lo[row] & bit) && own.lo[slot] == spans.lo[slot]) mine.lo[row] |= static_cast<uint16_t>(bit);
+        if ((ends.hi[row] & bit) && own.hi[slot] == spans.hi[slot]) mine.hi[row] |= static_cast<uint16_t>(bit);
+      }
+    }
+    piece(i).normals(rays, 0, own, mine, codes);
+    for (int row = 0; row < kTileSide; row++)
+      for (int lane = 0; lane < kTileSide; lane++) {
+        const int slot = row * kTileSide + lane;
+        if ((mine.lo[row] >> lane) & 1) out.lo[slot] = codes.lo[slot];
+        if ((mine.hi[row] >> lane) & 1) out.hi[slot] = codes.hi[slot];
+      }
+  }
+}
+
+}  // namespace kibori
