@@ -1,0 +1,401 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/edit/scan_convert.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <kibori/dexel/normal_code.h>
+#include <kibori/solid/crossings.h>
+
+namespace kibori {
+namespace {
+
+struct Crossing {
+  float depth;
+  uint32_t face;  // triangle index * 2 + (1 where the ray goes in)
+};
+
+struct RaySpan {
+  float in, out;
+  uint32_t normal_in, normal_out;
+};
+
+// One field before it has tiles: the spans of ray v * nu + u are spans[first[ray]] .. spans[first[ray + 1]].
+struct RayTable {
+  Axis axis;
+  int nu, nv, nd;
+  std::vector<uint32_t> first;
+  std::vector<RaySpan> spans;
+  std::vector<uint8_t> open;  // by ray
+  int64_t rays_met = 0, rays_open = 0;
+
+  size_t rays() const { return static_cast<size_t>(nu) * static_cast<size_t>(nv); }
+  size_t ray(int u, int v) const { return static_cast<size_t>(v) * static_cast<size_t>(nu) + static_cast<size_t>(u); }
+};
+
+// Nodes k of a span: k + 1/2 in [in, out).
+int first_node(float depth) { return static_cast<int>(std::ceil(depth - 0.5f)); }
+
+// How far [cells] a span's end may lie from a node before losing that node's vote counts as more than rounding.
+constexpr float kRounding = 1e-2f;
+
+RayTable make_table(const std::vector<Vec3>& points, const TriangleMesh& mesh, const Lattice& lattice, Axis axis) {
+  RayTable table;
+  table.axis = axis;
+  table.nu = lattice.nodes[u_index(axis)];
+  table.nv = lattice.nodes[v_index(axis)];
+  table.nd = lattice.nodes[depth_index(axis)];
+  const RayRect all{0, table.nu, 0, table.nv};
+
+  std::vector<SnappedPoint> snapped(points.size());
+  for (size_t i = 0; i < points.size(); i++) snapped[i] = snap(points[i], axis);
+
+  // Two passes over the triangles: count, then fill. Scanning twice is cheaper than growing a list per ray.
+  std::vector<uint32_t> start(table.rays() + 1, 0);
+  const auto scan = [&](auto&& f) {
+    for (size_t i = 0; i < mesh.triangles.size(); i++) {
+      const auto& t = mesh.triangles[i];
+      for_crossings(snapped[t[0]], snapped[t[1]], snapped[t[2]], axis, all,
+                    [&](int u, int v, double depth, int sign) { f(i, table.ray(u, v), depth, sign); });
+    }
+  };
+  scan([&](size_t, size_t ray, double, int) { start[ray + 1]++; });
+  for (size_t i = 0; i < table.rays(); i++) start[i + 1] += start[i];
+  std::vector<Crossing> crossings(start.back());
+  std::vector<uint32_t> fill(start.begin(), start.end() - 1);
+  scan([&](size_t face, size_t ray, double depth, int sign) {
+    crossings[fill[ray]++] = {static_cast<float>(depth), static_cast<uint32_t>(face * 2 + (sign > 0 ? 1 : 0))};
+  });
+
+  const auto code = [&](uint32_t face) {
+    const auto& t = mesh.triangles[face / 2];
+    const Vec3 n = (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]);
+    return encode_normal(n[u_index(axis)], n[v_index(axis)], n[depth_index(axis)]);
+  };
+  table.first.resize(table.rays() + 1);
+  table.spans.reserve(crossings.size() / 2);
+  table.open.assign(table.rays(), 0);
+  for (size_t ray = 0; ray < table.rays(); ray++) {
+    table.first[ray] = static_cast<uint32_t>(table.spans.size());
+    const auto begin = crossings.begin() + start[ray], end = crossings.begin() + start[ray + 1];
+    if (begin == end) continue;
+    table.rays_met++;
+    std::sort(begin, end, [](const Crossing& a, const Crossing& b) {
+      return a.depth != b.depth ? a.depth < b.depth : a.face < b.face;
+    });
+    int winding = 0;
+    for (auto it = begin; it != end; ++it) winding += it->face & 1 ? 1 : -1;
+    const bool closed = winding == 0;
+    if (!closed) {
+      table.open[ray] = 1;
+      table.rays_open++;
+    }
+    // An open ray is only a guess: in and out by turns, if its crossings are even in number.
+    if (!closed && (end - begin) % 2 != 0) continue;
+    winding = 0;
+    RaySpan span{};
+    for (auto it = begin; it != end; ++it) {
+      const int before = winding;
+      winding = closed ? winding + (it->face & 1 ? 1 : -1) : 1 - winding;
+      // The code's depth sign follows from the end; a face seen from behind (an inside-out part) turns round.
+      const bool faces_ray = (it->face & 1) != 0;
+      if (before == 0) {
+        span.in = it->depth;
+        span.normal_in = faces_ray ? code(it->face) : negate_normal(code(it->face));
+      } else if (winding == 0) {
+        span.out = it->depth;
+        span.normal_out = faces_ray ? negate_normal(code(it->face)) : code(it->face);
+        const auto count = table.spans.size() - table.first[ray];
+        if (count > 0 && table.spans.back().out >= span.in) {
+          table.spans.back().out = span.out;
+          table.spans.back().normal_out = span.normal_out;
+        } else if (span.in < span.out) {
+          table.spans.push_back(span);
+        }
+      }
+    }
+  }
+  table.first[table.rays()] = static_cast<uint32_t>(table.spans.size());
+  return table;
+}
+
+// A node that a field had wrong: ray and depth index packed, so that sorting groups rays.
+using Flip = uint64_t;
+
+// Slices of constant y: rows of z, bits of x.
+class Vote {
+ public:
+  explicit Vote(const std::array<RayTable, 3>& tables)
+      : x_(tables[0]),
+        y_(tables[1]),
+        z_(tables[2]),
+        nx_(z_.nu),
+        ny_(z_.nv),
+        nz_(z_.nd),
+        words_((static_cast<size_t>(nx_) + 63) / 64) {}
+
+  // Flips by field.
+  std::array<std::vector<Flip>, 3> count() {
+    std::array<std::vector<Flip>, 3> flips;
+    const size_t slice = words_ * static_cast<size_t>(nz_);
+    bool any_open = x_.rays_open + y_.rays_open + z_.rays_open > 0;
+    std::vector<uint64_t> in_x(slice), in_y(slice), in_z(slice + words_), open_y(slice), open_z(words_);
+    // The y field runs across the slices: where its spans begin and end, by slice.
+    std::vector<uint32_t> toggle_start(static_cast<size_t>(ny_) + 2, 0);
+    const auto y_ends = [&](auto&& f) {
+      for (int x = 0; x < nx_; x++)
+        for (int z = 0; z < nz_; z++) {
+          const size_t ray = y_.ray(z, x);  // u = z, v = x
+          for (uint32_t i = y_.first[ray]; i < y_.first[ray + 1]; i++) {
+            const int k0 = first_node(y_.spans[i].in), k1 = first_node(y_.spans[i].out);
+            if (k0 == k1) continue;
+            f(k0, x, z);
+            f(k1, x, z);
+          }
+        }
+    };
+    y_ends([&](int y, int, int) { toggle_start[static_cast<size_t>(y) + 1]++; });
+    for (size_t i = 1; i < toggle_start.size(); i++) toggle_start[i] += toggle_start[i - 1];
+    std::vector<uint32_t> toggles(toggle_start.back());
+    std::vector<uint32_t> at(toggle_start.begin(), toggle_start.end() - 1);
+    y_ends([&](int y, int x, int z) {
+      toggles[at[static_cast<size_t>(y)]++] = static_cast<uint32_t>(z) << 16 | static_cast<uint32_t>(x);
+    });
+    if (any_open)
+      for (int x = 0; x < nx_; x++)
+        for (int z = 0; z < nz_; z++)
+          if (y_.open[y_.ray(z, x)]) set(open_y, z, x);
+
+    for (int y = 0; y < ny_; y++) {
+      for (uint32_t i = toggle_start[static_cast<size_t>(y)]; i < toggle_start[static_cast<size_t>(y) + 1]; i++)
+        flip(in_y, static_cast<int>(toggles[i] >> 16), static_cast<int>(toggles[i] & 0xffff));
+      std::fill(in_x.begin(), in_x.end(), 0);
+      std::fill(in_z.begin(), in_z.end(), 0);
+      std::fill(open_z.begin(), open_z.end(), 0);
+      for (int z = 0; z < nz_; z++) {
+        const size_t ray = x_.ray(y, z);  // u = y, v = z
+        for (uint32_t i = x_.first[ray]; i < x_.first[ray + 1]; i++)
+          set_run(in_x, z, first_node(x_.spans[i].in), first_node(x_.spans[i].out));
+      }
+      for (int x = 0; x < nx_; x++) {
+        const size_t ray = z_.ray(x, y);  // u = x, v = y
+        if (z_.open[ray]) open_z[static_cast<size_t>(x) / 64] |= uint64_t{1} << (x % 64);
+        for (uint32_t i = z_.first[ray]; i < z_.first[ray + 1]; i++) {
+          const int k0 = first_node(z_.spans[i].in), k1 = first_node(z_.spans[i].out);
+          if (k0 == k1) continue;
+          flip(in_z, k0, x);
+          flip(in_z, k1, x);
+        }
+      }
+      for (size_t i = words_; i < slice; i++) in_z[i] ^= in_z[i - words_];
+      for (int z = 0; z < nz_; z++)
+        for (size_t w = 0; w < words_; w++) {
+          const size_t i = static_cast<size_t>(z) * words_ + w;
+          const uint64_t a = in_x[i], b = in_y[i], c = in_z[i];
+          if (a == b && b == c) continue;
+          uint64_t inside = (a & b) | (b & c) | (a & c);
+          if (any_open) {
+            // Where one closed ray stands against two open ones, it alone knows.
+            const uint64_t ox = x_.open[x_.ray(y, z)] ? ~uint64_t{0} : 0, oy = open_y[i], oz = open_z[w];
+            const uint64_t only_x = ~ox & oy & oz, only_y = ox & ~oy & oz, only_z = ox & oy & ~oz;
+            inside = (inside & ~(only_x | only_y | only_z)) | (a & only_x) | (b & only_y) | (c & only_z);
+          }
+          const auto note = [&](std::vector<Flip>& list, uint64_t wrong, auto&& pack) {
+            for (; wrong; wrong &= wrong - 1) list.push_back(pack(static_cast<int>(w) * 64 + std::countr_zero(wrong)));
+          };
+          note(flips[0], a ^ inside, [&](int x) { return x_.ray(y, z) << 16 | static_cast<uint64_t>(x); });
+          note(flips[1], b ^ inside, [&](int x) { return y_.ray(z, x) << 16 | static_cast<uint64_t>(y); });
+          note(flips[2], c ^ inside, [&](int x) { return z_.ray(x, y) << 16 | static_cast<uint64_t>(z); });
+        }
+    }
+    return flips;
+  }
+
+ private:
+  void set(std::vector<uint64_t>& bits, int z, int x) {
+    bits[static_cast<size_t>(z) * words_ + static_cast<size_t>(x) / 64] |= uint64_t{1} << (x % 64);
+  }
+  void flip(std::vector<uint64_t>& bits, int z, int x) {
+    bits[static_cast<size_t>(z) * words_ + static_cast<size_t>(x) / 64] ^= uint64_t{1} << (x % 64);
+  }
+  void set_run(std::vector<uint64_t>& bits, int z, int x0, int x1) {
+    if (x0 >= x1) return;
+    uint64_t* row = bits.data() + static_cast<size_t>(z) * words_;
+    const auto from = static_cast<size_t>(x0), to = static_cast<size_t>(x1);
+    for (size_t w = from / 64; w <= (to - 1) / 64; w++) {
+      uint64_t mask = ~uint64_t{0};
+      if (w == from / 64) mask &= ~uint64_t{0} << (from % 64);
+      if (w == (to - 1) / 64) mask &= ~uint64_t{0} >> (63 - (to - 1) % 64);
+      row[w] |= mask;
+    }
+  }
+
+  const RayTable &x_, &y_, &z_;
+  const int nx_, ny_, nz_;
+  const size_t words_;
+};
+
+// Rebuilds the rays that lost votes, keeping every crossing that still serves.
+void apply_flips(RayTable& table, std::vector<Flip>& flips, ScanReport& report) {
+  if (flips.empty()) return;
+  std::sort(flips.begin(), flips.end());
+  std::vector<RaySpan> spans;
+  spans.reserve(table.spans.size() + flips.size());
+  std::vector<uint32_t> first(table.first.size());
+  size_t next = 0;
+  std::vector<int> edges;
+  for (size_t ray = 0; ray < table.rays(); ray++) {
+    first[ray] = static_cast<uint32_t>(spans.size());
+    const RaySpan* own = table.spans.data() + table.first[ray];
+    const size_t count = table.first[ray + 1] - table.first[ray];
+    if (next == flips.size() || flips[next] >> 16 != ray) {
+      spans.insert(spans.end(), own, own + count);
+      continue;
+    }
+    edges.clear();
+    for (size_t i = 0; i < count; i++) {
+      edges.push_back(first_node(own[i].in));
+      edges.push_back(first_node(own[i].out));
+    }
+    for (; next < flips.size() && flips[next] >> 16 == ray; next++) {
+      const int k = static_cast<int>(flips[next] & 0xffff);
+      edges.push_back(k);
+      edges.push_back(k + 1);
+      bool rounding = false;
+      for (size_t i = 0; i < count; i++)
+        for (const float end : {own[i].in, own[i].out})
+          rounding |= std::abs(end - (static_cast<float>(k) + 0.5f)) < kRounding;
+      report.outvoted += rounding ? 0 : 1;
+    }
+    std::sort(edges.begin(), edges.end());
+    // Runs of inside nodes lie between edges that occur an odd number of times.
+    std::vector<int> kept;
+    for (size_t i = 0; i < edges.size();) {
+      size_t j = i;
+      while (j < edges.size() && edges[j] == edges[i]) j++;
+      if ((j - i) % 2 != 0) kept.push_back(edges[i]);
+      i = j;
+    }
+    for (size_t i = 0; i + 1 < kept.size(); i += 2) {
+      // A run of nodes k0 .. k1-1 begins in (k0 - 1/2, k0 + 1/2] and ends in (k1 - 1/2, k1 + 1/2].
+      const auto place = [&](int k, bool is_in, uint32_t& normal) {
+        const float low = static_cast<float>(k) - 0.5f, high = static_cast<float>(k) + 0.5f;
+        for (size_t s = 0; s < count; s++) {
+          const float depth = is_in ? own[s].in : own[s].out;
+          if (depth > low - kRounding && depth < high + kRounding) {
+            normal = is_in ? own[s].normal_in : own[s].normal_out;
+            return std::clamp(depth, std::nextafter(low, high), high);
+          }
+        }
+        report.placed_ends++;
+        normal = 0;
+        return static_cast<float>(k);
+      };
+      RaySpan span{};
+      span.in = place(kept[i], true, span.normal_in);
+      span.out = place(kept[i + 1], false, span.normal_out);
+      spans.push_back(span);
+    }
+  }
+  first[table.rays()] = static_cast<uint32_t>(spans.size());
+  table.first.swap(first);
+  table.spans.swap(spans);
+}
+
+void write_field(Field& field, const RayTable& table, uint8_t material) {
+  for (int tv = 0; tv < field.tiles_v(); tv++)
+    for (int tu = 0; tu < field.tiles_u(); tu++) {
+      Tile* tile = nullptr;
+      const int v_end = std::min(table.nv, (tv + 1) * kTileSide), u_end = std::min(table.nu, (tu + 1) * kTileSide);
+      for (int v = tv * kTileSide; v < v_end; v++)
+        for (int u = tu * kTileSide; u < u_end; u++) {
+          const size_t ray = table.ray(u, v);
+          Plane* plane = nullptr;
+          for (uint32_t i = table.first[ray]; i < table.first[ray + 1]; i++) {
+            if (!tile) {
+              tile = &field.writable(tu, tv);
+              tile->empty = false;
+              tile->material = material;
+            }
+            plane = plane ? &field.next_plane(*plane) : &tile->first;
+            const RaySpan& s = table.spans[i];
+            const int slot = (v % kTileSide) * kTileSide + u % kTileSide;
+            plane->in[slot] = s.in;
+            plane->out[slot] = s.out;
+            plane->normal_in[slot] = s.normal_in;
+            plane->normal_out[slot] = s.normal_out;
+            plane->material[slot] = material;
+            tile->near = std::min(tile->near, s.in);
+            tile->far = std::max(tile->far, s.out);
+          }
+        }
+    }
+}
+
+}  // namespace
+
+std::string ScanReport::warning() const {
+  if (!repaired()) return {};
+  char text[256];
+  std::snprintf(text, sizeof text,
+                "the mesh is not closed: %lld of %lld rays stay open; repaired by vote of the three directions, %lld "
+                "nodes outvoted, %lld ends placed between nodes",
+                static_cast<long long>(open_rays), static_cast<long long>(rays), static_cast<long long>(outvoted),
+                static_cast<long long>(placed_ends));
+  return text;
+}
+
+Result<ScanReport> scan_convert(TriDexel& model, const TriangleMesh& mesh, uint8_t material,
+                                const ScanOptions& options) {
+  if (mesh.triangles.empty()) return Error{"the mesh has no triangles"};
+  const Lattice& lattice = model.lattice();
+  std::vector<Vec3> points(mesh.vertices.size());
+  for (size_t i = 0; i < points.size(); i++) points[i] = lattice.to_lattice(mesh.vertices[i]);
+  Box box;
+  for (const auto& t : mesh.triangles)
+    for (uint32_t index : t) box.include(points[index]);
+  const Vec3 room = lattice.nodes.matrix().cast<double>();
+  if (!(box.min.array() >= -1e-6).all() || !((room - box.max).array() >= -1e-6).all())
+    return Error{"the mesh does not fit the lattice"};
+
+  std::array<RayTable, 3> tables;
+  const auto on_fields = [&](auto&& f) {
+    if (options.threads <= 1) {
+      for (size_t i = 0; i < 3; i++) f(i);
+      return;
+    }
+    oneapi::tbb::task_arena arena(std::min(options.threads, 3));
+    arena.execute([&] { oneapi::tbb::parallel_for(size_t{0}, size_t{3}, f); });
+  };
+  on_fields([&](size_t i) { tables[i] = make_table(points, mesh, lattice, kAxes[i]); });
+
+  ScanReport report;
+  for (const RayTable& table : tables) {
+    report.rays += table.rays_met;
+    report.open_rays += table.rays_open;
+  }
+  const double broken = report.rays > 0 ? static_cast<double>(report.open_rays) / static_cast<double>(report.rays) : 0;
+  if (broken > kMaxBrokenShare && !options.force) {
+    char text[256];
+    std::snprintf(text, sizeof text,
+                  "%.0f %% of the rays that meet the mesh find it open (holes, or triangles that face both ways); "
+                  "close it first, or take what a vote makes of it with --force",
+                  100 * broken);
+    return Error{text};
+  }
+  std::array<std::vector<Flip>, 3> flips = Vote(tables).count();
+  for (size_t i = 0; i < 3; i++) apply_flips(tables[i], flips[i], report);
+  on_fields([&](size_t i) { write_field(model.field(kAxes[i]), tables[i], material); });
+  model.include_material(box.grown(1));
+  model.touch();
+  return report;
+}
+
+}  // namespace kibori

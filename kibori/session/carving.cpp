@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/session/carving.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+
+#include <kibori/edit/scan_convert.h>
+#include <kibori/formats/mesh_file.h>
+
+namespace kibori {
+namespace {
+
+// Bytes the system can still give, or 0 where it does not say.
+double available_bytes() {
+  std::ifstream info("/proc/meminfo");
+  std::string key;
+  for (double kilobytes; info >> key >> kilobytes; info.ignore(256, '\n'))
+    if (key == "MemAvailable:") return kilobytes * 1024;
+  return 0;
+}
+
+// Bytes a model of this lattice takes when every tile holds something of its own, and its import besides.
+double bytes_when_full(const Lattice& lattice, bool mesh) {
+  double bytes = 0;
+  for (int i = 0; i < 3; i++) {
+    const double rays = static_cast<double>(lattice.nodes[i]) * lattice.nodes[(i + 1) % 3];
+    bytes += rays / kTileRays * static_cast<double>(sizeof(Tile)) + (mesh ? rays * 40 : 0);
+  }
+  return bytes;
+}
+
+double microseconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
+}
+
+double percentile(const std::vector<double>& sorted, double share) {
+  if (sorted.empty()) return 0;
+  const auto at = static_cast<size_t>(share * static_cast<double>(sorted.size()));
+  return sorted[std::min(sorted.size() - 1, at)];
+}
+
+}  // namespace
+
+Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::string& scene_file,
+                                             const CarveOptions& options) {
+  const auto wrong = [&](const std::string& what) { return Error{scene_file + ": [stock] " + what}; };
+  TriangleMesh mesh;
+  Vec3 size = stock.size_mm;
+  if (stock.kind == Stock::Kind::mesh) {
+    Result<TriangleMesh> read = read_mesh(stock.mesh_path);
+    if (!read) return Error{read.error()};
+    mesh = std::move(read).value();
+    const Box box = mesh.bounds();
+    const double longest = box.size().maxCoeff();
+    if (!(longest > 0)) return Error{stock.mesh_path.string() + ": has no extent"};
+    const double scale = stock.fit_mm ? *stock.fit_mm / longest : 1;
+    for (Vec3& p : mesh.vertices) p = (p - box.min) * scale;
+    size = box.size() * scale;
+  }
+  const double room = stock.room_mm.value_or(0.1 * size.maxCoeff());
+  Result<Lattice> lattice = make_lattice(size, stock.pitch_mm, room);
+  if (!lattice) return wrong(lattice.error());
+  if (stock.kind != Stock::Kind::block) {
+    const double need = bytes_when_full(lattice.value(), stock.kind == Stock::Kind::mesh), there = available_bytes();
+    if (there > 0 && need > there) {
+      char text[200];
+      std::snprintf(text, sizeof text,
+                    "pitch %g mm would take about %.1f GB and %.1f GB are free; use a coarser pitch (%.3g mm fits)",
+                    stock.pitch_mm, need / 1e9, there / 1e9, stock.pitch_mm * std::sqrt(need / (0.8 * there)));
+      return wrong(text);
+    }
+  }
+  auto model = std::make_unique<TriDexel>(lattice.value());
+  EditOptions edit;
+  edit.threads = options.threads;
+  Removed added;
+  const Box everywhere{Vec3::Zero(), lattice.value().nodes.matrix().cast<double>()};
+  const auto put = [&](const Tool& tool, const Vec3& tip) {
+    const SweptTool solid(tool, Pose{tip, Mat3::Identity()}, Vec3::Zero(), lattice.value(), everywhere);
+    deposit(*model, solid, stock.material, edit, added);
+  };
+  switch (stock.kind) {
+    case Stock::Kind::block:
+      model->fill_block({Vec3::Zero(), size}, stock.material);
+      break;
+    case Stock::Kind::sphere:
+      put(BallTool{size.x() / 2}, Vec3(size.x() / 2, size.x() / 2, 0));
+      break;
+    case Stock::Kind::cylinder:
+      put(Flat{size.x() / 2, size.z()}, Vec3(size.x() / 2, size.x() / 2, 0));
+      break;
+    case Stock::Kind::mesh: {
+      const Result<ScanReport> report = scan_convert(*model, mesh, stock.material, {options.force, options.threads});
+      if (!report) return Error{stock.mesh_path.string() + ": " + report.error()};
+      if (report.value().repaired() && options.warning)
+        options.warning(stock.mesh_path.string() + ": " + report.value().warning());
+      break;
+    }
+  }
+  if (!(model->volume_mm3() > 0)) return wrong("holds no material at this pitch; use a finer one");
+  return model;
+}
+
+Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
+  Result<std::unique_ptr<TriDexel>> stock = make_stock(scene.stock, scene.file, options);
+  if (!stock) return Error{stock.error()};
+  Carving carving;
+  carving.model = std::move(stock).value();
+  TriDexel& model = *carving.model;
+  model.reserve(1024);
+
+  std::vector<MovePlan> plans;
+  int64_t total = 0;
+  for (size_t i = 1; i < scene.moves.size(); i++) {
+    const Result<MovePlan> plan = plan_move(scene, scene.moves[i - 1], scene.moves[i]);
+    if (!plan) return Error{plan.error()};
+    plans.push_back(plan.value());
+    total += plan.value().ticks + plan.value().dwell_ticks;
+  }
+  const double trace_bytes = static_cast<double>(total) * (sizeof(TraceRow) + sizeof(double));
+  if (const double there = available_bytes(); there > 0 && trace_bytes > 0.8 * there) {
+    char text[160];
+    std::snprintf(text, sizeof text, ": %lld ticks take about %.1f GB and %.1f GB are free; use fewer or faster moves",
+                  static_cast<long long>(total), trace_bytes / 1e9, there / 1e9);
+    return Error{scene.file + text};
+  }
+
+  const Move& first = scene.moves.front();
+  Stroke stroke(model, Pose{first.to_mm, frame_from_axis(first.axis, first.roll_rad)});
+  stroke.set_threads(options.threads);
+  carving.trace.reserve(static_cast<size_t>(total));
+  std::vector<double> step_us;
+  step_us.reserve(static_cast<size_t>(total));
+  CarveSummary& summary = carving.summary;
+  bool clipped = false;
+  if (!first.label.empty()) carving.marks.push_back({first.label, 0});
+  for (size_t i = 1; i < scene.moves.size(); i++) {
+    const Move &from = scene.moves[i - 1], &to = scene.moves[i];
+    const MovePlan& plan = plans[i - 1];
+    const Tool& tool = scene.tools[to.tool];
+    for (int64_t k = 1; k <= plan.ticks + plan.dwell_ticks; k++) {
+      const bool moving = k <= plan.ticks;
+      const double share = static_cast<double>(k) / static_cast<double>(plan.ticks);
+      const Vec3 tip = k < plan.ticks ? Vec3(from.to_mm + (to.to_mm - from.to_mm) * share) : to.to_mm;
+      const Vec3 turn = moving ? Vec3(plan.turn_rad / static_cast<double>(plan.ticks)) : Vec3(Vec3::Zero());
+      const auto start = std::chrono::steady_clock::now();
+      Result<TickResult> tick = stroke.advance(tool, tip, turn, to.mode, scene.force, scene.materials, to.material);
+      step_us.push_back(microseconds_since(start));
+      if (!tick) return Error{scene.file + ":" + std::to_string(to.line) + ": [move] " + tick.error()};
+      TickResult& result = tick.value();
+      if (to.mode == Mode::touch) result.removed_mm3 = 0;
+      if (to.mode == Mode::cut) {
+        summary.removed_mm3 += result.removed_mm3;
+        summary.points_removed += result.points;
+      }
+      if (to.mode == Mode::deposit) summary.deposited_mm3 -= result.removed_mm3;
+      summary.max_force_N = std::max(summary.max_force_N, std::sqrt(result.wrench.force.squaredNorm()));
+      summary.max_moment_Nmm = std::max(summary.max_moment_Nmm, std::sqrt(result.wrench.moment.squaredNorm()));
+      summary.ticks++;
+      if (result.clipped && !std::exchange(clipped, true) && options.warning)
+        options.warning(scene.file + ":" + std::to_string(to.line) +
+                        ": a deposit reached beyond the stock's room, and what was outside is dropped; raise [stock] room_mm");
+      carving.trace.push_back({static_cast<double>(summary.ticks) / scene.rate_hz, result});
+      if (options.progress && summary.ticks % 64 == 0)
+        options.progress(static_cast<double>(summary.ticks) / static_cast<double>(total));
+    }
+    if (!to.label.empty()) carving.marks.push_back({to.label, static_cast<double>(summary.ticks) / scene.rate_hz});
+  }
+  summary.volume_mm3 = model.volume_mm3();
+  summary.state_hash = model.content_hash();
+  summary.pitch_mm = model.lattice().pitch_mm;
+  summary.stock = model.count();
+  std::sort(step_us.begin(), step_us.end());
+  summary.step_us = {percentile(step_us, 0.5), percentile(step_us, 0.99), percentile(step_us, 0.999),
+                     step_us.empty() ? 0 : step_us.back()};
+  if (options.progress) options.progress(1);
+  return carving;
+}
+
+}  // namespace kibori

@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/session/force_report.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <system_error>
+
+#include <nlohmann/json.hpp>
+
+namespace kibori {
+namespace {
+
+__attribute__((format(printf, 2, 3))) void append(std::string& to, const char* format, ...) {
+  char text[1024];
+  va_list arguments;
+  va_start(arguments, format);
+  const int length = std::vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  to.append(text, static_cast<size_t>(std::clamp(length, 0, static_cast<int>(sizeof text) - 1)));
+}
+
+// A step of 1, 2 or 5 times a power of ten that cuts `range` into at most `parts`.
+double nice_step(double range, int parts) {
+  const double raw = range / parts, power = std::pow(10, std::floor(std::log10(raw)));
+  for (const double m : {1.0, 2.0, 5.0})
+    if (m * power >= raw * 0.999) return m * power;
+  return 10 * power;
+}
+
+std::string number_text(double value, double step) {
+  char text[32];
+  const int digits = std::clamp(static_cast<int>(-std::floor(std::log10(step) + 1e-9)), 0, 9);
+  std::snprintf(text, sizeof text, "%.*f", digits, std::abs(value) < step * 1e-6 ? 0.0 : value);
+  return text;
+}
+
+struct Series {
+  const char* name;
+  const char* colour;
+  double width;
+  std::function<double(const TraceRow&)> value;
+};
+
+// Colour-blind-safe (Okabe and Ito).
+constexpr const char *kBlack = "#222222", *kOrange = "#d55e00", *kBlue = "#0072b2", *kGreen = "#009e73";
+
+struct Panel {
+  const char* title;
+  const char* unit;
+  std::vector<Series> series;
+};
+
+class Plot {
+ public:
+  Plot(const Carving& carving, const std::string& title) : carving_(carving) {
+    const double end = carving.trace.empty() ? 1 : carving.trace.back().time_s;
+    t_max_ = std::max(end, 1e-6);
+    // Ticks that fall on one point of the picture are drawn as their mean, with their range as a pale band.
+    window_ = std::max<size_t>(1, carving.trace.size() / 700);
+    append(svg_,
+           "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" width=\"%d\" height=\"%d\" "
+           "font-family=\"Helvetica, Arial, sans-serif\" font-size=\"13\" fill=\"%s\">\n"
+           "<rect width=\"100%%\" height=\"100%%\" fill=\"#ffffff\"/>\n",
+           kWidth, kHeight, kWidth, kHeight, kBlack);
+    std::string safe;
+    for (char c : title) safe += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
+    append(svg_, "<text x=\"%d\" y=\"30\" font-size=\"17\" font-weight=\"bold\">%s</text>\n", kLeft, safe.c_str());
+  }
+
+  void panel(const Panel& panel, double top, double height) {
+    double low = 0, high = 0;
+    for (const TraceRow& row : carving_.trace)
+      for (const Series& s : panel.series) {
+        low = std::min(low, s.value(row));
+        high = std::max(high, s.value(row));
+      }
+    if (high - low < 1e-12) high = 1;
+    const double step = nice_step(high - low, 4);
+    low = std::floor(low / step + 1e-9) * step;
+    high = std::ceil(high / step - 1e-9) * step;
+    const auto y_of = [&](double v) { return top + height * (high - v) / (high - low); };
+    for (double v = low; v <= high + step / 2; v += step) {
+      append(svg_, "<line x1=\"%d\" x2=\"%d\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"%s\"/>\n", kLeft, kRight, y_of(v), y_of(v),
+             std::abs(v) < step / 1e6 ? "#999999" : "#e6e6e6");
+      append(svg_, "<text x=\"%d\" y=\"%.1f\" text-anchor=\"end\" fill=\"#555555\">%s</text>\n", kLeft - 8, y_of(v) + 4.5,
+             number_text(v, step).c_str());
+    }
+    for (const Mark& mark : marks_)
+      append(svg_, "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"#888888\" stroke-dasharray=\"2 3\"/>\n",
+             x_of(mark.time_s), x_of(mark.time_s), top, top + height);
+    append(svg_, "<text x=\"%d\" y=\"%.1f\" font-weight=\"bold\">%s</text>\n", kLeft, top - 9, panel.title);
+    append(svg_, "<text x=\"22\" y=\"%.1f\" transform=\"rotate(-90 22 %.1f)\" text-anchor=\"middle\">%s</text>\n",
+           top + height / 2, top + height / 2, panel.unit);
+    double key = kRight;
+    for (auto s = panel.series.rbegin(); s != panel.series.rend() && panel.series.size() > 1; ++s) {
+      append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"end\" font-style=\"italic\">%s</text>", key, top - 9, s->name);
+      append(svg_, "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"%s\" stroke-width=\"2.5\"/>\n", key - 58,
+             key - 34, top - 13, top - 13, s->colour);
+      key -= 84;
+    }
+    for (const Series& s : panel.series) curve(s, y_of);
+  }
+
+  std::string finish(double bottom) {
+    const double step = nice_step(t_max_, 10);
+    for (double t = 0; t <= t_max_ + step * 1e-6; t += step)
+      append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\" fill=\"#555555\">%s</text>\n", x_of(t), bottom + 20,
+             number_text(t, step).c_str());
+    append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">time / s</text>\n", (kLeft + kRight) / 2.0, bottom + 42);
+    return std::move(svg_) + "</svg>\n";
+  }
+
+  // Letters over the first panel, spread where they would run into each other.
+  void marks(double y) {
+    marks_ = contact_marks(carving_);
+    double last = -1e9;
+    for (const Mark& mark : marks_) {
+      const double x = std::max(x_of(mark.time_s), last + 21);
+      append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\" font-size=\"15\" font-style=\"italic\">%s</text>\n", x, y,
+             mark.label.c_str());
+      append(svg_, "<path d=\"M%.1f %.1f L%.1f %.1f\" stroke=\"#888888\" fill=\"none\"/>\n", x, y + 5, x_of(mark.time_s), y + 14);
+      last = x;
+    }
+  }
+
+  static constexpr int kWidth = 960, kHeight = 900, kLeft = 84, kRight = 936;
+
+ private:
+  double x_of(double t) const { return kLeft + (kRight - kLeft) * t / t_max_; }
+
+  template <class Y>
+  void curve(const Series& s, const Y& y_of) {
+    const std::vector<TraceRow>& trace = carving_.trace;
+    if (trace.empty()) return;
+    std::string upper, lower, line;
+    append(line, "M%.1f %.1f", x_of(0), y_of(0));
+    for (size_t i = 0; i < trace.size(); i += window_) {
+      const size_t end = std::min(trace.size(), i + window_);
+      double least = s.value(trace[i]), most = least, sum = 0;
+      for (size_t j = i; j < end; j++) {
+        const double v = s.value(trace[j]);
+        least = std::min(least, v);
+        most = std::max(most, v);
+        sum += v;
+      }
+      const double x = x_of(0.5 * (trace[i].time_s + trace[end - 1].time_s));
+      append(line, " L%.1f %.2f", x, y_of(sum / static_cast<double>(end - i)));
+      append(upper, "%s%.1f %.1f", upper.empty() ? "M" : " L", x, y_of(most));
+      std::string back;
+      append(back, " L%.1f %.1f", x, y_of(least));
+      lower.insert(0, back);
+    }
+    if (window_ > 1)
+      append_long("<path d=\"" + upper + lower + " Z\" fill=\"" + s.colour + "\" fill-opacity=\"0.16\" stroke=\"none\"/>\n");
+    append_long("<path d=\"" + line + "\" fill=\"none\" stroke=\"" + s.colour + "\" stroke-width=\"" +
+                number_text(s.width, 0.1) + "\" stroke-linejoin=\"round\"/>\n");
+  }
+  void append_long(const std::string& text) { svg_ += text; }
+
+  const Carving& carving_;
+  std::string svg_;
+  std::vector<Mark> marks_;
+  double t_max_ = 1;
+  size_t window_ = 1;
+};
+
+double size_of(const Vec3& v) { return std::sqrt(v.squaredNorm()); }
+
+}  // namespace
+
+std::vector<Mark> contact_marks(const Carving& carving) {
+  std::vector<Mark> marks = carving.marks, result;
+  for (size_t i = 0; i < marks.size(); i++) {
+    result.push_back(marks[i]);
+    if (i + 1 == marks.size()) break;
+    const TraceRow *first = nullptr, *last = nullptr;
+    for (const TraceRow& row : carving.trace)
+      if (row.time_s > marks[i].time_s && row.time_s <= marks[i + 1].time_s && !row.result.wrench.force.isZero(0)) {
+        if (!first) first = &row;
+        last = &row;
+      }
+    if (!first) continue;
+    result.push_back({marks[i].label + "′", first->time_s});
+    if (last != first) result.push_back({marks[i + 1].label + "′", last->time_s});
+  }
+  return result;
+}
+
+std::string forces_csv(const Carving& carving) {
+  std::string csv = "time_s,x_mm,y_mm,z_mm,ax,ay,az,removed_mm3,points,fx_N,fy_N,fz_N,mx_Nmm,my_Nmm,mz_Nmm\n";
+  csv.reserve(csv.size() + carving.trace.size() * 160);
+  for (const TraceRow& row : carving.trace) {
+    const Tick& tick = row.result.tick;
+    const Wrench& w = row.result.wrench;
+    // + 0.0 turns -0 into 0.
+    append(csv, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%lld,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", row.time_s, tick.tip.x() + 0.0,
+           tick.tip.y() + 0.0, tick.tip.z() + 0.0, tick.axis.x() + 0.0, tick.axis.y() + 0.0, tick.axis.z() + 0.0,
+           row.result.removed_mm3 + 0.0, static_cast<long long>(row.result.points), w.force.x() + 0.0, w.force.y() + 0.0,
+           w.force.z() + 0.0, w.moment.x() + 0.0, w.moment.y() + 0.0, w.moment.z() + 0.0);
+  }
+  return csv;
+}
+
+std::string forces_svg(const Carving& carving, const std::string& title) {
+  Plot plot(carving, title);
+  plot.marks(62);
+  const double top = 112, height = 150, gap = 46;
+  const auto force = [](int i) { return [i](const TraceRow& r) { return r.result.wrench.force[i]; }; };
+  const auto moment = [](int i) { return [i](const TraceRow& r) { return r.result.wrench.moment[i]; }; };
+  plot.panel({"Force |F|", "N", {{"|F|", kBlack, 1.8, [](const TraceRow& r) { return size_of(r.result.wrench.force); }}}}, top, height);
+  plot.panel({"Force components", "N", {{"Fx", kOrange, 1.4, force(0)}, {"Fy", kGreen, 1.4, force(1)}, {"Fz", kBlue, 1.4, force(2)}}},
+             top + height + gap, height);
+  plot.panel({"Moment |M| about the tip", "N mm", {{"|M|", kBlack, 1.8, [](const TraceRow& r) { return size_of(r.result.wrench.moment); }}}},
+             top + 2 * (height + gap), height);
+  plot.panel({"Moment components", "N mm", {{"Mx", kOrange, 1.4, moment(0)}, {"My", kGreen, 1.4, moment(1)}, {"Mz", kBlue, 1.4, moment(2)}}},
+             top + 3 * (height + gap), height);
+  return plot.finish(top + 4 * height + 3 * gap);
+}
+
+std::string summary_json(const CarveSummary& s) {
+  char hash[32];
+  std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(s.state_hash));
+  nlohmann::ordered_json json;
+  json["ticks"] = s.ticks;
+  json["removed_mm3"] = s.removed_mm3;
+  json["deposited_mm3"] = s.deposited_mm3;
+  json["volume_mm3"] = s.volume_mm3;
+  json["points_removed"] = s.points_removed;
+  json["max_force_N"] = s.max_force_N;
+  json["max_moment_Nmm"] = s.max_moment_Nmm;
+  json["state_hash"] = hash;
+  json["step_us"] = {{"median", s.step_us.median}, {"p99", s.step_us.p99}, {"p999", s.step_us.p999}, {"max", s.step_us.max}};
+  json["stock"] = {{"pitch_mm", s.pitch_mm}, {"rays", s.stock.rays}, {"spans", s.stock.spans}, {"bytes", s.stock.bytes}};
+  return json.dump(2) + "\n";
+}
+
+std::string summary_text(const CarveSummary& s) {
+  std::string text;
+  append(text, "ticks        %lld\n", static_cast<long long>(s.ticks));
+  append(text, "removed      %.6g mm3 (%lld points)\n", s.removed_mm3, static_cast<long long>(s.points_removed));
+  if (s.deposited_mm3 != 0) append(text, "deposited    %.6g mm3\n", s.deposited_mm3);
+  append(text, "left         %.6g mm3\n", s.volume_mm3);
+  append(text, "most force   %.4g N, moment %.4g N mm\n", s.max_force_N, s.max_moment_Nmm);
+  append(text, "step         median %.1f us, p99 %.1f, p99.9 %.1f, max %.1f\n", s.step_us.median, s.step_us.p99,
+         s.step_us.p999, s.step_us.max);
+  append(text, "model        pitch %g mm, %lld rays, %lld spans, %.2f MB\n", s.pitch_mm, static_cast<long long>(s.stock.rays),
+         static_cast<long long>(s.stock.spans), static_cast<double>(s.stock.bytes) / 1e6);
+  append(text, "state        %016llx\n", static_cast<unsigned long long>(s.state_hash));
+  return text;
+}
+
+Status write_file(const std::filesystem::path& path, const std::string& content) {
+  std::filesystem::path part = path;
+  part += ".part";
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) return Error{path.string() + ": is a folder; name a file"};
+  {
+    std::ofstream file(part, std::ios::binary);
+    file.write(content.data(), static_cast<std::streamsize>(content.size()));
+    file.close();
+    if (!file) {
+      std::filesystem::remove(part, error);
+      return Error{path.string() + ": can't be written (no such folder, no permission, or no space left)"};
+    }
+  }
+  std::filesystem::rename(part, path, error);
+  if (error) {
+    const std::string reason = error.message();
+    std::filesystem::remove(part, error);
+    return Error{path.string() + ": can't be written: " + reason};
+  }
+  return Ok{};
+}
+
+}  // namespace kibori

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+// What a carving felt like, for people and programs: a CSV of every tick, an SVG plot, a JSON summary.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <kibori/base/result.h>
+#include <kibori/session/carving.h>
+
+namespace kibori {
+
+// The marks of a plot: the labels, and between two labelled places where the tool met the stock its first and last
+// contact, as A' and B'.
+std::vector<Mark> contact_marks(const Carving& carving);
+
+// time_s,x_mm,y_mm,z_mm,ax,ay,az,removed_mm3,points,fx_N,fy_N,fz_N,mx_Nmm,my_Nmm,mz_Nmm; one row a tick.
+std::string forces_csv(const Carving& carving);
+// |F|, |M| and their components over time, the marks on the axis.
+std::string forces_svg(const Carving& carving, const std::string& title);
+std::string summary_json(const CarveSummary& summary);
+// For people.
+std::string summary_text(const CarveSummary& summary);
+
+// Writes beside the file first and moves it into place, so that a failure leaves what was there.
+Status write_file(const std::filesystem::path& path, const std::string& content);
+
+}  // namespace kibori
