@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // sin, cos and arc cosine whose bits do not depend on the C library: results kept in a model must replay anywhere.
-// Accurate to a few 1e-16 over the ranges used here; checked against the C library in tests/test_base.cpp.
+// Accurate to 1e-15 within a turn (1e-14 within ten); checked against the C library in tests/test_base.cpp.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@ struct SinCos {
   double sin, cos;
 };
 
-// angle_rad: any finite angle up to about 1e6.
+// angle_rad: finite, within a few turns.
 inline SinCos sin_cos(double angle_rad) {
   constexpr double kHalfPi = std::numbers::pi / 2;
   constexpr double kHalfPiLow = 6.123233995736766e-17;  // pi/2 - double(pi/2)

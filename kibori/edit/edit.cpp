@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -110,7 +111,7 @@ void edit_fields(int threads, Removed& removed, MakeEdit&& make_edit) {
     return;
   }
   std::array<Removed, 3> parts;
-  oneapi::tbb::task_arena arena(std::min(threads, 3));
+  oneapi::tbb::task_arena arena(std::min({threads, 3, oneapi::tbb::info::default_concurrency()}));
   arena.execute([&] {
     oneapi::tbb::parallel_for(0, 3, [&](int i) {
       const auto index = static_cast<size_t>(i);

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <vector>
 
+#include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -371,7 +372,7 @@ Result<ScanReport> scan_convert(TriDexel& model, const TriangleMesh& mesh, uint8
       for (size_t i = 0; i < 3; i++) f(i);
       return;
     }
-    oneapi::tbb::task_arena arena(std::min(options.threads, 3));
+    oneapi::tbb::task_arena arena(std::min({options.threads, 3, oneapi::tbb::info::default_concurrency()}));
     arena.execute([&] { oneapi::tbb::parallel_for(size_t{0}, size_t{3}, f); });
   };
   on_fields([&](size_t i) { tables[i] = make_table(points, mesh, lattice, kAxes[i]); });

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+// The ground floor: trigonometry against the C library, normal codes, the block pool under two threads.
+#include <cmath>
+#include <cstring>
+#include <set>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include <kibori/base/trig.h>
+#include <kibori/dexel/normal_code.h>
+#include <kibori/dexel/pool.h>
+
+#include "tests/support.h"
+
+namespace kibori {
+namespace {
+
+TEST(Trig, AgreesWithTheCLibrary) {
+  test::Random random;
+  for (int i = 0; i < 200000; i++) {
+    const double angle = i % 2 ? random.uniform(-40, 40) : random.uniform(-3.2, 3.2);
+    const double tolerance = i % 2 ? 1e-14 : 1e-15;
+    const SinCos at = sin_cos(angle);
+    ASSERT_NEAR(at.sin, std::sin(angle), tolerance) << random.note();
+    ASSERT_NEAR(at.cos, std::cos(angle), tolerance) << random.note();
+    const double half = random.uniform(0, 3.14159265358979);
+    ASSERT_NEAR(angle_of(std::sin(half), std::cos(half)), half, 2e-15) << random.note();
+  }
+  EXPECT_EQ(angle_of(0, 1), 0);
+  EXPECT_NEAR(angle_of(0, -1), 3.14159265358979323846, 1e-15);
+  EXPECT_NEAR(angle_of(1e-12, 1), 1e-12, 1e-24);
+}
+
+TEST(NormalCode, ErrorStaysBelowThePromise) {
+  test::Random random;
+  for (int i = 0; i < 200000; i++) {
+    const Vec3 normal = random.direction();
+    for (Axis axis : kAxes) {
+      const bool at_out = normal[depth_index(axis)] >= 0;
+      const uint32_t code = encode_normal(normal[u_index(axis)], normal[v_index(axis)], normal[depth_index(axis)]);
+      const double error = std::acos(std::min(1.0, normal.dot(decode_normal(code, axis, at_out))));
+      ASSERT_LT(error, (std::abs(normal[depth_index(axis)]) < 0.01 ? 0.4 : 0.2) * 3.14159265 / 180) << random.note();
+      ASSERT_EQ(decode_normal(negate_normal(code), axis, !at_out), -decode_normal(code, axis, at_out));
+    }
+  }
+}
+
+TEST(BlockPool, GivesDistinctAlignedBlocksAndTakesThemBackFromAnyThread) {
+  BlockPool pool(100, 1000);
+  std::set<void*> seen;
+  std::vector<void*> held;
+  for (int i = 0; i < 100; i++) {
+    void* block = pool.take();
+    EXPECT_EQ(reinterpret_cast<uintptr_t>(block) % 64, 0u);
+    EXPECT_TRUE(seen.insert(block).second);
+    std::memset(block, i, 100);
+    held.push_back(block);
+  }
+  for (int round = 0; round < 200; round++) {
+    std::thread other([&pool, batch = held] {
+      for (void* block : batch) pool.give(block);
+    });
+    held.clear();
+    std::set<void*> now;
+    for (int i = 0; i < 50; i++) {
+      held.push_back(pool.take());
+      ASSERT_TRUE(now.insert(held.back()).second) << "handed out twice";
+    }
+    other.join();
+  }
+}
+
+}  // namespace
+}  // namespace kibori

@@ -1,0 +1,311 @@
+// SPDX-License-Identifier: MIT
+// Forces against the closed forms and properties of the method (paper, sections 2-4c and 3-2).
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include <kibori/motion/stroke.h>
+
+#include "tests/support.h"
+
+namespace kibori {
+namespace {
+
+using test::Random;
+
+constexpr double kPi = 3.14159265358979323846;
+
+struct Bench {
+  TriDexel model;
+  std::vector<Material> materials{Material{"test", 0.001, 2.0, 0, 0, {}}};
+  Bench(const Vec3& size, double pitch, double room = 0)
+      : model(make_lattice(size, pitch, room).value()) {
+    model.fill_block({Vec3::Zero(), size}, 0);
+  }
+};
+
+const Tool kFinger = Finger{0.1, 60};
+
+TickResult go(Stroke& stroke, const Tool& tool, const Vec3& to, const Bench& bench, ForceModel law, int dof = 5,
+              Mode mode = Mode::cut, const Vec3& turn = Vec3::Zero()) {
+  Result<TickResult> tick = stroke.advance(tool, to, turn, mode, {law, dof}, bench.materials);
+  EXPECT_TRUE(tick) << tick.error();
+  return tick.value();
+}
+
+// Upright, horizontal, constant depth: dV = delta 4/3 d^1.5 / sqrt(Ks), lever 0.6 d.
+TEST(Energy, UprightScrapeHasTheClosedForm) {
+  const double ks = 0.1, depth = 10;  // widest radius 10 mm = 40 cells at pitch 0.25
+  for (const Vec3& direction : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0.6, 0.8, 0)}) {
+    Bench bench(Vec3(60, 60, 20), 0.25);
+    Stroke stroke(bench.model, Pose{Vec3(15, 15, 20 - depth), Mat3::Identity()});
+    // Into the stock first, then steady.
+    Vec3 at = stroke.pose().tip;
+    double force = 0, moment = 0, volume = 0;
+    const double step = 0.1;
+    int count = 0;
+    for (int i = 0; i < 220; i++) {
+      at += step * direction;
+      const TickResult tick = go(stroke, kFinger, at, bench, ForceModel::energy);
+      if (i < 20) continue;
+      count++;
+      force += -tick.wrench.force.dot(direction);
+      moment += tick.wrench.moment.norm();
+      volume += tick.removed_mm3;
+      EXPECT_NEAR(tick.wrench.force.cross(direction).norm(), 0, 1e-9);
+      EXPECT_NEAR(tick.wrench.moment.z(), 0, 1e-9);
+      EXPECT_NEAR(tick.wrench.moment.dot(tick.wrench.force), 0, 1e-9);
+    }
+    const double expected = step * (4.0 / 3) * std::pow(depth, 1.5) / std::sqrt(ks);
+    EXPECT_NEAR(volume / count, expected, 0.01 * expected);
+    EXPECT_NEAR(force / count, 2.0 * expected / step, 0.01 * 2 * expected / step);
+    EXPECT_NEAR(moment / count, 0.6 * depth * 2 * expected / step, 0.01 * 0.6 * depth * 2 * expected / step);
+  }
+}
+
+// Plunge along the axis: dV = delta pi d / Ks, no moment.
+TEST(Energy, PlungeHasTheClosedFormAndNoMoment) {
+  Bench bench(Vec3(60, 60, 20), 0.25);
+  Stroke stroke(bench.model, Pose{Vec3(30.1, 29.8, 21), Mat3::Identity()});
+  const double step = 0.05;
+  double worst = 0;
+  for (int i = 1; i <= 240; i++) {
+    const double z = 21 - step * i;
+    const TickResult tick = go(stroke, kFinger, Vec3(30.1, 29.8, z), bench, ForceModel::energy);
+    const double deep = 20 - z;
+    if (deep > 1.5 * step) {
+      const double expected = step * kPi * (deep - step / 2) / 0.1;
+      worst = std::max(worst, std::abs(tick.wrench.force.z() / (2.0 * expected / step) - 1) * (deep > 10 ? 1 : 0));
+      EXPECT_GT(tick.wrench.force.z(), 0);
+    } else if (deep <= 0) {
+      EXPECT_EQ(tick.wrench.force.norm(), 0);
+    }
+    // The finger stands off the lattice's symmetry, so the lever is zero only to rounding of what a node sees.
+    EXPECT_NEAR(tick.wrench.moment.norm(), 0, 1e-6 * (1 + tick.wrench.force.norm()));
+  }
+  EXPECT_LT(worst, 0.01);
+}
+
+// Both faces of a slab passed: a plateau dV = delta pi t / Ks.
+TEST(Energy, PlungeThroughASlabIsAPlateau) {
+  Bench bench(Vec3(60, 60, 4), 0.25, 0);
+  Stroke stroke(bench.model, Pose{Vec3(30.1, 29.8, 4), Mat3::Identity()});
+  const double step = 0.05;
+  for (int i = 1; i <= 240; i++) {
+    const double z = 4 - step * i;
+    const TickResult tick = go(stroke, kFinger, Vec3(30.1, 29.8, z), bench, ForceModel::energy);
+    if (z > -3 || z < -7) continue;
+    EXPECT_NEAR(tick.wrench.force.z(), 2.0 * kPi * 4 / 0.1, 0.01 * 2.0 * kPi * 4 / 0.1);
+    EXPECT_NEAR(tick.removed_mm3, step * kPi * 4 / 0.1, 0.01 * step * kPi * 4 / 0.1);
+  }
+}
+
+// One motion in 1, 10 or 1000 ticks removes the same and does the same work, to 0.1 per mille.
+TEST(Energy, SplittingAMoveChangesNothing) {
+  for (const Vec3& motion : {Vec3(30, 0, -3), Vec3(20, 18, -4), Vec3(7, -13, -2)}) {
+    double first_volume = 0, first_work = 0;
+    for (const int ticks : {1, 10, 1000}) {
+      Bench bench(Vec3(60, 60, 20), 0.5);
+      const Vec3 start(15, 30, 14);
+      Stroke stroke(bench.model, Pose{start, frame_from_axis(Vec3(0.2, -0.1, 1))});
+      double volume = 0, work = 0;
+      for (int i = 1; i <= ticks; i++) {
+        const Vec3 to = start + motion * (static_cast<double>(i) / ticks);
+        const TickResult tick = go(stroke, kFinger, to, bench, ForceModel::energy);
+        volume += tick.removed_mm3;
+        work += -tick.wrench.force.dot(tick.tick.travel);
+      }
+      if (ticks == 1) {
+        first_volume = volume;
+        first_work = work;
+      }
+      EXPECT_NEAR(volume, first_volume, 1e-4 * first_volume) << ticks;
+      EXPECT_NEAR(work, first_work, 1e-4 * first_work) << ticks;
+    }
+  }
+}
+
+// F.p + M.theta = -u dV while the tool turns too, with the volume weighted as the force is.
+TEST(Energy, WorkEqualsVolumeWhileTurning) {
+  Random random;
+  for (int trial = 0; trial < 20; trial++) {
+    Bench bench(Vec3(40, 40, 20), 0.5);
+    Stroke stroke(bench.model, Pose{Vec3(20, 20, 17), frame_from_axis(random.direction() + Vec3(0, 0, 2))});
+    for (int i = 0; i < 30; i++) {
+      const Vec3 to = stroke.pose().tip + 0.2 * random.direction();
+      const Vec3 turn = 0.02 * random.direction();
+      const TickResult tick = go(stroke, kFinger, to, bench, ForceModel::energy, 6, Mode::cut, turn);
+      double weighted = 0;
+      stroke.removed().for_parts([&](int, const RemovedPart& part) {
+        for (double v : part.turn_volume) weighted += v;
+      });
+      weighted *= 0.125;
+      const double work = tick.wrench.force.dot(tick.tick.travel) + tick.wrench.moment.dot(turn);
+      ASSERT_NEAR(work, -2.0 * weighted, 1e-6 + 1e-6 * weighted) << random.note();
+      ASSERT_LE(work, 1e-9);
+    }
+  }
+}
+
+// A turn about the tip with no travel still resists, and stays finite.
+TEST(Energy, TurningOnTheSpotGivesAMomentAndStaysFinite) {
+  Bench bench(Vec3(40, 40, 20), 0.5);
+  Stroke stroke(bench.model, Pose{Vec3(20, 20, 8), Mat3::Identity()});
+  go(stroke, kFinger, Vec3(20, 20, 8), bench, ForceModel::energy);
+  for (int i = 0; i < 50; i++) {
+    const TickResult tick = go(stroke, kFinger, Vec3(20, 20, 8), bench, ForceModel::energy, 6, Mode::cut, Vec3(0, 0.01, 0));
+    EXPECT_TRUE(tick.wrench.moment.allFinite());
+    EXPECT_LT(tick.wrench.moment.y(), 0);
+    EXPECT_EQ(go(stroke, kFinger, Vec3(20, 20, 8), bench, ForceModel::paper, 6, Mode::off).wrench.force.norm(), 0);
+  }
+}
+
+// |F| = Kf K, antiparallel to p; M = -Kf (sum z) e_z x p; the counts are those of a bitmap carved by the definition.
+TEST(Paper, CountsExactlyTheNodesThatVanish) {
+  Random random;
+  const double h = 0.5;
+  for (int trial = 0; trial < 4; trial++) {
+    const Vec3 size(14, 12, 10);
+    Bench bench(size, h);
+    const Index3 n = bench.model.lattice().nodes;
+    std::vector<bool> there(static_cast<size_t>(n.prod()), true);
+    const Tool tool = Finger{random.uniform(0.1, 0.6), 30};
+    const Finger& finger = std::get<Finger>(tool);
+    const Mat3 frame = frame_from_axis(random.direction() + Vec3(0, 0, 1.5));
+    Vec3 at = Vec3(7, 6, 13) + random.in_box(-3, 3);
+    Stroke stroke(bench.model, Pose{at, frame});
+    int64_t total = 0, borderline = 0;
+    for (int i = 0; i < 60; i++) {
+      const Vec3 p = 0.3 * (random.direction() - Vec3(0, 0, i < 30 ? 0.7 : 0.0));
+      const Vec3 to = at + p;
+      const TickResult tick = go(stroke, tool, to, bench, ForceModel::paper);
+      int64_t count = 0;
+      Vec3 sum = Vec3::Zero();
+      for (int k = 0; k < n.z(); k++)
+        for (int j = 0; j < n.y(); j++)
+          for (int m = 0; m < n.x(); m++) {
+            const auto index = static_cast<size_t>((k * n.y() + j) * n.x() + m);
+            if (!there[index]) continue;
+            const Vec3 node = bench.model.lattice().to_mm(Vec3(m + 0.5, j + 0.5, k + 0.5));
+            // The largest f over the motion: f is concave in s.
+            const Vec3 x = frame.transpose() * (node - at), v = frame.transpose() * p;
+            const auto f = [&](double s) {
+              const Vec3 y = x - s * v;
+              return std::min(y.z() - finger.ks * (y.x() * y.x() + y.y() * y.y()), finger.length - y.z());
+            };
+            double low = 0, high = 1;
+            for (int it = 0; it < 45; it++) {
+              const double a = low + (high - low) / 3, b = high - (high - low) / 3;
+              (f(a) < f(b) ? low : high) = f(a) < f(b) ? a : b;
+            }
+            const double best = std::max({f(low), f(0), f(1)});
+            if (std::abs(best) < 1e-5) borderline++;
+            if (best <= 0) continue;
+            there[index] = false;
+            count++;
+            sum += node - to;
+          }
+      ASSERT_NEAR(static_cast<double>(tick.points), static_cast<double>(count), static_cast<double>(borderline)) << random.note();
+      ASSERT_NEAR(tick.wrench.force.norm(), 0.001 * static_cast<double>(tick.points), 1e-12);
+      ASSERT_NEAR(tick.wrench.force.cross(p).norm(), 0, 1e-12);
+      if (borderline == 0) {
+        const Vec3 axis = frame.col(2);
+        const Vec3 moment = -0.001 * sum.dot(axis) * axis.cross(p.normalized());
+        ASSERT_NEAR((tick.wrench.moment - moment).norm(), 0, 1e-9) << random.note();
+      }
+      ASSERT_NEAR(tick.wrench.moment.dot(frame.col(2)), 0, 1e-9);
+      total += tick.points;
+      at = to;
+    }
+    int64_t missing = 0;
+    for (bool b : there) missing += b ? 0 : 1;
+    EXPECT_NEAR(static_cast<double>(total), static_cast<double>(missing), static_cast<double>(borderline));
+  }
+}
+
+TEST(Paper, GoingTheSameWayAgainOrRetractingRemovesNothing) {
+  Bench bench(Vec3(40, 40, 20), 0.25);
+  const Vec3 a(-12, 20.3, 16), b(52, 19.7, 13.5);
+  Stroke stroke(bench.model, Pose{a, Mat3::Identity()});
+  for (int i = 1; i <= 40; i++) go(stroke, kFinger, a + (b - a) * (i / 40.0), bench, ForceModel::paper);
+  int64_t again = 0;
+  double again_mm3 = 0;
+  for (int i = 39; i >= 0; i--) {
+    const TickResult tick = go(stroke, kFinger, a + (b - a) * (i / 40.0), bench, ForceModel::paper);
+    again += tick.points;
+    again_mm3 += tick.removed_mm3;
+  }
+  EXPECT_EQ(again, 0);
+  EXPECT_NEAR(again_mm3, 0, 1e-3);
+  EXPECT_EQ(go(stroke, kFinger, a, bench, ForceModel::paper).wrench.force.norm(), 0) << "p = 0";
+}
+
+// Touch feels what a cut would, tick by tick, and changes nothing.
+TEST(Touch, ForeseesTheCut) {
+  for (const ForceModel law : {ForceModel::paper, ForceModel::energy}) {
+    Bench touched(Vec3(40, 40, 20), 0.25), cut_bench(Vec3(40, 40, 20), 0.25);
+    const Vec3 a(20, 20, 22), b(20, 20, 12);
+    Stroke feel(touched.model, Pose{a, Mat3::Identity()}), carve(cut_bench.model, Pose{a, Mat3::Identity()});
+    const uint64_t before = touched.model.content_hash();
+    for (int i = 1; i <= 50; i++) {
+      const Vec3 to = a + (b - a) * (i / 50.0);
+      const TickResult t = go(feel, kFinger, to, touched, law, 6, Mode::touch);
+      const TickResult c = go(carve, kFinger, to, cut_bench, law, 6, Mode::cut);
+      // A cut rounds what it leaves to float32; the touch compares with the exact start pose.
+      EXPECT_NEAR((t.wrench.force - c.wrench.force).norm(), 0, 1e-3 * (1 + c.wrench.force.norm())) << i;
+      EXPECT_NEAR(static_cast<double>(t.points), static_cast<double>(c.points), 2) << i;
+    }
+    EXPECT_EQ(touched.model.content_hash(), before);
+  }
+}
+
+TEST(Deposit, ResistsByTheSameLawAndCanBeCutAwayAgain) {
+  Bench bench(Vec3(40, 40, 20), 0.25, 10);
+  const double volume = bench.model.volume_mm3();
+  Stroke stroke(bench.model, Pose{Vec3(10, 20, 19), Mat3::Identity()});
+  const Tool ball = BallTool{3};
+  double added = 0;
+  for (int i = 1; i <= 40; i++) {
+    const TickResult tick = go(stroke, ball, Vec3(10 + 0.5 * i, 20, 19), bench, ForceModel::energy, 5, Mode::deposit);
+    if (i > 1) {
+      EXPECT_LT(tick.removed_mm3, 0);
+      EXPECT_NEAR(-tick.wrench.force.x() * 0.5 / 2.0, -tick.removed_mm3, 0.05 * -tick.removed_mm3);
+    }
+    EXPECT_FALSE(tick.clipped);
+    added -= tick.removed_mm3;
+  }
+  EXPECT_NEAR(bench.model.volume_mm3(), volume + added, 1e-6 * volume);
+}
+
+// Several materials resist each by its own constants, and the parts add up.
+TEST(Materials, ResistEachByItsOwnConstants) {
+  TriDexel model(make_lattice(Vec3(20, 20, 20), 0.25, 0).value());
+  model.fill_block({Vec3(0, 0, 0), Vec3(20, 20, 10)}, 0);
+  const std::vector<Material> materials{{"soft", 0.001, 1, 0, 0, {}}, {"hard", 0.01, 8, 0, 0, {}}};
+  Removed removed;
+  const Box room{Vec3::Zero(), Vec3::Constant(80)};
+  deposit(model, SweptTool(BoxTool{Vec3(20, 20, 10)}, Pose{Vec3(10, 10, 10), Mat3::Identity()}, Vec3::Zero(), model.lattice(), room), 1,
+          {}, removed);
+  EXPECT_NEAR(model.volume_mm3(), 8000, 1e-6);
+  // A flat cutter through both, half in each: the force is the area times the mean of the two.
+  Stroke stroke(model, Pose{Vec3(-6, 10, 7), Mat3::Identity()});
+  const Tool flat = Flat{4, 6};
+  double force = 0;
+  for (int i = 1; i <= 200; i++) {
+    const Result<TickResult> tick =
+        stroke.advance(flat, Vec3(-6 + 0.1 * i, 10, 7), Vec3::Zero(), Mode::cut, {ForceModel::energy, 5}, materials);
+    if (i > 150) force -= tick.value().wrench.force.x() / 50;
+  }
+  EXPECT_NEAR(force, 8 * 6 * 0.5 * (1 + 8), 0.02 * 8 * 6 * 4.5);
+}
+
+TEST(Stroke, RefusesATurnItCannotSplit) {
+  Bench bench(Vec3(10, 10, 10), 1);
+  Stroke stroke(bench.model, Pose{});
+  const auto tick = stroke.advance(HalfSpace{}, Vec3::Zero(), Vec3(0, 0.1, 0), Mode::cut, {}, bench.materials);
+  ASSERT_FALSE(tick);
+  EXPECT_NE(tick.error().find("turn slower"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace kibori

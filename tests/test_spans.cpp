@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: MIT
+// Interval operations against a bitmap: every ray is also a row of small cells holding a material each.
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <kibori/edit/edit.h>
+
+#include "tests/support.h"
+
+namespace kibori {
+namespace {
+
+using test::Random;
+
+constexpr int kPerCell = 4;  // bitmap cells per lattice unit; interval ends fall on their borders
+
+// Random intervals on every ray, one or several layers, some rays without any.
+class RandomIntervals final : public Solid {
+ public:
+  RandomIntervals(const Index3& nodes, Random& random, int layers) : nodes_(nodes) {
+    const int kind = random.integer(0, 3);
+    for (Axis axis : kAxes) {
+      auto& field = fields_[static_cast<size_t>(axis)];
+      const int depth = nodes[depth_index(axis)] * kPerCell;
+      field.resize(static_cast<size_t>(nodes[u_index(axis)] * nodes[v_index(axis)]));
+      for (auto& ray : field) {
+        if (random.integer(0, 2) == 0) continue;
+        std::vector<int> ends;
+        for (int i = 0; i < 2 * random.integer(1, layers); i++)
+          ends.push_back(kind == 0 ? random.integer(-3, depth + 3) : random.integer(0, 12) * std::max(1, depth / 12));
+        std::sort(ends.begin(), ends.end());
+        for (size_t i = 0; i + 1 < ends.size(); i += 2)
+          if (ends[i] < ends[i + 1] && (ray.empty() || ray.back().second < ends[i])) ray.push_back({ends[i], ends[i + 1]});
+      }
+    }
+  }
+  const std::vector<std::pair<int, int>>& ray(Axis axis, int u, int v) const {
+    return fields_[static_cast<size_t>(axis)][static_cast<size_t>(v * nodes_[u_index(axis)] + u)];
+  }
+  Box bounds() const override { return {Vec3::Constant(-1), nodes_.matrix().cast<double>() + Vec3::Ones()}; }
+  bool spans(const RayTile& rays, int layer, SpanLayer& out) const override {
+    out.rows = 0;
+    for (int row = 0; row < kTileSide; row++)
+      for (int lane = 0; lane < kTileSide; lane++) {
+        const int u = rays.u0 + lane, v = rays.v0 + row, slot = row * kTileSide + lane;
+        out.lo[slot] = kFar;
+        out.hi[slot] = -kFar;
+        if (u >= nodes_[u_index(rays.axis)] || v >= nodes_[v_index(rays.axis)]) continue;
+        const auto& list = ray(rays.axis, u, v);
+        if (static_cast<size_t>(layer) >= list.size()) continue;
+        out.lo[slot] = static_cast<float>(list[static_cast<size_t>(layer)].first) / kPerCell;
+        out.hi[slot] = static_cast<float>(list[static_cast<size_t>(layer)].second) / kPerCell;
+        out.rows |= static_cast<uint16_t>(1u << row);
+      }
+    return out.rows != 0;
+  }
+  void normals(const RayTile&, int, const SpanLayer& spans, const EndMasks& ends, NormalCodes& out) const override {
+    // A code that tells where the end was: the depth itself, turned round for cuts.
+    const auto code = [&](float depth) {
+      const auto q = static_cast<uint32_t>(static_cast<int>(depth * kPerCell) & 0x3fff) | 0x4000u;
+      return ends.flip ? q | 0x10000u : q;
+    };
+    for (int slot = 0; slot < kTileRays; slot++) {
+      if ((ends.lo[slot / 16] >> (slot % 16)) & 1) out.lo[slot] = code(spans.lo[slot]);
+      if ((ends.hi[slot / 16] >> (slot % 16)) & 1) out.hi[slot] = code(spans.hi[slot]);
+    }
+  }
+
+ private:
+  Index3 nodes_;
+  std::array<std::vector<std::vector<std::pair<int, int>>>, 3> fields_;
+};
+
+// The oracle: material + 1 per cell, 0 where empty.
+class Bitmaps {
+ public:
+  explicit Bitmaps(const Index3& nodes) : nodes_(nodes) {
+    for (Axis axis : kAxes)
+      fields_[static_cast<size_t>(axis)].resize(static_cast<size_t>(nodes.prod() * kPerCell), 0);
+  }
+  uint8_t* ray(Axis axis, int u, int v) {
+    const auto index = (v * nodes_[u_index(axis)] + u) * nodes_[depth_index(axis)] * kPerCell;
+    return fields_[static_cast<size_t>(axis)].data() + index;
+  }
+  int cells(Axis axis) const { return nodes_[depth_index(axis)] * kPerCell; }
+
+ private:
+  Index3 nodes_;
+  std::array<std::vector<uint8_t>, 3> fields_;
+};
+
+struct Changed {
+  double length = 0;
+  int64_t nodes = 0;
+};
+
+void run(const Index3& nodes, int rounds, Random& random, long& operations) {
+  Lattice lattice;
+  lattice.nodes = nodes;
+  TriDexel model(lattice);
+  Bitmaps oracle(nodes);
+  std::vector<std::pair<Snapshot, uint64_t>> snapshots;
+  for (int round = 0; round < rounds; round++) {
+    const RandomIntervals solid(nodes, random, random.integer(1, 4));
+    const int what = round == 0 ? 1 : random.integer(0, 5);
+    const auto material = static_cast<uint8_t>(random.integer(0, 2));
+    EditOptions options;
+    options.threads = random.integer(1, 3);
+    Removed removed, foreseen;
+    if (what == 0) {
+      contact(model, Complement(solid), options, foreseen);
+      intersect(model, solid, options, removed);
+    } else if (what == 1 || what == 2) {
+      deposit_contact(model, solid, material, options, foreseen);
+      deposit(model, solid, material, options, removed);
+    } else if (what == 3) {
+      paint(model, solid, 0xff0000ffu, options, removed);
+    } else {
+      contact(model, solid, options, foreseen);
+      cut(model, solid, options, removed);
+    }
+    std::array<std::array<Changed, 3>, 3> expected{};  // by material, axis
+    for (Axis axis : kAxes)
+      for (int v = 0; v < nodes[v_index(axis)]; v++)
+        for (int u = 0; u < nodes[u_index(axis)]; u++) {
+          operations++;
+          uint8_t* cells = oracle.ray(axis, u, v);
+          const auto& list = solid.ray(axis, u, v);
+          const int count = oracle.cells(axis);
+          size_t at = 0;
+          for (int c = 0; c < count; c++) {
+            while (at < list.size() && c >= list[at].second) at++;
+            const bool in = at < list.size() && c >= list[at].first;
+            uint8_t now = cells[c];
+            if (what == 0 && !in) now = 0;
+            if ((what == 1 || what == 2) && in && now == 0) now = static_cast<uint8_t>(material + 1);
+            if (what > 3 && in) now = 0;
+            if (now == cells[c]) continue;
+            auto& e = expected[static_cast<size_t>((what == 1 || what == 2) ? material : cells[c] - 1)][static_cast<size_t>(axis)];
+            e.length += 1.0 / kPerCell;
+            if (c % kPerCell == kPerCell / 2) e.nodes++;  // the node stands at this cell's lower border
+            cells[c] = now;
+          }
+          // The spans, cell by cell.
+          std::vector<uint8_t> drawn(static_cast<size_t>(count), 0);
+          float last = -1;
+          int last_material = -1;
+          model.field(axis).view().for_spans(u, v, [&](const Span& s) {
+            ASSERT_LT(s.in, s.out);
+            ASSERT_GE(s.in, last) << "spans overlap";
+            ASSERT_TRUE(s.in > last || s.material != last_material) << "touching spans of one material";
+            last = s.out;
+            last_material = s.material;
+            for (int c = static_cast<int>(s.in * kPerCell); c < static_cast<int>(s.out * kPerCell); c++)
+              drawn[static_cast<size_t>(c)] = static_cast<uint8_t>(s.material + 1);
+          });
+          ASSERT_TRUE(std::equal(drawn.begin(), drawn.end(), cells))
+              << "round " << round << " operation " << what << " axis " << static_cast<int>(axis) << " ray " << u << ", " << v
+              << " of " << nodes.transpose() << "; " << random.note();
+        }
+    if (what == 3) continue;
+    for (int m = 0; m < 3; m++)
+      for (Axis axis : kAxes) {
+        const auto& e = expected[static_cast<size_t>(m)][static_cast<size_t>(axis)];
+        const double length = removed.has(m) ? removed.part(m).volume[static_cast<size_t>(axis)] : 0;
+        ASSERT_NEAR(length, e.length, 1e-3) << "material " << m << " operation " << what << "; " << random.note();
+        if (axis == Axis::z) {
+          ASSERT_EQ(removed.has(m) ? removed.part(m).points : 0, e.nodes) << "operation " << what << "; " << random.note();
+        }
+        if (foreseen.has(m)) {
+          ASSERT_EQ(foreseen.part(m).points, removed.part(m).points);
+          ASSERT_NEAR(foreseen.part(m).volume[static_cast<size_t>(axis)], length, 1e-3);
+        }
+      }
+    // Snapshots keep what they saw, whatever happens after; going back restores it.
+    if (round % 7 == 3) snapshots.emplace_back(model.snapshot(), model.content_hash());
+    if (snapshots.size() > 3) snapshots.erase(snapshots.begin());
+    for (const auto& [snapshot, hash] : snapshots) ASSERT_EQ(snapshot.content_hash(), hash) << random.note();
+  }
+}
+
+TEST(Spans, AgreeWithABitmapInBoxesOfEveryShape) {
+  Random random;
+  long operations = 0;
+  const Index3 shapes[] = {{1, 1, 1},   {1, 7, 40},  {40, 1, 7},  {7, 40, 1},  {33, 17, 5}, {5, 33, 17},
+                           {17, 5, 33}, {16, 16, 16}, {18, 31, 16}, {1, 1, 50}, {50, 1, 1},  {1, 50, 1}};
+  while (operations < 10'000'000)
+    for (const Index3& shape : shapes) {
+      ASSERT_NO_FATAL_FAILURE(run(shape, 60, random, operations));
+    }
+  std::printf("%ld ray operations\n", operations);
+}
+
+// A ray's ends carry the normals of the solid that made them, turned towards the empty side.
+TEST(Spans, EndsCarryTheNormalOfWhatMadeThem) {
+  Random random;
+  const Index3 nodes(18, 20, 24);
+  Lattice lattice;
+  lattice.nodes = nodes;
+  for (int round = 0; round < 40; round++) {
+    TriDexel model(lattice);
+    model.fill_block({Vec3::Zero(), nodes.matrix().cast<double>()}, 0);
+    for (int i = 0; i < 6; i++) {
+      const RandomIntervals solid(nodes, random, 3);
+      Removed removed;
+      if (i % 2 == 0)
+        cut(model, solid, {}, removed);
+      else
+        deposit(model, solid, 0, {}, removed);
+    }
+    for (Axis axis : kAxes)
+      for (int v = 0; v < nodes[v_index(axis)]; v++)
+        for (int u = 0; u < nodes[u_index(axis)]; u++)
+          model.field(axis).view().for_spans(u, v, [&](const Span& s) {
+            for (const auto& [depth, code] : {std::pair{s.in, s.normal_in}, std::pair{s.out, s.normal_out}}) {
+              if (depth == 0 || depth == static_cast<float>(nodes[depth_index(axis)])) continue;
+              ASSERT_EQ(code & 0x3fffu, static_cast<uint32_t>(depth * kPerCell) & 0x3fffu) << random.note();
+            }
+          });
+  }
+}
+
+TEST(Spans, PaintMarksEndsInsideAndNothingElse) {
+  Lattice lattice;
+  lattice.nodes = Index3(20, 20, 20);
+  TriDexel model(lattice);
+  model.fill_block({Vec3::Zero(), Vec3::Constant(20)}, 0);
+  class Slab final : public Solid {
+   public:
+    Box bounds() const override { return {Vec3::Zero(), Vec3::Constant(20)}; }
+    bool spans(const RayTile&, int layer, SpanLayer& out) const override {
+      std::fill_n(out.lo, kTileRays, 18.0f);
+      std::fill_n(out.hi, kTileRays, 25.0f);
+      out.rows = 0xffff;
+      return layer == 0;
+    }
+    void normals(const RayTile&, int, const SpanLayer&, const EndMasks&, NormalCodes&) const override {}
+  };
+  const uint64_t before = model.content_hash();
+  Removed removed;
+  paint(model, Slab(), 0xff112233u, {}, removed);
+  EXPECT_EQ(removed.ends_painted, 3 * 400);
+  EXPECT_NE(model.content_hash(), before);
+  EXPECT_DOUBLE_EQ(model.volume_mm3(), 8000);
+  model.field(Axis::y).view().for_spans(3, 4, [](const Span& s) {
+    EXPECT_EQ(s.paint_in, 0u);
+    EXPECT_EQ(s.paint_out, 0xff112233u);
+  });
+}
+
+}  // namespace
+}  // namespace kibori
