@@ -18,9 +18,13 @@ class Random {
  public:
   Random() : Random(seed_from_environment()) {}
   explicit Random(unsigned seed) : engine_(seed), seed_(seed) {}
-  double uniform(double low, double high) { return std::uniform_real_distribution<double>(low, high)(engine_); }
+  double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(engine_);
+  }
   int integer(int low, int high) { return std::uniform_int_distribution<int>(low, high)(engine_); }
-  Vec3 in_box(double low, double high) { return {uniform(low, high), uniform(low, high), uniform(low, high)}; }
+  Vec3 in_box(double low, double high) {
+    return {uniform(low, high), uniform(low, high), uniform(low, high)};
+  }
   Vec3 direction() {
     for (;;) {
       const Vec3 v = in_box(-1, 1);
@@ -32,7 +36,8 @@ class Random {
  private:
   static unsigned seed_from_environment() {
     const char* text = std::getenv("KIBORI_SEED");
-    const unsigned seed = text ? static_cast<unsigned>(std::strtoul(text, nullptr, 10)) : std::random_device{}();
+    const unsigned seed =
+        text ? static_cast<unsigned>(std::strtoul(text, nullptr, 10)) : std::random_device{}();
     std::printf("seed %u\n", seed);
     return seed;
   }

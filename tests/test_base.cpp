@@ -38,9 +38,11 @@ TEST(NormalCode, ErrorStaysBelowThePromise) {
     const Vec3 normal = random.direction();
     for (Axis axis : kAxes) {
       const bool at_out = normal[depth_index(axis)] >= 0;
-      const uint32_t code = encode_normal(normal[u_index(axis)], normal[v_index(axis)], normal[depth_index(axis)]);
+      const uint32_t code =
+          encode_normal(normal[u_index(axis)], normal[v_index(axis)], normal[depth_index(axis)]);
       const double error = std::acos(std::min(1.0, normal.dot(decode_normal(code, axis, at_out))));
-      ASSERT_LT(error, (std::abs(normal[depth_index(axis)]) < 0.01 ? 0.4 : 0.2) * 3.14159265 / 180) << random.note();
+      ASSERT_LT(error, (std::abs(normal[depth_index(axis)]) < 0.01 ? 0.4 : 0.2) * 3.14159265 / 180)
+          << random.note();
       ASSERT_EQ(decode_normal(negate_normal(code), axis, !at_out), -decode_normal(code, axis, at_out));
     }
   }

@@ -18,16 +18,15 @@ constexpr double kPi = 3.14159265358979323846;
 struct Bench {
   TriDexel model;
   std::vector<Material> materials{Material{"test", 0.001, 2.0, 0, 0, {}}};
-  Bench(const Vec3& size, double pitch, double room = 0)
-      : model(make_lattice(size, pitch, room).value()) {
+  Bench(const Vec3& size, double pitch, double room = 0) : model(make_lattice(size, pitch, room).value()) {
     model.fill_block({Vec3::Zero(), size}, 0);
   }
 };
 
 const Tool kFinger = Finger{0.1, 60};
 
-TickResult go(Stroke& stroke, const Tool& tool, const Vec3& to, const Bench& bench, ForceModel law, int dof = 5,
-              Mode mode = Mode::cut, const Vec3& turn = Vec3::Zero()) {
+TickResult go(Stroke& stroke, const Tool& tool, const Vec3& to, const Bench& bench, ForceModel law,
+              int dof = 5, Mode mode = Mode::cut, const Vec3& turn = Vec3::Zero()) {
   Result<TickResult> tick = stroke.advance(tool, to, turn, mode, {law, dof}, bench.materials);
   EXPECT_TRUE(tick) << tick.error();
   return tick.value();
@@ -75,12 +74,14 @@ TEST(Energy, PlungeHasTheClosedFormAndNoMoment) {
     const double deep = 20 - z;
     if (deep > 1.5 * step) {
       const double expected = step * kPi * (deep - step / 2) / 0.1;
-      worst = std::max(worst, std::abs(tick.wrench.force.z() / (2.0 * expected / step) - 1) * (deep > 10 ? 1 : 0));
+      worst = std::max(worst,
+                       std::abs(tick.wrench.force.z() / (2.0 * expected / step) - 1) * (deep > 10 ? 1 : 0));
       EXPECT_GT(tick.wrench.force.z(), 0);
     } else if (deep <= 0) {
       EXPECT_EQ(tick.wrench.force.norm(), 0);
     }
-    // The finger stands off the lattice's symmetry, so the lever is zero only to rounding of what a node sees.
+    // The finger stands off the lattice's symmetry, so the lever is zero only to rounding of what a node
+    // sees.
     EXPECT_NEAR(tick.wrench.moment.norm(), 0, 1e-6 * (1 + tick.wrench.force.norm()));
   }
   EXPECT_LT(worst, 0.01);
@@ -153,14 +154,17 @@ TEST(Energy, TurningOnTheSpotGivesAMomentAndStaysFinite) {
   Stroke stroke(bench.model, Pose{Vec3(20, 20, 8), Mat3::Identity()});
   go(stroke, kFinger, Vec3(20, 20, 8), bench, ForceModel::energy);
   for (int i = 0; i < 50; i++) {
-    const TickResult tick = go(stroke, kFinger, Vec3(20, 20, 8), bench, ForceModel::energy, 6, Mode::cut, Vec3(0, 0.01, 0));
+    const TickResult tick =
+        go(stroke, kFinger, Vec3(20, 20, 8), bench, ForceModel::energy, 6, Mode::cut, Vec3(0, 0.01, 0));
     EXPECT_TRUE(tick.wrench.moment.allFinite());
     EXPECT_LT(tick.wrench.moment.y(), 0);
-    EXPECT_EQ(go(stroke, kFinger, Vec3(20, 20, 8), bench, ForceModel::paper, 6, Mode::off).wrench.force.norm(), 0);
+    EXPECT_EQ(
+        go(stroke, kFinger, Vec3(20, 20, 8), bench, ForceModel::paper, 6, Mode::off).wrench.force.norm(), 0);
   }
 }
 
-// |F| = Kf K, antiparallel to p; M = -Kf (sum z) e_z x p; the counts are those of a bitmap carved by the definition.
+// |F| = Kf K, antiparallel to p; M = -Kf (sum z) e_z x p; the counts are those of a bitmap carved by the
+// definition.
 TEST(Paper, CountsExactlyTheNodesThatVanish) {
   Random random;
   const double h = 0.5;
@@ -205,7 +209,9 @@ TEST(Paper, CountsExactlyTheNodesThatVanish) {
             count++;
             sum += node - to;
           }
-      ASSERT_NEAR(static_cast<double>(tick.points), static_cast<double>(count), static_cast<double>(borderline)) << random.note();
+      ASSERT_NEAR(static_cast<double>(tick.points), static_cast<double>(count),
+                  static_cast<double>(borderline))
+          << random.note();
       ASSERT_NEAR(tick.wrench.force.norm(), 0.001 * static_cast<double>(tick.points), 1e-12);
       ASSERT_NEAR(tick.wrench.force.cross(p).norm(), 0, 1e-12);
       if (borderline == 0) {
@@ -266,7 +272,8 @@ TEST(Deposit, ResistsByTheSameLawAndCanBeCutAwayAgain) {
   const Tool ball = BallTool{3};
   double added = 0;
   for (int i = 1; i <= 40; i++) {
-    const TickResult tick = go(stroke, ball, Vec3(10 + 0.5 * i, 20, 19), bench, ForceModel::energy, 5, Mode::deposit);
+    const TickResult tick =
+        go(stroke, ball, Vec3(10 + 0.5 * i, 20, 19), bench, ForceModel::energy, 5, Mode::deposit);
     if (i > 1) {
       EXPECT_LT(tick.removed_mm3, 0);
       EXPECT_NEAR(-tick.wrench.force.x() * 0.5 / 2.0, -tick.removed_mm3, 0.05 * -tick.removed_mm3);
@@ -284,16 +291,18 @@ TEST(Materials, ResistEachByItsOwnConstants) {
   const std::vector<Material> materials{{"soft", 0.001, 1, 0, 0, {}}, {"hard", 0.01, 8, 0, 0, {}}};
   Removed removed;
   const Box room{Vec3::Zero(), Vec3::Constant(80)};
-  deposit(model, SweptTool(BoxTool{Vec3(20, 20, 10)}, Pose{Vec3(10, 10, 10), Mat3::Identity()}, Vec3::Zero(), model.lattice(), room), 1,
-          {}, removed);
+  deposit(model,
+          SweptTool(BoxTool{Vec3(20, 20, 10)}, Pose{Vec3(10, 10, 10), Mat3::Identity()}, Vec3::Zero(),
+                    model.lattice(), room),
+          1, {}, removed);
   EXPECT_NEAR(model.volume_mm3(), 8000, 1e-6);
   // A flat cutter through both, half in each: the force is the area times the mean of the two.
   Stroke stroke(model, Pose{Vec3(-6, 10, 7), Mat3::Identity()});
   const Tool flat = Flat{4, 6};
   double force = 0;
   for (int i = 1; i <= 200; i++) {
-    const Result<TickResult> tick =
-        stroke.advance(flat, Vec3(-6 + 0.1 * i, 10, 7), Vec3::Zero(), Mode::cut, {ForceModel::energy, 5}, materials);
+    const Result<TickResult> tick = stroke.advance(flat, Vec3(-6 + 0.1 * i, 10, 7), Vec3::Zero(), Mode::cut,
+                                                   {ForceModel::energy, 5}, materials);
     if (i > 150) force -= tick.value().wrench.force.x() / 50;
   }
   EXPECT_NEAR(force, 8 * 6 * 0.5 * (1 + 8), 0.02 * 8 * 6 * 4.5);
@@ -302,7 +311,8 @@ TEST(Materials, ResistEachByItsOwnConstants) {
 TEST(Stroke, RefusesATurnItCannotSplit) {
   Bench bench(Vec3(10, 10, 10), 1);
   Stroke stroke(bench.model, Pose{});
-  const auto tick = stroke.advance(HalfSpace{}, Vec3::Zero(), Vec3(0, 0.1, 0), Mode::cut, {}, bench.materials);
+  const auto tick =
+      stroke.advance(HalfSpace{}, Vec3::Zero(), Vec3(0, 0.1, 0), Mode::cut, {}, bench.materials);
   ASSERT_FALSE(tick);
   EXPECT_NE(tick.error().find("turn slower"), std::string::npos);
 }

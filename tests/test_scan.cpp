@@ -31,7 +31,8 @@ double distance_to(const TriangleMesh& mesh, const Vec3& p) {
     const Vec3 n = (b - a).cross(c - a);
     if (n.squaredNorm() > 0) {
       const Vec3 q = p - n * ((p - a).dot(n) / n.squaredNorm());
-      if (n.dot((b - a).cross(q - a)) >= 0 && n.dot((c - b).cross(q - b)) >= 0 && n.dot((a - c).cross(q - c)) >= 0)
+      if (n.dot((b - a).cross(q - a)) >= 0 && n.dot((c - b).cross(q - b)) >= 0 &&
+          n.dot((a - c).cross(q - c)) >= 0)
         best = std::min(best, (p - q).norm());
     }
     for (const auto& [e, f] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}}) {
@@ -51,8 +52,8 @@ bool inside(const FieldSnapshot& field, const Index3& node) {
   return in;
 }
 
-// The boundary of a random chain of tetrahedra over shared vertices: closed, self-intersecting, full of shared edges
-// and vertices, and (on a coarse grid) of coincident and ray-aligned ones.
+// The boundary of a random chain of tetrahedra over shared vertices: closed, self-intersecting, full of
+// shared edges and vertices, and (on a coarse grid) of coincident and ray-aligned ones.
 TriangleMesh random_soup(Random& random, bool aligned) {
   TriangleMesh mesh;
   for (int i = 0; i < 14; i++) {
@@ -63,7 +64,8 @@ TriangleMesh random_soup(Random& random, bool aligned) {
   for (int i = 0; i < 9; i++) {
     std::array<uint32_t, 4> v;
     for (auto& x : v) x = static_cast<uint32_t>(random.integer(0, 13));
-    const Vec3 &a = mesh.vertices[v[0]], &b = mesh.vertices[v[1]], &c = mesh.vertices[v[2]], &d = mesh.vertices[v[3]];
+    const Vec3 &a = mesh.vertices[v[0]], &b = mesh.vertices[v[1]], &c = mesh.vertices[v[2]],
+               &d = mesh.vertices[v[3]];
     if ((b - a).dot((c - a).cross(d - a)) < 0) std::swap(v[0], v[1]);
     mesh.triangles.push_back({v[0], v[2], v[1]});
     mesh.triangles.push_back({v[0], v[1], v[3]});
@@ -84,7 +86,8 @@ TEST(Scan, SoupsAgreeWithTheWindingNumber) {
     TriDexel model(lattice);
     const auto report = scan_convert(model, mesh, 0, {false, 1 + trial % 2});
     ASSERT_TRUE(report) << report.error();
-    EXPECT_EQ(report.value().open_rays, 0) << "a closed surface is crossed as often inwards as outwards; " << random.note();
+    EXPECT_EQ(report.value().open_rays, 0)
+        << "a closed surface is crossed as often inwards as outwards; " << random.note();
     for (int k = 0; k < 22; k++)
       for (int j = 0; j < 21; j++)
         for (int i = 0; i < 20; i++) {
@@ -96,7 +99,8 @@ TEST(Scan, SoupsAgreeWithTheWindingNumber) {
           const Vec3 p(i + 0.5, j + 0.5, k + 0.5);
           if (distance_to(mesh, p) < 1e-3) continue;
           checked++;
-          ASSERT_EQ(z, std::abs(winding_number(mesh, p)) > 0.5) << "node " << node.transpose() << "; " << random.note();
+          ASSERT_EQ(z, std::abs(winding_number(mesh, p)) > 0.5)
+              << "node " << node.transpose() << "; " << random.note();
         }
   }
   EXPECT_GT(checked, 100000);
@@ -104,8 +108,10 @@ TEST(Scan, SoupsAgreeWithTheWindingNumber) {
 
 TEST(Scan, ABoxOnNodePlanesIsHalfOpenAndEveryFieldAgrees) {
   TriangleMesh mesh;
-  for (int c = 0; c < 8; c++) mesh.vertices.emplace_back(c & 1 ? 6.5 : 2.5, c & 2 ? 7.5 : 1.5, c & 4 ? 5.5 : 3.5);
-  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4}, {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  for (int c = 0; c < 8; c++)
+    mesh.vertices.emplace_back(c & 1 ? 6.5 : 2.5, c & 2 ? 7.5 : 1.5, c & 4 ? 5.5 : 3.5);
+  mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                    {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
   Lattice lattice;
   lattice.nodes = Index3(9, 10, 11);
   TriDexel model(lattice);
@@ -127,7 +133,8 @@ TEST(Scan, HolesCloseWhereTwoDirectionsAgree) {
   for (int i = 0; i <= rings; i++)
     for (int j = 0; j < sides; j++) {
       const double a = 3.14159265358979 * i / rings, b = 2 * 3.14159265358979 * j / sides;
-      mesh.vertices.emplace_back(20 + 15 * std::sin(a) * std::cos(b), 20 + 15 * std::sin(a) * std::sin(b), 20 - 15 * std::cos(a));
+      mesh.vertices.emplace_back(20 + 15 * std::sin(a) * std::cos(b), 20 + 15 * std::sin(a) * std::sin(b),
+                                 20 - 15 * std::cos(a));
     }
   int skipped = 0;
   for (int i = 0; i < rings; i++)
@@ -153,7 +160,8 @@ TEST(Scan, HolesCloseWhereTwoDirectionsAgree) {
     for (int j = 0; j < 40; j++)
       for (int i = 0; i < 40; i++) {
         const double r = (Vec3(i + 0.5, j + 0.5, k + 0.5) - Vec3::Constant(20)).norm();
-        if (r < 14.5 || r > 15.1) wrong += inside(model.field(Axis::z).view(), {i, j, k}) != (r < 14.8) ? 1 : 0;
+        if (r < 14.5 || r > 15.1)
+          wrong += inside(model.field(Axis::z).view(), {i, j, k}) != (r < 14.8) ? 1 : 0;
       }
   EXPECT_LE(wrong, 12);
 }
@@ -171,11 +179,13 @@ TEST(Scan, RefusesAMeshThatIsMostlyOpen) {
   EXPECT_TRUE(scan_convert(forced, mesh, 0, {true, 1}));
 }
 
-// Real meshes: nodes against winding numbers, where the mesh is closed, and agreement of the fields everywhere.
+// Real meshes: nodes against winding numbers, where the mesh is closed, and agreement of the fields
+// everywhere.
 class RealMesh : public testing::TestWithParam<const char*> {};
 
 TEST_P(RealMesh, AgreesWithTheWindingNumber) {
-  const std::filesystem::path path = std::filesystem::path(KIBORI_SOURCE_DIR) / "../shared/models" / GetParam();
+  const std::filesystem::path path =
+      std::filesystem::path(KIBORI_SOURCE_DIR) / "../shared/models" / GetParam();
   if (!std::filesystem::exists(path)) GTEST_SKIP() << "../shared/models is not here; nothing to test with";
   Result<TriangleMesh> read = read_mesh(path);
   ASSERT_TRUE(read) << read.error();
@@ -187,11 +197,13 @@ TEST_P(RealMesh, AgreesWithTheWindingNumber) {
   TriDexel model(lattice);
   const auto report = scan_convert(model, mesh, 0, {true, 1});
   ASSERT_TRUE(report) << report.error();
-  std::printf("%s: %zu triangles, %s\n", GetParam(), mesh.triangles.size(), report.value().repaired() ? report.value().warning().c_str() : "closed");
+  std::printf("%s: %zu triangles, %s\n", GetParam(), mesh.triangles.size(),
+              report.value().repaired() ? report.value().warning().c_str() : "closed");
   Random random;
   int checked = 0, wrong = 0;
   for (int i = 0; i < 300000; i++) {
-    const Index3 node(random.integer(0, lattice.nodes.x() - 1), random.integer(0, lattice.nodes.y() - 1), random.integer(0, lattice.nodes.z() - 1));
+    const Index3 node(random.integer(0, lattice.nodes.x() - 1), random.integer(0, lattice.nodes.y() - 1),
+                      random.integer(0, lattice.nodes.z() - 1));
     const bool z = inside(model.field(Axis::z).view(), node);
     ASSERT_EQ(z, inside(model.field(Axis::x).view(), node)) << random.note();
     ASSERT_EQ(z, inside(model.field(Axis::y).view(), node)) << random.note();
@@ -206,7 +218,9 @@ TEST_P(RealMesh, AgreesWithTheWindingNumber) {
   EXPECT_LE(wrong, report.value().repaired() ? checked / 50 : 0) << random.note();
 }
 
-INSTANTIATE_TEST_SUITE_P(Models, RealMesh, testing::Values("stanford-bunny.obj", "fandisk.obj", "rocker-arm.obj", "spot.obj", "teapot.obj"),
+INSTANTIATE_TEST_SUITE_P(Models, RealMesh,
+                         testing::Values("stanford-bunny.obj", "fandisk.obj", "rocker-arm.obj", "spot.obj",
+                                         "teapot.obj"),
                          [](const auto& model) {
                            std::string name = model.param;
                            name.resize(name.find('.'));

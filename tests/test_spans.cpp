@@ -28,10 +28,12 @@ class RandomIntervals final : public Solid {
         if (random.integer(0, 2) == 0) continue;
         std::vector<int> ends;
         for (int i = 0; i < 2 * random.integer(1, layers); i++)
-          ends.push_back(kind == 0 ? random.integer(-3, depth + 3) : random.integer(0, 12) * std::max(1, depth / 12));
+          ends.push_back(kind == 0 ? random.integer(-3, depth + 3)
+                                   : random.integer(0, 12) * std::max(1, depth / 12));
         std::sort(ends.begin(), ends.end());
         for (size_t i = 0; i + 1 < ends.size(); i += 2)
-          if (ends[i] < ends[i + 1] && (ray.empty() || ray.back().second < ends[i])) ray.push_back({ends[i], ends[i + 1]});
+          if (ends[i] < ends[i + 1] && (ray.empty() || ray.back().second < ends[i]))
+            ray.push_back({ends[i], ends[i + 1]});
       }
     }
   }
@@ -55,7 +57,8 @@ class RandomIntervals final : public Solid {
       }
     return out.rows != 0;
   }
-  void normals(const RayTile&, int, const SpanLayer& spans, const EndMasks& ends, NormalCodes& out) const override {
+  void normals(const RayTile&, int, const SpanLayer& spans, const EndMasks& ends,
+               NormalCodes& out) const override {
     // A code that tells where the end was: the depth itself, turned round for cuts.
     const auto code = [&](float depth) {
       const auto q = static_cast<uint32_t>(static_cast<int>(depth * kPerCell) & 0x3fff) | 0x4000u;
@@ -137,7 +140,8 @@ void run(const Index3& nodes, int rounds, Random& random, long& operations) {
             if ((what == 1 || what == 2) && in && now == 0) now = static_cast<uint8_t>(material + 1);
             if (what > 3 && in) now = 0;
             if (now == cells[c]) continue;
-            auto& e = expected[static_cast<size_t>((what == 1 || what == 2) ? material : cells[c] - 1)][static_cast<size_t>(axis)];
+            auto& e = expected[static_cast<size_t>((what == 1 || what == 2) ? material : cells[c] - 1)]
+                              [static_cast<size_t>(axis)];
             e.length += 1.0 / kPerCell;
             if (c % kPerCell == kPerCell / 2) e.nodes++;  // the node stands at this cell's lower border
             cells[c] = now;
@@ -156,17 +160,19 @@ void run(const Index3& nodes, int rounds, Random& random, long& operations) {
               drawn[static_cast<size_t>(c)] = static_cast<uint8_t>(s.material + 1);
           });
           ASSERT_TRUE(std::equal(drawn.begin(), drawn.end(), cells))
-              << "round " << round << " operation " << what << " axis " << static_cast<int>(axis) << " ray " << u << ", " << v
-              << " of " << nodes.transpose() << "; " << random.note();
+              << "round " << round << " operation " << what << " axis " << static_cast<int>(axis) << " ray "
+              << u << ", " << v << " of " << nodes.transpose() << "; " << random.note();
         }
     if (what == 3) continue;
     for (int m = 0; m < 3; m++)
       for (Axis axis : kAxes) {
         const auto& e = expected[static_cast<size_t>(m)][static_cast<size_t>(axis)];
         const double length = removed.has(m) ? removed.part(m).volume[static_cast<size_t>(axis)] : 0;
-        ASSERT_NEAR(length, e.length, 1e-3) << "material " << m << " operation " << what << "; " << random.note();
+        ASSERT_NEAR(length, e.length, 1e-3)
+            << "material " << m << " operation " << what << "; " << random.note();
         if (axis == Axis::z) {
-          ASSERT_EQ(removed.has(m) ? removed.part(m).points : 0, e.nodes) << "operation " << what << "; " << random.note();
+          ASSERT_EQ(removed.has(m) ? removed.part(m).points : 0, e.nodes)
+              << "operation " << what << "; " << random.note();
         }
         if (foreseen.has(m)) {
           ASSERT_EQ(foreseen.part(m).points, removed.part(m).points);
@@ -183,7 +189,7 @@ void run(const Index3& nodes, int rounds, Random& random, long& operations) {
 TEST(Spans, AgreeWithABitmapInBoxesOfEveryShape) {
   Random random;
   long operations = 0;
-  const Index3 shapes[] = {{1, 1, 1},   {1, 7, 40},  {40, 1, 7},  {7, 40, 1},  {33, 17, 5}, {5, 33, 17},
+  const Index3 shapes[] = {{1, 1, 1},   {1, 7, 40},   {40, 1, 7},   {7, 40, 1}, {33, 17, 5}, {5, 33, 17},
                            {17, 5, 33}, {16, 16, 16}, {18, 31, 16}, {1, 1, 50}, {50, 1, 1},  {1, 50, 1}};
   while (operations < 10'000'000)
     for (const Index3& shape : shapes) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Sweeps against dense sampling: the oracle asks an implicit function, written from the tools' definitions alone,
-// at many poses of the motion.
+// Sweeps against dense sampling: the oracle asks an implicit function, written from the tools' definitions
+// alone, at many poses of the motion.
 #include <cmath>
 #include <functional>
 
@@ -39,7 +39,8 @@ double inside(const Tool& tool, const Vec3& p) {
   }
   if (std::get_if<HalfSpace>(&tool)) return p.z();
   if (auto t = std::get_if<BoxTool>(&tool))
-    return std::min({t->size.x() / 2 - std::abs(p.x()), t->size.y() / 2 - std::abs(p.y()), p.z(), t->size.z() - p.z()});
+    return std::min(
+        {t->size.x() / 2 - std::abs(p.x()), t->size.y() / 2 - std::abs(p.y()), p.z(), t->size.z() - p.z()});
   if (auto t = std::get_if<Ellipsoid>(&tool)) {
     const Vec3 q = (p - Vec3(0, 0, t->radii.z())).cwiseQuotient(t->radii);
     return (1 - q.norm()) * t->radii.minCoeff();
@@ -88,7 +89,8 @@ Tool random_tool(int kind, Random& random) {
   }
 }
 
-constexpr const char* kNames[] = {"finger", "ball", "flat", "bull", "cone", "capsule", "halfspace", "box", "ellipsoid", "mesh"};
+constexpr const char* kNames[] = {"finger",  "ball",      "flat", "bull",      "cone",
+                                  "capsule", "halfspace", "box",  "ellipsoid", "mesh"};
 
 class Sweep : public testing::TestWithParam<int> {};
 
@@ -123,7 +125,8 @@ TEST_P(Sweep, AgreesWithDenseSampling) {
       return best;
     };
     for (Axis ray_axis : kAxes) {
-      const int nu = lattice.nodes[u_index(ray_axis)], nv = lattice.nodes[v_index(ray_axis)], nd = lattice.nodes[depth_index(ray_axis)];
+      const int nu = lattice.nodes[u_index(ray_axis)], nv = lattice.nodes[v_index(ray_axis)],
+                nd = lattice.nodes[depth_index(ray_axis)];
       for (int probe = 0; probe < 6; probe++) {
         RayTile rays{ray_axis, random.integer(0, nu / 16 - 1) * 16, random.integer(0, nv / 16 - 1) * 16};
         SpanLayer layer;
@@ -150,9 +153,10 @@ TEST_P(Sweep, AgreesWithDenseSampling) {
               continue;
             }
             ASSERT_EQ(says_inside, depth > 0)
-                << kNames[GetParam()] << " trial " << trial << " axis " << static_cast<int>(ray_axis) << " depth "
-                << depth << " t " << t << " [" << (hit ? layer.lo[slot] : 0) << ", " << (hit ? layer.hi[slot] : 0)
-                << ") motion " << motion.transpose() << " tool axis " << axis.transpose() << "; " << random.note();
+                << kNames[GetParam()] << " trial " << trial << " axis " << static_cast<int>(ray_axis)
+                << " depth " << depth << " t " << t << " [" << (hit ? layer.lo[slot] : 0) << ", "
+                << (hit ? layer.hi[slot] : 0) << ") motion " << motion.transpose() << " tool axis "
+                << axis.transpose() << "; " << random.note();
           }
         }
       }
@@ -208,15 +212,17 @@ TEST_P(Sweep, NormalsAreThoseOfTheSurface) {
           const double h = 1e-3;
           for (int d = 0; d < 3; d++) {
             const auto at = [&](double sign) {
-              return inside(tool, pose.frame.transpose() * (world + sign * h * Vec3::Unit(d) - pose.tip - best_s * motion));
+              return inside(tool, pose.frame.transpose() *
+                                      (world + sign * h * Vec3::Unit(d) - pose.tip - best_s * motion));
             };
             gradient[d] = (at(1) - at(-1)) / (2 * h);
           }
           if (gradient.norm() < 0.16) continue;
           Vec3 expected = -gradient.normalized();
-          // Between the end poses the surface runs along the motion; an edge of the tool sweeps a face whose normal
-          // the finite difference at one pose can't know.
-          if (best_s > 0.005 && best_s < 0.995 && std::abs(expected.dot(motion.normalized())) > 0.02) continue;
+          // Between the end poses the surface runs along the motion; an edge of the tool sweeps a face whose
+          // normal the finite difference at one pose can't know.
+          if (best_s > 0.005 && best_s < 0.995 && std::abs(expected.dot(motion.normalized())) > 0.02)
+            continue;
           const Vec3 actual = decode_normal(at_hi ? codes.hi[slot] : codes.lo[slot], axis, at_hi);
           checked++;
           // Within half a degree, but for points so near an edge that the finite difference straddles it.
@@ -241,24 +247,29 @@ TEST(SweptBall, ClearStartGivesTheSameNewMaterial) {
     Vec3 motion = random.direction() * random.uniform(0, 3);
     if (trial % 3 == 0) motion[random.integer(0, 2)] *= 20;
     if (trial % 7 == 0) motion = Vec3::Unit(random.integer(0, 2)) * random.uniform(-2, 2);
-    const SweptBall plain(centre, motion, radius), clear(centre, motion, radius, true), start(centre, Vec3::Zero(), radius);
-    const RayTile rays{kAxes[static_cast<size_t>(trial % 3)], random.integer(0, 5) * 16, random.integer(0, 5) * 16};
+    const SweptBall plain(centre, motion, radius), clear(centre, motion, radius, true),
+        start(centre, Vec3::Zero(), radius);
+    const RayTile rays{kAxes[static_cast<size_t>(trial % 3)], random.integer(0, 5) * 16,
+                       random.integer(0, 5) * 16};
     SpanLayer a, b, c;
     if (!plain.spans(rays, 0, a)) a.rows = 0;
     if (!clear.spans(rays, 0, b)) b.rows = 0;
     if (!start.spans(rays, 0, c)) c.rows = 0;
     const auto measure = [](const SpanLayer& layer, const SpanLayer& less, int slot) {
-      const auto filled = [&](const SpanLayer& l) { return ((l.rows >> (slot / 16)) & 1) && l.lo[slot] < l.hi[slot]; };
+      const auto filled = [&](const SpanLayer& l) {
+        return ((l.rows >> (slot / 16)) & 1) && l.lo[slot] < l.hi[slot];
+      };
       if (!filled(layer)) return 0.0;
       double length = layer.hi[slot] - layer.lo[slot];
       if (filled(less))
-        length -= std::max(0.0f, std::min(layer.hi[slot], less.hi[slot]) - std::max(layer.lo[slot], less.lo[slot]));
+        length -=
+            std::max(0.0f, std::min(layer.hi[slot], less.hi[slot]) - std::max(layer.lo[slot], less.lo[slot]));
       return length;
     };
     for (int slot = 0; slot < 256; slot++)
       ASSERT_NEAR(measure(a, c, slot), measure(b, c, slot), 2e-3)
-          << "trial " << trial << " slot " << slot << " R " << radius << " motion " << motion.transpose() << "; "
-          << random.note();
+          << "trial " << trial << " slot " << slot << " R " << radius << " motion " << motion.transpose()
+          << "; " << random.note();
   }
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The command line: a thin face on the library. Data on stdout, everything else on stderr; exit 2 for bad input.
+// The command line: a thin face on the library. Data on stdout, everything else on stderr; exit 2 for bad
+// input.
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -50,19 +51,25 @@ int run_carve(const CarveArguments& arguments) {
   int shown = -1;
   options.progress = [&](double share) {
     const int percent = static_cast<int>(100 * share);
-    if (terminal && percent != shown) std::fprintf(stderr, "\rcarving %3d %%%s", shown = percent, share >= 1 ? "\n" : "");
+    if (terminal && percent != shown)
+      std::fprintf(stderr, "\rcarving %3d %%%s", shown = percent, share >= 1 ? "\n" : "");
   };
-  options.warning = [&](const std::string& text) { std::fprintf(stderr, "%skibori: warning: %s\n", shown >= 0 && shown < 100 ? "\n" : "", text.c_str()); };
+  options.warning = [&](const std::string& text) {
+    std::fprintf(stderr, "%skibori: warning: %s\n", shown >= 0 && shown < 100 ? "\n" : "", text.c_str());
+  };
   const Result<Carving> carving = carve(scene.value(), options);
   if (!carving) return bad_input(carving.error());
 
   if (!arguments.forces.empty())
-    if (const Status ok = write_file(arguments.forces, forces_csv(carving.value())); !ok) return bad_input(ok.error());
+    if (const Status ok = write_file(arguments.forces, forces_csv(carving.value())); !ok)
+      return bad_input(ok.error());
   if (!arguments.plot.empty()) {
     const ForceLaw& law = scene.value().force;
-    const std::string title = std::filesystem::path(arguments.scene).stem().string() + ": force and moment, model " +
-                              (law.model == ForceModel::paper ? "paper" : "energy") + ", " + std::to_string(law.dof) + " DOF";
-    if (const Status ok = write_file(arguments.plot, forces_svg(carving.value(), title)); !ok) return bad_input(ok.error());
+    const std::string title =
+        std::filesystem::path(arguments.scene).stem().string() + ": force and moment, model " +
+        (law.model == ForceModel::paper ? "paper" : "energy") + ", " + std::to_string(law.dof) + " DOF";
+    if (const Status ok = write_file(arguments.plot, forces_svg(carving.value(), title)); !ok)
+      return bad_input(ok.error());
   }
   const std::string summary =
       arguments.json ? summary_json(carving.value().summary) : summary_text(carving.value().summary);
@@ -73,7 +80,8 @@ int run_carve(const CarveArguments& arguments) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{"Kibori carves virtual solids with a virtual finger or cutter and feels every removal as force."};
+  CLI::App app{
+      "Kibori carves virtual solids with a virtual finger or cutter and feels every removal as force."};
   app.name("kibori");
   app.set_version_flag("--version", std::string("kibori ") + KIBORI_VERSION);
   app.require_subcommand(1);
@@ -85,13 +93,17 @@ int main(int argc, char** argv) {
   CarveArguments carve_arguments;
   CLI::App* carve = app.add_subcommand("carve", "Run a scripted carving session and report forces");
   carve->add_option("SCENE", carve_arguments.scene, "scene file (TOML)")->required();
-  carve->add_option("--forces", carve_arguments.forces, "write force and moment of every tick as CSV")->type_name("FILE.csv");
+  carve->add_option("--forces", carve_arguments.forces, "write force and moment of every tick as CSV")
+      ->type_name("FILE.csv");
   carve->add_option("--plot", carve_arguments.plot, "draw force and moment over time")->type_name("FILE.svg");
   carve->add_flag("--json", carve_arguments.json, "summary as JSON on standard output");
-  carve->add_option("--threads", carve_arguments.threads, "threads to work with; the result does not depend on it")
+  carve
+      ->add_option("--threads", carve_arguments.threads,
+                   "threads to work with; the result does not depend on it")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
-  carve->add_flag("--force", carve_arguments.force, "take a mesh as stock even if most of its rays find it open");
+  carve->add_flag("--force", carve_arguments.force,
+                  "take a mesh as stock even if most of its rays find it open");
   carve->footer(
       "A scene in short:\n"
       "  [stock]\n"
@@ -113,8 +125,8 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    const int code = app.exit(error, std::cout, std::cerr);
-    return code == 0 ? 0 : kBadInput;
+    if (error.get_exit_code() == 0) return app.exit(error, std::cout, std::cerr);  // --help, --version
+    return bad_input(std::string(error.what()) + "; see 'kibori --help'");
   }
   try {
     return run_carve(carve_arguments);

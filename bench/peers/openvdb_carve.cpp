@@ -29,7 +29,8 @@ FloatGrid::Ptr solid_levelset(int n) {
   FloatGrid::Accessor access(tree);
   const float centre = kOffset + static_cast<float>(n - 1) * 0.5f, half = static_cast<float>(n) * 0.5f;
   const auto distance = [&](int i, int j, int k) {
-    const float x = std::fabs(static_cast<float>(i) - centre) - half, y = std::fabs(static_cast<float>(j) - centre) - half,
+    const float x = std::fabs(static_cast<float>(i) - centre) - half,
+                y = std::fabs(static_cast<float>(j) - centre) - half,
                 z = std::fabs(static_cast<float>(k) - centre) - half;
     const float m = std::max(x, std::max(y, z));
     if (m <= 0) return m;
@@ -116,12 +117,14 @@ void stamp_levelset(FloatGrid::Accessor& access, Point c, float radius) {
       uint64_t word = 0;
       for (int b = 0; b < 8; b += 2) {
         const float d0 = static_cast<float>(origin[1] + b) - c.y, d1 = d0 + 1;
-        const __m512 rr = _mm512_mask_blend_ps(0xFF00, _mm512_set1_ps(dx2 + d0 * d0), _mm512_set1_ps(dx2 + d1 * d1));
+        const __m512 rr =
+            _mm512_mask_blend_ps(0xFF00, _mm512_set1_ps(dx2 + d0 * d0), _mm512_set1_ps(dx2 + d1 * d1));
         __m512 s = _mm512_min_ps(_mm512_sub_ps(r, _mm512_sqrt_ps(_mm512_add_ps(rr, vz))), band);
         const __m512 v = _mm512_max_ps(_mm512_loadu_ps(values + a * 64 + b * 8), s);
         _mm512_storeu_ps(values + a * 64 + b * 8, v);
         least = _mm512_min_ps(least, v);
-        const __mmask16 on = _mm512_cmp_ps_mask(v, band, _CMP_LT_OQ) & _mm512_cmp_ps_mask(v, minus, _CMP_GT_OQ);
+        const __mmask16 on =
+            _mm512_cmp_ps_mask(v, band, _CMP_LT_OQ) & _mm512_cmp_ps_mask(v, minus, _CMP_GT_OQ);
         word |= static_cast<uint64_t>(on) << (b * 8);
       }
       active.getWord<uint64_t>(static_cast<openvdb::Index>(a)) = word;
@@ -209,7 +212,8 @@ double levelset_removed(const FloatGrid& grid, int n) {
   auto access = grid.getConstAccessor();
   for (int i = kOffset; i < kOffset + n; i++)
     for (int j = kOffset; j < kOffset + n; j++)
-      for (int k = kOffset + n - 80; k < kOffset + n; k++) count += access.getValue(Coord(i, j, k)) >= 0 ? 1 : 0;
+      for (int k = kOffset + n - 80; k < kOffset + n; k++)
+        count += access.getValue(Coord(i, j, k)) >= 0 ? 1 : 0;
   return count;
 }
 
@@ -239,7 +243,8 @@ StepTimes openvdb_csg_difference(int n, const std::vector<Point>& path, float ra
   tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   auto grid = solid_levelset(n);
   StepTimes result = timed(path, [&](Point c) {
-    auto ball = openvdb::tools::createLevelSetSphere<FloatGrid>(radius, openvdb::Vec3f(c.x, c.y, c.z), 1.f, kBand, false);
+    auto ball = openvdb::tools::createLevelSetSphere<FloatGrid>(radius, openvdb::Vec3f(c.x, c.y, c.z), 1.f,
+                                                                kBand, false);
     openvdb::tools::csgDifference(*grid, *ball);
   });
   result.bytes = static_cast<double>(grid->memUsage());
@@ -259,7 +264,8 @@ double openvdb_mesh_to_volume(const std::vector<float>& xyz, const std::vector<u
     }
   }
   std::vector<openvdb::Vec3I> faces;
-  for (size_t i = 0; i + 2 < triangles.size(); i += 3) faces.emplace_back(triangles[i], triangles[i + 1], triangles[i + 2]);
+  for (size_t i = 0; i + 2 < triangles.size(); i += 3)
+    faces.emplace_back(triangles[i], triangles[i + 1], triangles[i + 2]);
   const float longest = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
   const auto transform = openvdb::math::Transform::createLinearTransform(static_cast<double>(longest) / n);
   const double start = now_us();

@@ -6,14 +6,15 @@
 
 namespace kibori_bench {
 
-// Narrow-band level set (distances, half-width 3), max(a, R - d) in the leaves of the tool's box; AVX-512 where the
-// compiler has it.
+// Narrow-band level set (distances, half-width 3), max(a, R - d) in the leaves of the tool's box; AVX-512
+// where the compiler has it.
 StepTimes openvdb_levelset_stamp(int n, const std::vector<Point>& path, float radius);
 // One bit a voxel: no sub-cell geometry.
 StepTimes openvdb_bitmask_stamp(int n, const std::vector<Point>& path, float radius);
 // tools::csgDifference with a fresh level-set sphere each step.
 StepTimes openvdb_csg_difference(int n, const std::vector<Point>& path, float radius);
 // Mesh into a signed distance field of n voxels along its longest side; returns ms.
-double openvdb_mesh_to_volume(const std::vector<float>& points_xyz, const std::vector<unsigned>& triangles, int n);
+double openvdb_mesh_to_volume(const std::vector<float>& points_xyz, const std::vector<unsigned>& triangles,
+                              int n);
 
 }  // namespace kibori_bench

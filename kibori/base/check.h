@@ -6,12 +6,12 @@
 #include <cstdio>
 #include <cstdlib>
 
-#define KIBORI_CHECK(condition)                                                                         \
-  do {                                                                                                  \
-    if (!(condition)) [[unlikely]] {                                                                    \
+#define KIBORI_CHECK(condition)                                                                            \
+  do {                                                                                                     \
+    if (!(condition)) [[unlikely]] {                                                                       \
       std::fprintf(stderr, "kibori: internal check failed: %s (%s:%d)\n", #condition, __FILE__, __LINE__); \
-      std::abort();                                                                                     \
-    }                                                                                                   \
+      std::abort();                                                                                        \
+    }                                                                                                      \
   } while (false)
 
 #ifdef NDEBUG

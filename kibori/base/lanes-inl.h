@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Vector helpers shared by the kernels; included once per Highway target.
 //
-// Rows are always 16 lanes: one AVX-512 vector, two of AVX2, four of SSE. Every operation here is IEEE +, -, *, /,
-// sqrt or integer work on each lane alone, so a lane's bits do not depend on the target. No MulAdd: it fuses on some.
+// Rows are always 16 lanes: one AVX-512 vector, two of AVX2, four of SSE. Every operation here is IEEE +, -,
+// *, /, sqrt or integer work on each lane alone, so a lane's bits do not depend on the target. No MulAdd: it
+// fuses on some.
 
 #if defined(KIBORI_BASE_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef KIBORI_BASE_LANES_INL_H_
@@ -35,6 +36,11 @@ inline constexpr size_t kGroups = kRow / kLanes;
 inline constexpr unsigned kGroupMask = (1u << kLanes) - 1;
 
 HWY_INLINE VF F(float x) { return hn::Set(DF(), x); }
+
+// base + lane for the lanes of a group. One rounding each: (base + 8) + 3 is not base + 11 in the last bit.
+HWY_INLINE VF LanesFrom(float base, size_t group) {
+  return hn::Add(F(base), hn::Iota(DF(), static_cast<float>(group * kLanes)));
+}
 
 // Lane masks as bits, lane 0 lowest.
 HWY_INLINE unsigned Bits(MF m) {
@@ -71,7 +77,8 @@ HWY_INLINE VU EncodeScaled(VF u, VF v, VF scale) {
 
 // The same for a vector of any length > 0.
 HWY_INLINE VU EncodeNormal(VF u, VF v, VF depth, float scale) {
-  const VF length2 = hn::Add(hn::Add(hn::Mul(u, u), hn::Mul(v, v)), hn::Max(hn::Mul(depth, depth), F(1e-30f)));
+  const VF length2 =
+      hn::Add(hn::Add(hn::Mul(u, u), hn::Mul(v, v)), hn::Max(hn::Mul(depth, depth), F(1e-30f)));
   // The rough root may come out 5e-6 too large: stay within 16 bits.
   return EncodeScaled(u, v, hn::Mul(RoughRsqrt(length2), F(scale * 0.99999f)));
 }

@@ -6,29 +6,31 @@
 
 namespace kibori {
 
-// Nodes along one axis of a lattice. float32 depths keep 1/2048 of a cell at 8192, and the int32 node sums of one
-// tile (nodes squared x 16 rows) stay below 2^31.
+// Nodes along one axis of a lattice. float32 depths keep 1/2048 of a cell at 8192, and the int32 node sums of
+// one tile (nodes squared x 16 rows) stay below 2^31.
 inline constexpr int kMaxNodesPerAxis = 8192;
 
 // Materials a model can hold; one bit each in Removed's mask.
 inline constexpr int kMaxMaterials = 64;
 
-// Turning split [lattice units]: within one tick the tool's outermost point may stray this far from its true arc.
-// A tenth of a cell is below what a lattice of that pitch can show, and costs 1-3 pieces in ordinary ticks.
+// Turning split [lattice units]: within one tick the tool's outermost point may stray this far from its true
+// arc. A tenth of a cell is below what a lattice of that pitch can show, and costs 1-3 pieces in ordinary
+// ticks.
 inline constexpr double kTurnTolerance = 0.1;
 
 // Pieces one turning tick may be split into; 4096 covers half a turn of a tool 100 cells long.
 inline constexpr int kMaxTurnPieces = 4096;
 
-// A turn smaller than this [rad] over one tick moves a tool of 8192 cells by less than a float32 depth can hold.
+// A turn smaller than this [rad] over one tick moves a tool of 8192 cells by less than a float32 depth can
+// hold.
 inline constexpr double kNoTurn = 1e-9;
 
-// Sweeps longer than this [lattice units] are re-centred tile by tile, so that float32 squares of distances stay
-// below 2^18 and their rounding below 1/32 of a depth's own.
+// Sweeps longer than this [lattice units] are re-centred tile by tile, so that float32 squares of distances
+// stay below 2^18 and their rounding below 1/32 of a depth's own.
 inline constexpr double kRecentreLength = 256.0;
 
-// Sub-cell grid of scan conversion: vertices snap to 2^-14 of a cell, a quarter of the float32 spacing at depth
-// 512. 8192 x 2^14 = 2^27, so the products of the edge functions stay below 2^56 in int64.
+// Sub-cell grid of scan conversion: vertices snap to 2^-14 of a cell, a quarter of the float32 spacing at
+// depth 512. 8192 x 2^14 = 2^27, so the products of the edge functions stay below 2^56 in int64.
 inline constexpr int kSnapBits = 14;
 
 // A mesh is refused as stock when more than this share of the rays that meet it are open or disagree.

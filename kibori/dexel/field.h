@@ -113,9 +113,12 @@ class FieldSnapshot {
   uint64_t content_hash() const;
 
   static Span span_at(const Plane& plane, int slot) {
-    return {plane.in[slot],         plane.out[slot],
-            plane.material[slot],   plane.normal_in[slot],
-            plane.normal_out[slot], plane.paint ? plane.paint->in[slot] : 0,
+    return {plane.in[slot],
+            plane.out[slot],
+            plane.material[slot],
+            plane.normal_in[slot],
+            plane.normal_out[slot],
+            plane.paint ? plane.paint->in[slot] : 0,
             plane.paint ? plane.paint->out[slot] : 0};
   }
 

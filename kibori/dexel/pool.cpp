@@ -40,12 +40,13 @@ void BlockPool::give_chain(Free* first, Free* last) {
   Free* head = returned_.load(std::memory_order_relaxed);
   do {
     last->next = head;
-  } while (!returned_.compare_exchange_weak(head, first, std::memory_order_release, std::memory_order_relaxed));
+  } while (
+      !returned_.compare_exchange_weak(head, first, std::memory_order_release, std::memory_order_relaxed));
 }
 
 void BlockPool::reserve(size_t blocks) {
   const size_t count = std::max(blocks, std::max<size_t>(1, chunk_bytes_ / bytes_));
-  auto* chunk = static_cast<std::byte*>(::operator new(count * bytes_, kAlign));
+  auto* chunk = static_cast<std::byte*>(::operator new(count* bytes_, kAlign));
   // Touch every page now: a page fault on first use would stall the servo.
   std::memset(chunk, 0, count * bytes_);
   {

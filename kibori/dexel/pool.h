@@ -4,7 +4,8 @@
 //   owner (the writer)          any thread
 //   take() <── mine ◄──exchange── returned ◄── give()
 //
-// One thread takes; any thread gives back. The owner grabs the whole returned list at once, so there is no ABA.
+// One thread takes; any thread gives back. The owner grabs the whole returned list at once, so there is no
+// ABA.
 #pragma once
 
 #include <atomic>

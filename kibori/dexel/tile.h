@@ -5,10 +5,10 @@
 //   plane 1   second span of every ray   (exists only where some ray has two)
 //   ...
 //
-// Ray (i, j) of a tile is slot j * 16 + i; i runs along u, so one row of 16 rays is one vector. A slot without a
-// span has in = +kFar, out = -kFar. The spans of a ray fill planes from 0 without gaps, sorted and disjoint (they
-// may touch where the material changes). Depths are float32 lattice units from the lattice's lower corner; spans
-// are half-open [in, out).
+// Ray (i, j) of a tile is slot j * 16 + i; i runs along u, so one row of 16 rays is one vector. A slot
+// without a span has in = +kFar, out = -kFar. The spans of a ray fill planes from 0 without gaps, sorted and
+// disjoint (they may touch where the material changes). Depths are float32 lattice units from the lattice's
+// lower corner; spans are half-open [in, out).
 #pragma once
 
 #include <algorithm>

@@ -52,8 +52,8 @@ void TriDexel::fill_block(const Box& box_mm, uint8_t material) {
 }
 
 void TriDexel::include_material(const Box& lattice_box) {
-  material_bounds_.include(Box{lattice_box.min.cwiseMax(0.0),
-                               lattice_box.max.cwiseMin(lattice_.nodes.matrix().cast<double>())});
+  material_bounds_.include(
+      Box{lattice_box.min.cwiseMax(0.0), lattice_box.max.cwiseMin(lattice_.nodes.matrix().cast<double>())});
 }
 
 void TriDexel::reserve(int tiles) {
@@ -73,8 +73,7 @@ ModelCount TriDexel::count() const {
 
 Result<Lattice> make_lattice(const Vec3& size_mm, double pitch_mm, double room_mm) {
   char text[256];
-  if (!(pitch_mm > 0) || !std::isfinite(pitch_mm))
-    return Error{"pitch must be a positive number of mm"};
+  if (!(pitch_mm > 0) || !std::isfinite(pitch_mm)) return Error{"pitch must be a positive number of mm"};
   Lattice lattice;
   lattice.pitch_mm = pitch_mm;
   const double room = std::ceil(room_mm / pitch_mm - 1e-9);
@@ -82,10 +81,11 @@ Result<Lattice> make_lattice(const Vec3& size_mm, double pitch_mm, double room_m
     const double nodes = std::fmax(1.0, std::ceil(size_mm[i] / pitch_mm - 1e-9)) + 2 * room;
     if (!(nodes <= kMaxNodesPerAxis)) {
       const double longest = size_mm.maxCoeff() + 2 * room_mm;
-      std::snprintf(text, sizeof text,
-                    "pitch %g mm needs %.4g lattice nodes along %c and at most %d are possible; use a pitch of at "
-                    "least %.3g mm",
-                    pitch_mm, nodes, "xyz"[i], kMaxNodesPerAxis, longest * 1.001 / kMaxNodesPerAxis);
+      std::snprintf(
+          text, sizeof text,
+          "pitch %g mm needs %.4g lattice nodes along %c and at most %d are possible; use a pitch of at "
+          "least %.3g mm",
+          pitch_mm, nodes, "xyz"[i], kMaxNodesPerAxis, longest * 1.001 / kMaxNodesPerAxis);
       return Error{text};
     }
     lattice.nodes[i] = static_cast<int>(nodes);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The model: three dexel fields over one lattice. Inside at a lattice node is decided by the z field alone; x and y
-// give positions, normals and unbiased volumes. An edit writes all three.
+// The model: three dexel fields over one lattice. Inside at a lattice node is decided by the z field alone; x
+// and y give positions, normals and unbiased volumes. An edit writes all three.
 #pragma once
 
 #include <array>
@@ -63,8 +63,8 @@ class TriDexel {
   uint64_t generation_ = 0;
 };
 
-// The lattice over the box [0, size_mm] with `room_mm` of space around it; nodes at (i + 1/2) * pitch from the
-// box's lower corner. Errors: pitch not positive, or more than kMaxNodesPerAxis nodes along an axis.
+// The lattice over the box [0, size_mm] with `room_mm` of space around it; nodes at (i + 1/2) * pitch from
+// the box's lower corner. Errors: pitch not positive, or more than kMaxNodesPerAxis nodes along an axis.
 Result<Lattice> make_lattice(const Vec3& size_mm, double pitch_mm, double room_mm);
 
 }  // namespace kibori

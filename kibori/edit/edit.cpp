@@ -70,7 +70,8 @@ void edit_field(const FieldEdit& edit, Removed& removed) {
   const Range tus = tiles_between(bounds.min[u], bounds.max[u], view.nodes_u());
   const Range tvs = tiles_between(bounds.min[v], bounds.max[v], view.nodes_v());
   const bool growing = edit.operation == Operation::deposit || edit.operation == Operation::deposit_contact;
-  if (growing && ((bounds.min.array() < 0).any() || bounds.max[u] > view.nodes_u() || bounds.max[v] > view.nodes_v()))
+  if (growing &&
+      ((bounds.min.array() < 0).any() || bounds.max[u] > view.nodes_u() || bounds.max[v] > view.nodes_v()))
     removed.clipped = true;
   TileJob job;
   job.field = edit.field;
@@ -103,21 +104,19 @@ void edit_field(const FieldEdit& edit, Removed& removed) {
   flush_sums(job);
 }
 
-// Runs the edit on all three fields, on up to `threads` threads. The fields share nothing, so neither do the threads.
+// Runs the edit on all three fields, on up to `threads` threads. The fields share nothing, so neither do the
+// threads.
 template <class MakeEdit>
 void edit_fields(int threads, Removed& removed, MakeEdit&& make_edit) {
-  if (threads <= 1) {
-    for (Axis axis : kAxes) edit_field(make_edit(axis), removed);
-    return;
-  }
+  // Each field sums on its own, so that the order of additions does not depend on the number of threads.
   std::array<Removed, 3> parts;
-  oneapi::tbb::task_arena arena(std::min({threads, 3, oneapi::tbb::info::default_concurrency()}));
-  arena.execute([&] {
-    oneapi::tbb::parallel_for(0, 3, [&](int i) {
-      const auto index = static_cast<size_t>(i);
-      edit_field(make_edit(kAxes[index]), parts[index]);
-    });
-  });
+  const auto run = [&](size_t i) { edit_field(make_edit(kAxes[i]), parts[i]); };
+  if (threads <= 1) {
+    for (size_t i = 0; i < 3; i++) run(i);
+  } else {
+    oneapi::tbb::task_arena arena(std::min({threads, 3, oneapi::tbb::info::default_concurrency()}));
+    arena.execute([&] { oneapi::tbb::parallel_for(size_t{0}, size_t{3}, run); });
+  }
   for (const Removed& part : parts) removed.add(part);
 }
 
@@ -143,7 +142,8 @@ void cut(TriDexel& model, const Solid& solid, const EditOptions& options, Remove
   write(model, Operation::cut, solid, 0, 0, options, removed);
 }
 
-void deposit(TriDexel& model, const Solid& solid, uint8_t material, const EditOptions& options, Removed& removed) {
+void deposit(TriDexel& model, const Solid& solid, uint8_t material, const EditOptions& options,
+             Removed& removed) {
   model.include_material(solid.bounds());
   write(model, Operation::deposit, solid, material, 0, options, removed);
 }

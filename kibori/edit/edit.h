@@ -20,14 +20,16 @@ namespace kibori {
 struct Motion {
   // First moments are taken about this point [lattice units]: the tool's tip at the end of the tick.
   Vec3 reference = Vec3::Zero();
-  // While turning: displacement of a material point at r from the reference is shift + turn x r. [lattice units, rad]
+  // While turning: displacement of a material point at r from the reference is shift + turn x r. [lattice
+  // units, rad]
   bool turning = false;
   Vec3 shift = Vec3::Zero();
   Vec3 turn = Vec3::Zero();
   Vec3 tool_axis = Vec3::UnitZ();
 };
 
-// Results do not depend on `threads`: the three fields share nothing, so each may have a thread of its own (1..3).
+// Results do not depend on `threads`: the three fields share nothing, so each may have a thread of its own
+// (1..3).
 struct EditOptions {
   Motion motion;
   int threads = 1;
@@ -35,7 +37,8 @@ struct EditOptions {
 
 // Each adds what it did to `removed` (deposits count as positive there too).
 void cut(TriDexel& model, const Solid& solid, const EditOptions& options, Removed& removed);
-void deposit(TriDexel& model, const Solid& solid, uint8_t material, const EditOptions& options, Removed& removed);
+void deposit(TriDexel& model, const Solid& solid, uint8_t material, const EditOptions& options,
+             Removed& removed);
 void intersect(TriDexel& model, const Solid& solid, const EditOptions& options, Removed& removed);
 void paint(TriDexel& model, const Solid& solid, Color color, const EditOptions& options, Removed& removed);
 void contact(const TriDexel& model, const Solid& solid, const EditOptions& options, Removed& removed);
@@ -43,7 +46,8 @@ void contact(const TriDexel& model, const Solid& solid, const EditOptions& optio
 void deposit_contact(const TriDexel& model, const Solid& solid, uint8_t material, const EditOptions& options,
                      Removed& removed);
 
-// One field alone: for tests, benchmarks and single-direction models. The solid's bounds and `removed` as above.
+// One field alone: for tests, benchmarks and single-direction models. The solid's bounds and `removed` as
+// above.
 void cut_field(Field& field, const Solid& solid, const Motion& motion, Removed& removed);
 
 }  // namespace kibori

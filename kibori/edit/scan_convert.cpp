@@ -38,16 +38,20 @@ struct RayTable {
   int64_t rays_met = 0, rays_open = 0;
 
   size_t rays() const { return static_cast<size_t>(nu) * static_cast<size_t>(nv); }
-  size_t ray(int u, int v) const { return static_cast<size_t>(v) * static_cast<size_t>(nu) + static_cast<size_t>(u); }
+  size_t ray(int u, int v) const {
+    return static_cast<size_t>(v) * static_cast<size_t>(nu) + static_cast<size_t>(u);
+  }
 };
 
 // Nodes k of a span: k + 1/2 in [in, out).
 int first_node(float depth) { return static_cast<int>(std::ceil(depth - 0.5f)); }
 
-// How far [cells] a span's end may lie from a node before losing that node's vote counts as more than rounding.
+// How far [cells] a span's end may lie from a node before losing that node's vote counts as more than
+// rounding.
 constexpr float kRounding = 1e-2f;
 
-RayTable make_table(const std::vector<Vec3>& points, const TriangleMesh& mesh, const Lattice& lattice, Axis axis) {
+RayTable make_table(const std::vector<Vec3>& points, const TriangleMesh& mesh, const Lattice& lattice,
+                    Axis axis) {
   RayTable table;
   table.axis = axis;
   table.nu = lattice.nodes[u_index(axis)];
@@ -72,7 +76,8 @@ RayTable make_table(const std::vector<Vec3>& points, const TriangleMesh& mesh, c
   std::vector<Crossing> crossings(start.back());
   std::vector<uint32_t> fill(start.begin(), start.end() - 1);
   scan([&](size_t face, size_t ray, double depth, int sign) {
-    crossings[fill[ray]++] = {static_cast<float>(depth), static_cast<uint32_t>(face * 2 + (sign > 0 ? 1 : 0))};
+    crossings[fill[ray]++] = {static_cast<float>(depth),
+                              static_cast<uint32_t>(face * 2 + (sign > 0 ? 1 : 0))};
   });
 
   const auto code = [&](uint32_t face) {
@@ -175,7 +180,8 @@ class Vote {
           if (y_.open[y_.ray(z, x)]) set(open_y, z, x);
 
     for (int y = 0; y < ny_; y++) {
-      for (uint32_t i = toggle_start[static_cast<size_t>(y)]; i < toggle_start[static_cast<size_t>(y) + 1]; i++)
+      for (uint32_t i = toggle_start[static_cast<size_t>(y)]; i < toggle_start[static_cast<size_t>(y) + 1];
+           i++)
         flip(in_y, static_cast<int>(toggles[i] >> 16), static_cast<int>(toggles[i] & 0xffff));
       std::fill(in_x.begin(), in_x.end(), 0);
       std::fill(in_z.begin(), in_z.end(), 0);
@@ -209,7 +215,8 @@ class Vote {
             inside = (inside & ~(only_x | only_y | only_z)) | (a & only_x) | (b & only_y) | (c & only_z);
           }
           const auto note = [&](std::vector<Flip>& list, uint64_t wrong, auto&& pack) {
-            for (; wrong; wrong &= wrong - 1) list.push_back(pack(static_cast<int>(w) * 64 + std::countr_zero(wrong)));
+            for (; wrong; wrong &= wrong - 1)
+              list.push_back(pack(static_cast<int>(w) * 64 + std::countr_zero(wrong)));
           };
           note(flips[0], a ^ inside, [&](int x) { return x_.ray(y, z) << 16 | static_cast<uint64_t>(x); });
           note(flips[1], b ^ inside, [&](int x) { return y_.ray(z, x) << 16 | static_cast<uint64_t>(y); });
@@ -314,7 +321,8 @@ void write_field(Field& field, const RayTable& table, uint8_t material) {
   for (int tv = 0; tv < field.tiles_v(); tv++)
     for (int tu = 0; tu < field.tiles_u(); tu++) {
       Tile* tile = nullptr;
-      const int v_end = std::min(table.nv, (tv + 1) * kTileSide), u_end = std::min(table.nu, (tu + 1) * kTileSide);
+      const int v_end = std::min(table.nv, (tv + 1) * kTileSide),
+                u_end = std::min(table.nu, (tu + 1) * kTileSide);
       for (int v = tv * kTileSide; v < v_end; v++)
         for (int u = tu * kTileSide; u < u_end; u++) {
           const size_t ray = table.ray(u, v);
@@ -345,11 +353,12 @@ void write_field(Field& field, const RayTable& table, uint8_t material) {
 std::string ScanReport::warning() const {
   if (!repaired()) return {};
   char text[256];
-  std::snprintf(text, sizeof text,
-                "the mesh is not closed: %lld of %lld rays stay open; repaired by vote of the three directions, %lld "
-                "nodes outvoted, %lld ends placed between nodes",
-                static_cast<long long>(open_rays), static_cast<long long>(rays), static_cast<long long>(outvoted),
-                static_cast<long long>(placed_ends));
+  std::snprintf(
+      text, sizeof text,
+      "the mesh is not closed: %lld of %lld rays stay open; repaired by vote of the three directions, %lld "
+      "nodes outvoted, %lld ends placed between nodes",
+      static_cast<long long>(open_rays), static_cast<long long>(rays), static_cast<long long>(outvoted),
+      static_cast<long long>(placed_ends));
   return text;
 }
 
@@ -382,13 +391,15 @@ Result<ScanReport> scan_convert(TriDexel& model, const TriangleMesh& mesh, uint8
     report.rays += table.rays_met;
     report.open_rays += table.rays_open;
   }
-  const double broken = report.rays > 0 ? static_cast<double>(report.open_rays) / static_cast<double>(report.rays) : 0;
+  const double broken =
+      report.rays > 0 ? static_cast<double>(report.open_rays) / static_cast<double>(report.rays) : 0;
   if (broken > kMaxBrokenShare && !options.force) {
     char text[256];
-    std::snprintf(text, sizeof text,
-                  "%.0f %% of the rays that meet the mesh find it open (holes, or triangles that face both ways); "
-                  "close it first, or take what a vote makes of it with --force",
-                  100 * broken);
+    std::snprintf(
+        text, sizeof text,
+        "%.0f %% of the rays that meet the mesh find it open (holes, or triangles that face both ways); "
+        "close it first, or take what a vote makes of it with --force",
+        100 * broken);
     return Error{text};
   }
   std::array<std::vector<Flip>, 3> flips = Vote(tables).count();

@@ -7,8 +7,9 @@
 //   in ──a══out══b        back      masked store: out = a
 //   a══in══out══b         vanish    masked store, or scalar where later planes must move up
 //
-// so vectors do nearly all of it. What was removed is summed by the vectors for all lanes before anything is written,
-// in an order that does not depend on the vector's width: cut and contact give the same answer to the bit.
+// so vectors do nearly all of it. What was removed is summed by the vectors for all lanes before anything is
+// written, in an order that does not depend on the vector's width: cut and contact give the same answer to
+// the bit.
 #include <kibori/edit/tile_kernel.h>
 
 #include <cmath>
@@ -59,9 +60,11 @@ struct Sums {
     const VF len = hn::IfThenElseZero(hit, hn::Sub(hi, lo));
     length = hn::Add(length, len);
     length_v = hn::Add(length_v, hn::Mul(len, row));
-    length_t2 = hn::Add(length_t2, hn::IfThenElseZero(hit, hn::Mul(len, hn::Sub(hn::Add(lo, hi), twice_ref))));
+    length_t2 =
+        hn::Add(length_t2, hn::IfThenElseZero(hit, hn::Mul(len, hn::Sub(hn::Add(lo, hi), twice_ref))));
     if constexpr (kNodes) {
-      // Nodes k with lo <= k + 1/2 < hi. Whole numbers below 2^24 all along, as `deep` tools take the scalar path.
+      // Nodes k with lo <= k + 1/2 < hi. Whole numbers below 2^24 all along, as `deep` tools take the scalar
+      // path.
       const VF k0 = hn::Ceil(hn::Sub(lo, F(0.5f))), k1 = hn::Ceil(hn::Sub(hi, F(0.5f)));
       const VF n = hn::IfThenElseZero(hit, hn::Sub(k1, k0));
       nodes = hn::Add(nodes, n);
@@ -101,16 +104,33 @@ struct Sums {
   }
 };
 
-HWY_INLINE void AddScalarOverlaps(TileJob& job, const Plane& plane, int row, size_t g, unsigned hits, VF lo, VF hi,
-                                  double sign) {
+// The sums of tiles that scalar_sums() names: overlaps of cuts, or what a deposit adds. Row by row, plane by
+// plane and lane by lane, so that the order of additions does not depend on the vector's width.
+void AddScalarSums(TileJob& job, bool growing) {
   const DF d;
   alignas(64) float los[kRow], his[kRow];
-  hn::Store(lo, d, los);
-  hn::Store(hi, d, his);
-  for (; hits; hits &= hits - 1) {
-    const int lane = __builtin_ctz(hits);
-    const int at = lane + static_cast<int>(g * kLanes);
-    add_overlap(job, row, at, los[lane], his[lane], plane.material[row * kTileSide + at], sign);
+  for (unsigned left = job.spans.rows; left; left &= left - 1) {
+    const int row = __builtin_ctz(left);
+    const float *a = job.spans.lo + row * kTileSide, *b = job.spans.hi + row * kTileSide;
+    if (growing)
+      for (int lane = 0; lane < kTileSide; lane++)
+        if (a[lane] < b[lane]) add_overlap(job, row, lane, a[lane], b[lane], job.material, 1);
+    for (const Plane* p = &job.tile->first; p; p = p->next) {
+      unsigned hits = 0;
+      for (size_t g = 0; g < kGroups; g++) {
+        const size_t at = g * kLanes, slot = static_cast<size_t>(row) * kTileSide + at;
+        const VF lo = hn::Max(hn::Load(d, p->in + slot), hn::Load(d, a + at));
+        const VF hi = hn::Min(hn::Load(d, p->out + slot), hn::Load(d, b + at));
+        hn::Store(lo, d, los + at);
+        hn::Store(hi, d, his + at);
+        hits |= Bits(hn::Lt(lo, hi)) << at;
+      }
+      for (; hits; hits &= hits - 1) {
+        const int lane = __builtin_ctz(hits);
+        add_overlap(job, row, lane, los[lane], his[lane], p->material[row * kTileSide + lane],
+                    growing ? -1 : 1);
+      }
+    }
   }
 }
 
@@ -119,6 +139,7 @@ template <bool kWrite, bool kNodes>
 void CutTile(TileJob& job, ScalarRays& scalar) {
   const DF d;
   const bool by_scalar = scalar_sums(job, job.tile->material == kMixedMaterial);
+  if (by_scalar) AddScalarSums(job, false);
   Tile* writable = nullptr;
   const Plane* first = &job.tile->first;
   for (size_t g = 0; g < kGroups; g++) {
@@ -133,10 +154,7 @@ void CutTile(TileJob& job, ScalarRays& scalar) {
         const MF hit = hn::Lt(lo, hi);
         if (hn::AllFalse(d, hit)) continue;
         scalar.met = true;
-        if (by_scalar)
-          AddScalarOverlaps(job, *p, row, g, Bits(hit), lo, hi, 1);
-        else
-          sum.Add(hit, lo, hi, F(static_cast<float>(row)), F(2 * job.t_ref));
+        if (!by_scalar) sum.Add(hit, lo, hi, F(static_cast<float>(row)), F(2 * job.t_ref));
         if constexpr (kWrite) {
           if (!writable) {
             writable = &job.field->writable(job.tu, job.tv);
@@ -220,7 +238,8 @@ void CutSinglePlane(TileJob& job, ScalarRays& scalar) {
       sum.Add(hit, lo, hi, F(static_cast<float>(row)), twice_ref);
       // The tool covers the span's beginning, its end, both, or neither.
       const MF front = hn::Eq(lo, in), back = hn::Eq(hi, out);
-      const MF trim_in = hn::And(hit, hn::AndNot(back, front)), trim_out = hn::And(hit, hn::AndNot(front, back));
+      const MF trim_in = hn::And(hit, hn::AndNot(back, front)),
+               trim_out = hn::And(hit, hn::AndNot(front, back));
       const MF vanish = hn::And(hit, hn::And(front, back)), split = hn::AndNot(hn::Or(front, back), hit);
       hn::Store(hn::IfThenElse(vanish, F(kFar), hn::IfThenElse(trim_in, b, in)), d, ins + slot);
       hn::Store(hn::IfThenElse(vanish, F(-kFar), hn::IfThenElse(trim_out, a, out)), d, outs + slot);
@@ -249,6 +268,7 @@ template <bool kWrite, bool kNodes>
 void DepositTile(TileJob& job, ScalarRays& scalar) {
   const DF d;
   const bool by_scalar = scalar_sums(job, false);
+  if (by_scalar) AddScalarSums(job, true);
   Tile* writable = nullptr;
   const Plane* first = &job.tile->first;
   for (size_t g = 0; g < kGroups; g++) {
@@ -270,18 +290,12 @@ void DepositTile(TileJob& job, ScalarRays& scalar) {
       const MF adds = hn::AndNot(covered, live);
       if (hn::AllFalse(d, adds)) continue;
       scalar.met = true;
-      if (by_scalar)
-        AddScalarOverlaps(job, *first, row, g, Bits(adds), a, b, 1);
-      else
-        sum.Add(adds, a, b, F(static_cast<float>(row)), F(2 * job.t_ref));
+      if (!by_scalar) sum.Add(adds, a, b, F(static_cast<float>(row)), F(2 * job.t_ref));
       for (const Plane* p = first; p; p = p->next) {
         const VF lo = hn::Max(hn::Load(d, p->in + slot), a), hi = hn::Min(hn::Load(d, p->out + slot), b);
         const MF hit = hn::And(adds, hn::Lt(lo, hi));
         if (hn::AllFalse(d, hit)) continue;
-        if (by_scalar)
-          AddScalarOverlaps(job, *p, row, g, Bits(hit), lo, hi, -1);
-        else
-          less.Add(hit, lo, hi, F(static_cast<float>(row)), F(2 * job.t_ref));
+        if (!by_scalar) less.Add(hit, lo, hi, F(static_cast<float>(row)), F(2 * job.t_ref));
       }
       if constexpr (kWrite) {
         if (!writable) {
@@ -365,8 +379,8 @@ void PaintTile(TileJob& job) {
   }
 }
 
-// Gives the ends that `ends` names their normals. cutting: material ends where the tool begins; growing: it begins
-// there.
+// Gives the ends that `ends` names their normals. cutting: material ends where the tool begins; growing: it
+// begins there.
 void StoreNormals(TileJob& job, bool cutting) {
   const DF d;
   const DU du;
@@ -386,10 +400,13 @@ void StoreNormals(TileJob& job, bool cutting) {
         // With several planes, the end is in the one that has the very number.
         for (Plane* p = first; p; p = p->next) {
           MF here = mask;
-          if (first->next) here = hn::And(mask, hn::Eq(hn::Load(d, (is_in ? p->in : p->out) + slot), hn::Load(d, made + slot)));
+          if (first->next)
+            here =
+                hn::And(mask, hn::Eq(hn::Load(d, (is_in ? p->in : p->out) + slot), hn::Load(d, made + slot)));
           hn::BlendedStore(code, hn::RebindMask(du, here), du, (is_in ? p->normal_in : p->normal_out) + slot);
           if (p->paint)
-            hn::BlendedStore(hn::Zero(du), hn::RebindMask(du, here), du, (is_in ? p->paint->in : p->paint->out) + slot);
+            hn::BlendedStore(hn::Zero(du), hn::RebindMask(du, here), du,
+                             (is_in ? p->paint->in : p->paint->out) + slot);
         }
       }
     }
@@ -502,7 +519,8 @@ void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t sp
   part.volume[axis] += length;
   part.moment[axis] += length * r;
   if (job.rays.axis == Axis::z) {
-    const auto k0 = static_cast<int64_t>(std::ceil(lo - 0.5f)), k1 = static_cast<int64_t>(std::ceil(hi - 0.5f));
+    const auto k0 = static_cast<int64_t>(std::ceil(lo - 0.5f)),
+               k1 = static_cast<int64_t>(std::ceil(hi - 0.5f));
     const int64_t n = sign < 0 ? k0 - k1 : k1 - k0;
     part.points += n;
     part.node_sum[static_cast<size_t>(ui)] += n * (job.rays.u0 + lane);
@@ -594,6 +612,17 @@ void deposit_ray(Field& field, Tile& tile, int slot, float a, float b, uint8_t m
   }
 }
 
+// A deposit that was cut off at the lattice's border ends in a face square to the ray, whatever the tool's
+// surface.
+static void face_lattice(TileJob& job) {
+  const auto depth = static_cast<float>(job.field->nodes_depth());
+  for (int slot = 0; slot < kTileRays; slot++) {
+    if (!((job.spans.rows >> (slot / kTileSide)) & 1)) continue;
+    if (job.spans.lo[slot] == 0) job.codes.lo[slot] = 0;
+    if (job.spans.hi[slot] == depth) job.codes.hi[slot] = 0;
+  }
+}
+
 void flush_sums(TileJob& job) {
   if (job.sums.material == kMixedMaterial) return;
   const auto axis = static_cast<size_t>(job.rays.axis);
@@ -609,7 +638,8 @@ void flush_sums(TileJob& job) {
   if (job.rays.axis == Axis::z) {
     const double n = reduce(sums.nodes);
     part.points += static_cast<int64_t>(n);
-    part.node_sum[static_cast<size_t>(u)] += static_cast<int64_t>(reduce_by_lane(sums.nodes) + reduce(sums.nodes_u0));
+    part.node_sum[static_cast<size_t>(u)] +=
+        static_cast<int64_t>(reduce_by_lane(sums.nodes) + reduce(sums.nodes_u0));
     part.node_sum[static_cast<size_t>(v)] += static_cast<int64_t>(reduce(sums.nodes_v));
     part.node_sum[static_cast<size_t>(t)] +=
         static_cast<int64_t>(0.5 * reduce(sums.nodes_t2) + n * static_cast<double>(job.t_ref));
@@ -667,7 +697,9 @@ void run_tile(Operation operation, TileJob& job) {
   bool ends = false;
   for (int row = 0; row < kTileSide; row++) ends |= (job.ends.lo[row] | job.ends.hi[row]) != 0;
   if (ends) {
+    if (growing) job.codes = {};
     job.solid->normals(job.rays, job.layer, job.spans, job.ends, job.codes);
+    if (growing) face_lattice(job);
     HWY_DYNAMIC_DISPATCH(StoreNormals)(job, !growing);
   }
   if (job.shrank || scalar.any) {

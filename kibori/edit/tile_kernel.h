@@ -27,8 +27,8 @@ struct LaneSums {
 };
 
 struct TileJob {
-  Field* field;       // null for contact: nothing is written
-  const Tile* tile;   // current content
+  Field* field;      // null for contact: nothing is written
+  const Tile* tile;  // current content
   int tu, tv;
   RayTile rays;
   const Solid* solid;
@@ -36,12 +36,12 @@ struct TileJob {
   SpanLayer spans;
   EndMasks ends;
   NormalCodes codes;
-  float t_ref;        // whole number near the tool's depth
-  bool deep;          // the tool is too deep for node sums in float32
+  float t_ref;  // whole number near the tool's depth
+  bool deep;    // the tool is too deep for node sums in float32
   LaneSums sums;
-  uint8_t material;   // of a deposit
-  Color color;        // of paint
-  bool shrank;        // set by a cut that emptied a slot
+  uint8_t material;  // of a deposit
+  Color color;       // of paint
+  bool shrank;       // set by a cut that emptied a slot
   const Motion* motion;
   Removed* removed;
 };

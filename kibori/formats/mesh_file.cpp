@@ -22,7 +22,8 @@ constexpr size_t kStlHeader = 84, kStlTriangle = 50;
 
 uint32_t little_endian(const char* p) {
   const auto* b = reinterpret_cast<const unsigned char*>(p);
-  return b[0] | static_cast<uint32_t>(b[1]) << 8 | static_cast<uint32_t>(b[2]) << 16 | static_cast<uint32_t>(b[3]) << 24;
+  return b[0] | static_cast<uint32_t>(b[1]) << 8 | static_cast<uint32_t>(b[2]) << 16 |
+         static_cast<uint32_t>(b[3]) << 24;
 }
 
 void add_triangle(TriangleMesh& mesh, const Vec3 (&corner)[3]) {
@@ -46,7 +47,8 @@ Result<TriangleMesh> parse_binary_stl(const char* data, size_t size, const std::
     for (size_t k = 0; k < 9; k++) {
       const float value = std::bit_cast<float>(little_endian(data + at + 4 * k));
       if (!std::isfinite(value))
-        return Error{name + ": byte " + std::to_string(at + 4 * k) + " holds a coordinate that is not a finite number"};
+        return Error{name + ": byte " + std::to_string(at + 4 * k) +
+                     " holds a coordinate that is not a finite number"};
       corner[k / 3][static_cast<int>(k % 3)] = static_cast<double>(value);
     }
     add_triangle(mesh, corner);
@@ -128,6 +130,23 @@ Result<TriangleMesh> parse_ascii_stl(const char* data, size_t size, const std::s
   return mesh;
 }
 
+// A PLY header whose counts can't fit the file: every element takes a byte at least.
+Status check_ply_counts(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::error_code error;
+  const auto size = static_cast<double>(std::filesystem::file_size(path, error));
+  std::string line;
+  for (int number = 1; number < 1000 && std::getline(file, line) && !line.starts_with("end_header");
+       number++) {
+    char name[64];
+    double count = 0;
+    if (std::sscanf(line.c_str(), "element %63s %lf", name, &count) == 2 && !(count <= size))
+      return Error{path.string() + ":" + std::to_string(number) + ": promises more of element '" + name +
+                   "' than the file has bytes; export it again"};
+  }
+  return Ok{};
+}
+
 Result<TriangleMesh> read_with_assimp(const std::filesystem::path& path) {
   Assimp::Importer importer;
   // Points and lines are of no use here; positions alone matter.
@@ -145,16 +164,19 @@ Result<TriangleMesh> read_with_assimp(const std::filesystem::path& path) {
     const auto base = static_cast<uint32_t>(mesh.vertices.size());
     for (unsigned i = 0; i < part.mNumVertices; i++) {
       const aiVector3D& p = part.mVertices[i];
-      mesh.vertices.emplace_back(static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z));
+      mesh.vertices.emplace_back(static_cast<double>(p.x), static_cast<double>(p.y),
+                                 static_cast<double>(p.z));
       if (!mesh.vertices.back().allFinite())
-        return Error{path.string() + ": vertex " + std::to_string(i + 1) + " has a coordinate that is not a finite number"};
+        return Error{path.string() + ": vertex " + std::to_string(i + 1) +
+                     " has a coordinate that is not a finite number"};
     }
     for (unsigned i = 0; i < part.mNumFaces; i++) {
       const aiFace& face = part.mFaces[i];
       if (face.mNumIndices != 3) continue;
       for (unsigned k = 0; k < 3; k++)
         if (face.mIndices[k] >= part.mNumVertices)
-          return Error{path.string() + ": face " + std::to_string(i + 1) + " names a vertex that is not there"};
+          return Error{path.string() + ": face " + std::to_string(i + 1) +
+                       " names a vertex that is not there"};
       mesh.triangles.push_back({base + face.mIndices[0], base + face.mIndices[1], base + face.mIndices[2]});
     }
   }
@@ -165,10 +187,12 @@ Result<TriangleMesh> read_with_assimp(const std::filesystem::path& path) {
 
 Result<TriangleMesh> parse_stl(const char* data, size_t size, const std::string& name) {
   // Binary files may begin with "solid" too: the length decides, then the look of the first lines.
-  const bool exact = size >= kStlHeader && size == kStlHeader + uint64_t{little_endian(data + 80)} * kStlTriangle;
+  const bool exact =
+      size >= kStlHeader && size == kStlHeader + uint64_t{little_endian(data + 80)} * kStlTriangle;
   const std::string_view head(data, std::min<size_t>(size, 1024));
-  const bool text = head.starts_with("solid") && head.find('\0') == std::string_view::npos &&
-                    (head.find("facet") != std::string_view::npos || head.find("endsolid") != std::string_view::npos);
+  const bool text =
+      head.starts_with("solid") && head.find('\0') == std::string_view::npos &&
+      (head.find("facet") != std::string_view::npos || head.find("endsolid") != std::string_view::npos);
   if (!exact && text) return parse_ascii_stl(data, size, name);
   if (size < kStlHeader)
     return Error{name + ": an STL file has at least 84 bytes, this one has " + std::to_string(size)};
@@ -177,7 +201,8 @@ Result<TriangleMesh> parse_stl(const char* data, size_t size, const std::string&
 
 Result<TriangleMesh> read_mesh(const std::filesystem::path& path) {
   std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return Error{path.string() + ": no such file"};
   if (ending != ".stl" && ending != ".obj" && ending != ".ply")
@@ -191,6 +216,8 @@ Result<TriangleMesh> read_mesh(const std::filesystem::path& path) {
       return Error{path.string() + ": can't be read"};
     mesh = parse_stl(bytes.data(), bytes.size(), path.string());
   } else {
+    if (ending == ".ply")
+      if (const Status counts = check_ply_counts(path); !counts) return Error{counts.error()};
     mesh = read_with_assimp(path);
   }
   if (mesh && mesh.value().triangles.empty()) return Error{path.string() + ": holds no triangles"};

@@ -4,8 +4,10 @@
 namespace kibori {
 namespace {
 
-// Every point resists with -per_point p/|p|; sum_r is the sum of the points' positions relative to the tip [mm].
-Wrench paper(int dof, const RemovedPart& part, double kf, const Tick& tick, double pitch_mm, const Vec3& origin_mm) {
+// Every point resists with -per_point p/|p|; sum_r is the sum of the points' positions relative to the tip
+// [mm].
+Wrench paper(int dof, const RemovedPart& part, double kf, const Tick& tick, double pitch_mm,
+             const Vec3& origin_mm) {
   const double length = std::sqrt(tick.travel.squaredNorm());
   if (!(length > 0)) return {};
   const Vec3 direction = tick.travel / length;
@@ -32,7 +34,8 @@ Wrench energy(int dof, const RemovedPart& part, double u, const Tick& tick, doub
   const double length = std::sqrt(tick.travel.squaredNorm());
   if (!(length > 0)) return {};
   const Vec3 direction = tick.travel / length;
-  // Fields weighted by the motion's direction cosines squared: rays along the motion carry no sampling ripple.
+  // Fields weighted by the motion's direction cosines squared: rays along the motion carry no sampling
+  // ripple.
   double volume = 0;
   Vec3 moment = Vec3::Zero();
   for (int i = 0; i < 3; i++) {

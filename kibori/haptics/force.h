@@ -4,8 +4,8 @@
 //   paper    F = -Kf K p/|p|          M = sum z_i x F_i            (the paper's eqs. 4 and 5, to the letter)
 //   energy   F = -u dV/|p| p/|p|      M likewise; u [N/mm^2] the material's specific cutting energy
 //
-// p is the tip's displacement over the tick and e_z the tool's axis at its end. Five degrees of freedom (eq. 5) keep
-// only the lever along the tool; six keep the whole lever r_i x F_i.
+// p is the tip's displacement over the tick and e_z the tool's axis at its end. Five degrees of freedom (eq.
+// 5) keep only the lever along the tool; six keep the whole lever r_i x F_i.
 #pragma once
 
 #include <array>
@@ -18,10 +18,10 @@ namespace kibori {
 
 struct Material {
   std::string name = "material";
-  double kf = 0.001;                // N per point, model `paper`
-  double u = 0.5;                   // N/mm^2 (= N mm / mm^3), model `energy`
-  double c = 0;                     // N s/mm^3, viscous part of the `series` model
-  double yield_n = 0;               // N, least force that cuts, `series`
+  double kf = 0.001;   // N per point, model `paper`
+  double u = 0.5;      // N/mm^2 (= N mm / mm^3), model `energy`
+  double c = 0;        // N s/mm^3, viscous part of the `series` model
+  double yield_n = 0;  // N, least force that cuts, `series`
   std::array<uint8_t, 3> color{196, 154, 108};
 };
 
@@ -34,10 +34,10 @@ struct Wrench {
 
 // One tick of a tool's motion, in mm and the world's frame.
 struct Tick {
-  Vec3 tip = Vec3::Zero();      // at the end
-  Vec3 axis = Vec3::UnitZ();    // at the end, unit, from the tip into the body
-  Vec3 travel = Vec3::Zero();   // p: displacement of the tip
-  Vec3 turn = Vec3::Zero();     // rotation vector [rad]; zero when the tool only shifts
+  Vec3 tip = Vec3::Zero();     // at the end
+  Vec3 axis = Vec3::UnitZ();   // at the end, unit, from the tip into the body
+  Vec3 travel = Vec3::Zero();  // p: displacement of the tip
+  Vec3 turn = Vec3::Zero();    // rotation vector [rad]; zero when the tool only shifts
 };
 
 struct ForceLaw {
@@ -45,19 +45,19 @@ struct ForceLaw {
   int dof = 5;  // 5 or 6
 };
 
-// The wrench that `removed` causes. `removed` must have its moments about tick.tip (Motion::reference), and, while
-// turning, its element sums (Motion::turning). `material(i)` gives the properties of material i.
+// The wrench that `removed` causes. `removed` must have its moments about tick.tip (Motion::reference), and,
+// while turning, its element sums (Motion::turning). `material(i)` gives the properties of material i.
 template <class Materials>
-Wrench wrench(const ForceLaw& law, const Removed& removed, const Tick& tick, double pitch_mm, const Vec3& origin_mm,
-              const Materials& materials);
+Wrench wrench(const ForceLaw& law, const Removed& removed, const Tick& tick, double pitch_mm,
+              const Vec3& origin_mm, const Materials& materials);
 
 // The part of one material: see wrench.
 Wrench part_wrench(const ForceLaw& law, const RemovedPart& part, const Material& material, const Tick& tick,
                    double pitch_mm, const Vec3& origin_mm);
 
 template <class Materials>
-Wrench wrench(const ForceLaw& law, const Removed& removed, const Tick& tick, double pitch_mm, const Vec3& origin_mm,
-              const Materials& materials) {
+Wrench wrench(const ForceLaw& law, const Removed& removed, const Tick& tick, double pitch_mm,
+              const Vec3& origin_mm, const Materials& materials) {
   Wrench sum;
   removed.for_parts([&](int i, const RemovedPart& part) {
     const Wrench one = part_wrench(law, part, materials[static_cast<size_t>(i)], tick, pitch_mm, origin_mm);

@@ -44,21 +44,26 @@ std::string nearest(std::string_view word, const std::vector<std::string>& known
   return best;
 }
 
-// Named materials a scene may use without defining them; u [N/mm^2] are typical specific cutting energies across
-// the grain (woods: Kivimaa's order of magnitude; the rest from machining handbooks), yields scaled to hand tools.
+// Named materials a scene may use without defining them; u [N/mm^2] are typical specific cutting energies
+// across the grain (woods: Kivimaa's order of magnitude; the rest from machining handbooks), yields scaled to
+// hand tools.
 const std::vector<Material>& known_materials() {
-  static const std::vector<Material> list = {
-      {"pine", 0.0006, 12, 0.00002, 0.6, {222, 184, 135}}, {"oak", 0.001, 25, 0.00003, 1.0, {181, 136, 84}},
-      {"walnut", 0.0009, 20, 0.00003, 0.9, {110, 74, 48}}, {"balsa", 0.0002, 3, 0.00001, 0.2, {237, 211, 165}},
-      {"wax", 0.0002, 2, 0.00005, 0.1, {214, 196, 120}},   {"foam", 0.0001, 0.5, 0.00001, 0.05, {190, 205, 215}},
-      {"clay", 0.0002, 1, 0.0001, 0.1, {168, 110, 84}}};
+  static const std::vector<Material> list = {{"pine", 0.0006, 12, 0.00002, 0.6, {222, 184, 135}},
+                                             {"oak", 0.001, 25, 0.00003, 1.0, {181, 136, 84}},
+                                             {"walnut", 0.0009, 20, 0.00003, 0.9, {110, 74, 48}},
+                                             {"balsa", 0.0002, 3, 0.00001, 0.2, {237, 211, 165}},
+                                             {"wax", 0.0002, 2, 0.00005, 0.1, {214, 196, 120}},
+                                             {"foam", 0.0001, 0.5, 0.00001, 0.05, {190, 205, 215}},
+                                             {"clay", 0.0002, 1, 0.0001, 0.1, {168, 110, 84}}};
   return list;
 }
 
 // Reads one scene; the first error stops it.
 class Reader {
  public:
-  Reader(std::string name, std::filesystem::path folder) : folder_(std::move(folder)) { scene_.file = std::move(name); }
+  Reader(std::string name, std::filesystem::path folder) : folder_(std::move(folder)) {
+    scene_.file = std::move(name);
+  }
 
   Result<Scene> read(const toml::table& root) {
     only(root, "", {"schema", "stock", "material", "tool", "force", "motion", "move"});
@@ -86,9 +91,10 @@ class Reader {
   void only(const toml::table& table, std::string_view name, const std::vector<std::string>& known) {
     for (const auto& [key, node] : table)
       if (std::find(known.begin(), known.end(), key.str()) == known.end())
-        fail(static_cast<int>(key.source().begin.line), "unknown key '" + std::string(key.str()) + "'" +
-                                (name.empty() ? "" : " in [" + std::string(name) + "]") + "; did you mean '" +
-                                nearest(key.str(), known) + "'?");
+        fail(static_cast<int>(key.source().begin.line),
+             "unknown key '" + std::string(key.str()) + "'" +
+                 (name.empty() ? "" : " in [" + std::string(name) + "]") + "; did you mean '" +
+                 nearest(key.str(), known) + "'?");
   }
 
   double as_number(const toml::node* node, const std::string& what) {
@@ -134,7 +140,8 @@ class Reader {
     }
     return *value;
   }
-  std::vector<double> numbers(const toml::table& table, std::string_view name, std::string_view key, size_t count) {
+  std::vector<double> numbers(const toml::table& table, std::string_view name, std::string_view key,
+                              size_t count) {
     const toml::node* node = table.get(key);
     const toml::array* array = node ? node->as_array() : nullptr;
     if (!array || array->size() != count) {
@@ -182,7 +189,8 @@ class Reader {
     const toml::node* node = root.get("material");
     if (!node) return;
     const toml::array* list = node->as_array();
-    if (!list || !list->is_array_of_tables()) return fail(node, "materials are written as [[material]] tables");
+    if (!list || !list->is_array_of_tables())
+      return fail(node, "materials are written as [[material]] tables");
     for (const toml::node& element : *list) {
       const toml::table& t = *element.as_table();
       only(t, "material", {"name", "kf", "u", "c", "yield_n", "color"});
@@ -203,7 +211,8 @@ class Reader {
     char rest = 0;
     if (color.size() != 7 || std::sscanf(color.c_str(), "#%6x%c", &rgb, &rest) != 1)
       return fail(t.get("color"), "[material] color must look like \"#c49a6c\"");
-    material.color = {static_cast<uint8_t>(rgb >> 16), static_cast<uint8_t>(rgb >> 8), static_cast<uint8_t>(rgb)};
+    material.color = {static_cast<uint8_t>(rgb >> 16), static_cast<uint8_t>(rgb >> 8),
+                      static_cast<uint8_t>(rgb)};
   }
   // A material by that name as the program knows it, with [force]'s constants in place of its own.
   Material defaults(const std::string& name) {
@@ -249,14 +258,16 @@ class Reader {
     if (t->contains("block")) {
       stock.kind = Stock::Kind::block;
       stock.size_mm = vector(*t, "stock", "block");
-      if (!(stock.size_mm.array() > 0).all()) fail(t->get("block"), "[stock] block must have three positive sides");
+      if (!(stock.size_mm.array() > 0).all())
+        fail(t->get("block"), "[stock] block must have three positive sides");
     } else if (t->contains("sphere")) {
       stock.kind = Stock::Kind::sphere;
       stock.size_mm = Vec3::Constant(2 * positive(*t, "stock", "sphere"));
     } else if (t->contains("cylinder")) {
       stock.kind = Stock::Kind::cylinder;
       const auto v = numbers(*t, "stock", "cylinder", 2);
-      if (!(v[0] > 0 && v[1] > 0)) fail(t->get("cylinder"), "[stock] cylinder must be [radius, height], both positive");
+      if (!(v[0] > 0 && v[1] > 0))
+        fail(t->get("cylinder"), "[stock] cylinder must be [radius, height], both positive");
       stock.size_mm = {2 * v[0], 2 * v[0], v[1]};
     } else if (t->contains("mesh")) {
       stock.kind = Stock::Kind::mesh;
@@ -282,7 +293,8 @@ class Reader {
   }
 
   Tool read_tool(const toml::table& t, std::string_view name, const Tool* inherited) {
-    const std::vector<std::string> shapes = {"finger", "ball", "flat", "bull", "cone", "capsule", "halfspace", "box", "ellipsoid", "mesh"};
+    const std::vector<std::string> shapes = {"finger",  "ball",      "flat", "bull",      "cone",
+                                             "capsule", "halfspace", "box",  "ellipsoid", "mesh"};
     std::string shape;
     if (t.contains("shape")) {
       shape = text(t, name, "shape");
@@ -368,7 +380,8 @@ class Reader {
       }
       tool = v;
     } else {
-      fail(t.get("shape"), "unknown tool shape \"" + shape + "\"; did you mean \"" + nearest(shape, shapes) + "\"?");
+      fail(t.get("shape"),
+           "unknown tool shape \"" + shape + "\"; did you mean \"" + nearest(shape, shapes) + "\"?");
       return {};
     }
     if (error_.empty())
@@ -377,7 +390,8 @@ class Reader {
   }
 
   void read_moves(const toml::table& root) {
-    if (const toml::table* t = table(root, "tool", true)) scene_.tools.push_back(read_tool(*t, "tool", nullptr));
+    if (const toml::table* t = table(root, "tool", true))
+      scene_.tools.push_back(read_tool(*t, "tool", nullptr));
     const toml::node* node = root.get("move");
     if (!node) return fail(0, "a scene needs [[move]] tables; the first says where the tool starts");
     const toml::array* list = node->as_array();
@@ -388,7 +402,8 @@ class Reader {
     for (const toml::node& element : *list) {
       const toml::table& t = *element.as_table();
       const bool first = scene_.moves.empty();
-      only(t, "move", {"to", "axis", "roll_deg", "speed", "turn_deg_s", "wait_s", "mode", "material", "label", "tool"});
+      only(t, "move",
+           {"to", "axis", "roll_deg", "speed", "turn_deg_s", "wait_s", "mode", "material", "label", "tool"});
       move.line = line_of(t);
       move.label.clear();
       move.wait_s = 0;
@@ -408,7 +423,8 @@ class Reader {
         const std::vector<std::string> modes = {"cut", "deposit", "touch", "off"};
         const auto at = std::find(modes.begin(), modes.end(), mode);
         if (at == modes.end())
-          fail(t.get("mode"), "unknown mode \"" + mode + "\"; did you mean \"" + nearest(mode, modes) + "\"?");
+          fail(t.get("mode"),
+               "unknown mode \"" + mode + "\"; did you mean \"" + nearest(mode, modes) + "\"?");
         else
           move.mode = static_cast<Mode>(at - modes.begin());
       }
@@ -438,17 +454,20 @@ class Reader {
 
 }  // namespace
 
-Result<Scene> parse_scene(const std::string& text, const std::string& name, const std::filesystem::path& folder) {
+Result<Scene> parse_scene(const std::string& text, const std::string& name,
+                          const std::filesystem::path& folder) {
   try {
     return Reader(name, folder).read(toml::parse(text, name));
   } catch (const toml::parse_error& error) {
-    return Error{name + ":" + std::to_string(error.source().begin.line) + ": " + std::string(error.description())};
+    return Error{name + ":" + std::to_string(error.source().begin.line) + ": " +
+                 std::string(error.description())};
   }
 }
 
 Result<Scene> read_scene(const std::filesystem::path& path) {
   std::error_code error;
-  if (std::filesystem::is_directory(path, error)) return Error{path.string() + ": is a folder, not a scene file"};
+  if (std::filesystem::is_directory(path, error))
+    return Error{path.string() + ": is a folder, not a scene file"};
   std::ifstream file(path);
   std::ostringstream text;
   if (!file || !(text << file.rdbuf())) return Error{path.string() + ": no such scene file, or it is empty"};
@@ -463,7 +482,8 @@ Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to)
   const Vec3 turn = shortest_turn(from.axis, to.axis);
   const double roll = to.roll_rad - from.roll_rad;
   if (from.axis.dot(to.axis) < -1 + 1e-9)
-    return wrong("[move] axis reverses exactly, so the way round is open; add a move with an axis in between");
+    return wrong(
+        "[move] axis reverses exactly, so the way round is open; add a move with an axis in between");
   if (turn.squaredNorm() > 0 && roll != 0)
     return wrong("[move] changes axis and roll_deg together; use two moves");
   plan.turn_rad = roll != 0 ? Vec3(roll * to.axis) : turn;
@@ -480,7 +500,8 @@ Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to)
     ticks = whole(angle * scene.rate_hz / to.turn_rad_s);
   }
   const double dwell = to.wait_s > 0 ? whole(to.wait_s * scene.rate_hz) : 0;
-  if (!(ticks + dwell <= 1e9)) return wrong("[move] would take more than 10^9 ticks; raise its speed or lower rate_hz");
+  if (!(ticks + dwell <= 1e9))
+    return wrong("[move] would take more than 10^9 ticks; raise its speed or lower rate_hz");
   plan.ticks = static_cast<int64_t>(ticks);
   plan.dwell_ticks = static_cast<int64_t>(dwell);
   return plan;

@@ -22,7 +22,7 @@ struct Stock {
   std::filesystem::path mesh_path;  // mesh
   std::optional<double> fit_mm;     // mesh: scaled so that its longest side is this
   double pitch_mm = 0;
-  std::optional<double> room_mm;    // space around the stock
+  std::optional<double> room_mm;  // space around the stock
   uint8_t material = 0;
 };
 
@@ -34,10 +34,10 @@ struct Move {
   double turn_rad_s = 0;      // 0: never given
   double wait_s = 0;          // dwell after arriving
   Mode mode = Mode::cut;
-  uint8_t material = 0;       // of a deposit
+  uint8_t material = 0;  // of a deposit
   std::string label;
-  size_t tool = 0;            // index into Scene::tools
-  int line = 0;               // in the file
+  size_t tool = 0;  // index into Scene::tools
+  int line = 0;     // in the file
 };
 
 struct Scene {
@@ -52,7 +52,8 @@ struct Scene {
 
 // Errors name file, line and key; unknown keys are refused with the nearest known one.
 Result<Scene> read_scene(const std::filesystem::path& path);
-Result<Scene> parse_scene(const std::string& text, const std::string& name, const std::filesystem::path& folder);
+Result<Scene> parse_scene(const std::string& text, const std::string& name,
+                          const std::filesystem::path& folder);
 
 // How one move runs: `ticks` of equal steps, then `dwell_ticks` at rest.
 struct MovePlan {

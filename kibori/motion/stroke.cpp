@@ -45,7 +45,8 @@ void Stroke::piece(const Tool& tool, const Pose& from, const Pose& last, const V
 }
 
 Result<TickResult> Stroke::advance(const Tool& tool, const Vec3& tip_mm, const Vec3& turn_rad, Mode mode,
-                                   const ForceLaw& law, const std::vector<Material>& materials, uint8_t material) {
+                                   const ForceLaw& law, const std::vector<Material>& materials,
+                                   uint8_t material) {
   const Lattice& lattice = model_.lattice();
   const double scale = 1 / lattice.pitch_mm;
   TickResult result;
@@ -62,10 +63,11 @@ Result<TickResult> Stroke::advance(const Tool& tool, const Vec3& tip_mm, const V
       const double wanted = std::ceil(stray / kTurnTolerance);
       if (!(wanted <= kMaxTurnPieces)) {
         char text[200];
-        std::snprintf(text, sizeof text,
-                      "one tick turns the tool by %.3g degrees, which takes more than %d pieces; turn slower or use a "
-                      "smaller tool",
-                      angle * 180 / 3.14159265358979, kMaxTurnPieces);
+        std::snprintf(
+            text, sizeof text,
+            "one tick turns the tool by %.3g degrees, which takes more than %d pieces; turn slower or use a "
+            "smaller tool",
+            angle * 180 / 3.14159265358979, kMaxTurnPieces);
         return Error{text};
       }
       pieces = std::max(1, static_cast<int>(wanted));

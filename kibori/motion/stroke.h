@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // A tool in motion: the one way a tick of movement becomes an edit of the model and a wrench.
 //
-// A Stroke remembers where the tool was. Each advance() sweeps the tool exactly from there to the new pose; a turn
-// is split into pieces that shift without turning, each at its middle orientation, short enough that no point of the
-// tool strays further than kTurnTolerance from its true arc.
+// A Stroke remembers where the tool was. Each advance() sweeps the tool exactly from there to the new pose; a
+// turn is split into pieces that shift without turning, each at its middle orientation, short enough that no
+// point of the tool strays further than kTurnTolerance from its true arc.
 #pragma once
 
 #include <vector>
@@ -21,9 +21,9 @@ enum class Mode { cut, deposit, touch, off };
 struct TickResult {
   Tick tick;
   Wrench wrench;
-  double removed_mm3 = 0;    // negative: deposited
+  double removed_mm3 = 0;  // negative: deposited
   int64_t points = 0;
-  bool clipped = false;      // a deposit reached beyond the lattice
+  bool clipped = false;  // a deposit reached beyond the lattice
 };
 
 class Stroke {
@@ -35,14 +35,15 @@ class Stroke {
   // What the last advance removed or added, by material.
   const Removed& removed() const { return removed_; }
 
-  // Moves the tool to tip_mm and turns it by turn_rad (rotation vector). `material` is what a deposit puts down.
-  // Errors: a turn of more pieces than kMaxTurnPieces, or of a tool without bounds.
+  // Moves the tool to tip_mm and turns it by turn_rad (rotation vector). `material` is what a deposit puts
+  // down. Errors: a turn of more pieces than kMaxTurnPieces, or of a tool without bounds.
   Result<TickResult> advance(const Tool& tool, const Vec3& tip_mm, const Vec3& turn_rad, Mode mode,
-                             const ForceLaw& law, const std::vector<Material>& materials, uint8_t material = 0);
+                             const ForceLaw& law, const std::vector<Material>& materials,
+                             uint8_t material = 0);
 
  private:
-  void piece(const Tool& tool, const Pose& from, const Pose& last, const Vec3& travel, Mode mode, uint8_t material,
-             const EditOptions& options);
+  void piece(const Tool& tool, const Pose& from, const Pose& last, const Vec3& travel, Mode mode,
+             uint8_t material, const EditOptions& options);
 
   TriDexel& model_;
   Pose pose_;

@@ -64,12 +64,14 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
   Result<Lattice> lattice = make_lattice(size, stock.pitch_mm, room);
   if (!lattice) return wrong(lattice.error());
   if (stock.kind != Stock::Kind::block) {
-    const double need = bytes_when_full(lattice.value(), stock.kind == Stock::Kind::mesh), there = available_bytes();
+    const double need = bytes_when_full(lattice.value(), stock.kind == Stock::Kind::mesh),
+                 there = available_bytes();
     if (there > 0 && need > there) {
       char text[200];
-      std::snprintf(text, sizeof text,
-                    "pitch %g mm would take about %.1f GB and %.1f GB are free; use a coarser pitch (%.3g mm fits)",
-                    stock.pitch_mm, need / 1e9, there / 1e9, stock.pitch_mm * std::sqrt(need / (0.8 * there)));
+      std::snprintf(
+          text, sizeof text,
+          "pitch %g mm would take about %.1f GB and %.1f GB are free; use a coarser pitch (%.3g mm fits)",
+          stock.pitch_mm, need / 1e9, there / 1e9, stock.pitch_mm * std::sqrt(need / (0.8 * there)));
       return wrong(text);
     }
   }
@@ -93,7 +95,8 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
       put(Flat{size.x() / 2, size.z()}, Vec3(size.x() / 2, size.x() / 2, 0));
       break;
     case Stock::Kind::mesh: {
-      const Result<ScanReport> report = scan_convert(*model, mesh, stock.material, {options.force, options.threads});
+      const Result<ScanReport> report =
+          scan_convert(*model, mesh, stock.material, {options.force, options.threads});
       if (!report) return Error{stock.mesh_path.string() + ": " + report.error()};
       if (report.value().repaired() && options.warning)
         options.warning(stock.mesh_path.string() + ": " + report.value().warning());
@@ -123,7 +126,8 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
   const double trace_bytes = static_cast<double>(total) * (sizeof(TraceRow) + sizeof(double));
   if (const double there = available_bytes(); there > 0 && trace_bytes > 0.8 * there) {
     char text[160];
-    std::snprintf(text, sizeof text, ": %lld ticks take about %.1f GB and %.1f GB are free; use fewer or faster moves",
+    std::snprintf(text, sizeof text,
+                  ": %lld ticks take about %.1f GB and %.1f GB are free; use fewer or faster moves",
                   static_cast<long long>(total), trace_bytes / 1e9, there / 1e9);
     return Error{scene.file + text};
   }
@@ -147,7 +151,8 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
       const Vec3 tip = k < plan.ticks ? Vec3(from.to_mm + (to.to_mm - from.to_mm) * share) : to.to_mm;
       const Vec3 turn = moving ? Vec3(plan.turn_rad / static_cast<double>(plan.ticks)) : Vec3(Vec3::Zero());
       const auto start = std::chrono::steady_clock::now();
-      Result<TickResult> tick = stroke.advance(tool, tip, turn, to.mode, scene.force, scene.materials, to.material);
+      Result<TickResult> tick =
+          stroke.advance(tool, tip, turn, to.mode, scene.force, scene.materials, to.material);
       step_us.push_back(microseconds_since(start));
       if (!tick) return Error{scene.file + ":" + std::to_string(to.line) + ": [move] " + tick.error()};
       TickResult& result = tick.value();
@@ -158,16 +163,19 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
       }
       if (to.mode == Mode::deposit) summary.deposited_mm3 -= result.removed_mm3;
       summary.max_force_N = std::max(summary.max_force_N, std::sqrt(result.wrench.force.squaredNorm()));
-      summary.max_moment_Nmm = std::max(summary.max_moment_Nmm, std::sqrt(result.wrench.moment.squaredNorm()));
+      summary.max_moment_Nmm =
+          std::max(summary.max_moment_Nmm, std::sqrt(result.wrench.moment.squaredNorm()));
       summary.ticks++;
       if (result.clipped && !std::exchange(clipped, true) && options.warning)
         options.warning(scene.file + ":" + std::to_string(to.line) +
-                        ": a deposit reached beyond the stock's room, and what was outside is dropped; raise [stock] room_mm");
+                        ": a deposit reached beyond the stock's room, and what was outside is dropped; raise "
+                        "[stock] room_mm");
       carving.trace.push_back({static_cast<double>(summary.ticks) / scene.rate_hz, result});
       if (options.progress && summary.ticks % 64 == 0)
         options.progress(static_cast<double>(summary.ticks) / static_cast<double>(total));
     }
-    if (!to.label.empty()) carving.marks.push_back({to.label, static_cast<double>(summary.ticks) / scene.rate_hz});
+    if (!to.label.empty())
+      carving.marks.push_back({to.label, static_cast<double>(summary.ticks) / scene.rate_hz});
   }
   summary.volume_mm3 = model.volume_mm3();
   summary.state_hash = model.content_hash();

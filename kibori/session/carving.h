@@ -14,10 +14,10 @@
 namespace kibori {
 
 struct CarveOptions {
-  int threads = 1;     // results do not depend on it
-  bool force = false;  // take a mesh whose rays mostly disagree
-  std::function<void(double share)> progress;         // 0..1, now and then
-  std::function<void(const std::string&)> warning;    // one sentence each
+  int threads = 1;                                  // results do not depend on it
+  bool force = false;                               // take a mesh whose rays mostly disagree
+  std::function<void(double share)> progress;       // 0..1, now and then
+  std::function<void(const std::string&)> warning;  // one sentence each
 };
 
 // A tick as it was felt.

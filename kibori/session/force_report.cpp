@@ -68,7 +68,8 @@ class Plot {
            kWidth, kHeight, kWidth, kHeight, kBlack);
     std::string safe;
     for (char c : title) safe += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
-    append(svg_, "<text x=\"%d\" y=\"30\" font-size=\"17\" font-weight=\"bold\">%s</text>\n", kLeft, safe.c_str());
+    append(svg_, "<text x=\"%d\" y=\"30\" font-size=\"17\" font-weight=\"bold\">%s</text>\n", kLeft,
+           safe.c_str());
   }
 
   void panel(const Panel& panel, double top, double height) {
@@ -84,22 +85,27 @@ class Plot {
     high = std::ceil(high / step - 1e-9) * step;
     const auto y_of = [&](double v) { return top + height * (high - v) / (high - low); };
     for (double v = low; v <= high + step / 2; v += step) {
-      append(svg_, "<line x1=\"%d\" x2=\"%d\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"%s\"/>\n", kLeft, kRight, y_of(v), y_of(v),
-             std::abs(v) < step / 1e6 ? "#999999" : "#e6e6e6");
-      append(svg_, "<text x=\"%d\" y=\"%.1f\" text-anchor=\"end\" fill=\"#555555\">%s</text>\n", kLeft - 8, y_of(v) + 4.5,
-             number_text(v, step).c_str());
+      append(svg_, "<line x1=\"%d\" x2=\"%d\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"%s\"/>\n", kLeft, kRight,
+             y_of(v), y_of(v), std::abs(v) < step / 1e6 ? "#999999" : "#e6e6e6");
+      append(svg_, "<text x=\"%d\" y=\"%.1f\" text-anchor=\"end\" fill=\"#555555\">%s</text>\n", kLeft - 8,
+             y_of(v) + 4.5, number_text(v, step).c_str());
     }
     for (const Mark& mark : marks_)
-      append(svg_, "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"#888888\" stroke-dasharray=\"2 3\"/>\n",
+      append(svg_,
+             "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"#888888\" stroke-dasharray=\"2 "
+             "3\"/>\n",
              x_of(mark.time_s), x_of(mark.time_s), top, top + height);
     append(svg_, "<text x=\"%d\" y=\"%.1f\" font-weight=\"bold\">%s</text>\n", kLeft, top - 9, panel.title);
-    append(svg_, "<text x=\"22\" y=\"%.1f\" transform=\"rotate(-90 22 %.1f)\" text-anchor=\"middle\">%s</text>\n",
+    append(svg_,
+           "<text x=\"22\" y=\"%.1f\" transform=\"rotate(-90 22 %.1f)\" text-anchor=\"middle\">%s</text>\n",
            top + height / 2, top + height / 2, panel.unit);
     double key = kRight;
     for (auto s = panel.series.rbegin(); s != panel.series.rend() && panel.series.size() > 1; ++s) {
-      append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"end\" font-style=\"italic\">%s</text>", key, top - 9, s->name);
-      append(svg_, "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"%s\" stroke-width=\"2.5\"/>\n", key - 58,
-             key - 34, top - 13, top - 13, s->colour);
+      append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"end\" font-style=\"italic\">%s</text>", key,
+             top - 9, s->name);
+      append(svg_,
+             "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"%s\" stroke-width=\"2.5\"/>\n",
+             key - 58, key - 34, top - 13, top - 13, s->colour);
       key -= 84;
     }
     for (const Series& s : panel.series) curve(s, y_of);
@@ -108,9 +114,10 @@ class Plot {
   std::string finish(double bottom) {
     const double step = nice_step(t_max_, 10);
     for (double t = 0; t <= t_max_ + step * 1e-6; t += step)
-      append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\" fill=\"#555555\">%s</text>\n", x_of(t), bottom + 20,
-             number_text(t, step).c_str());
-    append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">time / s</text>\n", (kLeft + kRight) / 2.0, bottom + 42);
+      append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\" fill=\"#555555\">%s</text>\n", x_of(t),
+             bottom + 20, number_text(t, step).c_str());
+    append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">time / s</text>\n",
+           (kLeft + kRight) / 2.0, bottom + 42);
     return std::move(svg_) + "</svg>\n";
   }
 
@@ -120,9 +127,12 @@ class Plot {
     double last = -1e9;
     for (const Mark& mark : marks_) {
       const double x = std::max(x_of(mark.time_s), last + 21);
-      append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\" font-size=\"15\" font-style=\"italic\">%s</text>\n", x, y,
-             mark.label.c_str());
-      append(svg_, "<path d=\"M%.1f %.1f L%.1f %.1f\" stroke=\"#888888\" fill=\"none\"/>\n", x, y + 5, x_of(mark.time_s), y + 14);
+      append(svg_,
+             "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\" font-size=\"15\" "
+             "font-style=\"italic\">%s</text>\n",
+             x, y, mark.label.c_str());
+      append(svg_, "<path d=\"M%.1f %.1f L%.1f %.1f\" stroke=\"#888888\" fill=\"none\"/>\n", x, y + 5,
+             x_of(mark.time_s), y + 14);
       last = x;
     }
   }
@@ -155,7 +165,8 @@ class Plot {
       lower.insert(0, back);
     }
     if (window_ > 1)
-      append_long("<path d=\"" + upper + lower + " Z\" fill=\"" + s.colour + "\" fill-opacity=\"0.16\" stroke=\"none\"/>\n");
+      append_long("<path d=\"" + upper + lower + " Z\" fill=\"" + s.colour +
+                  "\" fill-opacity=\"0.16\" stroke=\"none\"/>\n");
     append_long("<path d=\"" + line + "\" fill=\"none\" stroke=\"" + s.colour + "\" stroke-width=\"" +
                 number_text(s.width, 0.1) + "\" stroke-linejoin=\"round\"/>\n");
   }
@@ -179,7 +190,8 @@ std::vector<Mark> contact_marks(const Carving& carving) {
     if (i + 1 == marks.size()) break;
     const TraceRow *first = nullptr, *last = nullptr;
     for (const TraceRow& row : carving.trace)
-      if (row.time_s > marks[i].time_s && row.time_s <= marks[i + 1].time_s && !row.result.wrench.force.isZero(0)) {
+      if (row.time_s > marks[i].time_s && row.time_s <= marks[i + 1].time_s &&
+          !row.result.wrench.force.isZero(0)) {
         if (!first) first = &row;
         last = &row;
       }
@@ -197,10 +209,11 @@ std::string forces_csv(const Carving& carving) {
     const Tick& tick = row.result.tick;
     const Wrench& w = row.result.wrench;
     // + 0.0 turns -0 into 0.
-    append(csv, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%lld,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", row.time_s, tick.tip.x() + 0.0,
-           tick.tip.y() + 0.0, tick.tip.z() + 0.0, tick.axis.x() + 0.0, tick.axis.y() + 0.0, tick.axis.z() + 0.0,
-           row.result.removed_mm3 + 0.0, static_cast<long long>(row.result.points), w.force.x() + 0.0, w.force.y() + 0.0,
-           w.force.z() + 0.0, w.moment.x() + 0.0, w.moment.y() + 0.0, w.moment.z() + 0.0);
+    append(csv, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%lld,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", row.time_s,
+           tick.tip.x() + 0.0, tick.tip.y() + 0.0, tick.tip.z() + 0.0, tick.axis.x() + 0.0,
+           tick.axis.y() + 0.0, tick.axis.z() + 0.0, row.result.removed_mm3 + 0.0,
+           static_cast<long long>(row.result.points), w.force.x() + 0.0, w.force.y() + 0.0, w.force.z() + 0.0,
+           w.moment.x() + 0.0, w.moment.y() + 0.0, w.moment.z() + 0.0);
   }
   return csv;
 }
@@ -211,13 +224,23 @@ std::string forces_svg(const Carving& carving, const std::string& title) {
   const double top = 112, height = 150, gap = 46;
   const auto force = [](int i) { return [i](const TraceRow& r) { return r.result.wrench.force[i]; }; };
   const auto moment = [](int i) { return [i](const TraceRow& r) { return r.result.wrench.moment[i]; }; };
-  plot.panel({"Force |F|", "N", {{"|F|", kBlack, 1.8, [](const TraceRow& r) { return size_of(r.result.wrench.force); }}}}, top, height);
-  plot.panel({"Force components", "N", {{"Fx", kOrange, 1.4, force(0)}, {"Fy", kGreen, 1.4, force(1)}, {"Fz", kBlue, 1.4, force(2)}}},
+  plot.panel({"Force |F|",
+              "N",
+              {{"|F|", kBlack, 1.8, [](const TraceRow& r) { return size_of(r.result.wrench.force); }}}},
+             top, height);
+  plot.panel({"Force components",
+              "N",
+              {{"Fx", kOrange, 1.4, force(0)}, {"Fy", kGreen, 1.4, force(1)}, {"Fz", kBlue, 1.4, force(2)}}},
              top + height + gap, height);
-  plot.panel({"Moment |M| about the tip", "N mm", {{"|M|", kBlack, 1.8, [](const TraceRow& r) { return size_of(r.result.wrench.moment); }}}},
+  plot.panel({"Moment |M| about the tip",
+              "N mm",
+              {{"|M|", kBlack, 1.8, [](const TraceRow& r) { return size_of(r.result.wrench.moment); }}}},
              top + 2 * (height + gap), height);
-  plot.panel({"Moment components", "N mm", {{"Mx", kOrange, 1.4, moment(0)}, {"My", kGreen, 1.4, moment(1)}, {"Mz", kBlue, 1.4, moment(2)}}},
-             top + 3 * (height + gap), height);
+  plot.panel(
+      {"Moment components",
+       "N mm",
+       {{"Mx", kOrange, 1.4, moment(0)}, {"My", kGreen, 1.4, moment(1)}, {"Mz", kBlue, 1.4, moment(2)}}},
+      top + 3 * (height + gap), height);
   return plot.finish(top + 4 * height + 3 * gap);
 }
 
@@ -233,22 +256,26 @@ std::string summary_json(const CarveSummary& s) {
   json["max_force_N"] = s.max_force_N;
   json["max_moment_Nmm"] = s.max_moment_Nmm;
   json["state_hash"] = hash;
-  json["step_us"] = {{"median", s.step_us.median}, {"p99", s.step_us.p99}, {"p999", s.step_us.p999}, {"max", s.step_us.max}};
-  json["stock"] = {{"pitch_mm", s.pitch_mm}, {"rays", s.stock.rays}, {"spans", s.stock.spans}, {"bytes", s.stock.bytes}};
+  json["step_us"] = {
+      {"median", s.step_us.median}, {"p99", s.step_us.p99}, {"p999", s.step_us.p999}, {"max", s.step_us.max}};
+  json["stock"] = {
+      {"pitch_mm", s.pitch_mm}, {"rays", s.stock.rays}, {"spans", s.stock.spans}, {"bytes", s.stock.bytes}};
   return json.dump(2) + "\n";
 }
 
 std::string summary_text(const CarveSummary& s) {
   std::string text;
   append(text, "ticks        %lld\n", static_cast<long long>(s.ticks));
-  append(text, "removed      %.6g mm3 (%lld points)\n", s.removed_mm3, static_cast<long long>(s.points_removed));
+  append(text, "removed      %.6g mm3 (%lld points)\n", s.removed_mm3,
+         static_cast<long long>(s.points_removed));
   if (s.deposited_mm3 != 0) append(text, "deposited    %.6g mm3\n", s.deposited_mm3);
   append(text, "left         %.6g mm3\n", s.volume_mm3);
   append(text, "most force   %.4g N, moment %.4g N mm\n", s.max_force_N, s.max_moment_Nmm);
-  append(text, "step         median %.1f us, p99 %.1f, p99.9 %.1f, max %.1f\n", s.step_us.median, s.step_us.p99,
-         s.step_us.p999, s.step_us.max);
-  append(text, "model        pitch %g mm, %lld rays, %lld spans, %.2f MB\n", s.pitch_mm, static_cast<long long>(s.stock.rays),
-         static_cast<long long>(s.stock.spans), static_cast<double>(s.stock.bytes) / 1e6);
+  append(text, "step         median %.1f us, p99 %.1f, p99.9 %.1f, max %.1f\n", s.step_us.median,
+         s.step_us.p99, s.step_us.p999, s.step_us.max);
+  append(text, "model        pitch %g mm, %lld rays, %lld spans, %.2f MB\n", s.pitch_mm,
+         static_cast<long long>(s.stock.rays), static_cast<long long>(s.stock.spans),
+         static_cast<double>(s.stock.bytes) / 1e6);
   append(text, "state        %016llx\n", static_cast<unsigned long long>(s.state_hash));
   return text;
 }

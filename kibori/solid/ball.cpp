@@ -41,11 +41,11 @@ HWY_INLINE Ends BetweenPoses(const SweptBall::View& k, VF u, float v_row) {
   return ends;
 }
 
-// In short motions nearly every end belongs to one of the end poses. With w the ray's offset from the ball's centre
-// there, dot = w.p and q = half the chord, the exit belongs to the last pose where md q + dot >= 0 and to the first
-// where md q + dot <= 0; the entry where md q <= dot and md q >= dot. `open` collects the other lanes, by row; they
-// take BetweenPoses in a second pass. Which way a lane takes depends on that lane alone, never on its neighbours, so
-// the vector's width does not show.
+// In short motions nearly every end belongs to one of the end poses. With w the ray's offset from the ball's
+// centre there, dot = w.p and q = half the chord, the exit belongs to the last pose where md q + dot >= 0 and
+// to the first where md q + dot <= 0; the entry where md q <= dot and md q >= dot. `open` collects the other
+// lanes, by row; they take BetweenPoses in a second pass. Which way a lane takes depends on that lane alone,
+// never on its neighbours, so the vector's width does not show.
 void BallSpans(const SweptBall::View& k, float u_base, float v_base, SpanLayer& out) {
   const DF d;
   const float r2 = k.radius * k.radius, md = k.motion_d, md2 = md * md;
@@ -62,7 +62,7 @@ void BallSpans(const SweptBall::View& k, float u_base, float v_base, SpanLayer& 
   unsigned rows = 0;
   for (size_t g = 0; g < kGroups; g++) {
     const float u_left = u_base + static_cast<float>(g * kLanes);
-    const VF u = hn::Iota(d, u_left);
+    const VF u = LanesFrom(u_base, g);
     const VF u0 = hn::Sub(u, F(k.s_min * k.motion_u)), u1 = hn::Sub(u, F(k.s_max * k.motion_u));
     const VF u0_squared = hn::Mul(u0, u0), u1_squared = hn::Mul(u1, u1);
     const VF u0_dot = hn::Mul(u0, F(k.motion_u)), u1_dot = hn::Mul(u1, F(k.motion_u));
@@ -167,14 +167,15 @@ void BallNormals(const SweptBall::View& k, float u_base, float v_base, const Spa
   const VF s_min = F(k.s_min), s_max = F(k.s_max), centre = F(static_cast<float>(k.centre_d));
   const VF scale = F(NormalScale(ends.flip) / k.radius * 0.9999f);
   const auto encode = [&](const float* depth, float v, size_t g, uint32_t* to) HWY_ATTR {
-    const VF u = hn::Iota(d, u_base + static_cast<float>(g * kLanes));
+    const VF u = LanesFrom(u_base, g);
     const VF t = hn::Sub(hn::Load(d, depth), centre);
     // The nearest point of the path is the centre of the ball that touches here.
     VF s = hn::Add(hn::Mul(u, F(k.motion_u)), F(v * k.motion_v));
     s = hn::Mul(hn::Add(s, hn::Mul(t, F(k.motion_d))), F(k.inverse_length2));
     s = hn::Min(hn::Max(s, s_min), s_max);
-    hn::Store(EncodeScaled(hn::Sub(u, hn::Mul(s, F(k.motion_u))), hn::Sub(F(v), hn::Mul(s, F(k.motion_v))), scale), du,
-              to);
+    hn::Store(
+        EncodeScaled(hn::Sub(u, hn::Mul(s, F(k.motion_u))), hn::Sub(F(v), hn::Mul(s, F(k.motion_v))), scale),
+        du, to);
   };
   for (int row = 0; row < kTileSide; row++) {
     const float v = v_base + static_cast<float>(row);
@@ -221,9 +222,11 @@ SweptBall::SweptBall(const Vec3& centre, const Vec3& motion, double radius, bool
     k.shift = static_cast<float>(has_flat ? md / (flat * length) : md > 0 ? 1e10 : md < 0 ? -1e10 : 0);
     k.inverse_length2 = static_cast<float>(length2 > 1e-24 ? 1 / length2 : 0);
     k.radius = static_cast<float>(radius);
-    // Between the poses the squared half chord is at most this much larger than at the nearer one: (R + |p|)^2 - R^2.
+    // Between the poses the squared half chord is at most this much larger than at the nearer one: (R +
+    // |p|)^2 - R^2.
     k.widening = static_cast<float>((2 * radius * flat + flat2) * 1.001 + 1e-3);
-    // Moving along the rays, an end belongs to its pose for sure where md q >= R |p|: squared half chords from here up.
+    // Moving along the rays, an end belongs to its pose for sure where md q >= R |p|: squared half chords
+    // from here up.
     const double rim = md != 0 ? radius * flat / md : 0;
     k.rim = static_cast<float>(rim * rim * 1.001 + 1e-3);
     k.head_on = start_is_clear && !recentre_ && flat < 0.2 * std::abs(md);
@@ -267,8 +270,8 @@ void SweptBall::normals(const RayTile& rays, int, const SpanLayer& spans, const 
                         NormalCodes& out) const {
   const View k = view_at(rays);
   HWY_DYNAMIC_DISPATCH(BallNormals)
-  (k, static_cast<float>(rays.u0 + 0.5 - k.centre_u), static_cast<float>(rays.v0 + 0.5 - k.centre_v), spans, ends,
-   out);
+  (k, static_cast<float>(rays.u0 + 0.5 - k.centre_u), static_cast<float>(rays.v0 + 0.5 - k.centre_v), spans,
+   ends, out);
 }
 
 }  // namespace kibori

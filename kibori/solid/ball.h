@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: MIT
-// A ball swept along a straight line: a capsule, one closed-form interval per ray. The fastest tool, and a building
-// block of the capsule tool.
+// A ball swept along a straight line: a capsule, one closed-form interval per ray. The fastest tool, and a
+// building block of the capsule tool.
 //
-// On a ray, the exit g(s) of the ball at motion parameter s is concave in s, so the exit of the sweep is g at its
-// unconstrained maximum s*, clamped to the motion. With w the ray's offset in the (u, v) plane, p the motion's part in
-// that plane and m = R^2 - dist(w, line)^2:
+// On a ray, the exit g(s) of the ball at motion parameter s is concave in s, so the exit of the sweep is g at
+// its unconstrained maximum s*, clamped to the motion. With w the ray's offset in the (u, v) plane, p the
+// motion's part in that plane and m = R^2 - dist(w, line)^2:
 //
 //   s* = w.p/|p|^2 +- (v_depth / (|p| |v|)) sqrt(m)       (+ exit, - entry)
 //
-// s* only picks a point on a flat top, so a rough square root there does not show; the ends themselves use the exact
-// one.
+// s* only picks a point on a flat top, so a rough square root there does not show; the ends themselves use
+// the exact one.
 #pragma once
 
 #include <array>
@@ -20,8 +20,8 @@ namespace kibori {
 
 class SweptBall final : public Solid {
  public:
-  // centre, motion, radius in lattice units. `start_is_clear` promises that the ball at the start pose holds no
-  // material; rays where the sweep adds nothing to it are then skipped, and a cut comes out the same.
+  // centre, motion, radius in lattice units. `start_is_clear` promises that the ball at the start pose holds
+  // no material; rays where the sweep adds nothing to it are then skipped, and a cut comes out the same.
   SweptBall(const Vec3& centre, const Vec3& motion, double radius, bool start_is_clear = false);
 
   Box bounds() const override;
@@ -32,14 +32,14 @@ class SweptBall final : public Solid {
   // The sweep as one field sees it: everything relative to the ball's centre at the start.
   struct View {
     double centre_u, centre_v, centre_d;
-    double along_u, along_v;           // w.p/|p|^2 = w.(along)
+    double along_u, along_v;  // w.p/|p|^2 = w.(along)
     float motion_u, motion_v, motion_d;
-    float step_u, step_v;              // along_*
-    float normal_u, normal_v;          // unit vector across p in the (u, v) plane; 0 where there is no p
-    float shift;                       // v_depth / (|p| |v|)
-    float inverse_length2;             // 1/|v|^2, or 0
+    float step_u, step_v;      // along_*
+    float normal_u, normal_v;  // unit vector across p in the (u, v) plane; 0 where there is no p
+    float shift;               // v_depth / (|p| |v|)
+    float inverse_length2;     // 1/|v|^2, or 0
     float radius, widening, rim;
-    float s_min, s_max;                // the motion, relative to the centre above
+    float s_min, s_max;  // the motion, relative to the centre above
     bool start_is_clear, head_on;
   };
 

@@ -54,8 +54,8 @@ HWY_INLINE void Clip(Interval& x, float slope, VF offset) {
 template <bool kNormals>
 struct RowSolver {
   const SweptConvex::View& k;
-  VF u, v;                 // ray position relative to the tip
-  VF lin_t, lin_s, con;    // q(t,s) = tt t^2 + 2 ts t s + ss s^2 + 2 lin_t t + 2 lin_s s + con
+  VF u, v;                           // ray position relative to the tip
+  VF lin_t, lin_s, con;              // q(t,s) = tt t^2 + 2 ts t s + ss s^2 + 2 lin_t t + 2 lin_s s + con
   VF plane[ConvexBody::kMaxPlanes];  // l_j at t = s = 0
   VF lo, hi;
   VF lo_nu, lo_nv, lo_nt, hi_nu, hi_nv, hi_nt;
@@ -64,7 +64,8 @@ struct RowSolver {
     const VF two = F(2.0f);
     lin_t = hn::Add(hn::Add(hn::Mul(u, F(k.qut)), hn::Mul(v, F(k.qvt))), F(k.bt));
     lin_s = hn::Neg(hn::Add(hn::Add(hn::Mul(u, F(k.qm_u)), hn::Mul(v, F(k.qm_v))), F(k.bm)));
-    const VF uu = hn::Add(hn::Add(hn::Mul(u, F(k.quu)), hn::Mul(v, hn::Mul(two, F(k.quv)))), hn::Mul(two, F(k.bu)));
+    const VF uu =
+        hn::Add(hn::Add(hn::Mul(u, F(k.quu)), hn::Mul(v, hn::Mul(two, F(k.quv)))), hn::Mul(two, F(k.bu)));
     const VF vv = hn::Add(hn::Mul(v, F(k.qvv)), hn::Mul(two, F(k.bv)));
     con = hn::Add(hn::Add(hn::Mul(u, uu), hn::Mul(v, vv)), F(k.c));
     for (int j = 0; j < k.planes; j++)
@@ -76,7 +77,8 @@ struct RowSolver {
 
   // The quadric's outward normal at (t, s): minus half its gradient.
   HWY_INLINE void Gradient(VF t, VF s, VF& nu, VF& nv, VF& nt) const {
-    const VF x = hn::Sub(u, hn::Mul(s, F(k.mu))), y = hn::Sub(v, hn::Mul(s, F(k.mv))), z = hn::Sub(t, hn::Mul(s, F(k.mt)));
+    const VF x = hn::Sub(u, hn::Mul(s, F(k.mu))), y = hn::Sub(v, hn::Mul(s, F(k.mv))),
+             z = hn::Sub(t, hn::Mul(s, F(k.mt)));
     const auto row = [&](float a, float b, float c, float e) HWY_ATTR {
       return hn::Neg(hn::Add(hn::Add(hn::Mul(x, F(a)), hn::Mul(y, F(b))), hn::Add(hn::Mul(z, F(c)), F(e))));
     };
@@ -114,13 +116,14 @@ struct RowSolver {
     }
   }
 
-  // A point of the rim where faces g and p meet, swept: the normal is the mix of theirs that is square to the motion.
+  // A point of the rim where faces g and p meet, swept: the normal is the mix of theirs that is square to the
+  // motion.
   HWY_INLINE void OfferRim(MF valid, VF t, VF gu, VF gv, VF gt, int j, bool for_lo, bool for_hi) {
     const VF pu = F(-k.nu[j]), pv = F(-k.nv[j]), pt = F(-k.nt[j]);
     const VF gm = hn::Abs(hn::Add(hn::Add(hn::Mul(gu, F(k.mu)), hn::Mul(gv, F(k.mv))), hn::Mul(gt, F(k.mt))));
     const VF pm = F(std::abs(k.slope[j]));
-    Offer(valid, t, for_lo, for_hi, hn::Add(hn::Mul(pm, gu), hn::Mul(gm, pu)), hn::Add(hn::Mul(pm, gv), hn::Mul(gm, pv)),
-          hn::Add(hn::Mul(pm, gt), hn::Mul(gm, pt)));
+    Offer(valid, t, for_lo, for_hi, hn::Add(hn::Mul(pm, gu), hn::Mul(gm, pu)),
+          hn::Add(hn::Mul(pm, gv), hn::Mul(gm, pv)), hn::Add(hn::Mul(pm, gt), hn::Mul(gm, pt)));
   }
 
   // The end poses: the ray against the body at a fixed s.
@@ -259,7 +262,7 @@ void ConvexSpans(const SweptConvex::View& k, float u_base, float v_base, SpanLay
   const VF depth = F(static_cast<float>(k.tip_d));
   unsigned rows = 0;
   for (size_t g = 0; g < kGroups; g++) {
-    const VF u = hn::Iota(d, u_base + static_cast<float>(g * kLanes));
+    const VF u = LanesFrom(u_base, g);
     for (int row = 0; row < kTileSide; row++) {
       RowSolver<false> solver(k, u, F(v_base + static_cast<float>(row)));
       solver.Run();
@@ -275,15 +278,13 @@ void ConvexSpans(const SweptConvex::View& k, float u_base, float v_base, SpanLay
 
 void ConvexNormals(const SweptConvex::View& k, float u_base, float v_base, const EndMasks& ends,
                    NormalCodes& out) {
-  const DF d;
   const DU du;
   const float scale = NormalScale(ends.flip);
   for (int row = 0; row < kTileSide; row++) {
     for (size_t g = 0; g < kGroups; g++) {
       const unsigned group = kGroupMask << (g * kLanes);
       if (!((ends.lo[row] | ends.hi[row]) & group)) continue;
-      RowSolver<true> solver(k, hn::Iota(d, u_base + static_cast<float>(g * kLanes)),
-                             F(v_base + static_cast<float>(row)));
+      RowSolver<true> solver(k, LanesFrom(u_base, g), F(v_base + static_cast<float>(row)));
       solver.Run();
       const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
       hn::Store(EncodeNormal(solver.lo_nu, solver.lo_nv, solver.lo_nt, scale), du, out.lo + slot);
@@ -405,7 +406,8 @@ SweptConvex::View SweptConvex::view_at(const RayTile& rays) const {
     const double mu = motion_[u_index(rays.axis)], mv = motion_[v_index(rays.axis)];
     const double half = 0.5 * kTileSide, flat2 = mu * mu + mv * mv;
     const double s =
-        flat2 > 0 ? std::clamp(((rays.u0 + half - k.tip_u) * mu + (rays.v0 + half - k.tip_v) * mv) / flat2, 0.0, 1.0)
+        flat2 > 0 ? std::clamp(((rays.u0 + half - k.tip_u) * mu + (rays.v0 + half - k.tip_v) * mv) / flat2,
+                               0.0, 1.0)
                   : 0;
     k.tip_u += s * mu;
     k.tip_v += s * mv;

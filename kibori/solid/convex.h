@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-// A convex solid {q >= 0} with {l_j >= 0}, one quadric and up to six half-spaces, swept along a straight line: the
-// finger, flat cutter, cone, ellipsoid, box and half-space are all of this kind. Exact, one interval per ray.
+// A convex solid {q >= 0} with {l_j >= 0}, one quadric and up to six half-spaces, swept along a straight
+// line: the finger, flat cutter, cone, ellipsoid, box and half-space are all of this kind. Exact, one
+// interval per ray.
 //
 // Put the body at motion parameter s; depth t along the ray is in the sweep when some s in [0, 1] has
-// q(t, s) >= 0 and all l_j(t, s) >= 0. In the (t, s) plane that is a convex region, and the sweep's interval is its
-// shadow on the t axis. The shadow's ends lie
+// q(t, s) >= 0 and all l_j(t, s) >= 0. In the (t, s) plane that is a convex region, and the sweep's interval
+// is its shadow on the t axis. The shadow's ends lie
 //   - on s = 0 or s = 1 (the end poses),                      s
 //   - on a line l_j = 0 (the swept rim of a cap), or        1 ┼──╭────╮──  <- end pose
 //   - where q = 0 has a vertical tangent (silhouette).        │ ╭╯    │
@@ -28,7 +29,8 @@ struct ConvexBody {
   int planes = 0;
   std::array<Vec3, kMaxPlanes> plane_normal;
   std::array<double, kMaxPlanes> plane_offset;
-  // Set for a cone: q is not concave, and plane 0 (through the apex) picks the nappe; it has no face of its own.
+  // Set for a cone: q is not concave, and plane 0 (through the apex) picks the nappe; it has no face of its
+  // own.
   bool cone = false;
   // Corners of a box in the tool frame that holds the body; infinite where the body is.
   Box local_bounds;
@@ -53,9 +55,9 @@ class SweptConvex final : public Solid {
     double tip_u, tip_v, tip_d;
     float quu, quv, qvv, qut, qvt, qtt;  // the quadric
     float bu, bv, bt, c;
-    float mu, mv, mt;                    // motion
-    float qm_u, qm_v, qm_t, bm;          // Q motion, b'motion
-    float tt, ts, ss;                    // q(t, s) = tt t^2 + 2 ts t s + ss s^2 + ...
+    float mu, mv, mt;            // motion
+    float qm_u, qm_v, qm_t, bm;  // Q motion, b'motion
+    float tt, ts, ss;            // q(t, s) = tt t^2 + 2 ts t s + ss s^2 + ...
     float s_min, s_max;
     bool moving, cone;
     int planes;

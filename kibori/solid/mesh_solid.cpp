@@ -30,7 +30,8 @@ void clip(double slope, double offset, double& lo, double& hi) {
 
 }  // namespace
 
-SweptMesh::SweptMesh(const TriangleMesh& mesh, const Pose& start, const Vec3& motion_mm, const Lattice& lattice)
+SweptMesh::SweptMesh(const TriangleMesh& mesh, const Pose& start, const Vec3& motion_mm,
+                     const Lattice& lattice)
     : triangles_(mesh.triangles), motion_(motion_mm / lattice.pitch_mm) {
   static std::atomic<uint64_t> next_id{1};
   id_ = next_id++;
@@ -71,20 +72,21 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
       continue;
     const Vec3 normal = (b - a).cross(c - a);
     const uint32_t face_code = code_of(normal, axis);
-    for_crossings(snap(a, axis), snap(b, axis), snap(c, axis), axis, rect, [&](int u, int v, double depth, int sign) {
-      const auto slot = static_cast<size_t>((v - rays.v0) * kTileSide + (u - rays.u0));
-      // The depth on the unsnapped plane, where the prism of this triangle begins.
-      Vec3 o = Vec3::Zero();
-      o[ui] = u + 0.5;
-      o[vi] = v + 0.5;
-      const auto [low, high] = std::minmax({a[di], b[di], c[di]});
-      const double exact = normal.dot(a - o) / normal[di];
-      depth = std::isfinite(exact) ? std::clamp(exact, low, high) : depth;
-      cache.crossings[slot].push_back({static_cast<float>(depth), {sign, face_code}});
-    });
+    for_crossings(snap(a, axis), snap(b, axis), snap(c, axis), axis, rect,
+                  [&](int u, int v, double depth, int sign) {
+                    const auto slot = static_cast<size_t>((v - rays.v0) * kTileSide + (u - rays.u0));
+                    // The depth on the unsnapped plane, where the prism of this triangle begins.
+                    Vec3 o = Vec3::Zero();
+                    o[ui] = u + 0.5;
+                    o[vi] = v + 0.5;
+                    const auto [low, high] = std::minmax({a[di], b[di], c[di]});
+                    const double exact = normal.dot(a - o) / normal[di];
+                    depth = std::isfinite(exact) ? std::clamp(exact, low, high) : depth;
+                    cache.crossings[slot].push_back({static_cast<float>(depth), {sign, face_code}});
+                  });
     if (!moving) continue;
-    // The prism: over the (t, s) plane of a ray, the triangle is a line (its plane) clipped by three edges and
-    // 0 <= s <= 1; the prism's interval is the shadow of that segment on t.
+    // The prism: over the (t, s) plane of a ray, the triangle is a line (its plane) clipped by three edges
+    // and 0 <= s <= 1; the prism's interval is the shadow of that segment on t.
     const double alpha = normal[di], beta = -normal.dot(motion_);
     if (std::abs(alpha) + std::abs(beta) < 1e-12 * normal.norm()) continue;
     const bool by_s = std::abs(alpha) >= std::abs(beta);
@@ -104,7 +106,8 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
         o[ui] = u + 0.5;
         o[vi] = v + 0.5;
         const double gamma = normal.dot(o - a);
-        const double other0 = by_s ? -gamma / alpha : -gamma / beta, step = by_s ? -beta / alpha : -alpha / beta;
+        const double other0 = by_s ? -gamma / alpha : -gamma / beta,
+                     step = by_s ? -beta / alpha : -alpha / beta;
         double lo = by_s ? 0 : -1e30, hi = by_s ? 1 : 1e30;
         if (!by_s) {
           clip(step, other0, lo, hi);
@@ -134,11 +137,11 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
         const Vec3& n1 = edge_hi < 0 ? normal : side[edge_hi];
         const auto slot = static_cast<size_t>((v - rays.v0) * kTileSide + (u - rays.u0));
         if (forward)
-          cache.intervals[slot].push_back({static_cast<float>(t0), static_cast<float>(t1), facing(n0, code0, false),
-                                           facing(n1, code1, true)});
+          cache.intervals[slot].push_back({static_cast<float>(t0), static_cast<float>(t1),
+                                           facing(n0, code0, false), facing(n1, code1, true)});
         else
-          cache.intervals[slot].push_back({static_cast<float>(t1), static_cast<float>(t0), facing(n1, code1, false),
-                                           facing(n0, code0, true)});
+          cache.intervals[slot].push_back({static_cast<float>(t1), static_cast<float>(t0),
+                                           facing(n1, code1, false), facing(n0, code0, true)});
       }
   }
   static_cast<void>(md);
@@ -150,15 +153,15 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
     for (size_t i = 0; i < crossings.size(); i++) {
       const int before = winding;
       winding += crossings[i].second.first;
-      if (before == 0) list.push_back({crossings[i].first, crossings[i].first, crossings[i].second.second, 0});
+      if (before == 0)
+        list.push_back({crossings[i].first, crossings[i].first, crossings[i].second.second, 0});
       if (winding == 0 && before != 0) {
         list.back().hi = crossings[i].first;
         list.back().normal_hi = crossings[i].second.second;
       }
     }
-    std::sort(list.begin(), list.end(), [](const Interval& a, const Interval& b) {
-      return a.lo != b.lo ? a.lo < b.lo : a.hi < b.hi;
-    });
+    std::sort(list.begin(), list.end(),
+              [](const Interval& a, const Interval& b) { return a.lo != b.lo ? a.lo < b.lo : a.hi < b.hi; });
     size_t kept = 0;
     for (const Interval& next : list) {
       if (kept > 0 && next.lo <= list[kept - 1].hi + kSeam) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A closed mesh as a tool, swept along a straight line: the mesh at its start, and the prism that each triangle
-// sweeps. Exact and not convex, so in several layers. For batch work: it keeps its own copy of the mesh, and costs
-// triangles x touched tiles.
+// A closed mesh as a tool, swept along a straight line: the mesh at its start, and the prism that each
+// triangle sweeps. Exact and not convex, so in several layers. For batch work: it keeps its own copy of the
+// mesh, and costs triangles x touched tiles.
 #pragma once
 
 #include <array>

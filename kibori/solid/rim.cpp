@@ -13,8 +13,8 @@ HWY_BEFORE_NAMESPACE();
 namespace kibori {
 namespace HWY_NAMESPACE {
 
-// Newton steps on t, and on s within each; 14 x 3 brings grazing rays (where convergence is linear) to 1e-3 cells,
-// all others to float32.
+// Newton steps on t, and on s within each; 14 x 3 brings grazing rays (where convergence is linear) to 1e-3
+// cells, all others to float32.
 constexpr int kOuterSteps = 14;
 constexpr int kInnerSteps = 3;
 
@@ -24,15 +24,18 @@ struct RimPoint {
 };
 
 HWY_INLINE RimPoint Evaluate(const SweptRim::View& k, VF u, VF v, VF t, VF s) {
-  const VF x = hn::Sub(u, hn::Mul(s, F(k.mu))), y = hn::Sub(v, hn::Mul(s, F(k.mv))), w = hn::Sub(t, hn::Mul(s, F(k.mt)));
+  const VF x = hn::Sub(u, hn::Mul(s, F(k.mu))), y = hn::Sub(v, hn::Mul(s, F(k.mv))),
+           w = hn::Sub(t, hn::Mul(s, F(k.mt)));
   const VF z = hn::Add(hn::Add(hn::Mul(x, F(k.nu)), hn::Mul(y, F(k.nv))), hn::Mul(w, F(k.nt)));
-  const VF pu = hn::Sub(x, hn::Mul(z, F(k.nu))), pv = hn::Sub(y, hn::Mul(z, F(k.nv))), pt = hn::Sub(w, hn::Mul(z, F(k.nt)));
+  const VF pu = hn::Sub(x, hn::Mul(z, F(k.nu))), pv = hn::Sub(y, hn::Mul(z, F(k.nv))),
+           pt = hn::Sub(w, hn::Mul(z, F(k.nt)));
   const VF rho = hn::Sqrt(hn::Add(hn::Add(hn::Mul(pu, pu), hn::Mul(pv, pv)), hn::Mul(pt, pt)));
   const VF inv_rho = hn::Div(F(1.0f), hn::Max(rho, F(1e-12f)));
   const VF e = hn::Max(hn::Sub(rho, F(k.disc_radius)), F(0.0f));
   const float mn = k.mu * k.nu + k.mv * k.nv + k.mt * k.nt;
   const float m2 = k.mu * k.mu + k.mv * k.mv + k.mt * k.mt;
-  const VF pm = hn::Mul(hn::Add(hn::Add(hn::Mul(pu, F(k.mu)), hn::Mul(pv, F(k.mv))), hn::Mul(pt, F(k.mt))), inv_rho);
+  const VF pm =
+      hn::Mul(hn::Add(hn::Add(hn::Mul(pu, F(k.mu)), hn::Mul(pv, F(k.mv))), hn::Mul(pt, F(k.mt))), inv_rho);
   RimPoint p;
   const VF g2 = hn::Add(hn::Mul(e, e), hn::Mul(z, z));
   p.distance = hn::Sqrt(g2);
@@ -57,7 +60,8 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, bool up, MF& live,
   const float m2 = k.mu * k.mu + k.mv * k.mv + k.mt * k.mt;
   const bool moving = m2 > 1e-18f;
   if (moving) {
-    s = hn::Mul(hn::Add(hn::Add(hn::Mul(u, F(k.mu)), hn::Mul(v, F(k.mv))), hn::Mul(t, F(k.mt))), F(1.0f / m2));
+    s = hn::Mul(hn::Add(hn::Add(hn::Mul(u, F(k.mu)), hn::Mul(v, F(k.mv))), hn::Mul(t, F(k.mt))),
+                F(1.0f / m2));
     s = hn::Min(hn::Max(s, s_min), s_max);
   }
   const float direction = up ? 1.0f : -1.0f;
@@ -97,7 +101,7 @@ void RimSpans(const SweptRim::View& k, SpanLayer& layer) {
     if (!((layer.rows >> row) & 1)) continue;
     for (size_t g = 0; g < kGroups; g++) {
       const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
-      const VF u = hn::Iota(d, k.u_base + static_cast<float>(g * kLanes)), v = F(k.v_base + static_cast<float>(row));
+      const VF u = LanesFrom(k.u_base, g), v = F(k.v_base + static_cast<float>(row));
       VF lo = hn::Load(d, layer.lo + slot), hi = hn::Load(d, layer.hi + slot);
       MF live = hn::Lt(lo, hi);
       if (!hn::AllFalse(d, live)) {
@@ -124,7 +128,8 @@ void RimNormals(const SweptRim::View& k, const SpanLayer& layer, const EndMasks&
     const float m2 = k.mu * k.mu + k.mv * k.mv + k.mt * k.mt;
     VF s = hn::Zero(d);
     if (m2 > 1e-18f) {
-      s = hn::Mul(hn::Add(hn::Add(hn::Mul(u, F(k.mu)), hn::Mul(v, F(k.mv))), hn::Mul(t, F(k.mt))), F(1.0f / m2));
+      s = hn::Mul(hn::Add(hn::Add(hn::Mul(u, F(k.mu)), hn::Mul(v, F(k.mv))), hn::Mul(t, F(k.mt))),
+                  F(1.0f / m2));
       s = hn::Min(hn::Max(s, F(k.s_min)), F(k.s_max));
       VF left = F(k.s_min), right = F(k.s_max);
       for (int i = 0; i < 16; i++) {
@@ -144,7 +149,7 @@ void RimNormals(const SweptRim::View& k, const SpanLayer& layer, const EndMasks&
     for (size_t g = 0; g < kGroups; g++) {
       const unsigned group = kGroupMask << (g * kLanes);
       const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
-      const VF u = hn::Iota(d, k.u_base + static_cast<float>(g * kLanes)), v = F(k.v_base + static_cast<float>(row));
+      const VF u = LanesFrom(k.u_base, g), v = F(k.v_base + static_cast<float>(row));
       if (ends.lo[row] & group) encode(layer.lo + slot, u, v, out.lo + slot);
       if (ends.hi[row] & group) encode(layer.hi + slot, u, v, out.hi + slot);
     }
@@ -173,7 +178,8 @@ ConvexBody enclosing_cylinder(double disc_radius, double corner) {
 }
 }  // namespace
 
-SweptRim::SweptRim(const Vec3& centre, const Mat3& frame, double disc_radius, double corner, const Vec3& motion)
+SweptRim::SweptRim(const Vec3& centre, const Mat3& frame, double disc_radius, double corner,
+                   const Vec3& motion)
     : centre_(centre),
       axis_(frame.col(2)),
       motion_(motion),
@@ -187,8 +193,9 @@ SweptRim::View SweptRim::view_at(const RayTile& rays) const {
   const double half = 0.5 * kTileSide, flat2 = motion_[u] * motion_[u] + motion_[v] * motion_[v];
   double s = 0;
   if (flat2 > kRecentreLength * kRecentreLength)
-    s = std::clamp(((rays.u0 + half - centre_[u]) * motion_[u] + (rays.v0 + half - centre_[v]) * motion_[v]) / flat2,
-                   0.0, 1.0);
+    s = std::clamp(
+        ((rays.u0 + half - centre_[u]) * motion_[u] + (rays.v0 + half - centre_[v]) * motion_[v]) / flat2,
+        0.0, 1.0);
   const Vec3 centre = centre_ + s * motion_;
   View k;
   k.u_base = f(rays.u0 + 0.5 - centre[u]);

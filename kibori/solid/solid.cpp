@@ -40,7 +40,7 @@ void Complement::normals(const RayTile& rays, int layer, const SpanLayer&, const
   // Our lo is the hi of interval layer - 1, our hi the lo of interval `layer`; out of us is into the other.
   SpanLayer inner;
   NormalCodes codes;
-  const auto turn = [&](int inner_layer, bool at_inner_hi, const uint16_t (&mask)[kTileSide], uint32_t* to) {
+  const auto turn = [&](int inner_layer, bool at_inner_hi, const uint16_t(&mask)[kTileSide], uint32_t* to) {
     if (inner_layer < 0 || !inside_.spans(rays, inner_layer, inner)) return;
     EndMasks want = {};
     want.flip = !ends.flip;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The one idea: a solid is whatever can say where a ray enters and leaves it.
 //
-// A solid answers for a whole tile of 16 x 16 rays at a time, in layers: layer 0 holds the first interval of every
-// ray, layer 1 the second, and so on (convex solids have one). All coordinates are lattice units in the frame of
-// the field that asks: ray (i, j) of the tile stands at u = u0 + i + 1/2, v = v0 + j + 1/2.
+// A solid answers for a whole tile of 16 x 16 rays at a time, in layers: layer 0 holds the first interval of
+// every ray, layer 1 the second, and so on (convex solids have one). All coordinates are lattice units in the
+// frame of the field that asks: ray (i, j) of the tile stands at u = u0 + i + 1/2, v = v0 + j + 1/2.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +19,8 @@ struct RayTile {
   int u0, v0;  // indices of the tile's first ray
 };
 
-// One interval [lo, hi) per ray; only rows whose bit is set in `rows` are filled, and in those a lane without an
-// interval has lo = +kFar, hi = -kFar. Ends beyond the lattice (+-kFar included) are allowed.
+// One interval [lo, hi) per ray; only rows whose bit is set in `rows` are filled, and in those a lane without
+// an interval has lo = +kFar, hi = -kFar. Ends beyond the lattice (+-kFar included) are allowed.
 struct SpanLayer {
   alignas(64) float lo[kTileRays];
   alignas(64) float hi[kTileRays];
@@ -47,7 +47,8 @@ class Solid {
   // A box [lattice units, x y z] that holds the solid; infinite where the solid is.
   virtual Box bounds() const = 0;
 
-  // Fills layer `layer`; false when no ray of the tile has so many intervals. Layers come in order along each ray.
+  // Fills layer `layer`; false when no ray of the tile has so many intervals. Layers come in order along each
+  // ray.
   virtual bool spans(const RayTile& rays, int layer, SpanLayer& out) const = 0;
 
   // Normals at the ends named in `ends`, of the layer that `spans` filled.

@@ -91,44 +91,45 @@ Status check_tool(const Tool& tool) {
   const auto require = [&](bool condition, const char* text) {
     if (wrong.empty() && !condition) wrong = text;
   };
-  std::visit(Overloaded{[&](const Finger& t) {
-                          positive("ks", t.ks);
-                          positive("length", t.length);
-                        },
-                        [&](const BallTool& t) { positive("radius", t.radius); },
-                        [&](const Flat& t) {
-                          positive("radius", t.radius);
-                          positive("length", t.length);
-                        },
-                        [&](const Bull& t) {
-                          positive("radius", t.radius);
-                          positive("corner", t.corner);
-                          positive("length", t.length);
-                          require(t.corner <= t.radius, "corner must not exceed radius");
-                          require(t.length >= 2 * t.corner, "length must be at least twice the corner");
-                        },
-                        [&](const Cone& t) {
-                          positive("angle_deg", t.angle_deg);
-                          positive("radius", t.radius);
-                          positive("length", t.length);
-                          require(t.angle_deg >= 1 && t.angle_deg <= 175, "angle_deg must be between 1 and 175");
-                        },
-                        [&](const Capsule& t) {
-                          positive("radius", t.radius);
-                          positive("length", t.length);
-                          require(t.length >= 2 * t.radius, "length must be at least twice the radius");
-                        },
-                        [&](const HalfSpace&) {},
-                        [&](const BoxTool& t) {
-                          for (int i = 0; i < 3; i++) positive("size", t.size[i]);
-                        },
-                        [&](const Ellipsoid& t) {
-                          for (int i = 0; i < 3; i++) positive("radii", t.radii[i]);
-                        },
-                        [&](const MeshTool& t) {
-                          require(t.mesh && !t.mesh->triangles.empty(), "mesh must hold at least one triangle");
-                        }},
-             tool);
+  std::visit(
+      Overloaded{[&](const Finger& t) {
+                   positive("ks", t.ks);
+                   positive("length", t.length);
+                 },
+                 [&](const BallTool& t) { positive("radius", t.radius); },
+                 [&](const Flat& t) {
+                   positive("radius", t.radius);
+                   positive("length", t.length);
+                 },
+                 [&](const Bull& t) {
+                   positive("radius", t.radius);
+                   positive("corner", t.corner);
+                   positive("length", t.length);
+                   require(t.corner <= t.radius, "corner must not exceed radius");
+                   require(t.length >= 2 * t.corner, "length must be at least twice the corner");
+                 },
+                 [&](const Cone& t) {
+                   positive("angle_deg", t.angle_deg);
+                   positive("radius", t.radius);
+                   positive("length", t.length);
+                   require(t.angle_deg >= 1 && t.angle_deg <= 175, "angle_deg must be between 1 and 175");
+                 },
+                 [&](const Capsule& t) {
+                   positive("radius", t.radius);
+                   positive("length", t.length);
+                   require(t.length >= 2 * t.radius, "length must be at least twice the radius");
+                 },
+                 [&](const HalfSpace&) {},
+                 [&](const BoxTool& t) {
+                   for (int i = 0; i < 3; i++) positive("size", t.size[i]);
+                 },
+                 [&](const Ellipsoid& t) {
+                   for (int i = 0; i < 3; i++) positive("radii", t.radii[i]);
+                 },
+                 [&](const MeshTool& t) {
+                   require(t.mesh && !t.mesh->triangles.empty(), "mesh must hold at least one triangle");
+                 }},
+      tool);
   if (!wrong.empty()) return Error{wrong};
   return Ok{};
 }
@@ -156,7 +157,8 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
   const double scale = 1 / lattice.pitch_mm;
   const Vec3 tip = lattice.to_lattice(start.tip), motion = motion_mm * scale, axis = start.axis();
   const Mat3& frame = start.frame;
-  // Height above the tip, along the axis, of the material's farthest corner: the body beyond it meets nothing.
+  // Height above the tip, along the axis, of the material's farthest corner: the body beyond it meets
+  // nothing.
   double useful = kInfinity;
   if (!material.empty() && material.min.allFinite() && material.max.allFinite()) {
     useful = 0;
@@ -199,7 +201,8 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
             add<SweptBall>(base, body, radius);
             add<SweptBall>(Vec3(base + motion), body, radius);
             if (motion.cross(body).squaredNorm() > 1e-18)
-              add<SweptConvex>(thick_parallelogram(body, motion, radius), base, Mat3::Identity(), Vec3::Zero());
+              add<SweptConvex>(thick_parallelogram(body, motion, radius), base, Mat3::Identity(),
+                               Vec3::Zero());
           },
           [&](const HalfSpace&) {
             ConvexBody body;
@@ -223,7 +226,8 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
             const Vec3 r = t.radii * scale;
             ConvexBody body;
             body.q.diagonal() = -r.cwiseProduct(r).cwiseInverse() * r.z();
-            body.b = Vec3(0, 0, 1);  // centre at height r_z: r_z - r_z |x/r|^2 expands to 2z - r_z (z/r_z)^2 ...
+            body.b =
+                Vec3(0, 0, 1);  // centre at height r_z: r_z - r_z |x/r|^2 expands to 2z - r_z (z/r_z)^2 ...
             body.c = 0;
             body.local_bounds = {Vec3(-r.x(), -r.y(), 0), Vec3(r.x(), r.y(), 2 * r.z())};
             convex(body);
@@ -280,8 +284,10 @@ void SweptTool::normals(const RayTile& rays, int layer, const SpanLayer& spans, 
       for (int lane = 0; lane < kTileSide; lane++) {
         const int slot = row * kTileSide + lane;
         const unsigned bit = 1u << lane;
-        if ((ends.lo[row] & bit) && own.lo[slot] == spans.lo[slot]) mine.lo[row] |= static_cast<uint16_t>(bit);
-        if ((ends.hi[row] & bit) && own.hi[slot] == spans.hi[slot]) mine.hi[row] |= static_cast<uint16_t>(bit);
+        if ((ends.lo[row] & bit) && own.lo[slot] == spans.lo[slot])
+          mine.lo[row] |= static_cast<uint16_t>(bit);
+        if ((ends.hi[row] & bit) && own.hi[slot] == spans.hi[slot])
+          mine.hi[row] |= static_cast<uint16_t>(bit);
       }
     }
     piece(i).normals(rays, 0, own, mine, codes);

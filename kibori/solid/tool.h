@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Tools: shapes a user can hold, in their own frame (tip at the origin, body along +z, mm), and the solid a tool
-// sweeps in a straight motion. Adding a shape: a struct here, its checks and its body in tool.cpp.
+// Tools: shapes a user can hold, in their own frame (tip at the origin, body along +z, mm), and the solid a
+// tool sweeps in a straight motion. Adding a shape: a struct here, its checks and its body in tool.cpp.
 #pragma once
 
 #include <array>
@@ -57,7 +57,8 @@ struct MeshTool {
   std::shared_ptr<const TriangleMesh> mesh;
 };
 
-using Tool = std::variant<Finger, BallTool, Flat, Bull, Cone, Capsule, HalfSpace, BoxTool, Ellipsoid, MeshTool>;
+using Tool =
+    std::variant<Finger, BallTool, Flat, Bull, Cone, Capsule, HalfSpace, BoxTool, Ellipsoid, MeshTool>;
 
 // Ok, or one sentence naming the parameter that can't be.
 Status check_tool(const Tool& tool);
@@ -65,12 +66,12 @@ Status check_tool(const Tool& tool);
 // The farthest point of the tool from its tip [mm]; infinite for a half-space.
 double reach_mm(const Tool& tool);
 
-// The solid that `tool` sweeps while it moves by motion_mm without turning; in place, without allocation (but for a
-// mesh). Parts of long tools that lie beyond `material` [lattice units] are left out of the work.
+// The solid that `tool` sweeps while it moves by motion_mm without turning; in place, without allocation (but
+// for a mesh). Parts of long tools that lie beyond `material` [lattice units] are left out of the work.
 class SweptTool final : public Solid {
  public:
-  SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm, const Lattice& lattice, const Box& material,
-            bool start_is_clear = false);
+  SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm, const Lattice& lattice,
+            const Box& material, bool start_is_clear = false);
 
   Box bounds() const override;
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;

@@ -1,0 +1,10 @@
+#!/usr/bin/env bash
+# The tests that a sanitiser build can run in the time CI has. Usage: sanitized.sh asan|tsan
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+export UBSAN_OPTIONS=print_stacktrace=1
+case "$1" in
+  asan) KIBORI_SHORT=1 "build/asan/bin/kibori_tests" --gtest_brief=1 ;;
+  # What runs on several threads: edits of three fields, scans, snapshots read while the writer goes on.
+  tsan) KIBORI_SHORT=1 "build/tsan/bin/kibori_tests" --gtest_brief=1 --gtest_filter='Snapshots.*:BlockPool.*:Scene.SummaryAddsUp:Scan.SoupsAgree*:Golden.*' ;;
+esac

@@ -1,0 +1,167 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The command line as a user meets it. Usage: test_cli.py PATH_OF_KIBORI"""
+import csv
+import json
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+import xml.dom.minidom
+
+KIBORI = pathlib.Path(sys.argv.pop(1)).resolve()
+EXAMPLES = pathlib.Path(__file__).resolve().parent.parent / "examples"
+
+SMALL = """[stock]
+block = [20, 12, 10]
+pitch = 0.5
+[tool]
+shape = "ball"
+radius = 3
+[force]
+model = "energy"
+u = 2
+[[move]]
+to = [-5, 6, 8]
+label = "A"
+[[move]]
+to = [25, 6, 6]
+speed = 400
+label = "B"
+"""
+
+
+def kibori(*arguments, cwd=None, stdin=None):
+    return subprocess.run([KIBORI, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, stdin=stdin)
+
+
+class CommandLine(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def scene(self, text=SMALL):
+        path = self.folder / "scene.toml"
+        path.write_text(text)
+        return path
+
+    def refused(self, *arguments, says):
+        run = kibori(*arguments, cwd=self.folder)
+        self.assertEqual(run.returncode, 2, run)
+        self.assertEqual(run.stdout, "")
+        self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
+        for part in says:
+            self.assertIn(part, run.stderr)
+
+    def test_help_and_version(self):
+        self.assertRegex(kibori("--version").stdout, r"^kibori \d+\.\d+\.\d+\n$")
+        self.assertIn("carve", kibori("--help").stdout)
+        self.assertIn("[[move]]", kibori("carve", "--help").stdout)
+        self.assertEqual(kibori().returncode, 2)
+        self.assertEqual(kibori("crave").returncode, 2)
+
+    def test_outputs_agree(self):
+        run = kibori("carve", self.scene(), "--json", "--forces", "f.csv", "--plot", "f.svg", cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        summary = json.loads(run.stdout)
+        keys = "ticks removed_mm3 deposited_mm3 volume_mm3 points_removed max_force_N max_moment_Nmm state_hash step_us stock"
+        self.assertEqual(list(summary), keys.split())
+        self.assertEqual(list(summary["step_us"]), ["median", "p99", "p999", "max"])
+        self.assertEqual(list(summary["stock"]), ["pitch_mm", "rays", "spans", "bytes"])
+        with open(self.folder / "f.csv") as file:
+            header = file.readline().strip()
+            self.assertEqual(header, "time_s,x_mm,y_mm,z_mm,ax,ay,az,removed_mm3,points,fx_N,fy_N,fz_N,mx_Nmm,my_Nmm,mz_Nmm")
+            rows = [dict(zip(header.split(","), map(float, row))) for row in csv.reader(file)]
+        self.assertEqual(len(rows), summary["ticks"])
+        self.assertAlmostEqual(sum(r["removed_mm3"] for r in rows), summary["removed_mm3"], 4)
+        self.assertAlmostEqual(summary["removed_mm3"] + summary["volume_mm3"], 2400, 3)
+        self.assertEqual(sum(r["points"] for r in rows), summary["points_removed"])
+        most = max(math.hypot(r["fx_N"], r["fy_N"], r["fz_N"]) for r in rows)
+        self.assertAlmostEqual(most, summary["max_force_N"], 6)
+        self.assertAlmostEqual(rows[0]["time_s"], 0.001)
+        xml.dom.minidom.parse(str(self.folder / "f.svg"))
+        self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["f.csv", "f.svg", "scene.toml"])
+
+    def test_threads_do_not_change_the_result(self):
+        hashes = {json.loads(kibori("carve", self.scene(), "--json", "--threads", n).stdout)["state_hash"] for n in (1, 2, 8)}
+        self.assertEqual(len(hashes), 1)
+
+    def test_bad_input_gets_one_sentence_and_exit_2(self):
+        self.refused("carve", "nowhere.toml", says=["nowhere.toml", "no such"])
+        self.refused("carve", self.folder, says=["folder"])
+        self.scene(SMALL.replace("pitch = 0.5", "pitch = -1"))
+        self.refused("carve", "scene.toml", says=["scene.toml:3:", "pitch"])
+        self.scene(SMALL.replace("pitch = 0.5", "pitch = 1e-7"))
+        self.refused("carve", "scene.toml", says=["pitch", "at least"])
+        self.scene(SMALL.replace("block = [20, 12, 10]", 'mesh = "x.stl"'))
+        self.refused("carve", "scene.toml", says=["x.stl", "no such file"])
+        (self.folder / "x.stl").write_bytes(b" " * 80 + (7).to_bytes(4, "little") + b"\0" * 60)
+        self.refused("carve", "scene.toml", says=["x.stl", "promises 7"])
+        self.scene()
+        self.refused("carve", "scene.toml", "--threads", "0", says=["threads"])
+        self.refused("carve", "scene.toml", "--forces", "no/where.csv", says=["no/where.csv", "does not exist"])
+        self.refused("carve", "scene.toml", "--plot", ".", says=["folder"])
+
+    def test_a_full_disk_keeps_what_was_there(self):
+        if not os.path.exists("/dev/full"):
+            self.skipTest("no /dev/full here")
+        with open("/dev/full", "w") as full:
+            run = subprocess.run([KIBORI, "carve", self.scene(), "--json"], stdout=full, stderr=subprocess.PIPE, text=True)
+        self.assertEqual(run.returncode, 2)
+        self.assertIn("standard output", run.stderr)
+
+
+def column(row, *names):
+    return [row[name] for name in names]
+
+
+class Experiments(unittest.TestCase):
+    """METHOD of the paper, section 3-2: the properties its figure 8 must show, for both readings."""
+
+    def trace(self, name):
+        with tempfile.TemporaryDirectory() as folder:
+            run = kibori("carve", EXAMPLES / f"{name}.toml", "--json", "--forces", pathlib.Path(folder) / "f.csv")
+            self.assertEqual(run.returncode, 0, run.stderr)
+            with open(pathlib.Path(folder) / "f.csv") as file:
+                return json.loads(run.stdout), [{k: float(v) for k, v in row.items()} for row in csv.DictReader(file)]
+
+    def check(self, name, t_b):
+        summary, rows = self.trace(name)
+        force = [math.hypot(*column(r, "fx_N", "fy_N", "fz_N")) for r in rows]
+        moment = [math.hypot(*column(r, "mx_Nmm", "my_Nmm", "mz_Nmm")) for r in rows]
+        self.assertEqual(sum(r["points"] for r in rows), summary["points_removed"])
+        split = next(i for i, r in enumerate(rows) if r["time_s"] >= t_b)
+        scrape = [i for i in range(split) if force[i] > 0]
+        plunge = [i for i in range(split, len(rows)) if force[i] > 0]
+        self.assertGreater(min(scrape), 0)
+        self.assertLess(max(scrape), split - 1)
+        for i, r in enumerate(rows):
+            self.assertAlmostEqual(force[i], 0.001 * r["points"], 9)
+            dot = sum(a * b for a, b in zip(column(r, "fx_N", "fy_N", "fz_N"), column(r, "mx_Nmm", "my_Nmm", "mz_Nmm")))
+            self.assertAlmostEqual(dot, 0, 9)
+            along = sum(a * b for a, b in zip(column(r, "ax", "ay", "az"), column(r, "mx_Nmm", "my_Nmm", "mz_Nmm")))
+            self.assertAlmostEqual(along, 0, 9)
+        # Smoothed |F| and |M| grow with depth between A' and B', and fall at the exit.
+        parts = [scrape[len(scrape) * k // 10 : len(scrape) * (k + 1) // 10] for k in range(10)]
+        for series in (force, moment):
+            means = [sum(series[i] for i in part) / len(part) for part in parts]
+            self.assertEqual(means[:7], sorted(means[:7]))
+            self.assertLess(means[9], max(means))
+        for i in plunge:
+            self.assertAlmostEqual(moment[i], 0, 6)
+            self.assertGreater(rows[i]["fz_N"], 0)
+        self.assertGreater(len(plunge), 50)
+
+    def test_upright(self):
+        self.check("fig8-upright", 3.01)
+
+    def test_lying(self):
+        self.check("fig8-lying", 3.26)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=1)

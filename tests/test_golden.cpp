@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// The short form of ./dev golden: this compiler and level, every vector unit of this machine, 1, 2 and 8
+// threads.
+#include <gtest/gtest.h>
+
+#include <hwy/highway.h>
+
+#include "tests/golden_session.h"
+
+namespace kibori {
+namespace {
+
+TEST(Golden, SameBytesOnEveryVectorUnitAndNumberOfThreads) {
+  int units = 0;
+  for (int64_t targets = hwy::SupportedTargets() & HWY_TARGETS; targets; targets &= targets - 1) {
+    const int64_t target = targets & -targets;
+    hwy::SetSupportedTargetsForTest(target);
+    units++;
+    for (const int threads : {1, 2, 8}) {
+      const uint64_t hash = test::golden_session(threads);
+      EXPECT_EQ(hash, test::kGoldenHash)
+          << hwy::TargetName(target) << ", " << threads << " threads: 0x" << std::hex << hash;
+    }
+    hwy::SetSupportedTargetsForTest(0);
+  }
+  EXPECT_GT(units, 0);
+}
+
+}  // namespace
+}  // namespace kibori

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: MIT
+// Scenes and mesh files: what is read, and that every malformed one gets a sentence that says where.
+#include <cstring>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include <kibori/formats/mesh_file.h>
+#include <kibori/session/carving.h>
+#include <kibori/session/force_report.h>
+
+#include "tests/support.h"
+
+namespace kibori {
+namespace {
+
+const std::string kGood = R"([stock]
+block = [20, 12, 10]
+pitch = 0.5
+[tool]
+shape = "finger"
+ks = 0.4
+length = 15
+[force]
+kf = 0.001
+[[move]]
+to = [-5, 6, 8]
+label = "A"
+[[move]]
+to = [25, 6, 6]
+speed = 40
+label = "B"
+)";
+
+std::string replaced(const std::string& what, const std::string& with) {
+  std::string text = kGood;
+  const size_t at = text.find(what);
+  EXPECT_NE(at, std::string::npos) << what;
+  return text.replace(at, what.size(), with);
+}
+
+struct Bad {
+  const char* what;
+  const char* with;
+  const char* expected;  // parts of the message, separated by |
+};
+
+class BadScene : public testing::TestWithParam<Bad> {};
+
+TEST_P(BadScene, GetsOneClearSentence) {
+  const Bad& bad = GetParam();
+  const auto scene = parse_scene(replaced(bad.what, bad.with), "scene.toml", ".");
+  std::string message;
+  if (!scene) {
+    message = scene.error();
+  } else {
+    const auto carving = carve(scene.value(), {});
+    ASSERT_FALSE(carving) << "accepted: " << bad.with;
+    message = carving.error();
+  }
+  EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  EXPECT_EQ(message.rfind("scene.toml", 0), 0u) << message;
+  std::string rest = bad.expected;
+  while (!rest.empty()) {
+    const size_t bar = rest.find('|');
+    const std::string part = rest.substr(0, bar);
+    EXPECT_NE(message.find(part), std::string::npos) << "expected '" << part << "' in: " << message;
+    rest = bar == std::string::npos ? "" : rest.substr(bar + 1);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Scenes, BadScene,
+    testing::Values(
+        Bad{"pitch = 0.5", "pitch = 0", ":3:|pitch|greater than 0"},
+        Bad{"pitch = 0.5", "pitch = nan", ":3:|finite"}, Bad{"pitch = 0.5", "pitch = -1", ":3:|pitch"},
+        Bad{"pitch = 0.5", "pitch = 1e-9", "pitch|lattice nodes"},
+        Bad{"pitch = 0.5", "pitch = \"fine\"", ":3:|number"}, Bad{"pitch = 0.5", "", "pitch is missing"},
+        Bad{"ks = 0.4", "ks = -0.4", ":6:|ks"}, Bad{"ks = 0.4", "ks = inf", ":6:|ks"},
+        Bad{"ks = 0.4", "kz = 0.4", ":6:|kz|'ks'"}, Bad{"length = 15", "length = 0", ":7:|length"},
+        Bad{"block = [20, 12, 10]", "block = [20, 12]", ":2:|3 numbers"},
+        Bad{"block = [20, 12, 10]", "block = [20, 0, 10]", ":2:|positive"},
+        Bad{"block = [20, 12, 10]", "block = [20, 12, 10]\nsphere = 4", "exactly one"},
+        Bad{"block = [20, 12, 10]", "sphere = 0.01", "no material"},
+        Bad{"block = [20, 12, 10]", "mesh = \"nowhere.stl\"\nfit_mm = -2", "fit_mm"},
+        Bad{"block = [20, 12, 10]", "mesh = \"nowhere.stl\"\nx = 1", "x"},
+        Bad{"shape = \"finger\"", "shape = \"fingr\"", ":5:|finger"},
+        Bad{"shape = \"finger\"", "", "shape is missing"}, Bad{"kf = 0.001", "kf = -1", ":9:|kf"},
+        Bad{"kf = 0.001", "model = \"spring\"", ":9:|paper"}, Bad{"kf = 0.001", "dof = 4", ":9:|5 or 6"},
+        Bad{"to = [25, 6, 6]", "to = [25, nan, 6]", ":14:|finite"},
+        Bad{"to = [25, 6, 6]", "too = [25, 6, 6]", ":14:|'to'"}, Bad{"speed = 40", "", ":13:|speed"},
+        Bad{"speed = 40", "speed = 0", ":15:|speed"}, Bad{"speed = 40", "speed = 1e-9", ":13:|ticks"},
+        Bad{"speed = 40", "speed = 40\naxis = [0, 0, -1]", ":13:|reverses"},
+        Bad{"speed = 40", "speed = 40\naxis = [0, 0, 0]", "axis|zero"},
+        Bad{"speed = 40", "speed = 40\nmode = \"cutt\"", "cut"},
+        Bad{"speed = 40", "speed = 40\nmaterial = \"oka\"", "oak"},
+        Bad{"speed = 40", "speed = 40\ntool = 3", "table"},
+        Bad{"speed = 40", "speed = 40\ntool = { radius = 3 }", "radius"},
+        Bad{"[tool]", "schema = 2\n[tool]", "schema"}, Bad{"[tool]", "[tol]", "'tol'|'tool'"},
+        Bad{"[force]", "[force", ":8:"}, Bad{"[force]", "[motion]\nrate_hz = 0\n[force]", "rate_hz"}));
+
+TEST(Scene, KeysAreInheritedAndTicksCounted) {
+  const std::string text = kGood + R"([[move]]
+to = [25, 6, 26]
+[[move]]
+axis = [1, 0, 0]
+turn_deg_s = 90
+wait_s = 0.25
+mode = "touch"
+[[move]]
+to = [10, 6, 26]
+tool = { ks = 2 }
+)";
+  const auto scene = parse_scene(text, "scene.toml", ".");
+  ASSERT_TRUE(scene) << scene.error();
+  const Scene& s = scene.value();
+  ASSERT_EQ(s.moves.size(), 5u);
+  EXPECT_EQ(s.moves[2].speed_mm_s, 40);
+  EXPECT_EQ(plan_move(s, s.moves[0], s.moves[1]).value().ticks, 752);  // |(30, 0, -2)| / 40 s, rounded up
+  EXPECT_EQ(plan_move(s, s.moves[1], s.moves[2]).value().ticks, 500);
+  EXPECT_EQ(plan_move(s, s.moves[2], s.moves[3]).value().ticks, 1000);
+  EXPECT_EQ(plan_move(s, s.moves[2], s.moves[3]).value().dwell_ticks, 250);
+  EXPECT_EQ(s.moves[4].mode, Mode::touch);
+  EXPECT_EQ(std::get<Finger>(s.tools[s.moves[4].tool]).ks, 2);
+  EXPECT_EQ(std::get<Finger>(s.tools[s.moves[4].tool]).length, 15) << "keys of the tool before are kept";
+  const auto carving = carve(s, {});
+  ASSERT_TRUE(carving) << carving.error();
+  EXPECT_EQ(carving.value().summary.ticks, 752 + 500 + 1250 + 375);
+  EXPECT_EQ(carving.value().trace.size(), 752u + 500 + 1250 + 375);
+  EXPECT_DOUBLE_EQ(carving.value().trace.back().time_s, 2.877);
+}
+
+TEST(Scene, SummaryAddsUp) {
+  const auto scene = parse_scene(kGood, "scene.toml", ".");
+  ASSERT_TRUE(scene) << scene.error();
+  const auto carving = carve(scene.value(), {});
+  ASSERT_TRUE(carving) << carving.error();
+  const CarveSummary& s = carving.value().summary;
+  EXPECT_NEAR(s.removed_mm3 + s.volume_mm3, 2400, 1e-3);
+  EXPECT_NEAR(static_cast<double>(s.points_removed) * 0.125, s.removed_mm3, 0.02 * s.removed_mm3);
+  const auto marks = contact_marks(carving.value());
+  ASSERT_EQ(marks.size(), 4u);
+  EXPECT_EQ(marks[1].label, "A′");
+  EXPECT_EQ(marks[2].label, "B′");
+  for (const int threads : {2, 8}) {
+    CarveOptions options;
+    options.threads = threads;
+    EXPECT_EQ(carve(scene.value(), options).value().summary.state_hash, s.state_hash);
+  }
+}
+
+TEST(Scene, StocksHaveTheirVolume) {
+  for (const auto& [stock, volume] : {std::pair{"sphere = 8", 4.0 / 3 * 3.14159265 * 512},
+                                      std::pair{"cylinder = [6, 10]", 3.14159265 * 360}}) {
+    const auto scene = parse_scene(replaced("block = [20, 12, 10]", stock), "scene.toml", ".");
+    ASSERT_TRUE(scene) << scene.error();
+    const auto model = make_stock(scene.value().stock, "scene.toml", {});
+    ASSERT_TRUE(model) << model.error();
+    EXPECT_NEAR(model.value()->volume_mm3(), volume, 0.005 * volume);
+  }
+}
+
+TEST(Scene, DepositBeyondTheRoomWarns) {
+  const auto scene = parse_scene(replaced("speed = 40", "speed = 40\nmode = \"deposit\""), "scene.toml", ".");
+  ASSERT_TRUE(scene) << scene.error();
+  std::vector<std::string> warnings;
+  CarveOptions options;
+  options.warning = [&](const std::string& text) { warnings.push_back(text); };
+  const auto carving = carve(scene.value(), options);
+  ASSERT_TRUE(carving) << carving.error();
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("room_mm"), std::string::npos);
+  EXPECT_GT(carving.value().summary.deposited_mm3, 0);
+  EXPECT_NEAR(carving.value().summary.volume_mm3, 2400 + carving.value().summary.deposited_mm3, 1e-2);
+}
+
+// ---- STL ----
+
+std::string binary_stl(uint32_t promised, int there) {
+  std::string bytes(80, ' ');
+  bytes.append(reinterpret_cast<const char*>(&promised), 4);
+  for (int i = 0; i < there; i++) {
+    const float t[12] = {0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, static_cast<float>(i)};
+    bytes.append(reinterpret_cast<const char*>(t), 48);
+    bytes.append(2, '\0');
+  }
+  return bytes;
+}
+
+TEST(Stl, ReadsBothKinds) {
+  const std::string binary = binary_stl(5, 5);
+  const auto a = parse_stl(binary.data(), binary.size(), "a.stl");
+  ASSERT_TRUE(a) << a.error();
+  EXPECT_EQ(a.value().triangles.size(), 5u);
+  std::string solid = binary;
+  std::memcpy(solid.data(), "solid facet", 11);  // binary that looks like text at first
+  EXPECT_TRUE(parse_stl(solid.data(), solid.size(), "a.stl"));
+  const std::string text =
+      "solid x\n facet normal 0 0 1\n outer loop\n vertex 0 0 0\n vertex +1.5e0 0 0\n vertex 0 1 0\n "
+      "endloop\n endfacet\nendsolid x\n";
+  const auto b = parse_stl(text.data(), text.size(), "b.stl");
+  ASSERT_TRUE(b) << b.error();
+  ASSERT_EQ(b.value().triangles.size(), 1u);
+  EXPECT_EQ(b.value().vertices[1].x(), 1.5);
+}
+
+TEST(Stl, RefusesWhatLies) {
+  const auto message = [](const std::string& bytes) {
+    const auto mesh = parse_stl(bytes.data(), bytes.size(), "x.stl");
+    return mesh ? std::string("accepted") : mesh.error();
+  };
+  EXPECT_NE(message(binary_stl(6, 5)).find("promises 6 triangles, but the file holds 5"), std::string::npos);
+  EXPECT_NE(message(binary_stl(0xffffffffu, 5)).find("promises"), std::string::npos);
+  EXPECT_NE(message("short").find("at least 84 bytes"), std::string::npos);
+  EXPECT_NE(message("").find("84"), std::string::npos);
+  std::string nan = binary_stl(2, 2);
+  const uint32_t bits = 0x7fc00000;
+  std::memcpy(nan.data() + 84 + 12, &bits, 4);
+  EXPECT_NE(message(nan).find("byte 96"), std::string::npos);
+  const std::string head = "solid x\nfacet normal 0 0 1\nouter loop\n";
+  EXPECT_NE(message(head + "vertex 0 0 zero\n").find("x.stl:4:"), std::string::npos);
+  EXPECT_NE(message(head + "vertex 0 0 0\nendfacet\n").find("vertices instead of three"), std::string::npos);
+  EXPECT_NE(message(head + "vertex 0 0 0\nvertex 0 0 0\nvertex 0 0 0\nendloop\nendfacet\n").find("endsolid"),
+            std::string::npos);
+  test::Random random;  // any cut of a good file is refused, none crashes
+  const std::string good = binary_stl(9, 9);
+  for (size_t length = 0; length < good.size(); length += 7)
+    EXPECT_NE(message(good.substr(0, length)), "accepted");
+  for (int i = 0; i < 2000; i++) {
+    std::string noise = good;
+    for (int k = 0; k < 8; k++)
+      noise[static_cast<size_t>(random.integer(0, static_cast<int>(noise.size()) - 1))] =
+          static_cast<char>(random.integer(0, 255));
+    static_cast<void>(message(noise));
+  }
+}
+
+TEST(MeshFile, NamesWhatItCannotRead) {
+  EXPECT_NE(read_mesh("nowhere.stl").error().find("no such file"), std::string::npos);
+  const auto folder = std::filesystem::path(testing::TempDir());
+  const auto write = [&](const char* name, const std::string& text) {
+    std::ofstream(folder / name, std::ios::binary) << text;
+    return folder / name;
+  };
+  EXPECT_NE(read_mesh(write("kibori_test.txt", "x")).error().find(".stl, .obj and .ply"), std::string::npos);
+  EXPECT_FALSE(read_mesh(write("kibori_test.obj", "nonsense")));
+  EXPECT_FALSE(read_mesh(write("kibori_test.ply", "ply\nformat ascii 1.0\nelement vertex 99999999\n")));
+  EXPECT_FALSE(read_mesh(write("kibori_empty.stl", "")));
+  const auto box = read_mesh(
+      write("kibori_good.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"));
+  ASSERT_TRUE(box) << box.error();
+  EXPECT_EQ(box.value().triangles.size(), 4u);
+}
+
+}  // namespace
+}  // namespace kibori
