@@ -26,7 +26,7 @@ def main():
     print(f"{len(files)} files")
     if not files:
         return 0
-    return subprocess.run(["clang-tidy-14", "--quiet", "-p", sys.argv[1], *files]).returncode
+    return subprocess.run(["clang-tidy-14", "--quiet", "-p", sys.argv[1], *files], stderr=subprocess.DEVNULL).returncode
 
 
 if __name__ == "__main__":

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+// One step of a ball that scrapes a block: Kibori (cut in three directions, normals, removed volume and moments,
+// wrench) against OpenVDB's level-set and bit-mask stamps, in turn in one process, one thread.
+//
+//   step_bench [--json] [--reps N] [--nodes N] [--only kibori] [--memory]
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+#include <kibori/motion/stroke.h>
+
+#include "bench/workload.h"
+#ifdef KIBORI_HAVE_OPENVDB
+#include "bench/peers/openvdb_carve.h"
+#endif
+
+namespace {
+
+using namespace kibori;
+using namespace kibori_bench;
+
+struct Options {
+  int nodes = 512, reps = 5, steps = 2000;
+  bool json = false, kibori_only = false, memory = false;
+};
+
+Vec3 centre(const Point& p) {  // voxel i of the workload is the lattice node at i + 1/2
+  return {static_cast<double>(p.x) + 0.5, static_cast<double>(p.y) + 0.5, static_cast<double>(p.z) + 0.5};
+}
+
+std::unique_ptr<TriDexel> block(int nodes) {
+  Lattice lattice;
+  lattice.nodes = Index3(nodes, nodes, nodes);
+  auto model = std::make_unique<TriDexel>(lattice);
+  model->fill_block({Vec3::Zero(), Vec3::Constant(nodes)}, 0);
+  model->reserve(6000);
+  return model;
+}
+
+// The whole product path: Stroke::advance, as carve and the servo use it.
+StepTimes carve_steps(int nodes, const std::vector<Point>& path, float radius, int jump_every, int snapshot_every) {
+  auto model = block(nodes);
+  const std::vector<Material> materials{Material{}};
+  const Vec3 up = Vec3::UnitZ() * static_cast<double>(radius);
+  const Tool ball = BallTool{static_cast<double>(radius)};
+  Stroke stroke(*model, Pose{centre(path[0]) - up, Mat3::Identity()});
+  Snapshot kept;
+  StepTimes result;
+  result.us.reserve(path.size());
+  int64_t points = 0;
+  double force = 0;
+  for (size_t i = 0; i < path.size(); i++) {
+    if (jump_every > 0 && i > 0 && i % static_cast<size_t>(jump_every) == 0)
+      stroke = Stroke(*model, Pose{centre(path[i]) - up, Mat3::Identity()});
+    const double start = now_us();
+    if (snapshot_every > 0 && i % static_cast<size_t>(snapshot_every) == 0) kept = model->snapshot();
+    const auto tick = stroke.advance(ball, centre(path[i]) - up, Vec3::Zero(), Mode::cut, {ForceModel::energy, 6}, materials);
+    result.us.push_back(now_us() - start);
+    points += tick.value().points;
+    force += tick.value().wrench.force.squaredNorm();
+  }
+  result.removed = static_cast<double>(points) + (force < 0 ? 1 : 0);
+  result.bytes = static_cast<double>(model->count().bytes);
+  return result;
+}
+
+// The z field alone.
+StepTimes carve_single_direction(int nodes, const std::vector<Point>& path, float radius) {
+  auto model = block(nodes);
+  StepTimes result;
+  Vec3 last = centre(path[0]);
+  for (size_t i = 0; i < path.size(); i++) {
+    const Vec3 to = centre(path[i]);
+    const double start = now_us();
+    Removed removed;
+    Motion motion;
+    motion.reference = to;
+    cut_field(model->field(Axis::z), SweptBall(last, to - last, static_cast<double>(radius), i > 0), motion, removed);
+    result.us.push_back(now_us() - start);
+    result.removed += static_cast<double>(removed.points());
+    last = to;
+  }
+  return result;
+}
+
+struct Series {
+  std::vector<double> medians, p999;
+  StepTimes last;
+  void add(StepTimes times) {
+    medians.push_back(median(times.us));
+    p999.push_back(percentile(times.us, 0.999));
+    last = std::move(times);
+  }
+  double us() const { return median(medians); }
+  double us_p999() const { return median(p999); }
+};
+
+void step(const Options& o) {
+  if (!o.json)
+    std::printf("%d^3 lattice, %d steps, median of %d runs, us a step\n%-6s %8s %8s %9s %8s %7s %7s %9s %8s %8s %8s\n", o.nodes, o.steps,
+                o.reps, "R", "kibori", "p99.9", "levelset", "bitmask", "x level", "x bits", "jumps", "z only", "tri/z", "removed");
+  std::string json;
+  for (const float radius : {16.f, 32.f, 64.f}) {
+    const auto path = scrape_path(o.nodes, radius, o.steps), jumps = scrape_path(o.nodes, radius, o.steps, 50);
+    Series own, jumping, single, level, bits;
+    for (int i = 0; i < o.reps; i++) {
+      own.add(carve_steps(o.nodes, path, radius, 0, 0));
+#ifdef KIBORI_HAVE_OPENVDB
+      if (!o.kibori_only) {
+        level.add(openvdb_levelset_stamp(o.nodes, path, radius));
+        bits.add(openvdb_bitmask_stamp(o.nodes, path, radius));
+      }
+#endif
+      jumping.add(carve_steps(o.nodes, jumps, radius, 50, 16));
+      single.add(carve_single_direction(o.nodes, path, radius));
+    }
+    const bool peers = !level.medians.empty();
+    const double l = peers ? level.us() : 0, b = peers ? bits.us() : 0;
+    const double off = peers ? own.last.removed / bits.last.removed - 1 : 0;
+    if (o.json) {
+      char text[512];
+      std::snprintf(text, sizeof text,
+                    "%s{\"radius_cells\":%g,\"kibori_us\":%.3f,\"kibori_p999_us\":%.3f,\"levelset_us\":%.3f,\"bitmask_us\":%.3f,"
+                    "\"ratio\":%.3f,\"ratio_bitmask\":%.3f,\"jumps_snapshots_us\":%.3f,\"single_direction_us\":%.3f,"
+                    "\"removed_nodes\":%.0f,\"removed_difference\":%.6f}",
+                    json.empty() ? "" : ",\n ", static_cast<double>(radius), own.us(), own.us_p999(), l, b, l / own.us(), b / own.us(),
+                    jumping.us(), single.us(), own.last.removed, off);
+      json += text;
+    } else {
+      std::printf("%-6g %8.2f %8.1f %9.2f %8.2f %6.2fx %6.2fx %9.2f %8.2f %7.2fx %+7.4f%%\n", static_cast<double>(radius), own.us(),
+                  own.us_p999(), l, b, l / own.us(), b / own.us(), jumping.us(), single.us(), own.us() / single.us(), 100 * off);
+    }
+    std::fflush(stdout);
+  }
+  if (o.json) std::printf("[%s]\n", json.c_str());
+}
+
+void memory(const Options& o) {
+  const auto path = scrape_path(1024, 16, o.steps);
+  const double plain = static_cast<double>(block(1024)->count().bytes);
+  const double carved = carve_steps(1024, path, 16, 0, 0).bytes;
+  double level = 0;
+#ifdef KIBORI_HAVE_OPENVDB
+  if (!o.kibori_only) level = openvdb_levelset_stamp(1024, path, 16).bytes;
+#endif
+  if (o.json)
+    std::printf("{\"plain_block_bytes\":%.0f,\"after_scrape_bytes\":%.0f,\"levelset_bytes\":%.0f,\"ratio\":%.1f}\n", plain, carved, level, level / carved);
+  else
+    std::printf("1024^3 block: plain %.3f MB, after the scrape %.3f MB; OpenVDB level set %.1f MB, ratio %.1f\n", plain / 1e6, carved / 1e6,
+                level / 1e6, level / carved);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  for (int i = 1; i < argc; i++) {
+    const std::string word = argv[i];
+    const bool more = i + 1 < argc;
+    if (word == "--json")
+      options.json = true;
+    else if (word == "--memory")
+      options.memory = true;
+    else if (word == "--only" && more && std::strcmp(argv[i + 1], "kibori") == 0)
+      options.kibori_only = true, i++;
+    else if (word == "--reps" && more)
+      options.reps = std::max(1, std::atoi(argv[++i]));
+    else if (word == "--nodes" && more)
+      options.nodes = std::atoi(argv[++i]);
+    else if (word == "--steps" && more)
+      options.steps = std::max(1, std::atoi(argv[++i]));
+    else
+      return std::fprintf(stderr, "step_bench: unknown option %s\n", argv[i]), 2;
+  }
+  if (options.memory)
+    memory(options);
+  else
+    step(options);
+}
