@@ -25,7 +25,8 @@ TriangleMesh bumpy_ball() {
     for (int j = 0; j < kSides; j++) {
       const double a = 3.14159265358979 * i / kRings, b = 2 * 3.14159265358979 * j / kSides;
       const double r = 1 + 0.1 * std::sin(7 * a) * std::cos(5 * b);
-      mesh.vertices.emplace_back(r * std::sin(a) * std::cos(b), r * std::sin(a) * std::sin(b), -r * std::cos(a));
+      mesh.vertices.emplace_back(r * std::sin(a) * std::cos(b), r * std::sin(a) * std::sin(b),
+                                 -r * std::cos(a));
     }
   const auto at = [](int i, int j) { return static_cast<uint32_t>(i * kSides + j % kSides); };
   for (int i = 0; i < kRings; i++)
@@ -77,10 +78,14 @@ int main(int argc, char** argv) {
     }
     const double k = median(own), p = peer.empty() ? 0 : median(peer);
     char text[256];
-    std::snprintf(text, sizeof text,
-                  json ? "%s{\"nodes\":%d,\"triangles\":%zu,\"kibori_ms\":%.1f,\"openvdb_ms\":%.1f,\"ratio\":%.2f,\"spans\":%lld}"
-                       : "%s%d^3, %zu triangles: kibori %.1f ms, OpenVDB meshToVolume %.1f ms, ratio %.1f, %lld spans\n",
-                  json && !out.empty() ? ",\n " : "", n, mesh.triangles.size(), k, p, p / k, static_cast<long long>(spans));
+    std::snprintf(
+        text, sizeof text,
+        json
+            ? "%s{\"nodes\":%d,\"triangles\":%zu,\"kibori_ms\":%.1f,\"openvdb_ms\":%.1f,\"ratio\":%.2f,"
+              "\"spans\":%lld}"
+            : "%s%d^3, %zu triangles: kibori %.1f ms, OpenVDB meshToVolume %.1f ms, ratio %.1f, %lld spans\n",
+        json && !out.empty() ? ",\n " : "", n, mesh.triangles.size(), k, p, p / k,
+        static_cast<long long>(spans));
     out += text;
   }
   std::printf(json ? "[%s]\n" : "%s", out.c_str());

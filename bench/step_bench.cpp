@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One step of a ball that scrapes a block: Kibori (cut in three directions, normals, removed volume and moments,
-// wrench) against OpenVDB's level-set and bit-mask stamps, in turn in one process, one thread.
+// One step of a ball that scrapes a block: Kibori (cut in three directions, normals, removed volume and
+// moments, wrench) against OpenVDB's level-set and bit-mask stamps, in turn in one process, one thread.
 //
 //   step_bench [--json] [--reps N] [--nodes N] [--only kibori] [--memory]
 #include <cstdio>
@@ -39,7 +39,8 @@ std::unique_ptr<TriDexel> block(int nodes) {
 }
 
 // The whole product path: Stroke::advance, as carve and the servo use it.
-StepTimes carve_steps(int nodes, const std::vector<Point>& path, float radius, int jump_every, int snapshot_every) {
+StepTimes carve_steps(int nodes, const std::vector<Point>& path, float radius, int jump_every,
+                      int snapshot_every) {
   auto model = block(nodes);
   const std::vector<Material> materials{Material{}};
   const Vec3 up = Vec3::UnitZ() * static_cast<double>(radius);
@@ -52,10 +53,11 @@ StepTimes carve_steps(int nodes, const std::vector<Point>& path, float radius, i
   double force = 0;
   for (size_t i = 0; i < path.size(); i++) {
     if (jump_every > 0 && i > 0 && i % static_cast<size_t>(jump_every) == 0)
-      stroke = Stroke(*model, Pose{centre(path[i]) - up, Mat3::Identity()});
+      stroke.place(Pose{centre(path[i]) - up, Mat3::Identity()});
     const double start = now_us();
     if (snapshot_every > 0 && i % static_cast<size_t>(snapshot_every) == 0) kept = model->snapshot();
-    const auto tick = stroke.advance(ball, centre(path[i]) - up, Vec3::Zero(), Mode::cut, {ForceModel::energy, 6}, materials);
+    const auto tick = stroke.advance(ball, centre(path[i]) - up, Vec3::Zero(), Mode::cut,
+                                     {ForceModel::energy, 6}, materials);
     result.us.push_back(now_us() - start);
     points += tick.value().points;
     force += tick.value().wrench.force.squaredNorm();
@@ -76,7 +78,8 @@ StepTimes carve_single_direction(int nodes, const std::vector<Point>& path, floa
     Removed removed;
     Motion motion;
     motion.reference = to;
-    cut_field(model->field(Axis::z), SweptBall(last, to - last, static_cast<double>(radius), i > 0), motion, removed);
+    cut_field(model->field(Axis::z), SweptBall(last, to - last, static_cast<double>(radius), i > 0), motion,
+              removed);
     result.us.push_back(now_us() - start);
     result.removed += static_cast<double>(removed.points());
     last = to;
@@ -98,11 +101,15 @@ struct Series {
 
 void step(const Options& o) {
   if (!o.json)
-    std::printf("%d^3 lattice, %d steps, median of %d runs, us a step\n%-6s %8s %8s %9s %8s %7s %7s %9s %8s %8s %8s\n", o.nodes, o.steps,
-                o.reps, "R", "kibori", "p99.9", "levelset", "bitmask", "x level", "x bits", "jumps", "z only", "tri/z", "removed");
+    std::printf(
+        "%d^3 lattice, %d steps, median of %d runs, us a step\n%-6s %8s %8s %9s %8s %7s %7s %9s %8s %8s "
+        "%8s\n",
+        o.nodes, o.steps, o.reps, "R", "kibori", "p99.9", "levelset", "bitmask", "x level", "x bits", "jumps",
+        "z only", "tri/z", "removed");
   std::string json;
   for (const float radius : {16.f, 32.f, 64.f}) {
-    const auto path = scrape_path(o.nodes, radius, o.steps), jumps = scrape_path(o.nodes, radius, o.steps, 50);
+    const auto path = scrape_path(o.nodes, radius, o.steps),
+               jumps = scrape_path(o.nodes, radius, o.steps, 50);
     Series own, jumping, single, level, bits;
     for (int i = 0; i < o.reps; i++) {
       own.add(carve_steps(o.nodes, path, radius, 0, 0));
@@ -120,16 +127,19 @@ void step(const Options& o) {
     const double off = peers ? own.last.removed / bits.last.removed - 1 : 0;
     if (o.json) {
       char text[512];
-      std::snprintf(text, sizeof text,
-                    "%s{\"radius_cells\":%g,\"kibori_us\":%.3f,\"kibori_p999_us\":%.3f,\"levelset_us\":%.3f,\"bitmask_us\":%.3f,"
-                    "\"ratio\":%.3f,\"ratio_bitmask\":%.3f,\"jumps_snapshots_us\":%.3f,\"single_direction_us\":%.3f,"
-                    "\"removed_nodes\":%.0f,\"removed_difference\":%.6f}",
-                    json.empty() ? "" : ",\n ", static_cast<double>(radius), own.us(), own.us_p999(), l, b, l / own.us(), b / own.us(),
-                    jumping.us(), single.us(), own.last.removed, off);
+      std::snprintf(
+          text, sizeof text,
+          "%s{\"radius_cells\":%g,\"kibori_us\":%.3f,\"kibori_p999_us\":%.3f,\"levelset_us\":%.3f,\"bitmask_"
+          "us\":%.3f,"
+          "\"ratio\":%.3f,\"ratio_bitmask\":%.3f,\"jumps_snapshots_us\":%.3f,\"single_direction_us\":%.3f,"
+          "\"removed_nodes\":%.0f,\"removed_difference\":%.6f}",
+          json.empty() ? "" : ",\n ", static_cast<double>(radius), own.us(), own.us_p999(), l, b,
+          l / own.us(), b / own.us(), jumping.us(), single.us(), own.last.removed, off);
       json += text;
     } else {
-      std::printf("%-6g %8.2f %8.1f %9.2f %8.2f %6.2fx %6.2fx %9.2f %8.2f %7.2fx %+7.4f%%\n", static_cast<double>(radius), own.us(),
-                  own.us_p999(), l, b, l / own.us(), b / own.us(), jumping.us(), single.us(), own.us() / single.us(), 100 * off);
+      std::printf("%-6g %8.2f %8.1f %9.2f %8.2f %6.2fx %6.2fx %9.2f %8.2f %7.2fx %+7.4f%%\n",
+                  static_cast<double>(radius), own.us(), own.us_p999(), l, b, l / own.us(), b / own.us(),
+                  jumping.us(), single.us(), own.us() / single.us(), 100 * off);
     }
     std::fflush(stdout);
   }
@@ -145,10 +155,13 @@ void memory(const Options& o) {
   if (!o.kibori_only) level = openvdb_levelset_stamp(1024, path, 16).bytes;
 #endif
   if (o.json)
-    std::printf("{\"plain_block_bytes\":%.0f,\"after_scrape_bytes\":%.0f,\"levelset_bytes\":%.0f,\"ratio\":%.1f}\n", plain, carved, level, level / carved);
+    std::printf(
+        "{\"plain_block_bytes\":%.0f,\"after_scrape_bytes\":%.0f,\"levelset_bytes\":%.0f,\"ratio\":%.1f}\n",
+        plain, carved, level, level / carved);
   else
-    std::printf("1024^3 block: plain %.3f MB, after the scrape %.3f MB; OpenVDB level set %.1f MB, ratio %.1f\n", plain / 1e6, carved / 1e6,
-                level / 1e6, level / carved);
+    std::printf(
+        "1024^3 block: plain %.3f MB, after the scrape %.3f MB; OpenVDB level set %.1f MB, ratio %.1f\n",
+        plain / 1e6, carved / 1e6, level / 1e6, level / carved);
 }
 
 }  // namespace

@@ -132,8 +132,11 @@ RayTable make_table(const std::vector<Vec3>& points, const TriangleMesh& mesh, c
   return table;
 }
 
-// A node that a field had wrong: ray and depth index packed, so that sorting groups rays.
-using Flip = uint64_t;
+// Where a run of nodes that a field had wrong begins or ends; along one ray they come in order.
+struct Toggle {
+  uint32_t ray;
+  uint16_t depth;
+};
 
 // Slices of constant y: rows of z, bits of x.
 class Vote {
@@ -147,12 +150,13 @@ class Vote {
         nz_(z_.nd),
         words_((static_cast<size_t>(nx_) + 63) / 64) {}
 
-  // Flips by field.
-  std::array<std::vector<Flip>, 3> count() {
-    std::array<std::vector<Flip>, 3> flips;
+  // The wrong runs of each field.
+  std::array<std::vector<Toggle>, 3> count() {
+    std::array<std::vector<Toggle>, 3> wrong;
     const size_t slice = words_ * static_cast<size_t>(nz_);
     bool any_open = x_.rays_open + y_.rays_open + z_.rays_open > 0;
     std::vector<uint64_t> in_x(slice), in_y(slice), in_z(slice + words_), open_y(slice), open_z(words_);
+    std::vector<uint64_t> wrong_y(slice + words_), wrong_z(words_);
     // The y field runs across the slices: where its spans begin and end, by slice.
     std::vector<uint32_t> toggle_start(static_cast<size_t>(ny_) + 2, 0);
     const auto y_ends = [&](auto&& f) {
@@ -202,31 +206,56 @@ class Vote {
         }
       }
       for (size_t i = words_; i < slice; i++) in_z[i] ^= in_z[i - words_];
-      for (int z = 0; z < nz_; z++)
+      std::fill(wrong_z.begin(), wrong_z.end(), 0);
+      for (int z = 0; z <= nz_; z++) {
+        uint64_t carry = 0;
         for (size_t w = 0; w < words_; w++) {
+          uint64_t wx = 0, wy = 0, wz = 0;
           const size_t i = static_cast<size_t>(z) * words_ + w;
-          const uint64_t a = in_x[i], b = in_y[i], c = in_z[i];
-          if (a == b && b == c) continue;
-          uint64_t inside = (a & b) | (b & c) | (a & c);
-          if (any_open) {
-            // Where one closed ray stands against two open ones, it alone knows.
-            const uint64_t ox = x_.open[x_.ray(y, z)] ? ~uint64_t{0} : 0, oy = open_y[i], oz = open_z[w];
-            const uint64_t only_x = ~ox & oy & oz, only_y = ox & ~oy & oz, only_z = ox & oy & ~oz;
-            inside = (inside & ~(only_x | only_y | only_z)) | (a & only_x) | (b & only_y) | (c & only_z);
+          if (z < nz_) {
+            const uint64_t a = in_x[i], b = in_y[i], c = in_z[i];
+            if (a == b && b == c && (carry | wrong_y[i] | wrong_z[w]) == 0) continue;
+            uint64_t inside = (a & b) | (b & c) | (a & c);
+            if (any_open) {
+              // Where one closed ray stands against two open ones, it alone knows.
+              const uint64_t ox = x_.open[x_.ray(y, z)] ? ~uint64_t{0} : 0, oy = open_y[i], oz = open_z[w];
+              const uint64_t only_x = ~ox & oy & oz, only_y = ox & ~oy & oz, only_z = ox & oy & ~oz;
+              inside = (inside & ~(only_x | only_y | only_z)) | (a & only_x) | (b & only_y) | (c & only_z);
+            }
+            wx = a ^ inside;
+            wy = b ^ inside;
+            wz = c ^ inside;
+            note(wrong[0], wx ^ (wx << 1 | carry), w, [&](int x) {
+              return Toggle{ray_x(y, z), short_of(x)};
+            });
+            carry = wx >> 63;
+            note(wrong[1], wy ^ wrong_y[i], w, [&](int x) { return Toggle{ray_y(z, x), short_of(y)}; });
+            wrong_y[i] = wy;
           }
-          const auto note = [&](std::vector<Flip>& list, uint64_t wrong, auto&& pack) {
-            for (; wrong; wrong &= wrong - 1)
-              list.push_back(pack(static_cast<int>(w) * 64 + std::countr_zero(wrong)));
-          };
-          note(flips[0], a ^ inside, [&](int x) { return x_.ray(y, z) << 16 | static_cast<uint64_t>(x); });
-          note(flips[1], b ^ inside, [&](int x) { return y_.ray(z, x) << 16 | static_cast<uint64_t>(y); });
-          note(flips[2], c ^ inside, [&](int x) { return z_.ray(x, y) << 16 | static_cast<uint64_t>(z); });
+          note(wrong[2], wz ^ wrong_z[w], w, [&](int x) { return Toggle{ray_z(x, y), short_of(z)}; });
+          wrong_z[w] = wz;
         }
+        if (carry) wrong[0].push_back({ray_x(y, z), short_of(nx_)});
+      }
     }
-    return flips;
+    for (int z = 0; z < nz_; z++)
+      for (size_t w = 0; w < words_; w++)
+        note(wrong[1], wrong_y[static_cast<size_t>(z) * words_ + w], w, [&](int x) {
+          return Toggle{ray_y(z, x), short_of(ny_)};
+        });
+    return wrong;
   }
 
  private:
+  static uint16_t short_of(int depth) { return static_cast<uint16_t>(depth); }
+  uint32_t ray_x(int y, int z) const { return static_cast<uint32_t>(x_.ray(y, z)); }
+  uint32_t ray_y(int z, int x) const { return static_cast<uint32_t>(y_.ray(z, x)); }
+  uint32_t ray_z(int x, int y) const { return static_cast<uint32_t>(z_.ray(x, y)); }
+  template <class F>
+  static void note(std::vector<Toggle>& list, uint64_t bits, size_t word, F&& toggle) {
+    for (; bits; bits &= bits - 1)
+      list.push_back(toggle(static_cast<int>(word) * 64 + std::countr_zero(bits)));
+  }
   void set(std::vector<uint64_t>& bits, int z, int x) {
     bits[static_cast<size_t>(z) * words_ + static_cast<size_t>(x) / 64] |= uint64_t{1} << (x % 64);
   }
@@ -251,19 +280,25 @@ class Vote {
 };
 
 // Rebuilds the rays that lost votes, keeping every crossing that still serves.
-void apply_flips(RayTable& table, std::vector<Flip>& flips, ScanReport& report) {
-  if (flips.empty()) return;
-  std::sort(flips.begin(), flips.end());
+void apply_toggles(RayTable& table, const std::vector<Toggle>& wrong, ScanReport& report) {
+  if (wrong.empty()) return;
+  // By ray; their order along each ray stays.
+  std::vector<uint32_t> start(table.rays() + 1, 0);
+  for (const Toggle& t : wrong) start[t.ray + 1]++;
+  for (size_t i = 0; i < table.rays(); i++) start[i + 1] += start[i];
+  std::vector<uint16_t> toggles(wrong.size());
+  std::vector<uint32_t> at(start.begin(), start.end() - 1);
+  for (const Toggle& t : wrong) toggles[at[t.ray]++] = t.depth;
+
   std::vector<RaySpan> spans;
-  spans.reserve(table.spans.size() + flips.size());
+  spans.reserve(table.spans.size() + wrong.size());
   std::vector<uint32_t> first(table.first.size());
-  size_t next = 0;
   std::vector<int> edges;
   for (size_t ray = 0; ray < table.rays(); ray++) {
     first[ray] = static_cast<uint32_t>(spans.size());
     const RaySpan* own = table.spans.data() + table.first[ray];
     const size_t count = table.first[ray + 1] - table.first[ray];
-    if (next == flips.size() || flips[next] >> 16 != ray) {
+    if (start[ray] == start[ray + 1]) {
       spans.insert(spans.end(), own, own + count);
       continue;
     }
@@ -272,15 +307,16 @@ void apply_flips(RayTable& table, std::vector<Flip>& flips, ScanReport& report) 
       edges.push_back(first_node(own[i].in));
       edges.push_back(first_node(own[i].out));
     }
-    for (; next < flips.size() && flips[next] >> 16 == ray; next++) {
-      const int k = static_cast<int>(flips[next] & 0xffff);
-      edges.push_back(k);
-      edges.push_back(k + 1);
+    for (uint32_t i = start[ray]; i + 1 < start[ray + 1]; i += 2) {
+      const int k0 = toggles[i], k1 = toggles[i + 1];
+      edges.push_back(k0);
+      edges.push_back(k1);
       bool rounding = false;
-      for (size_t i = 0; i < count; i++)
-        for (const float end : {own[i].in, own[i].out})
-          rounding |= std::abs(end - (static_cast<float>(k) + 0.5f)) < kRounding;
-      report.outvoted += rounding ? 0 : 1;
+      if (k1 == k0 + 1)
+        for (size_t s = 0; s < count; s++)
+          for (const float end : {own[s].in, own[s].out})
+            rounding |= std::abs(end - (static_cast<float>(k0) + 0.5f)) < kRounding;
+      report.outvoted += rounding ? 0 : k1 - k0;
     }
     std::sort(edges.begin(), edges.end());
     // Runs of inside nodes lie between edges that occur an odd number of times.
@@ -402,8 +438,8 @@ Result<ScanReport> scan_convert(TriDexel& model, const TriangleMesh& mesh, uint8
         100 * broken);
     return Error{text};
   }
-  std::array<std::vector<Flip>, 3> flips = Vote(tables).count();
-  for (size_t i = 0; i < 3; i++) apply_flips(tables[i], flips[i], report);
+  const std::array<std::vector<Toggle>, 3> wrong = Vote(tables).count();
+  for (size_t i = 0; i < 3; i++) apply_toggles(tables[i], wrong[i], report);
   on_fields([&](size_t i) { write_field(model.field(kAxes[i]), tables[i], material); });
   model.include_material(box.grown(1));
   model.touch();

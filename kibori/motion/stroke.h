@@ -31,6 +31,11 @@ class Stroke {
   Stroke(TriDexel& model, const Pose& start) : model_(model), pose_(start) {}
 
   const Pose& pose() const { return pose_; }
+  // Puts the tool elsewhere, without sweeping there.
+  void place(const Pose& pose) {
+    pose_ = pose;
+    clear_ = false;
+  }
   void set_threads(int threads) { threads_ = threads; }
   // What the last advance removed or added, by material.
   const Removed& removed() const { return removed_; }
