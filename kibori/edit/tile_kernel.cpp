@@ -49,6 +49,21 @@ HWY_BEFORE_NAMESPACE();
 namespace kibori {
 namespace HWY_NAMESPACE {
 
+// to[i] += factor x[i] in double.
+HWY_INLINE void AddDoubles(double* to, VF x, double factor) {
+#if HWY_TARGET == HWY_SCALAR
+  to[0] += factor * static_cast<double>(hn::GetLane(x));
+#else
+  const hn::Half<DF> half;
+  const hn::Rebind<double, decltype(half)> d64;
+  const auto f = hn::Set(d64, factor);
+  const size_t n = kLanes / 2;
+  hn::StoreU(hn::Add(hn::LoadU(d64, to), hn::Mul(f, hn::PromoteTo(d64, hn::LowerHalf(half, x)))), d64, to);
+  hn::StoreU(hn::Add(hn::LoadU(d64, to + n), hn::Mul(f, hn::PromoteTo(d64, hn::UpperHalf(half, x)))), d64,
+             to + n);
+#endif
+}
+
 // Sums of [lo, hi) over one tile's rows, in registers.
 template <bool kNodes>
 struct Sums {
@@ -74,32 +89,19 @@ struct Sums {
     }
   }
   HWY_INLINE void AddTo(LaneSums& to, size_t g, const RayTile& rays, bool negative) const {
-    const DF d;
-    const double sign = negative ? -1 : 1;
-    alignas(64) float x[6][kLanes];
-    hn::Store(length, d, x[0]);
-    hn::Store(length_v, d, x[1]);
-    hn::Store(length_t2, d, x[2]);
-    const double u0 = rays.u0, v0 = rays.v0;
+    const double sign = negative ? -1 : 1, u0 = sign * rays.u0, v0 = sign * rays.v0;
     const size_t at = g * kLanes;
-    for (size_t i = 0; i < kLanes; i++) {
-      const double l = sign * static_cast<double>(x[0][i]);
-      to.length[at + i] += l;
-      to.length_u0[at + i] += l * u0;
-      to.length_v[at + i] += l * v0 + sign * static_cast<double>(x[1][i]);
-      to.length_t2[at + i] += sign * static_cast<double>(x[2][i]);
-    }
+    AddDoubles(to.length + at, length, sign);
+    AddDoubles(to.length_u0 + at, length, u0);
+    AddDoubles(to.length_v + at, length, v0);
+    AddDoubles(to.length_v + at, length_v, sign);
+    AddDoubles(to.length_t2 + at, length_t2, sign);
     if constexpr (kNodes) {
-      hn::Store(nodes, d, x[3]);
-      hn::Store(nodes_v, d, x[4]);
-      hn::Store(nodes_t2, d, x[5]);
-      for (size_t i = 0; i < kLanes; i++) {
-        const double n = sign * static_cast<double>(x[3][i]);
-        to.nodes[at + i] += n;
-        to.nodes_u0[at + i] += n * u0;
-        to.nodes_v[at + i] += n * v0 + sign * static_cast<double>(x[4][i]);
-        to.nodes_t2[at + i] += sign * static_cast<double>(x[5][i]);
-      }
+      AddDoubles(to.nodes + at, nodes, sign);
+      AddDoubles(to.nodes_u0 + at, nodes, u0);
+      AddDoubles(to.nodes_v + at, nodes, v0);
+      AddDoubles(to.nodes_v + at, nodes_v, sign);
+      AddDoubles(to.nodes_t2 + at, nodes_t2, sign);
     }
   }
 };
