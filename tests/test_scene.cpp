@@ -44,6 +44,7 @@ struct Bad {
   const char* with;
   const char* expected;  // parts of the message, separated by |
 };
+void PrintTo(const Bad& bad, std::ostream* out) { *out << bad.with; }
 
 class BadScene : public testing::TestWithParam<Bad> {};
 
