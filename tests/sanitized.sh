@@ -4,7 +4,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 export UBSAN_OPTIONS=print_stacktrace=1
 case "$1" in
-  asan) KIBORI_SHORT=1 "build/asan/bin/kibori_tests" --gtest_brief=1 ;;
+  asan) "build/asan/bin/kibori_tests" --gtest_brief=1 ;;
   # What runs on several threads: edits of three fields, scans, snapshots read while the writer goes on.
-  tsan) KIBORI_SHORT=1 "build/tsan/bin/kibori_tests" --gtest_brief=1 --gtest_filter='Snapshots.*:BlockPool.*:Scene.SummaryAddsUp:Scan.SoupsAgree*:Golden.*' ;;
+  tsan) "build/tsan/bin/kibori_tests" --gtest_brief=1 --gtest_filter='Snapshots.*:BlockPool.*:Scene.SummaryAddsUp:Scan.SoupsAgree*:Golden.*' ;;
 esac
