@@ -265,6 +265,23 @@ TEST(Touch, ForeseesTheCut) {
   }
 }
 
+TEST(Touch, OfAMeshToolForeseesTheCutToo) {
+  auto mesh = std::make_shared<TriangleMesh>();
+  mesh->vertices = {{-3, -3, 0}, {3, -3, 0}, {0, 4, 0}, {0, 0, 8}};
+  mesh->triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  const Tool tool = MeshTool{mesh};
+  Bench touched(Vec3(30, 30, 10), 0.5), cut_bench(Vec3(30, 30, 10), 0.5);
+  const Vec3 a(15, 15, 11), b(15, 15, 5);
+  Stroke feel(touched.model, Pose{a, Mat3::Identity()}), carve(cut_bench.model, Pose{a, Mat3::Identity()});
+  for (int i = 1; i <= 20; i++) {
+    const Vec3 to = a + (b - a) * (i / 20.0);
+    const TickResult t = go(feel, tool, to, touched, ForceModel::paper, 5, Mode::touch);
+    EXPECT_NEAR(static_cast<double>(t.points),
+                static_cast<double>(go(carve, tool, to, cut_bench, ForceModel::paper).points), 2)
+        << i;
+  }
+}
+
 TEST(Deposit, ResistsByTheSameLawAndCanBeCutAwayAgain) {
   Bench bench(Vec3(40, 40, 20), 0.25, 10);
   const double volume = bench.model.volume_mm3();
@@ -308,13 +325,58 @@ TEST(Materials, ResistEachByItsOwnConstants) {
   EXPECT_NEAR(force, 8 * 6 * 0.5 * (1 + 8), 0.02 * 8 * 6 * 4.5);
 }
 
-TEST(Stroke, RefusesATurnItCannotSplit) {
+TEST(Touch, OfATurnInSeveralPiecesIsThatOfTheCut) {
+  Bench touched(Vec3(20, 20, 10), 0.25), cut_bench(Vec3(20, 20, 10), 0.25);
+  const Tool tool = BoxTool{Vec3(1, 9, 9)};
+  const Pose start{Vec3(10, 10, 3), Mat3::Identity()};
+  Stroke feel(touched.model, start), carve(cut_bench.model, start);
+  go(carve, tool, start.tip, cut_bench, ForceModel::paper);  // the start pose is empty, as a touch takes it
+  const uint64_t before = touched.model.content_hash();
+  const Vec3 turn(0, 0, 1.5);
+  const TickResult t = go(feel, tool, start.tip, touched, ForceModel::paper, 5, Mode::touch, turn);
+  const TickResult c = go(carve, tool, start.tip, cut_bench, ForceModel::paper, 5, Mode::cut, turn);
+  EXPECT_GT(c.points, 1000);
+  EXPECT_EQ(t.points, c.points);
+  EXPECT_EQ(touched.model.content_hash(), before);
+}
+
+// Whatever was held in between, the start pose counts as clear only right after this very ball's own cut.
+TEST(Stroke, AnotherToolInBetweenIsNotForgotten) {
+  Bench bench(Vec3(20, 20, 10), 0.25), plain(Vec3(20, 20, 10), 0.25);
+  Stroke stroke(bench.model, Pose{Vec3(10, 10, 6), Mat3::Identity()});
+  const Tool ball = BallTool{3}, flat = Flat{1, 30};
+  double from = 6;
+  for (const auto& [tool, to] : {std::pair{ball, 5.0}, std::pair{flat, 2.0}, std::pair{ball, 1.9}}) {
+    go(stroke, tool, Vec3(10, 10, to), bench, ForceModel::energy);
+    Stroke fresh(plain.model, Pose{Vec3(10, 10, from), Mat3::Identity()});
+    go(fresh, tool, Vec3(10, 10, to), plain, ForceModel::energy);
+    from = to;
+  }
+  EXPECT_NEAR(bench.model.volume_mm3(), plain.model.volume_mm3(), 1e-3);
+}
+
+// One tick may be as long as it likes: 200 m past a block of 20 mm remove what a short scrape does.
+TEST(Stroke, ALongTickIsSweptInPieces) {
+  double expected = 0;
+  for (const double half : {100.0, 3000.0, 100000.0}) {
+    Bench bench(Vec3(20, 20, 10), 0.25);
+    Stroke stroke(bench.model, Pose{Vec3(10 - half, 10, 8), Mat3::Identity()});
+    const TickResult tick = go(stroke, kFinger, Vec3(10 + half, 10, 8), bench, ForceModel::energy);
+    if (expected == 0) expected = tick.removed_mm3;
+    EXPECT_NEAR(tick.removed_mm3, expected, 1e-3 * expected) << half;
+    EXPECT_NEAR(-tick.wrench.force.x() * half, expected, 0.01 * expected) << half;
+  }
+}
+
+TEST(Stroke, RefusesATickItCannotSplit) {
   Bench bench(Vec3(10, 10, 10), 1);
   Stroke stroke(bench.model, Pose{});
   const auto tick =
-      stroke.advance(HalfSpace{}, Vec3::Zero(), Vec3(0, 0.1, 0), Mode::cut, {}, bench.materials);
+      stroke.advance(BallTool{1}, Vec3(1e20, 0, 0), Vec3::Zero(), Mode::cut, {}, bench.materials);
   ASSERT_FALSE(tick);
-  EXPECT_NE(tick.error().find("turn slower"), std::string::npos);
+  EXPECT_NE(tick.error().find("go slower"), std::string::npos);
+  EXPECT_TRUE(stroke.advance(HalfSpace{}, Vec3(0, 0, 5), Vec3(0, 0.1, 0), Mode::cut, {}, bench.materials))
+      << "a half-space may turn";
 }
 
 }  // namespace

@@ -93,6 +93,9 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"speed = 40", "speed = 0", ":15:|speed"}, Bad{"speed = 40", "speed = 1e-9", ":13:|ticks"},
         Bad{"speed = 40", "speed = 40\naxis = [0, 0, -1]", ":13:|reverses"},
         Bad{"speed = 40", "speed = 40\naxis = [0, 0, 0]", "axis|zero"},
+        Bad{"speed = 40", "speed = 40\nroll_deg = 1e300", ":16:|roll_deg"},
+        Bad{"ks = 0.4\nlength = 15", "ks = 1e-9\nlength = 1e9", "[tool]|smaller"},
+        Bad{"to = [25, 6, 6]\nspeed = 40", "to = [1e20, 6, 6]\nspeed = 1e24", ":13:|slower"},
         Bad{"speed = 40", "speed = 40\nmode = \"cutt\"", "cut"},
         Bad{"speed = 40", "speed = 40\nmaterial = \"oka\"", "oak"},
         Bad{"speed = 40", "speed = 40\ntool = 3", "table"},
@@ -129,6 +132,22 @@ tool = { ks = 2 }
   EXPECT_EQ(carving.value().summary.ticks, 752 + 500 + 1250 + 375);
   EXPECT_EQ(carving.value().trace.size(), 752u + 500 + 1250 + 375);
   EXPECT_DOUBLE_EQ(carving.value().trace.back().time_s, 2.877);
+}
+
+TEST(Scene, AnAxisMayHaveAnyLengthAndAStandIsATick) {
+  const auto scene = parse_scene(kGood + R"([[move]]
+axis = [0, 0, 1e200]
+wait_s = 0.01
+[[move]]
+axis = [0, 0, 1e-200]
+)",
+                                 "scene.toml", ".");
+  ASSERT_TRUE(scene) << scene.error();
+  const Scene& s = scene.value();
+  EXPECT_EQ(plan_move(s, s.moves[1], s.moves[2]).value().ticks, 0);
+  EXPECT_EQ(plan_move(s, s.moves[1], s.moves[2]).value().dwell_ticks, 10);
+  EXPECT_EQ(plan_move(s, s.moves[2], s.moves[3]).value().ticks, 1);
+  EXPECT_EQ(s.moves[3].axis, Vec3(0, 0, 1));
 }
 
 TEST(Scene, SummaryAddsUp) {

@@ -21,6 +21,14 @@ inline constexpr double kTurnTolerance = 0.1;
 // Pieces one turning tick may be split into; 4096 covers half a turn of a tool 100 cells long.
 inline constexpr int kMaxTurnPieces = 4096;
 
+// A straight motion is swept in pieces no longer than this [lattice units], so that the quadratics of a sweep
+// keep their digits. Only ticks that fly far past the stock are ever so long.
+inline constexpr double kMaxPieceLength = 4096;
+
+// A tool's largest extent [lattice units]: beyond it float32 can't tell where its surface is to 1/100 of a
+// cell.
+inline constexpr double kMaxToolReach = 32768;
+
 // A turn smaller than this [rad] over one tick moves a tool of 8192 cells by less than a float32 depth can
 // hold.
 inline constexpr double kNoTurn = 1e-9;

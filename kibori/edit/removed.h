@@ -33,17 +33,18 @@ struct RemovedPart {
     const Vec3 o = Vec3::Zero();
     return {{0, 0, 0}, {o, o, o}, 0, {0, 0, 0}, {o, o, o}, {o, o, o}, {o, o, o}, {0, 0, 0}};
   }
-  void add(const RemovedPart& other) {
+  // sign: -1 takes the other's sums away.
+  void add(const RemovedPart& other, int sign = 1) {
     for (size_t i = 0; i < 3; i++) {
-      volume[i] += other.volume[i];
-      moment[i] += other.moment[i];
-      node_sum[i] += other.node_sum[i];
-      turn_force[i] += other.turn_force[i];
-      turn_moment[i] += other.turn_moment[i];
-      turn_moment_axis[i] += other.turn_moment_axis[i];
-      turn_volume[i] += other.turn_volume[i];
+      volume[i] += sign * other.volume[i];
+      moment[i] += sign * other.moment[i];
+      node_sum[i] += sign * other.node_sum[i];
+      turn_force[i] += sign * other.turn_force[i];
+      turn_moment[i] += sign * other.turn_moment[i];
+      turn_moment_axis[i] += sign * other.turn_moment_axis[i];
+      turn_volume[i] += sign * other.turn_volume[i];
     }
-    points += other.points;
+    points += sign * other.points;
   }
   // Mean of the three fields; summed over edits it telescopes to exactly what is missing.
   double mean_volume() const { return (volume[0] + volume[1] + volume[2]) / 3; }
@@ -70,8 +71,8 @@ class Removed {
       f(material, part(material));
     }
   }
-  void add(const Removed& other) {
-    other.for_parts([&](int material, const RemovedPart& p) { part(material).add(p); });
+  void add(const Removed& other, int sign = 1) {
+    other.for_parts([&](int material, const RemovedPart& p) { part(material).add(p, sign); });
     ends_painted += other.ends_painted;
     clipped |= other.clipped;
   }

@@ -12,6 +12,7 @@
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <kibori/base/memory.h>
 #include <kibori/dexel/normal_code.h>
 #include <kibori/solid/crossings.h>
 
@@ -36,6 +37,8 @@ struct RayTable {
   std::vector<RaySpan> spans;
   std::vector<uint8_t> open;  // by ray
   int64_t rays_met = 0, rays_open = 0;
+  uint64_t crossings = 0;  // in all
+  bool too_many = false;   // more crossings than can be held: the table was not made
 
   size_t rays() const { return static_cast<size_t>(nu) * static_cast<size_t>(nv); }
   size_t ray(int u, int v) const {
@@ -45,6 +48,12 @@ struct RayTable {
 
 // Nodes k of a span: k + 1/2 in [in, out).
 int first_node(float depth) { return static_cast<int>(std::ceil(depth - 0.5f)); }
+
+// Ray crossings of one field; indices of them are 32 bits.
+constexpr uint64_t kMaxCrossings = 0xf0000000u;
+double crossing_bytes(uint64_t count) {
+  return static_cast<double>(count) * (sizeof(Crossing) + sizeof(RaySpan) / 2.0);
+}
 
 // How far [cells] a span's end may lie from a node before losing that node's vote counts as more than
 // rounding.
@@ -71,7 +80,15 @@ RayTable make_table(const std::vector<Vec3>& points, const TriangleMesh& mesh, c
                     [&](int u, int v, double depth, int sign) { f(i, table.ray(u, v), depth, sign); });
     }
   };
-  scan([&](size_t, size_t ray, double, int) { start[ray + 1]++; });
+  scan([&](size_t, size_t ray, double, int) {
+    start[ray + 1]++;
+    table.crossings++;
+  });
+  const double there = available_bytes();
+  if (table.crossings > kMaxCrossings || (there > 0 && crossing_bytes(table.crossings) > 0.8 * there)) {
+    table.too_many = true;
+    return table;
+  }
   for (size_t i = 0; i < table.rays(); i++) start[i + 1] += start[i];
   std::vector<Crossing> crossings(start.back());
   std::vector<uint32_t> fill(start.begin(), start.end() - 1);
@@ -424,6 +441,16 @@ Result<ScanReport> scan_convert(TriDexel& model, const TriangleMesh& mesh, uint8
 
   ScanReport report;
   for (const RayTable& table : tables) {
+    if (table.too_many) {
+      char text[240];
+      std::snprintf(text, sizeof text,
+                    "its surfaces cross the rays %.3g times, which takes about %.1f GB and %.1f GB are free; "
+                    "use a coarser pitch or "
+                    "a simpler mesh",
+                    static_cast<double>(table.crossings), crossing_bytes(table.crossings) / 1e9,
+                    available_bytes() / 1e9);
+      return Error{text};
+    }
     report.rays += table.rays_met;
     report.open_rays += table.rays_open;
   }

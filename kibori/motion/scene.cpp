@@ -209,7 +209,9 @@ class Reader {
     const std::string color = text(t, "material", "color");
     unsigned rgb = 0;
     char rest = 0;
-    if (color.size() != 7 || std::sscanf(color.c_str(), "#%6x%c", &rgb, &rest) != 1)
+    const bool hex =
+        color.size() == 7 && color.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
+    if (!hex || std::sscanf(color.c_str(), "#%6x%c", &rgb, &rest) != 1)
       return fail(t.get("color"), "[material] color must look like \"#c49a6c\"");
     material.color = {static_cast<uint8_t>(rgb >> 16), static_cast<uint8_t>(rgb >> 8),
                       static_cast<uint8_t>(rgb)};
@@ -252,6 +254,7 @@ class Reader {
     if (!t) return;
     only(*t, "stock", {"block", "mesh", "sphere", "cylinder", "pitch", "material", "fit_mm", "room_mm"});
     Stock& stock = scene_.stock;
+    stock.line = line_of(*t);
     int kinds = 0;
     for (const char* kind : {"block", "mesh", "sphere", "cylinder"}) kinds += t->contains(kind) ? 1 : 0;
     if (kinds != 1) fail(t, "[stock] needs exactly one of block, mesh, sphere and cylinder");
@@ -410,11 +413,17 @@ class Reader {
       if (t.contains("to") || first) move.to_mm = vector(t, "move", "to");
       if (t.contains("axis")) {
         const Vec3 axis = vector(t, "move", "axis");
-        const double length = std::sqrt(axis.squaredNorm());
-        if (!(length > 1e-9)) fail(t.get("axis"), "[move] axis must not be zero");
-        move.axis = axis / length;
+        const double largest = axis.cwiseAbs().maxCoeff();
+        if (!(largest > 0)) fail(t.get("axis"), "[move] axis must not be zero");
+        const Vec3 scaled = axis / largest;
+        move.axis = scaled / std::sqrt(scaled.squaredNorm());
       }
-      move.roll_rad = number_or(t, "move", "roll_deg", move.roll_rad / kRadPerDeg) * kRadPerDeg;
+      if (t.contains("roll_deg")) {
+        const double roll = number(t, "move", "roll_deg");
+        if (!(std::abs(roll) <= 3600))
+          fail(t.get("roll_deg"), "[move] roll_deg must lie between -3600 and 3600");
+        move.roll_rad = roll * kRadPerDeg;
+      }
       if (t.contains("speed")) move.speed_mm_s = positive(t, "move", "speed");
       if (t.contains("turn_deg_s")) move.turn_rad_s = positive(t, "move", "turn_deg_s") * kRadPerDeg;
       at_least_zero(t, "move", "wait_s", move.wait_s);
@@ -479,7 +488,8 @@ Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to)
     return Error{scene.file + ":" + std::to_string(to.line) + ": " + what};
   };
   MovePlan plan;
-  const Vec3 turn = shortest_turn(from.axis, to.axis);
+  Vec3 turn = shortest_turn(from.axis, to.axis);
+  if (turn.squaredNorm() < kNoTurn * kNoTurn) turn = Vec3::Zero();  // the same axis, but for the last bit
   const double roll = to.roll_rad - from.roll_rad;
   if (from.axis.dot(to.axis) < -1 + 1e-9)
     return wrong(
@@ -499,6 +509,8 @@ Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to)
     if (!(to.turn_rad_s > 0)) return wrong("[move] turns without travelling and needs turn_deg_s");
     ticks = whole(angle * scene.rate_hz / to.turn_rad_s);
   }
+  // Nothing to do but to stand there: a tick all the same, so that a new tool or mode acts.
+  if (ticks == 0 && !(to.wait_s > 0)) ticks = 1;
   const double dwell = to.wait_s > 0 ? whole(to.wait_s * scene.rate_hz) : 0;
   if (!(ticks + dwell <= 1e9))
     return wrong("[move] would take more than 10^9 ticks; raise its speed or lower rate_hz");

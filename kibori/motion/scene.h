@@ -24,6 +24,7 @@ struct Stock {
   double pitch_mm = 0;
   std::optional<double> room_mm;  // space around the stock
   uint8_t material = 0;
+  int line = 0;  // in the file
 };
 
 struct Move {

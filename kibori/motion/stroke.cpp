@@ -35,7 +35,14 @@ void Stroke::piece(const Tool& tool, const Pose& from, const Pose& last, const V
       // Newly inside: in the sweep, but not where the tool already was.
       const SweptTool sweep(tool, from, travel, lattice, model_.material_bounds());
       const SweptTool start(tool, last, Vec3::Zero(), lattice, model_.material_bounds());
-      if (std::holds_alternative<MeshTool>(tool)) return contact(model_, sweep, options, removed_);
+      if (std::holds_alternative<MeshTool>(tool)) {
+        // Not convex, but the start pose is part of the sweep: its share is taken away.
+        Removed before;
+        contact(model_, start, options, before);
+        contact(model_, sweep, options, removed_);
+        removed_.add(before, -1);
+        return;
+      }
       contact(model_, Difference(sweep, start), options, removed_);
       return;
     }
@@ -57,36 +64,52 @@ Result<TickResult> Stroke::advance(const Tool& tool, const Vec3& tip_mm, const V
   result.tick = {end.tip, end.axis(), travel, turning ? turn_rad : Vec3(Vec3::Zero())};
   removed_.reset();
   if (mode != Mode::off) {
-    int pieces = 1;
-    if (turning) {
-      const double stray = reach_mm(tool) * scale * angle / 2;
-      const double wanted = std::ceil(stray / kTurnTolerance);
-      if (!(wanted <= kMaxTurnPieces)) {
-        char text[200];
-        std::snprintf(
-            text, sizeof text,
-            "one tick turns the tool by %.3g degrees, which takes more than %d pieces; turn slower or use a "
-            "smaller tool",
-            angle * 180 / 3.14159265358979, kMaxTurnPieces);
-        return Error{text};
-      }
-      pieces = std::max(1, static_cast<int>(wanted));
+    // Points beyond the lattice meet nothing, so they may stray.
+    double reach = 0;
+    for (int corner = 0; corner < 8; corner++) {
+      Vec3 p = Vec3::Zero();
+      for (int i = 0; i < 3; i++) p[i] = (corner >> i) & 1 ? lattice.nodes[i] : 0;
+      reach = std::fmax(reach, std::sqrt((lattice.to_mm(p) - pose_.tip).squaredNorm()));
     }
+    reach = std::fmin(reach, reach_mm(tool));
+    const double stray = turning ? reach * scale * angle / 2 : 0;
+    const double length = std::sqrt(travel.squaredNorm()) * scale;
+    const double wanted = std::fmax(std::ceil(stray / kTurnTolerance), std::ceil(length / kMaxPieceLength));
+    if (!(wanted <= kMaxTurnPieces)) {
+      char text[200];
+      std::snprintf(
+          text, sizeof text,
+          "one tick moves the tool by %.3g mm and %.3g degrees, which takes more than %d pieces; go slower",
+          length * lattice.pitch_mm, angle * 180 / 3.14159265358979, kMaxTurnPieces);
+      return Error{text};
+    }
+    const int pieces = std::max(1, static_cast<int>(wanted));
     EditOptions options;
     options.threads = threads_;
     options.motion = {lattice.to_lattice(tip_mm), turning, travel * scale, turn_rad, end.axis()};
+    // A touch in several pieces is a cut that is taken back: what one piece reaches, the next must not count
+    // again.
+    const bool take_back = mode == Mode::touch && pieces > 1;
+    Snapshot before;
+    if (take_back) {
+      before = model_.snapshot();
+      Removed inside;
+      const SweptTool start(tool, pose_, Vec3::Zero(), lattice, model_.material_bounds());
+      cut(model_, start, options, inside);
+    }
     Pose last = pose_;
     for (int i = 0; i < pieces; i++) {
       Pose from = pose_;
       from.tip = pose_.tip + travel * (static_cast<double>(i) / pieces);
       if (turning) from.frame = rotation(turn_rad * ((i + 0.5) / pieces)) * pose_.frame;
       last.tip = from.tip;
-      piece(tool, from, last, travel / pieces, mode, material, options);
+      piece(tool, from, last, travel / pieces, take_back ? Mode::cut : mode, material, options);
       last = from;
     }
-    clear_ = mode == Mode::cut && !turning;
+    if (take_back) model_.restore(before);
+    clear_ = mode == Mode::cut && !turning && std::holds_alternative<BallTool>(tool);
     clear_generation_ = model_.generation();
-    if (clear_ && std::holds_alternative<BallTool>(tool)) clear_tool_ = tool;
+    if (clear_) clear_tool_ = tool;
     const double cell = lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm;
     const double sign = mode == Mode::deposit ? -1 : 1;
     result.removed_mm3 = sign * removed_.mean_volume() * cell;

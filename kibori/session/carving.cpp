@@ -5,22 +5,13 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 
+#include <kibori/base/memory.h>
 #include <kibori/edit/scan_convert.h>
 #include <kibori/formats/mesh_file.h>
 
 namespace kibori {
 namespace {
-
-// Bytes the system can still give, or 0 where it does not say.
-double available_bytes() {
-  std::ifstream info("/proc/meminfo");
-  std::string key;
-  for (double kilobytes; info >> key >> kilobytes; info.ignore(256, '\n'))
-    if (key == "MemAvailable:") return kilobytes * 1024;
-  return 0;
-}
 
 // Bytes a model of this lattice takes when every tile holds something of its own, and its import besides.
 double bytes_when_full(const Lattice& lattice, bool mesh) {
@@ -46,16 +37,20 @@ double percentile(const std::vector<double>& sorted, double share) {
 
 Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::string& scene_file,
                                              const CarveOptions& options) {
-  const auto wrong = [&](const std::string& what) { return Error{scene_file + ": [stock] " + what}; };
+  const auto wrong = [&](const std::string& what) {
+    std::string where = scene_file;
+    if (stock.line > 0) where.append(":").append(std::to_string(stock.line));
+    return Error{where.append(": [stock] ").append(what)};
+  };
   TriangleMesh mesh;
   Vec3 size = stock.size_mm;
   if (stock.kind == Stock::Kind::mesh) {
     Result<TriangleMesh> read = read_mesh(stock.mesh_path);
-    if (!read) return Error{read.error()};
+    if (!read) return wrong("mesh " + read.error());
     mesh = std::move(read).value();
     const Box box = mesh.bounds();
     const double longest = box.size().maxCoeff();
-    if (!(longest > 0)) return Error{stock.mesh_path.string() + ": has no extent"};
+    if (!(longest > 0)) return wrong("mesh " + stock.mesh_path.string() + ": has no extent");
     const double scale = stock.fit_mm ? *stock.fit_mm / longest : 1;
     for (Vec3& p : mesh.vertices) p = (p - box.min) * scale;
     size = box.size() * scale;
@@ -97,7 +92,7 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
     case Stock::Kind::mesh: {
       const Result<ScanReport> report =
           scan_convert(*model, mesh, stock.material, {options.force, options.threads});
-      if (!report) return Error{stock.mesh_path.string() + ": " + report.error()};
+      if (!report) return wrong("mesh " + stock.mesh_path.string() + ": " + report.error());
       if (report.value().repaired() && options.warning)
         options.warning(stock.mesh_path.string() + ": " + report.value().warning());
       break;
@@ -132,6 +127,15 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
     return Error{scene.file + text};
   }
 
+  for (const Tool& tool : scene.tools)
+    if (!std::holds_alternative<HalfSpace>(tool) && reach_mm(tool) > kMaxToolReach * scene.stock.pitch_mm) {
+      char text[240];
+      std::snprintf(text, sizeof text,
+                    ": [tool] reaches %.4g mm from its tip, and at pitch %g mm at most %.4g mm can be told "
+                    "apart; use a smaller tool",
+                    reach_mm(tool), scene.stock.pitch_mm, kMaxToolReach * scene.stock.pitch_mm);
+      return Error{scene.file + text};
+    }
   const Move& first = scene.moves.front();
   Stroke stroke(model, Pose{first.to_mm, frame_from_axis(first.axis, first.roll_rad)});
   stroke.set_threads(options.threads);
