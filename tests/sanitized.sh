@@ -2,7 +2,7 @@
 # The tests that a sanitiser build can run in the time CI has. Usage: sanitized.sh asan|tsan
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-export UBSAN_OPTIONS=print_stacktrace=1
+export KIBORI_SHORT=1 UBSAN_OPTIONS=print_stacktrace=1
 case "$1" in
   asan) "build/asan/bin/kibori_tests" --gtest_brief=1 ;;
   # What runs on several threads: edits of three fields, scans, snapshots read while the writer goes on.
