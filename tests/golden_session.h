@@ -13,7 +13,7 @@
 
 namespace kibori::test {
 
-inline constexpr uint64_t kGoldenHash = 0x5d0188ce0d3b4c95;
+inline constexpr uint64_t kGoldenHash = 0xaf088d8acebd2384;
 
 // Numbers that do not depend on the C++ library.
 class Sequence {
@@ -52,8 +52,10 @@ inline uint64_t golden_session(int threads) {
     const int kind = sequence.below(60);
     const Tool& tool = tools[kind < 50 ? kind % 6 : kind == 50 ? 9 : 7 + kind % 2];
     const Vec3 target = Vec3(20, 16, 22) + sequence.in_box(-1, 1).cwiseProduct(Vec3(19, 15, 5));
-    Stroke stroke(model, Pose{target, frame_from_axis(sequence.in_box(-1, 1) + Vec3(0, 0, 1.2),
-                                                      sequence.uniform(-3, 3))});
+    // One at a time: compilers differ in the order of a call's arguments.
+    const Vec3 axis = sequence.in_box(-1, 1) + Vec3(0, 0, 1.2);
+    const double roll = sequence.uniform(-3, 3);
+    Stroke stroke(model, Pose{target, frame_from_axis(axis, roll)});
     stroke.set_threads(threads);
     const Mode mode = kind % 7 == 3 ? Mode::deposit : kind % 11 == 5 ? Mode::touch : Mode::cut;
     const ForceLaw law{kind % 2 ? ForceModel::energy : ForceModel::paper, kind % 3 ? 5 : 6};
