@@ -22,6 +22,7 @@ using namespace kibori_bench;
 
 struct Options {
   int nodes = 512, reps = 5, steps = 2000;
+  float radius = 0;  // 0: all three
   bool json = false, kibori_only = false, memory = false;
 };
 
@@ -108,6 +109,7 @@ void step(const Options& o) {
         "z only", "tri/z", "removed");
   std::string json;
   for (const float radius : {16.f, 32.f, 64.f}) {
+    if (o.radius > 0 && radius != o.radius) continue;
     const auto path = scrape_path(o.nodes, radius, o.steps),
                jumps = scrape_path(o.nodes, radius, o.steps, 50);
     Series own, jumping, single, level, bits;
@@ -179,6 +181,8 @@ int main(int argc, char** argv) {
       options.kibori_only = true, i++;
     else if (word == "--reps" && more)
       options.reps = std::max(1, std::atoi(argv[++i]));
+    else if (word == "--radius" && more)
+      options.radius = static_cast<float>(std::atof(argv[++i]));
     else if (word == "--nodes" && more)
       options.nodes = std::atoi(argv[++i]);
     else if (word == "--steps" && more)

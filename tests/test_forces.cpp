@@ -138,7 +138,8 @@ TEST(Energy, WorkEqualsVolumeWhileTurning) {
       const TickResult tick = go(stroke, kFinger, to, bench, ForceModel::energy, 6, Mode::cut, turn);
       double weighted = 0;
       stroke.removed().for_parts([&](int, const RemovedPart& part) {
-        for (double v : part.turn_volume) weighted += v;
+        if (part.turning)
+          for (double v : part.turn().volume) weighted += v;
       });
       weighted *= 0.125;
       const double work = tick.wrench.force.dot(tick.tick.travel) + tick.wrench.moment.dot(turn);

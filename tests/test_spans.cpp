@@ -55,22 +55,33 @@ class RandomIntervals final : public Solid {
         out.hi[slot] = static_cast<float>(list[static_cast<size_t>(layer)].second) / kPerCell;
         out.rows |= static_cast<uint16_t>(1u << row);
       }
+    // Every third row tells its normals at once.
+    for (int row = 0; row < kTileSide; row += 3) {
+      if (!((out.rows >> row) & 1)) continue;
+      out.known |= static_cast<uint16_t>(1u << row);
+      for (int slot = row * kTileSide; slot < (row + 1) * kTileSide; slot++) tell(slot, out);
+    }
     return out.rows != 0;
   }
-  void normals(const RayTile&, int, const SpanLayer& spans, const EndMasks& ends,
-               NormalCodes& out) const override {
-    // A code that tells where the end was: the depth itself, turned round for cuts.
-    const auto code = [&](float depth) {
-      const auto q = static_cast<uint32_t>(static_cast<int>(depth * kPerCell) & 0x3fff) | 0x4000u;
-      return ends.flip ? q | 0x10000u : q;
-    };
+  void normals(const RayTile&, int, const EndMasks& ends, SpanLayer& of) const override {
     for (int slot = 0; slot < kTileRays; slot++) {
-      if ((ends.lo[slot / 16] >> (slot % 16)) & 1) out.lo[slot] = code(spans.lo[slot]);
-      if ((ends.hi[slot / 16] >> (slot % 16)) & 1) out.hi[slot] = code(spans.hi[slot]);
+      const unsigned at_lo = (ends.lo[slot / 16] >> (slot % 16)) & 1,
+                     at_hi = (ends.hi[slot / 16] >> (slot % 16)) & 1;
+      if ((at_lo | at_hi) && !((of.known >> (slot / 16)) & 1)) tell(slot, of);
     }
   }
 
  private:
+  // A code that tells where the end was: the depth itself, turned round for cuts.
+  static void tell(int slot, SpanLayer& layer) {
+    const auto code = [&](float depth) {
+      const auto q = static_cast<uint32_t>(static_cast<int>(depth * kPerCell) & 0x3fff) | 0x4000u;
+      return layer.flip ? q | 0x10000u : q;
+    };
+    layer.codes.lo[slot] = code(layer.lo[slot]);
+    layer.codes.hi[slot] = code(layer.hi[slot]);
+  }
+
   Index3 nodes_;
   std::array<std::vector<std::vector<std::pair<int, int>>>, 3> fields_;
 };
@@ -243,7 +254,7 @@ TEST(Spans, PaintMarksEndsInsideAndNothingElse) {
       out.rows = 0xffff;
       return layer == 0;
     }
-    void normals(const RayTile&, int, const SpanLayer&, const EndMasks&, NormalCodes&) const override {}
+    void normals(const RayTile&, int, const EndMasks&, SpanLayer&) const override {}
   };
   const uint64_t before = model.content_hash();
   Removed removed;

@@ -188,11 +188,9 @@ TEST_P(Sweep, NormalsAreThoseOfTheSurface) {
       for (int row = 0; row < 16; row++)
         for (int i = 0; i < 16; i++)
           if (((layer.rows >> row) & 1) && layer.lo[row * 16 + i] < layer.hi[row * 16 + i]) {
-            ends.lo[row] |= static_cast<uint16_t>(1 << i);
-            ends.hi[row] |= static_cast<uint16_t>(1 << i);
+            ends.name(static_cast<size_t>(row), 1u << i, 1u << i);
           }
-      NormalCodes codes;
-      sweep.normals(rays, 0, layer, ends, codes);
+      sweep.normals(rays, 0, ends, layer);
       for (int slot = random.integer(0, 15); slot < 256; slot += 17) {
         if (!((ends.lo[slot / 16] >> (slot % 16)) & 1)) continue;
         for (const bool at_hi : {false, true}) {
@@ -223,7 +221,7 @@ TEST_P(Sweep, NormalsAreThoseOfTheSurface) {
           // normal the finite difference at one pose can't know.
           if (best_s > 0.005 && best_s < 0.995 && std::abs(expected.dot(motion.normalized())) > 0.02)
             continue;
-          const Vec3 actual = decode_normal(at_hi ? codes.hi[slot] : codes.lo[slot], axis, at_hi);
+          const Vec3 actual = decode_normal(at_hi ? layer.codes.hi[slot] : layer.codes.lo[slot], axis, at_hi);
           checked++;
           // Within half a degree, but for points so near an edge that the finite difference straddles it.
           if (actual.dot(expected) < std::cos(0.05)) wrong++;

@@ -37,6 +37,10 @@ inline constexpr double kNoTurn = 1e-9;
 // stay below 2^18 and their rounding below 1/32 of a depth's own.
 inline constexpr double kRecentreLength = 256.0;
 
+// Slack [lattice units] around a solid's bounds when they decide what an edit may pass by: more than float32
+// rounding can put between bounds and intervals, so what is passed by never shows.
+inline constexpr double kBoundsSlack = 1.0 / 64;
+
 // Sub-cell grid of scan conversion: vertices snap to 2^-14 of a cell, a quarter of the float32 spacing at
 // depth 512. 8192 x 2^14 = 2^27, so the products of the edge functions stay below 2^56 in int64.
 inline constexpr int kSnapBits = 14;

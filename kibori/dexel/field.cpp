@@ -14,6 +14,7 @@
 namespace kibori {
 
 using detail::FieldShape;
+using detail::is_shared;
 using detail::kPageSide;
 using detail::kPageTiles;
 using detail::Page;
@@ -30,8 +31,11 @@ FieldShape shape_of(Axis axis, const Index3& nodes) {
   shape.nodes_depth = nodes[depth_index(axis)];
   shape.tiles_u = (shape.nodes_u + kTileSide - 1) / kTileSide;
   shape.tiles_v = (shape.nodes_v + kTileSide - 1) / kTileSide;
-  shape.pages_u = (shape.tiles_u + kPageSide - 1) / kPageSide;
-  shape.pages_v = (shape.tiles_v + kPageSide - 1) / kPageSide;
+  const auto pages_for = [](int tiles) {
+    return (tiles + static_cast<int>(kPageSide) - 1) / static_cast<int>(kPageSide);
+  };
+  shape.pages_u = pages_for(shape.tiles_u);
+  shape.pages_v = pages_for(shape.tiles_v);
   return shape;
 }
 
@@ -46,10 +50,6 @@ void hold(T* object) {
 template <class T>
 bool drop(T* object) {
   return object->refs.fetch_sub(1, std::memory_order_acq_rel) == 1;
-}
-template <class T>
-bool is_shared(const T* object) {
-  return object->refs.load(std::memory_order_acquire) != 1;
 }
 
 void give_plane(Pools& pools, Plane* plane) {
@@ -116,8 +116,11 @@ uint64_t hash_tile(const Tile& tile) {
 }
 
 bool without_spans(const Plane& plane) {
-  for (int slot = 0; slot < kTileRays; slot++)
-    if (!plane.empty_at(slot)) return false;
+  for (int row = 0; row < kTileRays; row += kTileSide) {
+    bool any = false;  // no way out of the inner loop, so that it is vectorised
+    for (int slot = row; slot < row + kTileSide; slot++) any |= plane.in[slot] < plane.out[slot];
+    if (any) return false;
+  }
   return true;
 }
 
@@ -218,8 +221,9 @@ Field::Field(Axis axis, const Index3& nodes) {
     for (int pu = 0; pu < shape_.pages_u; pu++) {
       Page* page = new (pools_->pages.take()) Page{{}, 1};
       root_->pages[pv * shape_.pages_u + pu] = page;
-      for (int slot = 0; slot < kPageTiles; slot++) {
-        const int tu = pu * kPageSide + slot % kPageSide, tv = pv * kPageSide + slot / kPageSide;
+      for (int slot = 0; slot < static_cast<int>(kPageTiles); slot++) {
+        const int side = static_cast<int>(kPageSide);
+        const int tu = pu * side + slot % side, tv = pv * side + slot / side;
         if (tu >= shape_.tiles_u || tv >= shape_.tiles_v) continue;
         page->tiles[slot] = empty_tile_;
         uses++;
@@ -241,13 +245,11 @@ Tile* Field::new_tile() {
   new (&tile->refs) std::atomic<uint32_t>(1);
   tile->material = 0;
   tile->empty = true;
-  tile->near = kFar;
-  tile->far = -kFar;
   return tile;
 }
 
 Page& Field::writable_page(int tu, int tv) {
-  if (is_shared(root_)) {
+  if (is_shared(*root_)) {
     Root* copy = static_cast<Root*>(pools_->roots.take());
     new (&copy->refs) std::atomic<uint32_t>(1);
     for (int i = 0; i < shape_.pages(); i++) {
@@ -257,9 +259,9 @@ Page& Field::writable_page(int tu, int tv) {
     release(*pools_, shape_, std::exchange(root_, copy));
   }
   Page*& page = root_->pages[shape_.page_of(tu, tv)];
-  if (is_shared(page)) {
+  if (is_shared(*page)) {
     Page* copy = new (pools_->pages.take()) Page{{}, 1};
-    for (int i = 0; i < kPageTiles; i++) {
+    for (size_t i = 0; i < kPageTiles; i++) {
       copy->tiles[i] = page->tiles[i];
       if (copy->tiles[i]) hold(copy->tiles[i]);
     }
@@ -273,31 +275,14 @@ void Field::set_tile(int tu, int tv, Tile* tile) {
   release(*pools_, std::exchange(slot, tile));
 }
 
-bool Field::shared(int tu, int tv) const {
-  return is_shared(root_) || is_shared(root_->pages[shape_.page_of(tu, tv)]) || is_shared(&tile(tu, tv));
-}
-
-Tile& Field::writable(int tu, int tv) {
+Tile& Field::copy_for_writing(int tu, int tv) {
   Tile*& slot = writable_page(tu, tv).tiles[shape_.slot_of(tu, tv)];
-  if (!is_shared(slot)) return *slot;
+  if (!is_shared(*slot)) return *slot;
   Tile* copy = static_cast<Tile*>(pools_->tiles.take());
   copy_plane(*pools_, copy->first, slot->first);
   new (&copy->refs) std::atomic<uint32_t>(1);
   copy->material = slot->material;
   copy->empty = slot->empty;
-  copy->near = slot->near;
-  copy->far = slot->far;
-  if (!copy->empty) {
-    // The copy is paid for already: tighten the bounds that cuts left wide.
-    float near = kFar, far = -kFar;
-    for (const Plane* p = &copy->first; p; p = p->next)
-      for (int i = 0; i < kTileRays; i++) {
-        near = p->in[i] < near ? p->in[i] : near;
-        far = p->out[i] > far ? p->out[i] : far;
-      }
-    copy->near = near;
-    copy->far = far;
-  }
   release(*pools_, std::exchange(slot, copy));
   return *copy;
 }
@@ -353,8 +338,7 @@ void Field::fill(int u0, int u1, int v0, int v1, float in, float out, uint8_t ma
           }
         tile->material = material;
         tile->empty = false;
-        tile->near = in;
-        tile->far = out;
+        tile->first.include(in, out);
       }
       set_tile(tu, tv, tile);
     }

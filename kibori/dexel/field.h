@@ -40,8 +40,8 @@ struct Lattice {
 
 namespace detail {
 
-inline constexpr int kPageSide = 8;
-inline constexpr int kPageTiles = kPageSide * kPageSide;
+inline constexpr unsigned kPageSide = 8;
+inline constexpr unsigned kPageTiles = kPageSide * kPageSide;
 
 struct Page {
   Tile* tiles[kPageTiles];
@@ -53,14 +53,25 @@ struct Root {
   Page* pages[1];  // as many as the field has
 };
 
+template <class T>
+bool is_shared(const T& object) {
+  return object.refs.load(std::memory_order_acquire) != 1;
+}
+
 struct FieldShape {
   Axis axis = Axis::x;
   int nodes_u = 0, nodes_v = 0, nodes_depth = 0;
   int tiles_u = 0, tiles_v = 0, pages_u = 0, pages_v = 0;
 
   int pages() const { return pages_u * pages_v; }
-  int page_of(int tu, int tv) const { return (tv / kPageSide) * pages_u + tu / kPageSide; }
-  static int slot_of(int tu, int tv) { return (tv % kPageSide) * kPageSide + tu % kPageSide; }
+  // Tile indices are never negative.
+  size_t page_of(int tu, int tv) const {
+    return static_cast<size_t>(static_cast<unsigned>(tv) / kPageSide * static_cast<unsigned>(pages_u) +
+                               static_cast<unsigned>(tu) / kPageSide);
+  }
+  static size_t slot_of(int tu, int tv) {
+    return static_cast<unsigned>(tv) % kPageSide * kPageSide + static_cast<unsigned>(tu) % kPageSide;
+  }
 };
 
 struct Pools {
@@ -149,9 +160,16 @@ class Field : private FieldSnapshot {
   void restore(const FieldSnapshot& snapshot);
 
   // Whether writing the tile would copy it first.
-  bool shared(int tu, int tv) const;
+  bool shared(int tu, int tv) const {
+    const detail::Page* page = root_->pages[shape_.page_of(tu, tv)];
+    return detail::is_shared(*root_) || detail::is_shared(*page) ||
+           detail::is_shared(*page->tiles[shape_.slot_of(tu, tv)]);
+  }
   // The tile for writing; copied first if anyone else holds it.
-  Tile& writable(int tu, int tv);
+  Tile& writable(int tu, int tv) {
+    return shared(tu, tv) ? copy_for_writing(tu, tv)
+                          : *root_->pages[shape_.page_of(tu, tv)]->tiles[shape_.slot_of(tu, tv)];
+  }
   // Puts the shared empty tile in place.
   void clear_tile(int tu, int tv);
   // The plane after `plane`, made if there is none.
@@ -166,6 +184,7 @@ class Field : private FieldSnapshot {
   void reserve(int tiles);
 
  private:
+  Tile& copy_for_writing(int tu, int tv);
   detail::Page& writable_page(int tu, int tv);
   Tile* new_tile();
   void set_tile(int tu, int tv, Tile* tile);

@@ -37,15 +37,27 @@ struct Plane {
   alignas(64) uint32_t normal_in[kTileRays];  // see normal_code.h; always pointing out of the material
   alignas(64) uint32_t normal_out[kTileRays];
   alignas(64) uint8_t material[kTileRays];
+  float near, far;  // every span here lies in [near, far]: so an edit can pass the plane by
+  bool tight;       // and in nothing shorter; edits leave it false
   Plane* next;
   PaintPlane* paint;  // null where nothing in this plane was ever painted
 
+  // Whether a span may meet depths between min and max.
+  bool reaches(double min, double max) const { return near < max && far > min; }
+  // Widens the bounds by a span.
+  void include(float begin, float end) {
+    near = std::min(near, begin);
+    far = std::max(far, end);
+  }
   void clear() {
     std::fill_n(in, kTileRays, kFar);
     std::fill_n(out, kTileRays, -kFar);
     std::fill_n(normal_in, kTileRays, 0u);
     std::fill_n(normal_out, kTileRays, 0u);
     std::fill_n(material, kTileRays, uint8_t{0});
+    near = kFar;
+    far = -kFar;
+    tight = true;
     next = nullptr;
     paint = nullptr;
   }
@@ -57,7 +69,12 @@ struct Tile {
   std::atomic<uint32_t> refs;
   uint8_t material;  // of every span in the tile, or kMixedMaterial
   bool empty;        // no span at all
-  float near, far;   // every span lies in [near, far]; may be wider than need be
+
+  bool reaches(double min, double max) const {
+    for (const Plane* p = &first; p; p = p->next)
+      if (p->reaches(min, max)) return true;
+    return false;
+  }
 };
 
 }  // namespace kibori

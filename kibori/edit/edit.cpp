@@ -17,12 +17,13 @@ struct Range {
   int begin, end;
 };
 
-// Tiles whose rays can stand in (min, max).
+// Tiles whose rays can stand in (min, max); ray i stands at i + 1/2.
 Range tiles_between(double min, double max, int nodes) {
-  const double first = std::clamp(std::ceil(min - 0.5), 0.0, static_cast<double>(nodes));
-  const double last = std::clamp(std::floor(max - 0.5), -1.0, static_cast<double>(nodes - 1));
+  const double all = nodes;  // numbers in [0, all] truncate as floor does
+  const int first = nodes - static_cast<int>(std::clamp(all + 0.5 - min, 0.0, all));
+  const int last = static_cast<int>(std::clamp(max + 0.5, 0.0, all)) - 1;
   if (first > last) return {0, 0};
-  return {static_cast<int>(first) / kTileSide, static_cast<int>(last) / kTileSide + 1};
+  return {first / kTileSide, last / kTileSide + 1};
 }
 
 // Cuts the intervals to the lattice: rays beyond its edge and depths outside it have no material.
@@ -74,11 +75,14 @@ void edit_field(const FieldEdit& edit, Removed& removed) {
       ((bounds.min.array() < 0).any() || bounds.max[u] > view.nodes_u() || bounds.max[v] > view.nodes_v()))
     removed.clipped = true;
   TileJob job;
+  job.spans.flip = !growing;
   job.field = edit.field;
   job.solid = &edit.solid;
   job.motion = &edit.motion;
   job.removed = &removed;
   job.color = edit.color;
+  job.depth_min = bounds.min[d] - kBoundsSlack;
+  job.depth_max = bounds.max[d] + kBoundsSlack;
   const double depth = view.nodes_depth();
   job.t_ref = static_cast<float>(
       std::floor(0.5 * (std::clamp(bounds.min[d], 0.0, depth) + std::clamp(bounds.max[d], 0.0, depth))));
@@ -92,9 +96,9 @@ void edit_field(const FieldEdit& edit, Removed& removed) {
       for (job.layer = 0;; job.layer++) {
         job.tile = &view.tile(tu, tv);
         if (!growing) {
-          if (job.tile->empty) break;
-          if (bounds.max[d] <= job.tile->near || bounds.min[d] >= job.tile->far) break;
+          if (job.tile->empty || !job.tile->reaches(job.depth_min, job.depth_max)) break;
         }
+        job.spans.known = 0;
         if (!edit.solid.spans(job.rays, job.layer, job.spans)) break;
         if (growing) removed.clipped |= clip_to_lattice(job.spans, job.rays, view);
         job.material = edit.material;

@@ -21,17 +21,32 @@ struct RemovedPart {
   std::array<Vec3, 3> moment;
   int64_t points;                   // lattice nodes, decided by the z field
   std::array<int64_t, 3> node_sum;  // sums of their indices
-  // While turning: every element resists against its own displacement s. By field, sums of f = dV w s/|s|^2
-  // with w = (component of s along the field's rays)^2 / |s|^2, of its moments about the reference point, and
-  // of dV w.
-  std::array<Vec3, 3> turn_force;
-  std::array<Vec3, 3> turn_moment;       // r x f
-  std::array<Vec3, 3> turn_moment_axis;  // (height along the tool) e_z x f: the five-DOF part
-  std::array<double, 3> turn_volume;
+  bool turning;                     // whether there are turn sums
+  struct TurnSums {
+    // Every element resists against its own displacement s. By field, sums of f = dV w s/|s|^2 with w =
+    // (component of s along the field's rays)^2 / |s|^2, of its moments about the reference point, and of dV
+    // w.
+    std::array<Vec3, 3> force;
+    std::array<Vec3, 3> moment;       // r x f
+    std::array<Vec3, 3> moment_axis;  // (height along the tool) e_z x f: the five-DOF part
+    std::array<double, 3> volume;
+  };
+  const TurnSums& turn() const { return turn_; }  // meaningful while `turning`
+  TurnSums& turn() {
+    if (!turning) {
+      const Vec3 o = Vec3::Zero();
+      turn_ = {{o, o, o}, {o, o, o}, {o, o, o}, {0, 0, 0}};
+      turning = true;
+    }
+    return turn_;
+  }
 
-  static RemovedPart zero() {
-    const Vec3 o = Vec3::Zero();
-    return {{0, 0, 0}, {o, o, o}, 0, {0, 0, 0}, {o, o, o}, {o, o, o}, {o, o, o}, {0, 0, 0}};
+  void clear() {
+    volume = {0, 0, 0};
+    moment = {Vec3(Vec3::Zero()), Vec3(Vec3::Zero()), Vec3(Vec3::Zero())};
+    points = 0;
+    node_sum = {0, 0, 0};
+    turning = false;  // leaves turn_ alone
   }
   // sign: -1 takes the other's sums away.
   void add(const RemovedPart& other, int sign = 1) {
@@ -39,15 +54,22 @@ struct RemovedPart {
       volume[i] += sign * other.volume[i];
       moment[i] += sign * other.moment[i];
       node_sum[i] += sign * other.node_sum[i];
-      turn_force[i] += sign * other.turn_force[i];
-      turn_moment[i] += sign * other.turn_moment[i];
-      turn_moment_axis[i] += sign * other.turn_moment_axis[i];
-      turn_volume[i] += sign * other.turn_volume[i];
     }
     points += sign * other.points;
+    if (!other.turning) return;
+    TurnSums& sums = turn();
+    for (size_t i = 0; i < 3; i++) {
+      sums.force[i] += sign * other.turn_.force[i];
+      sums.moment[i] += sign * other.turn_.moment[i];
+      sums.moment_axis[i] += sign * other.turn_.moment_axis[i];
+      sums.volume[i] += sign * other.turn_.volume[i];
+    }
   }
   // Mean of the three fields; summed over edits it telescopes to exactly what is missing.
   double mean_volume() const { return (volume[0] + volume[1] + volume[2]) / 3; }
+
+ private:
+  TurnSums turn_;
 };
 
 class Removed {
@@ -58,7 +80,7 @@ class Removed {
   const RemovedPart& part(int material) const { return parts_[static_cast<size_t>(material)]; }
   RemovedPart& part(int material) {
     if (!has(material)) {
-      parts_[static_cast<size_t>(material)] = RemovedPart::zero();
+      parts_[static_cast<size_t>(material)].clear();
       mask_ |= uint64_t{1} << material;
     }
     return parts_[static_cast<size_t>(material)];

@@ -394,8 +394,7 @@ void write_field(Field& field, const RayTable& table, uint8_t material) {
             plane->normal_in[slot] = s.normal_in;
             plane->normal_out[slot] = s.normal_out;
             plane->material[slot] = material;
-            tile->near = std::min(tile->near, s.in);
-            tile->far = std::max(tile->far, s.out);
+            plane->include(s.in, s.out);
           }
         }
     }

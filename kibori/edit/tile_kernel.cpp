@@ -33,10 +33,18 @@ struct ScalarRays {
   bool met = false;  // the tool met something at all
 };
 
+// The sums of all lanes; `by_lane`: each lane weighted by its number.
+struct LaneTotals {
+  double of[LaneSums::kCount], by_lane[LaneSums::kCount];
+};
+
 // Whether sums need the scalar path: per element while turning, per span where materials mix.
 inline bool scalar_sums(const TileJob& job, bool mixed) {
   return job.motion->turning || mixed || (job.deep && job.rays.axis == Axis::z);
 }
+// A row's number as a float, so that vectors can load it.
+inline constexpr float kRowNumber[kTileSide] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+
 // Scalar sums for tiles of mixed material and for turning tools: one overlap [lo, hi) of one ray.
 void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t material, double sign);
 void cut_ray(Field& field, Tile& tile, int slot, float a, float b);
@@ -64,20 +72,23 @@ HWY_INLINE void AddDoubles(double* to, VF x, double factor) {
 #endif
 }
 
-// Sums of [lo, hi) over one tile's rows, in registers.
-template <bool kNodes>
+// What is summed of each overlap [lo, hi).
+enum class Summed { nothing, lengths, lengths_and_nodes };
+
+// Sums over one tile's rows, in registers.
+template <Summed kSummed>
 struct Sums {
   VF length, length_v, length_t2, nodes, nodes_v, nodes_t2;
 
   HWY_INLINE Sums() { length = length_v = length_t2 = nodes = nodes_v = nodes_t2 = hn::Zero(DF()); }
   // Adds where `hit`; `twice_ref` is 2 t_ref.
   HWY_INLINE void Add(MF hit, VF lo, VF hi, VF row, VF twice_ref) {
+    if constexpr (kSummed == Summed::nothing) return;
     const VF len = hn::IfThenElseZero(hit, hn::Sub(hi, lo));
     length = hn::Add(length, len);
     length_v = hn::Add(length_v, hn::Mul(len, row));
-    length_t2 =
-        hn::Add(length_t2, hn::IfThenElseZero(hit, hn::Mul(len, hn::Sub(hn::Add(lo, hi), twice_ref))));
-    if constexpr (kNodes) {
+    length_t2 = hn::Add(length_t2, hn::Mul(len, hn::Sub(hn::Add(lo, hi), twice_ref)));
+    if constexpr (kSummed == Summed::lengths_and_nodes) {
       // Nodes k with lo <= k + 1/2 < hi. Whole numbers below 2^24 all along, as `deep` tools take the scalar
       // path.
       const VF k0 = hn::Ceil(hn::Sub(lo, F(0.5f))), k1 = hn::Ceil(hn::Sub(hi, F(0.5f)));
@@ -85,23 +96,24 @@ struct Sums {
       nodes = hn::Add(nodes, n);
       nodes_v = hn::Add(nodes_v, hn::Mul(n, row));
       const VF twice_mean = hn::Sub(hn::Sub(hn::Add(k0, k1), F(1.0f)), twice_ref);
-      nodes_t2 = hn::Add(nodes_t2, hn::IfThenElseZero(hit, hn::Mul(n, twice_mean)));
+      nodes_t2 = hn::Add(nodes_t2, hn::Mul(n, twice_mean));
     }
   }
   HWY_INLINE void AddTo(LaneSums& to, size_t g, const RayTile& rays, bool negative) const {
+    if constexpr (kSummed == Summed::nothing) return;
     const double sign = negative ? -1 : 1, u0 = sign * rays.u0, v0 = sign * rays.v0;
     const size_t at = g * kLanes;
-    AddDoubles(to.length + at, length, sign);
-    AddDoubles(to.length_u0 + at, length, u0);
-    AddDoubles(to.length_v + at, length, v0);
-    AddDoubles(to.length_v + at, length_v, sign);
-    AddDoubles(to.length_t2 + at, length_t2, sign);
-    if constexpr (kNodes) {
-      AddDoubles(to.nodes + at, nodes, sign);
-      AddDoubles(to.nodes_u0 + at, nodes, u0);
-      AddDoubles(to.nodes_v + at, nodes, v0);
-      AddDoubles(to.nodes_v + at, nodes_v, sign);
-      AddDoubles(to.nodes_t2 + at, nodes_t2, sign);
+    AddDoubles(to.of[LaneSums::length] + at, length, sign);
+    AddDoubles(to.of[LaneSums::length_u0] + at, length, u0);
+    AddDoubles(to.of[LaneSums::length_v] + at, length, v0);
+    AddDoubles(to.of[LaneSums::length_v] + at, length_v, sign);
+    AddDoubles(to.of[LaneSums::length_t2] + at, length_t2, sign);
+    if constexpr (kSummed == Summed::lengths_and_nodes) {
+      AddDoubles(to.of[LaneSums::nodes] + at, nodes, sign);
+      AddDoubles(to.of[LaneSums::nodes_u0] + at, nodes, u0);
+      AddDoubles(to.of[LaneSums::nodes_v] + at, nodes, v0);
+      AddDoubles(to.of[LaneSums::nodes_v] + at, nodes_v, sign);
+      AddDoubles(to.of[LaneSums::nodes_t2] + at, nodes_t2, sign);
     }
   }
 };
@@ -136,70 +148,28 @@ void AddScalarSums(TileJob& job, bool growing) {
   }
 }
 
-// Cut (or, without kWrite, its contact test).
-template <bool kWrite, bool kNodes>
-void CutTile(TileJob& job, ScalarRays& scalar) {
+// What a cut would remove: the same sums in the same order, and no writes.
+template <Summed kSummed>
+void ContactCut(TileJob& job, ScalarRays& scalar) {
   const DF d;
-  const bool by_scalar = scalar_sums(job, job.tile->material == kMixedMaterial);
-  if (by_scalar) AddScalarSums(job, false);
-  Tile* writable = nullptr;
-  const Plane* first = &job.tile->first;
+  MF met = hn::FirstN(d, 0);
   for (size_t g = 0; g < kGroups; g++) {
-    Sums<kNodes> sum;
-    for (unsigned left = job.spans.rows; left; left &= left - 1) {
-      const int row = __builtin_ctz(left);
-      const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
-      const VF a = hn::Load(d, job.spans.lo + slot), b = hn::Load(d, job.spans.hi + slot);
-      for (const Plane* p = first; p; p = p->next) {
-        const VF in = hn::Load(d, p->in + slot), out = hn::Load(d, p->out + slot);
-        const VF lo = hn::Max(in, a), hi = hn::Min(out, b);
+    Sums<kSummed> sum;
+    for (const Plane* p = &job.tile->first; p; p = p->next) {
+      if (!p->reaches(job.depth_min, job.depth_max)) continue;
+      for (unsigned left = job.spans.rows; left; left &= left - 1) {
+        const auto row = static_cast<size_t>(__builtin_ctz(left));
+        const size_t slot = row * kTileSide + g * kLanes;
+        const VF lo = hn::Max(hn::Load(d, p->in + slot), hn::Load(d, job.spans.lo + slot));
+        const VF hi = hn::Min(hn::Load(d, p->out + slot), hn::Load(d, job.spans.hi + slot));
         const MF hit = hn::Lt(lo, hi);
-        if (hn::AllFalse(d, hit)) continue;
-        scalar.met = true;
-        if (!by_scalar) sum.Add(hit, lo, hi, F(static_cast<float>(row)), F(2 * job.t_ref));
-        if constexpr (kWrite) {
-          if (!writable) {
-            writable = &job.field->writable(job.tu, job.tv);
-            if (writable != job.tile) {
-              // Walk the copy from the plane we had reached.
-              Plane* q = &writable->first;
-              for (const Plane* old = first; old != p; old = old->next) q = q->next;
-              first = &writable->first;
-              job.tile = writable;
-              p = q;
-            }
-          }
-          auto* w = const_cast<Plane*>(p);
-          const MF front = hn::And(hit, hn::Le(a, in)), back = hn::And(hit, hn::Ge(b, out));
-          MF vanish = hn::And(front, back);
-          const MF split = hn::AndNot(hn::Or(front, back), hit);
-          unsigned hard = Bits(split);
-          if (p->next && !hn::AllFalse(d, vanish)) {
-            const VF next_in = hn::Load(d, p->next->in + slot), next_out = hn::Load(d, p->next->out + slot);
-            const MF followed = hn::And(vanish, hn::Lt(next_in, next_out));
-            hard |= Bits(followed);
-            vanish = hn::AndNot(followed, vanish);
-          }
-          const MF trim_in = hn::AndNot(back, front), trim_out = hn::AndNot(front, back);
-          VF new_in = hn::IfThenElse(trim_in, b, in), new_out = hn::IfThenElse(trim_out, a, out);
-          if (!hn::AllFalse(d, vanish)) {
-            job.shrank = true;
-            new_in = hn::IfThenElse(vanish, F(kFar), new_in);
-            new_out = hn::IfThenElse(vanish, F(-kFar), new_out);
-          }
-          hn::Store(new_in, d, w->in + slot);
-          hn::Store(new_out, d, w->out + slot);
-          job.ends.hi[row] |= static_cast<uint16_t>(Bits(trim_in) << (g * kLanes));
-          job.ends.lo[row] |= static_cast<uint16_t>(Bits(trim_out) << (g * kLanes));
-          if (hard) {
-            scalar.rows[row] |= static_cast<uint16_t>(hard << (g * kLanes));
-            scalar.any = true;
-          }
-        }
+        met = hn::Or(met, hit);
+        sum.Add(hit, lo, hi, F(kRowNumber[row]), F(2 * job.t_ref));
       }
     }
     sum.AddTo(job.sums, g, job.rays, false);
   }
+  scalar.met = !hn::AllFalse(d, met);
 }
 
 // Whether any interval meets any span.
@@ -218,63 +188,149 @@ bool Meets(const TileJob& job) {
   return false;
 }
 
-// Cut of a tile with one plane and one material: the common case, without branches in the row loop.
-template <bool kNodes>
-void CutSinglePlane(TileJob& job, ScalarRays& scalar) {
+// The ends that `lanes` of a row got from the tool: their normals now if they are known, else by name for
+// later.
+HWY_INLINE void GiveNormals(TileJob& job, Plane& plane, size_t row, size_t g, MF lanes, bool at_in) {
+  const DU du;
+  const size_t slot = row * kTileSide + g * kLanes;
+  if (((job.spans.known >> row) & 1) && !plane.paint) {
+    // What is left begins where the tool ends, and ends where the tool begins.
+    const VU code = hn::Load(du, (at_in ? job.spans.codes.hi : job.spans.codes.lo) + slot);
+    hn::BlendedStore(code, hn::RebindMask(du, lanes), du,
+                     (at_in ? plane.normal_in : plane.normal_out) + slot);
+  } else {
+    const unsigned bits = Bits(lanes) << (g * kLanes);
+    job.ends.name(row, at_in ? 0 : bits, at_in ? bits : 0);
+  }
+}
+
+// A row of a cut in which spans vanish or split.
+HWY_NOINLINE void CutHardRow(TileJob& job, ScalarRays& scalar, Plane& plane, size_t row, size_t g) {
   const DF d;
-  Plane& plane = const_cast<Tile*>(job.tile)->first;
+  const DU du;
+  const size_t slot = row * kTileSide + g * kLanes;
+  const VF a = hn::Load(d, job.spans.lo + slot), b = hn::Load(d, job.spans.hi + slot);
+  const VF in = hn::Load(d, plane.in + slot), out = hn::Load(d, plane.out + slot);
+  const MF hit = hn::Lt(hn::Max(in, a), hn::Min(out, b));
+  const MF front = hn::And(hit, hn::Le(a, in)), back = hn::And(hit, hn::Ge(b, out));
+  const MF trim_in = hn::AndNot(back, front), trim_out = hn::AndNot(front, back);
+  hn::BlendedStore(b, trim_in, d, plane.in + slot);
+  hn::BlendedStore(a, trim_out, d, plane.out + slot);
+  GiveNormals(job, plane, row, g, trim_in, true);
+  GiveNormals(job, plane, row, g, trim_out, false);
+  unsigned hard = 0;
+  const MF split = hn::AndNot(hn::Or(front, back), hit);
+  if (!hn::AllFalse(d, split)) {
+    // What lies behind the tool moves to the next plane, if there is room in it.
+    Plane& next = job.field->next_plane(plane);
+    MF room = hn::And(split, hn::Ge(hn::Load(d, next.in + slot), hn::Load(d, next.out + slot)));
+    if (plane.paint || next.paint) room = hn::FirstN(d, 0);
+    hard |= Bits(hn::AndNot(room, split));
+    hn::BlendedStore(a, room, d, plane.out + slot);
+    hn::BlendedStore(b, room, d, next.in + slot);
+    hn::BlendedStore(out, room, d, next.out + slot);
+    next.include(plane.near, plane.far);
+    hn::BlendedStore(hn::Load(du, plane.normal_out + slot), hn::RebindMask(du, room), du,
+                     next.normal_out + slot);
+    GiveNormals(job, plane, row, g, room, false);
+    GiveNormals(job, next, row, g, room, true);
+    for (unsigned bits = Bits(room); bits; bits &= bits - 1) {
+      const size_t lane = slot + static_cast<size_t>(__builtin_ctz(bits));
+      next.material[lane] = plane.material[lane];
+    }
+  }
+  MF vanish = hn::And(front, back);
+  if (!hn::AllFalse(d, vanish)) {
+    job.shrank = true;
+    if (plane.next) {  // those that another span follows must move up
+      const Plane& next = *plane.next;
+      const MF followed = hn::And(vanish, hn::Lt(hn::Load(d, next.in + slot), hn::Load(d, next.out + slot)));
+      hard |= Bits(followed);
+      vanish = hn::AndNot(followed, vanish);
+    }
+    hn::BlendedStore(F(kFar), vanish, d, plane.in + slot);
+    hn::BlendedStore(F(-kFar), vanish, d, plane.out + slot);
+  }
+  if (hard) {
+    scalar.rows[row] |= static_cast<uint16_t>(hard << (g * kLanes));
+    scalar.any = true;
+  }
+}
+
+// Makes a plane's bounds tight.
+HWY_NOINLINE void Tighten(Plane& plane) {
+  const DF d;
+  VF near = F(kFar), far = F(-kFar);
+  for (size_t slot = 0; slot < kTileRays; slot += kLanes) {
+    near = hn::Min(near, hn::Load(d, plane.in + slot));
+    far = hn::Max(far, hn::Load(d, plane.out + slot));
+  }
+  plane.near = hn::GetLane(hn::MinOfLanes(d, near));
+  plane.far = hn::GetLane(hn::MaxOfLanes(d, far));
+  plane.tight = true;
+}
+
+// A cut of a tile that may be written, plane by plane.
+template <Summed kSummed>
+void CutTile(TileJob& job, ScalarRays& scalar) {
+  const DF d;
   const VF twice_ref = F(2 * job.t_ref);
-  MF met = hn::FirstN(d, 0), vanished = met, hard = met;
   for (size_t g = 0; g < kGroups; g++) {
-    const size_t first = g * kLanes;
-    const float *los = job.spans.lo + first, *his = job.spans.hi + first;
-    float *ins = plane.in + first, *outs = plane.out + first;
-    Sums<kNodes> sum;
-    for (unsigned left = job.spans.rows; left; left &= left - 1) {
-      const auto row = static_cast<size_t>(__builtin_ctz(left));
-      const size_t slot = row * kTileSide;
-      const VF a = hn::Load(d, los + slot), b = hn::Load(d, his + slot);
-      const VF in = hn::Load(d, ins + slot), out = hn::Load(d, outs + slot);
-      const VF lo = hn::Max(in, a), hi = hn::Min(out, b);
-      const MF hit = hn::Lt(lo, hi);
-      sum.Add(hit, lo, hi, F(static_cast<float>(row)), twice_ref);
-      // The tool covers the span's beginning, its end, both, or neither.
-      const MF front = hn::Eq(lo, in), back = hn::Eq(hi, out);
-      const MF trim_in = hn::And(hit, hn::AndNot(back, front)),
-               trim_out = hn::And(hit, hn::AndNot(front, back));
-      const MF vanish = hn::And(hit, hn::And(front, back)), split = hn::AndNot(hn::Or(front, back), hit);
-      hn::Store(hn::IfThenElse(vanish, F(kFar), hn::IfThenElse(trim_in, b, in)), d, ins + slot);
-      hn::Store(hn::IfThenElse(vanish, F(-kFar), hn::IfThenElse(trim_out, a, out)), d, outs + slot);
-      met = hn::Or(met, hit);
-      vanished = hn::Or(vanished, vanish);
-      hard = hn::Or(hard, split);
-      if constexpr (kGroups == 1) {
-        job.ends.hi[row] = static_cast<uint16_t>(Bits(trim_in));
-        job.ends.lo[row] = static_cast<uint16_t>(Bits(trim_out));
-        scalar.rows[row] = static_cast<uint16_t>(Bits(split));
-      } else {
-        job.ends.hi[row] |= static_cast<uint16_t>(Bits(trim_in) << first);
-        job.ends.lo[row] |= static_cast<uint16_t>(Bits(trim_out) << first);
-        scalar.rows[row] |= static_cast<uint16_t>(Bits(split) << first);
+    Sums<kSummed> sum;
+    for (Plane* p = &const_cast<Tile*>(job.tile)->first; p; p = p->next) {
+      if (!p->reaches(job.depth_min, job.depth_max)) continue;
+      bool met = false;
+      for (unsigned left = job.spans.rows; left; left &= left - 1) {
+        const auto row = static_cast<size_t>(__builtin_ctz(left));
+        const size_t slot = row * kTileSide + g * kLanes;
+        const VF a = hn::Load(d, job.spans.lo + slot), b = hn::Load(d, job.spans.hi + slot);
+        const VF in = hn::Load(d, p->in + slot), out = hn::Load(d, p->out + slot);
+        const VF lo = hn::Max(in, a), hi = hn::Min(out, b);
+        const MF hit = hn::Lt(lo, hi);
+        if (hn::AllFalse(d, hit)) continue;
+        met = true;
+        sum.Add(hit, lo, hi, F(kRowNumber[row]), twice_ref);
+        // The tool covers the span's beginning, its end, both, or neither.
+        const MF front = hn::And(hit, hn::Le(a, in)), back = hn::And(hit, hn::Ge(b, out));
+        if (!hn::AllFalse(d, hn::AndNot(hn::Xor(front, back), hit))) {
+          CutHardRow(job, scalar, *p, row, g);
+          continue;
+        }
+        if (!hn::AllFalse(d, front)) {
+          hn::BlendedStore(b, front, d, p->in + slot);
+          GiveNormals(job, *p, row, g, front, true);
+        }
+        if (!hn::AllFalse(d, back)) {
+          hn::BlendedStore(a, back, d, p->out + slot);
+          GiveNormals(job, *p, row, g, back, false);
+        }
+      }
+      if (met) {
+        scalar.met = true;
+        p->tight = false;
+      } else if (!p->tight && g + 1 == kGroups) {
+        Tighten(*p);  // in vain; the next edit may be spared
       }
     }
     sum.AddTo(job.sums, g, job.rays, false);
   }
-  scalar.met = !hn::AllFalse(d, met);
-  scalar.any = !hn::AllFalse(d, hard);
-  job.shrank = !hn::AllFalse(d, vanished);
 }
 
 // Deposit (or its contact test): what is added is the interval less its overlaps.
-template <bool kWrite, bool kNodes>
+template <bool kWrite, Summed kSummed>
 void DepositTile(TileJob& job, ScalarRays& scalar) {
   const DF d;
-  const bool by_scalar = scalar_sums(job, false);
-  if (by_scalar) AddScalarSums(job, true);
   Tile* writable = nullptr;
   const Plane* first = &job.tile->first;
+  // What is added lies within the solid's bounds and the lattice.
+  const float least = std::max(0.0f, static_cast<float>(job.depth_min) - 1);
+  const float most = std::max(0.0f, static_cast<float>(job.depth_max) + 1);
+  const auto grown = [&](Plane& plane) {
+    plane.include(least, most);
+    plane.tight = false;
+  };
   for (size_t g = 0; g < kGroups; g++) {
-    Sums<kNodes> sum, less;
+    Sums<kSummed> sum, less;
     for (unsigned left = job.spans.rows; left; left &= left - 1) {
       const int row = __builtin_ctz(left);
       const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
@@ -292,12 +348,12 @@ void DepositTile(TileJob& job, ScalarRays& scalar) {
       const MF adds = hn::AndNot(covered, live);
       if (hn::AllFalse(d, adds)) continue;
       scalar.met = true;
-      if (!by_scalar) sum.Add(adds, a, b, F(static_cast<float>(row)), F(2 * job.t_ref));
+      sum.Add(adds, a, b, F(kRowNumber[row]), F(2 * job.t_ref));
       for (const Plane* p = first; p; p = p->next) {
         const VF lo = hn::Max(hn::Load(d, p->in + slot), a), hi = hn::Min(hn::Load(d, p->out + slot), b);
         const MF hit = hn::And(adds, hn::Lt(lo, hi));
         if (hn::AllFalse(d, hit)) continue;
-        if (!by_scalar) less.Add(hit, lo, hi, F(static_cast<float>(row)), F(2 * job.t_ref));
+        less.Add(hit, lo, hi, F(kRowNumber[row]), F(2 * job.t_ref));
       }
       if constexpr (kWrite) {
         if (!writable) {
@@ -316,12 +372,12 @@ void DepositTile(TileJob& job, ScalarRays& scalar) {
           const MF fresh = hn::And(easy, empty);
           if (!hn::AllFalse(d, fresh)) {
             auto* w = const_cast<Plane*>(first);
+            grown(*w);
             hn::Store(hn::IfThenElse(fresh, a, in0), d, w->in + slot);
             hn::Store(hn::IfThenElse(fresh, b, out0), d, w->out + slot);
             for (unsigned bits = Bits(fresh); bits; bits &= bits - 1)
               w->material[slot + static_cast<size_t>(__builtin_ctz(bits))] = job.material;
-            job.ends.lo[row] |= static_cast<uint16_t>(Bits(fresh) << (g * kLanes));
-            job.ends.hi[row] |= static_cast<uint16_t>(Bits(fresh) << (g * kLanes));
+            job.ends.name(static_cast<size_t>(row), Bits(fresh) << (g * kLanes), Bits(fresh) << (g * kLanes));
           }
           const MF grow = hn::AndNot(empty, easy);
           if (!hn::AllFalse(d, grow)) {
@@ -330,10 +386,10 @@ void DepositTile(TileJob& job, ScalarRays& scalar) {
               const MF here = hn::And(grow, hn::And(hn::Le(in, b), hn::Le(a, out)));
               const MF down = hn::And(here, hn::Lt(a, in)), up = hn::And(here, hn::Gt(b, out));
               auto* w = const_cast<Plane*>(p);
+              grown(*w);
               hn::Store(hn::IfThenElse(down, a, in), d, w->in + slot);
               hn::Store(hn::IfThenElse(up, b, out), d, w->out + slot);
-              job.ends.lo[row] |= static_cast<uint16_t>(Bits(down) << (g * kLanes));
-              job.ends.hi[row] |= static_cast<uint16_t>(Bits(up) << (g * kLanes));
+              job.ends.name(static_cast<size_t>(row), Bits(down) << (g * kLanes), Bits(up) << (g * kLanes));
             }
           }
         }
@@ -390,11 +446,10 @@ void StoreNormals(TileJob& job, bool cutting) {
   for (int at_lo = 0; at_lo < 2; at_lo++) {
     const uint16_t* masks = at_lo ? job.ends.lo : job.ends.hi;
     const float* made = at_lo ? job.spans.lo : job.spans.hi;
-    const uint32_t* codes = at_lo ? job.codes.lo : job.codes.hi;
+    const uint32_t* codes = at_lo ? job.spans.codes.lo : job.spans.codes.hi;
     const bool is_in = cutting != (at_lo != 0);
-    for (unsigned left = job.spans.rows; left; left &= left - 1) {
+    for (unsigned left = job.ends.rows; left; left &= left - 1) {
       const int row = __builtin_ctz(left);
-      if (!masks[row]) continue;
       for (size_t g = 0; g < kGroups; g++) {
         const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
         const MF mask = FromBits((masks[row] >> (g * kLanes)) & kGroupMask);
@@ -415,25 +470,56 @@ void StoreNormals(TileJob& job, bool cutting) {
   }
 }
 
-void RunVectors(Operation operation, TileJob& job, ScalarRays& scalar) {
-  const bool nodes = job.rays.axis == Axis::z;
+template <Summed kSummed>
+void RunSummed(Operation operation, TileJob& job, ScalarRays& scalar) {
   switch (operation) {
     case Operation::cut:
-      if (!job.tile->first.next && !scalar_sums(job, job.tile->material == kMixedMaterial)) {
-        // Take the tile for writing only if there is something to write.
-        if (job.field->shared(job.tu, job.tv) && !Meets(job)) return;
-        job.tile = &job.field->writable(job.tu, job.tv);
-        return nodes ? CutSinglePlane<true>(job, scalar) : CutSinglePlane<false>(job, scalar);
-      }
-      return nodes ? CutTile<true, true>(job, scalar) : CutTile<true, false>(job, scalar);
+      // Take the tile for writing only if there is something to write.
+      if (job.field->shared(job.tu, job.tv) && !Meets(job)) return;
+      job.tile = &job.field->writable(job.tu, job.tv);
+      return CutTile<kSummed>(job, scalar);
     case Operation::contact:
-      return nodes ? CutTile<false, true>(job, scalar) : CutTile<false, false>(job, scalar);
+      return ContactCut<kSummed>(job, scalar);
     case Operation::deposit:
-      return nodes ? DepositTile<true, true>(job, scalar) : DepositTile<true, false>(job, scalar);
+      return DepositTile<true, kSummed>(job, scalar);
     case Operation::deposit_contact:
-      return nodes ? DepositTile<false, true>(job, scalar) : DepositTile<false, false>(job, scalar);
+      return DepositTile<false, kSummed>(job, scalar);
     case Operation::paint:
       return PaintTile(job);
+  }
+}
+
+void ClearSums(LaneSums& sums) {
+  const hn::CappedTag<double, 8> d;
+  for (auto& lanes : sums.of)
+    for (size_t at = 0; at < kTileSide; at += hn::MaxLanes(d)) hn::StoreU(hn::Zero(d), d, lanes + at);
+}
+
+// All lanes together. Fixed pairwise trees, so that the order does not depend on the vector's width.
+void ReduceSums(const LaneSums& sums, LaneTotals& totals) {
+  for (size_t i = 0; i < LaneSums::kCount; i++) {
+    double x[kTileSide / 2], by_lane[kTileSide / 2];
+    const double* lanes = sums.of[i];
+    for (int j = 0; j < 8; j++) x[j] = lanes[j] + lanes[j + 8];
+    for (int j = 0; j < 8; j++) by_lane[j] = lanes[j] * j + lanes[j + 8] * (j + 8);
+    for (int j = 0; j < 4; j++) x[j] += x[j + 4];
+    for (int j = 0; j < 4; j++) by_lane[j] += by_lane[j + 4];
+    totals.of[i] = (x[0] + x[2]) + (x[1] + x[3]);
+    totals.by_lane[i] = (by_lane[0] + by_lane[2]) + (by_lane[1] + by_lane[3]);
+  }
+}
+
+void RunVectors(Operation operation, TileJob& job, ScalarRays& scalar) {
+  const bool growing = operation == Operation::deposit || operation == Operation::deposit_contact;
+  if (operation == Operation::paint) {
+    PaintTile(job);
+  } else if (scalar_sums(job, !growing && job.tile->material == kMixedMaterial)) {
+    AddScalarSums(job, growing);
+    RunSummed<Summed::nothing>(operation, job, scalar);
+  } else if (job.rays.axis == Axis::z) {
+    RunSummed<Summed::lengths_and_nodes>(operation, job, scalar);
+  } else {
+    RunSummed<Summed::lengths>(operation, job, scalar);
   }
 }
 
@@ -445,10 +531,13 @@ HWY_AFTER_NAMESPACE();
 namespace kibori {
 HWY_EXPORT(RunVectors);
 HWY_EXPORT(StoreNormals);
+HWY_EXPORT(ClearSums);
+HWY_EXPORT(ReduceSums);
 
 namespace {
 
 void write_span(Plane& plane, int slot, const Span& s) {
+  plane.include(s.in, s.out);
   plane.in[slot] = s.in;
   plane.out[slot] = s.out;
   plane.material[slot] = s.material;
@@ -492,20 +581,6 @@ void erase_span(Field& field, Plane& plane, int slot) {
   clear_slot(*p, slot);
 }
 
-// Fixed pairwise tree, so the order does not depend on the vector's width.
-double reduce(const double (&lanes)[kTileSide]) {
-  double x[kTileSide / 2];
-  for (int i = 0; i < 8; i++) x[i] = lanes[i] + lanes[i + 8];
-  for (int i = 0; i < 4; i++) x[i] += x[i + 4];
-  return (x[0] + x[2]) + (x[1] + x[3]);
-}
-
-double reduce_by_lane(const double (&lanes)[kTileSide]) {
-  double x[kTileSide];
-  for (int i = 0; i < kTileSide; i++) x[i] = lanes[i] * i;
-  return reduce(x);
-}
-
 }  // namespace
 
 void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t span_material, double sign) {
@@ -535,10 +610,11 @@ void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t sp
   if (!(s2 > 0)) return;
   const double weight = length * (s[ti] * s[ti]) / s2;
   const Vec3 f = (weight / s2) * s;
-  part.turn_force[axis] += f;
-  part.turn_moment[axis] += r.cross(f);
-  part.turn_moment_axis[axis] += r.dot(motion.tool_axis) * motion.tool_axis.cross(f);
-  part.turn_volume[axis] += weight;
+  RemovedPart::TurnSums& turn = part.turn();
+  turn.force[axis] += f;
+  turn.moment[axis] += r.cross(f);
+  turn.moment_axis[axis] += r.dot(motion.tool_axis) * motion.tool_axis.cross(f);
+  turn.volume[axis] += weight;
 }
 
 void cut_ray(Field& field, Tile& tile, int slot, float a, float b) {
@@ -588,17 +664,20 @@ void deposit_ray(Field& field, Tile& tile, int slot, float a, float b, uint8_t m
     const bool joins_after = there && p->in[slot] == gap_end && p->material[slot] == material;
     if (joins_before && joins_after) {
       before->out[slot] = p->out[slot];
+      before->include(p->in[slot], p->out[slot]);
       before->normal_out[slot] = p->normal_out[slot];
       if (before->paint || p->paint) field.paint_of(*before).out[slot] = p->paint ? p->paint->out[slot] : 0;
       a = std::max(gap_end, before->out[slot]);
       erase_span(field, *p, slot);
     } else if (joins_before) {
       before->out[slot] = gap_end;
+      before->include(a, gap_end);
       before->normal_out[slot] = there && p->in[slot] == gap_end ? negate_normal(p->normal_in[slot]) : 0;
       if (before->paint) before->paint->out[slot] = 0;
       a = gap_end;
     } else if (joins_after) {
       p->in[slot] = a;
+      p->include(a, gap_end);
       p->normal_in[slot] = before && before->out[slot] == a ? negate_normal(before->normal_out[slot]) : 0;
       if (p->paint) p->paint->in[slot] = 0;
       a = gap_end;
@@ -620,8 +699,8 @@ static void face_lattice(TileJob& job) {
   const auto depth = static_cast<float>(job.field->nodes_depth());
   for (int slot = 0; slot < kTileRays; slot++) {
     if (!((job.spans.rows >> (slot / kTileSide)) & 1)) continue;
-    if (job.spans.lo[slot] == 0) job.codes.lo[slot] = 0;
-    if (job.spans.hi[slot] == depth) job.codes.hi[slot] = 0;
+    if (job.spans.lo[slot] == 0) job.spans.codes.lo[slot] = 0;
+    if (job.spans.hi[slot] == depth) job.spans.codes.hi[slot] = 0;
   }
 }
 
@@ -630,23 +709,55 @@ void flush_sums(TileJob& job) {
   const auto axis = static_cast<size_t>(job.rays.axis);
   const auto u = u_index(job.rays.axis), v = v_index(job.rays.axis), t = depth_index(job.rays.axis);
   RemovedPart& part = job.removed->part(job.sums.material);
-  const LaneSums& sums = job.sums;
-  const double volume = reduce(sums.length);
+  using S = LaneSums;
+  LaneTotals sum;
+  HWY_DYNAMIC_DISPATCH(ReduceSums)(job.sums, sum);
+  const double volume = sum.of[S::length];
   const Vec3& ref = job.motion->reference;
   part.volume[axis] += volume;
-  part.moment[axis][u] += reduce_by_lane(sums.length) + reduce(sums.length_u0) + volume * (0.5 - ref[u]);
-  part.moment[axis][v] += reduce(sums.length_v) + volume * (0.5 - ref[v]);
-  part.moment[axis][t] += 0.5 * reduce(sums.length_t2) + volume * (static_cast<double>(job.t_ref) - ref[t]);
+  part.moment[axis][u] += sum.by_lane[S::length] + sum.of[S::length_u0] + volume * (0.5 - ref[u]);
+  part.moment[axis][v] += sum.of[S::length_v] + volume * (0.5 - ref[v]);
+  part.moment[axis][t] += 0.5 * sum.of[S::length_t2] + volume * (static_cast<double>(job.t_ref) - ref[t]);
   if (job.rays.axis == Axis::z) {
-    const double n = reduce(sums.nodes);
+    const double n = sum.of[S::nodes];
     part.points += static_cast<int64_t>(n);
     part.node_sum[static_cast<size_t>(u)] +=
-        static_cast<int64_t>(reduce_by_lane(sums.nodes) + reduce(sums.nodes_u0));
-    part.node_sum[static_cast<size_t>(v)] += static_cast<int64_t>(reduce(sums.nodes_v));
+        static_cast<int64_t>(sum.by_lane[S::nodes] + sum.of[S::nodes_u0]);
+    part.node_sum[static_cast<size_t>(v)] += static_cast<int64_t>(sum.of[S::nodes_v]);
     part.node_sum[static_cast<size_t>(t)] +=
-        static_cast<int64_t>(0.5 * reduce(sums.nodes_t2) + n * static_cast<double>(job.t_ref));
+        static_cast<int64_t>(0.5 * sum.of[S::nodes_t2] + n * static_cast<double>(job.t_ref));
   }
-  job.sums = LaneSums();
+}
+
+// Clipped to the lattice, an end may be nobody's any more: square to the ray, unless the solid says
+// otherwise.
+static void clear_codes(SpanLayer& layer, unsigned rows) {
+  for (unsigned left = rows; left; left &= left - 1) {
+    const int slot = __builtin_ctz(left) * kTileSide;
+    std::fill_n(layer.codes.lo + slot, kTileSide, 0u);
+    std::fill_n(layer.codes.hi + slot, kTileSide, 0u);
+  }
+}
+
+// The rays the vectors left over.
+static void edit_scalar_rays(TileJob& job, Tile& tile, const ScalarRays& scalar, bool growing) {
+  for (int row = 0; row < kTileSide; row++)
+    for (unsigned bits = scalar.rows[row]; bits; bits &= bits - 1) {
+      const int lane = __builtin_ctz(bits), slot = row * kTileSide + lane;
+      const float a = job.spans.lo[slot], b = job.spans.hi[slot];
+      if (growing)
+        deposit_ray(*job.field, tile, slot, a, b, job.material);
+      else
+        cut_ray(*job.field, tile, slot, a, b);
+      // The ends the tool made are those at exactly a and b.
+      for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next) {
+        const unsigned at_a = (growing ? p->in : p->out)[slot] == a,
+                       at_b = (growing ? p->out : p->in)[slot] == b;
+        job.ends.name(static_cast<size_t>(row), at_a << lane, at_b << lane);
+      }
+    }
+  for (Plane* p = &tile.first; p; p = p->next) p->tight = false;
+  job.shrank = true;
 }
 
 void run_tile(Operation operation, TileJob& job) {
@@ -663,6 +774,7 @@ void run_tile(Operation operation, TileJob& job) {
   if (!growing) job.material = kMixedMaterial;  // add_overlap then asks the span
   if (!scalar_sums(job, mixed && !growing) && job.sums.material != material) {
     flush_sums(job);
+    HWY_DYNAMIC_DISPATCH(ClearSums)(job.sums);
     job.sums.material = material;
   }
   HWY_DYNAMIC_DISPATCH(RunVectors)(operation, job, scalar);
@@ -670,41 +782,21 @@ void run_tile(Operation operation, TileJob& job) {
   if (operation == Operation::contact || operation == Operation::deposit_contact) return;
 
   auto& tile = *const_cast<Tile*>(job.tile);
-  if (scalar.any)
-    for (int row = 0; row < kTileSide; row++)
-      for (unsigned bits = scalar.rows[row]; bits; bits &= bits - 1) {
-        const int lane = __builtin_ctz(bits), slot = row * kTileSide + lane;
-        const float a = job.spans.lo[slot], b = job.spans.hi[slot];
-        if (growing)
-          deposit_ray(*job.field, tile, slot, a, b, job.material);
-        else
-          cut_ray(*job.field, tile, slot, a, b);
-        // The ends the tool made are those at exactly a and b.
-        for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next) {
-          if ((growing ? p->in : p->out)[slot] == a) job.ends.lo[row] |= static_cast<uint16_t>(1u << lane);
-          if ((growing ? p->out : p->in)[slot] == b) job.ends.hi[row] |= static_cast<uint16_t>(1u << lane);
-        }
-      }
+  if (scalar.any) edit_scalar_rays(job, tile, scalar, growing);
   if (growing) {
     tile.material = tile.empty || tile.material == job.material ? job.material : kMixedMaterial;
     tile.empty = false;
-    for (int row = 0; row < kTileSide; row++)
-      for (unsigned bits = job.ends.lo[row] | job.ends.hi[row]; bits; bits &= bits - 1) {
-        const int slot = row * kTileSide + __builtin_ctz(bits);
-        tile.near = std::min(tile.near, job.spans.lo[slot]);
-        tile.far = std::max(tile.far, job.spans.hi[slot]);
-      }
   }
-  job.ends.flip = !growing;
-  bool ends = false;
-  for (int row = 0; row < kTileSide; row++) ends |= (job.ends.lo[row] | job.ends.hi[row]) != 0;
-  if (ends) {
-    if (growing) job.codes = {};
-    job.solid->normals(job.rays, job.layer, job.spans, job.ends, job.codes);
+  if (job.ends.rows) {
+    const unsigned unknown = job.ends.rows & ~job.spans.known;
+    if (unknown) {
+      if (growing) clear_codes(job.spans, unknown);
+      job.solid->normals(job.rays, job.layer, job.ends, job.spans);
+    }
     if (growing) face_lattice(job);
     HWY_DYNAMIC_DISPATCH(StoreNormals)(job, !growing);
   }
-  if (job.shrank || scalar.any) {
+  if (job.shrank) {
     job.field->trim_planes(tile);
     if (tile.empty) job.field->clear_tile(job.tu, job.tv);
   }

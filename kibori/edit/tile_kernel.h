@@ -15,14 +15,10 @@ enum class Operation { cut, deposit, paint, contact, deposit_contact };
 
 // Sums over the tiles of one field, by lane; lattice units. Doubles, so that whole numbers stay exact.
 struct LaneSums {
-  alignas(64) double length[kTileSide] = {};
-  alignas(64) double length_u0[kTileSide] = {};  // weighted by the tile's first u
-  alignas(64) double length_v[kTileSide] = {};
-  alignas(64) double length_t2[kTileSide] = {};  // weighted by twice (depth - t_ref)
-  alignas(64) double nodes[kTileSide] = {};      // the same of lattice nodes, for the z field
-  alignas(64) double nodes_u0[kTileSide] = {};
-  alignas(64) double nodes_v[kTileSide] = {};
-  alignas(64) double nodes_t2[kTileSide] = {};
+  enum Of { length, length_u0, length_v, length_t2, nodes, nodes_u0, nodes_v, nodes_t2, kCount };
+  // length: of what was removed; _u0: weighted by the tile's first u; _v: by v; _t2: by twice (depth -
+  // t_ref); nodes: the same of lattice nodes, for the z field. Meaningful once `material` is set.
+  alignas(64) double of[kCount][kTileSide];
   uint8_t material = kMixedMaterial;  // whose sums these are; kMixedMaterial: nothing summed yet
 };
 
@@ -35,9 +31,9 @@ struct TileJob {
   int layer;
   SpanLayer spans;
   EndMasks ends;
-  NormalCodes codes;
-  float t_ref;  // whole number near the tool's depth
-  bool deep;    // the tool is too deep for node sums in float32
+  double depth_min, depth_max;  // of the solid, with kBoundsSlack
+  float t_ref;                  // whole number near the tool's depth
+  bool deep;                    // the tool is too deep for node sums in float32
   LaneSums sums;
   uint8_t material;  // of a deposit
   Color color;       // of paint

@@ -24,10 +24,12 @@ Wrench energy(int dof, const RemovedPart& part, double u, const Tick& tick, doub
   const double h = pitch_mm, h2 = h * h, h3 = h2 * h;
   Wrench sum;
   if (tick.turn.squaredNorm() > 0) {
+    if (!part.turning) return {};
+    const RemovedPart::TurnSums& turn = part.turn();
     // Element sums are in lattice units: dV [h^3] over |s| [h] makes h^2, moments one h more.
     for (size_t i = 0; i < 3; i++) {
-      sum.force -= u * h2 * part.turn_force[i];
-      sum.moment -= u * h3 * (dof == 6 ? part.turn_moment[i] : part.turn_moment_axis[i]);
+      sum.force -= u * h2 * turn.force[i];
+      sum.moment -= u * h3 * (dof == 6 ? turn.moment[i] : turn.moment_axis[i]);
     }
     return sum;
   }

@@ -64,15 +64,17 @@ Result<TickResult> Stroke::advance(const Tool& tool, const Vec3& tip_mm, const V
   result.tick = {end.tip, end.axis(), travel, turning ? turn_rad : Vec3(Vec3::Zero())};
   removed_.reset();
   if (mode != Mode::off) {
-    // Points beyond the lattice meet nothing, so they may stray.
-    double reach = 0;
-    for (int corner = 0; corner < 8; corner++) {
-      Vec3 p = Vec3::Zero();
-      for (int i = 0; i < 3; i++) p[i] = (corner >> i) & 1 ? lattice.nodes[i] : 0;
-      reach = std::fmax(reach, std::sqrt((lattice.to_mm(p) - pose_.tip).squaredNorm()));
+    double stray = 0;
+    if (turning) {
+      // Points beyond the lattice meet nothing, so they may stray.
+      double reach = 0;
+      for (int corner = 0; corner < 8; corner++) {
+        Vec3 p = Vec3::Zero();
+        for (int i = 0; i < 3; i++) p[i] = (corner >> i) & 1 ? lattice.nodes[i] : 0;
+        reach = std::fmax(reach, std::sqrt((lattice.to_mm(p) - pose_.tip).squaredNorm()));
+      }
+      stray = std::fmin(reach, reach_mm(tool)) * scale * angle / 2;
     }
-    reach = std::fmin(reach, reach_mm(tool));
-    const double stray = turning ? reach * scale * angle / 2 : 0;
     const double length = std::sqrt(travel.squaredNorm()) * scale;
     const double wanted = std::fmax(std::ceil(stray / kTurnTolerance), std::ceil(length / kMaxPieceLength));
     if (!(wanted <= kMaxTurnPieces)) {

@@ -13,179 +13,161 @@ HWY_BEFORE_NAMESPACE();
 namespace kibori {
 namespace HWY_NAMESPACE {
 
-// The ends where the ball passes through the ray between its end poses: the formula of ball.h.
+// The formula of ball.h for one row of lanes; `old` are those that belong to the first pose at both ends.
 struct Ends {
   VF lo, hi;
-  MF live;
+  MF live, old;
+  VU code_lo, code_hi;
 };
-HWY_INLINE Ends BetweenPoses(const SweptBall::View& k, VF u, float v_row) {
+HWY_INLINE Ends SweepEnds(const SweptBall::View& k, VF u, float v_row, VF code_scale) {
   const DF d;
-  const VF r2 = F(k.radius * k.radius), s_min = F(k.s_min), s_max = F(k.s_max), v = F(v_row);
+  const VF r2 = F(k.radius2), s_min = F(k.s_min), s_max = F(k.s_max), v = F(v_row);
+  const VF zero = hn::Zero(d), centre = F(k.centre_depth);
   const VF s0 = hn::Add(hn::Mul(u, F(k.step_u)), F(v_row * k.step_v));
   const VF across = hn::Sub(hn::Mul(u, F(k.normal_v)), F(v_row * k.normal_u));
   const VF m = hn::Sub(r2, hn::Mul(across, across));
-  const VF turn = hn::Mul(hn::Mul(m, RoughRsqrt(hn::Max(m, F(1e-30f)))), F(k.shift));
-  const auto end = [&](VF s, VF& rem) HWY_ATTR {
-    s = hn::Min(hn::Max(s, s_min), s_max);
-    const VF du = hn::Sub(u, hn::Mul(s, F(k.motion_u))), dv = hn::Sub(v, hn::Mul(s, F(k.motion_v)));
-    rem = hn::Sub(hn::Sub(r2, hn::Mul(du, du)), hn::Mul(dv, dv));
-    return hn::Mul(s, F(k.motion_d));
-  };
-  VF rem_lo, rem_hi;
-  const VF at_lo = end(hn::Sub(s0, turn), rem_lo), at_hi = end(hn::Add(s0, turn), rem_hi);
-  const VF zero = hn::Zero(d);
+  const VF turn = hn::Mul(hn::Sqrt(hn::Max(m, zero)), F(k.shift));
+  const VF s_lo = hn::Min(hn::Max(hn::Sub(s0, turn), s_min), s_max);
+  const VF s_hi = hn::Min(hn::Max(hn::Add(s0, turn), s_min), s_max);
+  // From the ball's centre at s to the ray.
+  const VF u_lo = hn::Sub(u, hn::Mul(s_lo, F(k.motion_u))), v_lo = hn::Sub(v, hn::Mul(s_lo, F(k.motion_v)));
+  const VF u_hi = hn::Sub(u, hn::Mul(s_hi, F(k.motion_u))), v_hi = hn::Sub(v, hn::Mul(s_hi, F(k.motion_v)));
+  const VF rest_lo = hn::Sub(hn::Sub(r2, hn::Mul(v_lo, v_lo)), hn::Mul(u_lo, u_lo));
+  const VF rest_hi = hn::Sub(hn::Sub(r2, hn::Mul(v_hi, v_hi)), hn::Mul(u_hi, u_hi));
   Ends ends;
-  ends.live = hn::And(hn::Gt(m, zero), hn::And(hn::Gt(rem_lo, zero), hn::Gt(rem_hi, zero)));
-  ends.lo = hn::Sub(at_lo, hn::Sqrt(hn::Max(rem_lo, zero)));
-  ends.hi = hn::Add(at_hi, hn::Sqrt(hn::Max(rem_hi, zero)));
+  ends.live = hn::And(hn::Gt(m, zero), hn::Gt(hn::Min(rest_lo, rest_hi), zero));
+  ends.old = hn::Eq(hn::Max(s_lo, s_hi), s_min);
+  ends.lo = hn::Sub(hn::Add(centre, hn::Mul(s_lo, F(k.motion_d))), hn::Sqrt(hn::Max(rest_lo, zero)));
+  ends.hi = hn::Add(hn::Add(centre, hn::Mul(s_hi, F(k.motion_d))), hn::Sqrt(hn::Max(rest_hi, zero)));
+  ends.code_lo = EncodeScaled(u_lo, v_lo, code_scale);
+  ends.code_hi = EncodeScaled(u_hi, v_hi, code_scale);
   return ends;
 }
 
-// In short motions nearly every end belongs to one of the end poses. With w the ray's offset from the ball's
-// centre there, dot = w.p and q = half the chord, the exit belongs to the last pose where md q + dot >= 0 and
-// to the first where md q + dot <= 0; the entry where md q <= dot and md q >= dot. `open` collects the other
-// lanes, by row; they take BetweenPoses in a second pass. Which way a lane takes depends on that lane alone,
-// never on its neighbours, so the vector's width does not show.
-void BallSpans(const SweptBall::View& k, float u_base, float v_base, SpanLayer& out) {
+// What one field's rays see of the ball's two end poses in a tile, row by row. Which way a row is computed
+// must not depend on the vector's width: it is decided here, for the 16 lanes together.
+struct RowClasses {
+  alignas(64) float v0[kTileSide], v1[kTileSide];        // the row's distance from the pose's centre
+  alignas(64) float rest0[kTileSide], rest1[kTileSide];  // R^2 - v^2
+  unsigned live;                                         // some lane meets the ball at the last pose
+  unsigned near;                                         // some lane may meet the sweep
+  unsigned old;                                          // all lanes have the first pose nearest
+  unsigned last;                                         // all lanes have the last pose nearest
+};
+
+HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, RowClasses& rows) {
   const DF d;
-  const float r2 = k.radius * k.radius, md = k.motion_d, md2 = md * md;
-  const float v_first = k.motion_v * k.s_min, v_last = k.motion_v * k.s_max;
-  // Rows the sweep's shadow can touch; one row of slack against rounding.
-  const float lowest = std::min(v_first, v_last) - k.radius - v_base - 1;
-  const float highest = std::max(v_first, v_last) + k.radius - v_base + 1;
-  const int row_begin = static_cast<int>(std::clamp(lowest, 0.0f, 16.0f));
-  const int row_end = static_cast<int>(std::clamp(highest + 1, 0.0f, 16.0f));
-  const float reach = std::abs(md) * k.radius * 1.001f + 1e-5f;
-  const VF zero = hn::Zero(d), far = F(kFar), minus_far = F(-kFar);
-  const VF centre = F(static_cast<float>(k.centre_d));
-  const VF centre0 = hn::Add(centre, F(k.s_min * md)), centre1 = hn::Add(centre, F(k.s_max * md));
-  unsigned rows = 0;
+  // With w the ray's offset from the ball's centre at a pose, dot = w.p and q = half the chord, an exit
+  // belongs to the last pose where md q + dot >= 0 and to the first where md q + dot <= 0; an entry where md
+  // q <= dot and md q >= dot. q <= R settles it for a whole row.
+  const float reach = k.reach;
+  const float v_first = k.motion_v * k.s_min, v_last = k.motion_v * k.s_max, u_end = u_base + 15.0f;
+  const float shift0 = k.s_min * k.motion_u, shift1 = k.s_max * k.motion_u;
+  const float left0 = u_base - shift0, right0 = u_end - shift0, left1 = u_base - shift1,
+              right1 = u_end - shift1;
+  const auto least_square = [](float left, float right) {
+    return left <= 0 && right >= 0 ? 0.0f : std::min(left * left, right * right);
+  };
+  const float most_dot0 = std::max(left0 * k.motion_u, right0 * k.motion_u);
+  const float least_dot1 = std::min(left1 * k.motion_u, right1 * k.motion_u);
+  const VF r2 = F(k.radius2), zero = hn::Zero(d);
+  const VF least0 = F(least_square(left0, right0)), least1 = F(least_square(left1, right1));
+  rows.live = rows.near = rows.old = rows.last = 0;
   for (size_t g = 0; g < kGroups; g++) {
-    const float u_left = u_base + static_cast<float>(g * kLanes);
+    const size_t at = g * kLanes;
+    const VF v = LanesFrom(v_base, g), v0 = hn::Sub(v, F(v_first)), v1 = hn::Sub(v, F(v_last));
+    const VF rest0 = hn::Sub(r2, hn::Mul(v0, v0)), rest1 = hn::Sub(r2, hn::Mul(v1, v1));
+    hn::Store(v0, d, rows.v0 + at);
+    hn::Store(v1, d, rows.v1 + at);
+    hn::Store(rest0, d, rows.rest0 + at);
+    hn::Store(rest1, d, rows.rest1 + at);
+    const VF most0 = hn::Sub(rest0, least0), most1 = hn::Sub(rest1, least1);
+    rows.live |= Bits(hn::Gt(most1, zero)) << at;
+    rows.near |= Bits(hn::Gt(hn::Max(most0, most1), F(-k.widening))) << at;
+    const VF dot0 = hn::Add(F(most_dot0), hn::Mul(v0, F(k.motion_v)));
+    const VF dot1 = hn::Add(F(least_dot1), hn::Mul(v1, F(k.motion_v)));
+    rows.old |= Bits(hn::Le(hn::Add(dot0, F(reach)), zero)) << at;
+    rows.last |= Bits(hn::Ge(dot1, F(reach))) << at;
+  }
+}
+
+// In short motions nearly every row has both ends at one of the end poses (RowClasses), which is a short
+// formula; the others take SweepEnds. A ball's normal is the way from its centre to the ray, so it comes
+// along.
+void BallSpans(const SweptBall::View& view, float u_base, float v_base, SpanLayer& out) {
+  const DF d;
+  const DU du;
+  const SweptBall::View k = view;  // a copy, which stores to `out` can't change
+  const float md = k.motion_d;
+  RowClasses row_class;
+  Classify(k, u_base, v_base, row_class);
+  // A clear start pose: where both ends still belong to it, the sweep brings nothing new.
+  const unsigned fresh = row_class.near & (k.start_is_clear ? ~row_class.old : ~0u);
+  if (!fresh) {
+    out.rows = 0;
+    return;
+  }
+  const unsigned head_on = k.head_on ? fresh : 0,
+                 last = k.head_on ? 0 : row_class.last & row_class.live & fresh;
+  const VF zero = hn::Zero(d), far = F(kFar), minus_far = F(-kFar);
+  const VF centre0 = F(k.centre_depth + k.s_min * md), centre1 = F(k.centre_depth + k.s_max * md);
+  const VF code_scale = F(NormalScale(out.flip) * k.code_scale);
+  alignas(64) uint32_t row_code[kTileSide];
+  for (size_t g = 0; g < kGroups; g++)
+    hn::Store(EncodeScaled(zero, hn::Load(d, row_class.v1 + g * kLanes), code_scale), du,
+              row_code + g * kLanes);
+  unsigned rows = last, swept = k.head_on ? 0 : fresh & ~row_class.last;
+  for (size_t g = 0; g < kGroups; g++) {
     const VF u = LanesFrom(u_base, g);
     const VF u0 = hn::Sub(u, F(k.s_min * k.motion_u)), u1 = hn::Sub(u, F(k.s_max * k.motion_u));
     const VF u0_squared = hn::Mul(u0, u0), u1_squared = hn::Mul(u1, u1);
-    const VF u0_dot = hn::Mul(u0, F(k.motion_u)), u1_dot = hn::Mul(u1, F(k.motion_u));
-    // Over all lanes, dot0 is at most and dot1 at least this plus the row's part.
-    const float width = static_cast<float>(kLanes - 1) * k.motion_u;
-    const float dot0_most = (u_left - k.s_min * k.motion_u) * k.motion_u + std::max(0.0f, width);
-    const float dot1_least = (u_left - k.s_max * k.motion_u) * k.motion_u + std::min(0.0f, width);
-    uint16_t open_rows[kTileSide];
-    unsigned open_any = 0;
-    for (int row = row_begin; row < row_end; row++) {
-      const float v = v_base + static_cast<float>(row);
-      const float v0 = v - v_first, v1 = v - v_last;
-      const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
-      // A clear start pose: where both ends still belong to it, the sweep brings nothing new.
-      if (k.start_is_clear && dot0_most + v0 * k.motion_v + reach <= 0) {
-        if (kGroups > 1) {
-          hn::Store(far, d, out.lo + slot);
-          hn::Store(minus_far, d, out.hi + slot);
-        }
-        open_rows[row] = 0;
-        continue;
-      }
-      const VF rem1 = hn::Sub(F(r2 - v1 * v1), u1_squared);
-      const VF q1 = hn::Sqrt(hn::Max(rem1, zero));
-      VF t_lo = hn::Sub(centre1, q1), t_hi = hn::Add(centre1, q1);
-      MF live;
-      unsigned open = 0;
-      if (k.head_on) {
-        // Moving along the rays from a clear start: one end is new, the other anywhere inside the start pose.
-        const VF rem0 = hn::Sub(F(r2 - v0 * v0), u0_squared);
-        const VF least = hn::Min(rem0, rem1);
-        live = hn::Ge(least, F(k.rim));
-        open = Bits(hn::AndNot(live, hn::Gt(rem1, F(-k.widening))));
-        if (md > 0)
-          t_lo = centre0;
-        else
-          t_hi = centre0;
-      } else if (dot1_least + v1 * k.motion_v >= reach) {
-        // The whole row has the ball's last pose nearest.
-        live = hn::Gt(rem1, zero);
-      } else {
-        const VF rem0 = hn::Sub(F(r2 - v0 * v0), u0_squared);
-        const VF dot0 = hn::Add(u0_dot, F(v0 * k.motion_v)), dot1 = hn::Add(u1_dot, F(v1 * k.motion_v));
-        const VF mq1 = hn::Mul(q1, F(md));
-        const MF lo1 = hn::Le(mq1, dot1), hi1 = hn::Ge(hn::Add(mq1, dot1), zero);
-        // dot0 <= +|md| q0 and dot0 <= -|md| q0, without the root.
-        const VF dot0_squared = hn::Mul(dot0, dot0), bound = hn::Mul(hn::Max(rem0, zero), F(md2));
-        const MF negative = hn::Le(dot0, zero);
-        const MF weak = hn::Or(negative, hn::Le(dot0_squared, bound));
-        const MF strong = hn::And(negative, hn::Ge(dot0_squared, bound));
-        const MF lo0 = md >= 0 ? weak : strong, hi0 = md >= 0 ? strong : weak;
-        const MF in1 = hn::Gt(rem1, zero), in0 = hn::Gt(rem0, zero);
-        const MF settled = hn::And(hn::Or(lo0, lo1), hn::Or(hi0, hi1));
-        const MF maybe = hn::Gt(hn::Max(rem0, rem1), F(-k.widening));
-        live = hn::And(settled, hn::And(hn::Or(hn::And(lo1, in1), hn::AndNot(lo1, in0)),
-                                        hn::Or(hn::And(hi1, in1), hn::AndNot(hi1, in0))));
-        MF between = hn::AndNot(settled, maybe);
-        VF start_lo = centre0, start_hi = centre0;  // clear: any depth inside will do
-        if (k.start_is_clear) {
-          const MF old = hn::And(lo0, hi0);
-          live = hn::AndNot(old, live);
-          between = hn::AndNot(old, between);
-        } else {
-          const VF q0 = hn::Sqrt(hn::Max(rem0, zero));
-          start_lo = hn::Sub(centre0, q0);
-          start_hi = hn::Add(centre0, q0);
-        }
-        t_lo = hn::IfThenElse(lo1, t_lo, start_lo);
-        t_hi = hn::IfThenElse(hi1, t_hi, start_hi);
-        open = Bits(between);
-      }
-      live = hn::And(live, hn::Lt(t_lo, t_hi));
-      hn::Store(hn::IfThenElse(live, t_lo, far), d, out.lo + slot);
-      hn::Store(hn::IfThenElse(live, t_hi, minus_far), d, out.hi + slot);
-      rows |= static_cast<unsigned>(!hn::AllFalse(d, live)) << row;
-      open_rows[row] = static_cast<uint16_t>(open);
-      open_any |= open;
+    const VU lane_code = EncodeScaled(u1, zero, code_scale);
+    for (unsigned left = last; left; left &= left - 1) {
+      const auto row = static_cast<size_t>(__builtin_ctz(left));
+      const size_t slot = row * kTileSide + g * kLanes;
+      const VF rest1 = hn::Sub(F(row_class.rest1[row]), u1_squared);
+      const VF q1 = hn::Sqrt(hn::Max(rest1, zero));  // 0 where the ray passes by: an empty interval
+      hn::Store(hn::Sub(centre1, q1), d, out.lo + slot);
+      hn::Store(hn::Add(centre1, q1), d, out.hi + slot);
+      const VU code = hn::Or(lane_code, hn::Set(du, row_code[row]));
+      hn::Store(code, du, out.codes.lo + slot);
+      hn::Store(code, du, out.codes.hi + slot);
     }
-    if (!open_any) continue;
-    for (int row = row_begin; row < row_end; row++) {
-      if (!open_rows[row]) continue;
-      const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
-      const MF open = FromBits(open_rows[row]);
-      const Ends ends = BetweenPoses(k, u, v_base + static_cast<float>(row));
-      const VF t_lo = hn::Add(centre, ends.lo), t_hi = hn::Add(centre, ends.hi);
-      const MF live = hn::And(hn::And(open, ends.live), hn::Lt(t_lo, t_hi));
-      hn::BlendedStore(t_lo, live, d, out.lo + slot);
-      hn::BlendedStore(t_hi, live, d, out.hi + slot);
+    for (unsigned left = head_on; left; left &= left - 1) {
+      // Moving along the rays from a clear start: one end is new, the other anywhere inside the start pose.
+      const auto row = static_cast<size_t>(__builtin_ctz(left));
+      const size_t slot = row * kTileSide + g * kLanes;
+      const VF rest0 = hn::Sub(F(row_class.rest0[row]), u0_squared);
+      const VF rest1 = hn::Sub(F(row_class.rest1[row]), u1_squared);
+      const VF q1 = hn::Sqrt(hn::Max(rest1, zero));
+      const MF live = hn::Ge(hn::Min(rest0, rest1), F(k.rim));
+      const VF end = md > 0 ? hn::Add(centre1, q1) : hn::Sub(centre1, q1);
+      const VF shut = hn::IfThenElse(live, end, md > 0 ? minus_far : far);
+      hn::Store(md > 0 ? centre0 : shut, d, out.lo + slot);
+      hn::Store(md > 0 ? shut : centre0, d, out.hi + slot);
+      hn::Store(hn::Or(lane_code, hn::Set(du, row_code[row])), du,
+                (md > 0 ? out.codes.hi : out.codes.lo) + slot);
+      const bool unsure = !hn::AllFalse(d, hn::AndNot(live, hn::Gt(rest1, F(-k.widening))));
+      swept |= static_cast<unsigned>(unsure) << row;
       rows |= static_cast<unsigned>(!hn::AllFalse(d, live)) << row;
     }
   }
-  if (kGroups > 1)  // a filled row is filled in all its groups
-    for (int row = 0; row < kTileSide; row++)
-      if (row < row_begin || row >= row_end) rows &= ~(1u << row);
-  out.rows = static_cast<uint16_t>(rows);
-}
-
-void BallNormals(const SweptBall::View& k, float u_base, float v_base, const SpanLayer& spans,
-                 const EndMasks& ends, NormalCodes& out) {
-  const DF d;
-  const DU du;
-  const VF s_min = F(k.s_min), s_max = F(k.s_max), centre = F(static_cast<float>(k.centre_d));
-  const VF scale = F(NormalScale(ends.flip) / k.radius * 0.9999f);
-  const auto encode = [&](const float* depth, float v, size_t g, uint32_t* to) HWY_ATTR {
-    const VF u = LanesFrom(u_base, g);
-    const VF t = hn::Sub(hn::Load(d, depth), centre);
-    // The nearest point of the path is the centre of the ball that touches here.
-    VF s = hn::Add(hn::Mul(u, F(k.motion_u)), F(v * k.motion_v));
-    s = hn::Mul(hn::Add(s, hn::Mul(t, F(k.motion_d))), F(k.inverse_length2));
-    s = hn::Min(hn::Max(s, s_min), s_max);
-    hn::Store(
-        EncodeScaled(hn::Sub(u, hn::Mul(s, F(k.motion_u))), hn::Sub(F(v), hn::Mul(s, F(k.motion_v))), scale),
-        du, to);
-  };
-  for (int row = 0; row < kTileSide; row++) {
-    const float v = v_base + static_cast<float>(row);
-    for (size_t g = 0; g < kGroups; g++) {
-      const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
-      const unsigned group = kGroupMask << (g * kLanes);
-      if (ends.lo[row] & group) encode(spans.lo + slot, v, g, out.lo + slot);
-      if (ends.hi[row] & group) encode(spans.hi + slot, v, g, out.hi + slot);
+  rows &= ~swept;
+  for (size_t g = 0; g < kGroups; g++) {
+    for (unsigned left = swept; left; left &= left - 1) {
+      const auto row = static_cast<size_t>(__builtin_ctz(left));
+      const size_t slot = row * kTileSide + g * kLanes;
+      const Ends ends = SweepEnds(k, LanesFrom(u_base, g), v_base + static_cast<float>(row), code_scale);
+      MF live = hn::And(ends.live, hn::Lt(ends.lo, ends.hi));
+      if (k.start_is_clear) live = hn::AndNot(ends.old, live);
+      hn::Store(hn::IfThenElse(live, ends.lo, far), d, out.lo + slot);
+      hn::Store(hn::IfThenElse(live, ends.hi, minus_far), d, out.hi + slot);
+      hn::Store(ends.code_lo, du, out.codes.lo + slot);
+      hn::Store(ends.code_hi, du, out.codes.hi + slot);
+      rows |= static_cast<unsigned>(!hn::AllFalse(d, live)) << row;
     }
   }
+  out.rows = out.known = static_cast<uint16_t>(rows);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -195,7 +177,6 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace kibori {
 HWY_EXPORT(BallSpans);
-HWY_EXPORT(BallNormals);
 
 SweptBall::SweptBall(const Vec3& centre, const Vec3& motion, double radius, bool start_is_clear)
     : centre_(centre), motion_(motion), radius_(radius) {
@@ -220,8 +201,10 @@ SweptBall::SweptBall(const Vec3& centre, const Vec3& motion, double radius, bool
     k.normal_v = static_cast<float>(has_flat ? mv / flat : 0);
     // Along the ray the ends belong to the two end poses outright: a shift no clamp can miss.
     k.shift = static_cast<float>(has_flat ? md / (flat * length) : md > 0 ? 1e10 : md < 0 ? -1e10 : 0);
-    k.inverse_length2 = static_cast<float>(length2 > 1e-24 ? 1 / length2 : 0);
-    k.radius = static_cast<float>(radius);
+    k.radius2 = static_cast<float>(radius * radius);
+    k.code_scale = static_cast<float>(0.9999 / radius);
+    k.reach = static_cast<float>(std::abs(md) * radius * 1.001 + 1e-5);
+    k.centre_depth = static_cast<float>(k.centre_d);
     // Between the poses the squared half chord is at most this much larger than at the nearer one: (R +
     // |p|)^2 - R^2.
     k.widening = static_cast<float>((2 * radius * flat + flat2) * 1.001 + 1e-3);
@@ -245,6 +228,7 @@ SweptBall::View SweptBall::view_at(const RayTile& rays) const {
     k.centre_u += s * motion_[u_index(rays.axis)];
     k.centre_v += s * motion_[v_index(rays.axis)];
     k.centre_d += s * motion_[depth_index(rays.axis)];
+    k.centre_depth = static_cast<float>(k.centre_d);
     k.s_min = static_cast<float>(-s);
     k.s_max = static_cast<float>(1 - s);
   }
@@ -260,18 +244,15 @@ Box SweptBall::bounds() const {
 
 bool SweptBall::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   if (layer != 0) return false;
-  const View k = view_at(rays);
-  HWY_DYNAMIC_DISPATCH(BallSpans)
-  (k, static_cast<float>(rays.u0 + 0.5 - k.centre_u), static_cast<float>(rays.v0 + 0.5 - k.centre_v), out);
+  const auto run = [&](const View& k) {
+    HWY_DYNAMIC_DISPATCH(BallSpans)
+    (k, static_cast<float>(rays.u0 + 0.5 - k.centre_u), static_cast<float>(rays.v0 + 0.5 - k.centre_v), out);
+  };
+  if (recentre_)
+    run(view_at(rays));
+  else
+    run(views_[static_cast<size_t>(rays.axis)]);
   return out.rows != 0;
-}
-
-void SweptBall::normals(const RayTile& rays, int, const SpanLayer& spans, const EndMasks& ends,
-                        NormalCodes& out) const {
-  const View k = view_at(rays);
-  HWY_DYNAMIC_DISPATCH(BallNormals)
-  (k, static_cast<float>(rays.u0 + 0.5 - k.centre_u), static_cast<float>(rays.v0 + 0.5 - k.centre_v), spans,
-   ends, out);
 }
 
 }  // namespace kibori

@@ -8,8 +8,6 @@
 //
 //   s* = w.p/|p|^2 +- (v_depth / (|p| |v|)) sqrt(m)       (+ exit, - entry)
 //
-// s* only picks a point on a flat top, so a rough square root there does not show; the ends themselves use
-// the exact one.
 #pragma once
 
 #include <array>
@@ -26,8 +24,8 @@ class SweptBall final : public Solid {
 
   Box bounds() const override;
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
-  void normals(const RayTile& rays, int layer, const SpanLayer& spans, const EndMasks& ends,
-               NormalCodes& out) const override;
+  // Nothing left to do: `spans` knows the normals too.
+  void normals(const RayTile&, int, const EndMasks&, SpanLayer&) const override {}
 
   // The sweep as one field sees it: everything relative to the ball's centre at the start.
   struct View {
@@ -37,10 +35,14 @@ class SweptBall final : public Solid {
     float step_u, step_v;      // along_*
     float normal_u, normal_v;  // unit vector across p in the (u, v) plane; 0 where there is no p
     float shift;               // v_depth / (|p| |v|)
-    float inverse_length2;     // 1/|v|^2, or 0
-    float radius, widening, rim;
+    float centre_depth, radius2;
+    float code_scale;    // of a normal's code, from lengths
+    float reach;         // |v_depth| R: dot products beyond it settle to which pose an end belongs
+    float widening;      // how much larger than at the end poses the squared half chord can be in between
+    float rim;           // for head_on: squared half chords from here up have their end at a pose
     float s_min, s_max;  // the motion, relative to the centre above
-    bool start_is_clear, head_on;
+    bool start_is_clear;
+    bool head_on;  // moves along the rays, from a clear start
   };
 
  private:

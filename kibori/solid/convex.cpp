@@ -277,18 +277,19 @@ void ConvexSpans(const SweptConvex::View& k, float u_base, float v_base, SpanLay
 }
 
 void ConvexNormals(const SweptConvex::View& k, float u_base, float v_base, const EndMasks& ends,
-                   NormalCodes& out) {
+                   SpanLayer& of) {
   const DU du;
-  const float scale = NormalScale(ends.flip);
-  for (int row = 0; row < kTileSide; row++) {
+  const float scale = NormalScale(of.flip);
+  for (unsigned left = ends.rows; left; left &= left - 1) {
+    const int row = __builtin_ctz(left);
     for (size_t g = 0; g < kGroups; g++) {
       const unsigned group = kGroupMask << (g * kLanes);
       if (!((ends.lo[row] | ends.hi[row]) & group)) continue;
       RowSolver<true> solver(k, LanesFrom(u_base, g), F(v_base + static_cast<float>(row)));
       solver.Run();
       const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
-      hn::Store(EncodeNormal(solver.lo_nu, solver.lo_nv, solver.lo_nt, scale), du, out.lo + slot);
-      hn::Store(EncodeNormal(solver.hi_nu, solver.hi_nv, solver.hi_nt, scale), du, out.hi + slot);
+      hn::Store(EncodeNormal(solver.lo_nu, solver.lo_nv, solver.lo_nt, scale), du, of.codes.lo + slot);
+      hn::Store(EncodeNormal(solver.hi_nu, solver.hi_nv, solver.hi_nt, scale), du, of.codes.hi + slot);
     }
   }
 }
@@ -426,11 +427,10 @@ bool SweptConvex::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   return out.rows != 0;
 }
 
-void SweptConvex::normals(const RayTile& rays, int, const SpanLayer&, const EndMasks& ends,
-                          NormalCodes& out) const {
+void SweptConvex::normals(const RayTile& rays, int, const EndMasks& ends, SpanLayer& of) const {
   const View k = view_at(rays);
   HWY_DYNAMIC_DISPATCH(ConvexNormals)
-  (k, static_cast<float>(rays.u0 + 0.5 - k.tip_u), static_cast<float>(rays.v0 + 0.5 - k.tip_v), ends, out);
+  (k, static_cast<float>(rays.u0 + 0.5 - k.tip_u), static_cast<float>(rays.v0 + 0.5 - k.tip_v), ends, of);
 }
 
 }  // namespace kibori

@@ -47,8 +47,7 @@ class SweptConvex final : public Solid {
 
   Box bounds() const override { return bounds_; }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
-  void normals(const RayTile& rays, int layer, const SpanLayer& spans, const EndMasks& ends,
-               NormalCodes& out) const override;
+  void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
   // The sweep as one field sees it: coordinates (u, v, t) relative to the tip at the start.
   struct View {

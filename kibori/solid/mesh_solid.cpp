@@ -195,8 +195,7 @@ bool SweptMesh::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   return out.rows != 0;
 }
 
-void SweptMesh::normals(const RayTile& rays, int layer, const SpanLayer&, const EndMasks& ends,
-                        NormalCodes& out) const {
+void SweptMesh::normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const {
   const TileIntervals& all = intervals(rays);
   for (int row = 0; row < kTileSide; row++)
     for (int lane = 0; lane < kTileSide; lane++) {
@@ -204,9 +203,9 @@ void SweptMesh::normals(const RayTile& rays, int layer, const SpanLayer&, const 
       const auto& list = all[static_cast<size_t>(slot)];
       if (static_cast<size_t>(layer) >= list.size()) continue;
       const Interval& own = list[static_cast<size_t>(layer)];
-      const auto turned = [&](uint32_t code) { return ends.flip ? negate_normal(code) : code; };
-      if ((ends.lo[row] >> lane) & 1) out.lo[slot] = turned(own.normal_lo);
-      if ((ends.hi[row] >> lane) & 1) out.hi[slot] = turned(own.normal_hi);
+      const auto turned = [&](uint32_t code) { return of.flip ? negate_normal(code) : code; };
+      if ((ends.lo[row] >> lane) & 1) of.codes.lo[slot] = turned(own.normal_lo);
+      if ((ends.hi[row] >> lane) & 1) of.codes.hi[slot] = turned(own.normal_hi);
     }
 }
 

@@ -20,8 +20,7 @@ class SweptMesh final : public Solid {
 
   Box bounds() const override { return bounds_; }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
-  void normals(const RayTile& rays, int layer, const SpanLayer& spans, const EndMasks& ends,
-               NormalCodes& out) const override;
+  void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
  private:
   struct Interval {

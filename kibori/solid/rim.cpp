@@ -120,7 +120,7 @@ void RimSpans(const SweptRim::View& k, SpanLayer& layer) {
   layer.rows = static_cast<uint16_t>(rows);
 }
 
-void RimNormals(const SweptRim::View& k, const SpanLayer& layer, const EndMasks& ends, NormalCodes& out) {
+void RimNormals(const SweptRim::View& k, const EndMasks& ends, SpanLayer& of) {
   const DF d;
   const DU du;
   const auto encode = [&](const float* depth, VF u, VF v, uint32_t* to) HWY_ATTR {
@@ -143,15 +143,16 @@ void RimNormals(const SweptRim::View& k, const SpanLayer& layer, const EndMasks&
       }
     }
     const RimPoint p = Evaluate(k, u, v, t, s);
-    hn::Store(EncodeNormal(p.nu, p.nv, p.nt, NormalScale(ends.flip)), du, to);
+    hn::Store(EncodeNormal(p.nu, p.nv, p.nt, NormalScale(of.flip)), du, to);
   };
-  for (int row = 0; row < kTileSide; row++) {
+  for (unsigned left = ends.rows; left; left &= left - 1) {
+    const int row = __builtin_ctz(left);
     for (size_t g = 0; g < kGroups; g++) {
       const unsigned group = kGroupMask << (g * kLanes);
       const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
       const VF u = LanesFrom(k.u_base, g), v = F(k.v_base + static_cast<float>(row));
-      if (ends.lo[row] & group) encode(layer.lo + slot, u, v, out.lo + slot);
-      if (ends.hi[row] & group) encode(layer.hi + slot, u, v, out.hi + slot);
+      if (ends.lo[row] & group) encode(of.lo + slot, u, v, of.codes.lo + slot);
+      if (ends.hi[row] & group) encode(of.hi + slot, u, v, of.codes.hi + slot);
     }
   }
 }
@@ -216,13 +217,13 @@ SweptRim::View SweptRim::view_at(const RayTile& rays) const {
 
 bool SweptRim::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   if (!hull_.spans(rays, layer, out)) return false;
+  out.known = 0;
   HWY_DYNAMIC_DISPATCH(RimSpans)(view_at(rays), out);
   return out.rows != 0;
 }
 
-void SweptRim::normals(const RayTile& rays, int, const SpanLayer& spans, const EndMasks& ends,
-                       NormalCodes& out) const {
-  HWY_DYNAMIC_DISPATCH(RimNormals)(view_at(rays), spans, ends, out);
+void SweptRim::normals(const RayTile& rays, int, const EndMasks& ends, SpanLayer& of) const {
+  HWY_DYNAMIC_DISPATCH(RimNormals)(view_at(rays), ends, of);
 }
 
 }  // namespace kibori

@@ -20,8 +20,7 @@ class SweptRim final : public Solid {
 
   Box bounds() const override { return hull_.bounds(); }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
-  void normals(const RayTile& rays, int layer, const SpanLayer& spans, const EndMasks& ends,
-               NormalCodes& out) const override;
+  void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
   struct View {
     float u_base, v_base, depth;  // of ray (0, 0) relative to the disc's centre; the centre's depth

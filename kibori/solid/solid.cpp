@@ -35,25 +35,25 @@ bool Complement::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   return true;
 }
 
-void Complement::normals(const RayTile& rays, int layer, const SpanLayer&, const EndMasks& ends,
-                         NormalCodes& out) const {
+void Complement::normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const {
   // Our lo is the hi of interval layer - 1, our hi the lo of interval `layer`; out of us is into the other.
-  SpanLayer inner;
-  NormalCodes codes;
   const auto turn = [&](int inner_layer, bool at_inner_hi, const uint16_t(&mask)[kTileSide], uint32_t* to) {
+    SpanLayer inner;
+    inner.flip = !of.flip;
     if (inner_layer < 0 || !inside_.spans(rays, inner_layer, inner)) return;
     EndMasks want = {};
-    want.flip = !ends.flip;
     for (int row = 0; row < kTileSide; row++)
-      if (row_filled(inner, row)) (at_inner_hi ? want.hi : want.lo)[row] = mask[row];
-    inside_.normals(rays, inner_layer, inner, want, codes);
-    const uint32_t* from = at_inner_hi ? codes.hi : codes.lo;
+      if (row_filled(inner, row))
+        want.name(static_cast<size_t>(row), at_inner_hi ? 0u : mask[row], at_inner_hi ? mask[row] : 0u);
+    inside_.normals(rays, inner_layer, want, inner);
+    const uint32_t* from = at_inner_hi ? inner.codes.hi : inner.codes.lo;
     for (int row = 0; row < kTileSide; row++)
       for (int i = 0; i < kTileSide; i++)
-        if ((mask[row] >> i) & 1) to[row * kTileSide + i] = from[row * kTileSide + i];
+        if (row_filled(inner, row) && ((mask[row] >> i) & 1))
+          to[row * kTileSide + i] = from[row * kTileSide + i];
   };
-  turn(layer - 1, true, ends.lo, out.lo);
-  turn(layer, false, ends.hi, out.hi);
+  turn(layer - 1, true, ends.lo, of.codes.lo);
+  turn(layer, false, ends.hi, of.codes.hi);
 }
 
 // ---- Difference: each interval of `whole` splits into what lies before and after `part` ----
@@ -82,9 +82,8 @@ bool Difference::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   return true;
 }
 
-void Difference::normals(const RayTile& rays, int layer, const SpanLayer& spans, const EndMasks& ends,
-                         NormalCodes& out) const {
-  whole_.normals(rays, layer / 2, spans, ends, out);
+void Difference::normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const {
+  whole_.normals(rays, layer / 2, ends, of);
 }
 
 }  // namespace kibori

@@ -19,25 +19,35 @@ struct RayTile {
   int u0, v0;  // indices of the tile's first ray
 };
 
+// Codes of normal_code.h at the two ends of every ray's interval.
+struct NormalCodes {
+  alignas(64) uint32_t lo[kTileRays];
+  alignas(64) uint32_t hi[kTileRays];
+};
+
 // One interval [lo, hi) per ray; only rows whose bit is set in `rows` are filled, and in those a lane without
-// an interval has lo = +kFar, hi = -kFar. Ends beyond the lattice (+-kFar included) are allowed.
+// an interval has lo >= hi. Ends beyond the lattice (+-kFar included) are allowed.
 struct SpanLayer {
   alignas(64) float lo[kTileRays];
   alignas(64) float hi[kTileRays];
   uint16_t rows;
+  bool flip =
+      false;  // set by who asks: normals into the solid (a cut leaves material outside it), else out of it
+  uint16_t known = 0;  // rows whose normals `spans` has filled in already, as some solids can for nothing
+  NormalCodes codes;
 };
 
 // Which ends became ends of material: one bit a lane, one word a row.
 struct EndMasks {
   uint16_t lo[kTileSide];
   uint16_t hi[kTileSide];
-  bool flip;  // wanted: normals into the solid (a cut leaves material outside it)
-};
+  uint16_t rows;  // those with any bit
 
-// Codes of normal_code.h; direction: out of the solid, or into it if `flip`.
-struct NormalCodes {
-  alignas(64) uint32_t lo[kTileRays];
-  alignas(64) uint32_t hi[kTileRays];
+  void name(size_t row, unsigned lo_lanes, unsigned hi_lanes) {
+    lo[row] |= static_cast<uint16_t>(lo_lanes);
+    hi[row] |= static_cast<uint16_t>(hi_lanes);
+    rows |= static_cast<uint16_t>(((lo_lanes | hi_lanes) != 0) << row);
+  }
 };
 
 class Solid {
@@ -47,13 +57,13 @@ class Solid {
   // A box [lattice units, x y z] that holds the solid; infinite where the solid is.
   virtual Box bounds() const = 0;
 
-  // Fills layer `layer`; false when no ray of the tile has so many intervals. Layers come in order along each
-  // ray.
+  // Fills layer `layer`, whose `known` comes in as 0; false when no ray of the tile has so many intervals.
+  // Layers come in order along each ray.
   virtual bool spans(const RayTile& rays, int layer, SpanLayer& out) const = 0;
 
-  // Normals at the ends named in `ends`, of the layer that `spans` filled.
-  virtual void normals(const RayTile& rays, int layer, const SpanLayer& spans, const EndMasks& ends,
-                       NormalCodes& out) const = 0;
+  // Fills in the normals at the ends named in `ends` of a layer that `spans` filled, but for rows that are
+  // `known` already.
+  virtual void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const = 0;
 };
 
 // All but `inside`: an intersection is a cut with the complement.
@@ -62,8 +72,7 @@ class Complement final : public Solid {
   explicit Complement(const Solid& inside) : inside_(inside) {}
   Box bounds() const override;
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
-  void normals(const RayTile& rays, int layer, const SpanLayer& spans, const EndMasks& ends,
-               NormalCodes& out) const override;
+  void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
  private:
   const Solid& inside_;
@@ -75,8 +84,7 @@ class Difference final : public Solid {
   Difference(const Solid& whole, const Solid& part) : whole_(whole), part_(part) {}
   Box bounds() const override { return whole_.bounds(); }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
-  void normals(const RayTile& rays, int layer, const SpanLayer& spans, const EndMasks& ends,
-               NormalCodes& out) const override;
+  void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
  private:
   const Solid& whole_;

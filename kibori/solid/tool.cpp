@@ -159,39 +159,38 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
   const Mat3& frame = start.frame;
   // Height above the tip, along the axis, of the material's farthest corner: the body beyond it meets
   // nothing.
-  double useful = kInfinity;
-  if (!material.empty() && material.min.allFinite() && material.max.allFinite()) {
-    useful = 0;
+  const auto useful = [&] {
+    if (material.empty() || !material.min.allFinite() || !material.max.allFinite()) return kInfinity;
+    double height = 0;
     for (int corner = 0; corner < 8; corner++) {
       Vec3 p = material.min;
       for (int i = 0; i < 3; i++)
         if ((corner >> i) & 1) p[i] = material.max[i];
-      const double height = std::max((p - tip).dot(axis), (p - tip - motion).dot(axis));
-      useful = std::max(useful, height);
+      height = std::max({height, (p - tip).dot(axis), (p - tip - motion).dot(axis)});
     }
-    useful += 1;
-  }
+    return height + 1;
+  };
   const auto convex = [&](const ConvexBody& body) { add<SweptConvex>(body, tip, frame, motion); };
   std::visit(
       Overloaded{
           [&](const Finger& t) {
-            convex(finger_body(t.ks * lattice.pitch_mm, std::min(t.length * scale, useful)));
+            convex(finger_body(t.ks * lattice.pitch_mm, std::min(t.length * scale, useful())));
           },
           [&](const BallTool& t) {
             add<SweptBall>(Vec3(tip + t.radius * scale * axis), motion, t.radius * scale, start_is_clear);
           },
-          [&](const Flat& t) { convex(cylinder(t.radius * scale, 0, std::min(t.length * scale, useful))); },
+          [&](const Flat& t) { convex(cylinder(t.radius * scale, 0, std::min(t.length * scale, useful()))); },
           [&](const Bull& t) {
             const double corner = t.corner * scale;
-            const double length = std::max(2 * corner, std::min(t.length * scale, useful));
+            const double length = std::max(2 * corner, std::min(t.length * scale, useful()));
             convex(cylinder(t.radius * scale, corner, length));
             add<SweptRim>(Vec3(tip + corner * axis), frame, (t.radius - t.corner) * scale, corner, motion);
           },
           [&](const Cone& t) {
             const double slope = cone_slope(t), height = std::min(t.radius / slope, t.length);
-            convex(cone_body(slope, std::min(height * scale, useful)));
-            if (t.length > height && useful > height * scale)
-              convex(cylinder(t.radius * scale, height * scale, std::min(t.length * scale, useful)));
+            convex(cone_body(slope, std::min(height * scale, useful())));
+            if (t.length > height && useful() > height * scale)
+              convex(cylinder(t.radius * scale, height * scale, std::min(t.length * scale, useful())));
           },
           [&](const Capsule& t) {
             const double radius = t.radius * scale;
@@ -236,32 +235,33 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
       tool);
 }
 
-const Solid& SweptTool::piece(int i) const {
-  return *std::visit(Overloaded{[](const std::monostate&) -> const Solid* { return nullptr; },
-                                [](const auto& solid) -> const Solid* { return &solid; }},
-                     pieces_[static_cast<size_t>(i)]);
-}
-
 Box SweptTool::bounds() const {
   Box box;
-  for (int i = 0; i < count_; i++) box.include(piece(i).bounds());
+  for (size_t i = 0; i < count_; i++) box.include(solids_[i]->bounds());
   return box;
 }
 
 bool SweptTool::spans(const RayTile& rays, int layer, SpanLayer& out) const {
-  const bool first = piece(0).spans(rays, layer, out);
+  const bool first = solids_[0]->spans(rays, layer, out);
   if (count_ == 1) return first;
   if (layer != 0) return false;
   if (!first) out.rows = 0;
+  out.known = 0;
   SpanLayer other;
-  for (int i = 1; i < count_; i++) {
-    if (!piece(i).spans(rays, 0, other)) continue;
+  for (size_t i = 1; i < count_; i++) {
+    if (!solids_[i]->spans(rays, 0, other)) continue;
     for (int row = 0; row < kTileSide; row++) {
       if (!((other.rows >> row) & 1)) continue;
       const bool filled = (out.rows >> row) & 1;
       for (int slot = row * kTileSide; slot < (row + 1) * kTileSide; slot++) {
-        out.lo[slot] = filled ? std::min(out.lo[slot], other.lo[slot]) : other.lo[slot];
-        out.hi[slot] = filled ? std::max(out.hi[slot], other.hi[slot]) : other.hi[slot];
+        const bool live = other.lo[slot] < other.hi[slot];
+        if (!filled || !(out.lo[slot] < out.hi[slot])) {
+          out.lo[slot] = live ? other.lo[slot] : kFar;
+          out.hi[slot] = live ? other.hi[slot] : -kFar;
+        } else if (live) {
+          out.lo[slot] = std::min(out.lo[slot], other.lo[slot]);
+          out.hi[slot] = std::max(out.hi[slot], other.hi[slot]);
+        }
       }
     }
     out.rows |= other.rows;
@@ -269,33 +269,31 @@ bool SweptTool::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   return out.rows != 0;
 }
 
-void SweptTool::normals(const RayTile& rays, int layer, const SpanLayer& spans, const EndMasks& ends,
-                        NormalCodes& out) const {
-  if (count_ == 1) return piece(0).normals(rays, layer, spans, ends, out);
+void SweptTool::normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const {
+  if (count_ == 1) return solids_[0]->normals(rays, layer, ends, of);
   // The piece that made an end has the very same number there.
-  SpanLayer own;
-  NormalCodes codes;
-  for (int i = 0; i < count_; i++) {
-    if (!piece(i).spans(rays, 0, own)) continue;
+  for (size_t i = 0; i < count_; i++) {
+    SpanLayer own;
+    own.flip = of.flip;
+    if (!solids_[i]->spans(rays, 0, own)) continue;
     EndMasks mine = {};
-    mine.flip = ends.flip;
     for (int row = 0; row < kTileSide; row++) {
       if (!((own.rows >> row) & 1)) continue;
+      unsigned lo = 0, hi = 0;
       for (int lane = 0; lane < kTileSide; lane++) {
         const int slot = row * kTileSide + lane;
-        const unsigned bit = 1u << lane;
-        if ((ends.lo[row] & bit) && own.lo[slot] == spans.lo[slot])
-          mine.lo[row] |= static_cast<uint16_t>(bit);
-        if ((ends.hi[row] & bit) && own.hi[slot] == spans.hi[slot])
-          mine.hi[row] |= static_cast<uint16_t>(bit);
+        if (!(own.lo[slot] < own.hi[slot])) continue;
+        lo |= static_cast<unsigned>(own.lo[slot] == of.lo[slot]) << lane;
+        hi |= static_cast<unsigned>(own.hi[slot] == of.hi[slot]) << lane;
       }
+      mine.name(static_cast<size_t>(row), ends.lo[row] & lo, ends.hi[row] & hi);
     }
-    piece(i).normals(rays, 0, own, mine, codes);
+    solids_[i]->normals(rays, 0, mine, own);
     for (int row = 0; row < kTileSide; row++)
       for (int lane = 0; lane < kTileSide; lane++) {
         const int slot = row * kTileSide + lane;
-        if ((mine.lo[row] >> lane) & 1) out.lo[slot] = codes.lo[slot];
-        if ((mine.hi[row] >> lane) & 1) out.hi[slot] = codes.hi[slot];
+        if ((mine.lo[row] >> lane) & 1) of.codes.lo[slot] = own.codes.lo[slot];
+        if ((mine.hi[row] >> lane) & 1) of.codes.hi[slot] = own.codes.hi[slot];
       }
   }
 }

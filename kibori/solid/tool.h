@@ -73,22 +73,25 @@ class SweptTool final : public Solid {
   SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm, const Lattice& lattice,
             const Box& material, bool start_is_clear = false);
 
+  SweptTool(const SweptTool&) = delete;
+  SweptTool& operator=(const SweptTool&) = delete;
+
   Box bounds() const override;
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
-  void normals(const RayTile& rays, int layer, const SpanLayer& spans, const EndMasks& ends,
-               NormalCodes& out) const override;
+  void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
  private:
   using Piece = std::variant<std::monostate, SweptBall, SweptConvex, SweptRim, SweptMesh>;
-  const Solid& piece(int i) const;
   template <class T, class... Args>
   void add(Args&&... args) {
-    pieces_[static_cast<size_t>(count_++)].emplace<T>(std::forward<Args>(args)...);
+    solids_[count_] = &pieces_[count_].emplace<T>(std::forward<Args>(args)...);
+    count_++;
   }
 
   // One solid, or convex solids whose union is convex: the interval of the union is the hull of theirs.
   std::array<Piece, 5> pieces_;
-  int count_ = 0;
+  std::array<const Solid*, 5> solids_;  // the same
+  size_t count_ = 0;
 };
 
 }  // namespace kibori
