@@ -15,21 +15,38 @@ using test::Random;
 
 constexpr int kPerCell = 4;  // bitmap cells per lattice unit; interval ends fall on their borders
 
-// Random intervals on every ray, one or several layers, some rays without any.
+// Random intervals on every ray, one or several layers, some rays without any; every other solid keeps to a
+// random box, so that edits pass by what lies beyond.
 class RandomIntervals final : public Solid {
  public:
   RandomIntervals(const Index3& nodes, Random& random, int layers) : nodes_(nodes) {
     const int kind = random.integer(0, 3);
+    bounds_ = {Vec3::Constant(-1), nodes_.matrix().cast<double>() + Vec3::Ones()};
+    if (random.integer(0, 1))
+      for (int i = 0; i < 3; i++) {
+        const int a = random.integer(0, nodes[i]), b = random.integer(0, nodes[i]);
+        bounds_.min[i] = std::min(a, b);
+        bounds_.max[i] = std::max(a, b);
+      }
     for (Axis axis : kAxes) {
       auto& field = fields_[static_cast<size_t>(axis)];
       const int depth = nodes[depth_index(axis)] * kPerCell;
-      field.resize(static_cast<size_t>(nodes[u_index(axis)] * nodes[v_index(axis)]));
-      for (auto& ray : field) {
-        if (random.integer(0, 2) == 0) continue;
+      const int nu = nodes[u_index(axis)];
+      field.resize(static_cast<size_t>(nu * nodes[v_index(axis)]));
+      const auto clip = [&](int end) {
+        return std::clamp(end, static_cast<int>(bounds_.min[depth_index(axis)]) * kPerCell,
+                          static_cast<int>(bounds_.max[depth_index(axis)]) * kPerCell);
+      };
+      for (size_t at = 0; at < field.size(); at++) {
+        auto& ray = field[at];
+        const double u = static_cast<int>(at) % nu + 0.5, v = static_cast<int>(at) / nu + 0.5;
+        if (random.integer(0, 2) == 0 || u < bounds_.min[u_index(axis)] || u > bounds_.max[u_index(axis)] ||
+            v < bounds_.min[v_index(axis)] || v > bounds_.max[v_index(axis)])
+          continue;
         std::vector<int> ends;
         for (int i = 0; i < 2 * random.integer(1, layers); i++)
-          ends.push_back(kind == 0 ? random.integer(-3, depth + 3)
-                                   : random.integer(0, 12) * std::max(1, depth / 12));
+          ends.push_back(clip(kind == 0 ? random.integer(-3, depth + 3)
+                                        : random.integer(0, 12) * std::max(1, depth / 12)));
         std::sort(ends.begin(), ends.end());
         for (size_t i = 0; i + 1 < ends.size(); i += 2)
           if (ends[i] < ends[i + 1] && (ray.empty() || ray.back().second < ends[i]))
@@ -40,7 +57,7 @@ class RandomIntervals final : public Solid {
   const std::vector<std::pair<int, int>>& ray(Axis axis, int u, int v) const {
     return fields_[static_cast<size_t>(axis)][static_cast<size_t>(v * nodes_[u_index(axis)] + u)];
   }
-  Box bounds() const override { return {Vec3::Constant(-1), nodes_.matrix().cast<double>() + Vec3::Ones()}; }
+  Box bounds() const override { return bounds_; }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override {
     out.rows = 0;
     for (int row = 0; row < kTileSide; row++)
@@ -83,8 +100,28 @@ class RandomIntervals final : public Solid {
   }
 
   Index3 nodes_;
+  Box bounds_;
   std::array<std::vector<std::vector<std::pair<int, int>>>, 3> fields_;
 };
+
+// Every span lies within its plane's bounds, and tight ones are touched.
+void check_plane_bounds(const FieldSnapshot& field) {
+  for (int tv = 0; tv < field.tiles_v(); tv++)
+    for (int tu = 0; tu < field.tiles_u(); tu++)
+      for (const Plane* p = &field.tile(tu, tv).first; p; p = p->next) {
+        float near = kFar, far = -kFar;
+        for (int slot = 0; slot < kTileRays; slot++) {
+          if (p->empty_at(slot)) continue;
+          near = std::min(near, p->in[slot]);
+          far = std::max(far, p->out[slot]);
+        }
+        ASSERT_LE(p->near, near);
+        ASSERT_GE(p->far, far);
+        if (!p->tight) continue;
+        ASSERT_EQ(p->near, near);
+        ASSERT_EQ(p->far, far);
+      }
+}
 
 // The oracle: material + 1 per cell, 0 where empty.
 class Bitmaps {
@@ -174,6 +211,8 @@ void run(const Index3& nodes, int rounds, Random& random, long& operations) {
               << "round " << round << " operation " << what << " axis " << static_cast<int>(axis) << " ray "
               << u << ", " << v << " of " << nodes.transpose() << "; " << random.note();
         }
+    for (Axis axis : kAxes) check_plane_bounds(model.field(axis).view());
+    if (testing::Test::HasFatalFailure()) return;
     if (what == 3) continue;
     for (int m = 0; m < 3; m++)
       for (Axis axis : kAxes) {

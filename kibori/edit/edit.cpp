@@ -75,6 +75,7 @@ void edit_field(const FieldEdit& edit, Removed& removed) {
       ((bounds.min.array() < 0).any() || bounds.max[u] > view.nodes_u() || bounds.max[v] > view.nodes_v()))
     removed.clipped = true;
   TileJob job;
+  job.kernel = tile_kernel();
   job.spans.flip = !growing;
   job.field = edit.field;
   job.solid = &edit.solid;
@@ -99,10 +100,12 @@ void edit_field(const FieldEdit& edit, Removed& removed) {
           if (job.tile->empty || !job.tile->reaches(job.depth_min, job.depth_max)) break;
         }
         job.spans.known = 0;
+        job.spans.last = false;
         if (!edit.solid.spans(job.rays, job.layer, job.spans)) break;
         if (growing) removed.clipped |= clip_to_lattice(job.spans, job.rays, view);
         job.material = edit.material;
         run_tile(edit.operation, job);
+        if (job.spans.last) break;
       }
     }
   flush_sums(job);

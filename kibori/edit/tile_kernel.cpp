@@ -2,10 +2,10 @@
 //
 // A cut meets a ray's span [in, out) with the tool's [a, b) in one of these ways:
 //
-//   in ──a══════b── out   split     scalar: a new span in the next plane
 //   a══in══b── out        front     masked store: in = b
 //   in ──a══out══b        back      masked store: out = a
-//   a══in══out══b         vanish    masked store, or scalar where later planes must move up
+//   in ──a══════b── out   split     masked stores, here and in the next plane if it has room; else scalar
+//   a══in══out══b         vanish    masked store; scalar where later planes must move up
 //
 // so vectors do nearly all of it. What was removed is summed by the vectors for all lanes before anything is
 // written, in an order that does not depend on the vector's width: cut and contact give the same answer to
@@ -15,7 +15,7 @@
 #include <cmath>
 
 #include <kibori/base/check.h>
-#include <kibori/dexel/normal_code.h>
+#include <kibori/edit/ray_edit.h>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kibori/edit/tile_kernel.cpp"
@@ -25,13 +25,6 @@
 #ifndef KIBORI_TILE_KERNEL_SHARED
 #define KIBORI_TILE_KERNEL_SHARED
 namespace kibori {
-
-// Lanes whose ray needs the scalar path, by row.
-struct ScalarRays {
-  uint16_t rows[kTileSide] = {};
-  bool any = false;
-  bool met = false;  // the tool met something at all
-};
 
 // The sums of all lanes; `by_lane`: each lane weighted by its number.
 struct LaneTotals {
@@ -47,8 +40,6 @@ inline constexpr float kRowNumber[kTileSide] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
 
 // Scalar sums for tiles of mixed material and for turning tools: one overlap [lo, hi) of one ray.
 void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t material, double sign);
-void cut_ray(Field& field, Tile& tile, int slot, float a, float b);
-void deposit_ray(Field& field, Tile& tile, int slot, float a, float b, uint8_t material);
 
 }  // namespace kibori
 #endif
@@ -150,7 +141,7 @@ void AddScalarSums(TileJob& job, bool growing) {
 
 // What a cut would remove: the same sums in the same order, and no writes.
 template <Summed kSummed>
-void ContactCut(TileJob& job, ScalarRays& scalar) {
+void ContactCut(TileJob& job) {
   const DF d;
   MF met = hn::FirstN(d, 0);
   for (size_t g = 0; g < kGroups; g++) {
@@ -169,7 +160,7 @@ void ContactCut(TileJob& job, ScalarRays& scalar) {
     }
     sum.AddTo(job.sums, g, job.rays, false);
   }
-  scalar.met = !hn::AllFalse(d, met);
+  job.met = !hn::AllFalse(d, met);
 }
 
 // Whether any interval meets any span.
@@ -190,10 +181,12 @@ bool Meets(const TileJob& job) {
 
 // The ends that `lanes` of a row got from the tool: their normals now if they are known, else by name for
 // later.
-HWY_INLINE void GiveNormals(TileJob& job, Plane& plane, size_t row, size_t g, MF lanes, bool at_in) {
+// `known`: the rows whose are.
+HWY_INLINE void GiveNormals(TileJob& job, Plane& plane, unsigned known, size_t row, size_t g, MF lanes,
+                            bool at_in) {
   const DU du;
   const size_t slot = row * kTileSide + g * kLanes;
-  if (((job.spans.known >> row) & 1) && !plane.paint) {
+  if ((known >> row) & 1) {
     // What is left begins where the tool ends, and ends where the tool begins.
     const VU code = hn::Load(du, (at_in ? job.spans.codes.hi : job.spans.codes.lo) + slot);
     hn::BlendedStore(code, hn::RebindMask(du, lanes), du,
@@ -205,7 +198,7 @@ HWY_INLINE void GiveNormals(TileJob& job, Plane& plane, size_t row, size_t g, MF
 }
 
 // A row of a cut in which spans vanish or split.
-HWY_NOINLINE void CutHardRow(TileJob& job, ScalarRays& scalar, Plane& plane, size_t row, size_t g) {
+HWY_NOINLINE void CutHardRow(TileJob& job, Plane& plane, size_t row, size_t g) {
   const DF d;
   const DU du;
   const size_t slot = row * kTileSide + g * kLanes;
@@ -213,11 +206,12 @@ HWY_NOINLINE void CutHardRow(TileJob& job, ScalarRays& scalar, Plane& plane, siz
   const VF in = hn::Load(d, plane.in + slot), out = hn::Load(d, plane.out + slot);
   const MF hit = hn::Lt(hn::Max(in, a), hn::Min(out, b));
   const MF front = hn::And(hit, hn::Le(a, in)), back = hn::And(hit, hn::Ge(b, out));
+  const unsigned known = plane.paint ? 0 : job.spans.known;
   const MF trim_in = hn::AndNot(back, front), trim_out = hn::AndNot(front, back);
   hn::BlendedStore(b, trim_in, d, plane.in + slot);
   hn::BlendedStore(a, trim_out, d, plane.out + slot);
-  GiveNormals(job, plane, row, g, trim_in, true);
-  GiveNormals(job, plane, row, g, trim_out, false);
+  GiveNormals(job, plane, known, row, g, trim_in, true);
+  GiveNormals(job, plane, known, row, g, trim_out, false);
   unsigned hard = 0;
   const MF split = hn::AndNot(hn::Or(front, back), hit);
   if (!hn::AllFalse(d, split)) {
@@ -230,10 +224,11 @@ HWY_NOINLINE void CutHardRow(TileJob& job, ScalarRays& scalar, Plane& plane, siz
     hn::BlendedStore(b, room, d, next.in + slot);
     hn::BlendedStore(out, room, d, next.out + slot);
     next.include(plane.near, plane.far);
+    next.tight = false;
     hn::BlendedStore(hn::Load(du, plane.normal_out + slot), hn::RebindMask(du, room), du,
                      next.normal_out + slot);
-    GiveNormals(job, plane, row, g, room, false);
-    GiveNormals(job, next, row, g, room, true);
+    GiveNormals(job, plane, known, row, g, room, false);
+    GiveNormals(job, next, known, row, g, room, true);
     for (unsigned bits = Bits(room); bits; bits &= bits - 1) {
       const size_t lane = slot + static_cast<size_t>(__builtin_ctz(bits));
       next.material[lane] = plane.material[lane];
@@ -241,7 +236,6 @@ HWY_NOINLINE void CutHardRow(TileJob& job, ScalarRays& scalar, Plane& plane, siz
   }
   MF vanish = hn::And(front, back);
   if (!hn::AllFalse(d, vanish)) {
-    job.shrank = true;
     if (plane.next) {  // those that another span follows must move up
       const Plane& next = *plane.next;
       const MF followed = hn::And(vanish, hn::Lt(hn::Load(d, next.in + slot), hn::Load(d, next.out + slot)));
@@ -250,10 +244,15 @@ HWY_NOINLINE void CutHardRow(TileJob& job, ScalarRays& scalar, Plane& plane, siz
     }
     hn::BlendedStore(F(kFar), vanish, d, plane.in + slot);
     hn::BlendedStore(F(-kFar), vanish, d, plane.out + slot);
+    // A plane that became empty has a row that did.
+    bool row_left = false;
+    for (size_t at = row * kTileSide; at < (row + 1) * kTileSide; at += kLanes)
+      row_left |= !hn::AllFalse(d, hn::Lt(hn::Load(d, plane.in + at), hn::Load(d, plane.out + at)));
+    job.shrank |= !row_left;
   }
   if (hard) {
-    scalar.rows[row] |= static_cast<uint16_t>(hard << (g * kLanes));
-    scalar.any = true;
+    job.scalar.rows[row] |= static_cast<uint16_t>(hard << (g * kLanes));
+    job.scalar.any = true;
   }
 }
 
@@ -272,18 +271,21 @@ HWY_NOINLINE void Tighten(Plane& plane) {
 
 // A cut of a tile that may be written, plane by plane.
 template <Summed kSummed>
-void CutTile(TileJob& job, ScalarRays& scalar) {
+void CutTile(TileJob& job) {
   const DF d;
+  const SpanLayer& spans = job.spans;
   const VF twice_ref = F(2 * job.t_ref);
   for (size_t g = 0; g < kGroups; g++) {
     Sums<kSummed> sum;
+    bool met_any = false;
     for (Plane* p = &const_cast<Tile*>(job.tile)->first; p; p = p->next) {
       if (!p->reaches(job.depth_min, job.depth_max)) continue;
       bool met = false;
-      for (unsigned left = job.spans.rows; left; left &= left - 1) {
+      const unsigned known = p->paint ? 0 : spans.known;
+      for (unsigned left = spans.rows; left; left &= left - 1) {
         const auto row = static_cast<size_t>(__builtin_ctz(left));
         const size_t slot = row * kTileSide + g * kLanes;
-        const VF a = hn::Load(d, job.spans.lo + slot), b = hn::Load(d, job.spans.hi + slot);
+        const VF a = hn::Load(d, spans.lo + slot), b = hn::Load(d, spans.hi + slot);
         const VF in = hn::Load(d, p->in + slot), out = hn::Load(d, p->out + slot);
         const VF lo = hn::Max(in, a), hi = hn::Min(out, b);
         const MF hit = hn::Lt(lo, hi);
@@ -293,32 +295,32 @@ void CutTile(TileJob& job, ScalarRays& scalar) {
         // The tool covers the span's beginning, its end, both, or neither.
         const MF front = hn::And(hit, hn::Le(a, in)), back = hn::And(hit, hn::Ge(b, out));
         if (!hn::AllFalse(d, hn::AndNot(hn::Xor(front, back), hit))) {
-          CutHardRow(job, scalar, *p, row, g);
+          CutHardRow(job, *p, row, g);
           continue;
         }
         if (!hn::AllFalse(d, front)) {
           hn::BlendedStore(b, front, d, p->in + slot);
-          GiveNormals(job, *p, row, g, front, true);
+          GiveNormals(job, *p, known, row, g, front, true);
         }
         if (!hn::AllFalse(d, back)) {
           hn::BlendedStore(a, back, d, p->out + slot);
-          GiveNormals(job, *p, row, g, back, false);
+          GiveNormals(job, *p, known, row, g, back, false);
         }
       }
       if (met) {
-        scalar.met = true;
+        met_any = job.met = true;
         p->tight = false;
       } else if (!p->tight && g + 1 == kGroups) {
         Tighten(*p);  // in vain; the next edit may be spared
       }
     }
-    sum.AddTo(job.sums, g, job.rays, false);
+    if (met_any) sum.AddTo(job.sums, g, job.rays, false);
   }
 }
 
 // Deposit (or its contact test): what is added is the interval less its overlaps.
 template <bool kWrite, Summed kSummed>
-void DepositTile(TileJob& job, ScalarRays& scalar) {
+void DepositTile(TileJob& job) {
   const DF d;
   Tile* writable = nullptr;
   const Plane* first = &job.tile->first;
@@ -347,7 +349,7 @@ void DepositTile(TileJob& job, ScalarRays& scalar) {
       }
       const MF adds = hn::AndNot(covered, live);
       if (hn::AllFalse(d, adds)) continue;
-      scalar.met = true;
+      job.met = true;
       sum.Add(adds, a, b, F(kRowNumber[row]), F(2 * job.t_ref));
       for (const Plane* p = first; p; p = p->next) {
         const VF lo = hn::Max(hn::Load(d, p->in + slot), a), hi = hn::Min(hn::Load(d, p->out + slot), b);
@@ -394,8 +396,8 @@ void DepositTile(TileJob& job, ScalarRays& scalar) {
           }
         }
         if (hard) {
-          scalar.rows[row] |= static_cast<uint16_t>(hard << (g * kLanes));
-          scalar.any = true;
+          job.scalar.rows[row] |= static_cast<uint16_t>(hard << (g * kLanes));
+          job.scalar.any = true;
         }
       }
     }
@@ -471,19 +473,19 @@ void StoreNormals(TileJob& job, bool cutting) {
 }
 
 template <Summed kSummed>
-void RunSummed(Operation operation, TileJob& job, ScalarRays& scalar) {
+void RunSummed(Operation operation, TileJob& job) {
   switch (operation) {
     case Operation::cut:
       // Take the tile for writing only if there is something to write.
       if (job.field->shared(job.tu, job.tv) && !Meets(job)) return;
       job.tile = &job.field->writable(job.tu, job.tv);
-      return CutTile<kSummed>(job, scalar);
+      return CutTile<kSummed>(job);
     case Operation::contact:
-      return ContactCut<kSummed>(job, scalar);
+      return ContactCut<kSummed>(job);
     case Operation::deposit:
-      return DepositTile<true, kSummed>(job, scalar);
+      return DepositTile<true, kSummed>(job);
     case Operation::deposit_contact:
-      return DepositTile<false, kSummed>(job, scalar);
+      return DepositTile<false, kSummed>(job);
     case Operation::paint:
       return PaintTile(job);
   }
@@ -509,17 +511,17 @@ void ReduceSums(const LaneSums& sums, LaneTotals& totals) {
   }
 }
 
-void RunVectors(Operation operation, TileJob& job, ScalarRays& scalar) {
+void RunVectors(Operation operation, TileJob& job) {
   const bool growing = operation == Operation::deposit || operation == Operation::deposit_contact;
   if (operation == Operation::paint) {
     PaintTile(job);
   } else if (scalar_sums(job, !growing && job.tile->material == kMixedMaterial)) {
     AddScalarSums(job, growing);
-    RunSummed<Summed::nothing>(operation, job, scalar);
+    RunSummed<Summed::nothing>(operation, job);
   } else if (job.rays.axis == Axis::z) {
-    RunSummed<Summed::lengths_and_nodes>(operation, job, scalar);
+    RunSummed<Summed::lengths_and_nodes>(operation, job);
   } else {
-    RunSummed<Summed::lengths>(operation, job, scalar);
+    RunSummed<Summed::lengths>(operation, job);
   }
 }
 
@@ -533,55 +535,6 @@ HWY_EXPORT(RunVectors);
 HWY_EXPORT(StoreNormals);
 HWY_EXPORT(ClearSums);
 HWY_EXPORT(ReduceSums);
-
-namespace {
-
-void write_span(Plane& plane, int slot, const Span& s) {
-  plane.include(s.in, s.out);
-  plane.in[slot] = s.in;
-  plane.out[slot] = s.out;
-  plane.material[slot] = s.material;
-  plane.normal_in[slot] = s.normal_in;
-  plane.normal_out[slot] = s.normal_out;
-  if (plane.paint) {
-    plane.paint->in[slot] = s.paint_in;
-    plane.paint->out[slot] = s.paint_out;
-  }
-}
-
-void write_with_paint(Field& field, Plane& plane, int slot, const Span& s) {
-  if (s.paint_in | s.paint_out) field.paint_of(plane);
-  write_span(plane, slot, s);
-}
-
-void clear_slot(Plane& plane, int slot) {
-  plane.in[slot] = kFar;
-  plane.out[slot] = -kFar;
-}
-
-// Puts `span` at `plane`, moving what is there and after it one plane on.
-void insert_span(Field& field, Plane& plane, int slot, Span span) {
-  Plane* p = &plane;
-  while (!p->empty_at(slot)) {
-    const Span moved = FieldSnapshot::span_at(*p, slot);
-    write_with_paint(field, *p, slot, span);
-    span = moved;
-    p = &field.next_plane(*p);
-  }
-  write_with_paint(field, *p, slot, span);
-}
-
-// Takes the span at `plane` away, moving what follows one plane back.
-void erase_span(Field& field, Plane& plane, int slot) {
-  Plane* p = &plane;
-  while (p->next && !p->next->empty_at(slot)) {
-    write_with_paint(field, *p, slot, FieldSnapshot::span_at(*p->next, slot));
-    p = p->next;
-  }
-  clear_slot(*p, slot);
-}
-
-}  // namespace
 
 void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t span_material, double sign) {
   const auto axis = static_cast<size_t>(job.rays.axis);
@@ -615,82 +568,6 @@ void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t sp
   turn.moment[axis] += r.cross(f);
   turn.moment_axis[axis] += r.dot(motion.tool_axis) * motion.tool_axis.cross(f);
   turn.volume[axis] += weight;
-}
-
-void cut_ray(Field& field, Tile& tile, int slot, float a, float b) {
-  for (Plane* p = &tile.first; p && !p->empty_at(slot);) {
-    const float in = p->in[slot], out = p->out[slot];
-    if (in >= b) break;
-    if (out <= a) {
-      p = p->next;
-      continue;
-    }
-    if (in < a && out > b) {
-      Span rest = FieldSnapshot::span_at(*p, slot);
-      rest.in = b;
-      rest.paint_in = 0;
-      insert_span(field, field.next_plane(*p), slot, rest);
-      p->out[slot] = a;
-      break;
-    }
-    if (in < a) {
-      p->out[slot] = a;
-    } else if (out > b) {
-      p->in[slot] = b;
-    } else {
-      erase_span(field, *p, slot);
-      continue;
-    }
-    p = p->next;
-  }
-}
-
-void deposit_ray(Field& field, Tile& tile, int slot, float a, float b, uint8_t material) {
-  // `a` moves up through the ray; each gap before a span is filled, joining spans of the same material.
-  Plane* p = &tile.first;
-  Plane* before = nullptr;  // the span that ends at or before a, if it is right there
-  while (p && !p->empty_at(slot) && p->out[slot] < a) p = p->next ? p->next : &field.next_plane(*p);
-  while (a < b) {
-    const bool there = p && !p->empty_at(slot);
-    if (there && p->in[slot] <= a) {
-      // Inside (or at the end of) a span: go on from its end.
-      a = std::max(a, p->out[slot]);
-      before = p;
-      p = &field.next_plane(*p);
-      continue;
-    }
-    const float gap_end = there ? std::min(b, p->in[slot]) : b;
-    const bool joins_before = before && before->out[slot] == a && before->material[slot] == material;
-    const bool joins_after = there && p->in[slot] == gap_end && p->material[slot] == material;
-    if (joins_before && joins_after) {
-      before->out[slot] = p->out[slot];
-      before->include(p->in[slot], p->out[slot]);
-      before->normal_out[slot] = p->normal_out[slot];
-      if (before->paint || p->paint) field.paint_of(*before).out[slot] = p->paint ? p->paint->out[slot] : 0;
-      a = std::max(gap_end, before->out[slot]);
-      erase_span(field, *p, slot);
-    } else if (joins_before) {
-      before->out[slot] = gap_end;
-      before->include(a, gap_end);
-      before->normal_out[slot] = there && p->in[slot] == gap_end ? negate_normal(p->normal_in[slot]) : 0;
-      if (before->paint) before->paint->out[slot] = 0;
-      a = gap_end;
-    } else if (joins_after) {
-      p->in[slot] = a;
-      p->include(a, gap_end);
-      p->normal_in[slot] = before && before->out[slot] == a ? negate_normal(before->normal_out[slot]) : 0;
-      if (p->paint) p->paint->in[slot] = 0;
-      a = gap_end;
-    } else {
-      Span fresh{a, gap_end, material, 0, 0, 0, 0};
-      if (before && before->out[slot] == a) fresh.normal_in = negate_normal(before->normal_out[slot]);
-      if (there && p->in[slot] == gap_end) fresh.normal_out = negate_normal(p->normal_in[slot]);
-      insert_span(field, *p, slot, fresh);
-      before = p;
-      p = &field.next_plane(*p);
-      a = gap_end;
-    }
-  }
 }
 
 // A deposit that was cut off at the lattice's border ends in a face square to the ray, whatever the tool's
@@ -740,9 +617,9 @@ static void clear_codes(SpanLayer& layer, unsigned rows) {
 }
 
 // The rays the vectors left over.
-static void edit_scalar_rays(TileJob& job, Tile& tile, const ScalarRays& scalar, bool growing) {
+static void edit_scalar_rays(TileJob& job, Tile& tile, bool growing) {
   for (int row = 0; row < kTileSide; row++)
-    for (unsigned bits = scalar.rows[row]; bits; bits &= bits - 1) {
+    for (unsigned bits = job.scalar.rows[row]; bits; bits &= bits - 1) {
       const int lane = __builtin_ctz(bits), slot = row * kTileSide + lane;
       const float a = job.spans.lo[slot], b = job.spans.hi[slot];
       if (growing)
@@ -760,14 +637,10 @@ static void edit_scalar_rays(TileJob& job, Tile& tile, const ScalarRays& scalar,
   job.shrank = true;
 }
 
+TileKernel tile_kernel() { return HWY_DYNAMIC_DISPATCH(RunVectors); }
+
 void run_tile(Operation operation, TileJob& job) {
-  ScalarRays scalar;
-  job.ends = {};
-  job.shrank = false;
-  if (operation == Operation::paint) {
-    HWY_DYNAMIC_DISPATCH(RunVectors)(operation, job, scalar);
-    return;
-  }
+  if (operation == Operation::paint) return job.kernel(operation, job);
   const bool growing = operation == Operation::deposit || operation == Operation::deposit_contact;
   const bool mixed = job.tile->material == kMixedMaterial;
   const uint8_t material = growing ? job.material : job.tile->material;
@@ -777,12 +650,15 @@ void run_tile(Operation operation, TileJob& job) {
     HWY_DYNAMIC_DISPATCH(ClearSums)(job.sums);
     job.sums.material = material;
   }
-  HWY_DYNAMIC_DISPATCH(RunVectors)(operation, job, scalar);
-  if (!scalar.met) return;
-  if (operation == Operation::contact || operation == Operation::deposit_contact) return;
+  job.met = job.shrank = false;
+  job.kernel(operation, job);
+  if (!job.met || operation == Operation::contact || operation == Operation::deposit_contact) return;
 
   auto& tile = *const_cast<Tile*>(job.tile);
-  if (scalar.any) edit_scalar_rays(job, tile, scalar, growing);
+  if (job.scalar.any) {
+    edit_scalar_rays(job, tile, growing);
+    job.scalar = {};
+  }
   if (growing) {
     tile.material = tile.empty || tile.material == job.material ? job.material : kMixedMaterial;
     tile.empty = false;
@@ -795,6 +671,7 @@ void run_tile(Operation operation, TileJob& job) {
     }
     if (growing) face_lattice(job);
     HWY_DYNAMIC_DISPATCH(StoreNormals)(job, !growing);
+    job.ends = {};
   }
   if (job.shrank) {
     job.field->trim_planes(tile);

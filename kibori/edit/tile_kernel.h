@@ -11,7 +11,12 @@
 
 namespace kibori {
 
+struct TileJob;
 enum class Operation { cut, deposit, paint, contact, deposit_contact };
+
+// The vector part of run_tile, for this machine's best instructions.
+using TileKernel = void (*)(Operation, TileJob&);
+TileKernel tile_kernel();
 
 // Sums over the tiles of one field, by lane; lattice units. Doubles, so that whole numbers stay exact.
 struct LaneSums {
@@ -22,7 +27,14 @@ struct LaneSums {
   uint8_t material = kMixedMaterial;  // whose sums these are; kMixedMaterial: nothing summed yet
 };
 
+// Lanes whose ray needs the scalar path, by row.
+struct ScalarRays {
+  uint16_t rows[kTileSide] = {};
+  bool any = false;
+};
+
 struct TileJob {
+  TileKernel kernel;
   Field* field;      // null for contact: nothing is written
   const Tile* tile;  // current content
   int tu, tv;
@@ -30,13 +42,15 @@ struct TileJob {
   const Solid* solid;
   int layer;
   SpanLayer spans;
-  EndMasks ends;
+  EndMasks ends = {};  // empty between tiles, as is `scalar`
+  ScalarRays scalar;
   double depth_min, depth_max;  // of the solid, with kBoundsSlack
   float t_ref;                  // whole number near the tool's depth
   bool deep;                    // the tool is too deep for node sums in float32
   LaneSums sums;
   uint8_t material;  // of a deposit
   Color color;       // of paint
+  bool met;          // set where the tool met something at all
   bool shrank;       // set by a cut that emptied a slot
   const Motion* motion;
   Removed* removed;

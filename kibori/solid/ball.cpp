@@ -47,7 +47,8 @@ HWY_INLINE Ends SweepEnds(const SweptBall::View& k, VF u, float v_row, VF code_s
 // What one field's rays see of the ball's two end poses in a tile, row by row. Which way a row is computed
 // must not depend on the vector's width: it is decided here, for the 16 lanes together.
 struct RowClasses {
-  alignas(64) float v0[kTileSide], v1[kTileSide];        // the row's distance from the pose's centre
+  alignas(64) float v[kTileSide],
+      v1[kTileSide];  // the row's distance from the centre at s = 0, at the last pose
   alignas(64) float rest0[kTileSide], rest1[kTileSide];  // R^2 - v^2
   unsigned live;                                         // some lane meets the ball at the last pose
   unsigned near;                                         // some lane may meet the sweep
@@ -77,7 +78,7 @@ HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, R
     const size_t at = g * kLanes;
     const VF v = LanesFrom(v_base, g), v0 = hn::Sub(v, F(v_first)), v1 = hn::Sub(v, F(v_last));
     const VF rest0 = hn::Sub(r2, hn::Mul(v0, v0)), rest1 = hn::Sub(r2, hn::Mul(v1, v1));
-    hn::Store(v0, d, rows.v0 + at);
+    hn::Store(v, d, rows.v + at);
     hn::Store(v1, d, rows.v1 + at);
     hn::Store(rest0, d, rows.rest0 + at);
     hn::Store(rest1, d, rows.rest1 + at);
@@ -157,7 +158,7 @@ void BallSpans(const SweptBall::View& view, float u_base, float v_base, SpanLaye
     for (unsigned left = swept; left; left &= left - 1) {
       const auto row = static_cast<size_t>(__builtin_ctz(left));
       const size_t slot = row * kTileSide + g * kLanes;
-      const Ends ends = SweepEnds(k, LanesFrom(u_base, g), v_base + static_cast<float>(row), code_scale);
+      const Ends ends = SweepEnds(k, LanesFrom(u_base, g), row_class.v[row], code_scale);
       MF live = hn::And(ends.live, hn::Lt(ends.lo, ends.hi));
       if (k.start_is_clear) live = hn::AndNot(ends.old, live);
       hn::Store(hn::IfThenElse(live, ends.lo, far), d, out.lo + slot);
@@ -182,6 +183,7 @@ SweptBall::SweptBall(const Vec3& centre, const Vec3& motion, double radius, bool
     : centre_(centre), motion_(motion), radius_(radius) {
   const double length2 = motion.squaredNorm(), length = std::sqrt(length2);
   recentre_ = length > kRecentreLength;
+  kernel_ = HWY_DYNAMIC_DISPATCH(BallSpans);
   for (Axis axis : kAxes) {
     View& k = views_[static_cast<size_t>(axis)];
     const double mu = motion[u_index(axis)], mv = motion[v_index(axis)], md = motion[depth_index(axis)];
@@ -244,9 +246,10 @@ Box SweptBall::bounds() const {
 
 bool SweptBall::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   if (layer != 0) return false;
+  out.last = true;
   const auto run = [&](const View& k) {
-    HWY_DYNAMIC_DISPATCH(BallSpans)
-    (k, static_cast<float>(rays.u0 + 0.5 - k.centre_u), static_cast<float>(rays.v0 + 0.5 - k.centre_v), out);
+    kernel_(k, static_cast<float>(rays.u0 + 0.5 - k.centre_u), static_cast<float>(rays.v0 + 0.5 - k.centre_v),
+            out);
   };
   if (recentre_)
     run(view_at(rays));

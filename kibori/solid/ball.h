@@ -48,6 +48,7 @@ class SweptBall final : public Solid {
  private:
   View view_at(const RayTile& rays) const;
 
+  void (*kernel_)(const View&, float, float, SpanLayer&);  // for this machine's best instructions
   Vec3 centre_, motion_;
   double radius_;
   bool recentre_;

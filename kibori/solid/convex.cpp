@@ -421,6 +421,7 @@ SweptConvex::View SweptConvex::view_at(const RayTile& rays) const {
 
 bool SweptConvex::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   if (layer != 0) return false;
+  out.last = true;
   const View k = view_at(rays);
   HWY_DYNAMIC_DISPATCH(ConvexSpans)
   (k, static_cast<float>(rays.u0 + 0.5 - k.tip_u), static_cast<float>(rays.v0 + 0.5 - k.tip_v), out);

@@ -33,6 +33,7 @@ struct SpanLayer {
   uint16_t rows;
   bool flip =
       false;  // set by who asks: normals into the solid (a cut leaves material outside it), else out of it
+  bool last = false;   // set by `spans` where it knows that no ray of the tile has a further interval
   uint16_t known = 0;  // rows whose normals `spans` has filled in already, as some solids can for nothing
   NormalCodes codes;
 };
@@ -57,8 +58,8 @@ class Solid {
   // A box [lattice units, x y z] that holds the solid; infinite where the solid is.
   virtual Box bounds() const = 0;
 
-  // Fills layer `layer`, whose `known` comes in as 0; false when no ray of the tile has so many intervals.
-  // Layers come in order along each ray.
+  // Fills layer `layer`, whose `known` and `last` come in as 0; false when no ray of the tile has so many
+  // intervals. Layers come in order along each ray.
   virtual bool spans(const RayTile& rays, int layer, SpanLayer& out) const = 0;
 
   // Fills in the normals at the ends named in `ends` of a layer that `spans` filled, but for rows that are
