@@ -2,7 +2,8 @@
 // One step of a ball that scrapes a block: Kibori (cut in three directions, normals, removed volume and
 // moments, wrench) against OpenVDB's level-set and bit-mask stamps, in turn in one process, one thread.
 //
-//   step_bench [--json] [--reps N] [--nodes N] [--only kibori] [--memory]
+//   step_bench [--json] [--reps N] [--steps N] [--nodes N] [--radius R] [--only kibori] [--memory |
+//   --instructions]
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -10,6 +11,7 @@
 
 #include <kibori/motion/stroke.h>
 
+#include "bench/instruction_count.h"
 #include "bench/workload.h"
 #ifdef KIBORI_HAVE_OPENVDB
 #include "bench/peers/openvdb_carve.h"
@@ -23,7 +25,7 @@ using namespace kibori_bench;
 struct Options {
   int nodes = 512, reps = 5, steps = 2000;
   float radius = 0;  // 0: all three
-  bool json = false, kibori_only = false, memory = false;
+  bool json = false, kibori_only = false, memory = false, instructions = false;
 };
 
 Vec3 centre(const Point& p) {  // voxel i of the workload is the lattice node at i + 1/2
@@ -103,16 +105,16 @@ struct Series {
 void step(const Options& o) {
   if (!o.json)
     std::printf(
-        "%d^3 lattice, %d steps, median of %d runs, us a step\n%-6s %8s %8s %9s %8s %7s %7s %9s %8s %8s "
-        "%8s\n",
-        o.nodes, o.steps, o.reps, "R", "kibori", "p99.9", "levelset", "bitmask", "x level", "x bits", "jumps",
-        "z only", "tri/z", "removed");
+        "%d^3 lattice, %d steps, median of %d runs, us a step\n%-6s %8s %8s %9s %8s %8s %7s %7s %7s %9s %8s "
+        "%8s %8s\n",
+        o.nodes, o.steps, o.reps, "R", "kibori", "p99.9", "levelset", "bitmask", "csg", "x level", "x bits",
+        "x csg", "jumps", "z only", "tri/z", "removed");
   std::string json;
   for (const float radius : {16.f, 32.f, 64.f}) {
     if (o.radius > 0 && radius != o.radius) continue;
     const auto path = scrape_path(o.nodes, radius, o.steps),
                jumps = scrape_path(o.nodes, radius, o.steps, 50);
-    Series own, jumping, single, level, bits;
+    Series own, jumping, single, level, bits, csg;
     for (int i = 0; i < o.reps; i++) {
       own.add(carve_steps(o.nodes, path, radius, 0, 0));
 #ifdef KIBORI_HAVE_OPENVDB
@@ -124,24 +126,30 @@ void step(const Options& o) {
       jumping.add(carve_steps(o.nodes, jumps, radius, 50, 16));
       single.add(carve_single_direction(o.nodes, path, radius));
     }
+#ifdef KIBORI_HAVE_OPENVDB
+    // Milliseconds a step, so only some.
+    if (!o.kibori_only)
+      csg.add(openvdb_csg_difference(o.nodes, {path.begin(), path.begin() + std::min(o.steps, 50)}, radius));
+#endif
     const bool peers = !level.medians.empty();
-    const double l = peers ? level.us() : 0, b = peers ? bits.us() : 0;
+    const double l = peers ? level.us() : 0, b = peers ? bits.us() : 0, c = peers ? csg.us() : 0;
     const double off = peers ? own.last.removed / bits.last.removed - 1 : 0;
     if (o.json) {
       char text[512];
       std::snprintf(
           text, sizeof text,
           "%s{\"radius_cells\":%g,\"kibori_us\":%.3f,\"kibori_p999_us\":%.3f,\"levelset_us\":%.3f,\"bitmask_"
-          "us\":%.3f,"
-          "\"ratio\":%.3f,\"ratio_bitmask\":%.3f,\"jumps_snapshots_us\":%.3f,\"single_direction_us\":%.3f,"
+          "us\":%.3f,\"csg_difference_us\":%.1f,"
+          "\"ratio\":%.3f,\"ratio_bitmask\":%.3f,\"ratio_csg_difference\":%.0f,\"jumps_snapshots_us\":%.3f,"
+          "\"single_direction_us\":%.3f,"
           "\"removed_nodes\":%.0f,\"removed_difference\":%.6f}",
-          json.empty() ? "" : ",\n ", static_cast<double>(radius), own.us(), own.us_p999(), l, b,
-          l / own.us(), b / own.us(), jumping.us(), single.us(), own.last.removed, off);
+          json.empty() ? "" : ",\n ", static_cast<double>(radius), own.us(), own.us_p999(), l, b, c,
+          l / own.us(), b / own.us(), c / own.us(), jumping.us(), single.us(), own.last.removed, off);
       json += text;
     } else {
-      std::printf("%-6g %8.2f %8.1f %9.2f %8.2f %6.2fx %6.2fx %9.2f %8.2f %7.2fx %+7.4f%%\n",
-                  static_cast<double>(radius), own.us(), own.us_p999(), l, b, l / own.us(), b / own.us(),
-                  jumping.us(), single.us(), own.us() / single.us(), 100 * off);
+      std::printf("%-6g %8.2f %8.1f %9.2f %8.2f %8.0f %6.2fx %6.2fx %6.0fx %9.2f %8.2f %7.2fx %+7.4f%%\n",
+                  static_cast<double>(radius), own.us(), own.us_p999(), l, b, c, l / own.us(), b / own.us(),
+                  c / own.us(), jumping.us(), single.us(), own.us() / single.us(), 100 * off);
     }
     std::fflush(stdout);
   }
@@ -166,6 +174,36 @@ void memory(const Options& o) {
         plain / 1e6, carved / 1e6, level / 1e6, level / carved);
 }
 
+void instructions(const Options& o) {
+  constexpr size_t kFrom = 700, kSteps = 8;
+  std::string json;
+  for (const float radius : {16.f, 32.f, 64.f}) {
+    const auto path = scrape_path(o.nodes, radius, kFrom + kSteps);
+    auto model = block(o.nodes);
+    const std::vector<Material> materials{Material{}};
+    const Vec3 up = Vec3::UnitZ() * static_cast<double>(radius);
+    const Tool ball = BallTool{static_cast<double>(radius)};
+    Stroke stroke(*model, Pose{centre(path[0]) - up, Mat3::Identity()});
+    const auto step = [&](size_t i) {
+      const auto tick = stroke.advance(ball, centre(path[i]) - up, Vec3::Zero(), Mode::cut,
+                                       {ForceModel::energy, 6}, materials);
+      if (!tick.ok()) std::abort();
+    };
+    for (size_t i = 0; i < kFrom; i++) step(i);
+    const int64_t count = count_instructions([&] {
+      for (size_t i = kFrom; i < kFrom + kSteps; i++) step(i);
+    });
+    const double each = count < 0 ? -1 : static_cast<double>(count) / kSteps;
+    char text[160];
+    std::snprintf(
+        text, sizeof text,
+        o.json ? "%s{\"radius_cells\":%g,\"instructions\":%.0f}" : "%sR = %-3g %8.0f instructions a step\n",
+        o.json && !json.empty() ? ",\n " : "", static_cast<double>(radius), each);
+    json += text;
+  }
+  std::printf(o.json ? "[%s]\n" : "%s", json.c_str());
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -177,6 +215,8 @@ int main(int argc, char** argv) {
       options.json = true;
     else if (word == "--memory")
       options.memory = true;
+    else if (word == "--instructions")
+      options.instructions = true;
     else if (word == "--only" && more && std::strcmp(argv[i + 1], "kibori") == 0)
       options.kibori_only = true, i++;
     else if (word == "--reps" && more)
@@ -192,6 +232,8 @@ int main(int argc, char** argv) {
   }
   if (options.memory)
     memory(options);
+  else if (options.instructions)
+    instructions(options);
   else
     step(options);
 }

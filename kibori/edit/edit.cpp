@@ -4,10 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <oneapi/tbb/info.h>
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
-
+#include <kibori/base/parallel.h>
 #include <kibori/edit/tile_kernel.h>
 
 namespace kibori {
@@ -117,13 +114,7 @@ template <class MakeEdit>
 void edit_fields(int threads, Removed& removed, MakeEdit&& make_edit) {
   // Each field sums on its own, so that the order of additions does not depend on the number of threads.
   std::array<Removed, 3> parts;
-  const auto run = [&](size_t i) { edit_field(make_edit(kAxes[i]), parts[i]); };
-  if (threads <= 1) {
-    for (size_t i = 0; i < 3; i++) run(i);
-  } else {
-    oneapi::tbb::task_arena arena(std::min({threads, 3, oneapi::tbb::info::default_concurrency()}));
-    arena.execute([&] { oneapi::tbb::parallel_for(size_t{0}, size_t{3}, run); });
-  }
+  run_parallel(threads, 3, [&](size_t i) { edit_field(make_edit(kAxes[i]), parts[i]); });
   for (const Removed& part : parts) removed.add(part);
 }
 

@@ -8,11 +8,8 @@
 #include <cstdio>
 #include <vector>
 
-#include <oneapi/tbb/info.h>
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
-
 #include <kibori/base/memory.h>
+#include <kibori/base/parallel.h>
 #include <kibori/dexel/normal_code.h>
 #include <kibori/solid/crossings.h>
 
@@ -428,14 +425,7 @@ Result<ScanReport> scan_convert(TriDexel& model, const TriangleMesh& mesh, uint8
     return Error{"the mesh does not fit the lattice"};
 
   std::array<RayTable, 3> tables;
-  const auto on_fields = [&](auto&& f) {
-    if (options.threads <= 1) {
-      for (size_t i = 0; i < 3; i++) f(i);
-      return;
-    }
-    oneapi::tbb::task_arena arena(std::min({options.threads, 3, oneapi::tbb::info::default_concurrency()}));
-    arena.execute([&] { oneapi::tbb::parallel_for(size_t{0}, size_t{3}, f); });
-  };
+  const auto on_fields = [&](auto&& f) { run_parallel(options.threads, 3, f); };
   on_fields([&](size_t i) { tables[i] = make_table(points, mesh, lattice, kAxes[i]); });
 
   ScanReport report;

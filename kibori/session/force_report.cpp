@@ -124,16 +124,20 @@ class Plot {
   // Letters over the first panel, spread where they would run into each other.
   void marks(double y) {
     marks_ = contact_marks(carving_);
-    double last = -1e9;
+    double free = -1e9;  // where the label before ends
     for (const Mark& mark : marks_) {
-      const double x = std::max(x_of(mark.time_s), last + 21);
+      // About 9 px a letter; the bytes that go on with one are 10xxxxxx.
+      const auto letters =
+          std::count_if(mark.label.begin(), mark.label.end(), [](char c) { return (c & 0xc0) != 0x80; });
+      const double half = std::max(10.5, 4.5 * static_cast<double>(letters) + 2);
+      const double x = std::max(x_of(mark.time_s), free + half);
       append(svg_,
              "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\" font-size=\"15\" "
              "font-style=\"italic\">%s</text>\n",
              x, y, mark.label.c_str());
       append(svg_, "<path d=\"M%.1f %.1f L%.1f %.1f\" stroke=\"#888888\" fill=\"none\"/>\n", x, y + 5,
              x_of(mark.time_s), y + 14);
-      last = x;
+      free = x + half;
     }
   }
 

@@ -61,7 +61,7 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
   const Axis axis = rays.axis;
   const int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
   const RayRect rect{rays.u0, rays.u0 + kTileSide, rays.v0, rays.v0 + kTileSide};
-  const double mu = motion_[ui], mv = motion_[vi], md = motion_[di];
+  const double mu = motion_[ui], mv = motion_[vi];
   const bool moving = motion_.squaredNorm() > 1e-24;
   for (const auto& triangle : triangles_) {
     const Vec3 &a = points_[triangle[0]], &b = points_[triangle[1]], &c = points_[triangle[2]];
@@ -144,7 +144,6 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
                                            facing(n1, code1, false), facing(n0, code0, true)});
       }
   }
-  static_cast<void>(md);
   for (size_t slot = 0; slot < kTileRays; slot++) {
     auto& crossings = cache.crossings[slot];
     auto& list = cache.intervals[slot];
