@@ -102,6 +102,14 @@ struct Series {
   double us_p999() const { return median(p999); }
 };
 
+// The same path whatever the lattice, so that only the model's size differs.
+std::vector<Point> scrape(const Options& o, float radius, int jump_every) {
+  const int nodes = std::min(o.nodes, 512);
+  auto path = scrape_path(nodes, radius, o.steps, jump_every);
+  for (Point& p : path) p.z += static_cast<float>(o.nodes - nodes);
+  return path;
+}
+
 void step(const Options& o) {
   if (!o.json)
     std::printf(
@@ -112,8 +120,7 @@ void step(const Options& o) {
   std::string json;
   for (const float radius : {16.f, 32.f, 64.f}) {
     if (o.radius > 0 && radius != o.radius) continue;
-    const auto path = scrape_path(o.nodes, radius, o.steps),
-               jumps = scrape_path(o.nodes, radius, o.steps, 50);
+    const auto path = scrape(o, radius, 0), jumps = scrape(o, radius, 50);
     Series own, jumping, single, level, bits, csg;
     for (int i = 0; i < o.reps; i++) {
       own.add(carve_steps(o.nodes, path, radius, 0, 0));

@@ -236,6 +236,47 @@ TEST_P(Sweep, NormalsAreThoseOfTheSurface) {
 INSTANTIATE_TEST_SUITE_P(Tools, Sweep, testing::Range(0, 10),
                          [](const auto& tool) { return std::string(kNames[tool.param]); });
 
+// Motions nearly along the rays: both ends of a ray near the sweep's rim are on the ball's own rim, where
+// rounding is largest, and the interval is nearly as long as the motion.
+TEST(SweptBall, PlungesWithALittleDriftLoseNoRay) {
+  Random random;
+  int long_ones = 0;
+  for (const auto& [length, drift, radius] : {std::array{4000.0, 0.4, 10.0},
+                                              {1000.0, 0.3, 10.0},
+                                              {100.0, 0.03, 40.0},
+                                              {20.0, 0.01, 30.0},
+                                              {1.0, 0.0003, 30.0}})
+    for (int trial = 0; trial < 300; trial++) {
+      const Vec3 centre(random.uniform(60, 70), random.uniform(60, 70), random.uniform(0, 10));
+      const double angle = random.uniform(0, 6.28);
+      const Vec3 motion(drift * std::cos(angle), drift * std::sin(angle), length);
+      const SweptBall ball(centre, motion, radius, trial % 2 == 0);
+      const double flat2 = drift * drift;
+      for (int tv = 0; tv < 8; tv++)
+        for (int tu = 0; tu < 8; tu++) {
+          const RayTile rays{Axis::z, tu * 16, tv * 16};
+          SpanLayer layer;
+          if (!ball.spans(rays, 0, layer)) layer.rows = 0;
+          for (int slot = 0; slot < kTileRays; slot++) {
+            const double x = rays.u0 + slot % 16 + 0.5 - centre[0], y = rays.v0 + slot / 16 + 0.5 - centre[1];
+            const double s0 = (x * motion[0] + y * motion[1]) / flat2;
+            const double across = (x * motion[1] - y * motion[0]) / drift,
+                         rest = radius * radius - across * across;
+            if (rest <= 0) continue;
+            // The ball's shadow passes over the ray while s is in [from, to].
+            const double half = std::sqrt(rest / flat2), from = std::max(s0 - half, 0.0),
+                         to = std::min(s0 + half, 1.0);
+            if (to - from < 0.05 || (trial % 2 == 0 && from == 0)) continue;
+            long_ones++;
+            ASSERT_TRUE(((layer.rows >> (slot / 16)) & 1) && layer.lo[slot] < layer.hi[slot])
+                << "length " << length << " drift " << drift << " R " << radius << " share " << to - from
+                << "; " << random.note();
+          }
+        }
+    }
+  EXPECT_GT(long_ones, 5000);
+}
+
 // A promise that the start pose is clear changes nothing but the rays it may skip.
 TEST(SweptBall, ClearStartGivesTheSameNewMaterial) {
   Random random;

@@ -10,7 +10,7 @@ FLOORS = [
     {"geometry"},
     {"dexel"},
     {"solid"},
-    {"edit", "formats"},
+    {"edit", "formats", "surface"},
     {"haptics"},
     {"motion"},
     {"session"},

@@ -31,7 +31,6 @@ using VF = hn::Vec<DF>;
 using VI = hn::Vec<DI>;
 using VU = hn::Vec<DU>;
 using MF = hn::Mask<DF>;
-using MU = hn::Mask<DU>;
 inline constexpr size_t kLanes = hn::MaxLanes(DF());
 inline constexpr size_t kGroups = kRow / kLanes;
 inline constexpr unsigned kGroupMask = (1u << kLanes) - 1;

@@ -8,8 +8,9 @@
 //   a══in══out══b         vanish    masked store; scalar where later planes must move up
 //
 // so vectors do nearly all of it. What was removed is summed by the vectors for all lanes before anything is
-// written, in an order that does not depend on the vector's width: cut and contact give the same answer to
-// the bit.
+// written, in an order that does not depend on the vector's width. For tools of one interval a ray, cut and
+// contact give the same answer to the bit; where a solid has several layers, the second finds what the first
+// has left, and the order of additions differs.
 #include <kibori/edit/tile_kernel.h>
 
 #include <cmath>
@@ -90,8 +91,11 @@ struct Sums {
       nodes_t2 = hn::Add(nodes_t2, hn::Mul(n, twice_mean));
     }
   }
-  HWY_INLINE void AddTo(LaneSums& to, size_t g, const RayTile& rays, bool negative) const {
+  HWY_INLINE void AddTo(TileJob& job, size_t g, bool negative) const {
     if constexpr (kSummed == Summed::nothing) return;
+    if (job.sums.material != job.sums_material) take_sums(job);
+    LaneSums& to = job.sums;
+    const RayTile& rays = job.rays;
     const double sign = negative ? -1 : 1, u0 = sign * rays.u0, v0 = sign * rays.v0;
     const size_t at = g * kLanes;
     AddDoubles(to.of[LaneSums::length] + at, length, sign);
@@ -143,9 +147,9 @@ void AddScalarSums(TileJob& job, bool growing) {
 template <Summed kSummed>
 void ContactCut(TileJob& job) {
   const DF d;
-  MF met = hn::FirstN(d, 0);
   for (size_t g = 0; g < kGroups; g++) {
     Sums<kSummed> sum;
+    MF met = hn::FirstN(d, 0);
     for (const Plane* p = &job.tile->first; p; p = p->next) {
       if (!p->reaches(job.depth_min, job.depth_max)) continue;
       for (unsigned left = job.spans.rows; left; left &= left - 1) {
@@ -158,9 +162,10 @@ void ContactCut(TileJob& job) {
         sum.Add(hit, lo, hi, F(kRowNumber[row]), F(2 * job.t_ref));
       }
     }
-    sum.AddTo(job.sums, g, job.rays, false);
+    if (hn::AllFalse(d, met)) continue;
+    job.met = true;
+    sum.AddTo(job, g, false);
   }
-  job.met = !hn::AllFalse(d, met);
 }
 
 // Whether any interval meets any span.
@@ -275,10 +280,13 @@ void CutTile(TileJob& job) {
   const DF d;
   const SpanLayer& spans = job.spans;
   const VF twice_ref = F(2 * job.t_ref);
+  Plane* const first = &const_cast<Tile*>(job.tile)->first;
+  uint64_t met_planes = 0;  // by number; those beyond the 63rd count as one
   for (size_t g = 0; g < kGroups; g++) {
     Sums<kSummed> sum;
-    bool met_any = false;
-    for (Plane* p = &const_cast<Tile*>(job.tile)->first; p; p = p->next) {
+    bool met_here = false;
+    uint64_t number = 1;
+    for (Plane* p = first; p; p = p->next, number = number << 1 | number >> 63 << 63) {
       if (!p->reaches(job.depth_min, job.depth_max)) continue;
       bool met = false;
       const unsigned known = p->paint ? 0 : spans.known;
@@ -308,14 +316,17 @@ void CutTile(TileJob& job) {
         }
       }
       if (met) {
-        met_any = job.met = true;
+        met_here = job.met = true;
+        met_planes |= number;
         p->tight = false;
-      } else if (!p->tight && g + 1 == kGroups) {
-        Tighten(*p);  // in vain; the next edit may be spared
       }
     }
-    if (met_any) sum.AddTo(job.sums, g, job.rays, false);
+    if (met_here) sum.AddTo(job, g, false);
   }
+  // Planes that were visited in vain: the next edit may be spared.
+  uint64_t number = 1;
+  for (Plane* p = first; p; p = p->next, number = number << 1 | number >> 63 << 63)
+    if (!p->tight && !(met_planes & number) && p->reaches(job.depth_min, job.depth_max)) Tighten(*p);
 }
 
 // Deposit (or its contact test): what is added is the interval less its overlaps.
@@ -333,6 +344,7 @@ void DepositTile(TileJob& job) {
   };
   for (size_t g = 0; g < kGroups; g++) {
     Sums<kSummed> sum, less;
+    bool met = false;
     for (unsigned left = job.spans.rows; left; left &= left - 1) {
       const int row = __builtin_ctz(left);
       const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
@@ -349,7 +361,7 @@ void DepositTile(TileJob& job) {
       }
       const MF adds = hn::AndNot(covered, live);
       if (hn::AllFalse(d, adds)) continue;
-      job.met = true;
+      met = true;
       sum.Add(adds, a, b, F(kRowNumber[row]), F(2 * job.t_ref));
       for (const Plane* p = first; p; p = p->next) {
         const VF lo = hn::Max(hn::Load(d, p->in + slot), a), hi = hn::Min(hn::Load(d, p->out + slot), b);
@@ -401,8 +413,10 @@ void DepositTile(TileJob& job) {
         }
       }
     }
-    sum.AddTo(job.sums, g, job.rays, false);
-    less.AddTo(job.sums, g, job.rays, true);
+    if (!met) continue;
+    job.met = true;
+    sum.AddTo(job, g, false);
+    less.AddTo(job, g, true);
   }
 }
 
@@ -473,12 +487,14 @@ void StoreNormals(TileJob& job, bool cutting) {
 }
 
 template <Summed kSummed>
-void RunSummed(Operation operation, TileJob& job) {
+HWY_INLINE void RunSummed(Operation operation, TileJob& job) {
   switch (operation) {
     case Operation::cut:
       // Take the tile for writing only if there is something to write.
-      if (job.field->shared(job.tu, job.tv) && !Meets(job)) return;
-      job.tile = &job.field->writable(job.tu, job.tv);
+      if (job.field->shared(job.tu, job.tv)) {
+        if (!Meets(job)) return;
+        job.tile = &job.field->writable(job.tu, job.tv);
+      }
       return CutTile<kSummed>(job);
     case Operation::contact:
       return ContactCut<kSummed>(job);
@@ -637,19 +653,19 @@ static void edit_scalar_rays(TileJob& job, Tile& tile, bool growing) {
   job.shrank = true;
 }
 
+void take_sums(TileJob& job) {
+  flush_sums(job);
+  HWY_DYNAMIC_DISPATCH(ClearSums)(job.sums);
+  job.sums.material = job.sums_material;
+}
+
 TileKernel tile_kernel() { return HWY_DYNAMIC_DISPATCH(RunVectors); }
 
 void run_tile(Operation operation, TileJob& job) {
   if (operation == Operation::paint) return job.kernel(operation, job);
   const bool growing = operation == Operation::deposit || operation == Operation::deposit_contact;
-  const bool mixed = job.tile->material == kMixedMaterial;
-  const uint8_t material = growing ? job.material : job.tile->material;
+  job.sums_material = growing ? job.material : job.tile->material;
   if (!growing) job.material = kMixedMaterial;  // add_overlap then asks the span
-  if (!scalar_sums(job, mixed && !growing) && job.sums.material != material) {
-    flush_sums(job);
-    HWY_DYNAMIC_DISPATCH(ClearSums)(job.sums);
-    job.sums.material = material;
-  }
   job.met = job.shrank = false;
   job.kernel(operation, job);
   if (!job.met || operation == Operation::contact || operation == Operation::deposit_contact) return;

@@ -48,10 +48,11 @@ struct TileJob {
   float t_ref;                  // whole number near the tool's depth
   bool deep;                    // the tool is too deep for node sums in float32
   LaneSums sums;
-  uint8_t material;  // of a deposit
-  Color color;       // of paint
-  bool met;          // set where the tool met something at all
-  bool shrank;       // set by a cut that emptied a slot
+  uint8_t sums_material;  // of what this tile adds to `sums`
+  uint8_t material;       // of a deposit
+  Color color;            // of paint
+  bool met;               // set where the tool met something at all
+  bool shrank;            // set where a plane may have become empty
   const Motion* motion;
   Removed* removed;
 };
@@ -61,5 +62,9 @@ void run_tile(Operation operation, TileJob& job);
 
 // Adds what `job.sums` holds to `job.removed`; to be called after the last tile.
 void flush_sums(TileJob& job);
+
+// Readies `job.sums` for sums of `job.sums_material`. Only called where the tool met something, so that
+// nothing else shows in `job.removed`.
+void take_sums(TileJob& job);
 
 }  // namespace kibori

@@ -25,22 +25,28 @@ HWY_INLINE Ends SweepEnds(const SweptBall::View& k, VF u, float v_row, VF code_s
   const VF zero = hn::Zero(d), centre = F(k.centre_depth);
   const VF s0 = hn::Add(hn::Mul(u, F(k.step_u)), F(v_row * k.step_v));
   const VF across = hn::Sub(hn::Mul(u, F(k.normal_v)), F(v_row * k.normal_u));
-  const VF m = hn::Sub(r2, hn::Mul(across, across));
-  const VF turn = hn::Mul(hn::Sqrt(hn::Max(m, zero)), F(k.shift));
+  const VF turn = hn::Mul(hn::Sqrt(hn::Max(hn::Sub(r2, hn::Mul(across, across)), zero)), F(k.shift));
   const VF s_lo = hn::Min(hn::Max(hn::Sub(s0, turn), s_min), s_max);
   const VF s_hi = hn::Min(hn::Max(hn::Add(s0, turn), s_min), s_max);
-  // From the ball's centre at s to the ray.
-  const VF u_lo = hn::Sub(u, hn::Mul(s_lo, F(k.motion_u))), v_lo = hn::Sub(v, hn::Mul(s_lo, F(k.motion_v)));
-  const VF u_hi = hn::Sub(u, hn::Mul(s_hi, F(k.motion_u))), v_hi = hn::Sub(v, hn::Mul(s_hi, F(k.motion_v)));
-  const VF rest_lo = hn::Sub(hn::Sub(r2, hn::Mul(v_lo, v_lo)), hn::Mul(u_lo, u_lo));
-  const VF rest_hi = hn::Sub(hn::Sub(r2, hn::Mul(v_hi, v_hi)), hn::Mul(u_hi, u_hi));
+  // From the ball's centre at s to the ray, and R^2 less that distance squared.
+  struct Pose {
+    VF u, v, rest;
+  };
+  const auto at = [&](VF s) HWY_ATTR {
+    const VF pu = hn::Sub(u, hn::Mul(s, F(k.motion_u))), pv = hn::Sub(v, hn::Mul(s, F(k.motion_v)));
+    return Pose{pu, pv, hn::Sub(hn::Sub(r2, hn::Mul(pv, pv)), hn::Mul(pu, pu))};
+  };
+  const Pose lo = at(s_lo), hi = at(s_hi);
+  // Whether the ray is met at all shows at the pose nearest to it. (The rests at s_lo and s_hi may drown in
+  // rounding: where the motion is nearly along the ray, both ends are on the ball's rim.)
+  const Pose nearest = at(hn::Min(hn::Max(s0, s_min), s_max));
   Ends ends;
-  ends.live = hn::And(hn::Gt(m, zero), hn::Gt(hn::Min(rest_lo, rest_hi), zero));
+  ends.live = hn::Gt(nearest.rest, zero);
   ends.old = hn::Eq(hn::Max(s_lo, s_hi), s_min);
-  ends.lo = hn::Sub(hn::Add(centre, hn::Mul(s_lo, F(k.motion_d))), hn::Sqrt(hn::Max(rest_lo, zero)));
-  ends.hi = hn::Add(hn::Add(centre, hn::Mul(s_hi, F(k.motion_d))), hn::Sqrt(hn::Max(rest_hi, zero)));
-  ends.code_lo = EncodeScaled(u_lo, v_lo, code_scale);
-  ends.code_hi = EncodeScaled(u_hi, v_hi, code_scale);
+  ends.lo = hn::Sub(hn::Add(centre, hn::Mul(s_lo, F(k.motion_d))), hn::Sqrt(hn::Max(lo.rest, zero)));
+  ends.hi = hn::Add(hn::Add(centre, hn::Mul(s_hi, F(k.motion_d))), hn::Sqrt(hn::Max(hi.rest, zero)));
+  ends.code_lo = EncodeScaled(lo.u, lo.v, code_scale);
+  ends.code_hi = EncodeScaled(hi.u, hi.v, code_scale);
   return ends;
 }
 
@@ -54,6 +60,7 @@ struct RowClasses {
   unsigned near;                                         // some lane may meet the sweep
   unsigned old;                                          // all lanes have the first pose nearest
   unsigned last;                                         // all lanes have the last pose nearest
+  unsigned deep;                                         // all lanes have View::overlap in both poses
 };
 
 HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, RowClasses& rows) {
@@ -73,7 +80,9 @@ HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, R
   const float least_dot1 = std::min(left1 * k.motion_u, right1 * k.motion_u);
   const VF r2 = F(k.radius2), zero = hn::Zero(d);
   const VF least0 = F(least_square(left0, right0)), least1 = F(least_square(left1, right1));
-  rows.live = rows.near = rows.old = rows.last = 0;
+  const float most0 = std::max(left0 * left0, right0 * right0),
+              most1 = std::max(left1 * left1, right1 * right1);
+  rows.live = rows.near = rows.old = rows.last = rows.deep = 0;
   for (size_t g = 0; g < kGroups; g++) {
     const size_t at = g * kLanes;
     const VF v = LanesFrom(v_base, g), v0 = hn::Sub(v, F(v_first)), v1 = hn::Sub(v, F(v_last));
@@ -82,9 +91,11 @@ HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, R
     hn::Store(v1, d, rows.v1 + at);
     hn::Store(rest0, d, rows.rest0 + at);
     hn::Store(rest1, d, rows.rest1 + at);
-    const VF most0 = hn::Sub(rest0, least0), most1 = hn::Sub(rest1, least1);
-    rows.live |= Bits(hn::Gt(most1, zero)) << at;
-    rows.near |= Bits(hn::Gt(hn::Max(most0, most1), F(-k.widening))) << at;
+    const VF deepest0 = hn::Sub(rest0, least0), deepest1 = hn::Sub(rest1, least1);
+    rows.live |= Bits(hn::Gt(deepest1, zero)) << at;
+    rows.near |= Bits(hn::Gt(hn::Max(deepest0, deepest1), F(-k.widening))) << at;
+    rows.deep |= Bits(hn::Ge(hn::Min(hn::Sub(rest0, F(most0)), hn::Sub(rest1, F(most1))), F(k.overlap)))
+                 << at;
     const VF dot0 = hn::Add(F(most_dot0), hn::Mul(v0, F(k.motion_v)));
     const VF dot1 = hn::Add(F(least_dot1), hn::Mul(v1, F(k.motion_v)));
     rows.old |= Bits(hn::Le(hn::Add(dot0, F(reach)), zero)) << at;
@@ -108,8 +119,10 @@ void BallSpans(const SweptBall::View& view, float u_base, float v_base, SpanLaye
     out.rows = 0;
     return;
   }
-  const unsigned head_on = k.head_on ? fresh : 0,
-                 last = k.head_on ? 0 : row_class.last & row_class.live & fresh;
+  // Head on, what is behind the last pose is inside the start pose: where its front end counts, it will do
+  // alone.
+  const unsigned head_on = k.head_on ? fresh & ~row_class.deep : 0;
+  const unsigned last = fresh & (k.head_on ? row_class.deep : row_class.last & row_class.live);
   const VF zero = hn::Zero(d), far = F(kFar), minus_far = F(-kFar);
   const VF centre0 = F(k.centre_depth + k.s_min * md), centre1 = F(k.centre_depth + k.s_max * md);
   const VF code_scale = F(NormalScale(out.flip) * k.code_scale);
@@ -146,8 +159,9 @@ void BallSpans(const SweptBall::View& view, float u_base, float v_base, SpanLaye
       const VF shut = hn::IfThenElse(live, end, md > 0 ? minus_far : far);
       hn::Store(md > 0 ? centre0 : shut, d, out.lo + slot);
       hn::Store(md > 0 ? shut : centre0, d, out.hi + slot);
-      hn::Store(hn::Or(lane_code, hn::Set(du, row_code[row])), du,
-                (md > 0 ? out.codes.hi : out.codes.lo) + slot);
+      const VU code = hn::Or(lane_code, hn::Set(du, row_code[row]));
+      hn::Store(code, du, out.codes.lo + slot);
+      hn::Store(code, du, out.codes.hi + slot);
       const bool unsure = !hn::AllFalse(d, hn::AndNot(live, hn::Gt(rest1, F(-k.widening))));
       swept |= static_cast<unsigned>(unsure) << row;
       rows |= static_cast<unsigned>(!hn::AllFalse(d, live)) << row;
@@ -214,6 +228,7 @@ SweptBall::SweptBall(const Vec3& centre, const Vec3& motion, double radius, bool
     // from here up.
     const double rim = md != 0 ? radius * flat / md : 0;
     k.rim = static_cast<float>(rim * rim * 1.001 + 1e-3);
+    k.overlap = std::max(k.rim, static_cast<float>(0.2501 * md * md + 1e-3));
     k.head_on = start_is_clear && !recentre_ && flat < 0.2 * std::abs(md);
     k.s_min = 0;
     k.s_max = 1;

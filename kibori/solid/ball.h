@@ -40,6 +40,7 @@ class SweptBall final : public Solid {
     float reach;         // |v_depth| R: dot products beyond it settle to which pose an end belongs
     float widening;      // how much larger than at the end poses the squared half chord can be in between
     float rim;           // for head_on: squared half chords from here up have their end at a pose
+    float overlap;       // for head_on: from here up, moreover, the two poses overlap on the ray
     float s_min, s_max;  // the motion, relative to the centre above
     bool start_is_clear;
     bool head_on;  // moves along the rays, from a clear start

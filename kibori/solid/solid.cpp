@@ -61,6 +61,7 @@ void Complement::normals(const RayTile& rays, int layer, const EndMasks& ends, S
 bool Difference::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   if (!whole_.spans(rays, layer / 2, out)) return false;
   out.last = false;
+  out.known = 0;
   SpanLayer part;
   if (!part_.spans(rays, 0, part)) part.rows = 0;
   const bool before = layer % 2 == 0;

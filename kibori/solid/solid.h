@@ -62,8 +62,8 @@ class Solid {
   // intervals. Layers come in order along each ray.
   virtual bool spans(const RayTile& rays, int layer, SpanLayer& out) const = 0;
 
-  // Fills in the normals at the ends named in `ends` of a layer that `spans` filled, but for rows that are
-  // `known` already.
+  // Fills in the normals at the ends named in `ends` of a layer that `spans` filled; rows that are `known`
+  // already may be left alone.
   virtual void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const = 0;
 };
 
@@ -80,6 +80,7 @@ class Complement final : public Solid {
 };
 
 // `whole` less `part`; what a motion newly reaches is its sweep less the start pose. `part` must be convex.
+// For contact only: ends made by `part` have no normals of their own.
 class Difference final : public Solid {
  public:
   Difference(const Solid& whole, const Solid& part) : whole_(whole), part_(part) {}

@@ -249,6 +249,8 @@ bool SweptTool::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   out.known = 0;
   SpanLayer other;
   for (size_t i = 1; i < count_; i++) {
+    other.known = 0;
+    other.last = false;
     if (!solids_[i]->spans(rays, 0, other)) continue;
     for (int row = 0; row < kTileSide; row++) {
       if (!((other.rows >> row) & 1)) continue;

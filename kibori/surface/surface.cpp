@@ -1,0 +1,442 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/surface/surface.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <memory>
+
+#include <kibori/base/check.h>
+#include <kibori/base/parallel.h>
+#include <kibori/dexel/normal_code.h>
+#include <kibori/surface/cell_table.h>
+#include <kibori/surface/surface_vertex.h>
+
+namespace kibori {
+namespace {
+
+// Relative to a chunk's first cell, counting from 0: vertices are wanted for cells 0 ... 16 (the chunk's and
+// one layer of the next), masks for cells -1 ... 17, so nodes -1 ... 18.
+constexpr int kCells = kChunkCells + 1;
+constexpr int kNodes = kCells + 3;  // of which the first stands at -1
+constexpr int kHitNodes = kCells + 1;
+
+// Coordinates of vertices are multiples of a power of two that float32 can hold everywhere in the model. The
+// remainder of the multiple by 8 is told by the cell (mod 4) and the sheet, along each axis. Vertices with
+// equal remainders are of the same cell and sheet or of cells at least 4 apart, farther than kVertexReach: so
+// no two are in the same place.
+class VertexGrid {
+ public:
+  explicit VertexGrid(const Lattice& lattice) : lattice_(lattice) {
+    double most = 0;
+    for (int i = 0; i < 3; i++) {
+      const double low = lattice.origin_mm[i], high = low + lattice.nodes[i] * lattice.pitch_mm;
+      most = std::max({most, std::abs(low), std::abs(high)});
+    }
+    quantum_ = std::ldexp(1.0, std::ilogb(most + 4 * lattice.pitch_mm) + 1 - 24);
+  }
+  // Multiples of the quantum for a point [lattice units] of a cell.
+  std::array<int32_t, 3> place(const Vec3& point, const Index3& cell, int sheet) const {
+    std::array<int32_t, 3> at;
+    for (int i = 0; i < 3; i++) {
+      const int64_t n = std::llround((lattice_.origin_mm[i] + lattice_.pitch_mm * point[i]) / quantum_);
+      const int64_t wanted = (cell[i] & 3) | ((sheet >> i) & 1) << 2;
+      const int64_t ahead = (wanted - n) & 7;
+      at[static_cast<size_t>(i)] = static_cast<int32_t>(n + (ahead < 4 ? ahead : ahead - 8));
+    }
+    return at;
+  }
+  std::array<float, 3> mm(const std::array<int32_t, 3>& at) const {
+    return {static_cast<float>(at[0] * quantum_), static_cast<float>(at[1] * quantum_),
+            static_cast<float>(at[2] * quantum_)};
+  }
+
+ private:
+  const Lattice& lattice_;
+  double quantum_;
+};
+
+using Multiple = std::array<int32_t, 3>;
+
+std::array<int64_t, 3> cross(const Multiple& a, const Multiple& b, const Multiple& c) {
+  int64_t u[3], v[3];
+  for (size_t i = 0; i < 3; i++) {
+    u[i] = int64_t{b[i]} - a[i];
+    v[i] = int64_t{c[i]} - a[i];
+  }
+  return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+}
+bool is_zero(const std::array<int64_t, 3>& n) { return (n[0] | n[1] | n[2]) == 0; }
+
+double distance2(const Multiple& a, const Multiple& b) {
+  double sum = 0;
+  for (size_t i = 0; i < 3; i++) {
+    const auto d = static_cast<double>(int64_t{a[i]} - b[i]);
+    sum += d * d;
+  }
+  return sum;
+}
+
+// An end of material on the edge between two nodes.
+struct Hit {
+  float depth;  // along the edge's axis
+  uint32_t normal;
+  Color paint;
+  uint8_t material;
+  bool known;
+};
+
+// One chunk's nodes and ends, and what becomes of them.
+class ChunkWork {
+ public:
+  ChunkWork(const Snapshot& model, const Index3& chunk)
+      : model_(model), first_(chunk * kChunkCells - 1), grid_(model.lattice) {}
+
+  SurfaceChunk run() {
+    load_nodes();
+    if (!find_cells()) return {};
+    for (Axis axis : kAxes) load_hits(axis);
+    for (Cell& cell : cells_) make_vertices(cell);
+    for (const Cell& cell : cells_) make_quads(cell);
+    finish();
+    return std::move(out_);
+  }
+
+ private:
+  struct Cell {
+    Index3 at;
+    CellSheets sheets;
+    uint32_t vertex;  // of its first sheet
+  };
+  static constexpr uint32_t kForeign = 1u << 31;  // marks vertices of the next chunks until they are put last
+
+  uint32_t& column(int x, int y) { return columns_[static_cast<size_t>((y + 1) * kNodes + x + 1)]; }
+  bool node(const Index3& at) { return (column(at[0], at[1]) >> (at[2] + 1)) & 1; }
+  // On the edge from node `at` to the next along `axis`.
+  Hit& hit(Axis axis, const Index3& at) {
+    const int u = at[u_index(axis)], v = at[v_index(axis)], k = at[depth_index(axis)];
+    return hits_[static_cast<size_t>(axis)][static_cast<size_t>((v * kHitNodes + u) * kCells + k)];
+  }
+  uint8_t mask(const Index3& cell) {
+    unsigned bits = 0;
+    for (int c = 0; c < 4; c++) {
+      const unsigned pair = (column(cell[0] + (c & 1), cell[1] + (c >> 1)) >> (cell[2] + 1)) & 3;
+      bits |= (pair & 1) << c | (pair >> 1) << (c + 4);
+    }
+    return static_cast<uint8_t>(bits);
+  }
+
+  // Inside or not, as the z field has it: one word a column, node -1 lowest.
+  void load_nodes() {
+    columns_.fill(0);
+    const FieldSnapshot& field = model_.field(Axis::z);
+    for (int y = -1; y < kNodes - 1; y++)
+      for (int x = -1; x < kNodes - 1; x++) {
+        const int u = first_[0] + x, v = first_[1] + y;
+        if (u < 0 || v < 0 || u >= field.nodes_u() || v >= field.nodes_v()) continue;
+        uint32_t bits = 0;
+        const auto begin = static_cast<float>(first_[2] - 1);
+        field.for_spans(u, v, [&](const Span& s) {
+          const auto bit = [&](float end) {
+            return static_cast<unsigned>(
+                std::clamp(std::ceil(end - 0.5f) - begin, 0.0f, static_cast<float>(kNodes)));
+          };
+          bits |= (1u << bit(s.out)) - (1u << bit(s.in));
+        });
+        column(x, y) = bits;
+      }
+  }
+
+  // The cells that the surface passes through.
+  bool find_cells() {
+    index_.fill(-1);
+    for (int y = 0; y < kCells; y++)
+      for (int x = 0; x < kCells; x++) {
+        const uint32_t a = column(x, y), b = column(x + 1, y), c = column(x, y + 1), d = column(x + 1, y + 1);
+        const uint32_t any = a | b | c | d, all = a & b & c & d;
+        uint32_t mixed = ((any | any >> 1) & ~(all & all >> 1)) >> 1 & ((1u << kCells) - 1);
+        for (; mixed; mixed &= mixed - 1) {
+          const Index3 at(x, y, std::countr_zero(mixed));
+          const uint8_t inside = mask(at);
+          Cell cell{at, sheets_of(inside), 0};
+          if (cell.sheets.twice) cell.sheets = flip(at, inside, cell.sheets);
+          index_[index_of(at)] = static_cast<int16_t>(cells_.size());
+          cells_.push_back(cell);
+        }
+      }
+    return !cells_.empty();
+  }
+  // Faces that one sheet passes twice on both sides are linked the other way.
+  CellSheets flip(const Index3& at, uint8_t inside, const CellSheets& sheets) {
+    unsigned flipped = 0;
+    for (unsigned faces = sheets.twice; faces; faces &= faces - 1) {
+      const int face = std::countr_zero(faces);
+      Index3 beyond = at;
+      beyond[face / 2] += face % 2 ? 1 : -1;
+      if ((sheets_of(mask(beyond)).twice >> (face ^ 1)) & 1) flipped |= 1u << face;
+    }
+    return flipped ? sheets_of(inside, static_cast<uint8_t>(flipped)) : sheets;
+  }
+
+  // The ends of one field that lie where two nodes differ.
+  void load_hits(Axis axis) {
+    auto& hits = hits_[static_cast<size_t>(axis)];
+    hits.assign(static_cast<size_t>(kHitNodes * kHitNodes * kCells), Hit{0, 0, 0, 0, false});
+    const FieldSnapshot& field = model_.field(axis);
+    const int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
+    for (int v = 0; v < kHitNodes; v++)
+      for (int u = 0; u < kHitNodes; u++) {
+        if (first_[ui] + u < 0 || first_[vi] + v < 0 || first_[ui] + u >= field.nodes_u() ||
+            first_[vi] + v >= field.nodes_v())
+          continue;
+        Index3 at;
+        at[ui] = u;
+        at[vi] = v;
+        field.for_spans(first_[ui] + u, first_[vi] + v, [&](const Span& s) {
+          const auto put = [&](float depth, uint32_t normal, Color paint, bool at_out) {
+            const int k = static_cast<int>(std::ceil(depth - 0.5f)) - 1 - first_[di];
+            if (k < 0 || k >= kCells) return;
+            at[di] = k + 1;
+            const bool above = node(at);
+            at[di] = k;
+            if (node(at) != at_out || above == at_out) return;
+            hit(axis, at) = {depth, normal, paint, s.material, true};
+          };
+          put(s.in, s.normal_in, s.paint_in, false);
+          put(s.out, s.normal_out, s.paint_out, true);
+        });
+      }
+  }
+
+  void make_vertices(Cell& cell) {
+    const bool own = (cell.at < kChunkCells).all();
+    auto& vertices = own ? out_.vertices : foreign_;
+    auto& places = own ? places_ : foreign_places_;
+    auto& cells = own ? out_.cell : foreign_cells_;
+    cell.vertex = static_cast<uint32_t>(vertices.size()) | (own ? 0 : kForeign);
+    const Index3 absolute = first_ + cell.at;
+    const Vec3 centre = absolute.matrix().cast<double>() + Vec3::Ones();
+    for (int sheet = 0; sheet < cell.sheets.count; sheet++) {
+      SheetEnds ends;
+      SurfaceVertex vertex{{}, {}, 0, 0};
+      for (size_t e = 0; e < kCellEdges; e++) {
+        if (cell.sheets.of_edge[e] != sheet) continue;
+        const Axis axis = kAxes[kEdges[e].axis];
+        const int corner = kEdges[e].corner, di = depth_index(axis);
+        const Index3 from = cell.at + Index3(corner & 1, (corner >> 1) & 1, corner >> 2);
+        const Hit& h = hit(axis, from);
+        const auto i = static_cast<size_t>(ends.count++);
+        Vec3 p = (first_ + from).matrix().cast<double>() + Vec3::Constant(0.5);
+        // Where the fields disagree by a rounding there is no end: halfway will do.
+        p[di] = h.known ? static_cast<double>(h.depth) : p[di] + 0.5;
+        ends.points[i] = p - centre;
+        ends.normals[i] = Vec3::Zero();
+        if (!h.known) continue;
+        ends.normals[i] = decode_normal(h.normal, axis, node(from));
+        ends.with_normal++;
+        vertex.material = h.material;
+        if (h.paint) vertex.paint = h.paint;
+      }
+      const SheetVertex placed = place_vertex(ends);
+      const Multiple at = grid_.place(centre + placed.point, absolute, sheet);
+      vertex.position = grid_.mm(at);
+      for (int i = 0; i < 3; i++)
+        vertex.normal[static_cast<size_t>(i)] = static_cast<float>(placed.normal[i]);
+      vertices.push_back(vertex);
+      places.push_back({at, placed.rank});
+      cells.push_back(static_cast<uint32_t>(index_of(cell.at)) * kMaxSheets + static_cast<uint32_t>(sheet));
+    }
+  }
+
+  struct Place {
+    Multiple at;
+    int rank;
+  };
+  const Place& place(uint32_t v) const { return v & kForeign ? foreign_places_[v & ~kForeign] : places_[v]; }
+
+  // The quads of the edges whose nearest cell this is.
+  void make_quads(const Cell& cell) {
+    if (!(cell.at < kChunkCells).all()) return;
+    for (Axis axis : kAxes) {
+      const int a = static_cast<int>(axis), u = u_index(axis), v = v_index(axis);
+      const int du = 1 << u, dv = 1 << v;
+      Index3 from = cell.at;
+      from[u]++;
+      from[v]++;
+      Index3 to = from;
+      to[a]++;
+      const bool inside = node(from);
+      if (inside == node(to)) continue;
+      // The four cells around the edge, counter-clockwise seen from its far end.
+      const int corners[4] = {du | dv, dv, 0, du};
+      uint32_t quad[4];
+      for (int i = 0; i < 4; i++) {
+        Index3 at = cell.at;
+        if (!(corners[i] & du)) at[u]++;
+        if (!(corners[i] & dv)) at[v]++;
+        const int index = index_[index_of(at)];
+        KIBORI_CHECK(index >= 0);
+        const Cell& around = cells_[static_cast<size_t>(index)];
+        const uint8_t sheet = around.sheets.of_edge[static_cast<size_t>(edge_at(a, corners[i]))];
+        KIBORI_CHECK(sheet != kNoSheet);
+        quad[inside ? i : 3 - i] = around.vertex + sheet;
+      }
+      split(quad, axis, from, cell.at);
+    }
+  }
+
+  // Two triangles along the better diagonal; four around a new vertex if every diagonal has a degenerate one.
+  void split(const uint32_t (&q)[4], Axis axis, const Index3& from, const Index3& cell) {
+    const Place &a = place(q[0]), &b = place(q[1]), &c = place(q[2]), &d = place(q[3]);
+    struct Choice {
+      bool proper, smooth;
+      int rank;
+      double length2;
+    };
+    const auto judge = [](const Place& p, const Place& left, const Place& r, const Place& right) {
+      const auto m = cross(p.at, left.at, r.at), n = cross(p.at, r.at, right.at);
+      double dot = 0;
+      for (size_t i = 0; i < 3; i++) dot += static_cast<double>(m[i]) * static_cast<double>(n[i]);
+      return Choice{!is_zero(m) && !is_zero(n), dot > 0, p.rank + r.rank, distance2(p.at, r.at)};
+    };
+    const Choice ac = judge(a, b, c, d), bd = judge(b, c, d, a);
+    if (!ac.proper && !bd.proper) return fan(q, axis, from, cell);
+    bool first = ac.proper;
+    if (ac.proper && bd.proper) {
+      if (ac.smooth != bd.smooth)
+        first = ac.smooth;
+      else if (ac.rank != bd.rank)
+        first = ac.rank > bd.rank;  // along a sharp edge
+      else
+        first = ac.length2 <= bd.length2;
+    }
+    if (first) {
+      out_.triangles.push_back({q[0], q[1], q[2]});
+      out_.triangles.push_back({q[0], q[2], q[3]});
+    } else {
+      out_.triangles.push_back({q[1], q[2], q[3]});
+      out_.triangles.push_back({q[1], q[3], q[0]});
+    }
+  }
+
+  // All four vertices are on one line (or fold upon one): a vertex off the line makes four proper triangles.
+  void fan(const uint32_t (&q)[4], Axis axis, const Index3& from, const Index3& cell) {
+    const Hit& h = hit(axis, from);
+    const Index3 absolute = first_ + cell;
+    Vec3 p = (first_ + from).matrix().cast<double>() + Vec3::Constant(0.5);
+    const int di = depth_index(axis);
+    p[di] = h.known ? static_cast<double>(h.depth) : p[di] + 0.5;
+    Multiple at = grid_.place(p, absolute, 4 + static_cast<int>(axis));
+    const auto proper = [&] {
+      for (size_t i = 0; i < 4; i++)
+        if (is_zero(cross(at, place(q[i]).at, place(q[(i + 1) % 4]).at))) return false;
+      return true;
+    };
+    for (size_t tries = 0; !proper(); tries++) {
+      KIBORI_CHECK(tries < 64);
+      at[tries % 3] += tries % 2 ? -8 * static_cast<int32_t>(tries) : 8 * static_cast<int32_t>(tries + 1);
+    }
+    SurfaceVertex middle{grid_.mm(at), {}, h.material, h.paint};
+    const Vec3 normal =
+        h.known ? decode_normal(h.normal, axis, node(from)) : Vec3(Vec3::Unit(di) * (node(from) ? 1 : -1));
+    for (int i = 0; i < 3; i++) middle.normal[static_cast<size_t>(i)] = static_cast<float>(normal[i]);
+    const auto v = static_cast<uint32_t>(out_.vertices.size());
+    out_.vertices.push_back(middle);
+    places_.push_back({at, 1});
+    out_.cell.push_back(kNoCell);
+    for (size_t i = 0; i < 4; i++) out_.triangles.push_back({v, q[i], q[(i + 1) % 4]});
+  }
+
+  void finish() {
+    out_.own = static_cast<uint32_t>(out_.vertices.size());
+    for (SurfaceTriangle& t : out_.triangles)
+      for (uint32_t& v : t)
+        if (v & kForeign) v = (v & ~kForeign) + out_.own;
+    out_.vertices.insert(out_.vertices.end(), foreign_.begin(), foreign_.end());
+    out_.cell.insert(out_.cell.end(), foreign_cells_.begin(), foreign_cells_.end());
+  }
+
+  static size_t index_of(const Index3& cell) {
+    return static_cast<size_t>(cell[2] + kCells * (cell[0] + kCells * cell[1]));
+  }
+
+  const Snapshot& model_;
+  const Index3 first_;  // the chunk's first cell; cell c stands between nodes c and c + 1
+  const VertexGrid grid_;
+  std::array<uint32_t, kNodes * kNodes> columns_;
+  std::array<std::vector<Hit>, 3> hits_;
+  std::array<int16_t, kCells * kCells * kCells> index_;  // into cells_, or -1
+  std::vector<Cell> cells_;
+  std::vector<Place> places_, foreign_places_;
+  std::vector<SurfaceVertex> foreign_;
+  std::vector<uint32_t> foreign_cells_;
+  SurfaceChunk out_;
+};
+
+}  // namespace
+
+Index3 surface_chunks(const Lattice& lattice) {
+  // Cells -1 ... nodes - 1.
+  return (lattice.nodes + 1 + kChunkCells - 1) / kChunkCells;
+}
+
+SurfaceChunk extract_chunk(const Snapshot& model, const Index3& chunk) {
+  return std::make_unique<ChunkWork>(model, chunk)->run();
+}
+
+Surface extract_surface(const Snapshot& model, int threads) {
+  const Index3 chunks = surface_chunks(model.lattice);
+  const auto at = [&](int x, int y, int z) {
+    return static_cast<size_t>(x + chunks[0] * (y + chunks[1] * z));
+  };
+  std::vector<SurfaceChunk> parts(static_cast<size_t>(chunks.prod()));
+  run_parallel(threads, static_cast<size_t>(chunks[1] * chunks[2]), [&](size_t row) {
+    const int y = static_cast<int>(row) % chunks[1], z = static_cast<int>(row) / chunks[1];
+    for (int x = 0; x < chunks[0]; x++) parts[at(x, y, z)] = extract_chunk(model, {x, y, z});
+  });
+
+  Surface surface;
+  std::vector<uint32_t> first(parts.size() + 1, 0);
+  size_t triangles = 0;
+  for (size_t i = 0; i < parts.size(); i++) {
+    first[i + 1] = first[i] + parts[i].own;
+    triangles += parts[i].triangles.size();
+  }
+  surface.vertices.reserve(first.back());
+  surface.triangles.reserve(triangles);
+  std::vector<uint32_t> global;
+  for (int z = 0; z < chunks[2]; z++)
+    for (int y = 0; y < chunks[1]; y++)
+      for (int x = 0; x < chunks[0]; x++) {
+        const SurfaceChunk& part = parts[at(x, y, z)];
+        global.resize(part.vertices.size());
+        for (uint32_t v = 0; v < part.vertices.size(); v++) {
+          if (v < part.own) {
+            global[v] = first[at(x, y, z)] + v;
+            surface.vertices.push_back(part.vertices[v]);
+            continue;
+          }
+          // Made by the next chunk: look it up there.
+          const uint32_t cell = part.cell[v] / kMaxSheets;
+          uint32_t c[3] = {cell / kCells % kCells, cell / (kCells * kCells), cell % kCells};
+          int owner[3] = {x, y, z};
+          for (size_t i = 0; i < 3; i++)
+            if (c[i] == kChunkCells) {
+              c[i] = 0;
+              owner[i]++;
+            }
+          const size_t other = at(owner[0], owner[1], owner[2]);
+          const uint32_t key =
+              (c[2] + kCells * (c[0] + kCells * c[1])) * kMaxSheets + part.cell[v] % kMaxSheets;
+          const auto keys = parts[other].cell.begin(), end = keys + parts[other].own;
+          const auto found = std::lower_bound(keys, end, key);
+          KIBORI_CHECK(found != end && *found == key);
+          global[v] = first[other] + static_cast<uint32_t>(found - keys);
+        }
+        for (const SurfaceTriangle& t : part.triangles)
+          surface.triangles.push_back({global[t[0]], global[t[1]], global[t[2]]});
+      }
+  return surface;
+}
+
+}  // namespace kibori

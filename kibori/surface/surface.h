@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: MIT
+// The surface of a model as triangles: dual contouring of the dexels' exact ends and normals.
+//
+// Promise, for every model: a closed, oriented two-manifold (every directed edge once and its reverse once,
+// one fan of triangles around each vertex) without degenerate triangles, and no two vertices share a float32
+// position. What is thinner than a cell and passes between the lattice nodes is not seen. Sharp edges stay
+// sharp where two faces meet at more than 25 degrees.
+//
+// Cells stand between lattice nodes, one more than nodes along each axis (the outermost reach beyond the
+// lattice), in chunks of 16 x 16 x 16. A chunk's surface depends on the snapshot alone, so chunks may be made
+// in any order, on any thread, again after an edit, and they fit bit for bit.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <kibori/dexel/tri_dexel.h>
+
+namespace kibori {
+
+struct SurfaceVertex {
+  std::array<float, 3> position;  // mm
+  std::array<float, 3> normal;    // unit, out of the material
+  uint8_t material;
+  Color paint;  // 0: unpainted
+};
+
+// Counter-clockwise seen from outside.
+using SurfaceTriangle = std::array<uint32_t, 3>;
+
+struct Surface {
+  std::vector<SurfaceVertex> vertices;
+  std::vector<SurfaceTriangle> triangles;
+};
+
+inline constexpr int kChunkCells = 16;
+
+// Chunks along each axis.
+Index3 surface_chunks(const Lattice& lattice);
+
+// The surface of one chunk. The chunk's own vertices come first; those of the next chunks' cells, which its
+// triangles also use, after them, equal to the bit to what their own chunks make.
+struct SurfaceChunk {
+  std::vector<SurfaceVertex> vertices;
+  std::vector<SurfaceTriangle> triangles;
+  uint32_t own = 0;            // number of own vertices
+  std::vector<uint32_t> cell;  // of each vertex: z + 17 (x + 17 y) of its cell in the chunk, times 4, plus
+                               // its sheet; own ones ascend; kNoCell, last, for those in the middle of a face
+};
+inline constexpr uint32_t kNoCell = ~0u;
+
+SurfaceChunk extract_chunk(const Snapshot& model, const Index3& chunk);
+
+// The whole surface, chunks joined by index, on up to `threads` threads; the same for any number.
+Surface extract_surface(const Snapshot& model, int threads = 1);
+
+}  // namespace kibori
