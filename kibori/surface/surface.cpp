@@ -20,6 +20,7 @@ namespace {
 constexpr int kCells = kChunkCells + 1;
 constexpr int kNodes = kCells + 3;  // of which the first stands at -1
 constexpr int kHitNodes = kCells + 1;
+constexpr size_t kHits = kHitNodes * kHitNodes * kCells;
 
 // Coordinates of vertices are multiples of a power of two that float32 can hold everywhere in the model. The
 // remainder of the multiple by 8 is told by the cell (mod 4) and the sheet, along each axis. Vertices with
@@ -82,18 +83,32 @@ struct Hit {
   float depth;  // along the edge's axis
   uint32_t normal;
   Color paint;
+  uint32_t chunk = 0;  // whose it is, by the worker's count: others are left-overs
   uint8_t material;
-  bool known;
 };
 
-// One chunk's nodes and ends, and what becomes of them.
-class ChunkWork {
+// Makes chunks, one at a time, of columns of chunks above each other. Its memory serves for all of them.
+class ChunkWorker {
  public:
-  ChunkWork(const Snapshot& model, const Index3& chunk)
-      : model_(model), first_(chunk * kChunkCells - 1), grid_(model.lattice) {}
+  explicit ChunkWorker(const Snapshot& model) : model_(model), grid_(model.lattice) {}
 
-  SurfaceChunk run() {
-    load_nodes();
+  // Readies chunks (x, y, z_begin) ... (x, y, z_end - 1).
+  void take_column(int x, int y, int z_begin, int z_end) {
+    first_ = Index3(x, y, 0) * kChunkCells - 1;
+    z_begin_ = z_begin;
+    load_nodes(z_end - z_begin);
+  }
+
+  SurfaceChunk run(int z) {
+    out_ = {};
+    first_[2] = z * kChunkCells - 1;
+    if (!load_columns(z - z_begin_)) return {};
+    count_++;
+    cells_.clear();
+    places_.clear();
+    foreign_places_.clear();
+    foreign_.clear();
+    foreign_cells_.clear();
     if (!find_cells()) return {};
     for (Axis axis : kAxes) load_hits(axis);
     for (Cell& cell : cells_) make_vertices(cell);
@@ -117,6 +132,7 @@ class ChunkWork {
     const int u = at[u_index(axis)], v = at[v_index(axis)], k = at[depth_index(axis)];
     return hits_[static_cast<size_t>(axis)][static_cast<size_t>((v * kHitNodes + u) * kCells + k)];
   }
+  bool known(const Hit& h) const { return h.chunk == count_; }
   uint8_t mask(const Index3& cell) {
     unsigned bits = 0;
     for (int c = 0; c < 4; c++) {
@@ -126,25 +142,43 @@ class ChunkWork {
     return static_cast<uint8_t>(bits);
   }
 
-  // Inside or not, as the z field has it: one word a column, node -1 lowest.
-  void load_nodes() {
-    columns_.fill(0);
+  // Inside or not, as the z field has it. A column of nodes is a row of 16-bit words; bit b of word w is node
+  // 16 (z_begin + w) - 2 + b, so that two words hold the nodes of a chunk.
+  void load_nodes(int chunks) {
+    words_ = static_cast<size_t>(chunks) + 1;
+    inside_.assign(kNodes * kNodes * words_, 0);
     const FieldSnapshot& field = model_.field(Axis::z);
-    for (int y = -1; y < kNodes - 1; y++)
-      for (int x = -1; x < kNodes - 1; x++) {
-        const int u = first_[0] + x, v = first_[1] + y;
+    const float begin = static_cast<float>(z_begin_ * kChunkCells - 2) + 0.5f,
+                bits = 16.0f * static_cast<float>(words_);
+    for (int y = 0; y < kNodes; y++)
+      for (int x = 0; x < kNodes; x++) {
+        const int u = first_[0] - 1 + x, v = first_[1] - 1 + y;
         if (u < 0 || v < 0 || u >= field.nodes_u() || v >= field.nodes_v()) continue;
-        uint32_t bits = 0;
-        const auto begin = static_cast<float>(first_[2] - 1);
+        uint16_t* words = inside_.data() + static_cast<size_t>(y * kNodes + x) * words_;
         field.for_spans(u, v, [&](const Span& s) {
-          const auto bit = [&](float end) {
-            return static_cast<unsigned>(
-                std::clamp(std::ceil(end - 0.5f) - begin, 0.0f, static_cast<float>(kNodes)));
-          };
-          bits |= (1u << bit(s.out)) - (1u << bit(s.in));
+          // Nodes k with in <= k + 1/2 < out.
+          auto from = static_cast<unsigned>(std::clamp(std::ceil(s.in - begin), 0.0f, bits));
+          const auto to = static_cast<unsigned>(std::clamp(std::ceil(s.out - begin), 0.0f, bits));
+          while (from < to) {
+            const unsigned end = std::min(to, (from / 16 + 1) * 16);
+            words[from / 16] |= static_cast<uint16_t>(((1u << (end - from)) - 1) << from % 16);
+            from = end;
+          }
         });
-        column(x, y) = bits;
       }
+  }
+
+  // The nodes of one chunk; false where all of them are alike.
+  bool load_columns(int z) {
+    constexpr uint32_t kAll = (1u << kNodes) - 1;
+    uint32_t any = 0, all = kAll;
+    for (size_t i = 0; i < columns_.size(); i++) {
+      const uint16_t* words = inside_.data() + i * words_ + static_cast<size_t>(z);
+      columns_[i] = (words[0] | uint32_t{words[1]} << 16) & kAll;
+      any |= columns_[i];
+      all &= columns_[i];
+    }
+    return any != 0 && all != kAll;
   }
 
   // The cells that the surface passes through.
@@ -180,8 +214,6 @@ class ChunkWork {
 
   // The ends of one field that lie where two nodes differ.
   void load_hits(Axis axis) {
-    auto& hits = hits_[static_cast<size_t>(axis)];
-    hits.assign(static_cast<size_t>(kHitNodes * kHitNodes * kCells), Hit{0, 0, 0, 0, false});
     const FieldSnapshot& field = model_.field(axis);
     const int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
     for (int v = 0; v < kHitNodes; v++)
@@ -200,7 +232,7 @@ class ChunkWork {
             const bool above = node(at);
             at[di] = k;
             if (node(at) != at_out || above == at_out) return;
-            hit(axis, at) = {depth, normal, paint, s.material, true};
+            hit(axis, at) = {depth, normal, paint, count_, s.material};
           };
           put(s.in, s.normal_in, s.paint_in, false);
           put(s.out, s.normal_out, s.paint_out, true);
@@ -228,10 +260,10 @@ class ChunkWork {
         const auto i = static_cast<size_t>(ends.count++);
         Vec3 p = (first_ + from).matrix().cast<double>() + Vec3::Constant(0.5);
         // Where the fields disagree by a rounding there is no end: halfway will do.
-        p[di] = h.known ? static_cast<double>(h.depth) : p[di] + 0.5;
+        p[di] = known(h) ? static_cast<double>(h.depth) : p[di] + 0.5;
         ends.points[i] = p - centre;
         ends.normals[i] = Vec3::Zero();
-        if (!h.known) continue;
+        if (!known(h)) continue;
         ends.normals[i] = decode_normal(h.normal, axis, node(from));
         ends.with_normal++;
         vertex.material = h.material;
@@ -325,7 +357,7 @@ class ChunkWork {
     const Index3 absolute = first_ + cell;
     Vec3 p = (first_ + from).matrix().cast<double>() + Vec3::Constant(0.5);
     const int di = depth_index(axis);
-    p[di] = h.known ? static_cast<double>(h.depth) : p[di] + 0.5;
+    p[di] = known(h) ? static_cast<double>(h.depth) : p[di] + 0.5;
     Multiple at = grid_.place(p, absolute, 4 + static_cast<int>(axis));
     const auto proper = [&] {
       for (size_t i = 0; i < 4; i++)
@@ -336,9 +368,10 @@ class ChunkWork {
       KIBORI_CHECK(tries < 64);
       at[tries % 3] += tries % 2 ? -8 * static_cast<int32_t>(tries) : 8 * static_cast<int32_t>(tries + 1);
     }
-    SurfaceVertex middle{grid_.mm(at), {}, h.material, h.paint};
+    SurfaceVertex middle{grid_.mm(at), {}, 0, 0};
+    if (known(h)) middle.material = h.material, middle.paint = h.paint;
     const Vec3 normal =
-        h.known ? decode_normal(h.normal, axis, node(from)) : Vec3(Vec3::Unit(di) * (node(from) ? 1 : -1));
+        known(h) ? decode_normal(h.normal, axis, node(from)) : Vec3(Vec3::Unit(di) * (node(from) ? 1 : -1));
     for (int i = 0; i < 3; i++) middle.normal[static_cast<size_t>(i)] = static_cast<float>(normal[i]);
     const auto v = static_cast<uint32_t>(out_.vertices.size());
     out_.vertices.push_back(middle);
@@ -361,10 +394,15 @@ class ChunkWork {
   }
 
   const Snapshot& model_;
-  const Index3 first_;  // the chunk's first cell; cell c stands between nodes c and c + 1
   const VertexGrid grid_;
+  Index3 first_ = Index3::Zero();  // the chunk's first cell; cell c stands between nodes c and c + 1
+  int z_begin_ = 0;
+  size_t words_ = 0;  // a column
+  std::vector<uint16_t> inside_;
   std::array<uint32_t, kNodes * kNodes> columns_;
-  std::array<std::vector<Hit>, 3> hits_;
+  uint32_t count_ = 0;  // of chunks
+  std::array<std::vector<Hit>, 3> hits_{std::vector<Hit>(kHits), std::vector<Hit>(kHits),
+                                        std::vector<Hit>(kHits)};
   std::array<int16_t, kCells * kCells * kCells> index_;  // into cells_, or -1
   std::vector<Cell> cells_;
   std::vector<Place> places_, foreign_places_;
@@ -381,7 +419,9 @@ Index3 surface_chunks(const Lattice& lattice) {
 }
 
 SurfaceChunk extract_chunk(const Snapshot& model, const Index3& chunk) {
-  return std::make_unique<ChunkWork>(model, chunk)->run();
+  const auto worker = std::make_unique<ChunkWorker>(model);
+  worker->take_column(chunk[0], chunk[1], chunk[2], chunk[2] + 1);
+  return worker->run(chunk[2]);
 }
 
 Surface extract_surface(const Snapshot& model, int threads) {
@@ -390,9 +430,13 @@ Surface extract_surface(const Snapshot& model, int threads) {
     return static_cast<size_t>(x + chunks[0] * (y + chunks[1] * z));
   };
   std::vector<SurfaceChunk> parts(static_cast<size_t>(chunks.prod()));
-  run_parallel(threads, static_cast<size_t>(chunks[1] * chunks[2]), [&](size_t row) {
-    const int y = static_cast<int>(row) % chunks[1], z = static_cast<int>(row) / chunks[1];
-    for (int x = 0; x < chunks[0]; x++) parts[at(x, y, z)] = extract_chunk(model, {x, y, z});
+  run_parallel(threads, static_cast<size_t>(chunks[1]), [&](size_t row) {
+    const auto worker = std::make_unique<ChunkWorker>(model);
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < chunks[0]; x++) {
+      worker->take_column(x, y, 0, chunks[2]);
+      for (int z = 0; z < chunks[2]; z++) parts[at(x, y, z)] = worker->run(z);
+    }
   });
 
   Surface surface;

@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: MIT
+// The surface's promise, checked on triangles alone: closed, oriented, two-manifold, nothing degenerate, no
+// two vertices in one place.
+#include <cstring>
+#include <map>
+#include <set>
+#include <unordered_map>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <kibori/edit/edit.h>
+#include <kibori/motion/stroke.h>
+#include <kibori/surface/cell_table.h>
+#include <kibori/surface/surface.h>
+
+#include "tests/support.h"
+
+namespace kibori {
+namespace {
+
+using test::Random;
+
+// Empty if the promise holds, else what is wrong. Counts the surface's closed components and twice their
+// handles.
+std::string broken(const Surface& surface, int* components = nullptr, int* handles2 = nullptr) {
+  const auto& vertices = surface.vertices;
+  std::set<std::array<float, 3>> places;
+  for (const SurfaceVertex& v : vertices)
+    if (!places.insert(v.position).second) return "two vertices in one place";
+  std::unordered_map<uint64_t, uint32_t> next;  // directed edge -> triangle
+  const auto key = [](uint32_t a, uint32_t b) { return uint64_t{a} << 32 | b; };
+  std::vector<uint32_t> fans(vertices.size(), 0), some(vertices.size(), ~0u);
+  for (uint32_t t = 0; t < surface.triangles.size(); t++) {
+    const auto& tri = surface.triangles[t];
+    double p[3][3];
+    for (size_t i = 0; i < 3; i++) {
+      if (tri[i] >= vertices.size()) return "a vertex that is not there";
+      for (size_t k = 0; k < 3; k++) p[i][k] = static_cast<double>(vertices[tri[i]].position[k]);
+      if (!next.emplace(key(tri[i], tri[(i + 1) % 3]), t).second)
+        return "an edge used twice in one direction";
+      fans[tri[i]]++;
+      some[tri[i]] = t;
+    }
+    double u[3], v[3];
+    for (size_t k = 0; k < 3; k++) u[k] = p[1][k] - p[0][k], v[k] = p[2][k] - p[0][k];
+    if (u[1] * v[2] == u[2] * v[1] && u[2] * v[0] == u[0] * v[2] && u[0] * v[1] == u[1] * v[0])
+      return "a degenerate triangle";
+  }
+  for (const auto& [edge, t] : next)
+    if (!next.count(edge << 32 | edge >> 32)) return "an open edge";
+  for (uint32_t v = 0; v < vertices.size(); v++) {
+    if (fans[v] == 0) return "a vertex of no triangle";
+    // Around the vertex, triangle by triangle, back to the first: all of them, if they are one fan.
+    uint32_t count = 0, t = some[v];
+    do {
+      const auto& tri = surface.triangles[t];
+      const size_t i = tri[0] == v ? 0 : tri[1] == v ? 1 : 2;
+      t = next.at(key(v, tri[(i + 2) % 3]));
+      count++;
+    } while (t != some[v] && count <= fans[v]);
+    if (count != fans[v]) return "a vertex of two fans";
+  }
+  // Components, by union of triangles' corners.
+  std::vector<uint32_t> root(vertices.size());
+  for (uint32_t i = 0; i < root.size(); i++) root[i] = i;
+  const auto find = [&](uint32_t i) {
+    while (root[i] != i) i = root[i] = root[root[i]];
+    return i;
+  };
+  for (const auto& tri : surface.triangles)
+    for (size_t i = 1; i < 3; i++) root[find(tri[i])] = find(tri[0]);
+  int count = 0;
+  for (uint32_t i = 0; i < root.size(); i++) count += root[i] == i;
+  const auto euler = static_cast<int64_t>(vertices.size()) - static_cast<int64_t>(next.size() / 2) +
+                     static_cast<int64_t>(surface.triangles.size());
+  const int64_t genus2 = 2 * count - euler;
+  if (genus2 < 0 || genus2 % 2) return "an Euler number that no closed surface has";
+  if (components) *components = count;
+  if (handles2) *handles2 = static_cast<int>(genus2);
+  return {};
+}
+
+double volume(const Surface& surface) {
+  double sum = 0;
+  for (const auto& t : surface.triangles) {
+    Vec3 p[3];
+    for (size_t i = 0; i < 3; i++)
+      for (int k = 0; k < 3; k++)
+        p[i][k] = static_cast<double>(surface.vertices[t[i]].position[static_cast<size_t>(k)]);
+    sum += p[0].dot(p[1].cross(p[2]));
+  }
+  return sum / 6;
+}
+
+// Whatever nodes one likes, as material.
+class NodeBits final : public Solid {
+ public:
+  NodeBits(const Index3& nodes, uint64_t bits) : nodes_(nodes), bits_(bits) {}
+  bool inside(const Index3& n) const { return (bits_ >> (n[0] + nodes_[0] * (n[1] + nodes_[1] * n[2]))) & 1; }
+  Box bounds() const override { return {Vec3::Zero(), nodes_.matrix().cast<double>()}; }
+  bool spans(const RayTile& rays, int layer, SpanLayer& out) const override {
+    out.rows = 0;
+    std::fill_n(out.lo, kTileRays, kFar);
+    std::fill_n(out.hi, kTileRays, -kFar);
+    const int ui = u_index(rays.axis), vi = v_index(rays.axis), di = depth_index(rays.axis);
+    for (int v = 0; v < nodes_[vi]; v++)
+      for (int u = 0; u < nodes_[ui]; u++) {
+        Index3 n;
+        n[ui] = u;
+        n[vi] = v;
+        int run = -1;
+        bool before = false;
+        for (int k = 0; k < nodes_[di]; k++) {
+          n[di] = k;
+          const bool here = inside(n);
+          run += here && !before;
+          before = here;
+          if (!here || run != layer) continue;
+          const int slot = v * kTileSide + u;
+          out.lo[slot] = std::min(out.lo[slot], static_cast<float>(k));
+          out.hi[slot] = static_cast<float>(k + 1);
+          out.rows |= static_cast<uint16_t>(1u << v);
+        }
+      }
+    return out.rows != 0;
+  }
+  void normals(const RayTile&, int, const EndMasks&, SpanLayer& of) const override {
+    std::memset(&of.codes, 0, sizeof of.codes);
+  }
+
+ private:
+  Index3 nodes_;
+  uint64_t bits_;
+};
+
+// Surfaces of small models, one after another in the same memory.
+class Bench {
+ public:
+  explicit Bench(const Index3& nodes) : model_(lattice(nodes)), empty_(model_.snapshot()) {}
+  std::string broken_at(uint64_t bits) {
+    model_.restore(empty_);
+    Removed added;
+    deposit(model_, NodeBits(model_.lattice().nodes, bits), 0, {}, added);
+    return broken(extract_surface(model_.snapshot()));
+  }
+
+ private:
+  static Lattice lattice(const Index3& nodes) {
+    Lattice lattice;
+    lattice.nodes = nodes;
+    return lattice;
+  }
+  TriDexel model_;
+  Snapshot empty_;
+};
+
+// Flipping faces, whichever of those a cell may flip, parts what was one sheet and joins no others.
+TEST(CellTable, FlippingAFaceNeverMakesAnotherTwice) {
+  for (int inside = 0; inside < 256; inside++) {
+    const auto mask = static_cast<uint8_t>(inside);
+    const unsigned twice = sheets_of(mask).twice;
+    for (unsigned flipped = twice;; flipped = (flipped - 1) & twice) {
+      const unsigned after = sheets_of(mask, static_cast<uint8_t>(flipped)).twice;
+      EXPECT_EQ(after & flipped, 0u) << "corners " << inside << " flipped " << flipped;
+      EXPECT_EQ(after & ~twice, 0u) << "corners " << inside << " flipped " << flipped;
+      if (!flipped) break;
+    }
+  }
+}
+
+TEST(Surface, EveryCellAndPairOfCellsIsAManifold) {
+  Bench one({2, 2, 2});
+  for (uint64_t bits = 0; bits < (1u << 8); bits++) ASSERT_EQ(one.broken_at(bits), "") << "corners " << bits;
+  for (const Index3& nodes : {Index3(3, 2, 2), Index3(2, 3, 2), Index3(2, 2, 3)}) {
+    Bench pair(nodes);
+    for (uint64_t bits = 0; bits < (1u << 12); bits++)
+      ASSERT_EQ(pair.broken_at(bits), "") << "nodes " << nodes.transpose() << " corners " << bits;
+  }
+}
+
+TEST(Surface, EveryFourCellsAreAManifold) {
+  const uint64_t step = std::getenv("KIBORI_SHORT") ? 997 : 1;
+  Bench four({3, 3, 2});
+  for (uint64_t bits = 0; bits < (1u << 18); bits += step)
+    ASSERT_EQ(four.broken_at(bits), "") << "corners " << bits;
+}
+
+TEST(Surface, RandomNodesAcrossChunksAreAManifold) {
+  Random random;
+  for (int round = 0; round < 6; round++) {
+    // Noise, which has every configuration, across the borders of chunks.
+    Lattice lattice;
+    lattice.nodes = Index3(random.integer(1, 40), random.integer(1, 40), random.integer(30, 40));
+    lattice.origin_mm = random.in_box(-50, 50);
+    lattice.pitch_mm = random.uniform(0.01, 3);
+    TriDexel model(lattice);
+    Removed removed;
+    model.fill_block({lattice.to_mm(Vec3::Zero()), lattice.to_mm(lattice.nodes.matrix().cast<double>())}, 0);
+    // Crumbs: a small ball taken out wherever a coin falls.
+    for (int x = 0; x < lattice.nodes[0]; x++)
+      for (int y = 0; y < lattice.nodes[1]; y++)
+        for (int z = 0; z < lattice.nodes[2]; z++)
+          if (random.integer(0, 1))
+            cut(model, SweptBall(Vec3(x + 0.5, y + 0.5, z + 0.5), Vec3::Zero(), 0.4), {}, removed);
+    const Surface surface = extract_surface(model.snapshot());
+    EXPECT_EQ(broken(surface), "") << random.note();
+    EXPECT_GT(surface.triangles.size(), 100u);
+  }
+}
+
+Tool random_tool(Random& random, double size) {
+  const auto part = [&](double low, double high) { return size * random.uniform(low, high); };
+  switch (random.integer(0, 6)) {
+    case 0:
+      return BallTool{part(0.1, 1)};
+    case 1:
+      return Finger{random.uniform(0.5, 3) / size, part(1, 2)};
+    case 2:
+      return Flat{part(0.1, 0.6), part(0.5, 2)};
+    case 3:
+      return Cone{random.uniform(20, 120), part(0.2, 0.8), part(0.5, 2)};
+    case 4:
+      return BoxTool{Vec3(part(0.2, 1), part(0.2, 1), part(0.2, 1))};
+    case 5:
+      return Ellipsoid{Vec3(part(0.1, 0.8), part(0.1, 0.8), part(0.1, 0.8))};
+    default:
+      return Capsule{part(0.1, 0.4), part(1, 2)};
+  }
+}
+
+TEST(Surface, RandomCarvesAreManifoldsOfTheModelsVolume) {
+  Random random;
+  const int rounds = std::getenv("KIBORI_SHORT") ? 20 : 300;
+  std::vector<double> off;
+  for (int round = 0; round < rounds; round++) {
+    Lattice lattice;
+    lattice.nodes = Index3(random.integer(10, 50), random.integer(10, 50), random.integer(10, 50));
+    lattice.pitch_mm = random.uniform(0.05, 2);
+    TriDexel model(lattice);
+    const Vec3 size = lattice.pitch_mm * lattice.nodes.matrix().cast<double>();
+    // Faces halfway between nodes: there the dexels' volume is the block's.
+    model.fill_block({lattice.pitch_mm * Vec3(2, 3, 1), size - lattice.pitch_mm * Vec3(1, 2, 3)}, 0);
+    const std::vector<Material> materials{Material{}, Material{}};
+    for (int i = random.integer(1, 8); i > 0; i--) {
+      const auto anywhere = [&] { return Vec3(random.in_box(0, 1).cwiseProduct(size)); };
+      const Tool tool = random_tool(random, 0.5 * size.minCoeff());
+      Stroke stroke(model, Pose{anywhere(), frame_from_axis(random.direction(), 0)});
+      const Mode mode = random.integer(0, 3) ? Mode::cut : Mode::deposit;
+      ASSERT_TRUE(stroke.advance(tool, anywhere(), Vec3::Zero(), mode, {}, materials, 1).ok());
+    }
+    const Snapshot snapshot = model.snapshot();
+    const Surface one = extract_surface(snapshot, 1), many = extract_surface(snapshot, 8);
+    ASSERT_EQ(broken(one), "") << random.note();
+    ASSERT_EQ(one.vertices.size(), many.vertices.size());
+    ASSERT_EQ(one.triangles, many.triangles);
+    for (size_t i = 0; i < one.vertices.size(); i++)
+      ASSERT_EQ(one.vertices[i].position, many.vertices[i].position);
+    const double cells = snapshot.volume_mm3() / std::pow(lattice.pitch_mm, 3);
+    off.push_back(std::abs(volume(one) / std::pow(lattice.pitch_mm, 3) - cells) /
+                  (5 + 0.5 * static_cast<double>(one.triangles.size())));
+  }
+  // In cells, over the surface's area: what the tools left thinner than a cell is lost or filled.
+  std::sort(off.begin(), off.end());
+  std::printf("volume off by, in cells of thickness over the whole surface: median %.4f, worst %.4f\n",
+              off[off.size() / 2], off.back());
+  EXPECT_LT(off[off.size() / 2], 0.01) << random.note();
+  EXPECT_LT(off.back(), 0.2) << random.note();
+}
+
+TEST(Surface, ChunksMakeTheSameVerticesForTheirNeighbours) {
+  Lattice lattice;
+  lattice.nodes = Index3(50, 40, 35);
+  TriDexel model(lattice);
+  model.fill_block({Vec3(2, 3, 4), Vec3(48, 36, 33)}, 0);
+  Removed removed;
+  cut(model, SweptBall(Vec3(20, 20, 34), Vec3(15, 8, -5), 9), {}, removed);
+  const Snapshot snapshot = model.snapshot();
+  const Index3 chunks = surface_chunks(lattice);
+  std::map<std::array<int, 5>, SurfaceVertex> own;  // by cell and sheet
+  int compared = 0;
+  for (int pass = 0; pass < 2; pass++)
+    for (int x = 0; x < chunks[0]; x++)
+      for (int y = 0; y < chunks[1]; y++)
+        for (int z = 0; z < chunks[2]; z++) {
+          const SurfaceChunk chunk = extract_chunk(snapshot, {x, y, z});
+          for (uint32_t v = 0; v < chunk.vertices.size(); v++) {
+            if (chunk.cell[v] == kNoCell) continue;
+            const int cell = static_cast<int>(chunk.cell[v] / 4), sheet = static_cast<int>(chunk.cell[v] % 4);
+            const std::array<int, 5> key{x * 16 + cell / 17 % 17, y * 16 + cell / 289, z * 16 + cell % 17,
+                                         sheet, 0};
+            if (v < chunk.own) {
+              own[key] = chunk.vertices[v];
+            } else if (pass == 1) {
+              ASSERT_TRUE(own.count(key));
+              EXPECT_EQ(own[key].position, chunk.vertices[v].position);
+              EXPECT_EQ(own[key].normal, chunk.vertices[v].normal);
+              compared++;
+            }
+          }
+        }
+  EXPECT_GT(compared, 100);
+}
+
+TEST(Surface, KnowsItsTopology) {
+  Lattice lattice;
+  lattice.nodes = Index3(40, 40, 40);
+  TriDexel model(lattice);
+  int components = 0, handles2 = 0;
+  EXPECT_TRUE(extract_surface(model.snapshot()).triangles.empty());
+  model.fill_block({Vec3::Constant(0), Vec3::Constant(40)}, 0);  // up to the lattice's own border
+  EXPECT_EQ(broken(extract_surface(model.snapshot()), &components, &handles2), "");
+  EXPECT_EQ(components, 1);
+  EXPECT_EQ(handles2, 0);
+  Removed removed;
+  cut(model, SweptBall(Vec3(20, 20, -10), Vec3(0, 0, 60), 8), {}, removed);  // a hole through it
+  EXPECT_EQ(broken(extract_surface(model.snapshot()), &components, &handles2), "");
+  EXPECT_EQ(components, 1);
+  EXPECT_EQ(handles2, 2);
+  cut(model, SweptBall(Vec3(6, 6, 6), Vec3::Zero(), 3), {}, removed);  // a bubble in a corner
+  EXPECT_EQ(broken(extract_surface(model.snapshot()), &components, &handles2), "");
+  EXPECT_EQ(components, 2);
+}
+
+// A block turned in space, cut out by half-spaces: its edges and corners must come out sharp.
+TEST(Surface, ObliqueEdgesStaySharp) {
+  Random random;
+  double worst = 0;
+  for (int round = 0; round < 10; round++) {
+    Lattice lattice;
+    lattice.nodes = Index3(40, 40, 40);
+    TriDexel model(lattice);
+    model.fill_block({Vec3::Zero(), Vec3::Constant(40)}, 0);
+    const Mat3 frame = frame_from_axis(random.direction(), 0.7);
+    Removed removed;
+    const Vec3 centre = Vec3::Constant(20) + random.in_box(-1, 1);
+    for (int i = 0; i < 3; i++)
+      for (const double sign : {-1.0, 1.0}) {
+        const Vec3 axis = sign * frame.col(i);
+        const SweptTool half(HalfSpace{}, Pose{centre + 9.3 * axis, frame_from_axis(axis, 0)}, Vec3::Zero(),
+                             lattice, {Vec3::Zero(), Vec3::Constant(40)});
+        cut(model, half, {}, removed);
+      }
+    const Surface surface = extract_surface(model.snapshot());
+    ASSERT_EQ(broken(surface), "") << random.note();
+    double farthest = 0;
+    for (const SurfaceVertex& v : surface.vertices) {
+      const Vec3 p =
+          frame.transpose() * (Vec3(static_cast<double>(v.position[0]), static_cast<double>(v.position[1]),
+                                    static_cast<double>(v.position[2])) -
+                               centre);
+      // On the box: the largest coordinate is 9.3.
+      worst = std::max(worst, std::abs(p.cwiseAbs().maxCoeff() - 9.3));
+      farthest = std::max(farthest, p.norm());
+    }
+    EXPECT_NEAR(volume(surface), std::pow(18.6, 3), 0.002 * std::pow(18.6, 3)) << random.note();
+    EXPECT_NEAR(farthest, 9.3 * std::sqrt(3.0), 0.05) << random.note();
+  }
+  std::printf("oblique box: farthest vertex from the box's faces %.4f cells\n", worst);
+  EXPECT_LT(worst, 0.2) << random.note();
+}
+
+}  // namespace
+}  // namespace kibori
