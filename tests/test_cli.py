@@ -6,6 +6,8 @@ import json
 import math
 import os
 import pathlib
+import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -86,6 +88,28 @@ class CommandLine(unittest.TestCase):
         xml.dom.minidom.parse(str(self.folder / "f.svg"))
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["f.csv", "f.svg", "scene.toml"])
 
+    def test_meshes_are_closed_and_hold_the_volume(self):
+        run = kibori("carve", self.scene(), "--json", "--mesh", "m.stl", cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        left = json.loads(run.stdout)["volume_mm3"]
+        data = (self.folder / "m.stl").read_bytes()
+        count = int.from_bytes(data[80:84], "little")
+        self.assertEqual(len(data), 84 + 50 * count)
+        edges, volume = {}, 0.0
+        for at in range(84, len(data), 50):
+            p = struct.unpack_from("<9f", data, at + 12)
+            a, b, c = p[0:3], p[3:6], p[6:9]
+            volume += (a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0])) / 6
+            for edge in ((a, b), (b, c), (c, a)):
+                edges[edge] = edges.get(edge, 0) + 1
+        self.assertTrue(all(n == 1 and (b, a) in edges for (a, b), n in edges.items()))
+        self.assertAlmostEqual(volume / left, 1, 2)
+        if not shutil.which("admesh"):
+            self.skipTest("admesh, the outside judge, is not here; the edges were checked without it")
+        report = subprocess.run(["admesh", self.folder / "m.stl"], stdout=subprocess.PIPE, text=True).stdout
+        for line, wanted in (("Total disconnected facets", 0), ("Degenerate facets", 0), ("Backwards edges", 0), ("Facets removed", 0)):
+            self.assertRegex(report, rf"{line}\s*:\s*{wanted}\b")
+
     def test_threads_do_not_change_the_result(self):
         hashes = {json.loads(kibori("carve", self.scene(), "--json", "--threads", n).stdout)["state_hash"] for n in (1, 2, 8)}
         self.assertEqual(len(hashes), 1)
@@ -105,6 +129,7 @@ class CommandLine(unittest.TestCase):
         self.refused("carve", "scene.toml", "--threads", "0", says=["threads"])
         self.refused("carve", "scene.toml", "--forces", "no/where.csv", says=["no/where.csv", "does not exist"])
         self.refused("carve", "scene.toml", "--plot", ".", says=["folder"])
+        self.refused("carve", "scene.toml", "--mesh", "m.step", says=["m.step", ".stl"])
 
     def test_a_full_disk_keeps_what_was_there(self):
         if not os.path.exists("/dev/full"):

@@ -2,14 +2,19 @@
 // The surface's promise, checked on triangles alone: closed, oriented, two-manifold, nothing degenerate, no
 // two vertices in one place.
 #include <cstring>
+#include <filesystem>
 #include <map>
 #include <set>
 #include <unordered_map>
 #include <vector>
 
+#include <unistd.h>
+
 #include <gtest/gtest.h>
 
 #include <kibori/edit/edit.h>
+#include <kibori/formats/mesh_file.h>
+#include <kibori/formats/surface_file.h>
 #include <kibori/motion/stroke.h>
 #include <kibori/surface/cell_table.h>
 #include <kibori/surface/surface.h>
@@ -358,6 +363,45 @@ TEST(Surface, ObliqueEdgesStaySharp) {
   }
   std::printf("oblique box: farthest vertex from the box's faces %.4f cells\n", worst);
   EXPECT_LT(worst, 0.2) << random.note();
+}
+
+// What is written is read back: the same corners to the bit, triangle by triangle, and a file that welds by
+// position has the same vertices again.
+TEST(SurfaceFile, ComesBackFromEveryFormat) {
+  Lattice lattice;
+  lattice.nodes = Index3(30, 25, 20);
+  lattice.pitch_mm = 0.37;
+  lattice.origin_mm = Vec3(-3, 100, 7);
+  TriDexel model(lattice);
+  model.fill_block({lattice.to_mm(Vec3(2, 2, 2)), lattice.to_mm(Vec3(28, 22, 17))}, 0);
+  Removed removed;
+  cut(model, SweptBall(Vec3(5, 12, 18), Vec3(20, 3, -2), 5), {}, removed);
+  const Surface surface = extract_surface(model.snapshot());
+  const std::array<uint8_t, 3> oak{196, 154, 108};
+  const auto folder = std::filesystem::temp_directory_path() / ("kibori-surface-" + std::to_string(getpid()));
+  std::filesystem::create_directory(folder);
+  for (const char* name : {"a.stl", "a.PLY", "a.obj"}) {
+    ASSERT_TRUE(write_surface(folder / name, surface, {&oak, 1}).ok()) << name;
+    const Result<TriangleMesh> back = read_mesh(folder / name);
+    ASSERT_TRUE(back.ok()) << name;
+    const TriangleMesh& mesh = back.value();
+    ASSERT_EQ(mesh.triangles.size(), surface.triangles.size()) << name;
+    std::set<std::array<double, 3>> places;
+    for (size_t t = 0; t < mesh.triangles.size(); t++)
+      for (size_t i = 0; i < 3; i++) {
+        const Vec3& p = mesh.vertices[mesh.triangles[t][i]];
+        const auto& q = surface.vertices[surface.triangles[t][i]].position;
+        for (int k = 0; k < 3; k++) ASSERT_EQ(p[k], static_cast<double>(q[static_cast<size_t>(k)])) << name;
+        places.insert({p[0], p[1], p[2]});
+      }
+    EXPECT_EQ(places.size(), surface.vertices.size()) << name;
+  }
+  EXPECT_FALSE(write_surface(folder / "a.xyz", surface, {}).ok());
+  EXPECT_FALSE(write_surface(folder / "no" / "a.stl", surface, {}).ok());
+  EXPECT_FALSE(write_surface(folder, surface, {}).ok());
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator()),
+            3);
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

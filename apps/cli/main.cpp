@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: MIT
 // The command line: a thin face on the library. Data on stdout, everything else on stderr; exit 2 for bad
 // input.
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 
+#include <kibori/base/file.h>
+#include <kibori/formats/surface_file.h>
 #include <kibori/session/carving.h>
 #include <kibori/session/force_report.h>
+#include <kibori/surface/surface.h>
 
 namespace {
 
@@ -22,10 +27,16 @@ int bad_input(const std::string& what) {
 }
 
 struct CarveArguments {
-  std::string scene, forces, plot;
+  std::string scene, forces, plot, mesh;
   bool json = false, force = false;
   int threads = 1;
 };
+
+kibori::Status write_text(const std::string& path, const std::string& text) {
+  kibori::NewFile file(path);
+  file.write(text);
+  return file.commit();
+}
 
 int run_carve(const CarveArguments& arguments) {
   using namespace kibori;
@@ -33,7 +44,7 @@ int run_carve(const CarveArguments& arguments) {
   if (!scene) return bad_input(scene.error());
 
   // Outputs that can't be written are better known before the work than after.
-  for (const std::string& out : {arguments.forces, arguments.plot}) {
+  for (const std::string& out : {arguments.forces, arguments.plot, arguments.mesh}) {
     if (out.empty()) continue;
     const std::filesystem::path folder = std::filesystem::path(out).parent_path();
     std::error_code error;
@@ -43,6 +54,9 @@ int run_carve(const CarveArguments& arguments) {
       return bad_input(out + ": the folder can't be written to");
     if (std::filesystem::is_directory(out, error)) return bad_input(out + ": is a folder; name a file");
   }
+
+  if (!arguments.mesh.empty())
+    if (const Status known = check_surface_ending(arguments.mesh); !known) return bad_input(known.error());
 
   CarveOptions options;
   options.threads = arguments.threads;
@@ -61,15 +75,21 @@ int run_carve(const CarveArguments& arguments) {
   if (!carving) return bad_input(carving.error());
 
   if (!arguments.forces.empty())
-    if (const Status ok = write_file(arguments.forces, forces_csv(carving.value())); !ok)
+    if (const Status ok = write_text(arguments.forces, forces_csv(carving.value())); !ok)
       return bad_input(ok.error());
   if (!arguments.plot.empty()) {
     const ForceLaw& law = scene.value().force;
     const std::string title =
         std::filesystem::path(arguments.scene).stem().string() + ": force and moment, model " +
         (law.model == ForceModel::paper ? "paper" : "energy") + ", " + std::to_string(law.dof) + " DOF";
-    if (const Status ok = write_file(arguments.plot, forces_svg(carving.value(), title)); !ok)
+    if (const Status ok = write_text(arguments.plot, forces_svg(carving.value(), title)); !ok)
       return bad_input(ok.error());
+  }
+  if (!arguments.mesh.empty()) {
+    std::vector<std::array<uint8_t, 3>> colors;
+    for (const Material& material : scene.value().materials) colors.push_back(material.color);
+    const Surface surface = extract_surface(carving.value().model->snapshot(), arguments.threads);
+    if (const Status ok = write_surface(arguments.mesh, surface, colors); !ok) return bad_input(ok.error());
   }
   const std::string summary =
       arguments.json ? summary_json(carving.value().summary) : summary_text(carving.value().summary);
@@ -96,6 +116,10 @@ int main(int argc, char** argv) {
   carve->add_option("--forces", carve_arguments.forces, "write force and moment of every tick as CSV")
       ->type_name("FILE.csv");
   carve->add_option("--plot", carve_arguments.plot, "draw force and moment over time")->type_name("FILE.svg");
+  carve
+      ->add_option("--mesh", carve_arguments.mesh,
+                   "write the surface of what is left, closed and manifold, in mm")
+      ->type_name("FILE.stl|ply|obj");
   carve->add_flag("--json", carve_arguments.json, "summary as JSON on standard output");
   carve
       ->add_option("--threads", carve_arguments.threads,

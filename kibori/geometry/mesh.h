@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// An indexed triangle mesh [mm]; counter-clockwise seen from outside.
+// Indexed triangle meshes [mm]; counter-clockwise seen from outside.
 #pragma once
 
 #include <array>
@@ -20,6 +20,19 @@ struct TriangleMesh {
       for (uint32_t index : triangle) box.include(vertices[index]);
     return box;
   }
+};
+
+// A mesh to look at, print and send: what a model's surface becomes.
+struct SurfaceVertex {
+  std::array<float, 3> position;
+  std::array<float, 3> normal;  // unit, out of the material
+  uint8_t material;
+  uint32_t paint;  // 0xAABBGGRR; 0: unpainted
+};
+using SurfaceTriangle = std::array<uint32_t, 3>;
+struct Surface {
+  std::vector<SurfaceVertex> vertices;
+  std::vector<SurfaceTriangle> triangles;
 };
 
 }  // namespace kibori

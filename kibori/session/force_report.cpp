@@ -5,9 +5,7 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdio>
-#include <fstream>
 #include <functional>
-#include <system_error>
 
 #include <nlohmann/json.hpp>
 
@@ -282,29 +280,6 @@ std::string summary_text(const CarveSummary& s) {
          static_cast<double>(s.stock.bytes) / 1e6);
   append(text, "state        %016llx\n", static_cast<unsigned long long>(s.state_hash));
   return text;
-}
-
-Status write_file(const std::filesystem::path& path, const std::string& content) {
-  std::filesystem::path part = path;
-  part += ".part";
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error)) return Error{path.string() + ": is a folder; name a file"};
-  {
-    std::ofstream file(part, std::ios::binary);
-    file.write(content.data(), static_cast<std::streamsize>(content.size()));
-    file.close();
-    if (!file) {
-      std::filesystem::remove(part, error);
-      return Error{path.string() + ": can't be written (no such folder, no permission, or no space left)"};
-    }
-  }
-  std::filesystem::rename(part, path, error);
-  if (error) {
-    const std::string reason = error.message();
-    std::filesystem::remove(part, error);
-    return Error{path.string() + ": can't be written: " + reason};
-  }
-  return Ok{};
 }
 
 }  // namespace kibori

@@ -2,11 +2,9 @@
 // What a carving felt like, for people and programs: a CSV of every tick, an SVG plot, a JSON summary.
 #pragma once
 
-#include <filesystem>
 #include <string>
 #include <vector>
 
-#include <kibori/base/result.h>
 #include <kibori/session/carving.h>
 
 namespace kibori {
@@ -22,8 +20,5 @@ std::string forces_svg(const Carving& carving, const std::string& title);
 std::string summary_json(const CarveSummary& summary);
 // For people.
 std::string summary_text(const CarveSummary& summary);
-
-// Writes beside the file first and moves it into place, so that a failure leaves what was there.
-Status write_file(const std::filesystem::path& path, const std::string& content);
 
 }  // namespace kibori

@@ -11,28 +11,13 @@
 // in any order, on any thread, again after an edit, and they fit bit for bit.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
 #include <kibori/dexel/tri_dexel.h>
+#include <kibori/geometry/mesh.h>
 
 namespace kibori {
-
-struct SurfaceVertex {
-  std::array<float, 3> position;  // mm
-  std::array<float, 3> normal;    // unit, out of the material
-  uint8_t material;
-  Color paint;  // 0: unpainted
-};
-
-// Counter-clockwise seen from outside.
-using SurfaceTriangle = std::array<uint32_t, 3>;
-
-struct Surface {
-  std::vector<SurfaceVertex> vertices;
-  std::vector<SurfaceTriangle> triangles;
-};
 
 inline constexpr int kChunkCells = 16;
 
