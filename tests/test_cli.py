@@ -110,6 +110,28 @@ class CommandLine(unittest.TestCase):
         for line, wanted in (("Total disconnected facets", 0), ("Degenerate facets", 0), ("Backwards edges", 0), ("Facets removed", 0)):
             self.assertRegex(report, rf"{line}\s*:\s*{wanted}\b")
 
+    def test_convert_repairs(self):
+        self.assertEqual(kibori("carve", self.scene(), "--mesh", "m.stl", cwd=self.folder).returncode, 0)
+        # Holes: every fiftieth triangle is lost.
+        data = (self.folder / "m.stl").read_bytes()
+        facets = [data[at : at + 50] for at in range(84, len(data), 50)]
+        facets = [f for i, f in enumerate(facets) if i % 50]
+        (self.folder / "holes.stl").write_bytes(data[:80] + len(facets).to_bytes(4, "little") + b"".join(facets))
+        run = kibori("convert", "holes.stl", "whole.stl", "--pitch", "0.4", cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertIn("not closed", run.stderr)
+        self.assertIn("pitch        0.4 mm", run.stdout)
+        again = kibori("convert", "whole.stl", "again.obj", cwd=self.folder)
+        self.assertEqual((again.returncode, again.stderr), (0, ""))
+        volume = {float(line.split()[1]) for run in (run, again) for line in run.stdout.splitlines() if "volume" in line}
+        self.assertLess(max(volume) / min(volume), 1.01)
+        self.refused("convert", "nowhere.stl", "x.stl", says=["nowhere.stl", "no such"])
+        self.refused("convert", "m.stl", "x.step", says=["x.step", ".stl"])
+        self.refused("convert", "m.stl", "no/x.stl", says=["no/x.stl"])
+        self.refused("convert", "m.stl", "x.stl", "--pitch", "-1", says=["pitch"])
+        self.refused("convert", "m.stl", "x.stl", "--pitch", "1e-9", says=["m.stl", "pitch"])
+        self.assertFalse((self.folder / "x.stl").exists())
+
     def test_threads_do_not_change_the_result(self):
         hashes = {json.loads(kibori("carve", self.scene(), "--json", "--threads", n).stdout)["state_hash"] for n in (1, 2, 8)}
         self.assertEqual(len(hashes), 1)

@@ -14,6 +14,7 @@
 #include <kibori/base/file.h>
 #include <kibori/formats/surface_file.h>
 #include <kibori/session/carving.h>
+#include <kibori/session/convert.h>
 #include <kibori/session/force_report.h>
 #include <kibori/surface/surface.h>
 
@@ -97,6 +98,30 @@ int run_carve(const CarveArguments& arguments) {
   return std::fflush(stdout) == 0 ? 0 : bad_input("standard output can't be written");
 }
 
+struct ConvertArguments {
+  std::string in, out;
+  double pitch = 0;
+  bool force = false;
+  int threads = 1;
+};
+
+int run_convert(const ConvertArguments& arguments) {
+  using namespace kibori;
+  ConvertOptions options;
+  if (arguments.pitch != 0) options.pitch_mm = arguments.pitch;
+  options.threads = arguments.threads;
+  options.force = arguments.force;
+  options.warning = [](const std::string& text) {
+    std::fprintf(stderr, "kibori: warning: %s\n", text.c_str());
+  };
+  const Result<ConvertSummary> done = convert(arguments.in, arguments.out, options);
+  if (!done) return bad_input(done.error());
+  const ConvertSummary& s = done.value();
+  std::printf("pitch        %.6g mm\ntriangles    %zu in, %zu out\nvolume       %.6g mm3\n", s.pitch_mm,
+              s.triangles_in, s.triangles_out, s.volume_mm3);
+  return std::fflush(stdout) == 0 ? 0 : bad_input("standard output can't be written");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -146,6 +171,22 @@ int main(int argc, char** argv) {
       "  speed = 40               # mm/s\n"
       "Exit status: 0 done, 2 bad input (one sentence on standard error says what and where).");
 
+  ConvertArguments convert_arguments;
+  CLI::App* convert =
+      app.add_subcommand("convert", "Repair and remesh: a mesh into dexels and back, closed and manifold");
+  convert->add_option("IN", convert_arguments.in, "mesh to read: .stl, .ply, .obj")->required();
+  convert->add_option("OUT", convert_arguments.out, "mesh to write: .stl, .ply, .obj")->required();
+  convert
+      ->add_option("--pitch", convert_arguments.pitch, "size of a cell; by default the longest side by 256")
+      ->type_name("MM")
+      ->check(CLI::PositiveNumber);
+  convert
+      ->add_option("--threads", convert_arguments.threads,
+                   "threads to work with; the result does not depend on it")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  convert->add_flag("--force", convert_arguments.force, "take a mesh even if most of its rays find it open");
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -153,7 +194,7 @@ int main(int argc, char** argv) {
     return bad_input(std::string(error.what()) + "; see 'kibori --help'");
   }
   try {
-    return run_carve(carve_arguments);
+    return *convert ? run_convert(convert_arguments) : run_carve(carve_arguments);
   } catch (const std::bad_alloc&) {
     return bad_input("out of memory; use a coarser pitch or a smaller stock");
   }

@@ -7,21 +7,11 @@
 #include <cstdio>
 
 #include <kibori/base/memory.h>
-#include <kibori/edit/scan_convert.h>
 #include <kibori/formats/mesh_file.h>
+#include <kibori/session/stock.h>
 
 namespace kibori {
 namespace {
-
-// Bytes a model of this lattice takes when every tile holds something of its own, and its import besides.
-double bytes_when_full(const Lattice& lattice, bool mesh) {
-  double bytes = 0;
-  for (int i = 0; i < 3; i++) {
-    const double rays = static_cast<double>(lattice.nodes[i]) * lattice.nodes[(i + 1) % 3];
-    bytes += rays / kTileRays * static_cast<double>(sizeof(Tile)) + (mesh ? rays * 40 : 0);
-  }
-  return bytes;
-}
 
 double microseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
@@ -42,34 +32,32 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
     if (stock.line > 0) where.append(":").append(std::to_string(stock.line));
     return Error{where.append(": [stock] ").append(what)};
   };
-  TriangleMesh mesh;
-  Vec3 size = stock.size_mm;
   if (stock.kind == Stock::Kind::mesh) {
+    const std::string name = "mesh " + stock.mesh_path.string() + ": ";
     Result<TriangleMesh> read = read_mesh(stock.mesh_path);
     if (!read) return wrong("mesh " + read.error());
-    mesh = std::move(read).value();
+    TriangleMesh mesh = std::move(read).value();
     const Box box = mesh.bounds();
     const double longest = box.size().maxCoeff();
-    if (!(longest > 0)) return wrong("mesh " + stock.mesh_path.string() + ": has no extent");
+    if (!(longest > 0)) return wrong(name + "has no extent");
     const double scale = stock.fit_mm ? *stock.fit_mm / longest : 1;
     for (Vec3& p : mesh.vertices) p = (p - box.min) * scale;
-    size = box.size() * scale;
+    Result<MeshStock> made =
+        stock_of_mesh(mesh, stock.pitch_mm, stock.room_mm.value_or(0.1 * longest * scale), stock.material,
+                      options.threads, options.force);
+    if (!made) return wrong(name + made.error());
+    const ScanReport& report = made.value().report;
+    if (report.repaired() && options.warning)
+      options.warning(stock.mesh_path.string() + ": " + report.warning());
+    if (!(made.value().model->volume_mm3() > 0))
+      return wrong("holds no material at this pitch; use a finer one");
+    return std::move(made.value().model);
   }
-  const double room = stock.room_mm.value_or(0.1 * size.maxCoeff());
-  Result<Lattice> lattice = make_lattice(size, stock.pitch_mm, room);
+  const Vec3 size = stock.size_mm;
+  Result<Lattice> lattice = make_lattice(size, stock.pitch_mm, stock.room_mm.value_or(0.1 * size.maxCoeff()));
   if (!lattice) return wrong(lattice.error());
-  if (stock.kind != Stock::Kind::block) {
-    const double need = bytes_when_full(lattice.value(), stock.kind == Stock::Kind::mesh),
-                 there = available_bytes();
-    if (there > 0 && need > there) {
-      char text[200];
-      std::snprintf(
-          text, sizeof text,
-          "pitch %g mm would take about %.1f GB and %.1f GB are free; use a coarser pitch (%.3g mm fits)",
-          stock.pitch_mm, need / 1e9, there / 1e9, stock.pitch_mm * std::sqrt(need / (0.8 * there)));
-      return wrong(text);
-    }
-  }
+  if (stock.kind != Stock::Kind::block)
+    if (const Status fits = check_memory(lattice.value(), false); !fits) return wrong(fits.error());
   auto model = std::make_unique<TriDexel>(lattice.value());
   EditOptions edit;
   edit.threads = options.threads;
@@ -89,14 +77,8 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
     case Stock::Kind::cylinder:
       put(Flat{size.x() / 2, size.z()}, Vec3(size.x() / 2, size.x() / 2, 0));
       break;
-    case Stock::Kind::mesh: {
-      const Result<ScanReport> report =
-          scan_convert(*model, mesh, stock.material, {options.force, options.threads});
-      if (!report) return wrong("mesh " + stock.mesh_path.string() + ": " + report.error());
-      if (report.value().repaired() && options.warning)
-        options.warning(stock.mesh_path.string() + ": " + report.value().warning());
-      break;
-    }
+    case Stock::Kind::mesh:
+      break;  // above
   }
   if (!(model->volume_mm3() > 0)) return wrong("holds no material at this pitch; use a finer one");
   return model;
