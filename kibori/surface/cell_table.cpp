@@ -31,11 +31,6 @@ int edge_between(int a, int b) {
 
 constinit const std::array<CellEdge, kCellEdges> kEdges = make_edges();
 
-int edge_at(int axis, int corner) {
-  const int low = corner & ((1 << axis) - 1), high = corner >> (axis + 1);
-  return 4 * axis + (high << axis | low);
-}
-
 CellSheets sheets_of(uint8_t inside, uint8_t flipped) {
   const auto is_in = [&](int corner) { return ((inside >> corner) & 1) != 0; };
   // The links of an edge: one on each of its two faces.
@@ -84,6 +79,13 @@ CellSheets sheets_of(uint8_t inside, uint8_t flipped) {
     sheets.count++;
   }
   KIBORI_CHECK(sheets.count <= kMaxSheets);
+  uint8_t listed = 0;
+  for (uint8_t sheet = 0; sheet < sheets.count; sheet++) {
+    sheets.begin[sheet] = listed;
+    for (uint8_t edge = 0; edge < kCellEdges; edge++)
+      if (sheets.of_edge[edge] == sheet) sheets.edges[listed++] = edge;
+  }
+  sheets.begin[sheets.count] = listed;
   for (size_t face = 0; face < kCellFaces; face++)
     if (ambiguous[face] && sheets.of_edge[static_cast<size_t>(pair_of[face][0])] ==
                                sheets.of_edge[static_cast<size_t>(pair_of[face][1])])

@@ -28,10 +28,15 @@ struct CellEdge {
 extern const std::array<CellEdge, kCellEdges> kEdges;
 
 // The edge along `axis` whose near corner is `corner`.
-int edge_at(int axis, int corner);
+constexpr int edge_at(int axis, int corner) {
+  const int low = corner & ((1 << axis) - 1), high = corner >> (axis + 1);
+  return 4 * axis + (high << axis | low);
+}
 
 struct CellSheets {
-  std::array<uint8_t, kCellEdges> of_edge;  // the sheet that crosses the edge; kNoSheet where none does
+  std::array<uint8_t, kCellEdges> of_edge;    // the sheet that crosses the edge; kNoSheet where none does
+  std::array<uint8_t, kCellEdges> edges;      // those that are crossed, sheet by sheet
+  std::array<uint8_t, kMaxSheets + 1> begin;  // of each sheet in `edges`
   uint8_t count;
   uint8_t twice;  // faces that one sheet passes through twice, one bit each
 };

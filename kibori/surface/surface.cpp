@@ -35,12 +35,16 @@ class VertexGrid {
       most = std::max({most, std::abs(low), std::abs(high)});
     }
     quantum_ = std::ldexp(1.0, std::ilogb(most + 4 * lattice.pitch_mm) + 1 - 24);
+    per_mm_ = 1 / quantum_;
   }
   // Multiples of the quantum for a point [lattice units] of a cell.
   std::array<int32_t, 3> place(const Vec3& point, const Index3& cell, int sheet) const {
     std::array<int32_t, 3> at;
     for (int i = 0; i < 3; i++) {
-      const int64_t n = std::llround((lattice_.origin_mm[i] + lattice_.pitch_mm * point[i]) / quantum_);
+      // Rounded to the nearest; truncation does it where numbers are positive.
+      constexpr double kPositive = 1 << 30;
+      const double multiple = (lattice_.origin_mm[i] + lattice_.pitch_mm * point[i]) * per_mm_;
+      const int64_t n = static_cast<int64_t>(multiple + (kPositive + 0.5)) - (int64_t{1} << 30);
       const int64_t wanted = (cell[i] & 3) | ((sheet >> i) & 1) << 2;
       const int64_t ahead = (wanted - n) & 7;
       at[static_cast<size_t>(i)] = static_cast<int32_t>(n + (ahead < 4 ? ahead : ahead - 8));
@@ -54,10 +58,11 @@ class VertexGrid {
 
  private:
   const Lattice& lattice_;
-  double quantum_;
+  double quantum_, per_mm_;  // powers of two
 };
 
 using Multiple = std::array<int32_t, 3>;
+using Vec3f = Eigen::Vector3f;
 
 std::array<int64_t, 3> cross(const Multiple& a, const Multiple& b, const Multiple& c) {
   int64_t u[3], v[3];
@@ -80,8 +85,8 @@ double distance2(const Multiple& a, const Multiple& b) {
 
 // An end of material on the edge between two nodes.
 struct Hit {
-  float depth;  // along the edge's axis
-  uint32_t normal;
+  float depth;   // along the edge's axis
+  Vec3f normal;  // in world axes, out of the material
   Color paint;
   uint32_t chunk = 0;  // whose it is, by the worker's count: others are left-overs
   uint8_t material;
@@ -121,6 +126,7 @@ class ChunkWorker {
   struct Cell {
     Index3 at;
     CellSheets sheets;
+    uint8_t inside;   // its corners
     uint32_t vertex;  // of its first sheet
   };
   static constexpr uint32_t kForeign = 1u << 31;  // marks vertices of the next chunks until they are put last
@@ -192,7 +198,7 @@ class ChunkWorker {
         for (; mixed; mixed &= mixed - 1) {
           const Index3 at(x, y, std::countr_zero(mixed));
           const uint8_t inside = mask(at);
-          Cell cell{at, sheets_of(inside), 0};
+          Cell cell{at, sheets_of(inside), inside, 0};
           if (cell.sheets.twice) cell.sheets = flip(at, inside, cell.sheets);
           index_[index_of(at)] = static_cast<int16_t>(cells_.size());
           cells_.push_back(cell);
@@ -216,28 +222,37 @@ class ChunkWorker {
   void load_hits(Axis axis) {
     const FieldSnapshot& field = model_.field(axis);
     const int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
-    for (int v = 0; v < kHitNodes; v++)
-      for (int u = 0; u < kHitNodes; u++) {
-        if (first_[ui] + u < 0 || first_[vi] + v < 0 || first_[ui] + u >= field.nodes_u() ||
-            first_[vi] + v >= field.nodes_v())
-          continue;
-        Index3 at;
-        at[ui] = u;
-        at[vi] = v;
-        field.for_spans(first_[ui] + u, first_[vi] + v, [&](const Span& s) {
-          const auto put = [&](float depth, uint32_t normal, Color paint, bool at_out) {
-            const int k = static_cast<int>(std::ceil(depth - 0.5f)) - 1 - first_[di];
-            if (k < 0 || k >= kCells) return;
-            at[di] = k + 1;
-            const bool above = node(at);
-            at[di] = k;
-            if (node(at) != at_out || above == at_out) return;
-            hit(axis, at) = {depth, normal, paint, count_, s.material};
-          };
-          put(s.in, s.normal_in, s.paint_in, false);
-          put(s.out, s.normal_out, s.paint_out, true);
-        });
-      }
+    const int u0 = std::max(first_[ui], 0), u1 = std::min(first_[ui] + kHitNodes, field.nodes_u());
+    const int v0 = std::max(first_[vi], 0), v1 = std::min(first_[vi] + kHitNodes, field.nodes_v());
+    // Ends between the first node and the last.
+    const float least = static_cast<float>(first_[di]) + 0.5f, most = least + kCells;
+    for (int tv = v0 / kTileSide; tv * kTileSide < v1; tv++)
+      for (int tu = u0 / kTileSide; tu * kTileSide < u1; tu++)
+        for (const Plane* p = &field.tile(tu, tv).first; p; p = p->next) {
+          if (!p->reaches(static_cast<double>(least) - 1, static_cast<double>(most) + 1)) continue;
+          for (int v = std::max(v0, tv * kTileSide); v < std::min(v1, (tv + 1) * kTileSide); v++)
+            for (int u = std::max(u0, tu * kTileSide); u < std::min(u1, (tu + 1) * kTileSide); u++) {
+              const int slot = v % kTileSide * kTileSide + u % kTileSide;
+              if (p->in[slot] > least && p->in[slot] <= most) put_hit(axis, u, v, *p, slot, false);
+              if (p->out[slot] > least && p->out[slot] <= most) put_hit(axis, u, v, *p, slot, true);
+            }
+        }
+  }
+  void put_hit(Axis axis, int u, int v, const Plane& plane, int slot, bool at_out) {
+    if (plane.empty_at(slot)) return;
+    const float depth = at_out ? plane.out[slot] : plane.in[slot];
+    Index3 at;
+    at[u_index(axis)] = u - first_[u_index(axis)];
+    at[v_index(axis)] = v - first_[v_index(axis)];
+    int& k = at[depth_index(axis)];
+    k = static_cast<int>(std::ceil(depth - 0.5f)) - first_[depth_index(axis)];
+    const bool above = node(at);
+    k--;
+    if (k < 0 || k >= kCells || node(at) != at_out || above == at_out) return;
+    const Span span = FieldSnapshot::span_at(plane, slot);
+    hit(axis, at) = {depth,
+                     decode_normal(at_out ? span.normal_out : span.normal_in, axis, at_out).cast<float>(),
+                     at_out ? span.paint_out : span.paint_in, count_, span.material};
   }
 
   void make_vertices(Cell& cell) {
@@ -248,35 +263,37 @@ class ChunkWorker {
     cell.vertex = static_cast<uint32_t>(vertices.size()) | (own ? 0 : kForeign);
     const Index3 absolute = first_ + cell.at;
     const Vec3 centre = absolute.matrix().cast<double>() + Vec3::Ones();
-    for (int sheet = 0; sheet < cell.sheets.count; sheet++) {
+    for (size_t sheet = 0; sheet < cell.sheets.count; sheet++) {
       SheetEnds ends;
       SurfaceVertex vertex{{}, {}, 0, 0};
-      for (size_t e = 0; e < kCellEdges; e++) {
-        if (cell.sheets.of_edge[e] != sheet) continue;
-        const Axis axis = kAxes[kEdges[e].axis];
-        const int corner = kEdges[e].corner, di = depth_index(axis);
-        const Index3 from = cell.at + Index3(corner & 1, (corner >> 1) & 1, corner >> 2);
-        const Hit& h = hit(axis, from);
+      for (size_t e = cell.sheets.begin[sheet]; e < cell.sheets.begin[sheet + 1]; e++) {
+        const CellEdge edge = kEdges[cell.sheets.edges[e]];
+        const Axis axis = kAxes[edge.axis];
+        const int x = edge.corner & 1, y = (edge.corner >> 1) & 1, z = edge.corner >> 2;
+        const Hit& h = hit(axis, cell.at + Index3(x, y, z));
         const auto i = static_cast<size_t>(ends.count++);
-        Vec3 p = (first_ + from).matrix().cast<double>() + Vec3::Constant(0.5);
-        // Where the fields disagree by a rounding there is no end: halfway will do.
-        p[di] = known(h) ? static_cast<double>(h.depth) : p[di] + 0.5;
-        ends.points[i] = p - centre;
-        ends.normals[i] = Vec3::Zero();
-        if (!known(h)) continue;
-        ends.normals[i] = decode_normal(h.normal, axis, node(from));
-        ends.with_normal++;
-        vertex.material = h.material;
-        if (h.paint) vertex.paint = h.paint;
+        Vec3& p = ends.points[i];
+        p = Vec3(x - 0.5, y - 0.5, z - 0.5);
+        if (known(h)) {
+          p[edge.axis] = static_cast<double>(h.depth) - centre[edge.axis];
+          ends.normals[i] = h.normal.cast<double>();
+          ends.with_normal++;
+          vertex.material = h.material;
+          if (h.paint) vertex.paint = h.paint;
+        } else {
+          // Where the fields disagree by a rounding there is no end: halfway will do.
+          p[edge.axis] = 0;
+          ends.normals[i] = Vec3::Zero();
+        }
       }
       const SheetVertex placed = place_vertex(ends);
-      const Multiple at = grid_.place(centre + placed.point, absolute, sheet);
+      const Multiple at = grid_.place(centre + placed.point, absolute, static_cast<int>(sheet));
       vertex.position = grid_.mm(at);
       for (int i = 0; i < 3; i++)
         vertex.normal[static_cast<size_t>(i)] = static_cast<float>(placed.normal[i]);
       vertices.push_back(vertex);
       places.push_back({at, placed.rank});
-      cells.push_back(static_cast<uint32_t>(index_of(cell.at)) * kMaxSheets + static_cast<uint32_t>(sheet));
+      cells.push_back(static_cast<uint32_t>(index_of(cell.at) * kMaxSheets + sheet));
     }
   }
 
@@ -292,13 +309,11 @@ class ChunkWorker {
     for (Axis axis : kAxes) {
       const int a = static_cast<int>(axis), u = u_index(axis), v = v_index(axis);
       const int du = 1 << u, dv = 1 << v;
+      const bool inside = (cell.inside >> (du | dv)) & 1, beyond = (cell.inside >> (du | dv | 1 << a)) & 1;
+      if (inside == beyond) continue;
       Index3 from = cell.at;
       from[u]++;
       from[v]++;
-      Index3 to = from;
-      to[a]++;
-      const bool inside = node(from);
-      if (inside == node(to)) continue;
       // The four cells around the edge, counter-clockwise seen from its far end.
       const int corners[4] = {du | dv, dv, 0, du};
       uint32_t quad[4];
@@ -371,7 +386,7 @@ class ChunkWorker {
     SurfaceVertex middle{grid_.mm(at), {}, 0, 0};
     if (known(h)) middle.material = h.material, middle.paint = h.paint;
     const Vec3 normal =
-        known(h) ? decode_normal(h.normal, axis, node(from)) : Vec3(Vec3::Unit(di) * (node(from) ? 1 : -1));
+        known(h) ? Vec3(h.normal.cast<double>()) : Vec3(Vec3::Unit(di) * (node(from) ? 1 : -1));
     for (int i = 0; i < 3; i++) middle.normal[static_cast<size_t>(i)] = static_cast<float>(normal[i]);
     const auto v = static_cast<uint32_t>(out_.vertices.size());
     out_.vertices.push_back(middle);
