@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A mesh into 512^3 and 1024^3: scan conversion against OpenVDB's meshToVolume, one thread, in turn.
+// A mesh into 512^3 and 1024^3 and out again: scan conversion and surface extraction against OpenVDB's
+// meshToVolume and volumeToMesh, one thread, in turn; extraction also on two.
 //
 //   import_bench [--json] [MESH]     without MESH: a bumpy ball of 60 k triangles
 #include <cstdio>
@@ -7,6 +8,7 @@
 
 #include <kibori/edit/scan_convert.h>
 #include <kibori/formats/mesh_file.h>
+#include <kibori/surface/surface.h>
 
 #include "bench/workload.h"
 #ifdef KIBORI_HAVE_OPENVDB
@@ -63,8 +65,9 @@ int main(int argc, char** argv) {
   std::string out;
   for (const int n : {512, 1024}) {
     const Lattice lattice = make_lattice(box.size() / longest, 1.0 / n, 0).value();
-    std::vector<double> own, peer;
+    std::vector<double> own, peer, out_own, out_two, out_peer;  // ms
     int64_t spans = 0;
+    size_t triangles = 0, triangles_peer = 0;
     for (int i = 0; i < 5; i++) {
       const double start = now_us();
       TriDexel model(lattice);
@@ -72,20 +75,40 @@ int main(int argc, char** argv) {
       own.push_back((now_us() - start) / 1000);
       if (!report) return std::fprintf(stderr, "import_bench: %s\n", report.error().c_str()), 2;
       spans = model.count().spans;
+      const Snapshot snapshot = model.snapshot();
+      for (const int threads : {1, 2}) {
+        const double from = now_us();
+        triangles = extract_surface(snapshot, threads).triangles.size();
+        (threads == 1 ? out_own : out_two).push_back((now_us() - from) / 1000);
+      }
 #ifdef KIBORI_HAVE_OPENVDB
-      if (i < 3) peer.push_back(openvdb_mesh_to_volume(xyz, faces, n));
+      if (i < 3) {
+        const MeshTimes times = openvdb_mesh_through_volume(xyz, faces, n);
+        peer.push_back(times.in_ms);
+        out_peer.push_back(times.out_ms);
+        triangles_peer = times.triangles_out;
+      }
 #endif
     }
     const double k = median(own), p = peer.empty() ? 0 : median(peer);
-    char text[256];
+    // Millions of triangles a second.
+    const double s1 = static_cast<double>(triangles) / median(out_own) / 1000,
+                 s2 = static_cast<double>(triangles) / median(out_two) / 1000,
+                 // An open mesh is hollow to OpenVDB, and there is no surface to extract.
+        sp = triangles_peer < triangles / 2 ? 0
+                                            : static_cast<double>(triangles_peer) / median(out_peer) / 1000;
+    char text[512];
     std::snprintf(
         text, sizeof text,
-        json
-            ? "%s{\"nodes\":%d,\"triangles\":%zu,\"kibori_ms\":%.1f,\"openvdb_ms\":%.1f,\"ratio\":%.2f,"
-              "\"spans\":%lld}"
-            : "%s%d^3, %zu triangles: kibori %.1f ms, OpenVDB meshToVolume %.1f ms, ratio %.1f, %lld spans\n",
+        json ? "%s{\"nodes\":%d,\"triangles\":%zu,\"kibori_ms\":%.1f,\"openvdb_ms\":%.1f,\"ratio\":%.2f,"
+               "\"spans\":%lld,\"surface_triangles\":%zu,\"surface_mtriangles_s\":%.2f,\"surface_two_threads_"
+               "mtriangles_s\":%.2f,"
+               "\"openvdb_surface_mtriangles_s\":%.2f,\"surface_ratio\":%.2f}"
+             : "%s%d^3, %zu triangles: kibori %.1f ms, OpenVDB meshToVolume %.1f ms, ratio %.1f, %lld spans\n"
+               "        surface of %zu triangles: %.2f M/s, on two threads %.2f; OpenVDB volumeToMesh %.2f, "
+               "ratio %.2f\n",
         json && !out.empty() ? ",\n " : "", n, mesh.triangles.size(), k, p, p / k,
-        static_cast<long long>(spans));
+        static_cast<long long>(spans), triangles, s1, s2, sp, sp > 0 ? s1 / sp : 0);
     out += text;
   }
   std::printf(json ? "[%s]\n" : "%s", out.c_str());

@@ -9,7 +9,7 @@ case "$name" in
   import)
     # A real mesh where the shared data is; a bumpy ball of as many triangles elsewhere.
     mesh=../shared/models/stanford-bunny.obj
-    [ -e "$mesh" ] && set -- "$@" "$mesh"
+    [ -e "$mesh" ] && set -- "$mesh" "$@"  # a mesh in the arguments comes later and counts
     build/bench/bin/import_bench "$@" ;;
   instructions) build/bench/bin/step_bench --instructions "$@" ;;
 esac

@@ -5,6 +5,7 @@
 #include <openvdb/tools/Composite.h>
 #include <openvdb/tools/LevelSetSphere.h>
 #include <openvdb/tools/MeshToVolume.h>
+#include <openvdb/tools/VolumeToMesh.h>
 #include <tbb/global_control.h>
 
 #ifdef __AVX512F__
@@ -251,7 +252,8 @@ StepTimes openvdb_csg_difference(int n, const std::vector<Point>& path, float ra
   return result;
 }
 
-double openvdb_mesh_to_volume(const std::vector<float>& xyz, const std::vector<unsigned>& triangles, int n) {
+MeshTimes openvdb_mesh_through_volume(const std::vector<float>& xyz, const std::vector<unsigned>& triangles,
+                                      int n) {
   openvdb::initialize();
   tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   std::vector<openvdb::Vec3s> points;
@@ -270,8 +272,15 @@ double openvdb_mesh_to_volume(const std::vector<float>& xyz, const std::vector<u
   const auto transform = openvdb::math::Transform::createLinearTransform(static_cast<double>(longest) / n);
   const double start = now_us();
   const auto grid = openvdb::tools::meshToLevelSet<FloatGrid>(*transform, points, faces, kBand);
-  const double ms = (now_us() - start) / 1000;
-  return grid->activeVoxelCount() > 0 ? ms : -1;
+  MeshTimes times;
+  times.in_ms = (now_us() - start) / 1000;
+  std::vector<openvdb::Vec3s> corners;
+  std::vector<openvdb::Vec4I> quads;
+  const double out = now_us();
+  openvdb::tools::volumeToMesh(*grid, corners, quads);
+  times.out_ms = (now_us() - out) / 1000;
+  times.triangles_out = 2 * quads.size();
+  return times;
 }
 
 }  // namespace kibori_bench

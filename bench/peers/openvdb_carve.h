@@ -13,8 +13,12 @@ StepTimes openvdb_levelset_stamp(int n, const std::vector<Point>& path, float ra
 StepTimes openvdb_bitmask_stamp(int n, const std::vector<Point>& path, float radius);
 // tools::csgDifference with a fresh level-set sphere each step.
 StepTimes openvdb_csg_difference(int n, const std::vector<Point>& path, float radius);
-// Mesh into a signed distance field of n voxels along its longest side; returns ms.
-double openvdb_mesh_to_volume(const std::vector<float>& points_xyz, const std::vector<unsigned>& triangles,
-                              int n);
+// Mesh into a signed distance field of n voxels along its longest side, and out again.
+struct MeshTimes {
+  double in_ms = 0, out_ms = 0;
+  size_t triangles_out = 0;  // two a quad
+};
+MeshTimes openvdb_mesh_through_volume(const std::vector<float>& points_xyz,
+                                      const std::vector<unsigned>& triangles, int n);
 
 }  // namespace kibori_bench
