@@ -307,5 +307,46 @@ TEST(Spans, PaintMarksEndsInsideAndNothingElse) {
   });
 }
 
+// Spans that move up because an earlier one vanished take paint, normals and material along.
+TEST(Spans, WhatMovesUpKeepsItsPaint) {
+  Lattice lattice;
+  lattice.nodes = Index3::Constant(20);
+  TriDexel model(lattice);
+  class Slab final : public Solid {
+   public:
+    Slab(float lo, float hi) : lo_(lo), hi_(hi) {}
+    Box bounds() const override { return {Vec3::Zero(), Vec3::Constant(20)}; }
+    bool spans(const RayTile&, int layer, SpanLayer& out) const override {
+      std::fill_n(out.lo, kTileRays, lo_);
+      std::fill_n(out.hi, kTileRays, hi_);
+      out.rows = 0xffff;
+      return layer == 0;
+    }
+    void normals(const RayTile&, int, const EndMasks&, SpanLayer& of) const override {
+      std::fill_n(of.codes.lo, kTileRays, 7u);
+      std::fill_n(of.codes.hi, kTileRays, 8u);
+    }
+
+   private:
+    float lo_, hi_;
+  };
+  Removed removed;
+  deposit(model, Slab(1, 3), 0, {}, removed);
+  deposit(model, Slab(5, 7), 1, {}, removed);
+  deposit(model, Slab(9, 12), 2, {}, removed);
+  paint(model, Slab(8.5f, 11), 0xff445566u, {}, removed);
+  cut(model, Slab(0, 8), {}, removed);
+  model.field(Axis::y).view().for_spans(3, 4, [count = 0](const Span& s) mutable {
+    EXPECT_EQ(count++, 0);
+    EXPECT_EQ(s.in, 9.0f);
+    EXPECT_EQ(s.out, 12.0f);
+    EXPECT_EQ(s.material, 2);
+    EXPECT_EQ(s.normal_in, 7u);
+    EXPECT_EQ(s.normal_out, 8u);
+    EXPECT_EQ(s.paint_in, 0xff445566u);
+    EXPECT_EQ(s.paint_out, 0u);
+  });
+}
+
 }  // namespace
 }  // namespace kibori

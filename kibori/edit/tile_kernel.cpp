@@ -5,7 +5,7 @@
 //   a══in══b── out        front     masked store: in = b
 //   in ──a══out══b        back      masked store: out = a
 //   in ──a══════b── out   split     masked stores, here and in the next plane if it has room; else scalar
-//   a══in══out══b         vanish    masked store; scalar where later planes must move up
+//   a══in══out══b         vanish    masked store; later planes then move up
 //
 // so vectors do nearly all of it. What was removed is summed by the vectors for all lanes before anything is
 // written, in an order that does not depend on the vector's width. For tools of one interval a ray, cut and
@@ -239,25 +239,62 @@ HWY_NOINLINE void CutHardRow(TileJob& job, Plane& plane, size_t row, size_t g) {
       next.material[lane] = plane.material[lane];
     }
   }
-  MF vanish = hn::And(front, back);
+  const MF vanish = hn::And(front, back);
   if (!hn::AllFalse(d, vanish)) {
-    if (plane.next) {  // those that another span follows must move up
-      const Plane& next = *plane.next;
-      const MF followed = hn::And(vanish, hn::Lt(hn::Load(d, next.in + slot), hn::Load(d, next.out + slot)));
-      hard |= Bits(followed);
-      vanish = hn::AndNot(followed, vanish);
-    }
     hn::BlendedStore(F(kFar), vanish, d, plane.in + slot);
     hn::BlendedStore(F(-kFar), vanish, d, plane.out + slot);
-    // A plane that became empty has a row that did.
-    bool row_left = false;
-    for (size_t at = row * kTileSide; at < (row + 1) * kTileSide; at += kLanes)
-      row_left |= !hn::AllFalse(d, hn::Lt(hn::Load(d, plane.in + at), hn::Load(d, plane.out + at)));
-    job.shrank |= !row_left;
+    job.gaps |= static_cast<uint16_t>(1u << row);
   }
   if (hard) {
     job.scalar.rows[row] |= static_cast<uint16_t>(hard << (g * kLanes));
     job.scalar.any = true;
+  }
+}
+
+// Moves the spans of `lanes` from one plane to an earlier one, where those lanes are empty.
+HWY_INLINE void MoveSpans(Field& field, Plane& from, Plane& to, MF lanes, size_t slot) {
+  const DF d;
+  const DU du;
+  const auto move = [&](const uint32_t* source, uint32_t* target) HWY_ATTR {
+    hn::BlendedStore(hn::Load(du, source + slot), hn::RebindMask(du, lanes), du, target + slot);
+  };
+  hn::BlendedStore(hn::Load(d, from.in + slot), lanes, d, to.in + slot);
+  hn::BlendedStore(hn::Load(d, from.out + slot), lanes, d, to.out + slot);
+  hn::BlendedStore(F(kFar), lanes, d, from.in + slot);
+  hn::BlendedStore(F(-kFar), lanes, d, from.out + slot);
+  move(from.normal_in, to.normal_in);
+  move(from.normal_out, to.normal_out);
+  for (unsigned bits = Bits(lanes); bits; bits &= bits - 1) {
+    const size_t lane = slot + static_cast<size_t>(__builtin_ctz(bits));
+    to.material[lane] = from.material[lane];
+    if (!from.paint && !to.paint) continue;
+    PaintPlane& paint = field.paint_of(to);
+    paint.in[lane] = from.paint ? from.paint->in[lane] : 0;
+    paint.out[lane] = from.paint ? from.paint->out[lane] : 0;
+  }
+  to.include(from.near, from.far);
+  to.tight = from.tight = false;
+}
+
+// Closes the gaps that vanished spans left in a row: later planes move up.
+HWY_NOINLINE void CloseGaps(TileJob& job, Plane& first, size_t row) {
+  const DF d;
+  for (size_t g = 0; g < kGroups; g++) {
+    const size_t slot = row * kTileSide + g * kLanes;
+    const auto filled = [&](const Plane& p)
+                            HWY_ATTR { return hn::Lt(hn::Load(d, p.in + slot), hn::Load(d, p.out + slot)); };
+    for (Plane* to = &first; to->next; to = to->next)
+      for (Plane* from = to->next; from; from = from->next) {
+        const MF lanes = hn::AndNot(filled(*to), filled(*from));
+        if (!hn::AllFalse(d, lanes)) MoveSpans(*job.field, *from, *to, lanes, slot);
+      }
+  }
+  // A plane that became empty has a row that did.
+  for (const Plane* p = &first; p; p = p->next) {
+    bool left = false;
+    for (size_t at = row * kTileSide; at < (row + 1) * kTileSide; at += kLanes)
+      left |= !hn::AllFalse(d, hn::Lt(hn::Load(d, p->in + at), hn::Load(d, p->out + at)));
+    job.shrank |= !left;
   }
 }
 
@@ -323,6 +360,8 @@ void CutTile(TileJob& job) {
     }
     if (met_here) sum.AddTo(job, g, false);
   }
+  for (unsigned left = job.gaps; left; left &= left - 1)
+    CloseGaps(job, *first, static_cast<size_t>(__builtin_ctz(left)));
   // Planes that were visited in vain: the next edit may be spared.
   uint64_t number = 1;
   for (Plane* p = first; p; p = p->next, number = number << 1 | number >> 63 << 63)
@@ -667,6 +706,7 @@ void run_tile(Operation operation, TileJob& job) {
   job.sums_material = growing ? job.material : job.tile->material;
   if (!growing) job.material = kMixedMaterial;  // add_overlap then asks the span
   job.met = job.shrank = false;
+  job.gaps = 0;
   job.kernel(operation, job);
   if (!job.met || operation == Operation::contact || operation == Operation::deposit_contact) return;
 

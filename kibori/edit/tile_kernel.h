@@ -52,6 +52,7 @@ struct TileJob {
   uint8_t material;       // of a deposit
   Color color;            // of paint
   bool met;               // set where the tool met something at all
+  uint16_t gaps;          // rows in which spans vanished
   bool shrank;            // set where a plane may have become empty
   const Motion* motion;
   Removed* removed;
