@@ -362,6 +362,8 @@ TEST(Surface, ObliqueEdgesStaySharp) {
     EXPECT_NEAR(farthest, 9.3 * std::sqrt(3.0), 0.05) << random.note();
   }
   std::printf("oblique box: farthest vertex from the box's faces %.4f cells\n", worst);
+  // A cell that an edge passes, but with ends of one face alone, puts its vertex on that face, somewhat
+  // beyond the edge.
   EXPECT_LT(worst, 0.2) << random.note();
 }
 

@@ -7,7 +7,7 @@
 //   in ──a══════b── out   split     masked stores, here and in the next plane if it has room; else scalar
 //   a══in══out══b         vanish    masked store; later planes then move up
 //
-// so vectors do nearly all of it. What was removed is summed by the vectors for all lanes before anything is
+// so vectors do nearly all of it. What was removed is summed by the vectors row by row, before the row is
 // written, in an order that does not depend on the vector's width. For tools of one interval a ray, cut and
 // contact give the same answer to the bit; where a solid has several layers, the second finds what the first
 // has left, and the order of additions differs.
@@ -15,7 +15,6 @@
 
 #include <cmath>
 
-#include <kibori/base/check.h>
 #include <kibori/edit/ray_edit.h>
 
 #undef HWY_TARGET_INCLUDE
@@ -184,9 +183,8 @@ bool Meets(const TileJob& job) {
   return false;
 }
 
-// The ends that `lanes` of a row got from the tool: their normals now if they are known, else by name for
-// later.
-// `known`: the rows whose are.
+// The ends that `lanes` of a row got from the tool: their normals now where the row is in `known`, else by
+// name for later.
 HWY_INLINE void GiveNormals(TileJob& job, Plane& plane, unsigned known, size_t row, size_t g, MF lanes,
                             bool at_in) {
   const DU du;
@@ -542,7 +540,7 @@ HWY_INLINE void RunSummed(Operation operation, TileJob& job) {
     case Operation::deposit_contact:
       return DepositTile<false, kSummed>(job);
     case Operation::paint:
-      return PaintTile(job);
+      return;  // sums nothing: RunVectors
   }
 }
 

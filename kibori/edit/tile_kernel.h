@@ -2,8 +2,6 @@
 // The inner loop of every edit: one layer of a solid's intervals against one tile. Internal to `edit`.
 #pragma once
 
-#include <array>
-
 #include <kibori/dexel/field.h>
 #include <kibori/edit/removed.h>
 #include <kibori/edit/edit.h>

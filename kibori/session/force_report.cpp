@@ -12,6 +12,11 @@
 namespace kibori {
 namespace {
 
+// Characters of a UTF-8 text: bytes but for those that go on with one.
+int64_t letters(const std::string& text) {
+  return std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; });
+}
+
 __attribute__((format(printf, 2, 3))) void append(std::string& to, const char* format, ...) {
   char text[1024];
   va_list arguments;
@@ -119,26 +124,36 @@ class Plot {
     return std::move(svg_) + "</svg>\n";
   }
 
-  // Letters over the first panel, spread where they would run into each other.
+  // Labels over the first panel, spread where they would run into each other: to the right first, then back
+  // from the edge.
   void marks(double y) {
     marks_ = contact_marks(carving_);
+    struct Label {
+      double x, half;  // middle, half the width
+    };
+    std::vector<Label> labels;
     double free = -1e9;  // where the label before ends
     for (const Mark& mark : marks_) {
-      // About 9 px a letter; the bytes that go on with one are 10xxxxxx.
-      const auto letters =
-          std::count_if(mark.label.begin(), mark.label.end(), [](char c) { return (c & 0xc0) != 0x80; });
-      const double half = std::max(10.5, 4.5 * static_cast<double>(letters) + 2);
-      const double x = std::max(x_of(mark.time_s), free + half);
+      const double half = std::max(10.5, kLetterWidth / 2 * static_cast<double>(letters(mark.label)) + 2);
+      labels.push_back({std::max(x_of(mark.time_s), free + half), half});
+      free = labels.back().x + half;
+    }
+    free = kWidth;
+    for (size_t i = labels.size(); i-- > 0;) {
+      labels[i].x = std::min(labels[i].x, free - labels[i].half);
+      free = labels[i].x - labels[i].half;
+    }
+    for (size_t i = 0; i < labels.size(); i++) {
       append(svg_,
              "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\" font-size=\"15\" "
              "font-style=\"italic\">%s</text>\n",
-             x, y, mark.label.c_str());
-      append(svg_, "<path d=\"M%.1f %.1f L%.1f %.1f\" stroke=\"#888888\" fill=\"none\"/>\n", x, y + 5,
-             x_of(mark.time_s), y + 14);
-      free = x + half;
+             labels[i].x, y, marks_[i].label.c_str());
+      append(svg_, "<path d=\"M%.1f %.1f L%.1f %.1f\" stroke=\"#888888\" fill=\"none\"/>\n", labels[i].x,
+             y + 5, x_of(marks_[i].time_s), y + 14);
     }
   }
 
+  static constexpr double kLetterWidth = 9;  // of the labels' font, on average [px]
   static constexpr int kWidth = 960, kHeight = 900, kLeft = 84, kRight = 936;
 
  private:
@@ -186,10 +201,13 @@ double size_of(const Vec3& v) { return std::sqrt(v.squaredNorm()); }
 }  // namespace
 
 std::vector<Mark> contact_marks(const Carving& carving) {
+  // Only places named by a letter, as in the paper: words with primes say nothing.
+  const auto is_letter = [](const Mark& mark) { return letters(mark.label) == 1; };
   std::vector<Mark> marks = carving.marks, result;
   for (size_t i = 0; i < marks.size(); i++) {
     result.push_back(marks[i]);
     if (i + 1 == marks.size()) break;
+    if (!is_letter(marks[i]) || !is_letter(marks[i + 1])) continue;
     const TraceRow *first = nullptr, *last = nullptr;
     for (const TraceRow& row : carving.trace)
       if (row.time_s > marks[i].time_s && row.time_s <= marks[i + 1].time_s &&

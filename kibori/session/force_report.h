@@ -9,8 +9,8 @@
 
 namespace kibori {
 
-// The marks of a plot: the labels, and between two labelled places where the tool met the stock its first and
-// last contact, as A' and B'.
+// The marks of a plot: the labels, and between two places labelled by a letter where the tool met the stock
+// its first and last contact, as A' and B'.
 std::vector<Mark> contact_marks(const Carving& carving);
 
 // time_s,x_mm,y_mm,z_mm,ax,ay,az,removed_mm3,points,fx_N,fy_N,fz_N,mx_Nmm,my_Nmm,mz_Nmm; one row a tick.

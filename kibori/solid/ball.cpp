@@ -119,8 +119,8 @@ void BallSpans(const SweptBall::View& view, float u_base, float v_base, SpanLaye
     out.rows = 0;
     return;
   }
-  // Head on, what is behind the last pose is inside the start pose: where its front end counts, it will do
-  // alone.
+  // Head on, where the poses overlap on the rays, what is behind the last one is inside the first: the last
+  // will do alone.
   const unsigned head_on = k.head_on ? fresh & ~row_class.deep : 0;
   const unsigned last = fresh & (k.head_on ? row_class.deep : row_class.last & row_class.live);
   const VF zero = hn::Zero(d), far = F(kFar), minus_far = F(-kFar);
