@@ -306,15 +306,16 @@ PaintPlane& Field::paint_of(Plane& plane) {
 }
 
 void Field::trim_planes(Tile& tile) {
-  Plane* keep = &tile.first;
-  for (Plane* p = keep->next; p; p = p->next)
-    if (!without_spans(*p)) keep = p;
-  for (Plane* p = std::exchange(keep->next, nullptr); p;) {
-    Plane* next = p->next;
-    give_plane(*pools_, p);
-    p = next;
+  // Spans fill the planes from the first, so the last is the first to be empty.
+  for (;;) {
+    Plane *before = nullptr, *last = &tile.first;
+    while (last->next) before = std::exchange(last, last->next);
+    const bool empty = without_spans(*last);
+    tile.empty = empty && !before;
+    if (!empty || !before) return;
+    before->next = nullptr;
+    give_plane(*pools_, last);
   }
-  tile.empty = keep == &tile.first && without_spans(*keep);
 }
 
 void Field::fill(int u0, int u1, int v0, int v1, float in, float out, uint8_t material) {

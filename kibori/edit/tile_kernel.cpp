@@ -287,13 +287,13 @@ HWY_NOINLINE void CloseGaps(TileJob& job, Plane& first, size_t row) {
         if (!hn::AllFalse(d, lanes)) MoveSpans(*job.field, *from, *to, lanes, slot);
       }
   }
-  // A plane that became empty has a row that did.
-  for (const Plane* p = &first; p; p = p->next) {
-    bool left = false;
-    for (size_t at = row * kTileSide; at < (row + 1) * kTileSide; at += kLanes)
-      left |= !hn::AllFalse(d, hn::Lt(hn::Load(d, p->in + at), hn::Load(d, p->out + at)));
-    job.shrank |= !left;
-  }
+}
+
+bool HasSpans(const Plane& plane) {
+  const DF d;
+  for (size_t slot = 0; slot < kTileRays; slot += kLanes)
+    if (!hn::AllFalse(d, hn::Lt(hn::Load(d, plane.in + slot), hn::Load(d, plane.out + slot)))) return true;
+  return false;
 }
 
 // Makes a plane's bounds tight.
@@ -360,6 +360,11 @@ void CutTile(TileJob& job) {
   }
   for (unsigned left = job.gaps; left; left &= left - 1)
     CloseGaps(job, *first, static_cast<size_t>(__builtin_ctz(left)));
+  if (job.gaps) {
+    const Plane* last = first;
+    while (last->next) last = last->next;
+    job.shrank = !HasSpans(*last);
+  }
   // Planes that were visited in vain: the next edit may be spared.
   uint64_t number = 1;
   for (Plane* p = first; p; p = p->next, number = number << 1 | number >> 63 << 63)
@@ -687,7 +692,7 @@ static void edit_scalar_rays(TileJob& job, Tile& tile, bool growing) {
       }
     }
   for (Plane* p = &tile.first; p; p = p->next) p->tight = false;
-  job.shrank = true;
+  job.shrank |= growing;  // a cut leaves only splits over, a deposit may join spans
 }
 
 void take_sums(TileJob& job) {

@@ -23,12 +23,12 @@ void Stroke::piece(const Tool& tool, const Pose& from, const Pose& last, const V
       const bool clear = clear_ && clear_generation_ == model_.generation() && same_ball(tool, clear_tool_) &&
                          from.frame == last.frame;
       const SweptTool sweep(tool, from, travel, lattice, model_.material_bounds(), clear);
-      cut(model_, sweep, options, removed_);
+      cut(model_, sweep.solid(), options, removed_);
       return;
     }
     case Mode::deposit: {
       const SweptTool sweep(tool, from, travel, lattice, everywhere);
-      deposit(model_, sweep, material, options, removed_);
+      deposit(model_, sweep.solid(), material, options, removed_);
       return;
     }
     case Mode::touch: {

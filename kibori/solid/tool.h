@@ -3,8 +3,11 @@
 // tool sweeps in a straight motion. Adding a shape: a struct here, its checks and its body in tool.cpp.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <memory>
+#include <new>
 #include <optional>
 #include <string>
 #include <variant>
@@ -73,24 +76,35 @@ class SweptTool final : public Solid {
   SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm, const Lattice& lattice,
             const Box& material, bool start_is_clear = false);
 
+  ~SweptTool() override {
+    for (size_t i = 0; i < count_; i++) solids_[i]->~Solid();
+  }
   SweptTool(const SweptTool&) = delete;
   SweptTool& operator=(const SweptTool&) = delete;
+
+  // The same solid, without the way through this one where there is a single piece.
+  const Solid& solid() const { return *(count_ == 1 ? solids_[0] : this); }
 
   Box bounds() const override;
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
   void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
  private:
-  using Piece = std::variant<std::monostate, SweptBall, SweptConvex, SweptRim, SweptMesh>;
   template <class T, class... Args>
   void add(Args&&... args) {
-    solids_[count_] = &pieces_[count_].emplace<T>(std::forward<Args>(args)...);
+    solids_[count_] = new (&rooms_[count_]) T(std::forward<Args>(args)...);
     count_++;
   }
 
+  // Bare memory, as variants would be cleared every tick.
+  struct Room {
+    alignas(64) std::byte
+        bytes[std::max({sizeof(SweptBall), sizeof(SweptConvex), sizeof(SweptRim), sizeof(SweptMesh)})];
+  };
+
   // One solid, or convex solids whose union is convex: the interval of the union is the hull of theirs.
-  std::array<Piece, 5> pieces_;
-  std::array<const Solid*, 5> solids_;  // the same
+  std::array<Room, 5> rooms_;
+  std::array<const Solid*, 5> solids_;  // in rooms_
   size_t count_ = 0;
 };
 
