@@ -10,7 +10,7 @@ FLOORS = [
     {"geometry"},
     {"dexel"},
     {"solid"},
-    {"edit", "formats", "surface"},
+    {"edit", "formats", "picture", "surface"},
     {"haptics"},
     {"motion"},
     {"session"},

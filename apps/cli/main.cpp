@@ -2,6 +2,7 @@
 // The command line: a thin face on the library. Data on stdout, everything else on stderr; exit 2 for bad
 // input.
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -12,10 +13,15 @@
 #include <CLI/CLI.hpp>
 
 #include <kibori/base/file.h>
+#include <kibori/formats/mesh_file.h>
+#include <kibori/formats/png_file.h>
 #include <kibori/formats/surface_file.h>
+#include <kibori/picture/picture.h>
 #include <kibori/session/carving.h>
 #include <kibori/session/convert.h>
+#include <kibori/session/export.h>
 #include <kibori/session/force_report.h>
+#include <kibori/session/mesh_report.h>
 #include <kibori/surface/surface.h>
 
 namespace {
@@ -27,10 +33,171 @@ int bad_input(const std::string& what) {
   return kBadInput;
 }
 
+// What `carve --picture` and `picture` share.
+struct PictureArguments {
+  std::string view = "iso", size = "1280x960", look = "wood", up = "z";
+  int samples = 48, threads = 1;
+};
+
+void add_picture_options(CLI::App* command, PictureArguments& arguments) {
+  command
+      ->add_option("--view", arguments.view,
+                   "iso, front, back, left, right, top, bottom, or a direction X,Y,Z to look in")
+      ->capture_default_str();
+  command->add_option("--size", arguments.size, "width and height of the picture in pixels")
+      ->type_name("WxH")
+      ->capture_default_str();
+  command->add_option("--up", arguments.up, "which axis points up in the picture")
+      ->check(CLI::IsMember({"x", "y", "z"}))
+      ->capture_default_str();
+  command
+      ->add_option("--look", arguments.look,
+                   "wood: rings and grain in the material's colour; plain: its colour alone")
+      ->check(CLI::IsMember({"wood", "plain"}))
+      ->capture_default_str();
+  command->add_option("--samples", arguments.samples, "paths a pixel; four times as many halve the noise")
+      ->check(CLI::Range(1, 65536))
+      ->capture_default_str();
+}
+
+void show_progress(const char* what, double share) {
+  static const bool terminal = isatty(STDERR_FILENO) != 0;
+  static int shown = -1;
+  const int percent = static_cast<int>(100 * share);
+  if (!terminal || percent == shown) return;
+  shown = percent;
+  std::fprintf(stderr, "\r%s %3d %%%s", what, percent, share >= 1 ? "\n" : "");
+}
+
+kibori::Result<kibori::PictureOptions> picture_options(const PictureArguments& arguments) {
+  using namespace kibori;
+  PictureOptions options;
+  char rest = 0;
+  if (std::sscanf(arguments.size.c_str(), "%dx%d%c", &options.width, &options.height, &rest) != 2)
+    return Error{"--size '" + arguments.size + "' must be like 1280x960"};
+  Vec3 way;
+  if (const std::optional<Vec3> view = view_named(arguments.view)) {
+    options.view = *view;
+  } else if (std::sscanf(arguments.view.c_str(), "%lf,%lf,%lf%c", &way.x(), &way.y(), &way.z(), &rest) == 3 &&
+             way.allFinite() && way.norm() > 1e-9 && way.norm() < 1e9) {
+    options.view = way;
+  } else {
+    return Error{"--view '" + arguments.view +
+                 "' must be iso, front, back, left, right, top, bottom or a direction like -1,1,-0.8"};
+  }
+  options.look = arguments.look == "wood" ? Look::wood : Look::plain;
+  options.samples = arguments.samples;
+  options.threads = arguments.threads;
+  options.progress = [](double share) { show_progress("drawing", share); };
+  return options;
+}
+
+// Turns what points along axis `up` upwards.
+template <class T>
+void turn_up(const std::string& up, std::array<T, 3>& p) {
+  const auto [x, y, z] = p;
+  if (up == "y") p = {x, -z, y};
+  if (up == "x") p = {-z, y, x};
+}
+
+kibori::Status save_picture(const std::string& path, kibori::Surface surface,
+                            const std::vector<kibori::Rgb>& colors, kibori::PictureOptions options,
+                            const std::string& up) {
+  using namespace kibori;
+  for (SurfaceVertex& v : surface.vertices) {
+    turn_up(up, v.position);
+    turn_up(up, v.normal);
+  }
+  if (options.plank) {
+    Box turned;
+    for (const Vec3& corner : {options.plank->min, options.plank->max}) {
+      std::array<double, 3> p{corner.x(), corner.y(), corner.z()};
+      turn_up(up, p);
+      turned.include(Vec3(p[0], p[1], p[2]));
+    }
+    options.plank = turned;
+  }
+  const Result<Image> image = draw_picture(surface, colors, options);
+  if (!image) return Error{path + ": " + image.error()};
+  return write_png_rgb(path, image.value().width, image.value().height, image.value().pixels);
+}
+
+kibori::Status check_picture(const std::string& path) {
+  if (kibori::ending_of(path) != ".png") return kibori::Error{path + ": pictures are written as .png"};
+  return kibori::check_writable(path);
+}
+
+// What of a model is written beside (or instead of) a mesh; `carve` and `convert` share it.
+struct ExportArguments {
+  std::string height_map, layers, layer_format = "svg";
+  double layer = 0.2, tolerance = 0;
+};
+
+void add_export_options(CLI::App* command, ExportArguments& arguments) {
+  command
+      ->add_option("--tolerance", arguments.tolerance,
+                   "let the mesh have fewer triangles, as long as it stays this near")
+      ->type_name("MM")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--height-map", arguments.height_map, "write heights seen from above as 16-bit grey")
+      ->type_name("FILE.png");
+  command->add_option("--layers", arguments.layers, "write cross-sections from below into a folder")
+      ->type_name("FOLDER");
+  command->add_option("--layer", arguments.layer, "distance between layers")
+      ->type_name("MM")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command
+      ->add_option("--layer-format", arguments.layer_format,
+                   "svg: outlines; png: black and white, a pixel a ray")
+      ->check(CLI::IsMember({"svg", "png"}))
+      ->capture_default_str();
+}
+
+kibori::Status check_exports(const ExportArguments& arguments) {
+  using namespace kibori;
+  if (!arguments.height_map.empty()) {
+    if (ending_of(arguments.height_map) != ".png")
+      return Error{arguments.height_map + ": height maps are written as .png"};
+    if (const Status can = check_writable(arguments.height_map); !can) return can;
+  }
+  std::error_code error;
+  if (!arguments.layers.empty() && std::filesystem::exists(arguments.layers, error) &&
+      !std::filesystem::is_directory(arguments.layers, error))
+    return Error{arguments.layers + ": is a file; name a folder for the layers"};
+  return Ok{};
+}
+
+// What was written is said on standard error.
+kibori::Status write_exports(const ExportArguments& arguments, const kibori::Snapshot& model, int threads) {
+  using namespace kibori;
+  if (!arguments.height_map.empty()) {
+    const Result<HeightMapSummary> map = write_height_map(arguments.height_map, model);
+    if (!map) return Error{map.error()};
+    std::fprintf(stderr,
+                 "%s: %d x %d pixels, %g mm each; grey 1 is z = %g mm, 65535 is %g mm, 0 is nothing\n",
+                 arguments.height_map.c_str(), map.value().width, map.value().height, model.lattice.pitch_mm,
+                 map.value().low_mm, map.value().high_mm);
+  }
+  if (!arguments.layers.empty()) {
+    LayerOptions options;
+    options.layer_mm = arguments.layer;
+    options.format = arguments.layer_format == "svg" ? LayerFormat::svg : LayerFormat::png;
+    options.threads = threads;
+    options.progress = [](double share) { show_progress("slicing", share); };
+    const Result<int> layers = write_layers(arguments.layers, model, options);
+    if (!layers) return Error{layers.error()};
+    std::fprintf(stderr, "%s: %d layers\n", arguments.layers.c_str(), layers.value());
+  }
+  return Ok{};
+}
+
 struct CarveArguments {
-  std::string scene, forces, plot, mesh;
+  std::string scene, forces, plot, mesh, picture;
   bool json = false, force = false;
   int threads = 1;
+  PictureArguments drawing;
+  ExportArguments exports;
 };
 
 kibori::Status write_text(const std::string& path, const std::string& text) {
@@ -47,31 +214,28 @@ int run_carve(const CarveArguments& arguments) {
   // Outputs that can't be written are better known before the work than after.
   for (const std::string& out : {arguments.forces, arguments.plot, arguments.mesh}) {
     if (out.empty()) continue;
-    const std::filesystem::path folder = std::filesystem::path(out).parent_path();
-    std::error_code error;
-    if (!folder.empty() && !std::filesystem::is_directory(folder, error))
-      return bad_input(out + ": the folder " + folder.string() + " does not exist");
-    if (access(folder.empty() ? "." : folder.c_str(), W_OK) != 0)
-      return bad_input(out + ": the folder can't be written to");
-    if (std::filesystem::is_directory(out, error)) return bad_input(out + ": is a folder; name a file");
+    if (const Status can = check_writable(out); !can) return bad_input(can.error());
   }
 
+  if (const Status can = check_exports(arguments.exports); !can) return bad_input(can.error());
   if (!arguments.mesh.empty())
     if (const Status known = check_surface_ending(arguments.mesh); !known) return bad_input(known.error());
 
   CarveOptions options;
   options.threads = arguments.threads;
   options.force = arguments.force;
-  const bool terminal = isatty(STDERR_FILENO) != 0;
-  int shown = -1;
-  options.progress = [&](double share) {
-    const int percent = static_cast<int>(100 * share);
-    if (terminal && percent != shown)
-      std::fprintf(stderr, "\rcarving %3d %%%s", shown = percent, share >= 1 ? "\n" : "");
+  options.progress = [](double share) { show_progress("carving", share); };
+  options.warning = [](const std::string& text) {
+    std::fprintf(stderr, "\rkibori: warning: %s\n", text.c_str());
   };
-  options.warning = [&](const std::string& text) {
-    std::fprintf(stderr, "%skibori: warning: %s\n", shown >= 0 && shown < 100 ? "\n" : "", text.c_str());
-  };
+  Result<PictureOptions> picture = PictureOptions{};
+  if (!arguments.picture.empty()) {
+    if (const Status can = check_picture(arguments.picture); !can) return bad_input(can.error());
+    picture = picture_options(arguments.drawing);
+    if (!picture) return bad_input(picture.error());
+    picture.value().threads = arguments.threads;
+  }
+
   const Result<Carving> carving = carve(scene.value(), options);
   if (!carving) return bad_input(carving.error());
 
@@ -86,12 +250,23 @@ int run_carve(const CarveArguments& arguments) {
     if (const Status ok = write_text(arguments.plot, forces_svg(carving.value(), title)); !ok)
       return bad_input(ok.error());
   }
+  std::vector<Rgb> colors;
+  for (const Material& material : scene.value().materials) colors.push_back(material.color);
+  const Snapshot model = carving.value().model->snapshot();
+  picture.value().plank =
+      Box{model.lattice.origin_mm, model.lattice.to_mm(model.lattice.nodes.matrix().cast<double>())};
+  if (!arguments.picture.empty())
+    if (const Status ok = save_picture(arguments.picture, extract_surface(model, arguments.threads), colors,
+                                       picture.value(), arguments.drawing.up);
+        !ok)
+      return bad_input(ok.error());
   if (!arguments.mesh.empty()) {
-    std::vector<std::array<uint8_t, 3>> colors;
-    for (const Material& material : scene.value().materials) colors.push_back(material.color);
-    const Surface surface = extract_surface(carving.value().model->snapshot(), arguments.threads);
-    if (const Status ok = write_surface(arguments.mesh, surface, colors); !ok) return bad_input(ok.error());
+    const Result<size_t> written =
+        write_model(arguments.mesh, model, colors, arguments.exports.tolerance, arguments.threads);
+    if (!written) return bad_input(written.error());
   }
+  if (const Status ok = write_exports(arguments.exports, model, arguments.threads); !ok)
+    return bad_input(ok.error());
   const std::string summary =
       arguments.json ? summary_json(carving.value().summary) : summary_text(carving.value().summary);
   std::fputs(summary.c_str(), stdout);
@@ -99,14 +274,22 @@ int run_carve(const CarveArguments& arguments) {
 }
 
 struct ConvertArguments {
-  std::string in, out;
+  std::string in, out, relief;
   double pitch = 0;
   bool force = false;
   int threads = 1;
+  ExportArguments exports;
 };
 
 int run_convert(const ConvertArguments& arguments) {
   using namespace kibori;
+  if (arguments.out.empty() && arguments.exports.height_map.empty() && arguments.exports.layers.empty())
+    return bad_input("convert: nothing to write; name a mesh, or use --height-map or --layers");
+  if (!arguments.out.empty()) {
+    if (const Status known = check_surface_ending(arguments.out); !known) return bad_input(known.error());
+    if (const Status can = check_writable(arguments.out); !can) return bad_input(can.error());
+  }
+  if (const Status can = check_exports(arguments.exports); !can) return bad_input(can.error());
   ConvertOptions options;
   if (arguments.pitch != 0) options.pitch_mm = arguments.pitch;
   options.threads = arguments.threads;
@@ -114,12 +297,62 @@ int run_convert(const ConvertArguments& arguments) {
   options.warning = [](const std::string& text) {
     std::fprintf(stderr, "kibori: warning: %s\n", text.c_str());
   };
-  const Result<ConvertSummary> done = convert(arguments.in, arguments.out, options);
-  if (!done) return bad_input(done.error());
-  const ConvertSummary& s = done.value();
-  std::printf("pitch        %.6g mm\ntriangles    %zu in, %zu out\nvolume       %.6g mm3\n", s.pitch_mm,
-              s.triangles_in, s.triangles_out, s.volume_mm3);
+  if (!arguments.relief.empty() || ending_of(arguments.in) == ".png") {
+    ReliefSize size;
+    char rest = 0;
+    if (std::sscanf(arguments.relief.c_str(), "%lf,%lf,%lf%c", &size.width_mm, &size.height_mm, &size.base_mm,
+                    &rest) != 3 ||
+        !(size.width_mm > 0 && size.height_mm > 0 && size.base_mm > 0) ||
+        !std::isfinite(size.width_mm + size.height_mm + size.base_mm))
+      return bad_input("--relief must be three positive numbers of mm, width,height,base, like 80,5,3");
+    options.relief = size;
+  }
+  const Result<Converted> converted = into_dexels(arguments.in, options);
+  if (!converted) return bad_input(converted.error());
+  const Snapshot model = converted.value().model->snapshot();
+  std::printf("pitch        %.6g mm\nvolume       %.6g mm3\n", converted.value().pitch_mm,
+              model.volume_mm3());
+  if (!arguments.out.empty()) {
+    const Result<size_t> triangles =
+        write_model(arguments.out, model, {}, arguments.exports.tolerance, arguments.threads);
+    if (!triangles) return bad_input(triangles.error());
+    std::printf("triangles    %zu in, %zu out\n", converted.value().triangles_in, triangles.value());
+  }
+  if (const Status ok = write_exports(arguments.exports, model, arguments.threads); !ok)
+    return bad_input(ok.error());
   return std::fflush(stdout) == 0 ? 0 : bad_input("standard output can't be written");
+}
+
+struct InfoArguments {
+  std::string file;
+  double wall = 1, pitch = 0;
+  int threads = 1;
+  bool json = false;
+};
+
+int run_info(const InfoArguments& arguments) {
+  using namespace kibori;
+  MeshReportOptions options;
+  options.wall_mm = arguments.wall;
+  options.threads = arguments.threads;
+  if (arguments.pitch != 0) options.pitch_mm = arguments.pitch;
+  const Result<MeshReport> report = report_mesh(arguments.file, options);
+  if (!report) return bad_input(report.error());
+  std::fputs((arguments.json ? mesh_report_json(report.value()) : mesh_report_text(report.value())).c_str(),
+             stdout);
+  return std::fflush(stdout) == 0 ? 0 : bad_input("standard output can't be written");
+}
+
+int run_picture(const std::string& file, const std::string& out, const PictureArguments& arguments) {
+  using namespace kibori;
+  if (const Status can = check_picture(out); !can) return bad_input(can.error());
+  const Result<PictureOptions> options = picture_options(arguments);
+  if (!options) return bad_input(options.error());
+  const Result<TriangleMesh> mesh = read_mesh(file);
+  if (!mesh) return bad_input(mesh.error());
+  const Status saved =
+      save_picture(out, surface_of_mesh(mesh.value()), {{196, 150, 100}}, options.value(), arguments.up);
+  return saved ? 0 : bad_input(saved.error());
 }
 
 }  // namespace
@@ -144,7 +377,11 @@ int main(int argc, char** argv) {
   carve
       ->add_option("--mesh", carve_arguments.mesh,
                    "write the surface of what is left, closed and manifold, in mm")
-      ->type_name("FILE.stl|ply|obj");
+      ->type_name("FILE.stl|ply|obj|3mf|glb");
+  carve->add_option("--picture", carve_arguments.picture, "draw what is left, ray traced")
+      ->type_name("FILE.png");
+  add_picture_options(carve, carve_arguments.drawing);
+  add_export_options(carve, carve_arguments.exports);
   carve->add_flag("--json", carve_arguments.json, "summary as JSON on standard output");
   carve
       ->add_option("--threads", carve_arguments.threads,
@@ -174,8 +411,14 @@ int main(int argc, char** argv) {
   ConvertArguments convert_arguments;
   CLI::App* convert =
       app.add_subcommand("convert", "Repair and remesh: a mesh into dexels and back, closed and manifold");
-  convert->add_option("IN", convert_arguments.in, "mesh to read: .stl, .ply, .obj")->required();
-  convert->add_option("OUT", convert_arguments.out, "mesh to write: .stl, .ply, .obj")->required();
+  convert->add_option("IN", convert_arguments.in, "mesh to read: .stl, .ply, .obj, .off, .3mf, .glb")
+      ->required();
+  convert->add_option("OUT", convert_arguments.out, "mesh to write: .stl, .ply, .obj, .3mf, .glb");
+  convert
+      ->add_option("--relief", convert_arguments.relief,
+                   "IN is a grey PNG: its width, the height of white above black, the base below black")
+      ->type_name("W,H,B");
+  add_export_options(convert, convert_arguments.exports);
   convert
       ->add_option("--pitch", convert_arguments.pitch, "size of a cell; by default the longest side by 256")
       ->type_name("MM")
@@ -187,6 +430,33 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   convert->add_flag("--force", convert_arguments.force, "take a mesh even if most of its rays find it open");
 
+  InfoArguments info_arguments;
+  CLI::App* info =
+      app.add_subcommand("info", "Measure a mesh: size, volume, area, closed, manifold, thin walls");
+  info->add_option("FILE", info_arguments.file, "mesh: .stl, .ply, .obj, .off, .3mf, .glb")->required();
+  info->add_flag("--json", info_arguments.json, "as JSON");
+  info->add_option("--wall", info_arguments.wall, "walls thinner than this are thin")
+      ->type_name("MM")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  info->add_option("--pitch", info_arguments.pitch,
+                   "of the dexels that look for thin walls; by default the longest side by 256")
+      ->type_name("MM")
+      ->check(CLI::PositiveNumber);
+  info->add_option("--threads", info_arguments.threads, "threads to work with")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+
+  PictureArguments picture_arguments;
+  std::string picture_file, picture_out;
+  CLI::App* picture = app.add_subcommand("picture", "Draw a mesh: ray traced, soft shadows, wood or plain");
+  picture->add_option("FILE", picture_file, "mesh: .stl, .ply, .obj, .off, .3mf, .glb")->required();
+  picture->add_option("OUT", picture_out, "picture to write: .png")->required();
+  add_picture_options(picture, picture_arguments);
+  picture->add_option("--threads", picture_arguments.threads, "threads to work with")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -194,7 +464,10 @@ int main(int argc, char** argv) {
     return bad_input(std::string(error.what()) + "; see 'kibori --help'");
   }
   try {
-    return *convert ? run_convert(convert_arguments) : run_carve(carve_arguments);
+    if (*convert) return run_convert(convert_arguments);
+    if (*info) return run_info(info_arguments);
+    if (*picture) return run_picture(picture_file, picture_out, picture_arguments);
+    return run_carve(carve_arguments);
   } catch (const std::bad_alloc&) {
     return bad_input("out of memory; use a coarser pitch or a smaller stock");
   }

@@ -1,7 +1,14 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/base/file.h>
 
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
+#include <fstream>
 #include <utility>
+#include <vector>
+
+#include <unistd.h>
 
 namespace kibori {
 
@@ -22,6 +29,13 @@ NewFile::~NewFile() {
 
 void NewFile::write(const void* data, size_t bytes) {
   if (!failed_) failed_ = std::fwrite(data, 1, bytes, file_) != bytes;
+  size_ += bytes;
+}
+
+void NewFile::overwrite(uint64_t at, const void* data, size_t bytes) {
+  if (failed_) return;
+  failed_ = fseeko(file_, static_cast<off_t>(at), SEEK_SET) != 0 ||
+            std::fwrite(data, 1, bytes, file_) != bytes || fseeko(file_, 0, SEEK_END) != 0;
 }
 
 Status NewFile::commit() {
@@ -37,6 +51,65 @@ Status NewFile::commit() {
   const std::string reason = error.message();
   std::filesystem::remove(part_, error);
   return Error{path_.string() + ": can't be written: " + reason};
+}
+
+Spool::Spool(const std::filesystem::path& beside) {
+  std::string name = beside.string() + ".spool.XXXXXX";
+  const int handle = mkstemp(name.data());
+  if (handle >= 0) {
+    unlink(name.c_str());
+    file_ = fdopen(handle, "w+b");
+    if (!file_) close(handle);
+  }
+  failed_ = !file_;
+}
+
+Spool::~Spool() {
+  if (file_) std::fclose(file_);
+}
+
+void Spool::write(const void* data, size_t bytes) {
+  if (!failed_) failed_ = std::fwrite(data, 1, bytes, file_) != bytes;
+  size_ += bytes;
+}
+
+bool Spool::read_back(size_t unit, const std::function<void(const char*, size_t)>& f) {
+  if (failed_ || fseeko(file_, 0, SEEK_SET) != 0) return false;
+  std::vector<char> block((size_t{1} << 20) / unit * unit);
+  for (uint64_t left = size_; left > 0;) {
+    const size_t bytes = static_cast<size_t>(std::min<uint64_t>(left, block.size()));
+    if (std::fread(block.data(), 1, bytes, file_) != bytes) return false;
+    f(block.data(), bytes);
+    left -= bytes;
+  }
+  return true;
+}
+
+Result<std::vector<char>> read_file(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::error_code error;
+  const auto size = std::filesystem::file_size(path, error);
+  std::vector<char> bytes(error ? 0 : size);
+  if (!file || error || !file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
+    return Error{path.string() + ": can't be read"};
+  return bytes;
+}
+
+std::string ending_of(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return ending;
+}
+
+Status check_writable(const std::filesystem::path& path) {
+  const std::filesystem::path folder = path.parent_path();
+  std::error_code error;
+  if (!folder.empty() && !std::filesystem::is_directory(folder, error))
+    return Error{path.string() + ": the folder " + folder.string() + " does not exist"};
+  if (access(folder.empty() ? "." : folder.c_str(), W_OK) != 0)
+    return Error{path.string() + ": the folder can't be written to"};
+  if (std::filesystem::is_directory(path, error)) return Error{path.string() + ": is a folder; name a file"};
+  return Ok{};
 }
 
 }  // namespace kibori

@@ -2,9 +2,13 @@
 // Files that appear whole or not at all.
 #pragma once
 
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include <kibori/base/result.h>
 
@@ -22,13 +26,47 @@ class NewFile {
   // Buffered; an error shows at commit.
   void write(const void* data, size_t bytes);
   void write(std::string_view text) { write(text.data(), text.size()); }
+  // Bytes written so far.
+  uint64_t size() const { return size_; }
+  // Writes over earlier bytes, and goes on at the end.
+  void overwrite(uint64_t at, const void* data, size_t bytes);
   // One sentence naming the file if anything went wrong.
   Status commit();
 
  private:
   std::filesystem::path path_, part_;
   std::FILE* file_ = nullptr;
+  uint64_t size_ = 0;
   bool folder_ = false, failed_ = false;
 };
+
+// Bytes put aside on disk, beside the file they will end in; gone with the object, or the process.
+class Spool {
+ public:
+  explicit Spool(const std::filesystem::path& beside);
+  ~Spool();
+  Spool(const Spool&) = delete;
+  Spool& operator=(const Spool&) = delete;
+
+  void write(const void* data, size_t bytes);
+  uint64_t size() const { return size_; }
+  // Calls f(data, bytes) for all that was written, in order, in blocks of whole multiples of `unit` bytes;
+  // false where writing or reading failed.
+  bool read_back(size_t unit, const std::function<void(const char*, size_t)>& f);
+
+ private:
+  std::FILE* file_ = nullptr;
+  uint64_t size_ = 0;
+  bool failed_ = false;
+};
+
+// A whole file. Error: can't be read.
+Result<std::vector<char>> read_file(const std::filesystem::path& path);
+
+// The path's ending in lower case, with its dot.
+std::string ending_of(const std::filesystem::path& path);
+
+// Ok if a file can be made at `path`, else one sentence: better known before the work than after.
+Status check_writable(const std::filesystem::path& path);
 
 }  // namespace kibori

@@ -2,6 +2,7 @@
 // Every tolerance and limit of the kernel, each with its unit and its reason. One lattice unit is one pitch.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace kibori {
@@ -47,6 +48,10 @@ inline constexpr int kSnapBits = 14;
 
 // A mesh is refused as stock when more than this share of the rays that meet it are open or disagree.
 inline constexpr double kMaxBrokenShare = 0.5;
+
+// Triangles a file may bring: 100 million take 5 GB as double vertices, more than any scanner makes in one
+// piece.
+inline constexpr size_t kMaxImportTriangles = 100'000'000;
 
 // A stand-in for infinity that survives a few additions and products in float32.
 inline constexpr float kFar = 1e15f;

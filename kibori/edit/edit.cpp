@@ -108,10 +108,30 @@ void edit_field(const FieldEdit& edit, Removed& removed) {
   flush_sums(job);
 }
 
+// Tiles of a field that the solid's bounds touch.
+int64_t tiles_touched(const FieldSnapshot& view, const Box& bounds) {
+  if (bounds.empty()) return 0;
+  const int u = u_index(view.axis()), v = v_index(view.axis());
+  const Range tus = tiles_between(bounds.min[u], bounds.max[u], view.nodes_u());
+  const Range tvs = tiles_between(bounds.min[v], bounds.max[v], view.nodes_v());
+  return int64_t{tus.end - tus.begin} * (tvs.end - tvs.begin);
+}
+
+// Waking threads takes as long as about so many tiles do.
+constexpr int64_t kFewTiles = 300;
+
 // Runs the edit on all three fields, on up to `threads` threads. The fields share nothing, so neither do the
 // threads.
 template <class MakeEdit>
 void edit_fields(int threads, Removed& removed, MakeEdit&& make_edit) {
+  if (threads > 1) {
+    int64_t tiles = 0;
+    for (const Axis axis : kAxes) {
+      const FieldEdit edit = make_edit(axis);
+      tiles += tiles_touched(edit.view, edit.solid.bounds());
+    }
+    if (tiles <= kFewTiles) threads = 1;
+  }
   // Each field sums on its own, so that the order of additions does not depend on the number of threads.
   std::array<Removed, 3> parts;
   run_parallel(threads, 3, [&](size_t i) { edit_field(make_edit(kAxes[i]), parts[i]); });

@@ -6,14 +6,11 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <string_view>
 #include <vector>
 
-#include <assimp/Importer.hpp>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
+#include <kibori/base/file.h>
+#include <kibori/formats/import_helper.h>
 
 namespace kibori {
 namespace {
@@ -130,59 +127,6 @@ Result<TriangleMesh> parse_ascii_stl(const char* data, size_t size, const std::s
   return mesh;
 }
 
-// A PLY header whose counts can't fit the file: every element takes a byte at least.
-Status check_ply_counts(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::error_code error;
-  const auto size = static_cast<double>(std::filesystem::file_size(path, error));
-  std::string line;
-  for (int number = 1; number < 1000 && std::getline(file, line) && !line.starts_with("end_header");
-       number++) {
-    char name[64];
-    double count = 0;
-    if (std::sscanf(line.c_str(), "element %63s %lf", name, &count) == 2 && !(count <= size))
-      return Error{path.string() + ":" + std::to_string(number) + ": promises more of element '" + name +
-                   "' than the file has bytes; export it again"};
-  }
-  return Ok{};
-}
-
-Result<TriangleMesh> read_with_assimp(const std::filesystem::path& path) {
-  Assimp::Importer importer;
-  // Points and lines are of no use here; positions alone matter.
-  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  const aiScene* scene = importer.ReadFile(
-      path.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices);
-  if (!scene || !scene->mRootNode) {
-    std::string reason = importer.GetErrorString();
-    std::replace(reason.begin(), reason.end(), '\n', ' ');
-    return Error{path.string() + ": can't be read as a mesh: " + reason};
-  }
-  TriangleMesh mesh;
-  for (unsigned m = 0; m < scene->mNumMeshes; m++) {
-    const aiMesh& part = *scene->mMeshes[m];
-    const auto base = static_cast<uint32_t>(mesh.vertices.size());
-    for (unsigned i = 0; i < part.mNumVertices; i++) {
-      const aiVector3D& p = part.mVertices[i];
-      mesh.vertices.emplace_back(static_cast<double>(p.x), static_cast<double>(p.y),
-                                 static_cast<double>(p.z));
-      if (!mesh.vertices.back().allFinite())
-        return Error{path.string() + ": vertex " + std::to_string(i + 1) +
-                     " has a coordinate that is not a finite number"};
-    }
-    for (unsigned i = 0; i < part.mNumFaces; i++) {
-      const aiFace& face = part.mFaces[i];
-      if (face.mNumIndices != 3) continue;
-      for (unsigned k = 0; k < 3; k++)
-        if (face.mIndices[k] >= part.mNumVertices)
-          return Error{path.string() + ": face " + std::to_string(i + 1) +
-                       " names a vertex that is not there"};
-      mesh.triangles.push_back({base + face.mIndices[0], base + face.mIndices[1], base + face.mIndices[2]});
-    }
-  }
-  return mesh;
-}
-
 }  // namespace
 
 Result<TriangleMesh> parse_stl(const char* data, size_t size, const std::string& name) {
@@ -200,25 +144,19 @@ Result<TriangleMesh> parse_stl(const char* data, size_t size, const std::string&
 }
 
 Result<TriangleMesh> read_mesh(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = ending_of(path);
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return Error{path.string() + ": no such file"};
-  if (ending != ".stl" && ending != ".obj" && ending != ".ply")
-    return Error{path.string() + ": meshes are read from .stl, .obj and .ply files"};
   Result<TriangleMesh> mesh = Error{};
   if (ending == ".stl") {
-    std::ifstream file(path, std::ios::binary);
-    const auto size = static_cast<size_t>(std::filesystem::file_size(path, error));
-    std::vector<char> bytes(error ? 0 : size);
-    if (!file || error || !file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
-      return Error{path.string() + ": can't be read"};
-    mesh = parse_stl(bytes.data(), bytes.size(), path.string());
+    const Result<std::vector<char>> bytes = read_file(path);
+    if (!bytes) return Error{bytes.error()};
+    mesh = parse_stl(bytes.value().data(), bytes.value().size(), path.string());
+  } else if (ending == ".obj" || ending == ".ply" || ending == ".off" || ending == ".3mf" ||
+             ending == ".glb") {
+    mesh = read_in_helper(path);
   } else {
-    if (ending == ".ply")
-      if (const Status counts = check_ply_counts(path); !counts) return Error{counts.error()};
-    mesh = read_with_assimp(path);
+    return Error{path.string() + ": meshes are read from .stl, .obj, .ply, .off, .3mf and .glb files"};
   }
   if (mesh && mesh.value().triangles.empty()) return Error{path.string() + ": holds no triangles"};
   return mesh;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Surfaces into files, in mm with Z up, as the model is.
+// Surfaces into files. Inside everything is mm with Z up; formats that have other units or axes are
+// converted.
 #pragma once
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <span>
 
 #include <kibori/base/result.h>
@@ -11,13 +13,26 @@
 
 namespace kibori {
 
-// By the file's ending: .stl (binary, positions alone), .ply (binary, with normals and colours), .obj (with
-// normals and colours after the positions, as most programs read them). Every coordinate comes back to the
-// bit. A vertex has the colour it was painted, else that of its material, white for a material without one.
-// Errors: unknown ending, more than 2^32 - 1 triangles for STL, a file that can't be written; nothing is
-// half-written.
-Status write_surface(const std::filesystem::path& path, const Surface& surface,
-                     std::span<const std::array<uint8_t, 3>> material_colors);
+using Rgb = std::array<uint8_t, 3>;
+
+// The colour of a vertex: the one it was painted, else that of its material, white for a material without
+// one.
+Rgb color_of(const SurfaceVertex& vertex, std::span<const Rgb> material_colors);
+
+// Calls its sink with the surface, piece by piece.
+using SurfaceSource = std::function<void(const SurfaceSink&)>;
+
+// By the file's ending:
+//   .stl  binary; positions alone; mm
+//   .ply  binary; normals and colours; mm
+//   .obj  text; normals, and colours after the positions, as most programs read them; mm
+//   .3mf  colours; mm
+//   .glb  normals and colours; metres, Y up
+// Every coordinate in mm comes back to the bit from the first four. Needs little memory: what must wait is
+// spooled beside the file. Errors: unknown ending, more triangles or bytes than the format can count, a file
+// that can't be written; nothing is half-written.
+Status write_surface(const std::filesystem::path& path, const SurfaceSource& surface,
+                     std::span<const Rgb> material_colors);
 
 // Ok if write_surface knows the ending, else one sentence.
 Status check_surface_ending(const std::filesystem::path& path);

@@ -252,12 +252,15 @@ class Reader {
   void read_stock(const toml::table& root) {
     const toml::table* t = table(root, "stock", true);
     if (!t) return;
-    only(*t, "stock", {"block", "mesh", "sphere", "cylinder", "pitch", "material", "fit_mm", "room_mm"});
+    only(*t, "stock",
+         {"block", "mesh", "sphere", "cylinder", "relief", "pitch", "material", "fit_mm", "room_mm",
+          "width_mm", "height_mm", "base_mm"});
     Stock& stock = scene_.stock;
     stock.line = line_of(*t);
     int kinds = 0;
-    for (const char* kind : {"block", "mesh", "sphere", "cylinder"}) kinds += t->contains(kind) ? 1 : 0;
-    if (kinds != 1) fail(t, "[stock] needs exactly one of block, mesh, sphere and cylinder");
+    for (const char* kind : {"block", "mesh", "sphere", "cylinder", "relief"})
+      kinds += t->contains(kind) ? 1 : 0;
+    if (kinds != 1) fail(t, "[stock] needs exactly one of block, mesh, sphere, cylinder and relief");
     if (t->contains("block")) {
       stock.kind = Stock::Kind::block;
       stock.size_mm = vector(*t, "stock", "block");
@@ -275,7 +278,16 @@ class Reader {
     } else if (t->contains("mesh")) {
       stock.kind = Stock::Kind::mesh;
       stock.mesh_path = folder_ / text(*t, "stock", "mesh");
+    } else if (t->contains("relief")) {
+      stock.kind = Stock::Kind::relief;
+      stock.mesh_path = folder_ / text(*t, "stock", "relief");
+      stock.width_mm = positive(*t, "stock", "width_mm");
+      stock.height_mm = positive(*t, "stock", "height_mm");
+      stock.base_mm = positive(*t, "stock", "base_mm");
     }
+    for (const char* key : {"width_mm", "height_mm", "base_mm"})
+      if (t->contains(key) && stock.kind != Stock::Kind::relief)
+        fail(t->get(key), std::string("[stock] ") + key + " goes with relief");
     stock.pitch_mm = positive(*t, "stock", "pitch");
     if (t->contains("fit_mm")) {
       if (stock.kind != Stock::Kind::mesh) fail(t->get("fit_mm"), "[stock] fit_mm goes with mesh");

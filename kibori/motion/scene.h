@@ -17,10 +17,11 @@
 namespace kibori {
 
 struct Stock {
-  enum class Kind { block, sphere, cylinder, mesh } kind = Kind::block;
-  Vec3 size_mm = Vec3::Zero();      // of the bounds; block: its size
-  std::filesystem::path mesh_path;  // mesh
-  std::optional<double> fit_mm;     // mesh: scaled so that its longest side is this
+  enum class Kind { block, sphere, cylinder, mesh, relief } kind = Kind::block;
+  Vec3 size_mm = Vec3::Zero();                      // of the bounds; block: its size
+  std::filesystem::path mesh_path;                  // mesh, or relief: its picture
+  double width_mm = 0, height_mm = 0, base_mm = 0;  // relief
+  std::optional<double> fit_mm;                     // mesh: scaled so that its longest side is this
   double pitch_mm = 0;
   std::optional<double> room_mm;  // space around the stock
   uint8_t material = 0;

@@ -8,6 +8,7 @@
 
 #include <kibori/base/memory.h>
 #include <kibori/formats/mesh_file.h>
+#include <kibori/session/relief.h>
 #include <kibori/session/stock.h>
 
 namespace kibori {
@@ -32,10 +33,14 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
     if (stock.line > 0) where.append(":").append(std::to_string(stock.line));
     return Error{where.append(": [stock] ").append(what)};
   };
-  if (stock.kind == Stock::Kind::mesh) {
-    const std::string name = "mesh " + stock.mesh_path.string() + ": ";
-    Result<TriangleMesh> read = read_mesh(stock.mesh_path);
-    if (!read) return wrong("mesh " + read.error());
+  if (stock.kind == Stock::Kind::mesh || stock.kind == Stock::Kind::relief) {
+    const bool relief = stock.kind == Stock::Kind::relief;
+    const std::string what = relief ? "relief " : "mesh ", name = what + stock.mesh_path.string() + ": ";
+    Result<TriangleMesh> read =
+        relief
+            ? read_relief(stock.mesh_path, {stock.width_mm, stock.height_mm, stock.base_mm}, stock.pitch_mm)
+            : read_mesh(stock.mesh_path);
+    if (!read) return wrong(what + read.error());
     TriangleMesh mesh = std::move(read).value();
     const Box box = mesh.bounds();
     const double longest = box.size().maxCoeff();
@@ -78,6 +83,7 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
       put(Flat{size.x() / 2, size.z()}, Vec3(size.x() / 2, size.x() / 2, 0));
       break;
     case Stock::Kind::mesh:
+    case Stock::Kind::relief:
       break;  // above
   }
   if (!(model->volume_mm3() > 0)) return wrong("holds no material at this pitch; use a finer one");

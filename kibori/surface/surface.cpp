@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <memory>
 
 #include <kibori/base/check.h>
@@ -439,62 +440,104 @@ SurfaceChunk extract_chunk(const Snapshot& model, const Index3& chunk) {
   return worker->run(chunk[2]);
 }
 
-Surface extract_surface(const Snapshot& model, int threads) {
-  const Index3 chunks = surface_chunks(model.lattice);
-  const auto at = [&](int x, int y, int z) {
-    return static_cast<size_t>(x + chunks[0] * (y + chunks[1] * z));
-  };
-  std::vector<SurfaceChunk> parts(static_cast<size_t>(chunks.prod()));
-  run_parallel(threads, static_cast<size_t>(chunks[1]), [&](size_t row) {
+namespace {
+
+// Layers of chunks made together; two such slabs are held at a time.
+constexpr int kSlabLayers = 8;
+
+struct Slab {
+  Index3 chunks;  // along each axis of the whole surface
+  int z_begin, z_end;
+  std::vector<SurfaceChunk> parts;
+  std::vector<uint32_t> first;  // number of each part's first vertex
+
+  size_t at(int x, int y, int z) const {
+    return static_cast<size_t>(x + chunks[0] * (y + chunks[1] * (z - z_begin)));
+  }
+};
+
+// The slab from layer z_begin on, whose vertices are numbered from `count`, which moves on.
+Slab make_slab(const Snapshot& model, int threads, int z_begin, uint32_t& count) {
+  Slab slab;
+  slab.chunks = surface_chunks(model.lattice);
+  slab.z_begin = z_begin;
+  slab.z_end = std::min(z_begin + kSlabLayers, slab.chunks[2]);
+  if (z_begin >= slab.z_end) return slab;
+  slab.parts.resize(static_cast<size_t>(slab.chunks[0] * slab.chunks[1] * (slab.z_end - z_begin)));
+  run_parallel(threads, static_cast<size_t>(slab.chunks[1]), [&](size_t row) {
     const auto worker = std::make_unique<ChunkWorker>(model);
     const int y = static_cast<int>(row);
-    for (int x = 0; x < chunks[0]; x++) {
-      worker->take_column(x, y, 0, chunks[2]);
-      for (int z = 0; z < chunks[2]; z++) parts[at(x, y, z)] = worker->run(z);
+    for (int x = 0; x < slab.chunks[0]; x++) {
+      worker->take_column(x, y, z_begin, slab.z_end);
+      for (int z = z_begin; z < slab.z_end; z++) slab.parts[slab.at(x, y, z)] = worker->run(z);
     }
   });
-
-  Surface surface;
-  std::vector<uint32_t> first(parts.size() + 1, 0);
-  size_t triangles = 0;
-  for (size_t i = 0; i < parts.size(); i++) {
-    first[i + 1] = first[i] + parts[i].own;
-    triangles += parts[i].triangles.size();
+  slab.first.reserve(slab.parts.size());
+  for (const SurfaceChunk& part : slab.parts) {
+    slab.first.push_back(count);
+    KIBORI_CHECK(part.own < std::numeric_limits<uint32_t>::max() - count);
+    count += part.own;
   }
-  surface.vertices.reserve(first.back());
-  surface.triangles.reserve(triangles);
-  std::vector<uint32_t> global;
-  for (int z = 0; z < chunks[2]; z++)
-    for (int y = 0; y < chunks[1]; y++)
-      for (int x = 0; x < chunks[0]; x++) {
-        const SurfaceChunk& part = parts[at(x, y, z)];
-        global.resize(part.vertices.size());
-        for (uint32_t v = 0; v < part.vertices.size(); v++) {
-          if (v < part.own) {
-            global[v] = first[at(x, y, z)] + v;
-            surface.vertices.push_back(part.vertices[v]);
-            continue;
-          }
-          // Made by the next chunk: look it up there.
-          const uint32_t cell = part.cell[v] / kMaxSheets;
-          uint32_t c[3] = {cell / kCells % kCells, cell / (kCells * kCells), cell % kCells};
-          int owner[3] = {x, y, z};
-          for (size_t i = 0; i < 3; i++)
-            if (c[i] == kChunkCells) {
-              c[i] = 0;
-              owner[i]++;
-            }
-          const size_t other = at(owner[0], owner[1], owner[2]);
-          const uint32_t key =
-              (c[2] + kCells * (c[0] + kCells * c[1])) * kMaxSheets + part.cell[v] % kMaxSheets;
-          const auto keys = parts[other].cell.begin(), end = keys + parts[other].own;
-          const auto found = std::lower_bound(keys, end, key);
-          KIBORI_CHECK(found != end && *found == key);
-          global[v] = first[other] + static_cast<uint32_t>(found - keys);
-        }
-        for (const SurfaceTriangle& t : part.triangles)
-          surface.triangles.push_back({global[t[0]], global[t[1]], global[t[2]]});
+  return slab;
+}
+
+// Numbers in the whole surface of the vertices of chunk (x, y, z) of slab `here`; `above` is the next one.
+std::vector<uint32_t> number_vertices(const Slab& here, const Slab& above, int x, int y, int z) {
+  const SurfaceChunk& part = here.parts[here.at(x, y, z)];
+  std::vector<uint32_t> number(part.vertices.size());
+  for (uint32_t v = 0; v < part.own; v++) number[v] = here.first[here.at(x, y, z)] + v;
+  for (uint32_t v = part.own; v < part.vertices.size(); v++) {
+    // Made by a next chunk: look it up there.
+    const uint32_t cell = part.cell[v] / kMaxSheets;
+    uint32_t c[3] = {cell / kCells % kCells, cell / (kCells * kCells), cell % kCells};
+    int owner[3] = {x, y, z};
+    for (size_t i = 0; i < 3; i++)
+      if (c[i] == kChunkCells) {
+        c[i] = 0;
+        owner[i]++;
       }
+    const Slab& slab = owner[2] < here.z_end ? here : above;
+    const size_t other = slab.at(owner[0], owner[1], owner[2]);
+    const uint32_t key = (c[2] + kCells * (c[0] + kCells * c[1])) * kMaxSheets + part.cell[v] % kMaxSheets;
+    const auto keys = slab.parts[other].cell.begin(), end = keys + slab.parts[other].own;
+    const auto found = std::lower_bound(keys, end, key);
+    KIBORI_CHECK(found != end && *found == key);
+    number[v] = slab.first[other] + static_cast<uint32_t>(found - keys);
+  }
+  return number;
+}
+
+}  // namespace
+
+void stream_surface(const Snapshot& model, int threads, const SurfaceSink& sink) {
+  uint32_t count = 0;
+  Slab here = make_slab(model, threads, 0, count);
+  while (!here.parts.empty()) {
+    Slab above = make_slab(model, threads, here.z_end, count);
+    std::vector<std::vector<uint32_t>> numbers(here.parts.size());
+    const auto rows = static_cast<size_t>(here.chunks[1] * (here.z_end - here.z_begin));
+    run_parallel(threads, rows, [&](size_t row) {
+      const int y = static_cast<int>(row) % here.chunks[1],
+                z = here.z_begin + static_cast<int>(row) / here.chunks[1];
+      for (int x = 0; x < here.chunks[0]; x++)
+        numbers[here.at(x, y, z)] = number_vertices(here, above, x, y, z);
+    });
+    for (size_t i = 0; i < here.parts.size(); i++) {
+      const SurfaceChunk& part = here.parts[i];
+      if (!part.vertices.empty()) sink({part.vertices, part.triangles, numbers[i], part.own});
+    }
+    here = std::move(above);
+  }
+}
+
+Surface extract_surface(const Snapshot& model, int threads) {
+  Surface surface;
+  stream_surface(model, threads, [&](const SurfacePart& part) {
+    const auto vertices = part.vertices.first(part.own);
+    surface.vertices.insert(surface.vertices.end(), vertices.begin(), vertices.end());
+    for (const SurfaceTriangle& t : part.triangles)
+      surface.triangles.push_back({part.number[t[0]], part.number[t[1]], part.number[t[2]]});
+  });
   return surface;
 }
 

@@ -37,7 +37,11 @@ inline constexpr uint32_t kNoCell = ~0u;
 
 SurfaceChunk extract_chunk(const Snapshot& model, const Index3& chunk);
 
-// The whole surface, chunks joined by index, on up to `threads` threads; the same for any number.
+// Sends the whole surface chunk by chunk, made on up to `threads` threads; the same for any number. Needs
+// memory for a few layers of chunks, however large the model.
+void stream_surface(const Snapshot& model, int threads, const SurfaceSink& sink);
+
+// The whole surface at once.
 Surface extract_surface(const Snapshot& model, int threads = 1);
 
 }  // namespace kibori

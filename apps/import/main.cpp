@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: MIT
+// kibori-import FILE: reads a mesh by parsers that are not to be trusted with a session, and hands it to the
+// program that started it (formats/import_helper.h). Exit 2 and one sentence for a bad file; nobody calls it
+// by hand.
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <new>
+#include <string>
+#include <vector>
+
+#include <assimp/Importer.hpp>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <kibori/base/file.h>
+#include <kibori/base/tolerances.h>
+#include <kibori/formats/import_helper.h>
+#include <kibori/formats/threemf.h>
+
+namespace {
+
+using namespace kibori;
+
+// A PLY header whose counts can't fit the file: every element takes a byte at least.
+Status check_ply_counts(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::error_code error;
+  const auto size = static_cast<double>(std::filesystem::file_size(path, error));
+  std::string line;
+  for (int number = 1; number < 1000 && std::getline(file, line) && !line.starts_with("end_header");
+       number++) {
+    char name[64];
+    double count = 0;
+    if (std::sscanf(line.c_str(), "element %63s %lf", name, &count) == 2 && !(count <= size))
+      return Error{path.string() + ":" + std::to_string(number) + ": promises more of element '" + name +
+                   "' than the file has bytes; export it again"};
+  }
+  return Ok{};
+}
+
+// glb: metres and Y up.
+Result<TriangleMesh> read_with_assimp(const std::filesystem::path& path, bool glb) {
+  Assimp::Importer importer;
+  // Points and lines are of no use here; positions alone matter.
+  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+  const aiScene* scene = importer.ReadFile(
+      path.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices);
+  if (!scene || !scene->mRootNode) {
+    std::string reason = importer.GetErrorString();
+    std::replace(reason.begin(), reason.end(), '\n', ' ');
+    return Error{path.string() + ": can't be read as a mesh: " + reason};
+  }
+  TriangleMesh mesh;
+  for (unsigned m = 0; m < scene->mNumMeshes; m++) {
+    const aiMesh& part = *scene->mMeshes[m];
+    const auto base = static_cast<uint32_t>(mesh.vertices.size());
+    for (unsigned i = 0; i < part.mNumVertices; i++) {
+      const aiVector3D& p = part.mVertices[i];
+      const Vec3 at(static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z));
+      mesh.vertices.push_back(glb ? Vec3(1000 * Vec3(at.x(), -at.z(), at.y())) : at);
+      if (!mesh.vertices.back().allFinite())
+        return Error{path.string() + ": vertex " + std::to_string(i + 1) +
+                     " has a coordinate that is not a finite number"};
+    }
+    for (unsigned i = 0; i < part.mNumFaces; i++) {
+      const aiFace& face = part.mFaces[i];
+      if (face.mNumIndices != 3) continue;
+      for (unsigned k = 0; k < 3; k++)
+        if (face.mIndices[k] >= part.mNumVertices)
+          return Error{path.string() + ": face " + std::to_string(i + 1) +
+                       " names a vertex that is not there"};
+      mesh.triangles.push_back({base + face.mIndices[0], base + face.mIndices[1], base + face.mIndices[2]});
+    }
+  }
+  return mesh;
+}
+
+Result<TriangleMesh> read_foreign(const std::filesystem::path& path) {
+  const std::string ending = ending_of(path);
+  if (ending == ".3mf") {
+    const Result<std::vector<char>> bytes = read_file(path);
+    if (!bytes) return Error{bytes.error()};
+    return parse_3mf(bytes.value(), path.string());
+  }
+  if (ending == ".ply")
+    if (const Status counts = check_ply_counts(path); !counts) return Error{counts.error()};
+  return read_with_assimp(path, ending == ".glb");
+}
+
+int fail(const std::string& what) {
+  std::fprintf(stderr, "%s\n", what.c_str());
+  return 2;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) return fail("kibori-import: is called by kibori, with one file");
+  const std::filesystem::path path = argv[1];
+  try {
+    if (!limit_helper(path)) return fail(path.string() + ": the importer can't limit itself");
+    const Result<TriangleMesh> mesh = read_foreign(path);
+    if (!mesh) return fail(mesh.error());
+    if (mesh.value().triangles.size() > kMaxImportTriangles)
+      return fail(path.string() + ": holds more triangles than can be taken");
+    return send_mesh(mesh.value()) ? 0 : fail(path.string() + ": no memory for its triangles");
+  } catch (const std::bad_alloc&) {
+    return fail(path.string() +
+                ": takes more memory to read than a file of its size can need; it is damaged or hostile");
+  } catch (const std::exception& error) {
+    return fail(path.string() + ": can't be read: " + error.what());
+  }
+}

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/formats/png_file.h>
+
+#include <csetjmp>
+#include <cstring>
+#include <string>
+
+#include <png.h>
+
+#include <kibori/base/file.h>
+
+namespace kibori {
+namespace {
+
+constexpr int kMostPixels = 8192;  // a side
+
+// libpng leaves its functions by longjmp on errors, so nothing with a destructor is made after setjmp.
+struct Writer {
+  png_structp png = nullptr;
+  png_infop info = nullptr;
+  ~Writer() { png_destroy_write_struct(&png, &info); }
+};
+
+Status write_png(const std::filesystem::path& path, int width, int height, int depth, int color,
+                 const void* pixels, size_t row_bytes) {
+  NewFile file(path);
+  Writer writer;
+  writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  if (writer.png) writer.info = png_create_info_struct(writer.png);
+  if (!writer.info) return Error{path.string() + ": no memory to write it"};
+  if (setjmp(png_jmpbuf(writer.png))) return Error{path.string() + ": can't be written"};
+  png_set_write_fn(
+      writer.png, &file,
+      [](png_structp png, png_bytep data, png_size_t bytes) {
+        static_cast<NewFile*>(png_get_io_ptr(png))->write(data, bytes);
+      },
+      [](png_structp) {});
+  png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height),
+               depth, color, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_write_info(writer.png, writer.info);
+  if (depth == 16) png_set_swap(writer.png);  // PNG is big-endian
+  const auto* row = static_cast<const unsigned char*>(pixels);
+  for (int y = 0; y < height; y++, row += row_bytes) png_write_row(writer.png, row);
+  png_write_end(writer.png, writer.info);
+  return file.commit();
+}
+
+struct Reader {
+  png_structp png = nullptr;
+  png_infop info = nullptr;
+  std::span<const char> left;
+  char reason[120] = "";
+  ~Reader() { png_destroy_read_struct(&png, &info, nullptr); }
+};
+
+}  // namespace
+
+Status write_png_rgb(const std::filesystem::path& path, int width, int height,
+                     std::span<const std::array<uint8_t, 3>> pixels) {
+  return write_png(path, width, height, 8, PNG_COLOR_TYPE_RGB, pixels.data(), static_cast<size_t>(width) * 3);
+}
+Status write_png_grey8(const std::filesystem::path& path, int width, int height,
+                       std::span<const uint8_t> pixels) {
+  return write_png(path, width, height, 8, PNG_COLOR_TYPE_GRAY, pixels.data(), static_cast<size_t>(width));
+}
+Status write_png_grey16(const std::filesystem::path& path, int width, int height,
+                        std::span<const uint16_t> pixels) {
+  return write_png(path, width, height, 16, PNG_COLOR_TYPE_GRAY, pixels.data(),
+                   static_cast<size_t>(width) * 2);
+}
+
+Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& name) {
+  Reader reader;
+  reader.left = bytes;
+  GreyMap map;
+  std::vector<png_bytep> rows;
+  reader.png = png_create_read_struct(
+      PNG_LIBPNG_VER_STRING, &reader,
+      [](png_structp png, png_const_charp message) {
+        auto* self = static_cast<Reader*>(png_get_error_ptr(png));
+        std::strncpy(self->reason, message, sizeof self->reason - 1);
+        png_longjmp(png, 1);
+      },
+      [](png_structp, png_const_charp) {});
+  if (reader.png) reader.info = png_create_info_struct(reader.png);
+  if (!reader.info) return Error{name + ": no memory to read it"};
+  if (setjmp(png_jmpbuf(reader.png)))
+    return Error{name + ": is no proper PNG picture: " + static_cast<const char*>(reader.reason)};
+  png_set_user_limits(reader.png, kMostPixels, kMostPixels);
+  png_set_chunk_malloc_max(reader.png, 1 << 24);
+  png_set_read_fn(reader.png, &reader, [](png_structp png, png_bytep to, png_size_t count) {
+    auto* self = static_cast<Reader*>(png_get_io_ptr(png));
+    if (self->left.size() < count) png_error(png, "it is cut short");
+    std::memcpy(to, self->left.data(), count);
+    self->left = self->left.subspan(count);
+  });
+  png_read_info(reader.png, reader.info);
+  const int color = png_get_color_type(reader.png, reader.info);
+  if (color == PNG_COLOR_TYPE_PALETTE) png_set_palette_to_rgb(reader.png);
+  png_set_expand_16(reader.png);
+  if (png_get_valid(reader.png, reader.info, PNG_INFO_tRNS)) png_set_tRNS_to_alpha(reader.png);
+  if (color == PNG_COLOR_TYPE_PALETTE || (color & PNG_COLOR_MASK_COLOR))
+    png_set_rgb_to_gray(reader.png, 1, -1, -1);
+  png_color_16 black = {};
+  png_set_background(reader.png, &black, PNG_BACKGROUND_GAMMA_SCREEN, 0, 1);
+  png_set_strip_alpha(reader.png);
+  png_set_swap(reader.png);
+  png_set_interlace_handling(reader.png);
+  png_read_update_info(reader.png, reader.info);
+  map.width = static_cast<int>(png_get_image_width(reader.png, reader.info));
+  map.height = static_cast<int>(png_get_image_height(reader.png, reader.info));
+  if (png_get_rowbytes(reader.png, reader.info) != static_cast<size_t>(map.width) * 2)
+    return Error{name + ": is a kind of PNG picture that can't be read as grey; save it as 8 or 16 bit grey"};
+  map.pixels.resize(static_cast<size_t>(map.width) * static_cast<size_t>(map.height));
+  for (size_t y = 0; y < static_cast<size_t>(map.height); y++)
+    rows.push_back(reinterpret_cast<png_bytep>(map.pixels.data() + y * static_cast<size_t>(map.width)));
+  png_read_image(reader.png, rows.data());
+  png_read_end(reader.png, nullptr);
+  return map;
+}
+
+Result<GreyMap> read_png_grey(const std::filesystem::path& path) {
+  const Result<std::vector<char>> bytes = read_file(path);
+  if (!bytes) return Error{bytes.error()};
+  return parse_png_grey(bytes.value(), path.string());
+}
+
+}  // namespace kibori

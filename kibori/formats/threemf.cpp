@@ -1,0 +1,455 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/formats/threemf.h>
+
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include <expat.h>
+
+#include <kibori/base/tolerances.h>
+#include <kibori/formats/surface_writer.h>
+#include <kibori/formats/zip.h>
+
+namespace kibori {
+namespace {
+
+constexpr const char* kModelPath = "3D/3dmodel.model";
+constexpr const char* kModelType = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel";
+constexpr int kMaxDepth = 32;         // of components
+constexpr size_t kMaxParts = 1000;    // model files in one archive
+constexpr size_t kMaxItems = 100000;  // components and build items
+
+// --- writing
+// ---------------------------------------------------------------------------------------------------
+
+class ThreeMfWriter final : public SurfaceWriter {
+ public:
+  ThreeMfWriter(NewFile& file, Spool& vertices, Spool& triangles, std::span<const Rgb> colors)
+      : zip_(file), vertices_(vertices), triangles_(triangles), colors_(colors) {}
+
+  void put(const SurfacePart& part) override {
+    for (const SurfaceVertex& v : part.vertices.first(part.own)) vertices_.write(v.position.data(), 12);
+    for (const SurfaceTriangle& t : part.triangles) {
+      uint32_t row[6];  // vertices and their colours
+      for (size_t i = 0; i < 3; i++) {
+        row[i] = part.number[t[i]];
+        row[3 + i] = palette_of(color_of(part.vertices[t[i]], colors_));
+      }
+      triangles_.write(row, sizeof row);
+    }
+  }
+
+  Status finish() override {
+    zip_.begin("[Content_Types].xml");
+    zip_.write(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+        "<Types xmlns=\"http://schemas.openxmlformats.org/package/2006/content-types\">"
+        "<Default Extension=\"rels\" "
+        "ContentType=\"application/vnd.openxmlformats-package.relationships+xml\"/>"
+        "<Default Extension=\"model\" "
+        "ContentType=\"application/vnd.ms-package.3dmanufacturing-3dmodel+xml\"/>"
+        "</Types>\n");
+    zip_.end();
+    zip_.begin("_rels/.rels");
+    zip_.write(
+        std::string("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+                    "<Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">"
+                    "<Relationship Target=\"/") +
+        kModelPath + "\" Id=\"model\" Type=\"" + kModelType + "\"/></Relationships>\n");
+    zip_.end();
+    zip_.begin(kModelPath);
+    std::string text =
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+        "<model unit=\"millimeter\" xml:lang=\"en-US\" "
+        "xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\" "
+        "xmlns:m=\"http://schemas.microsoft.com/3dmanufacturing/material/2015/02\">\n"
+        "<metadata name=\"Application\">Kibori</metadata>\n<resources>\n<m:colorgroup id=\"1\">\n";
+    for (const Rgb& c : palette_) {
+      char line[60];
+      std::snprintf(line, sizeof line, "<m:color color=\"#%02X%02X%02X\"/>\n", c[0], c[1], c[2]);
+      text += line;
+    }
+    text += "</m:colorgroup>\n<object id=\"2\" type=\"model\" pid=\"1\" pindex=\"0\">\n<mesh>\n<vertices>\n";
+    bool read = vertices_.read_back(12, [&](const char* data, size_t bytes) {
+      for (size_t at = 0; at < bytes; at += 12) {
+        float p[3];
+        std::memcpy(p, data + at, sizeof p);
+        text += "<vertex x=\"";
+        add(text, p[0]);
+        text += "\" y=\"";
+        add(text, p[1]);
+        text += "\" z=\"";
+        add(text, p[2]);
+        text += "\"/>\n";
+        pass_on(text);
+      }
+    });
+    text += "</vertices>\n<triangles>\n";
+    read = read && triangles_.read_back(24, [&](const char* data, size_t bytes) {
+      constexpr const char* kNames[6] = {"<triangle v1=\"",    "\" v2=\"", "\" v3=\"",
+                                         "\" pid=\"1\" p1=\"", "\" p2=\"", "\" p3=\""};
+      const size_t shown = palette_.size() > 1 ? 6 : 3;
+      for (size_t at = 0; at < bytes; at += 24) {
+        uint32_t row[6];
+        std::memcpy(row, data + at, sizeof row);
+        for (size_t i = 0; i < shown; i++) {
+          text += kNames[i];
+          add(text, row[i]);
+        }
+        text += "\"/>\n";
+        pass_on(text);
+      }
+    });
+    text +=
+        "</triangles>\n</mesh>\n</object>\n</resources>\n<build>\n<item "
+        "objectid=\"2\"/>\n</build>\n</model>\n";
+    zip_.write(text);
+    zip_.end();
+    if (!read) return Error{"no space for temporary data beside the file"};
+    return zip_.finish();
+  }
+
+ private:
+  template <class T>
+  static void add(std::string& text, T number) {
+    char digits[32];
+    text.append(digits, std::to_chars(digits, digits + sizeof digits, number).ptr);
+  }
+  void pass_on(std::string& text) {
+    if (text.size() < 1 << 16) return;
+    zip_.write(text);
+    text.clear();
+  }
+  uint32_t palette_of(const Rgb& c) {
+    const uint32_t key = static_cast<uint32_t>(c[0] << 16 | c[1] << 8 | c[2]);
+    const auto [found, fresh] = index_.try_emplace(key, static_cast<uint32_t>(palette_.size()));
+    if (fresh) palette_.push_back(c);
+    return found->second;
+  }
+
+  ZipWriter zip_;
+  Spool &vertices_, &triangles_;
+  std::span<const Rgb> colors_;
+  std::vector<Rgb> palette_;
+  std::unordered_map<uint32_t, uint32_t> index_;
+};
+
+// --- reading
+// ---------------------------------------------------------------------------------------------------
+
+struct Placement {  // x' = linear x + shift
+  Mat3 linear = Mat3::Identity();
+  Vec3 shift = Vec3::Zero();
+};
+
+struct Component {
+  std::string path;  // of the part that holds the object
+  std::string object;
+  Placement placement;
+};
+
+struct Object {
+  TriangleMesh mesh;
+  std::vector<Component> components;
+  bool support = false;
+};
+
+using ObjectKey = std::pair<std::string, std::string>;  // part, id
+
+// Attributes as expat gives them.
+class Attributes {
+ public:
+  explicit Attributes(const XML_Char** pairs) : pairs_(pairs) {}
+  // By name without prefix; null if there is none.
+  const char* find(std::string_view name) const {
+    for (const XML_Char** p = pairs_; *p; p += 2)
+      if (local(*p) == name) return p[1];
+    return nullptr;
+  }
+  static std::string_view local(const char* name) {
+    const char* colon = std::strrchr(name, ':');
+    return colon ? colon + 1 : name;
+  }
+
+ private:
+  const XML_Char** pairs_;
+};
+
+std::string_view trimmed(std::string_view text) {
+  const auto space = [](char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; };
+  while (!text.empty() && space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && space(text.back())) text.remove_suffix(1);
+  return text;
+}
+
+template <class T>
+std::optional<T> number_of(std::string_view text) {
+  text = trimmed(text);
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  T value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+// One XML entry of the archive through expat. Derived classes see elements; an error stops the reading.
+class XmlReader {
+ public:
+  XmlReader(const ZipReader& zip, std::string entry) : zip_(zip), entry_(std::move(entry)) {}
+  virtual ~XmlReader() = default;
+
+  Status run() {
+    parser_ = XML_ParserCreate(nullptr);
+    if (!parser_) return Error{"out of memory"};
+    XML_SetUserData(parser_, this);
+    XML_SetElementHandler(
+        parser_,
+        [](void* self, const XML_Char* name, const XML_Char** pairs) {
+          static_cast<XmlReader*>(self)->open(Attributes::local(name), Attributes(pairs));
+        },
+        [](void* self, const XML_Char* name) {
+          static_cast<XmlReader*>(self)->close(Attributes::local(name));
+        });
+    // Entities are how XML turns a page into a gigabyte; 3MF forbids them.
+    XML_SetStartDoctypeDeclHandler(
+        parser_, [](void* self, const XML_Char*, const XML_Char*, const XML_Char*, int) {
+          static_cast<XmlReader*>(self)->fail("has a document type declaration, which 3MF forbids");
+        });
+    const Status read = zip_.read(entry_, [&](std::string_view data) {
+      if (XML_Parse(parser_, data.data(), static_cast<int>(data.size()), 0) == XML_STATUS_ERROR &&
+          wrong_.empty())
+        fail(std::string("is no proper XML: ") + XML_ErrorString(XML_GetErrorCode(parser_)));
+      return wrong_.empty();
+    });
+    if (read && wrong_.empty() && XML_Parse(parser_, "", 0, 1) == XML_STATUS_ERROR)
+      fail(std::string("is no proper XML: ") + XML_ErrorString(XML_GetErrorCode(parser_)));
+    XML_ParserFree(parser_);
+    if (!wrong_.empty()) return Error{wrong_};
+    return read;
+  }
+
+ protected:
+  virtual void open(std::string_view name, const Attributes& attributes) = 0;
+  virtual void close(std::string_view) {}
+
+  void fail(const std::string& what) {
+    if (!wrong_.empty()) return;
+    wrong_ = entry_ + ":" + std::to_string(XML_GetCurrentLineNumber(parser_)) + ": " + what;
+    XML_StopParser(parser_, XML_FALSE);
+  }
+  bool failed() const { return !wrong_.empty(); }
+  const std::string& entry() const { return entry_; }
+
+  template <class T>
+  T number(const Attributes& attributes, const char* name) {
+    const char* text = attributes.find(name);
+    const std::optional<T> value = text ? number_of<T>(text) : std::nullopt;
+    bool good = value.has_value();
+    if constexpr (std::is_floating_point_v<T>) good = good && std::isfinite(*value);
+    if (good) return *value;
+    fail(std::string("attribute '") + name + "' " +
+         (text ? "is '" + std::string(text).substr(0, 30) + "', not a number" : "is missing"));
+    return T{};
+  }
+
+ private:
+  const ZipReader& zip_;
+  std::string entry_, wrong_;
+  XML_Parser parser_ = nullptr;
+};
+
+class RelationshipReader final : public XmlReader {
+ public:
+  using XmlReader::XmlReader;
+  std::string target;
+
+ private:
+  void open(std::string_view name, const Attributes& attributes) override {
+    if (name != "Relationship") return;
+    const char *type = attributes.find("Type"), *to = attributes.find("Target");
+    if (type && to && std::string_view(type) == kModelType) target = to;
+  }
+};
+
+std::string without_slash(std::string path) { return path.starts_with('/') ? path.substr(1) : path; }
+
+class ModelReader final : public XmlReader {
+ public:
+  ModelReader(const ZipReader& zip, const std::string& entry, std::map<ObjectKey, Object>& objects,
+              size_t& total, size_t& items)
+      : XmlReader(zip, entry), objects_(objects), total_(total), items_(items) {}
+
+  double unit_mm = 1;
+  std::vector<Component> build;
+
+ private:
+  void open(std::string_view name, const Attributes& a) override {
+    if (failed()) return;
+    if (name == "model") {
+      take_unit(a);
+    } else if (name == "object") {
+      const char* id = a.find("id");
+      if (!id) return fail("an object has no id");
+      const auto [made, fresh] = objects_.try_emplace({entry(), id});
+      if (!fresh) return fail("two objects have the id " + std::string(id).substr(0, 30));
+      object_ = &made->second;
+      const char* type = a.find("type");
+      object_->support = type && (std::string_view(type) == "support" || std::string_view(type) == "other");
+    } else if (name == "vertex" && object_) {
+      const double x = number<double>(a, "x"), y = number<double>(a, "y"), z = number<double>(a, "z");
+      object_->mesh.vertices.emplace_back(x, y, z);
+      if (object_->mesh.vertices.size() > 3 * kMaxImportTriangles) fail("more vertices than can be taken");
+    } else if (name == "triangle" && object_) {
+      const uint32_t v1 = number<uint32_t>(a, "v1"), v2 = number<uint32_t>(a, "v2"),
+                     v3 = number<uint32_t>(a, "v3");
+      if (failed()) return;
+      const size_t count = object_->mesh.vertices.size();
+      if (v1 >= count || v2 >= count || v3 >= count)
+        return fail("a triangle names a vertex that is not there");
+      object_->mesh.triangles.push_back({v1, v2, v3});
+      if (++total_ > kMaxImportTriangles) fail("more triangles than can be taken");
+    } else if (name == "component" && object_) {
+      take_component(a, object_->components);
+    } else if (name == "item") {
+      take_component(a, build);
+    }
+  }
+  void close(std::string_view name) override {
+    if (name == "object") object_ = nullptr;
+  }
+
+  void take_unit(const Attributes& a) {
+    const char* unit = a.find("unit");
+    if (!unit) return;
+    for (const auto& [known, mm] : {std::pair{"micron", 0.001},
+                                    {"millimeter", 1.0},
+                                    {"centimeter", 10.0},
+                                    {"inch", 25.4},
+                                    {"foot", 304.8},
+                                    {"meter", 1000.0}})
+      if (std::string_view(unit) == known) {
+        unit_mm = mm;
+        return;
+      }
+    fail("unknown unit '" + std::string(unit).substr(0, 30) + "'");
+  }
+
+  void take_component(const Attributes& a, std::vector<Component>& to) {
+    const char *object = a.find("objectid"), *path = a.find("path");
+    if (!object) return fail("a component or item names no object");
+    if (++items_ > kMaxItems) return fail("more components than can be taken");
+    Component component{path ? without_slash(path) : entry(), object, {}};
+    if (const char* text = a.find("transform")) {
+      std::string_view left(text);
+      double m[12];
+      for (double& value : m) {
+        left = trimmed(left);
+        const size_t end = std::min(left.find_first_of(" \t\n\r"), left.size());
+        const std::optional<double> one = number_of<double>(left.substr(0, end));
+        if (!one || !std::isfinite(*one)) return fail("a transform must be twelve numbers");
+        value = *one;
+        left.remove_prefix(end);
+      }
+      if (!trimmed(left).empty()) return fail("a transform must be twelve numbers");
+      // 3MF multiplies rows by the matrix.
+      for (int row = 0; row < 3; row++)
+        for (int column = 0; column < 3; column++)
+          component.placement.linear(column, row) = m[3 * row + column];
+      component.placement.shift = Vec3(m[9], m[10], m[11]);
+    }
+    to.push_back(std::move(component));
+  }
+
+  std::map<ObjectKey, Object>& objects_;
+  size_t &total_, &items_;  // over all parts
+  Object* object_ = nullptr;
+};
+
+class Assembly {
+ public:
+  Assembly(const ZipReader& zip, const std::string& name) : zip_(zip), name_(name) {}
+
+  Result<TriangleMesh> run() {
+    std::string path = kModelPath;
+    if (zip_.has("_rels/.rels")) {
+      RelationshipReader relations(zip_, "_rels/.rels");
+      if (const Status read = relations.run(); !read) return wrong(read.error());
+      if (!relations.target.empty()) path = without_slash(relations.target);
+    }
+    if (const Status read = load(path); !read) return wrong(read.error());
+    for (const Component& item : std::exchange(build_, {}))
+      if (const Status added = add(item, {}, 0); !added) return wrong(added.error());
+    return std::move(mesh_);
+  }
+
+ private:
+  Error wrong(const std::string& what) const { return Error{name_ + ": " + what}; }
+
+  Status load(const std::string& path) {
+    if (units_.contains(path)) return Ok{};
+    if (units_.size() >= kMaxParts) return Error{"has more parts than can be taken"};
+    ModelReader reader(zip_, path, objects_, total_, items_);
+    if (const Status read = reader.run(); !read) return read;
+    units_[path] = reader.unit_mm;
+    if (units_.size() == 1) build_ = reader.build;
+    return Ok{};
+  }
+
+  Status add(const Component& component, const Placement& outer, int depth) {
+    if (depth > kMaxDepth) return Error{"has components inside each other without end"};
+    if (const Status read = load(component.path); !read) return read;
+    const auto found = objects_.find({component.path, component.object});
+    if (found == objects_.end())
+      return Error{"names an object " + component.object.substr(0, 30) + " that is not there"};
+    const Object& object = found->second;
+    if (object.support) return Ok{};
+    const Placement at{outer.linear * component.placement.linear,
+                       outer.linear * component.placement.shift + outer.shift};
+    if (++visits_ > kMaxItems || mesh_.triangles.size() + object.mesh.triangles.size() > kMaxImportTriangles)
+      return Error{"comes to more objects or triangles than can be taken"};
+    const double unit = units_.at(component.path);
+    const auto first = static_cast<uint32_t>(mesh_.vertices.size());
+    for (const Vec3& p : object.mesh.vertices) {
+      mesh_.vertices.push_back(unit * (at.linear * p + at.shift));
+      if (!mesh_.vertices.back().allFinite()) return Error{"places a vertex where no finite number reaches"};
+    }
+    const bool mirrored = at.linear.determinant() < 0;
+    for (auto t : object.mesh.triangles) {
+      if (mirrored) std::swap(t[1], t[2]);
+      mesh_.triangles.push_back({first + t[0], first + t[1], first + t[2]});
+    }
+    for (const Component& inner : object.components)
+      if (const Status added = add(inner, at, depth + 1); !added) return added;
+    return Ok{};
+  }
+
+  const ZipReader& zip_;
+  const std::string& name_;
+  std::map<ObjectKey, Object> objects_;
+  std::map<std::string, double> units_;  // of the parts that were read, in mm
+  std::vector<Component> build_;
+  size_t total_ = 0, items_ = 0, visits_ = 0;
+  TriangleMesh mesh_;
+};
+
+}  // namespace
+
+std::unique_ptr<SurfaceWriter> threemf_writer(NewFile& file, Spool& vertices, Spool& triangles,
+                                              std::span<const Rgb> colors) {
+  return std::make_unique<ThreeMfWriter>(file, vertices, triangles, colors);
+}
+
+Result<TriangleMesh> parse_3mf(std::span<const char> bytes, const std::string& name) {
+  const Result<ZipReader> zip = ZipReader::open(bytes);
+  if (!zip) return Error{name + ": " + zip.error()};
+  return Assembly(zip.value(), name).run();
+}
+
+}  // namespace kibori

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/session/export.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdio>
+#include <mutex>
+#include <string>
+
+#include <kibori/base/file.h>
+#include <kibori/base/parallel.h>
+#include <kibori/formats/png_file.h>
+
+namespace kibori {
+namespace {
+
+Status write_svg(const std::filesystem::path& path, const Lattice& lattice, const Layer& layer) {
+  const double width = lattice.nodes.x() * lattice.pitch_mm, height = lattice.nodes.y() * lattice.pitch_mm;
+  NewFile file(path);
+  char text[400];
+  const auto put = [&](int length) { file.write(text, static_cast<size_t>(length)); };
+  put(std::snprintf(
+      text, sizeof text,
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.6gmm\" height=\"%.6gmm\" viewBox=\"0 0 %.6g "
+      "%.6g\">\n<desc>Kibori layer at z = %.6g mm; lower left corner at x = %.6g, y = %.6g mm</desc>\n"
+      "<path fill=\"black\" fill-rule=\"evenodd\" d=\"",
+      width, height, width, height, layer.z_mm, lattice.origin_mm.x(), lattice.origin_mm.y()));
+  for (const auto& outline : layer.outlines) {
+    char move = 'M';
+    for (const auto& p : outline) {
+      put(std::snprintf(text, sizeof text, "%c%.5f %.5f", move, p[0] - lattice.origin_mm.x(),
+                        lattice.origin_mm.y() + height - p[1]));
+      move = 'L';
+    }
+    file.write("Z\n");
+  }
+  file.write("\"/>\n</svg>\n");
+  return file.commit();
+}
+
+}  // namespace
+
+Result<HeightMapSummary> write_height_map(const std::filesystem::path& path, const Snapshot& model) {
+  const HeightMap map = height_map(model);
+  if (map.low_mm > map.high_mm || *std::max_element(map.pixels.begin(), map.pixels.end()) == 0)
+    return Error{path.string() + ": there is no material to map"};
+  if (const Status written = write_png_grey16(path, map.width, map.height, map.pixels); !written)
+    return Error{written.error()};
+  return HeightMapSummary{map.width, map.height, map.low_mm, map.high_mm};
+}
+
+Result<int> write_layers(const std::filesystem::path& folder, const Snapshot& model,
+                         const LayerOptions& options) {
+  const std::vector<int> layers = layers_of(model, options.layer_mm);
+  if (layers.empty()) return Error{folder.string() + ": there is no material to slice"};
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error || !std::filesystem::is_directory(folder))
+    return Error{folder.string() + ": the folder can't be made: " + error.message()};
+  std::atomic<size_t> done = 0;
+  std::mutex guard;
+  Status wrong = Ok{};
+  run_parallel(options.threads, layers.size(), [&](size_t i) {
+    char name[40];
+    const bool svg = options.format == LayerFormat::svg;
+    std::snprintf(name, sizeof name, "layer-%04zu.%s", i + 1, svg ? "svg" : "png");
+    const Status written = svg ? write_svg(folder / name, model.lattice, slice_layer(model, layers[i]))
+                               : write_png_grey8(folder / name, model.lattice.nodes.x(),
+                                                 model.lattice.nodes.y(), mask_layer(model, layers[i]));
+    const std::lock_guard lock(guard);
+    if (!written && wrong) wrong = written;
+    if (options.progress) options.progress(static_cast<double>(++done) / static_cast<double>(layers.size()));
+  });
+  if (!wrong) return Error{wrong.error()};
+  return static_cast<int>(layers.size());
+}
+
+}  // namespace kibori

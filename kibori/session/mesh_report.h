@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+// What `kibori info` says of a mesh file.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include <kibori/base/result.h>
+#include <kibori/geometry/mesh_info.h>
+
+namespace kibori {
+
+// Where opposite faces come nearer to each other than `threshold_mm`, seen along the three directions of
+// dexels.
+struct ThinWalls {
+  double threshold_mm, pitch_mm;  // walls thinner than the pitch may be missed
+  double thinnest_mm;             // infinite where no two faces are opposite
+  Vec3 at_mm;                     // a place where it is thinnest
+  double share;                   // of the wall area (pairs of opposite faces) below the threshold
+};
+
+struct MeshReport {
+  MeshInfo info;
+  std::optional<ThinWalls> walls;  // none where the mesh is no solid
+};
+
+struct MeshReportOptions {
+  double wall_mm = 1;
+  std::optional<double> pitch_mm;  // of the dexels that look for thin walls; default: the longest side by 256
+  int threads = 1;
+};
+
+// Errors: those of read_mesh.
+Result<MeshReport> report_mesh(const std::filesystem::path& path, const MeshReportOptions& options);
+
+std::string mesh_report_text(const MeshReport& report);
+std::string mesh_report_json(const MeshReport& report);
+
+}  // namespace kibori

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// A grey picture as a relief to carve.
+#pragma once
+
+#include <filesystem>
+
+#include <kibori/base/result.h>
+#include <kibori/geometry/mesh.h>
+
+namespace kibori {
+
+struct ReliefSize {
+  double width_mm = 80;  // along x; the depth along y follows from the picture's shape
+  double height_mm = 5;  // of white above black
+  double base_mm = 3;    // of black above the floor
+};
+
+// A closed mesh with its lower corner at the origin: the picture's pixels as points of its upper side, first
+// row at the far y. Pixels finer than `pitch_mm` are averaged. Errors: those of reading the picture, under 2
+// pixels a side.
+Result<TriangleMesh> read_relief(const std::filesystem::path& picture, const ReliefSize& size,
+                                 double pitch_mm);
+
+}  // namespace kibori

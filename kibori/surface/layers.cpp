@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/surface/layers.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <kibori/base/check.h>
+
+namespace kibori {
+namespace {
+
+// One plane of nodes with a border of outside nodes around it, and the crossings between neighbours.
+class Plane2 {
+ public:
+  Plane2(const Snapshot& model, int k) : nx_(model.lattice.nodes.x()), ny_(model.lattice.nodes.y()) {
+    inside_.assign(size(), 0);
+    at_x_.assign(size(), 0.5f);
+    at_y_.assign(size(), 0.5f);
+    const float plane = static_cast<float>(k) + 0.5f;
+    const FieldSnapshot& z = model.field(Axis::z);
+    for (int y = 0; y < ny_; y++)
+      for (int x = 0; x < nx_; x++)
+        z.for_spans(x, y, [&](const Span& s) {
+          if (s.in <= plane && plane < s.out) inside_[at(x, y)] = 1;
+        });
+    // Rays of the x field stand at (y, z), those of the y field at (z, x).
+    for (int y = 0; y < ny_; y++)
+      model.field(Axis::x).for_spans(y, k, [&](const Span& s) {
+        for (const float end : {s.in, s.out})
+          cross(end, nx_, [&](int x) -> float& { return at_x_[at(x, y)]; });
+      });
+    for (int x = 0; x < nx_; x++)
+      model.field(Axis::y).for_spans(k, x, [&](const Span& s) {
+        for (const float end : {s.in, s.out})
+          cross(end, ny_, [&](int y) -> float& { return at_y_[at(x, y)]; });
+      });
+  }
+
+  size_t size() const { return static_cast<size_t>(nx_ + 2) * static_cast<size_t>(ny_ + 2); }
+  int nx() const { return nx_; }
+  int ny() const { return ny_; }
+  // Nodes from -1 to nx, ny.
+  size_t at(int x, int y) const { return static_cast<size_t>((y + 1) * (nx_ + 2) + x + 1); }
+  bool inside(int x, int y) const { return inside_[at(x, y)] != 0; }
+  // Where the edge from a node to the next is crossed [lattice units].
+  std::array<double, 2> point(int x, int y, bool along_y) const {
+    const size_t i = at(x, y);
+    return {x + 0.5 + (along_y ? 0.0 : static_cast<double>(at_x_[i])),
+            y + 0.5 + (along_y ? static_cast<double>(at_y_[i]) : 0.0)};
+  }
+
+ private:
+  // Stores an end as a share of the edge it lies on. Where rounding puts none, halfway stays.
+  template <class F>
+  static void cross(float end, int nodes, F&& share) {
+    const float edge = std::ceil(end - 0.5f) - 1;
+    if (edge < -1 || edge >= static_cast<float>(nodes)) return;
+    share(static_cast<int>(edge)) = std::clamp(end - 0.5f - edge, 1e-4f, 1 - 1e-4f);
+  }
+
+  int nx_, ny_;
+  std::vector<uint8_t> inside_;
+  std::vector<float> at_x_, at_y_;
+};
+
+}  // namespace
+
+Layer slice_layer(const Snapshot& model, int k) {
+  const Plane2 plane(model, k);
+  Layer layer{model.lattice.to_mm(Vec3(0, 0, k + 0.5)).z(), {}};
+  // Crossed edges: 2 i + (0: along x, 1: along y) from node i. Around a cell, the outline goes from the side
+  // where material ends (counter-clockwise) to the one where it begins, around the inside corners between;
+  // where there are two such pairs, inside corners are kept apart.
+  std::vector<uint32_t> next(2 * plane.size(), ~0u);
+  for (int y = -1; y < plane.ny(); y++)
+    for (int x = -1; x < plane.nx(); x++) {
+      const bool corner[4] = {plane.inside(x, y), plane.inside(x + 1, y), plane.inside(x + 1, y + 1),
+                              plane.inside(x, y + 1)};
+      if (corner[0] == corner[1] && corner[1] == corner[2] && corner[2] == corner[3]) continue;
+      // The cell's sides, counter-clockwise: side i runs from corner i to corner i + 1.
+      const size_t sides[4] = {2 * plane.at(x, y), 2 * plane.at(x + 1, y) + 1, 2 * plane.at(x, y + 1),
+                               2 * plane.at(x, y) + 1};
+      for (size_t i = 0; i < 4; i++) {
+        if (!corner[i] || corner[(i + 1) % 4]) continue;
+        // Material ends on side i; back along the inside corners to the side where it begins.
+        size_t begin = i;
+        while (corner[begin]) begin = (begin + 3) % 4;
+        next[sides[i]] = static_cast<uint32_t>(sides[begin]);
+      }
+    }
+  for (uint32_t first = 0; first < next.size(); first++) {
+    if (next[first] == ~0u) continue;
+    std::vector<std::array<double, 2>> outline;
+    for (uint32_t edge = first; next[edge] != ~0u;) {
+      const int node = static_cast<int>(edge / 2), width = plane.nx() + 2;
+      const auto p = plane.point(node % width - 1, node / width - 1, edge % 2 == 1);
+      const Vec3 mm = model.lattice.to_mm(Vec3(p[0], p[1], 0));
+      outline.push_back({mm.x(), mm.y()});
+      const uint32_t after = next[edge];
+      next[edge] = ~0u;
+      edge = after;
+    }
+    layer.outlines.push_back(std::move(outline));
+  }
+  return layer;
+}
+
+std::vector<uint8_t> mask_layer(const Snapshot& model, int k) {
+  const int nx = model.lattice.nodes.x(), ny = model.lattice.nodes.y();
+  std::vector<uint8_t> mask(static_cast<size_t>(nx) * static_cast<size_t>(ny), 0);
+  const float plane = static_cast<float>(k) + 0.5f;
+  for (int y = 0; y < ny; y++)
+    for (int x = 0; x < nx; x++)
+      model.field(Axis::z).for_spans(x, y, [&](const Span& s) {
+        if (s.in <= plane && plane < s.out) mask[static_cast<size_t>((ny - 1 - y) * nx + x)] = 255;
+      });
+  return mask;
+}
+
+std::vector<int> layers_of(const Snapshot& model, double layer_mm) {
+  KIBORI_CHECK(layer_mm > 0);
+  const FieldSnapshot& field = model.field(Axis::z);
+  float low = kFar, high = -kFar;
+  for (int y = 0; y < field.nodes_v(); y++)
+    for (int x = 0; x < field.nodes_u(); x++)
+      field.for_spans(x, y, [&](const Span& s) {
+        low = std::min(low, s.in);
+        high = std::max(high, s.out);
+      });
+  std::vector<int> layers;
+  if (!(low < high)) return layers;
+  const double step = layer_mm / model.lattice.pitch_mm, bottom = static_cast<double>(low);
+  const auto count = static_cast<int64_t>(std::ceil((static_cast<double>(high) - bottom) / step - 1e-6));
+  for (int64_t i = 0; i < count; i++) {
+    const double middle = bottom + (static_cast<double>(i) + 0.5) * step;
+    const int k = std::clamp(static_cast<int>(std::lround(middle - 0.5)), 0, model.lattice.nodes.z() - 1);
+    if (layers.empty() || layers.back() != k) layers.push_back(k);
+  }
+  return layers;
+}
+
+HeightMap height_map(const Snapshot& model) {
+  const FieldSnapshot& field = model.field(Axis::z);
+  HeightMap map;
+  map.width = field.nodes_u();
+  map.height = field.nodes_v();
+  std::vector<float> tops(static_cast<size_t>(map.width) * static_cast<size_t>(map.height), -kFar);
+  float low = kFar, high = -kFar;
+  for (int y = 0; y < map.height; y++)
+    for (int x = 0; x < map.width; x++) {
+      float& top = tops[static_cast<size_t>((map.height - 1 - y) * map.width + x)];
+      field.for_spans(x, y, [&](const Span& s) { top = s.out; });
+      if (top == -kFar) continue;
+      low = std::min(low, top);
+      high = std::max(high, top);
+    }
+  map.pixels.assign(tops.size(), 0);
+  if (low > high) return map;
+  map.low_mm = model.lattice.to_mm(Vec3(0, 0, static_cast<double>(low))).z();
+  map.high_mm = model.lattice.to_mm(Vec3(0, 0, static_cast<double>(high))).z();
+  const double scale = high > low ? 65534 / (static_cast<double>(high) - static_cast<double>(low)) : 0;
+  for (size_t i = 0; i < tops.size(); i++)
+    if (tops[i] != -kFar)
+      map.pixels[i] = static_cast<uint16_t>(
+          1 + std::lround(scale * (static_cast<double>(tops[i]) - static_cast<double>(low))));
+  return map;
+}
+
+}  // namespace kibori
