@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
-# Runs one benchmark of build/bench. Usage: run.sh step|import|memory|instructions [--json] ...
+# Runs one benchmark of build/bench. Usage: run.sh step|import|surface|memory|instructions [--json] ...
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 name=$1; shift
 case "$name" in
   step) build/bench/bin/step_bench "$@" ;;
   memory) build/bench/bin/step_bench --memory "$@" ;;
-  import)
-    # A real mesh where the shared data is; a bumpy ball of as many triangles elsewhere.
+  import | surface)
+    # A real mesh where the shared data is; elsewhere a bumpy ball of as many triangles, or none.
     mesh=../shared/models/stanford-bunny.obj
     [ -e "$mesh" ] && set -- "$mesh" "$@"  # a mesh in the arguments comes later and counts
-    build/bench/bin/import_bench "$@" ;;
+    build/bench/bin/${name}_bench "$@" ;;
   instructions) build/bench/bin/step_bench --instructions "$@" ;;
 esac

@@ -10,7 +10,7 @@ FLOORS = [
     {"geometry"},
     {"dexel"},
     {"solid"},
-    {"edit", "formats", "picture", "surface"},
+    {"edit", "formats", "measure", "picture", "surface"},
     {"haptics"},
     {"motion"},
     {"session"},

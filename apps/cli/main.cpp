@@ -16,6 +16,7 @@
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/formats/surface_file.h>
+#include <kibori/measure/distance.h>
 #include <kibori/picture/picture.h>
 #include <kibori/session/carving.h>
 #include <kibori/session/convert.h>
@@ -343,6 +344,37 @@ int run_info(const InfoArguments& arguments) {
   return std::fflush(stdout) == 0 ? 0 : bad_input("standard output can't be written");
 }
 
+struct CompareArguments {
+  std::string a, b;
+  int64_t samples = 1000000;
+  int threads = 1;
+  bool json = false;
+};
+
+int run_compare(const CompareArguments& arguments) {
+  using namespace kibori;
+  Surface surfaces[2];
+  for (int i = 0; i < 2; i++) {
+    const Result<TriangleMesh> mesh = read_mesh(i == 0 ? arguments.a : arguments.b);
+    if (!mesh) return bad_input(mesh.error());
+    surfaces[i] = surface_of_mesh(mesh.value());
+  }
+  const Result<TwoSided> distance =
+      two_sided_distance(surfaces[0], surfaces[1], arguments.samples, arguments.threads);
+  if (!distance) return bad_input(distance.error());
+  const TwoSided& d = distance.value();
+  if (arguments.json)
+    std::printf("{\"max_mm\":%.9g,\"rms_mm\":%.9g,\"a_to_b\":{\"max_mm\":%.9g,\"rms_mm\":%.9g},"
+                "\"b_to_a\":{\"max_mm\":%.9g,\"rms_mm\":%.9g}}\n",
+                d.max(), d.rms(), d.there.max, d.there.rms, d.back.max, d.back.rms);
+  else
+    std::printf("distance     max %.4g mm, rms %.4g mm\nA to B       max %.4g mm at %.6g, %.6g, %.6g; rms %.4g mm\n"
+                "B to A       max %.4g mm at %.6g, %.6g, %.6g; rms %.4g mm\n",
+                d.max(), d.rms(), d.there.max, d.there.at.x(), d.there.at.y(), d.there.at.z(), d.there.rms,
+                d.back.max, d.back.at.x(), d.back.at.y(), d.back.at.z(), d.back.rms);
+  return std::fflush(stdout) == 0 ? 0 : bad_input("standard output can't be written");
+}
+
 int run_picture(const std::string& file, const std::string& out, const PictureArguments& arguments) {
   using namespace kibori;
   if (const Status can = check_picture(out); !can) return bad_input(can.error());
@@ -447,6 +479,18 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
 
+  CompareArguments compare_arguments;
+  CLI::App* compare = app.add_subcommand("compare", "Distance between two meshes, both ways: largest and root mean square");
+  compare->add_option("A", compare_arguments.a, "mesh: .stl, .ply, .obj, .off, .3mf, .glb")->required();
+  compare->add_option("B", compare_arguments.b, "mesh: .stl, .ply, .obj, .off, .3mf, .glb")->required();
+  compare->add_option("--samples", compare_arguments.samples, "points spread over each surface, besides its vertices")
+      ->check(CLI::Range(int64_t{1}, int64_t{1000000000}))
+      ->capture_default_str();
+  compare->add_option("--threads", compare_arguments.threads, "threads to work with")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  compare->add_flag("--json", compare_arguments.json, "as JSON");
+
   PictureArguments picture_arguments;
   std::string picture_file, picture_out;
   CLI::App* picture = app.add_subcommand("picture", "Draw a mesh: ray traced, soft shadows, wood or plain");
@@ -466,6 +510,7 @@ int main(int argc, char** argv) {
   try {
     if (*convert) return run_convert(convert_arguments);
     if (*info) return run_info(info_arguments);
+    if (*compare) return run_compare(compare_arguments);
     if (*picture) return run_picture(picture_file, picture_out, picture_arguments);
     return run_carve(carve_arguments);
   } catch (const std::bad_alloc&) {

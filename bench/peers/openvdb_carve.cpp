@@ -252,6 +252,33 @@ StepTimes openvdb_csg_difference(int n, const std::vector<Point>& path, float ra
   return result;
 }
 
+StepTimes openvdb_local_remesh(int n, const std::vector<Point>& path, float radius, int from, double* triangles) {
+  openvdb::initialize();
+  tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+  auto grid = solid_levelset(n);
+  FloatGrid::Accessor access(grid->tree());
+  StepTimes result;
+  std::vector<double> counts;
+  for (size_t i = 0; i < path.size(); i++) {
+    stamp_levelset(access, path[i], radius);
+    if (static_cast<int>(i) < from) continue;
+    const double start = now_us();
+    const auto around = FloatGrid::create(kBand);
+    around->setGridClass(openvdb::GRID_LEVEL_SET);
+    for_leaves(path[i], radius + kBand, [&](const Coord& origin) {
+      if (const auto* leaf = access.probeConstLeaf(origin))
+        around->tree().addLeaf(new openvdb::FloatTree::LeafNodeType(*leaf));
+    });
+    std::vector<openvdb::Vec3s> corners;
+    std::vector<openvdb::Vec4I> quads;
+    openvdb::tools::volumeToMesh(*around, corners, quads);
+    result.us.push_back(now_us() - start);
+    counts.push_back(2.0 * static_cast<double>(quads.size()));
+  }
+  *triangles = median(counts);
+  return result;
+}
+
 MeshTimes openvdb_mesh_through_volume(const std::vector<float>& xyz, const std::vector<unsigned>& triangles,
                                       int n) {
   openvdb::initialize();

@@ -113,6 +113,25 @@ class FieldSnapshot {
       f(span_at(*p, slot));
   }
 
+  // Calls f(tu, tv, was, is) for the tiles that are not the very same in an earlier snapshot of this field; what the
+  // two share is passed over, so the cost is that of what changed.
+  template <class F>
+  void for_changed_tiles(const FieldSnapshot& before, F&& f) const {
+    if (root_ == before.root_) return;
+    for (int pv = 0; pv < shape_.pages_v; pv++)
+      for (int pu = 0; pu < shape_.pages_u; pu++) {
+        const auto page = static_cast<size_t>(pv * shape_.pages_u + pu);
+        const detail::Page *is = root_->pages[page], *was = before.root_->pages[page];
+        if (is == was) continue;
+        for (unsigned slot = 0; slot < detail::kPageTiles; slot++) {
+          if (is->tiles[slot] == was->tiles[slot]) continue;
+          f(pu * static_cast<int>(detail::kPageSide) + static_cast<int>(slot % detail::kPageSide),
+            pv * static_cast<int>(detail::kPageSide) + static_cast<int>(slot / detail::kPageSide), *was->tiles[slot],
+            *is->tiles[slot]);
+        }
+      }
+  }
+
   // Sum of span lengths [lattice units^3]; the same on every machine.
   double volume() const;
   struct Count {

@@ -8,12 +8,17 @@
 #include <queue>
 #include <vector>
 
+#include <kibori/geometry/triangle_distance.h>
+
 namespace kibori {
 namespace {
 
 // A triangle may turn by at most acos of this when a corner moves, and no corner may become sharper than a
 // sliver.
 constexpr double kLeastTurn = 0.3, kLeastShape = 0.02;
+
+// Distances are taken at some points of the fans and may be larger between them: so much of the tolerance is used.
+constexpr double kShare = 0.6;
 
 // Sum of squared distances to planes, weighted by area: p.A p + 2 b.p + c.
 struct Quadric {
@@ -41,27 +46,6 @@ struct Quadric {
   }
 };
 
-// Distance from p to the triangle a b c. Ericson, Real-Time Collision Detection, 5.1.5.
-double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 ab = b - a, ac = c - a, ap = p - a;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0 && d2 <= 0) return ap.norm();
-  const Vec3 bp = p - b;
-  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0 && d4 <= d3) return bp.norm();
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return (ap - d1 / (d1 - d3) * ab).norm();
-  const Vec3 cp = p - c;
-  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0 && d5 <= d6) return cp.norm();
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return (ap - d2 / (d2 - d6) * ac).norm();
-  const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return (bp - (d4 - d3) / (d4 - d3 + d5 - d6) * (c - b)).norm();
-  const Vec3 n = ab.cross(ac);
-  return std::abs(n.dot(ap)) / n.norm();
-}
-
 class Simplifier {
  public:
   Simplifier(const Surface& surface, double tolerance) : surface_(surface), tolerance_(tolerance) {
@@ -76,7 +60,7 @@ class Simplifier {
     for (uint32_t t = 0; t < triangles_.size(); t++)
       for (const uint32_t v : triangles_[t]) around_[v].push_back(t);
     quadrics_.resize(count);
-    moved_.assign(count, 0);
+    moved_.assign(triangles_.size(), 0);
     version_.assign(count, 0);
     for (const SurfaceTriangle& t : triangles_) {
       const Vec3& a = points_[t[0]];
@@ -110,6 +94,16 @@ class Simplifier {
     uint32_t vertex;
   };
 
+  struct Face {
+    Vec3 corner[3];
+    Vec3 cross() const { return (corner[1] - corner[0]).cross(corner[2] - corner[0]); }
+    double longest2() const {
+      return std::max({(corner[1] - corner[0]).squaredNorm(), (corner[2] - corner[1]).squaredNorm(),
+                       (corner[0] - corner[2]).squaredNorm()});
+    }
+    double distance(const Vec3& p) const { return distance_to_triangle(p, corner[0], corner[1], corner[2]); }
+  };
+
   static Vec3 position(const SurfaceVertex& v) {
     return {static_cast<double>(v.position[0]), static_cast<double>(v.position[1]),
             static_cast<double>(v.position[2])};
@@ -136,7 +130,7 @@ class Simplifier {
   // Puts v in the queue by the cheapest neighbour it could be drawn into.
   void consider(uint32_t v) {
     version_[v]++;
-    if (around_[v].empty() || moved_[v] >= tolerance_) return;
+    if (around_[v].empty()) return;
     double least = std::numeric_limits<double>::infinity();
     for (const uint32_t t : around_[v])
       for (const uint32_t u : triangles_[t])
@@ -178,30 +172,55 @@ class Simplifier {
     return !(joined(v) && joined(u));
   }
 
-  // Whether v's triangles stay proper and near when it goes to u; `moved`: the bound on all that moved so
-  // far.
-  bool fits(uint32_t v, uint32_t u, double& moved) const {
+  // Whether v's triangles stay proper and near when it goes to u; `moved`: the bound on all that moved there so far.
+  bool fits(uint32_t v, uint32_t u, double& moved) {
     const Vec3 &from = points_[v], &to = points_[u];
-    double nearest = std::numeric_limits<double>::infinity();
+    double before_now = 0;
+    fan_.clear();
     for (const uint32_t t : around_[v]) {
+      before_now = std::max(before_now, moved_[t]);
       const SurfaceTriangle& corners = triangles_[t];
       if (has(corners, u)) continue;
-      Vec3 was[3], is[3];
+      Face is;
+      Vec3 was[3];
       for (size_t i = 0; i < 3; i++) {
         was[i] = points_[corners[i]];
-        is[i] = corners[i] == v ? to : was[i];
+        is.corner[i] = corners[i] == v ? to : was[i];
       }
-      const Vec3 before = (was[1] - was[0]).cross(was[2] - was[0]),
-                 after = (is[1] - is[0]).cross(is[2] - is[0]);
+      const Vec3 before = (was[1] - was[0]).cross(was[2] - was[0]), after = is.cross();
       const double area = after.norm();
-      const double longest2 = std::max(
-          {(is[1] - is[0]).squaredNorm(), (is[2] - is[1]).squaredNorm(), (is[0] - is[2]).squaredNorm()});
-      if (!(area > kLeastShape * longest2) || after.dot(before) < kLeastTurn * area * before.norm())
-        return false;
-      nearest = std::min(nearest, distance_to_triangle(from, is[0], is[1], is[2]));
+      if (!(area > kLeastShape * is.longest2()) || after.dot(before) < kLeastTurn * area * before.norm()) return false;
+      fan_.push_back(is);
     }
-    moved = std::max(moved_[v], moved_[u]) + nearest;
-    return moved <= tolerance_;
+    // How far the old fan and the new one are apart: the old one's middle and sides from the new one, and the middles
+    // of the new one's triangles and inner sides from the old.
+    double apart = to_fan(from);
+    if (before_now + apart > kShare * tolerance_) return false;
+    for (const uint32_t w : ring_v_) apart = std::max(apart, to_fan(0.5 * (from + points_[w])));
+    for (const Face& face : fan_) {
+      const Vec3 middle = (face.corner[0] + face.corner[1] + face.corner[2]) / 3;
+      apart = std::max(apart, from_fan(v, middle));
+      for (size_t i = 0; i < 3; i++)
+        if (face.corner[i] == to) apart = std::max(apart, from_fan(v, 0.5 * (to + face.corner[(i + 1) % 3])));
+    }
+    moved = before_now + apart;
+    return moved <= kShare * tolerance_;
+  }
+
+  double to_fan(const Vec3& p) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Face& face : fan_) nearest = std::min(nearest, face.distance(p));
+    return nearest;
+  }
+
+  // From p to the triangles around v, as they are.
+  double from_fan(uint32_t v, const Vec3& p) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const uint32_t t : around_[v]) {
+      const SurfaceTriangle& c = triangles_[t];
+      nearest = std::min(nearest, distance_to_triangle(p, points_[c[0]], points_[c[1]], points_[c[2]]));
+    }
+    return nearest;
   }
 
   void draw(uint32_t v, uint32_t u, double moved) {
@@ -213,13 +232,13 @@ class Simplifier {
         corners = {0, 0, 0};
       } else {
         std::replace(corners.begin(), corners.end(), v, u);
+        moved_[t] = moved;
         around_[u].push_back(t);
       }
     }
     around_[v].clear();
     around_[v].shrink_to_fit();
     quadrics_[u].add(quadrics_[v]);
-    moved_[u] = moved;
     if (!ring(u, ring_u_)) return;
     for (const uint32_t w : ring_u_) consider(w);
     consider(u);
@@ -244,11 +263,12 @@ class Simplifier {
   std::vector<Vec3> points_;
   std::vector<std::vector<uint32_t>> around_;  // triangles of each vertex
   std::vector<Quadric> quadrics_;
-  std::vector<double> moved_;  // bound on how far the surface near each vertex is from the old one
+  std::vector<double> moved_;  // of each triangle: how far it may be from the old surface
   std::vector<uint32_t> version_;
   std::priority_queue<Wish> queue_;
   std::vector<uint32_t> ring_v_, ring_u_, common_;
   std::vector<Target> targets_;
+  std::vector<Face> fan_;
 };
 
 }  // namespace

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: MIT
+// The surface in use: chunks made anew after one step of a ball that scrapes a block, writing STL, and a mesh through
+// dexels into a file.
+//
+//   surface_bench [--json] [MESH]
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <string>
+
+#include <unistd.h>
+
+#include <kibori/formats/surface_file.h>
+#include <kibori/motion/stroke.h>
+#include <kibori/session/convert.h>
+#include <kibori/surface/surface.h>
+
+#include "bench/workload.h"
+#ifdef KIBORI_HAVE_OPENVDB
+#include "bench/peers/openvdb_carve.h"
+#endif
+
+namespace {
+
+using namespace kibori;
+using namespace kibori_bench;
+
+struct Remesh {
+  double ms = 0, chunks = 0, triangles = 0;  // medians of a step
+};
+
+Remesh remesh(int nodes, float radius, int steps, int from) {
+  Lattice lattice;
+  lattice.nodes = Index3(nodes, nodes, nodes);
+  TriDexel model(lattice);
+  model.fill_block({Vec3::Zero(), Vec3::Constant(nodes)}, 0);
+  const auto path = scrape_path(nodes, radius, from + steps);
+  const auto centre = [&](size_t i) {
+    return Vec3(static_cast<double>(path[i].x) + 0.5, static_cast<double>(path[i].y) + 0.5,
+                static_cast<double>(path[i].z) + 0.5);
+  };
+  const std::vector<Material> materials{Material{}};
+  const Vec3 up = Vec3::UnitZ() * static_cast<double>(radius);
+  const Tool ball = BallTool{static_cast<double>(radius)};
+  Stroke stroke(model, Pose{centre(0) - up, Mat3::Identity()});
+  const auto step = [&](size_t i) {
+    const auto tick =
+        stroke.advance(ball, centre(i) - up, Vec3::Zero(), Mode::cut, {ForceModel::energy, 6}, materials);
+    if (!tick.ok()) std::abort();
+  };
+  for (size_t i = 0; i < static_cast<size_t>(from); i++) step(i);
+  LiveSurface surface(model.snapshot());
+  std::vector<double> ms, chunks, triangles;
+  for (size_t i = static_cast<size_t>(from); i < path.size(); i++) {
+    step(i);
+    const double start = now_us();
+    const std::vector<Index3>& changed = surface.update(model.snapshot());
+    ms.push_back((now_us() - start) / 1000);
+    chunks.push_back(static_cast<double>(changed.size()));
+    double count = 0;
+    for (const Index3& c : changed) count += static_cast<double>(surface.chunk(c).triangles.size());
+    triangles.push_back(count);
+  }
+  return {median(ms), median(chunks), median(triangles)};
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  bool json = false;
+  std::string mesh;
+  for (int i = 1; i < argc; i++) {
+    if (std::strcmp(argv[i], "--json") == 0)
+      json = true;
+    else
+      mesh = argv[i];
+  }
+  std::string out;
+  char text[400];
+  for (const float radius : {16.f, 32.f}) {
+    const Remesh own = remesh(512, radius, 400, 700);
+    double peer = 0, peer_triangles = 0;
+#ifdef KIBORI_HAVE_OPENVDB
+    const StepTimes times = openvdb_local_remesh(512, scrape_path(512, radius, 720), radius, 700, &peer_triangles);
+    peer = median(times.us) / 1000;
+#endif
+    std::snprintf(text, sizeof text,
+                  json ? "{\"radius_cells\":%g,\"remesh_ms\":%.3f,\"chunks\":%.0f,\"triangles\":%.0f,\"openvdb_ms\":%.3f,"
+                         "\"openvdb_triangles\":%.0f,\"ratio\":%.2f},\n "
+                       : "R = %g: remesh after a step %.3f ms (%.0f chunks, %.0f triangles); OpenVDB around the ball %.3f "
+                         "ms (%.0f triangles), ratio %.2f\n",
+                  static_cast<double>(radius), own.ms, own.chunks, own.triangles, peer, peer_triangles, peer / own.ms);
+    out += text;
+  }
+  // Writing alone: a sphere's surface, to memory where there is such a folder.
+  Lattice lattice;
+  lattice.nodes = Index3(400, 400, 400);
+  TriDexel model(lattice);
+  Removed removed;
+  deposit(model, SweptBall(Vec3(200, 200, 200), Vec3::Zero(), 190), 0, {}, removed);
+  const Surface ball = extract_surface(model.snapshot());
+  const std::filesystem::path folder =
+      access("/dev/shm", W_OK) == 0 ? "/dev/shm" : std::filesystem::temp_directory_path();
+  const auto file = folder / ("kibori-bench-" + std::to_string(getpid()) + ".stl");
+  std::vector<double> rates;
+  for (int i = 0; i < 5; i++) {
+    const double start = now_us();
+    if (!write_surface(file, [&](const SurfaceSink& sink) { send_surface(ball, sink); }, {}).ok()) return 2;
+    rates.push_back(static_cast<double>(std::filesystem::file_size(file)) / (now_us() - start));
+  }
+  std::vector<double> through;
+  if (!mesh.empty()) {
+    const Result<Converted> coarse = into_dexels(mesh, {});  // 256 along the longest side
+    if (!coarse) return std::fprintf(stderr, "surface_bench: %s\n", coarse.error().c_str()), 2;
+    ConvertOptions fine;
+    fine.pitch_mm = coarse.value().pitch_mm / 2;
+    for (int i = 0; i < 5; i++) {
+      const double from = now_us();
+      const Result<Converted> made = into_dexels(mesh, fine);
+      if (!made || !write_model(file, made.value().model->snapshot(), {}, 0, 1).ok()) return 2;
+      through.push_back((now_us() - from) / 1000);
+    }
+  }
+  std::filesystem::remove(file);
+  const double convert_ms = through.empty() ? 0 : median(through);
+  std::snprintf(text, sizeof text,
+                json ? "{\"stl_mb_s\":%.0f,\"convert_512_ms\":%.0f}" : "STL to memory %.0f MB/s; mesh to 512^3 to STL %.0f ms\n",
+                median(rates), convert_ms);
+  out += text;
+  std::printf(json ? "[%s]\n" : "%s", out.c_str());
+}
