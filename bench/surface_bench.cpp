@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The surface in use: chunks made anew after one step of a ball that scrapes a block, writing STL, and a mesh through
-// dexels into a file.
+// The surface in use: chunks made anew after one step of a ball that scrapes a block, writing STL, and a mesh
+// through dexels into a file.
 //
 //   surface_bench [--json] [MESH]
 #include <cstdio>
@@ -81,15 +81,19 @@ int main(int argc, char** argv) {
     const Remesh own = remesh(512, radius, 400, 700);
     double peer = 0, peer_triangles = 0;
 #ifdef KIBORI_HAVE_OPENVDB
-    const StepTimes times = openvdb_local_remesh(512, scrape_path(512, radius, 720), radius, 700, &peer_triangles);
+    const StepTimes times =
+        openvdb_local_remesh(512, scrape_path(512, radius, 720), radius, 700, &peer_triangles);
     peer = median(times.us) / 1000;
 #endif
     std::snprintf(text, sizeof text,
-                  json ? "{\"radius_cells\":%g,\"remesh_ms\":%.3f,\"chunks\":%.0f,\"triangles\":%.0f,\"openvdb_ms\":%.3f,"
+                  json ? "{\"radius_cells\":%g,\"remesh_ms\":%.3f,\"chunks\":%.0f,\"triangles\":%.0f,"
+                         "\"openvdb_ms\":%.3f,"
                          "\"openvdb_triangles\":%.0f,\"ratio\":%.2f},\n "
-                       : "R = %g: remesh after a step %.3f ms (%.0f chunks, %.0f triangles); OpenVDB around the ball %.3f "
+                       : "R = %g: remesh after a step %.3f ms (%.0f chunks, %.0f triangles); OpenVDB around "
+                         "the ball %.3f "
                          "ms (%.0f triangles), ratio %.2f\n",
-                  static_cast<double>(radius), own.ms, own.chunks, own.triangles, peer, peer_triangles, peer / own.ms);
+                  static_cast<double>(radius), own.ms, own.chunks, own.triangles, peer, peer_triangles,
+                  peer / own.ms);
     out += text;
   }
   // Writing alone: a sphere's surface, to memory where there is such a folder.
@@ -124,7 +128,8 @@ int main(int argc, char** argv) {
   std::filesystem::remove(file);
   const double convert_ms = through.empty() ? 0 : median(through);
   std::snprintf(text, sizeof text,
-                json ? "{\"stl_mb_s\":%.0f,\"convert_512_ms\":%.0f}" : "STL to memory %.0f MB/s; mesh to 512^3 to STL %.0f ms\n",
+                json ? "{\"stl_mb_s\":%.0f,\"convert_512_ms\":%.0f}"
+                     : "STL to memory %.0f MB/s; mesh to 512^3 to STL %.0f ms\n",
                 median(rates), convert_ms);
   out += text;
   std::printf(json ? "[%s]\n" : "%s", out.c_str());

@@ -364,14 +364,16 @@ int run_compare(const CompareArguments& arguments) {
   if (!distance) return bad_input(distance.error());
   const TwoSided& d = distance.value();
   if (arguments.json)
-    std::printf("{\"max_mm\":%.9g,\"rms_mm\":%.9g,\"a_to_b\":{\"max_mm\":%.9g,\"rms_mm\":%.9g},"
-                "\"b_to_a\":{\"max_mm\":%.9g,\"rms_mm\":%.9g}}\n",
-                d.max(), d.rms(), d.there.max, d.there.rms, d.back.max, d.back.rms);
+    std::printf(
+        "{\"max_mm\":%.9g,\"rms_mm\":%.9g,\"a_to_b\":{\"max_mm\":%.9g,\"rms_mm\":%.9g},"
+        "\"b_to_a\":{\"max_mm\":%.9g,\"rms_mm\":%.9g}}\n",
+        d.max(), d.rms(), d.there.max, d.there.rms, d.back.max, d.back.rms);
   else
-    std::printf("distance     max %.4g mm, rms %.4g mm\nA to B       max %.4g mm at %.6g, %.6g, %.6g; rms %.4g mm\n"
-                "B to A       max %.4g mm at %.6g, %.6g, %.6g; rms %.4g mm\n",
-                d.max(), d.rms(), d.there.max, d.there.at.x(), d.there.at.y(), d.there.at.z(), d.there.rms,
-                d.back.max, d.back.at.x(), d.back.at.y(), d.back.at.z(), d.back.rms);
+    std::printf(
+        "distance     max %.4g mm, rms %.4g mm\nA to B       max %.4g mm at %.6g, %.6g, %.6g; rms %.4g mm\n"
+        "B to A       max %.4g mm at %.6g, %.6g, %.6g; rms %.4g mm\n",
+        d.max(), d.rms(), d.there.max, d.there.at.x(), d.there.at.y(), d.there.at.z(), d.there.rms,
+        d.back.max, d.back.at.x(), d.back.at.y(), d.back.at.z(), d.back.rms);
   return std::fflush(stdout) == 0 ? 0 : bad_input("standard output can't be written");
 }
 
@@ -480,10 +482,13 @@ int main(int argc, char** argv) {
       ->capture_default_str();
 
   CompareArguments compare_arguments;
-  CLI::App* compare = app.add_subcommand("compare", "Distance between two meshes, both ways: largest and root mean square");
+  CLI::App* compare =
+      app.add_subcommand("compare", "Distance between two meshes, both ways: largest and root mean square");
   compare->add_option("A", compare_arguments.a, "mesh: .stl, .ply, .obj, .off, .3mf, .glb")->required();
   compare->add_option("B", compare_arguments.b, "mesh: .stl, .ply, .obj, .off, .3mf, .glb")->required();
-  compare->add_option("--samples", compare_arguments.samples, "points spread over each surface, besides its vertices")
+  compare
+      ->add_option("--samples", compare_arguments.samples,
+                   "points spread over each surface, besides its vertices")
       ->check(CLI::Range(int64_t{1}, int64_t{1000000000}))
       ->capture_default_str();
   compare->add_option("--threads", compare_arguments.threads, "threads to work with")

@@ -252,7 +252,8 @@ StepTimes openvdb_csg_difference(int n, const std::vector<Point>& path, float ra
   return result;
 }
 
-StepTimes openvdb_local_remesh(int n, const std::vector<Point>& path, float radius, int from, double* triangles) {
+StepTimes openvdb_local_remesh(int n, const std::vector<Point>& path, float radius, int from,
+                               double* triangles) {
   openvdb::initialize();
   tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   auto grid = solid_levelset(n);

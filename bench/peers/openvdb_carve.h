@@ -13,9 +13,10 @@ StepTimes openvdb_levelset_stamp(int n, const std::vector<Point>& path, float ra
 StepTimes openvdb_bitmask_stamp(int n, const std::vector<Point>& path, float radius);
 // tools::csgDifference with a fresh level-set sphere each step.
 StepTimes openvdb_csg_difference(int n, const std::vector<Point>& path, float radius);
-// The same stamp; timed is what follows from step `from` on: the leaves around the ball (copied, so that carving could
-// go on) through tools::volumeToMesh. triangles: of the median step.
-StepTimes openvdb_local_remesh(int n, const std::vector<Point>& path, float radius, int from, double* triangles);
+// The same stamp; timed is what follows from step `from` on: the leaves around the ball (copied, so that
+// carving could go on) through tools::volumeToMesh. triangles: of the median step.
+StepTimes openvdb_local_remesh(int n, const std::vector<Point>& path, float radius, int from,
+                               double* triangles);
 // Mesh into a signed distance field of n voxels along its longest side, and out again.
 struct MeshTimes {
   double in_ms = 0, out_ms = 0;

@@ -113,8 +113,8 @@ class FieldSnapshot {
       f(span_at(*p, slot));
   }
 
-  // Calls f(tu, tv, was, is) for the tiles that are not the very same in an earlier snapshot of this field; what the
-  // two share is passed over, so the cost is that of what changed.
+  // Calls f(tu, tv, was, is) for the tiles that are not the very same in an earlier snapshot of this field;
+  // what the two share is passed over, so the cost is that of what changed.
   template <class F>
   void for_changed_tiles(const FieldSnapshot& before, F&& f) const {
     if (root_ == before.root_) return;
@@ -126,8 +126,8 @@ class FieldSnapshot {
         for (unsigned slot = 0; slot < detail::kPageTiles; slot++) {
           if (is->tiles[slot] == was->tiles[slot]) continue;
           f(pu * static_cast<int>(detail::kPageSide) + static_cast<int>(slot % detail::kPageSide),
-            pv * static_cast<int>(detail::kPageSide) + static_cast<int>(slot / detail::kPageSide), *was->tiles[slot],
-            *is->tiles[slot]);
+            pv * static_cast<int>(detail::kPageSide) + static_cast<int>(slot / detail::kPageSide),
+            *was->tiles[slot], *is->tiles[slot]);
         }
       }
   }

@@ -21,7 +21,8 @@ Vec3 at(const Surface& surface, uint32_t v) {
 
 class Tree {
  public:
-  explicit Tree(const Surface& surface) : surface_(surface), device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)) {
+  explicit Tree(const Surface& surface)
+      : surface_(surface), device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)) {
     const RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
     rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(surface.triangles.size()));
     rtcSetGeometryUserData(geometry, this);
@@ -30,7 +31,8 @@ class Tree {
         [](const RTCBoundsFunctionArguments* arguments) {
           const auto& self = *static_cast<const Tree*>(arguments->geometryUserPtr);
           Box box;
-          for (const uint32_t v : self.surface_.triangles[arguments->primID]) box.include(at(self.surface_, v));
+          for (const uint32_t v : self.surface_.triangles[arguments->primID])
+            box.include(at(self.surface_, v));
           RTCBounds& bounds = *arguments->bounds_o;
           // Positions are float32 already.
           bounds.lower_x = static_cast<float>(box.min.x());
@@ -79,7 +81,8 @@ class Tree {
           found.least = d;
           // A little more than it is, as the point was rounded for the tree.
           arguments->query->radius = static_cast<float>(d) * 1.0001f + 1e-6f * std::abs(arguments->query->x) +
-                                     1e-6f * std::abs(arguments->query->y) + 1e-6f * std::abs(arguments->query->z);
+                                     1e-6f * std::abs(arguments->query->y) +
+                                     1e-6f * std::abs(arguments->query->z);
           return true;
         },
         &search);
@@ -121,7 +124,8 @@ std::vector<Vec3> spread(const Surface& surface, int64_t samples) {
 }  // namespace
 
 Result<Distance> distance_from_to(const Surface& from, const Surface& to, int64_t samples, int threads) {
-  if (from.triangles.empty() || to.triangles.empty()) return Error{"there is no surface to measure from or to"};
+  if (from.triangles.empty() || to.triangles.empty())
+    return Error{"there is no surface to measure from or to"};
   const Tree tree(to);
   if (!tree.good()) return Error{"there is not enough memory to measure so many triangles"};
   std::vector<Vec3> points = spread(from, samples);

@@ -17,7 +17,8 @@ namespace {
 // sliver.
 constexpr double kLeastTurn = 0.3, kLeastShape = 0.02;
 
-// Distances are taken at some points of the fans and may be larger between them: so much of the tolerance is used.
+// Distances are taken at some points of the fans and may be larger between them: so much of the tolerance is
+// used.
 constexpr double kShare = 0.6;
 
 // Sum of squared distances to planes, weighted by area: p.A p + 2 b.p + c.
@@ -172,7 +173,8 @@ class Simplifier {
     return !(joined(v) && joined(u));
   }
 
-  // Whether v's triangles stay proper and near when it goes to u; `moved`: the bound on all that moved there so far.
+  // Whether v's triangles stay proper and near when it goes to u; `moved`: the bound on all that moved there
+  // so far.
   bool fits(uint32_t v, uint32_t u, double& moved) {
     const Vec3 &from = points_[v], &to = points_[u];
     double before_now = 0;
@@ -189,11 +191,12 @@ class Simplifier {
       }
       const Vec3 before = (was[1] - was[0]).cross(was[2] - was[0]), after = is.cross();
       const double area = after.norm();
-      if (!(area > kLeastShape * is.longest2()) || after.dot(before) < kLeastTurn * area * before.norm()) return false;
+      if (!(area > kLeastShape * is.longest2()) || after.dot(before) < kLeastTurn * area * before.norm())
+        return false;
       fan_.push_back(is);
     }
-    // How far the old fan and the new one are apart: the old one's middle and sides from the new one, and the middles
-    // of the new one's triangles and inner sides from the old.
+    // How far the old fan and the new one are apart: the old one's middle and sides from the new one, and the
+    // middles of the new one's triangles and inner sides from the old.
     double apart = to_fan(from);
     if (before_now + apart > kShare * tolerance_) return false;
     for (const uint32_t w : ring_v_) apart = std::max(apart, to_fan(0.5 * (from + points_[w])));

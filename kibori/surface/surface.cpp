@@ -14,7 +14,6 @@
 
 #include <kibori/base/check.h>
 #include <kibori/base/parallel.h>
-#include <kibori/dexel/normal_code.h>
 #include <kibori/surface/cell_table.h>
 #include <kibori/surface/surface_vertex.h>
 
@@ -44,7 +43,7 @@ class VertexGrid {
     per_mm_ = 1 / quantum_;
   }
   // Multiples of the quantum for a point [lattice units] of a cell.
-  std::array<int32_t, 3> place(const Vec3& point, const Index3& cell, int sheet) const {
+  std::array<int32_t, 3> place(const Eigen::Array3d& point, const Index3& cell, int sheet) const {
     std::array<int32_t, 3> at;
     for (int i = 0; i < 3; i++) {
       // Rounded to the nearest; truncation does it where numbers are positive.
@@ -69,7 +68,6 @@ class VertexGrid {
 };
 
 using Multiple = std::array<int32_t, 3>;
-using Vec3f = Eigen::Vector3f;
 
 std::array<int64_t, 3> cross(const Multiple& a, const Multiple& b, const Multiple& c) {
   int64_t u[3], v[3];
@@ -92,12 +90,19 @@ double distance2(const Multiple& a, const Multiple& b) {
 
 // An end of material on the edge between two nodes.
 struct Hit {
+  Vec4f normal;  // in world axes, out of the material
   float depth;   // along the edge's axis
-  Vec3f normal;  // in world axes, out of the material
   Color paint;
   uint32_t chunk = 0;  // whose it is, by the worker's count: others are left-overs
   uint8_t material;
 };
+
+// The first whole number k with depth <= k + 1/2: the node at or after an end. For depths from -2 on, by
+// truncation: there may be no instruction to round up.
+int node_after(float depth) {
+  const int k = static_cast<int>(depth + 2.5f) - 2;
+  return static_cast<float>(k) - 0.5f >= depth ? k - 1 : k;
+}
 
 // Makes chunks, one at a time, of columns of chunks above each other. Its memory serves for all of them.
 class ChunkWorker {
@@ -117,7 +122,7 @@ class ChunkWorker {
   SurfaceChunk run(int z) {
     out_ = {};
     first_[2] = z * kChunkCells - 1;
-    if (!load_columns(z - z_begin_)) return {};
+    if (empty_ || !load_columns(z - z_begin_)) return {};
     count_++;
     cells_.clear();
     places_.clear();
@@ -145,8 +150,10 @@ class ChunkWorker {
   bool node(const Index3& at) { return (column(at[0], at[1]) >> (at[2] + 1)) & 1; }
   // On the edge from node `at` to the next along `axis`.
   Hit& hit(Axis axis, const Index3& at) {
-    const int u = at[u_index(axis)], v = at[v_index(axis)], k = at[depth_index(axis)];
-    return hits_[static_cast<size_t>(axis)][static_cast<size_t>((v * kHitNodes + u) * kCells + k)];
+    return hits_[static_cast<size_t>(axis)][static_cast<size_t>(hit_index(axis, at))];
+  }
+  static int hit_index(Axis axis, const Index3& at) {
+    return (at[v_index(axis)] * kHitNodes + at[u_index(axis)]) * kCells + at[depth_index(axis)];
   }
   bool known(const Hit& h) const { return h.chunk == count_; }
   uint8_t mask(const Index3& cell) {
@@ -163,25 +170,35 @@ class ChunkWorker {
   void load_nodes(int chunks) {
     words_ = static_cast<size_t>(chunks) + 1;
     inside_.assign(kNodes * kNodes * words_, 0);
+    empty_ = true;
     const FieldSnapshot& field = model_->field(Axis::z);
-    const float begin = static_cast<float>(z_begin_ * kChunkCells - 2) + 0.5f,
+    const float first_node = static_cast<float>(z_begin_ * kChunkCells - 2),
                 bits = 16.0f * static_cast<float>(words_);
-    for (int y = 0; y < kNodes; y++)
-      for (int x = 0; x < kNodes; x++) {
-        const int u = first_[0] - 1 + x, v = first_[1] - 1 + y;
-        if (u < 0 || v < 0 || u >= field.nodes_u() || v >= field.nodes_v()) continue;
-        uint16_t* words = inside_.data() + static_cast<size_t>(y * kNodes + x) * words_;
-        field.for_spans(u, v, [&](const Span& s) {
-          // Nodes k with in <= k + 1/2 < out.
-          auto from = static_cast<unsigned>(std::clamp(std::ceil(s.in - begin), 0.0f, bits));
-          const auto to = static_cast<unsigned>(std::clamp(std::ceil(s.out - begin), 0.0f, bits));
-          while (from < to) {
-            const unsigned end = std::min(to, (from / 16 + 1) * 16);
-            words[from / 16] |= static_cast<uint16_t>(((1u << (end - from)) - 1) << from % 16);
-            from = end;
-          }
-        });
-      }
+    const int u_first = first_[0] - 1, v_first = first_[1] - 1;
+    const int u0 = std::max(u_first, 0), u1 = std::min(u_first + kNodes, field.nodes_u());
+    const int v0 = std::max(v_first, 0), v1 = std::min(v_first + kNodes, field.nodes_v());
+    for (int tv = v0 / kTileSide; tv * kTileSide < v1; tv++)
+      for (int tu = u0 / kTileSide; tu * kTileSide < u1; tu++)
+        for (const Plane* p = &field.tile(tu, tv).first; p; p = p->next) {
+          if (!p->reaches(static_cast<double>(first_node), static_cast<double>(first_node + bits))) continue;
+          empty_ = false;
+          for (int v = std::max(v0, tv * kTileSide); v < std::min(v1, (tv + 1) * kTileSide); v++)
+            for (int u = std::max(u0, tu * kTileSide); u < std::min(u1, (tu + 1) * kTileSide); u++) {
+              const int slot = v % kTileSide * kTileSide + u % kTileSide;
+              if (p->empty_at(slot)) continue;
+              // Nodes k with in <= k + 1/2 < out.
+              auto from = static_cast<unsigned>(node_after(std::clamp(p->in[slot] - first_node, 0.0f, bits)));
+              const auto to =
+                  static_cast<unsigned>(node_after(std::clamp(p->out[slot] - first_node, 0.0f, bits)));
+              uint16_t* words =
+                  inside_.data() + static_cast<size_t>((v - v_first) * kNodes + u - u_first) * words_;
+              while (from < to) {
+                const unsigned end = std::min(to, (from / 16 + 1) * 16);
+                words[from / 16] |= static_cast<uint16_t>(((1u << (end - from)) - 1) << from % 16);
+                from = end;
+              }
+            }
+        }
   }
 
   // The nodes of one chunk; false where all of them are alike.
@@ -255,14 +272,24 @@ class ChunkWorker {
     at[u_index(axis)] = u - first_[u_index(axis)];
     at[v_index(axis)] = v - first_[v_index(axis)];
     int& k = at[depth_index(axis)];
-    k = static_cast<int>(std::ceil(depth - 0.5f)) - first_[depth_index(axis)];
+    k = node_after(depth) - first_[depth_index(axis)];
     const bool above = node(at);
     k--;
     if (k < 0 || k >= kCells || node(at) != at_out || above == at_out) return;
-    const Span span = FieldSnapshot::span_at(plane, slot);
-    hit(axis, at) = {depth,
-                     decode_normal(at_out ? span.normal_out : span.normal_in, axis, at_out).cast<float>(),
-                     at_out ? span.paint_out : span.paint_in, count_, span.material};
+    Hit& h = hit(axis, at);
+    // As decode_normal, in float32.
+    const uint32_t code = (at_out ? plane.normal_out : plane.normal_in)[slot];
+    const float nu = static_cast<float>(static_cast<int16_t>(code & 0xffffu)) * (1 / 32767.0f),
+                nv = static_cast<float>(static_cast<int16_t>(code >> 16)) * (1 / 32767.0f);
+    const float nd = std::sqrt(std::max(0.0f, 1 - nu * nu - nv * nv));
+    h.normal[u_index(axis)] = nu;
+    h.normal[v_index(axis)] = nv;
+    h.normal[depth_index(axis)] = at_out ? nd : -nd;
+    h.normal[3] = 0;
+    h.depth = depth;
+    h.paint = plane.paint ? (at_out ? plane.paint->out : plane.paint->in)[slot] : 0;
+    h.chunk = count_;
+    h.material = plane.material[slot];
   }
 
   void make_vertices(Cell& cell) {
@@ -272,39 +299,58 @@ class ChunkWorker {
     auto& cells = own ? out_.cell : foreign_cells_;
     cell.vertex = static_cast<uint32_t>(vertices.size()) | (own ? 0 : kForeign);
     const Index3 absolute = first_ + cell.at;
-    const Vec3 centre = absolute.matrix().cast<double>() + Vec3::Ones();
+    const Eigen::Array3d centre = absolute.cast<double>() + 1;
+    const Eigen::Array3f near_centre = centre.cast<float>();
+    int base[3];
+    for (const Axis axis : kAxes) base[static_cast<size_t>(axis)] = hit_index(axis, cell.at);
     for (size_t sheet = 0; sheet < cell.sheets.count; sheet++) {
       SheetEnds ends;
       SurfaceVertex vertex{{}, {}, 0, 0};
       for (size_t e = cell.sheets.begin[sheet]; e < cell.sheets.begin[sheet + 1]; e++) {
-        const CellEdge edge = kEdges[cell.sheets.edges[e]];
-        const Axis axis = kAxes[edge.axis];
-        const int x = edge.corner & 1, y = (edge.corner >> 1) & 1, z = edge.corner >> 2;
-        const Hit& h = hit(axis, cell.at + Index3(x, y, z));
-        const auto i = static_cast<size_t>(ends.count++);
-        Vec3& p = ends.points[i];
-        p = Vec3(x - 0.5, y - 0.5, z - 0.5);
+        const EdgePlace& edge = edge_place(cell.sheets.edges[e]);
+        const Hit& h = hits_[edge.axis][static_cast<size_t>(base[edge.axis] + edge.offset)];
         if (known(h)) {
-          p[edge.axis] = static_cast<double>(h.depth) - centre[edge.axis];
-          ends.normals[i] = h.normal.cast<double>();
+          ends.add(edge.middle + (h.depth - near_centre[edge.axis]) * edge.along, h.normal);
           ends.with_normal++;
           vertex.material = h.material;
           if (h.paint) vertex.paint = h.paint;
         } else {
           // Where the fields disagree by a rounding there is no end: halfway will do.
-          p[edge.axis] = 0;
-          ends.normals[i] = Vec3::Zero();
+          ends.add(edge.middle, Vec4f::Zero());
         }
       }
       const SheetVertex placed = place_vertex(ends);
-      const Multiple at = grid_.place(centre + placed.point, absolute, static_cast<int>(sheet));
+      const Multiple at = grid_.place(centre + placed.point.head<3>().array().cast<double>(), absolute,
+                                      static_cast<int>(sheet));
       vertex.position = grid_.mm(at);
-      for (int i = 0; i < 3; i++)
-        vertex.normal[static_cast<size_t>(i)] = static_cast<float>(placed.normal[i]);
+      for (int i = 0; i < 3; i++) vertex.normal[static_cast<size_t>(i)] = placed.normal[i];
       vertices.push_back(vertex);
       places.push_back({at, placed.rank});
       cells.push_back(static_cast<uint32_t>(index_of(cell.at) * kMaxSheets + sheet));
     }
+  }
+
+  // An edge of a cell: its middle, from the cell's centre, its direction, and where its hit is, from that of
+  // the cell's first edge along the same axis.
+  struct EdgePlace {
+    Vec4f middle, along;
+    uint8_t axis;
+    int offset;
+  };
+  static const EdgePlace& edge_place(size_t edge) {
+    static const std::array<EdgePlace, kCellEdges> places = [] {
+      std::array<EdgePlace, kCellEdges> all;
+      for (size_t i = 0; i < all.size(); i++) {
+        const CellEdge e = kEdges[i];
+        const Index3 corner(e.corner & 1, (e.corner >> 1) & 1, e.corner >> 2);
+        Vec4f middle(0, 0, 0, 0);
+        middle.head<3>() = corner.cast<float>().matrix() - Eigen::Vector3f::Constant(0.5f);
+        middle[e.axis] = 0;
+        all[i] = {middle, Vec4f::Unit(e.axis), e.axis, hit_index(kAxes[e.axis], corner)};
+      }
+      return all;
+    }();
+    return places[edge];
   }
 
   struct Place {
@@ -316,31 +362,38 @@ class ChunkWorker {
   // The quads of the edges whose nearest cell this is.
   void make_quads(const Cell& cell) {
     if (!(cell.at < kChunkCells).all()) return;
-    for (Axis axis : kAxes) {
-      const int a = static_cast<int>(axis), u = u_index(axis), v = v_index(axis);
-      const int du = 1 << u, dv = 1 << v;
-      const bool inside = (cell.inside >> (du | dv)) & 1, beyond = (cell.inside >> (du | dv | 1 << a)) & 1;
-      if (inside == beyond) continue;
-      Index3 from = cell.at;
-      from[u]++;
-      from[v]++;
-      // The four cells around the edge, counter-clockwise seen from its far end.
-      const int corners[4] = {du | dv, dv, 0, du};
-      uint32_t quad[4];
-      for (int i = 0; i < 4; i++) {
-        Index3 at = cell.at;
-        if (!(corners[i] & du)) at[u]++;
-        if (!(corners[i] & dv)) at[v]++;
-        const int index = index_[index_of(at)];
-        KIBORI_CHECK(index >= 0);
-        const Cell& around = cells_[static_cast<size_t>(index)];
-        const uint8_t sheet = around.sheets.of_edge[static_cast<size_t>(edge_at(a, corners[i]))];
-        KIBORI_CHECK(sheet != kNoSheet);
-        quad[inside ? i : 3 - i] = around.vertex + sheet;
-      }
-      split(quad, axis, from, cell.at);
-    }
+    make_quad<Axis::x>(cell);
+    make_quad<Axis::y>(cell);
+    make_quad<Axis::z>(cell);
   }
+  template <Axis axis>
+  void make_quad(const Cell& cell) {
+    constexpr int a = static_cast<int>(axis), u = u_index(axis), v = v_index(axis);
+    constexpr int du = 1 << u, dv = 1 << v;
+    const bool inside = (cell.inside >> (du | dv)) & 1, beyond = (cell.inside >> (du | dv | 1 << a)) & 1;
+    if (inside == beyond) return;
+    Index3 from = cell.at;
+    from[u]++;
+    from[v]++;
+    // The four cells around the edge, counter-clockwise seen from its far end, by the edge's near corner in
+    // each.
+    constexpr int corners[4] = {du | dv, dv, 0, du};
+    constexpr int step_u = step_of(u), step_v = step_of(v);
+    constexpr int steps[4] = {0, step_u, step_u + step_v, step_v};
+    const auto own = static_cast<int>(index_of(cell.at));
+    uint32_t quad[4];
+    for (int i = 0; i < 4; i++) {
+      const int index = index_[static_cast<size_t>(own + steps[i])];
+      KIBORI_CHECK(index >= 0);
+      const Cell& around = cells_[static_cast<size_t>(index)];
+      const uint8_t sheet = around.sheets.of_edge[static_cast<size_t>(edge_at(a, corners[i]))];
+      KIBORI_CHECK(sheet != kNoSheet);
+      quad[inside ? i : 3 - i] = around.vertex + sheet;
+    }
+    split(quad, axis, from, cell.at);
+  }
+  // What index_of grows by for the next cell along an axis.
+  static constexpr int step_of(int axis) { return axis == 2 ? 1 : axis == 0 ? kCells : kCells * kCells; }
 
   // Two triangles along the better diagonal; four around a new vertex if every diagonal has a degenerate one.
   void split(const uint32_t (&q)[4], Axis axis, const Index3& from, const Index3& cell) {
@@ -396,7 +449,7 @@ class ChunkWorker {
     SurfaceVertex middle{grid_.mm(at), {}, 0, 0};
     if (known(h)) middle.material = h.material, middle.paint = h.paint;
     const Vec3 normal =
-        known(h) ? Vec3(h.normal.cast<double>()) : Vec3(Vec3::Unit(di) * (node(from) ? 1 : -1));
+        known(h) ? Vec3(h.normal.head<3>().cast<double>()) : Vec3(Vec3::Unit(di) * (node(from) ? 1 : -1));
     for (int i = 0; i < 3; i++) middle.normal[static_cast<size_t>(i)] = static_cast<float>(normal[i]);
     const auto v = static_cast<uint32_t>(out_.vertices.size());
     out_.vertices.push_back(middle);
@@ -422,7 +475,8 @@ class ChunkWorker {
   const VertexGrid grid_;
   Index3 first_ = Index3::Zero();  // the chunk's first cell; cell c stands between nodes c and c + 1
   int z_begin_ = 0;
-  size_t words_ = 0;  // a column
+  size_t words_ = 0;    // a column
+  bool empty_ = false;  // no material in the column of chunks
   std::vector<uint16_t> inside_;
   std::array<uint32_t, kNodes * kNodes> columns_;
   uint32_t count_ = 0;  // of chunks
@@ -451,8 +505,8 @@ SurfaceChunk extract_chunk(const Snapshot& model, const Index3& chunk) {
 
 namespace {
 
-// Where two tiles differ: rays (bits of their u and v) and the depths of the ends that only one of them has. Normals,
-// materials and paint count too.
+// Where two tiles differ: rays (bits of their u and v) and the depths of the ends that only one of them has.
+// Normals, materials and paint count too.
 struct TileDifference {
   float low = kFar, high = -kFar;
   uint32_t us = 0, vs = 0;
@@ -501,7 +555,8 @@ class TileComparison {
     const Plane *p = &was.first, *q = &is.first;
     for (; p && q; p = p->next, q = q->next) {
       constexpr size_t kBytes = kTileSide * sizeof(float);
-      if (std::memcmp(p->in + row, q->in + row, kBytes) != 0 || std::memcmp(p->out + row, q->out + row, kBytes) != 0 ||
+      if (std::memcmp(p->in + row, q->in + row, kBytes) != 0 ||
+          std::memcmp(p->out + row, q->out + row, kBytes) != 0 ||
           std::memcmp(p->normal_in + row, q->normal_in + row, kBytes) != 0 ||
           std::memcmp(p->normal_out + row, q->normal_out + row, kBytes) != 0 ||
           std::memcmp(p->material + row, q->material + row, kTileSide) != 0 || p->paint || q->paint)
@@ -534,28 +589,29 @@ std::vector<Index3> changed_chunks(const Snapshot& before, const Snapshot& now) 
   std::vector<Index3> changed;
   TileComparison comparison;
   for (const Axis axis : kAxes)
-    now.field(axis).for_changed_tiles(before.field(axis), [&](int tu, int tv, const Tile& was, const Tile& is) {
-      const TileDifference d = comparison.run(was, is);
-      if (!d.us) return;
-      // Nodes whose neighbourhood changed, first and last.
-      Index3 first, last;
-      first[u_index(axis)] = tu * kTileSide + std::countr_zero(d.us);
-      last[u_index(axis)] = tu * kTileSide + 31 - std::countl_zero(d.us);
-      first[v_index(axis)] = tv * kTileSide + std::countr_zero(d.vs);
-      last[v_index(axis)] = tv * kTileSide + 31 - std::countl_zero(d.vs);
-      first[depth_index(axis)] = static_cast<int>(std::floor(d.low - 0.5f));
-      last[depth_index(axis)] = static_cast<int>(std::ceil(d.high - 0.5f));
-      // Chunk c is made of nodes 16 c - 2 ... 16 c + 17.
-      const auto chunk_of = [&](int node, int i) { return std::clamp(node, 0, chunks[i] - 1); };
-      Index3 from, to;
-      for (int i = 0; i < 3; i++) {
-        from[i] = chunk_of(static_cast<int>(std::floor((first[i] - 17 + 15) / 16.0)), i);
-        to[i] = chunk_of(static_cast<int>(std::floor((last[i] + 2) / 16.0)), i);
-      }
-      for (int z = from[2]; z <= to[2]; z++)
-        for (int y = from[1]; y <= to[1]; y++)
-          for (int x = from[0]; x <= to[0]; x++) changed.emplace_back(x, y, z);
-    });
+    now.field(axis).for_changed_tiles(
+        before.field(axis), [&](int tu, int tv, const Tile& was, const Tile& is) {
+          const TileDifference d = comparison.run(was, is);
+          if (!d.us) return;
+          // Nodes whose neighbourhood changed, first and last.
+          Index3 first, last;
+          first[u_index(axis)] = tu * kTileSide + std::countr_zero(d.us);
+          last[u_index(axis)] = tu * kTileSide + 31 - std::countl_zero(d.us);
+          first[v_index(axis)] = tv * kTileSide + std::countr_zero(d.vs);
+          last[v_index(axis)] = tv * kTileSide + 31 - std::countl_zero(d.vs);
+          first[depth_index(axis)] = static_cast<int>(std::floor(d.low - 0.5f));
+          last[depth_index(axis)] = static_cast<int>(std::ceil(d.high - 0.5f));
+          // Chunk c is made of nodes 16 c - 2 ... 16 c + 17.
+          const auto chunk_of = [&](int node, int i) { return std::clamp(node, 0, chunks[i] - 1); };
+          Index3 from, to;
+          for (int i = 0; i < 3; i++) {
+            from[i] = chunk_of(static_cast<int>(std::floor((first[i] - 17 + 15) / 16.0)), i);
+            to[i] = chunk_of(static_cast<int>(std::floor((last[i] + 2) / 16.0)), i);
+          }
+          for (int z = from[2]; z <= to[2]; z++)
+            for (int y = from[1]; y <= to[1]; y++)
+              for (int x = from[0]; x <= to[0]; x++) changed.emplace_back(x, y, z);
+        });
   std::sort(changed.begin(), changed.end(), ChunkOrder());
   changed.erase(std::unique(changed.begin(), changed.end(),
                             [](const Index3& a, const Index3& b) { return (a == b).all(); }),
@@ -685,13 +741,15 @@ std::vector<uint32_t> number_vertices(const Slab& here, const Slab& above, int x
   return number;
 }
 
-}  // namespace
-
-void stream_surface(const Snapshot& model, int threads, const SurfaceSink& sink) {
+// stream_surface, which also says before each slab how many vertices there will be at least and for what
+// share of the model.
+template <class Progress>
+void stream_slabs(const Snapshot& model, int threads, const SurfaceSink& sink, Progress&& progress) {
   uint32_t count = 0;
   Slab here = make_slab(model, threads, 0, count);
   while (!here.parts.empty()) {
     Slab above = make_slab(model, threads, here.z_end, count);
+    progress(count, static_cast<double>(above.parts.empty() ? here.z_end : above.z_end) / here.chunks[2]);
     std::vector<std::vector<uint32_t>> numbers(here.parts.size());
     const auto rows = static_cast<size_t>(here.chunks[1] * (here.z_end - here.z_begin));
     run_parallel(threads, rows, [&](size_t row) {
@@ -708,13 +766,26 @@ void stream_surface(const Snapshot& model, int threads, const SurfaceSink& sink)
   }
 }
 
+}  // namespace
+
+void stream_surface(const Snapshot& model, int threads, const SurfaceSink& sink) {
+  stream_slabs(model, threads, sink, [](uint32_t, double) {});
+}
+
 Surface extract_surface(const Snapshot& model, int threads) {
   Surface surface;
-  stream_surface(model, threads, [&](const SurfacePart& part) {
+  const auto sink = [&](const SurfacePart& part) {
     const auto vertices = part.vertices.first(part.own);
     surface.vertices.insert(surface.vertices.end(), vertices.begin(), vertices.end());
     for (const SurfaceTriangle& t : part.triangles)
       surface.triangles.push_back({part.number[t[0]], part.number[t[1]], part.number[t[2]]});
+  };
+  stream_slabs(model, threads, sink, [&](uint32_t vertices, double share) {
+    if (vertices <= surface.vertices.capacity()) return;
+    // If the rest is like the part so far; two triangles a vertex.
+    const auto expected = static_cast<size_t>(1.05 * vertices / share);
+    surface.vertices.reserve(expected);
+    surface.triangles.reserve(2 * expected);
   });
   return surface;
 }

@@ -38,8 +38,8 @@ inline constexpr uint32_t kNoCell = ~0u;
 
 SurfaceChunk extract_chunk(const Snapshot& model, const Index3& chunk);
 
-// The chunks whose surface may differ between two snapshots of one model: found by what they do not share, so the cost
-// is that of the edits between them. In ascending order.
+// The chunks whose surface may differ between two snapshots of one model: found by what they do not share, so
+// the cost is that of the edits between them. In ascending order.
 std::vector<Index3> changed_chunks(const Snapshot& before, const Snapshot& now);
 
 // A surface that follows its model. Its memory serves from update to update.
@@ -50,7 +50,8 @@ class LiveSurface {
   LiveSurface(LiveSurface&&) noexcept;
   LiveSurface& operator=(LiveSurface&&) noexcept;
 
-  // Makes the chunks anew that changed since the last snapshot, and names them. The model may go on changing meanwhile.
+  // Makes the chunks anew that changed since the last snapshot, and names them. The model may go on changing
+  // meanwhile.
   const std::vector<Index3>& update(const Snapshot& now);
   // The chunk's surface; empty where there is none.
   const SurfaceChunk& chunk(const Index3& at) const;

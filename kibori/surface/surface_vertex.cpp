@@ -6,46 +6,47 @@
 
 #include <Eigen/Eigenvalues>
 
+#include <kibori/geometry/vec.h>
+
 namespace kibori {
 namespace {
 
 // Eigenvalues below this share of the largest are taken for curvature and noise, not for a second face: two
 // planes at an angle a give tan^2(a/2), so 0.05 keeps edges sharper than 25 degrees.
 constexpr double kSharp = 0.05;
+// Normals within acos of this of their mean are of one face.
+constexpr float kFlat = 0.98f;
+
+// Whether all normals are within kFlat of their mean, of length `length` before it was made a unit vector.
+bool one_face(const SheetEnds& ends, const Vec4f& normal, float length) {
+  // Their cosines add up to `length`, so if that is nearly their number, none is far below 1.
+  if (length > static_cast<float>(ends.with_normal) - (1 - kFlat)) return true;
+  float least = 1;
+  for (int i = 0; i < ends.count; i++)
+    if (ends.normals[i] != Vec4f::Zero()) least = std::min(least, ends.normals[i].dot(normal));
+  return least > kFlat;
+}
 
 }  // namespace
 
 SheetVertex place_vertex(const SheetEnds& ends) {
-  Vec3 mean = Vec3::Zero(), sum = Vec3::Zero();
-  for (int i = 0; i < ends.count; i++) {
-    mean += ends.points[i];
-    sum += ends.normals[i];
-  }
-  mean /= ends.count;
-  SheetVertex vertex{mean, Vec3::UnitZ(), 1};
-  const double length = std::sqrt(sum.squaredNorm());
-  if (ends.with_normal == 0 || !(length > 1e-9)) return vertex;
-  vertex.normal = sum / length;
+  const Vec4f mean = ends.point_sum * (1 / static_cast<float>(ends.count));
+  SheetVertex vertex{mean, Vec4f(0, 0, 1, 0), 1};
+  const float length = std::sqrt(ends.normal_sum.squaredNorm());
+  if (ends.with_normal == 0 || !(length > 1e-9f)) return vertex;
+  vertex.normal = ends.normal_sum * (1 / length);
 
-  // Nearly one plane: move along the mean normal alone.
-  double along = 0, spread = 1, height = 0;
-  for (int i = 0; i < ends.count; i++) {
-    const Vec3& n = ends.normals[i];
-    if (n == Vec3::Zero()) continue;
-    const double c = n.dot(vertex.normal);
-    along += c;
-    spread = std::min(spread, c);
-    height += n.dot(ends.points[i] - mean);
-  }
-  if (spread > 0.98) {
-    vertex.point = mean + (height / along) * vertex.normal;
+  if (one_face(ends, vertex.normal, length)) {
+    // Along the mean normal alone.
+    const float height = ends.products.sum() - ends.normal_sum.dot(mean);
+    vertex.point = mean + (height / length) * vertex.normal;
   } else {
     Mat3 a = Mat3::Zero();
     Vec3 b = Vec3::Zero();
     for (int i = 0; i < ends.count; i++) {
-      const Vec3& n = ends.normals[i];
+      const Vec3 n = ends.normals[i].head<3>().cast<double>();
       a += n * n.transpose();
-      b += n.dot(ends.points[i] - mean) * n;
+      b += n.dot((ends.points[i] - mean).head<3>().cast<double>()) * n;
     }
     const Eigen::SelfAdjointEigenSolver<Mat3> solver(a);  // ascending
     Vec3 step = Vec3::Zero();
@@ -57,16 +58,17 @@ SheetVertex place_vertex(const SheetEnds& ends) {
       step += (axis.dot(b) / value) * axis;
       vertex.rank++;
     }
-    vertex.point = mean + step;
+    vertex.point.head<3>() += step.cast<float>();
   }
+  if (vertex.point.cwiseAbs().maxCoeff() <= kVertexReach) return vertex;
   // Back towards the mean, which is inside the cell, until it is within reach.
-  double share = 1;
+  float share = 1;
   for (int i = 0; i < 3; i++) {
-    const double step = vertex.point[i] - mean[i];
-    if (mean[i] + step > kVertexReach) share = std::min(share, (kVertexReach - mean[i]) / step);
-    if (mean[i] + step < -kVertexReach) share = std::min(share, (-kVertexReach - mean[i]) / step);
+    const float step = vertex.point[i] - mean[i];
+    if (vertex.point[i] > kVertexReach) share = std::min(share, (kVertexReach - mean[i]) / step);
+    if (vertex.point[i] < -kVertexReach) share = std::min(share, (-kVertexReach - mean[i]) / step);
   }
-  if (share < 1) vertex.point = mean + share * (vertex.point - mean);
+  vertex.point = mean + share * (vertex.point - mean);
   return vertex;
 }
 
