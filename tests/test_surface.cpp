@@ -20,83 +20,14 @@
 #include <kibori/surface/surface.h>
 
 #include "tests/support.h"
+#include "tests/surface_check.h"
 
 namespace kibori {
 namespace {
 
+using test::broken;
 using test::Random;
-
-// Empty if the promise holds, else what is wrong. Counts the surface's closed components and twice their
-// handles.
-std::string broken(const Surface& surface, int* components = nullptr, int* handles2 = nullptr) {
-  const auto& vertices = surface.vertices;
-  std::set<std::array<float, 3>> places;
-  for (const SurfaceVertex& v : vertices)
-    if (!places.insert(v.position).second) return "two vertices in one place";
-  std::unordered_map<uint64_t, uint32_t> next;  // directed edge -> triangle
-  const auto key = [](uint32_t a, uint32_t b) { return uint64_t{a} << 32 | b; };
-  std::vector<uint32_t> fans(vertices.size(), 0), some(vertices.size(), ~0u);
-  for (uint32_t t = 0; t < surface.triangles.size(); t++) {
-    const auto& tri = surface.triangles[t];
-    double p[3][3];
-    for (size_t i = 0; i < 3; i++) {
-      if (tri[i] >= vertices.size()) return "a vertex that is not there";
-      for (size_t k = 0; k < 3; k++) p[i][k] = static_cast<double>(vertices[tri[i]].position[k]);
-      if (!next.emplace(key(tri[i], tri[(i + 1) % 3]), t).second)
-        return "an edge used twice in one direction";
-      fans[tri[i]]++;
-      some[tri[i]] = t;
-    }
-    double u[3], v[3];
-    for (size_t k = 0; k < 3; k++) u[k] = p[1][k] - p[0][k], v[k] = p[2][k] - p[0][k];
-    if (u[1] * v[2] == u[2] * v[1] && u[2] * v[0] == u[0] * v[2] && u[0] * v[1] == u[1] * v[0])
-      return "a degenerate triangle";
-  }
-  for (const auto& [edge, t] : next)
-    if (!next.count(edge << 32 | edge >> 32)) return "an open edge";
-  for (uint32_t v = 0; v < vertices.size(); v++) {
-    if (fans[v] == 0) return "a vertex of no triangle";
-    // Around the vertex, triangle by triangle, back to the first: all of them, if they are one fan.
-    uint32_t count = 0, t = some[v];
-    do {
-      const auto& tri = surface.triangles[t];
-      const size_t i = tri[0] == v ? 0 : tri[1] == v ? 1 : 2;
-      t = next.at(key(v, tri[(i + 2) % 3]));
-      count++;
-    } while (t != some[v] && count <= fans[v]);
-    if (count != fans[v]) return "a vertex of two fans";
-  }
-  // Components, by union of triangles' corners.
-  std::vector<uint32_t> root(vertices.size());
-  for (uint32_t i = 0; i < root.size(); i++) root[i] = i;
-  const auto find = [&](uint32_t i) {
-    while (root[i] != i) i = root[i] = root[root[i]];
-    return i;
-  };
-  for (const auto& tri : surface.triangles)
-    for (size_t i = 1; i < 3; i++) root[find(tri[i])] = find(tri[0]);
-  int count = 0;
-  for (uint32_t i = 0; i < root.size(); i++) count += root[i] == i;
-  const auto euler = static_cast<int64_t>(vertices.size()) - static_cast<int64_t>(next.size() / 2) +
-                     static_cast<int64_t>(surface.triangles.size());
-  const int64_t genus2 = 2 * count - euler;
-  if (genus2 < 0 || genus2 % 2) return "an Euler number that no closed surface has";
-  if (components) *components = count;
-  if (handles2) *handles2 = static_cast<int>(genus2);
-  return {};
-}
-
-double volume(const Surface& surface) {
-  double sum = 0;
-  for (const auto& t : surface.triangles) {
-    Vec3 p[3];
-    for (size_t i = 0; i < 3; i++)
-      for (int k = 0; k < 3; k++)
-        p[i][k] = static_cast<double>(surface.vertices[t[i]].position[static_cast<size_t>(k)]);
-    sum += p[0].dot(p[1].cross(p[2]));
-  }
-  return sum / 6;
-}
+using test::volume;
 
 // Whatever nodes one likes, as material.
 class NodeBits final : public Solid {
@@ -236,7 +167,9 @@ Tool random_tool(Random& random, double size) {
 
 TEST(Surface, RandomCarvesAreManifoldsOfTheModelsVolume) {
   Random random;
-  const int rounds = std::getenv("KIBORI_SHORT") ? 20 : 300;
+  // KIBORI_CARVES: as many as one has time for.
+  const char* wanted = std::getenv("KIBORI_CARVES");
+  const int rounds = wanted ? std::atoi(wanted) : std::getenv("KIBORI_SHORT") ? 20 : 300;
   std::vector<double> off;
   for (int round = 0; round < rounds; round++) {
     Lattice lattice;
@@ -271,6 +204,63 @@ TEST(Surface, RandomCarvesAreManifoldsOfTheModelsVolume) {
               off[off.size() / 2], off.back());
   EXPECT_LT(off[off.size() / 2], 0.01) << random.note();
   EXPECT_LT(off.back(), 0.2) << random.note();
+}
+
+// After every edit, however it came about, each chunk of the live surface is what a fresh extraction makes.
+TEST(Surface, LiveSurfaceFollowsEveryEdit) {
+  Random random;
+  const int rounds = std::getenv("KIBORI_SHORT") ? 4 : 40;
+  int64_t made = 0, all = 0;
+  for (int round = 0; round < rounds; round++) {
+    Lattice lattice;
+    lattice.nodes = Index3(random.integer(10, 70), random.integer(10, 70), random.integer(10, 70));
+    TriDexel model(lattice);
+    const Vec3 size = lattice.nodes.matrix().cast<double>();
+    model.fill_block({Vec3(2, 3, 1), size - Vec3(1, 2, 3)}, 0);
+    const std::vector<Material> materials{Material{}, Material{}};
+    LiveSurface live(model.snapshot(), random.integer(1, 3));
+    std::vector<Snapshot> kept{model.snapshot()};
+    for (int step = 0; step < 12; step++) {
+      const auto anywhere = [&] { return Vec3(random.in_box(0, 1).cwiseProduct(size)); };
+      const int what = random.integer(0, 9);
+      Removed removed;
+      if (what == 0) {
+        model.restore(kept[static_cast<size_t>(random.integer(0, static_cast<int>(kept.size()) - 1))]);
+      } else if (what == 1) {
+        paint(model, SweptBall(anywhere(), Vec3::Zero(), random.uniform(2, 12)), 0xff2040a0u, {}, removed);
+      } else {
+        const Tool tool = random_tool(random, random.uniform(0.05, 0.4) * size.minCoeff());
+        Stroke stroke(model, Pose{anywhere(), frame_from_axis(random.direction(), 0)});
+        const Vec3 to = stroke.pose().tip + random.in_box(-3, 3);
+        ASSERT_TRUE(
+            stroke.advance(tool, to, Vec3::Zero(), what < 8 ? Mode::cut : Mode::deposit, {}, materials, 1)
+                .ok());
+      }
+      const Snapshot now = model.snapshot();
+      kept.push_back(now);
+      made += static_cast<int64_t>(live.update(now).size());
+      const Index3 chunks = surface_chunks(lattice);
+      for (int z = 0; z < chunks[2]; z++)
+        for (int y = 0; y < chunks[1]; y++)
+          for (int x = 0; x < chunks[0]; x++) {
+            const SurfaceChunk fresh = extract_chunk(now, {x, y, z});
+            const SurfaceChunk& has = live.chunk({x, y, z});
+            all++;
+            ASSERT_EQ(has.own, fresh.own) << random.note();
+            ASSERT_EQ(has.triangles, fresh.triangles) << random.note();
+            ASSERT_EQ(has.cell, fresh.cell) << random.note();
+            ASSERT_EQ(has.vertices.size(), fresh.vertices.size()) << random.note();
+            for (size_t i = 0; i < fresh.vertices.size(); i++) {
+              ASSERT_EQ(has.vertices[i].position, fresh.vertices[i].position) << random.note();
+              ASSERT_EQ(has.vertices[i].normal, fresh.vertices[i].normal) << random.note();
+              ASSERT_EQ(has.vertices[i].material, fresh.vertices[i].material) << random.note();
+              ASSERT_EQ(has.vertices[i].paint, fresh.vertices[i].paint) << random.note();
+            }
+          }
+    }
+  }
+  std::printf("%lld of %lld chunks made anew\n", static_cast<long long>(made), static_cast<long long>(all));
+  EXPECT_LT(made, all);
 }
 
 TEST(Surface, ChunksMakeTheSameVerticesForTheirNeighbours) {
@@ -365,50 +355,6 @@ TEST(Surface, ObliqueEdgesStaySharp) {
   // A cell that an edge passes, but with ends of one face alone, puts its vertex on that face, somewhat
   // beyond the edge.
   EXPECT_LT(worst, 0.2) << random.note();
-}
-
-// What is written is read back: the same corners to the bit, triangle by triangle, and a file that welds by
-// position has the same vertices again.
-TEST(SurfaceFile, ComesBackFromEveryFormat) {
-  Lattice lattice;
-  lattice.nodes = Index3(30, 25, 20);
-  lattice.pitch_mm = 0.37;
-  lattice.origin_mm = Vec3(-3, 100, 7);
-  TriDexel model(lattice);
-  model.fill_block({lattice.to_mm(Vec3(2, 2, 2)), lattice.to_mm(Vec3(28, 22, 17))}, 0);
-  Removed removed;
-  cut(model, SweptBall(Vec3(5, 12, 18), Vec3(20, 3, -2), 5), {}, removed);
-  const Surface surface = extract_surface(model.snapshot());
-  const SurfaceSource whole = [&](const SurfaceSink& sink) { stream_surface(model.snapshot(), 2, sink); };
-  const Rgb oak{196, 154, 108};
-  const auto folder = std::filesystem::temp_directory_path() / ("kibori-surface-" + std::to_string(getpid()));
-  std::filesystem::create_directory(folder);
-  for (const char* name : {"a.stl", "a.PLY", "a.obj", "a.3mf", "a.glb"}) {
-    const bool exact = std::string(name) != "a.glb";  // metres are rounded once more
-    ASSERT_TRUE(write_surface(folder / name, whole, {&oak, 1}).ok()) << name;
-    const Result<TriangleMesh> back = read_mesh(folder / name);
-    ASSERT_TRUE(back.ok()) << name << " " << back.error();
-    const TriangleMesh& mesh = back.value();
-    ASSERT_EQ(mesh.triangles.size(), surface.triangles.size()) << name;
-    std::set<std::array<double, 3>> places;
-    for (size_t t = 0; t < mesh.triangles.size(); t++)
-      for (size_t i = 0; i < 3; i++) {
-        const Vec3& p = mesh.vertices[mesh.triangles[t][i]];
-        const auto& q = surface.vertices[surface.triangles[t][i]].position;
-        for (int k = 0; k < 3; k++)
-          ASSERT_NEAR(p[k], static_cast<double>(q[static_cast<size_t>(k)]), exact ? 0 : 2e-5) << name;
-        places.insert({p[0], p[1], p[2]});
-      }
-    if (exact) {
-      EXPECT_EQ(places.size(), surface.vertices.size()) << name;
-    }
-  }
-  EXPECT_FALSE(write_surface(folder / "a.xyz", whole, {}).ok());
-  EXPECT_FALSE(write_surface(folder / "no" / "a.stl", whole, {}).ok());
-  EXPECT_FALSE(write_surface(folder, whole, {}).ok());
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), std::filesystem::directory_iterator()),
-            5);
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

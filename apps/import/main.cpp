@@ -40,6 +40,25 @@ Status check_ply_counts(const std::filesystem::path& path) {
   return Ok{};
 }
 
+// The same for OFF: three counts in its first line of numbers.
+Status check_off_counts(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::error_code error;
+  const auto size = static_cast<double>(std::filesystem::file_size(path, error));
+  std::string line;
+  for (int number = 1; number < 1000 && std::getline(file, line); number++) {
+    double vertices = 0, faces = 0;
+    const size_t digits = line.find_first_of("0123456789-");
+    if (line.starts_with("#") || digits == std::string::npos) continue;
+    if (std::sscanf(line.c_str() + digits, "%lf %lf", &vertices, &faces) == 2 && vertices >= 0 && faces >= 0 &&
+        vertices + faces <= size)
+      return Ok{};
+    return Error{path.string() + ":" + std::to_string(number) +
+                 ": promises more vertices or faces than the file has bytes; export it again"};
+  }
+  return Error{path.string() + ": has no counts of vertices and faces"};
+}
+
 // glb: metres and Y up.
 Result<TriangleMesh> read_with_assimp(const std::filesystem::path& path, bool glb) {
   Assimp::Importer importer;
@@ -86,6 +105,8 @@ Result<TriangleMesh> read_foreign(const std::filesystem::path& path) {
   }
   if (ending == ".ply")
     if (const Status counts = check_ply_counts(path); !counts) return Error{counts.error()};
+  if (ending == ".off")
+    if (const Status counts = check_off_counts(path); !counts) return Error{counts.error()};
   return read_with_assimp(path, ending == ".glb");
 }
 

@@ -34,11 +34,11 @@ struct Head {
   uint64_t vertices, triangles;
 };
 
-// Parsers get through megabytes a second; a minute and a second a megabyte is far more than any needs.
+// Parsers get through megabytes a second; this is far more than any needs.
 double seconds_for(const std::filesystem::path& path) {
   std::error_code error;
   const auto size = std::filesystem::file_size(path, error);
-  return 60 + (error ? 0 : static_cast<double>(size) * 1e-6);
+  return 10 + (error ? 0 : static_cast<double>(size) * 1e-6);
 }
 
 std::string helper_program() {

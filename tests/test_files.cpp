@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: MIT
+// Files out and in: round trips, limits, hostile bytes, and a helper program that misbehaves.
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <set>
+
+#include <unistd.h>
+
+#include <kibori/base/file.h>
+#include <kibori/edit/edit.h>
+#include <kibori/formats/mesh_file.h>
+#include <kibori/formats/png_file.h>
+#include <kibori/formats/surface_file.h>
+#include <kibori/formats/threemf.h>
+#include <kibori/formats/zip.h>
+#include <kibori/solid/ball.h>
+#include <kibori/surface/surface.h>
+
+#include "tests/support.h"
+
+namespace kibori {
+namespace {
+
+using test::Random;
+
+class Folder {
+ public:
+  Folder() : path_(std::filesystem::temp_directory_path() / ("kibori-files-" + std::to_string(getpid()))) {
+    std::filesystem::create_directories(path_);
+  }
+  ~Folder() { std::filesystem::remove_all(path_); }
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path write(const std::string& name, const std::string& bytes) const {
+    std::ofstream(path_ / name, std::ios::binary) << bytes;
+    return path_ / name;
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+// What is written is read back: the same corners to the bit, triangle by triangle, and a file that welds by
+// position has the same vertices again.
+TEST(SurfaceFile, ComesBackFromEveryFormat) {
+  Lattice lattice;
+  lattice.nodes = Index3(30, 25, 20);
+  lattice.pitch_mm = 0.37;
+  lattice.origin_mm = Vec3(-3, 100, 7);
+  TriDexel model(lattice);
+  model.fill_block({lattice.to_mm(Vec3(2, 2, 2)), lattice.to_mm(Vec3(28, 22, 17))}, 0);
+  Removed removed;
+  cut(model, SweptBall(Vec3(5, 12, 18), Vec3(20, 3, -2), 5), {}, removed);
+  const Surface surface = extract_surface(model.snapshot());
+  const SurfaceSource whole = [&](const SurfaceSink& sink) { stream_surface(model.snapshot(), 2, sink); };
+  const Rgb oak{196, 154, 108};
+  const Folder folder;
+  for (const char* name : {"a.stl", "a.PLY", "a.obj", "a.3mf", "a.glb"}) {
+    const bool exact = std::string(name) != "a.glb";  // metres are rounded once more
+    ASSERT_TRUE(write_surface(folder / name, whole, {&oak, 1}).ok()) << name;
+    const Result<TriangleMesh> back = read_mesh(folder / name);
+    ASSERT_TRUE(back.ok()) << name << " " << back.error();
+    const TriangleMesh& mesh = back.value();
+    ASSERT_EQ(mesh.triangles.size(), surface.triangles.size()) << name;
+    std::set<std::array<double, 3>> places;
+    for (size_t t = 0; t < mesh.triangles.size(); t++)
+      for (size_t i = 0; i < 3; i++) {
+        const Vec3& p = mesh.vertices[mesh.triangles[t][i]];
+        const auto& q = surface.vertices[surface.triangles[t][i]].position;
+        for (int k = 0; k < 3; k++) {
+          const double wanted = static_cast<double>(q[static_cast<size_t>(k)]);
+          if (exact)
+            ASSERT_EQ(static_cast<float>(p[k]), q[static_cast<size_t>(k)]) << name;
+          else
+            ASSERT_NEAR(p[k], wanted, 2e-5) << name;
+        }
+        places.insert({p[0], p[1], p[2]});
+      }
+    if (exact) {
+      EXPECT_EQ(places.size(), surface.vertices.size()) << name;
+    }
+  }
+  EXPECT_FALSE(write_surface(folder / "a.xyz", whole, {}).ok());
+  EXPECT_FALSE(write_surface(folder / "no" / "a.stl", whole, {}).ok());
+  EXPECT_FALSE(write_surface(folder.path(), whole, {}).ok());
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()),
+                          std::filesystem::directory_iterator()),
+            5);
+}
+
+// A cube of 10 mm as 3MF, by hand. `model`: replaces the whole model part.
+std::string model_part(const std::string& more = "", const std::string& head = "") {
+  std::string text =
+      "<?xml version=\"1.0\"?>" + head +
+      "<model unit=\"centimeter\" xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\">"
+      "<resources><object id=\"1\"><mesh><vertices>";
+  for (int i = 0; i < 8; i++)
+    text += "<vertex x=\"" + std::to_string(i & 1) + "\" y=\"" + std::to_string(i >> 1 & 1) + "\" z=\"" +
+            std::to_string(i >> 2) + "\"/>";
+  text += "</vertices><triangles>";
+  for (const auto& t : {"0 2 1", "1 2 3", "4 5 6", "5 7 6", "0 1 4", "1 5 4", "2 6 3", "3 6 7", "0 4 2",
+                        "2 4 6", "1 3 5", "3 7 5"}) {
+    int a, b, c;
+    std::sscanf(t, "%d %d %d", &a, &b, &c);
+    text += "<triangle v1=\"" + std::to_string(a) + "\" v2=\"" + std::to_string(b) + "\" v3=\"" +
+            std::to_string(c) + "\"/>";
+  }
+  return text + "</triangles></mesh></object>" + more +
+         "</resources><build><item objectid=\"1\"/></build></model>";
+}
+std::string archive(const Folder& folder, const std::vector<std::pair<std::string, std::string>>& entries) {
+  NewFile file(folder / "a.zip");
+  ZipWriter zip(file);
+  for (const auto& [name, content] : entries) {
+    zip.begin(name);
+    zip.write(content);
+    zip.end();
+  }
+  EXPECT_TRUE(zip.finish().ok());
+  EXPECT_TRUE(file.commit().ok());
+  const auto bytes = read_file(folder / "a.zip").value();
+  return {bytes.begin(), bytes.end()};
+}
+std::string with_model(const Folder& folder, const std::string& model) {
+  return archive(folder, {{"3D/3dmodel.model", model}});
+}
+std::string replaced(std::string text, const std::string& old, const std::string& fresh) {
+  const size_t at = text.find(old);
+  EXPECT_NE(at, std::string::npos) << old;
+  return at == std::string::npos ? text : text.replace(at, old.size(), fresh);
+}
+constexpr const char* kItem = "<item objectid=\"1\"/>";
+double volume_of(const TriangleMesh& mesh) {
+  double sum = 0;
+  for (const auto& t : mesh.triangles)
+    sum += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]])) / 6;
+  return sum;
+}
+
+TEST(ThreeMf, UnitsTransformsAndComponents) {
+  const Folder folder;
+  auto mesh = parse_3mf(with_model(folder, model_part()), "a");
+  ASSERT_TRUE(mesh.ok()) << mesh.error();
+  EXPECT_NEAR(volume_of(mesh.value()), 1000, 1e-9);
+  // Twice in another object, once mirrored; that object twice as large and moved in the build.
+  std::string text = model_part(
+      "<object id=\"2\"><components><component objectid=\"1\"/>"
+      "<component objectid=\"1\" transform=\"-1 0 0  0 1 0  0 0 1  5 0 0\"/></components></object>");
+  text = replaced(text, kItem, "<item objectid=\"2\" transform=\"2 0 0 0 2 0 0 0 2 1 2 3\"/>");
+  mesh = parse_3mf(with_model(folder, text), "a");
+  ASSERT_TRUE(mesh.ok()) << mesh.error();
+  EXPECT_NEAR(volume_of(mesh.value()), 2 * 8000, 1e-9);
+  const Box box = mesh.value().bounds();
+  EXPECT_NEAR((box.min - Vec3(10, 20, 30)).norm(), 0, 1e-9);
+  EXPECT_NEAR((box.max - Vec3(110, 40, 50)).norm(), 0, 1e-9);
+}
+
+TEST(ThreeMf, HostileArchivesAreRefused) {
+  const Folder folder;
+  const auto refused = [&](const std::string& bytes, const std::string& says) {
+    const auto mesh = parse_3mf(bytes, "a.3mf");
+    ASSERT_FALSE(mesh.ok()) << says;
+    EXPECT_NE(mesh.error().find(says), std::string::npos) << mesh.error();
+    EXPECT_EQ(mesh.error().find("a.3mf: "), 0u) << mesh.error();
+  };
+  refused("", "no ZIP");
+  refused("PK", "no ZIP");
+  refused(with_model(folder, std::string(200 << 20, ' ')), "times its size");  // a bomb
+  refused(archive(folder, {{"../3dmodel.model", "x"}}), "leaves");
+  refused(archive(folder, {{"/etc/passwd", "x"}}), "leaves");
+  refused(archive(folder, {{"readme.txt", "x"}}), "3D/3dmodel.model");
+  refused(
+      with_model(folder,
+                 model_part("", "<!DOCTYPE model [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;\">]>")),
+      "document type");
+  refused(with_model(folder, "<model"), "XML");
+  refused(with_model(folder, model_part("<object id=\"1\"/>")), "two objects");
+  std::string text = replaced(model_part(), "v1=\"0\"", "v1=\"9\"");
+  refused(with_model(folder, text), "not there");
+  text = replaced(model_part(), "x=\"1\"", "x=\"1e999\"");
+  refused(with_model(folder, text), "not a number");
+  text = replaced(model_part(), "centimeter", "furlong");
+  refused(with_model(folder, text), "furlong");
+  // Components without end, and as a bomb: 10 in each of 30 levels.
+  text = model_part("<object id=\"2\"><components><component objectid=\"2\"/></components></object>");
+  text = replaced(text, kItem, "<item objectid=\"2\"/>");
+  refused(with_model(folder, text), "without end");
+  std::string levels;
+  for (int i = 2; i < 32; i++) {
+    levels += "<object id=\"" + std::to_string(i) + "\"><components>";
+    for (int k = 0; k < 10; k++) levels += "<component objectid=\"" + std::to_string(i - 1) + "\"/>";
+    levels += "</components></object>";
+  }
+  text = model_part(levels);
+  text = replaced(text, kItem, "<item objectid=\"31\"/>");
+  refused(with_model(folder, text), "more objects");
+}
+
+// Every prefix and many flipped bits: an answer or a refusal, never a crash.
+template <class Parse>
+void torment(const std::string& bytes, Parse&& parse) {
+  Random random;
+  const size_t step = std::max<size_t>(1, bytes.size() / 600);
+  for (size_t size = 0; size < bytes.size(); size += step) parse(bytes.substr(0, size));
+  for (int i = 0; i < 3000; i++) {
+    std::string broken = bytes;
+    for (int k = random.integer(1, 4); k > 0; k--)
+      broken[static_cast<size_t>(random.integer(0, static_cast<int>(bytes.size()) - 1))] ^=
+          static_cast<char>(1 << random.integer(0, 7));
+    parse(broken);
+  }
+}
+TEST(Hostile, ThreeMf) {
+  const Folder folder;
+  torment(with_model(folder, model_part()), [](const std::string& bytes) {
+    const auto mesh = parse_3mf(bytes, "a");
+    EXPECT_TRUE(mesh.ok() || !mesh.error().empty());
+  });
+}
+TEST(Hostile, Png) {
+  const Folder folder;
+  std::vector<uint16_t> pixels(32 * 20);
+  for (size_t i = 0; i < pixels.size(); i++) pixels[i] = static_cast<uint16_t>(i * 97);
+  ASSERT_TRUE(write_png_grey16(folder / "a.png", 32, 20, pixels).ok());
+  const auto bytes = read_file(folder / "a.png").value();
+  const auto same = parse_png_grey(bytes, "a");
+  ASSERT_TRUE(same.ok());
+  EXPECT_EQ(same.value().pixels, pixels);
+  EXPECT_EQ(same.value().width, 32);
+  torment({bytes.begin(), bytes.end()}, [](const std::string& b) {
+    const auto map = parse_png_grey(b, "a");
+    EXPECT_TRUE(map.ok() || !map.error().empty());
+  });
+}
+TEST(Hostile, Stl) {
+  std::string bytes(84, '\0');
+  bytes[80] = 40;
+  bytes.resize(84 + 40 * 50, 'a');
+  torment(bytes, [](const std::string& b) {
+    EXPECT_FALSE(parse_stl(b.data(), b.size(), "a").ok() && b.size() < 84);
+  });
+}
+
+// The helper is another program, and whatever it does becomes one sentence here.
+class HelperTest : public ::testing::Test {
+ protected:
+  void TearDown() override { unsetenv("KIBORI_IMPORT"); }
+  // Reads a file with this shell script as the helper.
+  std::string said(const std::string& script) {
+    const auto program = folder_.write("helper", "#!/bin/sh\n" + script + "\n");
+    std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+    setenv("KIBORI_IMPORT", program.c_str(), 1);
+    folder_.write("a.obj", "v 0 0 0\n");
+    const auto mesh = read_mesh(folder_ / "a.obj");
+    return mesh.ok() ? "read" : mesh.error();
+  }
+  Folder folder_;
+};
+TEST_F(HelperTest, CrashesAndNonsenseAreOneSentence) {
+  EXPECT_NE(said("kill -SEGV $$").find("crashes the importer"), std::string::npos);
+  EXPECT_NE(said("kill -KILL $$").find("too long or too much"), std::string::npos);
+  EXPECT_NE(said("echo 'a.obj: is odd' >&2; echo more >&2; exit 2").find("a.obj: is odd"), std::string::npos);
+  EXPECT_NE(said("exit 0").find("no proper mesh"), std::string::npos);
+  EXPECT_NE(said("echo KIBMESH1 >&3").find("no proper mesh"), std::string::npos);
+  // A head that promises 2^60 vertices, and one that holds an index out of range.
+  EXPECT_NE(
+      said("printf 'KIBMESH1\\0\\0\\0\\0\\0\\0\\0\\020\\1\\0\\0\\0\\0\\0\\0\\0' >&3").find("more triangles"),
+      std::string::npos);
+  EXPECT_NE(
+      said("(printf 'KIBMESH1\\0\\0\\0\\0\\0\\0\\0\\0\\1\\0\\0\\0\\0\\0\\0\\0'; head -c 12 /dev/zero) >&3")
+          .find("no proper mesh"),
+      std::string::npos);
+  EXPECT_NE(said("head -c 300000 /dev/zero | tr '\\0' 'x' >&2; exit 2").find("xxx"), std::string::npos);
+  setenv("KIBORI_IMPORT", "/no/such/program", 1);
+  EXPECT_NE(read_mesh(folder_ / "a.obj").error().find("does not start"), std::string::npos);
+}
+TEST_F(HelperTest, HostileFilesOfOtherFormats) {
+  // Counts that lie, text that is none, and plain rubbish: each is refused, and quickly.
+  const auto refused = [&](const std::string& name, const std::string& bytes) {
+    const auto mesh = read_mesh(folder_.write(name, bytes));
+    ASSERT_FALSE(mesh.ok()) << name;
+    EXPECT_NE(mesh.error().find(name), std::string::npos) << mesh.error();
+    EXPECT_EQ(mesh.error().find('\n'), std::string::npos);
+  };
+  refused("a.ply",
+          "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n");
+  refused("b.ply", "ply\nformat ascii 1.0\n");
+  refused("c.obj", "f 1 2 3\n");
+  refused("d.glb", std::string("glTF\2\0\0\0\xff\xff\xff\x7f", 12));
+  refused("e.glb", "not at all");
+  refused("f.off", "OFF\n1000000000 1000000000 0\n");
+  refused("g.3mf", "PK\3\4");
+  refused("h.obj", std::string(100000, '\xff'));
+}
+
+}  // namespace
+}  // namespace kibori
