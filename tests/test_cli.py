@@ -6,6 +6,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import shutil
 import struct
 import subprocess
@@ -13,6 +14,8 @@ import sys
 import tempfile
 import unittest
 import xml.dom.minidom
+import xml.etree.ElementTree
+import zipfile
 
 KIBORI = pathlib.Path(sys.argv.pop(1)).resolve()
 EXAMPLES = pathlib.Path(__file__).resolve().parent.parent / "examples"
@@ -34,6 +37,9 @@ to = [25, 6, 6]
 speed = 400
 label = "B"
 """
+
+
+FINE = SMALL.replace("pitch = 0.5", "pitch = 0.1\nmaterial = \"own\"").replace("[tool]", '[[material]]\nname = "own"\ncolor = "#804020"\n[tool]', 1)
 
 
 def kibori(*arguments, cwd=None, stdin=None):
@@ -160,6 +166,170 @@ class CommandLine(unittest.TestCase):
             run = subprocess.run([KIBORI, "carve", self.scene(), "--json"], stdout=full, stderr=subprocess.PIPE, text=True)
         self.assertEqual(run.returncode, 2)
         self.assertIn("standard output", run.stderr)
+
+
+class Exchange(unittest.TestCase):
+    """Files for other programs, and what those programs say of them."""
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = pathlib.Path(folder.name)
+        (cls.folder / "scene.toml").write_text(FINE)
+        cls.summaries = {}
+        for ending in ("stl", "ply", "obj", "3mf", "glb"):
+            run = kibori("carve", "scene.toml", "--json", "--mesh", f"m.{ending}", cwd=cls.folder)
+            assert run.returncode == 0, run.stderr
+            cls.summary = json.loads(run.stdout)
+
+    def info(self, name):
+        run = kibori("info", name, "--json", cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        return json.loads(run.stdout)
+
+    def test_info_agrees_for_every_format(self):
+        reports = {e: self.info(f"m.{e}") for e in ("stl", "ply", "obj", "3mf", "glb")}
+        keys = "size_mm volume_mm3 area_mm2 centroid_mm triangles components closed manifold".split()
+        for ending, report in reports.items():
+            self.assertLessEqual(set(keys), set(report))
+            self.assertTrue(report["closed"] and report["manifold"], ending)
+            self.assertEqual(report["components"], 1)
+            self.assertEqual(report["triangles"], reports["stl"]["triangles"])
+            self.assertAlmostEqual(report["volume_mm3"] / self.summary["volume_mm3"], 1, 3)
+            for a, b in zip(report["size_mm"], (20, 12, 10)):
+                self.assertAlmostEqual(a, b, 3)
+        # The thinnest walls stand beside the groove, where its sides are upright: 12 / 2 - 3.
+        self.assertAlmostEqual(reports["stl"]["thin_walls"]["thinnest_mm"], 3, 1)
+
+    def test_3mf_by_other_readers(self):
+        with zipfile.ZipFile(self.folder / "m.3mf") as archive:
+            self.assertIsNone(archive.testzip())
+            self.assertEqual(sorted(archive.namelist()), ["3D/3dmodel.model", "[Content_Types].xml", "_rels/.rels"])
+            root = xml.etree.ElementTree.fromstring(archive.read("3D/3dmodel.model"))
+        core = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
+        self.assertEqual(root.get("unit"), "millimeter")
+        self.assertEqual(len(root.findall(f".//{core}triangle")), self.info("m.stl")["triangles"])
+        colors = root.findall(".//{http://schemas.microsoft.com/3dmanufacturing/material/2015/02}color")
+        self.assertEqual([c.get("color") for c in colors], ["#804020"])
+
+    def test_prusa_slicer(self):
+        if not shutil.which("prusa-slicer"):
+            self.skipTest("prusa-slicer is not here")
+        for ending in ("stl", "obj", "3mf"):
+            run = subprocess.run(["prusa-slicer", "--info", self.folder / f"m.{ending}"], capture_output=True, text=True)
+            said = dict(line.split(" = ") for line in run.stdout.splitlines() if " = " in line)
+            self.assertEqual(said.get("manifold"), "yes", run.stdout)
+            self.assertNotIn("open_edges", said)
+            self.assertEqual(said["number_of_parts"].strip(), "1")
+            self.assertLess(abs(float(said["volume"]) / self.summary["volume_mm3"] - 1), 0.001)
+
+    def test_assimp(self):
+        if not shutil.which("assimp"):
+            self.skipTest("assimp is not here")
+        for ending in ("stl", "ply", "obj", "glb"):
+            run = subprocess.run(["assimp", "info", self.folder / f"m.{ending}"], capture_output=True, text=True)
+            self.assertEqual(run.returncode, 0, run.stdout)
+            faces = int(re.search(r"Faces:\s+(\d+)", run.stdout).group(1))
+            self.assertEqual(faces, self.info("m.stl")["triangles"])
+            low, high = (re.search(rf"{word} point\s+\((\S+) (\S+) (\S+)\)", run.stdout).groups() for word in ("Minimum", "Maximum"))
+            size = [float(b) - float(a) for a, b in zip(low, high)]
+            wanted = (0.020, 0.010, 0.012) if ending == "glb" else (20, 12, 10)
+            for a, b in zip(size, wanted):
+                self.assertAlmostEqual(a / b, 1, 3)
+
+    def judge(self, judge, name):
+        judges = pathlib.Path(__file__).resolve().parent / "judges"
+        if not shutil.which("node") or not (judges / "node_modules").is_dir():
+            self.skipTest("node and the judges of tests/judges are not here")
+        run = subprocess.run(["node", judges / "judge.mjs", judge, self.folder / name], capture_output=True, text=True)
+        self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+        return json.loads(run.stdout)
+
+    def test_manifold_library(self):
+        said = self.judge("manifold", "m.stl")
+        self.assertEqual(said["genus"], 0)
+        self.assertAlmostEqual(said["volume"] / self.summary["volume_mm3"], 1, 3)
+
+    def test_gltf_validator(self):
+        said = self.judge("gltf", "m.glb")
+        self.assertEqual((said["issues"], said["triangles"]), (0, self.info("m.stl")["triangles"]))
+
+    def test_tolerance_keeps_the_promise(self):
+        run = kibori("carve", "scene.toml", "--mesh", "less.stl", "--tolerance", "0.02", cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        less, whole = self.info("less.stl"), self.info("m.stl")
+        self.assertTrue(less["manifold"])
+        self.assertLess(less["triangles"], whole["triangles"] / 20)
+        run = kibori("compare", "less.stl", "m.stl", "--json", cwd=self.folder)
+        self.assertLessEqual(json.loads(run.stdout)["max_mm"], 0.02)
+        self.judge("manifold", "less.stl")
+
+    def test_pictures(self):
+        run = kibori("carve", "scene.toml", "--picture", "a.png", "--size", "160x120", "--samples", "4", cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        run = kibori("picture", "m.stl", "b.png", "--size", "64x48", "--samples", "2", "--view", "1,1,-1", "--up", "y",
+                     "--look", "plain", cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        for name, size in (("a.png", (160, 120)), ("b.png", (64, 48))):
+            data = (self.folder / name).read_bytes()
+            self.assertEqual(data[:8], b"\x89PNG\r\n\x1a\n")
+            self.assertEqual(struct.unpack(">II", data[16:24]), size)
+
+    def test_layers_and_height_map(self):
+        run = kibori("carve", "scene.toml", "--layers", "slices", "--layer", "0.5", "--height-map", "h.png", cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertIn("20 layers", run.stderr)
+        files = sorted((self.folder / "slices").iterdir())
+        self.assertEqual(len(files), 20)
+        for file in files:
+            xml.dom.minidom.parse(str(file))
+        # The map as stock again: the same volume, but for what is under the ball's overhang (nothing here).
+        low, high = (float(x) for x in re.search(r"grey 1 is z = (\S+) mm, 65535 is (\S+) mm", run.stderr).groups())
+        self.assertAlmostEqual(high, 10, 3)
+        self.assertAlmostEqual(low, 6 + 2 * 5 / 30, 1)  # the groove's floor where it leaves the block
+        run = kibori("convert", self.folder / "h.png", self.folder / "r.stl", "--relief", "20,4,6", "--layers",
+                     self.folder / "pngs", "--layer-format", "png", "--pitch", "0.2")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertTrue(self.info("r.stl")["manifold"])
+        self.assertEqual(len(list((self.folder / "pngs").iterdir())), 50)
+
+    def test_bad_requests_get_one_sentence(self):
+        (self.folder / "bad.3mf").write_bytes(b"PK\x03\x04 and no more")
+        (self.folder / "file").write_text("")
+        for arguments, says in ((("info", "bad.3mf"), "bad.3mf"), (("info", "none.obj"), "no such"),
+                                (("info", "scene.toml"), "meshes are read from"),
+                                (("picture", "m.stl", "x.jpg"), ".png"), (("picture", "m.stl", "no/x.png"), "no"),
+                                (("picture", "m.stl", "x.png", "--size", "big"), "1280x960"),
+                                (("picture", "m.stl", "x.png", "--size", "1x1"), "16"),
+                                (("picture", "m.stl", "x.png", "--view", "up"), "front"),
+                                (("compare", "m.stl", "bad.3mf"), "bad.3mf"), (("convert", "m.stl"), "nothing to write"),
+                                (("convert", "m.stl", "--layers", "file"), "folder"),
+                                (("convert", "m.stl", "--height-map", "x.jpg"), ".png"),
+                                (("convert", "h.png", "x.stl"), "--relief"),
+                                (("convert", "m.stl", "x.stl", "--tolerance", "-1"), "tolerance")):
+            run = kibori(*arguments, cwd=self.folder)
+            self.assertEqual(run.returncode, 2, arguments)
+            self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
+            self.assertIn(says, run.stderr)
+        self.assertFalse((self.folder / "x.png").exists() or (self.folder / "x.stl").exists())
+
+    def test_every_shared_model_comes_through(self):
+        models = sorted((pathlib.Path(__file__).resolve().parents[2] / "shared" / "models").glob("*.obj"))
+        if not models:
+            self.skipTest("the shared models are not beside this repository")
+        for model in models:
+            run = kibori("convert", model, "c.stl", cwd=self.folder)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            pitch, volume = (float(re.search(rf"{word}\s+(\S+)", run.stdout).group(1)) for word in ("pitch", "volume"))
+            report = self.info("c.stl")
+            self.assertTrue(report["closed"] and report["manifold"], model)
+            self.assertLess(abs(report["volume_mm3"] / volume - 1), 0.004)
+            distance = json.loads(kibori("compare", model, "c.stl", "--json", "--samples", "100000", cwd=self.folder).stdout)
+            print(f"{model.stem}: volume {volume:.6g} mm3, distance max {distance['max_mm'] / pitch:.3f}, rms {distance['rms_mm'] / pitch:.4f} cells")
+            if self.info(model)["closed"]:
+                self.assertLess(distance["rms_mm"], 0.05 * pitch)
+                self.assertLess(distance["max_mm"], 2 * pitch)
 
 
 def column(row, *names):

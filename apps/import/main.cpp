@@ -23,21 +23,22 @@ namespace {
 
 using namespace kibori;
 
-// A PLY header whose counts can't fit the file: every element takes a byte at least.
+// A PLY header without its end, which Assimp looks for forever, or whose counts can't fit the file: every element takes
+// a byte at least.
 Status check_ply_counts(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::error_code error;
   const auto size = static_cast<double>(std::filesystem::file_size(path, error));
   std::string line;
-  for (int number = 1; number < 1000 && std::getline(file, line) && !line.starts_with("end_header");
-       number++) {
+  for (int number = 1; number < 1000 && std::getline(file, line); number++) {
+    if (line.starts_with("end_header")) return Ok{};
     char name[64];
     double count = 0;
     if (std::sscanf(line.c_str(), "element %63s %lf", name, &count) == 2 && !(count <= size))
       return Error{path.string() + ":" + std::to_string(number) + ": promises more of element '" + name +
                    "' than the file has bytes; export it again"};
   }
-  return Ok{};
+  return Error{path.string() + ": has no end of its header (end_header); export it again"};
 }
 
 // The same for OFF: three counts in its first line of numbers.
