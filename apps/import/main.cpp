@@ -23,8 +23,8 @@ namespace {
 
 using namespace kibori;
 
-// A PLY header without its end, which Assimp looks for forever, or whose counts can't fit the file: every element takes
-// a byte at least.
+// A PLY header without its end, which Assimp looks for forever, or whose counts can't fit the file: every
+// element takes a byte at least.
 Status check_ply_counts(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::error_code error;
@@ -51,8 +51,8 @@ Status check_off_counts(const std::filesystem::path& path) {
     double vertices = 0, faces = 0;
     const size_t digits = line.find_first_of("0123456789-");
     if (line.starts_with("#") || digits == std::string::npos) continue;
-    if (std::sscanf(line.c_str() + digits, "%lf %lf", &vertices, &faces) == 2 && vertices >= 0 && faces >= 0 &&
-        vertices + faces <= size)
+    if (std::sscanf(line.c_str() + digits, "%lf %lf", &vertices, &faces) == 2 && vertices >= 0 &&
+        faces >= 0 && vertices + faces <= size)
       return Ok{};
     return Error{path.string() + ":" + std::to_string(number) +
                  ": promises more vertices or faces than the file has bytes; export it again"};

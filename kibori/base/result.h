@@ -14,6 +14,13 @@ struct Error {
   std::string message;
 };
 
+// What a file holds may stand in a message: control characters would tear it apart.
+inline std::string one_line(std::string text) {
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < ' ' || c == 0x7f) c = ' ';
+  return text;
+}
+
 // A value or an Error. Reading the one that is not there is a programming mistake and stops the program.
 template <class T>
 class [[nodiscard]] Result {

@@ -184,9 +184,7 @@ Result<TriangleMesh> read_in_helper(const std::filesystem::path& path) {
     return Error{name + ": can't be read because '" + program + "' does not start"};
   if (WEXITSTATUS(status) != 0) {
     said.resize(std::min(said.find('\n'), said.size()));
-    for (char& c : said)
-      if (static_cast<unsigned char>(c) < ' ') c = ' ';
-    return Error{said.empty() ? name + ": can't be read" : said};
+    return Error{said.empty() ? name + ": can't be read" : one_line(said)};
   }
   return receive_mesh(mesh.get(), name);
 }

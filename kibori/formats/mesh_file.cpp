@@ -88,7 +88,7 @@ Result<TriangleMesh> parse_ascii_stl(const char* data, size_t size, const std::s
   words.next();  // solid
   words.skip_line();
   const auto wrong = [&](const std::string& what) {
-    return Error{name + ":" + std::to_string(words.line()) + ": " + what};
+    return Error{one_line(name + ":" + std::to_string(words.line()) + ": " + what)};
   };
   Vec3 corner[3];
   int corners = 0;
@@ -101,9 +101,10 @@ Result<TriangleMesh> parse_ascii_stl(const char* data, size_t size, const std::s
         const char* begin = number.data() + (number.starts_with('+') ? 1 : 0);
         double value = 0;
         const auto [end, error] = std::from_chars(begin, number.data() + number.size(), value);
-        if (error != std::errc() || end != number.data() + number.size() || !std::isfinite(value))
+        const auto single = static_cast<float>(value);  // as everyone writes them
+        if (error != std::errc() || end != number.data() + number.size() || !std::isfinite(single))
           return wrong("expected a coordinate, found '" + std::string(number.substr(0, 20)) + "'");
-        corner[corners][i] = static_cast<double>(static_cast<float>(value));
+        corner[corners][i] = static_cast<double>(single);
       }
       corners++;
     } else if (is_word(word, "endfacet")) {

@@ -81,7 +81,8 @@ class Reader {
  private:
   void fail(const toml::node* where, const std::string& what) { fail(where ? line_of(*where) : 0, what); }
   void fail(int line, const std::string& what) {
-    if (error_.empty()) error_ = scene_.file + (line > 0 ? ":" + std::to_string(line) : "") + ": " + what;
+    if (error_.empty())
+      error_ = one_line(scene_.file + (line > 0 ? ":" + std::to_string(line) : "") + ": " + what);
   }
   static int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
   static std::string full(std::string_view table, std::string_view key) {
@@ -480,8 +481,8 @@ Result<Scene> parse_scene(const std::string& text, const std::string& name,
   try {
     return Reader(name, folder).read(toml::parse(text, name));
   } catch (const toml::parse_error& error) {
-    return Error{name + ":" + std::to_string(error.source().begin.line) + ": " +
-                 std::string(error.description())};
+    return Error{one_line(name + ":" + std::to_string(error.source().begin.line) + ": " +
+                          std::string(error.description()))};
   }
 }
 

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: MIT
+// Mutated files of the formats that others' parsers read, through the helper program: whatever happens over
+// there, read_mesh must answer with a sound mesh or with one sentence, in time.
+//
+//   fuzz_foreign SECONDS CORPUS_FOLDER     (CORPUS_FOLDER/obj, ply, off, glb)
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <unistd.h>
+
+#include <kibori/base/file.h>
+#include <kibori/formats/mesh_file.h>
+
+using namespace kibori;
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+class Mutator {
+ public:
+  explicit Mutator(unsigned seed) : engine_(seed) {}
+  size_t below(size_t count) { return std::uniform_int_distribution<size_t>(0, count - 1)(engine_); }
+  std::string operator()(std::string bytes) {
+    static const std::vector<std::string> words = {
+        "-1",          "4294967295", "1e999", "nan",      "0", "\xff\xff\xff\xff", std::string(4, '\0'),
+        "99999999999", "\n",         "//",    "f 1 2 3\n"};
+    for (size_t times = 1 + below(6); times > 0 && !bytes.empty(); times--) {
+      const size_t at = below(bytes.size());
+      switch (below(6)) {
+        case 0:
+          bytes[at] = static_cast<char>(bytes[at] ^ (1 << below(8)));
+          break;
+        case 1:
+          bytes[at] = static_cast<char>(below(256));
+          break;
+        case 2:
+          bytes.erase(at, 1 + below(20));
+          break;
+        case 3:
+          bytes.insert(at, bytes.substr(below(bytes.size()), 1 + below(60)));
+          break;
+        case 4: {
+          const std::string& word = words[below(words.size())];
+          bytes.replace(at, std::min(word.size(), bytes.size() - at), word);
+          break;
+        }
+        default:
+          if (below(4) == 0) bytes.resize(at);
+      }
+    }
+    return bytes;
+  }
+
+ private:
+  std::mt19937 engine_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 3) return std::fprintf(stderr, "usage: fuzz_foreign SECONDS CORPUS_FOLDER\n"), 2;
+  const double seconds = std::atof(argv[1]);
+  const char* given = std::getenv("KIBORI_SEED");
+  const unsigned seed =
+      given ? static_cast<unsigned>(std::strtoul(given, nullptr, 10)) : std::random_device{}();
+  std::printf("seed %u\n", seed);
+  Mutator mutate(seed);
+  std::vector<std::pair<std::string, std::string>> corpus;  // ending, bytes
+  for (const char* ending : {"obj", "ply", "off", "glb"})
+    for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(argv[2]) / ending)) {
+      const auto bytes = read_file(entry.path()).value();
+      corpus.emplace_back(ending, std::string(bytes.begin(), bytes.end()));
+    }
+  if (corpus.empty()) return std::fprintf(stderr, "no corpus in %s\n", argv[2]), 2;
+  const auto folder = std::filesystem::temp_directory_path() / ("kibori-fuzz-" + std::to_string(getpid()));
+  std::filesystem::create_directory(folder);
+  std::map<std::string, int> ends;  // how they ended
+  double slowest = 0;
+  int findings = 0;
+  const auto start = Clock::now();
+  while (seconds_since(start) < seconds) {
+    const auto& [ending, bytes] = corpus[mutate.below(corpus.size())];
+    const std::string mutant = mutate(bytes);
+    const auto file = folder / ("a." + ending);
+    std::ofstream(file, std::ios::binary) << mutant;
+    const auto from = Clock::now();
+    const Result<TriangleMesh> mesh = read_mesh(file);
+    const double took = seconds_since(from);
+    slowest = std::max(slowest, took);
+    bool good = took < 20;
+    if (mesh) {
+      for (const Vec3& p : mesh.value().vertices) good &= p.allFinite();
+      for (const auto& t : mesh.value().triangles)
+        for (const uint32_t v : t) good &= v < mesh.value().vertices.size();
+      ends["read"]++;
+    } else {
+      good &= !mesh.error().empty() && mesh.error().find('\n') == std::string::npos;
+      const auto says = [&](const char* what) { return mesh.error().find(what) != std::string::npos; };
+      ends[says("crashes")                ? "parser crashed"
+           : says("too long or too much") ? "parser stopped"
+                                          : "refused"]++;
+    }
+    if (good) continue;
+    findings++;
+    const auto kept =
+        std::filesystem::current_path() / ("foreign-finding-" + std::to_string(findings) + "." + ending);
+    std::ofstream(kept, std::ios::binary) << mutant;
+    std::printf("finding: %s (%.1f s): %s\n", kept.c_str(), took,
+                mesh ? "unsound mesh" : mesh.error().c_str());
+  }
+  std::filesystem::remove_all(folder);
+  for (const auto& [how, count] : ends) std::printf("%-16s %d\n", how.c_str(), count);
+  std::printf("slowest %.2f s, %d findings\n", slowest, findings);
+  return findings ? 1 : 0;
+}
