@@ -27,6 +27,18 @@ constexpr int kNodes = kCells + 3;  // of which the first stands at -1
 constexpr int kHitNodes = kCells + 1;
 constexpr size_t kHits = kHitNodes * kHitNodes * kCells;
 
+// A vertex's place in quanta: whole numbers below 2^25. What a triangle of neighbouring cells takes of them -
+// differences below 2^24, products below 2^48 - is exact in double.
+struct Multiple {
+  double x, y, z;
+};
+Multiple operator-(const Multiple& a, const Multiple& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+double dot(const Multiple& a, const Multiple& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Multiple cross(const Multiple& u, const Multiple& v) {
+  return {u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
+}
+bool is_zero(const Multiple& a) { return a.x == 0 && a.y == 0 && a.z == 0; }
+
 // Coordinates of vertices are multiples of a power of two that float32 can hold everywhere in the model. The
 // remainder of the multiple by 8 is told by the cell (mod 4) and the sheet, along each axis. Vertices with
 // equal remainders are of the same cell and sheet or of cells at least 4 apart, farther than kVertexReach: so
@@ -43,8 +55,8 @@ class VertexGrid {
     per_mm_ = 1 / quantum_;
   }
   // Multiples of the quantum for a point [lattice units] of a cell.
-  std::array<int32_t, 3> place(const Eigen::Array3d& point, const Index3& cell, int sheet) const {
-    std::array<int32_t, 3> at;
+  Multiple place(const Eigen::Array3d& point, const Index3& cell, int sheet) const {
+    double at[3];
     for (int i = 0; i < 3; i++) {
       // Rounded to the nearest; truncation does it where numbers are positive.
       constexpr double kPositive = 1 << 30;
@@ -52,13 +64,13 @@ class VertexGrid {
       const int64_t n = static_cast<int64_t>(multiple + (kPositive + 0.5)) - (int64_t{1} << 30);
       const int64_t wanted = (cell[i] & 3) | ((sheet >> i) & 1) << 2;
       const int64_t ahead = (wanted - n) & 7;
-      at[static_cast<size_t>(i)] = static_cast<int32_t>(n + (ahead < 4 ? ahead : ahead - 8));
+      at[i] = static_cast<double>(n + (ahead < 4 ? ahead : ahead - 8));
     }
-    return at;
+    return {at[0], at[1], at[2]};
   }
-  std::array<float, 3> mm(const std::array<int32_t, 3>& at) const {
-    return {static_cast<float>(at[0] * quantum_), static_cast<float>(at[1] * quantum_),
-            static_cast<float>(at[2] * quantum_)};
+  std::array<float, 3> mm(const Multiple& at) const {
+    return {static_cast<float>(at.x * quantum_), static_cast<float>(at.y * quantum_),
+            static_cast<float>(at.z * quantum_)};
   }
 
  private:
@@ -66,27 +78,6 @@ class VertexGrid {
   double pitch_;
   double quantum_, per_mm_;  // powers of two
 };
-
-using Multiple = std::array<int32_t, 3>;
-
-std::array<int64_t, 3> cross(const Multiple& a, const Multiple& b, const Multiple& c) {
-  int64_t u[3], v[3];
-  for (size_t i = 0; i < 3; i++) {
-    u[i] = int64_t{b[i]} - a[i];
-    v[i] = int64_t{c[i]} - a[i];
-  }
-  return {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-}
-bool is_zero(const std::array<int64_t, 3>& n) { return (n[0] | n[1] | n[2]) == 0; }
-
-double distance2(const Multiple& a, const Multiple& b) {
-  double sum = 0;
-  for (size_t i = 0; i < 3; i++) {
-    const auto d = static_cast<double>(int64_t{a[i]} - b[i]);
-    sum += d * d;
-  }
-  return sum;
-}
 
 // An end of material on the edge between two nodes.
 struct Hit {
@@ -404,10 +395,9 @@ class ChunkWorker {
       double length2;
     };
     const auto judge = [](const Place& p, const Place& left, const Place& r, const Place& right) {
-      const auto m = cross(p.at, left.at, r.at), n = cross(p.at, r.at, right.at);
-      double dot = 0;
-      for (size_t i = 0; i < 3; i++) dot += static_cast<double>(m[i]) * static_cast<double>(n[i]);
-      return Choice{!is_zero(m) && !is_zero(n), dot > 0, p.rank + r.rank, distance2(p.at, r.at)};
+      const Multiple across = r.at - p.at;
+      const Multiple m = cross(left.at - p.at, across), n = cross(across, right.at - p.at);
+      return Choice{!is_zero(m) && !is_zero(n), dot(m, n) > 0, p.rank + r.rank, dot(across, across)};
     };
     const Choice ac = judge(a, b, c, d), bd = judge(b, c, d, a);
     if (!ac.proper && !bd.proper) return fan(q, axis, from, cell);
@@ -439,12 +429,14 @@ class ChunkWorker {
     Multiple at = grid_.place(p, absolute, 4 + static_cast<int>(axis));
     const auto proper = [&] {
       for (size_t i = 0; i < 4; i++)
-        if (is_zero(cross(at, place(q[i]).at, place(q[(i + 1) % 4]).at))) return false;
+        if (is_zero(cross(place(q[i]).at - at, place(q[(i + 1) % 4]).at - at))) return false;
       return true;
     };
     for (size_t tries = 0; !proper(); tries++) {
       KIBORI_CHECK(tries < 64);
-      at[tries % 3] += tries % 2 ? -8 * static_cast<int32_t>(tries) : 8 * static_cast<int32_t>(tries + 1);
+      double* const moved[3] = {&at.x, &at.y, &at.z};
+      *moved[tries % 3] +=
+          tries % 2 ? -8.0 * static_cast<double>(tries) : 8.0 * static_cast<double>(tries + 1);
     }
     SurfaceVertex middle{grid_.mm(at), {}, 0, 0};
     if (known(h)) middle.material = h.material, middle.paint = h.paint;
@@ -619,24 +611,47 @@ std::vector<Index3> changed_chunks(const Snapshot& before, const Snapshot& now) 
   return changed;
 }
 
+namespace {
+
+// One worker a thread, whose memory serves again and again.
+class Workers {
+ public:
+  Workers(const Snapshot& model, int threads) {
+    for (int i = 0; i < std::max(1, threads); i++) all_.push_back(std::make_unique<ChunkWorker>(model));
+  }
+  void look_at(const Snapshot& model) {
+    for (auto& worker : all_) worker->look_at(model);
+  }
+  // Runs f(worker, i) for all i < count.
+  template <class F>
+  void run(size_t count, F&& f) {
+    std::atomic<size_t> next = 0;
+    run_parallel(static_cast<int>(all_.size()), all_.size(), [&](size_t own) {
+      for (size_t i = next++; i < count; i = next++) f(*all_[own], i);
+    });
+  }
+
+ private:
+  std::vector<std::unique_ptr<ChunkWorker>> all_;
+};
+
+}  // namespace
+
 struct LiveSurface::State {
+  State(const Snapshot& first, int threads) : model(first), workers(first, threads) {}
+
   Snapshot model;
-  int threads;
-  std::vector<std::unique_ptr<ChunkWorker>> workers;  // one a thread
+  Workers workers;
   std::map<Index3, SurfaceChunk, ChunkOrder> chunks;  // those with any surface
   std::vector<Index3> changed;
   SurfaceChunk none;
 
   void make(const std::vector<Index3>& list) {
     std::vector<SurfaceChunk> made(list.size());
-    std::atomic<size_t> next = 0;
-    run_parallel(threads, workers.size(), [&](size_t own) {
-      ChunkWorker& worker = *workers[own];
-      worker.look_at(model);
-      for (size_t i = next++; i < list.size(); i = next++) {
-        worker.take_column(list[i][0], list[i][1], list[i][2], list[i][2] + 1);
-        made[i] = worker.run(list[i][2]);
-      }
+    workers.look_at(model);
+    workers.run(list.size(), [&](ChunkWorker& worker, size_t i) {
+      worker.take_column(list[i][0], list[i][1], list[i][2], list[i][2] + 1);
+      made[i] = worker.run(list[i][2]);
     });
     for (size_t i = 0; i < list.size(); i++) {
       if (made[i].vertices.empty())
@@ -647,10 +662,8 @@ struct LiveSurface::State {
   }
 };
 
-LiveSurface::LiveSurface(const Snapshot& model, int threads) : state_(std::make_unique<State>()) {
-  state_->model = model;
-  state_->threads = std::max(1, threads);
-  for (int i = 0; i < state_->threads; i++) state_->workers.push_back(std::make_unique<ChunkWorker>(model));
+LiveSurface::LiveSurface(const Snapshot& model, int threads)
+    : state_(std::make_unique<State>(model, threads)) {
   std::vector<Index3> all;
   const Index3 chunks = surface_chunks(model.lattice);
   for (int z = 0; z < chunks[2]; z++)
@@ -676,8 +689,9 @@ const SurfaceChunk& LiveSurface::chunk(const Index3& at) const {
 
 namespace {
 
-// Layers of chunks made together; two such slabs are held at a time.
-constexpr int kSlabLayers = 8;
+// Layers of chunks are made together, as many as make about so many chunks: columns of chunks share their
+// reading of nodes, and two such slabs are held at a time.
+constexpr int kSlabChunks = 16384, kMostLayers = 8;
 
 struct Slab {
   Index3 chunks;  // along each axis of the whole surface
@@ -691,19 +705,19 @@ struct Slab {
 };
 
 // The slab from layer z_begin on, whose vertices are numbered from `count`, which moves on.
-Slab make_slab(const Snapshot& model, int threads, int z_begin, uint32_t& count) {
+Slab make_slab(const Snapshot& model, Workers& workers, int z_begin, uint32_t& count) {
   Slab slab;
   slab.chunks = surface_chunks(model.lattice);
   slab.z_begin = z_begin;
-  slab.z_end = std::min(z_begin + kSlabLayers, slab.chunks[2]);
+  const int layers = std::clamp(kSlabChunks / (slab.chunks[0] * slab.chunks[1]), 1, kMostLayers);
+  slab.z_end = std::min(z_begin + layers, slab.chunks[2]);
   if (z_begin >= slab.z_end) return slab;
   slab.parts.resize(static_cast<size_t>(slab.chunks[0] * slab.chunks[1] * (slab.z_end - z_begin)));
-  run_parallel(threads, static_cast<size_t>(slab.chunks[1]), [&](size_t row) {
-    const auto worker = std::make_unique<ChunkWorker>(model);
+  workers.run(static_cast<size_t>(slab.chunks[1]), [&](ChunkWorker& worker, size_t row) {
     const int y = static_cast<int>(row);
     for (int x = 0; x < slab.chunks[0]; x++) {
-      worker->take_column(x, y, z_begin, slab.z_end);
-      for (int z = z_begin; z < slab.z_end; z++) slab.parts[slab.at(x, y, z)] = worker->run(z);
+      worker.take_column(x, y, z_begin, slab.z_end);
+      for (int z = z_begin; z < slab.z_end; z++) slab.parts[slab.at(x, y, z)] = worker.run(z);
     }
   });
   slab.first.reserve(slab.parts.size());
@@ -746,9 +760,10 @@ std::vector<uint32_t> number_vertices(const Slab& here, const Slab& above, int x
 template <class Progress>
 void stream_slabs(const Snapshot& model, int threads, const SurfaceSink& sink, Progress&& progress) {
   uint32_t count = 0;
-  Slab here = make_slab(model, threads, 0, count);
+  Workers workers(model, threads);
+  Slab here = make_slab(model, workers, 0, count);
   while (!here.parts.empty()) {
-    Slab above = make_slab(model, threads, here.z_end, count);
+    Slab above = make_slab(model, workers, here.z_end, count);
     progress(count, static_cast<double>(above.parts.empty() ? here.z_end : above.z_end) / here.chunks[2]);
     std::vector<std::vector<uint32_t>> numbers(here.parts.size());
     const auto rows = static_cast<size_t>(here.chunks[1] * (here.z_end - here.z_begin));
