@@ -17,6 +17,7 @@
 #include <kibori/formats/surface_file.h>
 #include <kibori/motion/stroke.h>
 #include <kibori/surface/cell_table.h>
+#include <kibori/measure/distance.h>
 #include <kibori/surface/surface.h>
 
 #include "tests/support.h"
@@ -315,6 +316,105 @@ TEST(Surface, KnowsItsTopology) {
   cut(model, SweptBall(Vec3(6, 6, 6), Vec3::Zero(), 3), {}, removed);  // a bubble in a corner
   EXPECT_EQ(broken(extract_surface(model.snapshot()), &components, &handles2), "");
   EXPECT_EQ(components, 2);
+}
+
+// What the surface loses: the distance, both ways, between it and the exact solid that was carved. The exact
+// solid knows its own signed distance (exact on faces, a lower bound beside edges) and points on its own
+// surface.
+struct Exact {
+  const char* name;
+  std::function<void(TriDexel&)> carve;
+  std::function<double(const Vec3&)> distance;  // [lattice units], positive outside
+  std::function<Vec3(Random&)> point;           // anywhere on the surface; may be rejected by distance()
+  double most, rms;                             // bounds in cells, with room over what was seen
+};
+TEST(Surface, DistanceToTheExactSolid) {
+  Random random;
+  Lattice lattice;
+  lattice.nodes = Index3(64, 60, 56);
+  const Box everywhere{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
+  const auto box_distance = [](const Vec3& p, const Vec3& low, const Vec3& high) {
+    const Vec3 outside = (low - p).cwiseMax(p - high);
+    return outside.maxCoeff() <= 0 ? outside.maxCoeff() : outside.cwiseMax(0.0).norm();
+  };
+  const Vec3 low(5.31, 6.77, 4.13), high(57.9, 52.21, 50.47), ball(30.3, 28.9, 52.2),
+      centre(31.1, 29.7, 27.3);
+  const auto on_box = [&](Random& r) {
+    Vec3 p;
+    for (int i = 0; i < 3; i++) p[i] = r.uniform(low[i], high[i]);
+    const int face = r.integer(0, 5);
+    p[face / 2] = face % 2 ? high[face / 2] : low[face / 2];
+    return p;
+  };
+  const auto block = [&](TriDexel& model) { model.fill_block({low, high}, 0); };
+  const Mat3 frame = frame_from_axis(Vec3(1, 2, 3.3).normalized(), 0.4);
+  const auto turned = [&](TriDexel& model) {
+    Removed removed;
+    const SweptTool body(BoxTool{Vec3(24, 28, 32)}, Pose{centre - 16 * frame.col(2), frame}, Vec3::Zero(),
+                         lattice, everywhere);
+    deposit(model, body, 0, {}, removed);
+  };
+  const std::vector<Exact> solids = {
+      {"block", block, [&](const Vec3& p) { return box_distance(p, low, high); }, on_box, 0.001, 0.0002},
+      {"ball",
+       [&](TriDexel& model) {
+         Removed removed;
+         deposit(model, SweptBall(centre, Vec3::Zero(), 22.7), 0, {}, removed);
+       },
+       [&](const Vec3& p) { return (p - centre).norm() - 22.7; },
+       [&](Random& r) { return Vec3(centre + 22.7 * r.direction()); }, 0.03, 0.01},
+      {"block less ball",
+       [&](TriDexel& model) {
+         block(model);
+         Removed removed;
+         cut(model, SweptBall(ball, Vec3::Zero(), 17.3), {}, removed);
+       },
+       [&](const Vec3& p) { return std::max(box_distance(p, low, high), 17.3 - (p - ball).norm()); },
+       [&](Random& r) { return r.integer(0, 1) ? on_box(r) : Vec3(ball + 17.3 * r.direction()); }, 0.08, 0.01},
+      {"turned block", turned,
+       [&](const Vec3& p) {
+         return box_distance(frame.transpose() * (p - centre), Vec3(-12, -14, -16), Vec3(12, 14, 16));
+       },
+       [&](Random& r) {
+         Vec3 p(r.uniform(-12, 12), r.uniform(-14, 14), r.uniform(-16, 16));
+         const int i = r.integer(0, 2);
+         p[i] = (r.integer(0, 1) ? 1 : -1) * (12 + 2.0 * i);
+         return Vec3(centre + frame * p);
+       },
+       0.01, 0.001}};
+  for (const Exact& solid : solids) {
+    TriDexel model(lattice);
+    solid.carve(model);
+    const Surface surface = extract_surface(model.snapshot());
+    ASSERT_EQ(broken(surface), "");
+    // There: points of the surface, evenly spread, and its vertices. Back: points of the exact surface.
+    double most[2] = {0, 0}, squares[2] = {0, 0};
+    int count[2] = {0, 0};
+    const auto take = [&](int way, double distance) {
+      most[way] = std::max(most[way], distance);
+      squares[way] += distance * distance;
+      count[way]++;
+    };
+    const auto at = [&](uint32_t v) {
+      const auto& p = surface.vertices[v].position;
+      return Vec3(static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2]));
+    };
+    for (const auto& t : surface.triangles) {
+      const Vec3 a = at(t[0]), b = at(t[1]), c = at(t[2]);
+      for (const Vec3& p : {a, Vec3((a + b + c) / 3), Vec3((a + b) / 2)})
+        take(0, std::abs(solid.distance(p)));
+    }
+    const DistanceTree tree(surface);
+    while (count[1] < 20000) {
+      const Vec3 p = solid.point(random);
+      if (std::abs(solid.distance(p)) < 1e-6) take(1, tree.distance(p));
+    }
+    const double there = std::sqrt(squares[0] / count[0]), back = std::sqrt(squares[1] / count[1]);
+    std::printf("%-16s to the exact solid: max %.4f, rms %.5f cells; from it: max %.4f, rms %.5f\n",
+                solid.name, most[0], there, most[1], back);
+    EXPECT_LT(std::max(most[0], most[1]), solid.most) << solid.name << " " << random.note();
+    EXPECT_LT(std::max(there, back), solid.rms) << solid.name << " " << random.note();
+  }
 }
 
 // A block turned in space, cut out by half-spaces: its edges and corners must come out sharp.

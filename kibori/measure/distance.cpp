@@ -19,83 +19,6 @@ Vec3 at(const Surface& surface, uint32_t v) {
   return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
 }
 
-class Tree {
- public:
-  explicit Tree(const Surface& surface)
-      : surface_(surface), device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)) {
-    const RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(surface.triangles.size()));
-    rtcSetGeometryUserData(geometry, this);
-    rtcSetGeometryBoundsFunction(
-        geometry,
-        [](const RTCBoundsFunctionArguments* arguments) {
-          const auto& self = *static_cast<const Tree*>(arguments->geometryUserPtr);
-          Box box;
-          for (const uint32_t v : self.surface_.triangles[arguments->primID])
-            box.include(at(self.surface_, v));
-          RTCBounds& bounds = *arguments->bounds_o;
-          // Positions are float32 already.
-          bounds.lower_x = static_cast<float>(box.min.x());
-          bounds.lower_y = static_cast<float>(box.min.y());
-          bounds.lower_z = static_cast<float>(box.min.z());
-          bounds.upper_x = static_cast<float>(box.max.x());
-          bounds.upper_y = static_cast<float>(box.max.y());
-          bounds.upper_z = static_cast<float>(box.max.z());
-        },
-        nullptr);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene_);
-    good_ = rtcGetDeviceError(device_) == RTC_ERROR_NONE;
-  }
-  ~Tree() {
-    rtcReleaseScene(scene_);
-    rtcReleaseDevice(device_);
-  }
-  Tree(const Tree&) = delete;
-  Tree& operator=(const Tree&) = delete;
-  bool good() const { return good_; }
-
-  double distance(const Vec3& p) const {
-    struct Search {
-      const Surface& surface;
-      Vec3 point;
-      double least = std::numeric_limits<double>::infinity();
-    } search{surface_, p};
-    RTCPointQuery query = {};
-    query.x = static_cast<float>(p.x());
-    query.y = static_cast<float>(p.y());
-    query.z = static_cast<float>(p.z());
-    query.radius = std::numeric_limits<float>::infinity();
-    RTCPointQueryContext context;
-    rtcInitPointQueryContext(&context);
-    rtcPointQuery(
-        scene_, &query, &context,
-        [](RTCPointQueryFunctionArguments* arguments) {
-          auto& found = *static_cast<Search*>(arguments->userPtr);
-          const SurfaceTriangle& t = found.surface.triangles[arguments->primID];
-          const double d = distance_to_triangle(found.point, at(found.surface, t[0]), at(found.surface, t[1]),
-                                                at(found.surface, t[2]));
-          if (d >= found.least) return false;
-          found.least = d;
-          // A little more than it is, as the point was rounded for the tree.
-          arguments->query->radius = static_cast<float>(d) * 1.0001f + 1e-6f * std::abs(arguments->query->x) +
-                                     1e-6f * std::abs(arguments->query->y) +
-                                     1e-6f * std::abs(arguments->query->z);
-          return true;
-        },
-        &search);
-    return search.least;
-  }
-
- private:
-  const Surface& surface_;
-  RTCDevice device_;
-  RTCScene scene_;
-  bool good_ = false;
-};
-
 // Points spread evenly over the area: triangles in order, a low-discrepancy pair for the place in each.
 std::vector<Vec3> spread(const Surface& surface, int64_t samples) {
   double area = 0;
@@ -123,10 +46,84 @@ std::vector<Vec3> spread(const Surface& surface, int64_t samples) {
 
 }  // namespace
 
+struct DistanceTree::State {
+  const Surface& surface;
+  RTCDevice device;
+  RTCScene scene;
+  bool good;
+};
+
+DistanceTree::DistanceTree(const Surface& surface)
+    : state_(new State{surface, rtcNewDevice(nullptr), nullptr, false}) {
+  State& state = *state_;
+  state.scene = rtcNewScene(state.device);
+  const RTCGeometry geometry = rtcNewGeometry(state.device, RTC_GEOMETRY_TYPE_USER);
+  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(surface.triangles.size()));
+  rtcSetGeometryUserData(geometry, const_cast<Surface*>(&surface));
+  rtcSetGeometryBoundsFunction(
+      geometry,
+      [](const RTCBoundsFunctionArguments* arguments) {
+        const auto& of = *static_cast<const Surface*>(arguments->geometryUserPtr);
+        Box box;
+        for (const uint32_t v : of.triangles[arguments->primID]) box.include(at(of, v));
+        RTCBounds& bounds = *arguments->bounds_o;
+        // Positions are float32 already.
+        bounds.lower_x = static_cast<float>(box.min.x());
+        bounds.lower_y = static_cast<float>(box.min.y());
+        bounds.lower_z = static_cast<float>(box.min.z());
+        bounds.upper_x = static_cast<float>(box.max.x());
+        bounds.upper_y = static_cast<float>(box.max.y());
+        bounds.upper_z = static_cast<float>(box.max.z());
+      },
+      nullptr);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(state.scene, geometry);
+  rtcReleaseGeometry(geometry);
+  rtcCommitScene(state.scene);
+  state.good = rtcGetDeviceError(state.device) == RTC_ERROR_NONE;
+}
+DistanceTree::~DistanceTree() {
+  rtcReleaseScene(state_->scene);
+  rtcReleaseDevice(state_->device);
+}
+bool DistanceTree::good() const { return state_->good; }
+
+double DistanceTree::distance(const Vec3& p) const {
+  struct Search {
+    const Surface& surface;
+    Vec3 point;
+    double least = std::numeric_limits<double>::infinity();
+  } search{state_->surface, p};
+  RTCPointQuery query = {};
+  query.x = static_cast<float>(p.x());
+  query.y = static_cast<float>(p.y());
+  query.z = static_cast<float>(p.z());
+  query.radius = std::numeric_limits<float>::infinity();
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(
+      state_->scene, &query, &context,
+      [](RTCPointQueryFunctionArguments* arguments) {
+        auto& found = *static_cast<Search*>(arguments->userPtr);
+        const SurfaceTriangle& t = found.surface.triangles[arguments->primID];
+        const double d = distance_to_triangle(found.point, at(found.surface, t[0]), at(found.surface, t[1]),
+                                              at(found.surface, t[2]));
+        if (d >= found.least) return false;
+        found.least = d;
+        // A little more than it is, as the point was rounded for the tree.
+        arguments->query->radius = static_cast<float>(d) * 1.0001f + 1e-6f * std::abs(arguments->query->x) +
+                                   1e-6f * std::abs(arguments->query->y) +
+                                   1e-6f * std::abs(arguments->query->z);
+        return true;
+      },
+      &search);
+  return search.least;
+}
+
 Result<Distance> distance_from_to(const Surface& from, const Surface& to, int64_t samples, int threads) {
   if (from.triangles.empty() || to.triangles.empty())
     return Error{"there is no surface to measure from or to"};
-  const Tree tree(to);
+  const DistanceTree tree(to);
   if (!tree.good()) return Error{"there is not enough memory to measure so many triangles"};
   std::vector<Vec3> points = spread(from, samples);
   const size_t spread_count = points.size();

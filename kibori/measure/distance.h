@@ -3,11 +3,30 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 
 #include <kibori/base/result.h>
 #include <kibori/geometry/mesh.h>
 
 namespace kibori {
+
+// The triangles of a surface, to be asked for distances; the surface must outlive it.
+class DistanceTree {
+ public:
+  explicit DistanceTree(const Surface& surface);
+  ~DistanceTree();
+  DistanceTree(const DistanceTree&) = delete;
+  DistanceTree& operator=(const DistanceTree&) = delete;
+
+  // False if there was not enough memory.
+  bool good() const;
+  // From a point to the nearest triangle [mm]. Any thread.
+  double distance(const Vec3& point) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 struct Distance {  // [mm]
   double max = 0, rms = 0, mean = 0;
