@@ -370,7 +370,8 @@ TEST(Surface, DistanceToTheExactSolid) {
          cut(model, SweptBall(ball, Vec3::Zero(), 17.3), {}, removed);
        },
        [&](const Vec3& p) { return std::max(box_distance(p, low, high), 17.3 - (p - ball).norm()); },
-       [&](Random& r) { return r.integer(0, 1) ? on_box(r) : Vec3(ball + 17.3 * r.direction()); }, 0.08, 0.01},
+       [&](Random& r) { return r.integer(0, 1) ? on_box(r) : Vec3(ball + 17.3 * r.direction()); }, 0.08,
+       0.01},
       {"turned block", turned,
        [&](const Vec3& p) {
          return box_distance(frame.transpose() * (p - centre), Vec3(-12, -14, -16), Vec3(12, 14, 16));
