@@ -297,6 +297,12 @@ class Exchange(unittest.TestCase):
     def test_bad_requests_get_one_sentence(self):
         (self.folder / "bad.3mf").write_bytes(b"PK\x03\x04 and no more")
         (self.folder / "file").write_text("")
+        kibori("carve", "scene.toml", "--height-map", "h.png", cwd=self.folder)
+        for name, (x, y, z), at in (("far", (1, 1, 1), 1e9), ("plate", (100, 100, 0.1), 0), ("vast", (1e19, 1, 1), 0)):
+            corners = [(at + x * (i & 1), at + y * (i >> 1 & 1), z * (i >> 2)) for i in range(8)]
+            faces = "1 3 2,2 3 4,5 6 7,6 8 7,1 2 5,2 6 5,3 7 4,4 7 8,1 5 3,3 5 7,2 4 6,4 8 6".split(",")
+            (self.folder / f"{name}.obj").write_text(
+                "".join(f"v {a!r} {b!r} {c!r}\n" for a, b, c in corners) + "".join(f"f {f}\n" for f in faces))
         for arguments, says in ((("info", "bad.3mf"), "bad.3mf"), (("info", "none.obj"), "no such"),
                                 (("info", "scene.toml"), "meshes are read from"),
                                 (("picture", "m.stl", "x.jpg"), ".png"), (("picture", "m.stl", "no/x.png"), "no"),
@@ -307,12 +313,28 @@ class Exchange(unittest.TestCase):
                                 (("convert", "m.stl", "--layers", "file"), "folder"),
                                 (("convert", "m.stl", "--height-map", "x.jpg"), ".png"),
                                 (("convert", "h.png", "x.stl"), "--relief"),
-                                (("convert", "m.stl", "x.stl", "--tolerance", "-1"), "tolerance")):
+                                (("convert", "m.stl", "x.stl", "--tolerance", "-1"), "tolerance"),
+                                (("convert", "m.stl", "--layers", "l", "--layer", "nan"), "positive"),
+                                (("convert", "far.obj", "x.stl"), "from the origin"),
+                                (("convert", "plate.obj", "x.glb", "--pitch", "2"), "thick"),
+                                (("picture", "vast.obj", "x.png"), "10^12"),
+                                (("convert", "h.png", "x.stl", "--relief", "80,5,3", "--pitch", "1e-9"), "pitch"),
+                                (("info", "no\nsuch.stl"), "such")):
             run = kibori(*arguments, cwd=self.folder)
             self.assertEqual(run.returncode, 2, arguments)
             self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
             self.assertIn(says, run.stderr)
         self.assertFalse((self.folder / "x.png").exists() or (self.folder / "x.stl").exists())
+
+    def test_links_and_pipes_stay_what_they_are(self):
+        (self.folder / "target.csv").write_text("old")
+        (self.folder / "link.csv").symlink_to("target.csv")
+        os.mkfifo(self.folder / "pipe.csv")
+        reader = subprocess.Popen(["cat", self.folder / "pipe.csv"], stdout=subprocess.PIPE, text=True)
+        for name in ("link.csv", "pipe.csv"):
+            self.assertEqual(kibori("carve", "scene.toml", "--forces", name, cwd=self.folder).returncode, 0)
+        self.assertTrue((self.folder / "link.csv").is_symlink() and (self.folder / "pipe.csv").is_fifo())
+        self.assertEqual(reader.communicate()[0], (self.folder / "target.csv").read_text())
 
     def test_every_shared_model_comes_through(self):
         models = sorted((pathlib.Path(__file__).resolve().parents[2] / "shared" / "models").glob("*.obj"))

@@ -11,6 +11,7 @@
 #include <kibori/edit/edit.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/geometry/mesh_info.h>
+#include <kibori/geometry/triangle_distance.h>
 #include <kibori/measure/distance.h>
 #include <kibori/motion/stroke.h>
 #include <kibori/picture/picture.h>
@@ -167,6 +168,22 @@ TEST(Distance, BetweenBalls) {
   EXPECT_FALSE(two_sided_distance(a, Surface{}, 10).ok());
 }
 
+TEST(Distance, ToTrianglesWithoutArea) {
+  Random random;
+  for (int i = 0; i < 200000; i++) {
+    const Vec3 a = random.in_box(-1, 1).cast<float>().cast<double>(), way = random.in_box(-1, 1);
+    const Vec3 b = Vec3(a + way).cast<float>().cast<double>(),
+               c = Vec3(a + random.uniform(-1, 2) * way).cast<float>().cast<double>();
+    const Vec3 p = random.in_box(-1, 1);
+    // The segment that holds all three, by brute force.
+    double least = 1e9;
+    for (const auto& [from, to] : {std::pair{a, b}, {b, c}, {a, c}})
+      for (int k = 0; k <= 20; k++) least = std::min(least, (p - from - k / 20.0 * (to - from)).norm());
+    const double d = distance_to_triangle(p, a, b, c);
+    ASSERT_TRUE(d <= least + 1e-6 && d >= least - 0.2) << d << " " << least << " " << random.note();
+  }
+}
+
 TEST(Simplify, StaysNearAndManifold) {
   Random random;
   const int rounds = std::getenv("KIBORI_SHORT") ? 3 : 15;
@@ -201,6 +218,35 @@ TEST(Simplify, ABlockBecomesABlock) {
   EXPECT_EQ(broken(less), "");
   EXPECT_LT(less.triangles.size(), 100u);
   EXPECT_NEAR(test::volume(less), 40 * 30 * 20, 40 * 30 * 20 * 1e-3);
+}
+
+// Two boxes side by side, of two materials: the border between them stays where it is, and straight.
+TEST(Simplify, BordersOfColoursStay) {
+  Lattice lattice;
+  lattice.nodes = Index3(50, 30, 30);
+  TriDexel model(lattice);
+  model.fill_block({Vec3(5, 5, 5), Vec3(25, 25, 25)}, 0);
+  Removed removed;
+  const Box everywhere{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
+  deposit(model,
+          SweptTool(BoxTool{Vec3(20, 20, 20)}, Pose{Vec3(35, 15, 5), Mat3::Identity()}, Vec3::Zero(), lattice,
+                    everywhere),
+          1, {}, removed);
+  const Surface whole = extract_surface(model.snapshot()), less = simplify(whole, 0.2);
+  EXPECT_EQ(broken(less), "");
+  EXPECT_LT(less.triangles.size(), whole.triangles.size() / 20);
+  double last[2] = {0, 50};
+  for (const SurfaceVertex& v : whole.vertices)
+    last[v.material] = v.material ? std::min(last[1], static_cast<double>(v.position[0]))
+                                  : std::max(last[0], static_cast<double>(v.position[0]));
+  for (const SurfaceTriangle& t : less.triangles)
+    for (size_t i = 0; i < 3; i++) {
+      const SurfaceVertex &a = less.vertices[t[i]], &b = less.vertices[t[(i + 1) % 3]];
+      if (a.material == b.material) continue;
+      const auto &red = a.material ? b : a, &green = a.material ? a : b;
+      EXPECT_NEAR(static_cast<double>(red.position[0]), last[0], 0.2);
+      EXPECT_NEAR(static_cast<double>(green.position[0]), last[1], 0.2);
+    }
 }
 
 TriangleMesh tetrahedron(const Vec3& at) {

@@ -29,8 +29,19 @@ namespace {
 
 constexpr int kBadInput = 2;
 
+// CLI11's own takes nan for positive.
+const CLI::Validator kPositive(
+    [](std::string& text) {
+      char* end = nullptr;
+      const double value = std::strtod(text.c_str(), &end);
+      return end != text.c_str() && *end == 0 && value > 0 && std::isfinite(value)
+                 ? std::string()
+                 : "'" + text + "' is not a positive number";
+    },
+    "POSITIVE");
+
 int bad_input(const std::string& what) {
-  std::fprintf(stderr, "kibori: %s\n", what.c_str());
+  std::fprintf(stderr, "kibori: %s\n", kibori::one_line(what).c_str());
   return kBadInput;
 }
 
@@ -139,14 +150,14 @@ void add_export_options(CLI::App* command, ExportArguments& arguments) {
       ->add_option("--tolerance", arguments.tolerance,
                    "let the mesh have fewer triangles, as long as it stays this near")
       ->type_name("MM")
-      ->check(CLI::PositiveNumber);
+      ->check(kPositive);
   command->add_option("--height-map", arguments.height_map, "write heights seen from above as 16-bit grey")
       ->type_name("FILE.png");
   command->add_option("--layers", arguments.layers, "write cross-sections from below into a folder")
       ->type_name("FOLDER");
   command->add_option("--layer", arguments.layer, "distance between layers")
       ->type_name("MM")
-      ->check(CLI::PositiveNumber)
+      ->check(kPositive)
       ->capture_default_str();
   command
       ->add_option("--layer-format", arguments.layer_format,
@@ -162,10 +173,13 @@ kibori::Status check_exports(const ExportArguments& arguments) {
       return Error{arguments.height_map + ": height maps are written as .png"};
     if (const Status can = check_writable(arguments.height_map); !can) return can;
   }
+  if (arguments.layers.empty()) return Ok{};
   std::error_code error;
-  if (!arguments.layers.empty() && std::filesystem::exists(arguments.layers, error) &&
-      !std::filesystem::is_directory(arguments.layers, error))
+  std::filesystem::path there = std::filesystem::absolute(arguments.layers, error);
+  if (std::filesystem::exists(there, error) && !std::filesystem::is_directory(there, error))
     return Error{arguments.layers + ": is a file; name a folder for the layers"};
+  while (!std::filesystem::exists(there, error) && there.has_relative_path()) there = there.parent_path();
+  if (access(there.c_str(), W_OK) != 0) return Error{arguments.layers + ": the folder can't be written to"};
   return Ok{};
 }
 
@@ -456,7 +470,7 @@ int main(int argc, char** argv) {
   convert
       ->add_option("--pitch", convert_arguments.pitch, "size of a cell; by default the longest side by 256")
       ->type_name("MM")
-      ->check(CLI::PositiveNumber);
+      ->check(kPositive);
   convert
       ->add_option("--threads", convert_arguments.threads,
                    "threads to work with; the result does not depend on it")
@@ -471,12 +485,12 @@ int main(int argc, char** argv) {
   info->add_flag("--json", info_arguments.json, "as JSON");
   info->add_option("--wall", info_arguments.wall, "walls thinner than this are thin")
       ->type_name("MM")
-      ->check(CLI::PositiveNumber)
+      ->check(kPositive)
       ->capture_default_str();
   info->add_option("--pitch", info_arguments.pitch,
                    "of the dexels that look for thin walls; by default the longest side by 256")
       ->type_name("MM")
-      ->check(CLI::PositiveNumber);
+      ->check(kPositive);
   info->add_option("--threads", info_arguments.threads, "threads to work with")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();

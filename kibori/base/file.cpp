@@ -12,10 +12,14 @@
 
 namespace kibori {
 
-NewFile::NewFile(const std::filesystem::path& path) : path_(path), part_(path) {
-  part_ += ".part";
+NewFile::NewFile(const std::filesystem::path& path) : path_(path) {
   std::error_code error;
-  folder_ = std::filesystem::is_directory(path, error);
+  const auto there = std::filesystem::status(path, error);
+  folder_ = std::filesystem::is_directory(there);
+  direct_ = std::filesystem::exists(there) && !folder_ && !std::filesystem::is_regular_file(there);
+  if (std::filesystem::is_symlink(path, error)) path_ = std::filesystem::weakly_canonical(path, error);
+  part_ = path_;
+  if (!direct_) part_ += ".part";
   if (!folder_) file_ = std::fopen(part_.c_str(), "wb");
   failed_ = !file_;
 }
@@ -24,7 +28,7 @@ NewFile::~NewFile() {
   if (!file_) return;
   std::fclose(file_);
   std::error_code error;
-  std::filesystem::remove(part_, error);
+  if (!direct_) std::filesystem::remove(part_, error);
 }
 
 void NewFile::write(const void* data, size_t bytes) {
@@ -43,9 +47,10 @@ Status NewFile::commit() {
   std::error_code error;
   if (file_ && std::fclose(std::exchange(file_, nullptr)) != 0) failed_ = true;
   if (failed_) {
-    std::filesystem::remove(part_, error);
+    if (!direct_) std::filesystem::remove(part_, error);
     return Error{path_.string() + ": can't be written (no such folder, no permission, or no space left)"};
   }
+  if (direct_) return Ok{};
   std::filesystem::rename(part_, path_, error);
   if (!error) return Ok{};
   const std::string reason = error.message();

@@ -15,7 +15,7 @@
 namespace kibori {
 
 // Writes beside the file (FILE.part) and moves it into place on commit; without a commit, what was there
-// stays.
+// stays. Links are followed; devices and pipes are written to as they are.
 class NewFile {
  public:
   explicit NewFile(const std::filesystem::path& path);
@@ -37,7 +37,7 @@ class NewFile {
   std::filesystem::path path_, part_;
   std::FILE* file_ = nullptr;
   uint64_t size_ = 0;
-  bool folder_ = false, failed_ = false;
+  bool folder_ = false, direct_ = false, failed_ = false;
 };
 
 // Bytes put aside on disk, beside the file they will end in; gone with the object, or the process.

@@ -49,6 +49,13 @@ inline constexpr int kSnapBits = 14;
 // A mesh is refused as stock when more than this share of the rays that meet it are open or disagree.
 inline constexpr double kMaxBrokenShare = 0.5;
 
+// A lattice's farthest coordinate from the world's origin, in pitches: beyond it float32 has less than 8
+// places a cell and could not keep vertices apart.
+inline constexpr double kMaxFromOrigin = 1 << 20;
+
+// Coordinates a mesh file may have [mm]: squares and products of three of them stay within float32.
+inline constexpr double kMaxCoordinate = 1e12;
+
 // Triangles a file may bring: 100 million take 5 GB as double vertices, more than any scanner makes in one
 // piece.
 inline constexpr size_t kMaxImportTriangles = 100'000'000;

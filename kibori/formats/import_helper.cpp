@@ -173,8 +173,11 @@ Result<TriangleMesh> read_in_helper(const std::filesystem::path& path) {
   const bool in_time = listen(from.get(), seconds, said);
   if (!in_time) kill(helper, SIGKILL);
   int status = 0;
-  while (waitpid(helper, &status, 0) < 0 && errno == EINTR) {
-  }
+  pid_t ended = -1;
+  do ended = waitpid(helper, &status, 0);
+  while (ended < 0 && errno == EINTR);
+  // Where SIGCHLD is ignored nobody knows how it ended, but for what it said.
+  if (ended < 0 && !said.empty()) status = 2 << 8;
   if (!in_time || (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)))
     return Error{name + ": takes too long or too much memory to read; it is damaged or hostile"};
   if (WIFSIGNALED(status))
@@ -191,7 +194,10 @@ Result<TriangleMesh> read_in_helper(const std::filesystem::path& path) {
 
 bool limit_helper(const std::filesystem::path& path) {
   const auto set = [](auto what, double most) {
-    const rlimit limit{static_cast<rlim_t>(most), static_cast<rlim_t>(most)};
+    rlimit limit;
+    if (getrlimit(what, &limit) != 0) return false;
+    limit.rlim_cur = limit.rlim_max =
+        std::min(static_cast<rlim_t>(most), limit.rlim_max);  // it may be lower already
     return setrlimit(what, &limit) == 0;
   };
   std::error_code error;

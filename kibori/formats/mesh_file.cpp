@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <kibori/base/file.h>
+#include <kibori/base/tolerances.h>
 #include <kibori/formats/import_helper.h>
 
 namespace kibori {
@@ -159,6 +160,10 @@ Result<TriangleMesh> read_mesh(const std::filesystem::path& path) {
   } else {
     return Error{path.string() + ": meshes are read from .stl, .obj, .ply, .off, .3mf and .glb files"};
   }
+  if (mesh)
+    for (const Vec3& p : mesh.value().vertices)
+      if (!(p.cwiseAbs().maxCoeff() <= kMaxCoordinate))
+        return Error{path.string() + ": has coordinates beyond 10^12 mm; scale it down"};
   if (mesh && mesh.value().triangles.empty()) return Error{path.string() + ": holds no triangles"};
   return mesh;
 }

@@ -246,7 +246,12 @@ class GlbWriter final : public IndexedWriter {
 };
 
 Status write_pieces(SurfaceWriter& writer, const SurfaceSource& surface) {
-  surface([&](const SurfacePart& part) { writer.put(part); });
+  bool any = false;
+  surface([&](const SurfacePart& part) {
+    any |= !part.triangles.empty();
+    writer.put(part);
+  });
+  if (!any) return Error{"there is no surface to write: no material, or none as thick as the pitch"};
   return writer.finish();
 }
 

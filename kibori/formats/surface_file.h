@@ -29,8 +29,8 @@ using SurfaceSource = std::function<void(const SurfaceSink&)>;
 //   .3mf  colours; mm
 //   .glb  normals and colours; metres, Y up
 // Every coordinate in mm comes back to the bit from the first four. Needs little memory: what must wait is
-// spooled beside the file. Errors: unknown ending, more triangles or bytes than the format can count, a file
-// that can't be written; nothing is half-written.
+// spooled beside the file. Errors: unknown ending, a surface without triangles, more triangles or bytes than
+// the format can count, a file that can't be written; nothing is half-written.
 Status write_surface(const std::filesystem::path& path, const SurfaceSource& surface,
                      std::span<const Rgb> material_colors);
 

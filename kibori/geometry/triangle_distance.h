@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include <kibori/geometry/vec.h>
@@ -9,7 +10,16 @@ namespace kibori {
 
 // Distance from p to the triangle a b c. Ericson, Real-Time Collision Detection, 5.1.5.
 inline double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 ab = b - a, ac = c - a, ap = p - a;
+  const Vec3 ab = b - a, ac = c - a, ap = p - a, n = ab.cross(ac);
+  if (!(n.squaredNorm() > 1e-20 * ab.squaredNorm() * ac.squaredNorm())) {
+    // All in one line, but for rounding: the nearest side.
+    const auto side = [&](const Vec3& from, const Vec3& along) {
+      const double length2 = along.squaredNorm();
+      const double t = length2 > 0 ? std::clamp((p - from).dot(along) / length2, 0.0, 1.0) : 0;
+      return (p - from - t * along).norm();
+    };
+    return std::min({side(a, ab), side(a, ac), side(b, c - b)});
+  }
   const double d1 = ab.dot(ap), d2 = ac.dot(ap);
   if (d1 <= 0 && d2 <= 0) return ap.norm();
   const Vec3 bp = p - b;
@@ -24,7 +34,6 @@ inline double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, 
   if (vb <= 0 && d2 >= 0 && d6 <= 0) return (ap - d2 / (d2 - d6) * ac).norm();
   const double va = d3 * d6 - d5 * d4;
   if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return (bp - (d4 - d3) / (d4 - d3 + d5 - d6) * (c - b)).norm();
-  const Vec3 n = ab.cross(ac);
   return std::abs(n.dot(ap)) / n.norm();
 }
 

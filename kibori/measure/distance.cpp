@@ -108,7 +108,7 @@ double DistanceTree::distance(const Vec3& p) const {
         const SurfaceTriangle& t = found.surface.triangles[arguments->primID];
         const double d = distance_to_triangle(found.point, at(found.surface, t[0]), at(found.surface, t[1]),
                                               at(found.surface, t[2]));
-        if (d >= found.least) return false;
+        if (!(d < found.least)) return false;
         found.least = d;
         // A little more than it is, as the point was rounded for the tree.
         arguments->query->radius = static_cast<float>(d) * 1.0001f + 1e-6f * std::abs(arguments->query->x) +

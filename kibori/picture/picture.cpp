@@ -2,11 +2,11 @@
 #include <kibori/picture/picture.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <numbers>
 
 #include <embree3/rtcore.h>
@@ -359,13 +359,15 @@ Result<Image> draw_picture(const Surface& surface, std::span<const std::array<ui
   Image image{options.width, options.height, {}};
   image.pixels.resize(static_cast<size_t>(options.width) * static_cast<size_t>(options.height));
   const int bands = (options.height + kRows - 1) / kRows;
-  std::atomic<int> done = 0;
+  std::mutex guard;
+  int done = 0;
   run_parallel(options.threads, static_cast<size_t>(bands), [&](size_t band) {
     const int begin = static_cast<int>(band) * kRows, end = std::min(begin + kRows, options.height);
     for (int y = begin; y < end; y++)
       painter.row(y, image.pixels.data() + static_cast<size_t>(y) * static_cast<size_t>(options.width));
-    const int now = ++done;
-    if (options.progress) options.progress(static_cast<double>(now) / bands);
+    const std::lock_guard lock(guard);
+    done++;
+    if (options.progress) options.progress(static_cast<double>(done) / bands);
   });
   return image;
 }

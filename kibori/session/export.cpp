@@ -14,6 +14,14 @@
 namespace kibori {
 namespace {
 
+constexpr size_t kMostStale = 10000;  // more layers than a lattice has
+
+std::string layer_name(size_t number, const char* ending) {
+  char name[40];
+  std::snprintf(name, sizeof name, "layer-%04zu.%s", number, ending);
+  return name;
+}
+
 Status write_svg(const std::filesystem::path& path, const Lattice& lattice, const Layer& layer) {
   const double width = lattice.nodes.x() * lattice.pitch_mm, height = lattice.nodes.y() * lattice.pitch_mm;
   NewFile file(path);
@@ -28,7 +36,7 @@ Status write_svg(const std::filesystem::path& path, const Lattice& lattice, cons
   for (const auto& outline : layer.outlines) {
     char move = 'M';
     for (const auto& p : outline) {
-      put(std::snprintf(text, sizeof text, "%c%.5f %.5f", move, p[0] - lattice.origin_mm.x(),
+      put(std::snprintf(text, sizeof text, "%c%.9g %.9g", move, p[0] - lattice.origin_mm.x(),
                         lattice.origin_mm.y() + height - p[1]));
       move = 'L';
     }
@@ -61,9 +69,8 @@ Result<int> write_layers(const std::filesystem::path& folder, const Snapshot& mo
   std::mutex guard;
   Status wrong = Ok{};
   run_parallel(options.threads, layers.size(), [&](size_t i) {
-    char name[40];
     const bool svg = options.format == LayerFormat::svg;
-    std::snprintf(name, sizeof name, "layer-%04zu.%s", i + 1, svg ? "svg" : "png");
+    const std::string name = layer_name(i + 1, svg ? "svg" : "png");
     const Status written = svg ? write_svg(folder / name, model.lattice, slice_layer(model, layers[i]))
                                : write_png_grey8(folder / name, model.lattice.nodes.x(),
                                                  model.lattice.nodes.y(), mask_layer(model, layers[i]));
@@ -72,6 +79,12 @@ Result<int> write_layers(const std::filesystem::path& folder, const Snapshot& mo
     if (options.progress) options.progress(static_cast<double>(++done) / static_cast<double>(layers.size()));
   });
   if (!wrong) return Error{wrong.error()};
+  // Of an earlier stack with more layers, or in the other format, nothing must stay.
+  for (size_t i = 1; i <= kMostStale; i++)
+    for (const char* ending : {"svg", "png"}) {
+      const bool ours = i <= layers.size() && (ending[0] == 's') == (options.format == LayerFormat::svg);
+      if (!ours) std::filesystem::remove(folder / layer_name(i, ending), error);
+    }
   return static_cast<int>(layers.size());
 }
 

@@ -62,13 +62,17 @@ Result<MeshReport> report_mesh(const std::filesystem::path& path, const MeshRepo
   const double pitch = options.pitch_mm.value_or(longest / 256);
   if (!(pitch > 0)) return report;
   const Result<MeshStock> stock = stock_of_mesh(mesh.value(), pitch, 2 * pitch, 0, options.threads, false);
-  if (stock) report.walls = thin_walls(stock.value().model->snapshot(), options.wall_mm);
+  if (stock)
+    report.walls = thin_walls(stock.value().model->snapshot(), options.wall_mm);
+  else
+    report.no_walls = stock.error();
   return report;
 }
 
 std::string mesh_report_text(const MeshReport& report) {
   const MeshInfo& i = report.info;
-  const Vec3 size = i.triangles ? i.bounds.size() : Vec3(Vec3::Zero());
+  const Vec3 size = i.triangles ? i.bounds.size() : Vec3(Vec3::Zero()),
+             low = i.triangles ? i.bounds.min : size;
   char text[1400];
   int length =
       std::snprintf(text, sizeof text,
@@ -76,9 +80,9 @@ std::string mesh_report_text(const MeshReport& report) {
                     "mm3\narea         %.6g "
                     "mm2\ncentroid     %.6g, %.6g, %.6g mm\ntriangles    %zu\ncomponents   %zu\nclosed       "
                     "%s\nmanifold     %s\n",
-                    size.x(), size.y(), size.z(), i.bounds.min.x(), i.bounds.min.y(), i.bounds.min.z(),
-                    i.volume_mm3, i.area_mm2, i.centroid_mm.x(), i.centroid_mm.y(), i.centroid_mm.z(),
-                    i.triangles, i.components, i.closed ? "yes" : "no", i.manifold ? "yes" : "no");
+                    size.x(), size.y(), size.z(), low.x(), low.y(), low.z(), i.volume_mm3, i.area_mm2,
+                    i.centroid_mm.x(), i.centroid_mm.y(), i.centroid_mm.z(), i.triangles, i.components,
+                    i.closed ? "yes" : "no", i.manifold ? "yes" : "no");
   const auto add = [&](auto... values) {
     length += std::snprintf(text + length, sizeof text - static_cast<size_t>(length), values...);
   };
@@ -86,7 +90,8 @@ std::string mesh_report_text(const MeshReport& report) {
   if (i.overfull_edges) add("edges of more than two triangles  %zu\n", i.overfull_edges);
   if (i.degenerate) add("degenerate   %zu triangles\n", i.degenerate);
   if (!report.walls)
-    add("walls        not measured: no solid\n");
+    add("walls        not measured: %.300s\n",
+        report.no_walls.empty() ? "no extent" : report.no_walls.c_str());
   else if (!std::isfinite(report.walls->thinnest_mm))
     add("walls        none with parallel sides\n");
   else
@@ -100,7 +105,7 @@ std::string mesh_report_json(const MeshReport& report) {
   const MeshInfo& i = report.info;
   const auto list = [](const Vec3& v) { return nlohmann::ordered_json::array({v.x(), v.y(), v.z()}); };
   nlohmann::ordered_json json = {{"size_mm", list(i.triangles ? i.bounds.size() : Vec3(Vec3::Zero()))},
-                                 {"lower_corner_mm", list(i.bounds.min)},
+                                 {"lower_corner_mm", list(i.triangles ? i.bounds.min : Vec3(Vec3::Zero()))},
                                  {"volume_mm3", i.volume_mm3},
                                  {"area_mm2", i.area_mm2},
                                  {"centroid_mm", list(i.centroid_mm)},

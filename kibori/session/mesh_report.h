@@ -22,7 +22,8 @@ struct ThinWalls {
 
 struct MeshReport {
   MeshInfo info;
-  std::optional<ThinWalls> walls;  // none where the mesh is no solid
+  std::optional<ThinWalls> walls;
+  std::string no_walls;  // why there are none
 };
 
 struct MeshReportOptions {

@@ -4,10 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include <kibori/dexel/tri_dexel.h>
 #include <kibori/formats/png_file.h>
 
 namespace kibori {
 namespace {
+
+// 17 million triangles; what is finer is averaged.
+constexpr int64_t kMostPixels = int64_t{1} << 22;
 
 // Halves the picture, each pixel the mean of four.
 GreyMap halved(const GreyMap& map) {
@@ -31,7 +35,15 @@ Result<TriangleMesh> read_relief(const std::filesystem::path& picture, const Rel
   Result<GreyMap> read = read_png_grey(picture);
   if (!read) return Error{read.error()};
   GreyMap map = std::move(read).value();
-  while (map.width >= 4 && map.height >= 4 && size.width_mm / map.width < 0.5 * pitch_mm) map = halved(map);
+  const double depth_mm = size.width_mm * map.height / map.width;
+  if (const Result<Lattice> fits =
+          make_lattice({size.width_mm, depth_mm, size.base_mm + size.height_mm}, pitch_mm, 0);
+      !fits)
+    return Error{picture.string() + ": " + fits.error()};
+  const auto too_fine = [&] {
+    return size.width_mm / map.width < 0.5 * pitch_mm || int64_t{map.width} * map.height > kMostPixels;
+  };
+  while (map.width >= 4 && map.height >= 4 && too_fine()) map = halved(map);
   if (map.width < 2 || map.height < 2) return Error{picture.string() + ": a relief needs two pixels a side"};
   const double step = size.width_mm / (map.width - 1);
   const auto w = static_cast<uint32_t>(map.width), h = static_cast<uint32_t>(map.height);

@@ -32,6 +32,16 @@ Result<MeshStock> stock_of_mesh(const TriangleMesh& mesh, double pitch_mm, doubl
   if (!lattice) return Error{lattice.error()};
   Lattice placed = lattice.value();
   placed.origin_mm += box.min;
+  const double farthest = std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff());
+  if (farthest > kMaxFromOrigin * pitch_mm) {
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "reaches %.4g mm from the origin, and at pitch %g mm only %.4g mm can be told apart; move "
+                  "it nearer or "
+                  "use a coarser pitch",
+                  farthest, pitch_mm, kMaxFromOrigin * pitch_mm);
+    return Error{text};
+  }
   if (const Status fits = check_memory(placed, true); !fits) return Error{fits.error()};
   MeshStock stock{std::make_unique<TriDexel>(placed), {}};
   Result<ScanReport> report = scan_convert(*stock.model, mesh, material, {force, threads});

@@ -130,7 +130,8 @@ std::vector<int> layers_of(const Snapshot& model, double layer_mm) {
       });
   std::vector<int> layers;
   if (!(low < high)) return layers;
-  const double step = layer_mm / model.lattice.pitch_mm, bottom = static_cast<double>(low);
+  // Layers nearer than the pitch would be the same.
+  const double step = std::max(1.0, layer_mm / model.lattice.pitch_mm), bottom = static_cast<double>(low);
   const auto count = static_cast<int64_t>(std::ceil((static_cast<double>(high) - bottom) / step - 1e-6));
   for (int64_t i = 0; i < count; i++) {
     const double middle = bottom + (static_cast<double>(i) + 0.5) * step;

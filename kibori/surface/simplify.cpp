@@ -64,6 +64,17 @@ class Simplifier {
     moved_.assign(triangles_.size(), 0);
     version_.assign(count, 0);
     for (const SurfaceTriangle& t : triangles_) {
+      // Along a border of colours a wall stands upright on the surface, so that the border stays where it is.
+      for (size_t i = 0; i < 3; i++) {
+        const uint32_t p = t[i], q = t[(i + 1) % 3];
+        if (!same_color(p, q) || same_color(p, t[(i + 2) % 3])) continue;
+        const Vec3 edge = points_[q] - points_[p];
+        const Vec3 wall = edge.cross((points_[t[(i + 2) % 3]] - points_[p]).cross(edge));
+        const double length = wall.norm();
+        if (!(length > 0)) continue;
+        for (const uint32_t v : {p, q})
+          quadrics_[v].add_plane(wall / length, -wall.dot(points_[p]) / length, edge.squaredNorm());
+      }
       const Vec3& a = points_[t[0]];
       const Vec3 cross = (points_[t[1]] - a).cross(points_[t[2]] - a);
       const double area = cross.norm();
@@ -109,6 +120,10 @@ class Simplifier {
     return {static_cast<double>(v.position[0]), static_cast<double>(v.position[1]),
             static_cast<double>(v.position[2])};
   }
+  bool same_color(uint32_t a, uint32_t b) const {
+    const SurfaceVertex &p = surface_.vertices[a], &q = surface_.vertices[b];
+    return p.material == q.material && p.paint == q.paint;
+  }
   static bool has(const SurfaceTriangle& t, uint32_t v) { return t[0] == v || t[1] == v || t[2] == v; }
 
   // The vertices around v, each once; false if v is not inside a closed fan.
@@ -142,9 +157,17 @@ class Simplifier {
   void collapse(uint32_t v) {
     if (!ring(v, ring_v_)) return;
     targets_.clear();
-    const SurfaceVertex& own = surface_.vertices[v];
+    // On a border of colours a vertex may go along the border alone.
+    border_.clear();
+    bool on_border = false;
+    for (const uint32_t t : around_[v])
+      for (size_t i = 0; i < 3; i++) {
+        const uint32_t p = triangles_[t][i], q = triangles_[t][(i + 1) % 3], r = triangles_[t][(i + 2) % 3];
+        on_border |= !same_color(v, p);
+        if ((p == v || q == v) && same_color(p, q) && !same_color(p, r)) border_.push_back(p == v ? q : p);
+      }
     for (const uint32_t u : ring_v_)
-      if (surface_.vertices[u].material == own.material && surface_.vertices[u].paint == own.paint)
+      if (on_border ? std::find(border_.begin(), border_.end(), u) != border_.end() : same_color(u, v))
         targets_.push_back({quadrics_[v].at(points_[u]), u});
     std::sort(targets_.begin(), targets_.end(), [](const Target& a, const Target& b) {
       return a.cost != b.cost ? a.cost < b.cost : a.vertex < b.vertex;
@@ -200,6 +223,7 @@ class Simplifier {
     double apart = to_fan(from);
     if (before_now + apart > kShare * tolerance_) return false;
     for (const uint32_t w : ring_v_) apart = std::max(apart, to_fan(0.5 * (from + points_[w])));
+    apart = std::max(apart, to_border(v, u));
     for (const Face& face : fan_) {
       const Vec3 middle = (face.corner[0] + face.corner[1] + face.corner[2]) / 3;
       apart = std::max(apart, from_fan(v, middle));
@@ -208,6 +232,16 @@ class Simplifier {
     }
     moved = before_now + apart;
     return moved <= kShare * tolerance_;
+  }
+
+  // From v to the border of colours as it would run without v: from u to the next of its neighbours there.
+  double to_border(uint32_t v, uint32_t u) const {
+    if (border_.empty()) return 0;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const uint32_t w : border_)
+      if (w != u)
+        nearest = std::min(nearest, distance_to_triangle(points_[v], points_[u], points_[w], points_[w]));
+    return nearest;
   }
 
   double to_fan(const Vec3& p) const {
@@ -269,7 +303,7 @@ class Simplifier {
   std::vector<double> moved_;  // of each triangle: how far it may be from the old surface
   std::vector<uint32_t> version_;
   std::priority_queue<Wish> queue_;
-  std::vector<uint32_t> ring_v_, ring_u_, common_;
+  std::vector<uint32_t> ring_v_, ring_u_, common_, border_;
   std::vector<Target> targets_;
   std::vector<Face> fan_;
 };

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The surface of a model as triangles: dual contouring of the dexels' exact ends and normals.
 //
-// Promise, for every model: a closed, oriented two-manifold (every directed edge once and its reverse once,
-// one fan of triangles around each vertex) without degenerate triangles, and no two vertices share a float32
-// position. What is thinner than a cell and passes between the lattice nodes is not seen. Sharp edges stay
-// sharp where two faces meet at more than 25 degrees.
+// Promise, for every model within kMaxFromOrigin pitches of the origin: a closed, oriented two-manifold
+// (every directed edge once and its reverse once, one fan of triangles around each vertex) without degenerate
+// triangles, and no two vertices share a float32 position. What is thinner than a cell and passes between the
+// lattice nodes is not seen. Sharp edges stay sharp where two faces meet at more than 25 degrees.
 //
 // Cells stand between lattice nodes, one more than nodes along each axis (the outermost reach beyond the
 // lattice), in chunks of 16 x 16 x 16. A chunk's surface depends on the snapshot alone, so chunks may be made
