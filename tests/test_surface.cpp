@@ -1,20 +1,18 @@
 // SPDX-License-Identifier: MIT
 // The surface's promise, checked on triangles alone: closed, oriented, two-manifold, nothing degenerate, no
 // two vertices in one place.
+#include <atomic>
 #include <cstring>
-#include <filesystem>
 #include <map>
 #include <set>
+#include <mutex>
+#include <thread>
 #include <unordered_map>
 #include <vector>
-
-#include <unistd.h>
 
 #include <gtest/gtest.h>
 
 #include <kibori/edit/edit.h>
-#include <kibori/formats/mesh_file.h>
-#include <kibori/formats/surface_file.h>
 #include <kibori/motion/stroke.h>
 #include <kibori/surface/cell_table.h>
 #include <kibori/measure/distance.h>
@@ -262,6 +260,55 @@ TEST(Surface, LiveSurfaceFollowsEveryEdit) {
   }
   std::printf("%lld of %lld chunks made anew\n", static_cast<long long>(made), static_cast<long long>(all));
   EXPECT_LT(made, all);
+}
+
+// One thread carves and hands out snapshots, another follows them with the surface; nobody waits for the
+// other.
+TEST(Surface, LiveSurfaceFollowsWhileCarvingGoesOn) {
+  Lattice lattice;
+  lattice.nodes = Index3(64, 64, 48);
+  TriDexel model(lattice);
+  model.fill_block({Vec3(2, 2, 2), Vec3(62, 62, 46)}, 0);
+  std::mutex guard;
+  Snapshot latest = model.snapshot();
+  std::atomic<bool> done = false;
+  LiveSurface live(latest, 2);
+  std::thread carver([&] {
+    const std::vector<Material> materials{Material{}};
+    Stroke stroke(model, Pose{Vec3(5, 32, 40), Mat3::Identity()});
+    const int steps = std::getenv("KIBORI_SHORT") ? 100 : 1000;
+    for (int i = 0; i < steps; i++) {
+      const double a = 0.05 * i;
+      const Vec3 to(32 + 25 * std::cos(a), 32 + 25 * std::sin(1.3 * a), 40 - 0.02 * i);
+      if (!stroke.advance(BallTool{4}, to, Vec3::Zero(), Mode::cut, {}, materials).ok()) std::abort();
+      Snapshot now = model.snapshot();
+      const std::lock_guard lock(guard);
+      std::swap(latest, now);
+    }
+    done = true;
+  });
+  int updates = 0;
+  for (bool last = false; !last; updates++) {
+    last = done;
+    Snapshot now;
+    {
+      const std::lock_guard lock(guard);
+      now = latest;
+    }
+    live.update(now);
+  }
+  carver.join();
+  const Snapshot end = model.snapshot();
+  const Index3 chunks = surface_chunks(lattice);
+  for (int z = 0; z < chunks[2]; z++)
+    for (int y = 0; y < chunks[1]; y++)
+      for (int x = 0; x < chunks[0]; x++) {
+        const SurfaceChunk fresh = extract_chunk(end, {x, y, z});
+        ASSERT_EQ(live.chunk({x, y, z}).triangles, fresh.triangles);
+        for (size_t i = 0; i < fresh.vertices.size(); i++)
+          ASSERT_EQ(live.chunk({x, y, z}).vertices[i].position, fresh.vertices[i].position);
+      }
+  std::printf("%d updates while carving\n", updates);
 }
 
 TEST(Surface, ChunksMakeTheSameVerticesForTheirNeighbours) {
