@@ -168,6 +168,26 @@ TEST(Distance, BetweenBalls) {
   EXPECT_FALSE(two_sided_distance(a, Surface{}, 10).ok());
 }
 
+// Simplification and all distances stand on this one function: against the nearest of many points of the
+// triangle.
+TEST(Distance, ToTrianglesBySampling) {
+  Random random;
+  for (int i = 0; i < 300; i++) {
+    const Vec3 a = random.in_box(-1, 1), b = random.in_box(-1, 1), c = random.in_box(-1, 1);
+    const Vec3 p = random.in_box(-2, 2);
+    constexpr int kSteps = 100;
+    double least = 1e9;
+    for (int u = 0; u <= kSteps; u++)
+      for (int v = 0; u + v <= kSteps; v++)
+        least = std::min(least, (p - (a + (u * (b - a) + v * (c - a)) / kSteps)).norm());
+    const double d = distance_to_triangle(p, a, b, c);
+    // A sample is never nearer than the triangle, and one is within a step (sides of at most 3.5) of its
+    // nearest point.
+    EXPECT_LE(d, least + 1e-12) << random.note();
+    EXPECT_GE(d, least - 3.5 / kSteps) << random.note();
+  }
+}
+
 TEST(Distance, ToTrianglesWithoutArea) {
   Random random;
   for (int i = 0; i < 200000; i++) {

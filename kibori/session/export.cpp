@@ -2,7 +2,6 @@
 #include <kibori/session/export.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cstdio>
 #include <mutex>
 #include <string>
@@ -65,8 +64,8 @@ Result<int> write_layers(const std::filesystem::path& folder, const Snapshot& mo
   std::filesystem::create_directories(folder, error);
   if (error || !std::filesystem::is_directory(folder))
     return Error{folder.string() + ": the folder can't be made: " + error.message()};
-  std::atomic<size_t> done = 0;
   std::mutex guard;
+  size_t done = 0;
   Status wrong = Ok{};
   run_parallel(options.threads, layers.size(), [&](size_t i) {
     const bool svg = options.format == LayerFormat::svg;
