@@ -6,11 +6,13 @@
 #include <map>
 #include <set>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <unordered_map>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <hwy/highway.h>
 
 #include <kibori/edit/edit.h>
 #include <kibori/motion/stroke.h>
@@ -309,6 +311,37 @@ TEST(Surface, LiveSurfaceFollowsWhileCarvingGoesOn) {
           ASSERT_EQ(live.chunk({x, y, z}).vertices[i].position, fresh.vertices[i].position);
       }
   std::printf("%d updates while carving\n", updates);
+}
+
+TEST(Surface, SameBytesOnEveryVectorUnit) {
+  Random random;
+  Lattice lattice;
+  lattice.nodes = Index3(60, 50, 45);
+  lattice.origin_mm = Vec3(-700, 3, 0.01);
+  lattice.pitch_mm = 0.3;
+  TriDexel model(lattice);
+  model.fill_block({lattice.origin_mm + Vec3(1, 1, 1), lattice.origin_mm + Vec3(17, 14, 13)}, 0);
+  const std::vector<Material> materials{Material{}, Material{}};
+  for (int i = 0; i < 12; i++) {
+    const auto anywhere = [&] { return Vec3(lattice.origin_mm + random.in_box(0, 14)); };
+    Stroke stroke(model, Pose{anywhere(), frame_from_axis(random.direction(), 0)});
+    ASSERT_TRUE(
+        stroke.advance(random_tool(random, 6), anywhere(), Vec3::Zero(), Mode::cut, {}, materials, 1).ok());
+  }
+  const Snapshot snapshot = model.snapshot();
+  std::optional<Surface> first;
+  for (int64_t targets = hwy::SupportedTargets() & HWY_TARGETS; targets; targets &= targets - 1) {
+    hwy::SetSupportedTargetsForTest(targets & -targets);
+    const Surface surface = extract_surface(snapshot);
+    hwy::SetSupportedTargetsForTest(0);
+    if (!first) first = surface;
+    EXPECT_GT(surface.triangles.size(), 1000u);
+    ASSERT_EQ(surface.triangles, first->triangles) << hwy::TargetName(targets & -targets) << random.note();
+    for (size_t i = 0; i < surface.vertices.size(); i++) {
+      ASSERT_EQ(surface.vertices[i].position, first->vertices[i].position) << random.note();
+      ASSERT_EQ(surface.vertices[i].normal, first->vertices[i].normal) << random.note();
+    }
+  }
 }
 
 TEST(Surface, ChunksMakeTheSameVerticesForTheirNeighbours) {

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/base/memory.h>
 
+#include <cstdint>
 #include <fstream>
 #include <string>
+
+#include <sys/mman.h>
 
 namespace kibori {
 
@@ -12,6 +15,17 @@ double available_bytes() {
   for (double kilobytes; info >> key >> kilobytes; info.ignore(256, '\n'))
     if (key == "MemAvailable:") return kilobytes * 1024;
   return 0;
+}
+
+void prefer_large_pages(void* block, size_t bytes) {
+#ifdef MADV_HUGEPAGE
+  constexpr uintptr_t kPage = 4096;
+  const auto begin = (reinterpret_cast<uintptr_t>(block) + kPage - 1) / kPage * kPage,
+             end = (reinterpret_cast<uintptr_t>(block) + bytes) / kPage * kPage;
+  if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+#else
+  static_cast<void>(block), static_cast<void>(bytes);
+#endif
 }
 
 }  // namespace kibori

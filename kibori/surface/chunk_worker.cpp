@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <deque>
 #include <limits>
+#include <optional>
 
 #include <kibori/base/check.h>
 #include <kibori/surface/cell_table.h>
+#include <kibori/surface/chunk_kernel.h>
 #include <kibori/surface/surface_vertex.h>
 
 namespace kibori {
@@ -17,14 +20,18 @@ namespace {
 // one layer of the next), masks for cells -1 ... 17, so nodes -1 ... 18.
 constexpr int kNodes = kCells + 3;  // of which the first stands at -1
 constexpr int kHitNodes = kCells + 1;
-constexpr size_t kHits = kHitNodes * kHitNodes * kCells;
+// Edges along one axis from each node of a chunk.
+constexpr size_t kEdgesOfAxis = kHitNodes * kHitNodes * kHitNodes;
+static_assert(3 * kEdgesOfAxis < std::numeric_limits<uint16_t>::max());  // they are numbered
 
-// A vertex's place in quanta: whole numbers below 2^25. What a triangle of neighbouring cells takes of them -
-// differences below 2^24, products below 2^48 - is exact in double.
+// What a triangle of neighbouring cells takes of its vertices' places - differences below 2^24, products
+// below 2^48 - is exact in double.
 struct Multiple {
   double x, y, z;
 };
-Multiple operator-(const Multiple& a, const Multiple& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+Multiple operator-(const Place& a, const Place& b) {
+  return {static_cast<double>(a.x - b.x), static_cast<double>(a.y - b.y), static_cast<double>(a.z - b.z)};
+}
 double dot(const Multiple& a, const Multiple& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 Multiple cross(const Multiple& u, const Multiple& v) {
   return {u.y * v.z - u.z * v.y, u.z * v.x - u.x * v.z, u.x * v.y - u.y * v.x};
@@ -44,40 +51,37 @@ class VertexGrid {
       most = std::max({most, std::abs(low), std::abs(high)});
     }
     quantum_ = std::ldexp(1.0, std::ilogb(most + 4 * lattice.pitch_mm) + 1 - 24);
-    per_mm_ = 1 / quantum_;
   }
-  // Multiples of the quantum for a point [lattice units] of a cell.
-  Multiple place(const Eigen::Array3d& point, const Index3& cell, int sheet) const {
-    double at[3];
-    for (int i = 0; i < 3; i++) {
-      // Rounded to the nearest; truncation does it where numbers are positive.
-      constexpr double kPositive = 1 << 30;
-      const double multiple = (origin_[i] + pitch_ * point[i]) * per_mm_;
-      const int64_t n = static_cast<int64_t>(multiple + (kPositive + 0.5)) - (int64_t{1} << 30);
-      const int64_t wanted = (cell[i] & 3) | ((sheet >> i) & 1) << 2;
-      const int64_t ahead = (wanted - n) & 7;
-      at[i] = static_cast<double>(n + (ahead < 4 ? ahead : ahead - 8));
-    }
-    return {at[0], at[1], at[2]};
+  // The centre of a cell (along one axis) in quanta.
+  int32_t centre(int axis, int cell) const {
+    return static_cast<int32_t>(std::lround((origin_[axis] + pitch_ * (cell + 1)) / quantum_));
   }
-  std::array<float, 3> mm(const Multiple& at) const {
-    return {static_cast<float>(at.x * quantum_), static_cast<float>(at.y * quantum_),
-            static_cast<float>(at.z * quantum_)};
+  float quanta_per_cell() const { return static_cast<float>(pitch_ / quantum_); }
+  // What the remainder by 8 must be along one axis.
+  static int32_t remainder(int axis, int cell, int sheet) { return (cell & 3) | ((sheet >> axis) & 1) << 2; }
+  std::array<float, 3> mm(const Place& at) const {
+    const auto quantum = static_cast<float>(quantum_);
+    return {static_cast<float>(at.x) * quantum, static_cast<float>(at.y) * quantum,
+            static_cast<float>(at.z) * quantum};
   }
 
  private:
   Vec3 origin_;
   double pitch_;
-  double quantum_, per_mm_;  // powers of two
+  double quantum_;  // a power of two
 };
+
+// Paint and material of a place on the surface; where some differ, the greatest is taken.
+using Look = uint64_t;
+Look look_of(Color paint, uint8_t material) { return uint64_t{paint} << 8 | material; }
+Color paint_of(Look look) { return static_cast<Color>(look >> 8); }
+uint8_t material_of(Look look) { return static_cast<uint8_t>(look); }
 
 // An end of material on the edge between two nodes.
 struct Hit {
-  Vec4f normal;  // in world axes, out of the material
-  float depth;   // along the edge's axis
-  Color paint;
-  uint32_t chunk = 0;  // whose it is, by the worker's count: others are left-overs
-  uint8_t material;
+  Vec4f offset;  // from the middle of the edge [lattice units]
+  Vec4f normal;  // in world axes, out of the material; w = 1: known
+  Look look = 0;
 };
 
 // The first whole number k with depth <= k + 1/2: the node at or after an end. For depths from -2 on, by
@@ -92,7 +96,19 @@ int node_after(float depth) {
 // Makes chunks of columns of chunks above each other.
 class ChunkWorker::Impl {
  public:
-  explicit Impl(const Snapshot& model) : model_(&model), grid_(model.lattice) {}
+  explicit Impl(const Snapshot& model) : model_(&model), grid_(model.lattice) {
+    for (size_t i = 0; i < kCellEdges; i++) {
+      const CellEdge e = kEdges[i];
+      const Index3 corner(e.corner & 1, (e.corner >> 1) & 1, e.corner >> 2);
+      EdgePlace& place = edges_[i];
+      place.middle.head<3>() = corner.cast<float>().matrix() - Eigen::Vector3f::Constant(0.5f);
+      place.middle[e.axis] = 0;
+      place.middle[3] = 1;
+      place.offset = e.axis * kEdgesOfAxis + node_index(corner);
+    }
+    // The first stands for edges whose end is not known, where the fields disagree by a rounding: halfway.
+    hits_.push_back({Vec4f::Zero(), Vec4f::Zero(), 0});
+  }
 
   // Another snapshot of the same model.
   void look_at(const Snapshot& model) { model_ = &model; }
@@ -108,46 +124,74 @@ class ChunkWorker::Impl {
     out_ = {};
     first_[2] = z * kChunkCells - 1;
     if (empty_ || !load_columns(z - z_begin_)) return {};
-    count_++;
     cells_.clear();
-    places_.clear();
-    foreign_places_.clear();
-    foreign_.clear();
-    foreign_cells_.clear();
+    flipped_.clear();
+    quads_.clear();
+    quad_edges_.clear();
+    fans_.clear();
     if (!find_cells()) return {};
-    for (Axis axis : kAxes) load_hits(axis);
-    for (Cell& cell : cells_) make_vertices(cell);
-    for (const Cell& cell : cells_) make_quads(cell);
-    finish();
+    hits_.resize(1);
+    hit_at_.fill(0);
+    load_hits<Axis::x>();
+    load_hits<Axis::y>();
+    load_hits<Axis::z>();
+    make_vertices();
+    for (uint32_t i = 0; i < cells_.size(); i++) make_quads(i);
+    make_triangles();
+    insert_fans();
     return std::move(out_);
   }
 
  private:
   struct Cell {
     Index3 at;
-    CellSheets sheets;
-    uint8_t inside;   // its corners
     uint32_t vertex;  // of its first sheet
+    const CellSheets* sheets;
+    uint8_t inside;  // its corners
+    bool own;        // of this chunk, not of the next
   };
-  static constexpr uint32_t kForeign = 1u << 31;  // marks vertices of the next chunks until they are put last
+  // An edge of a cell: its middle, from the cell's centre (w = 1, so that sums of them count), and where its
+  // hit is, from the cell's first.
+  struct EdgePlace {
+    Vec4f middle;
+    size_t offset;
+  };
+  // A sheet of a cell.
+  struct CellSheet {
+    uint32_t cell;  // in cells_
+    uint32_t sheet;
+    Look look;
+  };
+  // The edge in the middle of a quad: the last of one cell along one axis.
+  struct QuadEdge {
+    uint32_t cell;  // in cells_
+    Axis axis;
+  };
+  struct Fan {
+    SurfaceVertex middle;
+    std::array<SurfaceTriangle, 4> triangles;  // of which vertex 0 is the middle
+  };
 
   uint32_t& column(int x, int y) { return columns_[static_cast<size_t>((y + 1) * kNodes + x + 1)]; }
   bool node(const Index3& at) { return (column(at[0], at[1]) >> (at[2] + 1)) & 1; }
-  // On the edge from node `at` to the next along `axis`.
-  Hit& hit(Axis axis, const Index3& at) {
-    return hits_[static_cast<size_t>(axis)][static_cast<size_t>(hit_index(axis, at))];
+  // Number of the hit on the edge from node `at` to the next along `axis`.
+  uint16_t& hit(Axis axis, const Index3& at) {
+    return hit_at_[static_cast<size_t>(axis) * kEdgesOfAxis + node_index(at)];
   }
-  static int hit_index(Axis axis, const Index3& at) {
-    return (at[v_index(axis)] * kHitNodes + at[u_index(axis)]) * kCells + at[depth_index(axis)];
+  static size_t node_index(const Index3& node) {
+    return static_cast<size_t>(node[2] + kHitNodes * (node[0] + kHitNodes * node[1]));
   }
-  bool known(const Hit& h) const { return h.chunk == count_; }
   uint8_t mask(const Index3& cell) {
-    unsigned bits = 0;
-    for (int c = 0; c < 4; c++) {
-      const unsigned pair = (column(cell[0] + (c & 1), cell[1] + (c >> 1)) >> (cell[2] + 1)) & 3;
-      bits |= (pair & 1) << c | (pair >> 1) << (c + 4);
-    }
-    return static_cast<uint8_t>(bits);
+    const int x = cell[0], y = cell[1], z = cell[2] + 1;
+    return mask_of(column(x, y) >> z, column(x + 1, y) >> z, column(x, y + 1) >> z,
+                   column(x + 1, y + 1) >> z);
+  }
+  // From the lowest two bits of four columns.
+  static uint8_t mask_of(uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
+    const uint32_t pairs = (a & 3) | (b & 3) << 8 | (c & 3) << 16 | (d & 3) << 24;
+    // The low bits of the four bytes gathered into four, and the high ones into the next four.
+    const auto gather = [](uint32_t bits) { return (bits & 0x01010101u) * 0x01020408u >> 24; };
+    return static_cast<uint8_t>(gather(pairs) | gather(pairs >> 1) << 4);
   }
 
   // Inside or not, as the z field has it. A column of nodes is a row of 16-bit words; bit b of word w is node
@@ -202,6 +246,7 @@ class ChunkWorker::Impl {
   // The cells that the surface passes through.
   bool find_cells() {
     index_.fill(-1);
+    uint32_t own = 0, others = 0;
     for (int y = 0; y < kCells; y++)
       for (int x = 0; x < kCells; x++) {
         const uint32_t a = column(x, y), b = column(x + 1, y), c = column(x, y + 1), d = column(x + 1, y + 1);
@@ -209,31 +254,39 @@ class ChunkWorker::Impl {
         uint32_t mixed = ((any | any >> 1) & ~(all & all >> 1)) >> 1 & ((1u << kCells) - 1);
         for (; mixed; mixed &= mixed - 1) {
           const Index3 at(x, y, std::countr_zero(mixed));
-          const uint8_t inside = mask(at);
-          Cell cell{at, sheets_of(inside), inside, 0};
-          if (cell.sheets.twice) cell.sheets = flip(at, inside, cell.sheets);
+          const int z = at[2] + 1;
+          const uint8_t inside = mask_of(a >> z, b >> z, c >> z, d >> z);
+          const CellSheets* sheets = &sheets_of(inside);
+          if (sheets->twice) sheets = flip(at, inside, sheets);
           index_[index_of(at)] = static_cast<int16_t>(cells_.size());
-          cells_.push_back(cell);
+          const bool is_own = (at < kChunkCells).all();
+          uint32_t& count = is_own ? own : others;
+          cells_.push_back({at, count, sheets, inside, is_own});
+          count += sheets->count;
         }
       }
+    for (Cell& cell : cells_)
+      if (!cell.own) cell.vertex += own;
+    out_.own = own;
     return !cells_.empty();
   }
   // Faces that one sheet passes twice on both sides are linked the other way.
-  CellSheets flip(const Index3& at, uint8_t inside, const CellSheets& sheets) {
+  const CellSheets* flip(const Index3& at, uint8_t inside, const CellSheets* sheets) {
     unsigned flipped = 0;
-    for (unsigned faces = sheets.twice; faces; faces &= faces - 1) {
+    for (unsigned faces = sheets->twice; faces; faces &= faces - 1) {
       const int face = std::countr_zero(faces);
       Index3 beyond = at;
       beyond[face / 2] += face % 2 ? 1 : -1;
       if ((sheets_of(mask(beyond)).twice >> (face ^ 1)) & 1) flipped |= 1u << face;
     }
-    return flipped ? sheets_of(inside, static_cast<uint8_t>(flipped)) : sheets;
+    return flipped ? &flipped_.emplace_back(sheets_of(inside, static_cast<uint8_t>(flipped))) : sheets;
   }
 
   // The ends of one field that lie where two nodes differ.
-  void load_hits(Axis axis) {
+  template <Axis axis>
+  void load_hits() {
     const FieldSnapshot& field = model_->field(axis);
-    const int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
+    constexpr int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
     const int u0 = std::max(first_[ui], 0), u1 = std::min(first_[ui] + kHitNodes, field.nodes_u());
     const int v0 = std::max(first_[vi], 0), v1 = std::min(first_[vi] + kHitNodes, field.nodes_v());
     // Ends between the first node and the last.
@@ -242,215 +295,268 @@ class ChunkWorker::Impl {
       for (int tu = u0 / kTileSide; tu * kTileSide < u1; tu++)
         for (const Plane* p = &field.tile(tu, tv).first; p; p = p->next) {
           if (!p->reaches(static_cast<double>(least) - 1, static_cast<double>(most) + 1)) continue;
-          for (int v = std::max(v0, tv * kTileSide); v < std::min(v1, (tv + 1) * kTileSide); v++)
-            for (int u = std::max(u0, tu * kTileSide); u < std::min(u1, (tu + 1) * kTileSide); u++) {
-              const int slot = v % kTileSide * kTileSide + u % kTileSide;
-              if (p->in[slot] > least && p->in[slot] <= most) put_hit(axis, u, v, *p, slot, false);
-              if (p->out[slot] > least && p->out[slot] <= most) put_hit(axis, u, v, *p, slot, true);
+          PlaneEnds ends;
+          kernel_.find_ends(*p, least, most, ends);
+          const int u_first = tu * kTileSide, v_first = tv * kTileSide;
+          const unsigned wanted = ((2u << (std::min(u1 - u_first, kTileSide) - 1)) - 1) &
+                                  ~((1u << (std::max(u0, u_first) - u_first)) - 1);
+          for (int v = std::max(v0, v_first); v < std::min(v1, v_first + kTileSide); v++)
+            for (const bool at_out : {false, true}) {
+              unsigned bits = (at_out ? ends.out : ends.in)[v - v_first] & wanted;
+              for (; bits; bits &= bits - 1) put_hit<axis>(u_first + std::countr_zero(bits), v, *p, at_out);
             }
         }
   }
-  void put_hit(Axis axis, int u, int v, const Plane& plane, int slot, bool at_out) {
-    if (plane.empty_at(slot)) return;
+  template <Axis axis>
+  void put_hit(int u, int v, const Plane& plane, bool at_out) {
+    constexpr int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
+    const int slot = v % kTileSide * kTileSide + u % kTileSide;
     const float depth = at_out ? plane.out[slot] : plane.in[slot];
     Index3 at;
-    at[u_index(axis)] = u - first_[u_index(axis)];
-    at[v_index(axis)] = v - first_[v_index(axis)];
-    int& k = at[depth_index(axis)];
-    k = node_after(depth) - first_[depth_index(axis)];
+    at[ui] = u - first_[ui];
+    at[vi] = v - first_[vi];
+    at[di] = node_after(depth) - first_[di];
     const bool above = node(at);
-    k--;
-    if (k < 0 || k >= kCells || node(at) != at_out || above == at_out) return;
-    Hit& h = hit(axis, at);
+    at[di]--;
+    if (at[di] < 0 || at[di] >= kCells || node(at) != at_out || above == at_out) return;
+    uint16_t& number = hit(axis, at);
+    if (number == 0) {
+      number = static_cast<uint16_t>(hits_.size());
+      hits_.emplace_back();
+    }
+    Hit& h = hits_[number];
     // As decode_normal, in float32.
     const uint32_t code = (at_out ? plane.normal_out : plane.normal_in)[slot];
     const float nu = static_cast<float>(static_cast<int16_t>(code & 0xffffu)) * (1 / 32767.0f),
                 nv = static_cast<float>(static_cast<int16_t>(code >> 16)) * (1 / 32767.0f);
-    const float nd = std::sqrt(std::max(0.0f, 1 - nu * nu - nv * nv));
-    h.normal[u_index(axis)] = nu;
-    h.normal[v_index(axis)] = nv;
-    h.normal[depth_index(axis)] = at_out ? nd : -nd;
-    h.normal[3] = 0;
-    h.depth = depth;
-    h.paint = plane.paint ? (at_out ? plane.paint->out : plane.paint->in)[slot] : 0;
-    h.chunk = count_;
-    h.material = plane.material[slot];
+    const float nd = std::sqrt(std::max(0.0f, 1 - nu * nu - nv * nv)), normal = at_out ? nd : -nd;
+    const float along = depth - static_cast<float>(first_[di] + at[di] + 1);
+    if constexpr (axis == Axis::x) h.offset = {along, 0, 0, 0}, h.normal = {normal, nu, nv, 1};
+    if constexpr (axis == Axis::y) h.offset = {0, along, 0, 0}, h.normal = {nv, normal, nu, 1};
+    if constexpr (axis == Axis::z) h.offset = {0, 0, along, 0}, h.normal = {nu, nv, normal, 1};
+    h.look =
+        look_of(plane.paint ? (at_out ? plane.paint->out : plane.paint->in)[slot] : 0, plane.material[slot]);
   }
 
-  void make_vertices(Cell& cell) {
-    const bool own = (cell.at < kChunkCells).all();
-    auto& vertices = own ? out_.vertices : foreign_;
-    auto& places = own ? places_ : foreign_places_;
-    auto& cells = own ? out_.cell : foreign_cells_;
-    cell.vertex = static_cast<uint32_t>(vertices.size()) | (own ? 0 : kForeign);
-    const Index3 absolute = first_ + cell.at;
-    const Eigen::Array3d centre = absolute.cast<double>() + 1;
-    const Eigen::Array3f near_centre = centre.cast<float>();
-    int base[3];
-    for (const Axis axis : kAxes) base[static_cast<size_t>(axis)] = hit_index(axis, cell.at);
-    for (size_t sheet = 0; sheet < cell.sheets.count; sheet++) {
-      SheetEnds ends;
-      SurfaceVertex vertex{{}, {}, 0, 0};
-      for (size_t e = cell.sheets.begin[sheet]; e < cell.sheets.begin[sheet + 1]; e++) {
-        const EdgePlace& edge = edge_place(cell.sheets.edges[e]);
-        const Hit& h = hits_[edge.axis][static_cast<size_t>(base[edge.axis] + edge.offset)];
-        if (known(h)) {
-          ends.add(edge.middle + (h.depth - near_centre[edge.axis]) * edge.along, h.normal);
-          ends.with_normal++;
-          vertex.material = h.material;
-          if (h.paint) vertex.paint = h.paint;
-        } else {
-          // Where the fields disagree by a rounding there is no end: halfway will do.
-          ends.add(edge.middle, Vec4f::Zero());
-        }
+  // Sums over the ends on each sheet's edges; then all vertices at once.
+  void make_vertices() {
+    Eigen::Array<int32_t, 3, kCells> centres, remainders;
+    for (int axis = 0; axis < 3; axis++)
+      for (int c = 0; c < kCells; c++) {
+        centres(axis, c) = grid_.centre(axis, first_[axis] + c);
+        remainders(axis, c) = VertexGrid::remainder(axis, first_[axis] + c, 0) << (3 * axis);
       }
-      const SheetVertex placed = place_vertex(ends);
-      const Multiple at = grid_.place(centre + placed.point.head<3>().array().cast<double>(), absolute,
-                                      static_cast<int>(sheet));
-      vertex.position = grid_.mm(at);
-      for (int i = 0; i < 3; i++) vertex.normal[static_cast<size_t>(i)] = placed.normal[i];
-      vertices.push_back(vertex);
-      places.push_back({at, placed.rank});
-      cells.push_back(static_cast<uint32_t>(index_of(cell.at) * kMaxSheets + sheet));
+    const size_t room = cells_.size() * kMaxSheets + kBatch;
+    if (points_.size() < room) {
+      points_.resize(room, Vec4f::UnitW());
+      normals_.resize(room, Vec4f::Zero());
+      products_.resize(room, Vec4f::Zero());
+      centres_.resize(room, Place{});
+      sheets_.resize(room);
+    }
+    const Hit* const all_hits = hits_.data();
+    size_t count = 0;
+    for (uint32_t i = 0; i < cells_.size(); i++) {
+      const Cell& cell = cells_[i];
+      const uint16_t* const hits = hit_at_.data() + node_index(cell.at);
+      const Place centre{centres(0, cell.at[0]), centres(1, cell.at[1]), centres(2, cell.at[2]),
+                         remainders(0, cell.at[0]) | remainders(1, cell.at[1]) | remainders(2, cell.at[2])};
+      const CellSheets& sheets = *cell.sheets;
+      for (unsigned sheet = 0; sheet < sheets.count; sheet++, count++) {
+        Vec4f points = Vec4f::Zero(), normals = Vec4f::Zero(), products = Vec4f::Zero();
+        Look look = 0;
+        const uint8_t* const end = sheets.edges.data() + sheets.begin[sheet + 1];
+        for (const uint8_t* e = sheets.edges.data() + sheets.begin[sheet]; e < end; e++) {
+          const EdgePlace& edge = edges_[*e];
+          const Hit& h = all_hits[hits[edge.offset]];
+          const Vec4f point = edge.middle + h.offset;
+          points += point;
+          normals += h.normal;
+          products += point.cwiseProduct(h.normal);
+          look = std::max(look, h.look);
+        }
+        points_[count] = points;
+        normals_[count] = normals;
+        products_[count] = products;
+        centres_[count] = centre;
+        centres_[count].rank |= static_cast<int32_t>((sheet & 1) << 2 | (sheet & 2) << 4);
+        sheets_[count] = {i, sheet, look};
+      }
+    }
+    kernel_.place_sheets({points_.data(), normals_.data(), products_.data(), centres_.data()}, count,
+                         grid_.quanta_per_cell());
+    out_.vertices.resize(count);
+    out_.cell.resize(count);
+    places_.resize(count);
+    for (size_t i = 0; i < count; i++) {
+      const CellSheet& sheet = sheets_[i];
+      const Cell& cell = cells_[sheet.cell];
+      if (centres_[i].rank == 0) place_sharp(sheet, centres_[i], normals_[i]);
+      const uint32_t v = cell.vertex + sheet.sheet;
+      places_[v] = centres_[i];
+      out_.vertices[v] = {grid_.mm(centres_[i]),
+                          {normals_[i][0], normals_[i][1], normals_[i][2]},
+                          material_of(sheet.look),
+                          paint_of(sheet.look)};
+      out_.cell[v] = static_cast<uint32_t>(index_of(cell.at) * kMaxSheets + sheet.sheet);
     }
   }
-
-  // An edge of a cell: its middle, from the cell's centre, its direction, and where its hit is, from that of
-  // the cell's first edge along the same axis.
-  struct EdgePlace {
-    Vec4f middle, along;
-    uint8_t axis;
-    int offset;
-  };
-  static const EdgePlace& edge_place(size_t edge) {
-    static const std::array<EdgePlace, kCellEdges> places = [] {
-      std::array<EdgePlace, kCellEdges> all;
-      for (size_t i = 0; i < all.size(); i++) {
-        const CellEdge e = kEdges[i];
-        const Index3 corner(e.corner & 1, (e.corner >> 1) & 1, e.corner >> 2);
-        Vec4f middle(0, 0, 0, 0);
-        middle.head<3>() = corner.cast<float>().matrix() - Eigen::Vector3f::Constant(0.5f);
-        middle[e.axis] = 0;
-        all[i] = {middle, Vec4f::Unit(e.axis), e.axis, hit_index(kAxes[e.axis], corner)};
-      }
-      return all;
-    }();
-    return places[edge];
+  // A vertex of more than one face: `place` is the cell's centre.
+  void place_sharp(const CellSheet& sheet, Place& place, Vec4f& normal) {
+    const Cell& cell = cells_[sheet.cell];
+    SheetEnds ends;
+    for (size_t e = cell.sheets->begin[sheet.sheet]; e < cell.sheets->begin[sheet.sheet + 1]; e++) {
+      const EdgePlace& edge = edges_[cell.sheets->edges[e]];
+      const Hit& h = hits_[hit_at_[node_index(cell.at) + edge.offset]];
+      Vec4f point = edge.middle + h.offset, to = h.normal;
+      point[3] = to[3] = 0;
+      ends.add(point, to);
+      ends.with_normal += h.normal[3] != 0;
+    }
+    const SheetVertex placed = place_vertex(ends);
+    normal = placed.normal;
+    place = placed_at(place, placed.point, cell.at, static_cast<int>(sheet.sheet));
+    place.rank = placed.rank;
+  }
+  // A place in quanta for a point counted from a cell's centre.
+  Place placed_at(const Place& centre, const Vec4f& point, const Index3& cell, int sheet) const {
+    const auto along = [&](int axis, int32_t from) {
+      const auto n = from + static_cast<int32_t>(std::lround(point[axis] * grid_.quanta_per_cell()));
+      return with_remainder(n, VertexGrid::remainder(axis, first_[axis] + cell[axis], sheet));
+    };
+    return {along(0, centre.x), along(1, centre.y), along(2, centre.z), 1};
   }
 
-  struct Place {
-    Multiple at;
-    int rank;
-  };
-  const Place& place(uint32_t v) const { return v & kForeign ? foreign_places_[v & ~kForeign] : places_[v]; }
-
   // The quads of the edges whose nearest cell this is.
-  void make_quads(const Cell& cell) {
-    if (!(cell.at < kChunkCells).all()) return;
+  void make_quads(uint32_t cell) {
+    if (!cells_[cell].own) return;
     make_quad<Axis::x>(cell);
     make_quad<Axis::y>(cell);
     make_quad<Axis::z>(cell);
   }
   template <Axis axis>
-  void make_quad(const Cell& cell) {
+  void make_quad(uint32_t number) {
+    const Cell& cell = cells_[number];
     constexpr int a = static_cast<int>(axis), u = u_index(axis), v = v_index(axis);
     constexpr int du = 1 << u, dv = 1 << v;
     const bool inside = (cell.inside >> (du | dv)) & 1, beyond = (cell.inside >> (du | dv | 1 << a)) & 1;
     if (inside == beyond) return;
-    Index3 from = cell.at;
-    from[u]++;
-    from[v]++;
     // The four cells around the edge, counter-clockwise seen from its far end, by the edge's near corner in
     // each.
     constexpr int corners[4] = {du | dv, dv, 0, du};
     constexpr int step_u = step_of(u), step_v = step_of(v);
     constexpr int steps[4] = {0, step_u, step_u + step_v, step_v};
     const auto own = static_cast<int>(index_of(cell.at));
-    uint32_t quad[4];
+    Quad quad;
     for (int i = 0; i < 4; i++) {
       const int index = index_[static_cast<size_t>(own + steps[i])];
       KIBORI_CHECK(index >= 0);
       const Cell& around = cells_[static_cast<size_t>(index)];
-      const uint8_t sheet = around.sheets.of_edge[static_cast<size_t>(edge_at(a, corners[i]))];
+      const uint8_t sheet = around.sheets->of_edge[static_cast<size_t>(edge_at(a, corners[i]))];
       KIBORI_CHECK(sheet != kNoSheet);
-      quad[inside ? i : 3 - i] = around.vertex + sheet;
+      quad.v[inside ? i : 3 - i] = around.vertex + sheet;
     }
-    split(quad, axis, from, cell.at);
+    quads_.push_back(quad);
+    quad_edges_.push_back({number, axis});
   }
   // What index_of grows by for the next cell along an axis.
   static constexpr int step_of(int axis) { return axis == 2 ? 1 : axis == 0 ? kCells : kCells * kCells; }
 
-  // Two triangles along the better diagonal; four around a new vertex if every diagonal has a degenerate one.
-  void split(const uint32_t (&q)[4], Axis axis, const Index3& from, const Index3& cell) {
-    const Place &a = place(q[0]), &b = place(q[1]), &c = place(q[2]), &d = place(q[3]);
-    struct Choice {
+  // Two triangles a quad.
+  void make_triangles() {
+    const size_t count = quads_.size();
+    quads_.resize((count + kBatch - 1) / kBatch * kBatch, Quad{});
+    diagonals_.resize(quads_.size());
+    kernel_.choose_diagonals(quads_.data(), count, places_.data(), diagonals_.data());
+    out_.triangles.reserve(2 * count);
+    for (size_t i = 0; i < count; i++) {
+      const auto& q = quads_[i].v;
+      int32_t diagonal = diagonals_[i];
+      if (diagonal == kUnclear) {
+        const std::optional<Diagonal> proper = look_closer(q);
+        if (!proper) {
+          make_fan(q, quad_edges_[i]);
+          continue;
+        }
+        diagonal = *proper;
+      }
+      if (diagonal == kFirstThird) {
+        out_.triangles.push_back({q[0], q[1], q[2]});
+        out_.triangles.push_back({q[0], q[2], q[3]});
+      } else {
+        out_.triangles.push_back({q[1], q[2], q[3]});
+        out_.triangles.push_back({q[1], q[3], q[0]});
+      }
+    }
+  }
+  // The better diagonal of those that leave no triangle degenerate, if there is one. Exact.
+  std::optional<Diagonal> look_closer(const uint32_t (&q)[4]) const {
+    const Place &a = places_[q[0]], &b = places_[q[1]], &c = places_[q[2]], &d = places_[q[3]];
+    struct Halves {
       bool proper, smooth;
-      int rank;
-      double length2;
     };
     const auto judge = [](const Place& p, const Place& left, const Place& r, const Place& right) {
-      const Multiple across = r.at - p.at;
-      const Multiple m = cross(left.at - p.at, across), n = cross(across, right.at - p.at);
-      return Choice{!is_zero(m) && !is_zero(n), dot(m, n) > 0, p.rank + r.rank, dot(across, across)};
+      const Multiple across = r - p;
+      const Multiple m = cross(left - p, across), n = cross(across, right - p);
+      return Halves{!is_zero(m) && !is_zero(n), dot(m, n) > 0};
     };
-    const Choice ac = judge(a, b, c, d), bd = judge(b, c, d, a);
-    if (!ac.proper && !bd.proper) return fan(q, axis, from, cell);
-    bool first = ac.proper;
-    if (ac.proper && bd.proper) {
-      if (ac.smooth != bd.smooth)
-        first = ac.smooth;
-      else if (ac.rank != bd.rank)
-        first = ac.rank > bd.rank;  // along a sharp edge
-      else
-        first = ac.length2 <= bd.length2;
-    }
-    if (first) {
-      out_.triangles.push_back({q[0], q[1], q[2]});
-      out_.triangles.push_back({q[0], q[2], q[3]});
-    } else {
-      out_.triangles.push_back({q[1], q[2], q[3]});
-      out_.triangles.push_back({q[1], q[3], q[0]});
-    }
+    const Halves ac = judge(a, b, c, d), bd = judge(b, c, d, a);
+    if (!ac.proper && !bd.proper) return std::nullopt;
+    if (!ac.proper || !bd.proper) return ac.proper ? kFirstThird : kSecondFourth;
+    return ac.smooth || !bd.smooth ? kFirstThird : kSecondFourth;
   }
 
   // All four vertices are on one line (or fold upon one): a vertex off the line makes four proper triangles.
-  void fan(const uint32_t (&q)[4], Axis axis, const Index3& from, const Index3& cell) {
-    const Hit& h = hit(axis, from);
-    const Index3 absolute = first_ + cell;
-    Vec3 p = (first_ + from).matrix().cast<double>() + Vec3::Constant(0.5);
-    const int di = depth_index(axis);
-    p[di] = known(h) ? static_cast<double>(h.depth) : p[di] + 0.5;
-    Multiple at = grid_.place(p, absolute, 4 + static_cast<int>(axis));
+  void make_fan(const uint32_t (&q)[4], const QuadEdge& edge) {
+    const Cell& cell = cells_[edge.cell];
+    Index3 from = cell.at;  // the edge's near node, from the cell's
+    from[u_index(edge.axis)]++;
+    from[v_index(edge.axis)]++;
+    const Hit& h = hits_[hit(edge.axis, from)];
+    const int di = depth_index(edge.axis);
+    const bool known = h.normal[3] != 0;
+    Vec4f point(0.5f, 0.5f, 0.5f, 0);
+    point[di] = h.offset[di];
+    const Index3 absolute = first_ + cell.at;
+    const Place centre{grid_.centre(0, absolute[0]), grid_.centre(1, absolute[1]),
+                       grid_.centre(2, absolute[2]), 0};
+    Place at = placed_at(centre, point, cell.at, 4 + static_cast<int>(edge.axis));
     const auto proper = [&] {
       for (size_t i = 0; i < 4; i++)
-        if (is_zero(cross(place(q[i]).at - at, place(q[(i + 1) % 4]).at - at))) return false;
+        if (is_zero(cross(places_[q[i]] - at, places_[q[(i + 1) % 4]] - at))) return false;
       return true;
     };
-    for (size_t tries = 0; !proper(); tries++) {
+    for (int tries = 0; !proper(); tries++) {
       KIBORI_CHECK(tries < 64);
-      double* const moved[3] = {&at.x, &at.y, &at.z};
-      *moved[tries % 3] +=
-          tries % 2 ? -8.0 * static_cast<double>(tries) : 8.0 * static_cast<double>(tries + 1);
+      int32_t* const moved[3] = {&at.x, &at.y, &at.z};
+      *moved[tries % 3] += tries % 2 ? -8 * tries : 8 * (tries + 1);
     }
-    SurfaceVertex middle{grid_.mm(at), {}, 0, 0};
-    if (known(h)) middle.material = h.material, middle.paint = h.paint;
-    const Vec3 normal =
-        known(h) ? Vec3(h.normal.head<3>().cast<double>()) : Vec3(Vec3::Unit(di) * (node(from) ? 1 : -1));
-    for (int i = 0; i < 3; i++) middle.normal[static_cast<size_t>(i)] = static_cast<float>(normal[i]);
-    const auto v = static_cast<uint32_t>(out_.vertices.size());
-    out_.vertices.push_back(middle);
-    places_.push_back({at, 1});
-    out_.cell.push_back(kNoCell);
-    for (size_t i = 0; i < 4; i++) out_.triangles.push_back({v, q[i], q[(i + 1) % 4]});
+    Fan fan{{grid_.mm(at), {}, material_of(h.look), paint_of(h.look)}, {}};
+    const Vec4f normal = known ? h.normal : Vec4f(Vec4f::Unit(di) * (node(from) ? 1.0f : -1.0f));
+    for (int i = 0; i < 3; i++) fan.middle.normal[static_cast<size_t>(i)] = normal[i];
+    for (size_t i = 0; i < 4; i++) fan.triangles[i] = {0, q[i], q[(i + 1) % 4]};
+    fans_.push_back(fan);
   }
-
-  void finish() {
-    out_.own = static_cast<uint32_t>(out_.vertices.size());
+  // The middles of fans come after the chunk's other own vertices.
+  void insert_fans() {
+    if (fans_.empty()) return;
+    const uint32_t own = out_.own, more = static_cast<uint32_t>(fans_.size());
+    const auto renumber = [&](uint32_t& v) {
+      if (v >= own) v += more;
+    };
     for (SurfaceTriangle& t : out_.triangles)
-      for (uint32_t& v : t)
-        if (v & kForeign) v = (v & ~kForeign) + out_.own;
-    out_.vertices.insert(out_.vertices.end(), foreign_.begin(), foreign_.end());
-    out_.cell.insert(out_.cell.end(), foreign_cells_.begin(), foreign_cells_.end());
+      for (uint32_t& v : t) renumber(v);
+    for (uint32_t i = 0; i < more; i++)
+      for (SurfaceTriangle t : fans_[i].triangles) {
+        for (uint32_t& v : t) renumber(v);
+        t[0] = own + i;
+        out_.triangles.push_back(t);
+      }
+    std::vector<SurfaceVertex> middles;
+    for (const Fan& fan : fans_) middles.push_back(fan.middle);
+    out_.vertices.insert(out_.vertices.begin() + own, middles.begin(), middles.end());
+    out_.cell.insert(out_.cell.begin() + own, more, kNoCell);
+    out_.own += more;
   }
 
   static size_t index_of(const Index3& cell) {
@@ -459,20 +565,27 @@ class ChunkWorker::Impl {
 
   const Snapshot* model_;
   const VertexGrid grid_;
+  const ChunkKernel kernel_ = chunk_kernel();
   Index3 first_ = Index3::Zero();  // the chunk's first cell; cell c stands between nodes c and c + 1
   int z_begin_ = 0;
   size_t words_ = 0;    // a column
   bool empty_ = false;  // no material in the column of chunks
   std::vector<uint16_t> inside_;
   std::array<uint32_t, kNodes * kNodes> columns_;
-  uint32_t count_ = 0;  // of chunks
-  std::array<std::vector<Hit>, 3> hits_{std::vector<Hit>(kHits), std::vector<Hit>(kHits),
-                                        std::vector<Hit>(kHits)};
+  std::array<EdgePlace, kCellEdges> edges_;
+  std::vector<Hit> hits_;
+  std::array<uint16_t, 3 * kEdgesOfAxis> hit_at_;        // into hits_
   std::array<int16_t, kCells * kCells * kCells> index_;  // into cells_, or -1
   std::vector<Cell> cells_;
-  std::vector<Place> places_, foreign_places_;
-  std::vector<SurfaceVertex> foreign_;
-  std::vector<uint32_t> foreign_cells_;
+  std::deque<CellSheets> flipped_;  // of cells with flipped faces
+  std::vector<CellSheet> sheets_;
+  std::vector<Vec4f> points_, normals_, products_;  // of each sheet, as SheetSums has them
+  std::vector<Place> centres_;
+  std::vector<Place> places_;  // of each vertex
+  std::vector<Quad> quads_;
+  std::vector<QuadEdge> quad_edges_;
+  std::vector<int32_t> diagonals_;
+  std::vector<Fan> fans_;
   SurfaceChunk out_;
 };
 

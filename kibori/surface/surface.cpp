@@ -5,6 +5,7 @@
 #include <limits>
 
 #include <kibori/base/check.h>
+#include <kibori/base/memory.h>
 #include <kibori/surface/cell_table.h>
 #include <kibori/surface/chunk_worker.h>
 
@@ -63,6 +64,18 @@ Slab make_slab(const Snapshot& model, Workers& workers, int z_begin, uint32_t& c
   return slab;
 }
 
+// Where a key stands among ascending ones, of which there is at least one. Without branches: they would not
+// be foreseen.
+size_t place_of(uint32_t key, const uint32_t* keys, size_t count) {
+  const uint32_t* at = keys;
+  for (size_t left = count; left > 1;) {
+    const size_t half = left / 2;
+    at += at[half] <= key ? half : 0;
+    left -= half;
+  }
+  return static_cast<size_t>(at - keys);
+}
+
 // Numbers in the whole surface of the vertices of chunk (x, y, z) of slab `here`; `above` is the next one.
 std::vector<uint32_t> number_vertices(const Slab& here, const Slab& above, int x, int y, int z) {
   const SurfaceChunk& part = here.parts[here.at(x, y, z)];
@@ -81,60 +94,86 @@ std::vector<uint32_t> number_vertices(const Slab& here, const Slab& above, int x
     const Slab& slab = owner[2] < here.z_end ? here : above;
     const size_t other = slab.at(owner[0], owner[1], owner[2]);
     const uint32_t key = (c[2] + kCells * (c[0] + kCells * c[1])) * kMaxSheets + part.cell[v] % kMaxSheets;
-    const auto keys = slab.parts[other].cell.begin(), end = keys + slab.parts[other].own;
-    const auto found = std::lower_bound(keys, end, key);
-    KIBORI_CHECK(found != end && *found == key);
-    number[v] = slab.first[other] + static_cast<uint32_t>(found - keys);
+    const uint32_t* const keys = slab.parts[other].cell.data();
+    const size_t found = place_of(key, keys, slab.parts[other].own);
+    KIBORI_CHECK(slab.parts[other].own > 0 && keys[found] == key);
+    number[v] = slab.first[other] + static_cast<uint32_t>(found);
   }
   return number;
 }
 
-// stream_surface, which also says before each slab how many vertices there will be at least and for what
-// share of the model.
-template <class Progress>
-void stream_slabs(const Snapshot& model, int threads, const SurfaceSink& sink, Progress&& progress) {
+// Makes slab after slab, and calls use(slab, the next one, vertices up to the end of the next) for each.
+template <class Use>
+void make_slabs(const Snapshot& model, int threads, Use&& use) {
   uint32_t count = 0;
   Workers workers(model, threads);
   Slab here = make_slab(model, workers, 0, count);
   while (!here.parts.empty()) {
     Slab above = make_slab(model, workers, here.z_end, count);
-    progress(count, static_cast<double>(above.parts.empty() ? here.z_end : above.z_end) / here.chunks[2]);
-    std::vector<std::vector<uint32_t>> numbers(here.parts.size());
-    const auto rows = static_cast<size_t>(here.chunks[1] * (here.z_end - here.z_begin));
-    run_parallel(threads, rows, [&](size_t row) {
-      const int y = static_cast<int>(row) % here.chunks[1],
-                z = here.z_begin + static_cast<int>(row) / here.chunks[1];
-      for (int x = 0; x < here.chunks[0]; x++)
-        numbers[here.at(x, y, z)] = number_vertices(here, above, x, y, z);
-    });
-    for (size_t i = 0; i < here.parts.size(); i++) {
-      const SurfaceChunk& part = here.parts[i];
-      if (!part.vertices.empty()) sink({part.vertices, part.triangles, numbers[i], part.own});
-    }
+    use(here, above, count);
     here = std::move(above);
   }
+}
+
+// Runs f(part's number in the slab, its vertices' numbers in the whole surface) for all parts of a slab.
+template <class F>
+void for_numbered_parts(int threads, const Slab& here, const Slab& above, F&& f) {
+  const auto rows = static_cast<size_t>(here.chunks[1] * (here.z_end - here.z_begin));
+  run_parallel(threads, rows, [&](size_t row) {
+    const int y = static_cast<int>(row) % here.chunks[1],
+              z = here.z_begin + static_cast<int>(row) / here.chunks[1];
+    for (int x = 0; x < here.chunks[0]; x++) {
+      const size_t i = here.at(x, y, z);
+      if (!here.parts[i].vertices.empty()) f(i, number_vertices(here, above, x, y, z));
+    }
+  });
+}
+
+// Makes room for `count` elements, or for `expected` of them.
+template <class T>
+void make_room(std::vector<T>& all, size_t count, size_t expected) {
+  if (count <= all.capacity()) return;
+  all.reserve(std::max(count, expected));
+  prefer_large_pages(all.data() + all.size(), (all.capacity() - all.size()) * sizeof(T));
 }
 
 }  // namespace
 
 void stream_surface(const Snapshot& model, int threads, const SurfaceSink& sink) {
-  stream_slabs(model, threads, sink, [](uint32_t, double) {});
+  make_slabs(model, threads, [&](const Slab& here, const Slab& above, uint32_t) {
+    std::vector<std::vector<uint32_t>> numbers(here.parts.size());
+    for_numbered_parts(threads, here, above,
+                       [&](size_t i, std::vector<uint32_t>&& number) { numbers[i] = std::move(number); });
+    for (size_t i = 0; i < here.parts.size(); i++) {
+      const SurfaceChunk& part = here.parts[i];
+      if (!part.vertices.empty()) sink({part.vertices, part.triangles, numbers[i], part.own});
+    }
+  });
 }
 
 Surface extract_surface(const Snapshot& model, int threads) {
   Surface surface;
-  const auto sink = [&](const SurfacePart& part) {
-    const auto vertices = part.vertices.first(part.own);
-    surface.vertices.insert(surface.vertices.end(), vertices.begin(), vertices.end());
-    for (const SurfaceTriangle& t : part.triangles)
-      surface.triangles.push_back({part.number[t[0]], part.number[t[1]], part.number[t[2]]});
-  };
-  stream_slabs(model, threads, sink, [&](uint32_t vertices, double share) {
-    if (vertices <= surface.vertices.capacity()) return;
+  make_slabs(model, threads, [&](const Slab& here, const Slab& above, uint32_t vertices_so_far) {
+    size_t vertices = surface.vertices.size(), triangles = surface.triangles.size();
+    std::vector<size_t> first_triangle;
+    for (const SurfaceChunk& part : here.parts) {
+      first_triangle.push_back(triangles);
+      vertices += part.own;
+      triangles += part.triangles.size();
+    }
     // If the rest is like the part so far; two triangles a vertex.
-    const auto expected = static_cast<size_t>(1.05 * vertices / share);
-    surface.vertices.reserve(expected);
-    surface.triangles.reserve(2 * expected);
+    const int layers = above.parts.empty() ? here.z_end : above.z_end;
+    const auto expected = static_cast<size_t>(1.05 * vertices_so_far * here.chunks[2] / layers);
+    make_room(surface.vertices, vertices, expected);
+    make_room(surface.triangles, triangles, 2 * expected);
+    surface.vertices.resize(vertices);
+    surface.triangles.resize(triangles);
+    for_numbered_parts(threads, here, above, [&](size_t i, const std::vector<uint32_t>& number) {
+      const SurfaceChunk& part = here.parts[i];
+      std::copy_n(part.vertices.begin(), part.own, surface.vertices.begin() + here.first[i]);
+      SurfaceTriangle* to = surface.triangles.data() + first_triangle[i];
+      for (const SurfaceTriangle& t : part.triangles) *to++ = {number[t[0]], number[t[1]], number[t[2]]};
+    });
   });
   return surface;
 }

@@ -14,8 +14,6 @@ namespace {
 // Eigenvalues below this share of the largest are taken for curvature and noise, not for a second face: two
 // planes at an angle a give tan^2(a/2), so 0.05 keeps edges sharper than 25 degrees.
 constexpr double kSharp = 0.05;
-// Normals within acos of this of their mean are of one face.
-constexpr float kFlat = 0.98f;
 
 // Whether all normals are within kFlat of their mean, of length `length` before it was made a unit vector.
 bool one_face(const SheetEnds& ends, const Vec4f& normal, float length) {

@@ -2,11 +2,9 @@
 // Where one sheet's vertex goes. Internal to `surface`.
 #pragma once
 
-#include <Eigen/Core>
+#include <kibori/surface/chunk_kernel.h>
 
 namespace kibori {
-
-using Vec4f = Eigen::Vector4f;  // of which three are used: as wide as a vector register
 
 // Ends of material on the edges of a cell that belong to one sheet, and their sums.
 struct SheetEnds {
@@ -34,6 +32,8 @@ struct SheetVertex {
 
 // A vertex may leave its cell by half a cell where sharpness needs it; clamping would blunt oblique edges.
 inline constexpr float kVertexReach = 1.0f;
+// Normals within acos of this of their mean are of one face.
+inline constexpr float kFlat = 0.98f;
 
 // The point that fits the planes of the ends best (least squares), as near as may be to their mean where they
 // leave it free. Ju et al., Dual contouring of Hermite data, 2002.
