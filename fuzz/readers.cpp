@@ -20,7 +20,7 @@ void one_sentence(const Result<T>& result) {
   if (!result && (result.error().empty() || result.error().find('\n') != std::string::npos)) std::abort();
 }
 
-void sound(const Result<TriangleMesh>& mesh) {
+[[maybe_unused]] void sound(const Result<TriangleMesh>& mesh) {
   one_sentence(mesh);
   if (!mesh) return;
   for (const Vec3& p : mesh.value().vertices)

@@ -93,7 +93,7 @@ std::string mesh_report_text(const MeshReport& report) {
     add("walls        not measured: %.300s\n",
         report.no_walls.empty() ? "no extent" : report.no_walls.c_str());
   else if (!std::isfinite(report.walls->thinnest_mm))
-    add("walls        none with parallel sides\n");
+    add("walls        %s\n", "none with parallel sides");
   else
     add("walls        thinnest %.3g mm, at %.6g, %.6g, %.6g mm; %.2g %% thinner than %g mm\n",
         report.walls->thinnest_mm, report.walls->at_mm.x(), report.walls->at_mm.y(), report.walls->at_mm.z(),

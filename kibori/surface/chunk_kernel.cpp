@@ -40,6 +40,19 @@ void FindPlaneEnds(const Plane& plane, float least, float most, PlaneEnds& ends)
   }
 }
 
+void FindPlaneNodes(const Plane& plane, float first, float count, PlaneNodes& nodes) {
+  const DF d;
+  // Node k is in [in, out) if in <= k + 1/2 < out.
+  const auto node_after = [&](const float* depth) {
+    const VF inside = hn::Min(hn::Max(hn::Sub(hn::Load(d, depth), F(first)), hn::Zero(d)), F(count));
+    return hn::ConvertTo(DI(), hn::Ceil(hn::Sub(inside, F(0.5f))));
+  };
+  for (size_t i = 0; i < kTileRays; i += kLanes) {
+    hn::Store(node_after(plane.in + i), DI(), nodes.from + i);
+    hn::Store(node_after(plane.out + i), DI(), nodes.to + i);
+  }
+}
+
 // As with_remainder.
 HWY_INLINE VI WithRemainder(VI n, VI wanted) {
   const DI di;
@@ -154,12 +167,13 @@ HWY_AFTER_NAMESPACE();
 namespace kibori {
 
 HWY_EXPORT(FindPlaneEnds);
+HWY_EXPORT(FindPlaneNodes);
 HWY_EXPORT(PlaceSmoothSheets);
 HWY_EXPORT(ChooseQuadDiagonals);
 
 ChunkKernel chunk_kernel() {
-  return {HWY_DYNAMIC_DISPATCH(FindPlaneEnds), HWY_DYNAMIC_DISPATCH(PlaceSmoothSheets),
-          HWY_DYNAMIC_DISPATCH(ChooseQuadDiagonals)};
+  return {HWY_DYNAMIC_DISPATCH(FindPlaneEnds), HWY_DYNAMIC_DISPATCH(FindPlaneNodes),
+          HWY_DYNAMIC_DISPATCH(PlaceSmoothSheets), HWY_DYNAMIC_DISPATCH(ChooseQuadDiagonals)};
 }
 
 }  // namespace kibori

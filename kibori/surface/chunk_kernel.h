@@ -52,9 +52,18 @@ using ChooseDiagonals = void (*)(const Quad* quads, size_t count, const Place* p
 
 using FindEnds = void (*)(const Plane& plane, float least, float most, PlaneEnds& ends);
 
+// The nodes in each span of one plane: from ... to - 1, none if to <= from, counted from `first` and within
+// [0, count].
+struct PlaneNodes {
+  alignas(64) int32_t from[kTileRays];
+  alignas(64) int32_t to[kTileRays];
+};
+using FindNodes = void (*)(const Plane& plane, float first, float count, PlaneNodes& nodes);
+
 // The best ones for this processor.
 struct ChunkKernel {
   FindEnds find_ends;
+  FindNodes find_nodes;
   PlaceSheets place_sheets;
   ChooseDiagonals choose_diagonals;
 };

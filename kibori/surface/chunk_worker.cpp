@@ -211,14 +211,13 @@ class ChunkWorker::Impl {
         for (const Plane* p = &field.tile(tu, tv).first; p; p = p->next) {
           if (!p->reaches(static_cast<double>(first_node), static_cast<double>(first_node + bits))) continue;
           empty_ = false;
+          PlaneNodes nodes;
+          kernel_.find_nodes(*p, first_node, bits, nodes);
           for (int v = std::max(v0, tv * kTileSide); v < std::min(v1, (tv + 1) * kTileSide); v++)
             for (int u = std::max(u0, tu * kTileSide); u < std::min(u1, (tu + 1) * kTileSide); u++) {
-              const int slot = v % kTileSide * kTileSide + u % kTileSide;
-              if (p->empty_at(slot)) continue;
-              // Nodes k with in <= k + 1/2 < out.
-              auto from = static_cast<unsigned>(node_after(std::clamp(p->in[slot] - first_node, 0.0f, bits)));
-              const auto to =
-                  static_cast<unsigned>(node_after(std::clamp(p->out[slot] - first_node, 0.0f, bits)));
+              const auto slot = static_cast<size_t>(v % kTileSide * kTileSide + u % kTileSide);
+              auto from = static_cast<unsigned>(nodes.from[slot]);
+              const auto to = static_cast<unsigned>(nodes.to[slot]);
               uint16_t* words =
                   inside_.data() + static_cast<size_t>((v - v_first) * kNodes + u - u_first) * words_;
               while (from < to) {

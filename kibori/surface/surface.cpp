@@ -77,9 +77,10 @@ size_t place_of(uint32_t key, const uint32_t* keys, size_t count) {
 }
 
 // Numbers in the whole surface of the vertices of chunk (x, y, z) of slab `here`; `above` is the next one.
-std::vector<uint32_t> number_vertices(const Slab& here, const Slab& above, int x, int y, int z) {
+void number_vertices(const Slab& here, const Slab& above, int x, int y, int z,
+                     std::vector<uint32_t>& number) {
   const SurfaceChunk& part = here.parts[here.at(x, y, z)];
-  std::vector<uint32_t> number(part.vertices.size());
+  number.resize(part.vertices.size());
   for (uint32_t v = 0; v < part.own; v++) number[v] = here.first[here.at(x, y, z)] + v;
   for (uint32_t v = part.own; v < part.vertices.size(); v++) {
     // Made by a next chunk: look it up there.
@@ -99,7 +100,6 @@ std::vector<uint32_t> number_vertices(const Slab& here, const Slab& above, int x
     KIBORI_CHECK(slab.parts[other].own > 0 && keys[found] == key);
     number[v] = slab.first[other] + static_cast<uint32_t>(found);
   }
-  return number;
 }
 
 // Makes slab after slab, and calls use(slab, the next one, vertices up to the end of the next) for each.
@@ -115,16 +115,20 @@ void make_slabs(const Snapshot& model, int threads, Use&& use) {
   }
 }
 
-// Runs f(part's number in the slab, its vertices' numbers in the whole surface) for all parts of a slab.
+// Runs f(part's number in the slab, its vertices' numbers in the whole surface, which it may take) for all
+// parts of a slab.
 template <class F>
 void for_numbered_parts(int threads, const Slab& here, const Slab& above, F&& f) {
   const auto rows = static_cast<size_t>(here.chunks[1] * (here.z_end - here.z_begin));
   run_parallel(threads, rows, [&](size_t row) {
     const int y = static_cast<int>(row) % here.chunks[1],
               z = here.z_begin + static_cast<int>(row) / here.chunks[1];
+    std::vector<uint32_t> number;
     for (int x = 0; x < here.chunks[0]; x++) {
       const size_t i = here.at(x, y, z);
-      if (!here.parts[i].vertices.empty()) f(i, number_vertices(here, above, x, y, z));
+      if (here.parts[i].vertices.empty()) continue;
+      number_vertices(here, above, x, y, z, number);
+      f(i, number);
     }
   });
 }
@@ -143,7 +147,7 @@ void stream_surface(const Snapshot& model, int threads, const SurfaceSink& sink)
   make_slabs(model, threads, [&](const Slab& here, const Slab& above, uint32_t) {
     std::vector<std::vector<uint32_t>> numbers(here.parts.size());
     for_numbered_parts(threads, here, above,
-                       [&](size_t i, std::vector<uint32_t>&& number) { numbers[i] = std::move(number); });
+                       [&](size_t i, std::vector<uint32_t>& number) { numbers[i] = std::move(number); });
     for (size_t i = 0; i < here.parts.size(); i++) {
       const SurfaceChunk& part = here.parts[i];
       if (!part.vertices.empty()) sink({part.vertices, part.triangles, numbers[i], part.own});
