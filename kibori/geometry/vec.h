@@ -54,4 +54,7 @@ Vec3 shortest_turn(const Vec3& from, const Vec3& to);
 // Rotation matrix of a rotation vector [rad] (Rodrigues).
 Mat3 rotation(const Vec3& rotation_vector);
 
+// The rotation vector (shortest) that takes frame `from` to frame `to`.
+Vec3 rotation_between(const Mat3& from, const Mat3& to);
+
 }  // namespace kibori

@@ -2,7 +2,8 @@
 #include <kibori/motion/stroke.h>
 
 #include <cmath>
-#include <cstdio>
+
+#include <kibori/motion/pieces.h>
 
 namespace kibori {
 namespace {
@@ -57,35 +58,17 @@ Result<TickResult> Stroke::advance(const Tool& tool, const Vec3& tip_mm, const V
   const Lattice& lattice = model_.lattice();
   const double scale = 1 / lattice.pitch_mm;
   TickResult result;
-  const Vec3 travel = tip_mm - pose_.tip;
-  const double angle = std::sqrt(turn_rad.squaredNorm());
-  const bool turning = angle > kNoTurn;
-  Pose end{tip_mm, turning ? Mat3(rotation(turn_rad) * pose_.frame) : pose_.frame};
+  const ToolMotion motion{pose_, tip_mm - pose_.tip, turn_rad};
+  const bool turning = motion.turns();
+  const Vec3& travel = motion.travel_mm;
+  Pose end = motion.at(1);
+  end.tip = tip_mm;
   result.tick = {end.tip, end.axis(), travel, turning ? turn_rad : Vec3(Vec3::Zero())};
   removed_.reset();
   if (mode != Mode::off) {
-    double stray = 0;
-    if (turning) {
-      // Points beyond the lattice meet nothing, so they may stray.
-      double reach = 0;
-      for (int corner = 0; corner < 8; corner++) {
-        Vec3 p = Vec3::Zero();
-        for (int i = 0; i < 3; i++) p[i] = (corner >> i) & 1 ? lattice.nodes[i] : 0;
-        reach = std::fmax(reach, std::sqrt((lattice.to_mm(p) - pose_.tip).squaredNorm()));
-      }
-      stray = std::fmin(reach, reach_mm(tool)) * scale * angle / 2;
-    }
-    const double length = std::sqrt(travel.squaredNorm()) * scale;
-    const double wanted = std::fmax(std::ceil(stray / kTurnTolerance), std::ceil(length / kMaxPieceLength));
-    if (!(wanted <= kMaxTurnPieces)) {
-      char text[200];
-      std::snprintf(
-          text, sizeof text,
-          "one tick moves the tool by %.3g mm and %.3g degrees, which takes more than %d pieces; go slower",
-          length * lattice.pitch_mm, angle * 180 / 3.14159265358979, kMaxTurnPieces);
-      return Error{text};
-    }
-    const int pieces = std::max(1, static_cast<int>(wanted));
+    const Result<int> counted = pieces_of(tool, motion, lattice);
+    if (!counted) return Error{counted.error()};
+    const int pieces = counted.value();
     EditOptions options;
     options.threads = threads_;
     options.motion = {lattice.to_lattice(tip_mm), turning, travel * scale, turn_rad, end.axis()};
@@ -101,9 +84,7 @@ Result<TickResult> Stroke::advance(const Tool& tool, const Vec3& tip_mm, const V
     }
     Pose last = pose_;
     for (int i = 0; i < pieces; i++) {
-      Pose from = pose_;
-      from.tip = pose_.tip + travel * (static_cast<double>(i) / pieces);
-      if (turning) from.frame = rotation(turn_rad * ((i + 0.5) / pieces)) * pose_.frame;
+      const Pose from = motion.piece(i, pieces);
       last.tip = from.tip;
       piece(tool, from, last, travel / pieces, take_back ? Mode::cut : mode, material, options);
       last = from;

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/motion/pieces.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include <kibori/base/tolerances.h>
+
+namespace kibori {
+
+bool ToolMotion::turns() const { return std::sqrt(turn_rad.squaredNorm()) > kNoTurn; }
+
+Pose ToolMotion::at(double share) const {
+  return {start.tip + travel_mm * share,
+          turns() ? Mat3(rotation(turn_rad * share) * start.frame) : start.frame};
+}
+
+Pose ToolMotion::piece(int i, int pieces) const {
+  Pose from = start;
+  from.tip = start.tip + travel_mm * (static_cast<double>(i) / pieces);
+  if (turns()) from.frame = rotation(turn_rad * ((i + 0.5) / pieces)) * start.frame;
+  return from;
+}
+
+Result<int> pieces_of(const Tool& tool, const ToolMotion& motion, const Lattice& lattice) {
+  const double scale = 1 / lattice.pitch_mm, angle = std::sqrt(motion.turn_rad.squaredNorm());
+  double stray = 0;
+  if (motion.turns()) {
+    // Points beyond the lattice meet nothing, so they may stray.
+    double reach = 0;
+    for (int corner = 0; corner < 8; corner++) {
+      Vec3 p = Vec3::Zero();
+      for (int i = 0; i < 3; i++) p[i] = (corner >> i) & 1 ? lattice.nodes[i] : 0;
+      reach = std::fmax(reach, std::sqrt((lattice.to_mm(p) - motion.start.tip).squaredNorm()));
+    }
+    stray = std::fmin(reach, reach_mm(tool)) * scale * angle / 2;
+  }
+  const double length = std::sqrt(motion.travel_mm.squaredNorm()) * scale;
+  const double wanted = std::fmax(std::ceil(stray / kTurnTolerance), std::ceil(length / kMaxPieceLength));
+  if (wanted <= kMaxTurnPieces) return std::max(1, static_cast<int>(wanted));
+  char text[200];
+  std::snprintf(
+      text, sizeof text,
+      "one tick moves the tool by %.3g mm and %.3g degrees, which takes more than %d pieces; go slower",
+      length * lattice.pitch_mm, angle * 180 / 3.14159265358979, kMaxTurnPieces);
+  return Error{text};
+}
+
+}  // namespace kibori

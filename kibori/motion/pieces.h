@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+// A motion that turns, as straight pieces: each shifts without turning, at its middle orientation, short
+// enough that no point of the tool strays further than kTurnTolerance from its true arc.
+#pragma once
+
+#include <kibori/base/result.h>
+#include <kibori/dexel/field.h>
+#include <kibori/geometry/vec.h>
+#include <kibori/solid/tool.h>
+
+namespace kibori {
+
+// From `start`, the tip shifts by travel_mm while the tool turns about it by turn_rad (rotation vector).
+struct ToolMotion {
+  Pose start;
+  Vec3 travel_mm = Vec3::Zero();
+  Vec3 turn_rad = Vec3::Zero();
+
+  bool turns() const;
+  // The pose a share of the way along, 0..1.
+  Pose at(double share) const;
+  // The same motion, ending a share of the way along.
+  ToolMotion part(double share) const { return {start, travel_mm * share, turn_rad * share}; }
+  // Where piece i of `pieces` starts, in the orientation it keeps.
+  Pose piece(int i, int pieces) const;
+};
+
+// Errors: more pieces than kMaxTurnPieces.
+Result<int> pieces_of(const Tool& tool, const ToolMotion& motion, const Lattice& lattice);
+
+}  // namespace kibori

@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/motion/series_tool.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <kibori/edit/edit.h>
+
+namespace kibori {
+namespace {
+
+// The tool touches where what it would reach, over the way there, is more than so much of a cell's face: less
+// is rounding of the ends it left behind.
+constexpr double kTouchArea = 0.02;
+// The shortest way [cells] that is tried: shorter ones count as rest.
+constexpr double kLeastStep = 1e-3;
+// The balance is solved to this [cells], or to a thousandth of the way.
+constexpr double kBalanceError = 1e-4;
+constexpr int kMostTrials = 24;
+// A tool that slides is lifted by this share of its way, so that rounding of the normal does not run it into
+// the material; the spring takes it back in the next tick.
+constexpr double kLift = 0.02;
+constexpr double kNormalStep = 0.25;  // cells: how far to feel around for the normal
+
+}  // namespace
+
+// One straight way (and turn) of the tool within a tick, tried at shares of it.
+struct SeriesTool::Tick {
+  const Tool& tool;
+  ToolMotion motion;
+  double length;  // [mm], turn included
+  Mode mode;
+  uint8_t material;  // of a deposit
+  const std::vector<Material>& materials;
+  double inside = 0;  // [cells^3] what the tool stands in at the start
+};
+
+// At one share of the way: what would be reached, and what resists.
+struct SeriesTool::Resistance {
+  double reached = 0;  // [cells^3]
+  bool touching = false;
+  double force = 0;  // N
+};
+
+double SeriesTool::reach_volume(const Tick& tick, double share) {
+  const Lattice& lattice = model_.lattice();
+  const ToolMotion way = tick.motion.part(share);
+  const Result<int> counted = pieces_of(tick.tool, way, lattice);
+  const int pieces = counted ? counted.value() : 1;  // advance() has refused what has too many
+  trial_.reset();
+  EditOptions options;
+  options.motion = {lattice.to_lattice(way.at(1).tip), false, Vec3::Zero(), Vec3::Zero(), way.start.axis()};
+  const Box everywhere{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
+  for (int i = 0; i < pieces; i++) {
+    const bool deposits = tick.mode == Mode::deposit;
+    const SweptTool sweep(tick.tool, way.piece(i, pieces), way.travel_mm / pieces, lattice,
+                          deposits ? everywhere : model_.material_bounds());
+    if (deposits)
+      deposit_contact(model_, sweep.solid(), tick.material, options, trial_);
+    else
+      contact(model_, sweep.solid(), options, trial_);
+  }
+  // Fields weighted by the motion's direction cosines squared: see haptics/force.h.
+  const double length2 = way.travel_mm.squaredNorm();
+  Vec3 weight = Vec3::Constant(1.0 / 3);
+  if (length2 > 0 && !way.turns()) weight = way.travel_mm.cwiseAbs2() / length2;
+  double sum = 0;
+  trial_.for_parts([&](int, const RemovedPart& part) {
+    for (int i = 0; i < 3; i++) sum += weight[i] * part.volume[static_cast<size_t>(i)];
+  });
+  return sum;
+}
+
+SeriesTool::Resistance SeriesTool::resistance(const Tick& tick, double share) {
+  const double h = model_.lattice().pitch_mm, cell = h * h * h;
+  const double way = std::max(share * tick.length, kLeastStep * h);
+  Resistance r;
+  r.reached = std::max(0.0, reach_volume(tick, share) - tick.inside);
+  const double volume = r.reached * cell;
+  r.touching = volume > kTouchArea * h * h * way;
+  if (!r.touching) return r;
+  double all = 0, yield = 0, u = 0, c = 0;
+  trial_.for_parts([&](int i, const RemovedPart& part) {
+    const double v = std::max(0.0, part.mean_volume());
+    const Material& m = tick.materials[static_cast<size_t>(i)];
+    all += v;
+    yield += v * m.yield_n;
+    u += v * m.u;
+    c += v * m.c;
+  });
+  if (!(all > 0)) return r;
+  if (tick.mode == Mode::deposit) yield = 0;
+  r.force = (yield + volume * (u / way + c / spring_.tick_s)) / all;
+  return r;
+}
+
+// The share of the way at which the spring's pull equals what resists: the first such place. What can be
+// reached only grows, so between two trials a bound on the resistance shows that there is none.
+double SeriesTool::balance(Tick& tick) {
+  const double h = model_.lattice().pitch_mm, length = tick.length, k = spring_.stiffness_n_mm;
+  const bool never_cuts = tick.mode == Mode::touch;
+  const auto excess = [&](double share, const Resistance& r) {
+    if (never_cuts && r.touching) return -k * length;
+    return k * (1 - share) * length - r.force;
+  };
+  const Resistance whole = resistance(tick, 1);
+  if (!whole.touching) return 1;
+
+  const double least = std::min(1.0, kLeastStep * h / length);
+  double low = 0, high = 1, low_excess = k * length, high_excess = excess(1, whole);
+  double probe = std::clamp(last_step_mm_ / length, least, 0.5);
+  int trials = 1;
+  // The bracket's lower end is clear of roots below; its upper end lies beyond one.
+  for (bool bracketed = false; !bracketed && trials < kMostTrials; trials++) {
+    const Resistance r = resistance(tick, probe);
+    const double e = excess(probe, r);
+    if (e < 0) {
+      high = probe;
+      high_excess = e;
+      bracketed = true;
+    } else {
+      // No root in (low, probe] if even all that is reached at its end, met at its beginning, can be
+      // overcome.
+      const double from = std::max(low, least);
+      const double bound = r.force * (probe / from);
+      if (low > 0 && k * (1 - probe) * length < bound && probe - from > 0.1 * probe &&
+          trials < kMostTrials / 2) {
+        probe = 0.5 * (low + probe);
+        continue;
+      }
+      low = probe;
+      low_excess = e;
+      if (probe >= 1) return 1;
+      probe = std::min(1.0, 2 * probe);
+      if (probe >= 1) bracketed = true;  // where all of the way is too far
+    }
+  }
+  if (high_excess >= 0) return 1;
+  // Illinois: false position that halves what is kept twice.
+  const double error = std::max(kBalanceError * h / length, 1e-3 * low);
+  int kept = 0;
+  for (; high - low > error && trials < kMostTrials; trials++) {
+    double middle = low + (high - low) * low_excess / (low_excess - high_excess);
+    middle = std::clamp(middle, low + 0.1 * error, high - 0.1 * error);
+    if (trials % 3 == 2) middle = 0.5 * (low + high);
+    const double e = excess(middle, resistance(tick, middle));
+    if (e < 0) {
+      high = middle;
+      high_excess = e;
+      if (kept < 0) low_excess *= 0.5;
+      kept = -1;
+    } else {
+      low = middle;
+      low_excess = e;
+      if (kept > 0) high_excess *= 0.5;
+      kept = 1;
+    }
+  }
+  return low >= least ? low : 0;
+}
+
+// The direction out of the material where the tool touches: against the growth of what it would reach.
+Vec3 SeriesTool::contact_normal(const Tick& tick) {
+  const double step = kNormalStep * model_.lattice().pitch_mm;
+  Tick feel{tick.tool, {tool_pose_, Vec3::Zero(), Vec3::Zero()}, step, Mode::touch, 0, tick.materials, 0};
+  Vec3 growth = Vec3::Zero();
+  for (int i = 0; i < 3; i++)
+    for (const double sign : {1.0, -1.0}) {
+      feel.motion.travel_mm = Vec3::Zero();
+      feel.motion.travel_mm[i] = sign * step;
+      growth[i] += sign * reach_volume(feel, 1);
+    }
+  const double length = std::sqrt(growth.squaredNorm());
+  return length > 0 ? Vec3(-growth / length) : Vec3(Vec3::Zero());
+}
+
+// Along the surface, as far as friction lets the spring pull it and nothing is in the way.
+bool SeriesTool::slide(const Tick& tick, const Vec3& residual) {
+  const Vec3 normal = contact_normal(tick);
+  const double pressed = -residual.dot(normal);
+  if (!(pressed > 0)) return false;
+  const Vec3 along = residual + pressed * normal;
+  const double length = std::sqrt(along.squaredNorm()), way = length - spring_.friction * pressed;
+  if (!(way > kLeastStep * model_.lattice().pitch_mm)) return false;
+  // Lifting must not take more from the spring than sliding gives back.
+  const double lift = std::min(kLift, 0.5 * length / pressed);
+  Tick slip{tick.tool,  {tool_pose_, (along / length + lift * normal) * way, Vec3::Zero()},
+            way,        Mode::touch,
+            0,          tick.materials,
+            tick.inside};
+  slip.length = std::sqrt(slip.motion.travel_mm.squaredNorm());
+  const double share = balance(slip);
+  if (!(share > 0)) return false;
+  tool_pose_ = slip.motion.at(share);
+  return true;
+}
+
+void SeriesTool::edit(const Tick& tick, double share) {
+  const Lattice& lattice = model_.lattice();
+  const ToolMotion way = tick.motion.part(share);
+  const Result<int> counted = pieces_of(tick.tool, way, lattice);
+  const int pieces = counted ? counted.value() : 1;
+  EditOptions options;
+  options.motion = {lattice.to_lattice(way.at(1).tip), false, Vec3::Zero(), Vec3::Zero(), way.start.axis()};
+  const Box everywhere{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
+  for (int i = 0; i < pieces; i++) {
+    const bool deposits = tick.mode == Mode::deposit;
+    const SweptTool sweep(tick.tool, way.piece(i, pieces), way.travel_mm / pieces, lattice,
+                          deposits ? everywhere : model_.material_bounds());
+    if (deposits)
+      deposit(model_, sweep.solid(), tick.material, options, removed_);
+    else
+      cut(model_, sweep.solid(), options, removed_);
+  }
+}
+
+Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& device, Mode mode,
+                                             const std::vector<Material>& materials, uint8_t material) {
+  const Lattice& lattice = model_.lattice();
+  const double h = lattice.pitch_mm;
+  removed_.reset();
+  const double k = spring_.stiffness_n_mm, kt = spring_.torsion_nmm_rad;
+  const Vec3 before = tool_pose_.tip;
+  Felt felt;
+
+  Tick tick{
+      tool,     {tool_pose_, device.tip - tool_pose_.tip, rotation_between(tool_pose_.frame, device.frame)},
+      0,        mode,
+      material, materials};
+  const double turn2 = tick.motion.turn_rad.squaredNorm();
+  tick.length = std::sqrt(tick.motion.travel_mm.squaredNorm() + (k > 0 ? kt / k : 0) * turn2);
+  const Result<int> pieces = pieces_of(tool, tick.motion, lattice);
+  if (!pieces) return Error{pieces.error()};
+
+  const auto follow = [&] { tool_pose_ = device; };
+  if (mode == Mode::off) {
+    follow();
+  } else if (mode != Mode::deposit && !engaged_) {
+    // Standing in material: out first.
+    follow();
+    Tick rest{tool, {tool_pose_, Vec3::Zero(), Vec3::Zero()}, h, Mode::touch, 0, materials};
+    engaged_ = reach_volume(rest, 0) <= kTouchArea;
+    felt.inside = !engaged_;
+  } else {
+    const bool resting = !(tick.length > kLeastStep * h) && !tick.motion.turns();
+    double share = 1;
+    bool cuts = false;
+    if (!resting) {
+      const Resistance whole = resistance(tick, 1);
+      if (whole.touching) {
+        if (mode != Mode::deposit) {
+          Tick rest = tick;
+          rest.mode = Mode::touch;
+          tick.inside = reach_volume(rest, 0);
+        }
+        share = tick.length > kLeastStep * h ? balance(tick) : 0;
+        felt.touching = share < 1;
+        cuts = mode != Mode::touch && share > 0 && resistance(tick, share).touching;
+      }
+    } else {
+      share = 0;
+    }
+    if (cuts) edit(tick, share);
+    if (share >= 1)
+      follow();
+    else if (share > 0)
+      tool_pose_ = tick.motion.at(share);
+    last_step_mm_ = share * tick.length;
+    felt.cutting = cuts;
+    if (felt.touching && !cuts && mode != Mode::deposit) {
+      tick.inside = 0;
+      for (int faces = 0; faces < 2; faces++)
+        if (!slide(tick, device.tip - tool_pose_.tip)) break;
+    }
+    if (mode == Mode::deposit) engaged_ = false;  // it stands in what it put down
+  }
+  felt.tool = tool_pose_;
+  felt.travel_mm = std::sqrt((tool_pose_.tip - before).squaredNorm());
+  const double cell = h * h * h;
+  felt.removed_mm3 = (mode == Mode::deposit ? -1 : 1) * removed_.mean_volume() * cell;
+  felt.clipped = removed_.clipped;
+  felt.hand.force = -k * (device.tip - tool_pose_.tip);
+  if (kt > 0) felt.hand.moment = -kt * rotation_between(tool_pose_.frame, device.frame);
+  return felt;
+}
+
+}  // namespace kibori

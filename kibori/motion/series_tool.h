@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// Force model `series`: the hand holds a spring, the spring holds the tool.
+//
+//   device x_d ──/\/\/\── tool x_p ──▶ material          F = -k (x_d - x_p), M = -kt theta
+//
+// Each tick the tool goes towards the device by the d in [0, L] that balances
+//
+//   k (L - d) = yield + u dV(d)/d + c dV(d)/T            (smallest root)
+//
+// where dV(d) is what it would newly reach; yield, u and c are the materials' means over that. Below yield
+// nothing is cut: the tool stops where it touches and slides there against Coulomb friction. With a torsional
+// spring, way and turn are one motion of length L^2 = |x_d - x_p|^2 + (kt/k) |theta|^2.
+//
+// Stiffness as felt never exceeds k, whatever the material, so stability is one inequality (see
+// haptics/safety.h).
+#pragma once
+
+#include <vector>
+
+#include <kibori/dexel/tri_dexel.h>
+#include <kibori/edit/removed.h>
+#include <kibori/haptics/force.h>
+#include <kibori/motion/pieces.h>
+#include <kibori/motion/stroke.h>
+#include <kibori/solid/tool.h>
+
+namespace kibori {
+
+struct SeriesSpring {
+  double stiffness_n_mm = 0.5;  // k
+  double torsion_nmm_rad = 0;   // kt; 0: the tool turns as the device does, and no moment is felt
+  double friction = 0.2;        // Coulomb's coefficient between tool and material
+  double tick_s = 0.001;        // T
+};
+
+class SeriesTool {
+ public:
+  // `start`: where device and tool are. Nothing is felt or cut until the tool has once been clear of
+  // material.
+  SeriesTool(TriDexel& model, const Pose& start, const SeriesSpring& spring)
+      : model_(model), tool_pose_(start), spring_(spring) {}
+
+  // What one tick came to.
+  struct Felt {
+    Wrench hand;             // on the hand: N, N mm about the device's position
+    Pose tool;               // where the tool is now
+    double removed_mm3 = 0;  // negative: deposited
+    double travel_mm = 0;    // how far the tool's tip went
+    bool touching = false;   // material holds the tool back
+    bool cutting = false;    // material was cut
+    bool inside = false;     // the tool stands in material and waits to be pulled out: no force, no cut
+    bool clipped = false;    // a deposit reached beyond the lattice
+  };
+
+  // The device moved to `device`. `material` is what a deposit puts down. Mode::touch never cuts. Errors: a
+  // jump or turn of more pieces than kMaxTurnPieces; nothing has moved then. Neither allocates, locks nor
+  // faults.
+  Result<Felt> advance(const Tool& tool, const Pose& device, Mode mode,
+                       const std::vector<Material>& materials, uint8_t material = 0);
+
+  const Pose& pose() const { return tool_pose_; }
+  const SeriesSpring& spring() const { return spring_; }
+  void set_spring(const SeriesSpring& spring) { spring_ = spring; }
+  // The model changed under the tool, or the tool its shape: wait until it is clear again.
+  void disengage() { engaged_ = false; }
+  // What the last advance removed or added, by material.
+  const Removed& removed() const { return removed_; }
+
+ private:
+  struct Resistance;
+  struct Tick;
+  double reach_volume(const Tick& tick, double share);
+  Resistance resistance(const Tick& tick, double share);
+  double balance(Tick& tick);
+  bool slide(const Tick& tick, const Vec3& residual);
+  Vec3 contact_normal(const Tick& tick);
+  void edit(const Tick& tick, double share);
+
+  TriDexel& model_;
+  Pose tool_pose_;
+  SeriesSpring spring_;
+  bool engaged_ = false;
+  double last_step_mm_ = 0;
+  Removed removed_, trial_;
+};
+
+}  // namespace kibori

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: MIT
+// The series tool against closed forms: what is felt, what is cut, what is not.
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <kibori/motion/series_tool.h>
+
+#include "tests/support.h"
+
+namespace kibori {
+namespace {
+
+using test::Random;
+
+constexpr double kPi = 3.14159265358979;
+
+Material wood() {
+  Material m;
+  m.u = 0.2;
+  m.yield_n = 0.3;
+  m.c = 0;
+  return m;
+}
+
+// A block of 40 x 30 x 20 mm with room around.
+TriDexel block(double pitch) {
+  const Lattice lattice = make_lattice(Vec3(40, 30, 20), pitch, 10).value();
+  TriDexel model(lattice);
+  model.fill_block({Vec3::Zero(), Vec3(40, 30, 20)}, 0);
+  return model;
+}
+
+Pose upright(const Vec3& tip) { return {tip, Mat3::Identity()}; }
+
+double length(const Vec3& v) { return std::sqrt(v.squaredNorm()); }
+
+TEST(Rotation, BetweenFrames) {
+  Random random;
+  for (int i = 0; i < 1000; i++) {
+    const Mat3 from = frame_from_axis(random.direction(), random.uniform(-3, 3));
+    const Vec3 turn = random.direction() * (i % 10 == 0 ? kPi : std::pow(10, random.uniform(-12, 0.49)));
+    const Mat3 to = rotation(turn) * from;
+    const Vec3 back = rotation_between(from, to);
+    EXPECT_LT((rotation(back) * from - to).norm(), 1e-7) << random.note();
+    EXPECT_LT(length(back), kPi + 1e-9) << random.note();
+  }
+}
+
+TEST(Series, FreeAirIsFree) {
+  TriDexel model = block(0.5);
+  SeriesTool tool(model, upright({20, 15, 25}), {});
+  const std::vector<Material> materials{wood()};
+  for (int i = 0; i < 100; i++) {
+    const Pose device = upright({20 + 0.1 * i, 15, 25});
+    const auto felt = tool.advance(BallTool{3}, device, Mode::cut, materials);
+    ASSERT_TRUE(felt.ok());
+    EXPECT_EQ(length(felt.value().hand.force), 0);
+    EXPECT_EQ(felt.value().removed_mm3, 0);
+    EXPECT_EQ(felt.value().tool.tip, device.tip);
+  }
+}
+
+TEST(Series, BelowYieldNothingIsCutAndItFeelsSolid) {
+  TriDexel model = block(0.5);
+  const double before = model.volume_mm3();
+  SeriesSpring spring;
+  spring.stiffness_n_mm = 1;
+  SeriesTool tool(model, upright({20, 15, 21}), spring);
+  const std::vector<Material> materials{wood()};
+  double last = 0;
+  for (int i = 0; i <= 1280; i++) {
+    const double z = 21 - 0.001 * i;  // 0.28 mm into the face: 0.28 N of 0.3
+    const auto felt = tool.advance(Flat{3, 30}, upright({20, 15, z}), Mode::cut, materials);
+    ASSERT_TRUE(felt.ok());
+    EXPECT_FALSE(felt.value().cutting);
+    const double force = felt.value().hand.force.z();
+    EXPECT_NEAR(force, z < 20 ? spring.stiffness_n_mm * (20 - z) : 0, 2e-3);
+    EXPECT_LE(std::abs(force - last), 0.002);  // no jump at the touch
+    last = force;
+  }
+  EXPECT_EQ(model.volume_mm3(), before);
+}
+
+TEST(Series, PlungeOfAFlatFeelsYieldEnergyAndViscosity) {
+  for (const double viscosity : {0.0, 0.002}) {
+    TriDexel model = block(0.25);
+    SeriesSpring spring;
+    spring.stiffness_n_mm = 2;
+    SeriesTool tool(model, upright({20, 15, 20.05}), spring);
+    std::vector<Material> materials{wood()};
+    materials[0].c = viscosity;
+    const double area = kPi * 9, speed = 10;
+    const double expected = materials[0].yield_n + materials[0].u * area + viscosity * area * speed;
+    Vec3 force = Vec3::Zero();
+    double volume = 0, depth = 0;
+    for (int i = 0; i < 1200; i++) {
+      const auto felt =
+          tool.advance(Flat{3, 30}, upright({20, 15, 20.05 - 0.001 * speed * i}), Mode::cut, materials);
+      ASSERT_TRUE(felt.ok());
+      force = felt.value().hand.force;
+      volume += felt.value().removed_mm3;
+      depth = 20 - felt.value().tool.tip.z();
+      if (i > 600) {
+        EXPECT_NEAR(force.z(), expected, 0.01 * expected);
+      }
+    }
+    EXPECT_NEAR(force.x(), 0, 1e-6);
+    EXPECT_GT(depth, 2);
+    EXPECT_NEAR(volume, area * depth, 0.01 * area * depth);
+  }
+}
+
+// Root mean square of the ripple over the mean, in the steady part of a scrape.
+double ripple(const std::vector<double>& force) {
+  const auto from = force.begin() + static_cast<long>(force.size() / 2);
+  const double n = static_cast<double>(force.end() - from),
+               mean = std::accumulate(from, force.end(), 0.0) / n;
+  double sum = 0;
+  for (auto f = from; f != force.end(); f++) sum += (*f - mean) * (*f - mean);
+  return std::sqrt(sum / n) / mean;
+}
+
+TEST(Series, RipplesLittleWhereThePaperModelRipplesMuch) {
+  const double speed = 10, depth = 1.5;
+  const Finger finger{0.5, 30};
+  std::vector<Material> materials{wood()};
+  std::vector<double> series, paper;
+  {
+    TriDexel model = block(0.25);
+    SeriesTool tool(model, upright({-4, 15, 20 - depth}), {1.0, 0, 0.2, 0.001});
+    for (int i = 0; i < 3000; i++) {
+      const auto felt =
+          tool.advance(finger, upright({-4 + 0.001 * speed * i, 15, 20 - depth}), Mode::cut, materials);
+      ASSERT_TRUE(felt.ok());
+      series.push_back(length(felt.value().hand.force));
+    }
+  }
+  {
+    TriDexel model = block(0.25);
+    Stroke stroke(model, upright({-4, 15, 20 - depth}));
+    for (int i = 0; i < 3000; i++) {
+      const auto tick = stroke.advance(finger, {-4 + 0.001 * speed * i, 15, 20 - depth}, Vec3::Zero(),
+                                       Mode::cut, {ForceModel::paper, 6}, materials);
+      ASSERT_TRUE(tick.ok());
+      paper.push_back(length(tick.value().wrench.force));
+    }
+  }
+  std::printf("ripple: series %.2f %%, paper %.1f %% of the mean\n", 100 * ripple(series),
+              100 * ripple(paper));
+  EXPECT_LT(ripple(series), 0.05);
+  EXPECT_GT(ripple(paper), 0.2);
+}
+
+TEST(Series, DoesNotDependOnThePitch) {
+  // A ball of radius 5 mm: 20 and 40 cells.
+  double mean[2];
+  for (const int fine : {0, 1}) {
+    TriDexel model = block(fine ? 0.125 : 0.25);
+    SeriesTool tool(model, upright({-6, 15, 18}), {1.0, 0, 0.2, 0.001});
+    const std::vector<Material> materials{wood()};
+    double sum = 0;
+    for (int i = 0; i < 2400; i++) {
+      const auto felt = tool.advance(BallTool{5}, upright({-6 + 0.01 * i, 15, 18}), Mode::cut, materials);
+      ASSERT_TRUE(felt.ok());
+      if (i >= 1600) sum += length(felt.value().hand.force) / 800;
+    }
+    mean[fine] = sum;
+  }
+  std::printf("mean force at 20 and 40 cells of radius: %.4f, %.4f N\n", mean[0], mean[1]);
+  EXPECT_NEAR(mean[0] / mean[1], 1, 0.05);
+}
+
+TEST(Series, TakesWorkFromTheHandAlways) {
+  Random random;
+  for (int round = 0; round < 20; round++) {
+    TriDexel model = block(0.5);
+    const Tool tools[] = {BallTool{3}, Finger{0.3, 20}, Flat{2, 20}, Capsule{2, 15}};
+    const Tool& shape = tools[round % 4];
+    Pose device = upright({20, 15, 22});
+    SeriesTool tool(model, device, {1.0, round % 2 ? 500.0 : 0.0, 0.2, 0.001});
+    const std::vector<Material> materials{wood()};
+    Vec3 velocity = Vec3::Zero();
+    double removed = 0;
+    const double before = model.volume_mm3();
+    for (int i = 0; i < 400; i++) {
+      velocity = 0.95 * velocity + 0.01 * random.in_box(-1, 1) + 0.002 * (Vec3(20, 15, 17) - device.tip);
+      device.tip += velocity;
+      device.frame = rotation(random.in_box(-0.01, 0.01)) * device.frame;
+      const Vec3 from = tool.pose().tip;
+      const auto felt = tool.advance(shape, device, Mode::cut, materials);
+      ASSERT_TRUE(felt.ok()) << felt.error();
+      // The spring only ever pulls the tool along its way.
+      EXPECT_LE(felt.value().hand.force.dot(felt.value().tool.tip - from), 1e-9) << random.note();
+      removed += felt.value().removed_mm3;
+    }
+    EXPECT_NEAR(before - model.volume_mm3(), removed, 1e-6 * before) << random.note();
+  }
+}
+
+TEST(Series, SlidesOnAFaceBelowYield) {
+  TriDexel model = block(0.25);
+  SeriesTool tool(model, upright({10, 15, 20.5}), {1.0, 0, 0.1, 0.001});
+  std::vector<Material> materials{wood()};
+  materials[0].yield_n = 50;
+  Vec3 tip;
+  for (int i = 0; i < 2000; i++) {
+    // Down 0.8 mm into the face, then sideways.
+    const Vec3 to(10 + 0.01 * std::max(0, i - 500), 15, 20.5 - std::min(1.3, 0.01 * i));
+    const auto felt = tool.advance(BallTool{3}, upright(to), Mode::cut, materials);
+    ASSERT_TRUE(felt.ok());
+    EXPECT_FALSE(felt.value().cutting);
+    tip = felt.value().tool.tip;
+    if (i > 1000) {
+      EXPECT_NEAR(tip.z(), 20, 0.02);
+      EXPECT_NEAR(to.x() - tip.x(), 0.1 * 0.8, 0.03);  // friction holds it back by mu N / k
+      EXPECT_NEAR(felt.value().hand.force.z(), 0.8, 0.03);
+    }
+  }
+  EXPECT_EQ(model.volume_mm3(), 40 * 30 * 20);
+}
+
+TEST(Series, WaitsUntilItIsOutside) {
+  TriDexel model = block(0.5);
+  const std::vector<Material> materials{wood()};
+  SeriesTool tool(model, upright({20, 15, 10}), {});
+  const double before = model.volume_mm3();
+  for (int i = 0; i < 300; i++) {
+    const auto felt = tool.advance(BallTool{2}, upright({20, 15, 10 + 0.05 * i}), Mode::cut, materials);
+    ASSERT_TRUE(felt.ok());
+    EXPECT_EQ(length(felt.value().hand.force), 0);
+    EXPECT_EQ(felt.value().inside, 10 + 0.05 * i < 20);
+  }
+  EXPECT_EQ(model.volume_mm3(), before);
+}
+
+}  // namespace
+}  // namespace kibori
