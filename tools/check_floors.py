@@ -12,7 +12,7 @@ FLOORS = [
     {"solid"},
     {"edit", "formats", "measure", "picture", "surface"},
     {"haptics"},
-    {"motion"},
+    {"devices", "motion"},
     {"session"},
     {"apps"},
 ]

@@ -61,9 +61,10 @@ double SeriesTool::reach_volume(const Tick& tick, double share) {
       contact(model_, sweep.solid(), options, trial_);
   }
   // Fields weighted by the motion's direction cosines squared: see haptics/force.h.
-  const double length2 = way.travel_mm.squaredNorm();
+  // At any share of the way the same, so that what is reached can be compared.
+  const double length2 = tick.motion.travel_mm.squaredNorm();
   Vec3 weight = Vec3::Constant(1.0 / 3);
-  if (length2 > 0 && !way.turns()) weight = way.travel_mm.cwiseAbs2() / length2;
+  if (length2 > 0 && !tick.motion.turns()) weight = tick.motion.travel_mm.cwiseAbs2() / length2;
   double sum = 0;
   trial_.for_parts([&](int, const RemovedPart& part) {
     for (int i = 0; i < 3; i++) sum += weight[i] * part.volume[static_cast<size_t>(i)];

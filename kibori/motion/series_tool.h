@@ -61,6 +61,11 @@ class SeriesTool {
   const Pose& pose() const { return tool_pose_; }
   const SeriesSpring& spring() const { return spring_; }
   void set_spring(const SeriesSpring& spring) { spring_ = spring; }
+  // Puts the tool elsewhere, without a way there.
+  void place(const Pose& pose) {
+    tool_pose_ = pose;
+    engaged_ = false;
+  }
   // The model changed under the tool, or the tool its shape: wait until it is clear again.
   void disengage() { engaged_ = false; }
   // What the last advance removed or added, by material.

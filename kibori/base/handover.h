@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+// From one thread to another without a lock: the newest value (LatestValue), or a few things in order
+// (SmallQueue).
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+
+namespace kibori {
+
+// One writer, one reader; the reader gets the newest value, and older ones are lost. Three places: the
+// writer's, the reader's, and one between that they exchange.
+template <class T>
+class LatestValue {
+ public:
+  // Writer.
+  void put(T value) {
+    places_[mine_] = std::move(value);
+    mine_ = between_.exchange(static_cast<uint8_t>(mine_ | kNew), std::memory_order_acq_rel) & kPlace;
+    // What was not read in time is dropped here, by the writer.
+  }
+  // Reader: true if there was something new, which is then in `value`.
+  bool take(T& value) {
+    if (!(between_.load(std::memory_order_relaxed) & kNew)) return false;
+    theirs_ = between_.exchange(theirs_, std::memory_order_acq_rel) & kPlace;
+    value = std::move(places_[theirs_]);
+    places_[theirs_] = T();
+    return true;
+  }
+
+ private:
+  static constexpr uint8_t kPlace = 3, kNew = 4;
+  std::array<T, 3> places_{};
+  std::atomic<uint8_t> between_{1};
+  uint8_t mine_ = 0, theirs_ = 2;
+};
+
+// One writer, one reader, in order; full after kRoom.
+template <class T, size_t kRoom = 64>
+class SmallQueue {
+ public:
+  // Writer; false where it is full.
+  bool push(T value) {
+    const size_t end = end_.load(std::memory_order_relaxed);
+    if (end - begin_.load(std::memory_order_acquire) == kRoom) return false;
+    places_[end % kRoom] = std::move(value);
+    end_.store(end + 1, std::memory_order_release);
+    return true;
+  }
+  // Reader; false where it is empty.
+  bool pop(T& value) {
+    const size_t begin = begin_.load(std::memory_order_relaxed);
+    if (begin == end_.load(std::memory_order_acquire)) return false;
+    value = std::move(places_[begin % kRoom]);
+    begin_.store(begin + 1, std::memory_order_release);
+    return true;
+  }
+
+ private:
+  std::array<T, kRoom> places_{};
+  std::atomic<size_t> begin_{0}, end_{0};
+};
+
+}  // namespace kibori

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// A device that is not there: a simulated hand holds it and follows a target, which a script or a pointer
+// moves. Everything that a real one gets, this one gets.
+#pragma once
+
+#include <array>
+#include <functional>
+
+#include <kibori/haptics/device.h>
+#include <kibori/haptics/hand.h>
+
+namespace kibori {
+
+struct VirtualDeviceSettings {
+  DeviceCapabilities capabilities;
+  HandSettings hand;
+  double tick_s = 0.001;
+  double count_mm = 0.01;  // what its encoders tell apart; 0: everything
+  int delay_ticks = 0;     // until a force acts, 0 ... 8
+};
+
+class VirtualDevice final : public Device {
+ public:
+  // Where the hand wants to be at a time [s] since the first read, and which buttons it holds.
+  struct Target {
+    Vec3 position_mm = Vec3::Zero();
+    Mat3 frame = Mat3::Identity();
+    uint32_t buttons = 0;
+  };
+  using Script = std::function<Target(double time_s)>;
+
+  VirtualDevice(const VirtualDeviceSettings& settings, Script script);
+
+  const DeviceCapabilities& capabilities() const override { return settings_.capabilities; }
+  // Each read is one tick later than the one before, however much time passed.
+  DeviceStatus read(DeviceReading& reading) override;
+  DeviceStatus write(const Wrench& wrench) override;
+  std::string complaint() const override;
+
+  // From the next read on, as if that had happened: for tests of what is done about it.
+  void pretend(DeviceStatus status) { status_ = status; }
+  const SimulatedHand& hand() const { return hand_; }
+
+ private:
+  static constexpr int kMostDelay = 8;
+  VirtualDeviceSettings settings_;
+  Script script_;
+  SimulatedHand hand_;
+  Target target_;
+  double time_s_ = 0;
+  bool started_ = false;
+  Vec3 last_read_ = Vec3::Zero();
+  std::array<Vec3, kMostDelay + 1> forces_;  // the newest first
+  DeviceStatus status_ = DeviceStatus::ok;
+};
+
+}  // namespace kibori

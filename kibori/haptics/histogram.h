@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+// How often which duration came up: bins a 32nd of an octave wide, so quantiles are true to 2 %. Fixed in
+// size; adding is a few instructions.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstdint>
+
+namespace kibori {
+
+class Histogram {
+ public:
+  // A duration [ns]; negative counts as 0.
+  void add(int64_t ns) {
+    const auto value = static_cast<uint64_t>(ns < 0 ? 0 : ns);
+    bins_[bin_of(value)]++;
+    count_++;
+    if (value > most_) most_ = value;
+  }
+  uint64_t count() const { return count_; }
+  uint64_t max_ns() const { return most_; }
+  // The upper end [ns] of the bin that holds the share-th of all, 0 ... 1; 0 without any.
+  uint64_t quantile_ns(double share) const {
+    const auto wanted = static_cast<uint64_t>(share * static_cast<double>(count_));
+    uint64_t seen = 0;
+    for (size_t i = 0; i < bins_.size(); i++) {
+      seen += bins_[i];
+      if (seen > wanted || (seen == count_ && seen > 0)) return end_of(i) < most_ ? end_of(i) : most_;
+    }
+    return 0;
+  }
+  // Calls f(from_ns, to_ns, how many) for every bin that holds any.
+  template <class F>
+  void for_bins(F&& f) const {
+    for (size_t i = 0; i < bins_.size(); i++)
+      if (bins_[i] > 0) f(i == 0 ? 0 : end_of(i - 1), end_of(i), bins_[i]);
+  }
+
+ private:
+  static constexpr uint64_t kParts = 32;
+  // Values below kParts have a bin each; then kParts an octave.
+  static size_t bin_of(uint64_t value) {
+    if (value < kParts) return static_cast<size_t>(value);
+    const int octave = static_cast<int>(std::bit_width(value)) - 6;  // value >> octave is in [32, 64)
+    const auto bin = static_cast<size_t>(octave) * kParts + static_cast<size_t>(value >> octave);
+    return bin < kBins ? bin : kBins - 1;
+  }
+  static uint64_t end_of(size_t bin) {
+    if (bin < 2 * kParts) return bin + 1;
+    const size_t octave = bin / kParts - 1;
+    return (bin % kParts + kParts + 1) << octave;
+  }
+  static constexpr size_t kBins = 36 * kParts;  // up to half a minute
+
+  std::array<uint64_t, kBins> bins_{};
+  uint64_t count_ = 0, most_ = 0;
+};
+
+}  // namespace kibori

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/session/live_carving.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace kibori {
+
+Result<std::unique_ptr<LiveCarving>> LiveCarving::make(std::unique_ptr<TriDexel> model,
+                                                       std::unique_ptr<Device> device,
+                                                       const LiveSettings& settings) {
+  if (!(settings.rate_hz >= 1 && settings.rate_hz <= 4000))
+    return Error{"the servo rate must be 1 to 4000 Hz"};
+  if (const Status fits = check_tool(settings.tool); !fits) return Error{fits.error()};
+  if (settings.materials.empty() || settings.materials.size() > kMaxMaterials)
+    return Error{"there must be 1 to 64 materials"};
+  const SeriesSpring& spring = settings.spring;
+  if (!(spring.stiffness_n_mm > 0) || !std::isfinite(spring.stiffness_n_mm) ||
+      !(spring.torsion_nmm_rad >= 0) || !std::isfinite(spring.torsion_nmm_rad) || !(spring.friction >= 0) ||
+      !std::isfinite(spring.friction))
+    return Error{"the spring's stiffness must be positive, its torsion and friction zero or more"};
+  if (settings.model == HandModel::series) {
+    const double felt = spring.stiffness_n_mm * settings.workspace.scale() * settings.force_scale;
+    const Status stable =
+        check_stability({felt, settings.passivity_ns_mm, 1 / settings.rate_hz}, device->capabilities());
+    if (!stable) return Error{stable.error()};
+  }
+  // Ready for as much as can be touched between two snapshots.
+  model->reserve(1024);
+  return std::unique_ptr<LiveCarving>(new LiveCarving(std::move(model), std::move(device), settings));
+}
+
+LiveCarving::LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device> device,
+                         const LiveSettings& settings)
+    : model_(std::move(model)),
+      device_(std::move(device)),
+      settings_(settings),
+      series_(*model_, {}, settings.spring),
+      stroke_(*model_, {}),
+      safety_(device_->capabilities(), 1 / settings.rate_hz),
+      passivity_(settings.passivity_ns_mm) {
+  settings_.spring.tick_s = 1 / settings_.rate_hz;
+  series_.set_spring(settings_.spring);
+}
+
+LiveCarving::~LiveCarving() {
+  stop();
+  Command* command = nullptr;
+  while (commands_.pop(command)) delete command;
+  while (finished_.pop(command)) delete command;
+}
+
+void LiveCarving::start() {
+  if (thread_.joinable()) return;
+  stopping_ = false;
+  thread_ = std::thread([this] {
+    scheduling_ = enter_real_time();
+    safety_.arm();
+    ServoClock clock(settings_.rate_hz);
+    while (!stopping_.load(std::memory_order_relaxed)) {
+      const double elapsed = clock.wait();
+      tick(elapsed);
+      clock.done();
+    }
+    device_->write({});
+    statistics_ = clock.statistics();
+  });
+}
+
+void LiveCarving::stop() {
+  if (!thread_.joinable()) return;
+  stopping_ = true;
+  thread_.join();
+  safety_.disarm();
+}
+
+bool LiveCarving::post(Command command) {
+  const std::lock_guard<std::mutex> lock(posting_);
+  Command* done = nullptr;
+  while (finished_.pop(done)) delete done;
+  auto own = std::make_unique<Command>(std::move(command));
+  if (!commands_.push(own.get())) return false;
+  own.release();
+  return true;
+}
+
+void LiveCarving::run_command() {
+  Command* command = nullptr;
+  if (!commands_.pop(command)) return;
+  (*command)(*this);
+  // As many places as for commands, and every post() empties it first: never full.
+  finished_.push(command);
+}
+
+LiveTick LiveCarving::tick(double elapsed_s) {
+  run_command();
+  const double tick_s = settings_.spring.tick_s;
+  LiveTick result;
+  const DeviceStatus status = device_->read(reading_);
+  Pose wanted = series_.pose();
+  if (status == DeviceStatus::ok || status == DeviceStatus::stale)
+    wanted = settings_.workspace.pose_of(reading_);
+  if (!placed_) {
+    placed_ = true;
+    series_.place(wanted);
+    stroke_.place(wanted);
+  }
+  const Mode mode = settings_.workspace.clutched() ? Mode::off : settings_.mode;
+  if (settings_.model == HandModel::series) {
+    const auto felt = series_.advance(settings_.tool, wanted, mode, settings_.materials, settings_.material);
+    if (felt) {
+      const SeriesTool::Felt& f = felt.value();
+      result = {f.tool, f.hand, {}, f.removed_mm3, f.touching, f.cutting, f.inside};
+    } else {
+      jumps_++;
+      series_.place(wanted);
+      result.tool = wanted;
+    }
+  } else {
+    const ForceLaw law{settings_.model == HandModel::paper ? ForceModel::paper : ForceModel::energy,
+                       device_->capabilities().dof_out == 6 ? 6 : 5};
+    const auto felt =
+        stroke_.advance(settings_.tool, wanted.tip, rotation_between(stroke_.pose().frame, wanted.frame),
+                        mode, law, settings_.materials, settings_.material);
+    if (felt) {
+      const TickResult& r = felt.value();
+      result = {stroke_.pose(), r.wrench, {}, r.removed_mm3, r.points > 0, r.removed_mm3 > 0, false};
+    } else {
+      jumps_++;
+      stroke_.place(wanted);
+      result.tool = wanted;
+    }
+  }
+  result.computed.force *= settings_.force_scale;
+  result.computed.moment *= settings_.force_scale;
+  result.computed.force = passivity_.tick(reading_.position_mm, result.computed.force, tick_s);
+
+  // A tick that came late left the last force standing: that is as stale as a late reading.
+  const double overdue = std::max(0.0, elapsed_s - tick_s);
+  result.given =
+      safety_.pass({result.computed, std::max(reading_.age_s, overdue), status, reading_.velocity_mm_s});
+  const DeviceStatus written = device_->write(result.given);
+  if (written == DeviceStatus::unplugged || written == DeviceStatus::failed)
+    safety_.pass({{}, 0, written, Vec3::Zero()});
+  passivity_.given(result.given.force);
+
+  if (++ticks_ % static_cast<uint64_t>(std::max(1, settings_.snapshot_ticks)) == 0 &&
+      published_ != model_->generation()) {
+    published_ = model_->generation();
+    snapshots_.put(model_->snapshot());
+  }
+  return result;
+}
+
+}  // namespace kibori

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: MIT
+// Carving by hand: device, tool, model and safety stage in one tick, and the thread that runs it.
+//
+//   servo thread:   device.read ─► workspace ─► series tool (cut) ─► passivity ─► safety ─► device.write
+//                                                     │
+//   other threads:  post(command) ─► between ticks    └─► snapshot ─► latest()
+//
+// The servo thread owns the model. A tick neither allocates, locks, faults nor throws; commands are run
+// between ticks and freed elsewhere.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <kibori/base/handover.h>
+#include <kibori/base/result.h>
+#include <kibori/dexel/tri_dexel.h>
+#include <kibori/haptics/device.h>
+#include <kibori/haptics/passivity.h>
+#include <kibori/haptics/safety.h>
+#include <kibori/haptics/servo.h>
+#include <kibori/haptics/workspace.h>
+#include <kibori/motion/series_tool.h>
+#include <kibori/motion/stroke.h>
+
+namespace kibori {
+
+// How motion becomes force; see motion/series_tool.h and haptics/force.h.
+enum class HandModel { series, energy, paper };
+
+struct LiveSettings {
+  double rate_hz = 1000;  // 1 ... 4000
+  Tool tool = BallTool{};
+  Mode mode = Mode::cut;
+  uint8_t material = 0;  // of a deposit
+  std::vector<Material> materials{Material{}};
+  HandModel model = HandModel::series;
+  SeriesSpring spring;         // its tick_s is set from rate_hz
+  double force_scale = 1;      // of what the device gives, to what is computed
+  double passivity_ns_mm = 0;  // the passivity controller's cap; 0: it only watches
+  Workspace workspace;
+  int snapshot_ticks = 16;  // between snapshots
+};
+
+// What one tick came to.
+struct LiveTick {
+  Pose tool;
+  Wrench computed, given;  // before and after the safety stage
+  double removed_mm3 = 0;
+  bool touching = false, cutting = false, inside = false;
+};
+
+class LiveCarving {
+ public:
+  // Errors: a rate, tool or stiffness that can't be, or a rendering beyond the device's damping.
+  static Result<std::unique_ptr<LiveCarving>> make(std::unique_ptr<TriDexel> model,
+                                                   std::unique_ptr<Device> device,
+                                                   const LiveSettings& settings);
+  ~LiveCarving();
+
+  // Starts the servo thread, armed; stop() ends it. In between, only post() and latest() may be called.
+  void start();
+  void stop();
+  // Without a thread: one tick, `elapsed_s` after the last.
+  LiveTick tick(double elapsed_s);
+
+  // Runs `command` between two ticks, on the servo thread; false where 64 are waiting. Any thread.
+  bool post(std::function<void(LiveCarving&)> command);
+  // The newest snapshot, if there is one that was not taken yet. One thread.
+  bool latest(Snapshot& snapshot) { return snapshots_.take(snapshot); }
+
+  // For commands, and while no thread runs.
+  TriDexel& model() { return *model_; }
+  Device& device() { return *device_; }
+  SafetyStage& safety() { return safety_; }
+  const PassivityObserver& passivity() const { return passivity_; }
+  LiveSettings& settings() { return settings_; }
+  // The model was changed from outside.
+  void model_changed() { series_.disengage(); }
+
+  // After stop().
+  const ServoStatistics& statistics() const { return statistics_; }
+  const std::string& scheduling() const { return scheduling_; }
+  // Ticks in which the device moved farther than can be swept; the tool was put there.
+  uint64_t jumps() const { return jumps_; }
+
+ private:
+  using Command = std::function<void(LiveCarving&)>;
+
+  LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device> device, const LiveSettings& settings);
+  void run_command();
+
+  std::unique_ptr<TriDexel> model_;
+  std::unique_ptr<Device> device_;
+  LiveSettings settings_;
+  SeriesTool series_;
+  Stroke stroke_;
+  SafetyStage safety_;
+  PassivityObserver passivity_;
+  DeviceReading reading_;
+  bool placed_ = false;
+  uint64_t ticks_ = 0, jumps_ = 0, published_ = 0;
+
+  LatestValue<Snapshot> snapshots_;
+  std::mutex posting_;  // between those who post
+  SmallQueue<Command*> commands_, finished_;
+
+  std::thread thread_;
+  std::atomic<bool> stopping_{false};
+  ServoStatistics statistics_;
+  std::string scheduling_;
+};
+
+}  // namespace kibori
