@@ -49,6 +49,8 @@ class Device {
   virtual DeviceStatus read(DeviceReading& reading) = 0;
   // The wrench to give from now on: N and N mm about the grip, in the device's axes.
   virtual DeviceStatus write(const Wrench& wrench) = 0;
+  // The stiffness that forces will come from, for devices that go on by themselves between writes.
+  virtual void expect_stiffness(double n_mm) { static_cast<void>(n_mm); }
   // One sentence about the last status that was not ok. Not for the servo path.
   virtual std::string complaint() const { return {}; }
 };

@@ -41,6 +41,9 @@ LiveCarving::LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device
       passivity_(settings.passivity_ns_mm) {
   settings_.spring.tick_s = 1 / settings_.rate_hz;
   series_.set_spring(settings_.spring);
+  if (settings_.model == HandModel::series)
+    device_->expect_stiffness(settings_.spring.stiffness_n_mm * settings_.workspace.scale() *
+                              settings_.force_scale);
 }
 
 LiveCarving::~LiveCarving() {
@@ -112,7 +115,7 @@ LiveTick LiveCarving::tick(double elapsed_s) {
       const SeriesTool::Felt& f = felt.value();
       result = {f.tool, f.hand, {}, f.removed_mm3, f.touching, f.cutting, f.inside};
     } else {
-      jumps_++;
+      totals_.jumps++;
       series_.place(wanted);
       result.tool = wanted;
     }
@@ -126,7 +129,7 @@ LiveTick LiveCarving::tick(double elapsed_s) {
       const TickResult& r = felt.value();
       result = {stroke_.pose(), r.wrench, {}, r.removed_mm3, r.points > 0, r.removed_mm3 > 0, false};
     } else {
-      jumps_++;
+      totals_.jumps++;
       stroke_.place(wanted);
       result.tool = wanted;
     }
@@ -135,14 +138,21 @@ LiveTick LiveCarving::tick(double elapsed_s) {
   result.computed.moment *= settings_.force_scale;
   result.computed.force = passivity_.tick(reading_.position_mm, result.computed.force, tick_s);
 
-  // A tick that came late left the last force standing: that is as stale as a late reading.
-  const double overdue = std::max(0.0, elapsed_s - tick_s);
+  // What is computed now is fresh, however late; but a loop that stood still for longer than a command may be
+  // old does not go on as if nothing had been.
+  const double stood_still = elapsed_s > kDeadS ? elapsed_s : 0;
   result.given =
-      safety_.pass({result.computed, std::max(reading_.age_s, overdue), status, reading_.velocity_mm_s});
+      safety_.pass({result.computed, std::max(reading_.age_s, stood_still), status, reading_.velocity_mm_s});
   const DeviceStatus written = device_->write(result.given);
   if (written == DeviceStatus::unplugged || written == DeviceStatus::failed)
     safety_.pass({{}, 0, written, Vec3::Zero()});
   passivity_.given(result.given.force);
+
+  (result.removed_mm3 < 0 ? totals_.deposited_mm3 : totals_.removed_mm3) += std::abs(result.removed_mm3);
+  totals_.most_computed_n = std::max(totals_.most_computed_n, std::sqrt(result.computed.force.squaredNorm()));
+  totals_.most_given_n = std::max(totals_.most_given_n, std::sqrt(result.given.force.squaredNorm()));
+  totals_.cutting_ticks += result.cutting;
+  if (totals_.trip == Trip::none) totals_.trip = safety_.trip();
 
   if (++ticks_ % static_cast<uint64_t>(std::max(1, settings_.snapshot_ticks)) == 0 &&
       published_ != model_->generation()) {

@@ -55,6 +55,15 @@ struct LiveTick {
   bool touching = false, cutting = false, inside = false;
 };
 
+// Over all ticks.
+struct LiveTotals {
+  double removed_mm3 = 0, deposited_mm3 = 0;
+  double most_computed_n = 0, most_given_n = 0;
+  uint64_t cutting_ticks = 0;
+  uint64_t jumps = 0;  // ticks in which the device moved farther than can be swept; the tool was put there
+  Trip trip = Trip::none;  // the first
+};
+
 class LiveCarving {
  public:
   // Errors: a rate, tool or stiffness that can't be, or a rendering beyond the device's damping.
@@ -86,8 +95,7 @@ class LiveCarving {
   // After stop().
   const ServoStatistics& statistics() const { return statistics_; }
   const std::string& scheduling() const { return scheduling_; }
-  // Ticks in which the device moved farther than can be swept; the tool was put there.
-  uint64_t jumps() const { return jumps_; }
+  const LiveTotals& totals() const { return totals_; }
 
  private:
   using Command = std::function<void(LiveCarving&)>;
@@ -104,7 +112,8 @@ class LiveCarving {
   PassivityObserver passivity_;
   DeviceReading reading_;
   bool placed_ = false;
-  uint64_t ticks_ = 0, jumps_ = 0, published_ = 0;
+  uint64_t ticks_ = 0, published_ = 0;
+  LiveTotals totals_;
 
   LatestValue<Snapshot> snapshots_;
   std::mutex posting_;  // between those who post

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// Force Dimension's devices (omega, delta, sigma, lambda) and the Novint Falcon, through the vendor's DHD
+// library, which is looked for in $FORCEDIM_SDK and where the system looks.
+#pragma once
+
+#include <memory>
+
+#include <kibori/devices/shared_library.h>
+#include <kibori/haptics/device.h>
+
+namespace kibori {
+
+class ForceDimensionDevice final : public Device {
+ public:
+  // The first device. Errors: no library, a library without what is needed, no device, or what DHD says.
+  static Result<std::unique_ptr<ForceDimensionDevice>> open();
+  ~ForceDimensionDevice() override;
+
+  const DeviceCapabilities& capabilities() const override { return capabilities_; }
+  DeviceStatus read(DeviceReading& reading) override;
+  DeviceStatus write(const Wrench& wrench) override;
+  std::string complaint() const override;
+
+ private:
+  struct Functions;
+  ForceDimensionDevice();
+  DeviceStatus judge(int result);
+
+  SharedLibrary library_;
+  std::unique_ptr<Functions> dhd_;
+  signed char id_ = -1;
+  DeviceCapabilities capabilities_;
+  bool failed_ = false, unplugged_ = false;
+};
+
+}  // namespace kibori

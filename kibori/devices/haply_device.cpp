@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/devices/haply_device.h>
+
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <thread>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/websocket.hpp>
+#include <nlohmann/json.hpp>
+
+#include <kibori/base/handover.h>
+
+namespace kibori {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+using Json = nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kPatience = std::chrono::seconds(2);
+constexpr size_t kLongest = 1 << 20;  // frame [bytes]
+
+// The vector at a place of the frame; false where there is none.
+bool vector_at(const Json& frame, const char* name, Vec3& v) {
+  const auto found = frame.find(name);
+  if (found == frame.end() || !found->is_object()) return false;
+  const char* const axes[3] = {"x", "y", "z"};
+  for (int i = 0; i < 3; i++) {
+    const auto value = found->find(axes[i]);
+    if (value == found->end() || !value->is_number()) return false;
+    v[i] = value->get<double>();
+  }
+  return v.allFinite();
+}
+
+const Json* first_of(const Json& frame, const char* kind) {
+  const auto found = frame.find(kind);
+  if (found == frame.end() || !found->is_array() || found->empty() || !found->front().is_object())
+    return nullptr;
+  return &found->front();
+}
+
+uint32_t buttons_of(const Json& state) {
+  const auto found = state.find("buttons");
+  if (found == state.end() || !found->is_object()) return 0;
+  uint32_t bits = 0, bit = 1;
+  for (const auto& button : *found) {  // by name: a, b, c
+    if (button.is_boolean() && button.get<bool>()) bits |= bit;
+    bit <<= 1;
+    if (bit == 0) break;
+  }
+  return bits;
+}
+
+// Metres, and x right, y forward, z up: as here but for the unit. False where the frame says no position.
+bool read_frame(const Json& frame, DeviceReading& reading) {
+  const Json* arm = first_of(frame, "inverse3");
+  if (!arm) return false;
+  const auto state = arm->find("state");
+  if (state == arm->end() || !state->is_object()) return false;
+  Vec3 position, velocity;
+  if (!vector_at(*state, "cursor_position", position)) return false;
+  if (!vector_at(*state, "cursor_velocity", velocity)) velocity = Vec3::Zero();
+  reading.position_mm = 1000 * position;
+  reading.velocity_mm_s = 1000 * velocity;
+  for (const char* kind : {"wireless_verse_grip", "verse_grip"}) {
+    const Json* grip = first_of(frame, kind);
+    if (!grip) continue;
+    const auto held = grip->find("state");
+    if (held == grip->end() || !held->is_object()) continue;
+    reading.buttons = buttons_of(*held);
+    Vec3 xyz;
+    if (!vector_at(*held, "orientation", xyz)) continue;
+    const auto w = (*held)["orientation"].find("w");
+    if (w == (*held)["orientation"].end() || !w->is_number()) continue;
+    const Eigen::Quaterniond q(w->get<double>(), xyz.x(), xyz.y(), xyz.z());
+    if (q.norm() > 0.5 && q.norm() < 2) reading.frame = q.normalized().toRotationMatrix();
+  }
+  return true;
+}
+
+}  // namespace
+
+struct HaplyDevice::Link {
+  asio::io_context context;
+  websocket::stream<beast::tcp_stream> socket{context};
+  beast::flat_buffer buffer;
+  std::string where, id, grip;
+  bool newer = true;  // the service takes `vector`; older ones `values`
+  DeviceCapabilities capabilities;
+
+  struct Timed {
+    DeviceReading reading;
+    Clock::time_point at;
+  };
+  LatestValue<Timed> readings;
+  LatestValue<Wrench> forces;
+  std::atomic<bool> stopping{false}, lost{false};
+  std::atomic<const char*> why{nullptr};
+  std::thread thread;
+  Timed last;
+  bool seen = false;
+
+  // One frame; empty where the connection is gone or what came is no object.
+  Json receive(std::string& error) {
+    buffer.clear();
+    beast::error_code code;
+    beast::get_lowest_layer(socket).expires_after(kPatience);
+    bool done = false;
+    socket.async_read(buffer, [&](beast::error_code c, size_t) {
+      code = c;
+      done = true;
+    });
+    context.restart();
+    context.run();
+    if (!done || code) {
+      error = code == beast::error::timeout ? "nothing came for 2 s" : "the connection was closed";
+      return Json();
+    }
+    Json frame = Json::parse(beast::buffers_to_string(buffer.data()), nullptr, false);
+    if (!frame.is_object()) {
+      error = "it sent what is not a state of devices";
+      return Json();
+    }
+    return frame;
+  }
+  bool send(const std::string& text) {
+    beast::error_code code;
+    beast::get_lowest_layer(socket).expires_after(kPatience);
+    socket.async_write(asio::buffer(text), [&](beast::error_code c, size_t) { code = c; });
+    context.restart();
+    context.run();
+    return !code;
+  }
+  std::string command(const Vec3& force) const {
+    char text[400];
+    std::snprintf(text, sizeof text,
+                  "{\"inverse3\":[{\"device_id\":%s,\"commands\":{\"set_cursor_force\":{\"%s\":"
+                  "{\"x\":%.6g,\"y\":%.6g,\"z\":%.6g}}}}]}",
+                  id.c_str(), newer ? "vector" : "values", force.x(), force.y(), force.z());
+    return text;
+  }
+  // Speaks and listens until told to stop.
+  void run() {
+    Wrench force;
+    std::string error;
+    while (!stopping.load(std::memory_order_relaxed)) {
+      forces.take(force);
+      if (!send(command(force.force))) {
+        why = "the connection to the Haply service was lost";
+        break;
+      }
+      const Json frame = receive(error);
+      Timed now;
+      if (frame.is_null()) {
+        why = "the Haply service fell silent";
+        break;
+      }
+      if (!read_frame(frame, now.reading)) {
+        why = "the Inverse3 was unplugged";
+        break;
+      }
+      now.at = Clock::now();
+      readings.put(now);
+    }
+    send(command(Vec3::Zero()));
+    lost = true;
+  }
+};
+
+HaplyDevice::HaplyDevice(std::unique_ptr<Link> link) : link_(std::move(link)) {}
+
+Result<std::unique_ptr<HaplyDevice>> HaplyDevice::open(const std::string& host, const std::string& port) {
+  auto link = std::make_unique<Link>();
+  link->where = "Haply service at " + host + ":" + port;
+  const auto wrong = [&](const std::string& what) { return Error{link->where + ": " + what}; };
+  beast::error_code code;
+  asio::ip::tcp::resolver resolver(link->context);
+  const auto addresses = resolver.resolve(host, port, code);
+  if (code) return wrong(code.message());
+  auto& stream = beast::get_lowest_layer(link->socket);
+  stream.expires_after(kPatience);
+  stream.async_connect(addresses, [&](beast::error_code c, const auto&) { code = c; });
+  link->context.run();
+  if (code) return wrong("nobody answers (" + code.message() + "); is the Haply service running?");
+  stream.socket().set_option(asio::ip::tcp::no_delay(true));
+  link->socket.read_message_max(kLongest);
+  stream.expires_after(kPatience);
+  link->socket.async_handshake(host + ":" + port, "/", [&](beast::error_code c) { code = c; });
+  link->context.restart();
+  link->context.run();
+  if (code) return wrong("speaks no WebSocket (" + code.message() + ")");
+  std::string error;
+  const Json inventory = link->receive(error);
+  if (inventory.is_null()) return wrong(error);
+  const Json* arm = first_of(inventory, "inverse3");
+  if (!arm) return wrong("no Inverse3 is plugged in");
+  const auto id = arm->find("device_id");
+  if (id == arm->end() || !id->is_string()) return wrong("the Inverse3 has no device_id");
+  link->id = id->dump();  // as JSON
+  if (link->id.size() > 100) return wrong("the device_id of the Inverse3 is too long");
+  // Services that describe the device's configuration are the newer ones.
+  link->newer = arm->contains("config");
+  DeviceCapabilities& c = link->capabilities;
+  c.name = "Haply Inverse3 " + id->get<std::string>();
+  c.dof_in = first_of(inventory, "wireless_verse_grip") || first_of(inventory, "verse_grip") ? 6 : 3;
+  c.dof_out = 3;
+  c.force_n = 8;
+  c.damping_ns_mm = 0.002;
+  c.stiffness_n_mm = 1;
+  link->thread = std::thread([running = link.get()] { running->run(); });
+  return std::unique_ptr<HaplyDevice>(new HaplyDevice(std::move(link)));
+}
+
+HaplyDevice::~HaplyDevice() {
+  link_->stopping = true;
+  link_->thread.join();
+}
+
+const DeviceCapabilities& HaplyDevice::capabilities() const { return link_->capabilities; }
+
+DeviceStatus HaplyDevice::read(DeviceReading& reading) {
+  if (link_->lost.load(std::memory_order_relaxed)) return DeviceStatus::unplugged;
+  link_->seen |= link_->readings.take(link_->last);
+  reading = link_->last.reading;
+  if (!link_->seen) return DeviceStatus::stale;
+  reading.age_s = std::chrono::duration<double>(Clock::now() - link_->last.at).count();
+  return reading.age_s < 0.002 ? DeviceStatus::ok : DeviceStatus::stale;
+}
+
+DeviceStatus HaplyDevice::write(const Wrench& wrench) {
+  if (link_->lost.load(std::memory_order_relaxed)) return DeviceStatus::unplugged;
+  link_->forces.put(wrench);
+  return DeviceStatus::ok;
+}
+
+std::string HaplyDevice::complaint() const {
+  const char* why = link_->why.load();
+  return why ? link_->where + ": " + why : std::string();
+}
+
+}  // namespace kibori

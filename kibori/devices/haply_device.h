@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+// Haply Inverse3 (and a VerseGrip, where there is one) through the Haply service: JSON over WebSocket. The
+// service answers each frame with one, so it is spoken to on a thread of its own, and the servo loop
+// exchanges the newest values with that.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <kibori/haptics/device.h>
+
+namespace kibori {
+
+class HaplyDevice final : public Device {
+ public:
+  // Errors: nobody answers at that address within two seconds, it is not the Haply service, or no Inverse3 is
+  // plugged in.
+  static Result<std::unique_ptr<HaplyDevice>> open(const std::string& host = "localhost",
+                                                   const std::string& port = "10001");
+  ~HaplyDevice() override;
+
+  const DeviceCapabilities& capabilities() const override;
+  DeviceStatus read(DeviceReading& reading) override;
+  DeviceStatus write(const Wrench& wrench) override;
+  std::string complaint() const override;
+
+ private:
+  struct Link;
+  explicit HaplyDevice(std::unique_ptr<Link> link);
+  std::unique_ptr<Link> link_;
+};
+
+}  // namespace kibori

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// A vendor's library, opened while running: nothing proprietary is linked or shipped.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <dlfcn.h>
+
+#include <kibori/base/result.h>
+
+namespace kibori {
+
+class SharedLibrary {
+ public:
+  SharedLibrary() = default;
+  ~SharedLibrary() {
+    if (handle_) dlclose(handle_);
+  }
+  SharedLibrary(SharedLibrary&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
+  SharedLibrary& operator=(SharedLibrary&& other) noexcept {
+    std::swap(handle_, other.handle_);
+    return *this;
+  }
+
+  // The first of these that there is. Errors: none, with where was looked.
+  static Result<SharedLibrary> open(const std::vector<std::string>& names) {
+    SharedLibrary library;
+    std::string tried;
+    for (const std::string& name : names) {
+      library.handle_ = dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL);
+      if (library.handle_) return library;
+      tried += (tried.empty() ? "" : ", ") + name;
+    }
+    return Error{"not found (looked for " + tried + ")"};
+  }
+  // A function of it; false where there is none of that name.
+  template <class F>
+  bool find(const char* name, F*& function) const {
+    function = reinterpret_cast<F*>(dlsym(handle_, name));
+    return function != nullptr;
+  }
+
+ private:
+  void* handle_ = nullptr;
+};
+
+}  // namespace kibori

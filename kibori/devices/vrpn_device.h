@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+// A device behind a VRPN server (tracker, buttons, force device), on any machine: VRPN's own wire protocol
+// over TCP, no library needed.
+//
+// The server is sent a field of force around where the device was, F + J (x - x0), which it renders at its
+// own rate: so it stays smooth where we are slower.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include <kibori/haptics/device.h>
+
+namespace kibori {
+
+struct VrpnAddress {
+  std::string device;  // as the server names it, e.g. "Phantom0"
+  std::string host;
+  uint16_t port = 3883;
+};
+// From "Phantom0@host[:port]". Errors: no name or host, a port that is none.
+Result<VrpnAddress> parse_vrpn_address(const std::string& text);
+
+class VrpnDevice final : public Device {
+ public:
+  // Errors: the host is not found, nobody answers within two seconds, or it does not speak VRPN.
+  static Result<std::unique_ptr<VrpnDevice>> open(const VrpnAddress& address);
+  ~VrpnDevice() override;
+
+  const DeviceCapabilities& capabilities() const override { return capabilities_; }
+  DeviceStatus read(DeviceReading& reading) override;
+  DeviceStatus write(const Wrench& wrench) override;
+  void expect_stiffness(double n_mm) override { stiffness_n_mm_ = n_mm; }
+  std::string complaint() const override;
+
+ private:
+  static constexpr size_t kLongest = 4096;  // message
+  static constexpr int kMostIds = 256;
+
+  explicit VrpnDevice(int socket) : socket_(socket) { names_.fill(Known::other); }
+  bool send_all(const void* data, size_t size);
+  bool describe(int32_t kind, int32_t id, const char* name);
+  void take(const unsigned char* message, size_t size);
+  DeviceStatus lost(const char* why);
+
+  enum class Known : uint8_t { other, pose, button };
+
+  int socket_;
+  DeviceCapabilities capabilities_;
+  std::string device_;
+  std::array<Known, kMostIds> names_;  // by the server's number of a message type
+  std::array<bool, kMostIds> ours_{};  // by the server's number of a sender
+  std::array<unsigned char, 4 * kLongest> buffer_;
+  size_t filled_ = 0;
+  DeviceReading last_;
+  bool seen_ = false;
+  double last_time_s_ = 0, stiffness_n_mm_ = 0;
+  const char* lost_ = nullptr;  // why, once it is
+};
+
+}  // namespace kibori

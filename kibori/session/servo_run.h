@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// Runs the servo loop for a while with a simulated hand (or a real device) and says how it kept time.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <kibori/base/result.h>
+#include <kibori/haptics/servo.h>
+#include <kibori/motion/scene.h>
+#include <kibori/session/live_carving.h>
+
+namespace kibori {
+
+struct ServoRunOptions {
+  double seconds = 10;
+  double rate_hz = 1000;
+  HandModel model = HandModel::series;
+  std::optional<double> stiffness_n_mm;  // else the device's
+  bool surface = true;                   // a second thread follows with the surface
+  bool empty_loop = true;                // a thread that only wakes, to tell the machine's jitter from ours
+  std::function<void(double share)> progress;
+};
+
+struct ServoReport {
+  std::string device, scheduling;
+  double rate_hz = 0;
+  ServoStatistics servo;
+  Histogram empty_late_ns;
+  LiveTotals totals;
+  Trip trip = Trip::none;
+  double least_energy_mj = 0;  // what the program gave back beyond what it got, at worst
+  uint64_t snapshots = 0, surface_chunks = 0;
+};
+
+// Carves the scene's stock with its first tool; the virtual device's hand goes to and fro along the scene's
+// moves. device: null for the virtual one. Errors: those of make_stock, plan_move and LiveCarving::make.
+Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device,
+                              const ServoRunOptions& options);
+
+// The scene that is run where none is given: a ball that scrapes to and fro over a block of oak.
+Scene servo_scene();
+
+std::string servo_report_text(const ServoReport& report);
+std::string servo_report_json(const ServoReport& report);
+
+}  // namespace kibori
