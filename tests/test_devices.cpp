@@ -24,10 +24,14 @@
 
 #include <kibori/devices/force_dimension.h>
 #include <kibori/devices/haply_device.h>
+#include <kibori/devices/open_haptics.h>
+#include <kibori/devices/recording.h>
 #include <kibori/devices/registry.h>
+#include <kibori/devices/virtual_device.h>
 #include <kibori/devices/vrpn_device.h>
 
 #include "tests/fake_dhd.h"
+#include "tests/fake_hd.h"
 #include "tests/support.h"
 
 namespace kibori {
@@ -520,6 +524,139 @@ TEST_F(ForceDimension, SaysWhyItIsNotThere) {
   EXPECT_EQ(opened.value()->capabilities().dof_in, 3);
   EXPECT_EQ(opened.value()->capabilities().dof_out, 3);
   EXPECT_GT(opened.value()->capabilities().force_n, 0);
+}
+
+// ---- OpenHaptics
+
+class OpenHaptics : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    setenv("OH_SDK_BASE", KIBORI_FAKE_SDK, 1);
+    auto library = SharedLibrary::open({KIBORI_FAKE_SDK "/lib/libHD.so"});
+    ASSERT_TRUE(library.ok()) << library.error();
+    library_ = std::move(library).value();
+    FakeHd* (*get)() = nullptr;
+    ASSERT_TRUE(library_.find("fake_hd", get));
+    fake_ = get();
+    fake_->init_error = fake_->error = 0;
+    fake_->max_force = 3.3;
+    fake_->disabled = fake_->unscheduled = 0;
+  }
+  void TearDown() override { unsetenv("OH_SDK_BASE"); }
+  SharedLibrary library_;
+  FakeHd* fake_ = nullptr;
+};
+
+TEST_F(OpenHaptics, ReadsAndWritesInOurAxes) {
+  auto opened = open_device("openhaptics");
+  ASSERT_TRUE(opened.ok()) << opened.error();
+  Device& device = *opened.value();
+  EXPECT_TRUE(fake_->output);
+  EXPECT_EQ(device.capabilities().force_n, 3.3);
+  fake_->x = 10;
+  fake_->buttons = 2;
+  std::this_thread::sleep_for(milliseconds(20));
+  DeviceReading reading;
+  ASSERT_EQ(read_fresh(device, reading), DeviceStatus::ok);
+  EXPECT_NEAR((reading.position_mm - Vec3(10, 30, 20)).norm(), 0, 1e-9);
+  EXPECT_NEAR((reading.velocity_mm_s - Vec3(100, 0, 0)).norm(), 0, 1e-9);
+  // A quarter turn about their y, which is our z.
+  EXPECT_NEAR((reading.frame * Vec3::UnitZ() - Vec3::UnitZ()).norm(), 0, 1e-9);
+  EXPECT_NEAR((reading.frame * Vec3::UnitX() - Vec3::UnitY()).norm(), 0, 1e-9);
+  EXPECT_EQ(reading.buttons, 2u);
+  for (int i = 0; i < 20; i++) {
+    ASSERT_EQ(device.write({Vec3(1, 2, 3), Vec3::Zero()}), DeviceStatus::ok);
+    std::this_thread::sleep_for(milliseconds(1));
+  }
+  EXPECT_EQ(fake_->force_y, 3);   // up
+  EXPECT_EQ(fake_->force_z, -2);  // to the user
+  // Nobody renews it: let go within 20 ms (and what the thread takes).
+  std::this_thread::sleep_for(milliseconds(80));
+  EXPECT_EQ(fake_->force_y, 0);
+  opened.value().reset();
+  EXPECT_EQ(fake_->disabled, 1);
+  EXPECT_EQ(fake_->unscheduled, 1);
+}
+
+TEST_F(OpenHaptics, EveryErrorCodeIsAFaultThatStays) {
+  for (const unsigned code : {0x0100u, 0x0301u, 0x0303u, 0x0400u, 0x0402u, 0x0403u, 0x0404u, 0x0500u}) {
+    fake_->error = 0;
+    auto opened = OpenHapticsDevice::open();
+    ASSERT_TRUE(opened.ok()) << opened.error();
+    DeviceReading reading;
+    ASSERT_EQ(read_fresh(*opened.value(), reading), DeviceStatus::ok);
+    fake_->error = code;
+    const DeviceStatus expected =
+        code == 0x0402 || code == 0x0403 ? DeviceStatus::unplugged : DeviceStatus::failed;
+    DeviceStatus status = DeviceStatus::ok;
+    for (int i = 0; i < 1000 && (status == DeviceStatus::ok || status == DeviceStatus::stale); i++) {
+      std::this_thread::sleep_for(milliseconds(1));
+      status = opened.value()->read(reading);
+    }
+    EXPECT_EQ(status, expected);
+    fake_->error = 0;
+    std::this_thread::sleep_for(milliseconds(3));
+    EXPECT_EQ(opened.value()->read(reading), expected);
+    EXPECT_EQ(opened.value()->write({}), expected);
+    EXPECT_NE(opened.value()->complaint().find("what the vendor says"), std::string::npos);
+  }
+  fake_->init_error = 0x0400;
+  EXPECT_NE(OpenHapticsDevice::open().error().find("what the vendor says"), std::string::npos);
+  setenv("OH_SDK_BASE", "/nonexistent", 1);
+  EXPECT_NE(OpenHapticsDevice::open().error().find("OH_SDK_BASE"), std::string::npos);
+}
+
+// ---- Recordings
+
+TEST(Recording, PlaysBackWhatWasRead) {
+  VirtualDeviceSettings settings;
+  const auto script = [](double t) {
+    return VirtualDevice::Target{Vec3(std::sin(t), t, 0), rotation(Vec3(0, 0, t)), t > 0.01 ? 1u : 0u};
+  };
+  RecordingDevice recorder(std::make_unique<VirtualDevice>(settings, script), 0.001, 40);
+  std::vector<DeviceReading> seen;
+  DeviceReading reading;
+  for (int i = 0; i < 60; i++) {
+    ASSERT_EQ(recorder.read(reading), DeviceStatus::ok);
+    seen.push_back(reading);
+  }
+  ASSERT_EQ(recorder.readings().size(), 40u);
+  const auto path =
+      std::filesystem::temp_directory_path() / ("kibori-recording-" + std::to_string(getpid()) + ".csv");
+  ASSERT_TRUE(recorder.save(path).ok());
+  auto opened = open_device("replay:" + path.string());
+  ASSERT_TRUE(opened.ok()) << opened.error();
+  for (int i = 0; i < 60; i++) {
+    ASSERT_EQ(opened.value()->read(reading), DeviceStatus::ok);
+    const DeviceReading& was = seen[static_cast<size_t>(std::min(i, 39))];
+    EXPECT_EQ(reading.position_mm, was.position_mm);
+    EXPECT_EQ(reading.frame, was.frame);
+    EXPECT_EQ(reading.buttons, was.buttons);
+  }
+  std::filesystem::remove(path);
+  EXPECT_FALSE(open_device("replay:" + path.string()).ok());
+}
+
+TEST(Recording, RefusesWhatIsNone) {
+  const auto path =
+      std::filesystem::temp_directory_path() / ("kibori-bad-" + std::to_string(getpid()) + ".csv");
+  const std::string good = "0.001,1,2,3,1,0,0,0,1,0,0,0,1,0";
+  for (const std::string& bad : std::vector<std::string>{
+           std::string(), std::string("heading\n"), "h\n" + good + ",7\n", "h\n" + good.substr(0, 20) + "\n",
+           "h\nnan" + good.substr(5) + "\n", "h\n0.001,1,2,3,1,0,0,0,1,0,0,0,-1,0\n", "h\n" + good + "1e99\n",
+           "h\n" + good.substr(0, good.size() - 1) + "-1\n", std::string("h\n\0\0\0", 5),
+           "h\n" + good + "\n" + std::string(1, 0) + good, "h\n" + good + "\n\n"}) {
+    {
+      std::FILE* file = std::fopen(path.c_str(), "wb");
+      ASSERT_NE(file, nullptr);
+      std::fwrite(bad.data(), 1, bad.size(), file);
+      std::fclose(file);
+    }
+    const auto read = read_recording(path);
+    ASSERT_FALSE(read.ok()) << bad;
+    EXPECT_NE(read.error().find(path.string()), std::string::npos);
+  }
+  std::filesystem::remove(path);
 }
 
 TEST(Registry, KnowsTheKinds) {

@@ -409,7 +409,7 @@ int run_picture(const std::string& file, const std::string& out, const PictureAr
 }  // namespace
 
 struct ServoArguments {
-  std::string scene, device = "virtual", model = "series";
+  std::string scene, device = "virtual", model = "series", record;
   double seconds = 10, rate_hz = 1000, stiffness_n_mm = 0;
   bool no_surface = false, json = false;
 };
@@ -444,6 +444,7 @@ int run_servo_command(const ServoArguments& arguments) {
                                                 : HandModel::paper;
   if (arguments.stiffness_n_mm > 0) options.stiffness_n_mm = arguments.stiffness_n_mm;
   options.surface = !arguments.no_surface;
+  options.record = arguments.record;
   options.progress = [](double share) { show_progress("running", share); };
   std::unique_ptr<Device> device;
   if (arguments.device != "virtual") {
@@ -588,6 +589,10 @@ int main(int argc, char** argv) {
       "a ball scrapes over a block");
   servo->add_option("--device", servo_arguments.device, "a name that 'kibori devices' lists")
       ->capture_default_str();
+  servo
+      ->add_option("--record", servo_arguments.record,
+                   "keep what the device read, for --device replay:FILE.csv")
+      ->type_name("FILE.csv");
   servo->add_option("--seconds", servo_arguments.seconds, "how long")
       ->check(kPositive)
       ->capture_default_str();

@@ -3,6 +3,8 @@
 
 #include <kibori/devices/force_dimension.h>
 #include <kibori/devices/haply_device.h>
+#include <kibori/devices/open_haptics.h>
+#include <kibori/devices/recording.h>
 #include <kibori/devices/vrpn_device.h>
 
 namespace kibori {
@@ -18,6 +20,7 @@ Result<std::unique_ptr<Device>> as_device(Result<std::unique_ptr<T>> opened) {
 
 Result<std::unique_ptr<Device>> open_device(const std::string& name) {
   if (name == "forcedim") return as_device(ForceDimensionDevice::open());
+  if (name == "openhaptics") return as_device(OpenHapticsDevice::open());
   if (name == "haply") return as_device(HaplyDevice::open());
   if (name.rfind("haply:", 0) == 0) {
     const size_t colon = name.rfind(':');
@@ -29,13 +32,23 @@ Result<std::unique_ptr<Device>> open_device(const std::string& name) {
     if (!address) return Error{address.error()};
     return as_device(VrpnDevice::open(address.value()));
   }
+  if (name.rfind("replay:", 0) == 0) {
+    Result<std::vector<RecordedReading>> readings = read_recording(name.substr(7));
+    if (!readings) return Error{readings.error()};
+    DeviceCapabilities capabilities;
+    capabilities.name = name.substr(7) + " (replayed)";
+    capabilities.dof_in = 6;
+    capabilities.dof_out = 0;
+    return std::unique_ptr<Device>(std::make_unique<ReplayDevice>(std::move(readings).value(), capabilities));
+  }
   return Error{"no kind of device is called '" + name +
-               "'; there are virtual, forcedim, haply[:HOST:PORT] and vrpn:NAME@HOST[:PORT]"};
+               "'; there are virtual, forcedim, haply[:HOST:PORT], openhaptics, vrpn:NAME@HOST[:PORT] and "
+               "replay:FILE.csv"};
 }
 
 std::vector<DeviceFound> find_devices() {
   std::vector<DeviceFound> found{{"virtual", true, "a simulated hand"}};
-  for (const char* name : {"forcedim", "haply"}) {
+  for (const char* name : {"forcedim", "haply", "openhaptics"}) {
     const Result<std::unique_ptr<Device>> device = open_device(name);
     found.push_back({name, device.ok(), device ? device.value()->capabilities().name : device.error()});
   }

@@ -4,7 +4,9 @@
 //   virtual                    a simulated hand (the session makes it: it needs a script)
 //   forcedim                   Force Dimension devices and the Novint Falcon
 //   haply                      Haply Inverse3, through its service on this machine; haply:HOST:PORT elsewhere
+//   openhaptics                3D Systems' Touch family
 //   vrpn:NAME@HOST[:PORT]      anything behind a VRPN server
+//   replay:FILE.csv            a recording: the hand's way again
 #pragma once
 
 #include <memory>

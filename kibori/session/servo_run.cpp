@@ -10,6 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <kibori/base/file.h>
+#include <kibori/devices/recording.h>
 #include <kibori/devices/virtual_device.h>
 #include <kibori/session/carving.h>
 #include <kibori/surface/surface.h>
@@ -171,6 +173,14 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
           return {pose.tip - centre, pose.frame, 0};
         });
   }
+  RecordingDevice* recording = nullptr;
+  if (!options.record.empty()) {
+    if (const Status writable = check_writable(options.record); !writable) return Error{writable.error()};
+    auto wrapped = std::make_unique<RecordingDevice>(
+        std::move(device), 1 / options.rate_hz, static_cast<size_t>(options.seconds * options.rate_hz) + 1);
+    recording = wrapped.get();
+    device = std::move(wrapped);
+  }
   LiveSettings settings;
   settings.rate_hz = options.rate_hz;
   settings.tool = scene.tools.front();
@@ -208,6 +218,8 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
   live.stop();
   report.empty_late_ns = empty.stop();
   if (options.progress) options.progress(1);
+  if (recording)
+    if (const Status saved = recording->save(options.record); !saved) return Error{saved.error()};
   report.scheduling = live.scheduling();
   report.servo = live.statistics();
   report.totals = live.totals();

@@ -2,6 +2,7 @@
 // Runs the servo loop for a while with a simulated hand (or a real device) and says how it kept time.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -21,6 +22,7 @@ struct ServoRunOptions {
   std::optional<double> stiffness_n_mm;  // else the device's
   bool surface = true;                   // a second thread follows with the surface
   bool empty_loop = true;                // a thread that only wakes, to tell the machine's jitter from ours
+  std::filesystem::path record;          // keep the device's readings here, for replay:FILE
   std::function<void(double share)> progress;
 };
 
@@ -36,7 +38,8 @@ struct ServoReport {
 };
 
 // Carves the scene's stock with its first tool; the virtual device's hand goes to and fro along the scene's
-// moves. device: null for the virtual one. Errors: those of make_stock, plan_move and LiveCarving::make.
+// moves. device: null for the virtual one. Errors: those of make_stock, plan_move and
+// LiveCarving::make, or a recording that can't be written.
 Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device,
                               const ServoRunOptions& options);
 
