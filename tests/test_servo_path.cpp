@@ -1,25 +1,31 @@
 // SPDX-License-Identifier: MIT
-// The servo path: 10^6 edits with snapshots taken and dropped beside them. Once the pools are ready, no
-// allocation, no lock, no page fault. A program of its own, since it replaces malloc and friends.
+// The servo path: 10^6 edits with snapshots taken and dropped beside them, and 10^6 ticks of carving by hand
+// while another thread follows with the surface. Once the pools are ready, no allocation, no lock, no page
+// fault on the servo's thread. A program of its own, since it replaces malloc and friends.
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <new>
+#include <thread>
 
 #include <dlfcn.h>
 #include <pthread.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
 
+#include <kibori/devices/virtual_device.h>
 #include <kibori/motion/stroke.h>
+#include <kibori/session/live_carving.h>
+#include <kibori/surface/surface.h>
 
 namespace {
 
-std::atomic<bool> counting{false};
-std::atomic<long> allocations{0}, locks{0};
+// Of one thread; the others may do as they like.
+thread_local bool counting = false;
+thread_local long allocations = 0, locks = 0;
 
-void count(std::atomic<long>& counter) {
-  if (counting.load(std::memory_order_relaxed)) counter.fetch_add(1, std::memory_order_relaxed);
+void count(long& counter) {
+  if (counting) counter++;
 }
 
 }  // namespace
@@ -66,9 +72,28 @@ extern "C" int pthread_mutex_lock(pthread_mutex_t* mutex) noexcept {
   return real(mutex);
 }
 
-int main(int argc, char** argv) {
-  using namespace kibori;
-  const long edits = argc > 1 ? std::atol(argv[1]) : 1'000'000;
+namespace {
+
+using namespace kibori;
+
+// Runs `work` after a rehearsal and says whether it kept off the system.
+template <class F>
+bool quiet(const char* what, long rehearsal, long many, F&& work) {
+  rusage before{}, after{};
+  work(rehearsal);
+  getrusage(RUSAGE_THREAD, &before);
+  allocations = locks = 0;
+  counting = true;
+  work(many);
+  counting = false;
+  getrusage(RUSAGE_THREAD, &after);
+  const long faults = after.ru_minflt - before.ru_minflt + after.ru_majflt - before.ru_majflt;
+  std::printf("%ld %s: %ld allocations, %ld locks, %ld page faults\n", many, what, allocations, locks,
+              faults);
+  return allocations == 0 && locks == 0 && faults == 0;
+}
+
+bool edits(long many) {
   TriDexel model(make_lattice(Vec3(64, 48, 40), 0.5, 4).value());
   model.fill_block({Vec3::Zero(), Vec3(64, 48, 40)}, 0);
   model.reserve(4000);
@@ -82,18 +107,17 @@ int main(int argc, char** argv) {
   };
   Snapshot kept;
   const Snapshot start = model.snapshot();
-  rusage before{}, after{};
   double work = 0;
   long done = 0;
-  const auto run = [&](long many) {
-    for (long i = 0; i < many;) {
+  const auto run = [&](long wanted) {
+    for (long i = 0; i < wanted;) {
       const Vec3 from(random(2, 62), random(2, 46), random(33, 42));
       const Tool& tool = tools[static_cast<size_t>(random(0, 6.999))];
       Stroke stroke(model, Pose{from, frame_from_axis(Vec3(random(-1, 1), random(-1, 1), 1))});
       const Vec3 step(random(-0.4, 0.4), random(-0.4, 0.4), random(-0.1, 0.05));
       const Mode mode = random(0, 1) < 0.15 ? Mode::deposit : random(0, 1) < 0.1 ? Mode::touch : Mode::cut;
       const Vec3 turn = random(0, 1) < 0.1 ? Vec3(0.002, 0.001, 0) : Vec3(0, 0, 0);
-      for (int k = 1; k <= 40 && i < many; k++, i++, done++) {
+      for (int k = 1; k <= 40 && i < wanted; k++, i++, done++) {
         const auto tick = stroke.advance(tool, from + step * k, turn, mode, {ForceModel::energy, 6},
                                          materials, static_cast<uint8_t>(i % 2));
         work += tick.value().wrench.force.norm();
@@ -102,15 +126,70 @@ int main(int argc, char** argv) {
       }
     }
   };
+  const bool good = quiet("edits", 20000, many, run);
+  std::printf("  (work %.3g)\n", work);
+  return good;
+}
+
+bool ticks(long many) {
+  auto model = std::make_unique<TriDexel>(make_lattice(Vec3(64, 48, 40), 0.25, 4).value());
+  model->fill_block({Vec3::Zero(), Vec3(64, 48, 40)}, 0);
+  VirtualDeviceSettings device;
+  device.capabilities.dof_in = device.capabilities.dof_out = 6;
+  device.capabilities.torque_nmm = 100;
+  // To and fro over the top, at times above it, turning a little.
+  const auto script = [](double t) -> VirtualDevice::Target {
+    return {Vec3(24 * std::sin(2.1 * t), 18 * std::sin(1.3 * t),
+                 22 - 4.5 * std::sin(0.7 * t) * std::sin(0.7 * t)),
+            rotation(Vec3(0.2 * std::sin(t), 0.1 * std::cos(t), 0)), 0};
+  };
+  LiveSettings settings;
+  settings.tool = BallTool{4};
+  settings.materials[0].u = 0.05;
+  settings.materials[0].yield_n = 0.1;
+  settings.spring = {0.3, 200, 0.2, 0.001};
+  settings.workspace = Workspace(Vec3(32, 24, 20));
+  auto made = LiveCarving::make(std::move(model), std::make_unique<VirtualDevice>(device, script), settings);
+  if (!made) return std::printf("%s\n", made.error().c_str()), false;
+  LiveCarving& live = *made.value();
+  const Snapshot start = live.model().snapshot();
+  std::atomic<bool> stopping{false};
+  long chunks = 0;
+  std::thread follower([&] {
+    LiveSurface surface(start);
+    Snapshot snapshot;
+    while (!stopping)
+      if (live.latest(snapshot)) {
+        chunks += static_cast<long>(surface.update(snapshot).size());
+        snapshot = {};
+      } else {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+  });
+  live.safety().arm();
+  long done = 0;
+  const bool good = quiet("ticks", 20000, many, [&](long count) {
+    for (long i = 0; i < count; i++) {
+      if (++done % 20000 == 0) {
+        live.model().restore(start);
+        live.model_changed();
+      }
+      live.tick(0.001);
+    }
+  });
+  stopping = true;
+  follower.join();
+  std::printf("  (%.0f mm3 removed, %ld chunks of surface made anew, %llu ticks cut)\n",
+              live.totals().removed_mm3, chunks,
+              static_cast<unsigned long long>(live.totals().cutting_ticks));
+  return good && chunks > 0 && live.totals().cutting_ticks > static_cast<uint64_t>(many / 10);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const long many = argc > 1 ? std::atol(argv[1]) : 1'000'000;
   mlockall(MCL_CURRENT | MCL_FUTURE);  // as the servo does; where not permitted the pools' touching suffices
-  run(20000);                          // the pools find their size
-  getrusage(RUSAGE_SELF, &before);
-  counting = true;
-  run(edits);
-  counting = false;
-  getrusage(RUSAGE_SELF, &after);
-  const long faults = after.ru_minflt - before.ru_minflt + after.ru_majflt - before.ru_majflt;
-  std::printf("%ld edits: %ld allocations, %ld locks, %ld page faults (work %.3g)\n", edits,
-              allocations.load(), locks.load(), faults, work);
-  return allocations == 0 && locks == 0 && faults == 0 ? 0 : 1;
+  const bool first = edits(many), second = ticks(many);
+  return first && second ? 0 : 1;
 }

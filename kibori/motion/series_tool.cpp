@@ -14,7 +14,8 @@ namespace {
 constexpr double kTouchArea = 0.02;
 // The shortest way [cells] that is tried: shorter ones count as rest.
 constexpr double kLeastStep = 1e-3;
-// The balance is solved to this [cells], or to a thousandth of the way.
+// The balance is solved to this share of the pull, or to this way [cells], or to a thousandth of the way.
+constexpr double kBalanceShare = 3e-4;
 constexpr double kBalanceError = 1e-4;
 constexpr int kMostTrials = 24;
 // A tool that slides is lifted by this share of its way, so that rounding of the normal does not run it into
@@ -32,7 +33,8 @@ struct SeriesTool::Tick {
   Mode mode;
   uint8_t material;  // of a deposit
   const std::vector<Material>& materials;
-  double inside = 0;  // [cells^3] what the tool stands in at the start
+  double inside = 0;   // [cells^3] what the tool stands in at the start
+  bool clear = false;  // the tool is known to stand in nothing at the start
 };
 
 // At one share of the way: what would be reached, and what resists.
@@ -54,7 +56,7 @@ double SeriesTool::reach_volume(const Tick& tick, double share) {
   for (int i = 0; i < pieces; i++) {
     const bool deposits = tick.mode == Mode::deposit;
     const SweptTool sweep(tick.tool, way.piece(i, pieces), way.travel_mm / pieces, lattice,
-                          deposits ? everywhere : model_.material_bounds());
+                          deposits ? everywhere : model_.material_bounds(), tick.clear && pieces == 1);
     if (deposits)
       deposit_contact(model_, sweep.solid(), tick.material, options, trial_);
     else
@@ -95,75 +97,68 @@ SeriesTool::Resistance SeriesTool::resistance(const Tick& tick, double share) {
   return r;
 }
 
-// The share of the way at which the spring's pull equals what resists: the first such place. What can be
-// reached only grows, so between two trials a bound on the resistance shows that there is none.
-double SeriesTool::balance(Tick& tick) {
-  const double h = model_.lattice().pitch_mm, length = tick.length, k = spring_.stiffness_n_mm;
-  const bool never_cuts = tick.mode == Mode::touch;
+// The share of the way at which the spring's pull equals what resists: the first such place from where the
+// last tick ended. Resistance seldom changes much from tick to tick, so one or two trials are the rule.
+SeriesTool::Balance SeriesTool::balance(const Tick& tick, bool likely_touching) {
+  const double h = model_.lattice().pitch_mm, pull = spring_.stiffness_n_mm * tick.length;
+  const double least = std::min(1.0, kLeastStep * h / tick.length);
   const auto excess = [&](double share, const Resistance& r) {
-    if (never_cuts && r.touching) return -k * length;
-    return k * (1 - share) * length - r.force;
+    return tick.mode == Mode::touch && r.touching ? -pull : pull * (1 - share) - r.force;
   };
-  const Resistance whole = resistance(tick, 1);
-  if (!whole.touching) return 1;
-
-  const double least = std::min(1.0, kLeastStep * h / length);
-  double low = 0, high = 1, low_excess = k * length, high_excess = excess(1, whole);
-  double probe = std::clamp(last_step_mm_ / length, least, 0.5);
-  int trials = 1;
-  // The bracket's lower end is clear of roots below; its upper end lies beyond one.
-  for (bool bracketed = false; !bracketed && trials < kMostTrials; trials++) {
+  // At `low` the spring still pulls harder than the material resists; at `high` it does not.
+  Balance low{0, false};
+  double high = 1, low_excess = pull, high_excess = 0;
+  bool bracketed = false;
+  if (!likely_touching) {
+    const Resistance whole = resistance(tick, 1);
+    high_excess = excess(1, whole);
+    if (!whole.touching || high_excess >= 0) return {1, whole.touching};
+    bracketed = true;
+  }
+  double probe = std::clamp(last_step_mm_ / tick.length, least, likely_touching ? 1.0 : 0.5);
+  int kept = 0;
+  for (int trials = 0; trials < kMostTrials; trials++) {
     const Resistance r = resistance(tick, probe);
     const double e = excess(probe, r);
+    if (r.touching && std::abs(e) <= kBalanceShare * pull) return {probe, true};
     if (e < 0) {
       high = probe;
       high_excess = e;
       bracketed = true;
-    } else {
-      // No root in (low, probe] if even all that is reached at its end, met at its beginning, can be
-      // overcome.
-      const double from = std::max(low, least);
-      const double bound = r.force * (probe / from);
-      if (low > 0 && k * (1 - probe) * length < bound && probe - from > 0.1 * probe &&
-          trials < kMostTrials / 2) {
-        probe = 0.5 * (low + probe);
-        continue;
-      }
-      low = probe;
-      low_excess = e;
-      if (probe >= 1) return 1;
-      probe = std::min(1.0, 2 * probe);
-      if (probe >= 1) bracketed = true;  // where all of the way is too far
-    }
-  }
-  if (high_excess >= 0) return 1;
-  // Illinois: false position that halves what is kept twice.
-  const double error = std::max(kBalanceError * h / length, 1e-3 * low);
-  int kept = 0;
-  for (; high - low > error && trials < kMostTrials; trials++) {
-    double middle = low + (high - low) * low_excess / (low_excess - high_excess);
-    middle = std::clamp(middle, low + 0.1 * error, high - 0.1 * error);
-    if (trials % 3 == 2) middle = 0.5 * (low + high);
-    const double e = excess(middle, resistance(tick, middle));
-    if (e < 0) {
-      high = middle;
-      high_excess = e;
-      if (kept < 0) low_excess *= 0.5;
+      if (kept < 0) low_excess *= 0.5;  // Illinois: the end that is kept twice counts half
       kept = -1;
     } else {
-      low = middle;
+      if (probe >= 1) return {1, r.touching};
+      low = {probe, r.touching};
       low_excess = e;
       if (kept > 0) high_excess *= 0.5;
       kept = 1;
     }
+    if (bracketed && high - low.share <= std::max(kBalanceError * h / tick.length, 1e-3 * low.share)) break;
+    if (high <= least) break;
+    // Were the resistance the same elsewhere, the balance would be here.
+    const double even = probe + e / pull;
+    if (!bracketed)
+      probe = std::min(1.0, std::max(even, 1.01 * probe));
+    else if (trials < 3 && r.touching && even > low.share && even < high)
+      probe = even;
+    else if (trials % 3 == 2)
+      probe = 0.5 * (low.share + high);
+    else
+      probe = low.share + (high - low.share) * low_excess / (low_excess - high_excess);
+    probe = std::clamp(probe, least, 1.0);
   }
-  return low >= least ? low : 0;
+  if (low.share < least) return {0, true};
+  return low;
 }
 
 // The direction out of the material where the tool touches: against the growth of what it would reach.
-Vec3 SeriesTool::contact_normal(const Tick& tick) {
+const Vec3& SeriesTool::contact_normal(const Tick& tick) {
+  if (normal_generation_ == model_.generation() && normal_pose_.tip == tool_pose_.tip &&
+      normal_pose_.frame == tool_pose_.frame)
+    return normal_;
   const double step = kNormalStep * model_.lattice().pitch_mm;
-  Tick feel{tick.tool, {tool_pose_, Vec3::Zero(), Vec3::Zero()}, step, Mode::touch, 0, tick.materials, 0};
+  Tick feel{tick.tool, {tool_pose_, Vec3::Zero(), Vec3::Zero()}, step, Mode::touch, 0, tick.materials};
   Vec3 growth = Vec3::Zero();
   for (int i = 0; i < 3; i++)
     for (const double sign : {1.0, -1.0}) {
@@ -172,7 +167,10 @@ Vec3 SeriesTool::contact_normal(const Tick& tick) {
       growth[i] += sign * reach_volume(feel, 1);
     }
   const double length = std::sqrt(growth.squaredNorm());
-  return length > 0 ? Vec3(-growth / length) : Vec3(Vec3::Zero());
+  normal_ = length > 0 ? Vec3(-growth / length) : Vec3(Vec3::Zero());
+  normal_generation_ = model_.generation();
+  normal_pose_ = tool_pose_;
+  return normal_;
 }
 
 // Along the surface, as far as friction lets the spring pull it and nothing is in the way.
@@ -190,9 +188,9 @@ bool SeriesTool::slide(const Tick& tick, const Vec3& residual) {
             0,          tick.materials,
             tick.inside};
   slip.length = std::sqrt(slip.motion.travel_mm.squaredNorm());
-  const double share = balance(slip);
-  if (!(share > 0)) return false;
-  tool_pose_ = slip.motion.at(share);
+  const Balance at = balance(slip, false);
+  if (!(at.share > 0)) return false;
+  tool_pose_ = slip.motion.at(at.share);
   return true;
 }
 
@@ -207,7 +205,7 @@ void SeriesTool::edit(const Tick& tick, double share) {
   for (int i = 0; i < pieces; i++) {
     const bool deposits = tick.mode == Mode::deposit;
     const SweptTool sweep(tick.tool, way.piece(i, pieces), way.travel_mm / pieces, lattice,
-                          deposits ? everywhere : model_.material_bounds());
+                          deposits ? everywhere : model_.material_bounds(), tick.clear && pieces == 1);
     if (deposits)
       deposit(model_, sweep.solid(), tick.material, options, removed_);
     else
@@ -243,36 +241,42 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
     engaged_ = reach_volume(rest, 0) <= kTouchArea;
     felt.inside = !engaged_;
   } else {
-    const bool resting = !(tick.length > kLeastStep * h) && !tick.motion.turns();
-    double share = 1;
-    bool cuts = false;
+    const bool moves = tick.length > kLeastStep * h, resting = !moves && !tick.motion.turns();
+    Balance at{resting ? 0.0 : 1.0, false};
     if (!resting) {
-      const Resistance whole = resistance(tick, 1);
-      if (whole.touching) {
-        if (mode != Mode::deposit) {
-          Tick rest = tick;
-          rest.mode = Mode::touch;
-          tick.inside = reach_volume(rest, 0);
-        }
-        share = tick.length > kLeastStep * h ? balance(tick) : 0;
-        felt.touching = share < 1;
-        cuts = mode != Mode::touch && share > 0 && resistance(tick, share).touching;
+      // Where our own last cut ended the tool stands clear; elsewhere it may stand in something.
+      tick.clear = engaged_ && clear_generation_ == model_.generation() && same_tool(tool, clear_tool_) &&
+                   tool_pose_.frame == clear_frame_;
+      bool touches = touched_;
+      if (!tick.clear && mode != Mode::deposit && (touches || resistance(tick, 1).touching)) {
+        Tick rest = tick;
+        rest.mode = Mode::touch;
+        tick.inside = reach_volume(rest, 0);
+        touches = true;
       }
-    } else {
-      share = 0;
+      if (moves)
+        at = balance(tick, touches && touched_);
+      else
+        at.share = resistance(tick, 1).touching ? 0 : 1;
     }
-    if (cuts) edit(tick, share);
-    if (share >= 1)
+    felt.touching = at.share < 1 && !resting;
+    if (resting) felt.touching = touched_;
+    felt.cutting = at.touching && mode != Mode::touch && at.share > 0;
+    if (felt.cutting) edit(tick, at.share);
+    if (at.share >= 1)
       follow();
-    else if (share > 0)
-      tool_pose_ = tick.motion.at(share);
-    last_step_mm_ = share * tick.length;
-    felt.cutting = cuts;
-    if (felt.touching && !cuts && mode != Mode::deposit) {
-      tick.inside = 0;
+    else if (at.share > 0)
+      tool_pose_ = tick.motion.at(at.share);
+    if (felt.cutting && mode == Mode::cut && !tick.motion.turns()) {
+      clear_generation_ = model_.generation();
+      clear_tool_ = tool;
+      clear_frame_ = tool_pose_.frame;
+    }
+    if (at.share > 0) last_step_mm_ = at.share * tick.length;
+    touched_ = felt.touching || felt.cutting;
+    if (felt.touching && !felt.cutting && !resting && mode != Mode::deposit)
       for (int faces = 0; faces < 2; faces++)
         if (!slide(tick, device.tip - tool_pose_.tip)) break;
-    }
     if (mode == Mode::deposit) engaged_ = false;  // it stands in what it put down
   }
   felt.tool = tool_pose_;

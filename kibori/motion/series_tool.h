@@ -64,10 +64,13 @@ class SeriesTool {
   // Puts the tool elsewhere, without a way there.
   void place(const Pose& pose) {
     tool_pose_ = pose;
-    engaged_ = false;
+    disengage();
   }
   // The model changed under the tool, or the tool its shape: wait until it is clear again.
-  void disengage() { engaged_ = false; }
+  void disengage() {
+    engaged_ = touched_ = false;
+    normal_generation_ = clear_generation_ = kNever;
+  }
   // What the last advance removed or added, by material.
   const Removed& removed() const { return removed_; }
 
@@ -76,16 +79,29 @@ class SeriesTool {
   struct Tick;
   double reach_volume(const Tick& tick, double share);
   Resistance resistance(const Tick& tick, double share);
-  double balance(Tick& tick);
+  // How far it goes, and whether it touches there.
+  struct Balance {
+    double share;
+    bool touching;
+  };
+  Balance balance(const Tick& tick, bool likely_touching);
   bool slide(const Tick& tick, const Vec3& residual);
-  Vec3 contact_normal(const Tick& tick);
+  const Vec3& contact_normal(const Tick& tick);
   void edit(const Tick& tick, double share);
 
   TriDexel& model_;
   Pose tool_pose_;
   SeriesSpring spring_;
-  bool engaged_ = false;
+  bool engaged_ = false, touched_ = false;
   double last_step_mm_ = 0;
+  // After a cut of ours: the tool stands clear while nothing but this changes.
+  static constexpr uint64_t kNever = ~uint64_t{0};
+  uint64_t clear_generation_ = kNever, normal_generation_ = kNever;
+  Tool clear_tool_;
+  Mat3 clear_frame_ = Mat3::Identity();
+  // The last normal, and where it was felt.
+  Vec3 normal_ = Vec3::Zero();
+  Pose normal_pose_;
   Removed removed_, trial_;
 };
 

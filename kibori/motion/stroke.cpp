@@ -9,8 +9,7 @@ namespace kibori {
 namespace {
 
 bool same_ball(const Tool& a, const Tool& b) {
-  const auto *x = std::get_if<BallTool>(&a), *y = std::get_if<BallTool>(&b);
-  return x && y && x->radius == y->radius;
+  return std::holds_alternative<BallTool>(a) && same_tool(a, b);
 }
 
 }  // namespace

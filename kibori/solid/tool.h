@@ -25,39 +25,50 @@ namespace kibori {
 // The paper's virtual finger (eq. 1): inside where z - ks (x^2 + y^2) > 0, up to z = length. ks [1/mm].
 struct Finger {
   double ks = 0.1, length = 40;
+  bool operator==(const Finger&) const = default;
 };
 struct BallTool {
   double radius = 5;
+  bool operator==(const BallTool&) const = default;
 };
 // Flat end mill: a cylinder that stands on its tip.
 struct Flat {
   double radius = 3, length = 30;
+  bool operator==(const Flat&) const = default;
 };
 // Bull-nose end mill: a flat whose rim is rounded by `corner` <= radius.
 struct Bull {
   double radius = 5, corner = 1, length = 30;
+  bool operator==(const Bull&) const = default;
 };
 // V cutter: a cone of full angle angle_deg up to `radius`, a cylinder from there to `length`.
 struct Cone {
   double angle_deg = 60, radius = 5, length = 30;
+  bool operator==(const Cone&) const = default;
 };
 // A cylinder with round ends; `length` from tip to end.
 struct Capsule {
   double radius = 3, length = 20;
+  bool operator==(const Capsule&) const = default;
 };
 // Everything on the body's side of the plane through the tip.
-struct HalfSpace {};
+struct HalfSpace {
+  bool operator==(const HalfSpace&) const = default;
+};
 // A box whose lower face is centred on the tip.
 struct BoxTool {
   Vec3 size = Vec3(10, 10, 10);
+  bool operator==(const BoxTool& other) const { return size == other.size; }
 };
 // The tip is its lowest point.
 struct Ellipsoid {
   Vec3 radii = Vec3(5, 5, 5);
+  bool operator==(const Ellipsoid& other) const { return radii == other.radii; }
 };
 // A closed mesh in tool coordinates.
 struct MeshTool {
   std::shared_ptr<const TriangleMesh> mesh;
+  bool operator==(const MeshTool&) const = default;
 };
 
 using Tool =
@@ -65,6 +76,9 @@ using Tool =
 
 // Ok, or one sentence naming the parameter that can't be.
 Status check_tool(const Tool& tool);
+
+// Whether two tools are the same in all they have.
+inline bool same_tool(const Tool& a, const Tool& b) { return a == b; }
 
 // The farthest point of the tool from its tip [mm]; infinite for a half-space.
 double reach_mm(const Tool& tool);
