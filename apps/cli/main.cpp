@@ -264,7 +264,9 @@ int run_carve(const CarveArguments& arguments) {
     const ForceLaw& law = scene.value().force;
     const std::string title =
         std::filesystem::path(arguments.scene).stem().string() + ": force and moment, model " +
-        (law.model == ForceModel::paper ? "paper" : "energy") + ", " + std::to_string(law.dof) + " DOF";
+        (scene.value().spring
+             ? "series"
+             : (law.model == ForceModel::paper ? "paper, " : "energy, ") + std::to_string(law.dof) + " DOF");
     if (const Status ok = write_text(arguments.plot, forces_svg(carving.value(), title)); !ok)
       return bad_input(ok.error());
   }

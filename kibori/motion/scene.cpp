@@ -171,13 +171,24 @@ class Reader {
   void read_force(const toml::table& root) {
     const toml::table* force = table(root, "force", false);
     if (!force) return;
-    only(*force, "force", {"model", "kf", "u", "dof"});
+    only(*force, "force", {"model", "kf", "u", "dof", "stiffness", "torsion", "friction"});
     if (force->contains("model")) {
       const std::string model = text(*force, "force", "model");
       if (model == "energy")
         scene_.force.model = ForceModel::energy;
+      else if (model == "series")
+        scene_.spring.emplace();
       else if (model != "paper")
-        fail(force->get("model"), "[force] model must be \"paper\" or \"energy\"");
+        fail(force->get("model"), "[force] model must be \"paper\", \"energy\" or \"series\"");
+    }
+    for (const char* key : {"stiffness", "torsion", "friction"})
+      if (force->contains(key) && !scene_.spring)
+        fail(force->get(key), "[force] " + std::string(key) + " is of model = \"series\"");
+    if (scene_.spring) {
+      SeriesSpring& spring = *scene_.spring;
+      if (force->contains("stiffness")) spring.stiffness_n_mm = positive(*force, "force", "stiffness");
+      at_least_zero(*force, "force", "torsion", spring.torsion_nmm_rad);
+      at_least_zero(*force, "force", "friction", spring.friction);
     }
     if (force->contains("kf")) at_least_zero(*force, "force", "kf", kf_.emplace());
     if (force->contains("u")) at_least_zero(*force, "force", "u", u_.emplace());
@@ -306,6 +317,7 @@ class Reader {
     if (!t) return;
     only(*t, "motion", {"rate_hz"});
     if (t->contains("rate_hz")) scene_.rate_hz = positive(*t, "motion", "rate_hz");
+    if (scene_.spring) scene_.spring->tick_s = 1 / scene_.rate_hz;
   }
 
   Tool read_tool(const toml::table& t, std::string_view name, const Tool* inherited) {

@@ -11,6 +11,7 @@
 #include <kibori/base/result.h>
 #include <kibori/geometry/mesh.h>
 #include <kibori/haptics/force.h>
+#include <kibori/motion/series_tool.h>
 #include <kibori/motion/stroke.h>
 #include <kibori/solid/tool.h>
 
@@ -48,6 +49,7 @@ struct Scene {
   std::vector<Tool> tools;
   std::vector<Material> materials;
   ForceLaw force;
+  std::optional<SeriesSpring> spring;  // model `series`: the moves are the hand's, and the tool hangs on this
   double rate_hz = 1000;
   std::vector<Move> moves;  // the first is where the tool starts
 };

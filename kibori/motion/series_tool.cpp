@@ -9,11 +9,18 @@
 namespace kibori {
 namespace {
 
-// The tool touches where what it would reach, over the way there, is more than so much of a cell's face: less
-// is rounding of the ends it left behind.
-constexpr double kTouchArea = 0.02;
-// The shortest way [cells] that is tried: shorter ones count as rest.
-constexpr double kLeastStep = 1e-3;
+// The tool touches where it would reach more than this volume [cells^3] and this area [cells^2] over the way
+// there. Less is rounding: where a ray grazes the tool, float32 tells its end to a hundredth of a cell.
+constexpr double kTouchVolume = 0.1, kTouchArea = 0.02;
+// Where it stands in such rounding already, it touches if it would reach this much more: so it does not sink,
+// and can be pulled out.
+constexpr double kMoreVolume = 0.01;
+// The shortest way [cells] that is tried: shorter ones count as rest. Over it, rounding resists like a few
+// cells' faces at most.
+constexpr double kLeastStep = 0.01;
+// Resistance is a mean over at least this way [cells]: rays that graze a wall beside a slightly oblique way
+// come in all at once, and over less the tool would stick and slip on them.
+constexpr double kWindow = 0.25;
 // The balance is solved to this share of the pull, or to this way [cells], or to a thousandth of the way.
 constexpr double kBalanceShare = 3e-4;
 constexpr double kBalanceError = 1e-4;
@@ -74,13 +81,17 @@ double SeriesTool::reach_volume(const Tick& tick, double share) {
   return sum;
 }
 
-SeriesTool::Resistance SeriesTool::resistance(const Tick& tick, double share) {
+SeriesTool::Resistance SeriesTool::resistance(const Tick& tick, double share, bool ahead) {
   const double h = model_.lattice().pitch_mm, cell = h * h * h;
+  const double step = share * tick.length;
+  if (ahead) share = std::max(share, std::min(1.0, kWindow * h / tick.length));
   const double way = std::max(share * tick.length, kLeastStep * h);
   Resistance r;
-  r.reached = std::max(0.0, reach_volume(tick, share) - tick.inside);
+  const double all_of_it = reach_volume(tick, share);
+  r.reached = std::max(0.0, all_of_it - tick.inside);
   const double volume = r.reached * cell;
-  r.touching = volume > kTouchArea * h * h * way;
+  const double grazed = kTouchArea * h * h * way;
+  r.touching = all_of_it * cell > kTouchVolume * cell + grazed && volume > kMoreVolume * cell + grazed;
   if (!r.touching) return r;
   double all = 0, yield = 0, u = 0, c = 0;
   trial_.for_parts([&](int i, const RemovedPart& part) {
@@ -93,7 +104,8 @@ SeriesTool::Resistance SeriesTool::resistance(const Tick& tick, double share) {
   });
   if (!(all > 0)) return r;
   if (tick.mode == Mode::deposit) yield = 0;
-  r.force = (yield + volume * (u / way + c / spring_.tick_s)) / all;
+  // Viscosity goes by what the step itself would reach in the tick.
+  r.force = (yield + volume / way * (u + c * step / spring_.tick_s)) / all;
   return r;
 }
 
@@ -118,8 +130,15 @@ SeriesTool::Balance SeriesTool::balance(const Tick& tick, bool likely_touching) 
   double probe = std::clamp(last_step_mm_ / tick.length, least, likely_touching ? 1.0 : 0.5);
   int kept = 0;
   for (int trials = 0; trials < kMostTrials; trials++) {
-    const Resistance r = resistance(tick, probe);
-    const double e = excess(probe, r);
+    // A tool that cuts looks a little ahead (kWindow); but what it does not reach yet can't stop it.
+    const bool ahead = touched_ && tick.mode == Mode::cut && probe * tick.length < kWindow * h;
+    Resistance r = resistance(tick, probe, ahead);
+    double e = excess(probe, r);
+    if (ahead && e < 0)
+      if (const Resistance here = resistance(tick, probe); !here.touching) {
+        r = here;
+        e = excess(probe, r);
+      }
     if (r.touching && std::abs(e) <= kBalanceShare * pull) return {probe, true};
     if (e < 0) {
       high = probe;
@@ -183,11 +202,11 @@ bool SeriesTool::slide(const Tick& tick, const Vec3& residual) {
   if (!(way > kLeastStep * model_.lattice().pitch_mm)) return false;
   // Lifting must not take more from the spring than sliding gives back.
   const double lift = std::min(kLift, 0.5 * length / pressed);
-  Tick slip{tick.tool,  {tool_pose_, (along / length + lift * normal) * way, Vec3::Zero()},
-            way,        Mode::touch,
-            0,          tick.materials,
-            tick.inside};
+  Tick slip{tick.tool, {tool_pose_, (along / length + lift * normal) * way, Vec3::Zero()},
+            way,       Mode::touch,
+            0,         tick.materials};
   slip.length = std::sqrt(slip.motion.travel_mm.squaredNorm());
+  slip.inside = reach_volume(slip, 0);
   const Balance at = balance(slip, false);
   if (!(at.share > 0)) return false;
   tool_pose_ = slip.motion.at(at.share);
@@ -238,15 +257,16 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
     // Standing in material: out first.
     follow();
     Tick rest{tool, {tool_pose_, Vec3::Zero(), Vec3::Zero()}, h, Mode::touch, 0, materials};
-    engaged_ = reach_volume(rest, 0) <= kTouchArea;
+    engaged_ = reach_volume(rest, 0) <= kTouchVolume;
     felt.inside = !engaged_;
   } else {
-    const bool moves = tick.length > kLeastStep * h, resting = !moves && !tick.motion.turns();
+    const bool moves = tick.length > kLeastStep * h;
+    const bool resting = !moves && !tick.motion.turns() && (touched_ || !(tick.length > 0));
     Balance at{resting ? 0.0 : 1.0, false};
     if (!resting) {
       // Where our own last cut ended the tool stands clear; elsewhere it may stand in something.
       tick.clear = engaged_ && clear_generation_ == model_.generation() && same_tool(tool, clear_tool_) &&
-                   tool_pose_.frame == clear_frame_;
+                   tool_pose_.tip == clear_pose_.tip && tool_pose_.frame == clear_pose_.frame;
       bool touches = touched_;
       if (!tick.clear && mode != Mode::deposit && (touches || resistance(tick, 1).touching)) {
         Tick rest = tick;
@@ -270,13 +290,20 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
     if (felt.cutting && mode == Mode::cut && !tick.motion.turns()) {
       clear_generation_ = model_.generation();
       clear_tool_ = tool;
-      clear_frame_ = tool_pose_.frame;
+      clear_pose_ = tool_pose_;
     }
     if (at.share > 0) last_step_mm_ = at.share * tick.length;
     touched_ = felt.touching || felt.cutting;
     if (felt.touching && !felt.cutting && !resting && mode != Mode::deposit)
-      for (int faces = 0; faces < 2; faces++)
+      for (int faces = 0; faces < 2; faces++) {
+        const Pose there = tool_pose_;
         if (!slide(tick, device.tip - tool_pose_.tip)) break;
+        // Over the whole tick the spring must have pulled the tool its way.
+        if ((device.tip - tool_pose_.tip).dot(tool_pose_.tip - before) < 0) {
+          tool_pose_ = there;
+          break;
+        }
+      }
     if (mode == Mode::deposit) engaged_ = false;  // it stands in what it put down
   }
   felt.tool = tool_pose_;

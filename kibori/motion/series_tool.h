@@ -78,7 +78,7 @@ class SeriesTool {
   struct Resistance;
   struct Tick;
   double reach_volume(const Tick& tick, double share);
-  Resistance resistance(const Tick& tick, double share);
+  Resistance resistance(const Tick& tick, double share, bool ahead = false);
   // How far it goes, and whether it touches there.
   struct Balance {
     double share;
@@ -98,7 +98,7 @@ class SeriesTool {
   static constexpr uint64_t kNever = ~uint64_t{0};
   uint64_t clear_generation_ = kNever, normal_generation_ = kNever;
   Tool clear_tool_;
-  Mat3 clear_frame_ = Mat3::Identity();
+  Pose clear_pose_;
   // The last normal, and where it was felt.
   Vec3 normal_ = Vec3::Zero();
   Pose normal_pose_;

@@ -24,6 +24,23 @@ double percentile(const std::vector<double>& sorted, double share) {
   return sorted[std::min(sorted.size() - 1, at)];
 }
 
+// A tick of the series model, as the others report theirs: the tool's own motion, and what the hand feels.
+Result<TickResult> by_spring(SeriesTool& series, const Tool& tool, const Pose& hand, const Move& move,
+                             const std::vector<Material>& materials) {
+  const Pose before = series.pose();
+  const Result<SeriesTool::Felt> felt = series.advance(tool, hand, move.mode, materials, move.material);
+  if (!felt) return Error{felt.error()};
+  const SeriesTool::Felt& f = felt.value();
+  TickResult result;
+  result.tick = {f.tool.tip, f.tool.axis(), f.tool.tip - before.tip,
+                 rotation_between(before.frame, f.tool.frame)};
+  result.wrench = f.hand;
+  result.removed_mm3 = f.removed_mm3;
+  result.points = series.removed().points();
+  result.clipped = f.clipped;
+  return result;
+}
+
 }  // namespace
 
 Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::string& scene_file,
@@ -125,8 +142,10 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
       return Error{scene.file + text};
     }
   const Move& first = scene.moves.front();
-  Stroke stroke(model, Pose{first.to_mm, frame_from_axis(first.axis, first.roll_rad)});
+  Pose hand{first.to_mm, frame_from_axis(first.axis, first.roll_rad)};
+  Stroke stroke(model, hand);
   stroke.set_threads(options.threads);
+  SeriesTool series(model, hand, scene.spring.value_or(SeriesSpring{}));
   carving.trace.reserve(static_cast<size_t>(total));
   std::vector<double> step_us;
   step_us.reserve(static_cast<size_t>(total));
@@ -137,14 +156,17 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
     const Move &from = scene.moves[i - 1], &to = scene.moves[i];
     const MovePlan& plan = plans[i - 1];
     const Tool& tool = scene.tools[to.tool];
+    if (to.tool != from.tool) series.disengage();
     for (int64_t k = 1; k <= plan.ticks + plan.dwell_ticks; k++) {
       const bool moving = k <= plan.ticks;
       const double share = static_cast<double>(k) / static_cast<double>(plan.ticks);
       const Vec3 tip = k < plan.ticks ? Vec3(from.to_mm + (to.to_mm - from.to_mm) * share) : to.to_mm;
       const Vec3 turn = moving ? Vec3(plan.turn_rad / static_cast<double>(plan.ticks)) : Vec3(Vec3::Zero());
       const auto start = std::chrono::steady_clock::now();
+      if (scene.spring && moving) hand = {tip, rotation(turn) * hand.frame};
       Result<TickResult> tick =
-          stroke.advance(tool, tip, turn, to.mode, scene.force, scene.materials, to.material);
+          scene.spring ? by_spring(series, tool, hand, to, scene.materials)
+                       : stroke.advance(tool, tip, turn, to.mode, scene.force, scene.materials, to.material);
       step_us.push_back(microseconds_since(start));
       if (!tick) return Error{scene.file + ":" + std::to_string(to.line) + ": [move] " + tick.error()};
       TickResult& result = tick.value();

@@ -10,6 +10,7 @@
 #include <kibori/base/result.h>
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/motion/scene.h>
+#include <kibori/motion/series_tool.h>
 
 namespace kibori {
 
