@@ -168,6 +168,52 @@ class CommandLine(unittest.TestCase):
         self.assertIn("standard output", run.stderr)
 
 
+    def test_series_model_in_scenes(self):
+        series = SMALL.replace('model = "energy"\nu = 2', 'model = "series"\nstiffness = 2\nfriction = 0.1').replace("speed = 400", "speed = 40")
+        run = kibori("carve", self.scene(series), "--json", "--forces", "f.csv", cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        summary = json.loads(run.stdout)
+        self.assertGreater(summary["removed_mm3"], 50)
+        self.assertGreater(summary["max_force_N"], 0.1)
+        for text, says in (
+            (series.replace("stiffness = 2", "stiffness = 0"), ["stiffness", "greater than 0"]),
+            (series.replace("friction = 0.1", "friction = -1"), ["friction", "negative"]),
+            (SMALL.replace("u = 2", "u = 2\nstiffness = 2"), ["stiffness", "series"]),
+            (SMALL.replace('"energy"', '"serie"'), ['"series"']),
+        ):
+            self.scene(text)
+            self.refused("carve", "scene.toml", says=["scene.toml:", *says])
+
+    def test_servo(self):
+        scene = self.scene(SMALL.replace("u = 2", "u = 0.02").replace("speed = 400", "speed = 20"))
+        run = kibori("servo", scene, "--seconds", "0.8", "--json", "--record", "hand.csv", cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        report = json.loads(run.stdout)
+        self.assertGreater(report["ticks"], 50)
+        self.assertEqual(report["ticks"], sum(n for _, _, n in report["compute_us"]["bins"]))
+        for key in ("period_us", "late_us", "empty_loop_late_us"):
+            self.assertLessEqual(report[key]["p50"], report[key]["max"])
+        self.assertTrue(report["scheduling"])
+        self.assertEqual(len((self.folder / "hand.csv").read_text().splitlines()), 1 + report["ticks"])
+        again = kibori("servo", scene, "--seconds", "0.3", "--device", "replay:hand.csv", cwd=self.folder)
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertIn("replayed", again.stdout)
+        self.refused("servo", "--rate", "5000", says=["rate"])
+        self.refused("servo", "--seconds", "0.1", "--stiffness", "100", says=["lower the stiffness", "Hz"])
+        self.refused("servo", "--device", "phantom", says=["phantom", "openhaptics"])
+        self.refused("servo", "--device", "vrpn:P@127.0.0.1:1", says=["127.0.0.1:1", "running"])
+        self.refused("servo", "--seconds", "0.1", "--record", "no/where.csv", says=["no/where.csv"])
+
+    def test_devices(self):
+        run = kibori("devices", "--json")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        found = {d["name"]: d for d in json.loads(run.stdout)}
+        self.assertTrue(found["virtual"]["present"])
+        for name in ("forcedim", "haply", "openhaptics"):
+            self.assertTrue(found[name]["text"])
+        self.assertIn("virtual", kibori("devices").stdout)
+
+
 class Exchange(unittest.TestCase):
     """Files for other programs, and what those programs say of them."""
 

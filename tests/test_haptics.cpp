@@ -390,7 +390,8 @@ TEST(Live, NoHandShakesOnAnyDevice) {
     double u, yield, c;
   };
   const Wood woods[] = {{0.02, 0.1, 0}, {0.1, 0.3, 0}, {0.3, 1, 0.0005}, {1, 2, 0}, {0.1, 50, 0}};
-  const bool brief = std::getenv("KIBORI_SHORT") != nullptr;
+  // KIBORI_HANDS: all of them.
+  const bool brief = std::getenv("KIBORI_SHORT") != nullptr, all = std::getenv("KIBORI_HANDS") != nullptr;
   double least = 0, most_swing = 0;
   int runs = 0;
   for (const Profile& p : profiles)
@@ -398,7 +399,7 @@ TEST(Live, NoHandShakesOnAnyDevice) {
       for (const double speed : {10.0, 50.0, 200.0})
         for (const Wood& w : woods) {
           runs++;
-          if (runs % (brief ? 97 : 7) != 0) continue;
+          if (!all && runs % (brief ? 97 : 7) != 0) continue;
           VirtualDeviceSettings device;
           device.capabilities = arm();
           device.capabilities.force_n = p.force_n;
@@ -420,16 +421,20 @@ TEST(Live, NoHandShakesOnAnyDevice) {
                       [speed](double t) { return down(-std::min(6.5, std::max(0.0, (t - 1.2) * speed))); });
           r.live->safety().arm();
           double low = 1e9, high = -1e9;
+          // In every other run one tick in a hundred is missed: the force stands for one more.
+          const bool misses = runs % 2 == 1;
+          Random chance(static_cast<unsigned>(runs));
           const int ticks = 1200 + static_cast<int>(6500 / speed) + 5000;
           for (int i = 0; i < ticks; i++) {
-            const LiveTick tick = r.live->tick(0.001);
+            DeviceReading missed;
+            if (misses && chance.integer(1, 100) == 1) r.device->read(missed);
+            r.live->tick(0.001);
             if (i < ticks - 200) continue;
             low = std::min(low, r.device->hand().position_mm().z());
             high = std::max(high, r.device->hand().position_mm().z());
-            static_cast<void>(tick);
           }
           EXPECT_EQ(r.live->safety().trip(), Trip::none);
-          EXPECT_GE(r.device->hand().least_work_mj(), -0.1)
+          EXPECT_GE(r.device->hand().least_work_mj(), misses ? -1 : -0.1)
               << p.name << ", hand " << hand << ", " << speed << " mm/s, u " << w.u << ", yield " << w.yield;
           EXPECT_LT(high - low, 2 * p.count_mm)
               << p.name << ", hand " << hand << ", " << speed << " mm/s, u " << w.u << ", yield " << w.yield;

@@ -222,6 +222,50 @@ TEST(Series, SlidesOnAFaceBelowYield) {
   EXPECT_EQ(model.volume_mm3(), 40 * 30 * 20);
 }
 
+TEST(Series, DepositsAgainstResistance) {
+  TriDexel model = block(0.5);
+  SeriesTool tool(model, upright({20, 15, 23}), {1.0, 0, 0.2, 0.001});
+  const std::vector<Material> materials{wood()};
+  const double before = model.volume_mm3();
+  double added = 0;
+  for (int i = 0; i < 800; i++) {
+    const auto felt = tool.advance(BallTool{2}, upright({20 + 0.01 * i, 15, 23}), Mode::deposit, materials);
+    ASSERT_TRUE(felt.ok());
+    added -= felt.value().removed_mm3;
+    if (i > 600) {
+      // u times the ball's cross-section.
+      EXPECT_NEAR(felt.value().hand.force.x(), -0.2 * kPi * 4, 0.05 * 0.2 * kPi * 4);
+      EXPECT_NEAR(felt.value().hand.force.z(), 0, 1e-6);
+    }
+  }
+  EXPECT_GT(added, 50);
+  EXPECT_NEAR(model.volume_mm3() - before, added, 1e-6 * before);
+}
+
+TEST(Series, ATorsionalSpringHoldsTheTurnBack) {
+  // A box with one edge in the block's side: turning it presses a face against material.
+  TriDexel model = block(0.25);
+  std::vector<Material> materials{wood()};
+  materials[0].yield_n = 100;
+  const Pose start = upright({20, -2.05, 12});  // the box's face 0.05 mm off the block's side
+  SeriesTool tool(model, start, {1.0, 300, 0.1, 0.001});
+  double moment = 0, turned = 0;
+  for (int i = 0; i <= 300; i++) {
+    const double angle = 0.001 * i;
+    const Pose device{start.tip, rotation(Vec3(0, 0, angle))};
+    const auto felt = tool.advance(BoxTool{Vec3(8, 4, 6)}, device, Mode::cut, materials);
+    ASSERT_TRUE(felt.ok());
+    EXPECT_FALSE(felt.value().cutting);
+    moment = felt.value().hand.moment.z();
+    turned = rotation_between(start.frame, felt.value().tool.frame).z();
+    EXPECT_NEAR(moment, -300 * (angle - turned), 1e-6);
+  }
+  // A corner 4 mm out meets the side after about 0.05/4 rad.
+  EXPECT_LT(turned, 0.03);
+  EXPECT_LT(moment, -300 * 0.25);
+  EXPECT_EQ(model.volume_mm3(), 40 * 30 * 20);
+}
+
 TEST(Series, WaitsUntilItIsOutside) {
   TriDexel model = block(0.5);
   const std::vector<Material> materials{wood()};

@@ -268,7 +268,9 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
       tick.clear = engaged_ && clear_generation_ == model_.generation() && same_tool(tool, clear_tool_) &&
                    tool_pose_.tip == clear_pose_.tip && tool_pose_.frame == clear_pose_.frame;
       bool touches = touched_;
-      if (!tick.clear && mode != Mode::deposit && (touches || resistance(tick, 1).touching)) {
+      if (mode == Mode::deposit) {
+        tick.inside = reach_volume(tick, 0);  // what standing there would put down is for free
+      } else if (!tick.clear && (touches || resistance(tick, 1).touching)) {
         Tick rest = tick;
         rest.mode = Mode::touch;
         tick.inside = reach_volume(rest, 0);
