@@ -221,11 +221,12 @@ TEST(Vrpn, ReadsPosesAndButtonsAndSendsForceFields) {
   ASSERT_EQ(int_at(got, at), 24 + 64);
   EXPECT_EQ(int_at(got, at + 16), type);
   at += 24;
-  EXPECT_NEAR(float_at(got, at + 8), 0.03, 1e-6);        // origin z [m]
-  EXPECT_NEAR(float_at(got, at + 20), 2, 1e-6);          // force z [N]
-  EXPECT_NEAR(float_at(got, at + 24 + 32), -500, 1e-3);  // dFz/dz [N/m]
-  EXPECT_NEAR(float_at(got, at + 24), 0, 1e-6);          // dFx/dx
-  EXPECT_GT(float_at(got, at + 60), 0);                  // radius
+  EXPECT_NEAR(float_at(got, at + 8), 0.03, 1e-6);  // origin z [m]
+  EXPECT_NEAR(float_at(got, at + 20), 2, 1e-6);    // force z [N]
+  EXPECT_NEAR(float_at(got, at + 24 + 32), -200,
+              1e-3);                             // dFz/dz [N/m]: 0.5 N/mm, but 3 N at most within 5 mm
+  EXPECT_NEAR(float_at(got, at + 24), 0, 1e-6);  // dFx/dx
+  EXPECT_GT(float_at(got, at + 60), 0);          // radius
 
   std::this_thread::sleep_for(milliseconds(5));
   EXPECT_EQ(device.read(reading), DeviceStatus::stale);
@@ -480,6 +481,7 @@ TEST_F(ForceDimension, EveryErrorCodeIsAFaultThatStays) {
       ASSERT_TRUE(opened.ok()) << opened.error();
       DeviceReading reading;
       EXPECT_EQ(opened.value()->read(reading), DeviceStatus::ok);
+      EXPECT_EQ(opened.value()->write({Vec3(0, 0, 5), Vec3::Zero()}), DeviceStatus::ok);
       fake_->*where = -1;
       fake_->error = code;
       const bool gone = code == 2 || code == 5 || code == 6 || code == 12;
@@ -490,6 +492,10 @@ TEST_F(ForceDimension, EveryErrorCodeIsAFaultThatStays) {
       EXPECT_EQ(opened.value()->read(reading), expected);
       EXPECT_EQ(opened.value()->write({}), expected);
       EXPECT_NE(opened.value()->complaint().find("what the vendor says"), std::string::npos);
+      // The force from before is gone, where there is still somebody to tell.
+      if (!gone && where != &FakeDhd::write_result) {
+        EXPECT_EQ(fake_->force[2], 0);
+      }
     }
   // A position that is none.
   *fake_ = FakeDhd();
@@ -579,7 +585,8 @@ TEST_F(OpenHaptics, ReadsAndWritesInOurAxes) {
 }
 
 TEST_F(OpenHaptics, EveryErrorCodeIsAFaultThatStays) {
-  for (const unsigned code : {0x0100u, 0x0301u, 0x0303u, 0x0400u, 0x0402u, 0x0403u, 0x0404u, 0x0500u}) {
+  for (const unsigned code :
+       {0x0100u, 0x0301u, 0x0302u, 0x0303u, 0x0400u, 0x0402u, 0x0403u, 0x0404u, 0x0500u}) {
     fake_->error = 0;
     auto opened = OpenHapticsDevice::open();
     ASSERT_TRUE(opened.ok()) << opened.error();
@@ -587,7 +594,7 @@ TEST_F(OpenHaptics, EveryErrorCodeIsAFaultThatStays) {
     ASSERT_EQ(read_fresh(*opened.value(), reading), DeviceStatus::ok);
     fake_->error = code;
     const DeviceStatus expected =
-        code == 0x0402 || code == 0x0403 ? DeviceStatus::unplugged : DeviceStatus::failed;
+        code == 0x0302 || code == 0x0303 ? DeviceStatus::unplugged : DeviceStatus::failed;
     DeviceStatus status = DeviceStatus::ok;
     for (int i = 0; i < 1000 && (status == DeviceStatus::ok || status == DeviceStatus::stale); i++) {
       std::this_thread::sleep_for(milliseconds(1));
@@ -640,12 +647,13 @@ TEST(Recording, PlaysBackWhatWasRead) {
 TEST(Recording, RefusesWhatIsNone) {
   const auto path =
       std::filesystem::temp_directory_path() / ("kibori-bad-" + std::to_string(getpid()) + ".csv");
+  const std::string kHead = "t_s,x_mm,y_mm,z_mm,r11,r12,r13,r21,r22,r23,r31,r32,r33,buttons\n";
   const std::string good = "0.001,1,2,3,1,0,0,0,1,0,0,0,1,0";
   for (const std::string& bad : std::vector<std::string>{
-           std::string(), std::string("heading\n"), "h\n" + good + ",7\n", "h\n" + good.substr(0, 20) + "\n",
-           "h\nnan" + good.substr(5) + "\n", "h\n0.001,1,2,3,1,0,0,0,1,0,0,0,-1,0\n", "h\n" + good + "1e99\n",
-           "h\n" + good.substr(0, good.size() - 1) + "-1\n", std::string("h\n\0\0\0", 5),
-           "h\n" + good + "\n" + std::string(1, 0) + good, "h\n" + good + "\n\n"}) {
+           std::string(), std::string("heading\n"), kHead + good + ",7\n", kHead + good.substr(0, 20) + "\n",
+           "h\nnan" + good.substr(5) + "\n", "h\n0.001,1,2,3,1,0,0,0,1,0,0,0,-1,0\n", kHead + good + "1e99\n",
+           kHead + good.substr(0, good.size() - 1) + "-1\n", std::string("h\n\0\0\0", 5),
+           kHead + good + "\n" + std::string(1, 0) + good, kHead + good + "\n\n"}) {
     {
       std::FILE* file = std::fopen(path.c_str(), "wb");
       ASSERT_NE(file, nullptr);

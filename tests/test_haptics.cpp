@@ -333,6 +333,30 @@ TEST(Live, StartsInsideMaterialWithoutForceAndWithoutCutting) {
   EXPECT_EQ(r.live->model().volume_mm3(), 40 * 30 * 20);
 }
 
+TEST(Live, AJumpIsNotCarved) {
+  for (const HandModel model : {HandModel::series, HandModel::energy}) {
+    VirtualDeviceSettings device;
+    device.capabilities = arm();
+    device.hand.grip_n_mm = 1e4;  // follows at once
+    device.count_mm = 0;
+    LiveSettings settings;
+    settings.model = model;
+    settings.spring.stiffness_n_mm = 1;
+    // From the left of the block to its right, at its height.
+    Rig r = rig(device, settings, [](double t) {
+      return VirtualDevice::Target{Vec3(t < 0.1 ? -28 : 28, 0, -15), Mat3::Identity(), 0};
+    });
+    r.live->safety().arm();
+    for (int i = 0; i < 300; i++) {
+      const LiveTick tick = r.live->tick(0.001);
+      EXPECT_EQ(tick.removed_mm3, 0);
+      EXPECT_EQ(length(tick.given.force), 0);
+    }
+    EXPECT_GE(r.live->totals().jumps, 1u);
+    EXPECT_EQ(r.live->model().volume_mm3(), 40 * 30 * 20);
+  }
+}
+
 TEST(Live, TheClutchLiftsTheTool) {
   VirtualDeviceSettings device;
   device.capabilities = arm();

@@ -344,6 +344,26 @@ TEST(Surface, SameBytesOnEveryVectorUnit) {
   }
 }
 
+// Ends next to the middle between two nodes, which rounding could put on either side.
+TEST(Surface, ChunksAgreeAboutEndsBesideANode) {
+  for (const float middle : {14.5f, 15.5f, 16.5f, 30.5f, 31.5f, 62.5f, 63.5f, 126.5f, 127.5f})
+    for (const float end : {std::nextafter(middle, 0.0f), middle, std::nextafter(middle, 1000.0f)}) {
+      Lattice lattice;
+      lattice.nodes = Index3(20, 20, 140);
+      TriDexel model(lattice);
+      model.fill_block({Vec3(3, 3, 3), Vec3(17, 17, static_cast<double>(end))}, 0);
+      LiveSurface live(model.snapshot());
+      const Surface whole = extract_surface(model.snapshot());
+      ASSERT_EQ(broken(whole), "") << end;
+      size_t triangles = 0;
+      const Index3 chunks = surface_chunks(lattice);
+      for (int z = 0; z < chunks[2]; z++)
+        for (int y = 0; y < chunks[1]; y++)
+          for (int x = 0; x < chunks[0]; x++) triangles += live.chunk({x, y, z}).triangles.size();
+      EXPECT_EQ(triangles, whole.triangles.size()) << end;
+    }
+}
+
 TEST(Surface, ChunksMakeTheSameVerticesForTheirNeighbours) {
   Lattice lattice;
   lattice.nodes = Index3(50, 40, 35);

@@ -3,6 +3,7 @@
 // input.
 #include <array>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -416,6 +417,8 @@ struct ServoArguments {
   bool no_surface = false, json = false;
 };
 
+volatile std::sig_atomic_t interrupted = 0;
+
 int run_devices(bool json) {
   const std::vector<kibori::DeviceFound> found = kibori::find_devices();
   if (json) {
@@ -454,6 +457,10 @@ int run_servo_command(const ServoArguments& arguments) {
     if (!opened) return bad_input(opened.error());
     device = std::move(opened).value();
   }
+  // Ctrl-C ends the run in order: no force stays on, and a recording is kept.
+  std::signal(SIGINT, [](int) { interrupted = 1; });
+  std::signal(SIGTERM, [](int) { interrupted = 1; });
+  options.cancelled = [] { return interrupted != 0; };
   const Result<ServoReport> report = run_servo(scene, std::move(device), options);
   if (!report) return bad_input(report.error());
   std::fputs(
@@ -598,9 +605,9 @@ int main(int argc, char** argv) {
   servo->add_option("--seconds", servo_arguments.seconds, "how long")
       ->check(kPositive)
       ->capture_default_str();
-  servo->add_option("--rate", servo_arguments.rate_hz, "ticks a second, 1 to 4000")
+  servo->add_option("--rate", servo_arguments.rate_hz, "ticks a second, 100 to 4000")
       ->type_name("HZ")
-      ->check(CLI::Range(1.0, 4000.0))
+      ->check(CLI::Range(100.0, 4000.0))
       ->capture_default_str();
   servo
       ->add_option("--model", servo_arguments.model,
@@ -632,5 +639,7 @@ int main(int argc, char** argv) {
     return run_carve(carve_arguments);
   } catch (const std::bad_alloc&) {
     return bad_input("out of memory; use a coarser pitch or a smaller stock");
+  } catch (const std::exception& error) {
+    return bad_input(error.what());
   }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/devices/force_dimension.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstdlib>
 
@@ -147,12 +148,18 @@ DeviceStatus ForceDimensionDevice::read(DeviceReading& reading) {
     failed_ = true;
     return DeviceStatus::failed;
   }
-  reading.age_s = status == DeviceStatus::stale ? reading.age_s + 0.001 : 0;
+  const Clock::time_point now = Clock::now();
+  if (status == DeviceStatus::ok) fresh_ = now;
+  reading.age_s = std::chrono::duration<double>(now - fresh_).count();
   return status;
 }
 
 DeviceStatus ForceDimensionDevice::write(const Wrench& wrench) {
-  if (failed_) return unplugged_ ? DeviceStatus::unplugged : DeviceStatus::failed;
+  if (failed_) {
+    // What it still gives from before must go.
+    if (!unplugged_) dhd_->set_force_and_torque(0, 0, 0, 0, 0, 0, 0, static_cast<char>(id_));
+    return unplugged_ ? DeviceStatus::unplugged : DeviceStatus::failed;
+  }
   // Back into its axes: x = -y', y = x'. N mm to N m.
   const Vec3 &f = wrench.force, m = wrench.moment / 1000;
   const DeviceStatus status = judge(

@@ -3,6 +3,7 @@
 // library, which is looked for in $FORCEDIM_SDK and where the system looks.
 #pragma once
 
+#include <chrono>
 #include <memory>
 
 #include <kibori/devices/shared_library.h>
@@ -25,12 +26,14 @@ class ForceDimensionDevice final : public Device {
   struct Functions;
   ForceDimensionDevice();
   DeviceStatus judge(int result);
+  using Clock = std::chrono::steady_clock;
 
   SharedLibrary library_;
   std::unique_ptr<Functions> dhd_;
   signed char id_ = -1;
   DeviceCapabilities capabilities_;
   bool failed_ = false, unplugged_ = false;
+  Clock::time_point fresh_ = Clock::now();
 };
 
 }  // namespace kibori

@@ -24,6 +24,8 @@ using Json = nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
 constexpr auto kPatience = std::chrono::seconds(2);
+// A force that nobody renewed for so long is let go.
+constexpr auto kWatchdog = std::chrono::milliseconds(20);
 constexpr size_t kLongest = 1 << 20;  // frame [bytes]
 
 // The vector at a place of the frame; false where there is none.
@@ -66,7 +68,8 @@ bool read_frame(const Json& frame, DeviceReading& reading) {
   if (state == arm->end() || !state->is_object()) return false;
   Vec3 position, velocity;
   if (!vector_at(*state, "cursor_position", position)) return false;
-  if (!vector_at(*state, "cursor_velocity", velocity)) velocity = Vec3::Zero();
+  if (!vector_at(*state, "cursor_velocity", velocity)) return false;
+  if (position.cwiseAbs().maxCoeff() > 100 || velocity.cwiseAbs().maxCoeff() > 1e6) return false;
   reading.position_mm = 1000 * position;
   reading.velocity_mm_s = 1000 * velocity;
   for (const char* kind : {"wireless_verse_grip", "verse_grip"}) {
@@ -100,7 +103,11 @@ struct HaplyDevice::Link {
     Clock::time_point at;
   };
   LatestValue<Timed> readings;
-  LatestValue<Wrench> forces;
+  struct Command {
+    Wrench wrench;
+    Clock::time_point at;
+  };
+  LatestValue<Command> forces;
   std::atomic<bool> stopping{false}, lost{false};
   std::atomic<const char*> why{nullptr};
   std::thread thread;
@@ -148,16 +155,17 @@ struct HaplyDevice::Link {
   }
   // Speaks and listens until told to stop.
   void run() {
-    Wrench force;
+    Command force;
     std::string error;
+    Timed now;  // what a frame does not say stays as it was
     while (!stopping.load(std::memory_order_relaxed)) {
       forces.take(force);
-      if (!send(command(force.force))) {
+      const bool renewed = Clock::now() - force.at < kWatchdog;
+      if (!send(command(renewed ? force.wrench.force : Vec3(Vec3::Zero())))) {
         why = "the connection to the Haply service was lost";
         break;
       }
       const Json frame = receive(error);
-      Timed now;
       if (frame.is_null()) {
         why = "the Haply service fell silent";
         break;
@@ -229,14 +237,14 @@ DeviceStatus HaplyDevice::read(DeviceReading& reading) {
   if (link_->lost.load(std::memory_order_relaxed)) return DeviceStatus::unplugged;
   link_->seen |= link_->readings.take(link_->last);
   reading = link_->last.reading;
-  if (!link_->seen) return DeviceStatus::stale;
+  if (!link_->seen) return reading.age_s = kUnknownAge, DeviceStatus::stale;
   reading.age_s = std::chrono::duration<double>(Clock::now() - link_->last.at).count();
   return reading.age_s < 0.002 ? DeviceStatus::ok : DeviceStatus::stale;
 }
 
 DeviceStatus HaplyDevice::write(const Wrench& wrench) {
   if (link_->lost.load(std::memory_order_relaxed)) return DeviceStatus::unplugged;
-  link_->forces.put(wrench);
+  link_->forces.put({wrench, Clock::now()});
   return DeviceStatus::ok;
 }
 

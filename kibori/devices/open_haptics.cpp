@@ -26,7 +26,7 @@ using HdCallback = unsigned (*)(void*);
 constexpr unsigned kContinue = 1, kInvalidHandle = 0xffffffffu;
 constexpr unsigned kButtons = 0x2000, kPosition = 0x2050, kVelocity = 0x2051, kTransform = 0x2052,
                    kForce = 0x2700, kTorque = 0x2701, kForceOutput = 0x4000, kNominalMaxForce = 0x2603;
-constexpr unsigned kCommunication = 0x0402, kCommunicationSettings = 0x0403;
+constexpr unsigned kCommunication = 0x0302, kCommunicationSettings = 0x0303;
 constexpr unsigned short kHighest = 0xffff;
 // A force that nobody renewed for so long is let go.
 constexpr auto kWatchdog = std::chrono::milliseconds(20);
@@ -107,7 +107,7 @@ struct OpenHapticsDevice::Link {
     end_frame(device);
     if (const HdError said = get_error(); said.code != 0 && error == 0) error = said.code;
     if (!good && error == 0) error = 1;
-    readings.put(now);
+    if (good) readings.put(now);
   }
   static unsigned call(void* link) {
     static_cast<Link*>(link)->tick();
@@ -199,7 +199,7 @@ DeviceStatus OpenHapticsDevice::read(DeviceReading& reading) {
   if (const DeviceStatus fault = link_->fault(); fault != DeviceStatus::ok) return fault;
   link_->seen |= link_->readings.take(link_->last);
   reading = link_->last.reading;
-  if (!link_->seen) return DeviceStatus::stale;
+  if (!link_->seen) return reading.age_s = kUnknownAge, DeviceStatus::stale;
   reading.age_s = std::chrono::duration<double>(Clock::now() - link_->last.at).count();
   return reading.age_s < 0.002 ? DeviceStatus::ok : DeviceStatus::stale;
 }

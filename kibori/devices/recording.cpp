@@ -29,7 +29,10 @@ Result<std::vector<RecordedReading>> read_recording(const std::filesystem::path&
     const auto wrong = [&](const char* what) {
       return Error{path.string() + ":" + std::to_string(line) + ": " + what};
     };
-    if (line > 1) {
+    if (line == 1) {
+      if (text.rfind(kHeading, 0) != 0) return wrong("a recording begins with the heading t_s,x_mm,...");
+      p = end;
+    } else {
       double v[kNumbers];
       for (size_t i = 0; i < kNumbers; i++) {
         char* after = nullptr;
@@ -64,7 +67,9 @@ RecordingDevice::RecordingDevice(std::unique_ptr<Device> device, double tick_s, 
 
 DeviceStatus RecordingDevice::read(DeviceReading& reading) {
   const DeviceStatus status = device_->read(reading);
-  if (status == DeviceStatus::ok && readings_.size() < readings_.capacity())
+  // Every tick, so that it plays back at the same pace.
+  if ((status == DeviceStatus::ok || status == DeviceStatus::stale) &&
+      readings_.size() < readings_.capacity())
     readings_.push_back({time_s_, reading.position_mm, reading.frame, reading.buttons});
   time_s_ += tick_s_;
   return status;

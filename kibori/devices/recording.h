@@ -25,7 +25,7 @@ Result<std::vector<RecordedReading>> read_recording(const std::filesystem::path&
 // Passes everything on to the device it wraps, and keeps its readings in memory that was there before.
 class RecordingDevice final : public Device {
  public:
-  // Keeps the first `room` readings that were ok.
+  // Keeps the first `room` readings.
   RecordingDevice(std::unique_ptr<Device> device, double tick_s, size_t room);
   const DeviceCapabilities& capabilities() const override { return device_->capabilities(); }
   DeviceStatus read(DeviceReading& reading) override;

@@ -25,6 +25,7 @@ constexpr size_t kCookieSame = 13;  // "vrpn: ver. 07"
 constexpr size_t kHeader = 24;
 constexpr int32_t kSenderName = -1, kTypeName = -2;
 constexpr int kPatienceMs = 2000;
+constexpr double kRadiusMm = 5;  // of the field: beyond it the server lets go
 // Our own numbers of what we send.
 constexpr int32_t kOurSender = 0, kOurForce = 0;
 
@@ -134,7 +135,10 @@ Result<std::unique_ptr<VrpnDevice>> VrpnDevice::open(const VrpnAddress& address)
   return device;
 }
 
-VrpnDevice::~VrpnDevice() { close(socket_); }
+VrpnDevice::~VrpnDevice() {
+  if (seen_) write({});  // what the server still renders must go
+  close(socket_);
+}
 
 // Small messages into an empty buffer: what does not go out at once means that nobody reads.
 bool VrpnDevice::send_all(const void* data, size_t size) {
@@ -182,12 +186,17 @@ void VrpnDevice::take(const unsigned char* message, size_t size) {
       if (!std::isfinite(x)) return;
     if (!(norm2 > 1e-6 && norm2 < 1e6)) return;
     const Vec3 position = 1000 * Vec3(v[0], v[1], v[2]);
-    const double now = now_s(), since = now - last_time_s_;
+    if (!(position.cwiseAbs().maxCoeff() < 1e5)) return;  // a hundred metres
+    const double now = now_s(), since = now - velocity_time_s_;
     // Readings closer together than this say more about the network than about the hand.
     if (!seen_) {
       last_.velocity_mm_s = Vec3::Zero();
-    } else if (since > 0.0002) {
-      last_.velocity_mm_s = (position - last_.position_mm) / std::max(since, 0.001);
+      velocity_from_mm_ = position;
+      velocity_time_s_ = now;
+    } else if (since > 0.001) {
+      last_.velocity_mm_s = (position - velocity_from_mm_) / since;
+      velocity_from_mm_ = position;
+      velocity_time_s_ = now;
     }
     last_.position_mm = position;
     last_.frame = Eigen::Quaterniond(v[6], v[3], v[4], v[5]).normalized().toRotationMatrix();
@@ -226,7 +235,7 @@ DeviceStatus VrpnDevice::read(DeviceReading& reading) {
     filled_ -= used;
   }
   reading = last_;
-  reading.age_s = seen_ ? now_s() - last_time_s_ : 0;
+  reading.age_s = seen_ ? now_s() - last_time_s_ : kUnknownAge;
   return seen_ && reading.age_s < 0.002 ? DeviceStatus::ok : DeviceStatus::stale;
 }
 
@@ -236,16 +245,19 @@ DeviceStatus VrpnDevice::write(const Wrench& wrench) {
   put_header(message, 64, kOurSender, kOurForce);
   // Around where it was: metres, N, N/m. The spring counts along the force only.
   float values[16] = {};
+  // No stiffer than that the server's force at most doubles within the radius.
   const double force = std::sqrt(wrench.force.squaredNorm());
+  const double stiffness = std::min(
+      {stiffness_n_mm_, force / kRadiusMm, std::max(0.0, capabilities_.force_n - force) / kRadiusMm});
   for (int i = 0; i < 3; i++) {
     values[i] = static_cast<float>(last_.position_mm[i] / 1000);
     values[3 + i] = static_cast<float>(wrench.force[i]);
     if (force > 0)
       for (int j = 0; j < 3; j++)
         values[6 + 3 * i + j] =
-            static_cast<float>(-1000 * stiffness_n_mm_ * wrench.force[i] * wrench.force[j] / (force * force));
+            static_cast<float>(-1000 * stiffness * wrench.force[i] * wrench.force[j] / (force * force));
   }
-  values[15] = 0.005f;  // beyond 5 mm the server lets go
+  values[15] = static_cast<float>(kRadiusMm / 1000);
   for (size_t i = 0; i < 16; i++) put32(message + kHeader + 4 * i, std::bit_cast<uint32_t>(values[i]));
   if (!send_all(message, sizeof message)) return lost("the server does not take forces any more");
   return DeviceStatus::ok;

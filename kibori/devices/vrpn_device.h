@@ -57,7 +57,8 @@ class VrpnDevice final : public Device {
   size_t filled_ = 0;
   DeviceReading last_;
   bool seen_ = false;
-  double last_time_s_ = 0, stiffness_n_mm_ = 0;
+  double last_time_s_ = 0, velocity_time_s_ = 0, stiffness_n_mm_ = 0;
+  Vec3 velocity_from_mm_ = Vec3::Zero();
   const char* lost_ = nullptr;  // why, once it is
 };
 

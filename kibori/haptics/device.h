@@ -27,6 +27,9 @@ struct DeviceCapabilities {
   Box workspace_mm;                  // about its own centre; empty: unknown
 };
 
+// The age of a reading that there has not been.
+inline constexpr double kUnknownAge = 1e9;
+
 enum class DeviceStatus : uint8_t {
   ok,
   stale,      // nothing new since the last read: what was read is older than a tick

@@ -113,7 +113,7 @@ Status check_stability(const Rendering& r, const DeviceCapabilities& device) {
         "stiffness %.4g N/mm at %.4g Hz with viscosity %.4g N s/mm needs %.4g N s/mm of damping and "
         "%s brings %.4g; lower the stiffness to %.4g N/mm or raise the rate to %.4g Hz",
         r.stiffness_n_mm, 1 / r.tick_s, r.viscosity_ns_mm, used, device.name.c_str(), device.damping_ns_mm,
-        left / half, r.stiffness_n_mm / (2 * left));
+        std::floor(left / half * 1000) / 1000, std::ceil(r.stiffness_n_mm / (2 * left)));
   else
     std::snprintf(text, sizeof text,
                   "viscosity %.4g N s/mm alone is more than the %.4g N s/mm of damping that %s brings; lower "

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include <kibori/base/tolerances.h>
 
@@ -23,7 +24,9 @@ Pose ToolMotion::piece(int i, int pieces) const {
   return from;
 }
 
-Result<int> pieces_of(const Tool& tool, const ToolMotion& motion, const Lattice& lattice) {
+double pieces_needed(const Tool& tool, const ToolMotion& motion, const Lattice& lattice) {
+  if (!motion.start.tip.allFinite() || !motion.travel_mm.allFinite() || !motion.turn_rad.allFinite())
+    return std::numeric_limits<double>::infinity();
   const double scale = 1 / lattice.pitch_mm, angle = std::sqrt(motion.turn_rad.squaredNorm());
   double stray = 0;
   if (motion.turns()) {
@@ -37,13 +40,18 @@ Result<int> pieces_of(const Tool& tool, const ToolMotion& motion, const Lattice&
     stray = std::fmin(reach, reach_mm(tool)) * scale * angle / 2;
   }
   const double length = std::sqrt(motion.travel_mm.squaredNorm()) * scale;
-  const double wanted = std::fmax(std::ceil(stray / kTurnTolerance), std::ceil(length / kMaxPieceLength));
-  if (wanted <= kMaxTurnPieces) return std::max(1, static_cast<int>(wanted));
+  return std::fmax(1, std::fmax(std::ceil(stray / kTurnTolerance), std::ceil(length / kMaxPieceLength)));
+}
+
+Result<int> pieces_of(const Tool& tool, const ToolMotion& motion, const Lattice& lattice) {
+  const double wanted = pieces_needed(tool, motion, lattice);
+  if (wanted <= kMaxTurnPieces) return static_cast<int>(wanted);
   char text[200];
   std::snprintf(
       text, sizeof text,
       "one tick moves the tool by %.3g mm and %.3g degrees, which takes more than %d pieces; go slower",
-      length * lattice.pitch_mm, angle * 180 / 3.14159265358979, kMaxTurnPieces);
+      std::sqrt(motion.travel_mm.squaredNorm()),
+      std::sqrt(motion.turn_rad.squaredNorm()) * 180 / 3.14159265358979, kMaxTurnPieces);
   return Error{text};
 }
 

@@ -25,6 +25,8 @@ struct ToolMotion {
   Pose piece(int i, int pieces) const;
 };
 
+// How many pieces it takes; infinite where the motion is not finite.
+double pieces_needed(const Tool& tool, const ToolMotion& motion, const Lattice& lattice);
 // Errors: more pieces than kMaxTurnPieces.
 Result<int> pieces_of(const Tool& tool, const ToolMotion& motion, const Lattice& lattice);
 

@@ -252,6 +252,8 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
 
   const auto follow = [&] { tool_pose_ = device; };
   if (mode == Mode::off) {
+    // It may go through material, and must then come out before it is felt again.
+    if (tick.length > 0 || tick.motion.turns()) disengage();
     follow();
   } else if (mode != Mode::deposit && !engaged_) {
     // Standing in material: out first.

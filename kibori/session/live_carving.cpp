@@ -5,12 +5,20 @@
 #include <cmath>
 
 namespace kibori {
+namespace {
+
+// Pieces of one tick's motion: a hand takes one or two, and each costs as much as a tick.
+constexpr double kMostPieces = 16;
+
+}  // namespace
 
 Result<std::unique_ptr<LiveCarving>> LiveCarving::make(std::unique_ptr<TriDexel> model,
                                                        std::unique_ptr<Device> device,
                                                        const LiveSettings& settings) {
-  if (!(settings.rate_hz >= 1 && settings.rate_hz <= 4000))
-    return Error{"the servo rate must be 1 to 4000 Hz"};
+  if (!(settings.rate_hz >= 100 && settings.rate_hz <= 4000))
+    return Error{"the servo rate must be 100 to 4000 Hz"};
+  if (!(settings.force_scale > 0) || !std::isfinite(settings.force_scale))
+    return Error{"the force's scale must be positive"};
   if (const Status fits = check_tool(settings.tool); !fits) return Error{fits.error()};
   if (settings.materials.empty() || settings.materials.size() > kMaxMaterials)
     return Error{"there must be 1 to 64 materials"};
@@ -91,8 +99,13 @@ void LiveCarving::run_command() {
   Command* command = nullptr;
   if (!commands_.pop(command)) return;
   (*command)(*this);
-  // As many places as for commands, and every post() empties it first: never full.
+  // Twice as many places as for commands, and every post() empties it first: never full.
   finished_.push(command);
+}
+
+ToolMotion LiveCarving::motion_to(const Pose& wanted) const {
+  const Pose& from = settings_.model == HandModel::series ? series_.pose() : stroke_.pose();
+  return {from, wanted.tip - from.tip, rotation_between(from.frame, wanted.frame)};
 }
 
 LiveTick LiveCarving::tick(double elapsed_s) {
@@ -101,13 +114,23 @@ LiveTick LiveCarving::tick(double elapsed_s) {
   LiveTick result;
   const DeviceStatus status = device_->read(reading_);
   Pose wanted = series_.pose();
-  if (status == DeviceStatus::ok || status == DeviceStatus::stale)
+  if (status == DeviceStatus::ok || (status == DeviceStatus::stale && placed_))
     wanted = settings_.workspace.pose_of(reading_);
-  if (!placed_) {
+  // Where the hand was not seen for a while, or is not seen yet, there is no way that the tool could have
+  // gone.
+  if (status == DeviceStatus::stale && reading_.age_s > kDeadS) placed_ = false;
+  const double jump = kDeadS * device_->capabilities().speed_mm_s * settings_.workspace.scale();
+  const bool jumped =
+      placed_ && !((wanted.tip - wanted_.tip).norm() <= jump &&
+                   pieces_needed(settings_.tool, motion_to(wanted), model_->lattice()) <= kMostPieces);
+  if (status == DeviceStatus::ok && (!placed_ || jumped)) {
+    totals_.jumps += jumped;
     placed_ = true;
     series_.place(wanted);
     stroke_.place(wanted);
   }
+  if (!placed_ || jumped) wanted = series_.pose();
+  wanted_ = wanted;
   const Mode mode = settings_.workspace.clutched() ? Mode::off : settings_.mode;
   if (settings_.model == HandModel::series) {
     const auto felt = series_.advance(settings_.tool, wanted, mode, settings_.materials, settings_.material);
@@ -115,9 +138,7 @@ LiveTick LiveCarving::tick(double elapsed_s) {
       const SeriesTool::Felt& f = felt.value();
       result = {f.tool, f.hand, {}, f.removed_mm3, f.touching, f.cutting, f.inside};
     } else {
-      totals_.jumps++;
       series_.place(wanted);
-      result.tool = wanted;
     }
   } else {
     const ForceLaw law{settings_.model == HandModel::paper ? ForceModel::paper : ForceModel::energy,
@@ -129,9 +150,7 @@ LiveTick LiveCarving::tick(double elapsed_s) {
       const TickResult& r = felt.value();
       result = {stroke_.pose(), r.wrench, {}, r.removed_mm3, r.points > 0, r.removed_mm3 > 0, false};
     } else {
-      totals_.jumps++;
       stroke_.place(wanted);
-      result.tool = wanted;
     }
   }
   result.computed.force *= settings_.force_scale;

@@ -34,7 +34,7 @@ namespace kibori {
 enum class HandModel { series, energy, paper };
 
 struct LiveSettings {
-  double rate_hz = 1000;  // 1 ... 4000
+  double rate_hz = 1000;  // 100 ... 4000
   Tool tool = BallTool{};
   Mode mode = Mode::cut;
   uint8_t material = 0;  // of a deposit
@@ -60,7 +60,7 @@ struct LiveTotals {
   double removed_mm3 = 0, deposited_mm3 = 0;
   double most_computed_n = 0, most_given_n = 0;
   uint64_t cutting_ticks = 0;
-  uint64_t jumps = 0;  // ticks in which the device moved farther than can be swept; the tool was put there
+  uint64_t jumps = 0;      // ticks in which the device moved farther than a hand can; the tool was put there
   Trip trip = Trip::none;  // the first
 };
 
@@ -102,6 +102,7 @@ class LiveCarving {
 
   LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device> device, const LiveSettings& settings);
   void run_command();
+  ToolMotion motion_to(const Pose& wanted) const;
 
   std::unique_ptr<TriDexel> model_;
   std::unique_ptr<Device> device_;
@@ -111,13 +112,15 @@ class LiveCarving {
   SafetyStage safety_;
   PassivityObserver passivity_;
   DeviceReading reading_;
-  bool placed_ = false;
+  bool placed_ = false;  // the tool is where a hand was seen
+  Pose wanted_;          // by the hand, in the last tick
   uint64_t ticks_ = 0, published_ = 0;
   LiveTotals totals_;
 
   LatestValue<Snapshot> snapshots_;
   std::mutex posting_;  // between those who post
-  SmallQueue<Command*> commands_, finished_;
+  SmallQueue<Command*> commands_;
+  SmallQueue<Command*, 128> finished_;
 
   std::thread thread_;
   std::atomic<bool> stopping_{false};

@@ -158,7 +158,8 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
                               const ServoRunOptions& options) {
   Result<std::unique_ptr<TriDexel>> stock = make_stock(scene.stock, scene.file, {});
   if (!stock) return Error{stock.error()};
-  const Vec3 centre = 0.5 * scene.stock.size_mm;
+  const Box& material = stock.value()->material_bounds();
+  const Vec3 centre = stock.value()->lattice().to_mm(material.centre());
   if (!device) {
     Result<HandPath> path = hand_path(scene);
     if (!path) return Error{path.error()};
@@ -186,7 +187,9 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
   settings.tool = scene.tools.front();
   settings.materials = scene.materials;
   settings.model = options.model;
-  settings.spring.stiffness_n_mm = options.stiffness_n_mm.value_or(device->capabilities().stiffness_n_mm);
+  if (scene.spring) settings.spring = *scene.spring;
+  settings.spring.stiffness_n_mm = options.stiffness_n_mm.value_or(
+      scene.spring ? scene.spring->stiffness_n_mm : device->capabilities().stiffness_n_mm);
   settings.workspace = Workspace(centre);
   ServoReport report;
   report.device = device->capabilities().name;
@@ -205,7 +208,7 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   };
   Snapshot snapshot;
-  while (elapsed() < options.seconds) {
+  while (elapsed() < options.seconds && !(options.cancelled && options.cancelled())) {
     if (live.latest(snapshot)) {
       report.snapshots++;
       if (surface) report.surface_chunks += surface->update(snapshot).size();

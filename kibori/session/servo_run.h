@@ -24,6 +24,7 @@ struct ServoRunOptions {
   bool empty_loop = true;                // a thread that only wakes, to tell the machine's jitter from ours
   std::filesystem::path record;          // keep the device's readings here, for replay:FILE
   std::function<void(double share)> progress;
+  std::function<bool()> cancelled;  // asked now and then; true ends the run as if the time were over
 };
 
 struct ServoReport {

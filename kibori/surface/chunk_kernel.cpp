@@ -42,10 +42,13 @@ void FindPlaneEnds(const Plane& plane, float least, float most, PlaneEnds& ends)
 
 void FindPlaneNodes(const Plane& plane, float first, float count, PlaneNodes& nodes) {
   const DF d;
-  // Node k is in [in, out) if in <= k + 1/2 < out.
+  // Node k is in [in, out) if in <= k + 1/2 < out. Depths are rounded before they are counted from `first`:
+  // the difference would round, and two chunks would not agree about a node that both have.
+  const VF low = F(first), high = F(first + count);
+  const VI from = hn::Set(DI(), static_cast<int32_t>(first));
   const auto node_after = [&](const float* depth) {
-    const VF inside = hn::Min(hn::Max(hn::Sub(hn::Load(d, depth), F(first)), hn::Zero(d)), F(count));
-    return hn::ConvertTo(DI(), hn::Ceil(hn::Sub(inside, F(0.5f))));
+    const VF inside = hn::Min(hn::Max(hn::Load(d, depth), low), high);
+    return hn::Sub(hn::ConvertTo(DI(), hn::Ceil(hn::Sub(inside, F(0.5f)))), from);
   };
   for (size_t i = 0; i < kTileRays; i += kLanes) {
     hn::Store(node_after(plane.in + i), DI(), nodes.from + i);
