@@ -16,7 +16,7 @@ struct Error {
   int internal;
   unsigned device;
 };
-unsigned raised = 0;
+thread_local unsigned raised = 0;  // as the real one: a stack of errors a thread
 }  // namespace
 
 extern "C" {
