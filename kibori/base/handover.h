@@ -20,7 +20,7 @@ class LatestValue {
   void put(T value) {
     places_[mine_] = std::move(value);
     mine_ = between_.exchange(static_cast<uint8_t>(mine_ | kNew), std::memory_order_acq_rel) & kPlace;
-    // What was not read in time is dropped here, by the writer.
+    // What was not read in time is in `mine_` now, and dropped by the next put.
   }
   // Reader: true if there was something new, which is then in `value`.
   bool take(T& value) {
