@@ -20,9 +20,10 @@ double available_bytes() {
 void prefer_large_pages(void* block, size_t bytes) {
 #ifdef MADV_HUGEPAGE
   constexpr uintptr_t kPage = 4096;
-  const auto begin = (reinterpret_cast<uintptr_t>(block) + kPage - 1) / kPage * kPage,
-             end = (reinterpret_cast<uintptr_t>(block) + bytes) / kPage * kPage;
-  if (begin < end) madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);
+  // Whole pages only.
+  const size_t skip = (kPage - reinterpret_cast<uintptr_t>(block) % kPage) % kPage;
+  if (bytes < skip + kPage) return;
+  madvise(static_cast<char*>(block) + skip, (bytes - skip) / kPage * kPage, MADV_HUGEPAGE);
 #else
   static_cast<void>(block), static_cast<void>(bytes);
 #endif

@@ -91,7 +91,7 @@ bool LiveCarving::post(Command command) {
   while (finished_.pop(done)) delete done;
   auto own = std::make_unique<Command>(std::move(command));
   if (!commands_.push(own.get())) return false;
-  own.release();
+  static_cast<void>(own.release());
   return true;
 }
 
