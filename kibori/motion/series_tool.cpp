@@ -51,24 +51,32 @@ struct SeriesTool::Resistance {
   double force = 0;  // N
 };
 
-double SeriesTool::reach_volume(const Tick& tick, double share) {
+// Calls f(solid, edit's options) for the straight pieces of the way up to `share`.
+template <class F>
+void SeriesTool::for_sweeps(const Tick& tick, double share, F&& f) const {
   const Lattice& lattice = model_.lattice();
   const ToolMotion way = tick.motion.part(share);
   const Result<int> counted = pieces_of(tick.tool, way, lattice);
   const int pieces = counted ? counted.value() : 1;  // advance() has refused what has too many
-  trial_.reset();
   EditOptions options;
   options.motion = {lattice.to_lattice(way.at(1).tip), false, Vec3::Zero(), Vec3::Zero(), way.start.axis()};
   const Box everywhere{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
   for (int i = 0; i < pieces; i++) {
-    const bool deposits = tick.mode == Mode::deposit;
     const SweptTool sweep(tick.tool, way.piece(i, pieces), way.travel_mm / pieces, lattice,
-                          deposits ? everywhere : model_.material_bounds(), tick.clear && pieces == 1);
-    if (deposits)
-      deposit_contact(model_, sweep.solid(), tick.material, options, trial_);
-    else
-      contact(model_, sweep.solid(), options, trial_);
+                          tick.mode == Mode::deposit ? everywhere : model_.material_bounds(),
+                          tick.clear && pieces == 1);
+    f(sweep.solid(), options);
   }
+}
+
+double SeriesTool::reach_volume(const Tick& tick, double share) {
+  trial_.reset();
+  for_sweeps(tick, share, [&](const Solid& solid, const EditOptions& options) {
+    if (tick.mode == Mode::deposit)
+      deposit_contact(model_, solid, tick.material, options, trial_);
+    else
+      contact(model_, solid, options, trial_);
+  });
   // Fields weighted by the motion's direction cosines squared: see haptics/force.h.
   // At any share of the way the same, so that what is reached can be compared.
   const double length2 = tick.motion.travel_mm.squaredNorm();
@@ -214,22 +222,12 @@ bool SeriesTool::slide(const Tick& tick, const Vec3& residual) {
 }
 
 void SeriesTool::edit(const Tick& tick, double share) {
-  const Lattice& lattice = model_.lattice();
-  const ToolMotion way = tick.motion.part(share);
-  const Result<int> counted = pieces_of(tick.tool, way, lattice);
-  const int pieces = counted ? counted.value() : 1;
-  EditOptions options;
-  options.motion = {lattice.to_lattice(way.at(1).tip), false, Vec3::Zero(), Vec3::Zero(), way.start.axis()};
-  const Box everywhere{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
-  for (int i = 0; i < pieces; i++) {
-    const bool deposits = tick.mode == Mode::deposit;
-    const SweptTool sweep(tick.tool, way.piece(i, pieces), way.travel_mm / pieces, lattice,
-                          deposits ? everywhere : model_.material_bounds(), tick.clear && pieces == 1);
-    if (deposits)
-      deposit(model_, sweep.solid(), tick.material, options, removed_);
+  for_sweeps(tick, share, [&](const Solid& solid, const EditOptions& options) {
+    if (tick.mode == Mode::deposit)
+      deposit(model_, solid, tick.material, options, removed_);
     else
-      cut(model_, sweep.solid(), options, removed_);
-  }
+      cut(model_, solid, options, removed_);
+  });
 }
 
 Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& device, Mode mode,

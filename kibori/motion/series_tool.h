@@ -77,6 +77,8 @@ class SeriesTool {
  private:
   struct Resistance;
   struct Tick;
+  template <class F>
+  void for_sweeps(const Tick& tick, double share, F&& f) const;
   double reach_volume(const Tick& tick, double share);
   Resistance resistance(const Tick& tick, double share, bool ahead = false);
   // How far it goes, and whether it touches there.

@@ -103,11 +103,6 @@ void LiveCarving::run_command() {
   finished_.push(command);
 }
 
-ToolMotion LiveCarving::motion_to(const Pose& wanted) const {
-  const Pose& from = settings_.model == HandModel::series ? series_.pose() : stroke_.pose();
-  return {from, wanted.tip - from.tip, rotation_between(from.frame, wanted.frame)};
-}
-
 LiveTick LiveCarving::tick(double elapsed_s) {
   run_command();
   const double tick_s = settings_.spring.tick_s;
@@ -120,9 +115,10 @@ LiveTick LiveCarving::tick(double elapsed_s) {
   // gone.
   if (status == DeviceStatus::stale && reading_.age_s > kDeadS) placed_ = false;
   const double jump = kDeadS * device_->capabilities().speed_mm_s * settings_.workspace.scale();
-  const bool jumped =
-      placed_ && !((wanted.tip - wanted_.tip).norm() <= jump &&
-                   pieces_needed(settings_.tool, motion_to(wanted), model_->lattice()) <= kMostPieces);
+  // The hand's own motion: how far the tool hangs behind it is no jump.
+  const ToolMotion moved{wanted_, wanted.tip - wanted_.tip, rotation_between(wanted_.frame, wanted.frame)};
+  const bool jumped = placed_ && !(moved.travel_mm.norm() <= jump &&
+                                   pieces_needed(settings_.tool, moved, model_->lattice()) <= kMostPieces);
   if (status == DeviceStatus::ok && (!placed_ || jumped)) {
     totals_.jumps += jumped;
     placed_ = true;

@@ -102,7 +102,6 @@ class LiveCarving {
 
   LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device> device, const LiveSettings& settings);
   void run_command();
-  ToolMotion motion_to(const Pose& wanted) const;
 
   std::unique_ptr<TriDexel> model_;
   std::unique_ptr<Device> device_;
