@@ -15,8 +15,11 @@
 #include <hwy/highway.h>
 
 #include <kibori/edit/edit.h>
+#include <kibori/edit/tile_kernel.h>
 #include <kibori/motion/stroke.h>
+#include <kibori/solid/ball.h>
 #include <kibori/surface/cell_table.h>
+#include <kibori/surface/chunk_kernel.h>
 #include <kibori/measure/distance.h>
 #include <kibori/surface/surface.h>
 
@@ -342,6 +345,21 @@ TEST(Surface, SameBytesOnEveryVectorUnit) {
       ASSERT_EQ(surface.vertices[i].normal, first->vertices[i].normal) << random.note();
     }
   }
+}
+
+// Kernels whose addresses are kept are the best ones even if they are a process's first.
+TEST(Surface, KeepsTheBestKernelsFromTheStart) {
+  hwy::ChosenTarget& chosen = hwy::GetChosenTarget();
+  chosen.DeInit();
+  const ChunkKernel first = chunk_kernel();
+  EXPECT_TRUE(chosen.IsInitialized());
+  EXPECT_EQ(first.find_ends, chunk_kernel().find_ends);
+  chosen.DeInit();
+  tile_kernel();
+  EXPECT_TRUE(chosen.IsInitialized());
+  chosen.DeInit();
+  const SweptBall ball(Vec3(0, 0, 0), Vec3(1, 0, 0), 2, false);
+  EXPECT_TRUE(chosen.IsInitialized());
 }
 
 // Ends next to the middle between two nodes, which rounding could put on either side.

@@ -2,6 +2,7 @@
 #include <kibori/devices/registry.h>
 
 #include <kibori/devices/force_dimension.h>
+#include <kibori/devices/gamepad_device.h>
 #include <kibori/devices/haply_device.h>
 #include <kibori/devices/open_haptics.h>
 #include <kibori/devices/recording.h>
@@ -20,6 +21,7 @@ Result<std::unique_ptr<Device>> as_device(Result<std::unique_ptr<T>> opened) {
 
 Result<std::unique_ptr<Device>> open_device(const std::string& name) {
   if (name == "forcedim") return as_device(ForceDimensionDevice::open());
+  if (name == "gamepad") return as_device(GamepadDevice::open());
   if (name == "openhaptics") return as_device(OpenHapticsDevice::open());
   if (name == "haply") return as_device(HaplyDevice::open());
   if (name.rfind("haply:", 0) == 0) {
@@ -42,13 +44,13 @@ Result<std::unique_ptr<Device>> open_device(const std::string& name) {
     return std::unique_ptr<Device>(std::make_unique<ReplayDevice>(std::move(readings).value(), capabilities));
   }
   return Error{"no kind of device is called '" + name +
-               "'; there are virtual, forcedim, haply[:HOST:PORT], openhaptics, vrpn:NAME@HOST[:PORT] and "
-               "replay:FILE.csv"};
+               "'; there are virtual, forcedim, haply[:HOST:PORT], openhaptics, gamepad, "
+               "vrpn:NAME@HOST[:PORT] and replay:FILE.csv"};
 }
 
 std::vector<DeviceFound> find_devices() {
   std::vector<DeviceFound> found{{"virtual", true, "a simulated hand"}};
-  for (const char* name : {"forcedim", "haply", "openhaptics"}) {
+  for (const char* name : {"forcedim", "haply", "openhaptics", "gamepad"}) {
     const Result<std::unique_ptr<Device>> device = open_device(name);
     found.push_back({name, device.ok(), device ? device.value()->capabilities().name : device.error()});
   }

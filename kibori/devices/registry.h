@@ -5,6 +5,7 @@
 //   forcedim                   Force Dimension devices and the Novint Falcon
 //   haply                      Haply Inverse3, through its service on this machine; haply:HOST:PORT elsewhere
 //   openhaptics                3D Systems' Touch family
+//   gamepad                    a game controller that rumbles
 //   vrpn:NAME@HOST[:PORT]      anything behind a VRPN server
 //   replay:FILE.csv            a recording: the hand's way again
 #pragma once

@@ -120,10 +120,10 @@ int64_t tiles_touched(const FieldSnapshot& view, const Box& bounds) {
 // Waking threads takes as long as about so many tiles do.
 constexpr int64_t kFewTiles = 300;
 
-// Runs the edit on all three fields, on up to `threads` threads. The fields share nothing, so neither do the
+// Runs the edit on all three fields, or on some of them, on up to `threads` threads. The fields share nothing, so neither do the
 // threads.
 template <class MakeEdit>
-void edit_fields(int threads, Removed& removed, MakeEdit&& make_edit) {
+void edit_fields(int threads, const std::array<bool, 3>& fields, Removed& removed, MakeEdit&& make_edit) {
   if (threads > 1) {
     int64_t tiles = 0;
     for (const Axis axis : kAxes) {
@@ -134,13 +134,15 @@ void edit_fields(int threads, Removed& removed, MakeEdit&& make_edit) {
   }
   // Each field sums on its own, so that the order of additions does not depend on the number of threads.
   std::array<Removed, 3> parts;
-  run_parallel(threads, 3, [&](size_t i) { edit_field(make_edit(kAxes[i]), parts[i]); });
+  run_parallel(threads, 3, [&](size_t i) {
+    if (fields[i]) edit_field(make_edit(kAxes[i]), parts[i]);
+  });
   for (const Removed& part : parts) removed.add(part);
 }
 
 void write(TriDexel& model, Operation operation, const Solid& solid, uint8_t material, Color color,
            const EditOptions& options, Removed& removed) {
-  edit_fields(options.threads, removed, [&](Axis axis) {
+  edit_fields(options.threads, {true, true, true}, removed, [&](Axis axis) {
     Field& field = model.field(axis);
     return FieldEdit{operation, field.view(), &field, solid, options.motion, material, color};
   });
@@ -149,7 +151,7 @@ void write(TriDexel& model, Operation operation, const Solid& solid, uint8_t mat
 
 void read(const TriDexel& model, Operation operation, const Solid& solid, uint8_t material,
           const EditOptions& options, Removed& removed) {
-  edit_fields(options.threads, removed, [&](Axis axis) {
+  edit_fields(options.threads, options.fields, removed, [&](Axis axis) {
     return FieldEdit{operation, model.field(axis).view(), nullptr, solid, options.motion, material, 0};
   });
 }

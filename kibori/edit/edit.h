@@ -10,6 +10,8 @@
 // On the servo path none of them allocates, locks or faults, once TriDexel::reserve has readied the pools.
 #pragma once
 
+#include <array>
+
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/edit/removed.h>
 #include <kibori/solid/solid.h>
@@ -33,6 +35,7 @@ struct Motion {
 struct EditOptions {
   Motion motion;
   int threads = 1;
+  std::array<bool, 3> fields{true, true, true};  // of contact and deposit_contact: those that are asked
 };
 
 // Each adds what it did to `removed` (deposits count as positive there too).

@@ -15,6 +15,7 @@
 
 #include <cmath>
 
+#include <kibori/base/vector_unit.h>
 #include <kibori/edit/ray_edit.h>
 
 #undef HWY_TARGET_INCLUDE
@@ -701,7 +702,10 @@ void take_sums(TileJob& job) {
   job.sums.material = job.sums_material;
 }
 
-TileKernel tile_kernel() { return HWY_DYNAMIC_DISPATCH(RunVectors); }
+TileKernel tile_kernel() {
+  choose_vector_unit();
+  return HWY_DYNAMIC_DISPATCH(RunVectors);
+}
 
 void run_tile(Operation operation, TileJob& job) {
   if (operation == Operation::paint) return job.kernel(operation, job);

@@ -42,6 +42,20 @@ struct SeriesTool::Tick {
   const std::vector<Material>& materials;
   double inside = 0;   // [cells^3] what the tool stands in at the start
   bool clear = false;  // the tool is known to stand in nothing at the start
+
+  // What each field counts: the motion's direction cosines squared, see haptics/force.h. At any share of the
+  // way the same, so that what is reached can be compared.
+  Vec3 weights() const {
+    const double length2 = motion.travel_mm.squaredNorm();
+    if (!(length2 > 0) || motion.turns()) return Vec3::Constant(1.0 / 3);
+    return motion.travel_mm.cwiseAbs2() / length2;
+  }
+  double volume(const RemovedPart& part) const {
+    const Vec3 weight = weights();
+    double sum = 0;
+    for (int i = 0; i < 3; i++) sum += weight[i] * part.volume[static_cast<size_t>(i)];
+    return sum;
+  }
 };
 
 // At one share of the way: what would be reached, and what resists.
@@ -71,21 +85,16 @@ void SeriesTool::for_sweeps(const Tick& tick, double share, F&& f) const {
 
 double SeriesTool::reach_volume(const Tick& tick, double share) {
   trial_.reset();
-  for_sweeps(tick, share, [&](const Solid& solid, const EditOptions& options) {
+  const Vec3 weights = tick.weights();
+  for_sweeps(tick, share, [&](const Solid& solid, EditOptions& options) {
+    for (size_t i = 0; i < 3; i++) options.fields[i] = weights[static_cast<int>(i)] > 0;
     if (tick.mode == Mode::deposit)
       deposit_contact(model_, solid, tick.material, options, trial_);
     else
       contact(model_, solid, options, trial_);
   });
-  // Fields weighted by the motion's direction cosines squared: see haptics/force.h.
-  // At any share of the way the same, so that what is reached can be compared.
-  const double length2 = tick.motion.travel_mm.squaredNorm();
-  Vec3 weight = Vec3::Constant(1.0 / 3);
-  if (length2 > 0 && !tick.motion.turns()) weight = tick.motion.travel_mm.cwiseAbs2() / length2;
   double sum = 0;
-  trial_.for_parts([&](int, const RemovedPart& part) {
-    for (int i = 0; i < 3; i++) sum += weight[i] * part.volume[static_cast<size_t>(i)];
-  });
+  trial_.for_parts([&](int, const RemovedPart& part) { sum += tick.volume(part); });
   return sum;
 }
 
@@ -103,7 +112,7 @@ SeriesTool::Resistance SeriesTool::resistance(const Tick& tick, double share, bo
   if (!r.touching) return r;
   double all = 0, yield = 0, u = 0, c = 0;
   trial_.for_parts([&](int i, const RemovedPart& part) {
-    const double v = std::max(0.0, part.mean_volume());
+    const double v = std::max(0.0, tick.volume(part));
     const Material& m = tick.materials[static_cast<size_t>(i)];
     all += v;
     yield += v * m.yield_n;

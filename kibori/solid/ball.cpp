@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <kibori/base/vector_unit.h>
+
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "kibori/solid/ball.cpp"
 #include <hwy/foreach_target.h>
@@ -197,6 +199,7 @@ SweptBall::SweptBall(const Vec3& centre, const Vec3& motion, double radius, bool
     : centre_(centre), motion_(motion), radius_(radius) {
   const double length2 = motion.squaredNorm(), length = std::sqrt(length2);
   recentre_ = length > kRecentreLength;
+  choose_vector_unit();
   kernel_ = HWY_DYNAMIC_DISPATCH(BallSpans);
   for (Axis axis : kAxes) {
     View& k = views_[static_cast<size_t>(axis)];

@@ -257,13 +257,15 @@ struct RowSolver {
   }
 };
 
-void ConvexSpans(const SweptConvex::View& k, float u_base, float v_base, SpanLayer& out) {
+// Of rows row_begin ... row_end - 1; the solid does not reach the others.
+void ConvexSpans(const SweptConvex::View& k, float u_base, float v_base, int row_begin, int row_end,
+                 SpanLayer& out) {
   const DF d;
   const VF depth = F(static_cast<float>(k.tip_d));
   unsigned rows = 0;
   for (size_t g = 0; g < kGroups; g++) {
     const VF u = LanesFrom(u_base, g);
-    for (int row = 0; row < kTileSide; row++) {
+    for (int row = row_begin; row < row_end; row++) {
       RowSolver<false> solver(k, u, F(v_base + static_cast<float>(row)));
       solver.Run();
       const MF live = hn::Lt(solver.lo, solver.hi);
@@ -423,8 +425,14 @@ bool SweptConvex::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   if (layer != 0) return false;
   out.last = true;
   const View k = view_at(rays);
+  const int v = v_index(rays.axis);
+  // A row to spare on either side, for rounding.
+  const auto row_of = [&](double at) {
+    return static_cast<int>(std::clamp(at - rays.v0, 0.0, static_cast<double>(kTileSide)));
+  };
   HWY_DYNAMIC_DISPATCH(ConvexSpans)
-  (k, static_cast<float>(rays.u0 + 0.5 - k.tip_u), static_cast<float>(rays.v0 + 0.5 - k.tip_v), out);
+  (k, static_cast<float>(rays.u0 + 0.5 - k.tip_u), static_cast<float>(rays.v0 + 0.5 - k.tip_v),
+   row_of(bounds_.min[v] - 1.5), row_of(bounds_.max[v] + 1.5), out);
   return out.rows != 0;
 }
 

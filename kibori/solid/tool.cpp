@@ -30,34 +30,46 @@ Box cylinder_box(double radius, double z0, double z1) {
   return {Vec3(-radius, -radius, z0), Vec3(radius, radius, z1)};
 }
 
-ConvexBody cylinder(double radius, double z0, double z1) {
+// How high a body is looked at, from its tip. Where no material is higher than `height`, what the body does
+// there does not matter, and it needs no face to end it.
+struct Top {
+  double height;
+  bool has_face;
+
+  Top(double length, double useful) : height(std::min(length, useful)), has_face(length <= useful) {}
+  void close(ConvexBody& body) const {
+    if (has_face) body.add_plane(Vec3(0, 0, -1), height);
+  }
+};
+
+ConvexBody cylinder(double radius, double z0, const Top& top) {
   ConvexBody body;
   body.q.diagonal() << -1 / radius, -1 / radius, 0;
   body.c = radius;
   body.add_plane(Vec3(0, 0, 1), -z0);
-  body.add_plane(Vec3(0, 0, -1), z1);
-  body.local_bounds = cylinder_box(radius, z0, z1);
+  top.close(body);
+  body.local_bounds = cylinder_box(radius, z0, top.height);
   return body;
 }
 
-ConvexBody cone_body(double slope, double height) {
+ConvexBody cone_body(double slope, const Top& top) {
   ConvexBody body;
   body.cone = true;
   body.q.diagonal() << -1, -1, slope * slope;
   body.c = 0;
   body.add_plane(Vec3(0, 0, 1), 0);
-  body.add_plane(Vec3(0, 0, -1), height);
-  body.local_bounds = cylinder_box(slope * height, 0, height);
+  top.close(body);
+  body.local_bounds = cylinder_box(slope * top.height, 0, top.height);
   return body;
 }
 
-ConvexBody finger_body(double ks, double length) {
+ConvexBody finger_body(double ks, const Top& top) {
   ConvexBody body;
   body.q.diagonal() << -ks, -ks, 0;
   body.b = Vec3(0, 0, 0.5);
   body.c = 0;
-  body.add_plane(Vec3(0, 0, -1), length);
-  body.local_bounds = cylinder_box(std::sqrt(length / ks), 0, length);
+  top.close(body);
+  body.local_bounds = cylinder_box(std::sqrt(top.height / ks), 0, top.height);
   return body;
 }
 
@@ -174,23 +186,22 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
   std::visit(
       Overloaded{
           [&](const Finger& t) {
-            convex(finger_body(t.ks * lattice.pitch_mm, std::min(t.length * scale, useful())));
+            convex(finger_body(t.ks * lattice.pitch_mm, Top(t.length * scale, useful())));
           },
           [&](const BallTool& t) {
             add<SweptBall>(Vec3(tip + t.radius * scale * axis), motion, t.radius * scale, start_is_clear);
           },
-          [&](const Flat& t) { convex(cylinder(t.radius * scale, 0, std::min(t.length * scale, useful()))); },
+          [&](const Flat& t) { convex(cylinder(t.radius * scale, 0, Top(t.length * scale, useful()))); },
           [&](const Bull& t) {
             const double corner = t.corner * scale;
-            const double length = std::max(2 * corner, std::min(t.length * scale, useful()));
-            convex(cylinder(t.radius * scale, corner, length));
+            convex(cylinder(t.radius * scale, corner, Top(t.length * scale, std::max(2 * corner, useful()))));
             add<SweptRim>(Vec3(tip + corner * axis), frame, (t.radius - t.corner) * scale, corner, motion);
           },
           [&](const Cone& t) {
             const double slope = cone_slope(t), height = std::min(t.radius / slope, t.length);
-            convex(cone_body(slope, std::min(height * scale, useful())));
+            convex(cone_body(slope, Top(height * scale, useful())));
             if (t.length > height && useful() > height * scale)
-              convex(cylinder(t.radius * scale, height * scale, std::min(t.length * scale, useful())));
+              convex(cylinder(t.radius * scale, height * scale, Top(t.length * scale, useful())));
           },
           [&](const Capsule& t) {
             const double radius = t.radius * scale;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/surface/chunk_kernel.h>
 
+#include <kibori/base/vector_unit.h>
 #include <kibori/surface/surface_vertex.h>
 
 #undef HWY_TARGET_INCLUDE
@@ -175,6 +176,7 @@ HWY_EXPORT(PlaceSmoothSheets);
 HWY_EXPORT(ChooseQuadDiagonals);
 
 ChunkKernel chunk_kernel() {
+  choose_vector_unit();
   return {HWY_DYNAMIC_DISPATCH(FindPlaneEnds), HWY_DYNAMIC_DISPATCH(FindPlaneNodes),
           HWY_DYNAMIC_DISPATCH(PlaceSmoothSheets), HWY_DYNAMIC_DISPATCH(ChooseQuadDiagonals)};
 }

@@ -46,7 +46,8 @@ SheetVertex place_vertex(const SheetEnds& ends) {
       a += n * n.transpose();
       b += n.dot((ends.points[i] - mean).head<3>().cast<double>()) * n;
     }
-    const Eigen::SelfAdjointEigenSolver<Mat3> solver(a);  // ascending
+    Eigen::SelfAdjointEigenSolver<Mat3> solver;
+    solver.computeDirect(a);  // ascending; three times as quick as by iteration, and exact enough for float32
     Vec3 step = Vec3::Zero();
     vertex.rank = 0;
     for (int i = 0; i < 3; i++) {
