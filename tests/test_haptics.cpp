@@ -502,6 +502,7 @@ TEST(Live, ASecondOnAThreadWithSnapshotsAndCommands) {
   LiveSettings settings;
   settings.tool = BallTool{3};
   settings.spring.stiffness_n_mm = 1;
+  settings.materials[0].u = 0.02;  // soft: most ticks cut
   Rig r = rig(device, settings, [](double t) {
     return VirtualDevice::Target{Vec3(10 * std::sin(9 * t), 8 * std::cos(7 * t), std::max(-6.5, -4 - 10 * t)),
                                  Mat3::Identity(), 0};

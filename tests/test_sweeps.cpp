@@ -312,5 +312,55 @@ TEST(SweptBall, ClearStartGivesTheSameNewMaterial) {
   }
 }
 
+// As above, for tools of one quadric and planes: what the start pose does not hold is the same.
+TEST(SweptConvex, ClearStartGivesTheSameNewMaterial) {
+  Random random;
+  int left_out = 0;
+  for (int trial = 0; trial < 10000; trial++) {
+    Lattice lattice;
+    lattice.nodes = Index3(100, 100, 100);
+    lattice.pitch_mm = 1;
+    const double radius = random.uniform(2, 20);
+    const Tool tools[] = {Finger{1 / (2 * radius), 50}, Flat{radius, 30}, Ellipsoid{Vec3(radius, 5, 9)},
+                          BoxTool{Vec3(radius, 7, 20)}, Cone{60, radius, 30}};
+    const Tool& tool = tools[trial % 5];
+    const Box everywhere{Vec3::Zero(), Vec3::Constant(100)};
+    const Pose pose{random.in_box(30, 60), trial % 2 ? Mat3::Identity() : frame_from_axis(random.direction(), 0)};
+    Vec3 motion = random.direction() * random.uniform(0, 3);
+    if (trial % 7 == 0) motion = Vec3::Unit(random.integer(0, 2)) * random.uniform(-2, 2);
+    const SweptTool plain(tool, pose, motion, lattice, everywhere),
+        clear(tool, pose, motion, lattice, everywhere, true),
+        start(tool, pose, Vec3::Zero(), lattice, everywhere);
+    const Axis axis = kAxes[static_cast<size_t>(trial / 5 % 3)];
+    const auto near_tip = [&](int i) {
+      return std::clamp(static_cast<int>(pose.tip[i] / 16) + random.integer(-1, 1), 0, 5) * 16;
+    };
+    const RayTile rays{axis, near_tip(u_index(axis)), near_tip(v_index(axis))};
+    SpanLayer a, b, c;
+    if (!plain.solid().spans(rays, 0, a)) a.rows = 0;
+    if (!clear.solid().spans(rays, 0, b)) b.rows = 0;
+    if (!start.solid().spans(rays, 0, c)) c.rows = 0;
+    const auto filled = [](const SpanLayer& l, int slot) {
+      return ((l.rows >> (slot / 16)) & 1) && l.lo[slot] < l.hi[slot];
+    };
+    left_out += a.rows != 0 && b.rows == 0;
+    for (int slot = 0; slot < 256; slot++) {
+      if (!filled(a, slot)) continue;
+      if (filled(b, slot)) {
+        ASSERT_EQ(a.lo[slot], b.lo[slot]) << random.note();
+        ASSERT_EQ(a.hi[slot], b.hi[slot]) << random.note();
+        continue;
+      }
+      // Left out: so all of it within the lattice is in the start pose.
+      const float lo = std::max(a.lo[slot], 0.0f), hi = std::min(a.hi[slot], 100.0f);
+      if (!(lo < hi)) continue;
+      ASSERT_TRUE(filled(c, slot)) << "trial " << trial << " " << lo << " " << hi << random.note();
+      ASSERT_LE(c.lo[slot], lo + 2e-3) << "trial " << trial << random.note();
+      ASSERT_GE(c.hi[slot], hi - 2e-3) << "trial " << trial << random.note();
+    }
+  }
+  EXPECT_GT(left_out, 100);
+}
+
 }  // namespace
 }  // namespace kibori

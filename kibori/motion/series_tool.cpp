@@ -62,6 +62,7 @@ struct SeriesTool::Tick {
 struct SeriesTool::Resistance {
   double reached = 0;  // [cells^3]
   bool touching = false;
+  double room = 0;   // [mm^3] that may still be reached before it touches; negative: it touches
   double force = 0;  // N
 };
 
@@ -108,7 +109,8 @@ SeriesTool::Resistance SeriesTool::resistance(const Tick& tick, double share, bo
   r.reached = std::max(0.0, all_of_it - tick.inside);
   const double volume = r.reached * cell;
   const double grazed = kTouchArea * h * h * way;
-  r.touching = all_of_it * cell > kTouchVolume * cell + grazed && volume > kMoreVolume * cell + grazed;
+  r.room = std::max(kTouchVolume * cell + grazed - all_of_it * cell, kMoreVolume * cell + grazed - volume);
+  r.touching = r.room < 0;
   if (!r.touching) return r;
   double all = 0, yield = 0, u = 0, c = 0;
   trial_.for_parts([&](int i, const RemovedPart& part) {
@@ -134,13 +136,16 @@ SeriesTool::Balance SeriesTool::balance(const Tick& tick, bool likely_touching) 
   const auto excess = [&](double share, const Resistance& r) {
     return tick.mode == Mode::touch && r.touching ? -pull : pull * (1 - share) - r.force;
   };
-  // At `low` the spring still pulls harder than the material resists; at `high` it does not.
+  // At `low` the spring still pulls harder than the material resists; at `high` it does not. Where it does not
+  // touch yet at `low`, the place where it begins to is looked for first: the pull may jump there, but what is
+  // reached grows steadily.
   Balance low{0, false};
-  double high = 1, low_excess = pull, high_excess = 0;
+  double high = 1, low_excess = pull, high_excess = 0, low_room = kTouchVolume * h * h * h, high_room = 0;
   bool bracketed = false;
   if (!likely_touching) {
     const Resistance whole = resistance(tick, 1);
     high_excess = excess(1, whole);
+    high_room = whole.room;
     if (!whole.touching || high_excess >= 0) return {1, whole.touching};
     bracketed = true;
   }
@@ -160,14 +165,16 @@ SeriesTool::Balance SeriesTool::balance(const Tick& tick, bool likely_touching) 
     if (e < 0) {
       high = probe;
       high_excess = e;
+      high_room = r.room;
       bracketed = true;
-      if (kept < 0) low_excess *= 0.5;  // Illinois: the end that is kept twice counts half
+      if (kept < 0) low_excess *= 0.5, low_room *= 0.5;  // Illinois: the end that is kept twice counts half
       kept = -1;
     } else {
       if (probe >= 1) return {1, r.touching};
       low = {probe, r.touching};
       low_excess = e;
-      if (kept > 0) high_excess *= 0.5;
+      low_room = r.room;
+      if (kept > 0) high_excess *= 0.5, high_room *= 0.5;
       kept = 1;
     }
     if (bracketed && high - low.share <= std::max(kBalanceError * h / tick.length, 1e-3 * low.share)) break;
@@ -178,8 +185,10 @@ SeriesTool::Balance SeriesTool::balance(const Tick& tick, bool likely_touching) 
       probe = std::min(1.0, std::max(even, 1.01 * probe));
     else if (trials < 3 && r.touching && even > low.share && even < high)
       probe = even;
-    else if (trials % 3 == 2)
+    else if (trials % 4 == 3)
       probe = 0.5 * (low.share + high);
+    else if (!low.touching)
+      probe = low.share + (high - low.share) * low_room / (low_room - high_room);
     else
       probe = low.share + (high - low.share) * low_excess / (low_excess - high_excess);
     probe = std::clamp(probe, least, 1.0);
@@ -209,14 +218,15 @@ const Vec3& SeriesTool::contact_normal(const Tick& tick) {
   return normal_;
 }
 
-// Along the surface, as far as friction lets the spring pull it and nothing is in the way.
-bool SeriesTool::slide(const Tick& tick, const Vec3& residual) {
+// Along the surface, as far as friction lets the spring pull it and nothing is in the way: the share of that way
+// that it went.
+double SeriesTool::slide(const Tick& tick, const Vec3& residual) {
   const Vec3 normal = contact_normal(tick);
   const double pressed = -residual.dot(normal);
-  if (!(pressed > 0)) return false;
+  if (!(pressed > 0)) return 0;
   const Vec3 along = residual + pressed * normal;
   const double length = std::sqrt(along.squaredNorm()), way = length - spring_.friction * pressed;
-  if (!(way > kLeastStep * model_.lattice().pitch_mm)) return false;
+  if (!(way > kLeastStep * model_.lattice().pitch_mm)) return 0;
   // Lifting must not take more from the spring than sliding gives back.
   const double lift = std::min(kLift, 0.5 * length / pressed);
   Tick slip{tick.tool, {tool_pose_, (along / length + lift * normal) * way, Vec3::Zero()},
@@ -225,9 +235,9 @@ bool SeriesTool::slide(const Tick& tick, const Vec3& residual) {
   slip.length = std::sqrt(slip.motion.travel_mm.squaredNorm());
   slip.inside = reach_volume(slip, 0);
   const Balance at = balance(slip, false);
-  if (!(at.share > 0)) return false;
+  if (!(at.share > 0)) return 0;
   tool_pose_ = slip.motion.at(at.share);
-  return true;
+  return at.share;
 }
 
 void SeriesTool::edit(const Tick& tick, double share) {
@@ -308,12 +318,14 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
     if (felt.touching && !felt.cutting && !resting && mode != Mode::deposit)
       for (int faces = 0; faces < 2; faces++) {
         const Pose there = tool_pose_;
-        if (!slide(tick, device.tip - tool_pose_.tip)) break;
+        const double share = slide(tick, device.tip - tool_pose_.tip);
+        if (!(share > 0)) break;
         // Over the whole tick the spring must have pulled the tool its way.
         if ((device.tip - tool_pose_.tip).dot(tool_pose_.tip - before) < 0) {
           tool_pose_ = there;
           break;
         }
+        if (share >= 1) break;  // else something is in the way, and it slides along that
       }
     if (mode == Mode::deposit) engaged_ = false;  // it stands in what it put down
   }

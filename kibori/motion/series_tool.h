@@ -87,7 +87,7 @@ class SeriesTool {
     bool touching;
   };
   Balance balance(const Tick& tick, bool likely_touching);
-  bool slide(const Tick& tick, const Vec3& residual);
+  double slide(const Tick& tick, const Vec3& residual);
   const Vec3& contact_normal(const Tick& tick);
   void edit(const Tick& tick, double share);
 

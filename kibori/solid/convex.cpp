@@ -363,8 +363,9 @@ void set_view(SweptConvex::View& k, Axis axis, const Mat3& q, const Vec3& b, dou
 
 }  // namespace
 
-SweptConvex::SweptConvex(const ConvexBody& body, const Vec3& tip, const Mat3& frame, const Vec3& motion)
-    : motion_(motion), c_(body.c) {
+SweptConvex::SweptConvex(const ConvexBody& body, const Vec3& tip, const Mat3& frame, const Vec3& motion,
+                         bool start_is_clear)
+    : motion_(motion), tip_(tip), c_(body.c) {
   q_ = frame * body.q * frame.transpose();
   b_ = frame * body.b;
   for (int j = 0; j < body.planes; j++) {
@@ -383,6 +384,15 @@ SweptConvex::SweptConvex(const ConvexBody& body, const Vec3& tip, const Mat3& fr
     k.s_max = 1;
     k.moving = length > 1e-12;
     k.cone = body.cone;
+  }
+  // A point comes in where some of q, l_j is negative at s = 0 and grows with s. q is concave in s, so it must
+  // grow from the beginning: dq/ds = -2 (Q x + b)'motion > 0 at s = 0.
+  if (start_is_clear && !body.cone && length > 0) {
+    only_ahead_ = true;
+    for (int j = 0; j < body.planes; j++)
+      only_ahead_ &= plane_normal_[static_cast<size_t>(j)].dot(motion) >= 0;
+    ahead_ = -(q_ * motion);
+    ahead_offset_ = -b_.dot(motion);
   }
   const Vec3 size = body.local_bounds.size();
   for (int corner = 0; corner < 8; corner++) {
@@ -421,8 +431,24 @@ SweptConvex::View SweptConvex::view_at(const RayTile& rays) const {
   return k;
 }
 
+// Whether everything on these rays within the bounds lies behind the silhouette of the start pose.
+bool SweptConvex::only_behind(const RayTile& rays) const {
+  Vec3 low, high;
+  const int u = u_index(rays.axis), v = v_index(rays.axis), d = depth_index(rays.axis);
+  low[u] = rays.u0;
+  low[v] = rays.v0;
+  low[d] = bounds_.min[d];
+  high[u] = rays.u0 + kTileSide;
+  high[v] = rays.v0 + kTileSide;
+  high[d] = bounds_.max[d];
+  double most = ahead_offset_;
+  for (int i = 0; i < 3; i++)
+    most += std::max(ahead_[i] * (low[i] - tip_[i]), ahead_[i] * (high[i] - tip_[i]));
+  return !(most > 0);
+}
+
 bool SweptConvex::spans(const RayTile& rays, int layer, SpanLayer& out) const {
-  if (layer != 0) return false;
+  if (layer != 0 || (only_ahead_ && only_behind(rays))) return false;
   out.last = true;
   const View k = view_at(rays);
   const int v = v_index(rays.axis);

@@ -42,8 +42,10 @@ struct ConvexBody {
 
 class SweptConvex final : public Solid {
  public:
-  // tip, frame: pose at the start; motion [lattice units].
-  SweptConvex(const ConvexBody& body, const Vec3& tip, const Mat3& frame, const Vec3& motion);
+  // tip, frame: pose at the start; motion [lattice units]. start_is_clear: there is no material in the start
+  // pose, so rays on which the sweep reaches nothing beyond it may be left out.
+  SweptConvex(const ConvexBody& body, const Vec3& tip, const Mat3& frame, const Vec3& motion,
+              bool start_is_clear = false);
 
   Box bounds() const override { return bounds_; }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
@@ -66,10 +68,16 @@ class SweptConvex final : public Solid {
 
  private:
   View view_at(const RayTile& rays) const;
+  bool only_behind(const RayTile& rays) const;
 
   Vec3 motion_;
   Box bounds_;
   bool recentre_;
+  // Set where a point that the start pose does not hold can only be reached through the quadric, at places
+  // where `ahead_`(x - tip) + ahead_offset_ > 0.
+  bool only_ahead_ = false;
+  Vec3 tip_, ahead_;
+  double ahead_offset_ = 0;
   std::array<View, 3> views_;
   // Doubles behind the views, for re-centring long sweeps.
   Mat3 q_;
