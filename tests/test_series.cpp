@@ -131,7 +131,7 @@ TEST(Series, RipplesLittleWhereThePaperModelRipplesMuch) {
   {
     TriDexel model = block(0.25);
     SeriesTool tool(model, upright({-4, 15, 20 - depth}), {1.0, 0, 0.2, 0.001});
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < 1200; i++) {
       const auto felt =
           tool.advance(finger, upright({-4 + 0.001 * speed * i, 15, 20 - depth}), Mode::cut, materials);
       ASSERT_TRUE(felt.ok());
@@ -141,7 +141,7 @@ TEST(Series, RipplesLittleWhereThePaperModelRipplesMuch) {
   {
     TriDexel model = block(0.25);
     Stroke stroke(model, upright({-4, 15, 20 - depth}));
-    for (int i = 0; i < 3000; i++) {
+    for (int i = 0; i < 1200; i++) {
       const auto tick = stroke.advance(finger, {-4 + 0.001 * speed * i, 15, 20 - depth}, Vec3::Zero(),
                                        Mode::cut, {ForceModel::paper, 6}, materials);
       ASSERT_TRUE(tick.ok());
@@ -264,6 +264,63 @@ TEST(Series, ATorsionalSpringHoldsTheTurnBack) {
   EXPECT_LT(turned, 0.03);
   EXPECT_LT(moment, -300 * 0.25);
   EXPECT_EQ(model.volume_mm3(), 40 * 30 * 20);
+}
+
+// Down through touch and yield into the wood, and out again, at 5 mm/s: from tick to tick the force changes by no
+// more than the spring is stretched or let go by the hand, and the tool never runs ahead of it.
+TEST(Series, TouchYieldAndReleaseAreContinuous) {
+  for (const Tool& shape : {Tool(BallTool{4}), Tool(Finger{0.2, 15}), Tool(Flat{3, 15})}) {
+    TriDexel model = block(0.25);
+    const SeriesSpring spring{1.5, 0, 0.2, 0.001};
+    SeriesTool tool(model, upright({20, 15, 21}), spring);
+    const std::vector<Material> materials{wood()};
+    const double step = 0.005;
+    double last = 0, most = 0, largest = 0;
+    bool touched = false, cut = false;
+    for (int i = 0; i < 3000; i++) {
+      const double z = i < 1500 ? 21 - step * i : 13.5 + step * (i - 1500);
+      const auto felt = tool.advance(shape, upright({20, 15, z}), Mode::cut, materials);
+      ASSERT_TRUE(felt.ok());
+      const double force = felt.value().hand.force.z();
+      largest = std::max(largest, std::abs(force - last));
+      most = std::max(most, force);
+      last = force;
+      touched |= felt.value().touching && !felt.value().cutting;
+      cut |= felt.value().cutting;
+    }
+    EXPECT_TRUE(touched && cut);
+    EXPECT_GT(most, 2 * wood().yield_n);
+    EXPECT_LE(largest, 1.01 * spring.stiffness_n_mm * step);
+    EXPECT_EQ(last, 0);
+  }
+}
+
+// Cutting the tool's own path in parts changes nothing; giving the device's path in parts does, a little, as the
+// spring then acts in between. By how much is printed.
+TEST(Series, SplittingTheDevicesPathMattersLittle) {
+  const std::vector<Material> materials{wood()};
+  double removed[3];
+  Vec3 tip[3];
+  const int parts[3] = {1, 10, 100};
+  for (size_t n = 0; n < 3; n++) {
+    TriDexel model = block(0.25);
+    const double before = model.volume_mm3();
+    SeriesSpring spring{1.5, 0, 0.2, 0.001 / parts[n]};
+    SeriesTool tool(model, upright({8, 15, 22}), spring);
+    const auto at = [](double t) { return Vec3(8 + 20 * t, 15, std::max(18.5, 22 - 20 * t)); };
+    for (int i = 1; i <= 500 * parts[n]; i++)
+      ASSERT_TRUE(
+          tool.advance(BallTool{4}, upright(at(0.002 * i / parts[n])), Mode::cut, materials).ok());
+    removed[n] = before - model.volume_mm3();
+    tip[n] = tool.pose().tip;
+  }
+  for (size_t n = 1; n < 3; n++) {
+    const double share = removed[n] / removed[0] - 1, moved = length(tip[n] - tip[0]);
+    std::printf("the device's path in %d parts: %.2g %% of the volume, %.2g mm of the tool's place\n", parts[n],
+                100 * share, moved);
+    EXPECT_LT(std::abs(share), 0.05);
+    EXPECT_LT(moved, 0.05);
+  }
 }
 
 TEST(Series, WaitsUntilItIsOutside) {
