@@ -131,7 +131,7 @@ TEST(Series, RipplesLittleWhereThePaperModelRipplesMuch) {
   {
     TriDexel model = block(0.25);
     SeriesTool tool(model, upright({-4, 15, 20 - depth}), {1.0, 0, 0.2, 0.001});
-    for (int i = 0; i < 1200; i++) {
+    for (int i = 0; i < 3000; i++) {
       const auto felt =
           tool.advance(finger, upright({-4 + 0.001 * speed * i, 15, 20 - depth}), Mode::cut, materials);
       ASSERT_TRUE(felt.ok());
@@ -141,7 +141,7 @@ TEST(Series, RipplesLittleWhereThePaperModelRipplesMuch) {
   {
     TriDexel model = block(0.25);
     Stroke stroke(model, upright({-4, 15, 20 - depth}));
-    for (int i = 0; i < 1200; i++) {
+    for (int i = 0; i < 3000; i++) {
       const auto tick = stroke.advance(finger, {-4 + 0.001 * speed * i, 15, 20 - depth}, Vec3::Zero(),
                                        Mode::cut, {ForceModel::paper, 6}, materials);
       ASSERT_TRUE(tick.ok());
@@ -266,8 +266,8 @@ TEST(Series, ATorsionalSpringHoldsTheTurnBack) {
   EXPECT_EQ(model.volume_mm3(), 40 * 30 * 20);
 }
 
-// Down through touch and yield into the wood, and out again, at 5 mm/s: from tick to tick the force changes by no
-// more than the spring is stretched or let go by the hand, and the tool never runs ahead of it.
+// Down through touch and yield into the wood, and out again, at 5 mm/s: from tick to tick the force changes
+// by no more than the spring is stretched or let go by the hand, and the tool never runs ahead of it.
 TEST(Series, TouchYieldAndReleaseAreContinuous) {
   for (const Tool& shape : {Tool(BallTool{4}), Tool(Finger{0.2, 15}), Tool(Flat{3, 15})}) {
     TriDexel model = block(0.25);
@@ -295,8 +295,31 @@ TEST(Series, TouchYieldAndReleaseAreContinuous) {
   }
 }
 
-// Cutting the tool's own path in parts changes nothing; giving the device's path in parts does, a little, as the
-// spring then acts in between. By how much is printed.
+// The tool's path is what a recording holds: in 1, 10 or 1000 ticks it leaves the same volume.
+TEST(Series, SplittingTheToolsPathChangesNothing) {
+  double left[3];
+  const int ticks[3] = {1, 10, 1000};
+  for (size_t n = 0; n < 3; n++) {
+    TriDexel model = block(0.25);
+    Stroke stroke(model, upright({8, 13.3, 22}));
+    for (const Vec3& to : {Vec3(20.1, 15.2, 18.3), Vec3(33.7, 12.4, 17.9)}) {
+      const Vec3 from = stroke.pose().tip;
+      for (int i = 1; i <= ticks[n]; i++)
+        ASSERT_TRUE(stroke
+                        .advance(Finger{0.2, 15}, from + (to - from) * (static_cast<double>(i) / ticks[n]),
+                                 Vec3::Zero(), Mode::cut, {}, {wood()})
+                        .ok());
+    }
+    left[n] = model.volume_mm3();
+  }
+  for (size_t n = 1; n < 3; n++) {
+    std::printf("the tool's path in %d ticks: %.1g of the volume\n", ticks[n], left[n] / left[0] - 1);
+    EXPECT_NEAR(left[n] / left[0], 1, 1e-6);
+  }
+}
+
+// Giving the device's path in parts changes a little, as the spring then acts in between. By how much is
+// printed.
 TEST(Series, SplittingTheDevicesPathMattersLittle) {
   const std::vector<Material> materials{wood()};
   double removed[3];
@@ -309,15 +332,14 @@ TEST(Series, SplittingTheDevicesPathMattersLittle) {
     SeriesTool tool(model, upright({8, 15, 22}), spring);
     const auto at = [](double t) { return Vec3(8 + 20 * t, 15, std::max(18.5, 22 - 20 * t)); };
     for (int i = 1; i <= 500 * parts[n]; i++)
-      ASSERT_TRUE(
-          tool.advance(BallTool{4}, upright(at(0.002 * i / parts[n])), Mode::cut, materials).ok());
+      ASSERT_TRUE(tool.advance(BallTool{4}, upright(at(0.002 * i / parts[n])), Mode::cut, materials).ok());
     removed[n] = before - model.volume_mm3();
     tip[n] = tool.pose().tip;
   }
   for (size_t n = 1; n < 3; n++) {
     const double share = removed[n] / removed[0] - 1, moved = length(tip[n] - tip[0]);
-    std::printf("the device's path in %d parts: %.2g %% of the volume, %.2g mm of the tool's place\n", parts[n],
-                100 * share, moved);
+    std::printf("the device's path in %d parts: %.2g %% of the volume, %.2g mm of the tool's place\n",
+                parts[n], 100 * share, moved);
     EXPECT_LT(std::abs(share), 0.05);
     EXPECT_LT(moved, 0.05);
   }

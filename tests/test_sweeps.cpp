@@ -325,7 +325,8 @@ TEST(SweptConvex, ClearStartGivesTheSameNewMaterial) {
                           BoxTool{Vec3(radius, 7, 20)}, Cone{60, radius, 30}};
     const Tool& tool = tools[trial % 5];
     const Box everywhere{Vec3::Zero(), Vec3::Constant(100)};
-    const Pose pose{random.in_box(30, 60), trial % 2 ? Mat3::Identity() : frame_from_axis(random.direction(), 0)};
+    const Pose pose{random.in_box(30, 60),
+                    trial % 2 ? Mat3::Identity() : frame_from_axis(random.direction(), 0)};
     Vec3 motion = random.direction() * random.uniform(0, 3);
     if (trial % 7 == 0) motion = Vec3::Unit(random.integer(0, 2)) * random.uniform(-2, 2);
     const SweptTool plain(tool, pose, motion, lattice, everywhere),
@@ -348,8 +349,7 @@ TEST(SweptConvex, ClearStartGivesTheSameNewMaterial) {
     const auto fresh = [&](const SpanLayer& layer, int slot) {
       if (!filled(layer, slot)) return 0.0f;
       const float lo = std::max(layer.lo[slot], 0.0f), hi = std::min(layer.hi[slot], 100.0f);
-      const float old =
-          filled(c, slot) ? std::min(hi, c.hi[slot]) - std::max(lo, c.lo[slot]) : 0.0f;
+      const float old = filled(c, slot) ? std::min(hi, c.hi[slot]) - std::max(lo, c.lo[slot]) : 0.0f;
       return std::max(0.0f, hi - lo) - std::max(0.0f, old);
     };
     for (int slot = 0; slot < 256; slot++)

@@ -217,7 +217,8 @@ DeviceStatus GamepadDevice::read(DeviceReading& reading) {
   const double dt = std::min(passed, kLongestStep_s);
   const Vec3 before = link.target, at = link.hand.position_mm();
   Vec3 wanted = before + dt * link.sticks.velocity_mm_s;
-  if (const double lead = (wanted - at).norm(); lead > kLead_mm) wanted = at + kLead_mm / lead * (wanted - at);
+  if (const double lead = (wanted - at).norm(); lead > kLead_mm)
+    wanted = at + kLead_mm / lead * (wanted - at);
   link.target = wanted.cwiseMax(-kReach_mm).cwiseMin(kReach_mm);
   if (dt > 0) link.hand.step(link.force, link.target, (link.target - before) / dt, dt);
   reading.position_mm = link.hand.position_mm();

@@ -120,8 +120,8 @@ int64_t tiles_touched(const FieldSnapshot& view, const Box& bounds) {
 // Waking threads takes as long as about so many tiles do.
 constexpr int64_t kFewTiles = 300;
 
-// Runs the edit on all three fields, or on some of them, on up to `threads` threads. The fields share nothing, so neither do the
-// threads.
+// Runs the edit on all three fields, or on some of them, on up to `threads` threads. The fields share
+// nothing, so neither do the threads.
 template <class MakeEdit>
 void edit_fields(int threads, const std::array<bool, 3>& fields, Removed& removed, MakeEdit&& make_edit) {
   if (threads > 1) {

@@ -136,9 +136,9 @@ SeriesTool::Balance SeriesTool::balance(const Tick& tick, bool likely_touching) 
   const auto excess = [&](double share, const Resistance& r) {
     return tick.mode == Mode::touch && r.touching ? -pull : pull * (1 - share) - r.force;
   };
-  // At `low` the spring still pulls harder than the material resists; at `high` it does not. Where it does not
-  // touch yet at `low`, the place where it begins to is looked for first: the pull may jump there, but what is
-  // reached grows steadily.
+  // At `low` the spring still pulls harder than the material resists; at `high` it does not. Where it does
+  // not touch yet at `low`, the place where it begins to is looked for first: the pull may jump there, but
+  // what is reached grows steadily.
   Balance low{0, false};
   double high = 1, low_excess = pull, high_excess = 0, low_room = kTouchVolume * h * h * h, high_room = 0;
   bool bracketed = false;
@@ -218,8 +218,8 @@ const Vec3& SeriesTool::contact_normal(const Tick& tick) {
   return normal_;
 }
 
-// Along the surface, as far as friction lets the spring pull it and nothing is in the way: the share of that way
-// that it went.
+// Along the surface, as far as friction lets the spring pull it and nothing is in the way: the share of that
+// way that it went.
 double SeriesTool::slide(const Tick& tick, const Vec3& residual) {
   const Vec3 normal = contact_normal(tick);
   const double pressed = -residual.dot(normal);

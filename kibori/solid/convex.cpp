@@ -385,8 +385,8 @@ SweptConvex::SweptConvex(const ConvexBody& body, const Vec3& tip, const Mat3& fr
     k.moving = length > 1e-12;
     k.cone = body.cone;
   }
-  // A point comes in where some of q, l_j is negative at s = 0 and grows with s. q is concave in s, so it must
-  // grow from the beginning: dq/ds = -2 (Q x + b)'motion > 0 at s = 0.
+  // A point comes in where some of q, l_j is negative at s = 0 and grows with s. q is concave in s, so it
+  // must grow from the beginning: dq/ds = -2 (Q x + b)'motion > 0 at s = 0.
   if (start_is_clear && !body.cone && length > 0) {
     only_ahead_ = true;
     for (int j = 0; j < body.planes; j++)

@@ -182,7 +182,9 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
     }
     return height + 1;
   };
-  const auto convex = [&](const ConvexBody& body) { add<SweptConvex>(body, tip, frame, motion, start_is_clear); };
+  const auto convex = [&](const ConvexBody& body) {
+    add<SweptConvex>(body, tip, frame, motion, start_is_clear);
+  };
   std::visit(
       Overloaded{
           [&](const Finger& t) {
