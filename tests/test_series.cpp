@@ -318,6 +318,46 @@ TEST(Series, SplittingTheToolsPathChangesNothing) {
   }
 }
 
+// The tool's recorded steps, without device and spring, leave the model bit for bit as the hand left it.
+TEST(Series, ARecordedPathLeavesTheSameBytes) {
+  Random random;
+  int edits = 0;
+  for (int round = 0; round < 40; round++) {
+    const Tool tools[] = {BallTool{3}, Finger{0.2, 15}, Flat{2, 15}, Cone{60, 3, 15}, Capsule{2, 9}};
+    const Tool& shape = tools[round % 5];
+    TriDexel live = block(0.5), again = block(0.5);
+    const Pose start{{20, 15, 24}, frame_from_axis(Vec3(0.2, 0.1, 1).normalized(), 0)};
+    SeriesTool tool(live, start, {1.5, round % 3 == 0 ? 30.0 : 0, 0.2, 0.001});
+    Stroke stroke(again, start);
+    std::vector<Material> materials{wood()};
+    materials[0].yield_n = round % 2 ? 0.3 : 0;
+    const Mode mode = round % 7 == 6 ? Mode::deposit : Mode::cut;
+    Pose device = start;
+    Vec3 velocity = Vec3(0, 0, -0.05), spin = Vec3::Zero();
+    for (int i = 0; i < 400; i++) {
+      velocity += 0.01 * random.in_box(-1, 1);
+      if ((device.tip - Vec3(20, 15, 19)).dot(velocity) > 0) velocity *= 0.9, velocity -= 0.002 * (device.tip - Vec3(20, 15, 19));
+      if (i % 50 == 0) spin = round % 4 == 1 ? Vec3(0.01 * random.direction()) : Vec3(Vec3::Zero());
+      device.tip += velocity;
+      device.frame = rotation(spin) * device.frame;
+      const auto felt = tool.advance(shape, device, mode, materials);
+      ASSERT_TRUE(felt.ok()) << felt.error();
+      const SeriesTool::Felt& f = felt.value();
+      edits += f.edited;
+      const auto tick =
+          stroke.advance(shape, f.tool.tip, f.turn_rad, f.edited ? mode : Mode::off, {}, materials);
+      ASSERT_TRUE(tick.ok()) << tick.error();
+      ASSERT_EQ(stroke.pose().tip, f.tool.tip);
+      ASSERT_EQ(stroke.pose().frame, f.tool.frame) << i << random.note();
+      if (f.edited) {
+        ASSERT_EQ(tick.value().removed_mm3, f.removed_mm3) << i << random.note();
+      }
+    }
+    ASSERT_EQ(live.content_hash(), again.content_hash()) << round << random.note();
+  }
+  EXPECT_GT(edits, 2000);
+}
+
 // Giving the device's path in parts changes a little, as the spring then acts in between. By how much is
 // printed.
 TEST(Series, SplittingTheDevicesPathMattersLittle) {

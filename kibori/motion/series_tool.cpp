@@ -240,15 +240,6 @@ double SeriesTool::slide(const Tick& tick, const Vec3& residual) {
   return at.share;
 }
 
-void SeriesTool::edit(const Tick& tick, double share) {
-  for_sweeps(tick, share, [&](const Solid& solid, const EditOptions& options) {
-    if (tick.mode == Mode::deposit)
-      deposit(model_, solid, tick.material, options, removed_);
-    else
-      cut(model_, solid, options, removed_);
-  });
-}
-
 Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& device, Mode mode,
                                              const std::vector<Material>& materials, uint8_t material) {
   const Lattice& lattice = model_.lattice();
@@ -267,14 +258,27 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
   const Result<int> pieces = pieces_of(tool, tick.motion, lattice);
   if (!pieces) return Error{pieces.error()};
 
-  const auto follow = [&] { tool_pose_ = device; };
+  // The tool goes a share of the way. All of it: to where the device is, its turn made as a replay makes it.
+  const auto go = [&](double share) {
+    ToolMotion way = tick.motion.part(share);
+    Pose end = way.at(1);
+    if (share >= 1) end.tip = device.tip;
+    way.travel_mm = end.tip - tool_pose_.tip;
+    felt.turn_rad = way.turns() ? way.turn_rad : Vec3(Vec3::Zero());
+    if (felt.edited) {
+      const Result<int> counted = pieces_of(tool, way, lattice);
+      edit_.run(tool, way, end, counted ? counted.value() : 1, mode == Mode::deposit, material, 1,
+                removed_);
+    }
+    tool_pose_ = end;
+  };
   if (mode == Mode::off) {
     // It may go through material, and must then come out before it is felt again.
     if (tick.length > 0 || tick.motion.turns()) disengage();
-    follow();
+    go(1);
   } else if (mode != Mode::deposit && !engaged_) {
     // Standing in material: out first.
-    follow();
+    go(1);
     Tick rest{tool, {tool_pose_, Vec3::Zero(), Vec3::Zero()}, h, Mode::touch, 0, materials};
     engaged_ = reach_volume(rest, 0) <= kTouchVolume;
     felt.inside = !engaged_;
@@ -284,8 +288,7 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
     Balance at{resting ? 0.0 : 1.0, false};
     if (!resting) {
       // Where our own last cut ended the tool stands clear; elsewhere it may stand in something.
-      tick.clear = engaged_ && clear_generation_ == model_.generation() && same_tool(tool, clear_tool_) &&
-                   tool_pose_.tip == clear_pose_.tip && tool_pose_.frame == clear_pose_.frame;
+      tick.clear = engaged_ && edit_.stands_clear(tool, tool_pose_);
       bool touches = touched_;
       if (mode == Mode::deposit) {
         tick.inside = reach_volume(tick, 0);  // what standing there would put down is for free
@@ -303,16 +306,8 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
     felt.touching = at.share < 1 && !resting;
     if (resting) felt.touching = touched_;
     felt.cutting = at.touching && mode != Mode::touch && at.share > 0;
-    if (felt.cutting) edit(tick, at.share);
-    if (at.share >= 1)
-      follow();
-    else if (at.share > 0)
-      tool_pose_ = tick.motion.at(at.share);
-    if (felt.cutting && mode == Mode::cut && !tick.motion.turns()) {
-      clear_generation_ = model_.generation();
-      clear_tool_ = tool;
-      clear_pose_ = tool_pose_;
-    }
+    felt.edited = felt.cutting;
+    if (at.share > 0) go(std::min(1.0, at.share));
     if (at.share > 0) last_step_mm_ = at.share * tick.length;
     touched_ = felt.touching || felt.cutting;
     if (felt.touching && !felt.cutting && !resting && mode != Mode::deposit)

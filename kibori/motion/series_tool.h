@@ -22,6 +22,7 @@
 #include <kibori/haptics/force.h>
 #include <kibori/motion/pieces.h>
 #include <kibori/motion/stroke.h>
+#include <kibori/motion/tool_edit.h>
 #include <kibori/solid/tool.h>
 
 namespace kibori {
@@ -38,7 +39,7 @@ class SeriesTool {
   // `start`: where device and tool are. Nothing is felt or cut until the tool has once been clear of
   // material.
   SeriesTool(TriDexel& model, const Pose& start, const SeriesSpring& spring)
-      : model_(model), tool_pose_(start), spring_(spring) {}
+      : model_(model), edit_(model), tool_pose_(start), spring_(spring) {}
 
   // What one tick came to.
   struct Felt {
@@ -50,6 +51,8 @@ class SeriesTool {
     bool cutting = false;    // material was cut
     bool inside = false;     // the tool stands in material and waits to be pulled out: no force, no cut
     bool clipped = false;    // a deposit reached beyond the lattice
+    Vec3 turn_rad = Vec3::Zero();  // by which the tool turned
+    bool edited = false;     // the way was cut or filled: Stroke::advance to the tool's tip by this turn does the same
   };
 
   // The device moved to `device`. `material` is what a deposit puts down. Mode::touch never cuts. Errors: a
@@ -69,7 +72,8 @@ class SeriesTool {
   // The model changed under the tool, or the tool its shape: wait until it is clear again.
   void disengage() {
     engaged_ = touched_ = false;
-    normal_generation_ = clear_generation_ = kNever;
+    normal_generation_ = kNever;
+    edit_.forget();
   }
   // What the last advance removed or added, by material.
   const Removed& removed() const { return removed_; }
@@ -89,18 +93,15 @@ class SeriesTool {
   Balance balance(const Tick& tick, bool likely_touching);
   double slide(const Tick& tick, const Vec3& residual);
   const Vec3& contact_normal(const Tick& tick);
-  void edit(const Tick& tick, double share);
 
   TriDexel& model_;
+  ToolEdit edit_;
   Pose tool_pose_;
   SeriesSpring spring_;
   bool engaged_ = false, touched_ = false;
   double last_step_mm_ = 0;
-  // After a cut of ours: the tool stands clear while nothing but this changes.
   static constexpr uint64_t kNever = ~uint64_t{0};
-  uint64_t clear_generation_ = kNever, normal_generation_ = kNever;
-  Tool clear_tool_;
-  Pose clear_pose_;
+  uint64_t normal_generation_ = kNever;
   // The last normal, and where it was felt.
   Vec3 normal_ = Vec3::Zero();
   Pose normal_pose_;

@@ -12,6 +12,7 @@
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/edit/edit.h>
 #include <kibori/haptics/force.h>
+#include <kibori/motion/tool_edit.h>
 #include <kibori/solid/tool.h>
 
 namespace kibori {
@@ -28,13 +29,13 @@ struct TickResult {
 
 class Stroke {
  public:
-  Stroke(TriDexel& model, const Pose& start) : model_(model), pose_(start) {}
+  Stroke(TriDexel& model, const Pose& start) : model_(model), edit_(model), pose_(start) {}
 
   const Pose& pose() const { return pose_; }
   // Puts the tool elsewhere, without sweeping there.
   void place(const Pose& pose) {
     pose_ = pose;
-    clear_ = false;
+    edit_.forget();
   }
   void set_threads(int threads) { threads_ = threads; }
   // What the last advance removed or added, by material.
@@ -47,17 +48,14 @@ class Stroke {
                              uint8_t material = 0);
 
  private:
-  void piece(const Tool& tool, const Pose& from, const Pose& last, const Vec3& travel, Mode mode,
-             uint8_t material, const EditOptions& options);
+  // What the tool newly reaches along `motion`, and no edit.
+  void touch(const Tool& tool, const ToolMotion& motion, int pieces, const EditOptions& options);
 
   TriDexel& model_;
+  ToolEdit edit_;
   Pose pose_;
   int threads_ = 1;
   Removed removed_;
-  // Set while the model is as our own last cut left it, with this tool, at pose_: the tool's place is clear.
-  bool clear_ = false;
-  uint64_t clear_generation_ = 0;
-  Tool clear_tool_;
 };
 
 }  // namespace kibori

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/motion/tool_edit.h>
+
+namespace kibori {
+
+Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice) {
+  return {lattice.to_lattice(end.tip), motion.turns(), motion.travel_mm * (1 / lattice.pitch_mm),
+          motion.turn_rad, end.axis()};
+}
+
+void ToolEdit::run(const Tool& tool, const ToolMotion& motion, const Pose& end, int pieces, bool deposits,
+                   uint8_t material, int threads, Removed& removed) {
+  const Lattice& lattice = model_.lattice();
+  const bool turns = motion.turns(), clear = !deposits && !turns && stands_clear(tool, motion.start);
+  const EditOptions options{sums_of(motion, end, lattice), threads};
+  const Box everywhere{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
+  for (int i = 0; i < pieces; i++) {
+    const SweptTool sweep(tool, motion.piece(i, pieces), motion.travel_mm / pieces, lattice,
+                          deposits ? everywhere : model_.material_bounds(), clear && i == 0);
+    if (deposits)
+      deposit(model_, sweep.solid(), material, options, removed);
+    else
+      cut(model_, sweep.solid(), options, removed);
+  }
+  if (deposits || turns) return forget();
+  clear_generation_ = model_.generation();
+  clear_tool_ = tool;
+  clear_pose_ = end;
+}
+
+}  // namespace kibori

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// The one way a motion of the tool becomes an edit of the model, by a hand, a script or a replay: the same
+// motions in the same order leave the same bytes.
+#pragma once
+
+#include <kibori/dexel/tri_dexel.h>
+#include <kibori/edit/edit.h>
+#include <kibori/motion/pieces.h>
+#include <kibori/solid/tool.h>
+
+namespace kibori {
+
+// How sums over an edit are taken: about the tip at the end, and where the tool turns by each element's own way.
+Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice);
+
+class ToolEdit {
+ public:
+  explicit ToolEdit(TriDexel& model) : model_(model) {}
+
+  // Sweeps the tool along `motion` to `end` in so many pieces (see pieces_of) and cuts, or where `deposits` is set
+  // puts down `material`. Adds to `removed`.
+  void run(const Tool& tool, const ToolMotion& motion, const Pose& end, int pieces, bool deposits,
+           uint8_t material, int threads, Removed& removed);
+
+  // Whether the tool there is known to stand in no material: where its own last cut ended, and nothing has
+  // changed since.
+  bool stands_clear(const Tool& tool, const Pose& pose) const {
+    return clear_generation_ == model_.generation() && same_tool(tool, clear_tool_) &&
+           pose.tip == clear_pose_.tip && pose.frame == clear_pose_.frame;
+  }
+  // Nothing is known any more: at the beginning of a stroke, so that it does not depend on what was before.
+  void forget() { clear_generation_ = kNever; }
+
+ private:
+  static constexpr uint64_t kNever = ~uint64_t{0};
+  TriDexel& model_;
+  uint64_t clear_generation_ = kNever;
+  Tool clear_tool_;
+  Pose clear_pose_;
+};
+
+}  // namespace kibori
