@@ -13,6 +13,7 @@ FLOORS = [
     {"edit", "formats", "measure", "picture", "surface"},
     {"haptics"},
     {"devices", "motion"},
+    {"document"},
     {"session"},
     {"apps"},
 ]

@@ -292,6 +292,12 @@ void Field::clear_tile(int tu, int tv) {
   set_tile(tu, tv, empty_tile_);
 }
 
+void Field::share_tile(int tu, int tv, int from_tu, int from_tv) {
+  Tile* tile = root_->pages[shape_.page_of(from_tu, from_tv)]->tiles[shape_.slot_of(from_tu, from_tv)];
+  hold(tile);
+  set_tile(tu, tv, tile);
+}
+
 Plane& Field::next_plane(Plane& plane) {
   if (!plane.next) {
     plane.next = static_cast<Plane*>(pools_->planes.take());

@@ -191,6 +191,8 @@ class Field : private FieldSnapshot {
   }
   // Puts the shared empty tile in place.
   void clear_tile(int tu, int tv);
+  // Puts the tile of another place here, too: they are one until either is written.
+  void share_tile(int tu, int tv, int from_tu, int from_tv);
   // The plane after `plane`, made if there is none.
   Plane& next_plane(Plane& plane);
   PaintPlane& paint_of(Plane& plane);

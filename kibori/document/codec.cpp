@@ -1,0 +1,444 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/document/codec.h>
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include <nlohmann/json.hpp>
+#include <zstd.h>
+
+static_assert(std::endian::native == std::endian::little, "documents are little-endian");
+
+namespace kibori {
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr int kLevel = 3;
+constexpr size_t kMostTicks = 1'000'000, kMostPlanes = 4096, kMostMaterials = 64;
+
+Bytes compress(const Bytes& raw) {
+  Bytes packed(ZSTD_compressBound(raw.size()));
+  const size_t size = ZSTD_compress(packed.data(), packed.size(), raw.data(), raw.size(), kLevel);
+  KIBORI_CHECK(!ZSTD_isError(size));
+  packed.resize(size);
+  return packed;
+}
+
+Result<Bytes> decompress(const Bytes& packed, size_t most) {
+  const unsigned long long size = ZSTD_getFrameContentSize(packed.data(), packed.size());
+  if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN || size > most)
+    return Error{"is not packed as it should be"};
+  Bytes raw(static_cast<size_t>(size));
+  const size_t got = ZSTD_decompress(raw.data(), raw.size(), packed.data(), packed.size());
+  if (ZSTD_isError(got) || got != raw.size()) return Error{"is damaged"};
+  return raw;
+}
+
+template <class T>
+void put(Bytes& to, const T* values, size_t count) {
+  const size_t at = to.size();
+  to.resize(at + count * sizeof(T));
+  if (count) std::memcpy(to.data() + at, values, count * sizeof(T));
+}
+
+// Reads from the front; false where there is too little.
+struct Reader {
+  const Bytes& bytes;
+  size_t at = 0;
+
+  template <class T>
+  bool take(T* values, size_t count) {
+    if (bytes.size() - at < count * sizeof(T)) return false;
+    std::memcpy(values, bytes.data() + at, count * sizeof(T));
+    at += count * sizeof(T);
+    return true;
+  }
+  bool done() const { return at == bytes.size(); }
+};
+
+// The columns of a tick.
+constexpr int kColumns = 12;
+double& column(StrokeTick& tick, int i) {
+  Vec3* const vectors[4] = {&tick.tip, &tick.turn, &tick.hand, &tick.hand_turn};
+  return (*vectors[i / 3])[i % 3];
+}
+
+Json vec(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+// Numbers of a JSON object; the first that is missing or none is remembered.
+struct Fields {
+  const Json& json;
+  std::string wrong = {};
+
+  const Json* find(const char* key) {
+    const auto found = json.find(key);
+    if (found != json.end()) return &*found;
+    if (wrong.empty()) wrong = std::string("has no ") + key;
+    return nullptr;
+  }
+  void get(const char* key, double& value) {
+    const Json* found = find(key);
+    if (!found) return;
+    if (found->is_number() && std::isfinite(found->get<double>()))
+      value = found->get<double>();
+    else if (wrong.empty())
+      wrong = std::string(key) + " is no number";
+  }
+  void get(const char* key, int& value, int least, int most) {
+    double read = 0;
+    get(key, read);
+    if (wrong.empty() && !(read >= least && read <= most)) wrong = std::string(key) + " is out of range";
+    if (wrong.empty()) value = static_cast<int>(read);
+  }
+  void get(const char* key, std::string& value) {
+    const Json* found = find(key);
+    if (!found) return;
+    if (found->is_string())
+      value = found->get<std::string>();
+    else if (wrong.empty())
+      wrong = std::string(key) + " is no text";
+  }
+  void get(const char* key, Vec3& value) {
+    const Json* found = find(key);
+    if (!found) return;
+    bool good = found->is_array() && found->size() == 3;
+    for (size_t i = 0; good && i < 3; i++) good = (*found)[i].is_number();
+    if (good)
+      value = Vec3((*found)[0].get<double>(), (*found)[1].get<double>(), (*found)[2].get<double>());
+    else if (wrong.empty())
+      wrong = std::string(key) + " is no vector";
+  }
+};
+
+const char* const kShapes[] = {"finger", "ball", "flat", "bull", "cone", "capsule", "halfspace", "box", "ellipsoid", "mesh"};
+static_assert(std::size(kShapes) == std::variant_size_v<Tool>);
+const char* const kModes[] = {"cut", "deposit", "touch", "off"};
+
+Json json_of(const Tool& tool) {
+  Json json{{"shape", kShapes[tool.index()]}};
+  if (const auto* t = std::get_if<Finger>(&tool)) json.update({{"ks", t->ks}, {"length", t->length}});
+  if (const auto* t = std::get_if<BallTool>(&tool)) json["radius"] = t->radius;
+  if (const auto* t = std::get_if<Flat>(&tool)) json.update({{"radius", t->radius}, {"length", t->length}});
+  if (const auto* t = std::get_if<Bull>(&tool))
+    json.update({{"radius", t->radius}, {"corner", t->corner}, {"length", t->length}});
+  if (const auto* t = std::get_if<Cone>(&tool))
+    json.update({{"angle_deg", t->angle_deg}, {"radius", t->radius}, {"length", t->length}});
+  if (const auto* t = std::get_if<Capsule>(&tool)) json.update({{"radius", t->radius}, {"length", t->length}});
+  if (const auto* t = std::get_if<BoxTool>(&tool)) json["size"] = vec(t->size);
+  if (const auto* t = std::get_if<Ellipsoid>(&tool)) json["radii"] = vec(t->radii);
+  if (const auto* t = std::get_if<MeshTool>(&tool)) {
+    Json& vertices = json["vertices"] = Json::array();
+    for (const Vec3& p : t->mesh->vertices) vertices.push_back(vec(p));
+    Json& triangles = json["triangles"] = Json::array();
+    for (const auto& t3 : t->mesh->triangles) triangles.push_back({t3[0], t3[1], t3[2]});
+  }
+  return json;
+}
+
+Result<Tool> tool_of(const Json& json) {
+  Fields fields{json};
+  std::string shape;
+  fields.get("shape", shape);
+  Tool tool;
+  if (shape == "finger") {
+    auto& t = tool.emplace<Finger>();
+    fields.get("ks", t.ks);
+    fields.get("length", t.length);
+  } else if (shape == "ball") {
+    fields.get("radius", tool.emplace<BallTool>().radius);
+  } else if (shape == "flat") {
+    auto& t = tool.emplace<Flat>();
+    fields.get("radius", t.radius);
+    fields.get("length", t.length);
+  } else if (shape == "bull") {
+    auto& t = tool.emplace<Bull>();
+    fields.get("radius", t.radius);
+    fields.get("corner", t.corner);
+    fields.get("length", t.length);
+  } else if (shape == "cone") {
+    auto& t = tool.emplace<Cone>();
+    fields.get("angle_deg", t.angle_deg);
+    fields.get("radius", t.radius);
+    fields.get("length", t.length);
+  } else if (shape == "capsule") {
+    auto& t = tool.emplace<Capsule>();
+    fields.get("radius", t.radius);
+    fields.get("length", t.length);
+  } else if (shape == "halfspace") {
+    tool = HalfSpace{};
+  } else if (shape == "box") {
+    fields.get("size", tool.emplace<BoxTool>().size);
+  } else if (shape == "ellipsoid") {
+    fields.get("radii", tool.emplace<Ellipsoid>().radii);
+  } else if (shape == "mesh") {
+    auto mesh = std::make_shared<TriangleMesh>();
+    const Json *vertices = fields.find("vertices"), *triangles = fields.find("triangles");
+    if (!vertices || !triangles || !vertices->is_array() || !triangles->is_array()) return Error{"the tool's mesh is missing"};
+    const auto three = [](const Json& v, bool whole) {
+      bool good = v.is_array() && v.size() == 3;
+      for (size_t i = 0; good && i < 3; i++) good = whole ? v[i].is_number_unsigned() : v[i].is_number();
+      return good;
+    };
+    for (const Json& v : *vertices) {
+      if (!three(v, false)) return Error{"the tool's mesh has a vertex that is none"};
+      mesh->vertices.emplace_back(v[0].get<double>(), v[1].get<double>(), v[2].get<double>());
+    }
+    for (const Json& v : *triangles) {
+      if (!three(v, true)) return Error{"the tool's mesh has a triangle that is none"};
+      const uint64_t a = v[0], b = v[1], c = v[2], most = mesh->vertices.size();
+      if (a >= most || b >= most || c >= most) return Error{"the tool's mesh has a triangle of vertices that are not there"};
+      mesh->triangles.push_back({static_cast<uint32_t>(a), static_cast<uint32_t>(b), static_cast<uint32_t>(c)});
+    }
+    tool = MeshTool{std::move(mesh)};
+  } else if (fields.wrong.empty()) {
+    return Error{"no tool's shape is called '" + one_line(shape) + "'"};
+  }
+  if (!fields.wrong.empty()) return Error{"the tool " + fields.wrong};
+  if (const Status good = check_tool(tool); !good) return Error{good.error()};
+  return tool;
+}
+
+}  // namespace
+
+std::string settings_to_json(const StrokeSettings& s) {
+  Json json{{"tool", json_of(s.tool)}, {"mode", kModes[static_cast<size_t>(s.mode)]}, {"material", s.material}, {"rate_hz", s.rate_hz}};
+  if (s.force.series)
+    json["force"] = {{"model", "series"},
+                     {"stiffness_n_mm", s.force.spring.stiffness_n_mm},
+                     {"torsion_nmm_rad", s.force.spring.torsion_nmm_rad},
+                     {"friction", s.force.spring.friction}};
+  else
+    json["force"] = {{"model", s.force.law.model == ForceModel::paper ? "paper" : "energy"}, {"dof", s.force.law.dof}};
+  Json& materials = json["materials"] = Json::array();
+  for (const Material& m : s.materials)
+    materials.push_back({{"name", m.name}, {"kf", m.kf}, {"u", m.u}, {"c", m.c}, {"yield_n", m.yield_n}, {"color", m.color}});
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Result<StrokeSettings> settings_from_json(const std::string& text) {
+  const Json json = Json::parse(text, nullptr, false);
+  if (!json.is_object()) return Error{"a stroke's settings are no JSON object"};
+  StrokeSettings s;
+  Fields fields{json};
+  if (const Json* tool = fields.find("tool")) {
+    if (!tool->is_object()) return Error{"a stroke's tool is no JSON object"};
+    Result<Tool> read = tool_of(*tool);
+    if (!read) return Error{read.error()};
+    s.tool = std::move(read).value();
+  }
+  std::string mode;
+  fields.get("mode", mode);
+  int found = -1, material = 0;
+  for (int i = 0; i < 4; i++)
+    if (mode == kModes[i]) found = i;
+  if (found < 0) return Error{"no mode is called '" + one_line(mode) + "'"};
+  s.mode = static_cast<Mode>(found);
+  fields.get("rate_hz", s.rate_hz);
+  if (!(s.rate_hz > 0)) return Error{"a stroke's rate_hz is not positive"};
+  if (const Json* force = fields.find("force"); force && force->is_object()) {
+    Fields f{*force};
+    std::string model;
+    f.get("model", model);
+    s.force.series = model == "series";
+    if (s.force.series) {
+      f.get("stiffness_n_mm", s.force.spring.stiffness_n_mm);
+      f.get("torsion_nmm_rad", s.force.spring.torsion_nmm_rad);
+      f.get("friction", s.force.spring.friction);
+      s.force.spring.tick_s = 1 / s.rate_hz;
+    } else if (model == "paper" || model == "energy") {
+      s.force.law.model = model == "paper" ? ForceModel::paper : ForceModel::energy;
+      f.get("dof", s.force.law.dof, 5, 6);
+    } else {
+      return Error{"no force model is called '" + one_line(model) + "'"};
+    }
+    if (!f.wrong.empty()) return Error{"the force " + f.wrong};
+  }
+  const Json* materials = fields.find("materials");
+  if (materials && (!materials->is_array() || materials->empty() || materials->size() > kMostMaterials))
+    return Error{"a stroke's materials are no list of 1 to 64"};
+  if (materials) {
+    s.materials.clear();
+    for (const Json& item : *materials) {
+      if (!item.is_object()) return Error{"a material is no JSON object"};
+      Material m;
+      Fields f{item};
+      f.get("name", m.name);
+      f.get("kf", m.kf);
+      f.get("u", m.u);
+      f.get("c", m.c);
+      f.get("yield_n", m.yield_n);
+      if (const auto color = item.find("color"); color != item.end() && color->is_array() && color->size() == 3)
+        for (size_t i = 0; i < 3; i++)
+          if ((*color)[i].is_number_unsigned()) m.color[i] = static_cast<uint8_t>((*color)[i].get<unsigned>());
+      if (!f.wrong.empty()) return Error{"a material " + f.wrong};
+      s.materials.push_back(m);
+    }
+  }
+  fields.get("material", material, 0, static_cast<int>(s.materials.size()) - 1);
+  s.material = static_cast<uint8_t>(material);
+  if (!fields.wrong.empty()) return Error{"a stroke's settings: it " + fields.wrong};
+  return s;
+}
+
+Bytes encode_ticks(const StrokeTick* ticks, size_t count) {
+  Bytes raw;
+  const auto number = static_cast<uint32_t>(count);
+  put(raw, &number, 1);
+  for (size_t i = 0; i < count; i++) raw.push_back(ticks[i].edits);
+  std::vector<uint64_t> bits(count);
+  for (int c = 0; c < kColumns; c++) {
+    uint64_t last = 0;
+    for (size_t i = 0; i < count; i++) {
+      StrokeTick tick = ticks[i];
+      const auto now = std::bit_cast<uint64_t>(column(tick, c));
+      bits[i] = now ^ std::exchange(last, now);
+    }
+    for (int byte = 0; byte < 8; byte++)
+      for (size_t i = 0; i < count; i++) raw.push_back(static_cast<uint8_t>(bits[i] >> (8 * byte)));
+  }
+  return compress(raw);
+}
+
+Result<std::vector<StrokeTick>> decode_ticks(const Bytes& bytes) {
+  const Result<Bytes> raw = decompress(bytes, 4 + kMostTicks * (1 + 8 * kColumns));
+  if (!raw) return Error{"a stroke's ticks: the block " + raw.error()};
+  Reader reader{raw.value()};
+  uint32_t count = 0;
+  if (!reader.take(&count, 1) || raw.value().size() != 4 + size_t{count} * (1 + 8 * kColumns))
+    return Error{"a stroke's ticks: the block has not the length it should have"};
+  std::vector<StrokeTick> ticks(count);
+  Bytes plane(count);
+  reader.take(plane.data(), count);
+  for (size_t i = 0; i < count; i++) ticks[i].edits = plane[i] != 0;
+  for (int c = 0; c < kColumns; c++) {
+    std::vector<uint64_t> bits(count);
+    for (int byte = 0; byte < 8; byte++) {
+      reader.take(plane.data(), count);
+      for (size_t i = 0; i < count; i++) bits[i] |= uint64_t{plane[i]} << (8 * byte);
+    }
+    uint64_t last = 0;
+    for (size_t i = 0; i < count; i++) {
+      last ^= bits[i];
+      const auto value = std::bit_cast<double>(last);
+      if (!std::isfinite(value)) return Error{"a stroke's ticks hold what is no number"};
+      column(ticks[i], c) = value;
+    }
+  }
+  return ticks;
+}
+
+Bytes encode_pose(const Pose& pose) {
+  Bytes bytes;
+  put(bytes, pose.tip.data(), 3);
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++) put(bytes, &pose.frame(i, j), 1);
+  return bytes;
+}
+
+Result<Pose> decode_pose(const Bytes& bytes) {
+  Pose pose;
+  Reader reader{bytes};
+  bool good = reader.take(pose.tip.data(), 3);
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++) good = good && reader.take(&pose.frame(i, j), 1);
+  good = good && reader.done() && pose.tip.allFinite() && pose.frame.allFinite() &&
+         (pose.frame * pose.frame.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() < 1e-6;
+  if (!good) return Error{"a stroke's first pose is none"};
+  return pose;
+}
+
+Bytes encode_tile(const Tile& tile) {
+  Bytes raw;
+  uint32_t planes = 0;
+  for (const Plane* p = tile.empty ? nullptr : &tile.first; p; p = p->next) planes++;
+  put(raw, &planes, 1);
+  for (const Plane* p = tile.empty ? nullptr : &tile.first; p; p = p->next) {
+    // What stands in slots without a span does not matter: nothing.
+    Plane clean = *p;
+    for (int i = 0; i < kTileRays; i++)
+      if (p->empty_at(i)) {
+        clean.in[i] = kFar;
+        clean.out[i] = -kFar;
+        clean.normal_in[i] = clean.normal_out[i] = 0;
+        clean.material[i] = 0;
+      }
+    put(raw, clean.in, kTileRays);
+    put(raw, clean.out, kTileRays);
+    put(raw, clean.normal_in, kTileRays);
+    put(raw, clean.normal_out, kTileRays);
+    put(raw, clean.material, kTileRays);
+    const uint8_t painted = p->paint != nullptr;
+    raw.push_back(painted);
+    if (painted) {
+      put(raw, p->paint->in, kTileRays);
+      put(raw, p->paint->out, kTileRays);
+    }
+  }
+  return compress(raw);
+}
+
+Status decode_tile(const Bytes& bytes, Field& field, int tu, int tv) {
+  const Result<Bytes> raw = decompress(bytes, 4 + kMostPlanes * (kTileRays * 25 + 1));
+  if (!raw) return Error{"a tile " + raw.error()};
+  Reader reader{raw.value()};
+  uint32_t planes = 0;
+  if (!reader.take(&planes, 1) || planes > kMostPlanes) return Error{"a tile has not the length it should have"};
+  field.clear_tile(tu, tv);
+  if (planes == 0) return Ok{};
+  Tile& tile = field.writable(tu, tv);
+  const auto deepest = static_cast<float>(field.nodes_depth());
+  float last[kTileRays];
+  std::fill_n(last, kTileRays, 0.0f);
+  bool ended[kTileRays] = {};
+  int material = -1;
+  bool any = false;
+  Plane* plane = &tile.first;
+  for (uint32_t k = 0; k < planes; k++) {
+    if (k > 0) plane = &field.next_plane(*plane);
+    uint8_t painted = 0;
+    bool good = reader.take(plane->in, kTileRays) && reader.take(plane->out, kTileRays) &&
+                reader.take(plane->normal_in, kTileRays) && reader.take(plane->normal_out, kTileRays) &&
+                reader.take(plane->material, kTileRays) && reader.take(&painted, 1);
+    if (good && painted) {
+      PaintPlane& paint = field.paint_of(*plane);
+      good = reader.take(paint.in, kTileRays) && reader.take(paint.out, kTileRays);
+    }
+    if (!good) {
+      field.clear_tile(tu, tv);
+      return Error{"a tile ends too soon"};
+    }
+    plane->near = kFar;
+    plane->far = -kFar;
+    plane->tight = true;
+    for (int j = 0; j < kTileRays; j++) {
+      const float in = plane->in[j], out = plane->out[j];
+      if (plane->empty_at(j)) {
+        good = good && in == kFar && out == -kFar;
+        ended[j] = true;
+        continue;
+      }
+      // Sorted, disjoint, in the lattice, on rays that are there.
+      good = good && !ended[j] && in >= last[j] && out <= deepest && plane->material[j] < kMixedMaterial &&
+             tu * kTileSide + j % kTileSide < field.nodes_u() && tv * kTileSide + j / kTileSide < field.nodes_v();
+      last[j] = out;
+      plane->include(in, out);
+      material = material < 0 || material == plane->material[j] ? plane->material[j] : int{kMixedMaterial};
+      any = true;
+    }
+    if (!good) {
+      field.clear_tile(tu, tv);
+      return Error{"a tile holds spans that can't be"};
+    }
+  }
+  if (!reader.done() || !any) {
+    field.clear_tile(tu, tv);
+    return Error{"a tile has not the length it should have"};
+  }
+  tile.material = static_cast<uint8_t>(material);
+  tile.empty = false;
+  return Ok{};
+}
+
+}  // namespace kibori

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/document/database.h>
+
+#include <sqlite3.h>
+
+namespace kibori {
+
+Statement::~Statement() { sqlite3_finalize(statement_); }
+
+namespace {
+
+// Nothing in a document is larger.
+constexpr size_t kMostBytes = size_t{1} << 30;
+
+}  // namespace
+
+Statement& Statement::bind(int64_t value) {
+  if (const int code = sqlite3_bind_int64(statement_, ++bound_, value); !failed_) failed_ = code;
+  return *this;
+}
+Statement& Statement::bind(double value) {
+  if (const int code = sqlite3_bind_double(statement_, ++bound_, value); !failed_) failed_ = code;
+  return *this;
+}
+Statement& Statement::bind(std::string_view text) {
+  const int code = sqlite3_bind_text64(statement_, ++bound_, text.data(), text.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
+  if (!failed_) failed_ = code;
+  return *this;
+}
+Statement& Statement::bind(const Bytes& bytes) {
+  const int code = bytes.empty() ? sqlite3_bind_zeroblob(statement_, ++bound_, 0)
+                                 : sqlite3_bind_blob64(statement_, ++bound_, bytes.data(), bytes.size(), SQLITE_TRANSIENT);
+  if (!failed_) failed_ = code;
+  return *this;
+}
+Statement& Statement::bind_null() {
+  if (const int code = sqlite3_bind_null(statement_, ++bound_); !failed_) failed_ = code;
+  return *this;
+}
+
+Result<bool> Statement::row() {
+  if (!failed_) {
+    const int code = sqlite3_step(statement_);
+    bound_ = 0;
+    if (code == SQLITE_ROW) return true;
+    if (code == SQLITE_DONE) {
+      sqlite3_reset(statement_);
+      return false;
+    }
+  }
+  const std::string said = sqlite3_errmsg(db_);
+  sqlite3_reset(statement_);
+  failed_ = bound_ = 0;
+  return Error{said};
+}
+
+Status Statement::run() {
+  const Result<bool> done = row();
+  if (!done) return Error{done.error()};
+  return Ok{};
+}
+
+int64_t Statement::integer(int column) const { return sqlite3_column_int64(statement_, column); }
+double Statement::real(int column) const { return sqlite3_column_double(statement_, column); }
+bool Statement::null(int column) const { return sqlite3_column_type(statement_, column) == SQLITE_NULL; }
+std::string Statement::text(int column) const {
+  const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
+  return text ? std::string(text, static_cast<size_t>(sqlite3_column_bytes(statement_, column))) : std::string();
+}
+Bytes Statement::bytes(int column) const {
+  const auto* data = static_cast<const uint8_t*>(sqlite3_column_blob(statement_, column));
+  const auto size = static_cast<size_t>(sqlite3_column_bytes(statement_, column));
+  return data && size <= kMostBytes ? Bytes(data, data + size) : Bytes();
+}
+
+void Database::Close::operator()(sqlite3* db) const { sqlite3_close_v2(db); }
+
+Result<Database> Database::open(const std::filesystem::path& path, Access access, const char* vfs) {
+  Database database;
+  database.name_ = one_line(path.string());
+  int flags = access == Access::read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE;
+  if (access == Access::create) flags |= SQLITE_OPEN_CREATE;
+  sqlite3* db = nullptr;
+  const int code = sqlite3_open_v2(path.c_str(), &db, flags | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE, vfs);
+  database.db_.reset(db);
+  if (code != SQLITE_OK) return database.error("can't be opened");
+  sqlite3_busy_timeout(db, 2000);
+  // Files are hostile until parsed.
+  sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
+  sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
+  sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
+  sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
+  sqlite3_limit(db, SQLITE_LIMIT_LENGTH, static_cast<int>(kMostBytes));
+  return database;
+}
+
+Status Database::run(const char* sql) {
+  if (sqlite3_exec(db_.get(), sql, nullptr, nullptr, nullptr) == SQLITE_OK) return Ok{};
+  return Error{sqlite3_errmsg(db_.get())};
+}
+
+Result<Statement> Database::prepare(const char* sql) {
+  sqlite3_stmt* statement = nullptr;
+  if (sqlite3_prepare_v2(db_.get(), sql, -1, &statement, nullptr) != SQLITE_OK)
+    return Error{sqlite3_errmsg(db_.get())};
+  return Statement(db_.get(), statement);
+}
+
+int64_t Database::last_row() const { return sqlite3_last_insert_rowid(db_.get()); }
+int64_t Database::changes() const { return sqlite3_changes64(db_.get()); }
+
+Error Database::error(const std::string& doing) const {
+  return Error{name_ + ": " + doing + " (" + (db_ ? sqlite3_errmsg(db_.get()) : "out of memory") + ")"};
+}
+
+}  // namespace kibori

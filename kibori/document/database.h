@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: MIT
+// SQLite with errors as values: as much of it as a document needs. Internal to `document`.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <kibori/base/result.h>
+
+struct sqlite3;
+struct sqlite3_stmt;
+
+namespace kibori {
+
+using Bytes = std::vector<uint8_t>;
+
+// A prepared statement: bind in order, step through rows, read columns in order. Reset by its first bind after a
+// step.
+class Statement {
+ public:
+  Statement() = default;
+  Statement(sqlite3* db, sqlite3_stmt* statement) : db_(db), statement_(statement) {}
+  ~Statement();
+  Statement(Statement&& other) noexcept { swap(other); }
+  Statement& operator=(Statement&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+
+  Statement& bind(int64_t value);
+  Statement& bind(double value);
+  Statement& bind(std::string_view text);
+  Statement& bind(const Bytes& bytes);
+  Statement& bind_null();
+  // The next row: true; no more: false, and the statement is ready for the next bindings.
+  Result<bool> row();
+  // For statements without rows.
+  Status run();
+
+  int64_t integer(int column) const;
+  double real(int column) const;
+  std::string text(int column) const;
+  Bytes bytes(int column) const;
+  bool null(int column) const;
+
+ private:
+  void swap(Statement& other) noexcept {
+    std::swap(db_, other.db_);
+    std::swap(statement_, other.statement_);
+    std::swap(bound_, other.bound_);
+    std::swap(failed_, other.failed_);
+  }
+  sqlite3* db_ = nullptr;
+  sqlite3_stmt* statement_ = nullptr;
+  int bound_ = 0;
+  int failed_ = 0;  // the first error of a bind
+};
+
+class Database {
+ public:
+  enum class Access { create, write, read };
+  // `vfs`: of a registered SQLite file system, for tests. Errors name the file.
+  static Result<Database> open(const std::filesystem::path& path, Access access, const char* vfs = nullptr);
+
+  // One or several statements without results.
+  Status run(const char* sql);
+  Result<Statement> prepare(const char* sql);
+  int64_t last_row() const;
+  // Rows changed by the last statement.
+  int64_t changes() const;
+  // The last error, as a sentence that names the file.
+  Error error(const std::string& doing) const;
+  const std::string& name() const { return name_; }
+
+ private:
+  struct Close {
+    void operator()(sqlite3* db) const;
+  };
+  std::unique_ptr<sqlite3, Close> db_;
+  std::string name_;
+};
+
+}  // namespace kibori

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+// One file: the stock, every stroke as the tool's own path, the tree of what was done, and the model's state at
+// some of its steps. SQLite, so that anyone can read it (docs/documents.md has the tables).
+//
+//   stock ── stroke ── stroke ── stroke*          every step knows the one before it
+//                 └─── stroke ── stroke           going back and doing otherwise keeps the other branch
+//
+// A step's state is that of the nearest step before it whose tiles were kept, and the strokes from there carved
+// again: the same bytes, as a recorded path leaves them. States that were visited stay in memory, where they share
+// what they have in common.
+//
+// What is added reaches the file at every flush(): a process that is killed then leaves an exact prefix. A document
+// belongs to one thread; one process writes a file, any number may read it meanwhile.
+#pragma once
+
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <kibori/base/result.h>
+#include <kibori/dexel/tri_dexel.h>
+#include <kibori/document/codec.h>
+#include <kibori/document/database.h>
+
+namespace kibori {
+
+using StepId = int64_t;
+
+struct Step {
+  StepId id = 0, parent = 0;  // the stock has no parent: 0
+  bool stock = false;
+  bool finished = true;  // else it was being made when its process ended
+  std::string label;
+  int64_t ticks = 0;
+  double removed_mm3 = 0;  // negative: added
+  uint64_t hash = 0;       // of the whole model after it
+};
+
+// A tick as a replay felt it.
+struct ReplayedTick {
+  StepId step = 0;
+  const StrokeTick* recorded = nullptr;
+  TickResult result;  // wrench: by the stroke's own force model, or the one asked for
+  double time_s = 0;  // since the first stroke's beginning
+};
+
+class Document {
+ public:
+  enum class Access { write, read };
+
+  // A new file; one that is there already is refused. `stock` says how the stock can be made again (JSON); `source` is
+  // the file it came from, if any. Errors: the path, or another process writes it.
+  static Result<std::unique_ptr<Document>> create(const std::filesystem::path& path, const TriDexel& model,
+                                                  const std::string& stock, const Bytes& source = {},
+                                                  const char* vfs = nullptr);
+  // Errors: no document, one of a newer version, damage, or another process writes it (open it for reading then).
+  // A stroke that was being made when its process ended is kept as far as it came.
+  static Result<std::unique_ptr<Document>> open(const std::filesystem::path& path, Access access,
+                                                const char* vfs = nullptr);
+  ~Document();
+
+  const std::string& name() const { return database_.name(); }
+  const Lattice& lattice() const { return lattice_; }
+  // As given to create().
+  Result<std::string> stock() const;
+  Result<Bytes> source() const;
+
+  // The tree.
+  const std::map<StepId, Step>& steps() const { return steps_; }
+  StepId head() const { return head_; }
+  // From the stock to `step`, both included. Errors: no such step.
+  Result<std::vector<StepId>> path_to(StepId step) const;
+  const std::map<std::string, StepId>& versions() const { return versions_; }
+  // A step by number or version's name. Errors: neither.
+  Result<StepId> find(const std::string& name) const;
+  Status name_version(const std::string& name, StepId step);
+
+  // A model at the head; what go, undo and redo work on from then on.
+  Result<std::unique_ptr<TriDexel>> load();
+  // Makes `model` (from load() or given to create()) that of another step, which becomes the head. Errors leave it
+  // as it was.
+  Status go(TriDexel& model, StepId step);
+  Status undo(TriDexel& model);
+  // To the step last gone back from, or else the newest that follows. Errors: nothing follows.
+  Status redo(TriDexel& model);
+
+  // A stroke from the head on. Ticks are kept in memory until flush(), which is worth calling every 50 ms.
+  Status begin(const StrokeSettings& settings, const Pose& start, const std::string& label = {});
+  void add(const StrokeTick& tick) { waiting_.push_back(tick); }
+  bool in_stroke() const { return open_step_ != 0; }
+  // Errors: the disk is full or gone; what waits stays in memory and goes with the next flush.
+  Status flush();
+  // `model`: as the stroke left it. The stroke becomes the head.
+  Status finish(const TriDexel& model, double removed_mm3);
+  // The stroke is as if it had not been; the model goes back to the head's.
+  Status cancel(TriDexel& model);
+
+  // The settings and ticks of a stroke.
+  Result<StrokeSettings> settings(StepId step) const;
+  Result<Pose> start(StepId step) const;
+  // Calls f(ticks of one flush) for all of them.
+  Status for_ticks(StepId step, const std::function<Status(const std::vector<StrokeTick>&)>& f) const;
+  // Carves a stroke again on `model`, which stands where it began (at any pitch). `law`: another force model.
+  Status replay(StepId step, TriDexel& model, const std::optional<ForceLaw>& law,
+                const std::function<void(const ReplayedTick&)>& use) const;
+
+  // Looks at everything there is: tables, tiles, ticks, and every step carved again. Calls wrong(sentence) for all that
+  // is not as it should be; progress(share) now and then. Errors: can't be read at all.
+  Status verify(const std::function<void(const std::string&)>& wrong,
+                const std::function<void(double)>& progress = {}) const;
+
+ private:
+  explicit Document(Database database) : database_(std::move(database)) {}
+  Error wrong(const std::string& what) const { return Error{database_.name() + ": " + what}; }
+  // As `wrong`, for what SQLite says.
+  Error failed(const std::string& doing, const std::string& said) const {
+    return wrong(doing + " failed: " + said);
+  }
+  Status lock(const std::filesystem::path& path);
+  Status read_tree();
+  Status recover();
+  Status commit(const char* doing, const std::function<Status()>& change);
+  Status write_ticks();
+  // Keeps the tiles of the state `now` of a step: those that are not as at the last step on its way that has any.
+  Status keep_tiles(StepId step, const Snapshot& now);
+  // Sets a model to the tiles of a step that has any.
+  Status read_tiles(StepId step, TriDexel& model) const;
+  Status make_state(TriDexel& model, StepId step) const;
+  bool is_checkpoint(StepId step) const { return checkpoints_.count(step) != 0; }
+  Status set_head(StepId step);
+  void remember(StepId step, const Snapshot& state);
+
+  Database database_;
+  int lock_ = -1;  // a file descriptor
+  bool writes_ = false;
+  Lattice lattice_;
+  std::map<StepId, Step> steps_;
+  std::map<std::string, StepId> versions_;
+  std::map<StepId, StepId> last_child_;  // gone back from
+  std::map<StepId, Box> checkpoints_;    // and the material's bounds there
+  StepId head_ = 0, open_step_ = 0;
+  int64_t open_sequence_ = 0, open_ticks_ = 0, saved_ticks_ = 0;
+  std::vector<StrokeTick> waiting_;
+  std::chrono::steady_clock::time_point synced_;
+  // States by step, of the one model that is worked on.
+  std::map<StepId, Snapshot> states_;
+  std::vector<StepId> visited_;
+};
+
+}  // namespace kibori

@@ -1,0 +1,393 @@
+// SPDX-License-Identifier: MIT
+// Documents: what is kept is what was done; against a naive model that keeps full copies, killed processes, damaged
+// files and a second writer.
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+#include <kibori/base/file.h>
+#include <kibori/document/document.h>
+
+#include "tests/support.h"
+
+namespace kibori {
+namespace {
+
+using test::Random;
+
+struct Folder {
+  Folder() {
+    char name[] = "/tmp/kibori-document-XXXXXX";
+    path = mkdtemp(name);
+  }
+  ~Folder() { std::filesystem::remove_all(path); }
+  std::filesystem::path operator/(const char* name) const { return path / name; }
+  std::filesystem::path path;
+};
+
+TriDexel block(double pitch = 1) {
+  TriDexel model(make_lattice(Vec3(40, 30, 20), pitch, 4).value());
+  model.fill_block({Vec3::Zero(), Vec3(40, 30, 20)}, 0);
+  return model;
+}
+
+std::unique_ptr<Document> created(const std::filesystem::path& path, const TriDexel& model) {
+  auto made = Document::create(path, model, "{}");
+  EXPECT_TRUE(made.ok()) << made.error();
+  return std::move(made).value();
+}
+std::unique_ptr<Document> opened(const std::filesystem::path& path,
+                                 Document::Access access = Document::Access::write) {
+  auto open = Document::open(path, access);
+  EXPECT_TRUE(open.ok()) << open.error();
+  return open.ok() ? std::move(open).value() : nullptr;
+}
+
+StrokeSettings some_settings(Random& random) {
+  StrokeSettings s;
+  const Tool tools[] = {BallTool{random.uniform(1, 5)}, Finger{0.2, 20}, Flat{2, 15}, Cone{60, 3, 15},
+                        Bull{3, 1, 12},   Capsule{2, 9},   BoxTool{Vec3(3, 4, 5)}, Ellipsoid{Vec3(3, 2, 4)}};
+  s.tool = tools[random.integer(0, 7)];
+  s.mode = random.integer(0, 3) == 0 ? Mode::deposit : Mode::cut;
+  s.materials.resize(2);
+  s.material = static_cast<uint8_t>(random.integer(0, 1));
+  s.force.law.model = random.integer(0, 1) ? ForceModel::paper : ForceModel::energy;
+  return s;
+}
+
+// A stroke of some ticks through the block, told to the document as it is carved.
+void carve(Document& document, TriDexel& model, Random& random, int ticks, bool finish = true) {
+  const StrokeSettings s = some_settings(random);
+  const Pose start{random.in_box(0, 30), frame_from_axis(random.direction(), 0)};
+  ASSERT_TRUE(document.begin(s, start, "by chance").ok());
+  Stroke stroke(model, start);
+  const Vec3 way = random.direction();
+  double removed = 0;
+  for (int i = 0; i < ticks; i++) {
+    StrokeTick tick;
+    tick.tip = stroke.pose().tip + way * random.uniform(0, 0.6);
+    if (i % 5 == 0) tick.turn = 0.02 * random.direction();
+    tick.edits = random.integer(0, 9) != 0;
+    const auto done = stroke.advance(s.tool, tick.tip, tick.turn, tick.edits ? s.mode : Mode::off, s.force.law,
+                                     s.materials, s.material);
+    ASSERT_TRUE(done.ok()) << done.error();
+    removed += done.value().removed_mm3;
+    document.add(tick);
+    if (i % 7 == 6) {
+      ASSERT_TRUE(document.flush().ok());
+    }
+  }
+  if (finish) {
+    ASSERT_TRUE(document.finish(model, removed).ok());
+  }
+}
+
+std::vector<std::string> wrongs(const Document& document) {
+  std::vector<std::string> list;
+  const Status done = document.verify([&](const std::string& wrong) { list.push_back(wrong); });
+  if (!done) list.push_back(done.error());
+  return list;
+}
+
+TEST(Codec, SettingsOfEveryToolComeBack) {
+  auto mesh = std::make_shared<TriangleMesh>();
+  mesh->vertices = {Vec3(0, 0, 0), Vec3(1.0 / 3, 0, 0), Vec3(0, 1e-7, 0), Vec3(0, 0, 5)};
+  mesh->triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  const Tool tools[] = {Finger{0.1, 1.0 / 3}, BallTool{2.2}, Flat{1, 2}, Bull{3, 1.1, 12}, Cone{61, 3, 15}, Capsule{2, 9},
+                        HalfSpace{}, BoxTool{Vec3(3, 4, 5)}, Ellipsoid{Vec3(3, 2, 4)}, MeshTool{mesh}};
+  for (const Tool& tool : tools) {
+    StrokeSettings s;
+    s.tool = tool;
+    s.mode = Mode::touch;
+    s.materials = {Material{}, {"oak \"a\"", 0.1, 1.0 / 7, 1e-5, 0.3, {1, 2, 255}}};
+    s.material = 1;
+    s.rate_hz = 2000;
+    s.force.series = tool.index() % 2;
+    s.force.spring = {1.5, 20, 0.1, 1.0 / 2000};
+    s.force.law = {ForceModel::energy, 6};
+    const auto back = settings_from_json(settings_to_json(s));
+    ASSERT_TRUE(back.ok()) << back.error();
+    const StrokeSettings& b = back.value();
+    if (const auto* m = std::get_if<MeshTool>(&tool)) {
+      EXPECT_EQ(std::get<MeshTool>(b.tool).mesh->vertices, m->mesh->vertices);
+      EXPECT_EQ(std::get<MeshTool>(b.tool).mesh->triangles, m->mesh->triangles);
+    } else {
+      EXPECT_TRUE(same_tool(b.tool, tool));
+    }
+    EXPECT_EQ(settings_to_json(b), settings_to_json(s));
+    EXPECT_EQ(b.mode, s.mode);
+    EXPECT_EQ(b.materials[1].u, 1.0 / 7);
+    EXPECT_EQ(b.force.series, s.force.series);
+    EXPECT_EQ(b.force.spring.stiffness_n_mm, s.force.series ? 1.5 : SeriesSpring{}.stiffness_n_mm);
+  }
+  for (const char* bad : {"", "[]", "{}", R"({"tool":{"shape":"ball","radius":-1}})", R"({"tool":{"shape":"spoon"}})",
+                          R"({"tool":{"shape":"ball","radius":1},"mode":"cut","rate_hz":0})",
+                          R"({"tool":{"shape":"mesh","vertices":[[0,0,0]],"triangles":[[0,1,2]]}})"})
+    EXPECT_FALSE(settings_from_json(bad).ok()) << bad;
+}
+
+TEST(Codec, TicksComeBackBitForBit) {
+  Random random;
+  for (const size_t count : {0u, 1u, 2u, 50u, 3000u}) {
+    std::vector<StrokeTick> ticks(count);
+    for (StrokeTick& t : ticks) {
+      t.tip = random.in_box(-1e3, 1e3);
+      t.hand = random.in_box(-1, 1) * std::pow(10, random.uniform(-300, 10));
+      if (random.integer(0, 1)) t.turn = Vec3(-0.0, 5e-324, 1);
+      t.edits = random.integer(0, 1);
+    }
+    const auto back = decode_ticks(encode_ticks(ticks.data(), count));
+    ASSERT_TRUE(back.ok());
+    ASSERT_EQ(back.value().size(), count);
+    for (size_t i = 0; i < count; i++) {
+      EXPECT_EQ(std::memcmp(back.value()[i].tip.data(), ticks[i].tip.data(), 24), 0);
+      EXPECT_EQ(std::memcmp(back.value()[i].turn.data(), ticks[i].turn.data(), 24), 0);
+      EXPECT_EQ(std::memcmp(back.value()[i].hand.data(), ticks[i].hand.data(), 24), 0);
+      EXPECT_EQ(back.value()[i].edits, ticks[i].edits);
+    }
+  }
+}
+
+// History against full copies.
+TEST(Document, UndoRedoAndBranchesAgainstFullCopies) {
+  Random random;
+  Folder folder;
+  const int steps = std::getenv("KIBORI_HISTORY") ? std::atoi(std::getenv("KIBORI_HISTORY")) : 600;
+  TriDexel stock = block();
+  auto document = created(folder / "a.kibori", stock);
+  auto model = std::make_unique<TriDexel>(block());
+  std::map<StepId, uint64_t> truth{{1, model->content_hash()}};
+  std::vector<StepId> undone;  // by us, in order
+  std::map<StepId, StepId> parent;
+  for (int i = 0; i < steps; i++) {
+    const int what = random.integer(0, 9);
+    if (what < 4) {
+      const StepId before = document->head();
+      carve(*document, *model, random, random.integer(1, 20));
+      truth[document->head()] = model->content_hash();
+      parent[document->head()] = before;
+    } else if (what < 6) {
+      const StepId at = document->head();
+      const Status done = document->undo(*model);
+      ASSERT_EQ(done.ok(), at != 1);
+      if (done) {
+        ASSERT_EQ(document->head(), parent[at]);
+      }
+    } else if (what < 8) {
+      const StepId at = document->head();
+      const bool any = std::any_of(parent.begin(), parent.end(), [&](const auto& p) { return p.second == at; });
+      ASSERT_EQ(document->redo(*model).ok(), any);
+      if (any) {
+        ASSERT_EQ(parent[document->head()], at);
+      }
+    } else if (what == 8) {
+      const StepId to = std::next(truth.begin(), random.integer(0, static_cast<int>(truth.size()) - 1))->first;
+      ASSERT_TRUE(document->go(*model, to).ok());
+      ASSERT_EQ(document->head(), to);
+    } else {
+      // Halfway through a stroke, never mind.
+      carve(*document, *model, random, 5, false);
+      ASSERT_TRUE(document->cancel(*model).ok());
+    }
+    ASSERT_EQ(model->content_hash(), truth[document->head()]) << i << random.note();
+    if (i % 100 == 99) {
+      // Closed and opened again, it is the same; and goes anywhere with nothing in memory.
+      const StepId head = document->head();
+      document.reset();
+      document = opened(folder / "a.kibori");
+      ASSERT_NE(document, nullptr);
+      ASSERT_EQ(document->head(), head);
+      auto loaded = document->load();
+      ASSERT_TRUE(loaded.ok()) << loaded.error();
+      model = std::move(loaded).value();
+      ASSERT_EQ(model->content_hash(), truth[head]) << random.note();
+      ASSERT_EQ(document->steps().size(), truth.size());
+    }
+  }
+  for (const auto& [step, hash] : truth) EXPECT_EQ(document->steps().at(step).hash, hash);
+  EXPECT_EQ(wrongs(*document), std::vector<std::string>());
+}
+
+TEST(Document, KeepsVersionsLabelsAndTheStock) {
+  Random random;
+  Folder folder;
+  TriDexel model = block();
+  {
+    auto made = Document::create(folder / "a.kibori", model, R"({"kind":"block"})", Bytes{1, 2, 3});
+    ASSERT_TRUE(made.ok()) << made.error();
+    carve(*made.value(), model, random, 10);
+    ASSERT_TRUE(made.value()->name_version("first try", 2).ok());
+    EXPECT_FALSE(made.value()->name_version("7", 2).ok());
+    EXPECT_FALSE(made.value()->name_version("ghost", 99).ok());
+    EXPECT_FALSE(Document::create(folder / "a.kibori", model, "{}").ok());  // it is there
+  }
+  auto document = opened(folder / "a.kibori", Document::Access::read);
+  ASSERT_NE(document, nullptr);
+  EXPECT_EQ(document->stock().value(), R"({"kind":"block"})");
+  EXPECT_EQ(document->source().value(), (Bytes{1, 2, 3}));
+  EXPECT_EQ(document->find("first try").value(), 2);
+  EXPECT_EQ(document->find("1").value(), 1);
+  EXPECT_FALSE(document->find("none").ok());
+  EXPECT_EQ(document->steps().at(2).label, "by chance");
+  EXPECT_FALSE(document->begin({}, {}).ok());
+}
+
+TEST(Document, OneWriterManyReaders) {
+  Random random;
+  Folder folder;
+  TriDexel model = block();
+  auto writer = created(folder / "a.kibori", model);
+  const auto second = Document::open(folder / "a.kibori", Document::Access::write);
+  ASSERT_FALSE(second.ok());
+  EXPECT_NE(second.error().find("another process"), std::string::npos);
+  // A stroke that is being made is seen as far as it was flushed.
+  carve(*writer, model, random, 20, false);
+  auto reader = opened(folder / "a.kibori", Document::Access::read);
+  ASSERT_NE(reader, nullptr);
+  EXPECT_EQ(reader->head(), 2);
+  EXPECT_EQ(reader->steps().at(2).ticks, 14);
+  EXPECT_TRUE(reader->load().ok());
+  ASSERT_TRUE(writer->finish(model, 0).ok());
+  auto later = opened(folder / "a.kibori", Document::Access::read);
+  EXPECT_EQ(later->load().value()->content_hash(), model.content_hash());
+}
+
+TEST(Document, RefusesWhatIsNone) {
+  Folder folder;
+  EXPECT_FALSE(Document::open(folder / "missing.kibori", Document::Access::read).ok());
+  EXPECT_FALSE(Document::open(folder.path, Document::Access::read).ok());
+  std::ofstream(folder / "text.kibori") << "no document at all, but long enough to be taken for one by its length";
+  EXPECT_FALSE(Document::open(folder / "text.kibori", Document::Access::read).ok());
+  std::ofstream(folder / "empty.kibori").close();
+  EXPECT_FALSE(Document::open(folder / "empty.kibori", Document::Access::write).ok());
+  EXPECT_FALSE(Document::create(folder / "no/such/folder.kibori", block(), "{}").ok());
+  // Of a newer version.
+  { created(folder / "new.kibori", block()); }
+  auto database = Database::open(folder / "new.kibori", Database::Access::write);
+  ASSERT_TRUE(database.ok() && database.value().run("PRAGMA user_version=2").ok());
+  const auto newer = Document::open(folder / "new.kibori", Document::Access::read);
+  ASSERT_FALSE(newer.ok());
+  EXPECT_NE(newer.error().find("newer"), std::string::npos);
+}
+
+// Bits flipped and files cut anywhere: refused with a sentence, or read; what verify passes is what it was.
+TEST(Document, DamageIsToldAndNeverCrashes) {
+  Random random;
+  Folder folder;
+  uint64_t hash = 0;
+  {
+    TriDexel model = block();
+    auto document = created(folder / "a.kibori", model);
+    for (int i = 0; i < 4; i++) carve(*document, model, random, 10);
+    hash = model.content_hash();
+  }
+  const std::vector<char> whole = read_file(folder / "a.kibori").value();
+  const int rounds = std::getenv("KIBORI_FLIPS") ? std::atoi(std::getenv("KIBORI_FLIPS")) : 300;
+  int refused = 0, told = 0, unharmed = 0;
+  for (int i = 0; i < rounds; i++) {
+    std::vector<char> bytes = whole;
+    const auto place = [&] { return static_cast<size_t>(random.uniform(0, 1) * static_cast<double>(bytes.size() - 1)); };
+    if (i % 20 == 0)
+      bytes.resize(place());
+    else
+      for (int k = random.integer(1, 3); k > 0; k--) bytes[place()] ^= static_cast<char>(1 << random.integer(0, 7));
+    std::ofstream(folder / "b.kibori", std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    auto document = Document::open(folder / "b.kibori", Document::Access::read);
+    if (!document) {
+      EXPECT_FALSE(document.error().empty());
+      refused++;
+      continue;
+    }
+    const auto model = document.value()->load();
+    if (!wrongs(*document.value()).empty()) {
+      told++;
+    } else if (document.value()->head() == 5 && document.value()->steps().size() == 5) {
+      ASSERT_TRUE(model.ok()) << model.error();
+      ASSERT_EQ(model.value()->content_hash(), hash) << i << random.note();
+      unharmed++;
+    }
+  }
+  std::printf("%d refused, %d told by verify, %d unharmed\n", refused, told, unharmed);
+  EXPECT_GT(refused + told, rounds / 10);
+}
+
+// Killed at any moment: an exact prefix of what was done, and little of it missing.
+TEST(Document, KilledProcessesLeaveAPrefix) {
+  Random random;
+  Folder folder;
+  const int kills = std::getenv("KIBORI_KILLS") ? std::atoi(std::getenv("KIBORI_KILLS")) : 12;
+  for (int round = 0; round < kills; round++) {
+    const auto file = folder / "k.kibori", log = folder / "told";
+    std::filesystem::remove(file);
+    std::filesystem::remove(folder / "k.kibori-wal");
+    std::filesystem::remove(folder / "k.kibori-shm");
+    std::filesystem::remove(log);
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      // Writes how many ticks were flushed after each flush, as a pipe would lose it.
+      TriDexel model = block();
+      auto made = Document::create(file, model, "{}");
+      if (!made) _exit(1);
+      std::ofstream told(log, std::ios::binary);
+      int64_t ticks = 0;
+      for (int s = 0; s < 1000; s++) {
+        StrokeSettings settings;
+        settings.tool = BallTool{2};
+        const Pose start{Vec3(5, 5 + s % 20, 19), Mat3::Identity()};
+        if (!made.value()->begin(settings, start)) _exit(1);
+        Stroke stroke(model, start);
+        for (int i = 0; i < 60; i++) {
+          StrokeTick tick;
+          tick.tip = stroke.pose().tip + Vec3(0.4, 0, -0.01);
+          tick.edits = true;
+          if (!stroke.advance(settings.tool, tick.tip, tick.turn, settings.mode, {}, settings.materials)) _exit(1);
+          made.value()->add(tick);
+          ticks++;
+          if (i % 10 == 9) {
+            if (!made.value()->flush()) _exit(1);
+            told.write(reinterpret_cast<const char*>(&ticks), 8);
+            told.flush();
+          }
+        }
+        if (!made.value()->finish(model, 1)) _exit(1);
+      }
+      _exit(0);
+    }
+    std::this_thread::sleep_for(std::chrono::microseconds(random.integer(3000, 150000)));
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    if (!std::filesystem::exists(file)) continue;  // killed before it was there
+    int64_t told = 0;
+    std::ifstream in(log, std::ios::binary);
+    for (int64_t next = 0; in.read(reinterpret_cast<char*>(&next), 8);) told = next;
+    auto document = opened(file);
+    ASSERT_NE(document, nullptr);
+    int64_t ticks = 0;
+    for (const auto& [id, step] : document->steps()) {
+      EXPECT_TRUE(step.finished);
+      ticks += step.ticks;
+    }
+    EXPECT_GE(ticks, told) << random.note();
+    EXPECT_LE(ticks, told + 10);
+    EXPECT_EQ(wrongs(*document), std::vector<std::string>()) << random.note();
+    auto model = document->load();
+    ASSERT_TRUE(model.ok()) << model.error();
+    EXPECT_EQ(model.value()->content_hash(), document->steps().rbegin()->second.hash);
+    // And work goes on.
+    carve(*document, *model.value(), random, 5);
+  }
+}
+
+}  // namespace
+}  // namespace kibori
