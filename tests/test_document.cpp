@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Documents: what is kept is what was done; against a naive model that keeps full copies, killed processes, damaged
-// files and a second writer.
+// Documents: what is kept is what was done; against a naive model that keeps full copies, killed processes,
+// damaged files and a second writer.
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
@@ -54,8 +54,14 @@ std::unique_ptr<Document> opened(const std::filesystem::path& path,
 
 StrokeSettings some_settings(Random& random) {
   StrokeSettings s;
-  const Tool tools[] = {BallTool{random.uniform(1, 5)}, Finger{0.2, 20}, Flat{2, 15}, Cone{60, 3, 15},
-                        Bull{3, 1, 12},   Capsule{2, 9},   BoxTool{Vec3(3, 4, 5)}, Ellipsoid{Vec3(3, 2, 4)}};
+  const Tool tools[] = {BallTool{random.uniform(1, 5)},
+                        Finger{0.2, 20},
+                        Flat{2, 15},
+                        Cone{60, 3, 15},
+                        Bull{3, 1, 12},
+                        Capsule{2, 9},
+                        BoxTool{Vec3(3, 4, 5)},
+                        Ellipsoid{Vec3(3, 2, 4)}};
   s.tool = tools[random.integer(0, 7)];
   s.mode = random.integer(0, 3) == 0 ? Mode::deposit : Mode::cut;
   s.materials.resize(2);
@@ -77,8 +83,8 @@ void carve(Document& document, TriDexel& model, Random& random, int ticks, bool 
     tick.tip = stroke.pose().tip + way * random.uniform(0, 0.6);
     if (i % 5 == 0) tick.turn = 0.02 * random.direction();
     tick.edits = random.integer(0, 9) != 0;
-    const auto done = stroke.advance(s.tool, tick.tip, tick.turn, tick.edits ? s.mode : Mode::off, s.force.law,
-                                     s.materials, s.material);
+    const auto done = stroke.advance(s.tool, tick.tip, tick.turn, tick.edits ? s.mode : Mode::off,
+                                     s.force.law, s.materials, s.material);
     ASSERT_TRUE(done.ok()) << done.error();
     removed += done.value().removed_mm3;
     document.add(tick);
@@ -102,8 +108,9 @@ TEST(Codec, SettingsOfEveryToolComeBack) {
   auto mesh = std::make_shared<TriangleMesh>();
   mesh->vertices = {Vec3(0, 0, 0), Vec3(1.0 / 3, 0, 0), Vec3(0, 1e-7, 0), Vec3(0, 0, 5)};
   mesh->triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  const Tool tools[] = {Finger{0.1, 1.0 / 3}, BallTool{2.2}, Flat{1, 2}, Bull{3, 1.1, 12}, Cone{61, 3, 15}, Capsule{2, 9},
-                        HalfSpace{}, BoxTool{Vec3(3, 4, 5)}, Ellipsoid{Vec3(3, 2, 4)}, MeshTool{mesh}};
+  const Tool tools[] = {Finger{0.1, 1.0 / 3},     BallTool{2.2}, Flat{1, 2},  Bull{3, 1.1, 12},
+                        Cone{61, 3, 15},          Capsule{2, 9}, HalfSpace{}, BoxTool{Vec3(3, 4, 5)},
+                        Ellipsoid{Vec3(3, 2, 4)}, MeshTool{mesh}};
   for (const Tool& tool : tools) {
     StrokeSettings s;
     s.tool = tool;
@@ -129,9 +136,10 @@ TEST(Codec, SettingsOfEveryToolComeBack) {
     EXPECT_EQ(b.force.series, s.force.series);
     EXPECT_EQ(b.force.spring.stiffness_n_mm, s.force.series ? 1.5 : SeriesSpring{}.stiffness_n_mm);
   }
-  for (const char* bad : {"", "[]", "{}", R"({"tool":{"shape":"ball","radius":-1}})", R"({"tool":{"shape":"spoon"}})",
-                          R"({"tool":{"shape":"ball","radius":1},"mode":"cut","rate_hz":0})",
-                          R"({"tool":{"shape":"mesh","vertices":[[0,0,0]],"triangles":[[0,1,2]]}})"})
+  for (const char* bad :
+       {"", "[]", "{}", R"({"tool":{"shape":"ball","radius":-1}})", R"({"tool":{"shape":"spoon"}})",
+        R"({"tool":{"shape":"ball","radius":1},"mode":"cut","rate_hz":0})",
+        R"({"tool":{"shape":"mesh","vertices":[[0,0,0]],"triangles":[[0,1,2]]}})"})
     EXPECT_FALSE(settings_from_json(bad).ok()) << bad;
 }
 
@@ -184,13 +192,15 @@ TEST(Document, UndoRedoAndBranchesAgainstFullCopies) {
       }
     } else if (what < 8) {
       const StepId at = document->head();
-      const bool any = std::any_of(parent.begin(), parent.end(), [&](const auto& p) { return p.second == at; });
+      const bool any =
+          std::any_of(parent.begin(), parent.end(), [&](const auto& p) { return p.second == at; });
       ASSERT_EQ(document->redo(*model).ok(), any);
       if (any) {
         ASSERT_EQ(parent[document->head()], at);
       }
     } else if (what == 8) {
-      const StepId to = std::next(truth.begin(), random.integer(0, static_cast<int>(truth.size()) - 1))->first;
+      const StepId to =
+          std::next(truth.begin(), random.integer(0, static_cast<int>(truth.size()) - 1))->first;
       ASSERT_TRUE(document->go(*model, to).ok());
       ASSERT_EQ(document->head(), to);
     } else {
@@ -265,7 +275,8 @@ TEST(Document, RefusesWhatIsNone) {
   Folder folder;
   EXPECT_FALSE(Document::open(folder / "missing.kibori", Document::Access::read).ok());
   EXPECT_FALSE(Document::open(folder.path, Document::Access::read).ok());
-  std::ofstream(folder / "text.kibori") << "no document at all, but long enough to be taken for one by its length";
+  std::ofstream(folder / "text.kibori")
+      << "no document at all, but long enough to be taken for one by its length";
   EXPECT_FALSE(Document::open(folder / "text.kibori", Document::Access::read).ok());
   std::ofstream(folder / "empty.kibori").close();
   EXPECT_FALSE(Document::open(folder / "empty.kibori", Document::Access::write).ok());
@@ -295,12 +306,16 @@ TEST(Document, DamageIsToldAndNeverCrashes) {
   int refused = 0, told = 0, unharmed = 0;
   for (int i = 0; i < rounds; i++) {
     std::vector<char> bytes = whole;
-    const auto place = [&] { return static_cast<size_t>(random.uniform(0, 1) * static_cast<double>(bytes.size() - 1)); };
+    const auto place = [&] {
+      return static_cast<size_t>(random.uniform(0, 1) * static_cast<double>(bytes.size() - 1));
+    };
     if (i % 20 == 0)
       bytes.resize(place());
     else
-      for (int k = random.integer(1, 3); k > 0; k--) bytes[place()] ^= static_cast<char>(1 << random.integer(0, 7));
-    std::ofstream(folder / "b.kibori", std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+      for (int k = random.integer(1, 3); k > 0; k--)
+        bytes[place()] ^= static_cast<char>(1 << random.integer(0, 7));
+    std::ofstream(folder / "b.kibori", std::ios::binary)
+        .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     auto document = Document::open(folder / "b.kibori", Document::Access::read);
     if (!document) {
       EXPECT_FALSE(document.error().empty());
@@ -350,7 +365,8 @@ TEST(Document, KilledProcessesLeaveAPrefix) {
           StrokeTick tick;
           tick.tip = stroke.pose().tip + Vec3(0.4, 0, -0.01);
           tick.edits = true;
-          if (!stroke.advance(settings.tool, tick.tip, tick.turn, settings.mode, {}, settings.materials)) _exit(1);
+          if (!stroke.advance(settings.tool, tick.tip, tick.turn, settings.mode, {}, settings.materials))
+            _exit(1);
           made.value()->add(tick);
           ticks++;
           if (i % 10 == 9) {

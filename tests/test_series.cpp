@@ -336,7 +336,8 @@ TEST(Series, ARecordedPathLeavesTheSameBytes) {
     Vec3 velocity = Vec3(0, 0, -0.05), spin = Vec3::Zero();
     for (int i = 0; i < 400; i++) {
       velocity += 0.01 * random.in_box(-1, 1);
-      if ((device.tip - Vec3(20, 15, 19)).dot(velocity) > 0) velocity *= 0.9, velocity -= 0.002 * (device.tip - Vec3(20, 15, 19));
+      if ((device.tip - Vec3(20, 15, 19)).dot(velocity) > 0)
+        velocity *= 0.9, velocity -= 0.002 * (device.tip - Vec3(20, 15, 19));
       if (i % 50 == 0) spin = round % 4 == 1 ? Vec3(0.01 * random.direction()) : Vec3(Vec3::Zero());
       device.tip += velocity;
       device.frame = rotation(spin) * device.frame;

@@ -23,31 +23,17 @@
 #include <kibori/picture/picture.h>
 #include <kibori/session/carving.h>
 #include <kibori/session/convert.h>
+#include <kibori/session/documents.h>
 #include <kibori/session/export.h>
 #include <kibori/session/force_report.h>
 #include <kibori/session/mesh_report.h>
 #include <kibori/session/servo_run.h>
 #include <kibori/surface/surface.h>
 
+#include "apps/cli/common.h"
+#include "apps/cli/document_commands.h"
+
 namespace {
-
-constexpr int kBadInput = 2;
-
-// CLI11's own takes nan for positive.
-const CLI::Validator kPositive(
-    [](std::string& text) {
-      char* end = nullptr;
-      const double value = std::strtod(text.c_str(), &end);
-      return end != text.c_str() && *end == 0 && value > 0 && std::isfinite(value)
-                 ? std::string()
-                 : "'" + text + "' is not a positive number";
-    },
-    "POSITIVE");
-
-int bad_input(const std::string& what) {
-  std::fprintf(stderr, "kibori: %s\n", kibori::one_line(what).c_str());
-  return kBadInput;
-}
 
 // What `carve --picture` and `picture` share.
 struct PictureArguments {
@@ -74,15 +60,6 @@ void add_picture_options(CLI::App* command, PictureArguments& arguments) {
   command->add_option("--samples", arguments.samples, "paths a pixel; four times as many halve the noise")
       ->check(CLI::Range(1, 65536))
       ->capture_default_str();
-}
-
-void show_progress(const char* what, double share) {
-  static const bool terminal = isatty(STDERR_FILENO) != 0;
-  static int shown = -1;
-  const int percent = static_cast<int>(100 * share);
-  if (!terminal || percent == shown) return;
-  shown = percent;
-  std::fprintf(stderr, "\r%s %3d %%%s", what, percent, share >= 1 ? "\n" : "");
 }
 
 kibori::Result<kibori::PictureOptions> picture_options(const PictureArguments& arguments) {
@@ -212,18 +189,12 @@ kibori::Status write_exports(const ExportArguments& arguments, const kibori::Sna
 }
 
 struct CarveArguments {
-  std::string scene, forces, plot, mesh, picture;
+  std::string scene, forces, plot, mesh, picture, document;
   bool json = false, force = false;
   int threads = 1;
   PictureArguments drawing;
   ExportArguments exports;
 };
-
-kibori::Status write_text(const std::string& path, const std::string& text) {
-  kibori::NewFile file(path);
-  file.write(text);
-  return file.commit();
-}
 
 int run_carve(const CarveArguments& arguments) {
   using namespace kibori;
@@ -243,6 +214,9 @@ int run_carve(const CarveArguments& arguments) {
   CarveOptions options;
   options.threads = arguments.threads;
   options.force = arguments.force;
+  if (!arguments.document.empty() && !is_document(arguments.document))
+    return bad_input(arguments.document + ": documents are written as .kibori");
+  options.document = arguments.document;
   options.progress = [](double share) { show_progress("carving", share); };
   options.warning = [](const std::string& text) {
     std::fprintf(stderr, "\rkibori: warning: %s\n", text.c_str());
@@ -291,7 +265,8 @@ int run_carve(const CarveArguments& arguments) {
   const std::string summary =
       arguments.json ? summary_json(carving.value().summary) : summary_text(carving.value().summary);
   std::fputs(summary.c_str(), stdout);
-  return std::fflush(stdout) == 0 ? 0 : bad_input("standard output can't be written");
+  if (!carving.value().unsaved.empty()) return bad_input(carving.value().unsaved);
+  return written();
 }
 
 struct ConvertArguments {
@@ -341,7 +316,7 @@ int run_convert(const ConvertArguments& arguments) {
   }
   if (const Status ok = write_exports(arguments.exports, model, arguments.threads); !ok)
     return bad_input(ok.error());
-  return std::fflush(stdout) == 0 ? 0 : bad_input("standard output can't be written");
+  return written();
 }
 
 struct InfoArguments {
@@ -361,7 +336,7 @@ int run_info(const InfoArguments& arguments) {
   if (!report) return bad_input(report.error());
   std::fputs((arguments.json ? mesh_report_json(report.value()) : mesh_report_text(report.value())).c_str(),
              stdout);
-  return std::fflush(stdout) == 0 ? 0 : bad_input("standard output can't be written");
+  return written();
 }
 
 struct CompareArguments {
@@ -375,7 +350,8 @@ int run_compare(const CompareArguments& arguments) {
   using namespace kibori;
   Surface surfaces[2];
   for (int i = 0; i < 2; i++) {
-    const Result<TriangleMesh> mesh = read_mesh(i == 0 ? arguments.a : arguments.b);
+    const Result<TriangleMesh> mesh =
+        read_mesh_or_document(i == 0 ? arguments.a : arguments.b, arguments.threads);
     if (!mesh) return bad_input(mesh.error());
     surfaces[i] = surface_of_mesh(mesh.value());
   }
@@ -394,7 +370,7 @@ int run_compare(const CompareArguments& arguments) {
         "B to A       max %.4g mm at %.6g, %.6g, %.6g; rms %.4g mm\n",
         d.max(), d.rms(), d.there.max, d.there.at.x(), d.there.at.y(), d.there.at.z(), d.there.rms,
         d.back.max, d.back.at.x(), d.back.at.y(), d.back.at.z(), d.back.rms);
-  return std::fflush(stdout) == 0 ? 0 : bad_input("standard output can't be written");
+  return written();
 }
 
 int run_picture(const std::string& file, const std::string& out, const PictureArguments& arguments) {
@@ -402,7 +378,7 @@ int run_picture(const std::string& file, const std::string& out, const PictureAr
   if (const Status can = check_picture(out); !can) return bad_input(can.error());
   const Result<PictureOptions> options = picture_options(arguments);
   if (!options) return bad_input(options.error());
-  const Result<TriangleMesh> mesh = read_mesh(file);
+  const Result<TriangleMesh> mesh = read_mesh_or_document(file, arguments.threads);
   if (!mesh) return bad_input(mesh.error());
   const Status saved =
       save_picture(out, surface_of_mesh(mesh.value()), {{196, 150, 100}}, options.value(), arguments.up);
@@ -483,6 +459,11 @@ int main(int argc, char** argv) {
   CarveArguments carve_arguments;
   CLI::App* carve = app.add_subcommand("carve", "Run a scripted carving session and report forces");
   carve->add_option("SCENE", carve_arguments.scene, "scene file (TOML)")->required();
+  carve
+      ->add_option(
+          "-o,--output", carve_arguments.document,
+          "write a document: stock, strokes and history, as it is carved; see 'kibori replay --help'")
+      ->type_name("FILE.kibori");
   carve->add_option("--forces", carve_arguments.forces, "write force and moment of every tick as CSV")
       ->type_name("FILE.csv");
   carve->add_option("--plot", carve_arguments.plot, "draw force and moment over time")->type_name("FILE.svg");
@@ -523,7 +504,9 @@ int main(int argc, char** argv) {
   ConvertArguments convert_arguments;
   CLI::App* convert =
       app.add_subcommand("convert", "Repair and remesh: a mesh into dexels and back, closed and manifold");
-  convert->add_option("IN", convert_arguments.in, "mesh to read: .stl, .ply, .obj, .off, .3mf, .glb")
+  convert
+      ->add_option("IN", convert_arguments.in,
+                   "mesh to read: .stl, .ply, .obj, .off, .3mf, .glb; or a document: .kibori")
       ->required();
   convert->add_option("OUT", convert_arguments.out, "mesh to write: .stl, .ply, .obj, .3mf, .glb");
   convert
@@ -545,7 +528,9 @@ int main(int argc, char** argv) {
   InfoArguments info_arguments;
   CLI::App* info =
       app.add_subcommand("info", "Measure a mesh: size, volume, area, closed, manifold, thin walls");
-  info->add_option("FILE", info_arguments.file, "mesh: .stl, .ply, .obj, .off, .3mf, .glb")->required();
+  info->add_option("FILE", info_arguments.file,
+                   "mesh: .stl, .ply, .obj, .off, .3mf, .glb; or a document: .kibori")
+      ->required();
   info->add_flag("--json", info_arguments.json, "as JSON");
   info->add_option("--wall", info_arguments.wall, "walls thinner than this are thin")
       ->type_name("MM")
@@ -562,8 +547,14 @@ int main(int argc, char** argv) {
   CompareArguments compare_arguments;
   CLI::App* compare =
       app.add_subcommand("compare", "Distance between two meshes, both ways: largest and root mean square");
-  compare->add_option("A", compare_arguments.a, "mesh: .stl, .ply, .obj, .off, .3mf, .glb")->required();
-  compare->add_option("B", compare_arguments.b, "mesh: .stl, .ply, .obj, .off, .3mf, .glb")->required();
+  compare
+      ->add_option("A", compare_arguments.a,
+                   "mesh: .stl, .ply, .obj, .off, .3mf, .glb; or a document: .kibori")
+      ->required();
+  compare
+      ->add_option("B", compare_arguments.b,
+                   "mesh: .stl, .ply, .obj, .off, .3mf, .glb; or a document: .kibori")
+      ->required();
   compare
       ->add_option("--samples", compare_arguments.samples,
                    "points spread over each surface, besides its vertices")
@@ -577,7 +568,9 @@ int main(int argc, char** argv) {
   PictureArguments picture_arguments;
   std::string picture_file, picture_out;
   CLI::App* picture = app.add_subcommand("picture", "Draw a mesh: ray traced, soft shadows, wood or plain");
-  picture->add_option("FILE", picture_file, "mesh: .stl, .ply, .obj, .off, .3mf, .glb")->required();
+  picture
+      ->add_option("FILE", picture_file, "mesh: .stl, .ply, .obj, .off, .3mf, .glb; or a document: .kibori")
+      ->required();
   picture->add_option("OUT", picture_out, "picture to write: .png")->required();
   add_picture_options(picture, picture_arguments);
   picture->add_option("--threads", picture_arguments.threads, "threads to work with")
@@ -623,6 +616,7 @@ int main(int argc, char** argv) {
                   "without a second thread that follows with the surface");
   servo->add_flag("--json", servo_arguments.json, "as JSON, with all histograms");
 
+  DocumentCommands documents(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -630,6 +624,7 @@ int main(int argc, char** argv) {
     return bad_input(std::string(error.what()) + "; see 'kibori --help'");
   }
   try {
+    if (documents.given()) return documents.run();
     if (*devices) return run_devices(devices_json);
     if (*servo) return run_servo_command(servo_arguments);
     if (*convert) return run_convert(convert_arguments);

@@ -112,7 +112,8 @@ struct Fields {
   }
 };
 
-const char* const kShapes[] = {"finger", "ball", "flat", "bull", "cone", "capsule", "halfspace", "box", "ellipsoid", "mesh"};
+const char* const kShapes[] = {"finger",  "ball",      "flat", "bull",      "cone",
+                               "capsule", "halfspace", "box",  "ellipsoid", "mesh"};
 static_assert(std::size(kShapes) == std::variant_size_v<Tool>);
 const char* const kModes[] = {"cut", "deposit", "touch", "off"};
 
@@ -125,7 +126,8 @@ Json json_of(const Tool& tool) {
     json.update({{"radius", t->radius}, {"corner", t->corner}, {"length", t->length}});
   if (const auto* t = std::get_if<Cone>(&tool))
     json.update({{"angle_deg", t->angle_deg}, {"radius", t->radius}, {"length", t->length}});
-  if (const auto* t = std::get_if<Capsule>(&tool)) json.update({{"radius", t->radius}, {"length", t->length}});
+  if (const auto* t = std::get_if<Capsule>(&tool))
+    json.update({{"radius", t->radius}, {"length", t->length}});
   if (const auto* t = std::get_if<BoxTool>(&tool)) json["size"] = vec(t->size);
   if (const auto* t = std::get_if<Ellipsoid>(&tool)) json["radii"] = vec(t->radii);
   if (const auto* t = std::get_if<MeshTool>(&tool)) {
@@ -175,7 +177,8 @@ Result<Tool> tool_of(const Json& json) {
   } else if (shape == "mesh") {
     auto mesh = std::make_shared<TriangleMesh>();
     const Json *vertices = fields.find("vertices"), *triangles = fields.find("triangles");
-    if (!vertices || !triangles || !vertices->is_array() || !triangles->is_array()) return Error{"the tool's mesh is missing"};
+    if (!vertices || !triangles || !vertices->is_array() || !triangles->is_array())
+      return Error{"the tool's mesh is missing"};
     const auto three = [](const Json& v, bool whole) {
       bool good = v.is_array() && v.size() == 3;
       for (size_t i = 0; good && i < 3; i++) good = whole ? v[i].is_number_unsigned() : v[i].is_number();
@@ -188,8 +191,10 @@ Result<Tool> tool_of(const Json& json) {
     for (const Json& v : *triangles) {
       if (!three(v, true)) return Error{"the tool's mesh has a triangle that is none"};
       const uint64_t a = v[0], b = v[1], c = v[2], most = mesh->vertices.size();
-      if (a >= most || b >= most || c >= most) return Error{"the tool's mesh has a triangle of vertices that are not there"};
-      mesh->triangles.push_back({static_cast<uint32_t>(a), static_cast<uint32_t>(b), static_cast<uint32_t>(c)});
+      if (a >= most || b >= most || c >= most)
+        return Error{"the tool's mesh has a triangle of vertices that are not there"};
+      mesh->triangles.push_back(
+          {static_cast<uint32_t>(a), static_cast<uint32_t>(b), static_cast<uint32_t>(c)});
     }
     tool = MeshTool{std::move(mesh)};
   } else if (fields.wrong.empty()) {
@@ -203,17 +208,22 @@ Result<Tool> tool_of(const Json& json) {
 }  // namespace
 
 std::string settings_to_json(const StrokeSettings& s) {
-  Json json{{"tool", json_of(s.tool)}, {"mode", kModes[static_cast<size_t>(s.mode)]}, {"material", s.material}, {"rate_hz", s.rate_hz}};
+  Json json{{"tool", json_of(s.tool)},
+            {"mode", kModes[static_cast<size_t>(s.mode)]},
+            {"material", s.material},
+            {"rate_hz", s.rate_hz}};
   if (s.force.series)
     json["force"] = {{"model", "series"},
                      {"stiffness_n_mm", s.force.spring.stiffness_n_mm},
                      {"torsion_nmm_rad", s.force.spring.torsion_nmm_rad},
                      {"friction", s.force.spring.friction}};
   else
-    json["force"] = {{"model", s.force.law.model == ForceModel::paper ? "paper" : "energy"}, {"dof", s.force.law.dof}};
+    json["force"] = {{"model", s.force.law.model == ForceModel::paper ? "paper" : "energy"},
+                     {"dof", s.force.law.dof}};
   Json& materials = json["materials"] = Json::array();
   for (const Material& m : s.materials)
-    materials.push_back({{"name", m.name}, {"kf", m.kf}, {"u", m.u}, {"c", m.c}, {"yield_n", m.yield_n}, {"color", m.color}});
+    materials.push_back(
+        {{"name", m.name}, {"kf", m.kf}, {"u", m.u}, {"c", m.c}, {"yield_n", m.yield_n}, {"color", m.color}});
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -269,9 +279,11 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
       f.get("u", m.u);
       f.get("c", m.c);
       f.get("yield_n", m.yield_n);
-      if (const auto color = item.find("color"); color != item.end() && color->is_array() && color->size() == 3)
+      if (const auto color = item.find("color");
+          color != item.end() && color->is_array() && color->size() == 3)
         for (size_t i = 0; i < 3; i++)
-          if ((*color)[i].is_number_unsigned()) m.color[i] = static_cast<uint8_t>((*color)[i].get<unsigned>());
+          if ((*color)[i].is_number_unsigned())
+            m.color[i] = static_cast<uint8_t>((*color)[i].get<unsigned>());
       if (!f.wrong.empty()) return Error{"a material " + f.wrong};
       s.materials.push_back(m);
     }
@@ -384,7 +396,8 @@ Status decode_tile(const Bytes& bytes, Field& field, int tu, int tv) {
   if (!raw) return Error{"a tile " + raw.error()};
   Reader reader{raw.value()};
   uint32_t planes = 0;
-  if (!reader.take(&planes, 1) || planes > kMostPlanes) return Error{"a tile has not the length it should have"};
+  if (!reader.take(&planes, 1) || planes > kMostPlanes)
+    return Error{"a tile has not the length it should have"};
   field.clear_tile(tu, tv);
   if (planes == 0) return Ok{};
   Tile& tile = field.writable(tu, tv);
@@ -421,7 +434,8 @@ Status decode_tile(const Bytes& bytes, Field& field, int tu, int tv) {
       }
       // Sorted, disjoint, in the lattice, on rays that are there.
       good = good && !ended[j] && in >= last[j] && out <= deepest && plane->material[j] < kMixedMaterial &&
-             tu * kTileSide + j % kTileSide < field.nodes_u() && tv * kTileSide + j / kTileSide < field.nodes_v();
+             tu * kTileSide + j % kTileSide < field.nodes_u() &&
+             tv * kTileSide + j / kTileSide < field.nodes_v();
       last[j] = out;
       plane->include(in, out);
       material = material < 0 || material == plane->material[j] ? plane->material[j] : int{kMixedMaterial};

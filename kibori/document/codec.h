@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a document holds, as bytes and back: tiles, ticks of a stroke, settings. Everything read is checked, as
-// files are hostile until parsed. docs/documents.md describes the formats.
+// What a document holds, as bytes and back: tiles, ticks of a stroke, settings. Everything read is checked,
+// as files are hostile until parsed. docs/documents.md describes the formats.
 #pragma once
 
 #include <string>

@@ -23,13 +23,15 @@ Statement& Statement::bind(double value) {
   return *this;
 }
 Statement& Statement::bind(std::string_view text) {
-  const int code = sqlite3_bind_text64(statement_, ++bound_, text.data(), text.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
+  const int code =
+      sqlite3_bind_text64(statement_, ++bound_, text.data(), text.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
   if (!failed_) failed_ = code;
   return *this;
 }
 Statement& Statement::bind(const Bytes& bytes) {
-  const int code = bytes.empty() ? sqlite3_bind_zeroblob(statement_, ++bound_, 0)
-                                 : sqlite3_bind_blob64(statement_, ++bound_, bytes.data(), bytes.size(), SQLITE_TRANSIENT);
+  const int code =
+      bytes.empty() ? sqlite3_bind_zeroblob(statement_, ++bound_, 0)
+                    : sqlite3_bind_blob64(statement_, ++bound_, bytes.data(), bytes.size(), SQLITE_TRANSIENT);
   if (!failed_) failed_ = code;
   return *this;
 }
@@ -65,7 +67,8 @@ double Statement::real(int column) const { return sqlite3_column_double(statemen
 bool Statement::null(int column) const { return sqlite3_column_type(statement_, column) == SQLITE_NULL; }
 std::string Statement::text(int column) const {
   const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
-  return text ? std::string(text, static_cast<size_t>(sqlite3_column_bytes(statement_, column))) : std::string();
+  return text ? std::string(text, static_cast<size_t>(sqlite3_column_bytes(statement_, column)))
+              : std::string();
 }
 Bytes Statement::bytes(int column) const {
   const auto* data = static_cast<const uint8_t*>(sqlite3_column_blob(statement_, column));
@@ -81,7 +84,8 @@ Result<Database> Database::open(const std::filesystem::path& path, Access access
   int flags = access == Access::read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE;
   if (access == Access::create) flags |= SQLITE_OPEN_CREATE;
   sqlite3* db = nullptr;
-  const int code = sqlite3_open_v2(path.c_str(), &db, flags | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE, vfs);
+  const int code =
+      sqlite3_open_v2(path.c_str(), &db, flags | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE, vfs);
   database.db_.reset(db);
   if (code != SQLITE_OK) return database.error("can't be opened");
   sqlite3_busy_timeout(db, 2000);

@@ -18,8 +18,8 @@ namespace kibori {
 
 using Bytes = std::vector<uint8_t>;
 
-// A prepared statement: bind in order, step through rows, read columns in order. Reset by its first bind after a
-// step.
+// A prepared statement: bind in order, step through rows, read columns in order. Reset by its first bind
+// after a step.
 class Statement {
  public:
   Statement() = default;

@@ -21,7 +21,8 @@ using Json = nlohmann::json;
 
 constexpr int kApplication = 0x4B49424F;  // "KIBO"
 constexpr int kVersion = 1;
-// Tiles are kept where carving again from the last ones would take more ticks than this: a fraction of a second.
+// Tiles are kept where carving again from the last ones would take more ticks than this: a fraction of a
+// second.
 constexpr int64_t kTicksBetweenTiles = 20000;
 // States held in memory; the oldest visits go first.
 constexpr size_t kMostStates = 20000;
@@ -123,10 +124,12 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
                                                    const char* vfs) {
   std::error_code code;
   const std::string name = one_line(path.string());
-  if (std::filesystem::exists(path, code)) return Error{name + ": is there already; give another name or remove it"};
+  if (std::filesystem::exists(path, code))
+    return Error{name + ": is there already; give another name or remove it"};
   // All of it or nothing: made beside, and put in place when it is a document.
   const std::filesystem::path part = path.string() + ".part";
-  for (const char* rest : {"", "-wal", "-shm", "-journal"}) std::filesystem::remove(part.string() + rest, code);
+  for (const char* rest : {"", "-wal", "-shm", "-journal"})
+    std::filesystem::remove(part.string() + rest, code);
   Result<Database> made = Database::open(part, Database::Access::create, vfs);
   if (!made) return Error{name + ": can't be made; is the folder there, and writable?"};
   {
@@ -135,7 +138,8 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
     document->lattice_ = model.lattice();
     const Snapshot now = model.snapshot();
     const Status filled = [&]() -> Status {
-      const std::string first = "PRAGMA application_id=" + std::to_string(kApplication) + "; PRAGMA user_version=" + std::to_string(kVersion);
+      const std::string first = "PRAGMA application_id=" + std::to_string(kApplication) +
+                                "; PRAGMA user_version=" + std::to_string(kVersion);
       if (const Status s = document->database_.run(first.c_str()); !s) return s;
       return document->commit("making it", [&]() -> Status {
         if (const Status s = document->database_.run(kSchema); !s) return s;
@@ -146,7 +150,8 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
         const Json json{{"nodes", {lattice.nodes[0], lattice.nodes[1], lattice.nodes[2]}},
                         {"origin_mm", numbers(lattice.origin_mm)},
                         {"pitch_mm", lattice.pitch_mm}};
-        for (const auto& [key, value] : {std::pair<std::string, std::string>{"lattice", json.dump()}, {"stock", stock}})
+        for (const auto& [key, value] :
+             {std::pair<std::string, std::string>{"lattice", json.dump()}, {"stock", stock}})
           if (const Status s = m.bind(key).bind(value).run(); !s) return s;
         if (const Status s = m.bind(std::string_view("source")).bind(source).run(); !s) return s;
         if (const Status s = m.bind(std::string_view("head")).bind(int64_t{1}).run(); !s) return s;
@@ -171,7 +176,8 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
     }
   }
   // A link fails where the name was taken meanwhile.
-  if (::link(part.c_str(), path.c_str()) != 0 && (std::filesystem::exists(path, code) || ::rename(part.c_str(), path.c_str()) != 0)) {
+  if (::link(part.c_str(), path.c_str()) != 0 &&
+      (std::filesystem::exists(path, code) || ::rename(part.c_str(), path.c_str()) != 0)) {
     std::filesystem::remove(part, code);
     return Error{name + ": can't be put in place"};
   }
@@ -207,11 +213,13 @@ Result<std::unique_ptr<Document>> Document::open(const std::filesystem::path& pa
   const Result<int64_t> version = pragma("PRAGMA user_version");
   if (!version || version.value() < 1) return document->wrong("is a damaged document");
   if (version.value() > kVersion)
-    return document->wrong("was made by a newer Kibori (format " + std::to_string(version.value()) + ", this one reads " +
-                           std::to_string(kVersion) + "); use that");
+    return document->wrong("was made by a newer Kibori (format " + std::to_string(version.value()) +
+                           ", this one reads " + std::to_string(kVersion) + "); use that");
   document->writes_ = writes;
   if (writes)
-    if (const Status s = document->database_.run("PRAGMA journal_mode=WAL; PRAGMA foreign_keys=ON; PRAGMA wal_autocheckpoint=4000"); !s)
+    if (const Status s = document->database_.run(
+            "PRAGMA journal_mode=WAL; PRAGMA foreign_keys=ON; PRAGMA wal_autocheckpoint=4000");
+        !s)
       return document->failed("opening", s.error());
   if (const Status s = document->read_tree(); !s) return Error{s.error()};
   if (const Status s = document->recover(); !s) return Error{s.error()};
@@ -233,7 +241,9 @@ Status Document::read_tree() {
       continue;
     }
     const Json json = Json::parse(m.text(1), nullptr, false);
-    if (!json.is_object() || !json.contains("nodes") || !json.contains("origin_mm") || !json.contains("pitch_mm")) break;
+    if (!json.is_object() || !json.contains("nodes") || !json.contains("origin_mm") ||
+        !json.contains("pitch_mm"))
+      break;
     Vec3 nodes;
     if (!read_numbers(json["nodes"], nodes) || !read_numbers(json["origin_mm"], lattice_.origin_mm)) break;
     if (!json["pitch_mm"].is_number()) break;
@@ -247,7 +257,8 @@ Status Document::read_tree() {
 
   Result<Statement> read = database_.prepare(
       "SELECT id, parent, kind, label, ticks, removed_mm3, hash, finished, "
-      "(SELECT coalesce(sum(count), 0) FROM tick WHERE tick.step = step.id AND step.finished = 0) FROM step ORDER BY id");
+      "(SELECT coalesce(sum(count), 0) FROM tick WHERE tick.step = step.id AND step.finished = 0) FROM step "
+      "ORDER BY id");
   if (!read) return damaged(read.error());
   for (;;) {
     Statement& s = read.value();
@@ -264,7 +275,8 @@ Status Document::read_tree() {
     step.removed_mm3 = s.real(5);
     step.hash = std::strtoull(s.text(6).c_str(), nullptr, 16);
     const bool known = step.stock ? step.parent == 0 && steps_.empty() : steps_.count(step.parent) != 0;
-    if (step.id < 1 || !known) return damaged("step " + std::to_string(step.id) + " follows none that is there");
+    if (step.id < 1 || !known)
+      return damaged("step " + std::to_string(step.id) + " follows none that is there");
     steps_[step.id] = step;
   }
   if (steps_.empty()) return damaged("it has no stock");
@@ -276,7 +288,8 @@ Status Document::read_tree() {
     const Result<bool> row = versions.value().row();
     if (!row) return damaged(row.error());
     if (!row.value()) break;
-    if (steps_.count(versions.value().integer(1))) versions_[versions.value().text(0)] = versions.value().integer(1);
+    if (steps_.count(versions.value().integer(1)))
+      versions_[versions.value().text(0)] = versions.value().integer(1);
   }
   Result<Statement> checkpoints = database_.prepare("SELECT step, bounds FROM checkpoint");
   if (!checkpoints) return damaged(checkpoints.error());
@@ -294,7 +307,8 @@ Status Document::read_tree() {
   return Ok{};
 }
 
-// Strokes that were being made when their process ended are finished as far as they came; they are the newest.
+// Strokes that were being made when their process ended are finished as far as they came; they are the
+// newest.
 Status Document::recover() {
   for (auto& [id, step] : steps_) {
     if (step.finished) continue;
@@ -306,8 +320,8 @@ Status Document::recover() {
       const StepId unfinished = id;
       const int64_t ticks = step.ticks;
       const Status kept = commit("finishing an interrupted stroke", [&]() -> Status {
-        Result<Statement> update =
-            database_.prepare("UPDATE step SET finished = 1, ticks = ?, hash = ?, removed_mm3 = ? WHERE id = ?");
+        Result<Statement> update = database_.prepare(
+            "UPDATE step SET finished = 1, ticks = ?, hash = ?, removed_mm3 = ? WHERE id = ?");
         if (!update) return Error{update.error()};
         TriDexel before(lattice_);
         if (const Status s = make_state(before, steps_[unfinished].parent); !s) return s;
@@ -325,7 +339,8 @@ Status Document::recover() {
 }
 
 Result<std::string> Document::stock() const {
-  Result<Statement> read = const_cast<Database&>(database_).prepare("SELECT value FROM meta WHERE key = 'stock'");
+  Result<Statement> read =
+      const_cast<Database&>(database_).prepare("SELECT value FROM meta WHERE key = 'stock'");
   if (!read) return failed("reading the stock", read.error());
   const Result<bool> row = read.value().row();
   if (!row) return failed("reading the stock", row.error());
@@ -333,7 +348,8 @@ Result<std::string> Document::stock() const {
 }
 
 Result<Bytes> Document::source() const {
-  Result<Statement> read = const_cast<Database&>(database_).prepare("SELECT value FROM meta WHERE key = 'source'");
+  Result<Statement> read =
+      const_cast<Database&>(database_).prepare("SELECT value FROM meta WHERE key = 'source'");
   if (!read) return failed("reading the stock's file", read.error());
   const Result<bool> row = read.value().row();
   if (!row) return failed("reading the stock's file", row.error());
@@ -342,7 +358,8 @@ Result<Bytes> Document::source() const {
 
 Result<std::vector<StepId>> Document::path_to(StepId step) const {
   std::vector<StepId> path;
-  for (auto at = steps_.find(step); at != steps_.end(); at = steps_.find(at->second.parent)) path.push_back(at->first);
+  for (auto at = steps_.find(step); at != steps_.end(); at = steps_.find(at->second.parent))
+    path.push_back(at->first);
   if (path.empty()) return wrong("has no step " + std::to_string(step));
   std::reverse(path.begin(), path.end());
   return path;
@@ -429,7 +446,14 @@ Status Document::keep_tiles(StepId step, const Snapshot& now) {
         }
         if (tile.empty) {
           known.erase(found);
-          if (const Status s = place.value().bind(step).bind(static_cast<int64_t>(axis)).bind(int64_t{tu}).bind(int64_t{tv}).bind_null().run(); !s)
+          if (const Status s = place.value()
+                                   .bind(step)
+                                   .bind(static_cast<int64_t>(axis))
+                                   .bind(int64_t{tu})
+                                   .bind(int64_t{tv})
+                                   .bind_null()
+                                   .run();
+              !s)
             return s;
           continue;
         }
@@ -447,7 +471,14 @@ Status Document::keep_tiles(StepId step, const Snapshot& now) {
             found->second = database_.last_row();
           }
         }
-        if (const Status s = place.value().bind(step).bind(static_cast<int64_t>(axis)).bind(int64_t{tu}).bind(int64_t{tv}).bind(found->second).run(); !s)
+        if (const Status s = place.value()
+                                 .bind(step)
+                                 .bind(static_cast<int64_t>(axis))
+                                 .bind(int64_t{tu})
+                                 .bind(int64_t{tv})
+                                 .bind(found->second)
+                                 .run();
+            !s)
           return s;
       }
   }
@@ -480,7 +511,8 @@ Status Document::read_tiles(StepId step, TriDexel& model) const {
   std::map<std::pair<int64_t, int64_t>, std::pair<int, int>> first;  // field and tile: where it stands
   for (const auto& [place, tile] : tiles) {
     const auto& [axis, u, v] = place;
-    if (axis < 0 || axis > 2) return wrong("is a damaged document: there is no field " + std::to_string(axis));
+    if (axis < 0 || axis > 2)
+      return wrong("is a damaged document: there is no field " + std::to_string(axis));
     Field& field = model.field(kAxes[static_cast<size_t>(axis)]);
     if (u < 0 || v < 0 || u >= field.tiles_u() || v >= field.tiles_v())
       return wrong("is a damaged document: a tile lies outside of it");
@@ -529,6 +561,12 @@ Result<std::unique_ptr<TriDexel>> Document::load() {
   return model;
 }
 
+Result<std::unique_ptr<TriDexel>> Document::load_at(StepId step) const {
+  auto model = std::make_unique<TriDexel>(lattice_);
+  if (const Status s = make_state(*model, step); !s) return Error{s.error()};
+  return model;
+}
+
 Status Document::go(TriDexel& model, StepId step) {
   if (open_step_ != 0) return wrong("a stroke is being made; finish or cancel it first");
   if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
@@ -537,8 +575,8 @@ Status Document::go(TriDexel& model, StepId step) {
     model.restore(known->second);
     return Ok{};
   }
-  // From the nearest state in memory on the way, or the nearest tiles, whichever is nearer; the states in between are
-  // remembered, as the next steps back will ask for them.
+  // From the nearest state in memory on the way, or the nearest tiles, whichever is nearer; the states in
+  // between are remembered, as the next steps back will ask for them.
   const Snapshot before = model.snapshot();
   Result<std::vector<StepId>> path = path_to(step);
   if (!path) return Error{path.error()};
@@ -596,10 +634,12 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start, const 
     if (!setting) return Error{setting.error()};
     if (const Status s = setting.value().bind(json).run(); !s) return s;
     Result<Statement> step = database_.prepare(
-        "INSERT INTO step (parent, kind, label, setting, start) VALUES (?, 'stroke', ?, (SELECT id FROM setting WHERE "
+        "INSERT INTO step (parent, kind, label, setting, start) VALUES (?, 'stroke', ?, (SELECT id FROM "
+        "setting WHERE "
         "json = ?), ?)");
     if (!step) return Error{step.error()};
-    if (const Status s = step.value().bind(head_).bind(label).bind(json).bind(encode_pose(start)).run(); !s) return s;
+    if (const Status s = step.value().bind(head_).bind(label).bind(json).bind(encode_pose(start)).run(); !s)
+      return s;
     id = database_.last_row();
     return Ok{};
   });
@@ -648,7 +688,8 @@ Status Document::finish(const TriDexel& model, double removed_mm3) {
   step.hash = now.content_hash();
   step.finished = true;
   int64_t ticks = step.ticks;
-  for (StepId at = step.parent; at != 0 && !is_checkpoint(at); at = steps_[at].parent) ticks += steps_[at].ticks;
+  for (StepId at = step.parent; at != 0 && !is_checkpoint(at); at = steps_[at].parent)
+    ticks += steps_[at].ticks;
   const bool tiles = ticks > kTicksBetweenTiles;
   if (tiles) checkpoints_[step.id] = model.material_bounds();
   const Status kept = commit("finishing a stroke", [&]() -> Status {
@@ -656,7 +697,9 @@ Status Document::finish(const TriDexel& model, double removed_mm3) {
     Result<Statement> update =
         database_.prepare("UPDATE step SET finished = 1, ticks = ?, removed_mm3 = ?, hash = ? WHERE id = ?");
     if (!update) return Error{update.error()};
-    if (const Status s = update.value().bind(step.ticks).bind(removed_mm3).bind(hex(step.hash)).bind(step.id).run(); !s)
+    if (const Status s =
+            update.value().bind(step.ticks).bind(removed_mm3).bind(hex(step.hash)).bind(step.id).run();
+        !s)
       return s;
     Result<Statement> head = database_.prepare("UPDATE meta SET value = ? WHERE key = 'head'");
     if (!head) return Error{head.error()};
@@ -719,7 +762,8 @@ Result<Pose> Document::start(StepId step) const {
   return pose;
 }
 
-Status Document::for_ticks(StepId step, const std::function<Status(const std::vector<StrokeTick>&)>& f) const {
+Status Document::for_ticks(StepId step,
+                           const std::function<Status(const std::vector<StrokeTick>&)>& f) const {
   Result<Statement> read = const_cast<Database&>(database_).prepare(
       "SELECT sequence, count, data FROM tick WHERE step = ? ORDER BY sequence");
   if (!read) return failed("reading a stroke", read.error());
@@ -733,7 +777,8 @@ Status Document::for_ticks(StepId step, const std::function<Status(const std::ve
     if (s.integer(0) != sequence) return wrong(which + "some of its ticks are missing");
     const Result<std::vector<StrokeTick>> ticks = decode_ticks(s.bytes(2));
     if (!ticks) return wrong(which + ticks.error());
-    if (static_cast<int64_t>(ticks.value().size()) != s.integer(1)) return wrong(which + "some of its ticks are missing");
+    if (static_cast<int64_t>(ticks.value().size()) != s.integer(1))
+      return wrong(which + "some of its ticks are missing");
     if (const Status done = f(ticks.value()); !done) return done;
   }
 }
@@ -752,8 +797,8 @@ Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceL
   return for_ticks(step, [&](const std::vector<StrokeTick>& ticks) -> Status {
     for (const StrokeTick& tick : ticks) {
       const Mode mode = tick.edits ? s.mode : Mode::off;
-      Result<TickResult> done =
-          stroke.advance(s.tool, tick.tip, tick.turn, mode, law.value_or(s.force.law), s.materials, s.material);
+      Result<TickResult> done = stroke.advance(s.tool, tick.tip, tick.turn, mode, law.value_or(s.force.law),
+                                               s.materials, s.material);
       if (!done) return wrong("is a damaged document: step " + std::to_string(step) + ": " + done.error());
       count++;
       if (!use) continue;
@@ -787,7 +832,8 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
     if (hash_of(tiles.value().bytes(2)) != tiles.value().integer(1))
       wrong_at("tile " + std::to_string(tiles.value().integer(0)) + " is not what was written");
   }
-  // Every way from the stock to an end of the tree, each step carved once: from the state of the one before it.
+  // Every way from the stock to an end of the tree, each step carved once: from the state of the one before
+  // it.
   std::map<StepId, Snapshot> states;
   std::map<StepId, int> children;
   for (const auto& [id, step] : steps_) children[step.parent]++;
@@ -817,7 +863,8 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
       continue;
     }
     const Snapshot now = model.snapshot();
-    if (step.finished && now.content_hash() != step.hash) wrong_at(which + " carved again is not what it was");
+    if (step.finished && now.content_hash() != step.hash)
+      wrong_at(which + " carved again is not what it was");
     if (is_checkpoint(id) && !step.stock) {
       TriDexel kept(lattice_);
       if (const Status s = read_tiles(id, kept); !s)

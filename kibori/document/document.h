@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT
-// One file: the stock, every stroke as the tool's own path, the tree of what was done, and the model's state at
-// some of its steps. SQLite, so that anyone can read it (docs/documents.md has the tables).
+// One file: the stock, every stroke as the tool's own path, the tree of what was done, and the model's state
+// at some of its steps. SQLite, so that anyone can read it (docs/documents.md has the tables).
 //
 //   stock ── stroke ── stroke ── stroke*          every step knows the one before it
 //                 └─── stroke ── stroke           going back and doing otherwise keeps the other branch
 //
-// A step's state is that of the nearest step before it whose tiles were kept, and the strokes from there carved
-// again: the same bytes, as a recorded path leaves them. States that were visited stay in memory, where they share
-// what they have in common.
+// A step's state is that of the nearest step before it whose tiles were kept, and the strokes from there
+// carved again: the same bytes, as a recorded path leaves them. States that were visited stay in memory,
+// where they share what they have in common.
 //
-// What is added reaches the file at every flush(): a process that is killed then leaves an exact prefix. A document
-// belongs to one thread; one process writes a file, any number may read it meanwhile.
+// What is added reaches the file at every flush(): a process that is killed then leaves an exact prefix. A
+// document belongs to one thread; one process writes a file, any number may read it meanwhile.
 #pragma once
 
 #include <chrono>
@@ -53,13 +53,13 @@ class Document {
  public:
   enum class Access { write, read };
 
-  // A new file; one that is there already is refused. `stock` says how the stock can be made again (JSON); `source` is
-  // the file it came from, if any. Errors: the path, or another process writes it.
+  // A new file; one that is there already is refused. `stock` says how the stock can be made again (JSON);
+  // `source` is the file it came from, if any. Errors: the path, or another process writes it.
   static Result<std::unique_ptr<Document>> create(const std::filesystem::path& path, const TriDexel& model,
                                                   const std::string& stock, const Bytes& source = {},
                                                   const char* vfs = nullptr);
-  // Errors: no document, one of a newer version, damage, or another process writes it (open it for reading then).
-  // A stroke that was being made when its process ended is kept as far as it came.
+  // Errors: no document, one of a newer version, damage, or another process writes it (open it for reading
+  // then). A stroke that was being made when its process ended is kept as far as it came.
   static Result<std::unique_ptr<Document>> open(const std::filesystem::path& path, Access access,
                                                 const char* vfs = nullptr);
   ~Document();
@@ -82,8 +82,10 @@ class Document {
 
   // A model at the head; what go, undo and redo work on from then on.
   Result<std::unique_ptr<TriDexel>> load();
-  // Makes `model` (from load() or given to create()) that of another step, which becomes the head. Errors leave it
-  // as it was.
+  // A model at any step; the document goes on at its head.
+  Result<std::unique_ptr<TriDexel>> load_at(StepId step) const;
+  // Makes `model` (from load() or given to create()) that of another step, which becomes the head. Errors
+  // leave it as it was.
   Status go(TriDexel& model, StepId step);
   Status undo(TriDexel& model);
   // To the step last gone back from, or else the newest that follows. Errors: nothing follows.
@@ -109,8 +111,8 @@ class Document {
   Status replay(StepId step, TriDexel& model, const std::optional<ForceLaw>& law,
                 const std::function<void(const ReplayedTick&)>& use) const;
 
-  // Looks at everything there is: tables, tiles, ticks, and every step carved again. Calls wrong(sentence) for all that
-  // is not as it should be; progress(share) now and then. Errors: can't be read at all.
+  // Looks at everything there is: tables, tiles, ticks, and every step carved again. Calls wrong(sentence)
+  // for all that is not as it should be; progress(share) now and then. Errors: can't be read at all.
   Status verify(const std::function<void(const std::string&)>& wrong,
                 const std::function<void(double)>& progress = {}) const;
 
@@ -126,7 +128,8 @@ class Document {
   Status recover();
   Status commit(const char* doing, const std::function<Status()>& change);
   Status write_ticks();
-  // Keeps the tiles of the state `now` of a step: those that are not as at the last step on its way that has any.
+  // Keeps the tiles of the state `now` of a step: those that are not as at the last step on its way that has
+  // any.
   Status keep_tiles(StepId step, const Snapshot& now);
   // Sets a model to the tiles of a step that has any.
   Status read_tiles(StepId step, TriDexel& model) const;

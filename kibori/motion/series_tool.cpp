@@ -267,8 +267,7 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
     felt.turn_rad = way.turns() ? way.turn_rad : Vec3(Vec3::Zero());
     if (felt.edited) {
       const Result<int> counted = pieces_of(tool, way, lattice);
-      edit_.run(tool, way, end, counted ? counted.value() : 1, mode == Mode::deposit, material, 1,
-                removed_);
+      edit_.run(tool, way, end, counted ? counted.value() : 1, mode == Mode::deposit, material, 1, removed_);
     }
     tool_pose_ = end;
   };

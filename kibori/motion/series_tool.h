@@ -43,16 +43,17 @@ class SeriesTool {
 
   // What one tick came to.
   struct Felt {
-    Wrench hand;             // on the hand: N, N mm about the device's position
-    Pose tool;               // where the tool is now
-    double removed_mm3 = 0;  // negative: deposited
-    double travel_mm = 0;    // how far the tool's tip went
-    bool touching = false;   // material holds the tool back
-    bool cutting = false;    // material was cut
-    bool inside = false;     // the tool stands in material and waits to be pulled out: no force, no cut
-    bool clipped = false;    // a deposit reached beyond the lattice
+    Wrench hand;                   // on the hand: N, N mm about the device's position
+    Pose tool;                     // where the tool is now
+    double removed_mm3 = 0;        // negative: deposited
+    double travel_mm = 0;          // how far the tool's tip went
+    bool touching = false;         // material holds the tool back
+    bool cutting = false;          // material was cut
+    bool inside = false;           // the tool stands in material and waits to be pulled out: no force, no cut
+    bool clipped = false;          // a deposit reached beyond the lattice
     Vec3 turn_rad = Vec3::Zero();  // by which the tool turned
-    bool edited = false;     // the way was cut or filled: Stroke::advance to the tool's tip by this turn does the same
+    bool edited =
+        false;  // the way was cut or filled: Stroke::advance to the tool's tip by this turn does the same
   };
 
   // The device moved to `device`. `material` is what a deposit puts down. Mode::touch never cuts. Errors: a
@@ -69,6 +70,8 @@ class SeriesTool {
     tool_pose_ = pose;
     disengage();
   }
+  // What was known from before is forgotten, so that the stroke that begins can be carved again alone.
+  void begin_stroke() { edit_.forget(); }
   // The model changed under the tool, or the tool its shape: wait until it is clear again.
   void disengage() {
     engaged_ = touched_ = false;

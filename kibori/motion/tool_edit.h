@@ -10,15 +10,16 @@
 
 namespace kibori {
 
-// How sums over an edit are taken: about the tip at the end, and where the tool turns by each element's own way.
+// How sums over an edit are taken: about the tip at the end, and where the tool turns by each element's own
+// way.
 Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice);
 
 class ToolEdit {
  public:
   explicit ToolEdit(TriDexel& model) : model_(model) {}
 
-  // Sweeps the tool along `motion` to `end` in so many pieces (see pieces_of) and cuts, or where `deposits` is set
-  // puts down `material`. Adds to `removed`.
+  // Sweeps the tool along `motion` to `end` in so many pieces (see pieces_of) and cuts, or where `deposits`
+  // is set puts down `material`. Adds to `removed`.
   void run(const Tool& tool, const ToolMotion& motion, const Pose& end, int pieces, bool deposits,
            uint8_t material, int threads, Removed& removed);
 

@@ -8,6 +8,7 @@
 
 #include <kibori/base/memory.h>
 #include <kibori/formats/mesh_file.h>
+#include <kibori/session/documents.h>
 #include <kibori/session/relief.h>
 #include <kibori/session/stock.h>
 
@@ -18,6 +19,9 @@ double microseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
 }
 
+// A stroke reaches the file at least so often.
+constexpr auto kFlushEvery = std::chrono::milliseconds(50);
+
 double percentile(const std::vector<double>& sorted, double share) {
   if (sorted.empty()) return 0;
   const auto at = static_cast<size_t>(share * static_cast<double>(sorted.size()));
@@ -26,14 +30,15 @@ double percentile(const std::vector<double>& sorted, double share) {
 
 // A tick of the series model, as the others report theirs: the tool's own motion, and what the hand feels.
 Result<TickResult> by_spring(SeriesTool& series, const Tool& tool, const Pose& hand, const Move& move,
-                             const std::vector<Material>& materials) {
+                             const std::vector<Material>& materials, StrokeTick& recorded) {
   const Pose before = series.pose();
   const Result<SeriesTool::Felt> felt = series.advance(tool, hand, move.mode, materials, move.material);
   if (!felt) return Error{felt.error()};
   const SeriesTool::Felt& f = felt.value();
+  recorded = {f.tool.tip, f.turn_rad, f.edited, hand.tip - f.tool.tip,
+              rotation_between(f.tool.frame, hand.frame)};
   TickResult result;
-  result.tick = {f.tool.tip, f.tool.axis(), f.tool.tip - before.tip,
-                 rotation_between(before.frame, f.tool.frame)};
+  result.tick = {f.tool.tip, f.tool.axis(), f.tool.tip - before.tip, f.turn_rad};
   result.wrench = f.hand;
   result.removed_mm3 = f.removed_mm3;
   result.points = series.removed().points();
@@ -146,6 +151,20 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
   Stroke stroke(model, hand);
   stroke.set_threads(options.threads);
   SeriesTool series(model, hand, scene.spring.value_or(SeriesSpring{}));
+  std::unique_ptr<Document> document;
+  auto flushed = std::chrono::steady_clock::now();
+  const auto keep = [&](const Status& kept) {
+    if (kept || !document) return;
+    // The carving goes on; what the file has, it keeps.
+    carving.unsaved = kept.error();
+    if (options.warning) options.warning(kept.error() + "; what follows is not saved");
+    document.reset();
+  };
+  if (!options.document.empty()) {
+    Result<std::unique_ptr<Document>> made = new_document(options.document, scene, model);
+    if (!made) return Error{made.error()};
+    document = std::move(made).value();
+  }
   carving.trace.reserve(static_cast<size_t>(total));
   std::vector<double> step_us;
   step_us.reserve(static_cast<size_t>(total));
@@ -157,15 +176,24 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
     const MovePlan& plan = plans[i - 1];
     const Tool& tool = scene.tools[to.tool];
     if (to.tool != from.tool) series.disengage();
+    // Each move is a stroke, which does not depend on what the tool did before: so it can be carved again
+    // alone.
+    stroke.place(stroke.pose());
+    series.begin_stroke();
+    if (document)
+      keep(document->begin(stroke_settings(scene, to), scene.spring ? series.pose() : stroke.pose(),
+                           to.label));
+    const double removed_before = summary.removed_mm3 - summary.deposited_mm3;
     for (int64_t k = 1; k <= plan.ticks + plan.dwell_ticks; k++) {
       const bool moving = k <= plan.ticks;
       const double share = static_cast<double>(k) / static_cast<double>(plan.ticks);
       const Vec3 tip = k < plan.ticks ? Vec3(from.to_mm + (to.to_mm - from.to_mm) * share) : to.to_mm;
       const Vec3 turn = moving ? Vec3(plan.turn_rad / static_cast<double>(plan.ticks)) : Vec3(Vec3::Zero());
+      StrokeTick recorded{tip, turn, to.mode != Mode::off};
       const auto start = std::chrono::steady_clock::now();
       if (scene.spring && moving) hand = {tip, rotation(turn) * hand.frame};
       Result<TickResult> tick =
-          scene.spring ? by_spring(series, tool, hand, to, scene.materials)
+          scene.spring ? by_spring(series, tool, hand, to, scene.materials, recorded)
                        : stroke.advance(tool, tip, turn, to.mode, scene.force, scene.materials, to.material);
       step_us.push_back(microseconds_since(start));
       if (!tick) return Error{scene.file + ":" + std::to_string(to.line) + ": [move] " + tick.error()};
@@ -185,12 +213,28 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
                         ": a deposit reached beyond the stock's room, and what was outside is dropped; raise "
                         "[stock] room_mm");
       carving.trace.push_back({static_cast<double>(summary.ticks) / scene.rate_hz, result});
+      if (document) {
+        document->add(recorded);
+        if (const auto now = std::chrono::steady_clock::now(); now - flushed >= kFlushEvery) {
+          keep(document->flush());
+          flushed = now;
+        }
+      }
       if (options.progress && summary.ticks % 64 == 0)
         options.progress(static_cast<double>(summary.ticks) / static_cast<double>(total));
     }
+    if (document) keep(document->finish(model, summary.removed_mm3 - summary.deposited_mm3 - removed_before));
     if (!to.label.empty())
       carving.marks.push_back({to.label, static_cast<double>(summary.ticks) / scene.rate_hz});
   }
+  summarize(carving, std::move(step_us));
+  if (options.progress) options.progress(1);
+  return carving;
+}
+
+void summarize(Carving& carving, std::vector<double> step_us) {
+  CarveSummary& summary = carving.summary;
+  const TriDexel& model = *carving.model;
   summary.volume_mm3 = model.volume_mm3();
   summary.state_hash = model.content_hash();
   summary.pitch_mm = model.lattice().pitch_mm;
@@ -198,8 +242,6 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
   std::sort(step_us.begin(), step_us.end());
   summary.step_us = {percentile(step_us, 0.5), percentile(step_us, 0.99), percentile(step_us, 0.999),
                      step_us.empty() ? 0 : step_us.back()};
-  if (options.progress) options.progress(1);
-  return carving;
 }
 
 }  // namespace kibori

@@ -2,6 +2,7 @@
 // Runs a scene: makes the stock, then moves the tool tick by tick and hands each tick's result to the caller.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -17,6 +18,7 @@ namespace kibori {
 struct CarveOptions {
   int threads = 1;                                  // results do not depend on it
   bool force = false;                               // take a mesh whose rays mostly disagree
+  std::filesystem::path document;                   // written as it is carved; empty: none
   std::function<void(double share)> progress;       // 0..1, now and then
   std::function<void(const std::string&)> warning;  // one sentence each
 };
@@ -51,11 +53,14 @@ struct Carving {
   std::vector<TraceRow> trace;
   std::vector<Mark> marks;
   CarveSummary summary;
+  std::string unsaved;  // why the document holds only the beginning; empty if it holds all
 };
 
 // Errors: what the stock or a move can't be, or a stock that needs more memory than there is.
 Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::string& scene_file,
                                              const CarveOptions& options);
 Result<Carving> carve(const Scene& scene, const CarveOptions& options);
+// Fills in what of a summary comes from the model and the times of its steps.
+void summarize(Carving& carving, std::vector<double> step_us);
 
 }  // namespace kibori

@@ -2,13 +2,41 @@
 #include <kibori/session/convert.h>
 
 #include <kibori/formats/mesh_file.h>
+#include <kibori/session/documents.h>
 #include <kibori/session/stock.h>
 #include <kibori/surface/simplify.h>
 #include <kibori/surface/surface.h>
 
 namespace kibori {
 
+namespace {
+
+// A document's own dexels, or its strokes carved at another pitch.
+Result<Converted> of_document(const std::filesystem::path& in, const ConvertOptions& options) {
+  const Result<std::unique_ptr<Document>> document = Document::open(in, Document::Access::read);
+  if (!document) return Error{document.error()};
+  ReplayOptions replay;
+  replay.pitch_mm = options.pitch_mm;
+  replay.carve.threads = options.threads;
+  replay.carve.warning = options.warning;
+  Converted converted;
+  if (options.pitch_mm && *options.pitch_mm != document.value()->lattice().pitch_mm) {
+    Result<Replay> carved = replay_document(*document.value(), replay);
+    if (!carved) return Error{carved.error()};
+    converted.model = std::move(carved.value().carving.model);
+  } else {
+    Result<std::unique_ptr<TriDexel>> model = document.value()->load_at(document.value()->head());
+    if (!model) return Error{model.error()};
+    converted.model = std::move(model).value();
+  }
+  converted.pitch_mm = converted.model->lattice().pitch_mm;
+  return converted;
+}
+
+}  // namespace
+
 Result<Converted> into_dexels(const std::filesystem::path& in, const ConvertOptions& options) {
+  if (is_document(in)) return of_document(in, options);
   Result<TriangleMesh> mesh = Error{};
   if (options.relief) {
     const double pitch = options.pitch_mm.value_or(options.relief->width_mm / 256);

@@ -9,7 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include <kibori/dexel/normal_code.h>
-#include <kibori/formats/mesh_file.h>
+#include <kibori/session/documents.h>
+#include <kibori/session/documents.h>
 #include <kibori/session/stock.h>
 
 namespace kibori {
@@ -53,7 +54,7 @@ ThinWalls thin_walls(const Snapshot& model, double threshold_mm) {
 }  // namespace
 
 Result<MeshReport> report_mesh(const std::filesystem::path& path, const MeshReportOptions& options) {
-  const Result<TriangleMesh> mesh = read_mesh(path);
+  const Result<TriangleMesh> mesh = read_mesh_or_document(path, options.threads);
   if (!mesh) return Error{mesh.error()};
   const Surface surface = surface_of_mesh(mesh.value());
   MeshReport report;

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: MIT
+#include "apps/cli/document_commands.h"
+
+#include <filesystem>
+
+#include <kibori/session/convert.h>
+#include <kibori/session/documents.h>
+#include <kibori/session/force_report.h>
+
+#include "apps/cli/common.h"
+
+using namespace kibori;
+
+DocumentCommands::DocumentCommands(CLI::App& app) {
+  replay_ = app.add_subcommand("replay",
+                               "Carve what a document holds again, bit for bit, or finer, or felt otherwise");
+  replay_->add_option("FILE", file_, "document: .kibori")->required();
+  replay_
+      ->add_option("--to", to_, "a version's name or a step's number; by default where the document stands")
+      ->type_name("VERSION|STEP");
+  replay_->add_option("--pitch", pitch_, "carve the same strokes at another pitch")
+      ->type_name("MM")
+      ->check(kPositive);
+  replay_->add_option("--model", model_, "feel the same motion by another force model")
+      ->check(CLI::IsMember({"paper", "energy"}));
+  replay_->add_option("--dof", dof_, "of --model")->check(CLI::IsMember({5, 6}))->capture_default_str();
+  replay_->add_option("--forces", forces_, "write force and moment of every tick as CSV")
+      ->type_name("FILE.csv");
+  replay_->add_option("--plot", plot_, "draw force and moment over time")->type_name("FILE.svg");
+  replay_->add_option("--mesh", mesh_, "write the surface of what is left")
+      ->type_name("FILE.stl|ply|obj|3mf|glb");
+  replay_->add_flag("--json", json_, "summary as JSON on standard output");
+  replay_->add_option("--threads", threads_, "threads to work with; the result does not depend on it")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  replay_->footer("Exit status: 0 the same model as recorded, 1 another one, 2 bad input.");
+
+  verify_ = app.add_subcommand(
+      "verify", "Check everything in a document: its structure, tiles, and every stroke carved again");
+  verify_->add_option("FILE", file_, "document: .kibori")->required();
+  verify_->footer(
+      "Exit status: 0 all is as it was written, 1 something is not (a line each says what and where), 2 bad "
+      "input.");
+
+  history_ = app.add_subcommand("history", "List the steps and named versions of a document");
+  history_->add_option("FILE", file_, "document: .kibori")->required();
+  history_->add_option("--name", name_, "name a version: the head, or the step of --at");
+  history_->add_option("--at", at_, "with --name: a version's name or a step's number")
+      ->type_name("VERSION|STEP")
+      ->needs("--name");
+  history_->add_flag("--json", json_, "as JSON");
+}
+
+int DocumentCommands::run() const {
+  if (*replay_) return run_replay();
+  return *verify_ ? run_verify() : run_history();
+}
+
+int DocumentCommands::run_replay() const {
+  for (const std::string& out : {forces_, plot_, mesh_})
+    if (!out.empty())
+      if (const Status can = check_writable(out); !can) return bad_input(can.error());
+  if (!mesh_.empty())
+    if (const Status known = check_surface_ending(mesh_); !known) return bad_input(known.error());
+  Result<std::unique_ptr<Document>> document = Document::open(file_, Document::Access::read);
+  if (!document) return bad_input(document.error());
+  ReplayOptions options;
+  options.to = to_;
+  if (pitch_ > 0) options.pitch_mm = pitch_;
+  if (!model_.empty())
+    options.law = ForceLaw{model_ == "paper" ? ForceModel::paper : ForceModel::energy, dof_};
+  options.carve.threads = threads_;
+  options.carve.progress = [](double share) { show_progress("carving", share); };
+  options.carve.warning = [](const std::string& text) {
+    std::fprintf(stderr, "\rkibori: warning: %s\n", text.c_str());
+  };
+  Result<Replay> replayed = replay_document(*document.value(), options);
+  if (!replayed) return bad_input(replayed.error());
+  const Replay& replay = replayed.value();
+  if (!forces_.empty())
+    if (const Status ok = write_text(forces_, forces_csv(replay.carving)); !ok) return bad_input(ok.error());
+  if (!plot_.empty()) {
+    const std::string title =
+        std::filesystem::path(file_).stem().string() + ": force and moment, model " + replay.title;
+    if (const Status ok = write_text(plot_, forces_svg(replay.carving, title)); !ok)
+      return bad_input(ok.error());
+  }
+  if (!mesh_.empty()) {
+    std::vector<Rgb> colors;
+    if (replay.to != document.value()->steps().begin()->first) {
+      const Result<StrokeSettings> settings = document.value()->settings(replay.to);
+      if (!settings) return bad_input(settings.error());
+      for (const Material& material : settings.value().materials) colors.push_back(material.color);
+    }
+    const Result<size_t> out = write_model(mesh_, replay.carving.model->snapshot(), colors, 0, threads_);
+    if (!out) return bad_input(out.error());
+  }
+  const CarveSummary& summary = replay.carving.summary;
+  std::fputs((json_ ? summary_json(summary) : summary_text(summary)).c_str(), stdout);
+  if (replay.differs != 0) {
+    std::fprintf(stderr,
+                 "kibori: %s: step %lld carved again is not what was recorded; 'kibori verify' says more\n",
+                 file_.c_str(), static_cast<long long>(replay.differs));
+    return 1;
+  }
+  return written();
+}
+
+int DocumentCommands::run_verify() const {
+  Result<std::unique_ptr<Document>> document = Document::open(file_, Document::Access::read);
+  if (!document) return bad_input(document.error());
+  int wrongs = 0;
+  const Status done = document.value()->verify(
+      [&](const std::string& wrong) {
+        std::printf("%s\n", one_line(wrong).c_str());
+        wrongs++;
+      },
+      [](double share) { show_progress("verifying", share); });
+  if (!done) return bad_input(done.error());
+  if (wrongs == 0)
+    std::printf("all is as it was written: %zu steps, %zu versions\n", document.value()->steps().size(),
+                document.value()->versions().size());
+  const int status = written();
+  return status != 0 ? status : wrongs != 0;
+}
+
+int DocumentCommands::run_history() const {
+  Result<std::unique_ptr<Document>> opened =
+      Document::open(file_, name_.empty() ? Document::Access::read : Document::Access::write);
+  if (!opened) return bad_input(opened.error());
+  Document& document = *opened.value();
+  if (!name_.empty()) {
+    StepId at = document.head();
+    if (!at_.empty()) {
+      const Result<StepId> found = document.find(at_);
+      if (!found) return bad_input(found.error());
+      at = found.value();
+    }
+    if (const Status named = document.name_version(name_, at); !named) return bad_input(named.error());
+  }
+  std::fputs((json_ ? history_json(document) : history_text(document)).c_str(), stdout);
+  return written();
+}

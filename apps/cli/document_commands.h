@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// replay, verify and history: what one does with a document.
+#pragma once
+
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+class DocumentCommands {
+ public:
+  explicit DocumentCommands(CLI::App& app);
+  // Whether one of them was given.
+  bool given() const { return *replay_ || *verify_ || *history_; }
+  // Its exit status.
+  int run() const;
+
+ private:
+  int run_replay() const;
+  int run_verify() const;
+  int run_history() const;
+
+  CLI::App *replay_, *verify_, *history_;
+  std::string file_, to_, model_, forces_, plot_, mesh_, name_, at_;
+  double pitch_ = 0;
+  int dof_ = 5, threads_ = 1;
+  bool json_ = false;
+};

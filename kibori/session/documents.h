@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: MIT
+// Scenes and documents: what a scene carves written as one, and a document carved again.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <kibori/base/result.h>
+#include <kibori/document/document.h>
+#include <kibori/session/carving.h>
+
+namespace kibori {
+
+// By its ending, .kibori.
+bool is_document(const std::filesystem::path& path);
+
+// A document of the stock, before the first move; the stock's own file goes in with it.
+Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path, const Scene& scene,
+                                               const TriDexel& model);
+// What a stroke of a move is carved with.
+StrokeSettings stroke_settings(const Scene& scene, const Move& move);
+
+// The model at a document's head.
+Result<std::unique_ptr<TriDexel>> document_model(const std::filesystem::path& path);
+// A mesh file, or the surface of a document at its head.
+Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, int threads);
+
+struct ReplayOptions {
+  std::string to;                  // a version or step; by default the head
+  std::optional<double> pitch_mm;  // of the model; by default as recorded
+  std::optional<ForceLaw> law;     // by default as recorded
+  CarveOptions carve;              // threads, progress, warnings
+};
+
+struct Replay {
+  Carving carving;
+  std::string title;  // the force model
+  StepId to = 0;
+  StepId differs = 0;  // the first step whose model is not what it was; only looked for at the recorded pitch
+};
+
+// Errors: those of the document; a stock that can't be made at another pitch.
+Result<Replay> replay_document(const Document& document, const ReplayOptions& options);
+
+// The steps and versions, one a line; the head is marked.
+std::string history_text(const Document& document);
+std::string history_json(const Document& document);
+
+}  // namespace kibori
