@@ -192,16 +192,19 @@ FieldSnapshot::Count FieldSnapshot::count() const {
 }
 
 uint64_t FieldSnapshot::content_hash() const {
-  std::unordered_map<const Tile*, uint64_t> known;
   Hash hash;
   for (const int n : {static_cast<int>(axis()), nodes_u(), nodes_v(), nodes_depth()})
     hash.add(static_cast<uint64_t>(n));
   for (int tv = 0; tv < tiles_v(); tv++)
     for (int tu = 0; tu < tiles_u(); tu++) {
       const Tile& t = tile(tu, tv);
-      auto [entry, fresh] = known.try_emplace(&t, 0);
-      if (fresh) entry->second = hash_tile(t);
-      hash.add(entry->second);
+      // Tiles in a snapshot do not change, so each remembers its own; whoever writes one forgets it.
+      uint64_t own = t.hash.load(std::memory_order_relaxed);
+      if (own == 0) {
+        own = hash_tile(t);
+        t.hash.store(own, std::memory_order_relaxed);
+      }
+      hash.add(own);
     }
   return hash.value();
 }
@@ -243,6 +246,7 @@ Tile* Field::new_tile() {
   Tile* tile = static_cast<Tile*>(pools_->tiles.take());
   tile->first.clear();
   new (&tile->refs) std::atomic<uint32_t>(1);
+  new (&tile->hash) std::atomic<uint64_t>(0);
   tile->material = 0;
   tile->empty = true;
   return tile;
@@ -281,6 +285,7 @@ Tile& Field::copy_for_writing(int tu, int tv) {
   Tile* copy = static_cast<Tile*>(pools_->tiles.take());
   copy_plane(*pools_, copy->first, slot->first);
   new (&copy->refs) std::atomic<uint32_t>(1);
+  new (&copy->hash) std::atomic<uint64_t>(0);
   copy->material = slot->material;
   copy->empty = slot->empty;
   release(*pools_, std::exchange(slot, copy));

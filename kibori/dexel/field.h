@@ -186,8 +186,10 @@ class Field : private FieldSnapshot {
   }
   // The tile for writing; copied first if anyone else holds it.
   Tile& writable(int tu, int tv) {
-    return shared(tu, tv) ? copy_for_writing(tu, tv)
-                          : *root_->pages[shape_.page_of(tu, tv)]->tiles[shape_.slot_of(tu, tv)];
+    Tile& tile = shared(tu, tv) ? copy_for_writing(tu, tv)
+                                : *root_->pages[shape_.page_of(tu, tv)]->tiles[shape_.slot_of(tu, tv)];
+    tile.hash.store(0, std::memory_order_relaxed);
+    return tile;
   }
   // Puts the shared empty tile in place.
   void clear_tile(int tu, int tv);

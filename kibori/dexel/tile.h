@@ -67,6 +67,7 @@ struct Plane {
 struct Tile {
   Plane first;
   std::atomic<uint32_t> refs;
+  mutable std::atomic<uint64_t> hash;  // of the content; 0: not known
   uint8_t material;  // of every span in the tile, or kMixedMaterial
   bool empty;        // no span at all
 

@@ -104,12 +104,12 @@ Status Document::commit(const char* doing, const std::function<Status()>& change
   // Now and then a commit waits until it is on the disk, and with it all before it.
   const auto now = std::chrono::steady_clock::now();
   const bool sync = now - synced_ >= kSyncEvery;
-  if (const Status s = database_.run(sync ? "PRAGMA synchronous=FULL" : "PRAGMA synchronous=NORMAL"); !s)
+  if (Status s = database_.run(sync ? "PRAGMA synchronous=FULL" : "PRAGMA synchronous=NORMAL"); !s)
     return failed(doing, s.error());
-  if (const Status s = database_.run("BEGIN IMMEDIATE"); !s) return failed(doing, s.error());
+  if (Status s = database_.run("BEGIN IMMEDIATE"); !s) return failed(doing, s.error());
   Status done = change();
   if (done) {
-    if (const Status s = database_.run("COMMIT"); !s) done = failed(doing, s.error());
+    if (Status s = database_.run("COMMIT"); !s) done = failed(doing, s.error());
   }
   if (!done) {
     static_cast<void>(database_.run("ROLLBACK"));
@@ -140,9 +140,9 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
     const Status filled = [&]() -> Status {
       const std::string first = "PRAGMA application_id=" + std::to_string(kApplication) +
                                 "; PRAGMA user_version=" + std::to_string(kVersion);
-      if (const Status s = document->database_.run(first.c_str()); !s) return s;
+      if (Status s = document->database_.run(first.c_str()); !s) return s;
       return document->commit("making it", [&]() -> Status {
-        if (const Status s = document->database_.run(kSchema); !s) return s;
+        if (Status s = document->database_.run(kSchema); !s) return s;
         Result<Statement> meta = document->database_.prepare("INSERT INTO meta VALUES (?, ?)");
         if (!meta) return Error{meta.error()};
         Statement& m = meta.value();
@@ -152,14 +152,14 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
                         {"pitch_mm", lattice.pitch_mm}};
         for (const auto& [key, value] :
              {std::pair<std::string, std::string>{"lattice", json.dump()}, {"stock", stock}})
-          if (const Status s = m.bind(key).bind(value).run(); !s) return s;
-        if (const Status s = m.bind(std::string_view("source")).bind(source).run(); !s) return s;
-        if (const Status s = m.bind(std::string_view("head")).bind(int64_t{1}).run(); !s) return s;
+          if (Status s = m.bind(key).bind(value).run(); !s) return s;
+        if (Status s = m.bind(std::string_view("source")).bind(source).run(); !s) return s;
+        if (Status s = m.bind(std::string_view("head")).bind(int64_t{1}).run(); !s) return s;
         Result<Statement> step = document->database_.prepare(
             "INSERT INTO step (id, kind, hash, finished) VALUES (1, 'stock', ?, 1)");
         if (!step) return Error{step.error()};
         const uint64_t hash = now.content_hash();
-        if (const Status s = step.value().bind(hex(hash)).run(); !s) return s;
+        if (Status s = step.value().bind(hex(hash)).run(); !s) return s;
         Step first_step;
         first_step.id = 1;
         first_step.stock = true;
@@ -199,7 +199,7 @@ Result<std::unique_ptr<Document>> Document::open(const std::filesystem::path& pa
   if (!database) return Error{database.error()};
   std::unique_ptr<Document> document(new Document(std::move(database).value()));
   if (writes)
-    if (const Status s = document->lock(path); !s) return Error{s.error()};
+    if (Status s = document->lock(path); !s) return Error{s.error()};
   const auto pragma = [&](const char* sql) -> Result<int64_t> {
     Result<Statement> read = document->database_.prepare(sql);
     if (!read) return Error{read.error()};
@@ -217,12 +217,12 @@ Result<std::unique_ptr<Document>> Document::open(const std::filesystem::path& pa
                            ", this one reads " + std::to_string(kVersion) + "); use that");
   document->writes_ = writes;
   if (writes)
-    if (const Status s = document->database_.run(
+    if (Status s = document->database_.run(
             "PRAGMA journal_mode=WAL; PRAGMA foreign_keys=ON; PRAGMA wal_autocheckpoint=4000");
         !s)
       return document->failed("opening", s.error());
-  if (const Status s = document->read_tree(); !s) return Error{s.error()};
-  if (const Status s = document->recover(); !s) return Error{s.error()};
+  if (Status s = document->read_tree(); !s) return Error{s.error()};
+  if (Status s = document->recover(); !s) return Error{s.error()};
   return document;
 }
 
@@ -314,23 +314,23 @@ Status Document::recover() {
     if (step.finished) continue;
     if (writes_) {
       TriDexel model(lattice_);
-      if (const Status s = make_state(model, id); !s) return s;
+      if (Status s = make_state(model, id); !s) return s;
       const Snapshot now = model.snapshot();
       step.hash = now.content_hash();
       const StepId unfinished = id;
       const int64_t ticks = step.ticks;
-      const Status kept = commit("finishing an interrupted stroke", [&]() -> Status {
+      Status kept = commit("finishing an interrupted stroke", [&]() -> Status {
         Result<Statement> update = database_.prepare(
             "UPDATE step SET finished = 1, ticks = ?, hash = ?, removed_mm3 = ? WHERE id = ?");
         if (!update) return Error{update.error()};
         TriDexel before(lattice_);
-        if (const Status s = make_state(before, steps_[unfinished].parent); !s) return s;
+        if (Status s = make_state(before, steps_[unfinished].parent); !s) return s;
         step.removed_mm3 = before.volume_mm3() - now.volume_mm3();
         return update.value().bind(ticks).bind(hex(step.hash)).bind(step.removed_mm3).bind(unfinished).run();
       });
       if (!kept) return kept;
       step.finished = true;
-      if (const Status s = set_head(id); !s) return s;
+      if (Status s = set_head(id); !s) return s;
     } else {
       head_ = id;
     }
@@ -378,7 +378,7 @@ Status Document::name_version(const std::string& name, StepId step) {
   if (name.empty() || name.find_first_not_of("0123456789") == std::string::npos)
     return wrong("a version's name can't be a number or nothing");
   if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
-  const Status kept = commit("naming a version", [&]() -> Status {
+  Status kept = commit("naming a version", [&]() -> Status {
     Result<Statement> put = database_.prepare("INSERT OR REPLACE INTO version VALUES (?, ?)");
     if (!put) return Error{put.error()};
     return put.value().bind(name).bind(step).run();
@@ -389,7 +389,7 @@ Status Document::name_version(const std::string& name, StepId step) {
 
 Status Document::set_head(StepId step) {
   if (writes_) {
-    const Status kept = commit("moving in the history", [&]() -> Status {
+    Status kept = commit("moving in the history", [&]() -> Status {
       Result<Statement> put = database_.prepare("UPDATE meta SET value = ? WHERE key = 'head'");
       if (!put) return Error{put.error()};
       return put.value().bind(step).run();
@@ -417,7 +417,7 @@ Status Document::keep_tiles(StepId step, const Snapshot& now) {
   StepId at = steps_[step].parent;
   while (at != 0 && !is_checkpoint(at)) at = steps_[at].parent;
   if (at != 0)
-    if (const Status s = read_tiles(at, before); !s) return s;
+    if (Status s = read_tiles(at, before); !s) return s;
   Result<Statement> find = database_.prepare("SELECT id, data FROM tile WHERE hash = ?");
   if (!find) return Error{find.error()};
   Result<Statement> add = database_.prepare("INSERT INTO tile (hash, data) VALUES (?, ?)");
@@ -428,7 +428,7 @@ Status Document::keep_tiles(StepId step, const Snapshot& now) {
   if (!place) return Error{place.error()};
   const Box& bounds = checkpoints_[step];
   const Json box{numbers(bounds.min), numbers(bounds.max)};
-  if (const Status s = head.value().bind(step).bind(box.dump()).run(); !s) return s;
+  if (Status s = head.value().bind(step).bind(box.dump()).run(); !s) return s;
   const Snapshot then = before.snapshot();
   std::unordered_map<const Tile*, int64_t> known;
   for (const Axis axis : kAxes) {
@@ -446,7 +446,7 @@ Status Document::keep_tiles(StepId step, const Snapshot& now) {
         }
         if (tile.empty) {
           known.erase(found);
-          if (const Status s = place.value()
+          if (Status s = place.value()
                                    .bind(step)
                                    .bind(static_cast<int64_t>(axis))
                                    .bind(int64_t{tu})
@@ -467,11 +467,11 @@ Status Document::keep_tiles(StepId step, const Snapshot& now) {
             if (find.value().bytes(1) == data) found->second = find.value().integer(0);
           }
           if (found->second == 0) {
-            if (const Status s = add.value().bind(hash).bind(data).run(); !s) return s;
+            if (Status s = add.value().bind(hash).bind(data).run(); !s) return s;
             found->second = database_.last_row();
           }
         }
-        if (const Status s = place.value()
+        if (Status s = place.value()
                                  .bind(step)
                                  .bind(static_cast<int64_t>(axis))
                                  .bind(int64_t{tu})
@@ -544,9 +544,9 @@ Status Document::make_state(TriDexel& model, StepId step) const {
   size_t from = path.value().size();
   while (from > 0 && !is_checkpoint(path.value()[from - 1])) from--;
   if (from == 0) return wrong("is a damaged document: the stock's tiles are missing");
-  if (const Status s = read_tiles(path.value()[from - 1], model); !s) return s;
+  if (Status s = read_tiles(path.value()[from - 1], model); !s) return s;
   for (; from < path.value().size(); from++)
-    if (const Status s = replay(path.value()[from], model, std::nullopt, {}); !s) return s;
+    if (Status s = replay(path.value()[from], model, std::nullopt, {}); !s) return s;
   return Ok{};
 }
 
@@ -554,7 +554,7 @@ Status Document::make_state(TriDexel& model, StepId step) const {
 
 Result<std::unique_ptr<TriDexel>> Document::load() {
   auto model = std::make_unique<TriDexel>(lattice_);
-  if (const Status s = make_state(*model, head_); !s) return Error{s.error()};
+  if (Status s = make_state(*model, head_); !s) return Error{s.error()};
   states_.clear();
   visited_.clear();
   remember(head_, model->snapshot());
@@ -563,7 +563,7 @@ Result<std::unique_ptr<TriDexel>> Document::load() {
 
 Result<std::unique_ptr<TriDexel>> Document::load_at(StepId step) const {
   auto model = std::make_unique<TriDexel>(lattice_);
-  if (const Status s = make_state(*model, step); !s) return Error{s.error()};
+  if (Status s = make_state(*model, step); !s) return Error{s.error()};
   return model;
 }
 
@@ -571,7 +571,7 @@ Status Document::go(TriDexel& model, StepId step) {
   if (open_step_ != 0) return wrong("a stroke is being made; finish or cancel it first");
   if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
   if (const auto known = states_.find(step); known != states_.end()) {
-    if (const Status s = set_head(step); !s) return s;
+    if (Status s = set_head(step); !s) return s;
     model.restore(known->second);
     return Ok{};
   }
@@ -610,7 +610,7 @@ Status Document::undo(TriDexel& model) {
   const Step& step = steps_[head_];
   if (step.parent == 0) return wrong("there is nothing before the stock");
   const StepId from = head_, parent = step.parent;
-  const Status done = go(model, parent);
+  Status done = go(model, parent);
   if (done) last_child_[parent] = from;
   return done;
 }
@@ -628,17 +628,17 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start, const 
   if (!writes_) return wrong("is open for reading only");
   if (open_step_ != 0) return wrong("a stroke is being made already");
   StepId id = 0;
-  const Status kept = commit("beginning a stroke", [&]() -> Status {
+  Status kept = commit("beginning a stroke", [&]() -> Status {
     const std::string json = settings_to_json(settings);
     Result<Statement> setting = database_.prepare("INSERT OR IGNORE INTO setting (json) VALUES (?)");
     if (!setting) return Error{setting.error()};
-    if (const Status s = setting.value().bind(json).run(); !s) return s;
+    if (Status s = setting.value().bind(json).run(); !s) return s;
     Result<Statement> step = database_.prepare(
         "INSERT INTO step (parent, kind, label, setting, start) VALUES (?, 'stroke', ?, (SELECT id FROM "
         "setting WHERE "
         "json = ?), ?)");
     if (!step) return Error{step.error()};
-    if (const Status s = step.value().bind(head_).bind(label).bind(json).bind(encode_pose(start)).run(); !s)
+    if (Status s = step.value().bind(head_).bind(label).bind(json).bind(encode_pose(start)).run(); !s)
       return s;
     id = database_.last_row();
     return Ok{};
@@ -671,7 +671,7 @@ Status Document::write_ticks() {
 
 Status Document::flush() {
   if (open_step_ == 0 || waiting_.empty()) return Ok{};
-  const Status kept = commit("saving", [&] { return write_ticks(); });
+  Status kept = commit("saving", [&] { return write_ticks(); });
   if (!kept) return kept;
   open_sequence_++;
   saved_ticks_ += static_cast<int64_t>(waiting_.size());
@@ -692,8 +692,8 @@ Status Document::finish(const TriDexel& model, double removed_mm3) {
     ticks += steps_[at].ticks;
   const bool tiles = ticks > kTicksBetweenTiles;
   if (tiles) checkpoints_[step.id] = model.material_bounds();
-  const Status kept = commit("finishing a stroke", [&]() -> Status {
-    if (const Status s = write_ticks(); !s) return s;
+  Status kept = commit("finishing a stroke", [&]() -> Status {
+    if (Status s = write_ticks(); !s) return s;
     Result<Statement> update =
         database_.prepare("UPDATE step SET finished = 1, ticks = ?, removed_mm3 = ?, hash = ? WHERE id = ?");
     if (!update) return Error{update.error()};
@@ -703,7 +703,7 @@ Status Document::finish(const TriDexel& model, double removed_mm3) {
       return s;
     Result<Statement> head = database_.prepare("UPDATE meta SET value = ? WHERE key = 'head'");
     if (!head) return Error{head.error()};
-    if (const Status s = head.value().bind(step.id).run(); !s) return s;
+    if (Status s = head.value().bind(step.id).run(); !s) return s;
     return tiles ? keep_tiles(step.id, now) : Status(Ok{});
   });
   if (!kept) {
@@ -722,11 +722,11 @@ Status Document::finish(const TriDexel& model, double removed_mm3) {
 Status Document::cancel(TriDexel& model) {
   if (open_step_ == 0) return wrong("no stroke is being made");
   const StepId id = open_step_;
-  const Status kept = commit("cancelling a stroke", [&]() -> Status {
+  Status kept = commit("cancelling a stroke", [&]() -> Status {
     for (const char* sql : {"DELETE FROM tick WHERE step = ?", "DELETE FROM step WHERE id = ?"}) {
       Result<Statement> drop = database_.prepare(sql);
       if (!drop) return Error{drop.error()};
-      if (const Status s = drop.value().bind(id).run(); !s) return s;
+      if (Status s = drop.value().bind(id).run(); !s) return s;
     }
     return Ok{};
   });
@@ -779,7 +779,7 @@ Status Document::for_ticks(StepId step,
     if (!ticks) return wrong(which + ticks.error());
     if (static_cast<int64_t>(ticks.value().size()) != s.integer(1))
       return wrong(which + "some of its ticks are missing");
-    if (const Status done = f(ticks.value()); !done) return done;
+    if (Status done = f(ticks.value()); !done) return done;
   }
 }
 
@@ -867,7 +867,7 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
       wrong_at(which + " carved again is not what it was");
     if (is_checkpoint(id) && !step.stock) {
       TriDexel kept(lattice_);
-      if (const Status s = read_tiles(id, kept); !s)
+      if (Status s = read_tiles(id, kept); !s)
         wrong_at(s.error());
       else if (kept.content_hash() != step.hash)
         wrong_at("the tiles kept at " + which + " are not its state");

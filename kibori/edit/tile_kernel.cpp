@@ -718,6 +718,7 @@ void run_tile(Operation operation, TileJob& job) {
   if (!job.met || operation == Operation::contact || operation == Operation::deposit_contact) return;
 
   auto& tile = *const_cast<Tile*>(job.tile);
+  tile.hash.store(0, std::memory_order_relaxed);
   if (job.scalar.any) {
     edit_scalar_rays(job, tile, growing);
     job.scalar = {};
