@@ -17,6 +17,7 @@
 #include <kibori/base/file.h>
 #include <kibori/document/document.h>
 
+#include "tests/fault_vfs.h"
 #include "tests/support.h"
 
 namespace kibori {
@@ -403,6 +404,160 @@ TEST(Document, KilledProcessesLeaveAPrefix) {
     // And work goes on.
     carve(*document, *model.value(), random, 5);
   }
+}
+
+using test::FaultVfs;
+
+// Every write, sync, truncation and removal fails in turn, once or from then on: it is told, what was there stays, what
+// is in memory stays, and once the disk is well again all of it is saved.
+TEST(Document, FailingDisksLoseNothing) {
+  FaultVfs& vfs = FaultVfs::get();
+  Folder folder;
+  int told = 0;
+  bool reached = true;
+  for (int64_t at = 1; reached; at += at < 60 ? 1 : 7) {
+    for (const int how : {0, 1, 2}) {
+      vfs.reset();
+      Random random;
+      for (const char* part : {"f.kibori", "f.kibori-wal", "f.kibori-shm"}) std::filesystem::remove(folder / part);
+      TriDexel model = block();
+      { created(folder / "f.kibori", model); }
+      auto open = Document::open(folder / "f.kibori", Document::Access::write, FaultVfs::kName);
+      ASSERT_TRUE(open.ok()) << open.error();
+      Document& document = *open.value();
+      vfs.count = 0;
+      vfs.fail_at = at;
+      vfs.fail_on = how == 1;
+      vfs.error = how == 1 ? SQLITE_FULL : SQLITE_IOERR_WRITE;
+      vfs.half_written = how == 2;
+      std::map<int64_t, uint64_t> truth{{1, model.content_hash()}};
+      bool failed = false;
+      // What failed is tried again when the disk is well.
+      const auto until_well = [&](const std::function<Status()>& f) {
+        Status done = f();
+        if (!done) {
+          EXPECT_NE(done.error().find("f.kibori"), std::string::npos) << done.error();
+          failed = true;
+          // The original is there for others, an exact prefix.
+          {
+            auto reader = Document::open(folder / "f.kibori", Document::Access::read);
+            EXPECT_TRUE(reader.ok()) << at << " " << reader.error();
+            if (reader) {
+              EXPECT_EQ(wrongs(*reader.value()), std::vector<std::string>()) << at << " " << how;
+            }
+          }
+          vfs.fail_at = 0;
+          done = f();
+        }
+        ASSERT_TRUE(done.ok()) << at << " " << how << " " << done.error();
+      };
+      for (int s = 0; s < 3; s++) {
+        StrokeSettings settings;
+        settings.tool = BallTool{3};
+        const Pose start{Vec3(5, 5 + 5 * s, 18), Mat3::Identity()};
+        until_well([&] { return document.begin(settings, start); });
+        Stroke stroke(model, start);
+        for (int i = 0; i < 12; i++) {
+          StrokeTick tick;
+          tick.tip = stroke.pose().tip + Vec3(0.7, 0, -0.1);
+          tick.edits = true;
+          ASSERT_TRUE(stroke.advance(settings.tool, tick.tip, tick.turn, settings.mode, {}, settings.materials).ok());
+          document.add(tick);
+          if (i % 4 == 3) until_well([&] { return document.flush(); });
+        }
+        until_well([&] { return document.finish(model, 1); });
+        truth[document.head()] = model.content_hash();
+      }
+      until_well([&] { return document.undo(model); });
+      until_well([&] { return document.redo(model); });
+      reached = vfs.count >= at;
+      told += failed;
+      open.value().reset();
+      vfs.fail_at = 0;
+      auto after = opened(folder / "f.kibori");
+      ASSERT_NE(after, nullptr);
+      ASSERT_EQ(after->steps().size(), truth.size()) << at << " " << how;
+      for (const auto& [step, hash] : truth) EXPECT_EQ(after->steps().at(step).hash, hash);
+      EXPECT_EQ(wrongs(*after), std::vector<std::string>()) << at << " " << how;
+    }
+  }
+  std::printf("%d failures told\n", told);
+  EXPECT_GT(told, 50);
+  vfs.reset();
+}
+
+// Power is lost after any operation: what was synced is there, of what came later any part, torn anywhere. The file
+// then holds an exact prefix, and all that was synced of it.
+TEST(Document, LossOfPowerLeavesAPrefix) {
+  FaultVfs& vfs = FaultVfs::get();
+  vfs.reset();
+  Random random;
+  Folder folder;
+  TriDexel model = block();
+  { created(folder / "p.kibori", model); }
+  const std::vector<char> before = read_file(folder / "p.kibori").value();
+  vfs.log = true;
+  std::vector<std::pair<size_t, size_t>> steps_by_op;  // operations so far, steps finished so far
+  {
+    auto open = Document::open(folder / "p.kibori", Document::Access::write, FaultVfs::kName);
+    ASSERT_TRUE(open.ok()) << open.error();
+    for (int s = 0; s < 25; s++) {
+      carve(*open.value(), model, random, 12);
+      steps_by_op.emplace_back(vfs.ops.size(), open.value()->steps().size());
+      if (s % 8 == 7) std::this_thread::sleep_for(std::chrono::milliseconds(510));
+    }
+    open.value().reset();
+    steps_by_op.emplace_back(vfs.ops.size(), 26);
+  }
+  vfs.log = false;
+  const int rounds = std::getenv("KIBORI_POWER") ? std::atoi(std::getenv("KIBORI_POWER")) : 150;
+  size_t most_lost = 0;
+  for (int round = 0; round < rounds; round++) {
+    const auto crash = static_cast<size_t>(random.integer(0, static_cast<int>(vfs.ops.size())));
+    std::map<std::string, std::vector<char>> files{{"p.kibori", before}};
+    std::map<std::string, size_t> synced;  // operations up to here are on the disk
+    for (size_t i = 0; i < crash; i++)
+      if (vfs.ops[i].kind == FaultVfs::Op::sync) synced[vfs.ops[i].file] = i;
+    for (size_t i = 0; i < crash; i++) {
+      const FaultVfs::Op& op = vfs.ops[i];
+      if (op.kind == FaultVfs::Op::sync) continue;
+      const bool sure = synced.count(op.file) && i < synced[op.file];
+      if (!sure && random.integer(0, 2) == 0) continue;  // never arrived
+      if (op.kind == FaultVfs::Op::remove) {
+        files.erase(op.file);
+        continue;
+      }
+      std::vector<char>& file = files[op.file];
+      if (op.kind == FaultVfs::Op::truncate) {
+        file.resize(static_cast<size_t>(op.at));
+        continue;
+      }
+      size_t length = op.data.size();
+      if (!sure && random.integer(0, 3) == 0) length = static_cast<size_t>(random.integer(0, static_cast<int>(length)));
+      if (file.size() < static_cast<size_t>(op.at) + length) file.resize(static_cast<size_t>(op.at) + length);
+      std::copy_n(op.data.begin(), length, file.begin() + op.at);
+    }
+    for (const char* rest : {"q.kibori", "q.kibori-wal", "q.kibori-shm"}) std::filesystem::remove(folder / rest);
+    for (const auto& [name, bytes] : files) {
+      std::string as = name;
+      as[0] = 'q';
+      if (as.find("-shm") != std::string::npos) continue;
+      std::ofstream(folder / as.c_str(), std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    }
+    auto after = opened(folder / "q.kibori");
+    ASSERT_NE(after, nullptr) << round << random.note();
+    EXPECT_EQ(wrongs(*after), std::vector<std::string>()) << random.note();
+    // All that was finished before the last sync of the log.
+    size_t sure = 1, made = 1;
+    for (const auto& [ops, steps] : steps_by_op) {
+      if (synced.count("p.kibori-wal") && ops <= synced["p.kibori-wal"]) sure = steps;
+      if (ops <= crash) made = steps;
+    }
+    EXPECT_GE(after->steps().size(), sure) << random.note();
+    most_lost = std::max(most_lost, made - std::min(made, after->steps().size()));
+  }
+  std::printf("%zu operations; at most %zu strokes lost\n", vfs.ops.size(), most_lost);
+  vfs.reset();
 }
 
 }  // namespace

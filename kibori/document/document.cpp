@@ -310,23 +310,23 @@ Status Document::read_tree() {
 // Strokes that were being made when their process ended are finished as far as they came; they are the
 // newest.
 Status Document::recover() {
-  for (auto& [id, step] : steps_) {
+  for (auto& entry : steps_) {
+    const StepId id = entry.first;
+    Step& step = entry.second;
     if (step.finished) continue;
     if (writes_) {
       TriDexel model(lattice_);
       if (Status s = make_state(model, id); !s) return s;
       const Snapshot now = model.snapshot();
       step.hash = now.content_hash();
-      const StepId unfinished = id;
-      const int64_t ticks = step.ticks;
       Status kept = commit("finishing an interrupted stroke", [&]() -> Status {
         Result<Statement> update = database_.prepare(
             "UPDATE step SET finished = 1, ticks = ?, hash = ?, removed_mm3 = ? WHERE id = ?");
         if (!update) return Error{update.error()};
         TriDexel before(lattice_);
-        if (Status s = make_state(before, steps_[unfinished].parent); !s) return s;
+        if (Status s = make_state(before, step.parent); !s) return s;
         step.removed_mm3 = before.volume_mm3() - now.volume_mm3();
-        return update.value().bind(ticks).bind(hex(step.hash)).bind(step.removed_mm3).bind(unfinished).run();
+        return update.value().bind(step.ticks).bind(hex(step.hash)).bind(step.removed_mm3).bind(id).run();
       });
       if (!kept) return kept;
       step.finished = true;
