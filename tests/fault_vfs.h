@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A SQLite file system that fails where it is told to, and remembers every write and sync so that a loss of power can
-// be played: over the machine's own, for tests.
+// A SQLite file system that fails where it is told to, and remembers every write and sync so that a loss of
+// power can be played: over the machine's own, for tests.
 #pragma once
 
 #include <cstring>
@@ -24,8 +24,8 @@ class FaultVfs {
     std::vector<char> data;
   };
 
-  // Operations that change a file are counted from 1. The first to fail (0: none), whether those after it fail too, and
-  // how.
+  // Operations that change a file are counted from 1. The first to fail (0: none), whether those after it
+  // fail too, and how.
   int64_t fail_at = 0;
   bool fail_on = false;
   int error = SQLITE_IOERR_WRITE;
@@ -99,19 +99,29 @@ class FaultVfs {
       get().note({Op::sync, *of(f)->name, 0, {}});
       return SQLITE_OK;  // the machine's own need not wait
     };
-    methods_.xFileSize = [](sqlite3_file* f, sqlite3_int64* size) { return real(f)->pMethods->xFileSize(real(f), size); };
+    methods_.xFileSize = [](sqlite3_file* f, sqlite3_int64* size) {
+      return real(f)->pMethods->xFileSize(real(f), size);
+    };
     methods_.xLock = [](sqlite3_file* f, int lock) { return real(f)->pMethods->xLock(real(f), lock); };
     methods_.xUnlock = [](sqlite3_file* f, int lock) { return real(f)->pMethods->xUnlock(real(f), lock); };
-    methods_.xCheckReservedLock = [](sqlite3_file* f, int* out) { return real(f)->pMethods->xCheckReservedLock(real(f), out); };
-    methods_.xFileControl = [](sqlite3_file* f, int op, void* arg) { return real(f)->pMethods->xFileControl(real(f), op, arg); };
+    methods_.xCheckReservedLock = [](sqlite3_file* f, int* out) {
+      return real(f)->pMethods->xCheckReservedLock(real(f), out);
+    };
+    methods_.xFileControl = [](sqlite3_file* f, int op, void* arg) {
+      return real(f)->pMethods->xFileControl(real(f), op, arg);
+    };
     methods_.xSectorSize = [](sqlite3_file*) { return 512; };
     methods_.xDeviceCharacteristics = [](sqlite3_file*) { return 0; };
     methods_.xShmMap = [](sqlite3_file* f, int page, int size, int extend, void volatile** out) {
       return real(f)->pMethods->xShmMap(real(f), page, size, extend, out);
     };
-    methods_.xShmLock = [](sqlite3_file* f, int at, int n, int flags) { return real(f)->pMethods->xShmLock(real(f), at, n, flags); };
+    methods_.xShmLock = [](sqlite3_file* f, int at, int n, int flags) {
+      return real(f)->pMethods->xShmLock(real(f), at, n, flags);
+    };
     methods_.xShmBarrier = [](sqlite3_file* f) { real(f)->pMethods->xShmBarrier(real(f)); };
-    methods_.xShmUnmap = [](sqlite3_file* f, int remove) { return real(f)->pMethods->xShmUnmap(real(f), remove); };
+    methods_.xShmUnmap = [](sqlite3_file* f, int remove) {
+      return real(f)->pMethods->xShmUnmap(real(f), remove);
+    };
     sqlite3_vfs_register(&vfs_, 0);
   }
 

@@ -408,8 +408,8 @@ TEST(Document, KilledProcessesLeaveAPrefix) {
 
 using test::FaultVfs;
 
-// Every write, sync, truncation and removal fails in turn, once or from then on: it is told, what was there stays, what
-// is in memory stays, and once the disk is well again all of it is saved.
+// Every write, sync, truncation and removal fails in turn, once or from then on: it is told, what was there
+// stays, what is in memory stays, and once the disk is well again all of it is saved.
 TEST(Document, FailingDisksLoseNothing) {
   FaultVfs& vfs = FaultVfs::get();
   Folder folder;
@@ -419,7 +419,8 @@ TEST(Document, FailingDisksLoseNothing) {
     for (const int how : {0, 1, 2}) {
       vfs.reset();
       Random random;
-      for (const char* part : {"f.kibori", "f.kibori-wal", "f.kibori-shm"}) std::filesystem::remove(folder / part);
+      for (const char* part : {"f.kibori", "f.kibori-wal", "f.kibori-shm"})
+        std::filesystem::remove(folder / part);
       TriDexel model = block();
       { created(folder / "f.kibori", model); }
       auto open = Document::open(folder / "f.kibori", Document::Access::write, FaultVfs::kName);
@@ -461,7 +462,8 @@ TEST(Document, FailingDisksLoseNothing) {
           StrokeTick tick;
           tick.tip = stroke.pose().tip + Vec3(0.7, 0, -0.1);
           tick.edits = true;
-          ASSERT_TRUE(stroke.advance(settings.tool, tick.tip, tick.turn, settings.mode, {}, settings.materials).ok());
+          ASSERT_TRUE(
+              stroke.advance(settings.tool, tick.tip, tick.turn, settings.mode, {}, settings.materials).ok());
           document.add(tick);
           if (i % 4 == 3) until_well([&] { return document.flush(); });
         }
@@ -486,8 +488,8 @@ TEST(Document, FailingDisksLoseNothing) {
   vfs.reset();
 }
 
-// Power is lost after any operation: what was synced is there, of what came later any part, torn anywhere. The file
-// then holds an exact prefix, and all that was synced of it.
+// Power is lost after any operation: what was synced is there, of what came later any part, torn anywhere.
+// The file then holds an exact prefix, and all that was synced of it.
 TEST(Document, LossOfPowerLeavesAPrefix) {
   FaultVfs& vfs = FaultVfs::get();
   vfs.reset();
@@ -533,16 +535,19 @@ TEST(Document, LossOfPowerLeavesAPrefix) {
         continue;
       }
       size_t length = op.data.size();
-      if (!sure && random.integer(0, 3) == 0) length = static_cast<size_t>(random.integer(0, static_cast<int>(length)));
+      if (!sure && random.integer(0, 3) == 0)
+        length = static_cast<size_t>(random.integer(0, static_cast<int>(length)));
       if (file.size() < static_cast<size_t>(op.at) + length) file.resize(static_cast<size_t>(op.at) + length);
       std::copy_n(op.data.begin(), length, file.begin() + op.at);
     }
-    for (const char* rest : {"q.kibori", "q.kibori-wal", "q.kibori-shm"}) std::filesystem::remove(folder / rest);
+    for (const char* rest : {"q.kibori", "q.kibori-wal", "q.kibori-shm"})
+      std::filesystem::remove(folder / rest);
     for (const auto& [name, bytes] : files) {
       std::string as = name;
       as[0] = 'q';
       if (as.find("-shm") != std::string::npos) continue;
-      std::ofstream(folder / as.c_str(), std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+      std::ofstream(folder / as.c_str(), std::ios::binary)
+          .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     }
     auto after = opened(folder / "q.kibori");
     ASSERT_NE(after, nullptr) << round << random.note();

@@ -318,6 +318,38 @@ TEST(Series, SplittingTheToolsPathChangesNothing) {
   }
 }
 
+// What a cut left clear is nothing to fill, and not clear of a tool that turns.
+TEST(Series, AClearStartIsOfCutsThatDoNotTurn) {
+  std::vector<Material> materials{wood()};
+  materials[0].u = 0.01;
+  materials[0].yield_n = 0;
+  double most = 0;
+  for (const Tool& shape : {Tool(Finger{0.2, 15}), Tool(BallTool{3}), Tool(Bull{3, 1, 15})})
+    for (const bool turns : {false, true}) {
+      double added[2], way[2];
+      for (const bool fresh : {false, true}) {
+        TriDexel model = block(0.25);
+        SeriesTool tool(model, upright({20, 15, 21}), {1.5, 0, 0.2, 0.001});
+        Pose device = upright({20, 15, 21});
+        for (int i = 0; i < 700; i++) {
+          device.tip.z() -= 0.01;
+          ASSERT_TRUE(tool.advance(shape, device, Mode::cut, materials).ok());
+        }
+        if (fresh) tool.begin_stroke();
+        device.tip = tool.pose().tip + (turns ? Vec3(0, 0, 0.02) : Vec3(0.5, 0, 0.5));
+        if (turns) device.frame = rotation(Vec3(0, 0.003, 0));
+        const auto felt = tool.advance(shape, device, turns ? Mode::touch : Mode::deposit, materials);
+        ASSERT_TRUE(felt.ok());
+        added[fresh] = felt.value().removed_mm3;
+        way[fresh] = felt.value().travel_mm;
+      }
+      EXPECT_EQ(added[0], added[1]) << turns;
+      EXPECT_EQ(way[0], way[1]) << turns;
+      most = std::min(most, added[0]);
+    }
+  EXPECT_LT(most, -1);
+}
+
 // The tool's recorded steps, without device and spring, leave the model bit for bit as the hand left it.
 TEST(Series, ARecordedPathLeavesTheSameBytes) {
   Random random;

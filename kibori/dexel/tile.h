@@ -68,8 +68,8 @@ struct Tile {
   Plane first;
   std::atomic<uint32_t> refs;
   mutable std::atomic<uint64_t> hash;  // of the content; 0: not known
-  uint8_t material;  // of every span in the tile, or kMixedMaterial
-  bool empty;        // no span at all
+  uint8_t material;                    // of every span in the tile, or kMixedMaterial
+  bool empty;                          // no span at all
 
   bool reaches(double min, double max) const {
     for (const Plane* p = &first; p; p = p->next)

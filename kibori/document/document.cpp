@@ -24,8 +24,9 @@ constexpr int kVersion = 1;
 // Tiles are kept where carving again from the last ones would take more ticks than this: a fraction of a
 // second.
 constexpr int64_t kTicksBetweenTiles = 20000;
-// States held in memory; the oldest visits go first.
-constexpr size_t kMostStates = 20000;
+// States held in memory; those not visited for longest go first, and are made again from the file when asked
+// for.
+constexpr size_t kMostStates = 256;
 // A loss of power takes what was written within this time.
 constexpr auto kSyncEvery = std::chrono::milliseconds(500);
 constexpr int64_t kMostNodes = 1 << 14;
@@ -401,8 +402,9 @@ Status Document::set_head(StepId step) {
 }
 
 void Document::remember(StepId step, const Snapshot& state) {
-  if (!states_.count(step)) visited_.push_back(step);
   states_[step] = state;
+  std::erase(visited_, step);
+  visited_.push_back(step);
   if (visited_.size() > kMostStates) {
     states_.erase(visited_.front());
     visited_.erase(visited_.begin());
@@ -412,12 +414,8 @@ void Document::remember(StepId step, const Snapshot& state) {
 // ---- Tiles
 
 Status Document::keep_tiles(StepId step, const Snapshot& now) {
-  // What the way to here has already: built only where there is something before.
-  TriDexel before(lattice_);
   StepId at = steps_[step].parent;
   while (at != 0 && !is_checkpoint(at)) at = steps_[at].parent;
-  if (at != 0)
-    if (Status s = read_tiles(at, before); !s) return s;
   Result<Statement> find = database_.prepare("SELECT id, data FROM tile WHERE hash = ?");
   if (!find) return Error{find.error()};
   Result<Statement> add = database_.prepare("INSERT INTO tile (hash, data) VALUES (?, ?)");
@@ -429,57 +427,50 @@ Status Document::keep_tiles(StepId step, const Snapshot& now) {
   const Box& bounds = checkpoints_[step];
   const Json box{numbers(bounds.min), numbers(bounds.max)};
   if (Status s = head.value().bind(step).bind(box.dump()).run(); !s) return s;
-  const Snapshot then = before.snapshot();
   std::unordered_map<const Tile*, int64_t> known;
+  const auto consider = [&](Axis axis, int tu, int tv, const Tile& old, const Tile& tile) -> Status {
+    if (tile.empty && old.empty) return Ok{};
+    place.value().bind(step).bind(static_cast<int64_t>(axis)).bind(int64_t{tu}).bind(int64_t{tv});
+    if (tile.empty) return place.value().bind_null().run();
+    auto [found, fresh] = known.try_emplace(&tile, 0);
+    if (fresh) {
+      const Bytes data = encode_tile(tile);
+      const int64_t hash = hash_of(data);
+      find.value().bind(hash);
+      for (;;) {
+        const Result<bool> row = find.value().row();
+        if (!row) return Error{row.error()};
+        if (!row.value()) break;
+        if (find.value().bytes(1) == data) found->second = find.value().integer(0);
+      }
+      if (found->second == 0) {
+        if (Status s = add.value().bind(hash).bind(data).run(); !s) return s;
+        found->second = database_.last_row();
+      }
+    }
+    return place.value().bind(found->second).run();
+  };
+  // Against what the way to here has already: in memory, where what changed is known; else from the file.
+  if (const auto state = states_.find(at); state != states_.end()) {
+    Status done = Ok{};
+    for (const Axis axis : kAxes)
+      now.field(axis).for_changed_tiles(state->second.field(axis),
+                                        [&](int tu, int tv, const Tile& was, const Tile& is) {
+                                          if (done) done = consider(axis, tu, tv, was, is);
+                                        });
+    return done;
+  }
+  TriDexel before(lattice_);
+  if (at != 0)
+    if (Status s = read_tiles(at, before); !s) return s;
+  const Snapshot then = before.snapshot();
   for (const Axis axis : kAxes) {
     const FieldSnapshot &is = now.field(axis), &was = then.field(axis);
     for (int tv = 0; tv < is.tiles_v(); tv++)
       for (int tu = 0; tu < is.tiles_u(); tu++) {
         const Tile &tile = is.tile(tu, tv), &old = was.tile(tu, tv);
-        if (tile.empty && old.empty) continue;
-        auto [found, fresh] = known.try_emplace(&tile, 0);
-        Bytes data;
-        if (fresh || !old.empty) data = encode_tile(tile);
-        if (!old.empty && data == encode_tile(old)) {
-          known.erase(found);
-          continue;
-        }
-        if (tile.empty) {
-          known.erase(found);
-          if (Status s = place.value()
-                                   .bind(step)
-                                   .bind(static_cast<int64_t>(axis))
-                                   .bind(int64_t{tu})
-                                   .bind(int64_t{tv})
-                                   .bind_null()
-                                   .run();
-              !s)
-            return s;
-          continue;
-        }
-        if (fresh) {
-          const int64_t hash = hash_of(data);
-          find.value().bind(hash);
-          for (;;) {
-            const Result<bool> row = find.value().row();
-            if (!row) return Error{row.error()};
-            if (!row.value()) break;
-            if (find.value().bytes(1) == data) found->second = find.value().integer(0);
-          }
-          if (found->second == 0) {
-            if (Status s = add.value().bind(hash).bind(data).run(); !s) return s;
-            found->second = database_.last_row();
-          }
-        }
-        if (Status s = place.value()
-                                 .bind(step)
-                                 .bind(static_cast<int64_t>(axis))
-                                 .bind(int64_t{tu})
-                                 .bind(int64_t{tv})
-                                 .bind(found->second)
-                                 .run();
-            !s)
-          return s;
+        if (at != 0 && encode_tile(tile) == encode_tile(old)) continue;
+        if (Status s = consider(axis, tu, tv, old, tile); !s) return s;
       }
   }
   return Ok{};
@@ -552,32 +543,9 @@ Status Document::make_state(TriDexel& model, StepId step) const {
 
 // ---- History
 
-Result<std::unique_ptr<TriDexel>> Document::load() {
-  auto model = std::make_unique<TriDexel>(lattice_);
-  if (Status s = make_state(*model, head_); !s) return Error{s.error()};
-  states_.clear();
-  visited_.clear();
-  remember(head_, model->snapshot());
-  return model;
-}
-
-Result<std::unique_ptr<TriDexel>> Document::load_at(StepId step) const {
-  auto model = std::make_unique<TriDexel>(lattice_);
-  if (Status s = make_state(*model, step); !s) return Error{s.error()};
-  return model;
-}
-
-Status Document::go(TriDexel& model, StepId step) {
-  if (open_step_ != 0) return wrong("a stroke is being made; finish or cancel it first");
-  if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
-  if (const auto known = states_.find(step); known != states_.end()) {
-    if (Status s = set_head(step); !s) return s;
-    model.restore(known->second);
-    return Ok{};
-  }
-  // From the nearest state in memory on the way, or the nearest tiles, whichever is nearer; the states in
-  // between are remembered, as the next steps back will ask for them.
-  const Snapshot before = model.snapshot();
+// From the nearest state in memory on the way, or the nearest tiles, whichever is nearer; the states in
+// between are remembered, as the next steps back will ask for them.
+Status Document::rebuild(TriDexel& model, StepId step) {
   Result<std::vector<StepId>> path = path_to(step);
   if (!path) return Error{path.error()};
   const std::vector<StepId>& way = path.value();
@@ -585,7 +553,6 @@ Status Document::go(TriDexel& model, StepId step) {
   while (from > 0 && !is_checkpoint(way[from - 1]) && !states_.count(way[from - 1])) from--;
   if (from == 0) return wrong("is a damaged document: the stock's tiles are missing");
   const StepId begin = way[from - 1];
-  Status done = Ok{};
   if (const auto known = states_.find(begin); known != states_.end()) {
     model.restore(known->second);
   } else {
@@ -594,13 +561,35 @@ Status Document::go(TriDexel& model, StepId step) {
       for (int tv = 0; tv < field.tiles_v(); tv++)
         for (int tu = 0; tu < field.tiles_u(); tu++) field.clear_tile(tu, tv);
     }
-    done = read_tiles(begin, model);
-    if (done) remember(begin, model.snapshot());
+    if (Status s = read_tiles(begin, model); !s) return s;
   }
-  for (; done && from < way.size(); from++) {
-    done = replay(way[from], model, std::nullopt, {});
-    if (done) remember(way[from], model.snapshot());
+  remember(begin, model.snapshot());
+  for (; from < way.size(); from++) {
+    if (Status s = replay(way[from], model, std::nullopt, {}); !s) return s;
+    remember(way[from], model.snapshot());
   }
+  return Ok{};
+}
+
+Result<std::unique_ptr<TriDexel>> Document::load() {
+  states_.clear();
+  visited_.clear();
+  auto model = std::make_unique<TriDexel>(lattice_);
+  if (const Status s = rebuild(*model, head_); !s) return Error{s.error()};
+  return model;
+}
+
+Result<std::unique_ptr<TriDexel>> Document::load_at(StepId step) const {
+  auto model = std::make_unique<TriDexel>(lattice_);
+  if (const Status s = make_state(*model, step); !s) return Error{s.error()};
+  return model;
+}
+
+Status Document::go(TriDexel& model, StepId step) {
+  if (open_step_ != 0) return wrong("a stroke is being made; finish or cancel it first");
+  if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
+  const Snapshot before = model.snapshot();
+  Status done = rebuild(model, step);
   if (done) done = set_head(step);
   if (!done) model.restore(before);
   return done;

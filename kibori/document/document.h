@@ -134,6 +134,7 @@ class Document {
   // Sets a model to the tiles of a step that has any.
   Status read_tiles(StepId step, TriDexel& model) const;
   Status make_state(TriDexel& model, StepId step) const;
+  Status rebuild(TriDexel& model, StepId step);
   bool is_checkpoint(StepId step) const { return checkpoints_.count(step) != 0; }
   Status set_head(StepId step);
   void remember(StepId step, const Snapshot& state);

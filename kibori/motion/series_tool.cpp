@@ -41,7 +41,7 @@ struct SeriesTool::Tick {
   uint8_t material;  // of a deposit
   const std::vector<Material>& materials;
   double inside = 0;   // [cells^3] what the tool stands in at the start
-  bool clear = false;  // the tool is known to stand in nothing at the start
+  bool clear = false;  // the tool stands in nothing at the start, in the frame it keeps
 
   // What each field counts: the motion's direction cosines squared, see haptics/force.h. At any share of the
   // way the same, so that what is reached can be compared.
@@ -287,7 +287,8 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
     Balance at{resting ? 0.0 : 1.0, false};
     if (!resting) {
       // Where our own last cut ended the tool stands clear; elsewhere it may stand in something.
-      tick.clear = engaged_ && edit_.stands_clear(tool, tool_pose_);
+      tick.clear =
+          mode != Mode::deposit && !tick.motion.turns() && engaged_ && edit_.stands_clear(tool, tool_pose_);
       bool touches = touched_;
       if (mode == Mode::deposit) {
         tick.inside = reach_volume(tick, 0);  // what standing there would put down is for free
