@@ -7,11 +7,14 @@ import math
 import os
 import pathlib
 import re
+import random
 import shutil
+import sqlite3
 import struct
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 import xml.dom.minidom
 import xml.etree.ElementTree
@@ -203,6 +206,94 @@ class CommandLine(unittest.TestCase):
         self.refused("servo", "--device", "phantom", says=["phantom", "openhaptics"])
         self.refused("servo", "--device", "vrpn:P@127.0.0.1:1", says=["127.0.0.1:1", "running"])
         self.refused("servo", "--seconds", "0.1", "--record", "no/where.csv", says=["no/where.csv"])
+
+    def test_documents_replay_bit_for_bit(self):
+        for force in ('model = "paper"\nkf = 0.01', 'model = "energy"\ndof = 6\nu = 2', 'model = "series"\nstiffness = 1.0\nu = 2'):
+            scene = self.scene(SMALL.replace('model = "energy"\nu = 2', force) + "[[move]]\nto = [10, 6, 3]\naxis = [0.3, 0, 1]\n")
+            (self.folder / "d.kibori").unlink(missing_ok=True)
+            carve = kibori("carve", scene, "-o", "d.kibori", "--json", "--forces", "a.csv", cwd=self.folder)
+            self.assertEqual(carve.returncode, 0, carve.stderr)
+            replay = kibori("replay", "d.kibori", "--json", "--forces", "b.csv", "--threads", "2", cwd=self.folder)
+            self.assertEqual(replay.returncode, 0, replay.stderr)
+            one, two = json.loads(carve.stdout), json.loads(replay.stdout)
+            for key in one:
+                if key != "step_us":
+                    self.assertEqual(one[key], two[key], key)
+            self.assertEqual((self.folder / "a.csv").read_bytes(), (self.folder / "b.csv").read_bytes())
+            plain = json.loads(kibori("carve", scene, "--json", cwd=self.folder).stdout)
+            self.assertEqual(plain["state_hash"], one["state_hash"])  # writing one changes nothing
+            self.assertEqual(kibori("verify", "d.kibori", cwd=self.folder).returncode, 0)
+
+    def test_documents_are_taken_wherever_a_mesh_is(self):
+        scene = self.scene()
+        carve = kibori("carve", scene, "-o", "d.kibori", "--mesh", "m.stl", "--json", cwd=self.folder)
+        self.assertEqual(carve.returncode, 0, carve.stderr)
+        one = json.loads(kibori("info", "d.kibori", "--json", cwd=self.folder).stdout)
+        two = json.loads(kibori("info", "m.stl", "--json", cwd=self.folder).stdout)
+        self.assertEqual(one["triangles"], two["triangles"])
+        self.assertTrue(one["closed"] and one["manifold"])
+        self.assertEqual(kibori("convert", "d.kibori", "c.stl", cwd=self.folder).returncode, 0)
+        self.assertEqual((self.folder / "c.stl").read_bytes(), (self.folder / "m.stl").read_bytes())
+        pitch = json.loads(carve.stdout)["stock"]["pitch_mm"]
+        fine = kibori("replay", "d.kibori", "--pitch", str(pitch / 2), "--json", cwd=self.folder)
+        self.assertEqual(fine.returncode, 0, fine.stderr)
+        self.assertAlmostEqual(json.loads(fine.stdout)["volume_mm3"] / json.loads(carve.stdout)["volume_mm3"], 1, 2)
+        self.assertEqual(kibori("convert", "d.kibori", "f.stl", "--pitch", str(pitch / 2), cwd=self.folder).returncode, 0)
+        other = kibori("replay", "d.kibori", "--model", "paper", "--json", cwd=self.folder)
+        self.assertEqual(json.loads(other.stdout)["state_hash"], json.loads(carve.stdout)["state_hash"])
+
+    def test_history_and_versions(self):
+        self.assertEqual(kibori("carve", self.scene(), "-o", "d.kibori", cwd=self.folder).returncode, 0)
+        named = kibori("history", "d.kibori", "--name", "rough cut", "--at", "2", cwd=self.folder)
+        self.assertEqual(named.returncode, 0, named.stderr)
+        self.assertIn("[rough cut]", named.stdout)
+        history = json.loads(kibori("history", "d.kibori", "--json", cwd=self.folder).stdout)
+        self.assertEqual(history["versions"], {"rough cut": 2})
+        replay = kibori("replay", "d.kibori", "--to", "rough cut", "--json", cwd=self.folder)
+        self.assertEqual(json.loads(replay.stdout)["state_hash"], history["steps"][1]["state_hash"])
+        # Anyone can read it.
+        with sqlite3.connect(self.folder / "d.kibori") as db:
+            self.assertEqual(db.execute("PRAGMA application_id").fetchone()[0], 0x4B49424F)
+            tool = json.loads(db.execute("SELECT json FROM setting").fetchone()[0])["tool"]
+            self.assertIn("shape", tool)
+            self.assertEqual(db.execute("SELECT count(*) FROM step").fetchone()[0], len(history["steps"]))
+        db.close()
+
+    def test_documents_that_are_none(self):
+        scene = self.scene()
+        self.refused("carve", scene, "-o", "d.stl", says=["d.stl", ".kibori"])
+        self.refused("carve", scene, "-o", "no/such/d.kibori", says=["no/such/d.kibori"])
+        self.assertEqual(kibori("carve", scene, "-o", "d.kibori", cwd=self.folder).returncode, 0)
+        self.refused("carve", scene, "-o", "d.kibori", says=["d.kibori", "there already"])
+        self.refused("replay", "missing.kibori", says=["missing.kibori", "no such file"])
+        self.refused("replay", "scene.toml", says=["scene.toml", "no document"])
+        self.refused("replay", "d.kibori", "--to", "nothing", says=["nothing", "steps 1 to"])
+        self.refused("info", "missing.kibori", says=["missing.kibori"])
+        self.refused("history", "d.kibori", "--name", "5", says=["number"])
+        # Damage is told: a tick's block of nothing.
+        with sqlite3.connect(self.folder / "d.kibori") as db:
+            db.execute("UPDATE tick SET data = zeroblob(50) WHERE step = 2")
+        db.close()
+        verify = kibori("verify", "d.kibori", cwd=self.folder)
+        self.assertEqual(verify.returncode, 1)
+        self.assertIn("step 2", verify.stdout)
+        self.refused("replay", "d.kibori", says=["d.kibori", "step 2"])
+
+    def test_killed_while_carving(self):
+        moves = "".join(f"[[move]]\nto = [{30 if i % 2 else 2}, {3 + i * 0.05}, 17.5]\nspeed = 60\n" for i in range(300))
+        scene = self.scene("[stock]\nblock = [32, 20, 18]\npitch = 0.25\n[tool]\nshape = \"ball\"\nradius = 2\n"
+                           "[[move]]\nto = [2, 3, 17.5]\n" + moves)
+        for n in range(4):
+            file = self.folder / f"k{n}.kibori"
+            run = subprocess.Popen([KIBORI, "carve", scene, "-o", file], cwd=self.folder, stdout=subprocess.DEVNULL)
+            time.sleep(random.uniform(0.05, 0.5))
+            run.kill()
+            run.wait()
+            if not file.exists():
+                continue
+            verify = kibori("verify", file, cwd=self.folder)
+            self.assertEqual(verify.returncode, 0, verify)
+            self.assertEqual(kibori("history", file, cwd=self.folder).returncode, 0)
 
     def test_devices(self):
         run = kibori("devices", "--json")

@@ -156,7 +156,7 @@ TEST(Series, RipplesLittleWhereThePaperModelRipplesMuch) {
 
 TEST(Series, DoesNotDependOnThePitch) {
   // A ball of radius 5 mm: 20 and 40 cells.
-  double mean[2];
+  double mean[2] = {};
   for (const int fine : {0, 1}) {
     TriDexel model = block(fine ? 0.125 : 0.25);
     SeriesTool tool(model, upright({-6, 15, 18}), {1.0, 0, 0.2, 0.001});

@@ -152,7 +152,7 @@ kibori::Status check_exports(const ExportArguments& arguments) {
   if (!arguments.height_map.empty()) {
     if (ending_of(arguments.height_map) != ".png")
       return Error{arguments.height_map + ": height maps are written as .png"};
-    if (const Status can = check_writable(arguments.height_map); !can) return can;
+    if (Status can = check_writable(arguments.height_map); !can) return can;
   }
   if (arguments.layers.empty()) return Ok{};
   std::error_code error;

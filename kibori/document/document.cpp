@@ -23,7 +23,7 @@ constexpr int kApplication = 0x4B49424F;  // "KIBO"
 constexpr int kVersion = 1;
 // Tiles are kept where carving again from the last ones would take more ticks than this: a fraction of a
 // second.
-constexpr int64_t kTicksBetweenTiles = 20000;
+constexpr int64_t kTicksBetweenTiles = 40000;
 // States held in memory; those not visited for longest go first, and are made again from the file when asked
 // for.
 constexpr size_t kMostStates = 256;
@@ -686,8 +686,7 @@ Status Document::finish(const TriDexel& model, double removed_mm3) {
     Result<Statement> update =
         database_.prepare("UPDATE step SET finished = 1, ticks = ?, removed_mm3 = ?, hash = ? WHERE id = ?");
     if (!update) return Error{update.error()};
-    if (const Status s =
-            update.value().bind(step.ticks).bind(removed_mm3).bind(hex(step.hash)).bind(step.id).run();
+    if (Status s = update.value().bind(step.ticks).bind(removed_mm3).bind(hex(step.hash)).bind(step.id).run();
         !s)
       return s;
     Result<Statement> head = database_.prepare("UPDATE meta SET value = ? WHERE key = 'head'");
