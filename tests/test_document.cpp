@@ -257,6 +257,39 @@ TEST(Document, KeepsVersionsLabelsAndTheStock) {
   EXPECT_FALSE(document->begin({}, {}).ok());
 }
 
+TEST(Document, CopiesAreWholeAndIndependent) {
+  Random random;
+  Folder folder;
+  TriDexel model = block();
+  auto document = created(folder / "a.kibori", model);
+  for (int i = 0; i < 3; i++) carve(*document, model, random, 10);
+  carve(*document, model, random, 14, false);  // a stroke that is being made goes as far as it was flushed
+  ASSERT_TRUE(document->save_copy(folder / "b.kibori").ok());
+  EXPECT_FALSE(document->save_copy(folder / "b.kibori").ok());
+  EXPECT_FALSE(document->save_copy(folder / "no/such/b.kibori").ok());
+  EXPECT_FALSE(std::filesystem::exists(folder / "b.kibori.part"));
+  ASSERT_TRUE(document->finish(model, 0).ok());
+  auto copy = opened(folder / "b.kibori");
+  ASSERT_NE(copy, nullptr);
+  EXPECT_EQ(wrongs(*copy), std::vector<std::string>());
+  EXPECT_EQ(copy->steps().size(), 5u);
+  EXPECT_EQ(copy->load().value()->content_hash(), model.content_hash());
+}
+
+// A document of each version that there was opens and is what it was.
+TEST(Document, OldVersionsOpen) {
+  for (const auto& [name, hash, steps] : {std::tuple{"v1.kibori", uint64_t{0xdc65b2b1f2342f8d}, 5u}}) {
+    Folder folder;
+    std::filesystem::copy(std::filesystem::path(KIBORI_SOURCE_DIR) / "tests/documents" / name, folder / name);
+    auto document = opened(folder / name);
+    ASSERT_NE(document, nullptr);
+    EXPECT_EQ(document->steps().size(), steps);
+    EXPECT_EQ(wrongs(*document), std::vector<std::string>());
+    EXPECT_EQ(document->load().value()->content_hash(), hash);
+    EXPECT_EQ(document->find("before the turn").value(), 3);
+  }
+}
+
 TEST(Document, OneWriterManyReaders) {
   Random random;
   Folder folder;

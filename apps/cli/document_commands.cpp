@@ -48,6 +48,7 @@ DocumentCommands::DocumentCommands(CLI::App& app) {
   history_->add_option("--at", at_, "with --name: a version's name or a step's number")
       ->type_name("VERSION|STEP")
       ->needs("--name");
+  history_->add_option("--copy", copy_, "write all of it, packed, into a new document")->type_name("FILE.kibori");
   history_->add_flag("--json", json_, "as JSON");
 }
 
@@ -137,6 +138,10 @@ int DocumentCommands::run_history() const {
       at = found.value();
     }
     if (const Status named = document.name_version(name_, at); !named) return bad_input(named.error());
+  }
+  if (!copy_.empty()) {
+    if (!is_document(copy_)) return bad_input(copy_ + ": documents are written as .kibori");
+    if (const Status copied = document.save_copy(copy_); !copied) return bad_input(copied.error());
   }
   std::fputs((json_ ? history_json(document) : history_text(document)).c_str(), stdout);
   return written();

@@ -77,6 +77,15 @@ bool read_numbers(const Json& json, Vec3& v) {
   return v.allFinite();
 }
 
+// A link, unlike a renaming, fails where the name was taken meanwhile; some file systems have none.
+bool put_in_place(const std::filesystem::path& part, const std::filesystem::path& path) {
+  std::error_code code;
+  const bool there = ::link(part.c_str(), path.c_str()) == 0 ||
+                     (!std::filesystem::exists(path, code) && ::rename(part.c_str(), path.c_str()) == 0);
+  std::filesystem::remove(part, code);
+  return there;
+}
+
 Wrench spring_wrench(const SeriesSpring& spring, const StrokeTick& tick) {
   Wrench w;
   w.force = -spring.stiffness_n_mm * tick.hand;
@@ -176,13 +185,7 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
       return Error{name + ": can't be made (" + filled.error() + ")"};
     }
   }
-  // A link fails where the name was taken meanwhile.
-  if (::link(part.c_str(), path.c_str()) != 0 &&
-      (std::filesystem::exists(path, code) || ::rename(part.c_str(), path.c_str()) != 0)) {
-    std::filesystem::remove(part, code);
-    return Error{name + ": can't be put in place"};
-  }
-  std::filesystem::remove(part, code);
+  if (!put_in_place(part, path)) return Error{name + ": can't be put in place"};
   Result<std::unique_ptr<Document>> opened = open(path, Access::write, vfs);
   if (opened) opened.value()->remember(1, model.snapshot());
   return opened;
@@ -723,6 +726,23 @@ Status Document::cancel(TriDexel& model) {
   open_step_ = 0;
   waiting_.clear();
   return go(model, head_);
+}
+
+Status Document::save_copy(const std::filesystem::path& path) const {
+  std::error_code code;
+  const std::string name = one_line(path.string());
+  if (std::filesystem::exists(path, code))
+    return Error{name + ": is there already; give another name or remove it"};
+  const std::filesystem::path part = path.string() + ".part";
+  std::filesystem::remove(part, code);
+  Result<Statement> copy = const_cast<Database&>(database_).prepare("VACUUM INTO ?");
+  if (!copy) return failed("copying", copy.error());
+  if (const Status s = copy.value().bind(part.string()).run(); !s) {
+    std::filesystem::remove(part, code);
+    return Error{name + ": can't be written (" + s.error() + ")"};
+  }
+  if (!put_in_place(part, path)) return Error{name + ": can't be put in place"};
+  return Ok{};
 }
 
 // ---- Replay

@@ -102,6 +102,10 @@ class Document {
   // The stroke is as if it had not been; the model goes back to the head's.
   Status cancel(TriDexel& model);
 
+  // All of it, packed, into a new file, whole or not at all: another place when this one fails, or a copy. This document
+  // goes on where it is. Errors: the path, or a file that is there already.
+  Status save_copy(const std::filesystem::path& path) const;
+
   // The settings and ticks of a stroke.
   Result<StrokeSettings> settings(StepId step) const;
   Result<Pose> start(StepId step) const;
