@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <thread>
 
@@ -15,6 +16,7 @@
 #include <kibori/devices/virtual_device.h>
 #include <kibori/haptics/histogram.h>
 #include <kibori/session/live_carving.h>
+#include <kibori/session/scribe.h>
 
 #include "tests/support.h"
 
@@ -533,6 +535,73 @@ TEST(Live, ASecondOnAThreadWithSnapshotsAndCommands) {
   EXPECT_GT(s.ticks, 100u);
   EXPECT_EQ(s.compute_ns.count(), s.ticks);
   EXPECT_FALSE(r.live->scheduling().empty());
+}
+
+// What a hand carved is in the document, stroke by stroke, and carving it again leaves the same bytes.
+TEST(Live, TheScribeKeepsWhatTheHandDoes) {
+  for (const HandModel model : {HandModel::series, HandModel::energy})
+    for (const bool threads : {false, true}) {
+      char folder[] = "/tmp/kibori-scribe-XXXXXX";
+      const std::filesystem::path file = std::filesystem::path(mkdtemp(folder)) / "live.kibori";
+      VirtualDeviceSettings device;
+      device.capabilities = arm();
+      LiveSettings settings;
+      settings.tool = Finger{0.2, 20};
+      settings.model = model;
+      settings.log = true;
+      settings.spring.stiffness_n_mm = 1;
+      settings.spring.torsion_nmm_rad = 20;
+      settings.materials[0].u = 0.02;
+      // In and out of the wood, turning.
+      Rig r = rig(device, settings, [](double t) {
+        return VirtualDevice::Target{Vec3(8 * std::sin(5 * t), 6 * std::cos(4 * t), -5 + 3 * std::cos(6 * t)),
+                                     rotation(Vec3(0.2 * std::sin(3 * t), 0, 0)), 0};
+      });
+      auto document = Document::create(file, r.live->model(), "{}");
+      ASSERT_TRUE(document.ok()) << document.error();
+      {
+        Scribe scribe(*r.live, std::move(document).value());
+        int done = 0;
+        const auto change = [&](LiveCarving& live) {
+          live.settings().tool = BallTool{2.0 + 0.1 * done++};
+          live.settings().materials[0].u = 0.03;
+        };
+        if (threads) {
+          scribe.start();
+          r.live->start();
+          for (int i = 0; i < 5; i++) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(200));
+            EXPECT_TRUE(r.live->post(change));
+          }
+          r.live->stop();
+          scribe.stop();
+        } else {
+          r.live->safety().arm();
+          for (int i = 0; i < 3000; i++) {
+            if (i % 700 == 699) {
+              EXPECT_TRUE(r.live->post(change));
+            }
+            r.live->tick(0.001);
+            if (i % 20 == 0) scribe.write();
+          }
+          r.live->finish_stroke();
+          scribe.write();
+        }
+        EXPECT_EQ(scribe.trouble(), "");
+        EXPECT_FALSE(scribe.document().in_stroke());
+        EXPECT_EQ(scribe.document().steps().at(scribe.document().head()).hash,
+                  r.live->model().content_hash());
+      }
+      auto after = Document::open(file, Document::Access::read);
+      ASSERT_TRUE(after.ok()) << after.error();
+      EXPECT_GT(after.value()->steps().size(), 2u);
+      EXPECT_EQ(after.value()->load().value()->content_hash(), r.live->model().content_hash());
+      double removed = 0;
+      for (const auto& [id, step] : after.value()->steps()) removed += step.removed_mm3;
+      EXPECT_NEAR(removed, r.live->totals().removed_mm3, 1e-6 * removed);
+      EXPECT_TRUE(after.value()->verify([](const std::string& wrong) { ADD_FAILURE() << wrong; }).ok());
+      std::filesystem::remove_all(folder);
+    }
 }
 
 // The process is stopped and goes on: the force is gone and stays off.

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <new>
 #include <thread>
 
@@ -16,6 +17,7 @@
 #include <kibori/devices/virtual_device.h>
 #include <kibori/motion/stroke.h>
 #include <kibori/session/live_carving.h>
+#include <kibori/session/scribe.h>
 #include <kibori/surface/surface.h>
 
 namespace {
@@ -149,10 +151,17 @@ bool ticks(long many) {
   settings.materials[0].yield_n = 0.1;
   settings.spring = {0.3, 200, 0.2, 0.001};
   settings.workspace = Workspace(Vec3(32, 24, 20));
+  settings.log = true;
   auto made = LiveCarving::make(std::move(model), std::make_unique<VirtualDevice>(device, script), settings);
   if (!made) return std::printf("%s\n", made.error().c_str()), false;
   LiveCarving& live = *made.value();
   const Snapshot start = live.model().snapshot();
+  char folder[] = "/tmp/kibori-servo-XXXXXX";
+  if (!mkdtemp(folder)) return false;
+  auto document = Document::create(std::filesystem::path(folder) / "ticks.kibori", live.model(), "{}");
+  if (!document) return std::printf("%s\n", document.error().c_str()), false;
+  Scribe scribe(live, std::move(document).value());
+  scribe.start();
   std::atomic<bool> stopping{false};
   long chunks = 0;
   std::thread follower([&] {
@@ -171,6 +180,7 @@ bool ticks(long many) {
   const bool good = quiet("ticks", 20000, many, [&](long count) {
     for (long i = 0; i < count; i++) {
       if (++done % 20000 == 0) {
+        live.finish_stroke();
         live.model().restore(start);
         live.model_changed();
       }
@@ -179,10 +189,15 @@ bool ticks(long many) {
   });
   stopping = true;
   follower.join();
-  std::printf("  (%.0f mm3 removed, %ld chunks of surface made anew, %llu ticks cut)\n",
-              live.totals().removed_mm3, chunks,
+  scribe.stop();
+  const size_t strokes = scribe.document().steps().size();
+  if (!scribe.trouble().empty()) std::printf("%s\n", scribe.trouble().c_str());
+  std::filesystem::remove_all(folder);
+  std::printf("  (%zu strokes written; %.0f mm3 removed, %ld chunks of surface made anew, %llu ticks cut)\n",
+              strokes, live.totals().removed_mm3, chunks,
               static_cast<unsigned long long>(live.totals().cutting_ticks));
-  return good && chunks > 0 && live.totals().cutting_ticks > static_cast<uint64_t>(many / 10);
+  return good && chunks > 0 && strokes > 1 && scribe.trouble().empty() &&
+         live.totals().cutting_ticks > static_cast<uint64_t>(many / 10);
 }
 
 }  // namespace

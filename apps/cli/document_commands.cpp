@@ -48,7 +48,8 @@ DocumentCommands::DocumentCommands(CLI::App& app) {
   history_->add_option("--at", at_, "with --name: a version's name or a step's number")
       ->type_name("VERSION|STEP")
       ->needs("--name");
-  history_->add_option("--copy", copy_, "write all of it, packed, into a new document")->type_name("FILE.kibori");
+  history_->add_option("--copy", copy_, "write all of it, packed, into a new document")
+      ->type_name("FILE.kibori");
   history_->add_flag("--json", json_, "as JSON");
 }
 

@@ -388,7 +388,7 @@ int run_picture(const std::string& file, const std::string& out, const PictureAr
 }  // namespace
 
 struct ServoArguments {
-  std::string scene, device = "virtual", model = "series", record;
+  std::string scene, device = "virtual", model = "series", record, document;
   double seconds = 10, rate_hz = 1000, stiffness_n_mm = 0;
   bool no_surface = false, json = false;
 };
@@ -426,6 +426,9 @@ int run_servo_command(const ServoArguments& arguments) {
   if (arguments.stiffness_n_mm > 0) options.stiffness_n_mm = arguments.stiffness_n_mm;
   options.surface = !arguments.no_surface;
   options.record = arguments.record;
+  if (!arguments.document.empty() && !is_document(arguments.document))
+    return bad_input(arguments.document + ": documents are written as .kibori");
+  options.document = arguments.document;
   options.progress = [](double share) { show_progress("running", share); };
   std::unique_ptr<Device> device;
   if (arguments.device != "virtual") {
@@ -442,7 +445,8 @@ int run_servo_command(const ServoArguments& arguments) {
   std::fputs(
       (arguments.json ? servo_report_json(report.value()) + "\n" : servo_report_text(report.value())).c_str(),
       stdout);
-  return 0;
+  if (!report.value().unsaved.empty()) return bad_input(report.value().unsaved);
+  return written();
 }
 
 int main(int argc, char** argv) {
@@ -595,6 +599,10 @@ int main(int argc, char** argv) {
       ->add_option("--record", servo_arguments.record,
                    "keep what the device read, for --device replay:FILE.csv")
       ->type_name("FILE.csv");
+  servo
+      ->add_option("-o,--output", servo_arguments.document,
+                   "write a document, stroke by stroke, as it is carved")
+      ->type_name("FILE.kibori");
   servo->add_option("--seconds", servo_arguments.seconds, "how long")
       ->check(kPositive)
       ->capture_default_str();

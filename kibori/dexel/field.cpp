@@ -363,4 +363,11 @@ void Field::reserve(int tiles) {
   pools_->roots.reserve(8);
 }
 
+void Field::keep_ready(int tiles) {
+  pools_->tiles.keep_ready(static_cast<size_t>(tiles));
+  pools_->planes.keep_ready(static_cast<size_t>(tiles));
+  pools_->pages.keep_ready(static_cast<size_t>(std::min(tiles, 4 * shape_.pages())));
+  pools_->roots.keep_ready(8);
+}
+
 }  // namespace kibori

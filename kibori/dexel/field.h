@@ -205,6 +205,8 @@ class Field : private FieldSnapshot {
   void fill(int u0, int u1, int v0, int v1, float in, float out, uint8_t material);
   // Makes room for `tiles` more tiles without asking the system later. Any thread.
   void reserve(int tiles);
+  // Makes as much more as it takes for `tiles` tiles to be ready. Any thread.
+  void keep_ready(int tiles);
 
  private:
   Tile& copy_for_writing(int tu, int tv);

@@ -28,20 +28,22 @@ void* BlockPool::take() {
   }
   Free* block = mine_;
   mine_ = block->next;
+  taken_.store(taken_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   return block;
 }
 
 void BlockPool::give(void* block) {
   Free* free = new (block) Free{nullptr};
-  give_chain(free, free);
+  give_chain(free, free, 1);
 }
 
-void BlockPool::give_chain(Free* first, Free* last) {
+void BlockPool::give_chain(Free* first, Free* last, size_t count) {
   Free* head = returned_.load(std::memory_order_relaxed);
   do {
     last->next = head;
   } while (
       !returned_.compare_exchange_weak(head, first, std::memory_order_release, std::memory_order_relaxed));
+  given_.fetch_add(count, std::memory_order_relaxed);
 }
 
 void BlockPool::reserve(size_t blocks) {
@@ -59,7 +61,7 @@ void BlockPool::reserve(size_t blocks) {
     first = new (chunk + i * bytes_) Free{first};
     if (!last) last = first;
   }
-  give_chain(first, last);
+  give_chain(first, last, count);
 }
 
 }  // namespace kibori

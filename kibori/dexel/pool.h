@@ -29,15 +29,21 @@ class BlockPool {
   void give(void* block);
   // Makes at least `blocks` more blocks ready. Any thread.
   void reserve(size_t blocks);
+  // Makes as many more as it takes for `blocks` to be ready. Any thread.
+  void keep_ready(size_t blocks) {
+    const size_t ready = given_.load(std::memory_order_relaxed) - taken_.load(std::memory_order_relaxed);
+    if (ready < blocks) reserve(blocks - ready);
+  }
 
  private:
   struct Free {
     Free* next;
   };
-  void give_chain(Free* first, Free* last);
+  void give_chain(Free* first, Free* last, size_t count);
 
   const size_t bytes_;
   const size_t chunk_bytes_;
+  std::atomic<size_t> given_{0}, taken_{0};  // taken_: by the owner alone
   Free* mine_ = nullptr;
   std::atomic<Free*> returned_{nullptr};
   std::mutex growth_;

@@ -56,6 +56,10 @@ void TriDexel::include_material(const Box& lattice_box) {
       Box{lattice_box.min.cwiseMax(0.0), lattice_box.max.cwiseMin(lattice_.nodes.matrix().cast<double>())});
 }
 
+void TriDexel::keep_ready(int tiles) {
+  for (Field& f : fields_) f.keep_ready(tiles);
+}
+
 void TriDexel::reserve(int tiles) {
   for (Field& f : fields_) f.reserve(tiles);
 }

@@ -44,6 +44,8 @@ class TriDexel {
   void fill_block(const Box& box_mm, uint8_t material);
   // Readies pools for edits that touch up to `tiles` tiles a field between two snapshots.
   void reserve(int tiles);
+  // Refills the pools up to as much, where snapshots are kept. Any thread.
+  void keep_ready(int tiles);
 
   double volume_mm3() const { return snapshot().volume_mm3(); }
   uint64_t content_hash() const { return snapshot().content_hash(); }

@@ -671,10 +671,9 @@ Status Document::flush() {
   return Ok{};
 }
 
-Status Document::finish(const TriDexel& model, double removed_mm3) {
+Status Document::finish(const Snapshot& now, const Box& material_bounds, double removed_mm3) {
   if (open_step_ == 0) return wrong("no stroke is being made");
   Step step = steps_[open_step_];
-  const Snapshot now = model.snapshot();
   step.ticks = saved_ticks_ + static_cast<int64_t>(waiting_.size());
   step.removed_mm3 = removed_mm3;
   step.hash = now.content_hash();
@@ -683,7 +682,7 @@ Status Document::finish(const TriDexel& model, double removed_mm3) {
   for (StepId at = step.parent; at != 0 && !is_checkpoint(at); at = steps_[at].parent)
     ticks += steps_[at].ticks;
   const bool tiles = ticks > kTicksBetweenTiles;
-  if (tiles) checkpoints_[step.id] = model.material_bounds();
+  if (tiles) checkpoints_[step.id] = material_bounds;
   Status kept = commit("finishing a stroke", [&]() -> Status {
     if (Status s = write_ticks(); !s) return s;
     Result<Statement> update =

@@ -98,12 +98,15 @@ class Document {
   // Errors: the disk is full or gone; what waits stays in memory and goes with the next flush.
   Status flush();
   // `model`: as the stroke left it. The stroke becomes the head.
-  Status finish(const TriDexel& model, double removed_mm3);
+  Status finish(const TriDexel& model, double removed_mm3) {
+    return finish(model.snapshot(), model.material_bounds(), removed_mm3);
+  }
+  Status finish(const Snapshot& now, const Box& material_bounds, double removed_mm3);
   // The stroke is as if it had not been; the model goes back to the head's.
   Status cancel(TriDexel& model);
 
-  // All of it, packed, into a new file, whole or not at all: another place when this one fails, or a copy. This document
-  // goes on where it is. Errors: the path, or a file that is there already.
+  // All of it, packed, into a new file, whole or not at all: another place when this one fails, or a copy.
+  // This document goes on where it is. Errors: the path, or a file that is there already.
   Status save_copy(const std::filesystem::path& path) const;
 
   // The settings and ticks of a stroke.

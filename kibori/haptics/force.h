@@ -23,6 +23,7 @@ struct Material {
   double c = 0;        // N s/mm^3, viscous part of the `series` model
   double yield_n = 0;  // N, least force that cuts, `series`
   std::array<uint8_t, 3> color{196, 154, 108};
+  bool operator==(const Material&) const = default;
 };
 
 enum class ForceModel { paper, energy };

@@ -9,6 +9,8 @@ namespace {
 
 // Pieces of one tick's motion: a hand takes one or two, and each costs as much as a tick.
 constexpr double kMostPieces = 16;
+// A stroke ends when nothing was cut for so long.
+constexpr double kIdleS = 0.3;
 
 }  // namespace
 
@@ -33,8 +35,7 @@ Result<std::unique_ptr<LiveCarving>> LiveCarving::make(std::unique_ptr<TriDexel>
         check_stability({felt, settings.passivity_ns_mm, 1 / settings.rate_hz}, device->capabilities());
     if (!stable) return Error{stable.error()};
   }
-  // Ready for as much as can be touched between two snapshots.
-  model->reserve(1024);
+  model->reserve(kReadyTiles);
   return std::unique_ptr<LiveCarving>(new LiveCarving(std::move(model), std::move(device), settings));
 }
 
@@ -48,6 +49,7 @@ LiveCarving::LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device
       safety_(device_->capabilities(), 1 / settings.rate_hz),
       passivity_(settings.passivity_ns_mm) {
   settings_.spring.tick_s = 1 / settings_.rate_hz;
+  logged_materials_ = std::make_shared<const std::vector<Material>>(settings_.materials);
   series_.set_spring(settings_.spring);
   if (settings_.model == HandModel::series)
     device_->expect_stiffness(settings_.spring.stiffness_n_mm * settings_.workspace.scale() *
@@ -74,6 +76,7 @@ void LiveCarving::start() {
       clock.done();
     }
     device_->write({});
+    finish_stroke();
     statistics_ = clock.statistics();
   });
 }
@@ -98,9 +101,45 @@ bool LiveCarving::post(Command command) {
 void LiveCarving::run_command() {
   Command* command = nullptr;
   if (!commands_.pop(command)) return;
+  finish_stroke();
   (*command)(*this);
   // Twice as many places as for commands, and every post() empties it first: never full.
   finished_.push(command);
+}
+
+// Of the models that are not `series`.
+ForceLaw LiveCarving::law() const {
+  return {settings_.model == HandModel::paper ? ForceModel::paper : ForceModel::energy,
+          device_->capabilities().dof_out == 6 ? 6 : 5};
+}
+
+// Where the tool was before the tick, and what it did. Strokes begin with an edit.
+void LiveCarving::log_tick(const Pose& before, const StrokeTick& tick, double removed_mm3) {
+  if (!in_stroke_) {
+    if (!tick.edits || removed_mm3 == 0) return;
+    in_stroke_ = true;
+    stroke_removed_mm3_ = 0;
+    if (settings_.log) {
+      // Only a command changes them, and then memory is asked for.
+      if (*logged_materials_ != settings_.materials)
+        logged_materials_ = std::make_shared<const std::vector<Material>>(settings_.materials);
+      StrokeForce force;
+      force.series = settings_.model == HandModel::series;
+      force.spring = settings_.spring;
+      force.law = law();
+      log_.begin({settings_.tool, settings_.mode, settings_.material, force, settings_.rate_hz,
+                  logged_materials_, before});
+    }
+  }
+  idle_ticks_ = removed_mm3 != 0 ? 0 : idle_ticks_ + 1;
+  stroke_removed_mm3_ += removed_mm3;
+  if (settings_.log) log_.tick(tick);
+  if (idle_ticks_ > kIdleS * settings_.rate_hz) finish_stroke();
+}
+
+void LiveCarving::finish_stroke() {
+  if (!std::exchange(in_stroke_, false)) return;
+  if (settings_.log) log_.end({model_->snapshot(), model_->material_bounds(), stroke_removed_mm3_});
 }
 
 LiveTick LiveCarving::tick(double elapsed_s) {
@@ -122,31 +161,45 @@ LiveTick LiveCarving::tick(double elapsed_s) {
   if (status == DeviceStatus::ok && (!placed_ || jumped)) {
     totals_.jumps += jumped;
     placed_ = true;
+    finish_stroke();
     series_.place(wanted);
     stroke_.place(wanted);
   }
   if (!placed_ || jumped) wanted = series_.pose();
   wanted_ = wanted;
   const Mode mode = settings_.workspace.clutched() ? Mode::off : settings_.mode;
+  // Each stroke begins knowing nothing, so that it can be carved again alone.
+  if (!in_stroke_) {
+    series_.begin_stroke();
+    stroke_.place(stroke_.pose());
+  }
   if (settings_.model == HandModel::series) {
+    const Pose before = series_.pose();
     const auto felt = series_.advance(settings_.tool, wanted, mode, settings_.materials, settings_.material);
     if (felt) {
       const SeriesTool::Felt& f = felt.value();
       result = {f.tool, f.hand, {}, f.removed_mm3, f.touching, f.cutting, f.inside};
+      log_tick(before,
+               {f.tool.tip, f.turn_rad, f.edited, wanted.tip - f.tool.tip,
+                rotation_between(f.tool.frame, wanted.frame)},
+               f.removed_mm3);
     } else {
       series_.place(wanted);
+      finish_stroke();
     }
   } else {
-    const ForceLaw law{settings_.model == HandModel::paper ? ForceModel::paper : ForceModel::energy,
-                       device_->capabilities().dof_out == 6 ? 6 : 5};
-    const auto felt =
-        stroke_.advance(settings_.tool, wanted.tip, rotation_between(stroke_.pose().frame, wanted.frame),
-                        mode, law, settings_.materials, settings_.material);
+    const Pose before = stroke_.pose();
+    const Vec3 turn = rotation_between(before.frame, wanted.frame);
+    const auto felt = stroke_.advance(settings_.tool, wanted.tip, turn, mode, law(), settings_.materials,
+                                      settings_.material);
     if (felt) {
       const TickResult& r = felt.value();
       result = {stroke_.pose(), r.wrench, {}, r.removed_mm3, r.points > 0, r.removed_mm3 > 0, false};
+      const bool edits = mode == Mode::cut || mode == Mode::deposit;
+      log_tick(before, {wanted.tip, turn, edits, Vec3::Zero(), Vec3::Zero()}, edits ? r.removed_mm3 : 0);
     } else {
       stroke_.place(wanted);
+      finish_stroke();
     }
   }
   result.computed.force *= settings_.force_scale;

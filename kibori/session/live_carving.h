@@ -27,6 +27,7 @@
 #include <kibori/haptics/workspace.h>
 #include <kibori/motion/series_tool.h>
 #include <kibori/motion/stroke.h>
+#include <kibori/session/stroke_log.h>
 
 namespace kibori {
 
@@ -45,6 +46,7 @@ struct LiveSettings {
   double passivity_ns_mm = 0;  // the passivity controller's cap; 0: it only watches
   Workspace workspace;
   int snapshot_ticks = 16;  // between snapshots
+  bool log = false;         // strokes go into log(), for a Scribe
 };
 
 // What one tick came to.
@@ -83,6 +85,9 @@ class LiveCarving {
   // The newest snapshot, if there is one that was not taken yet. One thread.
   bool latest(Snapshot& snapshot) { return snapshots_.take(snapshot); }
 
+  // Readies memory for the ticks to come. Who keeps snapshots calls it now and then; any thread.
+  void refill() { model_->keep_ready(kReadyTiles); }
+
   // For commands, and while no thread runs.
   TriDexel& model() { return *model_; }
   Device& device() { return *device_; }
@@ -92,6 +97,12 @@ class LiveCarving {
   // The model was changed from outside.
   void model_changed() { series_.disengage(); }
 
+  // Strokes as they are made: one begins when the tool first cuts or fills, and ends when it has not for 0.3
+  // s, jumps, or a command comes.
+  StrokeLog& log() { return log_; }
+  // Ends the stroke that is being made. For commands, and while no thread runs; stop() does it.
+  void finish_stroke();
+
   // After stop().
   const ServoStatistics& statistics() const { return statistics_; }
   const std::string& scheduling() const { return scheduling_; }
@@ -99,9 +110,13 @@ class LiveCarving {
 
  private:
   using Command = std::function<void(LiveCarving&)>;
+  // Ready for as much as can be touched between two refills.
+  static constexpr int kReadyTiles = 1024;
 
   LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device> device, const LiveSettings& settings);
   void run_command();
+  ForceLaw law() const;
+  void log_tick(const Pose& before, const StrokeTick& tick, double removed_mm3);
 
   std::unique_ptr<TriDexel> model_;
   std::unique_ptr<Device> device_;
@@ -114,6 +129,11 @@ class LiveCarving {
   bool placed_ = false;  // the tool is where a hand was seen
   Pose wanted_;          // by the hand, in the last tick
   uint64_t ticks_ = 0, published_ = 0;
+  StrokeLog log_;
+  std::shared_ptr<const std::vector<Material>> logged_materials_;
+  bool in_stroke_ = false;
+  int idle_ticks_ = 0;  // since the stroke's last edit
+  double stroke_removed_mm3_ = 0;
   LiveTotals totals_;
 
   LatestValue<Snapshot> snapshots_;

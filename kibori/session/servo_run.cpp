@@ -14,6 +14,8 @@
 #include <kibori/devices/recording.h>
 #include <kibori/devices/virtual_device.h>
 #include <kibori/session/carving.h>
+#include <kibori/session/documents.h>
+#include <kibori/session/scribe.h>
 #include <kibori/surface/surface.h>
 
 namespace kibori {
@@ -191,6 +193,13 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
   settings.spring.stiffness_n_mm = options.stiffness_n_mm.value_or(
       scene.spring ? scene.spring->stiffness_n_mm : device->capabilities().stiffness_n_mm);
   settings.workspace = Workspace(centre);
+  settings.log = !options.document.empty();
+  std::unique_ptr<Document> document;
+  if (settings.log) {
+    Result<std::unique_ptr<Document>> created = new_document(options.document, scene, *stock.value());
+    if (!created) return Error{created.error()};
+    document = std::move(created).value();
+  }
   ServoReport report;
   report.device = device->capabilities().name;
   report.rate_hz = options.rate_hz;
@@ -201,6 +210,8 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
   std::optional<LiveSurface> surface;
   if (options.surface) surface.emplace(live.model().snapshot());
 
+  std::optional<Scribe> scribe;
+  if (document) scribe.emplace(live, std::move(document)).start();
   EmptyLoop empty(options.rate_hz, options.empty_loop);
   live.start();
   const auto begin = std::chrono::steady_clock::now();
@@ -219,6 +230,10 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
     if (options.progress) options.progress(std::min(1.0, elapsed() / options.seconds));
   }
   live.stop();
+  if (scribe) {
+    scribe->stop();
+    report.unsaved = scribe->trouble();
+  }
   report.empty_late_ns = empty.stop();
   if (options.progress) options.progress(1);
   if (recording)

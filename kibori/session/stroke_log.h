@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: MIT
+// From the servo thread to the scribe: strokes as they are made, without a lock. If the reader falls behind
+// by eight seconds, the log is lost from there on, and says so.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <vector>
+
+#include <kibori/base/handover.h>
+#include <kibori/document/codec.h>
+#include <kibori/dexel/tri_dexel.h>
+
+namespace kibori {
+
+class StrokeLog {
+ public:
+  struct Begin {
+    Tool tool;
+    Mode mode = Mode::cut;
+    uint8_t material = 0;
+    StrokeForce force;
+    double rate_hz = 1000;
+    std::shared_ptr<const std::vector<Material>> materials;
+    Pose start;
+  };
+  struct End {
+    Snapshot state;
+    Box bounds;  // of the material
+    double removed_mm3 = 0;
+  };
+  enum class Kind : uint8_t { begin, tick, end };
+  struct Event {
+    Kind kind = Kind::tick;
+    StrokeTick tick;
+  };
+
+  // The writer.
+  void begin(Begin begin) {
+    if (lost()) return;
+    if (!begins_.push(std::move(begin)) || !events_.push({Kind::begin, {}})) lose();
+  }
+  void tick(const StrokeTick& tick) {
+    if (!lost() && !events_.push({Kind::tick, tick})) lose();
+  }
+  void end(End end) {
+    if (lost()) return;
+    if (!ends_.push(std::move(end)) || !events_.push({Kind::end, {}})) lose();
+  }
+  // The reader.
+  bool pop(Event& event) { return events_.pop(event); }
+  bool pop(Begin& begin) { return begins_.pop(begin); }
+  bool pop(End& end) { return ends_.pop(end); }
+  // Any.
+  bool lost() const { return lost_.load(std::memory_order_relaxed); }
+
+ private:
+  void lose() { lost_.store(true, std::memory_order_relaxed); }
+  SmallQueue<Event, 8192> events_;
+  SmallQueue<Begin, 64> begins_;
+  SmallQueue<End, 64> ends_;
+  std::atomic<bool> lost_{false};
+};
+
+}  // namespace kibori
