@@ -51,7 +51,7 @@ struct Reader {
   template <class T>
   bool take(T* values, size_t count) {
     if (bytes.size() - at < count * sizeof(T)) return false;
-    std::memcpy(values, bytes.data() + at, count * sizeof(T));
+    if (count) std::memcpy(values, bytes.data() + at, count * sizeof(T));
     at += count * sizeof(T);
     return true;
   }
