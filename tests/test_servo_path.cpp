@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The servo path: 10^6 edits with snapshots taken and dropped beside them, and 10^6 ticks of carving by hand
-// while other threads follow with the surface and write a document. Once the pools are ready, no allocation, no lock, no page
-// fault on the servo's thread. A program of its own, since it replaces malloc and friends.
+// while other threads follow with the surface and write a document. Once the pools are ready, no allocation,
+// no lock, no page fault on the servo's thread. A program of its own, since it replaces malloc and friends.
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
