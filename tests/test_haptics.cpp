@@ -16,29 +16,21 @@
 #include <kibori/devices/virtual_device.h>
 #include <kibori/haptics/histogram.h>
 #include <kibori/session/live_carving.h>
-#include <kibori/session/scribe.h>
 
+#include "tests/live_rig.h"
 #include "tests/support.h"
 
 namespace kibori {
 namespace {
 
+using test::arm;
+using test::block;
+using test::down;
 using test::Random;
+using test::Rig;
+using test::rig;
 
 double length(const Vec3& v) { return std::sqrt(v.squaredNorm()); }
-
-DeviceCapabilities arm() {
-  DeviceCapabilities c;
-  c.name = "an arm";
-  c.dof_in = c.dof_out = 6;
-  c.force_n = 8;
-  c.torque_nmm = 100;
-  c.force_rate_n_s = 500;
-  c.torque_rate_nmm_s = 5000;
-  c.speed_mm_s = 800;
-  c.damping_ns_mm = 0.002;
-  return c;
-}
 
 SafetyInput push(double x) {
   SafetyInput in;
@@ -257,29 +249,6 @@ TEST(Hand, SwingsAsAnOscillatorDoes) {
   for (int i = 0; i < 5000; i++) hand.step(Vec3(0.2, 0, 0), Vec3(1, 0, 0), Vec3::Zero(), 0.001);
   EXPECT_NEAR(hand.position_mm().x(), 1.5, 1e-6);
 }
-
-std::unique_ptr<TriDexel> block(double pitch) {
-  auto model = std::make_unique<TriDexel>(make_lattice(Vec3(40, 30, 20), pitch, 10).value());
-  model->fill_block({Vec3::Zero(), Vec3(40, 30, 20)}, 0);
-  return model;
-}
-
-struct Rig {
-  VirtualDevice* device;
-  std::unique_ptr<LiveCarving> live;
-};
-
-// A virtual device over the block: its centre 5 mm above the middle of the top.
-Rig rig(const VirtualDeviceSettings& device, LiveSettings settings, VirtualDevice::Script script) {
-  auto made = std::make_unique<VirtualDevice>(device, std::move(script));
-  VirtualDevice* const kept = made.get();
-  settings.workspace = Workspace(Vec3(20, 15, 25));
-  auto live = LiveCarving::make(block(0.5), std::move(made), settings);
-  EXPECT_TRUE(live.ok()) << live.error();
-  return {kept, std::move(live).value()};
-}
-
-VirtualDevice::Target down(double z) { return {Vec3(0, 0, z), Mat3::Identity(), 0}; }
 
 TEST(Live, PressingBelowYieldComesToRestOnTheFace) {
   VirtualDeviceSettings device;
@@ -535,73 +504,6 @@ TEST(Live, ASecondOnAThreadWithSnapshotsAndCommands) {
   EXPECT_GT(s.ticks, 100u);
   EXPECT_EQ(s.compute_ns.count(), s.ticks);
   EXPECT_FALSE(r.live->scheduling().empty());
-}
-
-// What a hand carved is in the document, stroke by stroke, and carving it again leaves the same bytes.
-TEST(Live, TheScribeKeepsWhatTheHandDoes) {
-  for (const HandModel model : {HandModel::series, HandModel::energy})
-    for (const bool threads : {false, true}) {
-      char folder[] = "/tmp/kibori-scribe-XXXXXX";
-      const std::filesystem::path file = std::filesystem::path(mkdtemp(folder)) / "live.kibori";
-      VirtualDeviceSettings device;
-      device.capabilities = arm();
-      LiveSettings settings;
-      settings.tool = Finger{0.2, 20};
-      settings.model = model;
-      settings.log = true;
-      settings.spring.stiffness_n_mm = 1;
-      settings.spring.torsion_nmm_rad = 20;
-      settings.materials[0].u = 0.02;
-      // In and out of the wood, turning.
-      Rig r = rig(device, settings, [](double t) {
-        return VirtualDevice::Target{Vec3(8 * std::sin(5 * t), 6 * std::cos(4 * t), -5 + 3 * std::cos(6 * t)),
-                                     rotation(Vec3(0.2 * std::sin(3 * t), 0, 0)), 0};
-      });
-      auto document = Document::create(file, r.live->model(), "{}");
-      ASSERT_TRUE(document.ok()) << document.error();
-      {
-        Scribe scribe(*r.live, std::move(document).value());
-        int done = 0;
-        const auto change = [&](LiveCarving& live) {
-          live.settings().tool = BallTool{2.0 + 0.1 * done++};
-          live.settings().materials[0].u = 0.03;
-        };
-        if (threads) {
-          scribe.start();
-          r.live->start();
-          for (int i = 0; i < 5; i++) {
-            std::this_thread::sleep_for(std::chrono::milliseconds(200));
-            EXPECT_TRUE(r.live->post(change));
-          }
-          r.live->stop();
-          scribe.stop();
-        } else {
-          r.live->safety().arm();
-          for (int i = 0; i < 3000; i++) {
-            if (i % 700 == 699) {
-              EXPECT_TRUE(r.live->post(change));
-            }
-            r.live->tick(0.001);
-            if (i % 20 == 0) scribe.write();
-          }
-          r.live->finish_stroke();
-          scribe.write();
-        }
-        EXPECT_EQ(scribe.trouble(), "");
-        EXPECT_FALSE(scribe.document().in_stroke());
-        EXPECT_EQ(scribe.document().steps().at(scribe.document().head()).hash,
-                  r.live->model().content_hash());
-      }
-      auto after = Document::open(file, Document::Access::read);
-      ASSERT_TRUE(after.ok()) << after.error();
-      EXPECT_GT(after.value()->steps().size(), 2u);
-      EXPECT_EQ(after.value()->load().value()->content_hash(), r.live->model().content_hash());
-      double removed = 0;
-      for (const auto& [id, step] : after.value()->steps()) removed += step.removed_mm3;
-      EXPECT_NEAR(removed, r.live->totals().removed_mm3, 1e-6 * removed);
-      EXPECT_TRUE(after.value()->verify([](const std::string& wrong) { ADD_FAILURE() << wrong; }).ok());
-      std::filesystem::remove_all(folder);
-    }
 }
 
 // The process is stopped and goes on: the force is gone and stays off.

@@ -190,7 +190,7 @@ kibori::Status write_exports(const ExportArguments& arguments, const kibori::Sna
 
 struct CarveArguments {
   std::string scene, forces, plot, mesh, picture, document;
-  bool json = false, force = false;
+  bool json = false, force = false, keep_forces = false;
   int threads = 1;
   PictureArguments drawing;
   ExportArguments exports;
@@ -217,6 +217,7 @@ int run_carve(const CarveArguments& arguments) {
   if (!arguments.document.empty() && !is_document(arguments.document))
     return bad_input(arguments.document + ": documents are written as .kibori");
   options.document = arguments.document;
+  options.keep_forces = arguments.keep_forces;
   options.progress = [](double share) { show_progress("carving", share); };
   options.warning = [](const std::string& text) {
     std::fprintf(stderr, "\rkibori: warning: %s\n", text.c_str());
@@ -390,7 +391,7 @@ int run_picture(const std::string& file, const std::string& out, const PictureAr
 struct ServoArguments {
   std::string scene, device = "virtual", model = "series", record, document;
   double seconds = 10, rate_hz = 1000, stiffness_n_mm = 0;
-  bool no_surface = false, json = false;
+  bool no_surface = false, json = false, keep_forces = false;
 };
 
 volatile std::sig_atomic_t interrupted = 0;
@@ -429,6 +430,7 @@ int run_servo_command(const ServoArguments& arguments) {
   if (!arguments.document.empty() && !is_document(arguments.document))
     return bad_input(arguments.document + ": documents are written as .kibori");
   options.document = arguments.document;
+  options.keep_forces = arguments.keep_forces;
   options.progress = [](double share) { show_progress("running", share); };
   std::unique_ptr<Device> device;
   if (arguments.device != "virtual") {
@@ -468,6 +470,7 @@ int main(int argc, char** argv) {
           "-o,--output", carve_arguments.document,
           "write a document: stock, strokes and history, as it is carved; see 'kibori replay --help'")
       ->type_name("FILE.kibori");
+  carve->add_flag("--keep-forces", carve_arguments.keep_forces, "in the document, too")->needs("-o");
   carve->add_option("--forces", carve_arguments.forces, "write force and moment of every tick as CSV")
       ->type_name("FILE.csv");
   carve->add_option("--plot", carve_arguments.plot, "draw force and moment over time")->type_name("FILE.svg");
@@ -603,6 +606,7 @@ int main(int argc, char** argv) {
       ->add_option("-o,--output", servo_arguments.document,
                    "write a document, stroke by stroke, as it is carved")
       ->type_name("FILE.kibori");
+  servo->add_flag("--keep-forces", servo_arguments.keep_forces, "in the document, too")->needs("-o");
   servo->add_option("--seconds", servo_arguments.seconds, "how long")
       ->check(kPositive)
       ->capture_default_str();

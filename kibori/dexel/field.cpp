@@ -237,9 +237,14 @@ Field::Field(Axis axis, const Index3& nodes) {
 }
 
 void Field::restore(const FieldSnapshot& snapshot) {
-  FieldSnapshot copy = snapshot;
-  FieldSnapshot::swap(copy);
-  KIBORI_CHECK(copy.axis() == axis() && copy.nodes_u() == nodes_u() && copy.nodes_v() == nodes_v());
+  KIBORI_CHECK(of_same_field(snapshot));
+  take_root(snapshot);
+}
+
+// Only the root: others may read meanwhile which memory it lives in.
+void FieldSnapshot::take_root(const FieldSnapshot& other) {
+  hold(other.root_);
+  release(*pools_, shape_, std::exchange(root_, other.root_));
 }
 
 Tile* Field::new_tile() {
@@ -363,7 +368,7 @@ void Field::reserve(int tiles) {
   pools_->roots.reserve(8);
 }
 
-void Field::keep_ready(int tiles) {
+void FieldSnapshot::keep_ready(int tiles) const {
   pools_->tiles.keep_ready(static_cast<size_t>(tiles));
   pools_->planes.keep_ready(static_cast<size_t>(tiles));
   pools_->pages.keep_ready(static_cast<size_t>(std::min(tiles, 4 * shape_.pages())));

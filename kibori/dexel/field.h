@@ -132,6 +132,11 @@ class FieldSnapshot {
       }
   }
 
+  // Makes memory for as many tiles as it takes for `tiles` to be ready, in the field it is of. Any thread.
+  void keep_ready(int tiles) const;
+  // Whether it is of the same field, which then can be restored to it.
+  bool of_same_field(const FieldSnapshot& other) const { return pools_ == other.pools_; }
+
   // Sum of span lengths [lattice units^3]; the same on every machine.
   double volume() const;
   struct Count {
@@ -153,6 +158,8 @@ class FieldSnapshot {
   }
 
  protected:
+  void take_root(const FieldSnapshot& other);
+
   std::shared_ptr<detail::Pools> pools_;
   detail::FieldShape shape_;
   detail::Root* root_ = nullptr;
@@ -177,6 +184,12 @@ class Field : private FieldSnapshot {
   FieldSnapshot snapshot() const { return *this; }
   // Goes back (or forth) to a snapshot of this same field.
   void restore(const FieldSnapshot& snapshot);
+  // Each becomes what the other was, with the memory it lives in; snapshots stay those of their content.
+  void swap(Field& other) noexcept {
+    FieldSnapshot::swap(other);
+    std::swap(empty_tile_, other.empty_tile_);
+    empty_keeper_.swap(other.empty_keeper_);
+  }
 
   // Whether writing the tile would copy it first.
   bool shared(int tu, int tv) const {
@@ -205,8 +218,6 @@ class Field : private FieldSnapshot {
   void fill(int u0, int u1, int v0, int v1, float in, float out, uint8_t material);
   // Makes room for `tiles` more tiles without asking the system later. Any thread.
   void reserve(int tiles);
-  // Makes as much more as it takes for `tiles` tiles to be ready. Any thread.
-  void keep_ready(int tiles);
 
  private:
   Tile& copy_for_writing(int tu, int tv);

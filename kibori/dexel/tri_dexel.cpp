@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/dexel/tri_dexel.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -22,6 +23,10 @@ uint64_t Snapshot::content_hash() const {
   return hash.value();
 }
 
+void Snapshot::keep_ready(int tiles) const {
+  for (const FieldSnapshot& f : fields) f.keep_ready(tiles);
+}
+
 TriDexel::TriDexel(const Lattice& lattice)
     : lattice_(lattice),
       fields_{Field(Axis::x, lattice.nodes), Field(Axis::y, lattice.nodes), Field(Axis::z, lattice.nodes)} {}
@@ -33,6 +38,13 @@ Snapshot TriDexel::snapshot() const {
 void TriDexel::restore(const Snapshot& snapshot) {
   for (Axis axis : kAxes) field(axis).restore(snapshot.field(axis));
   touch();
+}
+
+void TriDexel::swap(TriDexel& other) noexcept {
+  std::swap(lattice_, other.lattice_);
+  for (const Axis axis : kAxes) field(axis).swap(other.field(axis));
+  std::swap(material_bounds_, other.material_bounds_);
+  generation_ = other.generation_ = std::max(generation_, other.generation_) + 1;
 }
 
 void TriDexel::fill_block(const Box& box_mm, uint8_t material) {
@@ -54,10 +66,6 @@ void TriDexel::fill_block(const Box& box_mm, uint8_t material) {
 void TriDexel::include_material(const Box& lattice_box) {
   material_bounds_.include(
       Box{lattice_box.min.cwiseMax(0.0), lattice_box.max.cwiseMin(lattice_.nodes.matrix().cast<double>())});
-}
-
-void TriDexel::keep_ready(int tiles) {
-  for (Field& f : fields_) f.keep_ready(tiles);
 }
 
 void TriDexel::reserve(int tiles) {

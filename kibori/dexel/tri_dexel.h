@@ -21,6 +21,11 @@ struct Snapshot {
   double volume_mm3() const;
   // Hash of the whole content, not of how it is stored.
   uint64_t content_hash() const;
+  // Refills the pools of its model for edits that touch up to `tiles` tiles a field, where snapshots are
+  // kept. Any thread.
+  void keep_ready(int tiles) const;
+  // Whether both are of one model (or were: see TriDexel::swap).
+  bool of_same_model(const Snapshot& other) const { return fields[2].of_same_field(other.fields[2]); }
 };
 
 struct ModelCount {
@@ -39,13 +44,14 @@ class TriDexel {
   Snapshot snapshot() const;
   // Goes back to a snapshot of this same model.
   void restore(const Snapshot& snapshot);
+  // Each becomes what the other was, at no cost. Snapshots go with the content: one taken of this model is
+  // from then on one of the other.
+  void swap(TriDexel& other) noexcept;
 
   // Fills the box [mm] of an empty model; plain tiles are shared, so size costs nothing.
   void fill_block(const Box& box_mm, uint8_t material);
   // Readies pools for edits that touch up to `tiles` tiles a field between two snapshots.
   void reserve(int tiles);
-  // Refills the pools up to as much, where snapshots are kept. Any thread.
-  void keep_ready(int tiles);
 
   double volume_mm3() const { return snapshot().volume_mm3(); }
   uint64_t content_hash() const { return snapshot().content_hash(); }

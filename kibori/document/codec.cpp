@@ -58,11 +58,14 @@ struct Reader {
   bool done() const { return at == bytes.size(); }
 };
 
-// The columns of a tick.
-constexpr int kColumns = 12;
-double& column(StrokeTick& tick, int i) {
-  Vec3* const vectors[4] = {&tick.tip, &tick.turn, &tick.hand, &tick.hand_turn};
-  return (*vectors[i / 3])[i % 3];
+// The columns of a tick, and of a force.
+constexpr int kColumns = 12, kForceColumns = 6;
+template <class T>
+auto& column(T& row, int i) {
+  if constexpr (std::is_same_v<std::remove_const_t<T>, Wrench>)
+    return (i < 3 ? row.force : row.moment)[i % 3];
+  else
+    return (i < 3 ? row.tip : i < 6 ? row.turn : i < 9 ? row.hand : row.hand_turn)[i % 3];
 }
 
 Json vec(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
@@ -117,19 +120,28 @@ const char* const kShapes[] = {"finger",  "ball",      "flat", "bull",      "con
 static_assert(std::size(kShapes) == std::variant_size_v<Tool>);
 const char* const kModes[] = {"cut", "deposit", "touch", "off"};
 
+// The numbers of a tool, by name: one list for writing and reading.
+template <class T, class F>
+void for_fields(T& tool, F&& f) {
+  using Shape = std::remove_const_t<T>;
+  if constexpr (std::is_same_v<Shape, Finger>) f("ks", tool.ks);
+  if constexpr (std::is_same_v<Shape, Cone>) f("angle_deg", tool.angle_deg);
+  if constexpr (requires { tool.radius; }) f("radius", tool.radius);
+  if constexpr (std::is_same_v<Shape, Bull>) f("corner", tool.corner);
+  if constexpr (requires { tool.length; }) f("length", tool.length);
+  if constexpr (std::is_same_v<Shape, BoxTool>) f("size", tool.size);
+  if constexpr (std::is_same_v<Shape, Ellipsoid>) f("radii", tool.radii);
+}
+
 Json json_of(const Tool& tool) {
   Json json{{"shape", kShapes[tool.index()]}};
-  if (const auto* t = std::get_if<Finger>(&tool)) json.update({{"ks", t->ks}, {"length", t->length}});
-  if (const auto* t = std::get_if<BallTool>(&tool)) json["radius"] = t->radius;
-  if (const auto* t = std::get_if<Flat>(&tool)) json.update({{"radius", t->radius}, {"length", t->length}});
-  if (const auto* t = std::get_if<Bull>(&tool))
-    json.update({{"radius", t->radius}, {"corner", t->corner}, {"length", t->length}});
-  if (const auto* t = std::get_if<Cone>(&tool))
-    json.update({{"angle_deg", t->angle_deg}, {"radius", t->radius}, {"length", t->length}});
-  if (const auto* t = std::get_if<Capsule>(&tool))
-    json.update({{"radius", t->radius}, {"length", t->length}});
-  if (const auto* t = std::get_if<BoxTool>(&tool)) json["size"] = vec(t->size);
-  if (const auto* t = std::get_if<Ellipsoid>(&tool)) json["radii"] = vec(t->radii);
+  const auto put = [&](const char* key, const auto& value) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(value)>, double>)
+      json[key] = value;
+    else
+      json[key] = vec(value);
+  };
+  std::visit([&](const auto& t) { for_fields(t, put); }, tool);
   if (const auto* t = std::get_if<MeshTool>(&tool)) {
     Json& vertices = json["vertices"] = Json::array();
     for (const Vec3& p : t->mesh->vertices) vertices.push_back(vec(p));
@@ -139,70 +151,92 @@ Json json_of(const Tool& tool) {
   return json;
 }
 
+// A tool of the shape that stands at `index` among the kinds of Tool.
+template <size_t... I>
+Tool tool_at(size_t index, std::index_sequence<I...>) {
+  Tool tool;
+  static_cast<void>(((index == I && (tool.emplace<I>(), true)) || ...));
+  return tool;
+}
+
+Status read_tool_mesh(Fields& fields, MeshTool& tool) {
+  auto mesh = std::make_shared<TriangleMesh>();
+  const Json *vertices = fields.find("vertices"), *triangles = fields.find("triangles");
+  if (!vertices || !triangles || !vertices->is_array() || !triangles->is_array())
+    return Error{"the tool's mesh is missing"};
+  const auto three = [](const Json& v, bool whole) {
+    bool good = v.is_array() && v.size() == 3;
+    for (size_t i = 0; good && i < 3; i++) good = whole ? v[i].is_number_unsigned() : v[i].is_number();
+    return good;
+  };
+  for (const Json& v : *vertices) {
+    if (!three(v, false)) return Error{"the tool's mesh has a vertex that is none"};
+    mesh->vertices.emplace_back(v[0].get<double>(), v[1].get<double>(), v[2].get<double>());
+  }
+  for (const Json& v : *triangles) {
+    if (!three(v, true)) return Error{"the tool's mesh has a triangle that is none"};
+    const uint64_t a = v[0], b = v[1], c = v[2], most = mesh->vertices.size();
+    if (a >= most || b >= most || c >= most)
+      return Error{"the tool's mesh has a triangle of vertices that are not there"};
+    mesh->triangles.push_back({static_cast<uint32_t>(a), static_cast<uint32_t>(b), static_cast<uint32_t>(c)});
+  }
+  tool.mesh = std::move(mesh);
+  return Ok{};
+}
+
 Result<Tool> tool_of(const Json& json) {
   Fields fields{json};
   std::string shape;
   fields.get("shape", shape);
-  Tool tool;
-  if (shape == "finger") {
-    auto& t = tool.emplace<Finger>();
-    fields.get("ks", t.ks);
-    fields.get("length", t.length);
-  } else if (shape == "ball") {
-    fields.get("radius", tool.emplace<BallTool>().radius);
-  } else if (shape == "flat") {
-    auto& t = tool.emplace<Flat>();
-    fields.get("radius", t.radius);
-    fields.get("length", t.length);
-  } else if (shape == "bull") {
-    auto& t = tool.emplace<Bull>();
-    fields.get("radius", t.radius);
-    fields.get("corner", t.corner);
-    fields.get("length", t.length);
-  } else if (shape == "cone") {
-    auto& t = tool.emplace<Cone>();
-    fields.get("angle_deg", t.angle_deg);
-    fields.get("radius", t.radius);
-    fields.get("length", t.length);
-  } else if (shape == "capsule") {
-    auto& t = tool.emplace<Capsule>();
-    fields.get("radius", t.radius);
-    fields.get("length", t.length);
-  } else if (shape == "halfspace") {
-    tool = HalfSpace{};
-  } else if (shape == "box") {
-    fields.get("size", tool.emplace<BoxTool>().size);
-  } else if (shape == "ellipsoid") {
-    fields.get("radii", tool.emplace<Ellipsoid>().radii);
-  } else if (shape == "mesh") {
-    auto mesh = std::make_shared<TriangleMesh>();
-    const Json *vertices = fields.find("vertices"), *triangles = fields.find("triangles");
-    if (!vertices || !triangles || !vertices->is_array() || !triangles->is_array())
-      return Error{"the tool's mesh is missing"};
-    const auto three = [](const Json& v, bool whole) {
-      bool good = v.is_array() && v.size() == 3;
-      for (size_t i = 0; good && i < 3; i++) good = whole ? v[i].is_number_unsigned() : v[i].is_number();
-      return good;
-    };
-    for (const Json& v : *vertices) {
-      if (!three(v, false)) return Error{"the tool's mesh has a vertex that is none"};
-      mesh->vertices.emplace_back(v[0].get<double>(), v[1].get<double>(), v[2].get<double>());
-    }
-    for (const Json& v : *triangles) {
-      if (!three(v, true)) return Error{"the tool's mesh has a triangle that is none"};
-      const uint64_t a = v[0], b = v[1], c = v[2], most = mesh->vertices.size();
-      if (a >= most || b >= most || c >= most)
-        return Error{"the tool's mesh has a triangle of vertices that are not there"};
-      mesh->triangles.push_back(
-          {static_cast<uint32_t>(a), static_cast<uint32_t>(b), static_cast<uint32_t>(c)});
-    }
-    tool = MeshTool{std::move(mesh)};
-  } else if (fields.wrong.empty()) {
-    return Error{"no tool's shape is called '" + one_line(shape) + "'"};
-  }
+  if (!fields.wrong.empty()) return Error{"the tool " + fields.wrong};
+  const auto known = std::find(std::begin(kShapes), std::end(kShapes), shape);
+  if (known == std::end(kShapes)) return Error{"no tool's shape is called '" + one_line(shape) + "'"};
+  Tool tool = tool_at(static_cast<size_t>(known - std::begin(kShapes)),
+                      std::make_index_sequence<std::variant_size_v<Tool>>());
+  std::visit([&](auto& t) { for_fields(t, [&](const char* key, auto& value) { fields.get(key, value); }); },
+             tool);
+  if (auto* mesh = std::get_if<MeshTool>(&tool))
+    if (Status s = read_tool_mesh(fields, *mesh); !s) return Error{s.error()};
   if (!fields.wrong.empty()) return Error{"the tool " + fields.wrong};
   if (const Status good = check_tool(tool); !good) return Error{good.error()};
   return tool;
+}
+
+// Columns of doubles, each XORed with the one before, as eight planes of bytes from the lowest.
+// at(i, column): double& or double.
+template <class At>
+void put_columns(Bytes& raw, size_t count, int columns, At&& at) {
+  std::vector<uint64_t> bits(count);
+  for (int c = 0; c < columns; c++) {
+    uint64_t last = 0;
+    for (size_t i = 0; i < count; i++) {
+      const auto now = std::bit_cast<uint64_t>(at(i, c));
+      bits[i] = now ^ std::exchange(last, now);
+    }
+    for (int byte = 0; byte < 8; byte++)
+      for (size_t i = 0; i < count; i++) raw.push_back(static_cast<uint8_t>(bits[i] >> (8 * byte)));
+  }
+}
+
+// False where a number is none.
+template <class At>
+bool take_columns(Reader& reader, size_t count, int columns, At&& at) {
+  Bytes plane(count);
+  for (int c = 0; c < columns; c++) {
+    std::vector<uint64_t> bits(count);
+    for (int byte = 0; byte < 8; byte++) {
+      reader.take(plane.data(), count);
+      for (size_t i = 0; i < count; i++) bits[i] |= uint64_t{plane[i]} << (8 * byte);
+    }
+    uint64_t last = 0;
+    for (size_t i = 0; i < count; i++) {
+      last ^= bits[i];
+      const auto value = std::bit_cast<double>(last);
+      if (!std::isfinite(value)) return false;
+      at(i, c) = value;
+    }
+  }
+  return true;
 }
 
 }  // namespace
@@ -299,17 +333,7 @@ Bytes encode_ticks(const StrokeTick* ticks, size_t count) {
   const auto number = static_cast<uint32_t>(count);
   put(raw, &number, 1);
   for (size_t i = 0; i < count; i++) raw.push_back(ticks[i].edits);
-  std::vector<uint64_t> bits(count);
-  for (int c = 0; c < kColumns; c++) {
-    uint64_t last = 0;
-    for (size_t i = 0; i < count; i++) {
-      StrokeTick tick = ticks[i];
-      const auto now = std::bit_cast<uint64_t>(column(tick, c));
-      bits[i] = now ^ std::exchange(last, now);
-    }
-    for (int byte = 0; byte < 8; byte++)
-      for (size_t i = 0; i < count; i++) raw.push_back(static_cast<uint8_t>(bits[i] >> (8 * byte)));
-  }
+  put_columns(raw, count, kColumns, [&](size_t i, int c) { return column(ticks[i], c); });
   return compress(raw);
 }
 
@@ -321,24 +345,34 @@ Result<std::vector<StrokeTick>> decode_ticks(const Bytes& bytes) {
   if (!reader.take(&count, 1) || raw.value().size() != 4 + size_t{count} * (1 + 8 * kColumns))
     return Error{"a stroke's ticks: the block has not the length it should have"};
   std::vector<StrokeTick> ticks(count);
-  Bytes plane(count);
-  reader.take(plane.data(), count);
-  for (size_t i = 0; i < count; i++) ticks[i].edits = plane[i] != 0;
-  for (int c = 0; c < kColumns; c++) {
-    std::vector<uint64_t> bits(count);
-    for (int byte = 0; byte < 8; byte++) {
-      reader.take(plane.data(), count);
-      for (size_t i = 0; i < count; i++) bits[i] |= uint64_t{plane[i]} << (8 * byte);
-    }
-    uint64_t last = 0;
-    for (size_t i = 0; i < count; i++) {
-      last ^= bits[i];
-      const auto value = std::bit_cast<double>(last);
-      if (!std::isfinite(value)) return Error{"a stroke's ticks hold what is no number"};
-      column(ticks[i], c) = value;
-    }
-  }
+  Bytes edits(count);
+  reader.take(edits.data(), count);
+  for (size_t i = 0; i < count; i++) ticks[i].edits = edits[i] != 0;
+  if (!take_columns(reader, count, kColumns, [&](size_t i, int c) -> double& { return column(ticks[i], c); }))
+    return Error{"a stroke's ticks hold what is no number"};
   return ticks;
+}
+
+Bytes encode_forces(const Wrench* felt, size_t count) {
+  Bytes raw;
+  const auto number = static_cast<uint32_t>(count);
+  put(raw, &number, 1);
+  put_columns(raw, count, kForceColumns, [&](size_t i, int c) { return column(felt[i], c); });
+  return compress(raw);
+}
+
+Result<std::vector<Wrench>> decode_forces(const Bytes& bytes) {
+  const Result<Bytes> raw = decompress(bytes, 4 + kMostTicks * 8 * kForceColumns);
+  if (!raw) return Error{"a stroke's forces: the block " + raw.error()};
+  Reader reader{raw.value()};
+  uint32_t count = 0;
+  if (!reader.take(&count, 1) || raw.value().size() != 4 + size_t{count} * 8 * kForceColumns)
+    return Error{"a stroke's forces: the block has not the length it should have"};
+  std::vector<Wrench> felt(count);
+  if (!take_columns(reader, count, kForceColumns,
+                    [&](size_t i, int c) -> double& { return column(felt[i], c); }))
+    return Error{"a stroke's forces hold what is no number"};
+  return felt;
 }
 
 Bytes encode_pose(const Pose& pose) {

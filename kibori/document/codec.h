@@ -50,6 +50,10 @@ Result<StrokeSettings> settings_from_json(const std::string& text);
 Bytes encode_ticks(const StrokeTick* ticks, size_t count);
 Result<std::vector<StrokeTick>> decode_ticks(const Bytes& bytes);
 
+// As ticks.
+Bytes encode_forces(const Wrench* felt, size_t count);
+Result<std::vector<Wrench>> decode_forces(const Bytes& bytes);
+
 Bytes encode_pose(const Pose& pose);
 Result<Pose> decode_pose(const Bytes& bytes);
 

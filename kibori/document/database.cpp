@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/document/database.h>
 
+#include <cstdio>
+
 #include <sqlite3.h>
 
 namespace kibori {
@@ -81,13 +83,36 @@ void Database::Close::operator()(sqlite3* db) const { sqlite3_close_v2(db); }
 Result<Database> Database::open(const std::filesystem::path& path, Access access, const char* vfs) {
   Database database;
   database.name_ = one_line(path.string());
-  int flags = access == Access::read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE;
-  if (access == Access::create) flags |= SQLITE_OPEN_CREATE;
+  // Readers open for writing, too: who only may read can't put away the files beside the database when it is
+  // the last to close it. Where the file can't be written SQLite opens it for reading.
+  const int flags = SQLITE_OPEN_READWRITE | (access == Access::create ? SQLITE_OPEN_CREATE : 0);
+  if (!database.connect(path.string(), flags, vfs)) return database.error("can't be opened");
+  if (access != Access::read) return database;
+  if (const Status s = database.run("SELECT 1 FROM sqlite_master; PRAGMA query_only = 1"); s) return database;
+  const int why = sqlite3_errcode(database.db_.get()) & 0xff;  // without what is extended
+  std::error_code none;
+  const std::filesystem::path log = path.string() + "-wal";
+  if ((why != SQLITE_READONLY && why != SQLITE_CANTOPEN) ||
+      (std::filesystem::exists(log, none) && std::filesystem::file_size(log, none) > 0))
+    return database;  // what is wrong with it is told by whoever reads it
+  // In a folder where nothing can be made beside it; nobody writes there, so it is whole as it is.
+  std::string uri = "file:";
+  for (const char c : path.string()) {
+    char escaped[4] = {c, 0};
+    if (c == '%' || c == '?' || c == '#') std::snprintf(escaped, sizeof escaped, "%%%02X", c);
+    uri += escaped;
+  }
+  if (!database.connect(uri + "?immutable=1", SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, vfs))
+    return database.error("can't be opened");
+  return database;
+}
+
+bool Database::connect(const std::string& name, int flags, const char* vfs) {
   sqlite3* db = nullptr;
   const int code =
-      sqlite3_open_v2(path.c_str(), &db, flags | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE, vfs);
-  database.db_.reset(db);
-  if (code != SQLITE_OK) return database.error("can't be opened");
+      sqlite3_open_v2(name.c_str(), &db, flags | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE, vfs);
+  db_.reset(db);
+  if (code != SQLITE_OK) return false;
   sqlite3_busy_timeout(db, 2000);
   // Files are hostile until parsed.
   sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
@@ -95,7 +120,22 @@ Result<Database> Database::open(const std::filesystem::path& path, Access access
   sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
   sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
   sqlite3_limit(db, SQLITE_LIMIT_LENGTH, static_cast<int>(kMostBytes));
-  return database;
+  return true;
+}
+
+Result<Database> Database::in_memory(const Database& from) {
+  Result<Database> memory = open(":memory:", Access::create);
+  if (!memory) return memory;
+  memory.value().name_ = from.name_;
+  if (const Status s = memory.value().become(from); !s) return Error{s.error()};
+  return memory;
+}
+
+Status Database::become(const Database& from) {
+  sqlite3_backup* backup = sqlite3_backup_init(db_.get(), "main", from.db_.get(), "main");
+  if (backup) sqlite3_backup_step(backup, -1);
+  if (sqlite3_backup_finish(backup) == SQLITE_OK && backup) return Ok{};
+  return Error{sqlite3_errmsg(db_.get())};
 }
 
 Status Database::run(const char* sql) {

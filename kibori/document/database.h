@@ -66,6 +66,11 @@ class Database {
   // `vfs`: of a registered SQLite file system, for tests. Errors name the file.
   static Result<Database> open(const std::filesystem::path& path, Access access, const char* vfs = nullptr);
 
+  // A database in memory with all that another one holds.
+  static Result<Database> in_memory(const Database& from);
+  // Makes all of this one as `from` is, or leaves it as it was.
+  Status become(const Database& from);
+
   // One or several statements without results.
   Status run(const char* sql);
   Result<Statement> prepare(const char* sql);
@@ -77,6 +82,7 @@ class Database {
   const std::string& name() const { return name_; }
 
  private:
+  bool connect(const std::string& name, int flags, const char* vfs);
   struct Close {
     void operator()(sqlite3* db) const;
   };

@@ -20,13 +20,16 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr int kApplication = 0x4B49424F;  // "KIBO"
-constexpr int kVersion = 1;
+// 2: forces and thumbnails.
+constexpr int64_t kVersion = 2;
 // Tiles are kept where carving again from the last ones would take more ticks than this: a fraction of a
 // second.
 constexpr int64_t kTicksBetweenTiles = 40000;
 // States held in memory; those not visited for longest go first, and are made again from the file when asked
 // for.
-constexpr size_t kMostStates = 256;
+constexpr size_t kMostStates = 2048;
+// So many steps back a document that was just opened goes at once.
+constexpr size_t kStatesAtOnce = 64;
 // A loss of power takes what was written within this time.
 constexpr auto kSyncEvery = std::chrono::milliseconds(500);
 constexpr int64_t kMostNodes = 1 << 14;
@@ -48,6 +51,12 @@ CREATE TABLE checkpoint_tile (step INTEGER NOT NULL REFERENCES checkpoint, field
   u INTEGER NOT NULL, v INTEGER NOT NULL, tile INTEGER REFERENCES tile, PRIMARY KEY (step, field, u, v))
   WITHOUT ROWID;
 CREATE TABLE version (name TEXT PRIMARY KEY, step INTEGER NOT NULL REFERENCES step) WITHOUT ROWID;
+)";
+const char* const kSchemaSince2 = R"(
+CREATE TABLE force (step INTEGER NOT NULL REFERENCES step, sequence INTEGER NOT NULL, count INTEGER NOT NULL,
+  data BLOB NOT NULL, PRIMARY KEY (step, sequence)) WITHOUT ROWID;
+CREATE TABLE thumbnail (step INTEGER PRIMARY KEY REFERENCES step, png BLOB NOT NULL);
+PRAGMA user_version = 2;
 )";
 
 std::string hex(uint64_t value) {
@@ -98,6 +107,7 @@ Wrench spring_wrench(const SeriesSpring& spring, const StrokeTick& tick) {
 Document::~Document() {
   if (writes_ && open_step_ == 0) static_cast<void>(database_.run("PRAGMA wal_checkpoint(TRUNCATE)"));
   database_ = Database();
+  file_ = Database();
   // Last: closing any descriptor of the file drops the locks that SQLite holds on it.
   if (lock_ >= 0) ::close(lock_);
 }
@@ -111,6 +121,44 @@ Status Document::lock(const std::filesystem::path& path) {
 }
 
 Status Document::commit(const char* doing, const std::function<Status()>& change) {
+  Status done = try_commit(doing, change);
+  if (done || !may_go_to_memory_ || !unsaved_.empty()) return done;
+  Result<Database> memory = Database::in_memory(database_);
+  if (!memory) return done;
+  file_ = std::exchange(database_, std::move(memory).value());
+  const Status again = try_commit(doing, change);
+  if (again)
+    unsaved_ = done.error();
+  else
+    database_ = std::move(file_);
+  return again;
+}
+
+Status Document::save_again() {
+  if (unsaved_.empty()) return Ok{};
+  // What waits goes into memory first, so that what is saved is all there is.
+  if (Status s = flush(); !s) return s;
+  if (Status s = file_.become(database_); !s) return failed("saving", s.error());
+  database_ = std::move(file_);
+  unsaved_.clear();
+  return Ok{};
+}
+
+Status Document::move_to(const std::filesystem::path& path) {
+  if (!writes_) return wrong("is open for reading only");
+  if (Status s = flush(); !s) return s;
+  if (Status s = save_copy(path); !s) return s;
+  Result<std::unique_ptr<Document>> there = attach(path, nullptr);
+  if (!there) return Error{there.error()};
+  // Closed in order: the descriptor after what SQLite holds of the same file.
+  database_ = std::move(there.value()->database_);
+  file_ = Database();
+  std::swap(lock_, there.value()->lock_);
+  unsaved_.clear();
+  return Ok{};
+}
+
+Status Document::try_commit(const char* doing, const std::function<Status()>& change) {
   // Now and then a commit waits until it is on the disk, and with it all before it.
   const auto now = std::chrono::steady_clock::now();
   const bool sync = now - synced_ >= kSyncEvery;
@@ -148,11 +196,11 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
     document->lattice_ = model.lattice();
     const Snapshot now = model.snapshot();
     const Status filled = [&]() -> Status {
-      const std::string first = "PRAGMA application_id=" + std::to_string(kApplication) +
-                                "; PRAGMA user_version=" + std::to_string(kVersion);
+      const std::string first = "PRAGMA application_id=" + std::to_string(kApplication);
       if (Status s = document->database_.run(first.c_str()); !s) return s;
       return document->commit("making it", [&]() -> Status {
-        if (Status s = document->database_.run(kSchema); !s) return s;
+        for (const char* tables : {kSchema, kSchemaSince2})
+          if (Status s = document->database_.run(tables); !s) return s;
         Result<Statement> meta = document->database_.prepare("INSERT INTO meta VALUES (?, ?)");
         if (!meta) return Error{meta.error()};
         Statement& m = meta.value();
@@ -197,37 +245,62 @@ Result<std::unique_ptr<Document>> Document::open(const std::filesystem::path& pa
   const std::string name = one_line(path.string());
   if (!std::filesystem::exists(path, code)) return Error{name + ": there is no such file"};
   if (!std::filesystem::is_regular_file(path, code)) return Error{name + ": is no file"};
-  const bool writes = access == Access::write;
-  Result<Database> database =
-      Database::open(path, writes ? Database::Access::write : Database::Access::read, vfs);
+  std::unique_ptr<Document> document;
+  if (access == Access::write) {
+    Result<std::unique_ptr<Document>> attached = attach(path, vfs);
+    if (!attached) return attached;
+    document = std::move(attached).value();
+  } else {
+    Result<Database> database = Database::open(path, Database::Access::read, vfs);
+    if (!database) return Error{database.error()};
+    document.reset(new Document(std::move(database).value()));
+    if (Status s = document->check_kind(); !s) return Error{s.error()};
+  }
+  if (Status s = document->read_tree(); !s) return Error{s.error()};
+  if (Status s = document->recover(); !s) return Error{s.error()};
+  document->may_go_to_memory_ = true;
+  return document;
+}
+
+Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& path, const char* vfs) {
+  Result<Database> database = Database::open(path, Database::Access::write, vfs);
   if (!database) return Error{database.error()};
   std::unique_ptr<Document> document(new Document(std::move(database).value()));
-  if (writes)
-    if (Status s = document->lock(path); !s) return Error{s.error()};
+  if (Status s = document->lock(path); !s) return Error{s.error()};
+  if (Status s = document->check_kind(); !s) return Error{s.error()};
+  document->writes_ = true;
+  if (Status s = document->database_.run(
+          "PRAGMA journal_mode=WAL; PRAGMA foreign_keys=ON; PRAGMA wal_autocheckpoint=4000");
+      !s)
+    return document->failed("opening", s.error());
+  if (document->version_ < 2) {
+    const Status s =
+        document->commit("bringing it up to date", [&] { return document->database_.run(kSchemaSince2); });
+    if (!s) return Error{s.error()};
+    document->version_ = kVersion;
+  }
+  return document;
+}
+
+// A document of Kibori, and which version.
+Status Document::check_kind() {
   const auto pragma = [&](const char* sql) -> Result<int64_t> {
-    Result<Statement> read = document->database_.prepare(sql);
+    Result<Statement> read = database_.prepare(sql);
     if (!read) return Error{read.error()};
     const Result<bool> row = read.value().row();
     if (!row) return Error{row.error()};
     return row.value() ? read.value().integer(0) : 0;
   };
   const Result<int64_t> application = pragma("PRAGMA application_id");
-  if (!application) return document->wrong("is no document of Kibori (" + application.error() + ")");
-  if (application.value() != kApplication) return document->wrong("is no document of Kibori");
+  if (!application) return wrong("is no document of Kibori (" + application.error() + ")");
+  if (application.value() != kApplication) return wrong("is no document of Kibori");
   const Result<int64_t> version = pragma("PRAGMA user_version");
-  if (!version || version.value() < 1) return document->wrong("is a damaged document");
+  if (!version || version.value() < 1) return wrong("is a damaged document");
   if (version.value() > kVersion)
-    return document->wrong("was made by a newer Kibori (format " + std::to_string(version.value()) +
-                           ", this one reads " + std::to_string(kVersion) + "); use that");
-  document->writes_ = writes;
-  if (writes)
-    if (Status s = document->database_.run(
-            "PRAGMA journal_mode=WAL; PRAGMA foreign_keys=ON; PRAGMA wal_autocheckpoint=4000");
-        !s)
-      return document->failed("opening", s.error());
-  if (Status s = document->read_tree(); !s) return Error{s.error()};
-  if (Status s = document->recover(); !s) return Error{s.error()};
-  return document;
+    return wrong("was made by a newer Kibori (format " + std::to_string(version.value()) +
+                 ", this one reads " + std::to_string(kVersion) + "); use that");
+  version_ = version.value();
+  return Ok{};
 }
 
 Status Document::read_tree() {
@@ -405,6 +478,8 @@ Status Document::set_head(StepId step) {
 }
 
 void Document::remember(StepId step, const Snapshot& state) {
+  // One that came too late: of a model whose content has been swapped since, see destination().
+  if (!states_.empty() && !states_.begin()->second.of_same_model(state)) return;
   states_[step] = state;
   std::erase(visited_, step);
   visited_.push_back(step);
@@ -548,11 +623,11 @@ Status Document::make_state(TriDexel& model, StepId step) const {
 
 // From the nearest state in memory on the way, or the nearest tiles, whichever is nearer; the states in
 // between are remembered, as the next steps back will ask for them.
-Status Document::rebuild(TriDexel& model, StepId step) {
+Status Document::rebuild(TriDexel& model, StepId step, size_t at_least) {
   Result<std::vector<StepId>> path = path_to(step);
   if (!path) return Error{path.error()};
   const std::vector<StepId>& way = path.value();
-  size_t from = way.size();
+  size_t from = way.size() - std::min(at_least, way.size()) + 1;
   while (from > 0 && !is_checkpoint(way[from - 1]) && !states_.count(way[from - 1])) from--;
   if (from == 0) return wrong("is a damaged document: the stock's tiles are missing");
   const StepId begin = way[from - 1];
@@ -578,8 +653,35 @@ Result<std::unique_ptr<TriDexel>> Document::load() {
   states_.clear();
   visited_.clear();
   auto model = std::make_unique<TriDexel>(lattice_);
-  if (const Status s = rebuild(*model, head_); !s) return Error{s.error()};
+  if (const Status s = rebuild(*model, head_, kStatesAtOnce); !s) return Error{s.error()};
   return model;
+}
+
+Result<Document::Destination> Document::destination(StepId step) {
+  if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
+  Destination to;
+  to.step = step;
+  if (const auto known = states_.find(step); known != states_.end()) {
+    to.state = known->second;
+    return to;
+  }
+  auto states = std::exchange(states_, {});
+  auto visited = std::exchange(visited_, {});
+  to.model = std::make_unique<TriDexel>(lattice_);
+  if (const Status s = rebuild(*to.model, step, kStatesAtOnce); !s) {
+    states_ = std::move(states);
+    visited_ = std::move(visited);
+    return Error{s.error()};
+  }
+  return to;
+}
+
+Status Document::went(StepId step) {
+  if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
+  const StepId from = head_;
+  Status done = set_head(step);
+  if (done && steps_[from].parent == step) last_child_[step] = from;
+  return done;
 }
 
 Result<std::unique_ptr<TriDexel>> Document::load_at(StepId step) const {
@@ -592,26 +694,33 @@ Status Document::go(TriDexel& model, StepId step) {
   if (open_step_ != 0) return wrong("a stroke is being made; finish or cancel it first");
   if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
   const Snapshot before = model.snapshot();
-  Status done = rebuild(model, step);
-  if (done) done = set_head(step);
+  Status done = rebuild(model, step, 1);
+  if (done) done = went(step);
   if (!done) model.restore(before);
   return done;
 }
 
+Result<StepId> Document::before_head() const {
+  const StepId parent = steps_.at(head_).parent;
+  if (parent == 0) return wrong("there is nothing before the stock");
+  return parent;
+}
+
+Result<StepId> Document::after_head() const {
+  if (const auto last = last_child_.find(head_); last != last_child_.end()) return last->second;
+  for (auto step = steps_.rbegin(); step != steps_.rend(); ++step)
+    if (step->second.parent == head_ && step->second.finished) return step->first;
+  return wrong("nothing follows step " + std::to_string(head_));
+}
+
 Status Document::undo(TriDexel& model) {
-  const Step& step = steps_[head_];
-  if (step.parent == 0) return wrong("there is nothing before the stock");
-  const StepId from = head_, parent = step.parent;
-  Status done = go(model, parent);
-  if (done) last_child_[parent] = from;
-  return done;
+  const Result<StepId> to = before_head();
+  return to ? go(model, to.value()) : Status(Error{to.error()});
 }
 
 Status Document::redo(TriDexel& model) {
-  if (const auto last = last_child_.find(head_); last != last_child_.end()) return go(model, last->second);
-  for (auto step = steps_.rbegin(); step != steps_.rend(); ++step)
-    if (step->second.parent == head_) return go(model, step->first);
-  return wrong("nothing follows step " + std::to_string(head_));
+  const Result<StepId> to = after_head();
+  return to ? go(model, to.value()) : Status(Error{to.error()});
 }
 
 // ---- Strokes
@@ -639,6 +748,7 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start, const 
   open_step_ = id;
   open_sequence_ = open_ticks_ = saved_ticks_ = 0;
   waiting_.clear();
+  waiting_forces_.clear();
   Step step;
   step.id = id;
   step.parent = head_;
@@ -653,11 +763,23 @@ Status Document::write_ticks() {
   if (waiting_.empty()) return Ok{};
   Result<Statement> put = database_.prepare("INSERT INTO tick VALUES (?, ?, ?, ?)");
   if (!put) return Error{put.error()};
+  const auto count = static_cast<int64_t>(waiting_.size());
+  if (Status s = put.value()
+                     .bind(open_step_)
+                     .bind(open_sequence_)
+                     .bind(count)
+                     .bind(encode_ticks(waiting_.data(), waiting_.size()))
+                     .run();
+      !s)
+    return s;
+  if (waiting_forces_.size() != waiting_.size()) return Ok{};
+  put = database_.prepare("INSERT INTO force VALUES (?, ?, ?, ?)");
+  if (!put) return Error{put.error()};
   return put.value()
       .bind(open_step_)
       .bind(open_sequence_)
-      .bind(static_cast<int64_t>(waiting_.size()))
-      .bind(encode_ticks(waiting_.data(), waiting_.size()))
+      .bind(count)
+      .bind(encode_forces(waiting_forces_.data(), waiting_forces_.size()))
       .run();
 }
 
@@ -668,6 +790,7 @@ Status Document::flush() {
   open_sequence_++;
   saved_ticks_ += static_cast<int64_t>(waiting_.size());
   waiting_.clear();
+  waiting_forces_.clear();
   return Ok{};
 }
 
@@ -705,15 +828,17 @@ Status Document::finish(const Snapshot& now, const Box& material_bounds, double 
   head_ = step.id;
   open_step_ = 0;
   waiting_.clear();
+  waiting_forces_.clear();
   remember(step.id, now);
   return Ok{};
 }
 
-Status Document::cancel(TriDexel& model) {
+Status Document::cancel() {
   if (open_step_ == 0) return wrong("no stroke is being made");
   const StepId id = open_step_;
   Status kept = commit("cancelling a stroke", [&]() -> Status {
-    for (const char* sql : {"DELETE FROM tick WHERE step = ?", "DELETE FROM step WHERE id = ?"}) {
+    for (const char* sql : {"DELETE FROM tick WHERE step = ?", "DELETE FROM force WHERE step = ?",
+                            "DELETE FROM step WHERE id = ?"}) {
       Result<Statement> drop = database_.prepare(sql);
       if (!drop) return Error{drop.error()};
       if (Status s = drop.value().bind(id).run(); !s) return s;
@@ -724,7 +849,28 @@ Status Document::cancel(TriDexel& model) {
   steps_.erase(id);
   open_step_ = 0;
   waiting_.clear();
-  return go(model, head_);
+  waiting_forces_.clear();
+  return Ok{};
+}
+
+Status Document::set_thumbnail(StepId step, const Bytes& png) {
+  if (!writes_) return wrong("is open for reading only");
+  if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
+  return commit("keeping a thumbnail", [&]() -> Status {
+    Result<Statement> put = database_.prepare("INSERT OR REPLACE INTO thumbnail VALUES (?, ?)");
+    if (!put) return Error{put.error()};
+    return put.value().bind(step).bind(png).run();
+  });
+}
+
+Result<Bytes> Document::thumbnail(StepId step) const {
+  if (version_ < 2) return Bytes();
+  Result<Statement> read =
+      const_cast<Database&>(database_).prepare("SELECT png FROM thumbnail WHERE step = ?");
+  if (!read) return failed("reading a thumbnail", read.error());
+  const Result<bool> row = read.value().bind(step).row();
+  if (!row) return failed("reading a thumbnail", row.error());
+  return row.value() ? read.value().bytes(0) : Bytes();
 }
 
 Status Document::save_copy(const std::filesystem::path& path) const {
@@ -769,10 +915,12 @@ Result<Pose> Document::start(StepId step) const {
   return pose;
 }
 
-Status Document::for_ticks(StepId step,
-                           const std::function<Status(const std::vector<StrokeTick>&)>& f) const {
+// The rows of `table` that belong to a step, in order: f(data, count).
+Status Document::for_blocks(const char* table, StepId step,
+                            const std::function<Status(const Bytes&, int64_t)>& f) const {
   Result<Statement> read = const_cast<Database&>(database_).prepare(
-      "SELECT sequence, count, data FROM tick WHERE step = ? ORDER BY sequence");
+      (std::string("SELECT sequence, count, data FROM ") + table + " WHERE step = ? ORDER BY sequence")
+          .c_str());
   if (!read) return failed("reading a stroke", read.error());
   Statement& s = read.value();
   s.bind(step);
@@ -780,14 +928,30 @@ Status Document::for_ticks(StepId step,
     const Result<bool> row = s.row();
     if (!row) return failed("reading a stroke", row.error());
     if (!row.value()) return Ok{};
-    const std::string which = "is a damaged document: step " + std::to_string(step) + ": ";
-    if (s.integer(0) != sequence) return wrong(which + "some of its ticks are missing");
-    const Result<std::vector<StrokeTick>> ticks = decode_ticks(s.bytes(2));
-    if (!ticks) return wrong(which + ticks.error());
-    if (static_cast<int64_t>(ticks.value().size()) != s.integer(1))
-      return wrong(which + "some of its ticks are missing");
-    if (Status done = f(ticks.value()); !done) return done;
+    Status done = s.integer(0) == sequence ? f(s.bytes(2), s.integer(1))
+                                           : Status(Error{"some of its ticks are missing"});
+    if (!done) return wrong("is a damaged document: step " + std::to_string(step) + ": " + done.error());
   }
+}
+
+Status Document::for_ticks(StepId step,
+                           const std::function<Status(const std::vector<StrokeTick>&)>& f) const {
+  return for_blocks("tick", step, [&](const Bytes& data, int64_t count) -> Status {
+    const Result<std::vector<StrokeTick>> ticks = decode_ticks(data);
+    if (!ticks) return Error{ticks.error()};
+    if (static_cast<int64_t>(ticks.value().size()) != count) return Error{"some of its ticks are missing"};
+    return f(ticks.value());
+  });
+}
+
+Status Document::for_forces(StepId step, const std::function<Status(const std::vector<Wrench>&)>& f) const {
+  if (version_ < 2) return Ok{};
+  return for_blocks("force", step, [&](const Bytes& data, int64_t count) -> Status {
+    const Result<std::vector<Wrench>> felt = decode_forces(data);
+    if (!felt) return Error{felt.error()};
+    if (static_cast<int64_t>(felt.value().size()) != count) return Error{"some of its forces are missing"};
+    return f(felt.value());
+  });
 }
 
 Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceLaw>& law,
@@ -806,7 +970,7 @@ Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceL
       const Mode mode = tick.edits ? s.mode : Mode::off;
       Result<TickResult> done = stroke.advance(s.tool, tick.tip, tick.turn, mode, law.value_or(s.force.law),
                                                s.materials, s.material);
-      if (!done) return wrong("is a damaged document: step " + std::to_string(step) + ": " + done.error());
+      if (!done) return Error{done.error()};
       count++;
       if (!use) continue;
       out.recorded = &tick;
@@ -859,8 +1023,26 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
         continue;
       }
       model.restore(before->second);
-      int64_t ticks = 0;
-      made = replay(id, model, std::nullopt, [&](const ReplayedTick&) { ticks++; });
+      std::vector<Wrench> kept;
+      if (Status s = for_forces(id,
+                                [&](const std::vector<Wrench>& felt) -> Status {
+                                  kept.insert(kept.end(), felt.begin(), felt.end());
+                                  return Ok{};
+                                });
+          !s)
+        wrong_at(s.error());
+      int64_t ticks = 0, other_forces = 0;
+      made = replay(id, model, std::nullopt, [&](const ReplayedTick& tick) {
+        const auto i = static_cast<size_t>(ticks++);
+        other_forces += i < kept.size() && !(kept[i].force == tick.result.wrench.force &&
+                                             kept[i].moment == tick.result.wrench.moment);
+      });
+      if (made && !kept.empty() && static_cast<int64_t>(kept.size()) != ticks)
+        wrong_at(which + " has the forces of " + std::to_string(kept.size()) + " ticks of " +
+                 std::to_string(ticks));
+      if (other_forces > 0)
+        wrong_at(which + ": the forces kept of " + std::to_string(other_forces) +
+                 " ticks are not those felt when carved again");
       if (made && ticks != step.ticks)
         wrong_at(which + " has " + std::to_string(ticks) + " ticks of " + std::to_string(step.ticks));
       if (--children[step.parent] == 0) states.erase(before);

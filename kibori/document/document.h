@@ -9,8 +9,10 @@
 // carved again: the same bytes, as a recorded path leaves them. States that were visited stay in memory,
 // where they share what they have in common.
 //
-// What is added reaches the file at every flush(): a process that is killed then leaves an exact prefix. A
-// document belongs to one thread; one process writes a file, any number may read it meanwhile.
+// What is added reaches the file at every flush(): a process that is killed then leaves an exact prefix.
+// Where the file can't be written any more (a full disk, one that is gone), the document goes on in memory
+// and says so; it can be saved again or elsewhere. A document belongs to one thread; one process writes a
+// file, any number may read it meanwhile.
 #pragma once
 
 #include <chrono>
@@ -65,6 +67,12 @@ class Document {
   ~Document();
 
   const std::string& name() const { return database_.name(); }
+  // Why the file holds only the beginning, and all the rest is in memory; empty if all is well.
+  const std::string& unsaved() const { return unsaved_; }
+  // Into the file again. Errors: it still can't be written; nothing has changed.
+  Status save_again();
+  // All of it into a new file, where the document then goes on. Errors: as of save_copy; nothing has changed.
+  Status move_to(const std::filesystem::path& path);
   const Lattice& lattice() const { return lattice_; }
   // As given to create().
   Result<std::string> stock() const;
@@ -88,22 +96,44 @@ class Document {
   // leave it as it was.
   Status go(TriDexel& model, StepId step);
   Status undo(TriDexel& model);
-  // To the step last gone back from, or else the newest that follows. Errors: nothing follows.
   Status redo(TriDexel& model);
+  // Where undo and redo go: redo to the step last gone back from, or else the newest that follows. Errors:
+  // nothing is there.
+  Result<StepId> before_head() const;
+  Result<StepId> after_head() const;
 
-  // A stroke from the head on. Ticks are kept in memory until flush(), which is worth calling every 50 ms.
+  // For a model on another thread: what to restore there, or a model to swap its content with where no state
+  // of its own is known any more; from then on states are those of that one. went() once that is done.
+  struct Destination {
+    StepId step = 0;
+    std::optional<Snapshot> state;
+    std::unique_ptr<TriDexel> model;
+  };
+  Result<Destination> destination(StepId step);
+  Status went(StepId step);
+
+  // A small picture of a step (PNG); empty if there is none.
+  Status set_thumbnail(StepId step, const Bytes& png);
+  Result<Bytes> thumbnail(StepId step) const;
+
+  // A stroke from the head on. Ticks are kept until flush(), which is worth calling every 50 ms. Errors, here
+  // and of flush and finish: neither file nor memory can be written; nothing is dropped, and it can be tried
+  // again.
   Status begin(const StrokeSettings& settings, const Pose& start, const std::string& label = {});
-  void add(const StrokeTick& tick) { waiting_.push_back(tick); }
+  // `felt`: by the stroke's own force model; kept too where every tick of the stroke has one.
+  void add(const StrokeTick& tick, const Wrench* felt = nullptr) {
+    waiting_.push_back(tick);
+    if (felt) waiting_forces_.push_back(*felt);
+  }
   bool in_stroke() const { return open_step_ != 0; }
-  // Errors: the disk is full or gone; what waits stays in memory and goes with the next flush.
   Status flush();
   // `model`: as the stroke left it. The stroke becomes the head.
   Status finish(const TriDexel& model, double removed_mm3) {
     return finish(model.snapshot(), model.material_bounds(), removed_mm3);
   }
   Status finish(const Snapshot& now, const Box& material_bounds, double removed_mm3);
-  // The stroke is as if it had not been; the model goes back to the head's.
-  Status cancel(TriDexel& model);
+  // The stroke is as if it had not been; the caller's model goes back to the head's state (go, restore).
+  Status cancel();
 
   // All of it, packed, into a new file, whole or not at all: another place when this one fails, or a copy.
   // This document goes on where it is. Errors: the path, or a file that is there already.
@@ -114,6 +144,8 @@ class Document {
   Result<Pose> start(StepId step) const;
   // Calls f(ticks of one flush) for all of them.
   Status for_ticks(StepId step, const std::function<Status(const std::vector<StrokeTick>&)>& f) const;
+  // Calls f(force and moment of the ticks of one flush) for all of them, if they were kept: see add().
+  Status for_forces(StepId step, const std::function<Status(const std::vector<Wrench>&)>& f) const;
   // Carves a stroke again on `model`, which stands where it began (at any pitch). `law`: another force model.
   Status replay(StepId step, TriDexel& model, const std::optional<ForceLaw>& law,
                 const std::function<void(const ReplayedTick&)>& use) const;
@@ -130,25 +162,37 @@ class Document {
   Error failed(const std::string& doing, const std::string& said) const {
     return wrong(doing + " failed: " + said);
   }
+  // Opens and locks the file for writing.
+  static Result<std::unique_ptr<Document>> attach(const std::filesystem::path& path, const char* vfs);
   Status lock(const std::filesystem::path& path);
+  Status check_kind();
   Status read_tree();
   Status recover();
+  // All of `change` or none of it. Where the file can't be written, goes on in memory.
   Status commit(const char* doing, const std::function<Status()>& change);
+  Status try_commit(const char* doing, const std::function<Status()>& change);
   Status write_ticks();
+  Status for_blocks(const char* table, StepId step,
+                    const std::function<Status(const Bytes&, int64_t)>& f) const;
   // Keeps the tiles of the state `now` of a step: those that are not as at the last step on its way that has
   // any.
   Status keep_tiles(StepId step, const Snapshot& now);
   // Sets a model to the tiles of a step that has any.
   Status read_tiles(StepId step, TriDexel& model) const;
   Status make_state(TriDexel& model, StepId step) const;
-  Status rebuild(TriDexel& model, StepId step);
+  // With the states of at least so many steps up to it.
+  Status rebuild(TriDexel& model, StepId step, size_t at_least);
   bool is_checkpoint(StepId step) const { return checkpoints_.count(step) != 0; }
   Status set_head(StepId step);
   void remember(StepId step, const Snapshot& state);
 
-  Database database_;
+  Database database_;  // the file, or all of it in memory while that can't be written
+  Database file_;      // meanwhile
+  std::string unsaved_;
   int lock_ = -1;  // a file descriptor
   bool writes_ = false;
+  bool may_go_to_memory_ = false;
+  int64_t version_ = 0;  // of the file's tables
   Lattice lattice_;
   std::map<StepId, Step> steps_;
   std::map<std::string, StepId> versions_;
@@ -157,6 +201,7 @@ class Document {
   StepId head_ = 0, open_step_ = 0;
   int64_t open_sequence_ = 0, open_ticks_ = 0, saved_ticks_ = 0;
   std::vector<StrokeTick> waiting_;
+  std::vector<Wrench> waiting_forces_;
   std::chrono::steady_clock::time_point synced_;
   // States by step, of the one model that is worked on.
   std::map<StepId, Snapshot> states_;

@@ -59,6 +59,19 @@ Status write_png_rgb(const std::filesystem::path& path, int width, int height,
                      std::span<const std::array<uint8_t, 3>> pixels) {
   return write_png(path, width, height, 8, PNG_COLOR_TYPE_RGB, pixels.data(), static_cast<size_t>(width) * 3);
 }
+Result<std::vector<uint8_t>> png_rgb(int width, int height, std::span<const std::array<uint8_t, 3>> pixels) {
+  png_image image = {};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = static_cast<png_uint_32>(width);
+  image.height = static_cast<png_uint_32>(height);
+  image.format = PNG_FORMAT_RGB;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::vector<uint8_t> bytes(size);
+  if (!png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels.data(), 0, nullptr))
+    return Error{std::string("no PNG can be made: ") + static_cast<const char*>(image.message)};
+  bytes.resize(size);
+  return bytes;
+}
 Status write_png_grey8(const std::filesystem::path& path, int width, int height,
                        std::span<const uint8_t> pixels) {
   return write_png(path, width, height, 8, PNG_COLOR_TYPE_GRAY, pixels.data(), static_cast<size_t>(width));

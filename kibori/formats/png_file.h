@@ -15,6 +15,8 @@ namespace kibori {
 // Rows from the top. Errors: those of the file.
 Status write_png_rgb(const std::filesystem::path& path, int width, int height,
                      std::span<const std::array<uint8_t, 3>> pixels);
+// The same in memory.
+Result<std::vector<uint8_t>> png_rgb(int width, int height, std::span<const std::array<uint8_t, 3>> pixels);
 Status write_png_grey8(const std::filesystem::path& path, int width, int height,
                        std::span<const uint8_t> pixels);
 Status write_png_grey16(const std::filesystem::path& path, int width, int height,

@@ -153,12 +153,13 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
   SeriesTool series(model, hand, scene.spring.value_or(SeriesSpring{}));
   std::unique_ptr<Document> document;
   auto flushed = std::chrono::steady_clock::now();
+  // Where the file can't be written any more the document goes on in memory: told once, settled at the end.
+  bool told = false;
   const auto keep = [&](const Status& kept) {
-    if (kept || !document) return;
-    // The carving goes on; what the file has, it keeps.
-    carving.unsaved = kept.error();
-    if (options.warning) options.warning(kept.error() + "; what follows is not saved");
-    document.reset();
+    if (!kept) carving.unsaved = kept.error();
+    const std::string why = kept ? document->unsaved() : kept.error();
+    if (!why.empty() && !std::exchange(told, true) && options.warning)
+      options.warning(why + "; going on in memory");
   };
   if (!options.document.empty()) {
     Result<std::unique_ptr<Document>> made = new_document(options.document, scene, model);
@@ -198,23 +199,14 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
       step_us.push_back(microseconds_since(start));
       if (!tick) return Error{scene.file + ":" + std::to_string(to.line) + ": [move] " + tick.error()};
       TickResult& result = tick.value();
-      if (to.mode == Mode::touch) result.removed_mm3 = 0;
-      if (to.mode == Mode::cut) {
-        summary.removed_mm3 += result.removed_mm3;
-        summary.points_removed += result.points;
-      }
-      if (to.mode == Mode::deposit) summary.deposited_mm3 -= result.removed_mm3;
-      summary.max_force_N = std::max(summary.max_force_N, std::sqrt(result.wrench.force.squaredNorm()));
-      summary.max_moment_Nmm =
-          std::max(summary.max_moment_Nmm, std::sqrt(result.wrench.moment.squaredNorm()));
-      summary.ticks++;
+      add_tick(summary, to.mode, result);
       if (result.clipped && !std::exchange(clipped, true) && options.warning)
         options.warning(scene.file + ":" + std::to_string(to.line) +
                         ": a deposit reached beyond the stock's room, and what was outside is dropped; raise "
                         "[stock] room_mm");
       carving.trace.push_back({static_cast<double>(summary.ticks) / scene.rate_hz, result});
       if (document) {
-        document->add(recorded);
+        document->add(recorded, options.keep_forces ? &result.wrench : nullptr);
         if (const auto now = std::chrono::steady_clock::now(); now - flushed >= kFlushEvery) {
           keep(document->flush());
           flushed = now;
@@ -228,8 +220,24 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
       carving.marks.push_back({to.label, static_cast<double>(summary.ticks) / scene.rate_hz});
   }
   summarize(carving, std::move(step_us));
+  if (document) {
+    keep(keep_thumbnail(*document, document->head(), model.snapshot(), scene.materials));
+    if (carving.unsaved.empty()) carving.unsaved = settle(*document);
+  }
   if (options.progress) options.progress(1);
   return carving;
+}
+
+void add_tick(CarveSummary& summary, Mode mode, TickResult& result) {
+  if (mode == Mode::touch) result.removed_mm3 = 0;
+  if (mode == Mode::cut) {
+    summary.removed_mm3 += result.removed_mm3;
+    summary.points_removed += result.points;
+  }
+  if (mode == Mode::deposit) summary.deposited_mm3 -= result.removed_mm3;
+  summary.max_force_N = std::max(summary.max_force_N, std::sqrt(result.wrench.force.squaredNorm()));
+  summary.max_moment_Nmm = std::max(summary.max_moment_Nmm, std::sqrt(result.wrench.moment.squaredNorm()));
+  summary.ticks++;
 }
 
 void summarize(Carving& carving, std::vector<double> step_us) {

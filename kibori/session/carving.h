@@ -19,6 +19,7 @@ struct CarveOptions {
   int threads = 1;                                  // results do not depend on it
   bool force = false;                               // take a mesh whose rays mostly disagree
   std::filesystem::path document;                   // written as it is carved; empty: none
+  bool keep_forces = false;                         // in the document, too
   std::function<void(double share)> progress;       // 0..1, now and then
   std::function<void(const std::string&)> warning;  // one sentence each
 };
@@ -53,13 +54,16 @@ struct Carving {
   std::vector<TraceRow> trace;
   std::vector<Mark> marks;
   CarveSummary summary;
-  std::string unsaved;  // why the document holds only the beginning; empty if it holds all
+  std::string
+      unsaved;  // why the document holds only the beginning, and where the rest is; empty: all is there
 };
 
 // Errors: what the stock or a move can't be, or a stock that needs more memory than there is.
 Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::string& scene_file,
                                              const CarveOptions& options);
 Result<Carving> carve(const Scene& scene, const CarveOptions& options);
+// Counts a tick in; what was touched only was not removed.
+void add_tick(CarveSummary& summary, Mode mode, TickResult& result);
 // Fills in what of a summary comes from the model and the times of its steps.
 void summarize(Carving& carving, std::vector<double> step_us);
 

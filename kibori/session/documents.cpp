@@ -13,6 +13,8 @@
 
 #include <kibori/base/file.h>
 #include <kibori/formats/mesh_file.h>
+#include <kibori/formats/png_file.h>
+#include <kibori/picture/picture.h>
 #include <kibori/surface/surface.h>
 
 namespace kibori {
@@ -157,6 +159,39 @@ Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, in
   return mesh;
 }
 
+Status keep_thumbnail(Document& document, StepId step, const Snapshot& model,
+                      const std::vector<Material>& materials) {
+  const Surface surface = extract_surface(model, 1);
+  if (surface.triangles.empty()) return Ok{};
+  std::vector<std::array<uint8_t, 3>> colors;
+  for (const Material& m : materials) colors.push_back(m.color);
+  PictureOptions options;
+  options.width = 256;
+  options.height = 192;
+  options.samples = 16;
+  const Result<Image> image = draw_picture(surface, colors, options);
+  if (!image) return Error{image.error()};
+  const Result<Bytes> png = png_rgb(image.value().width, image.value().height, image.value().pixels);
+  if (!png) return Error{png.error()};
+  return document.set_thumbnail(step, png.value());
+}
+
+std::string settle(Document& document) {
+  const std::string why = document.unsaved();
+  if (why.empty() || document.save_again()) return {};
+  std::error_code code;
+  const std::filesystem::path folder = std::filesystem::temp_directory_path(code);
+  const std::string stem = std::filesystem::path(document.name()).stem().string();
+  std::filesystem::path other;
+  for (int i = 1; i < 1000; i++) {
+    other = folder / (stem + "-rescued-" + std::to_string(i) + ".kibori");
+    if (!std::filesystem::exists(other, code)) break;
+  }
+  if (const Status moved = document.move_to(other); !moved)
+    return why + "; the file holds the beginning, and the rest is lost (" + moved.error() + ")";
+  return why + "; the file holds the beginning, and all of it is in " + one_line(other.string());
+}
+
 Result<Replay> replay_document(const Document& document, const ReplayOptions& options) {
   Replay replay;
   replay.to = document.head();
@@ -207,16 +242,7 @@ Result<Replay> replay_document(const Document& document, const ReplayOptions& op
       step_us.push_back(std::chrono::duration<double, std::micro>(now - last).count());
       TickResult result = tick.result;
       of_rate++;
-      summary.ticks++;
-      if (s.mode == Mode::touch) result.removed_mm3 = 0;
-      if (s.mode == Mode::cut) {
-        summary.removed_mm3 += result.removed_mm3;
-        summary.points_removed += result.points;
-      }
-      if (s.mode == Mode::deposit) summary.deposited_mm3 -= result.removed_mm3;
-      summary.max_force_N = std::max(summary.max_force_N, std::sqrt(result.wrench.force.squaredNorm()));
-      summary.max_moment_Nmm =
-          std::max(summary.max_moment_Nmm, std::sqrt(result.wrench.moment.squaredNorm()));
+      add_tick(summary, s.mode, result);
       carving.trace.push_back({time(), result});
       if (options.carve.progress && summary.ticks % 64 == 0)
         options.carve.progress(static_cast<double>(summary.ticks) / static_cast<double>(total));

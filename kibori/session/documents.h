@@ -28,6 +28,13 @@ Result<std::unique_ptr<TriDexel>> document_model(const std::filesystem::path& pa
 // A mesh file, or the surface of a document at its head.
 Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, int threads);
 
+// A small picture of a step, kept with it. `model`: its state.
+Status keep_thumbnail(Document& document, StepId step, const Snapshot& model,
+                      const std::vector<Material>& materials);
+// Saves what could not be saved while it was made: where it belongs, or else into the temporary folder. A
+// sentence on where it is; empty if all is where it belongs.
+std::string settle(Document& document);
+
 struct ReplayOptions {
   std::string to;                  // a version or step; by default the head
   std::optional<double> pitch_mm;  // of the model; by default as recorded

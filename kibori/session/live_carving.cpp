@@ -114,7 +114,8 @@ ForceLaw LiveCarving::law() const {
 }
 
 // Where the tool was before the tick, and what it did. Strokes begin with an edit.
-void LiveCarving::log_tick(const Pose& before, const StrokeTick& tick, double removed_mm3) {
+void LiveCarving::log_tick(const Pose& before, const StrokeTick& tick, const Wrench& felt,
+                           double removed_mm3) {
   if (!in_stroke_) {
     if (!tick.edits || removed_mm3 == 0) return;
     in_stroke_ = true;
@@ -133,17 +134,32 @@ void LiveCarving::log_tick(const Pose& before, const StrokeTick& tick, double re
   }
   idle_ticks_ = removed_mm3 != 0 ? 0 : idle_ticks_ + 1;
   stroke_removed_mm3_ += removed_mm3;
-  if (settings_.log) log_.tick(tick);
+  if (settings_.log) log_.tick(tick, felt);
   if (idle_ticks_ > kIdleS * settings_.rate_hz) finish_stroke();
 }
 
 void LiveCarving::finish_stroke() {
   if (!std::exchange(in_stroke_, false)) return;
-  if (settings_.log) log_.end({model_->snapshot(), model_->material_bounds(), stroke_removed_mm3_});
+  if (settings_.log)
+    log_.end({model_->snapshot(), std::move(before_stroke_), model_->material_bounds(), stroke_removed_mm3_});
+}
+
+// A stroke's beginning is kept from before it, and left off on request.
+void LiveCarving::watch_stroke() {
+  if (cancel_.load(std::memory_order_relaxed) && cancel_.exchange(false) && in_stroke_) {
+    in_stroke_ = false;
+    model_->restore(before_stroke_);
+    model_changed();
+    log_.cancel();
+  }
+  if (in_stroke_ || before_generation_ == model_->generation()) return;
+  before_generation_ = model_->generation();
+  before_stroke_ = model_->snapshot();
 }
 
 LiveTick LiveCarving::tick(double elapsed_s) {
   run_command();
+  if (settings_.log) watch_stroke();
   const double tick_s = settings_.spring.tick_s;
   LiveTick result;
   const DeviceStatus status = device_->read(reading_);
@@ -182,7 +198,7 @@ LiveTick LiveCarving::tick(double elapsed_s) {
       log_tick(before,
                {f.tool.tip, f.turn_rad, f.edited, wanted.tip - f.tool.tip,
                 rotation_between(f.tool.frame, wanted.frame)},
-               f.removed_mm3);
+               f.hand, f.removed_mm3);
     } else {
       series_.place(wanted);
       finish_stroke();
@@ -196,7 +212,8 @@ LiveTick LiveCarving::tick(double elapsed_s) {
       const TickResult& r = felt.value();
       result = {stroke_.pose(), r.wrench, {}, r.removed_mm3, r.points > 0, r.removed_mm3 > 0, false};
       const bool edits = mode == Mode::cut || mode == Mode::deposit;
-      log_tick(before, {wanted.tip, turn, edits, Vec3::Zero(), Vec3::Zero()}, edits ? r.removed_mm3 : 0);
+      log_tick(before, {wanted.tip, turn, edits, Vec3::Zero(), Vec3::Zero()}, r.wrench,
+               edits ? r.removed_mm3 : 0);
     } else {
       stroke_.place(wanted);
       finish_stroke();

@@ -85,8 +85,9 @@ class LiveCarving {
   // The newest snapshot, if there is one that was not taken yet. One thread.
   bool latest(Snapshot& snapshot) { return snapshots_.take(snapshot); }
 
-  // Readies memory for the ticks to come. Who keeps snapshots calls it now and then; any thread.
-  void refill() { model_->keep_ready(kReadyTiles); }
+  // So many tiles a field can be touched between two refills without asking the system for memory. Who keeps
+  // snapshots refills now and then (Snapshot::keep_ready); who swaps the model's content reserves as much.
+  static constexpr int kReadyTiles = 1024;
 
   // For commands, and while no thread runs.
   TriDexel& model() { return *model_; }
@@ -96,6 +97,10 @@ class LiveCarving {
   LiveSettings& settings() { return settings_; }
   // The model was changed from outside.
   void model_changed() { series_.disengage(); }
+
+  // The stroke that is being made is as if it had not been, if strokes are logged: at the next tick. Any
+  // thread.
+  void cancel_stroke() { cancel_.store(true, std::memory_order_relaxed); }
 
   // Strokes as they are made: one begins when the tool first cuts or fills, and ends when it has not for 0.3
   // s, jumps, or a command comes.
@@ -110,13 +115,11 @@ class LiveCarving {
 
  private:
   using Command = std::function<void(LiveCarving&)>;
-  // Ready for as much as can be touched between two refills.
-  static constexpr int kReadyTiles = 1024;
-
   LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device> device, const LiveSettings& settings);
   void run_command();
+  void watch_stroke();
   ForceLaw law() const;
-  void log_tick(const Pose& before, const StrokeTick& tick, double removed_mm3);
+  void log_tick(const Pose& before, const StrokeTick& tick, const Wrench& felt, double removed_mm3);
 
   std::unique_ptr<TriDexel> model_;
   std::unique_ptr<Device> device_;
@@ -132,6 +135,9 @@ class LiveCarving {
   StrokeLog log_;
   std::shared_ptr<const std::vector<Material>> logged_materials_;
   bool in_stroke_ = false;
+  Snapshot before_stroke_;              // what cancel_stroke() goes back to
+  uint64_t before_generation_ = ~0ull;  // of it
+  std::atomic<bool> cancel_{false};
   int idle_ticks_ = 0;  // since the stroke's last edit
   double stroke_removed_mm3_ = 0;
   LiveTotals totals_;

@@ -1,10 +1,19 @@
 // SPDX-License-Identifier: MIT
-// The thread that writes a hand's strokes into a document while it carves.
+// The thread that writes a hand's strokes into a document while it carves, and goes back and forth in its
+// history.
+//
+//   hand:    tick, tick, end ──► log ──► Document ──► file
+//   anyone:  undo() ──► fence between two ticks ──► log: all before it is written
+//                       state of the step before ──► restored between two ticks ──► log: the document is
+//                       there
 #pragma once
 
 #include <atomic>
+#include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -16,7 +25,8 @@ namespace kibori {
 class Scribe {
  public:
   // `live` must log (LiveSettings::log) and stand at the document's head; it must outlive the scribe.
-  Scribe(LiveCarving& live, std::unique_ptr<Document> document);
+  // `forces`: what was felt is kept, too, tick by tick.
+  Scribe(LiveCarving& live, std::unique_ptr<Document> document, bool forces = false);
   ~Scribe() { stop(); }
 
   // Writes what there is every 20 ms, on a thread of its own; stop() writes the rest. After
@@ -26,21 +36,58 @@ class Scribe {
   // Without a thread: writes what there is.
   void write();
 
-  // Why writing ended early: a full disk, a log that ran over; empty if all is well. The session goes on;
-  // what the file has, it keeps. Any thread.
+  // History. A stroke that is being made is finished first; what can't be done is told by notice(). Any
+  // thread. (LiveCarving::cancel_stroke() leaves a stroke off.)
+  void undo() { ask(Kind::undo, 0); }
+  void redo() { ask(Kind::redo, 0); }
+  void go(StepId step) { ask(Kind::go, step); }
+  // Whether all that was asked for is done.
+  bool idle() const { return asked_.load() == answered_.load(); }
+
+  // Calls f between two writes, on the scribe's thread: versions, copies, another place. Any thread.
+  void with(std::function<void(Document&)> f);
+
+  // Why the file holds only the beginning: a full disk, a log that ran over; empty if all is well. The
+  // session goes on, and but for the log the document has all of it in memory. Any thread.
   std::string trouble() const;
+  // What the last request that could not be done came to; taken away by asking.
+  std::string notice();
   // While no thread runs.
   Document& document() { return *document_; }
 
  private:
-  void fail(const std::string& why);
+  enum class Kind { undo, redo, go };
+  struct Request {
+    Kind kind;
+    StepId step;
+  };
+  using Command = std::function<void(LiveCarving&)>;
+
+  void ask(Kind kind, StepId step);
+  Status take(const StrokeLog::Event& event);
+  // At the fence: where to, and the way there.
+  Status answer();
+  void done(const Status& how);
+  void tell(std::string Scribe::*what, const std::string& text);
 
   LiveCarving& live_;
   std::unique_ptr<Document> document_;
+  const bool forces_;
   std::thread thread_;
   std::atomic<bool> stopping_{false};
-  mutable std::mutex mutex_;  // of trouble_
-  std::string trouble_;
+  std::atomic<uint64_t> asked_{0}, answered_{0};
+  // Of the scribe's thread.
+  Snapshot of_model_;               // whose memory is refilled
+  std::optional<Request> request_;  // that is being answered
+  Command waiting_;                 // for a place among the commands of `live_`
+  // What could not be written yet.
+  std::optional<StrokeLog::Event> event_;
+  std::optional<StrokeLog::Begin> begin_;
+  std::optional<StrokeLog::End> end_;
+  mutable std::mutex mutex_;  // of the rest
+  std::deque<Request> requests_;
+  std::deque<std::function<void(Document&)>> calls_;
+  std::string trouble_, notice_;
 };
 
 }  // namespace kibori

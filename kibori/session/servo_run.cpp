@@ -211,7 +211,7 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
   if (options.surface) surface.emplace(live.model().snapshot());
 
   std::optional<Scribe> scribe;
-  if (document) scribe.emplace(live, std::move(document)).start();
+  if (document) scribe.emplace(live, std::move(document), options.keep_forces).start();
   EmptyLoop empty(options.rate_hz, options.empty_loop);
   live.start();
   const auto begin = std::chrono::steady_clock::now();
@@ -232,7 +232,14 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
   live.stop();
   if (scribe) {
     scribe->stop();
-    report.unsaved = scribe->trouble();
+    Document& written = scribe->document();
+    if (const Status kept = keep_thumbnail(written, written.head(), live.model().snapshot(), scene.materials);
+        !kept)
+      report.unsaved = kept.error();
+    if (const std::string where = settle(written); !where.empty())
+      report.unsaved = where;
+    else if (const std::string lost = scribe->trouble(); !lost.empty() && live.log().lost())
+      report.unsaved = lost;
   }
   report.empty_late_ns = empty.stop();
   if (options.progress) options.progress(1);

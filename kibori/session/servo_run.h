@@ -24,6 +24,7 @@ struct ServoRunOptions {
   bool empty_loop = true;                // a thread that only wakes, to tell the machine's jitter from ours
   std::filesystem::path record;          // keep the device's readings here, for replay:FILE
   std::filesystem::path document;        // keep what is carved here
+  bool keep_forces = false;              // and what was felt
   std::function<void(double share)> progress;
   std::function<bool()> cancelled;  // asked now and then; true ends the run as if the time were over
 };
@@ -37,7 +38,8 @@ struct ServoReport {
   Trip trip = Trip::none;
   double least_energy_mj = 0;  // what the program gave back beyond what it got, at worst
   uint64_t snapshots = 0, surface_chunks = 0;
-  std::string unsaved;  // why the document holds only the beginning; empty if it holds all, or there is none
+  std::string
+      unsaved;  // why the document holds only the beginning, and where the rest is; empty: all is there
 };
 
 // Carves the scene's stock with its first tool; the virtual device's hand goes to and fro along the scene's

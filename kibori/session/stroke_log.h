@@ -26,27 +26,35 @@ class StrokeLog {
   };
   struct End {
     Snapshot state;
-    Box bounds;  // of the material
+    Snapshot before;  // the stroke; let go of by the reader, as that takes time
+    Box bounds;       // of the material
     double removed_mm3 = 0;
   };
-  enum class Kind : uint8_t { begin, tick, end };
+  // cancel: the stroke is as if it had not been. fence: all before it was done before it was asked for. went:
+  // the model is now that of a document's step.
+  enum class Kind : uint8_t { begin, tick, end, cancel, fence, went };
   struct Event {
     Kind kind = Kind::tick;
     StrokeTick tick;
+    Wrench felt;
+    int64_t step = 0;
   };
 
   // The writer.
   void begin(Begin begin) {
     if (lost()) return;
-    if (!begins_.push(std::move(begin)) || !events_.push({Kind::begin, {}})) lose();
+    if (!begins_.push(std::move(begin))) return lose();
+    put({Kind::begin, {}, {}, 0});
   }
-  void tick(const StrokeTick& tick) {
-    if (!lost() && !events_.push({Kind::tick, tick})) lose();
-  }
+  void tick(const StrokeTick& tick, const Wrench& felt) { put({Kind::tick, tick, felt, 0}); }
   void end(End end) {
     if (lost()) return;
-    if (!ends_.push(std::move(end)) || !events_.push({Kind::end, {}})) lose();
+    if (!ends_.push(std::move(end))) return lose();
+    put({Kind::end, {}, {}, 0});
   }
+  void cancel() { put({Kind::cancel, {}, {}, 0}); }
+  void fence() { put({Kind::fence, {}, {}, 0}); }
+  void went(int64_t step) { put({Kind::went, {}, {}, step}); }
   // The reader.
   bool pop(Event& event) { return events_.pop(event); }
   bool pop(Begin& begin) { return begins_.pop(begin); }
@@ -55,6 +63,9 @@ class StrokeLog {
   bool lost() const { return lost_.load(std::memory_order_relaxed); }
 
  private:
+  void put(const Event& event) {
+    if (!lost() && !events_.push(event)) lose();
+  }
   void lose() { lost_.store(true, std::memory_order_relaxed); }
   SmallQueue<Event, 8192> events_;
   SmallQueue<Begin, 64> begins_;

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: MIT
+// What a hand carves reaches the document, and the document's history reaches the hand.
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include <kibori/session/scribe.h>
+
+#include "tests/fault_vfs.h"
+#include "tests/live_rig.h"
+#include "tests/support.h"
+
+namespace kibori {
+namespace {
+
+using test::arm;
+using test::FaultVfs;
+using test::Random;
+using test::Rig;
+using test::rig;
+
+struct Folder {
+  Folder() {
+    char name[] = "/tmp/kibori-scribe-XXXXXX";
+    path = mkdtemp(name);
+  }
+  ~Folder() { std::filesystem::remove_all(path); }
+  std::filesystem::path path;
+};
+
+// A hand that goes in and out of the wood, turning.
+Rig busy_rig(HandModel model) {
+  VirtualDeviceSettings device;
+  device.capabilities = arm();
+  LiveSettings settings;
+  settings.tool = Finger{0.2, 20};
+  settings.model = model;
+  settings.log = true;
+  settings.spring.stiffness_n_mm = 1;
+  settings.spring.torsion_nmm_rad = 20;
+  settings.materials[0].u = 0.02;
+  return rig(device, settings, [](double t) {
+    return VirtualDevice::Target{Vec3(8 * std::sin(5 * t), 6 * std::cos(4 * t), -5 + 3 * std::cos(6 * t)),
+                                 rotation(Vec3(0.2 * std::sin(3 * t), 0, 0)), 0};
+  });
+}
+
+void expect_sound(const Document& document) {
+  EXPECT_TRUE(document.verify([](const std::string& wrong) { ADD_FAILURE() << wrong; }).ok());
+}
+
+// What a hand carved is in the document, stroke by stroke, and carving it again leaves the same bytes.
+TEST(Scribe, KeepsWhatTheHandDoes) {
+  for (const HandModel model : {HandModel::series, HandModel::energy})
+    for (const bool threads : {false, true}) {
+      Folder folder;
+      const std::filesystem::path file = folder.path / "live.kibori";
+      Rig r = busy_rig(model);
+      auto document = Document::create(file, r.live->model(), "{}");
+      ASSERT_TRUE(document.ok()) << document.error();
+      {
+        Scribe scribe(*r.live, std::move(document).value());
+        int done = 0;
+        const auto change = [&](LiveCarving& live) {
+          live.settings().tool = BallTool{2.0 + 0.1 * done++};
+          live.settings().materials[0].u = 0.03;
+        };
+        if (threads) {
+          scribe.start();
+          r.live->start();
+          for (int i = 0; i < 5; i++) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(200));
+            EXPECT_TRUE(r.live->post(change));
+          }
+          r.live->stop();
+          scribe.stop();
+        } else {
+          r.live->safety().arm();
+          for (int i = 0; i < 3000; i++) {
+            if (i % 700 == 699) {
+              EXPECT_TRUE(r.live->post(change));
+            }
+            r.live->tick(0.001);
+            if (i % 20 == 0) scribe.write();
+          }
+          r.live->finish_stroke();
+          scribe.write();
+        }
+        EXPECT_EQ(scribe.trouble(), "");
+        EXPECT_FALSE(scribe.document().in_stroke());
+        EXPECT_EQ(scribe.document().steps().at(scribe.document().head()).hash,
+                  r.live->model().content_hash());
+      }
+      auto after = Document::open(file, Document::Access::read);
+      ASSERT_TRUE(after.ok()) << after.error();
+      EXPECT_GT(after.value()->steps().size(), 2u);
+      EXPECT_EQ(after.value()->load().value()->content_hash(), r.live->model().content_hash());
+      double removed = 0;
+      for (const auto& [id, step] : after.value()->steps()) removed += step.removed_mm3;
+      EXPECT_NEAR(removed, r.live->totals().removed_mm3, 1e-6 * removed);
+      expect_sound(*after.value());
+    }
+}
+
+// Back and forth and elsewhere while the hand goes on, and strokes left off midway: the model is always that
+// of the step where the document stands, and all of it can be carved again.
+TEST(Scribe, GoesBackAndForthWhileAHandCarves) {
+  Random random;
+  Folder folder;
+  for (const HandModel model : {HandModel::series, HandModel::paper}) {
+    const std::filesystem::path file = folder.path / (model == HandModel::series ? "s.kibori" : "p.kibori");
+    Rig r = busy_rig(model);
+    LiveCarving& live = *r.live;
+    auto document = Document::create(file, live.model(), "{}");
+    ASSERT_TRUE(document.ok()) << document.error();
+    int undone = 0, cancelled = 0;
+    {
+      Scribe scribe(live, std::move(document).value(), true);
+      live.safety().arm();
+      const auto run = [&](int ticks) {
+        for (int i = 0; i < ticks; i++) {
+          live.tick(0.001);
+          if (i % 20 == 0) scribe.write();
+        }
+      };
+      const auto set_mode = [&](Mode mode) {
+        ASSERT_TRUE(live.post([mode](LiveCarving& l) { l.settings().mode = mode; }));
+      };
+      const auto settled = [&] {
+        for (int i = 0; i < 100 && !scribe.idle(); i++) run(3);
+        ASSERT_TRUE(scribe.idle());
+      };
+      run(1200);
+      for (int round = 0; round < (std::getenv("KIBORI_SHORT") ? 20 : 120); round++) {
+        const int what = random.integer(0, 4);
+        if (what == 0) run(random.integer(1, 900));
+        // Half the time in the middle of a stroke, which then is finished first.
+        const bool lifted = random.integer(0, 1) == 0;
+        if (lifted) {
+          set_mode(Mode::off);
+          run(50);
+        }
+        const StepId before = scribe.document().head();
+        const size_t steps = scribe.document().steps().size();
+        scribe.notice();
+        if (what == 1) scribe.undo();
+        if (what == 2) scribe.redo();
+        if (what == 3) scribe.go(random.integer(1, static_cast<int>(steps)));
+        if (what == 4) {
+          live.cancel_stroke();
+          live.cancel_stroke();
+          run(1);
+          cancelled++;
+        }
+        settled();
+        if (lifted) {
+          EXPECT_FALSE(scribe.document().in_stroke());
+          EXPECT_EQ(scribe.document().steps().at(scribe.document().head()).hash, live.model().content_hash())
+              << random.note();
+          EXPECT_EQ(scribe.document().steps().size(), steps);
+          if (what == 1) {
+            const StepId parent = scribe.document().steps().at(before).parent;
+            EXPECT_EQ(scribe.document().head(), parent == 0 ? before : parent);
+            EXPECT_EQ(scribe.notice().empty(), parent != 0);
+            undone += parent != 0;
+          }
+          set_mode(Mode::cut);
+        }
+        run(random.integer(1, 300));
+      }
+      scribe.go(4711);
+      settled();
+      EXPECT_NE(scribe.notice().find("has no step 4711"), std::string::npos);
+      live.finish_stroke();
+      scribe.write();
+      EXPECT_EQ(scribe.trouble(), "");
+      EXPECT_EQ(scribe.document().steps().at(scribe.document().head()).hash, live.model().content_hash());
+    }
+    EXPECT_GT(undone, 0);
+    EXPECT_GT(cancelled, 0);
+    auto after = Document::open(file, Document::Access::read);
+    ASSERT_TRUE(after.ok()) << after.error();
+    EXPECT_GT(after.value()->steps().size(), 10u);
+    // Every step is finished, and its ticks and forces are those it was made of.
+    for (const auto& [id, step] : after.value()->steps()) EXPECT_TRUE(step.finished);
+    expect_sound(*after.value());
+    EXPECT_EQ(after.value()->load().value()->content_hash(), live.model().content_hash());
+  }
+}
+
+// The same on three threads.
+TEST(Scribe, HistoryFromAnotherThread) {
+  Random random;
+  Folder folder;
+  const std::filesystem::path file = folder.path / "t.kibori";
+  Rig r = busy_rig(HandModel::series);
+  LiveCarving& live = *r.live;
+  auto document = Document::create(file, live.model(), "{}");
+  ASSERT_TRUE(document.ok()) << document.error();
+  {
+    Scribe scribe(live, std::move(document).value());
+    scribe.start();
+    live.start();
+    std::atomic<int> calls{0};
+    for (int i = 0; i < 40; i++) {
+      switch (random.integer(0, 4)) {
+        case 0:
+          scribe.undo();
+          break;
+        case 1:
+          scribe.redo();
+          break;
+        case 2:
+          scribe.go(random.integer(1, 5));
+          break;
+        case 3:
+          live.cancel_stroke();
+          break;
+        default:
+          scribe.with([&](Document& d) {
+            if (d.name_version("v" + std::to_string(calls), d.head()).ok()) calls++;
+          });
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(random.integer(0, 80)));
+    }
+    for (int i = 0; i < 500 && !scribe.idle(); i++)
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_TRUE(scribe.idle());
+    live.stop();
+    scribe.stop();
+    EXPECT_EQ(scribe.trouble(), "");
+    EXPECT_EQ(static_cast<int>(scribe.document().versions().size()), calls);
+    EXPECT_EQ(scribe.document().steps().at(scribe.document().head()).hash, live.model().content_hash());
+  }
+  auto after = Document::open(file, Document::Access::read);
+  ASSERT_TRUE(after.ok()) << after.error();
+  expect_sound(*after.value());
+}
+
+// The disk fills up while a hand carves: it is told, the hand goes on, back and forth too, and all of it can
+// be had elsewhere.
+TEST(Scribe, AFullDiskIsToldAndNothingIsLost) {
+  FaultVfs& vfs = FaultVfs::get();
+  vfs.reset();
+  Folder folder;
+  const std::filesystem::path file = folder.path / "full.kibori", other = folder.path / "other.kibori";
+  Rig r = busy_rig(HandModel::series);
+  LiveCarving& live = *r.live;
+  auto document = Document::create(file, live.model(), "{}", {}, FaultVfs::kName);
+  ASSERT_TRUE(document.ok()) << document.error();
+  {
+    Scribe scribe(live, std::move(document).value());
+    live.safety().arm();
+    const auto run = [&](int ticks) {
+      for (int i = 0; i < ticks; i++) {
+        live.tick(0.001);
+        if (i % 20 == 0) scribe.write();
+      }
+    };
+    run(1500);
+    EXPECT_EQ(scribe.trouble(), "");
+    vfs.error = SQLITE_FULL;
+    vfs.fail_on = true;
+    vfs.fail_at = vfs.count + 1;
+    run(1500);
+    EXPECT_NE(scribe.trouble().find("full.kibori"), std::string::npos) << scribe.trouble();
+    scribe.undo();
+    run(1500);
+    EXPECT_TRUE(scribe.idle());
+    Status moved = Error{"not asked"};
+    scribe.with([&](Document& d) { moved = d.move_to(other); });
+    run(500);
+    EXPECT_TRUE(moved.ok()) << moved.error();
+    EXPECT_EQ(scribe.trouble(), "");
+    live.finish_stroke();
+    scribe.write();
+  }
+  vfs.reset();
+  for (const auto& path : {file, other}) {
+    auto after = Document::open(path, Document::Access::write);
+    ASSERT_TRUE(after.ok()) << after.error();
+    expect_sound(*after.value());
+    if (path == other) {
+      EXPECT_EQ(after.value()->load().value()->content_hash(), live.model().content_hash());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kibori
