@@ -4,8 +4,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <span>
+#include <string>
 
+#include <unistd.h>
+#include <zstd.h>
+
+#include <kibori/document/document.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/formats/threemf.h>
@@ -30,6 +37,48 @@ void one_sentence(const Result<T>& result) {
       if (v >= mesh.value().vertices.size()) std::abort();
 }
 
+[[maybe_unused]] void one_sentence(const Status& status) {
+  if (!status && (status.error().empty() || status.error().find('\n') != std::string::npos)) std::abort();
+}
+
+// All that can be asked of a document.
+[[maybe_unused]] void document(const std::span<const char> bytes) {
+  static const std::filesystem::path file =
+      std::filesystem::temp_directory_path() / ("kibori-fuzz-" + std::to_string(getpid()) + ".kibori");
+  for (const char* rest : {"-wal", "-shm", "-journal"}) std::filesystem::remove(file.string() + rest);
+  std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  const auto opened = Document::open(file, Document::Access::read);
+  one_sentence(opened);
+  if (opened) {
+    Document& d = *opened.value();
+    one_sentence(d.load());
+    one_sentence(d.stock());
+    for (const auto& [id, step] : d.steps()) one_sentence(d.thumbnail(id));
+    one_sentence(d.verify([](const std::string&) {}));
+  }
+}
+
+// What stands in a document's cells; the first byte says what it is. Compressed here, as no fuzzer finds its way
+// through that.
+[[maybe_unused]] void cell(const uint8_t* data, size_t size) {
+  if (size == 0) return;
+  Bytes packed(ZSTD_compressBound(size));
+  packed.resize(ZSTD_compress(packed.data(), packed.size(), data + 1, size - 1, 1));
+  Field field(Axis::z, Index3(16, 16, 16));
+  switch (data[0] % 5) {
+    case 0:
+      return one_sentence(decode_ticks(packed));
+    case 1:
+      return one_sentence(decode_forces(packed));
+    case 2:
+      return one_sentence(decode_tile(packed, field, 0, 0));
+    case 3:
+      return one_sentence(decode_pose(Bytes(data + 1, data + size)));
+    default:
+      return one_sentence(settings_from_json(std::string(data + 1, data + size)));
+  }
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
@@ -42,6 +91,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   one_sentence(parse_png_grey(bytes, "a.png"));
 #elif defined(KIBORI_FUZZ_SCENE)
   one_sentence(parse_scene({bytes.data(), bytes.size()}, "a.toml", "."));
+#elif defined(KIBORI_FUZZ_DOCUMENT)
+  document(bytes);
+#elif defined(KIBORI_FUZZ_CELL)
+  cell(data, size);
 #endif
   return 0;
 }

@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: MIT
 // What a hand carves reaches the document, and the document's history reaches the hand.
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <thread>
+
+#include <csignal>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <gtest/gtest.h>
 
@@ -239,6 +245,118 @@ TEST(Scribe, HistoryFromAnotherThread) {
   auto after = Document::open(file, Document::Access::read);
   ASSERT_TRUE(after.ok()) << after.error();
   expect_sound(*after.value());
+}
+
+// Where the hand was at each tick, and when: what a killed process leaves to those who look for what was lost.
+struct Witness {
+  std::atomic<int64_t> ticks;
+  double x_mm[20000];
+  int64_t at_us[20000];
+};
+
+int64_t now_us() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+class WatchedDevice final : public Device {
+ public:
+  WatchedDevice(std::unique_ptr<Device> device, Witness& witness)
+      : device_(std::move(device)), witness_(witness) {}
+  const DeviceCapabilities& capabilities() const override { return device_->capabilities(); }
+  DeviceStatus read(DeviceReading& reading) override {
+    const DeviceStatus status = device_->read(reading);
+    const auto i = static_cast<size_t>(witness_.ticks.load());
+    witness_.x_mm[i] = reading.position_mm.x();
+    witness_.at_us[i] = now_us();
+    witness_.ticks++;
+    return status;
+  }
+  DeviceStatus write(const Wrench& wrench) override { return device_->write(wrench); }
+  std::string complaint() const override { return device_->complaint(); }
+
+ private:
+  std::unique_ptr<Device> device_;
+  Witness& witness_;
+};
+
+// kill -9 while a hand carves in real time: the file opens to an exact prefix. How long before the end that
+// prefix ends is printed.
+TEST(Scribe, KilledWhileAHandCarves) {
+  Random random;
+  Folder folder;
+  const std::filesystem::path file = folder.path / "k.kibori";
+  auto* const witness = static_cast<Witness*>(
+      mmap(nullptr, sizeof(Witness), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+  ASSERT_NE(witness, MAP_FAILED);
+  const char* const said = std::getenv("KIBORI_KILLS");
+  const int kills = said ? std::atoi(said) : 5;
+  std::vector<double> lost_ms;
+  for (int round = 0; round < kills; round++) {
+    for (const char* rest : {"", "-wal", "-shm"}) std::filesystem::remove(file.string() + rest);
+    new (witness) Witness{};
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      VirtualDeviceSettings device;
+      device.capabilities = arm();
+      LiveSettings settings;
+      settings.tool = BallTool{3};
+      settings.log = true;
+      settings.spring.stiffness_n_mm = 1;
+      settings.materials[0].u = 0.02;
+      settings.workspace = Workspace(Vec3(20, 15, 25));
+      // Along the block, always in it.
+      auto hand = std::make_unique<VirtualDevice>(device, [](double t) {
+        return VirtualDevice::Target{Vec3(-25 + 8 * t, 0, -6.5 + std::cos(7 * t)), Mat3::Identity(), 0};
+      });
+      auto live = LiveCarving::make(test::block(0.25), std::make_unique<WatchedDevice>(std::move(hand), *witness),
+                                    settings);
+      auto document = Document::create(file, live.value()->model(), "{}");
+      if (!document) _exit(1);
+      Scribe scribe(*live.value(), std::move(document).value());
+      scribe.start();
+      live.value()->start();
+      // Whatever comes from elsewhere ends a stroke, and the next begins.
+      for (int i = 0; i < 40; i++) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(150));
+        live.value()->post([](LiveCarving&) {});
+      }
+      _exit(0);
+    }
+    while (witness->ticks == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    std::this_thread::sleep_for(std::chrono::milliseconds(random.integer(700, 2500)));
+    const int64_t end_us = now_us();
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    auto document = Document::open(file, Document::Access::write);
+    ASSERT_TRUE(document.ok()) << document.error() << random.note();
+    expect_sound(*document.value());
+    // The last tick that is there, and the first that is not.
+    const Step& last = document.value()->steps().rbegin()->second;
+    if (last.stock) continue;
+    StrokeTick tick;
+    ASSERT_TRUE(document.value()
+                    ->for_ticks(last.id,
+                                [&](const std::vector<StrokeTick>& ticks) -> Status {
+                                  tick = ticks.back();
+                                  return Ok{};
+                                })
+                    .ok());
+    const double x = tick.tip.x() + tick.hand.x() - 20;
+    auto i = static_cast<size_t>(witness->ticks.load());
+    while (i > 0 && std::abs(witness->x_mm[i - 1] - x) > 1e-9) i--;
+    ASSERT_GT(i, 0u) << "a tick that was never made" << random.note();
+    if (static_cast<int64_t>(i) == witness->ticks.load()) continue;
+    lost_ms.push_back(static_cast<double>(end_us - witness->at_us[i]) / 1000);
+  }
+  munmap(witness, sizeof(Witness));
+  std::sort(lost_ms.begin(), lost_ms.end());
+  if (!lost_ms.empty())
+    std::printf("%zu kills while carving: lost %.0f ms (median), at most %.0f ms\n", lost_ms.size(),
+                lost_ms[lost_ms.size() / 2], lost_ms.back());
 }
 
 // The disk fills up while a hand carves: it is told, the hand goes on, back and forth too, and all of it can

@@ -25,6 +25,8 @@ constexpr int64_t kVersion = 2;
 // Tiles are kept where carving again from the last ones would take more ticks than this: a fraction of a
 // second.
 constexpr int64_t kTicksBetweenTiles = 40000;
+// So long a flush keeps tiles, so that ticks never wait long behind them.
+constexpr auto kTilesAtOnce = std::chrono::milliseconds(10);
 // States held in memory; those not visited for longest go first, and are made again from the file when asked
 // for.
 constexpr size_t kMostStates = 2048;
@@ -105,6 +107,7 @@ Wrench spring_wrench(const SeriesSpring& spring, const StrokeTick& tick) {
 }  // namespace
 
 Document::~Document() {
+  if (unsaved_.empty()) static_cast<void>(keep_some_tiles(std::chrono::minutes(1)));
   if (writes_ && open_step_ == 0) static_cast<void>(database_.run("PRAGMA wal_checkpoint(TRUNCATE)"));
   database_ = Database();
   file_ = Database();
@@ -223,8 +226,9 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
         first_step.stock = true;
         first_step.hash = hash;
         document->steps_[1] = first_step;
-        document->checkpoints_[1] = model.material_bounds();
-        return document->keep_tiles(1, now);
+        Result<TileJob> tiles = document->plan_tiles(1, now, model.material_bounds());
+        if (!tiles) return Error{tiles.error()};
+        return document->keep_tiles(tiles.value(), std::chrono::steady_clock::time_point::max());
       });
     }();
     if (!filled) {
@@ -491,65 +495,95 @@ void Document::remember(StepId step, const Snapshot& state) {
 
 // ---- Tiles
 
-Status Document::keep_tiles(StepId step, const Snapshot& now) {
-  StepId at = steps_[step].parent;
-  while (at != 0 && !is_checkpoint(at)) at = steps_[at].parent;
-  Result<Statement> find = database_.prepare("SELECT id, data FROM tile WHERE hash = ?");
-  if (!find) return Error{find.error()};
-  Result<Statement> add = database_.prepare("INSERT INTO tile (hash, data) VALUES (?, ?)");
-  if (!add) return Error{add.error()};
-  Result<Statement> head = database_.prepare("INSERT INTO checkpoint VALUES (?, ?)");
-  if (!head) return Error{head.error()};
-  Result<Statement> place = database_.prepare("INSERT INTO checkpoint_tile VALUES (?, ?, ?, ?, ?)");
-  if (!place) return Error{place.error()};
-  const Box& bounds = checkpoints_[step];
-  const Json box{numbers(bounds.min), numbers(bounds.max)};
-  if (Status s = head.value().bind(step).bind(box.dump()).run(); !s) return s;
-  std::unordered_map<const Tile*, int64_t> known;
-  const auto consider = [&](Axis axis, int tu, int tv, const Tile& old, const Tile& tile) -> Status {
-    if (tile.empty && old.empty) return Ok{};
-    place.value().bind(step).bind(static_cast<int64_t>(axis)).bind(int64_t{tu}).bind(int64_t{tv});
-    if (tile.empty) return place.value().bind_null().run();
-    auto [found, fresh] = known.try_emplace(&tile, 0);
-    if (fresh) {
-      const Bytes data = encode_tile(tile);
-      const int64_t hash = hash_of(data);
-      find.value().bind(hash);
-      for (;;) {
-        const Result<bool> row = find.value().row();
-        if (!row) return Error{row.error()};
-        if (!row.value()) break;
-        if (find.value().bytes(1) == data) found->second = find.value().integer(0);
-      }
-      if (found->second == 0) {
-        if (Status s = add.value().bind(hash).bind(data).run(); !s) return s;
-        found->second = database_.last_row();
-      }
-    }
-    return place.value().bind(found->second).run();
+// Against what the way to here has already: in memory, where what changed is known; else from the file.
+Result<Document::TileJob> Document::plan_tiles(StepId step, const Snapshot& now, const Box& bounds) const {
+  TileJob job;
+  job.step = step;
+  job.now = now;
+  job.bounds = bounds;
+  StepId at = steps_.at(step).parent;
+  while (at != 0 && !is_checkpoint(at)) at = steps_.at(at).parent;
+  const auto consider = [&](Axis axis, int tu, int tv, const Tile& was, const Tile& is) {
+    if (!is.empty || !was.empty) job.places.push_back({axis, tu, tv, is.empty ? nullptr : &is});
   };
-  // Against what the way to here has already: in memory, where what changed is known; else from the file.
-  if (const auto state = states_.find(at); state != states_.end()) {
-    Status done = Ok{};
+  if (const auto state = states_.find(at); state != states_.end() && state->second.of_same_model(now)) {
     for (const Axis axis : kAxes)
-      now.field(axis).for_changed_tiles(state->second.field(axis),
-                                        [&](int tu, int tv, const Tile& was, const Tile& is) {
-                                          if (done) done = consider(axis, tu, tv, was, is);
-                                        });
-    return done;
+      now.field(axis).for_changed_tiles(
+          state->second.field(axis),
+          [&](int tu, int tv, const Tile& was, const Tile& is) { consider(axis, tu, tv, was, is); });
+    return job;
   }
   TriDexel before(lattice_);
   if (at != 0)
-    if (Status s = read_tiles(at, before); !s) return s;
+    if (Status s = read_tiles(at, before); !s) return Error{s.error()};
   const Snapshot then = before.snapshot();
   for (const Axis axis : kAxes) {
     const FieldSnapshot &is = now.field(axis), &was = then.field(axis);
     for (int tv = 0; tv < is.tiles_v(); tv++)
       for (int tu = 0; tu < is.tiles_u(); tu++) {
         const Tile &tile = is.tile(tu, tv), &old = was.tile(tu, tv);
-        if (at != 0 && encode_tile(tile) == encode_tile(old)) continue;
-        if (Status s = consider(axis, tu, tv, old, tile); !s) return s;
+        if (at == 0 || encode_tile(tile) != encode_tile(old)) consider(axis, tu, tv, old, tile);
       }
+  }
+  return job;
+}
+
+Status Document::keep_tiles(TileJob& job, std::chrono::steady_clock::time_point until) {
+  Result<Statement> find = database_.prepare("SELECT id, data FROM tile WHERE hash = ?");
+  if (!find) return Error{find.error()};
+  Result<Statement> add = database_.prepare("INSERT INTO tile (hash, data) VALUES (?, ?)");
+  if (!add) return Error{add.error()};
+  for (; job.next < job.places.size(); job.next++) {
+    const Tile* const tile = job.places[job.next].tile;
+    if (!tile) continue;
+    auto [found, fresh] = job.ids.try_emplace(tile, 0);
+    if (!fresh) continue;
+    if (std::chrono::steady_clock::now() >= until) {
+      job.ids.erase(found);
+      return Ok{};
+    }
+    const Bytes data = encode_tile(*tile);
+    const int64_t hash = hash_of(data);
+    find.value().bind(hash);
+    for (;;) {
+      const Result<bool> row = find.value().row();
+      if (!row) return Error{row.error()};
+      if (!row.value()) break;
+      if (find.value().bytes(1) == data) found->second = find.value().integer(0);
+    }
+    if (found->second != 0) continue;
+    if (Status s = add.value().bind(hash).bind(data).run(); !s) return s;
+    found->second = database_.last_row();
+  }
+  Result<Statement> checkpoint = database_.prepare("INSERT INTO checkpoint VALUES (?, ?)");
+  if (!checkpoint) return Error{checkpoint.error()};
+  const Json box{numbers(job.bounds.min), numbers(job.bounds.max)};
+  if (Status s = checkpoint.value().bind(job.step).bind(box.dump()).run(); !s) return s;
+  Result<Statement> put = database_.prepare("INSERT INTO checkpoint_tile VALUES (?, ?, ?, ?, ?)");
+  if (!put) return Error{put.error()};
+  for (const TilePlace& place : job.places) {
+    Statement& p = put.value();
+    p.bind(job.step).bind(static_cast<int64_t>(place.axis)).bind(int64_t{place.tu}).bind(int64_t{place.tv});
+    if (Status s = (place.tile ? p.bind(job.ids.at(place.tile)) : p.bind_null()).run(); !s) return s;
+  }
+  job.done = true;
+  return Ok{};
+}
+
+Status Document::keep_some_tiles(std::chrono::milliseconds at_most) {
+  if (!tiles_) return Ok{};
+  const auto until = std::chrono::steady_clock::now() + at_most;
+  // What a transaction found out is forgotten with it if it fails.
+  TileJob job;
+  Status kept = commit("keeping tiles", [&] {
+    job = *tiles_;
+    return keep_tiles(job, until);
+  });
+  if (!kept) return kept;
+  tiles_ = std::move(job);
+  if (tiles_->done) {
+    checkpoints_[tiles_->step] = tiles_->bounds;
+    tiles_.reset();
   }
   return Ok{};
 }
@@ -784,14 +818,14 @@ Status Document::write_ticks() {
 }
 
 Status Document::flush() {
-  if (open_step_ == 0 || waiting_.empty()) return Ok{};
+  if (open_step_ == 0 || waiting_.empty()) return keep_some_tiles(kTilesAtOnce);
   Status kept = commit("saving", [&] { return write_ticks(); });
   if (!kept) return kept;
   open_sequence_++;
   saved_ticks_ += static_cast<int64_t>(waiting_.size());
   waiting_.clear();
   waiting_forces_.clear();
-  return Ok{};
+  return keep_some_tiles(kTilesAtOnce);
 }
 
 Status Document::finish(const Snapshot& now, const Box& material_bounds, double removed_mm3) {
@@ -804,8 +838,6 @@ Status Document::finish(const Snapshot& now, const Box& material_bounds, double 
   int64_t ticks = step.ticks;
   for (StepId at = step.parent; at != 0 && !is_checkpoint(at); at = steps_[at].parent)
     ticks += steps_[at].ticks;
-  const bool tiles = ticks > kTicksBetweenTiles;
-  if (tiles) checkpoints_[step.id] = material_bounds;
   Status kept = commit("finishing a stroke", [&]() -> Status {
     if (Status s = write_ticks(); !s) return s;
     Result<Statement> update =
@@ -816,13 +848,9 @@ Status Document::finish(const Snapshot& now, const Box& material_bounds, double 
       return s;
     Result<Statement> head = database_.prepare("UPDATE meta SET value = ? WHERE key = 'head'");
     if (!head) return Error{head.error()};
-    if (Status s = head.value().bind(step.id).run(); !s) return s;
-    return tiles ? keep_tiles(step.id, now) : Status(Ok{});
+    return head.value().bind(step.id).run();
   });
-  if (!kept) {
-    if (tiles) checkpoints_.erase(step.id);
-    return kept;
-  }
+  if (!kept) return kept;
   steps_[step.id] = step;
   last_child_.erase(step.parent);
   head_ = step.id;
@@ -830,6 +858,9 @@ Status Document::finish(const Snapshot& now, const Box& material_bounds, double 
   waiting_.clear();
   waiting_forces_.clear();
   remember(step.id, now);
+  if (ticks <= kTicksBetweenTiles || tiles_) return Ok{};
+  Result<TileJob> tiles = plan_tiles(step.id, now, material_bounds);
+  if (tiles) tiles_ = std::move(tiles).value();
   return Ok{};
 }
 

@@ -22,6 +22,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include <kibori/base/result.h>
@@ -174,9 +175,26 @@ class Document {
   Status write_ticks();
   Status for_blocks(const char* table, StepId step,
                     const std::function<Status(const Bytes&, int64_t)>& f) const;
-  // Keeps the tiles of the state `now` of a step: those that are not as at the last step on its way that has
-  // any.
-  Status keep_tiles(StepId step, const Snapshot& now);
+  // The tiles to keep of the state `now` of a step: those that are not as at the last step on its way that has
+  // any. They are kept little by little, as it takes time; all places in the end, at once.
+  struct TilePlace {
+    Axis axis;
+    int tu, tv;
+    const Tile* tile;  // null: no material
+  };
+  struct TileJob {
+    StepId step = 0;
+    Snapshot now;
+    Box bounds;  // of the material
+    std::vector<TilePlace> places;
+    size_t next = 0;
+    std::unordered_map<const Tile*, int64_t> ids;
+    bool done = false;
+  };
+  Result<TileJob> plan_tiles(StepId step, const Snapshot& now, const Box& bounds) const;
+  // Within a transaction.
+  Status keep_tiles(TileJob& job, std::chrono::steady_clock::time_point until);
+  Status keep_some_tiles(std::chrono::milliseconds at_most);
   // Sets a model to the tiles of a step that has any.
   Status read_tiles(StepId step, TriDexel& model) const;
   Status make_state(TriDexel& model, StepId step) const;
@@ -198,6 +216,7 @@ class Document {
   std::map<std::string, StepId> versions_;
   std::map<StepId, StepId> last_child_;  // gone back from
   std::map<StepId, Box> checkpoints_;    // and the material's bounds there
+  std::optional<TileJob> tiles_;         // that are being kept
   StepId head_ = 0, open_step_ = 0;
   int64_t open_sequence_ = 0, open_ticks_ = 0, saved_ticks_ = 0;
   std::vector<StrokeTick> waiting_;

@@ -50,7 +50,7 @@ void Scribe::write() {
   }
   // The states that the document remembers hold on to theirs.
   of_model_.keep_ready(LiveCarving::kReadyTiles);
-  if (written && document_->in_stroke()) written = document_->flush();
+  if (written) written = document_->flush();
   for (const auto& call : calls) call(*document_);
   tell(&Scribe::trouble_, log.lost() ? document_->name() + ": could not be written as fast as was carved"
                           : !written ? written.error()
