@@ -58,8 +58,8 @@ void one_sentence(const Result<T>& result) {
   }
 }
 
-// What stands in a document's cells; the first byte says what it is. Compressed here, as no fuzzer finds its way
-// through that.
+// What stands in a document's cells; the first byte says what it is. Compressed here, as no fuzzer finds its
+// way through that.
 [[maybe_unused]] void cell(const uint8_t* data, size_t size) {
   if (size == 0) return;
   Bytes packed(ZSTD_compressBound(size));

@@ -376,6 +376,13 @@ TEST(Stroke, RefusesATickItCannotSplit) {
       stroke.advance(BallTool{1}, Vec3(1e20, 0, 0), Vec3::Zero(), Mode::cut, {}, bench.materials);
   ASSERT_FALSE(tick);
   EXPECT_NE(tick.error().find("go slower"), std::string::npos);
+  for (const Mode mode : {Mode::cut, Mode::off})
+    for (const double turn : {1e3, 1e300, std::nan("")})
+      EXPECT_FALSE(
+          stroke.advance(BallTool{1}, Vec3(1, 0, 0), Vec3(0, turn, 0), mode, {}, bench.materials).ok());
+  EXPECT_FALSE(
+      stroke.advance(BallTool{1}, Vec3(std::nan(""), 0, 0), Vec3::Zero(), Mode::off, {}, bench.materials)
+          .ok());
   EXPECT_TRUE(stroke.advance(HalfSpace{}, Vec3(0, 0, 5), Vec3(0, 0.1, 0), Mode::cut, {}, bench.materials))
       << "a half-space may turn";
 }

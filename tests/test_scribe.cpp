@@ -247,7 +247,8 @@ TEST(Scribe, HistoryFromAnotherThread) {
   expect_sound(*after.value());
 }
 
-// Where the hand was at each tick, and when: what a killed process leaves to those who look for what was lost.
+// Where the hand was at each tick, and when: what a killed process leaves to those who look for what was
+// lost.
 struct Witness {
   std::atomic<int64_t> ticks;
   double x_mm[20000];
@@ -311,8 +312,8 @@ TEST(Scribe, KilledWhileAHandCarves) {
       auto hand = std::make_unique<VirtualDevice>(device, [](double t) {
         return VirtualDevice::Target{Vec3(-25 + 8 * t, 0, -6.5 + std::cos(7 * t)), Mat3::Identity(), 0};
       });
-      auto live = LiveCarving::make(test::block(0.25), std::make_unique<WatchedDevice>(std::move(hand), *witness),
-                                    settings);
+      auto live = LiveCarving::make(test::block(0.25),
+                                    std::make_unique<WatchedDevice>(std::move(hand), *witness), settings);
       auto document = Document::create(file, live.value()->model(), "{}");
       if (!document) _exit(1);
       Scribe scribe(*live.value(), std::move(document).value());

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/document/codec.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 
 #include <nlohmann/json.hpp>
 #include <zstd.h>
+
+#include <kibori/base/hash.h>
 
 static_assert(std::endian::native == std::endian::little, "documents are little-endian");
 
@@ -69,6 +73,14 @@ auto& column(T& row, int i) {
 }
 
 Json vec(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+bool read_vec(const Json& json, Vec3& v) {
+  if (!json.is_array() || json.size() != 3) return false;
+  for (size_t i = 0; i < 3; i++) {
+    if (!json[i].is_number()) return false;
+    v[static_cast<int>(i)] = json[i].get<double>();
+  }
+  return v.allFinite();
+}
 
 // Numbers of a JSON object; the first that is missing or none is remembered.
 struct Fields {
@@ -106,12 +118,7 @@ struct Fields {
   void get(const char* key, Vec3& value) {
     const Json* found = find(key);
     if (!found) return;
-    bool good = found->is_array() && found->size() == 3;
-    for (size_t i = 0; good && i < 3; i++) good = (*found)[i].is_number();
-    if (good)
-      value = Vec3((*found)[0].get<double>(), (*found)[1].get<double>(), (*found)[2].get<double>());
-    else if (wrong.empty())
-      wrong = std::string(key) + " is no vector";
+    if (!read_vec(*found, value) && wrong.empty()) wrong = std::string(key) + " is no vector";
   }
 };
 
@@ -326,6 +333,57 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
   s.material = static_cast<uint8_t>(material);
   if (!fields.wrong.empty()) return Error{"a stroke's settings: it " + fields.wrong};
   return s;
+}
+
+std::string lattice_to_json(const Lattice& lattice) {
+  return Json{{"nodes", {lattice.nodes[0], lattice.nodes[1], lattice.nodes[2]}},
+              {"origin_mm", vec(lattice.origin_mm)},
+              {"pitch_mm", lattice.pitch_mm}}
+      .dump();
+}
+
+Result<Lattice> lattice_from_json(const std::string& text) {
+  const Json json = Json::parse(text, nullptr, false);
+  const Error none{"it does not say where its rays are"};
+  if (!json.is_object()) return none;
+  Lattice lattice;
+  Vec3 nodes = Vec3::Zero();
+  Fields fields{json};
+  fields.get("nodes", nodes);
+  fields.get("origin_mm", lattice.origin_mm);
+  fields.get("pitch_mm", lattice.pitch_mm);
+  if (!fields.wrong.empty() || !(lattice.pitch_mm > 0) || !(nodes.minCoeff() >= 1) ||
+      !(nodes.maxCoeff() <= kMaxNodesPerAxis))
+    return none;
+  for (int i = 0; i < 3; i++) lattice.nodes[i] = static_cast<int>(nodes[i]);
+  return lattice;
+}
+
+std::string box_to_json(const Box& box) { return Json{vec(box.min), vec(box.max)}.dump(); }
+
+Result<Box> box_from_json(const std::string& text) {
+  const Json json = Json::parse(text, nullptr, false);
+  Box box;
+  if (!json.is_array() || json.size() != 2 || !read_vec(json[0], box.min) || !read_vec(json[1], box.max))
+    return Error{"a box is none"};
+  return box;
+}
+
+std::string hash_text(uint64_t hash) {
+  char text[20];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
+  return text;
+}
+
+int64_t hash_of(const Bytes& bytes) {
+  Hash hash;
+  hash.add(uint64_t{bytes.size()});
+  for (size_t i = 0; i < bytes.size(); i += 8) {
+    uint64_t word = 0;
+    for (size_t j = i; j < std::min(i + 8, bytes.size()); j++) word |= uint64_t{bytes[j]} << (8 * (j - i));
+    hash.add(word);
+  }
+  return static_cast<int64_t>(hash.value());
 }
 
 Bytes encode_ticks(const StrokeTick* ticks, size_t count) {

@@ -46,6 +46,15 @@ struct StrokeSettings {
 std::string settings_to_json(const StrokeSettings& settings);
 Result<StrokeSettings> settings_from_json(const std::string& text);
 
+// Where the rays are, and a box; both as JSON.
+std::string lattice_to_json(const Lattice& lattice);
+Result<Lattice> lattice_from_json(const std::string& text);
+std::string box_to_json(const Box& box);
+Result<Box> box_from_json(const std::string& text);
+// Hashes as they stand in documents: of a model as text, of a tile's bytes.
+std::string hash_text(uint64_t hash);
+int64_t hash_of(const Bytes& bytes);
+
 // zstd over columns: each coordinate's doubles XORed with the one before, byte by byte of significance.
 Bytes encode_ticks(const StrokeTick* ticks, size_t count);
 Result<std::vector<StrokeTick>> decode_ticks(const Bytes& bytes);

@@ -52,7 +52,7 @@ Result<bool> Statement::row() {
       return false;
     }
   }
-  const std::string said = sqlite3_errmsg(db_);
+  const std::string said = one_line(sqlite3_errmsg(db_));  // it may quote what the file holds
   sqlite3_reset(statement_);
   failed_ = bound_ = 0;
   return Error{said};
@@ -135,18 +135,18 @@ Status Database::become(const Database& from) {
   sqlite3_backup* backup = sqlite3_backup_init(db_.get(), "main", from.db_.get(), "main");
   if (backup) sqlite3_backup_step(backup, -1);
   if (sqlite3_backup_finish(backup) == SQLITE_OK && backup) return Ok{};
-  return Error{sqlite3_errmsg(db_.get())};
+  return Error{one_line(sqlite3_errmsg(db_.get()))};
 }
 
 Status Database::run(const char* sql) {
   if (sqlite3_exec(db_.get(), sql, nullptr, nullptr, nullptr) == SQLITE_OK) return Ok{};
-  return Error{sqlite3_errmsg(db_.get())};
+  return Error{one_line(sqlite3_errmsg(db_.get()))};
 }
 
 Result<Statement> Database::prepare(const char* sql) {
   sqlite3_stmt* statement = nullptr;
   if (sqlite3_prepare_v2(db_.get(), sql, -1, &statement, nullptr) != SQLITE_OK)
-    return Error{sqlite3_errmsg(db_.get())};
+    return Error{one_line(sqlite3_errmsg(db_.get()))};
   return Statement(db_.get(), statement);
 }
 
@@ -154,7 +154,8 @@ int64_t Database::last_row() const { return sqlite3_last_insert_rowid(db_.get())
 int64_t Database::changes() const { return sqlite3_changes64(db_.get()); }
 
 Error Database::error(const std::string& doing) const {
-  return Error{name_ + ": " + doing + " (" + (db_ ? sqlite3_errmsg(db_.get()) : "out of memory") + ")"};
+  return Error{name_ + ": " + doing + " (" + one_line(db_ ? sqlite3_errmsg(db_.get()) : "out of memory") +
+               ")"};
 }
 
 }  // namespace kibori

@@ -40,6 +40,16 @@ class Statement {
   Result<bool> row();
   // For statements without rows.
   Status run();
+  // Calls f() at every row; what it says ends it.
+  template <class F>
+  Status for_rows(F&& f) {
+    for (;;) {
+      const Result<bool> there = row();
+      if (!there) return Error{there.error()};
+      if (!there.value()) return Ok{};
+      if (Status s = f(); !s) return s;
+    }
+  }
 
   int64_t integer(int column) const;
   double real(int column) const;

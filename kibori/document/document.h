@@ -175,8 +175,8 @@ class Document {
   Status write_ticks();
   Status for_blocks(const char* table, StepId step,
                     const std::function<Status(const Bytes&, int64_t)>& f) const;
-  // The tiles to keep of the state `now` of a step: those that are not as at the last step on its way that has
-  // any. They are kept little by little, as it takes time; all places in the end, at once.
+  // The tiles to keep of the state `now` of a step: those that are not as at the last step on its way that
+  // has any. They are kept little by little, as it takes time; all places in the end, at once.
   struct TilePlace {
     Axis axis;
     int tu, tv;

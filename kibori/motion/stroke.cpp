@@ -6,6 +6,11 @@
 #include <kibori/motion/pieces.h>
 
 namespace kibori {
+namespace {
+
+constexpr double kMostTurn = 63;  // [rad] in one tick
+
+}  // namespace
 
 void Stroke::touch(const Tool& tool, const ToolMotion& motion, int pieces, const EditOptions& options) {
   const Lattice& lattice = model_.lattice();
@@ -35,6 +40,8 @@ Result<TickResult> Stroke::advance(const Tool& tool, const Vec3& tip_mm, const V
                                    const ForceLaw& law, const std::vector<Material>& materials,
                                    uint8_t material) {
   const Lattice& lattice = model_.lattice();
+  if (!tip_mm.allFinite() || !(turn_rad.squaredNorm() <= kMostTurn * kMostTurn))
+    return Error{"one tick moves the tool to no place at all, or turns it more than ten times around"};
   TickResult result;
   const ToolMotion motion{pose_, tip_mm - pose_.tip, turn_rad};
   const bool turning = motion.turns();

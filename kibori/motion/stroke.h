@@ -42,7 +42,8 @@ class Stroke {
   const Removed& removed() const { return removed_; }
 
   // Moves the tool to tip_mm and turns it by turn_rad (rotation vector). `material` is what a deposit puts
-  // down. Errors: a turn of more pieces than kMaxTurnPieces, or of a tool without bounds.
+  // down. Errors: a place or turn that is none, a turn of more pieces than kMaxTurnPieces, or of a tool
+  // without bounds.
   Result<TickResult> advance(const Tool& tool, const Vec3& tip_mm, const Vec3& turn_rad, Mode mode,
                              const ForceLaw& law, const std::vector<Material>& materials,
                              uint8_t material = 0);

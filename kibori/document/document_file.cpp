@@ -1,0 +1,383 @@
+// SPDX-License-Identifier: MIT
+// A document's file: made, opened, written, copied, moved.
+#include <cstdlib>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <kibori/document/document.h>
+
+namespace kibori {
+namespace {
+
+constexpr int kApplication = 0x4B49424F;  // "KIBO"
+// 2: forces and thumbnails.
+constexpr int64_t kVersion = 2;
+// A loss of power takes what was written within this time.
+constexpr auto kSyncEvery = std::chrono::milliseconds(500);
+
+const char* const kSchema = R"(
+CREATE TABLE meta (key TEXT PRIMARY KEY, value) WITHOUT ROWID;
+CREATE TABLE setting (id INTEGER PRIMARY KEY, json TEXT NOT NULL UNIQUE);
+CREATE TABLE step (
+  id INTEGER PRIMARY KEY, parent INTEGER REFERENCES step, kind TEXT NOT NULL, label TEXT NOT NULL DEFAULT '',
+  setting INTEGER REFERENCES setting, start BLOB, ticks INTEGER NOT NULL DEFAULT 0,
+  removed_mm3 REAL NOT NULL DEFAULT 0, hash TEXT, finished INTEGER NOT NULL DEFAULT 0,
+  made_at TEXT NOT NULL DEFAULT (strftime('%Y-%m-%dT%H:%M:%fZ', 'now')));
+CREATE TABLE tick (step INTEGER NOT NULL REFERENCES step, sequence INTEGER NOT NULL, count INTEGER NOT NULL,
+  data BLOB NOT NULL, PRIMARY KEY (step, sequence)) WITHOUT ROWID;
+CREATE TABLE tile (id INTEGER PRIMARY KEY, hash INTEGER NOT NULL, data BLOB NOT NULL);
+CREATE INDEX tile_by_hash ON tile (hash);
+CREATE TABLE checkpoint (step INTEGER PRIMARY KEY REFERENCES step, bounds TEXT NOT NULL);
+CREATE TABLE checkpoint_tile (step INTEGER NOT NULL REFERENCES checkpoint, field INTEGER NOT NULL,
+  u INTEGER NOT NULL, v INTEGER NOT NULL, tile INTEGER REFERENCES tile, PRIMARY KEY (step, field, u, v))
+  WITHOUT ROWID;
+CREATE TABLE version (name TEXT PRIMARY KEY, step INTEGER NOT NULL REFERENCES step) WITHOUT ROWID;
+)";
+const char* const kSchemaSince2 = R"(
+CREATE TABLE force (step INTEGER NOT NULL REFERENCES step, sequence INTEGER NOT NULL, count INTEGER NOT NULL,
+  data BLOB NOT NULL, PRIMARY KEY (step, sequence)) WITHOUT ROWID;
+CREATE TABLE thumbnail (step INTEGER PRIMARY KEY REFERENCES step, png BLOB NOT NULL);
+PRAGMA user_version = 2;
+)";
+
+// A link, unlike a renaming, fails where the name was taken meanwhile; some file systems have none.
+bool put_in_place(const std::filesystem::path& part, const std::filesystem::path& path) {
+  std::error_code code;
+  const bool there = ::link(part.c_str(), path.c_str()) == 0 ||
+                     (!std::filesystem::exists(path, code) && ::rename(part.c_str(), path.c_str()) == 0);
+  std::filesystem::remove(part, code);
+  return there;
+}
+
+}  // namespace
+
+Document::~Document() {
+  if (unsaved_.empty()) static_cast<void>(keep_some_tiles(std::chrono::minutes(1)));
+  if (writes_ && open_step_ == 0) static_cast<void>(database_.run("PRAGMA wal_checkpoint(TRUNCATE)"));
+  database_ = Database();
+  file_ = Database();
+  // Last: closing any descriptor of the file drops the locks that SQLite holds on it.
+  if (lock_ >= 0) ::close(lock_);
+}
+
+Status Document::lock(const std::filesystem::path& path) {
+  lock_ = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
+  if (lock_ < 0) return wrong("can't be opened for writing");
+  if (::flock(lock_, LOCK_EX | LOCK_NB) != 0)
+    return wrong("is being written by another process; open it for reading, or close it there");
+  return Ok{};
+}
+
+Status Document::commit(const char* doing, const std::function<Status()>& change) {
+  Status done = try_commit(doing, change);
+  if (done || !may_go_to_memory_ || !unsaved_.empty()) return done;
+  Result<Database> memory = Database::in_memory(database_);
+  if (!memory) return done;
+  file_ = std::exchange(database_, std::move(memory).value());
+  const Status again = try_commit(doing, change);
+  if (again)
+    unsaved_ = done.error();
+  else
+    database_ = std::move(file_);
+  return again;
+}
+
+Status Document::save_again() {
+  if (unsaved_.empty()) return Ok{};
+  // What waits goes into memory first, so that what is saved is all there is.
+  if (Status s = flush(); !s) return s;
+  if (Status s = file_.become(database_); !s) return failed("saving", s.error());
+  database_ = std::move(file_);
+  unsaved_.clear();
+  return Ok{};
+}
+
+Status Document::move_to(const std::filesystem::path& path) {
+  if (!writes_) return wrong("is open for reading only");
+  if (Status s = flush(); !s) return s;
+  if (Status s = save_copy(path); !s) return s;
+  Result<std::unique_ptr<Document>> there = attach(path, nullptr);
+  if (!there) return Error{there.error()};
+  // Closed in order: the descriptor after what SQLite holds of the same file.
+  database_ = std::move(there.value()->database_);
+  file_ = Database();
+  std::swap(lock_, there.value()->lock_);
+  unsaved_.clear();
+  return Ok{};
+}
+
+Status Document::try_commit(const char* doing, const std::function<Status()>& change) {
+  // Now and then a commit waits until it is on the disk, and with it all before it.
+  const auto now = std::chrono::steady_clock::now();
+  const bool sync = now - synced_ >= kSyncEvery;
+  if (Status s = database_.run(sync ? "PRAGMA synchronous=FULL" : "PRAGMA synchronous=NORMAL"); !s)
+    return failed(doing, s.error());
+  if (Status s = database_.run("BEGIN IMMEDIATE"); !s) return failed(doing, s.error());
+  Status done = change();
+  if (done) {
+    if (Status s = database_.run("COMMIT"); !s) done = failed(doing, s.error());
+  }
+  if (!done) {
+    static_cast<void>(database_.run("ROLLBACK"));
+    return done;
+  }
+  if (sync) synced_ = now;
+  return done;
+}
+
+Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& path, const TriDexel& model,
+                                                   const std::string& stock, const Bytes& source,
+                                                   const char* vfs) {
+  std::error_code code;
+  const std::string name = one_line(path.string());
+  if (std::filesystem::exists(path, code))
+    return Error{name + ": is there already; give another name or remove it"};
+  // All of it or nothing: made beside, and put in place when it is a document.
+  const std::filesystem::path part = path.string() + ".part";
+  for (const char* rest : {"", "-wal", "-shm", "-journal"})
+    std::filesystem::remove(part.string() + rest, code);
+  Result<Database> made = Database::open(part, Database::Access::create, vfs);
+  if (!made) return Error{name + ": can't be made; is the folder there, and writable?"};
+  {
+    std::unique_ptr<Document> document(new Document(std::move(made).value()));
+    document->writes_ = true;
+    document->lattice_ = model.lattice();
+    const Snapshot now = model.snapshot();
+    const Status filled = [&]() -> Status {
+      const std::string first = "PRAGMA application_id=" + std::to_string(kApplication);
+      if (Status s = document->database_.run(first.c_str()); !s) return s;
+      return document->commit("making it", [&]() -> Status {
+        for (const char* tables : {kSchema, kSchemaSince2})
+          if (Status s = document->database_.run(tables); !s) return s;
+        Result<Statement> meta = document->database_.prepare("INSERT INTO meta VALUES (?, ?)");
+        if (!meta) return Error{meta.error()};
+        Statement& m = meta.value();
+        for (const auto& [key, value] :
+             {std::pair<std::string, std::string>{"lattice", lattice_to_json(model.lattice())},
+              {"stock", stock}})
+          if (Status s = m.bind(key).bind(value).run(); !s) return s;
+        if (Status s = m.bind(std::string_view("source")).bind(source).run(); !s) return s;
+        if (Status s = m.bind(std::string_view("head")).bind(int64_t{1}).run(); !s) return s;
+        Result<Statement> step = document->database_.prepare(
+            "INSERT INTO step (id, kind, hash, finished) VALUES (1, 'stock', ?, 1)");
+        if (!step) return Error{step.error()};
+        const uint64_t hash = now.content_hash();
+        if (Status s = step.value().bind(hash_text(hash)).run(); !s) return s;
+        Step first_step;
+        first_step.id = 1;
+        first_step.stock = true;
+        first_step.hash = hash;
+        document->steps_[1] = first_step;
+        Result<TileJob> tiles = document->plan_tiles(1, now, model.material_bounds());
+        if (!tiles) return Error{tiles.error()};
+        return document->keep_tiles(tiles.value(), std::chrono::steady_clock::time_point::max());
+      });
+    }();
+    if (!filled) {
+      document.reset();
+      std::filesystem::remove(part, code);
+      return Error{name + ": can't be made (" + filled.error() + ")"};
+    }
+  }
+  if (!put_in_place(part, path)) return Error{name + ": can't be put in place"};
+  Result<std::unique_ptr<Document>> opened = open(path, Access::write, vfs);
+  if (opened) opened.value()->remember(1, model.snapshot());
+  return opened;
+}
+
+Result<std::unique_ptr<Document>> Document::open(const std::filesystem::path& path, Access access,
+                                                 const char* vfs) {
+  std::error_code code;
+  const std::string name = one_line(path.string());
+  if (!std::filesystem::exists(path, code)) return Error{name + ": there is no such file"};
+  if (!std::filesystem::is_regular_file(path, code)) return Error{name + ": is no file"};
+  std::unique_ptr<Document> document;
+  if (access == Access::write) {
+    Result<std::unique_ptr<Document>> attached = attach(path, vfs);
+    if (!attached) return attached;
+    document = std::move(attached).value();
+  } else {
+    Result<Database> database = Database::open(path, Database::Access::read, vfs);
+    if (!database) return Error{database.error()};
+    document.reset(new Document(std::move(database).value()));
+    if (Status s = document->check_kind(); !s) return Error{s.error()};
+  }
+  if (Status s = document->read_tree(); !s) return Error{s.error()};
+  if (Status s = document->recover(); !s) return Error{s.error()};
+  document->may_go_to_memory_ = true;
+  return document;
+}
+
+Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& path, const char* vfs) {
+  Result<Database> database = Database::open(path, Database::Access::write, vfs);
+  if (!database) return Error{database.error()};
+  std::unique_ptr<Document> document(new Document(std::move(database).value()));
+  if (Status s = document->lock(path); !s) return Error{s.error()};
+  if (Status s = document->check_kind(); !s) return Error{s.error()};
+  document->writes_ = true;
+  if (Status s = document->database_.run(
+          "PRAGMA journal_mode=WAL; PRAGMA foreign_keys=ON; PRAGMA wal_autocheckpoint=4000");
+      !s)
+    return document->failed("opening", s.error());
+  if (document->version_ < 2) {
+    const Status s =
+        document->commit("bringing it up to date", [&] { return document->database_.run(kSchemaSince2); });
+    if (!s) return Error{s.error()};
+    document->version_ = kVersion;
+  }
+  return document;
+}
+
+// A document of Kibori, and which version.
+Status Document::check_kind() {
+  const auto pragma = [&](const char* sql) -> Result<int64_t> {
+    Result<Statement> read = database_.prepare(sql);
+    if (!read) return Error{read.error()};
+    const Result<bool> row = read.value().row();
+    if (!row) return Error{row.error()};
+    return row.value() ? read.value().integer(0) : 0;
+  };
+  const Result<int64_t> application = pragma("PRAGMA application_id");
+  if (!application) return wrong("is no document of Kibori (" + application.error() + ")");
+  if (application.value() != kApplication) return wrong("is no document of Kibori");
+  const Result<int64_t> version = pragma("PRAGMA user_version");
+  if (!version || version.value() < 1) return wrong("is a damaged document");
+  if (version.value() > kVersion)
+    return wrong("was made by a newer Kibori (format " + std::to_string(version.value()) +
+                 ", this one reads " + std::to_string(kVersion) + "); use that");
+  version_ = version.value();
+  return Ok{};
+}
+
+Status Document::read_tree() {
+  const auto for_rows = [&](const char* sql, const std::function<Status(Statement&)>& f) -> Status {
+    Result<Statement> read = database_.prepare(sql);
+    if (!read) return Error{read.error()};
+    return read.value().for_rows([&] { return f(read.value()); });
+  };
+  Status done = for_rows("SELECT value FROM meta WHERE key = 'head'", [&](Statement& s) -> Status {
+    head_ = s.integer(0);
+    return Ok{};
+  });
+  bool placed = false;
+  if (done)
+    done = for_rows("SELECT value FROM meta WHERE key = 'lattice'", [&](Statement& s) -> Status {
+      Result<Lattice> lattice = lattice_from_json(s.text(0));
+      if (!lattice) return Error{lattice.error()};
+      lattice_ = lattice.value();
+      placed = true;
+      return Ok{};
+    });
+  if (done && !placed) done = Error{"it does not say where its rays are"};
+  if (done)
+    done = for_rows(
+        "SELECT id, parent, kind, label, ticks, removed_mm3, hash, finished, (SELECT coalesce(sum(count), 0) "
+        "FROM tick WHERE tick.step = step.id AND step.finished = 0) FROM step ORDER BY id",
+        [&](Statement& s) -> Status {
+          Step step;
+          step.id = s.integer(0);
+          step.parent = s.null(1) ? 0 : s.integer(1);
+          step.stock = s.text(2) == "stock";
+          step.label = s.text(3);
+          step.finished = s.integer(7) != 0;
+          step.ticks = step.finished ? s.integer(4) : s.integer(8);
+          step.removed_mm3 = s.real(5);
+          step.hash = std::strtoull(s.text(6).c_str(), nullptr, 16);
+          const bool known = step.stock ? step.parent == 0 && steps_.empty() : steps_.count(step.parent) != 0;
+          // Each once, and after the one before it: so there is no way around in circles.
+          if (step.id < 1 || !known || steps_.count(step.id))
+            return Error{"step " + std::to_string(step.id) + " follows none that is there"};
+          steps_[step.id] = step;
+          return Ok{};
+        });
+  if (done && steps_.empty()) done = Error{"it has no stock"};
+  if (done && !steps_.count(head_)) head_ = steps_.rbegin()->first;
+  if (done)
+    done = for_rows("SELECT name, step FROM version", [&](Statement& s) -> Status {
+      if (steps_.count(s.integer(1))) versions_[s.text(0)] = s.integer(1);
+      return Ok{};
+    });
+  if (done)
+    done = for_rows("SELECT step, bounds FROM checkpoint", [&](Statement& s) -> Status {
+      const Result<Box> box = box_from_json(s.text(1));
+      if (box && steps_.count(s.integer(0))) checkpoints_[s.integer(0)] = box.value();
+      return Ok{};
+    });
+  if (done && !checkpoints_.count(steps_.begin()->first)) done = Error{"the stock's tiles are missing"};
+  return done ? done : Status(wrong("is a damaged document: " + done.error()));
+}
+
+// Strokes that were being made when their process ended are finished as far as they came; they are the
+// newest.
+Status Document::recover() {
+  for (auto& entry : steps_) {
+    const StepId id = entry.first;
+    Step& step = entry.second;
+    if (step.finished) continue;
+    if (writes_) {
+      TriDexel model(lattice_);
+      if (Status s = make_state(model, id); !s) return s;
+      const Snapshot now = model.snapshot();
+      step.hash = now.content_hash();
+      Status kept = commit("finishing an interrupted stroke", [&]() -> Status {
+        Result<Statement> update = database_.prepare(
+            "UPDATE step SET finished = 1, ticks = ?, hash = ?, removed_mm3 = ? WHERE id = ?");
+        if (!update) return Error{update.error()};
+        TriDexel before(lattice_);
+        if (Status s = make_state(before, step.parent); !s) return s;
+        step.removed_mm3 = before.volume_mm3() - now.volume_mm3();
+        return update.value()
+            .bind(step.ticks)
+            .bind(hash_text(step.hash))
+            .bind(step.removed_mm3)
+            .bind(id)
+            .run();
+      });
+      if (!kept) return kept;
+      step.finished = true;
+      if (Status s = set_head(id); !s) return s;
+    } else {
+      head_ = id;
+    }
+  }
+  return Ok{};
+}
+
+Result<std::string> Document::stock() const {
+  Result<Statement> read =
+      const_cast<Database&>(database_).prepare("SELECT value FROM meta WHERE key = 'stock'");
+  if (!read) return failed("reading the stock", read.error());
+  const Result<bool> row = read.value().row();
+  if (!row) return failed("reading the stock", row.error());
+  return row.value() ? read.value().text(0) : std::string();
+}
+
+Result<Bytes> Document::source() const {
+  Result<Statement> read =
+      const_cast<Database&>(database_).prepare("SELECT value FROM meta WHERE key = 'source'");
+  if (!read) return failed("reading the stock's file", read.error());
+  const Result<bool> row = read.value().row();
+  if (!row) return failed("reading the stock's file", row.error());
+  return row.value() ? read.value().bytes(0) : Bytes();
+}
+
+Status Document::save_copy(const std::filesystem::path& path) const {
+  std::error_code code;
+  const std::string name = one_line(path.string());
+  if (std::filesystem::exists(path, code))
+    return Error{name + ": is there already; give another name or remove it"};
+  const std::filesystem::path part = path.string() + ".part";
+  std::filesystem::remove(part, code);
+  Result<Statement> copy = const_cast<Database&>(database_).prepare("VACUUM INTO ?");
+  if (!copy) return failed("copying", copy.error());
+  if (const Status s = copy.value().bind(part.string()).run(); !s) {
+    std::filesystem::remove(part, code);
+    return Error{name + ": can't be written (" + s.error() + ")"};
+  }
+  if (!put_in_place(part, path)) return Error{name + ": can't be put in place"};
+  return Ok{};
+}
+
+}  // namespace kibori

@@ -1,0 +1,347 @@
+// SPDX-License-Identifier: MIT
+// What a step's model is: its tiles, its strokes carved again, and whether both are what was written.
+#include <set>
+
+#include <kibori/document/document.h>
+
+namespace kibori {
+namespace {
+
+Wrench spring_wrench(const SeriesSpring& spring, const StrokeTick& tick) {
+  Wrench w;
+  w.force = -spring.stiffness_n_mm * tick.hand;
+  if (spring.torsion_nmm_rad > 0) w.moment = -spring.torsion_nmm_rad * tick.hand_turn;
+  return w;
+}
+
+}  // namespace
+
+// ---- Tiles
+
+// Against what the way to here has already: in memory, where what changed is known; else from the file.
+Result<Document::TileJob> Document::plan_tiles(StepId step, const Snapshot& now, const Box& bounds) const {
+  TileJob job;
+  job.step = step;
+  job.now = now;
+  job.bounds = bounds;
+  StepId at = steps_.at(step).parent;
+  while (at != 0 && !is_checkpoint(at)) at = steps_.at(at).parent;
+  const auto consider = [&](Axis axis, int tu, int tv, const Tile& was, const Tile& is) {
+    if (!is.empty || !was.empty) job.places.push_back({axis, tu, tv, is.empty ? nullptr : &is});
+  };
+  if (const auto state = states_.find(at); state != states_.end() && state->second.of_same_model(now)) {
+    for (const Axis axis : kAxes)
+      now.field(axis).for_changed_tiles(
+          state->second.field(axis),
+          [&](int tu, int tv, const Tile& was, const Tile& is) { consider(axis, tu, tv, was, is); });
+    return job;
+  }
+  TriDexel before(lattice_);
+  if (at != 0)
+    if (Status s = read_tiles(at, before); !s) return Error{s.error()};
+  const Snapshot then = before.snapshot();
+  for (const Axis axis : kAxes) {
+    const FieldSnapshot &is = now.field(axis), &was = then.field(axis);
+    for (int tv = 0; tv < is.tiles_v(); tv++)
+      for (int tu = 0; tu < is.tiles_u(); tu++) {
+        const Tile &tile = is.tile(tu, tv), &old = was.tile(tu, tv);
+        if (at == 0 || encode_tile(tile) != encode_tile(old)) consider(axis, tu, tv, old, tile);
+      }
+  }
+  return job;
+}
+
+Status Document::keep_tiles(TileJob& job, std::chrono::steady_clock::time_point until) {
+  Result<Statement> find = database_.prepare("SELECT id, data FROM tile WHERE hash = ?");
+  if (!find) return Error{find.error()};
+  Result<Statement> add = database_.prepare("INSERT INTO tile (hash, data) VALUES (?, ?)");
+  if (!add) return Error{add.error()};
+  for (; job.next < job.places.size(); job.next++) {
+    const Tile* const tile = job.places[job.next].tile;
+    if (!tile) continue;
+    auto [found, fresh] = job.ids.try_emplace(tile, 0);
+    if (!fresh) continue;
+    if (std::chrono::steady_clock::now() >= until) {
+      job.ids.erase(found);
+      return Ok{};
+    }
+    const Bytes data = encode_tile(*tile);
+    const int64_t hash = hash_of(data);
+    const Status looked = find.value().bind(hash).for_rows([&]() -> Status {
+      if (find.value().bytes(1) == data) found->second = find.value().integer(0);
+      return Ok{};
+    });
+    if (!looked) return looked;
+    if (found->second != 0) continue;
+    if (Status s = add.value().bind(hash).bind(data).run(); !s) return s;
+    found->second = database_.last_row();
+  }
+  Result<Statement> checkpoint = database_.prepare("INSERT INTO checkpoint VALUES (?, ?)");
+  if (!checkpoint) return Error{checkpoint.error()};
+  if (Status s = checkpoint.value().bind(job.step).bind(box_to_json(job.bounds)).run(); !s) return s;
+  Result<Statement> put = database_.prepare("INSERT INTO checkpoint_tile VALUES (?, ?, ?, ?, ?)");
+  if (!put) return Error{put.error()};
+  for (const TilePlace& place : job.places) {
+    Statement& p = put.value();
+    p.bind(job.step).bind(static_cast<int64_t>(place.axis)).bind(int64_t{place.tu}).bind(int64_t{place.tv});
+    if (Status s = (place.tile ? p.bind(job.ids.at(place.tile)) : p.bind_null()).run(); !s) return s;
+  }
+  job.done = true;
+  return Ok{};
+}
+
+Status Document::keep_some_tiles(std::chrono::milliseconds at_most) {
+  if (!tiles_) return Ok{};
+  const auto until = std::chrono::steady_clock::now() + at_most;
+  // What a transaction found out is forgotten with it if it fails.
+  TileJob job;
+  Status kept = commit("keeping tiles", [&] {
+    job = *tiles_;
+    return keep_tiles(job, until);
+  });
+  if (!kept) return kept;
+  tiles_ = std::move(job);
+  if (tiles_->done) {
+    checkpoints_[tiles_->step] = tiles_->bounds;
+    tiles_.reset();
+  }
+  return Ok{};
+}
+
+Status Document::read_tiles(StepId step, TriDexel& model) const {
+  auto& database = const_cast<Database&>(database_);
+  // The newest tile of each place on the way here.
+  std::map<std::tuple<int64_t, int64_t, int64_t>, int64_t> tiles;
+  Result<std::vector<StepId>> path = path_to(step);
+  if (!path) return Error{path.error()};
+  Result<Statement> places = database.prepare("SELECT field, u, v, tile FROM checkpoint_tile WHERE step = ?");
+  if (!places) return failed("reading tiles", places.error());
+  for (const StepId id : path.value()) {
+    const auto checkpoint = checkpoints_.find(id);
+    if (checkpoint == checkpoints_.end()) continue;
+    model.include_material(checkpoint->second);
+    Statement& p = places.value();
+    const Status done = p.bind(id).for_rows([&]() -> Status {
+      tiles[{p.integer(0), p.integer(1), p.integer(2)}] = p.null(3) ? 0 : p.integer(3);
+      return Ok{};
+    });
+    if (!done) return failed("reading tiles", done.error());
+  }
+  Result<Statement> read = database.prepare("SELECT data FROM tile WHERE id = ?");
+  if (!read) return failed("reading tiles", read.error());
+  std::map<std::pair<int64_t, int64_t>, std::pair<int, int>> first;  // field and tile: where it stands
+  for (const auto& [place, tile] : tiles) {
+    const auto& [axis, u, v] = place;
+    if (axis < 0 || axis > 2)
+      return wrong("is a damaged document: there is no field " + std::to_string(axis));
+    Field& field = model.field(kAxes[static_cast<size_t>(axis)]);
+    if (u < 0 || v < 0 || u >= field.tiles_u() || v >= field.tiles_v())
+      return wrong("is a damaged document: a tile lies outside of it");
+    const int tu = static_cast<int>(u), tv = static_cast<int>(v);
+    if (tile == 0) {
+      field.clear_tile(tu, tv);
+      continue;
+    }
+    if (const auto same = first.find({axis, tile}); same != first.end()) {
+      field.share_tile(tu, tv, same->second.first, same->second.second);
+      continue;
+    }
+    const Result<bool> row = read.value().bind(tile).row();
+    if (!row) return failed("reading tiles", row.error());
+    if (!row.value()) return wrong("is a damaged document: tile " + std::to_string(tile) + " is missing");
+    const Status put = decode_tile(read.value().bytes(0), field, tu, tv);
+    static_cast<void>(read.value().row());
+    if (!put) return wrong("is a damaged document: at step " + std::to_string(step) + ", " + put.error());
+    first[{axis, tile}] = {tu, tv};
+  }
+  model.touch();
+  return Ok{};
+}
+
+// Sets an empty model to a step: the nearest tiles before it, and the strokes since.
+Status Document::make_state(TriDexel& model, StepId step) const {
+  Result<std::vector<StepId>> path = path_to(step);
+  if (!path) return Error{path.error()};
+  size_t from = path.value().size();
+  while (from > 0 && !is_checkpoint(path.value()[from - 1])) from--;
+  if (from == 0) return wrong("is a damaged document: the stock's tiles are missing");
+  if (Status s = read_tiles(path.value()[from - 1], model); !s) return s;
+  for (; from < path.value().size(); from++)
+    if (Status s = replay(path.value()[from], model, std::nullopt, {}); !s) return s;
+  return Ok{};
+}
+
+// ---- Replay
+
+Result<StrokeSettings> Document::settings(StepId step) const {
+  Result<Statement> read = const_cast<Database&>(database_).prepare(
+      "SELECT json FROM setting WHERE id = (SELECT setting FROM step WHERE id = ?)");
+  if (!read) return failed("reading a stroke's settings", read.error());
+  const Result<bool> row = read.value().bind(step).row();
+  if (!row) return failed("reading a stroke's settings", row.error());
+  const std::string which = "step " + std::to_string(step);
+  if (!row.value()) return wrong("is a damaged document: " + which + " has no settings");
+  Result<StrokeSettings> settings = settings_from_json(read.value().text(0));
+  if (!settings) return wrong("is a damaged document: " + which + ": " + settings.error());
+  return settings;
+}
+
+Result<Pose> Document::start(StepId step) const {
+  Result<Statement> read = const_cast<Database&>(database_).prepare("SELECT start FROM step WHERE id = ?");
+  if (!read) return failed("reading a stroke", read.error());
+  const Result<bool> row = read.value().bind(step).row();
+  if (!row) return failed("reading a stroke", row.error());
+  Result<Pose> pose = decode_pose(row.value() ? read.value().bytes(0) : Bytes());
+  if (!pose) return wrong("is a damaged document: step " + std::to_string(step) + ": " + pose.error());
+  return pose;
+}
+
+// The rows of `table` that belong to a step, in order: f(data, count).
+Status Document::for_blocks(const char* table, StepId step,
+                            const std::function<Status(const Bytes&, int64_t)>& f) const {
+  Result<Statement> read = const_cast<Database&>(database_).prepare(
+      (std::string("SELECT sequence, count, data FROM ") + table + " WHERE step = ? ORDER BY sequence")
+          .c_str());
+  if (!read) return failed("reading a stroke", read.error());
+  Statement& s = read.value();
+  int64_t sequence = 0;
+  const Status done = s.bind(step).for_rows([&]() -> Status {
+    return s.integer(0) == sequence++ ? f(s.bytes(2), s.integer(1))
+                                      : Status(Error{"some of its ticks are missing"});
+  });
+  if (done) return Ok{};
+  return wrong("is a damaged document: step " + std::to_string(step) + ": " + done.error());
+}
+
+Status Document::for_ticks(StepId step,
+                           const std::function<Status(const std::vector<StrokeTick>&)>& f) const {
+  return for_blocks("tick", step, [&](const Bytes& data, int64_t count) -> Status {
+    const Result<std::vector<StrokeTick>> ticks = decode_ticks(data);
+    if (!ticks) return Error{ticks.error()};
+    if (static_cast<int64_t>(ticks.value().size()) != count) return Error{"some of its ticks are missing"};
+    return f(ticks.value());
+  });
+}
+
+Status Document::for_forces(StepId step, const std::function<Status(const std::vector<Wrench>&)>& f) const {
+  if (version_ < 2) return Ok{};
+  return for_blocks("force", step, [&](const Bytes& data, int64_t count) -> Status {
+    const Result<std::vector<Wrench>> felt = decode_forces(data);
+    if (!felt) return Error{felt.error()};
+    if (static_cast<int64_t>(felt.value().size()) != count) return Error{"some of its forces are missing"};
+    return f(felt.value());
+  });
+}
+
+Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceLaw>& law,
+                        const std::function<void(const ReplayedTick&)>& use) const {
+  Result<StrokeSettings> read = settings(step);
+  if (!read) return Error{read.error()};
+  const StrokeSettings& s = read.value();
+  Result<Pose> begin = start(step);
+  if (!begin) return Error{begin.error()};
+  Stroke stroke(model, begin.value());
+  ReplayedTick out;
+  out.step = step;
+  int64_t count = 0;
+  return for_ticks(step, [&](const std::vector<StrokeTick>& ticks) -> Status {
+    for (const StrokeTick& tick : ticks) {
+      const Mode mode = tick.edits ? s.mode : Mode::off;
+      Result<TickResult> done = stroke.advance(s.tool, tick.tip, tick.turn, mode, law.value_or(s.force.law),
+                                               s.materials, s.material);
+      if (!done) return Error{done.error()};
+      count++;
+      if (!use) continue;
+      out.recorded = &tick;
+      out.result = done.value();
+      if (s.force.series && !law) out.result.wrench = spring_wrench(s.force.spring, tick);
+      out.time_s = static_cast<double>(count) / s.rate_hz;
+      use(out);
+    }
+    return Ok{};
+  });
+}
+
+Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
+                        const std::function<void(double)>& progress) const {
+  auto& database = const_cast<Database&>(database_);
+  Result<Statement> check = database.prepare("PRAGMA integrity_check(20)");
+  if (!check) return failed("checking", check.error());
+  const Status structure = check.value().for_rows([&]() -> Status {
+    if (check.value().text(0) != "ok") wrong_at("the file's structure: " + one_line(check.value().text(0)));
+    return Ok{};
+  });
+  if (!structure) return failed("checking", structure.error());
+  Result<Statement> tiles = database.prepare("SELECT id, hash, data FROM tile");
+  if (!tiles) return failed("checking", tiles.error());
+  const Status read = tiles.value().for_rows([&]() -> Status {
+    if (hash_of(tiles.value().bytes(2)) != tiles.value().integer(1))
+      wrong_at("tile " + std::to_string(tiles.value().integer(0)) + " is not what was written");
+    return Ok{};
+  });
+  if (!read) return failed("checking", read.error());
+  // Every way from the stock to an end of the tree, each step carved once: from the state of the one before
+  // it.
+  std::map<StepId, Snapshot> states;
+  std::map<StepId, int> children;
+  for (const auto& [id, step] : steps_) children[step.parent]++;
+  TriDexel model(lattice_);
+  size_t done = 0;
+  for (const auto& [id, step] : steps_) {
+    if (progress) progress(static_cast<double>(done++) / static_cast<double>(steps_.size()));
+    const std::string which = "step " + std::to_string(id);
+    Status made = Ok{};
+    if (step.stock) {
+      made = read_tiles(id, model);
+    } else {
+      const auto before = states.find(step.parent);
+      if (before == states.end()) {
+        wrong_at(which + " can't be carved, as the one before it can't be");
+        continue;
+      }
+      model.restore(before->second);
+      std::vector<Wrench> kept;
+      if (Status s = for_forces(id,
+                                [&](const std::vector<Wrench>& felt) -> Status {
+                                  kept.insert(kept.end(), felt.begin(), felt.end());
+                                  return Ok{};
+                                });
+          !s)
+        wrong_at(s.error());
+      int64_t ticks = 0, other_forces = 0;
+      made = replay(id, model, std::nullopt, [&](const ReplayedTick& tick) {
+        const auto i = static_cast<size_t>(ticks++);
+        other_forces += i < kept.size() && !(kept[i].force == tick.result.wrench.force &&
+                                             kept[i].moment == tick.result.wrench.moment);
+      });
+      if (made && !kept.empty() && static_cast<int64_t>(kept.size()) != ticks)
+        wrong_at(which + " has the forces of " + std::to_string(kept.size()) + " ticks of " +
+                 std::to_string(ticks));
+      if (other_forces > 0)
+        wrong_at(which + ": the forces kept of " + std::to_string(other_forces) +
+                 " ticks are not those felt when carved again");
+      if (made && ticks != step.ticks)
+        wrong_at(which + " has " + std::to_string(ticks) + " ticks of " + std::to_string(step.ticks));
+      if (--children[step.parent] == 0) states.erase(before);
+    }
+    if (!made) {
+      wrong_at(made.error());
+      continue;
+    }
+    const Snapshot now = model.snapshot();
+    if (step.finished && now.content_hash() != step.hash)
+      wrong_at(which + " carved again is not what it was");
+    if (is_checkpoint(id) && !step.stock) {
+      TriDexel kept(lattice_);
+      if (Status s = read_tiles(id, kept); !s)
+        wrong_at(s.error());
+      else if (kept.content_hash() != step.hash)
+        wrong_at("the tiles kept at " + which + " are not its state");
+    }
+    if (children[id] > 0) states[id] = now;
+  }
+  if (progress) progress(1);
+  return Ok{};
+}
+
+}  // namespace kibori
