@@ -48,6 +48,19 @@ TEST(NormalCode, ErrorStaysBelowThePromise) {
   }
 }
 
+TEST(BlockPool, CountsWhatIsInUse) {
+  BlockPool pool(64);
+  EXPECT_EQ(pool.bytes_in_use(), 0u);
+  void* const a = pool.take();
+  void* const b = pool.take();
+  pool.keep_ready(100000);
+  EXPECT_EQ(pool.bytes_in_use(), 128u);
+  pool.give(a);
+  EXPECT_EQ(pool.bytes_in_use(), 64u);
+  pool.give(b);
+  EXPECT_EQ(pool.bytes_in_use(), 0u);
+}
+
 TEST(BlockPool, GivesDistinctAlignedBlocksAndTakesThemBackFromAnyThread) {
   BlockPool pool(100, 1000);
   std::set<void*> seen;

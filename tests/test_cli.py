@@ -8,7 +8,9 @@ import os
 import pathlib
 import re
 import random
+import resource
 import shutil
+import signal
 import sqlite3
 import struct
 import subprocess
@@ -258,6 +260,35 @@ class CommandLine(unittest.TestCase):
             self.assertIn("shape", tool)
             self.assertEqual(db.execute("SELECT count(*) FROM step").fetchone()[0], len(history["steps"]))
         db.close()
+
+    def test_a_full_disk_is_told(self):
+        """No file may grow beyond what is allowed: as a full disk, for the document and wherever else it is put."""
+        self.assertEqual(kibori("carve", self.scene(), "-o", "d.kibori", cwd=self.folder).returncode, 0)
+        whole = (self.folder / "d.kibori").stat().st_size
+
+        def limited():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (8192, 8192))
+
+        run = subprocess.run([KIBORI, "history", "d.kibori", "--name", "before"], capture_output=True, text=True,
+                             cwd=self.folder, preexec_fn=limited)
+        self.assertEqual(run.returncode, 2, run.stdout + run.stderr)
+        self.assertIn("d.kibori", run.stderr)
+        self.assertEqual((self.folder / "d.kibori").stat().st_size, whole)
+        self.assertEqual(kibori("verify", "d.kibori", cwd=self.folder).returncode, 0)
+        self.assertEqual(json.loads(kibori("history", "d.kibori", "--json", cwd=self.folder).stdout)["versions"], {})
+
+    def test_documents_keep_forces_and_a_picture(self):
+        carve = kibori("carve", self.scene(), "-o", "d.kibori", "--keep-forces", "--forces", "f.csv", cwd=self.folder)
+        self.assertEqual(carve.returncode, 0, carve.stderr)
+        self.assertEqual(kibori("verify", "d.kibori", cwd=self.folder).returncode, 0)
+        ticks = len((self.folder / "f.csv").read_text().splitlines()) - 1
+        with sqlite3.connect(self.folder / "d.kibori") as db:
+            self.assertEqual(db.execute("SELECT sum(count) FROM force").fetchone()[0], ticks)
+            png = db.execute("SELECT png FROM thumbnail").fetchone()[0]
+        db.close()
+        self.assertEqual((png[12:16], *struct.unpack(">II", png[16:24])), (b"IHDR", 256, 192))
+        self.refused("carve", self.scene(), "--keep-forces", says=["-o"])
 
     def test_documents_that_are_none(self):
         scene = self.scene()

@@ -198,6 +198,29 @@ TEST(Scribe, GoesBackAndForthWhileAHandCarves) {
   }
 }
 
+// What was cancelled is gone, whatever is asked for at the same moment.
+TEST(Scribe, CancelledBeforeAnythingElse) {
+  Folder folder;
+  Rig r = busy_rig(HandModel::series);
+  LiveCarving& live = *r.live;
+  auto document = Document::create(folder.path / "c.kibori", live.model(), "{}");
+  ASSERT_TRUE(document.ok()) << document.error();
+  Scribe scribe(live, std::move(document).value());
+  live.safety().arm();
+  for (int i = 0; i < 5000 && !scribe.document().in_stroke(); i++) {
+    live.tick(0.001);
+    scribe.write();
+  }
+  ASSERT_TRUE(scribe.document().in_stroke());
+  live.cancel_stroke();
+  ASSERT_TRUE(live.post([](LiveCarving& l) { l.settings().mode = Mode::off; }));
+  live.tick(0.001);
+  scribe.write();
+  EXPECT_FALSE(scribe.document().in_stroke());
+  EXPECT_EQ(scribe.document().steps().size(), 1u);
+  EXPECT_EQ(live.model().content_hash(), scribe.document().steps().at(1).hash);
+}
+
 // The same on three threads.
 TEST(Scribe, HistoryFromAnotherThread) {
   Random random;

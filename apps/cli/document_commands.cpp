@@ -139,6 +139,7 @@ int DocumentCommands::run_history() const {
       at = found.value();
     }
     if (const Status named = document.name_version(name_, at); !named) return bad_input(named.error());
+    if (const std::string where = settle(document); !where.empty()) return bad_input(where);
   }
   if (!copy_.empty()) {
     if (!is_document(copy_)) return bad_input(copy_ + ": documents are written as .kibori");

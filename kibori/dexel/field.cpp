@@ -368,6 +368,12 @@ void Field::reserve(int tiles) {
   pools_->roots.reserve(8);
 }
 
+size_t FieldSnapshot::memory_bytes() const {
+  const Pools& p = *pools_;
+  return p.tiles.bytes_in_use() + p.planes.bytes_in_use() + p.paints.bytes_in_use() + p.pages.bytes_in_use() +
+         p.roots.bytes_in_use();
+}
+
 void FieldSnapshot::keep_ready(int tiles) const {
   pools_->tiles.keep_ready(static_cast<size_t>(tiles));
   pools_->planes.keep_ready(static_cast<size_t>(tiles));

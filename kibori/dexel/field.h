@@ -134,6 +134,8 @@ class FieldSnapshot {
 
   // Makes memory for as many tiles as it takes for `tiles` to be ready, in the field it is of. Any thread.
   void keep_ready(int tiles) const;
+  // Of the field it is of, with all its snapshots. Any thread.
+  size_t memory_bytes() const;
   // Whether it is of the same field, which then can be restored to it.
   bool of_same_field(const FieldSnapshot& other) const { return pools_ == other.pools_; }
 

@@ -61,6 +61,7 @@ void BlockPool::reserve(size_t blocks) {
     first = new (chunk + i * bytes_) Free{first};
     if (!last) last = first;
   }
+  made_.fetch_add(count, std::memory_order_relaxed);
   give_chain(first, last, count);
 }
 

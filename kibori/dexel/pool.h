@@ -35,6 +35,12 @@ class BlockPool {
     if (ready < blocks) reserve(blocks - ready);
   }
 
+  // Of the blocks that were taken and not given back. Any thread.
+  size_t bytes_in_use() const {
+    return bytes_ * (made_.load(std::memory_order_relaxed) + taken_.load(std::memory_order_relaxed) -
+                     given_.load(std::memory_order_relaxed));
+  }
+
  private:
   struct Free {
     Free* next;
@@ -43,7 +49,8 @@ class BlockPool {
 
   const size_t bytes_;
   const size_t chunk_bytes_;
-  std::atomic<size_t> given_{0}, taken_{0};  // taken_: by the owner alone
+  std::atomic<size_t> made_{0}, given_{0},
+      taken_{0};  // given_: what was made, too; taken_: by the owner alone
   Free* mine_ = nullptr;
   std::atomic<Free*> returned_{nullptr};
   std::mutex growth_;

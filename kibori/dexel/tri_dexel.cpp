@@ -23,6 +23,12 @@ uint64_t Snapshot::content_hash() const {
   return hash.value();
 }
 
+size_t Snapshot::memory_bytes() const {
+  size_t sum = 0;
+  for (const FieldSnapshot& f : fields) sum += f.memory_bytes();
+  return sum;
+}
+
 void Snapshot::keep_ready(int tiles) const {
   for (const FieldSnapshot& f : fields) f.keep_ready(tiles);
 }

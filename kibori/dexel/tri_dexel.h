@@ -24,6 +24,8 @@ struct Snapshot {
   // Refills the pools of its model for edits that touch up to `tiles` tiles a field, where snapshots are
   // kept. Any thread.
   void keep_ready(int tiles) const;
+  // Memory of its model with all its snapshots. Any thread.
+  size_t memory_bytes() const;
   // Whether both are of one model (or were: see TriDexel::swap).
   bool of_same_model(const Snapshot& other) const { return fields[2].of_same_field(other.fields[2]); }
 };

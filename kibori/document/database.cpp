@@ -113,7 +113,7 @@ bool Database::connect(const std::string& name, int flags, const char* vfs) {
       sqlite3_open_v2(name.c_str(), &db, flags | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE, vfs);
   db_.reset(db);
   if (code != SQLITE_OK) return false;
-  sqlite3_busy_timeout(db, 2000);
+  sqlite3_busy_timeout(db, 5000);
   // Files are hostile until parsed.
   sqlite3_db_config(db, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
   sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
@@ -128,6 +128,7 @@ Result<Database> Database::in_memory(const Database& from) {
   if (!memory) return memory;
   memory.value().name_ = from.name_;
   if (const Status s = memory.value().become(from); !s) return Error{s.error()};
+  if (const Status s = memory.value().run("PRAGMA foreign_keys = ON"); !s) return Error{s.error()};
   return memory;
 }
 
@@ -150,8 +151,19 @@ Result<Statement> Database::prepare(const char* sql) {
   return Statement(db_.get(), statement);
 }
 
+bool Database::disk_failed() const {
+  switch (sqlite3_errcode(db_.get()) & 0xff) {
+    case SQLITE_IOERR:
+    case SQLITE_FULL:
+    case SQLITE_READONLY:
+    case SQLITE_CANTOPEN:
+    case SQLITE_PERM:
+      return true;
+    default:
+      return false;
+  }
+}
 int64_t Database::last_row() const { return sqlite3_last_insert_rowid(db_.get()); }
-int64_t Database::changes() const { return sqlite3_changes64(db_.get()); }
 
 Error Database::error(const std::string& doing) const {
   return Error{name_ + ": " + doing + " (" + one_line(db_ ? sqlite3_errmsg(db_.get()) : "out of memory") +

@@ -85,8 +85,8 @@ class Database {
   Status run(const char* sql);
   Result<Statement> prepare(const char* sql);
   int64_t last_row() const;
-  // Rows changed by the last statement.
-  int64_t changes() const;
+  // Whether what failed last failed for the disk: full, gone, not to be written.
+  bool disk_failed() const;
   // The last error, as a sentence that names the file.
   Error error(const std::string& doing) const;
   const std::string& name() const { return name_; }

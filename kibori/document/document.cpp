@@ -12,10 +12,11 @@ namespace {
 constexpr int64_t kTicksBetweenTiles = 40000;
 // So long a flush keeps tiles, so that ticks never wait long behind them.
 constexpr auto kTilesAtOnce = std::chrono::milliseconds(10);
-// States held in memory; those not visited for longest go first, and are made again from the file when asked
-// for.
-constexpr size_t kMostStates = 2048;
-// So many steps back a document that was just opened goes at once.
+constexpr size_t kTicksABlock = 65536;
+// States held in memory, and the memory that the model then may take; those not visited for longest go first,
+// and are made again from the file when asked for.
+constexpr size_t kMostStates = 2048, kMostBytes = size_t{512} << 20;
+// So many steps back one can always go at once, in a document that was just opened, too.
 constexpr size_t kStatesAtOnce = 64;
 
 }  // namespace
@@ -38,10 +39,17 @@ Result<StepId> Document::find(const std::string& name) const {
                std::to_string(steps_.rbegin()->first));
 }
 
+Status Document::check_finished(StepId step) const {
+  const auto found = steps_.find(step);
+  if (found == steps_.end()) return wrong("has no step " + std::to_string(step));
+  if (!found->second.finished) return wrong("step " + std::to_string(step) + " is still being made");
+  return Ok{};
+}
+
 Status Document::name_version(const std::string& name, StepId step) {
   if (name.empty() || name.find_first_not_of("0123456789") == std::string::npos)
     return wrong("a version's name can't be a number or nothing");
-  if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
+  if (Status s = check_finished(step); !s) return s;
   Status kept = commit("naming a version", [&]() -> Status {
     Result<Statement> put = database_.prepare("INSERT OR REPLACE INTO version VALUES (?, ?)");
     if (!put) return Error{put.error()};
@@ -65,12 +73,12 @@ Status Document::set_head(StepId step) {
 }
 
 void Document::remember(StepId step, const Snapshot& state) {
-  // One that came too late: of a model whose content has been swapped since, see destination().
-  if (!states_.empty() && !states_.begin()->second.of_same_model(state)) return;
+  if (!states_.empty() && !states_.begin()->second.of_same_model(state)) return;  // of another model
   states_[step] = state;
   std::erase(visited_, step);
   visited_.push_back(step);
-  if (visited_.size() > kMostStates) {
+  while (visited_.size() > kMostStates ||
+         (visited_.size() > kStatesAtOnce && state.memory_bytes() > kMostBytes)) {
     states_.erase(visited_.front());
     visited_.erase(visited_.begin());
   }
@@ -80,17 +88,30 @@ void Document::remember(StepId step, const Snapshot& state) {
 
 // From the nearest state in memory on the way, or the nearest tiles, whichever is nearer; the states in
 // between are remembered, as the next steps back will ask for them.
-Status Document::rebuild(TriDexel& model, StepId step, size_t at_least) {
+Status Document::rebuild(TriDexel& model, StepId step, const std::map<StepId, Snapshot>& known,
+                         size_t at_least,
+                         const std::function<void(StepId, const Snapshot&)>& remember) const {
   Result<std::vector<StepId>> path = path_to(step);
   if (!path) return Error{path.error()};
   const std::vector<StepId>& way = path.value();
-  size_t from = way.size() - std::min(at_least, way.size()) + 1;
-  while (from > 0 && !is_checkpoint(way[from - 1]) && !states_.count(way[from - 1])) from--;
-  if (from == 0) return wrong("is a damaged document: the stock's tiles are missing");
+  const Snapshot before = model.snapshot();
+  const auto state_of = [&](StepId at) -> const Snapshot* {
+    const auto found = known.find(at);
+    return found != known.end() && found->second.of_same_model(before) ? &found->second : nullptr;
+  };
+  size_t from = way.size();
+  int64_t ticks = 0;
+  for (; from > 1; from--) {
+    const StepId at = way[from - 1];
+    const bool enough = way.size() - from + 1 >= at_least || ticks >= kTicksBetweenTiles;
+    if (enough && (is_checkpoint(at) || state_of(at))) break;
+    ticks += steps_.at(at).ticks;
+  }
   const StepId begin = way[from - 1];
-  if (const auto known = states_.find(begin); known != states_.end()) {
-    model.restore(known->second);
+  if (const Snapshot* const state = state_of(begin)) {
+    model.restore(*state);
   } else {
+    if (!is_checkpoint(begin)) return wrong("is a damaged document: the stock's tiles are missing");
     for (const Axis axis : kAxes) {
       Field& field = model.field(axis);
       for (int tv = 0; tv < field.tiles_v(); tv++)
@@ -110,11 +131,13 @@ Result<std::unique_ptr<TriDexel>> Document::load() {
   states_.clear();
   visited_.clear();
   auto model = std::make_unique<TriDexel>(lattice_);
-  if (const Status s = rebuild(*model, head_, kStatesAtOnce); !s) return Error{s.error()};
+  const Status made = rebuild(*model, head_, {}, kStatesAtOnce,
+                              [&](StepId at, const Snapshot& state) { remember(at, state); });
+  if (!made) return Error{made.error()};
   return model;
 }
 
-Result<Document::Destination> Document::destination(StepId step) {
+Result<Document::Destination> Document::destination(StepId step) const {
   if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
   Destination to;
   to.step = step;
@@ -122,23 +145,30 @@ Result<Document::Destination> Document::destination(StepId step) {
     to.state = known->second;
     return to;
   }
-  auto states = std::exchange(states_, {});
-  auto visited = std::exchange(visited_, {});
   to.model = std::make_unique<TriDexel>(lattice_);
-  if (const Status s = rebuild(*to.model, step, kStatesAtOnce); !s) {
-    states_ = std::move(states);
-    visited_ = std::move(visited);
-    return Error{s.error()};
-  }
+  const Status made = rebuild(*to.model, step, {}, kStatesAtOnce, [&](StepId at, const Snapshot& state) {
+    to.states[at] = state;
+    if (to.states.size() > kMostStates) to.states.erase(to.states.begin());
+  });
+  if (!made) return Error{made.error()};
   return to;
 }
 
-Status Document::went(StepId step) {
-  if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
+Status Document::went(const Destination& to) {
   const StepId from = head_;
-  Status done = set_head(step);
-  if (done && steps_[from].parent == step) last_child_[step] = from;
-  return done;
+  if (Status s = set_head(to.step); !s) return s;
+  if (to.model || !to.states.empty()) {
+    states_ = to.states;
+    visited_.clear();
+    for (const auto& [step, state] : states_) visited_.push_back(step);
+  }
+  // All the way back, so that redo comes the same way.
+  std::vector<StepId> way;
+  StepId at = from;
+  for (; at != 0 && at != to.step; at = steps_[at].parent) way.push_back(at);
+  if (at == to.step)
+    for (const StepId step : way) last_child_[steps_[step].parent] = step;
+  return Ok{};
 }
 
 Result<std::unique_ptr<TriDexel>> Document::load_at(StepId step) const {
@@ -151,8 +181,11 @@ Status Document::go(TriDexel& model, StepId step) {
   if (open_step_ != 0) return wrong("a stroke is being made; finish or cancel it first");
   if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
   const Snapshot before = model.snapshot();
-  Status done = rebuild(model, step, 1);
-  if (done) done = went(step);
+  Status done =
+      rebuild(model, step, states_, 1, [&](StepId at, const Snapshot& state) { remember(at, state); });
+  Destination to;
+  to.step = step;
+  if (done) done = went(to);
   if (!done) model.restore(before);
   return done;
 }
@@ -206,6 +239,7 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start, const 
   open_sequence_ = open_ticks_ = saved_ticks_ = 0;
   waiting_.clear();
   waiting_forces_.clear();
+  all_felt_ = true;
   Step step;
   step.id = id;
   step.parent = head_;
@@ -215,36 +249,34 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start, const 
   return Ok{};
 }
 
-// Within a transaction.
-Status Document::write_ticks() {
-  if (waiting_.empty()) return Ok{};
-  Result<Statement> put = database_.prepare("INSERT INTO tick VALUES (?, ?, ?, ?)");
-  if (!put) return Error{put.error()};
-  const auto count = static_cast<int64_t>(waiting_.size());
-  if (Status s = put.value()
-                     .bind(open_step_)
-                     .bind(open_sequence_)
-                     .bind(count)
-                     .bind(encode_ticks(waiting_.data(), waiting_.size()))
-                     .run();
-      !s)
-    return s;
-  if (waiting_forces_.size() != waiting_.size()) return Ok{};
-  put = database_.prepare("INSERT INTO force VALUES (?, ?, ?, ?)");
-  if (!put) return Error{put.error()};
-  return put.value()
-      .bind(open_step_)
-      .bind(open_sequence_)
-      .bind(count)
-      .bind(encode_forces(waiting_forces_.data(), waiting_forces_.size()))
-      .run();
+// Within a transaction. The number of the next block, which is open_sequence_ once it is committed.
+Status Document::write_ticks(int64_t& sequence) {
+  sequence = open_sequence_;
+  Result<Statement> tick = database_.prepare("INSERT INTO tick VALUES (?, ?, ?, ?)");
+  if (!tick) return Error{tick.error()};
+  Result<Statement> force = database_.prepare("INSERT INTO force VALUES (?, ?, ?, ?)");
+  if (!force) return Error{force.error()};
+  const auto put = [&](Statement& into, size_t count, const Bytes& data) {
+    return into.bind(open_step_).bind(sequence).bind(static_cast<int64_t>(count)).bind(data).run();
+  };
+  for (size_t from = 0; from < waiting_.size(); from += kTicksABlock, sequence++) {
+    const size_t count = std::min(kTicksABlock, waiting_.size() - from);
+    if (Status s = put(tick.value(), count, encode_ticks(&waiting_[from], count)); !s) return s;
+    if (!all_felt_) continue;
+    if (Status s = put(force.value(), count, encode_forces(&waiting_forces_[from], count)); !s) return s;
+  }
+  if (all_felt_ || open_sequence_ == 0) return Ok{};
+  // Some were felt, and others not.
+  Result<Statement> drop = database_.prepare("DELETE FROM force WHERE step = ?");
+  return drop ? drop.value().bind(open_step_).run() : Status(Error{drop.error()});
 }
 
 Status Document::flush() {
   if (open_step_ == 0 || waiting_.empty()) return keep_some_tiles(kTilesAtOnce);
-  Status kept = commit("saving", [&] { return write_ticks(); });
+  int64_t sequence = 0;
+  Status kept = commit("saving", [&] { return write_ticks(sequence); });
   if (!kept) return kept;
-  open_sequence_++;
+  open_sequence_ = sequence;
   saved_ticks_ += static_cast<int64_t>(waiting_.size());
   waiting_.clear();
   waiting_forces_.clear();
@@ -262,7 +294,8 @@ Status Document::finish(const Snapshot& now, const Box& material_bounds, double 
   for (StepId at = step.parent; at != 0 && !is_checkpoint(at); at = steps_[at].parent)
     ticks += steps_[at].ticks;
   Status kept = commit("finishing a stroke", [&]() -> Status {
-    if (Status s = write_ticks(); !s) return s;
+    int64_t sequence = 0;
+    if (Status s = write_ticks(sequence); !s) return s;
     Result<Statement> update =
         database_.prepare("UPDATE step SET finished = 1, ticks = ?, removed_mm3 = ?, hash = ? WHERE id = ?");
     if (!update) return Error{update.error()};
@@ -309,8 +342,7 @@ Status Document::cancel() {
 }
 
 Status Document::set_thumbnail(StepId step, const Bytes& png) {
-  if (!writes_) return wrong("is open for reading only");
-  if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
+  if (Status s = check_finished(step); !s) return s;
   return commit("keeping a thumbnail", [&]() -> Status {
     Result<Statement> put = database_.prepare("INSERT OR REPLACE INTO thumbnail VALUES (?, ?)");
     if (!put) return Error{put.error()};

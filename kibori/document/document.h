@@ -12,7 +12,7 @@
 // What is added reaches the file at every flush(): a process that is killed then leaves an exact prefix.
 // Where the file can't be written any more (a full disk, one that is gone), the document goes on in memory
 // and says so; it can be saved again or elsewhere. A document belongs to one thread; one process writes a
-// file, any number may read it meanwhile.
+// file, any number may read it meanwhile, as it was when they opened it.
 #pragma once
 
 #include <chrono>
@@ -29,6 +29,7 @@
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/document/codec.h>
 #include <kibori/document/database.h>
+#include <kibori/document/file_lock.h>
 
 namespace kibori {
 
@@ -104,14 +105,15 @@ class Document {
   Result<StepId> after_head() const;
 
   // For a model on another thread: what to restore there, or a model to swap its content with where no state
-  // of its own is known any more; from then on states are those of that one. went() once that is done.
+  // of its own is known any more; went() once that is done. Where it can't be written, it can be tried again.
   struct Destination {
     StepId step = 0;
     std::optional<Snapshot> state;
     std::unique_ptr<TriDexel> model;
+    std::map<StepId, Snapshot> states;  // of that model
   };
-  Result<Destination> destination(StepId step);
-  Status went(StepId step);
+  Result<Destination> destination(StepId step) const;
+  Status went(const Destination& to);
 
   // A small picture of a step (PNG); empty if there is none.
   Status set_thumbnail(StepId step, const Bytes& png);
@@ -124,7 +126,10 @@ class Document {
   // `felt`: by the stroke's own force model; kept too where every tick of the stroke has one.
   void add(const StrokeTick& tick, const Wrench* felt = nullptr) {
     waiting_.push_back(tick);
-    if (felt) waiting_forces_.push_back(*felt);
+    if (felt)
+      waiting_forces_.push_back(*felt);
+    else
+      all_felt_ = false;
   }
   bool in_stroke() const { return open_step_ != 0; }
   Status flush();
@@ -165,14 +170,14 @@ class Document {
   }
   // Opens and locks the file for writing.
   static Result<std::unique_ptr<Document>> attach(const std::filesystem::path& path, const char* vfs);
-  Status lock(const std::filesystem::path& path);
   Status check_kind();
   Status read_tree();
   Status recover();
   // All of `change` or none of it. Where the file can't be written, goes on in memory.
   Status commit(const char* doing, const std::function<Status()>& change);
-  Status try_commit(const char* doing, const std::function<Status()>& change);
-  Status write_ticks();
+  Status try_commit(const char* doing, const std::function<Status()>& change, bool& disk_failed);
+  Status write_ticks(int64_t& sequence);
+  Status check_finished(StepId step) const;
   Status for_blocks(const char* table, StepId step,
                     const std::function<Status(const Bytes&, int64_t)>& f) const;
   // The tiles to keep of the state `now` of a step: those that are not as at the last step on its way that
@@ -198,16 +203,18 @@ class Document {
   // Sets a model to the tiles of a step that has any.
   Status read_tiles(StepId step, TriDexel& model) const;
   Status make_state(TriDexel& model, StepId step) const;
-  // With the states of at least so many steps up to it.
-  Status rebuild(TriDexel& model, StepId step, size_t at_least);
+  // Makes `model` that of a step, from the nearest of its states in `known` or the nearest tiles;
+  // remember(step, state) is told of those on the way: `at_least` so many, if that does not take long.
+  Status rebuild(TriDexel& model, StepId step, const std::map<StepId, Snapshot>& known, size_t at_least,
+                 const std::function<void(StepId, const Snapshot&)>& remember) const;
   bool is_checkpoint(StepId step) const { return checkpoints_.count(step) != 0; }
   Status set_head(StepId step);
   void remember(StepId step, const Snapshot& state);
 
+  FileLock lock_;      // let go of after the rest
   Database database_;  // the file, or all of it in memory while that can't be written
   Database file_;      // meanwhile
   std::string unsaved_;
-  int lock_ = -1;  // a file descriptor
   bool writes_ = false;
   bool may_go_to_memory_ = false;
   int64_t version_ = 0;  // of the file's tables
@@ -221,6 +228,7 @@ class Document {
   int64_t open_sequence_ = 0, open_ticks_ = 0, saved_ticks_ = 0;
   std::vector<StrokeTick> waiting_;
   std::vector<Wrench> waiting_forces_;
+  bool all_felt_ = true;  // so far
   std::chrono::steady_clock::time_point synced_;
   // States by step, of the one model that is worked on.
   std::map<StepId, Snapshot> states_;

@@ -2,8 +2,6 @@
 // A document's file: made, opened, written, copied, moved.
 #include <cstdlib>
 
-#include <fcntl.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <kibori/document/document.h>
@@ -42,6 +40,32 @@ CREATE TABLE thumbnail (step INTEGER PRIMARY KEY REFERENCES step, png BLOB NOT N
 PRAGMA user_version = 2;
 )";
 
+// A database, and what may stand beside it.
+void clear_away(const std::filesystem::path& path) {
+  std::error_code code;
+  for (const char* rest : {"", "-wal", "-shm", "-journal"})
+    std::filesystem::remove(path.string() + rest, code);
+}
+
+// Where a new document can be. What a killed process left beside one that is no longer there would be taken
+// for the new one's.
+Status check_free(const std::filesystem::path& path) {
+  std::error_code code;
+  const std::string name = one_line(path.string());
+  if (std::filesystem::exists(path, code))
+    return Error{name + ": is there already; give another name or remove it"};
+  for (const char* rest : {"-wal", "-journal"}) {
+    const std::filesystem::path log = path.string() + rest;
+    if (std::filesystem::exists(log, code) && std::filesystem::file_size(log, code) > 0)
+      return Error{name + rest +
+                   ": is there without its document, and holds the end of its last stroke; put the document "
+                   "back beside it, or remove it"};
+    std::filesystem::remove(log, code);
+  }
+  std::filesystem::remove(path.string() + "-shm", code);
+  return Ok{};
+}
+
 // A link, unlike a renaming, fails where the name was taken meanwhile; some file systems have none.
 bool put_in_place(const std::filesystem::path& part, const std::filesystem::path& path) {
   std::error_code code;
@@ -56,27 +80,17 @@ bool put_in_place(const std::filesystem::path& part, const std::filesystem::path
 Document::~Document() {
   if (unsaved_.empty()) static_cast<void>(keep_some_tiles(std::chrono::minutes(1)));
   if (writes_ && open_step_ == 0) static_cast<void>(database_.run("PRAGMA wal_checkpoint(TRUNCATE)"));
-  database_ = Database();
-  file_ = Database();
-  // Last: closing any descriptor of the file drops the locks that SQLite holds on it.
-  if (lock_ >= 0) ::close(lock_);
-}
-
-Status Document::lock(const std::filesystem::path& path) {
-  lock_ = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
-  if (lock_ < 0) return wrong("can't be opened for writing");
-  if (::flock(lock_, LOCK_EX | LOCK_NB) != 0)
-    return wrong("is being written by another process; open it for reading, or close it there");
-  return Ok{};
 }
 
 Status Document::commit(const char* doing, const std::function<Status()>& change) {
-  Status done = try_commit(doing, change);
-  if (done || !may_go_to_memory_ || !unsaved_.empty()) return done;
+  if (!writes_) return wrong("is open for reading only");
+  bool disk_failed = false;
+  Status done = try_commit(doing, change, disk_failed);
+  if (done || !disk_failed || !may_go_to_memory_ || !unsaved_.empty()) return done;
   Result<Database> memory = Database::in_memory(database_);
   if (!memory) return done;
   file_ = std::exchange(database_, std::move(memory).value());
-  const Status again = try_commit(doing, change);
+  Status again = try_commit(doing, change, disk_failed);
   if (again)
     unsaved_ = done.error();
   else
@@ -99,27 +113,34 @@ Status Document::move_to(const std::filesystem::path& path) {
   if (Status s = flush(); !s) return s;
   if (Status s = save_copy(path); !s) return s;
   Result<std::unique_ptr<Document>> there = attach(path, nullptr);
-  if (!there) return Error{there.error()};
-  // Closed in order: the descriptor after what SQLite holds of the same file.
+  if (!there) {
+    std::error_code code;
+    std::filesystem::remove(path, code);
+    return Error{there.error()};
+  }
   database_ = std::move(there.value()->database_);
   file_ = Database();
-  std::swap(lock_, there.value()->lock_);
+  lock_ = std::move(there.value()->lock_);
   unsaved_.clear();
   return Ok{};
 }
 
-Status Document::try_commit(const char* doing, const std::function<Status()>& change) {
+Status Document::try_commit(const char* doing, const std::function<Status()>& change, bool& disk_failed) {
   // Now and then a commit waits until it is on the disk, and with it all before it.
   const auto now = std::chrono::steady_clock::now();
   const bool sync = now - synced_ >= kSyncEvery;
   if (Status s = database_.run(sync ? "PRAGMA synchronous=FULL" : "PRAGMA synchronous=NORMAL"); !s)
     return failed(doing, s.error());
-  if (Status s = database_.run("BEGIN IMMEDIATE"); !s) return failed(doing, s.error());
+  if (Status s = database_.run("BEGIN IMMEDIATE"); !s) {
+    disk_failed = database_.disk_failed();
+    return failed(doing, s.error());
+  }
   Status done = change();
   if (done) {
     if (Status s = database_.run("COMMIT"); !s) done = failed(doing, s.error());
   }
   if (!done) {
+    disk_failed = database_.disk_failed();
     static_cast<void>(database_.run("ROLLBACK"));
     return done;
   }
@@ -130,14 +151,11 @@ Status Document::try_commit(const char* doing, const std::function<Status()>& ch
 Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& path, const TriDexel& model,
                                                    const std::string& stock, const Bytes& source,
                                                    const char* vfs) {
-  std::error_code code;
   const std::string name = one_line(path.string());
-  if (std::filesystem::exists(path, code))
-    return Error{name + ": is there already; give another name or remove it"};
+  if (Status s = check_free(path); !s) return Error{s.error()};
   // All of it or nothing: made beside, and put in place when it is a document.
   const std::filesystem::path part = path.string() + ".part";
-  for (const char* rest : {"", "-wal", "-shm", "-journal"})
-    std::filesystem::remove(part.string() + rest, code);
+  clear_away(part);
   Result<Database> made = Database::open(part, Database::Access::create, vfs);
   if (!made) return Error{name + ": can't be made; is the folder there, and writable?"};
   {
@@ -177,7 +195,7 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
     }();
     if (!filled) {
       document.reset();
-      std::filesystem::remove(part, code);
+      clear_away(part);
       return Error{name + ": can't be made (" + filled.error() + ")"};
     }
   }
@@ -202,19 +220,23 @@ Result<std::unique_ptr<Document>> Document::open(const std::filesystem::path& pa
     Result<Database> database = Database::open(path, Database::Access::read, vfs);
     if (!database) return Error{database.error()};
     document.reset(new Document(std::move(database).value()));
+    // As it is now, whatever is written meanwhile: SQLite takes its place with the first question.
+    static_cast<void>(document->database_.run("BEGIN"));
     if (Status s = document->check_kind(); !s) return Error{s.error()};
   }
   if (Status s = document->read_tree(); !s) return Error{s.error()};
   if (Status s = document->recover(); !s) return Error{s.error()};
-  document->may_go_to_memory_ = true;
+  document->may_go_to_memory_ = document->writes_;
   return document;
 }
 
 Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& path, const char* vfs) {
+  Result<FileLock> lock = FileLock::take(path);
+  if (!lock) return Error{lock.error()};
   Result<Database> database = Database::open(path, Database::Access::write, vfs);
   if (!database) return Error{database.error()};
   std::unique_ptr<Document> document(new Document(std::move(database).value()));
-  if (Status s = document->lock(path); !s) return Error{s.error()};
+  document->lock_ = std::move(lock).value();
   if (Status s = document->check_kind(); !s) return Error{s.error()};
   document->writes_ = true;
   if (Status s = document->database_.run(
@@ -364,17 +386,26 @@ Result<Bytes> Document::source() const {
 }
 
 Status Document::save_copy(const std::filesystem::path& path) const {
-  std::error_code code;
   const std::string name = one_line(path.string());
-  if (std::filesystem::exists(path, code))
-    return Error{name + ": is there already; give another name or remove it"};
+  if (Status s = check_free(path); !s) return s;
   const std::filesystem::path part = path.string() + ".part";
-  std::filesystem::remove(part, code);
-  Result<Statement> copy = const_cast<Database&>(database_).prepare("VACUUM INTO ?");
-  if (!copy) return failed("copying", copy.error());
-  if (const Status s = copy.value().bind(part.string()).run(); !s) {
-    std::filesystem::remove(part, code);
-    return Error{name + ": can't be written (" + s.error() + ")"};
+  clear_away(part);
+  // A reader stands in a transaction all the time, and may write nothing, not even elsewhere.
+  auto& database = const_cast<Database&>(database_);
+  if (!writes_) static_cast<void>(database.run("COMMIT; PRAGMA query_only = 0"));
+  const Status copied = [&]() -> Status {
+    Result<Statement> copy = database.prepare("VACUUM INTO ?");
+    if (!copy) return Error{copy.error()};
+    return copy.value().bind(part.string()).run();
+  }();
+  if (!writes_) static_cast<void>(database.run("PRAGMA query_only = 1; BEGIN"));
+  if (copied) {
+    // Ready to be read while it is opened for writing.
+    Result<Database> made = Database::open(part, Database::Access::write);
+    if (made) static_cast<void>(made.value().run("PRAGMA journal_mode = WAL"));
+  } else {
+    clear_away(part);
+    return Error{name + ": can't be written (" + copied.error() + ")"};
   }
   if (!put_in_place(part, path)) return Error{name + ": can't be put in place"};
   return Ok{};

@@ -59,22 +59,21 @@ Status Document::keep_tiles(TileJob& job, std::chrono::steady_clock::time_point 
   for (; job.next < job.places.size(); job.next++) {
     const Tile* const tile = job.places[job.next].tile;
     if (!tile) continue;
-    auto [found, fresh] = job.ids.try_emplace(tile, 0);
-    if (!fresh) continue;
-    if (std::chrono::steady_clock::now() >= until) {
-      job.ids.erase(found);
-      return Ok{};
-    }
+    if (job.ids.count(tile)) continue;
+    if (std::chrono::steady_clock::now() >= until) return Ok{};
+    int64_t id = 0;
     const Bytes data = encode_tile(*tile);
     const int64_t hash = hash_of(data);
-    const Status looked = find.value().bind(hash).for_rows([&]() -> Status {
-      if (find.value().bytes(1) == data) found->second = find.value().integer(0);
+    Status looked = find.value().bind(hash).for_rows([&]() -> Status {
+      if (find.value().bytes(1) == data) id = find.value().integer(0);
       return Ok{};
     });
     if (!looked) return looked;
-    if (found->second != 0) continue;
-    if (Status s = add.value().bind(hash).bind(data).run(); !s) return s;
-    found->second = database_.last_row();
+    if (id == 0) {
+      if (Status s = add.value().bind(hash).bind(data).run(); !s) return s;
+      id = database_.last_row();
+    }
+    job.ids[tile] = id;
   }
   Result<Statement> checkpoint = database_.prepare("INSERT INTO checkpoint VALUES (?, ?)");
   if (!checkpoint) return Error{checkpoint.error()};

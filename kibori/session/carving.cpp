@@ -153,13 +153,21 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
   SeriesTool series(model, hand, scene.spring.value_or(SeriesSpring{}));
   std::unique_ptr<Document> document;
   auto flushed = std::chrono::steady_clock::now();
-  // Where the file can't be written any more the document goes on in memory: told once, settled at the end.
+  // Where the file can't be written any more the document goes on in memory, and that is told once; where it
+  // can't be had there either, the file keeps what it has.
   bool told = false;
   const auto keep = [&](const Status& kept) {
-    if (!kept) carving.unsaved = kept.error();
+    if (!document) return;
     const std::string why = kept ? document->unsaved() : kept.error();
     if (!why.empty() && !std::exchange(told, true) && options.warning)
-      options.warning(why + "; going on in memory");
+      options.warning(why + (kept ? "; going on in memory" : "; what follows is not saved"));
+    if (kept) return;
+    carving.unsaved = why;
+    document.reset();
+  };
+  const auto settle_document = [&] {
+    if (document) keep(document->flush());
+    if (document) carving.unsaved = settle(*document);
   };
   if (!options.document.empty()) {
     Result<std::unique_ptr<Document>> made = new_document(options.document, scene, model);
@@ -197,7 +205,11 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
           scene.spring ? by_spring(series, tool, hand, to, scene.materials, recorded)
                        : stroke.advance(tool, tip, turn, to.mode, scene.force, scene.materials, to.material);
       step_us.push_back(microseconds_since(start));
-      if (!tick) return Error{scene.file + ":" + std::to_string(to.line) + ": [move] " + tick.error()};
+      if (!tick) {
+        settle_document();
+        return Error{scene.file + ":" + std::to_string(to.line) + ": [move] " + tick.error() +
+                     (carving.unsaved.empty() ? "" : "; " + carving.unsaved)};
+      }
       TickResult& result = tick.value();
       add_tick(summary, to.mode, result);
       if (result.clipped && !std::exchange(clipped, true) && options.warning)
@@ -220,10 +232,11 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
       carving.marks.push_back({to.label, static_cast<double>(summary.ticks) / scene.rate_hz});
   }
   summarize(carving, std::move(step_us));
-  if (document) {
-    keep(keep_thumbnail(*document, document->head(), model.snapshot(), scene.materials));
-    if (carving.unsaved.empty()) carving.unsaved = settle(*document);
-  }
+  if (document)
+    if (const Status drawn = keep_thumbnail(*document, document->head(), model.snapshot(), scene.materials);
+        !drawn && options.warning)
+      options.warning(drawn.error());
+  settle_document();
   if (options.progress) options.progress(1);
   return carving;
 }

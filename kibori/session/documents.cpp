@@ -142,7 +142,7 @@ StrokeSettings stroke_settings(const Scene& scene, const Move& move) {
 Result<std::unique_ptr<TriDexel>> document_model(const std::filesystem::path& path) {
   Result<std::unique_ptr<Document>> document = Document::open(path, Document::Access::read);
   if (!document) return Error{document.error()};
-  return document.value()->load();
+  return document.value()->load_at(document.value()->head());
 }
 
 Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, int threads) {
@@ -164,6 +164,7 @@ Status keep_thumbnail(Document& document, StepId step, const Snapshot& model,
   const Surface surface = extract_surface(model, 1);
   if (surface.triangles.empty()) return Ok{};
   std::vector<std::array<uint8_t, 3>> colors;
+  colors.reserve(materials.size());
   for (const Material& m : materials) colors.push_back(m.color);
   PictureOptions options;
   options.width = 256;

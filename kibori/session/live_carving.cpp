@@ -144,22 +144,25 @@ void LiveCarving::finish_stroke() {
     log_.end({model_->snapshot(), std::move(before_stroke_), model_->material_bounds(), stroke_removed_mm3_});
 }
 
-// A stroke's beginning is kept from before it, and left off on request.
-void LiveCarving::watch_stroke() {
-  if (cancel_.load(std::memory_order_relaxed) && cancel_.exchange(false) && in_stroke_) {
-    in_stroke_ = false;
-    model_->restore(before_stroke_);
-    model_changed();
-    log_.cancel();
-  }
-  if (in_stroke_ || before_generation_ == model_->generation()) return;
+void LiveCarving::leave_stroke_off() {
+  if (!cancel_.load(std::memory_order_relaxed) || !cancel_.exchange(false) || !in_stroke_) return;
+  if (!settings_.log) return;
+  in_stroke_ = false;
+  model_->restore(before_stroke_);
+  model_changed();
+  log_.cancel();
+}
+
+void LiveCarving::keep_before_stroke() {
+  if (!settings_.log || in_stroke_ || before_generation_ == model_->generation()) return;
   before_generation_ = model_->generation();
   before_stroke_ = model_->snapshot();
 }
 
 LiveTick LiveCarving::tick(double elapsed_s) {
+  leave_stroke_off();  // before any command ends it
   run_command();
-  if (settings_.log) watch_stroke();
+  keep_before_stroke();
   const double tick_s = settings_.spring.tick_s;
   LiveTick result;
   const DeviceStatus status = device_->read(reading_);

@@ -95,6 +95,13 @@ class LiveCarving {
   SafetyStage& safety() { return safety_; }
   const PassivityObserver& passivity() const { return passivity_; }
   LiveSettings& settings() { return settings_; }
+  // Swaps the model's content with that of another of the same lattice; not an old snapshot stays behind that
+  // would hold on to what is then the other's. For commands.
+  void swap_model(TriDexel& other) {
+    model_->swap(other);
+    before_stroke_ = model_->snapshot();
+    for (int i = 0; i < 2; i++) snapshots_.put(before_stroke_);
+  }
   // The model was changed from outside.
   void model_changed() { series_.disengage(); }
 
@@ -117,7 +124,8 @@ class LiveCarving {
   using Command = std::function<void(LiveCarving&)>;
   LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device> device, const LiveSettings& settings);
   void run_command();
-  void watch_stroke();
+  void leave_stroke_off();
+  void keep_before_stroke();
   ForceLaw law() const;
   void log_tick(const Pose& before, const StrokeTick& tick, const Wrench& felt, double removed_mm3);
 

@@ -9,24 +9,43 @@ Scribe::Scribe(LiveCarving& live, std::unique_ptr<Document> document, bool force
     : live_(live), document_(std::move(document)), forces_(forces), of_model_(live.model().snapshot()) {}
 
 void Scribe::start() {
-  if (thread_.joinable()) return;
+  if (writer_.joinable()) return;
   stopping_ = false;
-  thread_ = std::thread([this] {
+  const auto every_20_ms = [this](void (Scribe::*f)()) {
     while (!stopping_.load(std::memory_order_relaxed)) {
-      write();
+      (this->*f)();
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
-  });
+  };
+  reader_ = std::thread(every_20_ms, &Scribe::read);
+  writer_ = std::thread(every_20_ms, &Scribe::write);
 }
 
 void Scribe::stop() {
-  if (!thread_.joinable()) return;
+  if (!writer_.joinable()) return;
   stopping_ = true;
-  thread_.join();
+  reader_.join();
+  writer_.join();
   write();
 }
 
+void Scribe::read() {
+  StrokeLog& log = live_.log();
+  // Only one reads at a time.
+  const std::lock_guard<std::mutex> lock(reading_);
+  StrokeLog::Event event;
+  while (log.pop(event)) {
+    Item item;
+    item.event = event;
+    if (event.kind == StrokeLog::Kind::begin) log.pop(item.begin.emplace());
+    if (event.kind == StrokeLog::Kind::end) log.pop(item.end.emplace());
+    const std::lock_guard<std::mutex> guard(mutex_);
+    items_.push_back(std::move(item));
+  }
+}
+
 void Scribe::write() {
+  read();
   std::deque<std::function<void(Document&)>> calls;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -36,47 +55,41 @@ void Scribe::write() {
       waiting_ = [](LiveCarving& live) { live.log().fence(); };
     }
     calls.swap(calls_);
+    for (Item& item : items_) unwritten_.push_back(std::move(item));
+    items_.clear();
   }
   if (waiting_ && live_.post(waiting_)) waiting_ = nullptr;
-  StrokeLog& log = live_.log();
-  StrokeLog::Event event;
   // What can't be written, not even into memory, stays, and all after it.
-  Status written = event_ ? take(*event_) : Status(Ok{});
-  while (written) {
-    event_.reset();
-    if (!log.pop(event)) break;
-    event_ = event;
-    written = take(event);
+  Status written = Ok{};
+  while (written && !unwritten_.empty()) {
+    written = take(unwritten_.front());
+    if (written) unwritten_.pop_front();
   }
   // The states that the document remembers hold on to theirs.
   of_model_.keep_ready(LiveCarving::kReadyTiles);
   if (written) written = document_->flush();
   for (const auto& call : calls) call(*document_);
-  tell(&Scribe::trouble_, log.lost() ? document_->name() + ": could not be written as fast as was carved"
-                          : !written ? written.error()
-                                     : document_->unsaved());
+  std::string trouble = written ? document_->unsaved() : written.error();
+  if (live_.log().lost()) {
+    trouble = document_->name() +
+              ": could not be written as fast as was carved; what was carved since is in no "
+              "document";
+    if (request_) done(Error{trouble});
+  }
+  tell(&Scribe::trouble_, trouble);
 }
 
-Status Scribe::take(const StrokeLog::Event& event) {
-  StrokeLog& log = live_.log();
-  switch (event.kind) {
+Status Scribe::take(const Item& item) {
+  switch (item.event.kind) {
     case StrokeLog::Kind::begin: {
-      if (!begin_ && !log.pop(begin_.emplace())) return Ok{};
-      const StrokeLog::Begin& b = *begin_;
-      const StrokeSettings settings{b.tool, b.mode, b.material, *b.materials, b.force, b.rate_hz};
-      const Status begun = document_->begin(settings, b.start);
-      if (begun) begin_.reset();
-      return begun;
+      const StrokeLog::Begin& b = *item.begin;
+      return document_->begin({b.tool, b.mode, b.material, *b.materials, b.force, b.rate_hz}, b.start);
     }
     case StrokeLog::Kind::tick:
-      document_->add(event.tick, forces_ ? &event.felt : nullptr);
+      document_->add(item.event.tick, forces_ ? &item.event.felt : nullptr);
       return Ok{};
-    case StrokeLog::Kind::end: {
-      if (!end_ && !log.pop(end_.emplace())) return Ok{};
-      const Status ended = document_->finish(end_->state, end_->bounds, end_->removed_mm3);
-      if (ended) end_.reset();
-      return ended;
-    }
+    case StrokeLog::Kind::end:
+      return document_->finish(item.end->state, item.end->bounds, item.end->removed_mm3);
     case StrokeLog::Kind::cancel:
       return document_->cancel();
     case StrokeLog::Kind::fence: {
@@ -85,9 +98,12 @@ Status Scribe::take(const StrokeLog::Event& event) {
       return Ok{};
     }
     case StrokeLog::Kind::went: {
-      const Status there = document_->went(event.step);
-      if (there) done(Ok{});
-      return there;
+      Status there = document_->went(*to_);
+      if (!there) return there;
+      if (to_->model) of_model_ = to_->states.at(to_->step);
+      to_.reset();
+      done(Ok{});
+      return Ok{};
     }
   }
   return Ok{};
@@ -101,18 +117,15 @@ Status Scribe::answer() {
   if (!step) return Error{step.error()};
   Result<Document::Destination> found = document_->destination(step.value());
   if (!found) return Error{found.error()};
-  const auto to = std::make_shared<Document::Destination>(std::move(found).value());
-  if (to->model) {
-    to->model->reserve(LiveCarving::kReadyTiles);
-    of_model_ = to->model->snapshot();
-  }
-  waiting_ = [to](LiveCarving& live) {
+  to_ = std::make_shared<Document::Destination>(std::move(found).value());
+  if (to_->model) to_->model->reserve(LiveCarving::kReadyTiles);
+  waiting_ = [to = to_](LiveCarving& live) {
     if (to->model)
-      live.model().swap(*to->model);
+      live.swap_model(*to->model);
     else
       live.model().restore(*to->state);
     live.model_changed();
-    live.log().went(to->step);
+    live.log().went();
   };
   if (live_.post(waiting_)) waiting_ = nullptr;
   return Ok{};

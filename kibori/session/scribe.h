@@ -29,8 +29,9 @@ class Scribe {
   Scribe(LiveCarving& live, std::unique_ptr<Document> document, bool forces = false);
   ~Scribe() { stop(); }
 
-  // Writes what there is every 20 ms, on a thread of its own; stop() writes the rest. After
-  // LiveCarving::stop() that is all there was.
+  // Writes what there is every 20 ms, on a thread of its own, and empties the log on another, so that nothing
+  // is lost where writing or a way back takes long; stop() writes the rest. After LiveCarving::stop() that is
+  // all there was.
   void start();
   void stop();
   // Without a thread: writes what there is.
@@ -63,8 +64,15 @@ class Scribe {
   };
   using Command = std::function<void(LiveCarving&)>;
 
+  struct Item {
+    StrokeLog::Event event;
+    std::optional<StrokeLog::Begin> begin;
+    std::optional<StrokeLog::End> end;
+  };
+
   void ask(Kind kind, StepId step);
-  Status take(const StrokeLog::Event& event);
+  void read();
+  Status take(const Item& item);
   // At the fence: where to, and the way there.
   Status answer();
   void done(const Status& how);
@@ -73,18 +81,18 @@ class Scribe {
   LiveCarving& live_;
   std::unique_ptr<Document> document_;
   const bool forces_;
-  std::thread thread_;
+  std::thread reader_, writer_;
   std::atomic<bool> stopping_{false};
   std::atomic<uint64_t> asked_{0}, answered_{0};
-  // Of the scribe's thread.
+  // Of the writer's thread.
   Snapshot of_model_;               // whose memory is refilled
   std::optional<Request> request_;  // that is being answered
   Command waiting_;                 // for a place among the commands of `live_`
-  // What could not be written yet.
-  std::optional<StrokeLog::Event> event_;
-  std::optional<StrokeLog::Begin> begin_;
-  std::optional<StrokeLog::End> end_;
+  std::shared_ptr<Document::Destination> to_;
+  std::deque<Item> unwritten_;
+  std::mutex reading_;        // the log
   mutable std::mutex mutex_;  // of the rest
+  std::deque<Item> items_;
   std::deque<Request> requests_;
   std::deque<std::function<void(Document&)>> calls_;
   std::string trouble_, notice_;

@@ -233,13 +233,11 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
   if (scribe) {
     scribe->stop();
     Document& written = scribe->document();
-    if (const Status kept = keep_thumbnail(written, written.head(), live.model().snapshot(), scene.materials);
-        !kept)
-      report.unsaved = kept.error();
-    if (const std::string where = settle(written); !where.empty())
-      report.unsaved = where;
-    else if (const std::string lost = scribe->trouble(); !lost.empty() && live.log().lost())
-      report.unsaved = lost;
+    // A picture that can't be drawn is no loss.
+    static_cast<void>(keep_thumbnail(written, written.head(), live.model().snapshot(), scene.materials));
+    const bool in_memory = !written.unsaved().empty();
+    report.unsaved = settle(written);
+    if (!in_memory) report.unsaved = scribe->trouble();
   }
   report.empty_late_ns = empty.stop();
   if (options.progress) options.progress(1);

@@ -31,30 +31,29 @@ class StrokeLog {
     double removed_mm3 = 0;
   };
   // cancel: the stroke is as if it had not been. fence: all before it was done before it was asked for. went:
-  // the model is now that of a document's step.
+  // the model is now that of another step.
   enum class Kind : uint8_t { begin, tick, end, cancel, fence, went };
   struct Event {
     Kind kind = Kind::tick;
     StrokeTick tick;
     Wrench felt;
-    int64_t step = 0;
   };
 
   // The writer.
   void begin(Begin begin) {
     if (lost()) return;
     if (!begins_.push(std::move(begin))) return lose();
-    put({Kind::begin, {}, {}, 0});
+    put({Kind::begin, {}, {}});
   }
-  void tick(const StrokeTick& tick, const Wrench& felt) { put({Kind::tick, tick, felt, 0}); }
+  void tick(const StrokeTick& tick, const Wrench& felt) { put({Kind::tick, tick, felt}); }
   void end(End end) {
     if (lost()) return;
     if (!ends_.push(std::move(end))) return lose();
-    put({Kind::end, {}, {}, 0});
+    put({Kind::end, {}, {}});
   }
-  void cancel() { put({Kind::cancel, {}, {}, 0}); }
-  void fence() { put({Kind::fence, {}, {}, 0}); }
-  void went(int64_t step) { put({Kind::went, {}, {}, step}); }
+  void cancel() { put({Kind::cancel, {}, {}}); }
+  void fence() { put({Kind::fence, {}, {}}); }
+  void went() { put({Kind::went, {}, {}}); }
   // The reader.
   bool pop(Event& event) { return events_.pop(event); }
   bool pop(Begin& begin) { return begins_.pop(begin); }
@@ -63,11 +62,12 @@ class StrokeLog {
   bool lost() const { return lost_.load(std::memory_order_relaxed); }
 
  private:
+  static constexpr size_t kMostEvents = 32768;  // 8 s at 4 kHz
   void put(const Event& event) {
     if (!lost() && !events_.push(event)) lose();
   }
   void lose() { lost_.store(true, std::memory_order_relaxed); }
-  SmallQueue<Event, 8192> events_;
+  SmallQueue<Event, kMostEvents> events_;
   SmallQueue<Begin, 64> begins_;
   SmallQueue<End, 64> ends_;
   std::atomic<bool> lost_{false};
