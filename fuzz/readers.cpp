@@ -17,6 +17,7 @@
 #include <kibori/formats/png_file.h>
 #include <kibori/formats/threemf.h>
 #include <kibori/motion/scene.h>
+#include <kibori/surface/surface.h>
 
 using namespace kibori;
 
@@ -58,20 +59,39 @@ void one_sentence(const Result<T>& result) {
   }
 }
 
+// A tile that was read is carved, and has a surface.
+[[maybe_unused]] void tile(const Bytes& packed) {
+  Lattice lattice;
+  lattice.nodes = Index3(16, 16, 16);
+  TriDexel model(lattice);
+  for (const Axis axis : kAxes) {
+    const Status read = decode_tile(packed, model.field(axis), 0, 0);
+    one_sentence(read);
+    if (!read) return;
+  }
+  model.include_material({Vec3::Zero(), Vec3::Constant(16)});
+  model.touch();
+  Stroke stroke(model, Pose{Vec3(-4, 8, 6), Mat3::Identity()});
+  const std::vector<Material> materials(2);
+  for (const Mode mode : {Mode::touch, Mode::cut, Mode::deposit})
+    one_sentence(stroke.advance(BallTool{3}, Vec3(mode == Mode::cut ? 20 : 4, 8, 7), Vec3(0, 0.1, 0), mode,
+                                {}, materials));
+  extract_surface(model.snapshot(), 1);
+}
+
 // What stands in a document's cells; the first byte says what it is. Compressed here, as no fuzzer finds its
 // way through that.
 [[maybe_unused]] void cell(const uint8_t* data, size_t size) {
   if (size == 0) return;
   Bytes packed(ZSTD_compressBound(size));
   packed.resize(ZSTD_compress(packed.data(), packed.size(), data + 1, size - 1, 1));
-  Field field(Axis::z, Index3(16, 16, 16));
   switch (data[0] % 5) {
     case 0:
       return one_sentence(decode_ticks(packed));
     case 1:
       return one_sentence(decode_forces(packed));
     case 2:
-      return one_sentence(decode_tile(packed, field, 0, 0));
+      return tile(packed);
     case 3:
       return one_sentence(decode_pose(Bytes(data + 1, data + size)));
     default:

@@ -660,6 +660,38 @@ TEST(Document, RefusesWhatIsNone) {
 }
 
 // Bits flipped and files cut anywhere: refused with a sentence, or read; what verify passes is what it was.
+// A tile whose material is none, and one that no list of a stroke's has: refused, or as the last of the list.
+TEST(Document, MaterialsThatAreNone) {
+  for (const uint8_t material : {uint8_t{64}, uint8_t{200}, uint8_t{63}}) {
+    Random random;
+    Folder folder;
+    TriDexel model = block(2);
+    Plane& first = model.field(Axis::z).writable(0, 0).first;
+    for (int i = 0; i < kTileRays; i++) first.material[i] = material;
+    model.field(Axis::z).writable(0, 0).material = material;
+    if (material > 63) {
+      Field other(Axis::z, model.lattice().nodes);
+      EXPECT_FALSE(decode_tile(encode_tile(model.field(Axis::z).tile(0, 0)), other, 0, 0).ok());
+      continue;
+    }
+    auto document = created(folder / "a.kibori", model);
+    StrokeSettings s;
+    s.tool = BallTool{6};
+    const Pose start{Vec3(-4, 10, 15), Mat3::Identity()};
+    ASSERT_TRUE(document->begin(s, start).ok());
+    Stroke stroke(model, start);
+    StrokeTick tick;
+    tick.tip = Vec3(30, 10, 15);
+    tick.edits = true;
+    const auto felt = stroke.advance(s.tool, tick.tip, tick.turn, s.mode, s.force.law, s.materials);
+    ASSERT_TRUE(felt.ok());
+    EXPECT_GT(felt.value().wrench.force.squaredNorm(), 0);
+    document->add(tick);
+    ASSERT_TRUE(document->finish(model, 0).ok());
+    EXPECT_EQ(wrongs(*document), std::vector<std::string>());
+  }
+}
+
 TEST(Document, DamageIsToldAndNeverCrashes) {
   Random random;
   Folder folder;

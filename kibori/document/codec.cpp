@@ -525,7 +525,7 @@ Status decode_tile(const Bytes& bytes, Field& field, int tu, int tv) {
         continue;
       }
       // Sorted, disjoint, in the lattice, on rays that are there.
-      good = good && !ended[j] && in >= last[j] && out <= deepest && plane->material[j] < kMixedMaterial &&
+      good = good && !ended[j] && in >= last[j] && out <= deepest && plane->material[j] < kMaxMaterials &&
              tu * kTileSide + j % kTileSide < field.nodes_u() &&
              tv * kTileSide + j / kTileSide < field.nodes_v();
       last[j] = out;

@@ -8,6 +8,7 @@
 // 5) keep only the lever along the tool; six keep the whole lever r_i x F_i.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <string>
 
@@ -52,6 +53,13 @@ template <class Materials>
 Wrench wrench(const ForceLaw& law, const Removed& removed, const Tick& tick, double pitch_mm,
               const Vec3& origin_mm, const Materials& materials);
 
+// Material i of a list that is not empty; one that is not in it is as the last, so that no file of somebody's
+// can ask beyond it.
+template <class Materials>
+const auto& material_of(const Materials& materials, int i) {
+  return materials[std::min(static_cast<size_t>(i), std::size(materials) - 1)];
+}
+
 // The part of one material: see wrench.
 Wrench part_wrench(const ForceLaw& law, const RemovedPart& part, const Material& material, const Tick& tick,
                    double pitch_mm, const Vec3& origin_mm);
@@ -61,7 +69,7 @@ Wrench wrench(const ForceLaw& law, const Removed& removed, const Tick& tick, dou
               const Vec3& origin_mm, const Materials& materials) {
   Wrench sum;
   removed.for_parts([&](int i, const RemovedPart& part) {
-    const Wrench one = part_wrench(law, part, materials[static_cast<size_t>(i)], tick, pitch_mm, origin_mm);
+    const Wrench one = part_wrench(law, part, material_of(materials, i), tick, pitch_mm, origin_mm);
     sum.force += one.force;
     sum.moment += one.moment;
   });

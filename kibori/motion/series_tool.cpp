@@ -115,7 +115,7 @@ SeriesTool::Resistance SeriesTool::resistance(const Tick& tick, double share, bo
   double all = 0, yield = 0, u = 0, c = 0;
   trial_.for_parts([&](int i, const RemovedPart& part) {
     const double v = std::max(0.0, tick.volume(part));
-    const Material& m = tick.materials[static_cast<size_t>(i)];
+    const Material& m = material_of(tick.materials, i);
     all += v;
     yield += v * m.yield_n;
     u += v * m.u;
