@@ -209,6 +209,16 @@ class CommandLine(unittest.TestCase):
         self.refused("servo", "--device", "vrpn:P@127.0.0.1:1", says=["127.0.0.1:1", "running"])
         self.refused("servo", "--seconds", "0.1", "--record", "no/where.csv", says=["no/where.csv"])
 
+    def test_servo_does_what_the_scene_says(self):
+        scene = self.scene(SMALL.replace('label = "B"', 'label = "B"\nmode = "deposit"'))
+        run = kibori("servo", scene, "--seconds", "1.5", "-o", "s.kibori", cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        with sqlite3.connect(self.folder / "s.kibori") as db:
+            setting = json.loads(db.execute("SELECT json FROM setting").fetchone()[0])
+            self.assertEqual(db.execute("SELECT value FROM meta WHERE key = 'program'").fetchone()[0].split()[0], "kibori")
+        db.close()
+        self.assertEqual((setting["mode"], setting["force"]["model"], setting["tool"]["shape"]), ("deposit", "energy", "ball"))
+
     def test_documents_replay_bit_for_bit(self):
         for force in ('model = "paper"\nkf = 0.01', 'model = "energy"\ndof = 6\nu = 2', 'model = "series"\nstiffness = 1.0\nu = 2'):
             scene = self.scene(SMALL.replace('model = "energy"\nu = 2', force) + "[[move]]\nto = [10, 6, 3]\naxis = [0.3, 0, 1]\n")

@@ -130,6 +130,7 @@ TEST_F(Gamepad, UnpluggedIsSaid) {
   ASSERT_TRUE(opened.ok()) << opened.error();
   Device& device = *opened.value();
   hold(device, 0.05);
+  EXPECT_EQ(device.complaint(), "");
   SDL_JoystickClose(pad_);
   pad_ = nullptr;
   ASSERT_EQ(SDL_JoystickDetachVirtual(index_), 0);

@@ -3,7 +3,6 @@
 // input.
 #include <array>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -12,10 +11,8 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <nlohmann/json.hpp>
 
 #include <kibori/base/file.h>
-#include <kibori/devices/registry.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/formats/surface_file.h>
@@ -27,11 +24,11 @@
 #include <kibori/session/export.h>
 #include <kibori/session/force_report.h>
 #include <kibori/session/mesh_report.h>
-#include <kibori/session/servo_run.h>
 #include <kibori/surface/surface.h>
 
 #include "apps/cli/common.h"
 #include "apps/cli/document_commands.h"
+#include "apps/cli/servo_commands.h"
 
 namespace {
 
@@ -388,69 +385,6 @@ int run_picture(const std::string& file, const std::string& out, const PictureAr
 
 }  // namespace
 
-struct ServoArguments {
-  std::string scene, device = "virtual", model = "series", record, document;
-  double seconds = 10, rate_hz = 1000, stiffness_n_mm = 0;
-  bool no_surface = false, json = false, keep_forces = false;
-};
-
-volatile std::sig_atomic_t interrupted = 0;
-
-int run_devices(bool json) {
-  const std::vector<kibori::DeviceFound> found = kibori::find_devices();
-  if (json) {
-    nlohmann::json all = nlohmann::json::array();
-    for (const auto& d : found) all.push_back({{"name", d.name}, {"present", d.present}, {"text", d.text}});
-    std::printf("%s\n", all.dump(2).c_str());
-    return 0;
-  }
-  for (const auto& d : found)
-    std::printf("%-24s %-4s %s\n", d.name.c_str(), d.present ? "yes" : "no",
-                kibori::one_line(d.text).c_str());
-  return 0;
-}
-
-int run_servo_command(const ServoArguments& arguments) {
-  using namespace kibori;
-  Scene scene = servo_scene();
-  if (!arguments.scene.empty()) {
-    Result<Scene> read = read_scene(arguments.scene);
-    if (!read) return bad_input(read.error());
-    scene = std::move(read).value();
-  }
-  ServoRunOptions options;
-  options.seconds = arguments.seconds;
-  options.rate_hz = arguments.rate_hz;
-  options.model = arguments.model == "series"   ? HandModel::series
-                  : arguments.model == "energy" ? HandModel::energy
-                                                : HandModel::paper;
-  if (arguments.stiffness_n_mm > 0) options.stiffness_n_mm = arguments.stiffness_n_mm;
-  options.surface = !arguments.no_surface;
-  options.record = arguments.record;
-  if (!arguments.document.empty() && !is_document(arguments.document))
-    return bad_input(arguments.document + ": documents are written as .kibori");
-  options.document = arguments.document;
-  options.keep_forces = arguments.keep_forces;
-  options.progress = [](double share) { show_progress("running", share); };
-  std::unique_ptr<Device> device;
-  if (arguments.device != "virtual") {
-    Result<std::unique_ptr<Device>> opened = open_device(arguments.device);
-    if (!opened) return bad_input(opened.error());
-    device = std::move(opened).value();
-  }
-  // Ctrl-C ends the run in order: no force stays on, and a recording is kept.
-  std::signal(SIGINT, [](int) { interrupted = 1; });
-  std::signal(SIGTERM, [](int) { interrupted = 1; });
-  options.cancelled = [] { return interrupted != 0; };
-  const Result<ServoReport> report = run_servo(scene, std::move(device), options);
-  if (!report) return bad_input(report.error());
-  std::fputs(
-      (arguments.json ? servo_report_json(report.value()) + "\n" : servo_report_text(report.value())).c_str(),
-      stdout);
-  if (!report.value().unsaved.empty()) return bad_input(report.value().unsaved);
-  return written();
-}
-
 int main(int argc, char** argv) {
   CLI::App app{
       "Kibori carves virtual solids with a virtual finger or cutter and feels every removal as force."};
@@ -584,50 +518,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
 
-  bool devices_json = false;
-  CLI::App* devices =
-      app.add_subcommand("devices", "List force-feedback devices, and why others are not there");
-  devices->add_flag("--json", devices_json, "as JSON");
-
-  ServoArguments servo_arguments;
-  CLI::App* servo =
-      app.add_subcommand("servo", "Carve by a simulated hand in real time and say how the loop kept time");
-  servo->add_option(
-      "SCENE", servo_arguments.scene,
-      "scene whose stock is carved and along whose moves the hand goes to and fro; without one, "
-      "a ball scrapes over a block");
-  servo->add_option("--device", servo_arguments.device, "a name that 'kibori devices' lists")
-      ->capture_default_str();
-  servo
-      ->add_option("--record", servo_arguments.record,
-                   "keep what the device read, for --device replay:FILE.csv")
-      ->type_name("FILE.csv");
-  servo
-      ->add_option("-o,--output", servo_arguments.document,
-                   "write a document, stroke by stroke, as it is carved")
-      ->type_name("FILE.kibori");
-  servo->add_flag("--keep-forces", servo_arguments.keep_forces, "in the document, too")->needs("-o");
-  servo->add_option("--seconds", servo_arguments.seconds, "how long")
-      ->check(kPositive)
-      ->capture_default_str();
-  servo->add_option("--rate", servo_arguments.rate_hz, "ticks a second, 100 to 4000")
-      ->type_name("HZ")
-      ->check(CLI::Range(100.0, 4000.0))
-      ->capture_default_str();
-  servo
-      ->add_option("--model", servo_arguments.model,
-                   "series: the tool hangs on a spring; energy, paper: it is where the hand is")
-      ->check(CLI::IsMember({"series", "energy", "paper"}))
-      ->capture_default_str();
-  servo
-      ->add_option("--stiffness", servo_arguments.stiffness_n_mm,
-                   "of the spring; by default what suits the device")
-      ->type_name("N/MM")
-      ->check(kPositive);
-  servo->add_flag("--no-surface", servo_arguments.no_surface,
-                  "without a second thread that follows with the surface");
-  servo->add_flag("--json", servo_arguments.json, "as JSON, with all histograms");
-
+  ServoCommands by_hand(app);
   DocumentCommands documents(app);
   try {
     app.parse(argc, argv);
@@ -637,8 +528,7 @@ int main(int argc, char** argv) {
   }
   try {
     if (documents.given()) return documents.run();
-    if (*devices) return run_devices(devices_json);
-    if (*servo) return run_servo_command(servo_arguments);
+    if (by_hand.given()) return by_hand.run();
     if (*convert) return run_convert(convert_arguments);
     if (*info) return run_info(info_arguments);
     if (*compare) return run_compare(compare_arguments);

@@ -236,7 +236,9 @@ DeviceStatus GamepadDevice::write(const Wrench& wrench) {
 
 std::string GamepadDevice::complaint() const {
   if (link_->lost) return link_->capabilities.name + " was unplugged";
-  return link_->seen ? "the controller has not answered for 0.1 s" : std::string();
+  const bool silent =
+      link_->seen && Clock::now() - link_->sticks.at > std::chrono::duration<double>(kPatience_s);
+  return silent ? link_->capabilities.name + " has not answered for 0.1 s" : std::string();
 }
 
 }  // namespace kibori

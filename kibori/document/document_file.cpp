@@ -174,7 +174,8 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
         Statement& m = meta.value();
         for (const auto& [key, value] :
              {std::pair<std::string, std::string>{"lattice", lattice_to_json(model.lattice())},
-              {"stock", stock}})
+              {"stock", stock},
+              {"program", "kibori " KIBORI_VERSION}})
           if (Status s = m.bind(key).bind(value).run(); !s) return s;
         if (Status s = m.bind(std::string_view("source")).bind(source).run(); !s) return s;
         if (Status s = m.bind(std::string_view("head")).bind(int64_t{1}).run(); !s) return s;

@@ -188,7 +188,14 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
   settings.rate_hz = options.rate_hz;
   settings.tool = scene.tools.front();
   settings.materials = scene.materials;
-  settings.model = options.model;
+  for (size_t i = scene.moves.size(); i-- > 1;)
+    if (scene.moves[i].mode != Mode::off) {
+      settings.mode = scene.moves[i].mode;
+      settings.material = scene.moves[i].material;
+    }
+  settings.model = options.model.value_or(scene.spring                             ? HandModel::series
+                                          : scene.force.model == ForceModel::paper ? HandModel::paper
+                                                                                   : HandModel::energy);
   if (scene.spring) settings.spring = *scene.spring;
   settings.spring.stiffness_n_mm = options.stiffness_n_mm.value_or(
       scene.spring ? scene.spring->stiffness_n_mm : device->capabilities().stiffness_n_mm);

@@ -18,7 +18,7 @@ namespace kibori {
 struct ServoRunOptions {
   double seconds = 10;
   double rate_hz = 1000;
-  HandModel model = HandModel::series;
+  std::optional<HandModel> model;        // else the scene's
   std::optional<double> stiffness_n_mm;  // else the device's
   bool surface = true;                   // a second thread follows with the surface
   bool empty_loop = true;                // a thread that only wakes, to tell the machine's jitter from ours
@@ -42,9 +42,9 @@ struct ServoReport {
       unsaved;  // why the document holds only the beginning, and where the rest is; empty: all is there
 };
 
-// Carves the scene's stock with its first tool; the virtual device's hand goes to and fro along the scene's
-// moves. device: null for the virtual one. Errors: those of make_stock, plan_move and
-// LiveCarving::make, or a recording that can't be written.
+// Carves the scene's stock (or fills, or only touches, as its first move that is not off) with its first
+// tool; the virtual device's hand goes to and fro along the scene's moves. device: null for the virtual one.
+// Errors: those of make_stock, plan_move and LiveCarving::make, or a recording that can't be written.
 Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device,
                               const ServoRunOptions& options);
 

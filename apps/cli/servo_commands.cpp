@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+#include "apps/cli/servo_commands.h"
+
+#include <csignal>
+#include <memory>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include <kibori/devices/registry.h>
+#include <kibori/session/documents.h>
+#include <kibori/session/servo_run.h>
+
+#include "apps/cli/common.h"
+
+using namespace kibori;
+
+namespace {
+
+volatile std::sig_atomic_t interrupted = 0;
+
+}  // namespace
+
+ServoCommands::ServoCommands(CLI::App& app) {
+  devices_ = app.add_subcommand("devices", "List force-feedback devices, and why others are not there");
+  devices_->add_flag("--json", json_, "as JSON");
+
+  servo_ =
+      app.add_subcommand("servo", "Carve by a simulated hand in real time and say how the loop kept time");
+  servo_->add_option(
+      "SCENE", scene_,
+      "scene whose stock is carved with its first tool, and along whose moves the hand goes to and fro; "
+      "without one, a ball scrapes over a block");
+  servo_->add_option("--device", device_, "a name that 'kibori devices' lists")->capture_default_str();
+  servo_->add_option("--record", record_, "keep what the device read, for --device replay:FILE.csv")
+      ->type_name("FILE.csv");
+  servo_->add_option("-o,--output", document_, "write a document, stroke by stroke, as it is carved")
+      ->type_name("FILE.kibori");
+  servo_->add_flag("--keep-forces", keep_forces_, "in the document, too")->needs("-o");
+  servo_->add_option("--seconds", seconds_, "how long")->check(kPositive)->capture_default_str();
+  servo_->add_option("--rate", rate_hz_, "ticks a second, 100 to 4000")
+      ->type_name("HZ")
+      ->check(CLI::Range(100.0, 4000.0))
+      ->capture_default_str();
+  servo_
+      ->add_option("--model", model_,
+                   "series: the tool hangs on a spring; energy, paper: it is where the hand is; by default "
+                   "the scene's")
+      ->check(CLI::IsMember({"series", "energy", "paper"}));
+  servo_->add_option("--stiffness", stiffness_n_mm_, "of the spring; by default what suits the device")
+      ->type_name("N/MM")
+      ->check(kPositive);
+  servo_->add_flag("--no-surface", no_surface_, "without a second thread that follows with the surface");
+  servo_->add_flag("--json", json_, "as JSON, with all histograms");
+}
+
+int ServoCommands::run_devices() const {
+  const std::vector<DeviceFound> found = find_devices();
+  if (json_) {
+    nlohmann::json all = nlohmann::json::array();
+    for (const auto& d : found) all.push_back({{"name", d.name}, {"present", d.present}, {"text", d.text}});
+    std::printf("%s\n", all.dump(2).c_str());
+    return written();
+  }
+  for (const auto& d : found)
+    std::printf("%-24s %-4s %s\n", d.name.c_str(), d.present ? "yes" : "no", one_line(d.text).c_str());
+  return written();
+}
+
+int ServoCommands::run_servo() const {
+  Scene scene = servo_scene();
+  if (!scene_.empty()) {
+    Result<Scene> read = read_scene(scene_);
+    if (!read) return bad_input(read.error());
+    scene = std::move(read).value();
+  }
+  ServoRunOptions options;
+  options.seconds = seconds_;
+  options.rate_hz = rate_hz_;
+  if (!model_.empty() || scene_.empty())
+    options.model = model_.empty() || model_ == "series" ? HandModel::series
+                    : model_ == "energy"                 ? HandModel::energy
+                                                         : HandModel::paper;
+  if (stiffness_n_mm_ > 0) options.stiffness_n_mm = stiffness_n_mm_;
+  options.surface = !no_surface_;
+  options.record = record_;
+  if (!document_.empty() && !is_document(document_))
+    return bad_input(document_ + ": documents are written as .kibori");
+  options.document = document_;
+  options.keep_forces = keep_forces_;
+  options.progress = [](double share) { show_progress("running", share); };
+  std::unique_ptr<Device> device;
+  if (device_ != "virtual") {
+    Result<std::unique_ptr<Device>> opened = open_device(device_);
+    if (!opened) return bad_input(opened.error());
+    device = std::move(opened).value();
+  }
+  // Ctrl-C ends the run in order: no force stays on, and a recording is kept.
+  std::signal(SIGINT, [](int) { interrupted = 1; });
+  std::signal(SIGTERM, [](int) { interrupted = 1; });
+  options.cancelled = [] { return interrupted != 0; };
+  const Result<ServoReport> report = kibori::run_servo(scene, std::move(device), options);
+  if (!report) return bad_input(report.error());
+  std::fputs((json_ ? servo_report_json(report.value()) + "\n" : servo_report_text(report.value())).c_str(),
+             stdout);
+  if (!report.value().unsaved.empty()) return bad_input(report.value().unsaved);
+  return written();
+}

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: MIT
+// devices and servo: carving by hand.
+#pragma once
+
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+class ServoCommands {
+ public:
+  explicit ServoCommands(CLI::App& app);
+  // Whether one of them was given.
+  bool given() const { return *devices_ || *servo_; }
+  // Its exit status.
+  int run() const { return *devices_ ? run_devices() : run_servo(); }
+
+ private:
+  int run_devices() const;
+  int run_servo() const;
+
+  CLI::App *devices_, *servo_;
+  std::string scene_, device_ = "virtual", model_, record_, document_;
+  double seconds_ = 10, rate_hz_ = 1000, stiffness_n_mm_ = 0;
+  bool no_surface_ = false, json_ = false, keep_forces_ = false;
+};
