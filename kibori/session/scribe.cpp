@@ -37,8 +37,14 @@ void Scribe::read() {
   while (log.pop(event)) {
     Item item;
     item.event = event;
-    if (event.kind == StrokeLog::Kind::begin) log.pop(item.begin.emplace());
-    if (event.kind == StrokeLog::Kind::end) log.pop(item.end.emplace());
+    if (event.kind == StrokeLog::Kind::begin) {
+      item.begin = std::make_unique<StrokeLog::Begin>();
+      log.pop(*item.begin);
+    }
+    if (event.kind == StrokeLog::Kind::end) {
+      item.end = std::make_unique<StrokeLog::End>();
+      log.pop(*item.end);
+    }
     const std::lock_guard<std::mutex> guard(mutex_);
     items_.push_back(std::move(item));
   }

@@ -66,8 +66,8 @@ class Scribe {
 
   struct Item {
     StrokeLog::Event event;
-    std::optional<StrokeLog::Begin> begin;
-    std::optional<StrokeLog::End> end;
+    std::unique_ptr<StrokeLog::Begin> begin;
+    std::unique_ptr<StrokeLog::End> end;
   };
 
   void ask(Kind kind, StepId step);
