@@ -10,7 +10,7 @@
 // where they share what they have in common.
 //
 // What is added reaches the file at every flush(): a process that is killed then leaves an exact prefix.
-// Where the file can't be written any more (a full disk, one that is gone), the document goes on in memory
+// Where the file can't be written any more (a full disk), the document goes on in memory
 // and says so; it can be saved again or elsewhere. A document belongs to one thread; one process writes a
 // file, any number may read it meanwhile, as it was when they opened it.
 #pragma once
