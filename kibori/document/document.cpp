@@ -59,15 +59,15 @@ Status Document::name_version(const std::string& name, StepId step) {
   return kept;
 }
 
+Status Document::write_head(StepId step) {
+  Result<Statement> put = database_.prepare("UPDATE meta SET value = ? WHERE key = 'head'");
+  return put ? put.value().bind(step).run() : Status(Error{put.error()});
+}
+
 Status Document::set_head(StepId step) {
-  if (writes_) {
-    Status kept = commit("moving in the history", [&]() -> Status {
-      Result<Statement> put = database_.prepare("UPDATE meta SET value = ? WHERE key = 'head'");
-      if (!put) return Error{put.error()};
-      return put.value().bind(step).run();
-    });
-    if (!kept) return kept;
-  }
+  // Who only reads goes where it wants for itself.
+  if (writes_)
+    if (Status s = commit("moving in the history", [&] { return write_head(step); }); !s) return s;
   head_ = step;
   return Ok{};
 }
@@ -157,7 +157,7 @@ Result<Document::Destination> Document::destination(StepId step) const {
 Status Document::went(const Destination& to) {
   const StepId from = head_;
   if (Status s = set_head(to.step); !s) return s;
-  if (to.model || !to.states.empty()) {
+  if (to.model) {
     states_ = to.states;
     visited_.clear();
     for (const auto& [step, state] : states_) visited_.push_back(step);
@@ -236,7 +236,7 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start, const 
   });
   if (!kept) return kept;
   open_step_ = id;
-  open_sequence_ = open_ticks_ = saved_ticks_ = 0;
+  open_sequence_ = saved_ticks_ = 0;
   waiting_.clear();
   waiting_forces_.clear();
   all_felt_ = true;
@@ -249,7 +249,6 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start, const 
   return Ok{};
 }
 
-// Within a transaction. The number of the next block, which is open_sequence_ once it is committed.
 Status Document::write_ticks(int64_t& sequence) {
   sequence = open_sequence_;
   Result<Statement> tick = database_.prepare("INSERT INTO tick VALUES (?, ?, ?, ?)");
@@ -303,9 +302,7 @@ Status Document::finish(const Snapshot& now, const Box& material_bounds, double 
             update.value().bind(step.ticks).bind(removed_mm3).bind(hash_text(step.hash)).bind(step.id).run();
         !s)
       return s;
-    Result<Statement> head = database_.prepare("UPDATE meta SET value = ? WHERE key = 'head'");
-    if (!head) return Error{head.error()};
-    return head.value().bind(step.id).run();
+    return write_head(step.id);
   });
   if (!kept) return kept;
   steps_[step.id] = step;

@@ -176,6 +176,7 @@ class Document {
   // All of `change` or none of it. Where the file can't be written, goes on in memory.
   Status commit(const char* doing, const std::function<Status()>& change);
   Status try_commit(const char* doing, const std::function<Status()>& change, bool& disk_failed);
+  // Within a transaction. `sequence`: the number of the next block, once it is committed.
   Status write_ticks(int64_t& sequence);
   Status check_finished(StepId step) const;
   Status for_blocks(const char* table, StepId step,
@@ -209,6 +210,8 @@ class Document {
                  const std::function<void(StepId, const Snapshot&)>& remember) const;
   bool is_checkpoint(StepId step) const { return checkpoints_.count(step) != 0; }
   Status set_head(StepId step);
+  // Within a transaction.
+  Status write_head(StepId step);
   void remember(StepId step, const Snapshot& state);
 
   FileLock lock_;      // let go of after the rest
@@ -225,7 +228,7 @@ class Document {
   std::map<StepId, Box> checkpoints_;    // and the material's bounds there
   std::optional<TileJob> tiles_;         // that are being kept
   StepId head_ = 0, open_step_ = 0;
-  int64_t open_sequence_ = 0, open_ticks_ = 0, saved_ticks_ = 0;
+  int64_t open_sequence_ = 0, saved_ticks_ = 0;
   std::vector<StrokeTick> waiting_;
   std::vector<Wrench> waiting_forces_;
   bool all_felt_ = true;  // so far

@@ -160,8 +160,8 @@ Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, in
 }
 
 Status keep_thumbnail(Document& document, StepId step, const Snapshot& model,
-                      const std::vector<Material>& materials) {
-  const Surface surface = extract_surface(model, 1);
+                      const std::vector<Material>& materials, int threads) {
+  const Surface surface = extract_surface(model, threads);
   if (surface.triangles.empty()) return Ok{};
   std::vector<std::array<uint8_t, 3>> colors;
   colors.reserve(materials.size());
@@ -170,6 +170,7 @@ Status keep_thumbnail(Document& document, StepId step, const Snapshot& model,
   options.width = 256;
   options.height = 192;
   options.samples = 16;
+  options.threads = threads;
   const Result<Image> image = draw_picture(surface, colors, options);
   if (!image) return Error{image.error()};
   const Result<Bytes> png = png_rgb(image.value().width, image.value().height, image.value().pixels);

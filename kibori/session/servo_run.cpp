@@ -241,7 +241,7 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
     scribe->stop();
     Document& written = scribe->document();
     // A picture that can't be drawn is no loss.
-    static_cast<void>(keep_thumbnail(written, written.head(), live.model().snapshot(), scene.materials));
+    static_cast<void>(keep_thumbnail(written, written.head(), live.model().snapshot(), scene.materials, 1));
     const bool in_memory = !written.unsaved().empty();
     report.unsaved = settle(written);
     if (!in_memory) report.unsaved = scribe->trouble();
