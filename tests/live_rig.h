@@ -35,12 +35,13 @@ struct Rig {
   std::unique_ptr<LiveCarving> live;
 };
 
-// A virtual device over the block: its centre 5 mm above the middle of the top.
-inline Rig rig(const VirtualDeviceSettings& device, LiveSettings settings, VirtualDevice::Script script) {
+// A virtual device over the block, or `model` as it was left: its centre 5 mm above the middle of the top.
+inline Rig rig(const VirtualDeviceSettings& device, LiveSettings settings, VirtualDevice::Script script,
+               std::unique_ptr<TriDexel> model = nullptr) {
   auto made = std::make_unique<VirtualDevice>(device, std::move(script));
   VirtualDevice* const kept = made.get();
   settings.workspace = Workspace(Vec3(20, 15, 25));
-  auto live = LiveCarving::make(block(0.5), std::move(made), settings);
+  auto live = LiveCarving::make(model ? std::move(model) : block(0.5), std::move(made), settings);
   EXPECT_TRUE(live.ok()) << live.error();
   return {kept, std::move(live).value()};
 }

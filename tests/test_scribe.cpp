@@ -39,20 +39,21 @@ struct Folder {
 };
 
 // A hand that goes in and out of the wood, turning.
-Rig busy_rig(HandModel model) {
+Rig busy_rig(HandModel hand, std::unique_ptr<TriDexel> model = nullptr) {
   VirtualDeviceSettings device;
   device.capabilities = arm();
   LiveSettings settings;
   settings.tool = Finger{0.2, 20};
-  settings.model = model;
+  settings.model = hand;
   settings.log = true;
   settings.spring.stiffness_n_mm = 1;
   settings.spring.torsion_nmm_rad = 20;
   settings.materials[0].u = 0.02;
-  return rig(device, settings, [](double t) {
+  const auto script = [](double t) {
     return VirtualDevice::Target{Vec3(8 * std::sin(5 * t), 6 * std::cos(4 * t), -5 + 3 * std::cos(6 * t)),
                                  rotation(Vec3(0.2 * std::sin(3 * t), 0, 0)), 0};
-  });
+  };
+  return rig(device, settings, script, std::move(model));
 }
 
 void expect_sound(const Document& document) {
@@ -223,16 +224,27 @@ TEST(Scribe, CancelledBeforeAnythingElse) {
   EXPECT_EQ(live.model().content_hash(), scribe.document().steps().at(1).hash);
 }
 
-// The same on three threads.
+// The same on three threads; the second time in a document that was just opened, whose states are made beside
+// the hand.
 TEST(Scribe, HistoryFromAnotherThread) {
   Random random;
   Folder folder;
   const std::filesystem::path file = folder.path / "t.kibori";
-  Rig r = busy_rig(HandModel::series);
-  LiveCarving& live = *r.live;
-  auto document = Document::create(file, live.model(), "{}");
-  ASSERT_TRUE(document.ok()) << document.error();
-  {
+  size_t versions = 0;
+  for (const bool again : {false, true}) {
+    Result<std::unique_ptr<Document>> document = Error{"none"};
+    Result<std::unique_ptr<TriDexel>> model = Error{"none"};
+    if (again) {
+      document = Document::open(file, Document::Access::write);
+      ASSERT_TRUE(document.ok()) << document.error();
+      versions = document.value()->versions().size();
+      model = document.value()->load();
+      ASSERT_TRUE(model.ok()) << model.error();
+    }
+    Rig r = busy_rig(HandModel::series, again ? std::move(model).value() : nullptr);
+    LiveCarving& live = *r.live;
+    if (!again) document = Document::create(file, live.model(), "{}");
+    ASSERT_TRUE(document.ok()) << document.error();
     Scribe scribe(live, std::move(document).value());
     scribe.start();
     live.start();
@@ -253,7 +265,8 @@ TEST(Scribe, HistoryFromAnotherThread) {
           break;
         default:
           scribe.with([&](Document& d) {
-            if (d.name_version("v" + std::to_string(calls), d.head()).ok()) calls++;
+            const std::string name = (again ? "w" : "v") + std::to_string(calls);
+            if (d.name_version(name, d.head()).ok()) calls++;
           });
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(random.integer(0, 80)));
@@ -264,7 +277,7 @@ TEST(Scribe, HistoryFromAnotherThread) {
     live.stop();
     scribe.stop();
     EXPECT_EQ(scribe.trouble(), "");
-    EXPECT_EQ(static_cast<int>(scribe.document().versions().size()), calls);
+    EXPECT_EQ(scribe.document().versions().size(), versions + static_cast<size_t>(calls));
     EXPECT_EQ(scribe.document().steps().at(scribe.document().head()).hash, live.model().content_hash());
   }
   auto after = Document::open(file, Document::Access::read);

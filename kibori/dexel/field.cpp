@@ -20,6 +20,7 @@ using detail::kPageTiles;
 using detail::Page;
 using detail::Pools;
 using detail::Root;
+using detail::Side;
 
 namespace {
 
@@ -52,48 +53,56 @@ bool drop(T* object) {
   return object->refs.fetch_sub(1, std::memory_order_acq_rel) == 1;
 }
 
-void give_plane(Pools& pools, Plane* plane) {
-  if (plane->paint) pools.paints.give(plane->paint);
-  pools.planes.give(plane);
+void* take(BlockPool& pool, Side side) { return side == Side::owner ? pool.take() : pool.take_aside(); }
+void give(BlockPool& pool, void* block, Side side) {
+  if (side == Side::owner)
+    pool.give(block);
+  else
+    pool.give_aside(block);
 }
 
-void release(Pools& pools, Tile* tile) {
+void give_plane(Pools& pools, Plane* plane, Side side) {
+  if (plane->paint) give(pools.paints, plane->paint, side);
+  give(pools.planes, plane, side);
+}
+
+void release(Pools& pools, Tile* tile, Side side) {
   if (!drop(tile)) return;
   for (Plane* p = tile->first.next; p;) {
     Plane* next = p->next;
-    give_plane(pools, p);
+    give_plane(pools, p, side);
     p = next;
   }
-  if (tile->first.paint) pools.paints.give(tile->first.paint);
-  pools.tiles.give(tile);
+  if (tile->first.paint) give(pools.paints, tile->first.paint, side);
+  give(pools.tiles, tile, side);
 }
 
-void release(Pools& pools, Page* page) {
+void release(Pools& pools, Page* page, Side side) {
   if (!drop(page)) return;
   for (Tile* tile : page->tiles)
-    if (tile) release(pools, tile);
-  pools.pages.give(page);
+    if (tile) release(pools, tile, side);
+  give(pools.pages, page, side);
 }
 
-void release(Pools& pools, const FieldShape& shape, Root* root) {
+void release(Pools& pools, const FieldShape& shape, Root* root, Side side) {
   if (!drop(root)) return;
-  for (int i = 0; i < shape.pages(); i++) release(pools, root->pages[i]);
-  pools.roots.give(root);
+  for (int i = 0; i < shape.pages(); i++) release(pools, root->pages[i], side);
+  give(pools.roots, root, side);
 }
 
-Plane* copy_chain(Pools& pools, const Plane* from);
+Plane* copy_chain(Pools& pools, const Plane* from, Side side);
 
-void copy_plane(Pools& pools, Plane& to, const Plane& from) {
+void copy_plane(Pools& pools, Plane& to, const Plane& from, Side side) {
   std::memcpy(&to, &from, offsetof(Plane, next));
-  to.next = copy_chain(pools, from.next);
+  to.next = copy_chain(pools, from.next, side);
   to.paint = nullptr;
-  if (from.paint) to.paint = new (pools.paints.take()) PaintPlane(*from.paint);
+  if (from.paint) to.paint = new (take(pools.paints, side)) PaintPlane(*from.paint);
 }
 
-Plane* copy_chain(Pools& pools, const Plane* from) {
+Plane* copy_chain(Pools& pools, const Plane* from, Side side) {
   if (!from) return nullptr;
-  auto* to = static_cast<Plane*>(pools.planes.take());
-  copy_plane(pools, *to, *from);
+  auto* to = static_cast<Plane*>(take(pools.planes, side));
+  copy_plane(pools, *to, *from, side);
   return to;
 }
 
@@ -141,7 +150,11 @@ FieldSnapshot::FieldSnapshot(const FieldSnapshot& other)
 }
 
 FieldSnapshot::~FieldSnapshot() {
-  if (root_) release(*pools_, shape_, root_);
+  if (root_) release(*pools_, shape_, root_, Side::owner);
+}
+
+void FieldSnapshot::drop_aside() {
+  if (root_) release(*pools_, shape_, std::exchange(root_, nullptr), Side::aside);
 }
 
 void FieldSnapshot::swap(FieldSnapshot& other) noexcept {
@@ -196,17 +209,18 @@ uint64_t FieldSnapshot::content_hash() const {
   for (const int n : {static_cast<int>(axis()), nodes_u(), nodes_v(), nodes_depth()})
     hash.add(static_cast<uint64_t>(n));
   for (int tv = 0; tv < tiles_v(); tv++)
-    for (int tu = 0; tu < tiles_u(); tu++) {
-      const Tile& t = tile(tu, tv);
-      // Tiles in a snapshot do not change, so each remembers its own; whoever writes one forgets it.
-      uint64_t own = t.hash.load(std::memory_order_relaxed);
-      if (own == 0) {
-        own = hash_tile(t);
-        t.hash.store(own, std::memory_order_relaxed);
-      }
-      hash.add(own);
-    }
+    for (int tu = 0; tu < tiles_u(); tu++) hash.add(content_hash(tile(tu, tv)));
   return hash.value();
+}
+
+uint64_t FieldSnapshot::content_hash(const Tile& tile) {
+  // Tiles in a snapshot do not change, so each remembers its own; whoever writes one forgets it.
+  uint64_t own = tile.hash.load(std::memory_order_relaxed);
+  if (own == 0) {
+    own = hash_tile(tile);
+    tile.hash.store(own, std::memory_order_relaxed);
+  }
+  return own;
 }
 
 // ---- Field ----
@@ -215,40 +229,39 @@ Field::Field(Axis axis, const Index3& nodes) {
   KIBORI_CHECK((nodes > 0).all() && (nodes <= kMaxNodesPerAxis).all());
   shape_ = shape_of(axis, nodes);
   pools_ = std::make_shared<Pools>(shape_);
-  empty_tile_ = new_tile();
+  Tile* const empty = pools_->empty = new_tile();
   // All pages share the one empty tile; pages beyond the field's edge hold null slots.
-  root_ = static_cast<Root*>(pools_->roots.take());
+  root_ = static_cast<Root*>(take(pools_->roots, side_));
   new (&root_->refs) std::atomic<uint32_t>(1);
   uint32_t uses = 0;
   for (int pv = 0; pv < shape_.pages_v; pv++)
     for (int pu = 0; pu < shape_.pages_u; pu++) {
-      Page* page = new (pools_->pages.take()) Page{{}, 1};
+      Page* page = new (take(pools_->pages, side_)) Page{{}, 1};
       root_->pages[pv * shape_.pages_u + pu] = page;
       for (int slot = 0; slot < static_cast<int>(kPageTiles); slot++) {
         const int side = static_cast<int>(kPageSide);
         const int tu = pu * side + slot % side, tv = pv * side + slot / side;
         if (tu >= shape_.tiles_u || tv >= shape_.tiles_v) continue;
-        page->tiles[slot] = empty_tile_;
+        page->tiles[slot] = empty;
         uses++;
       }
     }
-  empty_tile_->refs.store(uses, std::memory_order_relaxed);
-  empty_keeper_ = snapshot();
+  empty->refs.store(uses + 1, std::memory_order_relaxed);
 }
 
 void Field::restore(const FieldSnapshot& snapshot) {
   KIBORI_CHECK(of_same_field(snapshot));
-  take_root(snapshot);
+  take_root(snapshot, side_);
 }
 
 // Only the root: others may read meanwhile which memory it lives in.
-void FieldSnapshot::take_root(const FieldSnapshot& other) {
+void FieldSnapshot::take_root(const FieldSnapshot& other, Side side) {
   hold(other.root_);
-  release(*pools_, shape_, std::exchange(root_, other.root_));
+  release(*pools_, shape_, std::exchange(root_, other.root_), side);
 }
 
 Tile* Field::new_tile() {
-  Tile* tile = static_cast<Tile*>(pools_->tiles.take());
+  Tile* tile = static_cast<Tile*>(take(pools_->tiles, side_));
   tile->first.clear();
   new (&tile->refs) std::atomic<uint32_t>(1);
   new (&tile->hash) std::atomic<uint64_t>(0);
@@ -259,47 +272,47 @@ Tile* Field::new_tile() {
 
 Page& Field::writable_page(int tu, int tv) {
   if (is_shared(*root_)) {
-    Root* copy = static_cast<Root*>(pools_->roots.take());
+    Root* copy = static_cast<Root*>(take(pools_->roots, side_));
     new (&copy->refs) std::atomic<uint32_t>(1);
     for (int i = 0; i < shape_.pages(); i++) {
       copy->pages[i] = root_->pages[i];
       hold(copy->pages[i]);
     }
-    release(*pools_, shape_, std::exchange(root_, copy));
+    release(*pools_, shape_, std::exchange(root_, copy), side_);
   }
   Page*& page = root_->pages[shape_.page_of(tu, tv)];
   if (is_shared(*page)) {
-    Page* copy = new (pools_->pages.take()) Page{{}, 1};
+    Page* copy = new (take(pools_->pages, side_)) Page{{}, 1};
     for (size_t i = 0; i < kPageTiles; i++) {
       copy->tiles[i] = page->tiles[i];
       if (copy->tiles[i]) hold(copy->tiles[i]);
     }
-    release(*pools_, std::exchange(page, copy));
+    release(*pools_, std::exchange(page, copy), side_);
   }
   return *page;
 }
 
 void Field::set_tile(int tu, int tv, Tile* tile) {
   Tile*& slot = writable_page(tu, tv).tiles[shape_.slot_of(tu, tv)];
-  release(*pools_, std::exchange(slot, tile));
+  release(*pools_, std::exchange(slot, tile), side_);
 }
 
 Tile& Field::copy_for_writing(int tu, int tv) {
   Tile*& slot = writable_page(tu, tv).tiles[shape_.slot_of(tu, tv)];
   if (!is_shared(*slot)) return *slot;
-  Tile* copy = static_cast<Tile*>(pools_->tiles.take());
-  copy_plane(*pools_, copy->first, slot->first);
+  Tile* copy = static_cast<Tile*>(take(pools_->tiles, side_));
+  copy_plane(*pools_, copy->first, slot->first, side_);
   new (&copy->refs) std::atomic<uint32_t>(1);
   new (&copy->hash) std::atomic<uint64_t>(0);
   copy->material = slot->material;
   copy->empty = slot->empty;
-  release(*pools_, std::exchange(slot, copy));
+  release(*pools_, std::exchange(slot, copy), side_);
   return *copy;
 }
 
 void Field::clear_tile(int tu, int tv) {
-  hold(empty_tile_);
-  set_tile(tu, tv, empty_tile_);
+  hold(pools_->empty);
+  set_tile(tu, tv, pools_->empty);
 }
 
 void Field::share_tile(int tu, int tv, int from_tu, int from_tv) {
@@ -310,14 +323,14 @@ void Field::share_tile(int tu, int tv, int from_tu, int from_tv) {
 
 Plane& Field::next_plane(Plane& plane) {
   if (!plane.next) {
-    plane.next = static_cast<Plane*>(pools_->planes.take());
+    plane.next = static_cast<Plane*>(take(pools_->planes, side_));
     plane.next->clear();
   }
   return *plane.next;
 }
 
 PaintPlane& Field::paint_of(Plane& plane) {
-  if (!plane.paint) plane.paint = new (pools_->paints.take()) PaintPlane{};
+  if (!plane.paint) plane.paint = new (take(pools_->paints, side_)) PaintPlane{};
   return *plane.paint;
 }
 
@@ -330,7 +343,7 @@ void Field::trim_planes(Tile& tile) {
     tile.empty = empty && !before;
     if (!empty || !before) return;
     before->next = nullptr;
-    give_plane(*pools_, last);
+    give_plane(*pools_, last, side_);
   }
 }
 

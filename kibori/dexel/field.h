@@ -77,7 +77,11 @@ struct FieldShape {
 struct Pools {
   explicit Pools(const FieldShape& shape);
   BlockPool tiles, planes, paints, pages, roots;
+  Tile* empty = nullptr;  // stands wherever there is no material; never given back
 };
+
+// Who takes blocks and gives them back: the field's own writer, or another beside it.
+enum class Side { owner, aside };
 
 }  // namespace detail
 
@@ -136,6 +140,8 @@ class FieldSnapshot {
   void keep_ready(int tiles) const;
   // Of the field it is of, with all its snapshots. Any thread.
   size_t memory_bytes() const;
+  // Lets go of it, and gives the memory that no one else holds to those who write beside the field's owner.
+  void drop_aside();
   // Whether it is of the same field, which then can be restored to it.
   bool of_same_field(const FieldSnapshot& other) const { return pools_ == other.pools_; }
 
@@ -148,6 +154,8 @@ class FieldSnapshot {
   Count count() const;
   // Hash of the content (spans, materials, normals, paint), whatever the storage.
   uint64_t content_hash() const;
+  // Of one tile of a snapshot, which remembers it.
+  static uint64_t content_hash(const Tile& tile);
 
   static Span span_at(const Plane& plane, int slot) {
     return {plane.in[slot],
@@ -160,7 +168,7 @@ class FieldSnapshot {
   }
 
  protected:
-  void take_root(const FieldSnapshot& other);
+  void take_root(const FieldSnapshot& other, detail::Side side);
 
   std::shared_ptr<detail::Pools> pools_;
   detail::FieldShape shape_;
@@ -172,6 +180,13 @@ class Field : private FieldSnapshot {
  public:
   // An empty field for the rays of `axis` through a lattice of `nodes`.
   Field(Axis axis, const Index3& nodes);
+  // Another writer beside the field that `start` is of, on another thread: begins as it was then, in the same
+  // memory, so that each can be restored to the other's snapshots.
+  explicit Field(const FieldSnapshot& start) : FieldSnapshot(start), side_(detail::Side::aside) {}
+  ~Field() {
+    if (side_ == detail::Side::aside) drop_aside();
+  }
+  Field(Field&&) = default;
 
   using FieldSnapshot::axis;
   using FieldSnapshot::nodes_depth;
@@ -186,12 +201,6 @@ class Field : private FieldSnapshot {
   FieldSnapshot snapshot() const { return *this; }
   // Goes back (or forth) to a snapshot of this same field.
   void restore(const FieldSnapshot& snapshot);
-  // Each becomes what the other was, with the memory it lives in; snapshots stay those of their content.
-  void swap(Field& other) noexcept {
-    FieldSnapshot::swap(other);
-    std::swap(empty_tile_, other.empty_tile_);
-    empty_keeper_.swap(other.empty_keeper_);
-  }
 
   // Whether writing the tile would copy it first.
   bool shared(int tu, int tv) const {
@@ -227,8 +236,7 @@ class Field : private FieldSnapshot {
   Tile* new_tile();
   void set_tile(int tu, int tv, Tile* tile);
 
-  Tile* empty_tile_ = nullptr;  // kept alive by empty_keeper_
-  FieldSnapshot empty_keeper_;
+  detail::Side side_ = detail::Side::owner;
 };
 
 }  // namespace kibori

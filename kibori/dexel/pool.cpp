@@ -5,8 +5,7 @@
 #include <new>
 
 #include <cstring>
-
-#include <kibori/base/check.h>
+#include <utility>
 
 namespace kibori {
 namespace {
@@ -46,15 +45,45 @@ void BlockPool::give_chain(Free* first, Free* last, size_t count) {
   given_.fetch_add(count, std::memory_order_relaxed);
 }
 
+void* BlockPool::take_aside() {
+  const std::lock_guard lock(lock_);
+  if (!aside_) {
+    const size_t count = std::max<size_t>(1, chunk_bytes_ / bytes_);
+    aside_ = make(count).first;
+    lying_aside_.fetch_add(count, std::memory_order_relaxed);
+  }
+  lying_aside_.fetch_sub(1, std::memory_order_relaxed);
+  return std::exchange(aside_, aside_->next);
+}
+
+void BlockPool::give_aside(void* block) {
+  const std::lock_guard lock(lock_);
+  aside_ = new (block) Free{aside_};
+  lying_aside_.fetch_add(1, std::memory_order_relaxed);
+}
+
 void BlockPool::reserve(size_t blocks) {
+  const std::lock_guard lock(lock_);
+  if (Free* const first = aside_) {
+    Free* last = first;
+    size_t count = 1;
+    for (; count < blocks && last->next; count++) last = last->next;
+    aside_ = last->next;
+    lying_aside_.fetch_sub(count, std::memory_order_relaxed);
+    give_chain(first, last, count);
+    if (count >= blocks) return;
+    blocks -= count;
+  }
   const size_t count = std::max(blocks, std::max<size_t>(1, chunk_bytes_ / bytes_));
+  const auto [first, last] = make(count);
+  give_chain(first, last, count);
+}
+
+std::pair<BlockPool::Free*, BlockPool::Free*> BlockPool::make(size_t count) {
   auto* chunk = static_cast<std::byte*>(::operator new(count* bytes_, kAlign));
   // Touch every page now: a page fault on first use would stall the servo.
   std::memset(chunk, 0, count * bytes_);
-  {
-    std::lock_guard lock(growth_);
-    chunks_.push_back(chunk);
-  }
+  chunks_.push_back(chunk);
   Free* first = nullptr;
   Free* last = nullptr;
   for (size_t i = count; i-- > 0;) {
@@ -62,7 +91,7 @@ void BlockPool::reserve(size_t blocks) {
     if (!last) last = first;
   }
   made_.fetch_add(count, std::memory_order_relaxed);
-  give_chain(first, last, count);
+  return {first, last};
 }
 
 }  // namespace kibori

@@ -3,14 +3,17 @@
 //
 //   owner (the writer)          any thread
 //   take() <── mine ◄──exchange── returned ◄── give()
+//                                    ▲ reserve()
+//   take_aside() <───────────────── aside ◄── give_aside()      under a lock
 //
 // One thread takes; any thread gives back. The owner grabs the whole returned list at once, so there is no
-// ABA.
+// ABA. Who makes states of the model beside the owner takes aside, and gives back there what it drops.
 #pragma once
 
 #include <atomic>
 #include <cstddef>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 namespace kibori {
@@ -27,7 +30,10 @@ class BlockPool {
   void* take();
   // Any thread; wait-free but for other givers.
   void give(void* block);
-  // Makes at least `blocks` more blocks ready. Any thread.
+  // As take() and give(), any thread, under a lock.
+  void* take_aside();
+  void give_aside(void* block);
+  // Makes at least `blocks` more blocks ready: those that lie aside first. Any thread.
   void reserve(size_t blocks);
   // Makes as many more as it takes for `blocks` to be ready. Any thread.
   void keep_ready(size_t blocks) {
@@ -38,7 +44,7 @@ class BlockPool {
   // Of the blocks that were taken and not given back. Any thread.
   size_t bytes_in_use() const {
     return bytes_ * (made_.load(std::memory_order_relaxed) + taken_.load(std::memory_order_relaxed) -
-                     given_.load(std::memory_order_relaxed));
+                     given_.load(std::memory_order_relaxed) - lying_aside_.load(std::memory_order_relaxed));
   }
 
  private:
@@ -46,14 +52,17 @@ class BlockPool {
     Free* next;
   };
   void give_chain(Free* first, Free* last, size_t count);
+  // A chain of new blocks: its first and last. Under the lock.
+  std::pair<Free*, Free*> make(size_t count);
 
   const size_t bytes_;
   const size_t chunk_bytes_;
-  std::atomic<size_t> made_{0}, given_{0},
-      taken_{0};  // given_: what was made, too; taken_: by the owner alone
+  // given_: what was made ready, too; taken_: by the owner alone.
+  std::atomic<size_t> made_{0}, given_{0}, taken_{0}, lying_aside_{0};
   Free* mine_ = nullptr;
   std::atomic<Free*> returned_{nullptr};
-  std::mutex growth_;
+  std::mutex lock_;  // of what follows
+  Free* aside_ = nullptr;
   std::vector<void*> chunks_;
 };
 

@@ -29,6 +29,10 @@ size_t Snapshot::memory_bytes() const {
   return sum;
 }
 
+void Snapshot::drop_aside() {
+  for (FieldSnapshot& f : fields) f.drop_aside();
+}
+
 void Snapshot::keep_ready(int tiles) const {
   for (const FieldSnapshot& f : fields) f.keep_ready(tiles);
 }
@@ -37,6 +41,11 @@ TriDexel::TriDexel(const Lattice& lattice)
     : lattice_(lattice),
       fields_{Field(Axis::x, lattice.nodes), Field(Axis::y, lattice.nodes), Field(Axis::z, lattice.nodes)} {}
 
+TriDexel::TriDexel(const Snapshot& start, const Box& material_bounds)
+    : lattice_(start.lattice),
+      fields_{Field(start.fields[0]), Field(start.fields[1]), Field(start.fields[2])},
+      material_bounds_(material_bounds) {}
+
 Snapshot TriDexel::snapshot() const {
   return {lattice_, {fields_[0].snapshot(), fields_[1].snapshot(), fields_[2].snapshot()}};
 }
@@ -44,13 +53,6 @@ Snapshot TriDexel::snapshot() const {
 void TriDexel::restore(const Snapshot& snapshot) {
   for (Axis axis : kAxes) field(axis).restore(snapshot.field(axis));
   touch();
-}
-
-void TriDexel::swap(TriDexel& other) noexcept {
-  std::swap(lattice_, other.lattice_);
-  for (const Axis axis : kAxes) field(axis).swap(other.field(axis));
-  std::swap(material_bounds_, other.material_bounds_);
-  generation_ = other.generation_ = std::max(generation_, other.generation_) + 1;
 }
 
 void TriDexel::fill_block(const Box& box_mm, uint8_t material) {

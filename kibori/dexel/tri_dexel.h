@@ -26,7 +26,9 @@ struct Snapshot {
   void keep_ready(int tiles) const;
   // Memory of its model with all its snapshots. Any thread.
   size_t memory_bytes() const;
-  // Whether both are of one model (or were: see TriDexel::swap).
+  // Lets go of it, and gives the memory that no one else holds to models beside its own (see TriDexel).
+  void drop_aside();
+  // Whether both are of one model, or of models beside it.
   bool of_same_model(const Snapshot& other) const { return fields[2].of_same_field(other.fields[2]); }
 };
 
@@ -38,17 +40,17 @@ class TriDexel {
  public:
   // An empty model. The lattice must have 1..kMaxNodesPerAxis nodes on each axis: see check_lattice.
   explicit TriDexel(const Lattice& lattice);
+  // A model beside the one `start` is of, for another thread: it begins as that was then, in the same memory,
+  // and each can be restored to the other's snapshots. `material_bounds`: as of material_bounds().
+  TriDexel(const Snapshot& start, const Box& material_bounds);
 
   const Lattice& lattice() const { return lattice_; }
   Field& field(Axis axis) { return fields_[static_cast<size_t>(axis)]; }
   const Field& field(Axis axis) const { return fields_[static_cast<size_t>(axis)]; }
 
   Snapshot snapshot() const;
-  // Goes back to a snapshot of this same model.
+  // Goes back to a snapshot of this same model, or of one beside it.
   void restore(const Snapshot& snapshot);
-  // Each becomes what the other was, at no cost. Snapshots go with the content: one taken of this model is
-  // from then on one of the other.
-  void swap(TriDexel& other) noexcept;
 
   // Fills the box [mm] of an empty model; plain tiles are shared, so size costs nothing.
   void fill_block(const Box& box_mm, uint8_t material);

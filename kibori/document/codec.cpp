@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <memory>
 
 #include <nlohmann/json.hpp>
 #include <zstd.h>
@@ -24,7 +25,10 @@ constexpr size_t kMostTicks = 1'000'000, kMostPlanes = 4096, kMostMaterials = 64
 
 Bytes compress(const Bytes& raw) {
   Bytes packed(ZSTD_compressBound(raw.size()));
-  const size_t size = ZSTD_compress(packed.data(), packed.size(), raw.data(), raw.size(), kLevel);
+  thread_local const std::unique_ptr<ZSTD_CCtx, size_t (*)(ZSTD_CCtx*)> context(ZSTD_createCCtx(),
+                                                                                ZSTD_freeCCtx);
+  const size_t size =
+      ZSTD_compressCCtx(context.get(), packed.data(), packed.size(), raw.data(), raw.size(), kLevel);
   KIBORI_CHECK(!ZSTD_isError(size));
   packed.resize(size);
   return packed;
@@ -35,7 +39,9 @@ Result<Bytes> decompress(const Bytes& packed, size_t most) {
   if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN || size > most)
     return Error{"is not packed as it should be"};
   Bytes raw(static_cast<size_t>(size));
-  const size_t got = ZSTD_decompress(raw.data(), raw.size(), packed.data(), packed.size());
+  thread_local const std::unique_ptr<ZSTD_DCtx, size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(),
+                                                                                ZSTD_freeDCtx);
+  const size_t got = ZSTD_decompressDCtx(context.get(), raw.data(), raw.size(), packed.data(), packed.size());
   if (ZSTD_isError(got) || got != raw.size()) return Error{"is damaged"};
   return raw;
 }

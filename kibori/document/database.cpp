@@ -16,29 +16,34 @@ constexpr size_t kMostBytes = size_t{1} << 30;
 
 }  // namespace
 
+int Statement::next() {
+  if (bound_ == 0) sqlite3_reset(statement_);
+  return ++bound_;
+}
+
 Statement& Statement::bind(int64_t value) {
-  if (const int code = sqlite3_bind_int64(statement_, ++bound_, value); !failed_) failed_ = code;
+  if (const int code = sqlite3_bind_int64(statement_, next(), value); !failed_) failed_ = code;
   return *this;
 }
 Statement& Statement::bind(double value) {
-  if (const int code = sqlite3_bind_double(statement_, ++bound_, value); !failed_) failed_ = code;
+  if (const int code = sqlite3_bind_double(statement_, next(), value); !failed_) failed_ = code;
   return *this;
 }
 Statement& Statement::bind(std::string_view text) {
   const int code =
-      sqlite3_bind_text64(statement_, ++bound_, text.data(), text.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
+      sqlite3_bind_text64(statement_, next(), text.data(), text.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
   if (!failed_) failed_ = code;
   return *this;
 }
 Statement& Statement::bind(const Bytes& bytes) {
   const int code =
-      bytes.empty() ? sqlite3_bind_zeroblob(statement_, ++bound_, 0)
-                    : sqlite3_bind_blob64(statement_, ++bound_, bytes.data(), bytes.size(), SQLITE_TRANSIENT);
+      bytes.empty() ? sqlite3_bind_zeroblob(statement_, next(), 0)
+                    : sqlite3_bind_blob64(statement_, next(), bytes.data(), bytes.size(), SQLITE_TRANSIENT);
   if (!failed_) failed_ = code;
   return *this;
 }
 Statement& Statement::bind_null() {
-  if (const int code = sqlite3_bind_null(statement_, ++bound_); !failed_) failed_ = code;
+  if (const int code = sqlite3_bind_null(statement_, next()); !failed_) failed_ = code;
   return *this;
 }
 

@@ -58,6 +58,7 @@ class Statement {
   bool null(int column) const;
 
  private:
+  int next();  // the place of the next binding
   void swap(Statement& other) noexcept {
     std::swap(db_, other.db_);
     std::swap(statement_, other.statement_);

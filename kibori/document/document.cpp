@@ -7,17 +7,12 @@
 namespace kibori {
 namespace {
 
-// Tiles are kept where carving again from the last ones would take more ticks than this: a fraction of a
-// second.
-constexpr int64_t kTicksBetweenTiles = 40000;
 // So long a flush keeps tiles, so that ticks never wait long behind them.
 constexpr auto kTilesAtOnce = std::chrono::milliseconds(10);
 constexpr size_t kTicksABlock = 65536;
 // States held in memory, and the memory that the model then may take; those not visited for longest go first,
 // and are made again from the file when asked for.
-constexpr size_t kMostStates = 2048, kMostBytes = size_t{512} << 20;
-// So many steps back one can always go at once, in a document that was just opened, too.
-constexpr size_t kStatesAtOnce = 64;
+constexpr size_t kLeastStates = 64, kMostStates = 2048, kMostBytes = size_t{512} << 20;
 
 }  // namespace
 
@@ -78,51 +73,30 @@ void Document::remember(StepId step, const Snapshot& state) {
   std::erase(visited_, step);
   visited_.push_back(step);
   while (visited_.size() > kMostStates ||
-         (visited_.size() > kStatesAtOnce && state.memory_bytes() > kMostBytes)) {
-    states_.erase(visited_.front());
+         (visited_.size() > kLeastStates && state.memory_bytes() > kMostBytes)) {
+    const auto oldest = states_.find(visited_.front());
+    oldest->second.drop_aside();
+    states_.erase(oldest);
     visited_.erase(visited_.begin());
   }
 }
 
 // ---- History
 
-// From the nearest state in memory on the way, or the nearest tiles, whichever is nearer; the states in
-// between are remembered, as the next steps back will ask for them.
-Status Document::rebuild(TriDexel& model, StepId step, const std::map<StepId, Snapshot>& known,
-                         size_t at_least,
+Status Document::rebuild(TriDexel& model, StepId step,
                          const std::function<void(StepId, const Snapshot&)>& remember) const {
-  Result<std::vector<StepId>> path = path_to(step);
-  if (!path) return Error{path.error()};
-  const std::vector<StepId>& way = path.value();
-  const Snapshot before = model.snapshot();
-  const auto state_of = [&](StepId at) -> const Snapshot* {
-    const auto found = known.find(at);
-    return found != known.end() && found->second.of_same_model(before) ? &found->second : nullptr;
-  };
-  size_t from = way.size();
-  int64_t ticks = 0;
-  for (; from > 1; from--) {
-    const StepId at = way[from - 1];
-    const bool enough = way.size() - from + 1 >= at_least || ticks >= kTicksBetweenTiles;
-    if (enough && (is_checkpoint(at) || state_of(at))) break;
-    ticks += steps_.at(at).ticks;
-  }
-  const StepId begin = way[from - 1];
-  if (const Snapshot* const state = state_of(begin)) {
+  std::vector<StepId> carved_again;
+  StepId begin = step;
+  for (; !state_of(begin) && !is_checkpoint(begin); begin = steps_.at(begin).parent)
+    carved_again.push_back(begin);
+  if (const Snapshot* const state = state_of(begin))
     model.restore(*state);
-  } else {
-    if (!is_checkpoint(begin)) return wrong("is a damaged document: the stock's tiles are missing");
-    for (const Axis axis : kAxes) {
-      Field& field = model.field(axis);
-      for (int tv = 0; tv < field.tiles_v(); tv++)
-        for (int tu = 0; tu < field.tiles_u(); tu++) field.clear_tile(tu, tv);
-    }
-    if (Status s = read_tiles(begin, model); !s) return s;
-  }
+  else if (Status s = go_by_tiles(model, begin); !s)
+    return s;
   remember(begin, model.snapshot());
-  for (; from < way.size(); from++) {
-    if (Status s = replay(way[from], model, std::nullopt, {}); !s) return s;
-    remember(way[from], model.snapshot());
+  for (auto next = carved_again.rbegin(); next != carved_again.rend(); ++next) {
+    if (Status s = replay(*next, model, std::nullopt, {}); !s) return s;
+    remember(*next, model.snapshot());
   }
   return Ok{};
 }
@@ -130,9 +104,12 @@ Status Document::rebuild(TriDexel& model, StepId step, const std::map<StepId, Sn
 Result<std::unique_ptr<TriDexel>> Document::load() {
   states_.clear();
   visited_.clear();
+  tiles_.clear();
   auto model = std::make_unique<TriDexel>(lattice_);
-  const Status made = rebuild(*model, head_, {}, kStatesAtOnce,
-                              [&](StepId at, const Snapshot& state) { remember(at, state); });
+  const Status made = rebuild(*model, head_, [&](StepId at, const Snapshot& state) {
+    remember(at, state);
+    wait_for_tiles(at, state, model->material_bounds());
+  });
   if (!made) return Error{made.error()};
   return model;
 }
@@ -141,31 +118,31 @@ Result<Document::Destination> Document::destination(StepId step) const {
   if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
   Destination to;
   to.step = step;
-  if (const auto known = states_.find(step); known != states_.end()) {
-    to.state = known->second;
+  if (const Snapshot* const known = state_of(step)) {
+    to.state = to.states[step] = *known;
+    to.material_bounds = material_bounds_;
     return to;
   }
-  to.model = std::make_unique<TriDexel>(lattice_);
-  const Status made = rebuild(*to.model, step, {}, kStatesAtOnce, [&](StepId at, const Snapshot& state) {
+  if (states_.empty()) return wrong("no model of it is worked on");
+  TriDexel beside(states_.begin()->second, material_bounds_);
+  const Status made = rebuild(beside, step, [&](StepId at, const Snapshot& state) {
     to.states[at] = state;
     if (to.states.size() > kMostStates) to.states.erase(to.states.begin());
   });
   if (!made) return Error{made.error()};
+  to.state = beside.snapshot();
+  to.material_bounds = beside.material_bounds();
   return to;
 }
 
 Status Document::went(const Destination& to) {
   const StepId from = head_;
   if (Status s = set_head(to.step); !s) return s;
-  if (to.model) {
-    states_ = to.states;
-    visited_.clear();
-    for (const auto& [step, state] : states_) visited_.push_back(step);
-  }
+  for (const auto& [step, state] : to.states) remember(step, state);
   // All the way back, so that redo comes the same way.
   std::vector<StepId> way;
   StepId at = from;
-  for (; at != 0 && at != to.step; at = steps_[at].parent) way.push_back(at);
+  for (; at > to.step; at = steps_[at].parent) way.push_back(at);
   if (at == to.step)
     for (const StepId step : way) last_child_[steps_[step].parent] = step;
   return Ok{};
@@ -181,10 +158,9 @@ Status Document::go(TriDexel& model, StepId step) {
   if (open_step_ != 0) return wrong("a stroke is being made; finish or cancel it first");
   if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
   const Snapshot before = model.snapshot();
-  Status done =
-      rebuild(model, step, states_, 1, [&](StepId at, const Snapshot& state) { remember(at, state); });
   Destination to;
   to.step = step;
+  Status done = rebuild(model, step, [&](StepId at, const Snapshot& state) { to.states[at] = state; });
   if (done) done = went(to);
   if (!done) model.restore(before);
   return done;
@@ -289,9 +265,6 @@ Status Document::finish(const Snapshot& now, const Box& material_bounds, double 
   step.removed_mm3 = removed_mm3;
   step.hash = now.content_hash();
   step.finished = true;
-  int64_t ticks = step.ticks;
-  for (StepId at = step.parent; at != 0 && !is_checkpoint(at); at = steps_[at].parent)
-    ticks += steps_[at].ticks;
   Status kept = commit("finishing a stroke", [&]() -> Status {
     int64_t sequence = 0;
     if (Status s = write_ticks(sequence); !s) return s;
@@ -312,9 +285,7 @@ Status Document::finish(const Snapshot& now, const Box& material_bounds, double 
   waiting_.clear();
   waiting_forces_.clear();
   remember(step.id, now);
-  if (ticks <= kTicksBetweenTiles || tiles_) return Ok{};
-  Result<TileJob> tiles = plan_tiles(step.id, now, material_bounds);
-  if (tiles) tiles_ = std::move(tiles).value();
+  wait_for_tiles(step.id, now, material_bounds);
   return Ok{};
 }
 

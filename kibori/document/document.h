@@ -5,9 +5,10 @@
 //   stock ── stroke ── stroke ── stroke*          every step knows the one before it
 //                 └─── stroke ── stroke           going back and doing otherwise keeps the other branch
 //
-// A step's state is that of the nearest step before it whose tiles were kept, and the strokes from there
-// carved again: the same bytes, as a recorded path leaves them. States that were visited stay in memory,
-// where they share what they have in common.
+// Every step keeps the tiles that it changed, soon after it is finished: so going from one to another reads
+// just what is different there. A step without any (its process ended, an older Kibori made it) is the
+// nearest one before it that has some, and the strokes from there carved again: the same bytes, as a recorded
+// path leaves them. States that were visited stay in memory, where they share what they have in common.
 //
 // What is added reaches the file at every flush(): a process that is killed then leaves an exact prefix.
 // Where the file can't be written any more (a full disk), the document goes on in memory
@@ -16,12 +17,14 @@
 #pragma once
 
 #include <chrono>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <unordered_map>
 #include <vector>
 
@@ -104,13 +107,13 @@ class Document {
   Result<StepId> before_head() const;
   Result<StepId> after_head() const;
 
-  // For a model on another thread: what to restore there, or a model to swap its content with where no state
-  // of its own is known any more; went() once that is done. Where it can't be written, it can be tried again.
+  // For a model (from load() or given to create()) that is on another thread: what to restore there, and the
+  // box its material is in; went() once that is done. Where it can't be written, it can be tried again.
   struct Destination {
     StepId step = 0;
-    std::optional<Snapshot> state;
-    std::unique_ptr<TriDexel> model;
-    std::map<StepId, Snapshot> states;  // of that model
+    Snapshot state;
+    Box material_bounds;                // lattice units
+    std::map<StepId, Snapshot> states;  // come upon on the way
   };
   Result<Destination> destination(StepId step) const;
   Status went(const Destination& to);
@@ -181,8 +184,8 @@ class Document {
   Status check_finished(StepId step) const;
   Status for_blocks(const char* table, StepId step,
                     const std::function<Status(const Bytes&, int64_t)>& f) const;
-  // The tiles to keep of the state `now` of a step: those that are not as at the last step on its way that
-  // has any. They are kept little by little, as it takes time; all places in the end, at once.
+  // The tiles to keep of the state `now` of a step: those that are not as at the last step before it that has
+  // any. They are kept little by little, as it takes time; all places in the end, at once.
   struct TilePlace {
     Axis axis;
     int tu, tv;
@@ -192,23 +195,38 @@ class Document {
     StepId step = 0;
     Snapshot now;
     Box bounds;  // of the material
+    bool planned = false;
     std::vector<TilePlace> places;
     size_t next = 0;
     std::unordered_map<const Tile*, int64_t> ids;
     bool done = false;
   };
-  Result<TileJob> plan_tiles(StepId step, const Snapshot& now, const Box& bounds) const;
+  void wait_for_tiles(StepId step, const Snapshot& now, const Box& bounds);
+  Status plan_tiles(TileJob& job) const;
   // Within a transaction.
   Status keep_tiles(TileJob& job, std::chrono::steady_clock::time_point until);
   Status keep_some_tiles(std::chrono::milliseconds at_most);
-  // Sets a model to the tiles of a step that has any.
+  // Which tile stands where at a step that has any; 0: none. Of all places, or of those that may be others
+  // than at step `from`.
+  using Place = std::tuple<int64_t, int64_t, int64_t>;  // field, u, v
+  using TileMap = std::map<Place, int64_t>;
+  Result<TileMap> all_tiles(StepId step) const;
+  Result<TileMap> other_tiles(StepId step, const std::vector<StepId>& way_from) const;
+  Status put_tiles(const TileMap& tiles, StepId step, TriDexel& model) const;
+  // Sets an empty model to the tiles of a step that has any.
   Status read_tiles(StepId step, TriDexel& model) const;
   Status make_state(TriDexel& model, StepId step) const;
-  // Makes `model` that of a step, from the nearest of its states in `known` or the nearest tiles;
-  // remember(step, state) is told of those on the way: `at_least` so many, if that does not take long.
-  Status rebuild(TriDexel& model, StepId step, const std::map<StepId, Snapshot>& known, size_t at_least,
+  // Makes `model` that of a step, by the states in memory and the tiles kept; remember(step, state) is told
+  // of those on the way.
+  Status rebuild(TriDexel& model, StepId step,
                  const std::function<void(StepId, const Snapshot&)>& remember) const;
+  // As `model` is to be at a step that has tiles.
+  Status go_by_tiles(TriDexel& model, StepId step) const;
   bool is_checkpoint(StepId step) const { return checkpoints_.count(step) != 0; }
+  const Snapshot* state_of(StepId step) const {
+    const auto found = states_.find(step);
+    return found == states_.end() ? nullptr : &found->second;
+  }
   Status set_head(StepId step);
   // Within a transaction.
   Status write_head(StepId step);
@@ -226,7 +244,8 @@ class Document {
   std::map<std::string, StepId> versions_;
   std::map<StepId, StepId> last_child_;  // gone back from
   std::map<StepId, Box> checkpoints_;    // and the material's bounds there
-  std::optional<TileJob> tiles_;         // that are being kept
+  std::deque<TileJob> tiles_;            // that are being kept
+  Box material_bounds_;                  // of all states
   StepId head_ = 0, open_step_ = 0;
   int64_t open_sequence_ = 0, saved_ticks_ = 0;
   std::vector<StrokeTick> waiting_;

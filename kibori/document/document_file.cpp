@@ -10,8 +10,8 @@ namespace kibori {
 namespace {
 
 constexpr int kApplication = 0x4B49424F;  // "KIBO"
-// 2: forces and thumbnails.
-constexpr int64_t kVersion = 2;
+// 2: forces and thumbnails. 3: tiles found by place.
+constexpr int64_t kVersion = 3;
 // A loss of power takes what was written within this time.
 constexpr auto kSyncEvery = std::chrono::milliseconds(500);
 
@@ -37,8 +37,11 @@ const char* const kSchemaSince2 = R"(
 CREATE TABLE force (step INTEGER NOT NULL REFERENCES step, sequence INTEGER NOT NULL, count INTEGER NOT NULL,
   data BLOB NOT NULL, PRIMARY KEY (step, sequence)) WITHOUT ROWID;
 CREATE TABLE thumbnail (step INTEGER PRIMARY KEY REFERENCES step, png BLOB NOT NULL);
-PRAGMA user_version = 2;
 )";
+const char* const kSchemaSince3 = R"(
+CREATE INDEX checkpoint_tile_by_place ON checkpoint_tile (field, u, v);
+)";
+const char* const kThisVersion = "PRAGMA user_version = 3";
 
 // A database, and what may stand beside it.
 void clear_away(const std::filesystem::path& path) {
@@ -167,7 +170,7 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
       const std::string first = "PRAGMA application_id=" + std::to_string(kApplication);
       if (Status s = document->database_.run(first.c_str()); !s) return s;
       return document->commit("making it", [&]() -> Status {
-        for (const char* tables : {kSchema, kSchemaSince2})
+        for (const char* tables : {kSchema, kSchemaSince2, kSchemaSince3, kThisVersion})
           if (Status s = document->database_.run(tables); !s) return s;
         Result<Statement> meta = document->database_.prepare("INSERT INTO meta VALUES (?, ?)");
         if (!meta) return Error{meta.error()};
@@ -189,9 +192,12 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
         first_step.stock = true;
         first_step.hash = hash;
         document->steps_[1] = first_step;
-        Result<TileJob> tiles = document->plan_tiles(1, now, model.material_bounds());
-        if (!tiles) return Error{tiles.error()};
-        return document->keep_tiles(tiles.value(), std::chrono::steady_clock::time_point::max());
+        TileJob tiles;
+        tiles.step = 1;
+        tiles.now = now;
+        tiles.bounds = model.material_bounds();
+        if (Status s = document->plan_tiles(tiles); !s) return s;
+        return document->keep_tiles(tiles, std::chrono::steady_clock::time_point::max());
       });
     }();
     if (!filled) {
@@ -244,9 +250,13 @@ Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& 
           "PRAGMA journal_mode=WAL; PRAGMA foreign_keys=ON; PRAGMA wal_autocheckpoint=4000");
       !s)
     return document->failed("opening", s.error());
-  if (document->version_ < 2) {
-    const Status s =
-        document->commit("bringing it up to date", [&] { return document->database_.run(kSchemaSince2); });
+  if (document->version_ < kVersion) {
+    const Status s = document->commit("bringing it up to date", [&]() -> Status {
+      if (document->version_ < 2)
+        if (Status made = document->database_.run(kSchemaSince2); !made) return made;
+      if (Status made = document->database_.run(kSchemaSince3); !made) return made;
+      return document->database_.run(kThisVersion);
+    });
     if (!s) return Error{s.error()};
     document->version_ = kVersion;
   }
@@ -325,7 +335,9 @@ Status Document::read_tree() {
   if (done)
     done = for_rows("SELECT step, bounds FROM checkpoint", [&](Statement& s) -> Status {
       const Result<Box> box = box_from_json(s.text(1));
-      if (box && steps_.count(s.integer(0))) checkpoints_[s.integer(0)] = box.value();
+      if (!box || !steps_.count(s.integer(0))) return Ok{};
+      checkpoints_[s.integer(0)] = box.value();
+      material_bounds_.include(box.value());
       return Ok{};
     });
   if (done && !checkpoints_.count(steps_.begin()->first)) done = Error{"the stock's tiles are missing"};

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 // What a step's model is: its tiles, its strokes carved again, and whether both are what was written.
-#include <set>
+#include <unordered_set>
 
 #include <kibori/document/document.h>
 
 namespace kibori {
 namespace {
+
+// Steps whose tiles wait to be kept. Beyond so many they are carved so fast that they are left without.
+constexpr size_t kMostWaiting = 256;
+// Steps that change tiles, on a way of which just these are read; on longer ones all of them are.
+constexpr size_t kFarAway = 500;
 
 Wrench spring_wrench(const SeriesSpring& spring, const StrokeTick& tick) {
   Wrench w;
@@ -18,37 +23,48 @@ Wrench spring_wrench(const SeriesSpring& spring, const StrokeTick& tick) {
 
 // ---- Tiles
 
-// Against what the way to here has already: in memory, where what changed is known; else from the file.
-Result<Document::TileJob> Document::plan_tiles(StepId step, const Snapshot& now, const Box& bounds) const {
-  TileJob job;
+void Document::wait_for_tiles(StepId step, const Snapshot& now, const Box& bounds) {
+  material_bounds_.include(bounds);
+  // A step that others with tiles follow has none: theirs are those that differ from the ones before it.
+  if (!writes_ || is_checkpoint(step) || tiles_.size() >= kMostWaiting) return;
+  for (auto later = checkpoints_.upper_bound(step); later != checkpoints_.end(); ++later) {
+    StepId at = later->first;
+    while (at > step) at = steps_.at(at).parent;
+    if (at == step) return;
+  }
+  TileJob& job = tiles_.emplace_back();
   job.step = step;
   job.now = now;
   job.bounds = bounds;
-  StepId at = steps_.at(step).parent;
+}
+
+// Against the last tiles before it: in memory, where what changed is known; else from the file.
+Status Document::plan_tiles(TileJob& job) const {
+  const Snapshot& now = job.now;
+  StepId at = steps_.at(job.step).parent;
   while (at != 0 && !is_checkpoint(at)) at = steps_.at(at).parent;
   const auto consider = [&](Axis axis, int tu, int tv, const Tile& was, const Tile& is) {
-    if (!is.empty || !was.empty) job.places.push_back({axis, tu, tv, is.empty ? nullptr : &is});
+    if (FieldSnapshot::content_hash(is) != FieldSnapshot::content_hash(was))
+      job.places.push_back({axis, tu, tv, is.empty ? nullptr : &is});
   };
-  if (const auto state = states_.find(at); state != states_.end() && state->second.of_same_model(now)) {
+  job.planned = true;
+  if (const Snapshot* const state = state_of(at); state && state->of_same_model(now)) {
     for (const Axis axis : kAxes)
       now.field(axis).for_changed_tiles(
-          state->second.field(axis),
+          state->field(axis),
           [&](int tu, int tv, const Tile& was, const Tile& is) { consider(axis, tu, tv, was, is); });
-    return job;
+    return Ok{};
   }
   TriDexel before(lattice_);
   if (at != 0)
-    if (Status s = read_tiles(at, before); !s) return Error{s.error()};
+    if (Status s = read_tiles(at, before); !s) return s;
   const Snapshot then = before.snapshot();
   for (const Axis axis : kAxes) {
     const FieldSnapshot &is = now.field(axis), &was = then.field(axis);
     for (int tv = 0; tv < is.tiles_v(); tv++)
-      for (int tu = 0; tu < is.tiles_u(); tu++) {
-        const Tile &tile = is.tile(tu, tv), &old = was.tile(tu, tv);
-        if (at == 0 || encode_tile(tile) != encode_tile(old)) consider(axis, tu, tv, old, tile);
-      }
+      for (int tu = 0; tu < is.tiles_u(); tu++) consider(axis, tu, tv, was.tile(tu, tv), is.tile(tu, tv));
   }
-  return job;
+  return Ok{};
 }
 
 Status Document::keep_tiles(TileJob& job, std::chrono::steady_clock::time_point until) {
@@ -90,43 +106,134 @@ Status Document::keep_tiles(TileJob& job, std::chrono::steady_clock::time_point 
 }
 
 Status Document::keep_some_tiles(std::chrono::milliseconds at_most) {
-  if (!tiles_) return Ok{};
   const auto until = std::chrono::steady_clock::now() + at_most;
-  // What a transaction found out is forgotten with it if it fails.
-  TileJob job;
-  Status kept = commit("keeping tiles", [&] {
-    job = *tiles_;
-    return keep_tiles(job, until);
-  });
-  if (!kept) return kept;
-  tiles_ = std::move(job);
-  if (tiles_->done) {
-    checkpoints_[tiles_->step] = tiles_->bounds;
-    tiles_.reset();
+  while (!tiles_.empty() && std::chrono::steady_clock::now() < until) {
+    TileJob& first = tiles_.front();
+    if (!first.planned)
+      if (Status s = plan_tiles(first); !s) return s;
+    // What a transaction found out is forgotten with it if it fails.
+    TileJob job;
+    Status kept = commit("keeping tiles", [&] {
+      job = first;
+      return keep_tiles(job, until);
+    });
+    if (!kept) return kept;
+    if (job.done) {
+      checkpoints_[job.step] = job.bounds;
+      tiles_.pop_front();
+    } else {
+      first = std::move(job);
+    }
   }
   return Ok{};
 }
 
-Status Document::read_tiles(StepId step, TriDexel& model) const {
-  auto& database = const_cast<Database&>(database_);
-  // The newest tile of each place on the way here.
-  std::map<std::tuple<int64_t, int64_t, int64_t>, int64_t> tiles;
+// The newest tile of each place on the way there.
+Result<Document::TileMap> Document::all_tiles(StepId step) const {
+  TileMap tiles;
   Result<std::vector<StepId>> path = path_to(step);
   if (!path) return Error{path.error()};
-  Result<Statement> places = database.prepare("SELECT field, u, v, tile FROM checkpoint_tile WHERE step = ?");
+  Result<Statement> places = const_cast<Database&>(database_).prepare(
+      "SELECT field, u, v, tile FROM checkpoint_tile WHERE step = ?");
   if (!places) return failed("reading tiles", places.error());
+  Statement& p = places.value();
   for (const StepId id : path.value()) {
-    const auto checkpoint = checkpoints_.find(id);
-    if (checkpoint == checkpoints_.end()) continue;
-    model.include_material(checkpoint->second);
-    Statement& p = places.value();
+    if (!is_checkpoint(id)) continue;
     const Status done = p.bind(id).for_rows([&]() -> Status {
       tiles[{p.integer(0), p.integer(1), p.integer(2)}] = p.null(3) ? 0 : p.integer(3);
       return Ok{};
     });
     if (!done) return failed("reading tiles", done.error());
   }
-  Result<Statement> read = database.prepare("SELECT data FROM tile WHERE id = ?");
+  return tiles;
+}
+
+// Of the places that steps of the way from there to here changed, the newest tile on the way from the stock.
+Result<Document::TileMap> Document::other_tiles(StepId step, const std::vector<StepId>& way_from) const {
+  TileMap tiles;
+  auto& database = const_cast<Database&>(database_);
+  Result<Statement> places = database.prepare("SELECT field, u, v FROM checkpoint_tile WHERE step = ?");
+  if (!places) return failed("reading tiles", places.error());
+  Statement& p = places.value();
+  for (const StepId id : way_from) {
+    const Status done = p.bind(id).for_rows([&]() -> Status {
+      tiles[{p.integer(0), p.integer(1), p.integer(2)}] = 0;
+      return Ok{};
+    });
+    if (!done) return failed("reading tiles", done.error());
+  }
+  Result<Statement> newest = database.prepare(
+      "SELECT step, tile FROM checkpoint_tile WHERE field = ? AND u = ? AND v = ? AND step <= ? "
+      "ORDER BY step DESC");
+  if (!newest) return failed("reading tiles", newest.error());
+  // Other branches' steps lie among those of the way here, which is known as far as was asked.
+  StepId known_to = step;
+  std::unordered_set<StepId> way = {step};
+  const auto on_the_way = [&](StepId at) {
+    while (known_to > at) way.insert(known_to = steps_.at(known_to).parent);
+    return way.count(at) != 0;
+  };
+  for (auto& [place, tile] : tiles) {
+    const auto& [field, u, v] = place;
+    Result<Statement>& n = newest;
+    n.value().bind(field).bind(u).bind(v).bind(step);
+    for (;;) {
+      const Result<bool> row = n.value().row();
+      if (!row) return failed("reading tiles", row.error());
+      if (!row.value()) break;
+      if (!on_the_way(n.value().integer(0))) continue;
+      tile = n.value().null(1) ? 0 : n.value().integer(1);
+      break;
+    }
+  }
+  return tiles;
+}
+
+Status Document::go_by_tiles(TriDexel& model, StepId step) const {
+  // From where the hand is, or the last step before it with tiles, if that is known and not too far.
+  StepId from = head_;
+  while (from != 0 && !is_checkpoint(from)) from = steps_.at(from).parent;
+  const Snapshot* const start = state_of(from);
+  std::vector<StepId> way;
+  StepId there = step;
+  while (start && from != there && way.size() <= kFarAway) {
+    StepId& later = from > there ? from : there;
+    if (is_checkpoint(later)) way.push_back(later);
+    later = steps_.at(later).parent;
+  }
+  model.include_material(checkpoints_.at(step));
+  if (start && way.size() <= kFarAway && version_ >= 3) {
+    // In one transaction, or SQLite would lock the file for every tile.
+    auto& database = const_cast<Database&>(database_);
+    if (writes_) static_cast<void>(database.run("BEGIN"));
+    const Status there_now = [&]() -> Status {
+      Result<TileMap> tiles = other_tiles(step, way);
+      if (!tiles) return Error{tiles.error()};
+      model.restore(*start);
+      return put_tiles(tiles.value(), step, model);
+    }();
+    if (writes_) static_cast<void>(database.run("COMMIT"));
+    return there_now;
+  }
+  for (const Axis axis : kAxes) {
+    Field& field = model.field(axis);
+    for (int tv = 0; tv < field.tiles_v(); tv++)
+      for (int tu = 0; tu < field.tiles_u(); tu++) field.clear_tile(tu, tv);
+  }
+  return read_tiles(step, model);
+}
+
+Status Document::read_tiles(StepId step, TriDexel& model) const {
+  Result<TileMap> tiles = all_tiles(step);
+  if (!tiles) return Error{tiles.error()};
+  for (StepId at = step; at != 0; at = steps_.at(at).parent)
+    if (const auto checkpoint = checkpoints_.find(at); checkpoint != checkpoints_.end())
+      model.include_material(checkpoint->second);
+  return put_tiles(tiles.value(), step, model);
+}
+
+Status Document::put_tiles(const TileMap& tiles, StepId step, TriDexel& model) const {
+  Result<Statement> read = const_cast<Database&>(database_).prepare("SELECT data FROM tile WHERE id = ?");
   if (!read) return failed("reading tiles", read.error());
   std::map<std::pair<int64_t, int64_t>, std::pair<int, int>> first;  // field and tile: where it stands
   for (const auto& [place, tile] : tiles) {
@@ -149,7 +256,6 @@ Status Document::read_tiles(StepId step, TriDexel& model) const {
     if (!row) return failed("reading tiles", row.error());
     if (!row.value()) return wrong("is a damaged document: tile " + std::to_string(tile) + " is missing");
     const Status put = decode_tile(read.value().bytes(0), field, tu, tv);
-    static_cast<void>(read.value().row());
     if (!put) return wrong("is a damaged document: at step " + std::to_string(step) + ", " + put.error());
     first[{axis, tile}] = {tu, tv};
   }

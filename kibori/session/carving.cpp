@@ -233,8 +233,8 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
   }
   summarize(carving, std::move(step_us));
   if (document)
-    if (const Status drawn = keep_thumbnail(*document, document->head(), model.snapshot(), scene.materials,
-                                             options.threads);
+    if (const Status drawn =
+            keep_thumbnail(*document, document->head(), model.snapshot(), scene.materials, options.threads);
         !drawn && options.warning)
       options.warning(drawn.error());
   settle_document();

@@ -86,7 +86,7 @@ class LiveCarving {
   bool latest(Snapshot& snapshot) { return snapshots_.take(snapshot); }
 
   // So many tiles a field can be touched between two refills without asking the system for memory. Who keeps
-  // snapshots refills now and then (Snapshot::keep_ready); who swaps the model's content reserves as much.
+  // snapshots refills now and then (Snapshot::keep_ready).
   static constexpr int kReadyTiles = 1024;
 
   // For commands, and while no thread runs.
@@ -95,13 +95,6 @@ class LiveCarving {
   SafetyStage& safety() { return safety_; }
   const PassivityObserver& passivity() const { return passivity_; }
   LiveSettings& settings() { return settings_; }
-  // Swaps the model's content with that of another of the same lattice; not an old snapshot stays behind that
-  // would hold on to what is then the other's. For commands.
-  void swap_model(TriDexel& other) {
-    model_->swap(other);
-    before_stroke_ = model_->snapshot();
-    for (int i = 0; i < 2; i++) snapshots_.put(before_stroke_);
-  }
   // The model was changed from outside.
   void model_changed() { series_.disengage(); }
 

@@ -11,14 +11,22 @@ Scribe::Scribe(LiveCarving& live, std::unique_ptr<Document> document, bool force
 void Scribe::start() {
   if (writer_.joinable()) return;
   stopping_ = false;
-  const auto every_20_ms = [this](void (Scribe::*f)()) {
+  reader_ = std::thread([this] {
     while (!stopping_.load(std::memory_order_relaxed)) {
-      (this->*f)();
+      read();
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
-  };
-  reader_ = std::thread(every_20_ms, &Scribe::read);
-  writer_ = std::thread(every_20_ms, &Scribe::write);
+  });
+  writer_ = std::thread([this] {
+    while (!stopping_.load(std::memory_order_relaxed)) {
+      write();
+      std::unique_lock<std::mutex> lock(mutex_);
+      if (request_)
+        was_asked_.wait_for(lock, std::chrono::milliseconds(1));
+      else
+        was_asked_.wait_for(lock, std::chrono::milliseconds(20), [this] { return !requests_.empty(); });
+    }
+  });
 }
 
 void Scribe::stop() {
@@ -106,7 +114,6 @@ Status Scribe::take(const Item& item) {
     case StrokeLog::Kind::went: {
       Status there = document_->went(*to_);
       if (!there) return there;
-      if (to_->model) of_model_ = to_->states.at(to_->step);
       to_.reset();
       done(Ok{});
       return Ok{};
@@ -124,12 +131,9 @@ Status Scribe::answer() {
   Result<Document::Destination> found = document_->destination(step.value());
   if (!found) return Error{found.error()};
   to_ = std::make_shared<Document::Destination>(std::move(found).value());
-  if (to_->model) to_->model->reserve(LiveCarving::kReadyTiles);
   waiting_ = [to = to_](LiveCarving& live) {
-    if (to->model)
-      live.swap_model(*to->model);
-    else
-      live.model().restore(*to->state);
+    live.model().include_material(to->material_bounds);
+    live.model().restore(to->state);
     live.model_changed();
     live.log().went();
   };
@@ -147,6 +151,7 @@ void Scribe::ask(Kind kind, StepId step) {
   const std::lock_guard<std::mutex> lock(mutex_);
   asked_++;
   requests_.push_back({kind, step});
+  was_asked_.notify_one();
 }
 
 void Scribe::with(std::function<void(Document&)> f) {

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <atomic>
+#include <condition_variable>
 #include <deque>
 #include <functional>
 #include <memory>
@@ -29,9 +30,9 @@ class Scribe {
   Scribe(LiveCarving& live, std::unique_ptr<Document> document, bool forces = false);
   ~Scribe() { stop(); }
 
-  // Writes what there is every 20 ms, on a thread of its own, and empties the log on another, so that nothing
-  // is lost where writing or a way back takes long; stop() writes the rest. After LiveCarving::stop() that is
-  // all there was.
+  // Writes what there is every 20 ms, and every ms while something was asked for, on a thread of its own, and
+  // empties the log on another, so that nothing is lost where writing or a way back takes long; stop() writes
+  // the rest. After LiveCarving::stop() that is all there was.
   void start();
   void stop();
   // Without a thread: writes what there is.
@@ -90,7 +91,8 @@ class Scribe {
   Command waiting_;                 // for a place among the commands of `live_`
   std::shared_ptr<Document::Destination> to_;
   std::deque<Item> unwritten_;
-  std::mutex reading_;        // the log
+  std::mutex reading_;  // the log
+  std::condition_variable was_asked_;
   mutable std::mutex mutex_;  // of the rest
   std::deque<Item> items_;
   std::deque<Request> requests_;

@@ -218,8 +218,9 @@ class Simplifier {
         return false;
       fan_.push_back(is);
     }
-    // How far the old fan and the new one are apart: the old one's middle and sides from the new one, and the
-    // middles of the new one's triangles and inner sides from the old.
+    // How far the old fan and the new one are apart: the old one's middle and sides from the new one, the
+    // middles of the new one's triangles and inner sides from the old, and the sides of both where they
+    // cross.
     double apart = to_fan(from);
     if (before_now + apart > kShare * tolerance_) return false;
     for (const uint32_t w : ring_v_) apart = std::max(apart, to_fan(0.5 * (from + points_[w])));
@@ -228,7 +229,11 @@ class Simplifier {
       const Vec3 middle = (face.corner[0] + face.corner[1] + face.corner[2]) / 3;
       apart = std::max(apart, from_fan(v, middle));
       for (size_t i = 0; i < 3; i++)
-        if (face.corner[i] == to) apart = std::max(apart, from_fan(v, 0.5 * (to + face.corner[(i + 1) % 3])));
+        if (face.corner[i] == to) {
+          const Vec3& end = face.corner[(i + 1) % 3];
+          apart = std::max(apart, from_fan(v, 0.5 * (to + end)));
+          for (const uint32_t w : ring_v_) apart = std::max(apart, crossing(from, points_[w], to, end));
+        }
     }
     moved = before_now + apart;
     return moved <= kShare * tolerance_;
@@ -242,6 +247,18 @@ class Simplifier {
       if (w != u)
         nearest = std::min(nearest, distance_to_triangle(points_[v], points_[u], points_[w], points_[w]));
     return nearest;
+  }
+
+  // How far the segments a b and c d are apart where one passes over the other; 0 where they do not.
+  static double crossing(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+    const Vec3 along = b - a, across = d - c, between = c - a;
+    const double aa = along.squaredNorm(), ac = along.dot(across), cc = across.squaredNorm();
+    const double det = aa * cc - ac * ac;
+    if (!(det > 1e-12 * aa * cc)) return 0;
+    const double s = (along.dot(between) * cc - across.dot(between) * ac) / det;
+    const double t = (along.dot(between) * ac - across.dot(between) * aa) / det;
+    if (!(s > 0 && s < 1 && t > 0 && t < 1)) return 0;
+    return (a + s * along - c - t * across).norm();
   }
 
   double to_fan(const Vec3& p) const {
