@@ -281,6 +281,101 @@ TEST(Document, GoesAnywhereByTiles) {
   }
 }
 
+// A step that fills beyond all that was there, and a tall tool through it, both without tiles and on another
+// branch than the head: what is known of where material can be grows on the way.
+TEST(Document, FillsThatAreCarvedAgainBesideTheModel) {
+  Folder folder;
+  const auto file = folder / "b.kibori";
+  {
+    TriDexel model(make_lattice(Vec3(40, 30, 20), 1, 12).value());
+    model.fill_block({Vec3::Zero(), Vec3(40, 30, 20)}, 0);
+    auto document = created(file, model);
+    for (const bool fill : {true, false}) {
+      StrokeSettings s;
+      s.tool = fill ? Tool(BallTool{4}) : Tool(Flat{2, 60});
+      s.mode = fill ? Mode::deposit : Mode::cut;
+      const Pose start{Vec3(5, 15, fill ? 23 : 12), Mat3::Identity()};
+      ASSERT_TRUE(document->begin(s, start).ok());
+      Stroke stroke(model, start);
+      for (int i = 0; i < 40; i++) {
+        StrokeTick tick;
+        tick.tip = stroke.pose().tip + Vec3(0.5, 0, 0);
+        tick.edits = true;
+        ASSERT_TRUE(stroke.advance(s.tool, tick.tip, tick.turn, s.mode, s.force.law, s.materials).ok());
+        document->add(tick);
+      }
+      ASSERT_TRUE(document->finish(model, 0).ok());
+    }
+  }
+  auto database = Database::open(file, Database::Access::write);
+  ASSERT_TRUE(database.ok() && database.value()
+                                   .run("DELETE FROM checkpoint_tile WHERE step > 1; DELETE FROM checkpoint "
+                                        "WHERE step > 1; UPDATE meta SET value = 1 WHERE key = 'head'")
+                                   .ok());
+  database = Database();
+  for (const bool elsewhere : {true, false}) {
+    auto document = opened(file);
+    auto model = document->load();
+    ASSERT_TRUE(model.ok()) << model.error();
+    TriDexel& live = *model.value();
+    for (const StepId step : {2, 3, 2, 1, 3}) {
+      if (elsewhere) {
+        auto to = document->destination(step);
+        ASSERT_TRUE(to.ok()) << to.error();
+        live.include_material(to.value().material_bounds);
+        live.restore(to.value().state);
+        ASSERT_TRUE(document->went(to.value()).ok());
+      } else {
+        ASSERT_TRUE(document->go(live, step).ok());
+      }
+      EXPECT_EQ(live.content_hash(), document->steps().at(step).hash) << step;
+    }
+    ASSERT_TRUE(document->go(live, 1).ok());
+  }
+}
+
+// Rows of tiles that belong to no step, to none that has tiles, or lie nowhere: passed by, or told.
+TEST(Document, TilesOfNoStep) {
+  Random random;
+  for (const char* const harm : {"PRAGMA foreign_keys = OFF; INSERT INTO checkpoint_tile SELECT -1, field, "
+                                 "u, v, NULL FROM checkpoint_tile WHERE "
+                                 "step = 5",
+                                 "PRAGMA foreign_keys = OFF; INSERT INTO checkpoint_tile SELECT 0, field, u, "
+                                 "v, NULL FROM checkpoint_tile WHERE step "
+                                 "= 5",
+                                 "PRAGMA foreign_keys = OFF; DELETE FROM checkpoint WHERE step = 7",
+                                 "UPDATE checkpoint SET bounds = 'x' WHERE step = 4"}) {
+    Folder folder;
+    {
+      TriDexel model = block();
+      auto document = created(folder / "h.kibori", model);
+      for (int i = 0; i < 6; i++) carve(*document, model, random, 10);
+    }
+    auto database = Database::open(folder / "h.kibori", Database::Access::write);
+    ASSERT_TRUE(database.ok());
+    const Status harmed = database.value().run(harm);
+    ASSERT_TRUE(harmed.ok()) << harmed.error();
+    database = Database();
+    auto document = Document::open(folder / "h.kibori", Document::Access::write);
+    if (std::string_view(harm).find("bounds") != std::string_view::npos) {
+      EXPECT_FALSE(document.ok());
+      continue;
+    }
+    ASSERT_TRUE(document.ok()) << document.error();
+    auto model = document.value()->load();
+    ASSERT_TRUE(model.ok()) << model.error();
+    for (const StepId step : {7, 6, 5, 4, 1, 3}) {
+      EXPECT_TRUE(document.value()->go(*model.value(), step).ok());
+      EXPECT_EQ(model.value()->content_hash(), document.value()->steps().at(step).hash)
+          << harm << " " << step;
+    }
+    EXPECT_TRUE(document.value()->flush().ok());
+    carve(*document.value(), *model.value(), random, 10);
+    EXPECT_TRUE(document.value()->flush().ok());
+    EXPECT_TRUE(document.value()->move_to(folder / "elsewhere.kibori").ok());
+  }
+}
+
 // For a model that only another thread may touch.
 TEST(Document, DestinationsForAModelElsewhere) {
   Random random;

@@ -127,7 +127,10 @@ Result<Document::Destination> Document::destination(StepId step) const {
   TriDexel beside(states_.begin()->second, material_bounds_);
   const Status made = rebuild(beside, step, [&](StepId at, const Snapshot& state) {
     to.states[at] = state;
-    if (to.states.size() > kMostStates) to.states.erase(to.states.begin());
+    if (to.states.size() > kMostStates) {
+      to.states.begin()->second.drop_aside();
+      to.states.erase(to.states.begin());
+    }
   });
   if (!made) return Error{made.error()};
   to.state = beside.snapshot();
@@ -138,6 +141,7 @@ Result<Document::Destination> Document::destination(StepId step) const {
 Status Document::went(const Destination& to) {
   const StepId from = head_;
   if (Status s = set_head(to.step); !s) return s;
+  material_bounds_.include(to.material_bounds);
   for (const auto& [step, state] : to.states) remember(step, state);
   // All the way back, so that redo comes the same way.
   std::vector<StepId> way;
@@ -161,6 +165,7 @@ Status Document::go(TriDexel& model, StepId step) {
   Destination to;
   to.step = step;
   Status done = rebuild(model, step, [&](StepId at, const Snapshot& state) { to.states[at] = state; });
+  to.material_bounds = model.material_bounds();
   if (done) done = went(to);
   if (!done) model.restore(before);
   return done;
@@ -247,7 +252,10 @@ Status Document::write_ticks(int64_t& sequence) {
 }
 
 Status Document::flush() {
-  if (open_step_ == 0 || waiting_.empty()) return keep_some_tiles(kTilesAtOnce);
+  if (open_step_ == 0 || waiting_.empty()) {
+    keep_some_tiles(kTilesAtOnce);
+    return Ok{};
+  }
   int64_t sequence = 0;
   Status kept = commit("saving", [&] { return write_ticks(sequence); });
   if (!kept) return kept;
@@ -255,7 +263,8 @@ Status Document::flush() {
   saved_ticks_ += static_cast<int64_t>(waiting_.size());
   waiting_.clear();
   waiting_forces_.clear();
-  return keep_some_tiles(kTilesAtOnce);
+  keep_some_tiles(kTilesAtOnce);
+  return Ok{};
 }
 
 Status Document::finish(const Snapshot& now, const Box& material_bounds, double removed_mm3) {

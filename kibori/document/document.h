@@ -26,6 +26,7 @@
 #include <string>
 #include <tuple>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include <kibori/base/result.h>
@@ -114,6 +115,15 @@ class Document {
     Snapshot state;
     Box material_bounds;                // lattice units
     std::map<StepId, Snapshot> states;  // come upon on the way
+
+    Destination() = default;
+    Destination(Destination&&) = default;
+    Destination& operator=(Destination&&) = default;
+    // What was made beside the model goes back there.
+    ~Destination() {
+      state.drop_aside();
+      for (auto& [step_id, made] : states) made.drop_aside();
+    }
   };
   Result<Destination> destination(StepId step) const;
   Status went(const Destination& to);
@@ -205,7 +215,7 @@ class Document {
   Status plan_tiles(TileJob& job) const;
   // Within a transaction.
   Status keep_tiles(TileJob& job, std::chrono::steady_clock::time_point until);
-  Status keep_some_tiles(std::chrono::milliseconds at_most);
+  void keep_some_tiles(std::chrono::milliseconds at_most);
   // Which tile stands where at a step that has any; 0: none. Of all places, or of those that may be others
   // than at step `from`.
   using Place = std::tuple<int64_t, int64_t, int64_t>;  // field, u, v
@@ -223,6 +233,7 @@ class Document {
   // As `model` is to be at a step that has tiles.
   Status go_by_tiles(TriDexel& model, StepId step) const;
   bool is_checkpoint(StepId step) const { return checkpoints_.count(step) != 0; }
+  void add_checkpoint(StepId step, const Box& bounds);
   const Snapshot* state_of(StepId step) const {
     const auto found = states_.find(step);
     return found == states_.end() ? nullptr : &found->second;
@@ -242,10 +253,11 @@ class Document {
   Lattice lattice_;
   std::map<StepId, Step> steps_;
   std::map<std::string, StepId> versions_;
-  std::map<StepId, StepId> last_child_;  // gone back from
-  std::map<StepId, Box> checkpoints_;    // and the material's bounds there
-  std::deque<TileJob> tiles_;            // that are being kept
-  Box material_bounds_;                  // of all states
+  std::map<StepId, StepId> last_child_;            // gone back from
+  std::map<StepId, Box> checkpoints_;              // and the material's bounds there
+  std::unordered_set<StepId> before_checkpoints_;  // steps that a checkpoint follows
+  std::deque<TileJob> tiles_;                      // that are being kept
+  Box material_bounds_;                            // of all states
   StepId head_ = 0, open_step_ = 0;
   int64_t open_sequence_ = 0, saved_ticks_ = 0;
   std::vector<StrokeTick> waiting_;

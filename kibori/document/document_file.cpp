@@ -12,6 +12,8 @@ namespace {
 constexpr int kApplication = 0x4B49424F;  // "KIBO"
 // 2: forces and thumbnails. 3: tiles found by place.
 constexpr int64_t kVersion = 3;
+// Beyond, SQLite would number new ones out of order.
+constexpr StepId kMostSteps = StepId{1} << 62;
 // A loss of power takes what was written within this time.
 constexpr auto kSyncEvery = std::chrono::milliseconds(500);
 
@@ -81,7 +83,7 @@ bool put_in_place(const std::filesystem::path& part, const std::filesystem::path
 }  // namespace
 
 Document::~Document() {
-  if (unsaved_.empty()) static_cast<void>(keep_some_tiles(std::chrono::minutes(1)));
+  if (unsaved_.empty()) keep_some_tiles(std::chrono::minutes(1));
   if (writes_ && open_step_ == 0) static_cast<void>(database_.run("PRAGMA wal_checkpoint(TRUNCATE)"));
 }
 
@@ -320,7 +322,7 @@ Status Document::read_tree() {
           step.hash = std::strtoull(s.text(6).c_str(), nullptr, 16);
           const bool known = step.stock ? step.parent == 0 && steps_.empty() : steps_.count(step.parent) != 0;
           // Each once, and after the one before it: so there is no way around in circles.
-          if (step.id < 1 || !known || steps_.count(step.id))
+          if (step.id < 1 || step.id > kMostSteps || !known || steps_.count(step.id))
             return Error{"step " + std::to_string(step.id) + " follows none that is there"};
           steps_[step.id] = step;
           return Ok{};
@@ -335,9 +337,9 @@ Status Document::read_tree() {
   if (done)
     done = for_rows("SELECT step, bounds FROM checkpoint", [&](Statement& s) -> Status {
       const Result<Box> box = box_from_json(s.text(1));
-      if (!box || !steps_.count(s.integer(0))) return Ok{};
-      checkpoints_[s.integer(0)] = box.value();
-      material_bounds_.include(box.value());
+      if (!steps_.count(s.integer(0))) return Ok{};
+      if (!box) return Error{"step " + std::to_string(s.integer(0)) + " has tiles that lie nowhere"};
+      add_checkpoint(s.integer(0), box.value());
       return Ok{};
     });
   if (done && !checkpoints_.count(steps_.begin()->first)) done = Error{"the stock's tiles are missing"};

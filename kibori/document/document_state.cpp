@@ -26,16 +26,19 @@ Wrench spring_wrench(const SeriesSpring& spring, const StrokeTick& tick) {
 void Document::wait_for_tiles(StepId step, const Snapshot& now, const Box& bounds) {
   material_bounds_.include(bounds);
   // A step that others with tiles follow has none: theirs are those that differ from the ones before it.
-  if (!writes_ || is_checkpoint(step) || tiles_.size() >= kMostWaiting) return;
-  for (auto later = checkpoints_.upper_bound(step); later != checkpoints_.end(); ++later) {
-    StepId at = later->first;
-    while (at > step) at = steps_.at(at).parent;
-    if (at == step) return;
-  }
+  if (!writes_ || is_checkpoint(step) || before_checkpoints_.count(step) || tiles_.size() >= kMostWaiting)
+    return;
   TileJob& job = tiles_.emplace_back();
   job.step = step;
   job.now = now;
   job.bounds = bounds;
+}
+
+void Document::add_checkpoint(StepId step, const Box& bounds) {
+  checkpoints_[step] = bounds;
+  material_bounds_.include(bounds);
+  for (StepId at = steps_.at(step).parent; at != 0 && before_checkpoints_.insert(at).second;)
+    at = steps_.at(at).parent;
 }
 
 // Against the last tiles before it: in memory, where what changed is known; else from the file.
@@ -94,6 +97,9 @@ Status Document::keep_tiles(TileJob& job, std::chrono::steady_clock::time_point 
   Result<Statement> checkpoint = database_.prepare("INSERT INTO checkpoint VALUES (?, ?)");
   if (!checkpoint) return Error{checkpoint.error()};
   if (Status s = checkpoint.value().bind(job.step).bind(box_to_json(job.bounds)).run(); !s) return s;
+  Result<Statement> drop = database_.prepare("DELETE FROM checkpoint_tile WHERE step = ?");
+  if (!drop) return Error{drop.error()};
+  if (Status s = drop.value().bind(job.step).run(); !s) return s;
   Result<Statement> put = database_.prepare("INSERT INTO checkpoint_tile VALUES (?, ?, ?, ?, ?)");
   if (!put) return Error{put.error()};
   for (const TilePlace& place : job.places) {
@@ -105,27 +111,28 @@ Status Document::keep_tiles(TileJob& job, std::chrono::steady_clock::time_point 
   return Ok{};
 }
 
-Status Document::keep_some_tiles(std::chrono::milliseconds at_most) {
+void Document::keep_some_tiles(std::chrono::milliseconds at_most) {
   const auto until = std::chrono::steady_clock::now() + at_most;
   while (!tiles_.empty() && std::chrono::steady_clock::now() < until) {
     TileJob& first = tiles_.front();
-    if (!first.planned)
-      if (Status s = plan_tiles(first); !s) return s;
+    Status kept = first.planned ? Status(Ok{}) : plan_tiles(first);
     // What a transaction found out is forgotten with it if it fails.
     TileJob job;
-    Status kept = commit("keeping tiles", [&] {
-      job = first;
-      return keep_tiles(job, until);
-    });
-    if (!kept) return kept;
-    if (job.done) {
-      checkpoints_[job.step] = job.bounds;
+    if (kept)
+      kept = commit("keeping tiles", [&] {
+        job = first;
+        return keep_tiles(job, until);
+      });
+    if (!kept) {
+      // A damaged file may have no place for them. Without, the step is carved again when it is gone to.
+      tiles_.pop_front();
+    } else if (job.done) {
+      add_checkpoint(job.step, job.bounds);
       tiles_.pop_front();
     } else {
       first = std::move(job);
     }
   }
-  return Ok{};
 }
 
 // The newest tile of each place on the way there.
@@ -170,6 +177,7 @@ Result<Document::TileMap> Document::other_tiles(StepId step, const std::vector<S
   StepId known_to = step;
   std::unordered_set<StepId> way = {step};
   const auto on_the_way = [&](StepId at) {
+    if (!is_checkpoint(at)) return false;
     while (known_to > at) way.insert(known_to = steps_.at(known_to).parent);
     return way.count(at) != 0;
   };
