@@ -29,6 +29,7 @@
 #include "apps/cli/common.h"
 #include "apps/cli/document_commands.h"
 #include "apps/cli/servo_commands.h"
+#include "apps/cli/studio_command.h"
 
 namespace {
 
@@ -520,6 +521,7 @@ int main(int argc, char** argv) {
 
   ServoCommands by_hand(app);
   DocumentCommands documents(app);
+  StudioCommand in_the_browser(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -529,6 +531,7 @@ int main(int argc, char** argv) {
   try {
     if (documents.given()) return documents.run();
     if (by_hand.given()) return by_hand.run();
+    if (in_the_browser.given()) return in_the_browser.run();
     if (*convert) return run_convert(convert_arguments);
     if (*info) return run_info(info_arguments);
     if (*compare) return run_compare(compare_arguments);

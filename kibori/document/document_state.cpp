@@ -214,7 +214,7 @@ Status Document::go_by_tiles(TriDexel& model, StepId step) const {
     // In one transaction, or SQLite would lock the file for every tile.
     auto& database = const_cast<Database&>(database_);
     if (writes_) static_cast<void>(database.run("BEGIN"));
-    const Status there_now = [&]() -> Status {
+    Status there_now = [&]() -> Status {
       Result<TileMap> tiles = other_tiles(step, way);
       if (!tiles) return Error{tiles.error()};
       model.restore(*start);

@@ -10,7 +10,6 @@ namespace {
 // Pieces of one tick's motion: a hand takes one or two, and each costs as much as a tick.
 constexpr double kMostPieces = 16;
 // A stroke ends when nothing was cut for so long.
-constexpr double kIdleS = 0.3;
 
 }  // namespace
 
@@ -49,6 +48,7 @@ LiveCarving::LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device
       safety_(device_->capabilities(), 1 / settings.rate_hz),
       passivity_(settings.passivity_ns_mm) {
   settings_.spring.tick_s = 1 / settings_.rate_hz;
+  if (settings_.watched) watched_ = std::make_unique<Watched>();
   logged_materials_ = std::make_shared<const std::vector<Material>>(settings_.materials);
   series_.set_spring(settings_.spring);
   if (settings_.model == HandModel::series)
@@ -86,6 +86,16 @@ void LiveCarving::stop() {
   stopping_ = true;
   thread_.join();
   safety_.disarm();
+}
+
+void LiveCarving::set_stiffness(double n_mm) {
+  const double felt = n_mm * settings_.workspace.scale() * settings_.force_scale;
+  if (!(n_mm > 0) ||
+      !check_stability({felt, settings_.passivity_ns_mm, 1 / settings_.rate_hz}, device_->capabilities()))
+    return;
+  settings_.spring.stiffness_n_mm = n_mm;
+  series_.set_spring(settings_.spring);
+  device_->expect_stiffness(felt);
 }
 
 bool LiveCarving::post(Command command) {
@@ -135,7 +145,7 @@ void LiveCarving::log_tick(const Pose& before, const StrokeTick& tick, const Wre
   idle_ticks_ = removed_mm3 != 0 ? 0 : idle_ticks_ + 1;
   stroke_removed_mm3_ += removed_mm3;
   if (settings_.log) log_.tick(tick, felt);
-  if (idle_ticks_ > kIdleS * settings_.rate_hz) finish_stroke();
+  if (idle_ticks_ > settings_.idle_s * settings_.rate_hz) finish_stroke();
 }
 
 void LiveCarving::finish_stroke() {
@@ -240,6 +250,7 @@ LiveTick LiveCarving::tick(double elapsed_s) {
   totals_.most_computed_n = std::max(totals_.most_computed_n, std::sqrt(result.computed.force.squaredNorm()));
   totals_.most_given_n = std::max(totals_.most_given_n, std::sqrt(result.given.force.squaredNorm()));
   totals_.cutting_ticks += result.cutting;
+  if (watched_) watched_->push(result);
   if (totals_.trip == Trip::none) totals_.trip = safety_.trip();
 
   if (++ticks_ % static_cast<uint64_t>(std::max(1, settings_.snapshot_ticks)) == 0 &&

@@ -47,6 +47,8 @@ struct LiveSettings {
   Workspace workspace;
   int snapshot_ticks = 16;  // between snapshots
   bool log = false;         // strokes go into log(), for a Scribe
+  double idle_s = 0.3;      // a stroke ends when the tool has not cut or filled for so long
+  bool watched = false;     // ticks can be read by next_tick()
 };
 
 // What one tick came to.
@@ -85,6 +87,10 @@ class LiveCarving {
   // The newest snapshot, if there is one that was not taken yet. One thread.
   bool latest(Snapshot& snapshot) { return snapshots_.take(snapshot); }
 
+  // Every tick in order, where LiveSettings::watched; those of whoever falls behind by two seconds are left
+  // out. One thread.
+  bool next_tick(LiveTick& tick) { return watched_ && watched_->pop(tick); }
+
   // So many tiles a field can be touched between two refills without asking the system for memory. Who keeps
   // snapshots refills now and then (Snapshot::keep_ready).
   static constexpr int kReadyTiles = 1024;
@@ -95,6 +101,10 @@ class LiveCarving {
   SafetyStage& safety() { return safety_; }
   const PassivityObserver& passivity() const { return passivity_; }
   LiveSettings& settings() { return settings_; }
+  // Of the series spring; where the device could not bear it, nothing changes. For commands.
+  void set_stiffness(double n_mm);
+  // Where the device is read next, the tool is put, without a way there. For commands.
+  void place_again() { placed_ = false; }
   // The model was changed from outside.
   void model_changed() { series_.disengage(); }
 
@@ -102,8 +112,8 @@ class LiveCarving {
   // thread.
   void cancel_stroke() { cancel_.store(true, std::memory_order_relaxed); }
 
-  // Strokes as they are made: one begins when the tool first cuts or fills, and ends when it has not for 0.3
-  // s, jumps, or a command comes.
+  // Strokes as they are made: one begins when the tool first cuts or fills, and ends when it has not for
+  // LiveSettings::idle_s, jumps, or a command comes.
   StrokeLog& log() { return log_; }
   // Ends the stroke that is being made. For commands, and while no thread runs; stop() does it.
   void finish_stroke();
@@ -115,6 +125,7 @@ class LiveCarving {
 
  private:
   using Command = std::function<void(LiveCarving&)>;
+  using Watched = SmallQueue<LiveTick, 8192>;
   LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device> device, const LiveSettings& settings);
   void run_command();
   void leave_stroke_off();
@@ -136,6 +147,7 @@ class LiveCarving {
   StrokeLog log_;
   std::shared_ptr<const std::vector<Material>> logged_materials_;
   bool in_stroke_ = false;
+  std::unique_ptr<Watched> watched_;    // null: no one does
   Snapshot before_stroke_;              // what cancel_stroke() goes back to
   uint64_t before_generation_ = ~0ull;  // of it
   std::atomic<bool> cancel_{false};

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: MIT
+// studio: carving by hand in the browser.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+class StudioCommand {
+ public:
+  explicit StudioCommand(CLI::App& app);
+  bool given() const { return studio_->parsed(); }
+  // Its exit status.
+  int run() const;
+
+ private:
+  CLI::App* studio_;
+  std::string file_, stock_;
+  uint16_t port_ = 0;
+  bool no_browser_ = false;
+};

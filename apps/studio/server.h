@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: MIT
+// The studio on the loopback interface: the page over HTTP, and one WebSocket for each page that is open.
+//
+// Who may come in: the URL with the token, once, is exchanged for a cookie that scripts can't read; Host and
+// Origin must be this server's own. Nothing else is answered. Everything happens on the thread that calls
+// run(): every few ms the studio is followed, and what changed is offered to the pages. A page gets the next
+// chunks when it has drawn the last, and then the newest: so one that is slow or stands still holds up
+// nobody.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include <kibori/base/result.h>
+#include <kibori/session/studio.h>
+
+namespace kibori::studio {
+
+struct Limits {
+  size_t message_bytes = size_t{1} << 20;  // of a page's messages
+  size_t waiting_bytes = size_t{8} << 20;  // to a page that does not read; then it is let go of
+  int connections = 32;
+  double header_s = 10;  // for a request's head, and a page's first message
+};
+
+class Server {
+ public:
+  // Listens on 127.0.0.1; port 0: any that is free. Errors: the port is taken.
+  static Result<std::unique_ptr<Server>> listen(Studio& studio, uint16_t port, const Limits& limits = {});
+  ~Server();
+
+  uint16_t port() const;
+  // With the token, to be opened in a browser by whoever may.
+  std::string url() const;
+  // Until stop() says so, which is asked every few ms.
+  void run(const std::function<bool()>& stop);
+
+  struct State;  // internal
+
+ private:
+  explicit Server(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace kibori::studio

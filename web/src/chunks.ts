@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+// The surface as the studio sends it, chunk by chunk: see Chunks in protocol/messages.json.
+import * as THREE from "three";
+
+const CELLS = 16;
+const STEPS = 2048;
+
+export interface Lattice {
+  origin: [number, number, number];
+  pitch: number;
+}
+
+/** Calls use(place, geometry) for each chunk; null where nothing is left of it. */
+export function unpack(data: Uint8Array, lattice: Lattice, use: (place: string, made: THREE.BufferGeometry | null) => void): void {
+  const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
+  let at = 0;
+  const u16 = (): number => {
+    at += 2;
+    return view.getUint16(at - 2, true);
+  };
+  const step = lattice.pitch / STEPS;
+  while (at < data.byteLength) {
+    const place = [u16(), u16(), u16()];
+    const vertices = view.getUint32(at, true);
+    const triangles = view.getUint32(at + 4, true);
+    at += 8;
+    const position = new Float32Array(3 * vertices);
+    const normal = new Int8Array(3 * vertices);
+    const from = place.map((p, i) => lattice.origin[i] + (CELLS * p - 1) * lattice.pitch);
+    for (let v = 0; v < vertices; v++) {
+      for (let i = 0; i < 3; i++) position[3 * v + i] = from[i] + step * u16();
+      for (let i = 0; i < 3; i++) normal[3 * v + i] = view.getInt8(at + i);
+      at += 4;
+    }
+    const index = new Uint16Array(3 * triangles);
+    for (let i = 0; i < index.length; i++) index[i] = u16();
+    if (triangles === 0) {
+      use(place.join(), null);
+      continue;
+    }
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(position, 3));
+    geometry.setAttribute("normal", new THREE.BufferAttribute(normal, 3, true));
+    geometry.setIndex(new THREE.BufferAttribute(index, 1));
+    geometry.computeBoundingSphere();
+    use(place.join(), geometry);
+  }
+}

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: MIT
+// Made by tools/make_protocol.py from protocol/messages.json: change that.
+import { Reader, Writer, type Vec3 } from "./wire";
+
+export const PROTOCOL_VERSION = 1;
+
+/** The first message of a page. */
+export interface Hello { version: number }
+/** Where the tool's tip is wanted [mm], and its axis, from the tip up. */
+export interface Aim { tip: Vec3; axis: Vec3 }
+/** From now on the tool works: first it is put to `tip`, clear of material. mode: 0 cut, 1 fill. */
+export interface Press { tip: Vec3; axis: Vec3; mode: number }
+/** The tool works no longer. */
+export type Lift = Record<string, never>;
+/** The stroke that is being made is as if it had not been. */
+export type Cancel = Record<string, never>;
+/** One step back. */
+export type Undo = Record<string, never>;
+/** One step forth. */
+export type Redo = Record<string, never>;
+/** shape: 0 ball, 1 finger, 2 flat end mill, 3 capsule. size: radius [mm]; for the finger its Ks. length [mm]. */
+export interface ChooseTool { shape: number; size: number; length: number }
+/** Stiffness between hand and tool [N/mm]. */
+export interface ChooseSpring { stiffness: number }
+/** The page has drawn this frame of chunks, and can take the next. */
+export interface Got { frame: number }
+/** This page wants to hold the tool; the others then watch. */
+export type TakeTool = Record<string, never>;
+/** The answer to Hello: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document. */
+export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string }
+/** Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), vertices, corners (u16 each). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
+export interface Chunks { frame: number; more: number; data: Uint8Array }
+/** Every servo tick since the last: tip [mm], force on the hand [N], moment about the tip [N mm], nine f32 a tick. start: number of the first. */
+export interface Ticks { start: number; data: Uint8Array }
+/** Volume [mm^3], what was removed since the studio began [mm^3], where the document stands; whether this page holds the tool. */
+export interface State { volume: number; removed: number; step: number; steps: number; undo: number; redo: number; holds: number; hash: string }
+/** A sentence for the person. */
+export interface Notice { text: string }
+
+export const write = {
+  Hello: (m: Hello) => new Writer(1).u16(m.version).done(),
+  Aim: (m: Aim) => new Writer(2).vec3(m.tip).vec3(m.axis).done(),
+  Press: (m: Press) => new Writer(3).vec3(m.tip).vec3(m.axis).u8(m.mode).done(),
+  Lift: () => new Writer(4).done(),
+  Cancel: () => new Writer(5).done(),
+  Undo: () => new Writer(6).done(),
+  Redo: () => new Writer(7).done(),
+  ChooseTool: (m: ChooseTool) => new Writer(8).u8(m.shape).f64(m.size).f64(m.length).done(),
+  ChooseSpring: (m: ChooseSpring) => new Writer(9).f64(m.stiffness).done(),
+  Got: (m: Got) => new Writer(10).u32(m.frame).done(),
+  TakeTool: () => new Writer(11).done(),
+};
+
+/** What the studio may say. */
+export type FromStudio =
+  | { kind: "Welcome"; message: Welcome }
+  | { kind: "Chunks"; message: Chunks }
+  | { kind: "Ticks"; message: Ticks }
+  | { kind: "State"; message: State }
+  | { kind: "Notice"; message: Notice };
+
+/** Throws where it is none of them, or too short or long. */
+export function read(data: ArrayBuffer): FromStudio {
+  const r = new Reader(data);
+  const kind = r.u8();
+  switch (kind) {
+    case 64:
+      return r.end({ kind: "Welcome", message: { version: r.u16(), origin: r.vec3(), nodes: r.vec3(), pitch: r.f64(), rate: r.f64(), document: r.text() } });
+    case 65:
+      return r.end({ kind: "Chunks", message: { frame: r.u32(), more: r.u8(), data: r.bytes() } });
+    case 66:
+      return r.end({ kind: "Ticks", message: { start: r.f64(), data: r.bytes() } });
+    case 67:
+      return r.end({ kind: "State", message: { volume: r.f64(), removed: r.f64(), step: r.u32(), steps: r.u32(), undo: r.u8(), redo: r.u8(), holds: r.u8(), hash: r.text() } });
+    case 68:
+      return r.end({ kind: "Notice", message: { text: r.text() } });
+    default:
+      throw new Error(`a message of kind ${kind}, which is none`);
+  }
+}

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: MIT
+// The solid, the tool and the light. Z is up, lengths are mm.
+import * as THREE from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { unpack, type Lattice } from "./chunks";
+import type { Vec3 } from "./wire";
+import { woodMaterial } from "./wood";
+
+export interface Hit {
+  point: THREE.Vector3;
+  normal: THREE.Vector3;
+}
+
+export class View {
+  readonly controls: OrbitControls;
+  private renderer: THREE.WebGLRenderer;
+  private scene = new THREE.Scene();
+  private camera = new THREE.PerspectiveCamera(35, 1, 1, 5000);
+  private chunks = new THREE.Group();
+  private shown = new Map<string, THREE.Mesh>();
+  // What a chunk was when the stroke began: depth is taken from there, so that the tool does not sink by itself.
+  private before: Map<string, THREE.Mesh> | null = null;
+  private wood = new THREE.Vector3();
+  private material = woodMaterial(this.wood);
+  private tool = new THREE.Group();
+  private ring: THREE.Mesh;
+  private arrow = new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), new THREE.Vector3(), 1, 0xd55e00);
+  private sun = new THREE.DirectionalLight(0xfff4e6, 2.6);
+  private grid: THREE.GridHelper | null = null;
+  private ray = new THREE.Raycaster();
+  private box = new THREE.Box3();
+  private framed = false;
+  private fine = Math.min(2, window.devicePixelRatio); // pixels a pixel; fewer where drawing is slow
+  private drawnAt = 0;
+  private drawn = false;
+
+  constructor(private canvas: HTMLCanvasElement) {
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
+    // Shadows are drawn anew when what throws them changes, not when the camera moves.
+    this.renderer.shadowMap.autoUpdate = false;
+    this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.mouseButtons = { LEFT: THREE.MOUSE.ROTATE, MIDDLE: THREE.MOUSE.ROTATE, RIGHT: THREE.MOUSE.ROTATE };
+    this.controls.zoomToCursor = true;
+    this.controls.addEventListener("change", () => this.redraw());
+    this.sun.castShadow = true;
+    this.sun.shadow.mapSize.set(2048, 2048);
+    this.sun.shadow.bias = -0.0004;
+    this.sun.shadow.normalBias = 0.15;
+    const ringShape = new THREE.RingGeometry(0.94, 1, 64);
+    this.ring = new THREE.Mesh(ringShape, new THREE.MeshBasicMaterial({ color: 0x0072b2, side: THREE.DoubleSide, depthTest: false, transparent: true }));
+    this.ring.visible = this.arrow.visible = false;
+    this.ring.renderOrder = 2;
+    this.scene.add(this.chunks, this.tool, this.ring, this.arrow, this.sun, this.sun.target, new THREE.HemisphereLight(0xffffff, 0x8a7a68, 1.1));
+    new ResizeObserver(() => this.redraw()).observe(canvas);
+  }
+
+  begin(lattice: Lattice, nodes: Vec3): void {
+    for (const mesh of this.shown.values()) mesh.geometry.dispose();
+    this.shown.clear();
+    this.chunks.clear();
+    const size = nodes.map((n) => n * lattice.pitch);
+    this.wood.set(lattice.origin[0], lattice.origin[1] + 0.42 * size[1], lattice.origin[2] - 0.35 * size[2]);
+  }
+
+  /** Takes a frame of chunks in. */
+  take(data: Uint8Array, lattice: Lattice): void {
+    unpack(data, lattice, (place, made) => {
+      const old = this.shown.get(place);
+      if (old) {
+        this.chunks.remove(old);
+        if (this.before && !this.before.has(place)) this.before.set(place, old);
+        else if (this.before?.get(place) !== old) old.geometry.dispose();
+        this.shown.delete(place);
+      }
+      if (!made) return;
+      const mesh = new THREE.Mesh(made, this.material);
+      mesh.castShadow = mesh.receiveShadow = true;
+      this.shown.set(place, mesh);
+      this.chunks.add(mesh);
+    });
+    this.renderer.shadowMap.needsUpdate = true;
+    this.redraw();
+  }
+
+  /** All chunks are there. */
+  complete(): void {
+    if (!this.framed) this.frame();
+  }
+
+  frame(from = new THREE.Vector3(-0.55, -1, 0.75)): void {
+    this.box.makeEmpty();
+    for (const mesh of this.shown.values()) this.box.union(new THREE.Box3().setFromBufferAttribute(mesh.geometry.attributes.position as THREE.BufferAttribute));
+    if (this.box.isEmpty()) return;
+    const sphere = this.box.getBoundingSphere(new THREE.Sphere());
+    const r = sphere.radius;
+    const far = (1.15 * r) / Math.sin((this.camera.fov * Math.PI) / 360) / Math.min(1, this.camera.aspect);
+    this.camera.position.copy(sphere.center).addScaledVector(from.clone().normalize(), far);
+    this.camera.near = far / 200;
+    this.camera.far = far * 20;
+    this.controls.target.copy(sphere.center);
+    this.controls.update();
+    this.sun.position.copy(sphere.center).add(new THREE.Vector3(-0.7, -0.45, 1.6).multiplyScalar(3 * r));
+    this.sun.target.position.copy(sphere.center);
+    const shadow = this.sun.shadow.camera;
+    shadow.left = shadow.bottom = -1.2 * r;
+    shadow.right = shadow.top = 1.2 * r;
+    shadow.near = r;
+    shadow.far = 9 * r;
+    shadow.updateProjectionMatrix();
+    if (this.grid) this.scene.remove(this.grid);
+    const half = Math.ceil((1.6 * r) / 10) * 10;
+    this.grid = new THREE.GridHelper(2 * half, (2 * half) / 10, 0x8a7a68, 0xb9aca0);
+    this.grid.rotation.x = Math.PI / 2;
+    this.grid.position.set(Math.round(sphere.center.x / 10) * 10, Math.round(sphere.center.y / 10) * 10, this.box.min.z - 0.05);
+    (this.grid.material as THREE.Material).transparent = true;
+    (this.grid.material as THREE.Material).opacity = 0.45;
+    this.scene.add(this.grid);
+    this.framed = true;
+    this.renderer.shadowMap.needsUpdate = true;
+    this.redraw();
+  }
+
+  beginStroke(): void {
+    this.before = new Map();
+  }
+  endStroke(): void {
+    if (!this.before) return;
+    for (const [place, mesh] of this.before) if (this.shown.get(place) !== mesh) mesh.geometry.dispose();
+    this.before = null;
+    this.redraw();
+  }
+
+  /** Where a point of the window meets the surface, as it was before the stroke that is being made. */
+  hit(x: number, y: number): Hit | null {
+    const r = this.canvas.getBoundingClientRect();
+    this.ray.setFromCamera(new THREE.Vector2((2 * (x - r.left)) / r.width - 1, 1 - (2 * (y - r.top)) / r.height), this.camera);
+    const meshes: THREE.Object3D[] = [];
+    for (const [place, mesh] of this.shown) if (!this.before?.has(place)) meshes.push(mesh);
+    if (this.before) for (const mesh of this.before.values()) meshes.push(mesh);
+    const found = this.ray.intersectObjects(meshes, false)[0];
+    if (!found) return null;
+    const normal = found.normal ? found.normal.clone() : found.face!.normal.clone();
+    if (normal.dot(this.ray.ray.direction) > 0) normal.negate();
+    return { point: found.point.clone(), normal };
+  }
+
+  /** The tool as it is: shape 0 ball, 1 finger, 2 end mill, 3 capsule. */
+  setTool(shape: number, size: number, length: number): void {
+    this.tool.clear();
+    const look = new THREE.MeshStandardMaterial({ color: 0xb8bcc2, roughness: 0.3, metalness: 0.6, transparent: true, opacity: 0.75 });
+    const add = (geometry: THREE.BufferGeometry, z: number, turn = true): void => {
+      const mesh = new THREE.Mesh(geometry, look);
+      if (turn) mesh.rotation.x = Math.PI / 2;
+      mesh.position.z = z;
+      this.tool.add(mesh);
+    };
+    if (shape === 0) add(new THREE.SphereGeometry(size, 40, 28), size);
+    if (shape === 2) add(new THREE.CylinderGeometry(size, size, length, 40), length / 2);
+    if (shape === 3) add(new THREE.CapsuleGeometry(size, length, 12, 40), size + length / 2);
+    if (shape === 1) {
+      // A paraboloid: z = Ks r^2 up to its length.
+      const points: THREE.Vector2[] = [];
+      for (let i = 0; i <= 24; i++) {
+        const z = (length * i * i) / (24 * 24);
+        points.push(new THREE.Vector2(Math.sqrt(z / size), z));
+      }
+      add(new THREE.LatheGeometry(points, 40), 0);
+    }
+    this.redraw();
+  }
+
+  showTool(tip: Vec3, axis: THREE.Vector3, force: Vec3 | null): void {
+    this.tool.position.set(...tip);
+    this.tool.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), axis);
+    const f = force ? new THREE.Vector3(...force) : new THREE.Vector3();
+    const n = f.length();
+    this.arrow.visible = n > 0.01;
+    if (this.arrow.visible) {
+      this.arrow.position.set(...tip);
+      this.arrow.setDirection(f.divideScalar(n));
+      const long = Math.min(40, 6 + 12 * Math.log1p(n));
+      this.arrow.setLength(long, 3, 1.6);
+    }
+    this.redraw();
+  }
+
+  showRing(at: Hit | null, radius: number): void {
+    this.ring.visible = at !== null;
+    if (at) {
+      this.ring.position.copy(at.point).addScaledVector(at.normal, 0.05);
+      this.ring.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), at.normal);
+      this.ring.scale.setScalar(radius);
+    }
+    this.redraw();
+  }
+
+  redraw(): void {
+    if (this.drawn) return;
+    this.drawn = true;
+    requestAnimationFrame(() => {
+      this.drawn = false;
+      const w = this.canvas.clientWidth, h = this.canvas.clientHeight;
+      // Frame after frame that takes long: a machine without a graphics card.
+      const now = performance.now(), took = now - this.drawnAt;
+      this.drawnAt = now;
+      if (took > 60 && took < 400 && this.fine > 0.75) this.fine = Math.max(0.75, 0.8 * this.fine);
+      const ratio = this.fine;
+      if (this.canvas.width !== Math.floor(w * ratio) || this.canvas.height !== Math.floor(h * ratio)) {
+        this.renderer.setPixelRatio(ratio);
+        this.renderer.setSize(w, h, false);
+        this.camera.aspect = w / h;
+        this.camera.updateProjectionMatrix();
+      }
+      this.renderer.render(this.scene, this.camera);
+    });
+  }
+}
