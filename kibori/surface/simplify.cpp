@@ -232,7 +232,12 @@ class Simplifier {
         if (face.corner[i] == to) {
           const Vec3& end = face.corner[(i + 1) % 3];
           apart = std::max(apart, from_fan(v, 0.5 * (to + end)));
-          for (const uint32_t w : ring_v_) apart = std::max(apart, crossing(from, points_[w], to, end));
+          for (const uint32_t w : ring_v_) {
+            const Crossing c = crossing(from, points_[w], to, end);
+            // The fans may be nearer there than these two sides are.
+            if ((c.here - c.there).norm() > apart)
+              apart = std::max({apart, to_fan(c.here), from_fan(v, c.there)});
+          }
         }
     }
     moved = before_now + apart;
@@ -249,16 +254,19 @@ class Simplifier {
     return nearest;
   }
 
-  // How far the segments a b and c d are apart where one passes over the other; 0 where they do not.
-  static double crossing(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
+  // Where the segments a b and c d pass over each other; where they do not, one point for both.
+  struct Crossing {
+    Vec3 here, there;
+  };
+  static Crossing crossing(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
     const Vec3 along = b - a, across = d - c, between = c - a;
     const double aa = along.squaredNorm(), ac = along.dot(across), cc = across.squaredNorm();
     const double det = aa * cc - ac * ac;
-    if (!(det > 1e-12 * aa * cc)) return 0;
+    if (!(det > 1e-12 * aa * cc)) return {a, a};
     const double s = (along.dot(between) * cc - across.dot(between) * ac) / det;
     const double t = (along.dot(between) * ac - across.dot(between) * aa) / det;
-    if (!(s > 0 && s < 1 && t > 0 && t < 1)) return 0;
-    return (a + s * along - c - t * across).norm();
+    if (!(s > 0 && s < 1 && t > 0 && t < 1)) return {a, a};
+    return {a + s * along, c + t * across};
   }
 
   double to_fan(const Vec3& p) const {
