@@ -72,6 +72,7 @@ try {
   await until(watcher, "the same block", (s) => s.hash === first.hash);
   check("one hand holds the tool", await watcher.locator("#take").isVisible());
 
+  const watched = Number((await state(watcher)).chunks);
   await page.mouse.move(400, 250);
   await page.mouse.down();
   for (let i = 0; i < 12; i++) await page.mouse.move(400 + 4 * i, 250 - i);
@@ -79,7 +80,7 @@ try {
   if (screenshot) await page.screenshot({ path: screenshot });
   await page.mouse.up();
   const cut = await until(page, "a step", (s) => Number(s.step) > 1 && s.hash !== first.hash);
-  await until(watcher, "the same cut", (s) => Number(s.step) > 1 && s.chunks !== undefined);
+  await until(watcher, "the same cut", (s) => s.hash === cut.hash && Number(s.chunks) > watched);
 
   for (let i = 0; i < 60 && (await state(page)).step !== "1"; i++) {
     await page.keyboard.press("Control+z");

@@ -45,18 +45,20 @@ Result<std::filesystem::path> unnamed_document() {
   return folder / (std::string(name) + ".kibori");
 }
 
-// By way of a file that only this user can read: what stands in a command line, everyone can.
-void open_browser(const std::string& url) {
-  if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) return;
+// By way of a file that only this user can read: what stands in a command line, everyone can. Its name, to be
+// removed in the end; empty where there is no display.
+std::string open_browser(const std::string& url) {
+  if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) return {};
   char name[] = "/tmp/kibori-studio-XXXXXX.html";
   const int made = mkstemps(name, 5);
-  if (made < 0) return;
+  if (made < 0) return {};
   ::close(made);
   std::ofstream(name) << "<!doctype html><meta http-equiv=\"refresh\" content=\"0;url=" << url << "\">";
   std::string program = "xdg-open", file = name;
   char* arguments[] = {program.data(), file.data(), nullptr};
   pid_t child = 0;
   static_cast<void>(posix_spawnp(&child, "xdg-open", nullptr, nullptr, arguments, environ));
+  return name;
 }
 
 }  // namespace
@@ -104,8 +106,10 @@ int StudioCommand::run() const {
     std::printf("%s is open at\n  %s\nCtrl-C ends it; all is saved as you carve.\n",
                 session.document_name().c_str(), url.c_str());
     if (const int status = written(); status != 0) return status;
-    if (!no_browser_) open_browser(url);
+    const std::string way = no_browser_ ? std::string() : open_browser(url);
     server.value()->run([] { return interrupted != 0; });
+    std::error_code ignored;
+    if (!way.empty()) std::filesystem::remove(way, ignored);
   }
   const std::string where = session.close();
   return where.empty() ? written() : bad_input(where);

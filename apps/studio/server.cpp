@@ -466,8 +466,6 @@ void Server::State::follow() {
     if (!felt.empty() && page->waiting_bytes() < kTicksWait) page->send(felt);
     if (!state_due) continue;
     const Studio::Place& place = studio.place();
-    char hash[17];
-    std::snprintf(hash, sizeof hash, "%016llx", static_cast<unsigned long long>(place.hash));
     kibori::studio::State state;
     state.volume = studio.volume_mm3();
     state.removed = studio.removed_mm3();
@@ -476,7 +474,7 @@ void Server::State::follow() {
     state.undo = place.undo;
     state.redo = place.redo;
     state.holds = page == holder;
-    state.hash = hash;
+    state.hash = hash_text(place.hash);
     page->send(encode(state));
     if (!notice.empty()) page->notice(notice);
     if (!place.trouble.empty()) page->notice(place.trouble);
