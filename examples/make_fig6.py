@@ -483,7 +483,7 @@ def scales(field, plain):
 # ---- the file --------------------------------------------------------------------------------------------------
 
 HEADER = """\
-# A fish carved from a plain walnut block by strokes of the virtual finger alone, after the paper's fig. 6:
+# A fish, after the paper's fig. 6: carved from a plain walnut block by strokes of the virtual finger alone,
 # roughing, levelling, outline and body, then gill, scales, fins and eye, with sharper and sharper fingers.
 # Written by make_fig6.py; change that, not this.
 

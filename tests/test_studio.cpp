@@ -1,12 +1,21 @@
 // SPDX-License-Identifier: MIT
 // The studio's session: what a pointer does reaches model, document and surface.
+#include <atomic>
 #include <chrono>
+#include <cmath>
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <thread>
 
 #include <gtest/gtest.h>
 
+#include <kibori/session/carving.h>
+#include <kibori/session/export.h>
+#include <kibori/session/library.h>
 #include <kibori/session/servo_run.h>
+#include <kibori/session/stock_scene.h>
 #include <kibori/session/studio.h>
 
 #include "tests/support.h"
@@ -45,7 +54,7 @@ TEST(Studio, PressedItCutsAndUndoneItIsAsBefore) {
   const auto file = folder.path / "a.kibori";
   uint64_t hash = 0;
   {
-    auto opened = Studio::open(file, servo_scene());
+    auto opened = Studio::create(file, servo_scene());
     ASSERT_TRUE(opened.ok()) << opened.error();
     Studio& studio = *opened.value();
     const double volume = studio.volume_mm3();
@@ -83,6 +92,168 @@ TEST(Studio, PressedItCutsAndUndoneItIsAsBefore) {
   ASSERT_TRUE(document.ok()) << document.error();
   EXPECT_EQ(document.value()->steps().at(document.value()->head()).hash, hash);
   EXPECT_TRUE(document.value()->verify([](const std::string& wrong) { ADD_FAILURE() << wrong; }).ok());
+}
+
+// Adds a row of material and waits for its step.
+StepId add_row(Studio& studio, double y) {
+  const size_t before = studio.steps().size();
+  studio.press(Vec3(15, y, 16), Vec3::UnitZ(), Mode::deposit);
+  follow(studio, 0.1);
+  studio.aim(Vec3(25, y, 16), Vec3::UnitZ());
+  follow(studio, 0.2);
+  studio.lift();
+  EXPECT_TRUE(follow(studio, 20, [&] { return studio.steps().size() > before; }));
+  return studio.steps().empty() ? 0 : studio.steps().back().id;
+}
+
+TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
+  Folder folder;
+  const auto file = folder.path / "a.kibori", copy = folder.path / "copy.kibori";
+  const Result<Scene> scene = stock_scene(Stock::Kind::block, Vec3(40, 30, 16), 0.5, 1);
+  ASSERT_TRUE(scene.ok()) << scene.error();
+  StepId first = 0, branch = 0;
+  {
+    auto opened = Studio::create(file, scene.value());
+    ASSERT_TRUE(opened.ok()) << opened.error();
+    Studio& studio = *opened.value();
+    ASSERT_EQ(studio.materials().size(), woods().size());
+    ASSERT_TRUE(follow(studio, 20, [&] { return studio.place().step == 1 && studio.steps().size() == 1; }));
+    const double volume = studio.volume_mm3();
+    EXPECT_TRUE(studio.choose_material(2).ok());
+    EXPECT_FALSE(studio.choose_material(99).ok());
+    first = add_row(studio, 10);
+    EXPECT_GT(studio.volume_mm3(), volume + 10);
+    EXPECT_LT(studio.steps().back().removed_mm3, -10);
+    studio.name_version("one row");
+    ASSERT_TRUE(follow(studio, 20, [&] { return studio.versions().count("one row") == 1; }));
+    studio.name_version("7");  // no name: a number
+    std::string told;
+    ASSERT_TRUE(follow(studio, 20, [&] { return !(told = studio.notice()).empty(); }));
+    EXPECT_NE(told.find("name"), std::string::npos) << told;
+    studio.go(1);
+    ASSERT_TRUE(follow(studio, 20, [&] { return studio.place().step == 1; }));
+    ASSERT_TRUE(follow(studio, 20, [&] { return studio.volume_mm3() == volume; }));
+    branch = add_row(studio, 20);
+    EXPECT_EQ(studio.steps().back().parent, 1);
+    studio.go(12345);
+    ASSERT_TRUE(follow(studio, 20, [&] { return !studio.notice().empty(); }));
+    // Pictures, and a copy: both by the scribe's thread.
+    std::atomic<int> answers{0};
+    Bytes got;
+    studio.keep_thumbnail(first, {1, 2, 3});
+    studio.thumbnail(first, [&](Bytes png) {
+      got = std::move(png);
+      answers++;
+    });
+    studio.thumbnail(branch, [&](const Bytes& png) {
+      EXPECT_TRUE(png.empty());
+      answers++;
+    });
+    studio.save_copy(copy, [&](const Status& saved) {
+      EXPECT_TRUE(saved.ok());
+      answers++;
+    });
+    studio.save_copy("/nowhere/x.kibori", [&](const Status& saved) {
+      EXPECT_FALSE(saved.ok());
+      answers++;
+    });
+    ASSERT_TRUE(follow(studio, 20, [&] { return answers == 4; }));
+    EXPECT_EQ(got, (Bytes{1, 2, 3}));
+    // The models without a spring move the tool where the hand is.
+    for (const HandModel model : {HandModel::energy, HandModel::paper, HandModel::series})
+      EXPECT_TRUE(studio.choose_model(model).ok());
+    EXPECT_EQ(studio.close(), "");
+  }
+  for (const auto& path : {file, copy}) {
+    EXPECT_FALSE(Studio::create(path, scene.value()).ok());
+    auto again = Studio::open(path);
+    ASSERT_TRUE(again.ok()) << again.error();
+    EXPECT_EQ(again.value()->materials().size(), woods().size());
+    ASSERT_TRUE(follow(*again.value(), 20, [&] { return again.value()->steps().size() == 3; }));
+    EXPECT_EQ(again.value()->place().step, branch);
+    EXPECT_EQ(again.value()->versions().at("one row"), first);
+  }
+}
+
+TEST(Studio, ScenesOfStockAlone) {
+  for (const auto kind : {Stock::Kind::block, Stock::Kind::cylinder, Stock::Kind::sphere}) {
+    const Result<Scene> scene = stock_scene(kind, Vec3(20, 16, 12), 0.25, 3);
+    ASSERT_TRUE(scene.ok()) << scene.error();
+    const auto model = make_stock(scene.value().stock, "a test", {});
+    ASSERT_TRUE(model.ok()) << model.error();
+    const double pi = std::acos(-1.0);
+    const double exact = kind == Stock::Kind::block      ? 20 * 16 * 12
+                         : kind == Stock::Kind::cylinder ? pi * 100 * 12
+                                                         : 4 * pi / 3 * 1000;
+    EXPECT_NEAR(model.value()->volume_mm3(), exact, 0.01 * exact);
+  }
+  const double nan = std::nan("");
+  for (const Vec3& size : {Vec3(0, 1, 1), Vec3(-1, 1, 1), Vec3(nan, 1, 1), Vec3(1e9, 1, 1), Vec3(1, 1, 1e-9)})
+    EXPECT_FALSE(stock_scene(Stock::Kind::block, size, 0.1, 0).ok());
+  for (const double pitch : {0.0, -1.0, nan, 1e-9, 1e9})
+    EXPECT_FALSE(stock_scene(Stock::Kind::block, Vec3(10, 10, 10), pitch, 0).ok());
+  EXPECT_FALSE(stock_scene(Stock::Kind::block, Vec3(10, 10, 10), 0.1, 4).ok());
+  EXPECT_FALSE(file_scene("/nowhere.stl", 10, 100, 0).ok());
+  for (const double rays : {0.0, 1e9, nan, -5.0}) EXPECT_FALSE(file_scene("/nowhere.png", 10, rays, 0).ok());
+}
+
+TEST(Studio, NamesLeadNowhereElse) {
+  Folder folder;
+  const Library library(folder.path / "documents");
+  EXPECT_TRUE(library.list().empty());
+  for (const std::string name : {"../x", "/etc/passwd", "..", ".", "", "a/../../b", "x y", "\\..\\z",
+                                 ".hidden", "   ", "\x01\x7f", "a\nb"}) {
+    const auto place = library.place_for(name);
+    ASSERT_TRUE(place.ok()) << place.error();
+    EXPECT_EQ(place.value().parent_path(), folder.path / "documents") << name;
+    EXPECT_EQ(place.value().extension(), ".kibori");
+    EXPECT_NE(place.value().filename().string().front(), '.') << name;
+    EXPECT_FALSE(library.find(name).ok()) << name;
+  }
+  EXPECT_LE(library.place_for(std::string(5000, 'x')).value().filename().string().size(), 120u);
+  // Umlauts are not cut in the middle.
+  std::string umlauts;
+  for (int i = 0; i < 60; i++) umlauts += "\xc3\xa4";
+  const std::string kept = library.place_for("a" + umlauts).value().stem().string();
+  EXPECT_EQ((kept.size() - 1) % 2, 0u);
+  const auto put = [&](const std::string& name) { std::ofstream(folder.path / "documents" / name) << "x"; };
+  put("one.kibori");
+  put("notes.txt");
+  std::filesystem::create_directory(folder.path / "documents" / "folder.kibori");
+  ASSERT_EQ(library.list().size(), 1u);
+  EXPECT_EQ(library.list().front().name, "one");
+  EXPECT_TRUE(library.find("one").ok());
+  EXPECT_EQ(library.place_for("one").value().filename(), "one 2.kibori");
+  EXPECT_TRUE(library.thumbnail("one").empty());  // it is none
+  // Only as it is called: another way of writing its ending is another file.
+  put("Old.KIBORI");
+  EXPECT_EQ(library.list().size(), 1u);
+  EXPECT_FALSE(library.find("Old").ok());
+  EXPECT_FALSE(Studio::open(folder.path / "documents" / "Old.kibori").ok());
+  EXPECT_FALSE(std::filesystem::exists(folder.path / "documents" / "Old.kibori"));
+  put("locked");
+  EXPECT_FALSE(Library(folder.path / "documents" / "locked").place_for("x").ok());
+  EXPECT_FALSE(Library({}).place_for("x").ok());
+}
+
+TEST(Studio, LayersInOneArchive) {
+  Folder folder;
+  TriDexel model(make_lattice(Vec3(10, 10, 4), 0.5, 0).value());
+  const auto path = folder.path / "layers.zip";
+  EXPECT_FALSE(write_layers_zip(path, model.snapshot(), {}).ok());
+  EXPECT_FALSE(std::filesystem::exists(path));
+  model.fill_block({Vec3(1, 1, 0), Vec3(9, 9, 4)}, 0);
+  LayerOptions options;
+  options.layer_mm = 1;
+  const Status written = write_layers_zip(path, model.snapshot(), options);
+  ASSERT_TRUE(written.ok()) << written.error();
+  // By a program that shares nothing with ours.
+  const std::string list = folder.path / "list.txt";
+  ASSERT_EQ(std::system(("python3 -m zipfile -l " + path.string() + " > " + list).c_str()), 0);
+  std::ifstream text(list);
+  const std::string all((std::istreambuf_iterator<char>(text)), std::istreambuf_iterator<char>());
+  EXPECT_NE(all.find("layer-0001.svg"), std::string::npos) << all;
+  EXPECT_EQ(std::system(("python3 -m zipfile -t " + path.string() + " > " + list).c_str()), 0);
 }
 
 }  // namespace

@@ -14,13 +14,15 @@ import tempfile
 import time
 import unittest
 
-KIBORI = sys.argv.pop(1)
+KIBORI = os.path.abspath(sys.argv.pop(1))
 
 
 class Studio:
     def __init__(self, folder, *more):
-        self.program = subprocess.Popen([KIBORI, "studio", os.path.join(folder, "s.kibori"), "--no-browser", *more],
-                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        file = [] if "--begin" in more else [os.path.join(folder, "s.kibori")]
+        self.program = subprocess.Popen([KIBORI, "studio", *file, "--no-browser", *(m for m in more if m != "--begin")],
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                        env=os.environ | {"XDG_DATA_HOME": folder})
         self.url = ""
         for line in self.program.stdout:
             found = re.search(r"http://127\.0\.0\.1:(\d+)/\?token=([0-9a-f]+)", line)
@@ -82,6 +84,9 @@ class Connection:
         data = self.take(size)
         if head[0] & 15 == 8:
             raise ConnectionError
+        if head[0] & 15 == 9:  # whether we are still there
+            self.frame(data, code=10)
+            return self.message()
         return data
 
     def closed(self, seconds=20):
@@ -96,7 +101,7 @@ class Connection:
             return True
 
 
-HELLO = bytes([1]) + struct.pack("<H", 1)
+HELLO = bytes([1]) + struct.pack("<H", 2)
 
 
 class Server(unittest.TestCase):
@@ -187,11 +192,17 @@ class Server(unittest.TestCase):
         self.assertEqual(self.upgrade([self.cookie, f"Origin: {own}"])[1], 101)
 
     def test_nothing_but_the_page(self):
-        for target in ("/../etc/passwd", "/..%2f..%2fetc/passwd", "//etc/passwd", "/.", "/s.kibori", "/index.html/", "/%2e%2e/", "/assets/",
+        for target in ("/../etc/passwd", "/..%2f..%2fetc/passwd", "//etc/passwd", "/.", "/s.kibori", "/thumbnail/../s.kibori", "/export/", "/import/", "/index.html/", "/%2e%2e/", "/assets/",
                        "/index.html?x", "/ws/", "/assets/../index.html", "http://127.0.0.1/etc/passwd", "*"):
             self.assertIn(self.status(target, [self.cookie]), (404, 400), target)
         for method in ("POST", "PUT", "DELETE", "HEAD", "OPTIONS"):
             self.assertEqual(self.status("/", [self.cookie], method), 405, method)
+            self.assertIn(self.status("/export?format=stl", [self.cookie], method), (405,), method)
+        for query in ("document=..%2Fs", "document=%2Fetc%2Fpasswd", "document=s.kibori", "document=%zz", "document=a%", "step=0", "step=-1",
+                      "step=99999999999", "step=x", "step=nan", "step=1e999", ""):
+            self.assertEqual(self.status("/thumbnail?" + query, [self.cookie]), 204, query)
+        for query in ("format=exe", "format=../x", "format=%2e%2e%2fx", "format=", "", "format=stl&tolerance=-1", "format=stl&tolerance=nan"):
+            self.assertEqual(self.status("/export?" + query, [self.cookie]), 400, query)
         self.assertEqual(self.status("/ws", [self.cookie]), 426)
 
     def test_the_policy(self):
@@ -298,6 +309,270 @@ class Server(unittest.TestCase):
                                capture_output=True, text=True, timeout=60)
         self.assertEqual(other.returncode, 2)
         self.assertIn("--port", other.stderr)
+
+
+def text(words):
+    return struct.pack("<I", len(words.encode())) + words.encode()
+
+
+TETRAHEDRON = "solid t\n" + "".join(
+    "facet normal 0 0 0\nouter loop\n" + "".join("vertex %d %d %d\n" % v for v in f) + "endloop\nendfacet\n"
+    for f in (((0, 0, 0), (0, 30, 0), (30, 0, 0)), ((0, 0, 0), (30, 0, 0), (0, 0, 30)), ((0, 0, 0), (0, 0, 30), (0, 30, 0)),
+              ((30, 0, 0), (0, 30, 0), (0, 0, 30)))) + "endsolid t\n"
+
+
+class Beginning(unittest.TestCase):
+    """A studio without a document: what can be begun, brought, taken away, and what can't."""
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.studio = Studio(self.folder.name, "--begin")
+        _, head = Connection(self.studio).ask(f"/?token={self.studio.token}", host=self.studio.host)
+        self.cookie = "Cookie: " + re.search(r"Set-Cookie: ([^;]*)", head)[1]
+        self.origin = f"Origin: http://{self.studio.host}"
+        self.page = self.window()
+        self.until(69)
+
+    def window(self):
+        page = Connection(self.studio)
+        status, _ = page.ask("/ws", ["Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: "
+                                     + base64.b64encode(os.urandom(16)).decode(), self.cookie, self.origin], host=self.studio.host)
+        self.assertEqual(status, 101)
+        page.frame(HELLO)
+        return page
+
+    def tearDown(self):
+        self.assertEqual(self.studio.close(), 0)
+        self.folder.cleanup()
+
+    def until(self, *kinds, seconds=60):
+        end = time.time() + seconds
+        while time.time() < end:
+            message = self.page.message()
+            if message[0] == 65:
+                self.page.frame(bytes([10]) + message[1:5])
+            if message[0] in kinds:
+                return message
+        self.fail(f"no message of kind {kinds}")
+
+    def begin(self, shape=0, size=(40, 30, 20), pitch=0.5, material=0, name="a piece"):
+        self.page.frame(bytes([12, shape]) + struct.pack("<4dB", *size, pitch, material) + text(name))
+
+    def leave(self):
+        self.page.frame(bytes([14]))
+        self.until(69)
+
+    def bring(self, name, body, more="&size=&rays=64&material=0", length=None):
+        return Connection(self.studio).ask(f"/import?name={name}{more}", [self.cookie, self.origin, f"Content-Length: {length or len(body)}"],
+                                           "POST", self.studio.host, body)[0]
+
+    def get(self, target):
+        connection = Connection(self.studio)
+        status, head = connection.ask(target, [self.cookie], host=self.studio.host)
+        length = int(re.search(r"Content-Length: (\d+)", head)[1]) if "Content-Length" in head else 0
+        return status, connection.take(length)
+
+    def documents(self):
+        folder = os.path.join(self.folder.name, "kibori")
+        return sorted(os.listdir(folder)) if os.path.isdir(folder) else []
+
+    def test_begun_and_left(self):
+        for shape in range(3):
+            self.begin(shape, material=shape)
+            welcome = self.until(64)
+            self.assertIn(b"a piece", welcome)
+            self.assertIn(b"walnut", welcome)
+            self.until(65)
+            self.until(67)
+            self.leave()
+        self.assertEqual(self.documents(), ["a piece 2.kibori", "a piece 3.kibori", "a piece.kibori"])
+        self.page.frame(bytes([13]) + text("a piece 2"))
+        self.until(64)
+
+    def test_names_lead_nowhere_else(self):
+        self.begin(name="../../../tmp/x\0y/z")
+        self.until(64)
+        self.assertEqual(self.documents(), [name for name in self.documents() if "/" not in name])
+        self.assertEqual(len([name for name in self.documents() if name.endswith(".kibori")]), 1)
+        self.leave()
+        for name in ("../kibori/x", "/etc/passwd", "", "nothing", "."):
+            self.page.frame(bytes([13]) + text(name))
+            self.assertIn(b"there is no document", self.until(68))
+
+    def test_what_can_not_be_begun(self):
+        for wrong in (dict(size=(0, 1, 1)), dict(size=(-5, 5, 5)), dict(size=(1e9, 1, 1)), dict(pitch=0), dict(pitch=1e-9), dict(pitch=-1),
+                      dict(pitch=100), dict(shape=9), dict(material=200), dict(size=(40, 1e-6, 40))):
+            self.begin(**wrong)
+            self.until(68)
+        self.page.frame(bytes([21]) + text("nothing"))
+        self.until(68)
+        self.assertEqual(self.documents(), [])
+        self.begin()
+        self.until(64)
+        self.begin()  # while one is open
+        self.until(68)
+
+    def test_files_brought_and_taken(self):
+        self.assertEqual(self.bring("t.stl", TETRAHEDRON.encode()), 202)
+        self.until(64)
+        time.sleep(0.5)
+        for form in ("stl", "ply", "obj", "3mf", "glb", "png", "zip", "kibori"):
+            status, body = self.get("/export?format=" + form)
+            self.assertEqual(status, 200, form)
+            self.assertGreater(len(body), 200, form)
+            with open(os.path.join(self.folder.name, "out." + form), "wb") as file:
+                file.write(body)
+        told = subprocess.run([KIBORI, "info", os.path.join(self.folder.name, "out.stl"), "--json"], capture_output=True, text=True).stdout
+        self.assertAlmostEqual(float(re.search(r'"volume_mm3": *([0-9.]+)', told)[1]), 4500, delta=15)
+        self.assertEqual(subprocess.run([KIBORI, "verify", os.path.join(self.folder.name, "out.kibori")], capture_output=True).returncode, 0)
+        self.leave()
+        # What was taken comes back.
+        for form in ("stl", "ply", "obj", "3mf", "glb", "kibori"):
+            with open(os.path.join(self.folder.name, "out." + form), "rb") as file:
+                self.assertEqual(self.bring("back." + form, file.read()), 202, form)
+            self.until(64)
+            self.leave()
+        left = [name for name in os.listdir(tempfile.gettempdir()) if name.startswith("kibori-") and len(name) == 13]
+        time.sleep(0.2)
+        left = [name for name in left if os.path.isdir(os.path.join(tempfile.gettempdir(), name)) and "import.stl" in
+                os.listdir(os.path.join(tempfile.gettempdir(), name))]
+        self.assertEqual(left, [])
+
+    def test_what_can_not_be_brought(self):
+        stl = TETRAHEDRON.encode()
+        self.assertEqual(self.bring("x.exe", stl), 415)
+        self.assertEqual(self.bring("x", stl), 415)
+        self.assertEqual(self.bring("x.stl", stl, "&rays=x"), 400)
+        self.assertEqual(self.bring("x.stl", stl, "&rays=64&material=-1"), 400)
+        self.assertEqual(self.bring("x.stl", stl, "&size=abc&rays=64&material=0"), 400)
+        for name, body, more in (("x.stl", b"nothing", ""), ("x.stl", b"", ""), ("x.3mf", b"PK", ""), ("x.kibori", b"SQLite format 3\0", ""),
+                                 ("x.png", b"\x89PNG", ""), ("x.stl", stl, "&size=-3&rays=64&material=0"),
+                                 ("x.stl", stl, "&size=10&rays=1e9&material=0"), ("x.glb", stl, "")):
+            self.assertEqual(self.bring(name, body, *([more] if more else [])), 202, name)
+            self.until(68)
+        self.assertEqual(self.documents(), [])
+        # Without a cookie, without an origin, from elsewhere.
+        for headers in ([self.origin], [self.cookie], [self.cookie, "Origin: http://evil.example"], [self.cookie, "Origin: null"]):
+            status = Connection(self.studio).ask("/import?name=x.stl&rays=64&material=0", [*headers, "Content-Length: 5"], "POST",
+                                                 self.studio.host, b"solid")[0]
+            self.assertEqual(status, 403, headers)
+        # More than is allowed is refused before it is sent, and half a file is none.
+        self.assertEqual(self.bring("x.stl", b"", length=99999999999), 413)
+        half = Connection(self.studio)
+        half.socket.sendall((f"POST /import?name=x.stl&rays=64&material=0 HTTP/1.1\r\nHost: {self.studio.host}\r\n{self.cookie}\r\n"
+                             f"{self.origin}\r\nContent-Length: 1000\r\n\r\n").encode() + b"solid")
+        half.socket.close()
+        self.begin()
+        self.until(64)
+        self.assertEqual(self.bring("x.stl", stl), 409)
+
+    def test_a_name_that_was_cancelled_is_free_for_the_next(self):
+        self.begin(size=(80, 80, 80), pitch=0.1, name="race")
+        self.until(72)
+        self.page.frame(bytes([20]))
+        self.begin(name="race")
+        deadline = time.time() + 60
+        while True:
+            message = self.until(64, 68)
+            if message[0] == 64:
+                break
+            self.assertLess(time.time(), deadline)
+            self.begin(name="race")  # the other was there first
+        time.sleep(3)
+        name = message.split(b".kibori")[0].rsplit(b"\0", 1)[-1].decode()
+        self.assertIn(name + ".kibori", self.documents())
+        self.leave()
+        folder = os.path.join(self.folder.name, "kibori", name + ".kibori")
+        self.assertEqual(subprocess.run([KIBORI, "verify", folder], capture_output=True).returncode, 0)
+
+    def test_another_window_may_begin(self):
+        self.page = self.window()
+        self.until(69)
+        self.begin()
+        self.until(64)
+        while struct.unpack_from("<B", self.until(67), 1 + 8 + 8 + 4 + 4 + 2)[0] != 1:  # it holds the tool
+            pass
+
+    def test_other_servers_of_this_machine(self):
+        for where in ("cross-site", "same-site"):
+            for target in ("/export?format=stl", "/thumbnail?step=1", "/index.html"):
+                status = Connection(self.studio).ask(target, [self.cookie, "Sec-Fetch-Site: " + where], host=self.studio.host)[0]
+                self.assertEqual(status, 403)
+        self.assertEqual(Connection(self.studio).ask("/", [self.cookie, "Sec-Fetch-Site: cross-site"], host=self.studio.host)[0], 200)
+
+    def test_sentences_name_the_file_as_it_was_called(self):
+        self.assertEqual(self.bring("my%20ball.stl", b"nothing"), 202)
+        told = self.until(68)
+        self.assertIn(b"my ball.stl", told)
+        self.assertNotIn(b"import.stl", told)
+
+    def test_history(self):
+        self.begin(size=(40, 40, 20), pitch=0.5)
+        self.until(64)
+        rows = self.until(70)
+        self.assertEqual(struct.unpack("<IIf", rows[5:17])[:2], (1, 0))
+        self.page.frame(bytes([17]) + struct.pack("<I", 1) + struct.pack("<I", 20) + b"\x89PNG\r\n\x1a\n" + b"x" * 12)
+        self.page.frame(bytes([16]) + text("as it was"))
+        self.assertIn(b'{"as it was":1}', self.until(71))
+        self.page.frame(bytes([16]) + text("12"))
+        self.until(68)
+        self.page.frame(bytes([15]) + struct.pack("<I", 77))
+        self.until(68)
+        status, body = self.get("/thumbnail?step=1")
+        self.assertEqual((status, body[:4]), (200, b"\x89PNG"))
+        # No picture, or one too large, is not kept.
+        for wrong in (b"GIF89a" + b"x" * 20, b"\x89PNG\r\n\x1a\n" + b"x" * 70000):
+            self.page.frame(bytes([17]) + struct.pack("<I", 1) + struct.pack("<I", len(wrong)) + wrong)
+        time.sleep(0.3)
+        self.assertEqual(self.get("/thumbnail?step=1")[1], body)
+        for model in (1, 2, 0):
+            self.page.frame(bytes([19, model]))
+        self.page.frame(bytes([19, 3]))
+        self.until(68)
+        self.page.frame(bytes([18, 99]))
+        self.until(68)
+
+    def test_an_example_is_carved(self):
+        self.page.frame(bytes([21]) + text("fig8-upright"))
+        shares = []
+        while True:
+            message = self.until(72, 64)
+            if message[0] == 64:
+                break
+            shares.append(struct.unpack("<d", message[-8:])[0])
+        self.assertIn(b"fig8-upright", message)
+        self.assertEqual(self.documents()[0], "fig8-upright.kibori")
+
+    def test_cancelled(self):
+        self.page.frame(bytes([21]) + text("fig6"))
+        self.until(72)
+        self.page.frame(bytes([20]))
+        while self.until(72)[1:5] != bytes(4):
+            pass
+        self.begin(name="instead")
+        self.assertIn(b"instead", self.until(64))
+        end = time.time() + 60
+        while "fig6.kibori" in self.documents() and time.time() < end:
+            self.until(67)
+        self.assertNotIn("fig6.kibori", self.documents())
+
+
+class NoTemporaryFolder(unittest.TestCase):
+    def test_nothing_is_written_elsewhere(self):
+        with tempfile.TemporaryDirectory() as folder:
+            here = os.getcwd()
+            os.chdir(folder)
+            os.environ["TMPDIR"] = "/nonexistent"
+            try:
+                studio = Studio(folder)
+                _, head = Connection(studio).ask(f"/?token={studio.token}", host=studio.host)
+                cookie = "Cookie: " + re.search(r"Set-Cookie: ([^;]*)", head)[1]
+                status = Connection(studio).ask("/export?format=stl", [cookie], host=studio.host)[0]
+                self.assertEqual(status, 507)
+                self.assertEqual([name for name in os.listdir(folder) if "model" in name], [])
+                self.assertEqual(studio.close(), 0)
+            finally:
+                del os.environ["TMPDIR"]
+                os.chdir(here)
 
 
 class Killed(unittest.TestCase):

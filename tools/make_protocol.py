@@ -11,6 +11,7 @@ CPP = {"u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "f64": "double", "
        "bytes": "std::vector<uint8_t>"}
 ZERO = {"u8": " = 0", "u16": " = 0", "u32": " = 0", "f64": " = 0", "vec3": " = Vec3::Zero()", "text": "", "bytes": ""}
 TS = {"u8": "number", "u16": "number", "u32": "number", "f64": "number", "vec3": "Vec3", "text": "string", "bytes": "Uint8Array"}
+CALL = {"bytes": "raw"}  # Writer's and Reader's own bytes are called so
 MADE = "Made by tools/make_protocol.py from protocol/messages.json: change that."
 
 
@@ -52,7 +53,7 @@ def ts(table):
     out.append("\nexport const write = {")
     for m in table["messages"]:
         if m["from"] == "page":
-            puts = "".join(f".{kind}(m.{name})" for name, kind in m["fields"])
+            puts = "".join(f".{CALL.get(kind, kind)}(m.{name})" for name, kind in m["fields"])
             arg = f"m: {m['name']}" if m["fields"] else ""
             out.append(f"  {m['name']}: ({arg}) => new Writer({m['kind']}){puts}.done(),")
     out.append("};\n\n/** What the studio may say. */\nexport type FromStudio =")
@@ -61,7 +62,7 @@ def ts(table):
     out.append("\n/** Throws where it is none of them, or too short or long. */\nexport function read(data: ArrayBuffer): FromStudio {\n  const r = new Reader(data);\n  const kind = r.u8();\n  switch (kind) {")
     for m in table["messages"]:
         if m["from"] == "studio":
-            gets = ", ".join(f"{name}: r.{kind}()" for name, kind in m["fields"])
+            gets = ", ".join(f"{name}: r.{CALL.get(kind, kind)}()" for name, kind in m["fields"])
             out.append(f"    case {m['kind']}:\n      return r.end({{ kind: \"{m['name']}\", message: {{ {gets} }} }});")
     out.append("    default:\n      throw new Error(`a message of kind ${kind}, which is none`);\n  }\n}\n")
     return "\n".join(out)

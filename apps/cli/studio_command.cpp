@@ -2,16 +2,16 @@
 #include "apps/cli/studio_command.h"
 
 #include <csignal>
-#include <ctime>
 #include <filesystem>
 #include <fstream>
 
 #include <spawn.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
+#include <kibori/base/file.h>
 #include <kibori/session/documents.h>
-#include <kibori/session/servo_run.h>
+#include <kibori/session/library.h>
+#include <kibori/session/stock_scene.h>
 #include <kibori/session/studio.h>
 
 #include "apps/cli/common.h"
@@ -26,39 +26,14 @@ namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
 
-// Where work goes that was given no name.
-Result<std::filesystem::path> unnamed_document() {
-  const char* const data = std::getenv("XDG_DATA_HOME");
-  const char* const home = std::getenv("HOME");
-  if (!(data && *data) && !(home && *home))
-    return Error{"there is no home folder; say which FILE.kibori to carve in"};
-  const std::filesystem::path folder =
-      (data && *data ? std::filesystem::path(data) : std::filesystem::path(home) / ".local/share") / "kibori";
-  std::error_code failed;
-  std::filesystem::create_directories(folder, failed);
-  if (failed) return Error{folder.string() + ": can't be made; say which FILE.kibori to carve in"};
-  char name[64];
-  const std::time_t now = std::time(nullptr);
-  std::tm local{};
-  localtime_r(&now, &local);
-  std::strftime(name, sizeof name, "%Y-%m-%d %H.%M.%S", &local);
-  return folder / (std::string(name) + ".kibori");
-}
-
-// By way of a file that only this user can read: what stands in a command line, everyone can. Its name, to be
-// removed in the end; empty where there is no display.
-std::string open_browser(const std::string& url) {
-  if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) return {};
-  char name[] = "/tmp/kibori-studio-XXXXXX.html";
-  const int made = mkstemps(name, 5);
-  if (made < 0) return {};
-  ::close(made);
-  std::ofstream(name) << "<!doctype html><meta http-equiv=\"refresh\" content=\"0;url=" << url << "\">";
-  std::string program = "xdg-open", file = name;
+// By way of a file in `folder`, which only this user can read: what stands in a command line, everyone can.
+void open_browser(const std::string& url, const std::filesystem::path& folder) {
+  if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) return;
+  std::string program = "xdg-open", file = (folder / "kibori-studio.html").string();
+  std::ofstream(file) << "<!doctype html><meta http-equiv=\"refresh\" content=\"0;url=" << url << "\">";
   char* arguments[] = {program.data(), file.data(), nullptr};
   pid_t child = 0;
   static_cast<void>(posix_spawnp(&child, "xdg-open", nullptr, nullptr, arguments, environ));
-  return name;
 }
 
 }  // namespace
@@ -67,7 +42,7 @@ StudioCommand::StudioCommand(CLI::App& app) {
   studio_ = app.add_subcommand("studio", "Carve by hand in the browser, and see and feel the force");
   studio_->add_option(
       "FILE", file_,
-      "document: .kibori; made if it is not there yet. Without one, a new one among your own files");
+      "document: .kibori; made if it is not there yet. Without one, the page asks what to begin with");
   studio_
       ->add_option("--stock", stock_,
                    "scene whose stock, first tool and materials a new document begins with")
@@ -79,38 +54,48 @@ StudioCommand::StudioCommand(CLI::App& app) {
 int StudioCommand::run() const {
   if (studio::bundle().empty())
     return bad_input("this kibori was built without its page; './dev build' builds it with it");
-  std::filesystem::path file = file_;
-  if (file_.empty()) {
-    const Result<std::filesystem::path> unnamed = unnamed_document();
-    if (!unnamed) return bad_input(unnamed.error());
-    file = unnamed.value();
-  } else if (!is_document(file)) {
+  if (!file_.empty() && !is_document(file_))
     return bad_input(file_ + ": documents are .kibori files; give a scene by --stock");
+  Result<Library> library = Library::of_user();
+  if (!library) {
+    if (file_.empty()) return bad_input(library.error() + "; say which FILE.kibori to carve in");
+    library = Library({});
   }
-  Scene scene = servo_scene();
-  if (!stock_.empty()) {
-    Result<Scene> read = read_scene(stock_);
-    if (!read) return bad_input(read.error());
-    scene = std::move(read).value();
-  }
-  std::signal(SIGINT, [](int) { interrupted = 1; });
-  std::signal(SIGTERM, [](int) { interrupted = 1; });
+  // A second time it ends at once; what was carved is in the file.
+  const auto end = [](int) {
+    interrupted = 1;
+    std::signal(SIGINT, SIG_DFL);
+    std::signal(SIGTERM, SIG_DFL);
+  };
+  std::signal(SIGINT, end);
+  std::signal(SIGTERM, end);
   std::signal(SIGPIPE, SIG_IGN);
-  Result<std::unique_ptr<Studio>> opened = Studio::open(file, scene);
-  if (!opened) return bad_input(opened.error());
-  Studio& session = *opened.value();
-  {
-    auto server = studio::Server::listen(session, port_);
-    if (!server) return bad_input(server.error());
-    const std::string url = server.value()->url();
-    std::printf("%s is open at\n  %s\nCtrl-C ends it; all is saved as you carve.\n",
-                session.document_name().c_str(), url.c_str());
-    if (const int status = written(); status != 0) return status;
-    const std::string way = no_browser_ ? std::string() : open_browser(url);
-    server.value()->run([] { return interrupted != 0; });
-    std::error_code ignored;
-    if (!way.empty()) std::filesystem::remove(way, ignored);
+  std::unique_ptr<Studio> session;
+  if (!file_.empty() || !stock_.empty()) {
+    Result<Scene> scene =
+        stock_.empty() ? stock_scene(Stock::Kind::block, Vec3(80, 50, 30), 0.25, 0) : read_scene(stock_);
+    if (!scene) return bad_input(scene.error());
+    const Result<std::filesystem::path> place =
+        file_.empty() ? library.value().place_for(std::filesystem::path(stock_).stem().string())
+                      : Result<std::filesystem::path>(file_);
+    if (!place) return bad_input(place.error());
+    std::error_code failed;
+    auto opened = std::filesystem::exists(place.value(), failed)
+                      ? Studio::open(place.value())
+                      : Studio::create(place.value(), scene.value());
+    if (!opened) return bad_input(opened.error());
+    session = std::move(opened).value();
   }
-  const std::string where = session.close();
+  auto server = studio::Server::listen(library.value(), port_);
+  if (!server) return bad_input(server.error());
+  const std::string url = server.value()->url();
+  std::printf("%s at\n  %s\nCtrl-C ends it; all is saved as you carve.\n",
+              session ? (session->document_name() + " is open").c_str() : "The studio is open", url.c_str());
+  if (const int status = written(); status != 0) return status;
+  if (session) server.value()->show(std::move(session));
+  const auto way = TemporaryFolder::make();
+  if (!no_browser_ && way) open_browser(url, way.value()->path());
+  server.value()->run([] { return interrupted != 0; });
+  const std::string where = server.value()->close();
   return where.empty() ? written() : bad_input(where);
 }

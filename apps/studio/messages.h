@@ -11,9 +11,9 @@
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 1;
+inline constexpr uint16_t kProtocolVersion = 2;
 
-// The first message of a page.
+// The first message of a page. Welcome or Start answers.
 struct Hello {
   static constexpr uint8_t kKind = 1;
   uint16_t version = 0;
@@ -32,7 +32,7 @@ struct Aim {
     f(tip, axis);
   }
 };
-// From now on the tool works: first it is put to `tip`, clear of material. mode: 0 cut, 1 fill.
+// From now on the tool works: first it is put to `tip`, clear of material. mode: 0 cut, 1 fill, 2 feel only.
 struct Press {
   static constexpr uint8_t kKind = 3;
   Vec3 tip = Vec3::Zero();
@@ -102,8 +102,99 @@ struct TakeTool {
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// The answer to Hello: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the
-// document.
+// A new document, where none is open. shape: 0 block, 1 log, 2 ball. size [mm]: of its box; the log's and the
+// ball's diameter is x, the log's length z. pitch [mm]. material: a number of Start's. An empty name: the
+// time.
+struct Begin {
+  static constexpr uint8_t kKind = 12;
+  uint8_t shape = 0;
+  Vec3 size = Vec3::Zero();
+  double pitch = 0;
+  uint8_t material = 0;
+  std::string name;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(shape, size, pitch, material, name);
+  }
+};
+// One of Start's documents, where none is open.
+struct Open {
+  static constexpr uint8_t kKind = 13;
+  std::string name;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(name);
+  }
+};
+// The document is saved and closed; Start follows.
+struct Leave {
+  static constexpr uint8_t kKind = 14;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {}
+};
+// To a step of the history.
+struct Go {
+  static constexpr uint8_t kKind = 15;
+  uint32_t step = 0;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(step);
+  }
+};
+// Gives the step where the document stands a name.
+struct NameVersion {
+  static constexpr uint8_t kKind = 16;
+  std::string name;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(name);
+  }
+};
+// A small picture of a step (PNG, 64 kB at most).
+struct KeepThumbnail {
+  static constexpr uint8_t kKind = 17;
+  uint32_t step = 0;
+  std::vector<uint8_t> png;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(step, png);
+  }
+};
+// What is added: a number of Welcome's materials.
+struct ChooseMaterial {
+  static constexpr uint8_t kKind = 18;
+  uint8_t material = 0;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(material);
+  }
+};
+// How motion becomes force. model: 0 series, 1 energy, 2 paper.
+struct ChooseModel {
+  static constexpr uint8_t kKind = 19;
+  uint8_t model = 0;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(model);
+  }
+};
+// What Work tells of is not to be.
+struct CancelWork {
+  static constexpr uint8_t kKind = 20;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {}
+};
+// One of Start's examples is carved as a new document, where none is open.
+struct CarveExample {
+  static constexpr uint8_t kKind = 21;
+  std::string name;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(name);
+  }
+};
+// A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the
+// document's name, its materials (JSON: name, color). All that was shown before is of another one.
 struct Welcome {
   static constexpr uint8_t kKind = 64;
   uint16_t version = 0;
@@ -112,9 +203,10 @@ struct Welcome {
   double pitch = 0;
   double rate = 0;
   std::string document;
+  std::string materials;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(version, origin, nodes, pitch, rate, document);
+    f(version, origin, nodes, pitch, rate, document, materials);
   }
 };
 // Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and
@@ -167,8 +259,51 @@ struct Notice {
     f(text);
   }
 };
+// No document is open. JSON: documents (name, changed: s since 1970, bytes), materials (name, color),
+// examples (name, about).
+struct Start {
+  static constexpr uint8_t kKind = 69;
+  uint16_t version = 0;
+  uint8_t holds = 0;
+  std::string json;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(version, holds, json);
+  }
+};
+// Steps that this page was not told of yet, by their numbers: number, the one before it or 0 (u32 each), what
+// it removed [mm^3] (f32).
+struct Steps {
+  static constexpr uint8_t kKind = 70;
+  std::vector<uint8_t> data;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(data);
+  }
+};
+// JSON: the number of the step of each name.
+struct Versions {
+  static constexpr uint8_t kKind = 71;
+  std::string json;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(json);
+  }
+};
+// What takes a while and can be cancelled; empty: nothing. share: how much of it is done, 0 to 1; below 0:
+// not known.
+struct Work {
+  static constexpr uint8_t kKind = 72;
+  std::string what;
+  double share = 0;
+  uint8_t cancellable = 0;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(what, share, cancellable);
+  }
+};
 
 // What a page may say.
-using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseSpring, Got, TakeTool>;
+using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseSpring, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample>;
 
 }  // namespace kibori::studio

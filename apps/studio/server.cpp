@@ -3,40 +3,33 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <chrono>
-#include <deque>
-#include <optional>
 #include <random>
-#include <set>
-#include <string_view>
+#include <vector>
 
-#include <boost/asio/ip/tcp.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/beast/core.hpp>
-#include <boost/beast/http.hpp>
-#include <boost/beast/websocket.hpp>
+#include <nlohmann/json.hpp>
+
+#include <kibori/session/carving.h>
+#include <kibori/session/stock_scene.h>
 
 #include "apps/studio/bundle.h"
-#include "apps/studio/chunks.h"
-#include "apps/studio/messages.h"
+#include "apps/studio/page.h"
+#include "apps/studio/visit.h"
 
 namespace kibori::studio {
 namespace {
 
 namespace asio = boost::asio;
 namespace beast = boost::beast;
-namespace http = beast::http;
-namespace websocket = beast::websocket;
 using tcp = asio::ip::tcp;
-using Clock = std::chrono::steady_clock;
-using Request = http::request<http::string_body>;
-using Response = http::response<http::span_body<const char>>;
 
-constexpr auto kFollowEvery = std::chrono::milliseconds(6);
+constexpr auto kFollowEvery = std::chrono::milliseconds(2);
 constexpr auto kStateEvery = std::chrono::milliseconds(50);
-constexpr size_t kFrameBytes = 400000;  // a frame of chunks is about this large
+constexpr auto kWorkEvery = std::chrono::milliseconds(200);
 // Ticks are left out for a page that has not read so much of what was sent before.
 constexpr size_t kTicksWait = 400000;
+constexpr size_t kMostThumbnailBytes = 65536;
 
 std::string random_hex() {
   std::random_device random;
@@ -48,327 +41,6 @@ std::string random_hex() {
   }
   return text;
 }
-
-// Takes as long whatever is alike.
-bool same(std::string_view a, std::string_view b) {
-  if (a.size() != b.size()) return false;
-  unsigned differ = 0;
-  for (size_t i = 0; i < a.size(); i++)
-    differ |= static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]);
-  return differ == 0;
-}
-
-std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
-
-// The value of a cookie; empty where there is none.
-std::string_view cookie(std::string_view all, std::string_view name) {
-  while (!all.empty()) {
-    const size_t end = std::min(all.find(';'), all.size());
-    std::string_view one = all.substr(0, end);
-    while (!one.empty() && one.front() == ' ') one.remove_prefix(1);
-    if (one.size() > name.size() && one.substr(0, name.size()) == name && one[name.size()] == '=')
-      return one.substr(name.size() + 1);
-    all.remove_prefix(std::min(end + 1, all.size()));
-  }
-  return {};
-}
-
-const char* mime(std::string_view path) {
-  const auto ends = [&](std::string_view end) {
-    return path.size() >= end.size() && path.substr(path.size() - end.size()) == end;
-  };
-  if (ends(".html")) return "text/html; charset=utf-8";
-  if (ends(".js")) return "text/javascript; charset=utf-8";
-  if (ends(".css")) return "text/css; charset=utf-8";
-  if (ends(".svg")) return "image/svg+xml";
-  return "application/octet-stream";
-}
-
-struct Later {
-  bool operator()(const Index3& a, const Index3& b) const {
-    return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
-  }
-};
-
-class Page;
-
-}  // namespace
-
-struct Server::State {
-  State(Studio& s, const Limits& l) : studio(s), limits(l), acceptor(io), timer(io) {}
-
-  void accept();
-  void follow();
-  void hold(Page* page);
-  void hear(Page& page, const FromPage& message);
-
-  Studio& studio;
-  const Limits limits;
-  std::string token = random_hex(), secret = random_hex();
-  std::string host, local_host;  // as a browser names this server
-  std::string cookie_name;
-  int connections = 0;
-  std::set<Page*> pages;  // that said hello
-  Page* holder = nullptr;
-  double ticks_sent = 0;
-  Clock::time_point state_at{};
-  std::function<bool()> stop;
-  // Gone first, and with it the pages that wait for something, which know the rest.
-  asio::io_context io{1};
-  tcp::acceptor acceptor;
-  asio::steady_timer timer;
-};
-
-namespace {
-
-// Counts a connection while it is there.
-struct Counted {
-  explicit Counted(int& c) : count(c) { count++; }
-  ~Counted() { count--; }
-  Counted(const Counted&) = delete;
-  int& count;
-};
-
-// One page that is open.
-class Page : public std::enable_shared_from_this<Page> {
- public:
-  Page(beast::tcp_stream stream, Server::State& server, std::shared_ptr<Counted> counted)
-      : socket_(std::move(stream)), server_(server), counted_(std::move(counted)), first_(server.io) {}
-  ~Page() {
-    server_.pages.erase(this);
-    if (server_.holder == this) server_.holder = nullptr;
-  }
-
-  void accept(const Request& request) {
-    auto timeout = websocket::stream_base::timeout::suggested(beast::role_type::server);
-    timeout.idle_timeout = std::chrono::seconds(30);
-    timeout.keep_alive_pings = true;
-    socket_.set_option(timeout);
-    socket_.read_message_max(server_.limits.message_bytes);
-    socket_.binary(true);
-    socket_.async_accept(request, [self = shared_from_this()](beast::error_code failed) {
-      if (failed) return;
-      // Who says nothing has no place here.
-      self->first_.expires_after(std::chrono::duration_cast<Clock::duration>(
-          std::chrono::duration<double>(self->server_.limits.header_s)));
-      self->first_.async_wait([self](beast::error_code stopped) {
-        if (!stopped && !self->greeted_) self->drop();
-      });
-      self->read();
-    });
-  }
-
-  void send(std::vector<uint8_t> message) {
-    if (closed_) return;
-    waiting_bytes_ += message.size();
-    if (waiting_bytes_ > server_.limits.waiting_bytes) return drop();
-    queue_.push_back(std::move(message));
-    if (queue_.size() == 1) write();
-  }
-  void notice(const std::string& text) { send(encode(Notice{text})); }
-
-  // Chunks of the surface that are not as they were when this page got them.
-  void changed(const std::vector<Index3>& chunks) { dirty_.insert(chunks.begin(), chunks.end()); }
-  void all_changed() {
-    const Index3 count = surface_chunks(server_.studio.lattice());
-    for (int x = 0; x < count.x(); x++)
-      for (int y = 0; y < count.y(); y++)
-        for (int z = 0; z < count.z(); z++)
-          if (!server_.studio.surface().chunk({x, y, z}).triangles.empty()) dirty_.insert(Index3(x, y, z));
-  }
-  void offer_chunks() {
-    if (dirty_.empty() || frame_ != got_) return;
-    Chunks frame;
-    while (!dirty_.empty() && frame.data.size() < kFrameBytes) {
-      const Index3 at = *dirty_.begin();
-      dirty_.erase(dirty_.begin());
-      put_chunk(frame.data, server_.studio.surface().chunk(at), at, server_.studio.lattice());
-    }
-    frame.frame = ++frame_;
-    frame.more = !dirty_.empty();
-    send(encode(frame));
-  }
-  size_t waiting_bytes() const { return waiting_bytes_; }
-  void got(uint32_t frame) {
-    if (frame == frame_) got_ = frame;
-  }
-
- private:
-  void read() {
-    socket_.async_read(buffer_, [self = shared_from_this()](beast::error_code failed, size_t) {
-      if (failed) return self->leave();
-      const auto data = self->buffer_.cdata();
-      const std::optional<FromPage> message =
-          self->socket_.got_binary() ? decode<FromPage>(static_cast<const uint8_t*>(data.data()), data.size())
-                                     : std::nullopt;
-      self->buffer_.consume(self->buffer_.size());
-      if (!message) return self->drop();
-      if (!self->greeted_) {
-        const auto* const hello = std::get_if<Hello>(&*message);
-        if (!hello) return self->drop();
-        if (hello->version != kProtocolVersion) {
-          self->notice("this page is of another version of Kibori; reload it");
-        } else {
-          self->greet();
-        }
-      } else {
-        self->server_.hear(*self, *message);
-      }
-      if (!self->closed_) self->read();
-    });
-  }
-
-  void greet() {
-    greeted_ = true;
-    first_.cancel();
-    server_.pages.insert(this);
-    if (!server_.holder) server_.hold(this);
-    const Lattice& lattice = server_.studio.lattice();
-    send(encode(Welcome{kProtocolVersion, lattice.origin_mm, lattice.nodes.matrix().cast<double>(),
-                        lattice.pitch_mm, server_.studio.rate_hz(), server_.studio.document_name()}));
-    all_changed();
-  }
-
-  void write() {
-    socket_.async_write(asio::buffer(queue_.front()),
-                        [self = shared_from_this()](beast::error_code failed, size_t) {
-                          if (failed) return self->leave();
-                          self->waiting_bytes_ -= self->queue_.front().size();
-                          self->queue_.pop_front();
-                          if (!self->queue_.empty() && !self->closed_) self->write();
-                        });
-  }
-
-  void drop() {
-    leave();
-    beast::get_lowest_layer(socket_).close();
-  }
-  void leave() {
-    closed_ = true;
-    first_.cancel();
-    server_.pages.erase(this);
-    if (server_.holder == this) server_.hold(nullptr);
-  }
-
-  websocket::stream<beast::tcp_stream> socket_;
-  Server::State& server_;
-  std::shared_ptr<Counted> counted_;
-  asio::steady_timer first_;
-  beast::flat_buffer buffer_;
-  std::deque<std::vector<uint8_t>> queue_;
-  size_t waiting_bytes_ = 0;
-  std::set<Index3, Later> dirty_;
-  uint32_t frame_ = 0, got_ = 0;
-  bool greeted_ = false, closed_ = false;
-};
-
-// One connection, while it asks for files.
-class Visit : public std::enable_shared_from_this<Visit> {
- public:
-  Visit(tcp::socket socket, Server::State& server)
-      : stream_(std::move(socket)),
-        server_(server),
-        counted_(std::make_shared<Counted>(server.connections)) {}
-
-  void read() {
-    parser_.emplace();
-    parser_->header_limit(8192);
-    parser_->body_limit(0);
-    stream_.expires_after(
-        std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(server_.limits.header_s)));
-    http::async_read(stream_, buffer_, *parser_,
-                     [self = shared_from_this()](beast::error_code failed, size_t) {
-                       if (failed) return self->close();
-                       self->answer();
-                     });
-  }
-
- private:
-  void answer() {
-    const Request& request = parser_->get();
-    const std::string_view target = view(request.target());
-    const std::string_view host = view(request[http::field::host]);
-    // A name that leads here from elsewhere is not ours.
-    if (request.count(http::field::host) != 1 || (host != server_.host && host != server_.local_host))
-      return say(http::status::misdirected_request, "this is not the server that was asked for\n");
-    const std::string_view origin = view(request[http::field::origin]);
-    const bool own = origin.substr(0, 7) == "http://" && origin.substr(7) == host;
-    if (request.count(http::field::origin) != 0 && !own)
-      return say(http::status::forbidden, "asked for by another site\n");
-    if (request.method() != http::verb::get) return say(http::status::method_not_allowed, "only GET\n");
-    constexpr std::string_view kToken = "/?token=";
-    if (target.substr(0, kToken.size()) == kToken) {
-      if (!same(target.substr(kToken.size()), server_.token))
-        return say(http::status::forbidden,
-                   "the token is another one; use the address that 'kibori studio' printed\n");
-      return let_in();
-    }
-    if (!same(cookie(view(request[http::field::cookie]), server_.cookie_name), server_.secret))
-      return say(http::status::forbidden, "open the address that 'kibori studio' printed, with its token\n");
-    if (target == "/ws") {
-      if (!websocket::is_upgrade(request)) return say(http::status::upgrade_required, "a WebSocket\n");
-      if (!own) return say(http::status::forbidden, "asked for by another site\n");
-      stream_.expires_never();
-      std::make_shared<Page>(std::move(stream_), server_, std::move(counted_))->accept(request);
-      return;
-    }
-    const std::string_view path = target == "/" ? std::string_view("/index.html") : target;
-    for (const BundledFile& file : bundle())
-      if (path == file.path)
-        return say(http::status::ok, {reinterpret_cast<const char*>(file.data), file.size}, mime(path));
-    say(http::status::not_found, "there is no such file\n");
-  }
-
-  void let_in() {
-    response_ = {};
-    response_.result(http::status::see_other);
-    response_.set(http::field::location, "/");
-    response_.set(http::field::set_cookie,
-                  server_.cookie_name + "=" + server_.secret + "; HttpOnly; SameSite=Strict; Path=/");
-    write({});
-  }
-
-  void say(http::status status, std::string_view body, const char* type = "text/plain; charset=utf-8") {
-    response_ = {};
-    response_.result(status);
-    response_.set(http::field::content_type, type);
-    write(body);
-  }
-
-  // `body` lives as long as the program.
-  void write(std::string_view body) {
-    response_.version(11);
-    response_.set(
-        "Content-Security-Policy",
-        "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data: "
-        "blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
-    response_.set("X-Content-Type-Options", "nosniff");
-    response_.set("Cross-Origin-Opener-Policy", "same-origin");
-    response_.set("Cross-Origin-Resource-Policy", "same-origin");
-    response_.set("Referrer-Policy", "no-referrer");
-    response_.set(http::field::cache_control, "no-store");
-    response_.keep_alive(parser_->get().keep_alive() && response_.result() == http::status::ok);
-    response_.body() = {body.data(), body.size()};
-    response_.prepare_payload();
-    http::async_write(stream_, response_, [self = shared_from_this()](beast::error_code failed, size_t) {
-      if (failed || !self->response_.keep_alive()) return self->close();
-      self->read();
-    });
-  }
-
-  void close() {
-    beast::error_code ignored;
-    stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
-    stream_.close();
-  }
-
-  beast::tcp_stream stream_;
-  Server::State& server_;
-  std::shared_ptr<Counted> counted_;
-  beast::flat_buffer buffer_{16384};
-  std::optional<http::request_parser<http::string_body>> parser_;
-  Response response_;
-};
 
 Result<Tool> tool_of(const ChooseTool& chosen) {
   switch (chosen.shape) {
@@ -385,7 +57,43 @@ Result<Tool> tool_of(const ChooseTool& chosen) {
   }
 }
 
+std::string text_of(const BundledFile& file) {
+  return std::string(reinterpret_cast<const char*>(file.data), file.size);
+}
+
+// Its name, if it is one of the scenes among the page's files.
+std::string example_of(const BundledFile& file) {
+  const std::filesystem::path path(file.path);
+  return path.parent_path() == "/examples" && path.extension() == ".toml" ? path.stem().string()
+                                                                          : std::string();
+}
+
+// The first sentence of what a scene says of itself, or what stands before its colon.
+std::string first_comment(const std::string& text) {
+  std::string about;
+  for (size_t at = 0; at < text.size() && text[at] == '#';) {
+    const size_t end = std::min(text.find('\n', at), text.size());
+    about += (about.empty() ? "" : " ") + text.substr(std::min(at + 2, end), end - std::min(at + 2, end));
+    at = end + 1;
+  }
+  for (size_t i = 0; i < about.size(); i++) {
+    const bool sentence =
+        about[i] == '.' && (i + 2 >= about.size() || std::isupper(static_cast<unsigned char>(about[i + 2])));
+    if (sentence || about[i] == ':') return about.substr(0, i);
+  }
+  return about;
+}
+
+bool is_png(const std::vector<uint8_t>& bytes) {
+  constexpr std::array<uint8_t, 8> kBegin{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+  return bytes.size() <= kMostThumbnailBytes && bytes.size() > kBegin.size() &&
+         std::equal(kBegin.begin(), kBegin.end(), bytes.begin());
+}
+
 }  // namespace
+
+// Whoever waits for the studio or a job hears of neither any more.
+Server::State::~State() { studio.reset(); }
 
 void Server::State::accept() {
   acceptor.async_accept([this](beast::error_code failed, tcp::socket socket) {
@@ -400,93 +108,271 @@ void Server::State::accept() {
   });
 }
 
+void Server::State::send(const std::vector<uint8_t>& message) {
+  const std::vector<Page*> all(pages.begin(), pages.end());  // a page that is let go of leaves the set
+  for (Page* const page : all)
+    if (pages.count(page)) page->send(message);
+}
+
+void Server::State::tell(const std::string& text) { send(encode(Notice{text})); }
+
 void Server::State::hold(Page* page) {
-  if (holder != page) studio.lift();
+  if (holder != page && studio) studio->lift();
   holder = page;
   state_at = {};
 }
 
+// ---- Documents
+
+void Server::State::show(std::unique_ptr<Studio> opened) {
+  studio = std::move(opened);
+  ticks_sent = 0;
+  state_at = {};
+  const std::vector<Page*> all(pages.begin(), pages.end());
+  for (Page* const page : all)
+    if (pages.count(page)) page->restart();
+}
+
+void Server::State::work(const std::string& what, std::function<Job::Then(std::atomic<double>&)> work,
+                         bool cancellable) {
+  job.start(what, cancellable, [this, work = std::move(work)](std::atomic<double>& share) -> Job::Then {
+    return [this, then = work(share)](bool wanted) {
+      if (wanted) send_work();
+      then(wanted);
+    };
+  });
+  send_work();
+}
+
+void Server::State::send_work() {
+  work_at = Clock::now();
+  send(encode(Work{job.what(), job.share(), job.cancellable()}));
+}
+
+Status Server::State::open(const std::string& what, const std::filesystem::path& fresh,
+                           std::function<Result<std::unique_ptr<Studio>>(std::atomic<double>&)> make) {
+  if (studio) return Error{"a document is open already"};
+  if (job.busy()) return Error{"something is under way; wait for it, or cancel it"};
+  work(what, [this, fresh, make = std::move(make)](std::atomic<double>& share) -> Job::Then {
+    // Shared, as a function must be copied.
+    const auto made = std::make_shared<Result<std::unique_ptr<Studio>>>(make(share));
+    return [this, made, fresh](bool wanted) {
+      if (wanted && *made) return show(std::move(*made).value());
+      if (wanted) tell(made->error());
+      const bool ours = made->ok();  // what is there otherwise, others made
+      *made = Error{""};             // closed before it is removed
+      if (ours && !fresh.empty()) remove_document(fresh);
+    };
+  });
+  return Ok{};
+}
+
+void Server::State::begin(Page& page, const Begin& begin) {
+  constexpr Stock::Kind kKinds[] = {Stock::Kind::block, Stock::Kind::cylinder, Stock::Kind::sphere};
+  if (begin.shape >= std::size(kKinds)) return page.notice("there is no such stock");
+  Result<Scene> scene = stock_scene(kKinds[begin.shape], begin.size, begin.pitch, begin.material);
+  if (!scene) return page.notice(scene.error());
+  const Result<std::filesystem::path> place = library.place_for(begin.name);
+  if (!place) return page.notice(place.error());
+  const Status opened = open("Making the stock", place.value(),
+                             [scene = std::move(scene).value(), to = place.value()](std::atomic<double>&) {
+                               return Studio::create(to, scene);
+                             });
+  if (!opened) page.notice(opened.error());
+}
+
+void Server::State::carve_example(Page& page, const std::string& name) {
+  for (const BundledFile& file : bundle()) {
+    if (name.empty() || example_of(file) != name) continue;
+    Result<Scene> scene = parse_scene(text_of(file), name, {});
+    if (!scene) return page.notice(scene.error());
+    const Result<std::filesystem::path> place = library.place_for(name);
+    if (!place) return page.notice(place.error());
+    const Status opened = open("Carving the example", place.value(),
+                               [scene = std::move(scene).value(), to = place.value()](
+                                   std::atomic<double>& share) -> Result<std::unique_ptr<Studio>> {
+                                 CarveOptions options;
+                                 options.document = to;
+                                 options.progress = [&share](double done) { share = done; };
+                                 const Result<Carving> carved = carve(scene, options);
+                                 if (!carved) return Error{carved.error()};
+                                 if (!carved.value().unsaved.empty()) return Error{carved.value().unsaved};
+                                 return Studio::open(to);
+                               });
+    if (!opened) page.notice(opened.error());
+    return;
+  }
+  page.notice("there is no such example");
+}
+
+void Server::State::leave(Page& page) {
+  if (job.busy()) return page.notice("something is under way; wait for it, or cancel it");
+  const auto closing = std::make_shared<std::unique_ptr<Studio>>(std::move(studio));
+  work(
+      "Saving",
+      [this, closing, left = left_unsaved](std::atomic<double>&) -> Job::Then {
+        const std::string where = (*closing)->close();
+        closing->reset();
+        *left = where;
+        return [this, where, left](bool) {
+          left->clear();
+          show(nullptr);
+          if (!where.empty()) tell(where);
+        };
+      },
+      false);
+}
+
+std::string Server::State::start_json() const {
+  nlohmann::json documents = nlohmann::json::array(), materials = documents, examples = documents;
+  for (const Library::Entry& entry : library.list())
+    documents.push_back({{"name", entry.name}, {"changed", entry.changed_s}, {"bytes", entry.bytes}});
+  for (const BundledFile& file : bundle())
+    if (const std::string name = example_of(file); !name.empty())
+      examples.push_back({{"name", name}, {"about", first_comment(text_of(file))}});
+  for (const Material& m : woods()) materials.push_back({{"name", m.name}, {"color", m.color}});
+  return nlohmann::json{{"documents", documents}, {"materials", materials}, {"examples", examples}}.dump(
+      -1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+// ---- What pages say
+
 void Server::State::hear(Page& page, const FromPage& message) {
   if (const auto* const got = std::get_if<Got>(&message)) return page.got(got->frame);
   if (std::holds_alternative<TakeTool>(message)) return hold(&page);
+  // Where nothing is held, who begins holds it.
+  if (!studio && holder != &page) hold(&page);
   if (holder != &page) return;  // it only watches
+  if (std::holds_alternative<CancelWork>(message)) {
+    job.cancel();
+    return send_work();
+  }
+  if (const auto* const first = std::get_if<Begin>(&message)) return begin(page, *first);
+  if (const auto* const named = std::get_if<Open>(&message)) {
+    const Result<std::filesystem::path> path = library.find(named->name);
+    Status opened = Ok{};
+    if (!path)
+      opened = Error{path.error()};
+    else
+      opened = open("Opening " + one_line(named->name), {},
+                    [from = path.value()](std::atomic<double>&) { return Studio::open(from); });
+    if (!opened) page.notice(opened.error());
+    return;
+  }
+  if (const auto* const example = std::get_if<CarveExample>(&message))
+    return carve_example(page, example->name);
+  if (!studio) return;
   Status done = Ok{};
   if (const auto* const aim = std::get_if<Aim>(&message)) {
-    studio.aim(aim->tip, aim->axis, !studio.pressed());
+    studio->aim(aim->tip, aim->axis, !studio->pressed());
   } else if (const auto* const press = std::get_if<Press>(&message)) {
-    studio.press(press->tip, press->axis, press->mode == 1 ? Mode::deposit : Mode::cut);
+    constexpr Mode kModes[] = {Mode::cut, Mode::deposit, Mode::touch};
+    studio->press(press->tip, press->axis, kModes[std::min<size_t>(press->mode, 2)]);
   } else if (std::holds_alternative<Lift>(message)) {
-    studio.lift();
+    studio->lift();
   } else if (std::holds_alternative<Cancel>(message)) {
-    studio.cancel();
+    studio->cancel();
   } else if (std::holds_alternative<Undo>(message)) {
-    studio.undo();
+    studio->undo();
   } else if (std::holds_alternative<Redo>(message)) {
-    studio.redo();
+    studio->redo();
+  } else if (const auto* const there = std::get_if<Go>(&message)) {
+    studio->go(there->step);
+  } else if (const auto* const version = std::get_if<NameVersion>(&message)) {
+    if (version->name.size() <= 400)
+      studio->name_version(version->name);
+    else
+      done = Error{"that name is too long"};
+  } else if (const auto* const picture = std::get_if<KeepThumbnail>(&message)) {
+    if (is_png(picture->png)) studio->keep_thumbnail(picture->step, picture->png);
+  } else if (std::holds_alternative<Leave>(message)) {
+    leave(page);
   } else if (const auto* const chosen = std::get_if<ChooseTool>(&message)) {
     const Result<Tool> tool = tool_of(*chosen);
-    done = tool ? studio.choose_tool(tool.value()) : Status(Error{tool.error()});
+    done = tool ? studio->choose_tool(tool.value()) : Status(Error{tool.error()});
   } else if (const auto* const spring = std::get_if<ChooseSpring>(&message)) {
-    done = studio.choose_stiffness(spring->stiffness);
+    done = studio->choose_stiffness(spring->stiffness);
+  } else if (const auto* const material = std::get_if<ChooseMaterial>(&message)) {
+    done = studio->choose_material(material->material);
+  } else if (const auto* const model = std::get_if<ChooseModel>(&message)) {
+    constexpr HandModel kModels[] = {HandModel::series, HandModel::energy, HandModel::paper};
+    done = model->model < std::size(kModels) ? studio->choose_model(kModels[model->model])
+                                             : Status(Error{"there is no such force model"});
   }
   if (!done) page.notice(done.error());
 }
 
-void Server::State::follow() {
-  if (stop && stop()) return io.stop();
-  const std::vector<Index3>& changed = studio.follow();
-  const std::vector<LiveTick>& ticks = studio.ticks();
-  std::vector<uint8_t> felt;
-  if (!ticks.empty() && !pages.empty()) {
-    std::vector<float> rows;
-    rows.reserve(9 * ticks.size());
-    for (const LiveTick& tick : ticks)
-      for (const Vec3& v : {tick.tool.tip, tick.computed.force, tick.computed.moment})
-        for (int i = 0; i < 3; i++) rows.push_back(static_cast<float>(v[i]));
-    Ticks message;
-    message.start = ticks_sent;
-    const auto* const raw = reinterpret_cast<const uint8_t*>(rows.data());
-    message.data.assign(raw, raw + rows.size() * sizeof(float));
-    felt = encode(message);
-  }
+// ---- What pages are told
+
+void Server::State::send_ticks() {
+  const std::vector<LiveTick>& ticks = studio->ticks();
+  if (ticks.empty()) return;
+  std::vector<float> rows;
+  rows.reserve(9 * ticks.size());
+  for (const LiveTick& tick : ticks)
+    for (const Vec3& v : {tick.tool.tip, tick.computed.force, tick.computed.moment})
+      for (int i = 0; i < 3; i++) rows.push_back(static_cast<float>(v[i]));
+  Ticks message;
+  message.start = ticks_sent;
   ticks_sent += static_cast<double>(ticks.size());
-  const auto now = Clock::now();
-  const bool state_due = now - state_at >= kStateEvery;
-  std::string notice;
-  if (state_due) {
-    state_at = now;
-    notice = studio.notice();
-  }
-  // A page that is let go of leaves the set.
+  const auto* const raw = reinterpret_cast<const uint8_t*>(rows.data());
+  message.data.assign(raw, raw + rows.size() * sizeof(float));
+  const std::vector<uint8_t> felt = encode(message);
+  const std::vector<Page*> all(pages.begin(), pages.end());
+  for (Page* const page : all)
+    if (pages.count(page) && page->waiting_bytes() < kTicksWait) page->send(felt);
+}
+
+void Server::State::send_state() {
+  const Studio::Place& place = studio->place();
+  const std::string notice = studio->notice();
+  kibori::studio::State state;
+  state.volume = studio->volume_mm3();
+  state.removed = studio->removed_mm3();
+  state.step = static_cast<uint32_t>(place.step);
+  state.steps = static_cast<uint32_t>(place.steps);
+  state.undo = place.undo;
+  state.redo = place.redo;
+  state.hash = hash_text(place.hash);
   const std::vector<Page*> all(pages.begin(), pages.end());
   for (Page* const page : all) {
     if (!pages.count(page)) continue;
-    page->changed(changed);
-    page->offer_chunks();
-    if (!felt.empty() && page->waiting_bytes() < kTicksWait) page->send(felt);
-    if (!state_due) continue;
-    const Studio::Place& place = studio.place();
-    kibori::studio::State state;
-    state.volume = studio.volume_mm3();
-    state.removed = studio.removed_mm3();
-    state.step = static_cast<uint32_t>(place.step);
-    state.steps = static_cast<uint32_t>(place.steps);
-    state.undo = place.undo;
-    state.redo = place.redo;
+    page->offer_history();
     state.holds = page == holder;
-    state.hash = hash_text(place.hash);
     page->send(encode(state));
-    if (!notice.empty()) page->notice(notice);
-    if (!place.trouble.empty()) page->notice(place.trouble);
   }
+  if (!notice.empty()) tell(notice);
+  if (!place.trouble.empty()) tell(place.trouble);
+}
+
+void Server::State::follow() {
+  if (stop && stop()) return io.stop();
+  if (studio) {
+    const std::vector<Index3>& changed = studio->follow();
+    const std::vector<Page*> all(pages.begin(), pages.end());
+    for (Page* const page : all) {
+      if (!pages.count(page)) continue;
+      page->changed(changed);
+      page->offer_chunks();
+    }
+    send_ticks();
+    const auto now = Clock::now();
+    if (now - state_at >= kStateEvery) {
+      state_at = now;
+      send_state();
+    }
+  }
+  if (job.busy() && Clock::now() - work_at >= kWorkEvery) send_work();
   timer.expires_after(kFollowEvery);
   timer.async_wait([this](beast::error_code failed) {
     if (!failed) follow();
   });
 }
 
-Result<std::unique_ptr<Server>> Server::listen(Studio& studio, uint16_t port, const Limits& limits) {
-  auto state = std::make_unique<State>(studio, limits);
+Result<std::unique_ptr<Server>> Server::listen(Library library, uint16_t port, const Limits& limits) {
+  auto state = std::make_unique<State>(std::move(library), limits);
+  state->token = random_hex();
+  state->secret = random_hex();
   beast::error_code failed;
   const tcp::endpoint here(asio::ip::make_address_v4("127.0.0.1"), port);
   state->acceptor.open(here.protocol(), failed);
@@ -508,11 +394,18 @@ Server::Server(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Server::~Server() = default;
 uint16_t Server::port() const { return state_->acceptor.local_endpoint().port(); }
 std::string Server::url() const { return "http://" + state_->host + "/?token=" + state_->token; }
+void Server::show(std::unique_ptr<Studio> studio) { state_->show(std::move(studio)); }
 
 void Server::run(const std::function<bool()>& stop) {
   state_->stop = stop;
   state_->follow();
   state_->io.run();
+}
+
+std::string Server::close() {
+  if (state_->studio) return state_->studio->close();
+  state_->job.wait();
+  return *state_->left_unsaved;
 }
 
 }  // namespace kibori::studio

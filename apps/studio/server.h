@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The studio on the loopback interface: the page over HTTP, and one WebSocket for each page that is open.
+// The studio on the loopback interface: the page over HTTP, and one WebSocket for each page that is open. One
+// document at a time is carved, or none, and then the page asks what to begin with.
 //
 // Who may come in: the URL with the token, once, is exchanged for a cookie that scripts can't read; Host and
 // Origin must be this server's own. Nothing else is answered. Everything happens on the thread that calls
@@ -14,13 +15,15 @@
 #include <string>
 
 #include <kibori/base/result.h>
+#include <kibori/session/library.h>
 #include <kibori/session/studio.h>
 
 namespace kibori::studio {
 
 struct Limits {
-  size_t message_bytes = size_t{1} << 20;  // of a page's messages
-  size_t waiting_bytes = size_t{8} << 20;  // to a page that does not read; then it is let go of
+  size_t message_bytes = size_t{1} << 20;     // of a page's messages
+  uint64_t import_bytes = uint64_t{1} << 30;  // of a file that is brought
+  size_t waiting_bytes = size_t{8} << 20;     // to a page that does not read; then it is let go of
   int connections = 32;
   double header_s = 10;  // for a request's head, and a page's first message
 };
@@ -28,14 +31,18 @@ struct Limits {
 class Server {
  public:
   // Listens on 127.0.0.1; port 0: any that is free. Errors: the port is taken.
-  static Result<std::unique_ptr<Server>> listen(Studio& studio, uint16_t port, const Limits& limits = {});
+  static Result<std::unique_ptr<Server>> listen(Library library, uint16_t port, const Limits& limits = {});
   ~Server();
 
   uint16_t port() const;
   // With the token, to be opened in a browser by whoever may.
   std::string url() const;
+  // The document that is carved.
+  void show(std::unique_ptr<Studio> studio);
   // Until stop() says so, which is asked every few ms.
   void run(const std::function<bool()>& stop);
+  // Saves and closes what is open. A sentence on where it is, if not where it belongs.
+  std::string close();
 
   struct State;  // internal
 

@@ -90,6 +90,19 @@ bool Spool::read_back(size_t unit, const std::function<void(const char*, size_t)
   return true;
 }
 
+Result<std::shared_ptr<TemporaryFolder>> TemporaryFolder::make() {
+  std::error_code error;
+  std::string name = (std::filesystem::temp_directory_path(error) / "kibori-XXXXXX").string();
+  if (error || !mkdtemp(name.data()))
+    return Error{"the temporary folder can't be written; let TMPDIR name one that can"};
+  return std::shared_ptr<TemporaryFolder>(new TemporaryFolder(name));
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code error;
+  std::filesystem::remove_all(path_, error);
+}
+
 Result<std::vector<char>> read_file(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::error_code error;

@@ -6,8 +6,10 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <kibori/base/result.h>
@@ -58,6 +60,23 @@ class Spool {
   std::FILE* file_ = nullptr;
   uint64_t size_ = 0;
   bool failed_ = false;
+};
+
+// A new folder in the temporary one that only this user can look into; gone with the object, and all that is
+// in it.
+class TemporaryFolder {
+ public:
+  // Error: there is none that can be written.
+  static Result<std::shared_ptr<TemporaryFolder>> make();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  explicit TemporaryFolder(std::filesystem::path path) : path_(std::move(path)) {}
+  const std::filesystem::path path_;
 };
 
 // A whole file. Error: can't be read.

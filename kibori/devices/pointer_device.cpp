@@ -9,7 +9,8 @@ namespace {
 
 // It is this long behind, which hides the steps between two events of a screen.
 constexpr double kBehindS = 0.012;
-constexpr double kFastest = 800;  // mm/s
+constexpr double kFastest = 800;    // mm/s
+constexpr double kFastestTurn = 8;  // rad/s: the surface's normal turns at once at an edge, a hand does not
 
 }  // namespace
 
@@ -54,8 +55,9 @@ DeviceStatus PointerDevice::read(DeviceReading& reading) {
   if (length > most) step *= most / length;
   now_.position_mm += step;
   const Vec3 turn = rotation_between(now_.frame, target_.frame);
-  if (turn.squaredNorm() > 1e-12)
-    now_.frame = (rotation(Vec3(share * turn)) * now_.frame).eval();
+  const double angle = std::sqrt(turn.squaredNorm());
+  if (angle > 1e-6)
+    now_.frame = (rotation(Vec3(std::min(share, kFastestTurn * tick_s_ / angle) * turn)) * now_.frame).eval();
   else
     now_.frame = target_.frame;
   reading = now_;

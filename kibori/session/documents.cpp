@@ -7,8 +7,6 @@
 #include <cstdlib>
 #include <fstream>
 
-#include <unistd.h>
-
 #include <nlohmann/json.hpp>
 
 #include <kibori/base/file.h>
@@ -69,34 +67,6 @@ Result<Stock> stock_from_json(const Json& json) {
   return stock;
 }
 
-// A file of its own for as long as it lives.
-struct TemporaryFile {
-  explicit TemporaryFile(const std::string& ending, const Bytes& bytes) {
-    std::error_code error;
-    std::string name =
-        (std::filesystem::temp_directory_path(error) / "kibori-stock-XXXXXX").string() + ending;
-    const int file = mkstemps(name.data(), static_cast<int>(ending.size()));
-    if (file < 0) return;
-    path = name;
-    size_t at = 0;
-    while (at < bytes.size()) {
-      const ssize_t put = ::write(file, bytes.data() + at, bytes.size() - at);
-      if (put <= 0) break;
-      at += static_cast<size_t>(put);
-    }
-    good = at == bytes.size();
-    ::close(file);
-  }
-  ~TemporaryFile() {
-    std::error_code error;
-    if (!path.empty()) std::filesystem::remove(path, error);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  std::filesystem::path path;
-  bool good = false;
-};
-
 Result<std::unique_ptr<TriDexel>> stock_again(const Document& document, const Json& json, double pitch_mm,
                                               const CarveOptions& options) {
   Result<Stock> stock = stock_from_json(json);
@@ -105,9 +75,16 @@ Result<std::unique_ptr<TriDexel>> stock_again(const Document& document, const Js
   if (!has_file(stock.value())) return make_stock(stock.value(), document.name(), options);
   Result<Bytes> source = document.source();
   if (!source) return Error{source.error()};
-  const TemporaryFile file(ending_of(json.value("file", std::string())), source.value());
-  if (!file.good) return Error{document.name() + ": its stock's file can't be put into the temporary folder"};
-  stock.value().mesh_path = file.path;
+  const auto folder = TemporaryFolder::make();
+  if (!folder) return Error{folder.error()};
+  const std::filesystem::path path =
+      folder.value()->path() / ("stock" + ending_of(json.value("file", std::string())));
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(source.value().data()),
+             static_cast<std::streamsize>(source.value().size()));
+  file.close();
+  if (!file) return Error{document.name() + ": its stock's file can't be put into the temporary folder"};
+  stock.value().mesh_path = path;
   return make_stock(stock.value(), document.name(), options);
 }
 

@@ -9,6 +9,7 @@
 #include <kibori/base/file.h>
 #include <kibori/base/parallel.h>
 #include <kibori/formats/png_file.h>
+#include <kibori/formats/zip.h>
 
 namespace kibori {
 namespace {
@@ -85,6 +86,28 @@ Result<int> write_layers(const std::filesystem::path& folder, const Snapshot& mo
       if (!ours) std::filesystem::remove(folder / layer_name(i, ending), error);
     }
   return static_cast<int>(layers.size());
+}
+
+Status write_layers_zip(const std::filesystem::path& path, const Snapshot& model,
+                        const LayerOptions& options) {
+  const auto made = TemporaryFolder::make();
+  if (!made) return Error{made.error()};
+  const std::filesystem::path& folder = made.value()->path();
+  const Result<int> written = write_layers(folder, model, options);
+  if (!written) return Error{written.error()};
+  NewFile file(path);
+  ZipWriter zip(file);
+  for (int i = 1; i <= written.value(); i++) {
+    const std::string name =
+        layer_name(static_cast<size_t>(i), options.format == LayerFormat::svg ? "svg" : "png");
+    const Result<std::vector<char>> layer = read_file(folder / name);
+    if (!layer) return Error{layer.error()};
+    zip.begin(name);
+    zip.write({layer.value().data(), layer.value().size()});
+    zip.end();
+  }
+  if (Status whole = zip.finish(); !whole) return whole;
+  return file.commit();
 }
 
 }  // namespace kibori

@@ -31,4 +31,8 @@ struct LayerOptions {
 Result<int> write_layers(const std::filesystem::path& folder, const Snapshot& model,
                          const LayerOptions& options);
 
+// The same as one ZIP archive. Errors: the file, no material, a temporary folder that can't be written.
+Status write_layers_zip(const std::filesystem::path& path, const Snapshot& model,
+                        const LayerOptions& options);
+
 }  // namespace kibori

@@ -11,7 +11,10 @@
 
 #include <atomic>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -34,9 +37,17 @@ class Studio {
     uint64_t hash = 0;                // of the model at `step`
     std::string trouble;              // see Scribe::trouble()
   };
+  struct PastStep {
+    StepId id = 0, parent = 0;  // the stock has no parent: 0
+    double removed_mm3 = 0;     // negative: added
+  };
+  using Versions = std::map<std::string, StepId>;
 
-  // Opens a document, or makes a new one of the stock, materials and tool of `scene`. Errors: those of both.
-  static Result<std::unique_ptr<Studio>> open(const std::filesystem::path& document, const Scene& scene);
+  // A document that is there, with the tool and materials of its last stroke.
+  static Result<std::unique_ptr<Studio>> open(const std::filesystem::path& document);
+  // A new document of the stock, tool and materials of `scene`. Errors: it is there already; those of the
+  // stock.
+  static Result<std::unique_ptr<Studio>> create(const std::filesystem::path& document, const Scene& scene);
   // What could not be saved is then put elsewhere: see close().
   ~Studio() { static_cast<void>(close()); }
   // Ends the stroke and the session, and saves. A sentence on where the document is, if not where it belongs.
@@ -44,6 +55,7 @@ class Studio {
 
   const Lattice& lattice() const { return lattice_; }
   const std::string& document_name() const { return name_; }
+  const std::vector<Material>& materials() const { return materials_; }
   double rate_hz() const { return rate_hz_; }
 
   // The hand: tip and axis (from the tip up; any length but zero) of the tool [mm].
@@ -56,9 +68,12 @@ class Studio {
   void cancel();
   void undo();
   void redo();
+  void go(StepId step);
   // Errors: what the tool, or the spring, can't be; nothing has changed.
   Status choose_tool(const Tool& tool);
   Status choose_stiffness(double n_mm);
+  Status choose_material(size_t material);  // of what is added
+  Status choose_model(HandModel model);
 
   // To be called every few ms: the surface follows the model. The chunks that changed.
   const std::vector<Index3>& follow();
@@ -66,14 +81,28 @@ class Studio {
   // Ticks since the last call, oldest first.
   const std::vector<LiveTick>& ticks();
   const Place& place();
+  // What was done, in the order of its numbers, as of the last place().
+  const std::vector<PastStep>& steps() const { return steps_; }
+  const Versions& versions() const { return versions_; }
+  // Of the step that the document stands at; what can't be is told by notice().
+  void name_version(const std::string& name);
+  // Small pictures of steps (PNG). `use` is called on another thread, with nothing where there is none.
+  void keep_thumbnail(StepId step, Bytes png);
+  void thumbnail(StepId step, std::function<void(Bytes)> use);
+  // All of the document, packed, into a new file; `done` is called on another thread.
+  void save_copy(const std::filesystem::path& path, std::function<void(Status)> done);
+  // The model, as of the last follow().
+  const Snapshot& snapshot() const { return snapshot_; }
   // Volume [mm^3], as of the last follow() and ticks().
   double volume_mm3() const { return volume_mm3_; }
   double removed_mm3() const { return removed_mm3_; }
   // A sentence for the person; empty where there is none. Taken away by asking.
-  std::string notice() { return scribe_->notice(); }
+  std::string notice();
 
  private:
   Studio() = default;
+  static Result<std::unique_ptr<Studio>> start(std::unique_ptr<Document> document,
+                                               std::unique_ptr<TriDexel> model, const Scene& scene);
 
   std::string name_;
   Lattice lattice_;
@@ -82,13 +111,24 @@ class Studio {
   PointerDevice* pointer_ = nullptr;  // live_'s
   std::unique_ptr<LiveCarving> live_;
   std::unique_ptr<LiveSurface> surface_;
-  LatestValue<Place> places_;       // from the scribe
-  std::atomic<bool> asked_{false};  // for a place
+  // From the scribe's thread.
+  std::atomic<bool> asked_{false};  // for what follows
+  std::mutex told_mutex_;
+  struct Told {
+    bool fresh = false;
+    Place place;
+    std::vector<PastStep> steps;  // that were not told of yet
+    Versions versions;
+    std::string notice;
+  } told_;
+  StepId last_told_ = 0;            // of that thread
   std::unique_ptr<Scribe> scribe_;  // gone before what it writes of
   Snapshot snapshot_;
   std::vector<Index3> changed_;
   std::vector<LiveTick> ticks_;
   Place place_;
+  std::vector<PastStep> steps_;
+  Versions versions_;
   bool pressed_ = false, volume_known_ = false;
   double volume_mm3_ = 0, removed_mm3_ = 0;
 };

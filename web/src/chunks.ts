@@ -26,10 +26,12 @@ export function unpack(data: Uint8Array, lattice: Lattice, use: (place: string, 
     at += 8;
     const position = new Float32Array(3 * vertices);
     const normal = new Int8Array(3 * vertices);
+    const kind = new Uint8Array(vertices);
     const from = place.map((p, i) => lattice.origin[i] + (CELLS * p - 1) * lattice.pitch);
     for (let v = 0; v < vertices; v++) {
       for (let i = 0; i < 3; i++) position[3 * v + i] = from[i] + step * u16();
       for (let i = 0; i < 3; i++) normal[3 * v + i] = view.getInt8(at + i);
+      kind[v] = view.getUint8(at + 3);
       at += 4;
     }
     const index = new Uint16Array(3 * triangles);
@@ -41,8 +43,39 @@ export function unpack(data: Uint8Array, lattice: Lattice, use: (place: string, 
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(position, 3));
     geometry.setAttribute("normal", new THREE.BufferAttribute(normal, 3, true));
+    geometry.setAttribute("kind", new THREE.BufferAttribute(kind, 1));
     geometry.setIndex(new THREE.BufferAttribute(index, 1));
     geometry.computeBoundingSphere();
     use(place.join(), geometry);
   }
+}
+
+/** The chunks as they were sent, in the order of their places. */
+export function pack(chunks: Map<string, THREE.BufferGeometry>, lattice: Lattice): Uint8Array {
+  const placed = [...chunks].map(([name, geometry]) => ({ place: name.split(",").map(Number), geometry }));
+  placed.sort((a, b) => a.place[0] - b.place[0] || a.place[1] - b.place[1] || a.place[2] - b.place[2]);
+  const size = placed.reduce((sum, { geometry }) => sum + 14 + 10 * geometry.attributes.position.count + 2 * geometry.index!.count, 0);
+  const bytes = new Uint8Array(size);
+  const view = new DataView(bytes.buffer);
+  let at = 0;
+  const u16 = (value: number): void => {
+    view.setUint16(at, value, true);
+    at += 2;
+  };
+  for (const { place, geometry } of placed) {
+    const { position, normal, kind } = geometry.attributes;
+    const from = place.map((p, i) => lattice.origin[i] + (CELLS * p - 1) * lattice.pitch);
+    place.forEach(u16);
+    view.setUint32(at, position.count, true);
+    view.setUint32(at + 4, geometry.index!.count / 3, true);
+    at += 8;
+    for (let v = 0; v < position.count; v++) {
+      for (let i = 0; i < 3; i++) u16(Math.round(((position.array[3 * v + i] - from[i]) * STEPS) / lattice.pitch));
+      for (let i = 0; i < 3; i++) view.setInt8(at + i, normal.array[3 * v + i]);
+      view.setUint8(at + 3, kind.array[v]);
+      at += 4;
+    }
+    for (const corner of geometry.index!.array) u16(corner);
+  }
+  return bytes;
 }

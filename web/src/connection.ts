@@ -17,6 +17,11 @@ export class Connection {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(message);
   }
 
+  /** As if the line had broken. */
+  breakOff(): void {
+    this.socket?.close();
+  }
+
   private open(): void {
     const socket = new WebSocket(`ws://${location.host}/ws`);
     socket.binaryType = "arraybuffer";

@@ -1,15 +1,24 @@
 // SPDX-License-Identifier: MIT
-// The page: pointer and keys to the studio, surface, force and numbers from it.
+// The page: what the studio says to surface, plot, history and numbers; buttons and keys to the studio.
 import * as THREE from "three";
 import { Connection } from "./connection";
+import { Hand } from "./hand";
+import { History } from "./history";
+import { Keys } from "./keys";
 import { write, type FromStudio } from "./messages";
 import { ForcePlot } from "./plot";
+import { Senses } from "./senses";
+import { Start, type Material } from "./start";
 import "./style.css";
-import { View, type Hit } from "./view";
+import { View } from "./view";
 import type { Vec3 } from "./wire";
 
 const element = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
-const input = (id: string): HTMLInputElement => element<HTMLInputElement>(id);
+const dialog = (id: string): HTMLDialogElement => element<HTMLDialogElement>(id);
+const CARVING = ["tools", "force", "history"];
+
+// Where there is little room, the wood has it.
+element<HTMLDetailsElement>("force-box").open = innerWidth >= 900;
 
 const canvas = element<HTMLCanvasElement>("view");
 let view: View;
@@ -17,14 +26,15 @@ try {
   view = new View(canvas);
 } catch {
   element("hint").textContent = "This browser can't draw in three dimensions: WebGL 2 is off or missing. Turn it on, or use another browser.";
+  element("hint").hidden = false;
   throw new Error("no WebGL 2");
 }
 
 let lattice = { origin: [0, 0, 0] as Vec3, pitch: 1 };
 let rate = 1000;
-let holds = false;
-let axis = new THREE.Vector3(0, 0, 1);
-const plot = new ForcePlot(element("plot"), () => rate);
+let title = "Kibori";
+let step = 0;
+let firstTime = true;
 
 // ---- From the studio
 
@@ -36,47 +46,114 @@ function tell(text: string, forSeconds = 8): void {
 }
 
 const line = new Connection(hear, (why) => tell(why, Infinity));
+const send = (message: Uint8Array): void => line.send(message);
+const hand = new Hand(canvas, view, send);
+const start = new Start(send, tell, (text) => element("notice").textContent === text && tell(""));
+const plot = new ForcePlot(element("plot"), () => rate);
+const senses = new Senses();
+const history = new History(
+  element("history"),
+  (to) => send(write.Go({ step: to })),
+  () => {
+    dialog("naming").showModal();
+    element<HTMLInputElement>("version").select();
+  },
+);
 
 function hear(said: FromStudio): void {
   switch (said.kind) {
+    case "Start": {
+      hand.holds = said.message.holds !== 0;
+      for (const id of CARVING) element(id).hidden = true;
+      element("hint").hidden = true;
+      view.begin({ origin: [0, 0, 0], pitch: 1 }, [1, 1, 1]);
+      history.clear();
+      document.title = "Kibori";
+      step = 0;
+      document.body.dataset.shown = "start";
+      tell("");
+      start.show(said.message.json);
+      break;
+    }
     case "Welcome": {
       const w = said.message;
       lattice = { origin: w.origin, pitch: w.pitch };
       rate = w.rate;
-      document.title = `${w.document.split("/").pop()} – Kibori`;
+      title = w.document.replace(/\.kibori$/, "");
+      step = 0;
+      document.title = `${title} – Kibori`;
+      element("title").textContent = element("title").title = title;
+      document.body.dataset.shown = "solid";
       tell("");
+      start.hide();
+      for (const id of CARVING) element(id).hidden = false;
+      element("hint").hidden = !firstTime;
+      firstTime = false;
+      const kinds = JSON.parse(w.materials) as Material[];
+      view.wood.setKinds(kinds.map((m) => ({ color: m.color, grain: m.name !== "wax" })));
+      const adds = element<HTMLSelectElement>("material"), before = adds.selectedIndex;
+      adds.replaceChildren(...kinds.map((m, i) => new Option(m.name, String(i))));
+      adds.selectedIndex = before >= 0 && before < kinds.length ? before : 0;
       view.begin(lattice, w.nodes);
-      chooseTool();
-      chooseSpring();
+      plot.clear();
+      history.clear();
+      hand.holds = false;
+      hand.begin();
       break;
     }
-    case "Chunks":
+    case "Chunks": {
+      const from = performance.now();
       view.take(said.message.data, lattice);
-      line.send(write.Got({ frame: said.message.frame }));
+      send(write.Got({ frame: said.message.frame }));
       if (!said.message.more) view.complete();
+      performance.measure("update", { start: from, detail: said.message.data.length });
       document.body.dataset.chunks = String(Number(document.body.dataset.chunks ?? 0) + 1);
       break;
+    }
     case "Ticks": {
-      const bytes = said.message.data;
-      const rows = new Float32Array(bytes.slice().buffer);
+      const rows = new Float32Array(said.message.data.slice().buffer);
       plot.add(said.message.start, rows);
+      senses.feel(rows, rate);
       const last = rows.subarray(rows.length - 9);
-      const force: Vec3 = [last[3], last[4], last[5]];
-      view.showTool([last[0], last[1], last[2]], axis, force);
+      const tip: Vec3 = [last[0], last[1], last[2]], force: Vec3 = [last[3], last[4], last[5]];
+      view.showTool(hand.there || !hand.holds ? tip : null, hand.axis, force);
       element("n-force").textContent = `${Math.hypot(...force).toFixed(2)} N`;
       element("n-moment").textContent = `${Math.hypot(last[6], last[7], last[8]).toFixed(1)} N mm`;
+      element("n-tip").textContent = tip.map((x) => x.toFixed(1)).join(" ");
       break;
     }
     case "State": {
       const s = said.message;
-      holds = s.holds !== 0;
-      element("take").hidden = holds;
-      element<HTMLButtonElement>("undo").disabled = !holds || !s.undo;
-      element<HTMLButtonElement>("redo").disabled = !holds || !s.redo;
+      // Who takes the tool over brings what is chosen here.
+      if (s.holds !== 0 && !hand.holds) hand.chooseAll();
+      hand.holds = s.holds !== 0;
+      element("take").hidden = hand.holds;
+      element<HTMLButtonElement>("undo").disabled = !hand.holds || !s.undo;
+      element<HTMLButtonElement>("redo").disabled = !hand.holds || !s.redo;
+      element<HTMLButtonElement>("leave").disabled = !hand.holds;
       element("n-volume").textContent = `${(s.volume / 1000).toFixed(2)} cm³`;
       element("n-removed").textContent = `${(s.removed / 1000).toFixed(3)} cm³`;
       element("n-step").textContent = `${s.step} of ${s.steps}`;
+      history.setHead(s.step);
+      if (step !== s.step) pictureSoon((step = s.step));
       Object.assign(document.body.dataset, { hash: s.hash, step: String(s.step), volume: String(s.volume) });
+      break;
+    }
+    case "Steps":
+      history.add(said.message.data);
+      break;
+    case "Versions":
+      history.setVersions(said.message.json);
+      break;
+    case "Work": {
+      const box = element("work");
+      box.hidden = said.message.what === "";
+      const bar = box.querySelector("progress")!;
+      if (said.message.share >= 0) bar.value = said.message.share;
+      else bar.removeAttribute("value");
+      box.querySelector("button")!.hidden = said.message.cancellable === 0;
+      const what = `${said.message.what} …`, text = box.querySelector("span")!;
+      if (text.textContent !== what) text.textContent = what;
       break;
     }
     case "Notice":
@@ -84,156 +161,132 @@ function hear(said: FromStudio): void {
   }
 }
 
-// ---- Tool
-
-const chosen = (name: string): number => Number((document.querySelector(`input[name=${name}]:checked`) as HTMLInputElement).value);
-const radius = (): number => Number(input("size").value);
-const depth = (): number => Number(input("depth").value);
-
-/** From its tip to its other end [mm]. */
-const TOOL_LENGTH = 25;
-const FINGER_LENGTH = 20;
-function toolHeight(): number {
-  return [2 * radius(), FINGER_LENGTH, TOOL_LENGTH, TOOL_LENGTH][chosen("shape")];
+/** A small picture of a step for the history, once it is at rest. */
+function pictureSoon(of: number, tries = 20): void {
+  setTimeout(async () => {
+    if (of !== step || !hand.holds || history.has(of) || tries === 0) return;
+    if (!view.whole || hand.working) return pictureSoon(of, tries - 1);
+    const png = await view.picture(128, 96);
+    if (!png || of !== step) return;
+    history.setPicture(of, png);
+    const bytes = new Uint8Array(await png.arrayBuffer());
+    if (bytes.length <= 65536) send(write.KeepThumbnail({ step: of, png: bytes }));
+  }, 600);
 }
 
-function chooseTool(): void {
-  const shape = chosen("shape");
-  element("size-out").textContent = `${radius().toFixed(1)} mm`;
-  element("depth-out").textContent = `${depth().toFixed(1)} mm`;
-  const length = shape === 1 ? FINGER_LENGTH : TOOL_LENGTH;
-  // The finger's Ks such that it is as wide as a ball would be, a radius above its tip.
-  const size = shape === 1 ? 1 / radius() : radius();
-  view.setTool(shape, size, length);
-  line.send(write.ChooseTool({ shape, size, length }));
-}
-function chooseSpring(): void {
-  const stiffness = 10 ** Number(input("spring").value);
-  element("spring-out").textContent = `${stiffness.toPrecision(2)} N/mm`;
-  line.send(write.ChooseSpring({ stiffness }));
-}
-element("shapes").addEventListener("change", chooseTool);
-input("size").addEventListener("input", chooseTool);
-input("depth").addEventListener("input", chooseTool);
-input("spring").addEventListener("input", chooseSpring);
+// ---- Files
 
-// ---- Pointer
-
-let stroke: { pointer: number; last: Hit; fill: boolean } | null = null;
-
-/** The tip, the tool's lowest point, that presses so deep at a place; above it for a depth below zero. */
-function tipAt(hit: Hit, deep: number): Vec3 {
-  return hit.point.clone().addScaledVector(hit.normal, -deep).toArray() as Vec3;
+function save(name: string, what: Blob): void {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(what);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
-function aim(hit: Hit, deep: number): void {
-  axis = hit.normal;
-  line.send(write.Aim({ tip: tipAt(hit, deep), axis: axis.toArray() as Vec3 }));
-}
-
-canvas.addEventListener(
-  "pointerdown",
-  (event) => {
-    element("hint").hidden = true;
-    const hit = event.button === 0 && holds && !stroke ? view.hit(event.clientX, event.clientY) : null;
-    if (!hit) return; // beside it: the view turns
-    event.stopImmediatePropagation();
-    canvas.focus();
-    canvas.setPointerCapture(event.pointerId);
-    view.controls.enabled = false;
-    view.beginStroke();
-    const fill = event.ctrlKey || event.altKey || chosen("mode") === 1;
-    stroke = { pointer: event.pointerId, last: hit, fill };
-    axis = hit.normal;
-    line.send(write.Press({ tip: tipAt(hit, -1), axis: axis.toArray() as Vec3, mode: fill ? 1 : 0 }));
-    aim(hit, pressed(event));
-  },
-  { capture: true },
-);
-
-/** How deep: where it adds, so that the tool stands out as much as it else would sink in. */
-function pressed(event: PointerEvent): number {
-  if (stroke?.fill) return toolHeight() - depth();
-  return event.pointerType === "pen" && event.pressure > 0 ? 2 * event.pressure * depth() : depth();
-}
-
-canvas.addEventListener("pointermove", (event) => {
-  const hit = view.hit(event.clientX, event.clientY);
-  if (stroke) {
-    if (event.pointerId !== stroke.pointer) return;
-    if (hit) stroke.last = hit;
-    aim(stroke.last, pressed(event));
-    view.showRing(stroke.last, radius());
-  } else if (event.buttons === 0) {
-    view.showRing(hit, radius());
-    if (hit && holds) aim(hit, -2);
+async function exportAs(format: string, tolerance: string): Promise<void> {
+  try {
+    const answer = await fetch(`/export?format=${format}&tolerance=${tolerance}`);
+    if (answer.ok) save(`${title}.${format}`, await answer.blob());
+    else tell(await answer.text());
+  } catch {
+    tell("The file did not arrive; is 'kibori studio' still running?");
   }
-});
-
-function lift(): void {
-  if (!stroke) return;
-  const { last } = stroke;
-  stroke = null;
-  view.controls.enabled = true;
-  view.endStroke();
-  line.send(write.Lift());
-  aim(last, -2);
 }
-canvas.addEventListener("pointerup", (event) => event.pointerId === stroke?.pointer && lift());
-canvas.addEventListener("pointercancel", lift);
-canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-canvas.addEventListener("dblclick", () => view.frame());
-window.addEventListener("blur", lift);
+
+let turning: { stop: () => void } | null = null;
+async function turntable(): Promise<void> {
+  if (turning) return turning.stop();
+  const turn = view.turn(8);
+  turning = turn;
+  element("turn").textContent = "Stop";
+  const film = await turn.film;
+  turning = null;
+  element("turn").textContent = "Turntable";
+  if (film) save(`${title}.webm`, film);
+}
 
 // ---- Buttons and keys
 
-const undo = (): void => line.send(write.Undo());
-const redo = (): void => line.send(write.Redo());
+const undo = (): void => send(write.Undo());
+const redo = (): void => send(write.Redo());
+const leave = (): void => send(write.Leave());
+const askExport = (): void => dialog("exporting").showModal();
+const picture = async (): Promise<void> => {
+  const png = await view.picture(canvas.width, canvas.height);
+  if (png) save(`${title}.png`, png);
+};
+const help = (): void => dialog("keys").showModal();
 element("undo").onclick = undo;
 element("redo").onclick = redo;
-element("take").onclick = () => line.send(write.TakeTool());
+element("leave").onclick = leave;
+element("export").onclick = askExport;
+element("picture").onclick = picture;
+element("turn").onclick = turntable;
+element("take").onclick = () => send(write.TakeTool());
 element("frame").onclick = () => view.frame();
-element("help").onclick = () => element<HTMLDialogElement>("keys").showModal();
+element("help").onclick = help;
+element("settings").onclick = () => dialog("settings-box").showModal();
+element("work").querySelector("button")!.onclick = () => send(write.CancelWork());
+dialog("exporting").onclose = () => {
+  if (dialog("exporting").returnValue === "yes") void exportAs(element<HTMLSelectElement>("format").value, element<HTMLInputElement>("tolerance").value || "0");
+};
+dialog("naming").onclose = () => {
+  const name = element<HTMLInputElement>("version").value.trim();
+  if (dialog("naming").returnValue === "yes" && name) send(write.NameVersion({ name }));
+};
+element("sound").onchange = () => {
+  senses.sound = element<HTMLInputElement>("sound").checked;
+  if (!senses.sound) senses.silence();
+};
+element("rumble").onchange = () => (senses.rumble = element<HTMLInputElement>("rumble").checked);
 element("pause").onclick = () => {
   plot.paused = !plot.paused;
   element("pause").textContent = plot.paused ? "Go on" : "Pause";
 };
-element("csv").onclick = () => {
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(plot.csv());
-  link.download = "forces.csv";
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
-};
+element("csv").onclick = () => save("forces.csv", plot.csv());
+canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+canvas.addEventListener("dblclick", () => view.frame());
 
-function nudge(id: string, factor: number): void {
-  input(id).value = String(Number(input(id).value) * factor);
-  chooseTool();
-}
-window.addEventListener("keydown", (event) => {
-  if (element<HTMLDialogElement>("keys").open) return;
-  const control = event.ctrlKey || event.metaKey;
-  const key = control ? `Ctrl+${event.shiftKey ? "Shift+" : ""}${event.key.toLowerCase()}` : event.key;
-  const known: Record<string, () => void> = {
-    "Ctrl+z": undo,
-    "Ctrl+Shift+z": redo,
-    "Ctrl+y": redo,
-    Escape: () => {
-      line.send(write.Cancel());
-      if (stroke) lift();
+const keys = new Keys(
+  {
+    smaller: { label: "smaller tool", keys: ["["], run: () => hand.nudge("size", 1 / 1.15) },
+    larger: { label: "larger tool", keys: ["]"], run: () => hand.nudge("size", 1.15) },
+    size: { label: "size by moving the pointer, until it is pressed", keys: ["f"], run: () => hand.startSizing() },
+    shallower: { label: "shallower", keys: ["{"], run: () => hand.nudge("depth", 1 / 1.15) },
+    deeper: { label: "deeper", keys: ["}"], run: () => hand.nudge("depth", 1.15) },
+    undo: { label: "undo", keys: ["Ctrl+z"], run: undo },
+    redo: { label: "redo", keys: ["Ctrl+Shift+z", "Ctrl+y"], run: redo },
+    cancel: {
+      label: "leave the stroke off",
+      keys: ["Escape"],
+      run: () => {
+        turning?.stop();
+        send(write.Cancel());
+        hand.lift();
+      },
     },
-    "[": () => nudge("size", 1 / 1.15),
-    "]": () => nudge("size", 1.15),
-    "{": () => nudge("depth", 1 / 1.15),
-    "}": () => nudge("depth", 1.15),
-    "1": () => view.frame(new THREE.Vector3(0, -1, 0.001)),
-    "3": () => view.frame(new THREE.Vector3(1, 0, 0.001)),
-    "7": () => view.frame(new THREE.Vector3(0, -0.001, 1)),
-    Home: () => view.frame(),
-    "?": () => element<HTMLDialogElement>("keys").showModal(),
-  };
-  const action = known[key];
-  if (!action) return;
-  event.preventDefault();
-  action();
+    front: { label: "from the front", keys: ["1"], run: () => view.frame(new THREE.Vector3(0, -1, 0.001)) },
+    right: { label: "from the right", keys: ["3"], run: () => view.frame(new THREE.Vector3(1, 0, 0.001)) },
+    above: { label: "from above", keys: ["7"], run: () => view.frame(new THREE.Vector3(0, -0.001, 1)) },
+    all: { label: "show all", keys: ["Home"], run: () => view.frame() },
+    export: { label: "export", keys: ["Ctrl+e"], run: askExport },
+    close: { label: "close the document, and begin another", keys: ["Ctrl+o"], run: leave },
+    help: { label: "these keys", keys: ["?"], run: help },
+  },
+  element("bindings"),
+  () => document.querySelector("dialog[open]") !== null || document.body.dataset.shown !== "solid",
+);
+element("keys-again").onclick = () => keys.reset();
+dialog("keys").onclose = () => keys.stopWaiting();
+// The browser keeps every measure until it is told not to.
+setInterval(() => performance.clearMeasures(), 60000);
+// For tests and measurements.
+Object.assign(window, {
+  kibori: {
+    surface: () => view.surface(lattice),
+    whole: () => view.whole,
+    breakLine: () => line.breakOff(),
+    still: (still: boolean) => (view.still = still),
+  },
 });

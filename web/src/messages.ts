@@ -2,13 +2,13 @@
 // Made by tools/make_protocol.py from protocol/messages.json: change that.
 import { Reader, Writer, type Vec3 } from "./wire";
 
-export const PROTOCOL_VERSION = 1;
+export const PROTOCOL_VERSION = 2;
 
-/** The first message of a page. */
+/** The first message of a page. Welcome or Start answers. */
 export interface Hello { version: number }
 /** Where the tool's tip is wanted [mm], and its axis, from the tip up. */
 export interface Aim { tip: Vec3; axis: Vec3 }
-/** From now on the tool works: first it is put to `tip`, clear of material. mode: 0 cut, 1 fill. */
+/** From now on the tool works: first it is put to `tip`, clear of material. mode: 0 cut, 1 fill, 2 feel only. */
 export interface Press { tip: Vec3; axis: Vec3; mode: number }
 /** The tool works no longer. */
 export type Lift = Record<string, never>;
@@ -26,8 +26,28 @@ export interface ChooseSpring { stiffness: number }
 export interface Got { frame: number }
 /** This page wants to hold the tool; the others then watch. */
 export type TakeTool = Record<string, never>;
-/** The answer to Hello: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document. */
-export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string }
+/** A new document, where none is open. shape: 0 block, 1 log, 2 ball. size [mm]: of its box; the log's and the ball's diameter is x, the log's length z. pitch [mm]. material: a number of Start's. An empty name: the time. */
+export interface Begin { shape: number; size: Vec3; pitch: number; material: number; name: string }
+/** One of Start's documents, where none is open. */
+export interface Open { name: string }
+/** The document is saved and closed; Start follows. */
+export type Leave = Record<string, never>;
+/** To a step of the history. */
+export interface Go { step: number }
+/** Gives the step where the document stands a name. */
+export interface NameVersion { name: string }
+/** A small picture of a step (PNG, 64 kB at most). */
+export interface KeepThumbnail { step: number; png: Uint8Array }
+/** What is added: a number of Welcome's materials. */
+export interface ChooseMaterial { material: number }
+/** How motion becomes force. model: 0 series, 1 energy, 2 paper. */
+export interface ChooseModel { model: number }
+/** What Work tells of is not to be. */
+export type CancelWork = Record<string, never>;
+/** One of Start's examples is carved as a new document, where none is open. */
+export interface CarveExample { name: string }
+/** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color). All that was shown before is of another one. */
+export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string }
 /** Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), vertices, corners (u16 each). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
 export interface Chunks { frame: number; more: number; data: Uint8Array }
 /** Every servo tick since the last: tip [mm], force on the hand [N], moment about the tip [N mm], nine f32 a tick. start: number of the first. */
@@ -36,6 +56,14 @@ export interface Ticks { start: number; data: Uint8Array }
 export interface State { volume: number; removed: number; step: number; steps: number; undo: number; redo: number; holds: number; hash: string }
 /** A sentence for the person. */
 export interface Notice { text: string }
+/** No document is open. JSON: documents (name, changed: s since 1970, bytes), materials (name, color), examples (name, about). */
+export interface Start { version: number; holds: number; json: string }
+/** Steps that this page was not told of yet, by their numbers: number, the one before it or 0 (u32 each), what it removed [mm^3] (f32). */
+export interface Steps { data: Uint8Array }
+/** JSON: the number of the step of each name. */
+export interface Versions { json: string }
+/** What takes a while and can be cancelled; empty: nothing. share: how much of it is done, 0 to 1; below 0: not known. */
+export interface Work { what: string; share: number; cancellable: number }
 
 export const write = {
   Hello: (m: Hello) => new Writer(1).u16(m.version).done(),
@@ -49,6 +77,16 @@ export const write = {
   ChooseSpring: (m: ChooseSpring) => new Writer(9).f64(m.stiffness).done(),
   Got: (m: Got) => new Writer(10).u32(m.frame).done(),
   TakeTool: () => new Writer(11).done(),
+  Begin: (m: Begin) => new Writer(12).u8(m.shape).vec3(m.size).f64(m.pitch).u8(m.material).text(m.name).done(),
+  Open: (m: Open) => new Writer(13).text(m.name).done(),
+  Leave: () => new Writer(14).done(),
+  Go: (m: Go) => new Writer(15).u32(m.step).done(),
+  NameVersion: (m: NameVersion) => new Writer(16).text(m.name).done(),
+  KeepThumbnail: (m: KeepThumbnail) => new Writer(17).u32(m.step).raw(m.png).done(),
+  ChooseMaterial: (m: ChooseMaterial) => new Writer(18).u8(m.material).done(),
+  ChooseModel: (m: ChooseModel) => new Writer(19).u8(m.model).done(),
+  CancelWork: () => new Writer(20).done(),
+  CarveExample: (m: CarveExample) => new Writer(21).text(m.name).done(),
 };
 
 /** What the studio may say. */
@@ -57,7 +95,11 @@ export type FromStudio =
   | { kind: "Chunks"; message: Chunks }
   | { kind: "Ticks"; message: Ticks }
   | { kind: "State"; message: State }
-  | { kind: "Notice"; message: Notice };
+  | { kind: "Notice"; message: Notice }
+  | { kind: "Start"; message: Start }
+  | { kind: "Steps"; message: Steps }
+  | { kind: "Versions"; message: Versions }
+  | { kind: "Work"; message: Work };
 
 /** Throws where it is none of them, or too short or long. */
 export function read(data: ArrayBuffer): FromStudio {
@@ -65,15 +107,23 @@ export function read(data: ArrayBuffer): FromStudio {
   const kind = r.u8();
   switch (kind) {
     case 64:
-      return r.end({ kind: "Welcome", message: { version: r.u16(), origin: r.vec3(), nodes: r.vec3(), pitch: r.f64(), rate: r.f64(), document: r.text() } });
+      return r.end({ kind: "Welcome", message: { version: r.u16(), origin: r.vec3(), nodes: r.vec3(), pitch: r.f64(), rate: r.f64(), document: r.text(), materials: r.text() } });
     case 65:
-      return r.end({ kind: "Chunks", message: { frame: r.u32(), more: r.u8(), data: r.bytes() } });
+      return r.end({ kind: "Chunks", message: { frame: r.u32(), more: r.u8(), data: r.raw() } });
     case 66:
-      return r.end({ kind: "Ticks", message: { start: r.f64(), data: r.bytes() } });
+      return r.end({ kind: "Ticks", message: { start: r.f64(), data: r.raw() } });
     case 67:
       return r.end({ kind: "State", message: { volume: r.f64(), removed: r.f64(), step: r.u32(), steps: r.u32(), undo: r.u8(), redo: r.u8(), holds: r.u8(), hash: r.text() } });
     case 68:
       return r.end({ kind: "Notice", message: { text: r.text() } });
+    case 69:
+      return r.end({ kind: "Start", message: { version: r.u16(), holds: r.u8(), json: r.text() } });
+    case 70:
+      return r.end({ kind: "Steps", message: { data: r.raw() } });
+    case 71:
+      return r.end({ kind: "Versions", message: { json: r.text() } });
+    case 72:
+      return r.end({ kind: "Work", message: { what: r.text(), share: r.f64(), cancellable: r.u8() } });
     default:
       throw new Error(`a message of kind ${kind}, which is none`);
   }

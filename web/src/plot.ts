@@ -82,6 +82,12 @@ export class ForcePlot {
     this.plot.setData(columns as uPlot.AlignedData);
   }
 
+  clear(): void {
+    this.rows = [];
+    this.starts = [];
+    this.count = 0;
+  }
+
   csv(): Blob {
     const parts = ["time_s,x_mm,y_mm,z_mm,fx_n,fy_n,fz_n,mx_nmm,my_nmm,mz_nmm\n"];
     this.rows.forEach((r, b) => {

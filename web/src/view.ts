@@ -2,13 +2,22 @@
 // The solid, the tool and the light. Z is up, lengths are mm.
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { unpack, type Lattice } from "./chunks";
+import { pack, unpack, type Lattice } from "./chunks";
 import type { Vec3 } from "./wire";
-import { woodMaterial } from "./wood";
+import { Wood } from "./wood";
 
 export interface Hit {
   point: THREE.Vector3;
   normal: THREE.Vector3;
+}
+
+/** Whether there is no graphics card to draw with. */
+function drawnBySoftware(): boolean {
+  const probe = document.createElement("canvas").getContext("webgl2");
+  const about = probe?.getExtension("WEBGL_debug_renderer_info");
+  const name = probe && about ? String(probe.getParameter(about.UNMASKED_RENDERER_WEBGL)) : "";
+  probe?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }
 
 export class View {
@@ -20,8 +29,7 @@ export class View {
   private shown = new Map<string, THREE.Mesh>();
   // What a chunk was when the stroke began: depth is taken from there, so that the tool does not sink by itself.
   private before: Map<string, THREE.Mesh> | null = null;
-  private wood = new THREE.Vector3();
-  private material = woodMaterial(this.wood);
+  readonly wood = new Wood();
   private tool = new THREE.Group();
   private ring: THREE.Mesh;
   private arrow = new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), new THREE.Vector3(), 1, 0xd55e00);
@@ -32,12 +40,18 @@ export class View {
   private framed = false;
   private fine = Math.min(2, window.devicePixelRatio); // pixels a pixel; fewer where drawing is slow
   private drawnAt = 0;
+  private slow: boolean;
+  /** Nothing is drawn. */
+  still = false;
+  private casting = 0;
   private drawn = false;
 
   constructor(private canvas: HTMLCanvasElement) {
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
+    this.slow = drawnBySoftware();
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !this.slow, alpha: true });
     this.renderer.shadowMap.enabled = true;
-    this.renderer.shadowMap.type = THREE.PCFSoftShadowMap;
+    this.renderer.shadowMap.type = this.slow ? THREE.PCFShadowMap : THREE.PCFSoftShadowMap;
+    if (this.slow) this.fine = 0.75;
     // Shadows are drawn anew when what throws them changes, not when the camera moves.
     this.renderer.shadowMap.autoUpdate = false;
     this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
@@ -47,14 +61,14 @@ export class View {
     this.controls.zoomToCursor = true;
     this.controls.addEventListener("change", () => this.redraw());
     this.sun.castShadow = true;
-    this.sun.shadow.mapSize.set(2048, 2048);
+    this.sun.shadow.mapSize.setScalar(this.slow ? 1024 : 2048);
     this.sun.shadow.bias = -0.0004;
     this.sun.shadow.normalBias = 0.15;
     const ringShape = new THREE.RingGeometry(0.94, 1, 64);
     this.ring = new THREE.Mesh(ringShape, new THREE.MeshBasicMaterial({ color: 0x0072b2, side: THREE.DoubleSide, depthTest: false, transparent: true }));
     this.ring.visible = this.arrow.visible = false;
     this.ring.renderOrder = 2;
-    this.scene.add(this.chunks, this.tool, this.ring, this.arrow, this.sun, this.sun.target, new THREE.HemisphereLight(0xffffff, 0x8a7a68, 1.1));
+    this.scene.add(this.chunks, this.tool, this.ring, this.arrow, this.sun, this.sun.target, new THREE.HemisphereLight(0xffffff, 0xb5a48f, 1.7));
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
 
@@ -62,12 +76,17 @@ export class View {
     for (const mesh of this.shown.values()) mesh.geometry.dispose();
     this.shown.clear();
     this.chunks.clear();
+    this.endStroke();
+    this.framed = this.whole = false;
+    this.arrow.visible = this.ring.visible = false;
     const size = nodes.map((n) => n * lattice.pitch);
-    this.wood.set(lattice.origin[0], lattice.origin[1] + 0.42 * size[1], lattice.origin[2] - 0.35 * size[2]);
+    this.wood.place(new THREE.Vector3(lattice.origin[0], lattice.origin[1] + 0.42 * size[1], lattice.origin[2] - 0.35 * size[2]), Math.max(...size));
+    this.redraw();
   }
 
   /** Takes a frame of chunks in. */
   take(data: Uint8Array, lattice: Lattice): void {
+    this.whole = false;
     unpack(data, lattice, (place, made) => {
       const old = this.shown.get(place);
       if (old) {
@@ -77,18 +96,38 @@ export class View {
         this.shown.delete(place);
       }
       if (!made) return;
-      const mesh = new THREE.Mesh(made, this.material);
+      const mesh = new THREE.Mesh(made, this.wood.material);
       mesh.castShadow = mesh.receiveShadow = true;
       this.shown.set(place, mesh);
       this.chunks.add(mesh);
     });
-    this.renderer.shadowMap.needsUpdate = true;
+    this.castShadows();
     this.redraw();
+  }
+
+  /** Anew; where drawing is slow, once it is at rest. */
+  private castShadows(): void {
+    if (!this.slow) this.renderer.shadowMap.needsUpdate = true;
+    else if (!this.casting)
+      this.casting = window.setTimeout(() => {
+        this.casting = 0;
+        if (this.before) return this.castShadows();
+        this.renderer.shadowMap.needsUpdate = true;
+        this.redraw();
+      }, 700);
   }
 
   /** All chunks are there. */
   complete(): void {
+    this.whole = true;
     if (!this.framed) this.frame();
+  }
+  /** Whether all of the solid is shown that there is. */
+  whole = false;
+
+  /** The chunks that are shown, as they were sent, by their places. */
+  surface(lattice: Lattice): Uint8Array {
+    return pack(new Map([...this.shown].map(([place, mesh]) => [place, mesh.geometry])), lattice);
   }
 
   frame(from = new THREE.Vector3(-0.55, -1, 0.75)): void {
@@ -112,10 +151,12 @@ export class View {
     shadow.far = 9 * r;
     shadow.updateProjectionMatrix();
     if (this.grid) this.scene.remove(this.grid);
-    const half = Math.ceil((1.6 * r) / 10) * 10;
-    this.grid = new THREE.GridHelper(2 * half, (2 * half) / 10, 0x8a7a68, 0xb9aca0);
+    // Lines 1, 10, 100 ... mm apart.
+    const apart = 10 ** Math.max(0, Math.round(Math.log10(r) - 0.7));
+    const half = Math.ceil((1.6 * r) / apart) * apart;
+    this.grid = new THREE.GridHelper(2 * half, (2 * half) / apart, 0x8a7a68, 0xb9aca0);
     this.grid.rotation.x = Math.PI / 2;
-    this.grid.position.set(Math.round(sphere.center.x / 10) * 10, Math.round(sphere.center.y / 10) * 10, this.box.min.z - 0.05);
+    this.grid.position.set(Math.round(sphere.center.x / apart) * apart, Math.round(sphere.center.y / apart) * apart, this.box.min.z - 0.001 * r);
     (this.grid.material as THREE.Material).transparent = true;
     (this.grid.material as THREE.Material).opacity = 0.45;
     this.scene.add(this.grid);
@@ -173,10 +214,13 @@ export class View {
     this.redraw();
   }
 
-  showTool(tip: Vec3, axis: THREE.Vector3, force: Vec3 | null): void {
+  /** Where it is; null: nowhere yet. */
+  showTool(tip: Vec3 | null, axis: THREE.Vector3, force: Vec3): void {
+    this.tool.visible = tip !== null;
+    if (!tip) return;
     this.tool.position.set(...tip);
     this.tool.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), axis);
-    const f = force ? new THREE.Vector3(...force) : new THREE.Vector3();
+    const f = new THREE.Vector3(...force);
     const n = f.length();
     this.arrow.visible = n > 0.01;
     if (this.arrow.visible) {
@@ -198,24 +242,88 @@ export class View {
     this.redraw();
   }
 
+  /** From a point towards who looks. */
+  towardsEye(point: THREE.Vector3): THREE.Vector3 {
+    return this.camera.position.clone().sub(point).normalize();
+  }
+  /** Along a pen that is tilted so from upright on the screen [degrees]. */
+  alongPen(tiltX: number, tiltY: number): THREE.Vector3 {
+    const tangent = (degrees: number): number => Math.tan((Math.max(-80, Math.min(80, degrees)) * Math.PI) / 180);
+    return new THREE.Vector3(tangent(tiltX), -tangent(tiltY), 1).normalize().applyQuaternion(this.camera.quaternion);
+  }
+
+  /** What is shown, without tool, ring and grid, as a picture so wide; null where the browser can't. */
+  picture(width: number, height: number): Promise<Blob | null> {
+    const hidden = [this.tool, this.ring, this.arrow, ...(this.grid && width < 400 ? [this.grid] : [])];
+    const were = hidden.map((object) => object.visible);
+    for (const object of hidden) object.visible = false;
+    this.render();
+    const small = document.createElement("canvas");
+    small.width = width;
+    small.height = height;
+    const scale = Math.max(width / this.canvas.width, height / this.canvas.height);
+    const w = scale * this.canvas.width, h = scale * this.canvas.height;
+    const into = small.getContext("2d")!;
+    into.fillStyle = getComputedStyle(document.body).backgroundColor;
+    into.fillRect(0, 0, width, height);
+    into.drawImage(this.canvas, (width - w) / 2, (height - h) / 2, w, h);
+    hidden.forEach((object, i) => (object.visible = were[i]));
+    this.redraw();
+    return new Promise((done) => small.toBlob(done, "image/png"));
+  }
+
+  /** One turn about the upright axis; recorded, if the browser can. stop() ends it early. */
+  turn(seconds: number): { stop: () => void; film: Promise<Blob | null> } {
+    const start = performance.now(), about = this.controls.target.clone();
+    const from = this.camera.position.clone().sub(about);
+    let stopped = false;
+    let recorder: MediaRecorder | null = null;
+    const parts: Blob[] = [];
+    try {
+      recorder = new MediaRecorder(this.canvas.captureStream(30), { videoBitsPerSecond: 8e6 });
+      recorder.ondataavailable = (event) => parts.push(event.data);
+      recorder.start();
+    } catch {
+      recorder = null;
+    }
+    const film = new Promise<Blob | null>((done) => {
+      const step = (): void => {
+        const share = Math.min(1, (performance.now() - start) / (1000 * seconds));
+        this.camera.position.copy(from).applyAxisAngle(new THREE.Vector3(0, 0, 1), 2 * Math.PI * share).add(about);
+        this.camera.lookAt(about);
+        this.redraw();
+        if (share < 1 && !stopped) return void requestAnimationFrame(step);
+        this.controls.update();
+        if (!recorder) return done(null);
+        recorder.onstop = () => done(stopped ? null : new Blob(parts, { type: recorder!.mimeType }));
+        recorder.stop();
+      };
+      step();
+    });
+    return { stop: () => (stopped = true), film };
+  }
+
   redraw(): void {
-    if (this.drawn) return;
+    if (this.drawn || this.still) return;
     this.drawn = true;
     requestAnimationFrame(() => {
       this.drawn = false;
-      const w = this.canvas.clientWidth, h = this.canvas.clientHeight;
-      // Frame after frame that takes long: a machine without a graphics card.
+      // Frame after frame that takes long: fewer pixels.
       const now = performance.now(), took = now - this.drawnAt;
       this.drawnAt = now;
       if (took > 60 && took < 400 && this.fine > 0.75) this.fine = Math.max(0.75, 0.8 * this.fine);
-      const ratio = this.fine;
-      if (this.canvas.width !== Math.floor(w * ratio) || this.canvas.height !== Math.floor(h * ratio)) {
-        this.renderer.setPixelRatio(ratio);
-        this.renderer.setSize(w, h, false);
-        this.camera.aspect = w / h;
-        this.camera.updateProjectionMatrix();
-      }
-      this.renderer.render(this.scene, this.camera);
+      this.render();
     });
+  }
+
+  private render(): void {
+    const w = this.canvas.clientWidth, h = this.canvas.clientHeight;
+    if (this.canvas.width !== Math.floor(w * this.fine) || this.canvas.height !== Math.floor(h * this.fine)) {
+      this.renderer.setPixelRatio(this.fine);
+      this.renderer.setSize(w, h, false);
+      this.camera.aspect = w / h;
+      this.camera.updateProjectionMatrix();
+    }
+    this.renderer.render(this.scene, this.camera);
   }
 }

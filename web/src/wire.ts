@@ -44,6 +44,15 @@ export class Writer {
   vec3(value: Vec3): this {
     return this.f64(value[0]).f64(value[1]).f64(value[2]);
   }
+  raw(value: Uint8Array): this {
+    this.u32(value.length);
+    const at = this.room(value.length);
+    this.bytes.set(value, at);
+    return this;
+  }
+  text(value: string): this {
+    return this.raw(new TextEncoder().encode(value));
+  }
   done(): Uint8Array {
     return this.bytes.subarray(0, this.at);
   }
@@ -76,14 +85,14 @@ export class Reader {
   vec3(): Vec3 {
     return [this.f64(), this.f64(), this.f64()];
   }
-  bytes(): Uint8Array {
+  raw(): Uint8Array {
     const count = this.u32();
     const at = this.step(count);
     if (this.at > this.view.byteLength) throw new Error("a message ends too soon");
     return new Uint8Array(this.data, at, count);
   }
   text(): string {
-    return new TextDecoder().decode(this.bytes());
+    return new TextDecoder().decode(this.raw());
   }
   end<T>(value: T): T {
     if (this.at !== this.view.byteLength) throw new Error("a message is too long");

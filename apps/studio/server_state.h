@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: MIT
+// What the server, its pages and its visits share. Internal to apps/studio; all of it is of the server's
+// thread.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include "apps/studio/job.h"
+#include "apps/studio/messages.h"
+#include "apps/studio/server.h"
+
+namespace kibori::studio {
+
+class Page;
+
+// Counts a connection while it is there.
+struct Counted {
+  explicit Counted(int& c) : count(c) { count++; }
+  ~Counted() { count--; }
+  Counted(const Counted&) = delete;
+  int& count;
+};
+
+struct Server::State {
+  using Clock = std::chrono::steady_clock;
+
+  State(Library l, const Limits& m) : library(std::move(l)), limits(m), acceptor(io), timer(io), job(io) {}
+  ~State();
+
+  void accept();
+  void follow();
+  void send_ticks();
+  void send_state();
+  void send_work();
+  void hold(Page* page);
+  void hear(Page& page, const FromPage& message);
+  // The sentence to every page.
+  void tell(const std::string& text);
+  // From now on this document, or none.
+  void show(std::unique_ptr<Studio> opened);
+  // Makes or opens a document, on a thread of its own, and shows it. `fresh`: where it is made, and removed
+  // again if it is not to be; else empty. Error: one is open, or something is under way.
+  Status open(const std::string& what, const std::filesystem::path& fresh,
+              std::function<Result<std::unique_ptr<Studio>>(std::atomic<double>&)> make);
+  void begin(Page& page, const Begin& begin);
+  void leave(Page& page);
+  // Starts a job and tells the pages of it.
+  void work(const std::string& what, std::function<Job::Then(std::atomic<double>&)> work,
+            bool cancellable = true);
+  void carve_example(Page& page, const std::string& name);
+  // To every page.
+  void send(const std::vector<uint8_t>& message);
+  // What there is to begin with.
+  std::string start_json() const;
+
+  std::unique_ptr<Studio> studio;  // null: no document is open
+  const Library library;
+  const Limits limits;
+  std::string token, secret;
+  std::string host, local_host;  // as a browser names this server
+  std::string cookie_name;
+  int connections = 0;
+  std::set<Page*> pages;  // that said hello
+  Page* holder = nullptr;
+  // Where what was left lies, if not where it belongs; while no one was told. Written by the job that saves.
+  const std::shared_ptr<std::string> left_unsaved = std::make_shared<std::string>();
+  double ticks_sent = 0;
+  Clock::time_point state_at{}, work_at{};
+  std::function<bool()> stop;
+  // Gone first, and with it the pages and visits that wait for something, which know the rest.
+  boost::asio::io_context io{1};
+  boost::asio::ip::tcp::acceptor acceptor;
+  boost::asio::steady_timer timer;
+  Job job;
+};
+
+}  // namespace kibori::studio

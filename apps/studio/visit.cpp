@@ -1,0 +1,391 @@
+// SPDX-License-Identifier: MIT
+#include "apps/studio/visit.h"
+
+#include <charconv>
+
+#include <boost/asio/post.hpp>
+#include <boost/beast/websocket.hpp>
+
+#include <kibori/session/convert.h>
+#include <kibori/session/documents.h>
+#include <kibori/session/export.h>
+#include <kibori/session/stock_scene.h>
+
+#include "apps/studio/bundle.h"
+#include "apps/studio/page.h"
+
+namespace kibori::studio {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using Clock = Server::State::Clock;
+
+constexpr auto kLinger = std::chrono::seconds(2);
+constexpr auto kTransfer = std::chrono::minutes(10);  // of a file
+
+// Takes as long whatever is alike.
+bool same(std::string_view a, std::string_view b) {
+  if (a.size() != b.size()) return false;
+  unsigned differ = 0;
+  for (size_t i = 0; i < a.size(); i++)
+    differ |= static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]);
+  return differ == 0;
+}
+
+std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
+
+// The value of a cookie; empty where there is none.
+std::string_view cookie(std::string_view all, std::string_view name) {
+  while (!all.empty()) {
+    const size_t end = std::min(all.find(';'), all.size());
+    std::string_view one = all.substr(0, end);
+    while (!one.empty() && one.front() == ' ') one.remove_prefix(1);
+    if (one.size() > name.size() && one.substr(0, name.size()) == name && one[name.size()] == '=')
+      return one.substr(name.size() + 1);
+    all.remove_prefix(std::min(end + 1, all.size()));
+  }
+  return {};
+}
+
+const char* mime(std::string_view path) {
+  const auto ends = [&](std::string_view end) {
+    return path.size() >= end.size() && path.substr(path.size() - end.size()) == end;
+  };
+  if (ends(".html")) return "text/html; charset=utf-8";
+  if (ends(".js")) return "text/javascript; charset=utf-8";
+  if (ends(".css")) return "text/css; charset=utf-8";
+  if (ends(".svg")) return "image/svg+xml";
+  return "application/octet-stream";
+}
+
+// The value of `name` in the target's query, unescaped; empty where it is not there, or is escaped wrongly.
+std::string query(std::string_view target, std::string_view name) {
+  const size_t mark = target.find('?');
+  std::string_view rest = mark == std::string_view::npos ? std::string_view() : target.substr(mark + 1);
+  while (!rest.empty()) {
+    const size_t end = std::min(rest.find('&'), rest.size());
+    const std::string_view one = rest.substr(0, end);
+    rest.remove_prefix(std::min(end + 1, rest.size()));
+    if (one.size() <= name.size() || one.substr(0, name.size()) != name || one[name.size()] != '=') continue;
+    std::string value;
+    for (size_t i = name.size() + 1; i < one.size(); i++) {
+      if (one[i] != '%') {
+        value += one[i];
+        continue;
+      }
+      unsigned code = 0;
+      if (i + 2 >= one.size()) return {};
+      const auto read = std::from_chars(one.data() + i + 1, one.data() + i + 3, code, 16);
+      if (read.ec != std::errc() || read.ptr != one.data() + i + 3) return {};
+      value += static_cast<char>(code);
+      i += 2;
+    }
+    return value;
+  }
+  return {};
+}
+
+std::optional<double> number(const std::string& text) {
+  double value = 0;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (text.empty() || read.ec != std::errc() || read.ptr != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+std::string_view path_of(std::string_view target) { return target.substr(0, target.find('?')); }
+
+// What a file that is brought, or wanted, may be.
+constexpr const char* kImports[] = {".stl", ".ply", ".obj", ".3mf", ".glb", ".off", ".png", ".kibori"};
+constexpr const char* kMeshes[] = {"stl", "ply", "obj", "3mf", "glb"};
+
+Result<std::unique_ptr<Studio>> open_copy(const std::filesystem::path& from,
+                                          const std::filesystem::path& to) {
+  {
+    auto document = Document::open(from, Document::Access::read);
+    if (!document) return Error{document.error()};
+    if (const kibori::Status copied = document.value()->save_copy(to); !copied) return Error{copied.error()};
+  }
+  auto opened = Studio::open(to);
+  if (!opened) remove_document(to);
+  return opened;
+}
+
+Result<std::unique_ptr<Studio>> create_from(const std::filesystem::path& from,
+                                            const std::filesystem::path& to, std::optional<double> longest,
+                                            double rays, size_t wood) {
+  const Result<Scene> scene = file_scene(from, longest, rays, wood);
+  if (!scene) return Error{scene.error()};
+  return Studio::create(to, scene.value());
+}
+
+template <class List>
+bool is_in(const List& list, const std::string& what) {
+  return std::find(std::begin(list), std::end(list), what) != std::end(list);
+}
+
+}  // namespace
+
+Visit::Visit(asio::ip::tcp::socket socket, Server::State& server)
+    : stream_(std::move(socket)), server_(server), counted_(std::make_shared<Counted>(server.connections)) {}
+
+void Visit::read() {
+  parser_.emplace();
+  parser_->header_limit(8192);
+  parser_->body_limit(server_.limits.import_bytes);
+  stream_.expires_after(
+      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(server_.limits.header_s)));
+  http::async_read_header(stream_, buffer_, *parser_,
+                          [self = shared_from_this()](beast::error_code failed, size_t) {
+                            if (failed == http::error::body_limit)
+                              return self->say(Status::payload_too_large, "that is larger than is taken\n");
+                            if (failed) return self->close();
+                            self->answer();
+                          });
+}
+
+void Visit::answer() {
+  const auto& request = parser_->get();
+  target_ = std::string(view(request.target()));
+  const bool body = parser_->content_length().value_or(0) > 0 || parser_->chunked();
+  keep_alive_ = request.keep_alive() && !body;
+  const std::string_view target = target_, host = view(request[http::field::host]);
+  // A name that leads here from elsewhere is not ours.
+  if (request.count(http::field::host) != 1 || (host != server_.host && host != server_.local_host))
+    return say(Status::misdirected_request, "this is not the server that was asked for\n");
+  const std::string_view origin = view(request[http::field::origin]);
+  const bool own = origin.substr(0, 7) == "http://" && origin.substr(7) == host;
+  if (request.count(http::field::origin) != 0 && !own)
+    return say(Status::forbidden, "asked for by another site\n");
+  const bool import = request.method() == http::verb::post && path_of(target) == "/import";
+  if (request.method() != http::verb::get && !import)
+    return say(Status::method_not_allowed, "only GET, but for /import\n");
+  if (body && !import) return say(Status::bad_request, "nothing is to be brought here\n");
+  constexpr std::string_view kToken = "/?token=";
+  if (target.substr(0, kToken.size()) == kToken) {
+    if (!same(target.substr(kToken.size()), server_.token))
+      return say(Status::forbidden,
+                 "the token is another one; use the address that 'kibori studio' printed\n");
+    return let_in();
+  }
+  if (!same(cookie(view(request[http::field::cookie]), server_.cookie_name), server_.secret))
+    return say(Status::forbidden, "open the address that 'kibori studio' printed, with its token\n");
+  // Another server on this machine counts as the same site, and is no more welcome.
+  const std::string_view from = view(request["Sec-Fetch-Site"]);
+  if (path_of(target) != "/" && !from.empty() && from != "same-origin" && from != "none")
+    return say(Status::forbidden, "asked for by another site\n");
+  if (target == "/ws") {
+    if (!websocket::is_upgrade(request)) return say(Status::upgrade_required, "a WebSocket\n");
+    if (!own) return say(Status::forbidden, "asked for by another site\n");
+    stream_.expires_never();
+    std::make_shared<Page>(std::move(stream_), server_, std::move(counted_))->accept(request);
+    return;
+  }
+  if (import) return own ? take_import() : say(Status::forbidden, "asked for by another site\n");
+  if (path_of(target) == "/export") return send_export();
+  if (path_of(target) == "/thumbnail") return send_thumbnail();
+  const std::string_view path = target == "/" ? std::string_view("/index.html") : target;
+  for (const BundledFile& file : bundle())
+    if (path == file.path)
+      return say_bundled({reinterpret_cast<const char*>(file.data), file.size}, mime(path));
+  say(Status::not_found, "there is no such file\n");
+}
+
+void Visit::let_in() {
+  response_ = {};
+  response_.result(Status::see_other);
+  response_.set(http::field::location, "/");
+  response_.set(http::field::set_cookie,
+                server_.cookie_name + "=" + server_.secret + "; HttpOnly; SameSite=Strict; Path=/");
+  keep_alive_ = false;
+  write(response_);
+}
+
+void Visit::take_import() {
+  if (server_.studio || server_.job.busy())
+    return say(Status::conflict, "a document is open, or something is under way\n");
+  const std::string ending = ending_of(query(target_, "name"));
+  if (!is_in(kImports, ending))
+    return say(Status::unsupported_media_type,
+               "that can't be carved; bring STL, PLY, OBJ, 3MF, GLB, OFF, a picture (PNG) or a .kibori\n");
+  const auto folder = TemporaryFolder::make();
+  if (!folder) return say(Status::insufficient_storage, folder.error() + "\n");
+  folder_ = folder.value();
+  import_.emplace(std::move(*parser_));
+  beast::error_code failed;
+  import_->get().body().open((folder_->path() / ("import" + ending)).c_str(), beast::file_mode::write,
+                             failed);
+  if (failed) return say(Status::insufficient_storage, "the temporary folder can't be written\n");
+  stream_.expires_after(kTransfer);
+  http::async_read(stream_, buffer_, *import_,
+                   [self = shared_from_this()](beast::error_code stopped, size_t) {
+                     if (stopped == http::error::body_limit)
+                       return self->say(Status::payload_too_large, "that is larger than is taken\n");
+                     if (stopped == beast::errc::no_space_on_device)
+                       return self->say(Status::insufficient_storage, "the temporary folder is full\n");
+                     if (stopped) return self->close();
+                     self->import_->get().body().close();
+                     self->begin_import();
+                   });
+}
+
+void Visit::begin_import() {
+  const std::string name = query(target_, "name");
+  const std::filesystem::path stem = std::filesystem::path(name).stem();
+  const std::string size = query(target_, "size");
+  const std::optional<double> longest = number(size), rays = number(query(target_, "rays")),
+                              material = number(query(target_, "material"));
+  if ((!size.empty() && !longest) || !rays || !material || !(*material >= 0 && *material < 64))
+    return say(Status::bad_request, "the size, rays or material is no number\n");
+  const Result<std::filesystem::path> place = server_.library.place_for(stem.string());
+  if (!place) return say(Status::insufficient_storage, place.error() + "\n");
+  const kibori::Status opened = server_.open(
+      "Reading " + one_line(name), place.value(),
+      [folder = folder_, name, longest, rays = *rays, wood = static_cast<size_t>(*material),
+       to = place.value()](std::atomic<double>&) -> Result<std::unique_ptr<Studio>> {
+        const std::filesystem::path from = folder->path() / ("import" + ending_of(name));
+        auto made = is_document(from) ? open_copy(from, to) : create_from(from, to, longest, rays, wood);
+        if (made) return made;
+        // It is called otherwise where it came from.
+        std::string why = made.error();
+        for (size_t at; (at = why.find(from.string())) != std::string::npos;)
+          why.replace(at, from.string().size(), one_line(name));
+        return Error{why};
+      });
+  if (!opened) return say(Status::conflict, opened.error() + "\n");
+  folder_.reset();
+  keep_alive_ = false;
+  say(Status::accepted, "");
+}
+
+void Visit::send_export() {
+  const std::string format = query(target_, "format");
+  const double tolerance = number(query(target_, "tolerance")).value_or(0);
+  if (!server_.studio) return say(Status::conflict, "no document is open\n");
+  if (server_.job.busy()) return say(Status::conflict, "something is under way; wait for it\n");
+  if (!(tolerance >= 0 && tolerance <= 1000))
+    return say(Status::bad_request, "the tolerance can't be that\n");
+  const auto made = TemporaryFolder::make();
+  if (!made) return say(Status::insufficient_storage, made.error() + "\n");
+  const auto& folder = made.value();
+  const std::filesystem::path path = folder->path() / ("model." + format);
+  const auto sent = [self = shared_from_this(), folder, path](const kibori::Status& written, bool wanted) {
+    if (!wanted) return self->say(Status::gone, "cancelled\n");
+    if (!written) return self->say(Status::internal_server_error, written.error() + "\n");
+    self->send_file(path);
+  };
+  if (format == "kibori") {
+    // Written by the scribe, between two strokes.
+    server_.studio->save_copy(path, [&io = server_.io, sent](const kibori::Status& written) {
+      asio::post(io, [sent, written] { sent(written, true); });
+    });
+    return;
+  }
+  std::function<kibori::Status(const Snapshot&)> make;
+  if (is_in(kMeshes, format)) {
+    std::vector<Rgb> colors;
+    for (const Material& m : server_.studio->materials()) colors.push_back(m.color);
+    make = [path, colors, tolerance](const Snapshot& model) -> kibori::Status {
+      const Result<size_t> written = write_model(path, model, colors, tolerance, 1);
+      return written ? kibori::Status(Ok{}) : kibori::Status(Error{written.error()});
+    };
+  } else if (format == "png") {
+    make = [path](const Snapshot& model) -> kibori::Status {
+      const auto written = write_height_map(path, model);
+      return written ? kibori::Status(Ok{}) : kibori::Status(Error{written.error()});
+    };
+  } else if (format == "zip") {
+    make = [path](const Snapshot& model) { return write_layers_zip(path, model, {}); };
+  } else {
+    return say(Status::bad_request, "there is no such format\n");
+  }
+  server_.work("Writing " + format,
+               [model = server_.studio->snapshot(), make, sent](std::atomic<double>&) -> Job::Then {
+                 return [sent, written = make(model)](bool wanted) { sent(written, wanted); };
+               });
+}
+
+void Visit::send_thumbnail() {
+  const auto sent = [self = shared_from_this()](const Bytes& png) {
+    if (png.empty()) return self->say(Status::no_content, "");
+    self->say(Status::ok, std::string(png.begin(), png.end()), "image/png");
+  };
+  const std::string document = query(target_, "document");
+  if (!document.empty()) return sent(server_.library.thumbnail(document));
+  const std::optional<double> step = number(query(target_, "step"));
+  if (!server_.studio || !step || !(*step >= 1 && *step < 4e9)) return sent({});
+  server_.studio->thumbnail(static_cast<StepId>(*step), [&io = server_.io, sent](const Bytes& png) {
+    asio::post(io, [sent, png] { sent(png); });
+  });
+}
+
+void Visit::send_file(const std::filesystem::path& path) {
+  file_response_ = {};
+  beast::error_code failed;
+  file_response_.body().open(path.c_str(), beast::file_mode::scan, failed);
+  if (failed) return say(Status::internal_server_error, "what was written can't be read again\n");
+  file_response_.result(Status::ok);
+  file_response_.set(http::field::content_type, "application/octet-stream");
+  stream_.expires_after(kTransfer);
+  write(file_response_);
+}
+
+void Visit::say(Status status, std::string body, const char* type) {
+  body_ = std::move(body);
+  keep_alive_ = keep_alive_ && status == Status::ok;
+  response_ = {};
+  response_.result(status);
+  response_.set(http::field::content_type, type);
+  response_.body() = {body_.data(), body_.size()};
+  write(response_);
+}
+
+void Visit::say_bundled(std::string_view body, const char* type) {
+  response_ = {};
+  response_.result(Status::ok);
+  response_.set(http::field::content_type, type);
+  response_.body() = {body.data(), body.size()};
+  write(response_);
+}
+
+template <class Body>
+void Visit::write(http::response<Body>& response) {
+  response.version(11);
+  response.set(
+      "Content-Security-Policy",
+      "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data: "
+      "blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
+  response.set("X-Content-Type-Options", "nosniff");
+  response.set("Cross-Origin-Opener-Policy", "same-origin");
+  response.set("Cross-Origin-Resource-Policy", "same-origin");
+  response.set("Referrer-Policy", "no-referrer");
+  response.set(http::field::cache_control, "no-store");
+  response.keep_alive(keep_alive_);
+  response.prepare_payload();
+  http::async_write(stream_, response, [self = shared_from_this()](beast::error_code failed, size_t) {
+    self->file_response_ = {};
+    if (failed || !self->keep_alive_) return self->close();
+    self->read();
+  });
+}
+
+void Visit::close() {
+  beast::error_code ignored;
+  stream_.socket().shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+  stream_.expires_after(kLinger);
+  drain();
+}
+
+// What is still on its way here is read and dropped for a moment: else the answer would be lost with it.
+void Visit::drain() {
+  buffer_.clear();
+  stream_.async_read_some(buffer_.prepare(8192),
+                          [self = shared_from_this()](beast::error_code failed, size_t) {
+                            if (failed) return self->stream_.close();
+                            self->drain();
+                          });
+}
+
+}  // namespace kibori::studio

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/session/stock_scene.h>
+
+#include <algorithm>
+
+#include <kibori/base/file.h>
+#include <kibori/formats/mesh_file.h>
+#include <kibori/formats/png_file.h>
+
+namespace kibori {
+namespace {
+
+constexpr double kLeastMm = 0.1, kMostMm = 10000;
+
+Result<Scene> scene_of(const Stock& stock, double longest_mm, size_t material) {
+  if (!(longest_mm >= kLeastMm && longest_mm <= kMostMm)) return Error{"the size must be 0.1 to 10000 mm"};
+  if (!(stock.pitch_mm > 0) || !(longest_mm <= kMostRays * stock.pitch_mm))
+    return Error{"that is finer than can be shown; choose less detail"};
+  if (!(longest_mm >= 8 * stock.pitch_mm)) return Error{"that is too coarse; choose more detail"};
+  Scene scene;
+  scene.file = "the new document";
+  scene.stock = stock;
+  scene.materials = woods();
+  if (material >= scene.materials.size()) return Error{"there is no such material"};
+  scene.stock.material = static_cast<uint8_t>(material);
+  scene.tools = {BallTool{4}};
+  scene.moves = {Move{}};
+  return scene;
+}
+
+}  // namespace
+
+std::vector<Material> woods() {
+  const auto wood = [](const char* name, double u, double yield_n, std::array<uint8_t, 3> color) {
+    Material m;
+    m.name = name;
+    m.u = u;
+    m.kf = 0.02 * u;
+    m.yield_n = yield_n;
+    m.color = color;
+    return m;
+  };
+  return {wood("limewood", 0.03, 0.05, {214, 178, 130}), wood("oak", 0.06, 0.12, {184, 134, 84}),
+          wood("walnut", 0.05, 0.1, {121, 83, 54}), wood("wax", 0.012, 0.02, {226, 214, 190})};
+}
+
+Result<Scene> stock_scene(Stock::Kind kind, const Vec3& size_mm, double pitch_mm, size_t material) {
+  Stock stock;
+  stock.kind = kind;
+  stock.size_mm = size_mm;
+  if (kind == Stock::Kind::cylinder) stock.size_mm.y() = size_mm.x();
+  if (kind == Stock::Kind::sphere) stock.size_mm = Vec3::Constant(size_mm.x());
+  stock.pitch_mm = pitch_mm;
+  if (!(stock.size_mm.minCoeff() >= kLeastMm)) return Error{"the size must be 0.1 to 10000 mm"};
+  return scene_of(stock, stock.size_mm.maxCoeff(), material);
+}
+
+Result<Scene> file_scene(const std::filesystem::path& file, std::optional<double> longest_mm, double rays,
+                         size_t material) {
+  if (!(rays >= 8 && rays <= kMostRays)) return Error{"the detail must be 8 to 1024 rays"};
+  Stock stock;
+  stock.mesh_path = file;
+  double longest = 0;
+  if (ending_of(file) == ".png") {
+    const Result<GreyMap> picture = read_png_grey(file);
+    if (!picture) return Error{picture.error()};
+    stock.kind = Stock::Kind::relief;
+    longest = longest_mm.value_or(80);
+    const double wide = picture.value().width, high = picture.value().height;
+    stock.width_mm = longest * wide / std::max(wide, high);
+    stock.height_mm = longest / 16;
+    stock.base_mm = longest / 16;
+  } else {
+    const Result<TriangleMesh> mesh = read_mesh(file);
+    if (!mesh) return Error{mesh.error()};
+    stock.kind = Stock::Kind::mesh;
+    stock.fit_mm = longest_mm;
+    longest = longest_mm.value_or(mesh.value().bounds().size().maxCoeff());
+  }
+  stock.pitch_mm = longest / rays;
+  return scene_of(stock, longest, material);
+}
+
+}  // namespace kibori

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+// The hand: which tool, and where mouse, pen or finger want it.
+import * as THREE from "three";
+import { write } from "./messages";
+import type { Hit, View } from "./view";
+import type { Vec3 } from "./wire";
+
+const element = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
+const input = (id: string): HTMLInputElement => element<HTMLInputElement>(id);
+const select = (id: string): HTMLSelectElement => element<HTMLSelectElement>(id);
+const chosen = (name: string): number => Number((document.querySelector(`input[name=${name}]:checked`) as HTMLInputElement).value);
+
+const FINGER = 1;
+/** From its tip to its other end [mm]. */
+const TOOL_LENGTH = 25, FINGER_LENGTH = 20;
+const AIM_EVERY_MS = 4;
+/** The modes of Press. */
+const CUT = 0, FILL = 1;
+
+export class Hand {
+  /** Whether this page holds the tool. */
+  holds = false;
+  axis = new THREE.Vector3(0, 0, 1);
+  /** Whether it has pointed anywhere since the document was opened. */
+  there = false;
+  private stroke: { pointer: number; last: Hit; mode: number } | null = null;
+  private sizing: { x: number; radius: number } | null = null;
+  private at = { x: 0, y: 0 };
+  private aimedAt = 0;
+
+  constructor(
+    private canvas: HTMLCanvasElement,
+    private view: View,
+    private send: (message: Uint8Array) => void,
+  ) {
+    element("shapes").addEventListener("change", () => this.chooseTool());
+    for (const id of ["size", "depth"]) input(id).addEventListener("input", () => this.chooseTool());
+    input("spring").addEventListener("input", () => this.chooseSpring());
+    select("material").onchange = () => this.send(write.ChooseMaterial({ material: Number(select("material").value) }));
+    select("model").onchange = () => this.send(write.ChooseModel({ model: Number(select("model").value) }));
+    canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
+    canvas.addEventListener("pointermove", (event) => this.move(event));
+    // Where the browser tells of the pointer before the next frame, the tool need not wait for that.
+    canvas.addEventListener("pointerrawupdate", (event) => this.stroke && event.timeStamp - this.aimedAt >= AIM_EVERY_MS && this.move(event as PointerEvent));
+    canvas.addEventListener("pointerup", (event) => event.pointerId === this.stroke?.pointer && this.lift());
+    for (const end of ["pointercancel", "lostpointercapture"] as const)
+      canvas.addEventListener(end, (event) => event.pointerId === this.stroke?.pointer && this.lift());
+    window.addEventListener("blur", () => this.lift());
+  }
+
+  /** Another document: nothing is under way. */
+  begin(): void {
+    if (this.stroke) this.view.endStroke();
+    this.stroke = this.sizing = null;
+    this.there = false;
+    this.view.controls.enabled = true;
+    this.chooseTool();
+  }
+
+  /** All that is chosen, to the studio. */
+  chooseAll(): void {
+    this.chooseTool();
+    this.chooseSpring();
+    this.send(write.ChooseMaterial({ material: Number(select("material").value) }));
+    this.send(write.ChooseModel({ model: Number(select("model").value) }));
+  }
+
+  get working(): boolean {
+    return this.stroke !== null;
+  }
+
+  nudge(id: "size" | "depth", factor: number): void {
+    input(id).value = String(Number(input(id).value) * factor);
+    this.chooseTool();
+  }
+
+  /** From now on, the pointer's way to the right is the tool's size; until it is pressed. */
+  startSizing(): void {
+    this.sizing = { x: this.at.x, radius: this.radius() };
+  }
+
+  lift(): void {
+    if (!this.stroke) return;
+    const { last } = this.stroke;
+    this.stroke = null;
+    this.view.controls.enabled = true;
+    this.view.endStroke();
+    this.send(write.Lift());
+    this.aim(last, -2);
+  }
+
+  private radius(): number {
+    return Number(input("size").value);
+  }
+  private depth(): number {
+    return Number(input("depth").value);
+  }
+  private toolHeight(): number {
+    return [2 * this.radius(), FINGER_LENGTH, TOOL_LENGTH, TOOL_LENGTH + 2 * this.radius()][chosen("shape")];
+  }
+
+  private chooseTool(): void {
+    const shape = chosen("shape"), radius = this.radius();
+    element("size-out").textContent = `${radius.toFixed(1)} mm`;
+    element("depth-out").textContent = `${this.depth().toFixed(1)} mm`;
+    const length = shape === FINGER ? FINGER_LENGTH : TOOL_LENGTH;
+    // The finger's Ks such that it is as wide as a ball would be, a radius above its tip.
+    const size = shape === FINGER ? 1 / radius : radius;
+    this.view.setTool(shape, size, length);
+    this.send(write.ChooseTool({ shape, size, length }));
+  }
+  private chooseSpring(): void {
+    const stiffness = 10 ** Number(input("spring").value);
+    element("spring-out").textContent = `${stiffness.toPrecision(2)} N/mm`;
+    this.send(write.ChooseSpring({ stiffness }));
+  }
+
+  /** Which way the tool points there: away from the wood. */
+  private axisAt(hit: Hit, event: PointerEvent): THREE.Vector3 {
+    const how = select("axis").value;
+    const axis = how === "view" ? this.view.towardsEye(hit.point) : how === "pen" ? this.view.alongPen(event.tiltX, event.tiltY) : hit.normal;
+    // Flatter than that it would go through the wood with its side.
+    return axis.dot(hit.normal) > 0.15 ? axis.clone() : hit.normal.clone();
+  }
+
+  /** The tip, the tool's lowest point, that presses so deep at a place; above it for a depth below zero. */
+  private tipAt(hit: Hit, deep: number): Vec3 {
+    return hit.point.clone().addScaledVector(this.axis, -deep).toArray() as Vec3;
+  }
+
+  private aim(hit: Hit, deep: number): void {
+    this.there = true;
+    this.aimedAt = performance.now();
+    this.send(write.Aim({ tip: this.tipAt(hit, deep), axis: this.axis.toArray() as Vec3 }));
+  }
+
+  /** How deep: where it adds, so that the tool stands out as much as it else would sink in. */
+  private pressed(event: PointerEvent): number {
+    if (this.stroke?.mode === FILL) return this.toolHeight() - this.depth();
+    const pen = event.pointerType === "pen" && event.pressure > 0 && input("pressure").checked;
+    return pen ? 2 * event.pressure * this.depth() : this.depth();
+  }
+
+  private down(event: PointerEvent): void {
+    element("hint").hidden = true;
+    if (this.stroke && event.pointerType === "touch" && event.pointerId !== this.stroke.pointer) {
+      // Two fingers look; what the first began was not meant.
+      this.send(write.Cancel());
+      return this.lift();
+    }
+    if (this.sizing) {
+      this.sizing = null;
+      return event.stopImmediatePropagation();
+    }
+    const hit = event.button === 0 && this.holds && !this.stroke ? this.view.hit(event.clientX, event.clientY) : null;
+    if (!hit) return; // beside it: the view turns
+    event.stopImmediatePropagation();
+    this.canvas.focus();
+    this.canvas.setPointerCapture(event.pointerId);
+    this.view.controls.enabled = false;
+    this.view.beginStroke();
+    const mode = chosen("mode") === CUT && (event.ctrlKey || event.altKey) ? FILL : chosen("mode");
+    this.stroke = { pointer: event.pointerId, last: hit, mode };
+    this.axis = this.axisAt(hit, event);
+    // To cut, from so far above that walls beside the place are not in the way. To add, where it adds.
+    const deep = this.pressed(event), from = mode === FILL ? deep : -Math.max(1, this.radius());
+    this.send(write.Press({ tip: this.tipAt(hit, from), axis: this.axis.toArray() as Vec3, mode }));
+    this.aim(hit, deep);
+  }
+
+  private move(event: PointerEvent): void {
+    this.at = { x: event.clientX, y: event.clientY };
+    if (this.sizing) {
+      input("size").value = String(this.sizing.radius * 1.01 ** (event.clientX - this.sizing.x));
+      return this.chooseTool();
+    }
+    const hit = this.view.hit(event.clientX, event.clientY);
+    if (this.stroke) {
+      if (event.pointerId !== this.stroke.pointer) return;
+      if (hit) this.stroke.last = hit;
+      this.axis = this.axisAt(this.stroke.last, event);
+      this.aim(this.stroke.last, this.pressed(event));
+      this.view.showRing(this.stroke.last, this.radius());
+    } else if (event.buttons === 0) {
+      this.view.showRing(hit, this.radius());
+      if (!hit || !this.holds) return;
+      this.axis = this.axisAt(hit, event);
+      this.aim(hit, -2);
+    }
+  }
+}

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: MIT
+// Keys, as the person wants them; kept in this browser.
+
+export interface Action {
+  label: string;
+  keys: string[];
+  run: () => void;
+}
+
+const STORE = "kibori.keys";
+
+/** As it is written in a binding: Ctrl+Shift+z, [, Home. */
+function nameOf(event: KeyboardEvent): string {
+  const control = event.ctrlKey || event.metaKey;
+  const key = event.key.length === 1 && control ? event.key.toLowerCase() : event.key;
+  return `${control ? "Ctrl+" : ""}${event.altKey ? "Alt+" : ""}${control && event.shiftKey ? "Shift+" : ""}${key === " " ? "Space" : key}`;
+}
+
+export class Keys {
+  private bound = new Map<string, string>(); // key: action
+  private waiting: string | null = null; // an action
+
+  constructor(
+    private actions: Record<string, Action>,
+    private table: HTMLElement,
+    private blocked: () => boolean,
+  ) {
+    this.load();
+    window.addEventListener("keydown", (event) => this.press(event));
+    this.draw();
+  }
+
+  /** No key is waited for any more. */
+  stopWaiting(): void {
+    this.waiting = null;
+    this.draw();
+  }
+
+  reset(): void {
+    localStorage.removeItem(STORE);
+    this.load();
+    this.draw();
+  }
+
+  private load(): void {
+    this.bound.clear();
+    for (const [name, action] of Object.entries(this.actions)) for (const key of action.keys) this.bound.set(key, name);
+    try {
+      const kept = JSON.parse(localStorage.getItem(STORE) ?? "null") as Record<string, string> | null;
+      for (const [key, name] of Object.entries(kept ?? {})) if (name in this.actions) this.assign(key, name);
+    } catch {
+      // What can't be read is as if it were not there.
+    }
+  }
+
+  private assign(key: string, action: string): void {
+    for (const [other, name] of this.bound) if (name === action) this.bound.delete(other);
+    this.bound.set(key, action);
+  }
+
+  /** Kept is only what was changed, so that actions that are new have their keys. */
+  private bind(key: string, action: string): void {
+    this.assign(key, action);
+    try {
+      const kept = JSON.parse(localStorage.getItem(STORE) ?? "{}") as Record<string, string>;
+      for (const [other, name] of Object.entries(kept)) if (name === action) delete kept[other];
+      localStorage.setItem(STORE, JSON.stringify({ ...kept, [key]: action }));
+    } catch {
+      // Then it holds for this visit.
+    }
+  }
+
+  private press(event: KeyboardEvent): void {
+    if (["Shift", "Control", "Alt", "Meta"].includes(event.key)) return;
+    const key = nameOf(event);
+    if (this.waiting) {
+      event.preventDefault();
+      const action = this.waiting;
+      if (key !== "Escape") this.bind(key, action);
+      return this.stopWaiting();
+    }
+    const field = event.target instanceof HTMLInputElement ? event.target.type : "";
+    const typing = ["text", "number"].includes(field) || (field === "range" && /^(Home|End|Page|Arrow)/.test(event.key));
+    if (typing || event.target instanceof HTMLSelectElement || this.blocked()) return;
+    const action = this.actions[this.bound.get(key) ?? ""];
+    if (!action) return;
+    event.preventDefault();
+    action.run();
+  }
+
+  private draw(): void {
+    this.table.replaceChildren(
+      ...Object.entries(this.actions).map(([name, action]) => {
+        const row = document.createElement("tr"), keys = document.createElement("td"), what = document.createElement("td");
+        const button = document.createElement("button");
+        button.type = "button";
+        button.textContent = [...this.bound].filter(([, to]) => to === name).map(([key]) => key).join(" or ") || "none";
+        if (this.waiting === name) button.textContent = "press a key";
+        button.onclick = () => {
+          this.waiting = name;
+          this.draw();
+        };
+        keys.append(button);
+        what.textContent = action.label;
+        row.append(keys, what);
+        return row;
+      }),
+    );
+  }
+}

@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// What to begin with: a new piece, a file, or a document that is there.
+import { write } from "./messages";
+import type { Vec3 } from "./wire";
+
+export interface Material {
+  name: string;
+  color: Vec3;
+}
+interface Listed {
+  name: string;
+  changed: number;
+  bytes: number;
+}
+interface Example {
+  name: string;
+  about: string;
+}
+
+const element = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
+const value = (id: string): string => element<HTMLInputElement>(id).value;
+
+export class Start {
+  constructor(
+    private send: (message: Uint8Array) => void,
+    private tell: (text: string) => void,
+    private untell: (text: string) => void,
+  ) {
+    element("begin").addEventListener("submit", (event) => {
+      event.preventDefault();
+      this.begin();
+    });
+    const file = element<HTMLInputElement>("file");
+    file.onchange = () => file.files?.[0] && this.bring(file.files[0]);
+    const box = element("start");
+    box.addEventListener("dragover", (event) => event.preventDefault());
+    box.addEventListener("drop", (event) => {
+      event.preventDefault();
+      const dropped = event.dataTransfer?.files[0];
+      if (dropped) this.bring(dropped);
+    });
+  }
+
+  show(json: string): void {
+    const { documents, materials, examples } = JSON.parse(json) as { documents: Listed[]; materials: Material[]; examples: Example[] };
+    const wood = element<HTMLSelectElement>("wood");
+    const before = wood.selectedIndex;
+    wood.replaceChildren(...materials.map((m, i) => new Option(m.name, String(i))));
+    wood.selectedIndex = Math.max(0, before);
+    element("example-list").replaceChildren(...examples.map((e) => this.example(e)));
+    element("recent").hidden = documents.length === 0;
+    element("documents").replaceChildren(...documents.map((d) => this.row(d)));
+    element("start").hidden = false;
+    element<HTMLInputElement>("file").value = "";
+    element("go").focus();
+  }
+  hide(): void {
+    element("start").hidden = true;
+  }
+
+  private begin(): void {
+    const shape = Number((document.querySelector("input[name=stock]:checked") as HTMLInputElement).value);
+    const long = Number(value("length"));
+    const size: Vec3 = [[long, 0.625 * long, 0.375 * long] as Vec3, [0.5 * long, 0.5 * long, long] as Vec3, [long, long, long] as Vec3][shape];
+    this.send(write.Begin({ shape, size, pitch: long / Number(value("detail")), material: Number(value("wood")), name: value("name").trim() }));
+  }
+
+  private bring(file: File): void {
+    const about = new URLSearchParams({ name: file.name, size: value("fit"), rays: value("rays"), material: value("wood") });
+    const bringing = `Bringing ${file.name} …`;
+    this.tell(bringing);
+    fetch(`/import?${about.toString().replaceAll("+", "%20")}`, { method: "POST", body: file })
+      .then(async (answer) => (answer.ok ? this.untell(bringing) : this.tell(await answer.text())))
+      .catch(() => this.tell(`${file.name} did not arrive; is 'kibori studio' still running?`));
+    element<HTMLInputElement>("file").value = "";
+  }
+
+  private example(example: Example): HTMLElement {
+    const button = document.createElement("button"), item = document.createElement("li");
+    button.textContent = example.about;
+    button.onclick = () => this.send(write.CarveExample({ name: example.name }));
+    item.append(button);
+    return item;
+  }
+
+  private row(listed: Listed): HTMLElement {
+    const button = document.createElement("button");
+    const when = new Date(1000 * listed.changed).toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" });
+    const name = document.createElement("strong"), about = document.createElement("span");
+    name.textContent = listed.name;
+    about.textContent = `${when}, ${(listed.bytes / 1e6).toFixed(1)} MB`;
+    button.append(name, about);
+    button.onclick = () => this.send(write.Open({ name: listed.name }));
+    fetch(`/thumbnail?document=${encodeURIComponent(listed.name)}`)
+      .then(async (answer) => {
+        if (answer.status !== 200) return;
+        const image = document.createElement("img");
+        image.src = URL.createObjectURL(await answer.blob());
+        image.onload = () => URL.revokeObjectURL(image.src);
+        image.alt = "";
+        button.prepend(image);
+      })
+      .catch(() => undefined);
+    const item = document.createElement("li");
+    item.append(button);
+    return item;
+  }
+}
