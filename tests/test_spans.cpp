@@ -92,7 +92,7 @@ class RandomIntervals final : public Solid {
   // A code that tells where the end was: the depth itself, turned round for cuts.
   static void tell(int slot, SpanLayer& layer) {
     const auto code = [&](float depth) {
-      const auto q = static_cast<uint32_t>(static_cast<int>(depth * kPerCell) & 0x3fff) | 0x4000u;
+      const auto q = static_cast<uint32_t>(static_cast<int64_t>(depth * kPerCell) & 0x3fff) | 0x4000u;
       return layer.flip ? q | 0x10000u : q;
     };
     layer.codes.lo[slot] = code(layer.lo[slot]);

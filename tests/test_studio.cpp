@@ -54,7 +54,7 @@ TEST(Studio, PressedItCutsAndUndoneItIsAsBefore) {
   const auto file = folder.path / "a.kibori";
   uint64_t hash = 0;
   {
-    auto opened = Studio::create(file, servo_scene());
+    auto opened = Studio::create(file, servo_scene(), {});
     ASSERT_TRUE(opened.ok()) << opened.error();
     Studio& studio = *opened.value();
     const double volume = studio.volume_mm3();
@@ -113,7 +113,7 @@ TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
   ASSERT_TRUE(scene.ok()) << scene.error();
   StepId first = 0, branch = 0;
   {
-    auto opened = Studio::create(file, scene.value());
+    auto opened = Studio::create(file, scene.value(), {});
     ASSERT_TRUE(opened.ok()) << opened.error();
     Studio& studio = *opened.value();
     ASSERT_EQ(studio.materials().size(), woods().size());
@@ -165,8 +165,8 @@ TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
     EXPECT_EQ(studio.close(), "");
   }
   for (const auto& path : {file, copy}) {
-    EXPECT_FALSE(Studio::create(path, scene.value()).ok());
-    auto again = Studio::open(path);
+    EXPECT_FALSE(Studio::create(path, scene.value(), {}).ok());
+    auto again = Studio::open(path, {});
     ASSERT_TRUE(again.ok()) << again.error();
     EXPECT_EQ(again.value()->materials().size(), woods().size());
     ASSERT_TRUE(follow(*again.value(), 20, [&] { return again.value()->steps().size() == 3; }));
@@ -229,7 +229,7 @@ TEST(Studio, NamesLeadNowhereElse) {
   put("Old.KIBORI");
   EXPECT_EQ(library.list().size(), 1u);
   EXPECT_FALSE(library.find("Old").ok());
-  EXPECT_FALSE(Studio::open(folder.path / "documents" / "Old.kibori").ok());
+  EXPECT_FALSE(Studio::open(folder.path / "documents" / "Old.kibori", {}).ok());
   EXPECT_FALSE(std::filesystem::exists(folder.path / "documents" / "Old.kibori"));
   put("locked");
   EXPECT_FALSE(Library(folder.path / "documents" / "locked").place_for("x").ok());
@@ -254,6 +254,107 @@ TEST(Studio, LayersInOneArchive) {
   const std::string all((std::istreambuf_iterator<char>(text)), std::istreambuf_iterator<char>());
   EXPECT_NE(all.find("layer-0001.svg"), std::string::npos) << all;
   EXPECT_EQ(std::system(("python3 -m zipfile -t " + path.string() + " > " + list).c_str()), 0);
+}
+
+// A simulated hand holds the tool: it carves when it is told to, pushes when it may, and is brought
+// elsewhere.
+TEST(Studio, AForceDeviceHoldsTheTool) {
+  Folder folder;
+  const auto file = folder.path / "a.kibori";
+  const Result<Scene> scene = stock_scene(Stock::Kind::block, Vec3(40, 30, 16), 0.5, 1);
+  ASSERT_TRUE(scene.ok()) << scene.error();
+  EXPECT_FALSE(Studio::create(folder.path / "b.kibori", scene.value(), {false, "spoon"}).ok());
+  auto opened = Studio::create(file, scene.value(), {false, "virtual"});
+  ASSERT_TRUE(opened.ok()) << opened.error();
+  Studio& studio = *opened.value();
+  ASSERT_NE(studio.held(), nullptr);
+  EXPECT_EQ(studio.held()->name, "a simulated hand");
+  follow(studio, 0.3);
+  EXPECT_EQ(studio.removed_mm3(), 0);  // no one said so
+  EXPECT_EQ(studio.held()->safety, SafetyStage::State::off);
+  studio.press(Vec3(20, 15, 10), Vec3::UnitZ(), Mode::cut);  // a pointer has no say
+  EXPECT_FALSE(studio.pressed());
+  // What it can bear goes with the reach.
+  const double most = studio.held()->most_n_mm;
+  EXPECT_FALSE(studio.choose_stiffness(1.01 * most).ok());
+  EXPECT_TRUE(studio.choose_stiffness(0.2 * most).ok());
+  EXPECT_TRUE(studio.choose_reach(2).ok());
+  EXPECT_DOUBLE_EQ(studio.held()->most_n_mm, most / 2);
+  EXPECT_FALSE(studio.choose_reach(15).ok());
+  EXPECT_FALSE(studio.choose_reach(0).ok());
+  EXPECT_FALSE(studio.choose_reach(NAN).ok());
+  EXPECT_TRUE(studio.choose_reach(1).ok());
+  studio.work(Mode::cut);
+  studio.arm(true);
+  EXPECT_TRUE(follow(studio, 30, [&] { return studio.removed_mm3() > 20; }));
+  EXPECT_TRUE(follow(studio, 30, [&] {
+    return studio.held()->safety == SafetyStage::State::on && studio.held()->given_n > 0;
+  }));
+  studio.arm(false);
+  EXPECT_TRUE(follow(studio, 20, [&] { return studio.held()->safety == SafetyStage::State::off; }));
+  EXPECT_EQ(studio.held()->given_n, 0);
+  // Far above: nothing more is cut, and the stroke ends by itself.
+  studio.bring(Vec3(20, 15, 60));
+  EXPECT_TRUE(follow(studio, 20, [&] { return studio.place().step >= 2; }));
+  follow(studio, 0.3);
+  const double removed = studio.removed_mm3();
+  follow(studio, 0.5);
+  EXPECT_EQ(studio.removed_mm3(), removed);
+  EXPECT_EQ(studio.close(), "");
+}
+
+TEST(Studio, MirroredStrokesAndOneThatIsOnlyLookedAt) {
+  Folder folder;
+  const auto file = folder.path / "a.kibori";
+  const Result<Scene> scene = stock_scene(Stock::Kind::block, Vec3(40, 30, 16), 0.5, 1);
+  ASSERT_TRUE(scene.ok()) << scene.error();
+  EXPECT_FALSE(Studio::create(file, scene.value(), {true, {}}).ok());
+  EXPECT_FALSE(std::filesystem::exists(file));
+  EXPECT_FALSE(Studio::open(file, {true, {}}).ok());
+  {
+    auto opened = Studio::create(file, scene.value(), {});
+    ASSERT_TRUE(opened.ok()) << opened.error();
+    Studio& studio = *opened.value();
+    ASSERT_TRUE(follow(studio, 20, [&] { return studio.steps().size() == 1; }));
+    EXPECT_TRUE(studio.choose_symmetry({true, false, false}).ok());
+    add_row(studio, 10);
+    studio.name_version("a row");
+    ASSERT_TRUE(follow(studio, 20, [&] { return studio.versions().size() == 1; }));
+    // While it is carved, another looks at it as it was when he came.
+    auto other = Studio::open(file, {true, {}});
+    ASSERT_TRUE(other.ok()) << other.error();
+    Studio& looks = *other.value();
+    EXPECT_TRUE(looks.read_only());
+    EXPECT_EQ(looks.place().step, 2);
+    EXPECT_NEAR(looks.volume_mm3(), studio.volume_mm3(), 1);
+    EXPECT_EQ(looks.versions().at("a row"), 2);
+    EXPECT_FALSE(looks.choose_tool(BallTool{2}).ok());
+    looks.press(Vec3(20, 15, 16), Vec3::UnitZ(), Mode::cut);
+    EXPECT_FALSE(looks.pressed());
+    looks.undo();
+    EXPECT_EQ(looks.place().step, 1);
+    EXPECT_FALSE(looks.follow().empty());
+    EXPECT_FALSE(looks.place().undo);
+    EXPECT_NEAR(looks.volume_mm3(), 40 * 30 * 16, 1);
+    looks.undo();
+    EXPECT_EQ(looks.place().step, 1);
+    looks.redo();
+    EXPECT_EQ(looks.place().step, 2);
+    looks.go(77);
+    EXPECT_FALSE(looks.notice().empty());
+    EXPECT_EQ(looks.place().step, 2);
+    looks.name_version("mine");
+    EXPECT_FALSE(looks.notice().empty());
+    bool copied = false;
+    looks.save_copy(folder.path / "copy.kibori", [&](const Status& saved) { copied = saved.ok(); });
+    EXPECT_TRUE(copied);
+    EXPECT_EQ(looks.close(), "");
+    EXPECT_EQ(studio.close(), "");
+  }
+  auto document = Document::open(file, Document::Access::read);
+  ASSERT_TRUE(document.ok()) << document.error();
+  EXPECT_TRUE(document.value()->settings(2).value().symmetry.planes[0]);
+  EXPECT_TRUE(document.value()->verify([](const std::string& wrong) { ADD_FAILURE() << wrong; }).ok());
 }
 
 }  // namespace

@@ -3,10 +3,12 @@
 """The studio's server from outside: who comes in, who does not, and that no one who misbehaves disturbs the others.
 Usage: test_studio_server.py KIBORI"""
 import base64
+import contextlib
 import os
 import re
 import signal
 import socket
+import sqlite3
 import struct
 import subprocess
 import sys
@@ -87,7 +89,7 @@ class Connection:
         if head[0] & 15 == 9:  # whether we are still there
             self.frame(data, code=10)
             return self.message()
-        return data
+        return data if head[0] & 0x80 else data + self.message()  # it comes in parts
 
     def closed(self, seconds=20):
         self.socket.settimeout(seconds)
@@ -101,7 +103,30 @@ class Connection:
             return True
 
 
-HELLO = bytes([1]) + struct.pack("<H", 2)
+HELLO = bytes([1]) + struct.pack("<H", 3)
+
+
+def greeted(studio):
+    """A page that has said hello."""
+    _, head = Connection(studio).ask(f"/?token={studio.token}", host=studio.host)
+    page = Connection(studio)
+    page.ask("/ws", ["Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13",
+                     "Sec-WebSocket-Key: " + base64.b64encode(os.urandom(16)).decode(), f"Origin: http://{studio.host}",
+                     "Cookie: " + re.search(r"Set-Cookie: ([^;]*)", head)[1]], host=studio.host)
+    page.frame(HELLO)
+    return page
+
+
+def until(page, *kinds, seconds=60):
+    """The next message of these kinds; chunks are taken."""
+    end = time.time() + seconds
+    while time.time() < end:
+        message = page.message()
+        if message[0] == 65:
+            page.frame(bytes([10]) + message[1:5])
+        if message[0] in kinds:
+            return message
+    raise AssertionError(f"no message of kind {kinds}")
 
 
 class Server(unittest.TestCase):
@@ -296,8 +321,8 @@ class Server(unittest.TestCase):
             start, size = struct.unpack_from("<dI", message, 1)
             if expected is not None:
                 self.assertEqual(start, expected)
-            expected = start + size / 36
-            seen += size // 36
+            expected = start + size / 48
+            seen += size // 48
         self.assertGreaterEqual(seen, 2000)
 
     def test_two_at_one_file_and_one_port(self):
@@ -345,14 +370,7 @@ class Beginning(unittest.TestCase):
         self.folder.cleanup()
 
     def until(self, *kinds, seconds=60):
-        end = time.time() + seconds
-        while time.time() < end:
-            message = self.page.message()
-            if message[0] == 65:
-                self.page.frame(bytes([10]) + message[1:5])
-            if message[0] in kinds:
-                return message
-        self.fail(f"no message of kind {kinds}")
+        return until(self.page, *kinds, seconds=seconds)
 
     def begin(self, shape=0, size=(40, 30, 20), pitch=0.5, material=0, name="a piece"):
         self.page.frame(bytes([12, shape]) + struct.pack("<4dB", *size, pitch, material) + text(name))
@@ -554,6 +572,81 @@ class Beginning(unittest.TestCase):
         while "fig6.kibori" in self.documents() and time.time() < end:
             self.until(67)
         self.assertNotIn("fig6.kibori", self.documents())
+
+
+class HeldByADevice(unittest.TestCase):
+    def test_it_is_told_of_and_asked(self):
+        with tempfile.TemporaryDirectory() as folder:
+            studio = Studio(folder, "--device", "virtual")
+            page = greeted(studio)
+            device = until(page, 73)
+            self.assertIn(b"a simulated hand", device)
+            page.frame(bytes([23, 0]))  # cut
+            page.frame(bytes([24, 1]))  # and push
+            safety = 0
+            end = time.time() + 60
+            while safety != 2 and time.time() < end:
+                state = until(page, 67)
+                at = 1 + 8 + 8 + 4 + 4 + 3
+                at += 4 + struct.unpack_from("<I", state, at)[0]  # the hash
+                safety = state[at]
+            self.assertEqual(safety, 2)
+            page.frame(bytes([26]) + struct.pack("<d", 1e6))
+            self.assertIn(b"reach", until(page, 68))
+            page.frame(bytes([26]) + struct.pack("<d", 0.5))
+            self.assertEqual(struct.unpack("<d", until(page, 73)[-8:])[0], 0.5)
+            page.frame(bytes([25]) + struct.pack("<3d", 10, 10, 90))
+            page.frame(bytes([22, 7]))
+            page.frame(bytes([22, 255]))
+            until(page, 67)
+            self.assertEqual(studio.close(), 0)
+
+    def test_none_such(self):
+        for device in ("spoon", "vrpn:P@127.0.0.1:1"):
+            run = subprocess.run([KIBORI, "studio", "--device", device, "--no-browser"], capture_output=True, text=True)
+            self.assertEqual((run.returncode, run.stdout), (2, ""))
+            self.assertEqual(len(run.stderr.splitlines()), 1)
+
+
+class OnlyLookedAt(unittest.TestCase):
+    def test_nothing_can_be_changed(self):
+        with tempfile.TemporaryDirectory() as folder:
+            studio = Studio(folder)
+            while not os.path.exists(os.path.join(folder, "s.kibori")):
+                time.sleep(0.05)
+            reader = Studio(folder, "--read-only")  # beside the one that writes
+            page = greeted(reader)
+            until(page, 65)
+            self.assertEqual(studio.close(), 0)
+
+            def rows():
+                with contextlib.closing(sqlite3.connect(os.path.join(folder, "s.kibori"))) as file:
+                    return [file.execute(f"SELECT * FROM {table} ORDER BY 1").fetchall() for table in ("step", "version", "meta")]
+
+            before = rows()
+            page.frame(bytes([3]) + struct.pack("<6dB", 40, 25, 30, 0, 0, 1, 0))
+            page.frame(bytes([2]) + struct.pack("<6d", 40, 25, 27, 0, 0, 1))
+            page.frame(bytes([4]))
+            page.frame(bytes([16]) + text("mine"))
+            self.assertIn(b"only looked at", until(page, 68))
+            page.frame(bytes([8, 0]) + struct.pack("<dd", 3, 10))
+            self.assertIn(b"only looked at", until(page, 68))
+            for code in (5, 6, 7):
+                page.frame(bytes([code]))
+            page.frame(bytes([14]))  # leave
+            until(page, 69)
+            page.frame(bytes([12, 0]) + struct.pack("<4dB", 40, 30, 20, 0.5, 0) + text("new"))
+            self.assertIn(b"only reads", until(page, 68))
+            self.assertEqual(reader.close(), 0)
+            self.assertEqual(rows(), before)
+
+    def test_what_can_not_be(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for more in (["x.kibori"], ["x.kibori", "--device", "virtual"]):
+                run = subprocess.run([KIBORI, "studio", *more, "--read-only", "--no-browser"], capture_output=True, text=True, cwd=folder)
+                self.assertEqual((run.returncode, run.stdout), (2, ""))
+                self.assertEqual(len(run.stderr.splitlines()), 1)
+            self.assertEqual(os.listdir(folder), [])
 
 
 class NoTemporaryFolder(unittest.TestCase):

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <kibori/base/file.h>
+#include <kibori/devices/registry.h>
 #include <kibori/session/documents.h>
 #include <kibori/session/library.h>
 #include <kibori/session/stock_scene.h>
@@ -48,6 +49,12 @@ StudioCommand::StudioCommand(CLI::App& app) {
                    "scene whose stock, first tool and materials a new document begins with")
       ->type_name("SCENE.toml");
   studio_->add_option("--port", port_, "of 127.0.0.1; 0: any that is free")->capture_default_str();
+  studio_->add_option(
+      "--device", device_,
+      "what holds the tool: a name that 'kibori devices' lists; by default mouse, pen or touch");
+  studio_->add_flag("--read-only", read_only_,
+                    "only look at the document and its history; while another process writes it, as it was "
+                    "when this began");
   studio_->add_flag("--no-browser", no_browser_, "only print the address");
 }
 
@@ -56,6 +63,10 @@ int StudioCommand::run() const {
     return bad_input("this kibori was built without its page; './dev build' builds it with it");
   if (!file_.empty() && !is_document(file_))
     return bad_input(file_ + ": documents are .kibori files; give a scene by --stock");
+  if (read_only_ && (!stock_.empty() || !device_.empty()))
+    return bad_input("--read-only only looks: leave off --stock and --device");
+  if (!device_.empty() && device_ != "virtual")
+    if (const auto device = open_device(device_); !device) return bad_input(device.error());
   Result<Library> library = Library::of_user();
   if (!library) {
     if (file_.empty()) return bad_input(library.error() + "; say which FILE.kibori to carve in");
@@ -70,6 +81,7 @@ int StudioCommand::run() const {
   std::signal(SIGINT, end);
   std::signal(SIGTERM, end);
   std::signal(SIGPIPE, SIG_IGN);
+  const Studio::Options how{read_only_, device_};
   std::unique_ptr<Studio> session;
   if (!file_.empty() || !stock_.empty()) {
     Result<Scene> scene =
@@ -81,12 +93,12 @@ int StudioCommand::run() const {
     if (!place) return bad_input(place.error());
     std::error_code failed;
     auto opened = std::filesystem::exists(place.value(), failed)
-                      ? Studio::open(place.value())
-                      : Studio::create(place.value(), scene.value());
+                      ? Studio::open(place.value(), how)
+                      : Studio::create(place.value(), scene.value(), how);
     if (!opened) return bad_input(opened.error());
     session = std::move(opened).value();
   }
-  auto server = studio::Server::listen(library.value(), port_);
+  auto server = studio::Server::listen(library.value(), port_, how);
   if (!server) return bad_input(server.error());
   const std::string url = server.value()->url();
   std::printf("%s at\n  %s\nCtrl-C ends it; all is saved as you carve.\n",

@@ -11,7 +11,7 @@
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 2;
+inline constexpr uint16_t kProtocolVersion = 3;
 
 // The first message of a page. Welcome or Start answers.
 struct Hello {
@@ -87,7 +87,7 @@ struct ChooseSpring {
     f(stiffness);
   }
 };
-// The page has drawn this frame of chunks, and can take the next.
+// The page has taken this frame of chunks in, and can take the next.
 struct Got {
   static constexpr uint8_t kKind = 10;
   uint32_t frame = 0;
@@ -193,8 +193,55 @@ struct CarveExample {
     f(name);
   }
 };
+// Planes in which all that the tool does is mirrored, through the lattice's middle: bits 1 normal to x, 2 to
+// y, 4 to z.
+struct ChooseSymmetry {
+  static constexpr uint8_t kKind = 22;
+  uint8_t planes = 0;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(planes);
+  }
+};
+// What a force device's tool does: 0 cut, 1 fill, 2 feel only, 3 nothing.
+struct ChooseWork {
+  static constexpr uint8_t kKind = 23;
+  uint8_t mode = 0;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(mode);
+  }
+};
+// Lets a force device push (1) or not (0).
+struct Arm {
+  static constexpr uint8_t kKind = 24;
+  uint8_t armed = 0;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(armed);
+  }
+};
+// A force device's tool is here from now on [mm], wherever the hand is.
+struct BringTool {
+  static constexpr uint8_t kKind = 25;
+  Vec3 tip = Vec3::Zero();
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(tip);
+  }
+};
+// How far the tool goes for a mm of a force device's hand.
+struct ChooseReach {
+  static constexpr uint8_t kKind = 26;
+  double scale = 0;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(scale);
+  }
+};
 // A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the
-// document's name, its materials (JSON: name, color). All that was shown before is of another one.
+// document's name, its materials (JSON: name, color), whether it is only looked at. All that was shown before
+// is of another one.
 struct Welcome {
   static constexpr uint8_t kKind = 64;
   uint16_t version = 0;
@@ -204,9 +251,10 @@ struct Welcome {
   double rate = 0;
   std::string document;
   std::string materials;
+  uint8_t read_only = 0;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(version, origin, nodes, pitch, rate, document, materials);
+    f(version, origin, nodes, pitch, rate, document, materials, read_only);
   }
 };
 // Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and
@@ -222,8 +270,8 @@ struct Chunks {
     f(frame, more, data);
   }
 };
-// Every servo tick since the last: tip [mm], force on the hand [N], moment about the tip [N mm], nine f32 a
-// tick. start: number of the first.
+// Every servo tick since the last: tip [mm], force on the hand [N], moment about the tip [N mm], axis, twelve
+// f32 a tick. start: number of the first.
 struct Ticks {
   static constexpr uint8_t kKind = 66;
   double start = 0;
@@ -234,7 +282,8 @@ struct Ticks {
   }
 };
 // Volume [mm^3], what was removed since the studio began [mm^3], where the document stands; whether this page
-// holds the tool.
+// holds the tool. Of a force device: safety 0 off, 1 waits for the hand to be still, 2 pushes; why it is off;
+// the force it gives [N].
 struct State {
   static constexpr uint8_t kKind = 67;
   double volume = 0;
@@ -245,9 +294,12 @@ struct State {
   uint8_t redo = 0;
   uint8_t holds = 0;
   std::string hash;
+  uint8_t safety = 0;
+  std::string trip;
+  double given = 0;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(volume, removed, step, steps, undo, redo, holds, hash);
+    f(volume, removed, step, steps, undo, redo, holds, hash, safety, trip, given);
   }
 };
 // A sentence for the person.
@@ -302,8 +354,22 @@ struct Work {
     f(what, share, cancellable);
   }
 };
+// After Welcome, where a force device holds the tool, and whenever its reach changes: its name, the force it
+// can give [N] (0: none), the stiffness to begin with and the most [N/mm], and the reach.
+struct Device {
+  static constexpr uint8_t kKind = 73;
+  std::string name;
+  double force = 0;
+  double stiffness = 0;
+  double most = 0;
+  double scale = 0;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(name, force, stiffness, most, scale);
+  }
+};
 
 // What a page may say.
-using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseSpring, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample>;
+using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseSpring, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach>;
 
 }  // namespace kibori::studio

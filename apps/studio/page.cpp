@@ -18,16 +18,6 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 
-uint64_t hash_bytes(const uint8_t* bytes, size_t count) {
-  Hash hash;
-  for (size_t i = 0; i < count; i += 8) {
-    uint64_t word = 0;
-    std::memcpy(&word, bytes + i, std::min<size_t>(8, count - i));
-    hash.add(word);
-  }
-  return hash.value();
-}
-
 constexpr size_t kFrameBytes = 400000;  // a frame of chunks is about this large
 
 }  // namespace
@@ -66,6 +56,7 @@ void Page::send(std::vector<uint8_t> message) {
   queue_.push_back(std::move(message));
   if (queue_.size() == 1) write();
 }
+
 void Page::restart() {
   dirty_.clear();
   sent_.clear();
@@ -77,10 +68,11 @@ void Page::restart() {
   const Lattice& lattice = studio.lattice();
   nlohmann::json materials = nlohmann::json::array();
   for (const Material& m : studio.materials()) materials.push_back({{"name", m.name}, {"color", m.color}});
-  send(encode(Welcome{kProtocolVersion, lattice.origin_mm, lattice.nodes.matrix().cast<double>(),
-                      lattice.pitch_mm, studio.rate_hz(),
-                      std::filesystem::path(studio.document_name()).filename().string(),
-                      materials.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)}));
+  send(encode(
+      Welcome{kProtocolVersion, lattice.origin_mm, lattice.nodes.matrix().cast<double>(), lattice.pitch_mm,
+              studio.rate_hz(), std::filesystem::path(studio.document_name()).filename().string(),
+              materials.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace), studio.read_only()}));
+  server_.send_device(this);
   const Index3 count = surface_chunks(lattice);
   for (int x = 0; x < count.x(); x++)
     for (int y = 0; y < count.y(); y++)
@@ -98,8 +90,9 @@ void Page::offer_chunks() {
     const size_t begin = frame.data.size();
     put_chunk(frame.data, server_.studio->surface().chunk(at), at, server_.studio->lattice());
     // What changed beneath may look the same.
-    const uint64_t hash = hash_bytes(frame.data.data() + begin, frame.data.size() - begin);
-    if (std::exchange(sent_[at], hash) == hash) frame.data.resize(begin);
+    Hash hash;
+    hash.add(frame.data.data() + begin, frame.data.size() - begin);
+    if (std::exchange(sent_[at], hash.value()) == hash.value()) frame.data.resize(begin);
   }
   if (frame.data.empty() && !more_) return;
   frame.frame = ++frame_;
@@ -111,7 +104,7 @@ void Page::offer_history() {
   const std::vector<Studio::PastStep>& steps = server_.studio->steps();
   if (told_steps_ < steps.size()) {
     Steps message;
-    Writer rows(0);
+    Writer rows;
     for (; told_steps_ < steps.size(); told_steps_++) {
       const Studio::PastStep& step = steps[told_steps_];
       rows.put(static_cast<uint32_t>(step.id));
@@ -119,7 +112,6 @@ void Page::offer_history() {
       rows.put(static_cast<float>(step.removed_mm3));
     }
     message.data = rows.take();
-    message.data.erase(message.data.begin());  // its kind
     send(encode(message));
   }
   if (told_versions_ == server_.studio->versions()) return;

@@ -152,6 +152,8 @@ void Server::State::send_work() {
 Status Server::State::open(const std::string& what, const std::filesystem::path& fresh,
                            std::function<Result<std::unique_ptr<Studio>>(std::atomic<double>&)> make) {
   if (studio) return Error{"a document is open already"};
+  if (how.read_only && !fresh.empty())
+    return Error{"this studio only reads: nothing new can be begun; start it without --read-only"};
   if (job.busy()) return Error{"something is under way; wait for it, or cancel it"};
   work(what, [this, fresh, make = std::move(make)](std::atomic<double>& share) -> Job::Then {
     // Shared, as a function must be copied.
@@ -175,9 +177,8 @@ void Server::State::begin(Page& page, const Begin& begin) {
   const Result<std::filesystem::path> place = library.place_for(begin.name);
   if (!place) return page.notice(place.error());
   const Status opened = open("Making the stock", place.value(),
-                             [scene = std::move(scene).value(), to = place.value()](std::atomic<double>&) {
-                               return Studio::create(to, scene);
-                             });
+                             [scene = std::move(scene).value(), to = place.value(), options = how](
+                                 std::atomic<double>&) { return Studio::create(to, scene, options); });
   if (!opened) page.notice(opened.error());
 }
 
@@ -189,15 +190,15 @@ void Server::State::carve_example(Page& page, const std::string& name) {
     const Result<std::filesystem::path> place = library.place_for(name);
     if (!place) return page.notice(place.error());
     const Status opened = open("Carving the example", place.value(),
-                               [scene = std::move(scene).value(), to = place.value()](
-                                   std::atomic<double>& share) -> Result<std::unique_ptr<Studio>> {
+                               [scene = std::move(scene).value(), to = place.value(),
+                                how = how](std::atomic<double>& share) -> Result<std::unique_ptr<Studio>> {
                                  CarveOptions options;
                                  options.document = to;
                                  options.progress = [&share](double done) { share = done; };
                                  const Result<Carving> carved = carve(scene, options);
                                  if (!carved) return Error{carved.error()};
                                  if (!carved.value().unsaved.empty()) return Error{carved.value().unsaved};
-                                 return Studio::open(to);
+                                 return Studio::open(to, how);
                                });
     if (!opened) page.notice(opened.error());
     return;
@@ -254,22 +255,35 @@ void Server::State::hear(Page& page, const FromPage& message) {
     if (!path)
       opened = Error{path.error()};
     else
-      opened = open("Opening " + one_line(named->name), {},
-                    [from = path.value()](std::atomic<double>&) { return Studio::open(from); });
+      opened =
+          open("Opening " + one_line(named->name), {},
+               [from = path.value(), how = how](std::atomic<double>&) { return Studio::open(from, how); });
     if (!opened) page.notice(opened.error());
     return;
   }
   if (const auto* const example = std::get_if<CarveExample>(&message))
     return carve_example(page, example->name);
   if (!studio) return;
+  constexpr Mode kModes[] = {Mode::cut, Mode::deposit, Mode::touch};
   Status done = Ok{};
   if (const auto* const aim = std::get_if<Aim>(&message)) {
     studio->aim(aim->tip, aim->axis, !studio->pressed());
   } else if (const auto* const press = std::get_if<Press>(&message)) {
-    constexpr Mode kModes[] = {Mode::cut, Mode::deposit, Mode::touch};
     studio->press(press->tip, press->axis, kModes[std::min<size_t>(press->mode, 2)]);
   } else if (std::holds_alternative<Lift>(message)) {
     studio->lift();
+  } else if (const auto* const work = std::get_if<ChooseWork>(&message)) {
+    studio->work(work->mode < 3 ? kModes[work->mode] : Mode::off);
+  } else if (const auto* const arm = std::get_if<Arm>(&message)) {
+    studio->arm(arm->armed != 0);
+  } else if (const auto* const bring = std::get_if<BringTool>(&message)) {
+    studio->bring(bring->tip);
+  } else if (const auto* const reach = std::get_if<ChooseReach>(&message)) {
+    done = studio->choose_reach(reach->scale);
+    if (done) send_device(nullptr);
+  } else if (const auto* const symmetry = std::get_if<ChooseSymmetry>(&message)) {
+    const unsigned planes = symmetry->planes;
+    done = studio->choose_symmetry({(planes & 1) != 0, (planes & 2) != 0, (planes & 4) != 0});
   } else if (std::holds_alternative<Cancel>(message)) {
     studio->cancel();
   } else if (std::holds_alternative<Undo>(message)) {
@@ -308,9 +322,9 @@ void Server::State::send_ticks() {
   const std::vector<LiveTick>& ticks = studio->ticks();
   if (ticks.empty()) return;
   std::vector<float> rows;
-  rows.reserve(9 * ticks.size());
+  rows.reserve(12 * ticks.size());
   for (const LiveTick& tick : ticks)
-    for (const Vec3& v : {tick.tool.tip, tick.computed.force, tick.computed.moment})
+    for (const Vec3& v : {tick.tool.tip, tick.computed.force, tick.computed.moment, tick.tool.axis()})
       for (int i = 0; i < 3; i++) rows.push_back(static_cast<float>(v[i]));
   Ticks message;
   message.start = ticks_sent;
@@ -334,6 +348,11 @@ void Server::State::send_state() {
   state.undo = place.undo;
   state.redo = place.redo;
   state.hash = hash_text(place.hash);
+  if (const Studio::Held* const held = studio->held()) {
+    state.safety = static_cast<uint8_t>(held->safety);
+    if (held->trip != Trip::none) state.trip = trip_text(held->trip);
+    state.given = held->given_n;
+  }
   const std::vector<Page*> all(pages.begin(), pages.end());
   for (Page* const page : all) {
     if (!pages.count(page)) continue;
@@ -343,6 +362,17 @@ void Server::State::send_state() {
   }
   if (!notice.empty()) tell(notice);
   if (!place.trouble.empty()) tell(place.trouble);
+}
+
+void Server::State::send_device(Page* page) {
+  const Studio::Held* const held = studio->held();
+  if (!held) return;
+  const std::vector<uint8_t> message =
+      encode(Device{held->name, held->force_n, held->stiffness_n_mm, held->most_n_mm, held->scale});
+  if (page)
+    page->send(message);
+  else
+    send(message);
 }
 
 void Server::State::follow() {
@@ -369,8 +399,9 @@ void Server::State::follow() {
   });
 }
 
-Result<std::unique_ptr<Server>> Server::listen(Library library, uint16_t port, const Limits& limits) {
-  auto state = std::make_unique<State>(std::move(library), limits);
+Result<std::unique_ptr<Server>> Server::listen(Library library, uint16_t port, const Studio::Options& how,
+                                               const Limits& limits) {
+  auto state = std::make_unique<State>(std::move(library), how, limits);
   state->token = random_hex();
   state->secret = random_hex();
   beast::error_code failed;

@@ -30,8 +30,10 @@ struct Limits {
 
 class Server {
  public:
-  // Listens on 127.0.0.1; port 0: any that is free. Errors: the port is taken.
-  static Result<std::unique_ptr<Server>> listen(Library library, uint16_t port, const Limits& limits = {});
+  // Listens on 127.0.0.1; port 0: any that is free. `how` documents are opened that pages ask for. Errors:
+  // the port is taken.
+  static Result<std::unique_ptr<Server>> listen(Library library, uint16_t port,
+                                                const Studio::Options& how = {}, const Limits& limits = {});
   ~Server();
 
   uint16_t port() const;

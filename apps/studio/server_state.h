@@ -32,13 +32,16 @@ struct Counted {
 struct Server::State {
   using Clock = std::chrono::steady_clock;
 
-  State(Library l, const Limits& m) : library(std::move(l)), limits(m), acceptor(io), timer(io), job(io) {}
+  State(Library l, Studio::Options h, const Limits& m)
+      : library(std::move(l)), how(std::move(h)), limits(m), acceptor(io), timer(io), job(io) {}
   ~State();
 
   void accept();
   void follow();
   void send_ticks();
   void send_state();
+  // What holds the tool, if that is a force device; to this page or, null, to every one.
+  void send_device(Page* page);
   void send_work();
   void hold(Page* page);
   void hear(Page& page, const FromPage& message);
@@ -63,6 +66,7 @@ struct Server::State {
 
   std::unique_ptr<Studio> studio;  // null: no document is open
   const Library library;
+  const Studio::Options how;  // documents are opened
   const Limits limits;
   std::string token, secret;
   std::string host, local_host;  // as a browser names this server

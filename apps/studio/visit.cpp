@@ -101,24 +101,24 @@ std::string_view path_of(std::string_view target) { return target.substr(0, targ
 constexpr const char* kImports[] = {".stl", ".ply", ".obj", ".3mf", ".glb", ".off", ".png", ".kibori"};
 constexpr const char* kMeshes[] = {"stl", "ply", "obj", "3mf", "glb"};
 
-Result<std::unique_ptr<Studio>> open_copy(const std::filesystem::path& from,
-                                          const std::filesystem::path& to) {
+Result<std::unique_ptr<Studio>> open_copy(const std::filesystem::path& from, const std::filesystem::path& to,
+                                          const Studio::Options& how) {
   {
     auto document = Document::open(from, Document::Access::read);
     if (!document) return Error{document.error()};
     if (const kibori::Status copied = document.value()->save_copy(to); !copied) return Error{copied.error()};
   }
-  auto opened = Studio::open(to);
+  auto opened = Studio::open(to, how);
   if (!opened) remove_document(to);
   return opened;
 }
 
 Result<std::unique_ptr<Studio>> create_from(const std::filesystem::path& from,
                                             const std::filesystem::path& to, std::optional<double> longest,
-                                            double rays, size_t wood) {
+                                            double rays, size_t wood, const Studio::Options& how) {
   const Result<Scene> scene = file_scene(from, longest, rays, wood);
   if (!scene) return Error{scene.error()};
-  return Studio::create(to, scene.value());
+  return Studio::create(to, scene.value(), how);
 }
 
 template <class List>
@@ -244,9 +244,10 @@ void Visit::begin_import() {
   const kibori::Status opened = server_.open(
       "Reading " + one_line(name), place.value(),
       [folder = folder_, name, longest, rays = *rays, wood = static_cast<size_t>(*material),
-       to = place.value()](std::atomic<double>&) -> Result<std::unique_ptr<Studio>> {
+       to = place.value(), how = server_.how](std::atomic<double>&) -> Result<std::unique_ptr<Studio>> {
         const std::filesystem::path from = folder->path() / ("import" + ending_of(name));
-        auto made = is_document(from) ? open_copy(from, to) : create_from(from, to, longest, rays, wood);
+        auto made =
+            is_document(from) ? open_copy(from, to, how) : create_from(from, to, longest, rays, wood, how);
         if (made) return made;
         // It is called otherwise where it came from.
         std::string why = made.error();

@@ -20,6 +20,7 @@ static_assert(std::endian::native == std::endian::little, "messages are little-e
 
 class Writer {
  public:
+  Writer() = default;
   explicit Writer(uint8_t kind) : bytes_{kind} {}
   template <class T>
   void put(const T& value) {

@@ -2,7 +2,9 @@
 // A 64-bit content hash: order matters, platforms agree (values are mixed as integers). Not cryptographic.
 #pragma once
 
+#include <algorithm>
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 
 namespace kibori {
@@ -18,6 +20,15 @@ class Hash {
   }
   void add(float value) { add(uint64_t{std::bit_cast<uint32_t>(value)}); }
   void add(double value) { add(std::bit_cast<uint64_t>(value)); }
+  // Eight at a time, the first lowest.
+  void add(const uint8_t* bytes, size_t count) {
+    add(uint64_t{count});
+    for (size_t i = 0; i < count; i += 8) {
+      uint64_t word = 0;
+      for (size_t j = i; j < std::min(i + 8, count); j++) word |= uint64_t{bytes[j]} << (8 * (j - i));
+      add(word);
+    }
+  }
   uint64_t value() const { return state_; }
 
  private:

@@ -267,6 +267,8 @@ std::string settings_to_json(const StrokeSettings& s) {
   else
     json["force"] = {{"model", s.force.law.model == ForceModel::paper ? "paper" : "energy"},
                      {"dof", s.force.law.dof}};
+  if (s.symmetry.any())
+    json["symmetry"] = {{"planes", s.symmetry.planes}, {"centre_mm", vec(s.symmetry.centre_mm)}};
   Json& materials = json["materials"] = Json::array();
   for (const Material& m : s.materials)
     materials.push_back(
@@ -311,6 +313,17 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
       return Error{"no force model is called '" + one_line(model) + "'"};
     }
     if (!f.wrong.empty()) return Error{"the force " + f.wrong};
+  }
+  if (const auto symmetry = json.find("symmetry"); symmetry != json.end()) {
+    const Error none{"a stroke's symmetry must have planes (three times true or false) and centre_mm"};
+    const Json planes = symmetry->is_object() ? symmetry->value("planes", Json()) : Json();
+    if (!planes.is_array() || planes.size() != 3) return none;
+    for (size_t i = 0; i < 3; i++) {
+      if (!planes[i].is_boolean()) return none;
+      s.symmetry.planes[i] = planes[i].get<bool>();
+    }
+    if (!read_vec(symmetry->value("centre_mm", Json()), s.symmetry.centre_mm)) return none;
+    if (const Status fits = check_symmetry(s.symmetry, s.tool); !fits) return Error{fits.error()};
   }
   const Json* materials = fields.find("materials");
   if (materials && (!materials->is_array() || materials->empty() || materials->size() > kMostMaterials))
@@ -383,12 +396,7 @@ std::string hash_text(uint64_t hash) {
 
 int64_t hash_of(const Bytes& bytes) {
   Hash hash;
-  hash.add(uint64_t{bytes.size()});
-  for (size_t i = 0; i < bytes.size(); i += 8) {
-    uint64_t word = 0;
-    for (size_t j = i; j < std::min(i + 8, bytes.size()); j++) word |= uint64_t{bytes[j]} << (8 * (j - i));
-    hash.add(word);
-  }
+  hash.add(bytes.data(), bytes.size());
   return static_cast<int64_t>(hash.value());
 }
 

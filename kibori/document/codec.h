@@ -41,6 +41,7 @@ struct StrokeSettings {
   std::vector<Material> materials{Material{}};
   StrokeForce force;
   double rate_hz = 1000;
+  Symmetry symmetry;
 };
 
 std::string settings_to_json(const StrokeSettings& settings);

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kApplication = 0x4B49424F;  // "KIBO"
 // 2: forces and thumbnails. 3: tiles found by place.
-constexpr int64_t kVersion = 3;
+constexpr int64_t kVersion = 4;
 // Beyond, SQLite would number new ones out of order.
 constexpr StepId kMostSteps = StepId{1} << 62;
 // A loss of power takes what was written within this time.
@@ -43,7 +43,7 @@ CREATE TABLE thumbnail (step INTEGER PRIMARY KEY REFERENCES step, png BLOB NOT N
 const char* const kSchemaSince3 = R"(
 CREATE INDEX checkpoint_tile_by_place ON checkpoint_tile (field, u, v);
 )";
-const char* const kThisVersion = "PRAGMA user_version = 3";
+const char* const kThisVersion = "PRAGMA user_version = 4";
 
 // A database, and what may stand beside it.
 void clear_away(const std::filesystem::path& path) {
@@ -256,7 +256,8 @@ Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& 
     const Status s = document->commit("bringing it up to date", [&]() -> Status {
       if (document->version_ < 2)
         if (Status made = document->database_.run(kSchemaSince2); !made) return made;
-      if (Status made = document->database_.run(kSchemaSince3); !made) return made;
+      if (document->version_ < 3)
+        if (Status made = document->database_.run(kSchemaSince3); !made) return made;
       return document->database_.run(kThisVersion);
     });
     if (!s) return Error{s.error()};

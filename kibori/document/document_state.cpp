@@ -354,6 +354,7 @@ Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceL
   Result<Pose> begin = start(step);
   if (!begin) return Error{begin.error()};
   Stroke stroke(model, begin.value());
+  stroke.set_symmetry(s.symmetry);
   ReplayedTick out;
   out.step = step;
   int64_t count = 0;

@@ -207,7 +207,7 @@ bool limit_helper(const std::filesystem::path& path) {
   double memory = 1e9 + 200 * static_cast<double>(size);
   if (const double there = available_bytes(); there > 0)
     memory = std::min(memory, std::max(1e9, 0.8 * there));
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef KIBORI_SANITIZED
   const bool bounded = true;  // sanitisers reserve address space by the terabyte
 #else
   const bool bounded = set(RLIMIT_AS, memory);

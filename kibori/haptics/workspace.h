@@ -26,6 +26,16 @@ class Workspace {
     started_ = true;
     return {last_, reading.frame};
   }
+  // The tool is there from now on, as if the clutch had been held on the way.
+  void bring(const Vec3& tip_mm) {
+    centre_mm_ += tip_mm - last_;
+    last_ = tip_mm;
+  }
+  // About where the tool is.
+  void set_scale(double scale) {
+    centre_mm_ = last_ - (last_ - centre_mm_) * (scale / scale_);
+    scale_ = scale;
+  }
   bool clutched() const { return clutched_; }
   double scale() const { return scale_; }
 

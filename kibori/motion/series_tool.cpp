@@ -268,6 +268,7 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
     if (felt.edited) {
       const Result<int> counted = pieces_of(tool, way, lattice);
       edit_.run(tool, way, end, counted ? counted.value() : 1, mode == Mode::deposit, material, 1, removed_);
+      removed_.add(edit_.images());
     }
     tool_pose_ = end;
   };

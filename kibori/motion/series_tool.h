@@ -65,6 +65,8 @@ class SeriesTool {
   const Pose& pose() const { return tool_pose_; }
   const SeriesSpring& spring() const { return spring_; }
   void set_spring(const SeriesSpring& spring) { spring_ = spring; }
+  // Whose images do the same; check_symmetry has passed.
+  void set_symmetry(const Symmetry& symmetry) { edit_.set_symmetry(symmetry); }
   // Puts the tool elsewhere, without a way there.
   void place(const Pose& pose) {
     tool_pose_ = pose;
@@ -78,7 +80,7 @@ class SeriesTool {
     normal_generation_ = kNever;
     edit_.forget();
   }
-  // What the last advance removed or added, by material.
+  // What the last advance removed or added, by material, images included.
   const Removed& removed() const { return removed_; }
 
  private:

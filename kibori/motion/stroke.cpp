@@ -60,10 +60,11 @@ Result<TickResult> Stroke::advance(const Tool& tool, const Vec3& tip_mm, const V
       edit_.run(tool, motion, end, pieces, mode == Mode::deposit, material, threads_, removed_);
     const double cell = lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm;
     const double sign = mode == Mode::deposit ? -1 : 1;
-    result.removed_mm3 = sign * removed_.mean_volume() * cell;
-    result.points = removed_.points();
-    result.clipped = removed_.clipped;
     result.wrench = wrench(law, removed_, result.tick, lattice.pitch_mm, lattice.origin_mm, materials);
+    result.points = removed_.points();
+    if (mode != Mode::touch) removed_.add(edit_.images());
+    result.removed_mm3 = sign * removed_.mean_volume() * cell;
+    result.clipped = removed_.clipped;
   }
   pose_ = end;
   return result;

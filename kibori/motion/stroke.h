@@ -38,7 +38,9 @@ class Stroke {
     edit_.forget();
   }
   void set_threads(int threads) { threads_ = threads; }
-  // What the last advance removed or added, by material.
+  // Whose images do the same; check_symmetry has passed.
+  void set_symmetry(const Symmetry& symmetry) { edit_.set_symmetry(symmetry); }
+  // What the last advance removed or added, by material, images included.
   const Removed& removed() const { return removed_; }
 
   // Moves the tool to tip_mm and turns it by turn_rad (rotation vector). `material` is what a deposit puts

@@ -8,10 +8,9 @@ Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice
           motion.turn_rad, end.axis()};
 }
 
-void ToolEdit::run(const Tool& tool, const ToolMotion& motion, const Pose& end, int pieces, bool deposits,
-                   uint8_t material, int threads, Removed& removed) {
+void ToolEdit::sweep(const Tool& tool, const ToolMotion& motion, const Pose& end, int pieces, bool deposits,
+                     uint8_t material, int threads, bool clear, Removed& removed) {
   const Lattice& lattice = model_.lattice();
-  const bool turns = motion.turns(), clear = !deposits && !turns && stands_clear(tool, motion.start);
   const EditOptions options{sums_of(motion, end, lattice), threads};
   const Box everywhere{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
   for (int i = 0; i < pieces; i++) {
@@ -22,6 +21,17 @@ void ToolEdit::run(const Tool& tool, const ToolMotion& motion, const Pose& end, 
     else
       cut(model_, sweep.solid(), options, removed);
   }
+}
+
+void ToolEdit::run(const Tool& tool, const ToolMotion& motion, const Pose& end, int pieces, bool deposits,
+                   uint8_t material, int threads, Removed& removed) {
+  const bool turns = motion.turns(), clear = !deposits && !turns && stands_clear(tool, motion.start);
+  sweep(tool, motion, end, pieces, deposits, material, threads, clear, removed);
+  images_.reset();
+  for_images(symmetry_, [&](unsigned planes) {
+    sweep(tool, image_of(motion, symmetry_.centre_mm, planes), image_of(end, symmetry_.centre_mm, planes),
+          pieces, deposits, material, threads, false, images_);
+  });
   if (deposits || turns) return forget();
   clear_generation_ = model_.generation();
   clear_tool_ = tool;

@@ -6,6 +6,7 @@
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/edit/edit.h>
 #include <kibori/motion/pieces.h>
+#include <kibori/motion/symmetry.h>
 #include <kibori/solid/tool.h>
 
 namespace kibori {
@@ -18,10 +19,16 @@ class ToolEdit {
  public:
   explicit ToolEdit(TriDexel& model) : model_(model) {}
 
+  // Whose images do the same; check_symmetry has passed.
+  void set_symmetry(const Symmetry& symmetry) { symmetry_ = symmetry; }
+
   // Sweeps the tool along `motion` to `end` in so many pieces (see pieces_of) and cuts, or where `deposits`
-  // is set puts down `material`. Adds to `removed`.
+  // is set puts down `material`. Adds to `removed`; what the images did is in images().
   void run(const Tool& tool, const ToolMotion& motion, const Pose& end, int pieces, bool deposits,
            uint8_t material, int threads, Removed& removed);
+
+  // What the images of the last run removed or added.
+  const Removed& images() const { return images_; }
 
   // Whether the tool there is known to stand in no material: where its own last cut ended, and nothing has
   // changed since.
@@ -34,7 +41,12 @@ class ToolEdit {
 
  private:
   static constexpr uint64_t kNever = ~uint64_t{0};
+  void sweep(const Tool& tool, const ToolMotion& motion, const Pose& end, int pieces, bool deposits,
+             uint8_t material, int threads, bool clear, Removed& removed);
+
   TriDexel& model_;
+  Symmetry symmetry_;
+  Removed images_;
   uint64_t clear_generation_ = kNever;
   Tool clear_tool_;
   Pose clear_pose_;

@@ -21,6 +21,7 @@ Result<std::unique_ptr<LiveCarving>> LiveCarving::make(std::unique_ptr<TriDexel>
   if (!(settings.force_scale > 0) || !std::isfinite(settings.force_scale))
     return Error{"the force's scale must be positive"};
   if (const Status fits = check_tool(settings.tool); !fits) return Error{fits.error()};
+  if (const Status fits = check_symmetry(settings.symmetry, settings.tool); !fits) return Error{fits.error()};
   if (settings.materials.empty() || settings.materials.size() > kMaxMaterials)
     return Error{"there must be 1 to 64 materials"};
   const SeriesSpring& spring = settings.spring;
@@ -51,6 +52,7 @@ LiveCarving::LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device
   if (settings_.watched) watched_ = std::make_unique<Watched>();
   logged_materials_ = std::make_shared<const std::vector<Material>>(settings_.materials);
   series_.set_spring(settings_.spring);
+  set_symmetry(settings_.symmetry);
   if (settings_.model == HandModel::series)
     device_->expect_stiffness(settings_.spring.stiffness_n_mm * settings_.workspace.scale() *
                               settings_.force_scale);
@@ -68,7 +70,7 @@ void LiveCarving::start() {
   stopping_ = false;
   thread_ = std::thread([this] {
     scheduling_ = enter_real_time();
-    safety_.arm();
+    if (settings_.armed) safety_.arm();
     ServoClock clock(settings_.rate_hz);
     while (!stopping_.load(std::memory_order_relaxed)) {
       const double elapsed = clock.wait();
@@ -96,6 +98,12 @@ void LiveCarving::set_stiffness(double n_mm) {
   settings_.spring.stiffness_n_mm = n_mm;
   series_.set_spring(settings_.spring);
   device_->expect_stiffness(felt);
+}
+
+void LiveCarving::set_symmetry(const Symmetry& symmetry) {
+  settings_.symmetry = symmetry;
+  series_.set_symmetry(symmetry);
+  stroke_.set_symmetry(symmetry);
 }
 
 bool LiveCarving::post(Command command) {
@@ -139,7 +147,7 @@ void LiveCarving::log_tick(const Pose& before, const StrokeTick& tick, const Wre
       force.spring = settings_.spring;
       force.law = law();
       log_.begin({settings_.tool, settings_.mode, settings_.material, force, settings_.rate_hz,
-                  logged_materials_, before});
+                  logged_materials_, before, settings_.symmetry});
     }
   }
   idle_ticks_ = removed_mm3 != 0 ? 0 : idle_ticks_ + 1;
@@ -245,6 +253,8 @@ LiveTick LiveCarving::tick(double elapsed_s) {
   if (written == DeviceStatus::unplugged || written == DeviceStatus::failed)
     safety_.pass({{}, 0, written, Vec3::Zero()});
   passivity_.given(result.given.force);
+  result.safety = safety_.state();
+  result.trip = safety_.trip();
 
   (result.removed_mm3 < 0 ? totals_.deposited_mm3 : totals_.removed_mm3) += std::abs(result.removed_mm3);
   totals_.most_computed_n = std::max(totals_.most_computed_n, std::sqrt(result.computed.force.squaredNorm()));

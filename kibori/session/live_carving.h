@@ -40,6 +40,7 @@ struct LiveSettings {
   Mode mode = Mode::cut;
   uint8_t material = 0;  // of a deposit
   std::vector<Material> materials{Material{}};
+  Symmetry symmetry;
   HandModel model = HandModel::series;
   SeriesSpring spring;         // its tick_s is set from rate_hz
   double force_scale = 1;      // of what the device gives, to what is computed
@@ -49,6 +50,7 @@ struct LiveSettings {
   bool log = false;         // strokes go into log(), for a Scribe
   double idle_s = 0.3;      // a stroke ends when the tool has not cut or filled for so long
   bool watched = false;     // ticks can be read by next_tick()
+  bool armed = true;        // start() arms the safety stage; else safety().arm() does, by a command
 };
 
 // What one tick came to.
@@ -57,6 +59,8 @@ struct LiveTick {
   Wrench computed, given;  // before and after the safety stage
   double removed_mm3 = 0;
   bool touching = false, cutting = false, inside = false;
+  SafetyStage::State safety = SafetyStage::State::off;
+  Trip trip = Trip::none;  // why it is off
 };
 
 // Over all ticks.
@@ -103,6 +107,8 @@ class LiveCarving {
   LiveSettings& settings() { return settings_; }
   // Of the series spring; where the device could not bear it, nothing changes. For commands.
   void set_stiffness(double n_mm);
+  // From the next stroke on; check_symmetry has passed. For commands.
+  void set_symmetry(const Symmetry& symmetry);
   // Where the device is read next, the tool is put, without a way there. For commands.
   void place_again() { placed_ = false; }
   // The model was changed from outside.

@@ -21,8 +21,8 @@ std::vector<Material> woods();
 // pitch [mm]. Errors: the size, the pitch, the material.
 Result<Scene> stock_scene(Stock::Kind kind, const Vec3& size_mm, double pitch_mm, size_t material);
 
-// A mesh or, as a relief, a picture (PNG).`longest_mm`: it is scaled so that its longest side is this; else a
-// mesh stays as it is, and a picture is 80.`rays`: along that side. Reads the file for its size. Errors:
+// A mesh or, as a relief, a picture (PNG). `longest_mm`: it is scaled so that its longest side is this; else
+// a mesh stays as it is, and a picture is 80. `rays`: along that side. Reads the file for its size. Errors:
 // those of reading it, and as above.
 Result<Scene> file_scene(const std::filesystem::path& file, std::optional<double> longest_mm, double rays,
                          size_t material);

@@ -23,6 +23,7 @@ class StrokeLog {
     double rate_hz = 1000;
     std::shared_ptr<const std::vector<Material>> materials;
     Pose start;
+    Symmetry symmetry;
   };
   struct End {
     Snapshot state;

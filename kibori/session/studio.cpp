@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/session/studio.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <iterator>
 #include <limits>
 #include <utility>
 
+#include <kibori/base/file.h>
+#include <kibori/devices/registry.h>
+#include <kibori/devices/virtual_device.h>
 #include <kibori/session/documents.h>
 #include <kibori/session/stock_scene.h>
 
@@ -14,12 +19,40 @@ namespace {
 
 // A pointer can't push back, so that stiffness is only what is shown and how far the tool hangs behind.
 constexpr double kStiffnessNMm = 0.5;
+// With a device a stroke ends when it has not cut for so long.
+constexpr double kDeviceIdleS = 0.3;
+constexpr double kLeastReach = 0.1, kMostReach = 20;
+
+// Where redo goes from a step that is looked at: on the way to the head, or else the newest that follows.
+Result<StepId> after(const Document& document, StepId step) {
+  if (const auto path = document.path_to(document.head()); path)
+    for (size_t i = 0; i + 1 < path.value().size(); i++)
+      if (path.value()[i] == step) return path.value()[i + 1];
+  for (auto at = document.steps().rbegin(); at != document.steps().rend(); ++at)
+    if (at->second.parent == step) return at->first;
+  return Error{"nothing follows"};
+}
+
+// A hand that goes about over the stock and dips into it now and then.
+std::unique_ptr<Device> simulated_hand(const Vec3& size_mm, double rate_hz) {
+  VirtualDeviceSettings settings;
+  settings.capabilities.name = "a simulated hand";
+  settings.capabilities.dof_in = settings.capabilities.dof_out = 6;
+  settings.capabilities.torque_nmm = 100;
+  settings.tick_s = 1 / rate_hz;
+  return std::make_unique<VirtualDevice>(settings, [size_mm](double t) -> VirtualDevice::Target {
+    return {Vec3(0.3 * size_mm.x() * std::sin(0.9 * t), 0.3 * size_mm.y() * std::sin(1.3 * t),
+                 3 * std::cos(0.7 * t)),
+            Mat3::Identity(), 0};
+  });
+}
 
 }  // namespace
 
-Result<std::unique_ptr<Studio>> Studio::open(const std::filesystem::path& file) {
-  auto document = Document::open(file, Document::Access::write);
+Result<std::unique_ptr<Studio>> Studio::open(const std::filesystem::path& file, const Options& options) {
+  auto document = Document::open(file, options.read_only ? Document::Access::read : Document::Access::write);
   if (!document) return Error{document.error()};
+  if (options.read_only) return look(std::move(document).value());
   auto model = document.value()->load();
   if (!model) return Error{model.error()};
   Scene scene;
@@ -29,25 +62,48 @@ Result<std::unique_ptr<Studio>> Studio::open(const std::filesystem::path& file) 
     scene.materials = last.value().materials;
     scene.tools = {last.value().tool};
   }
-  return start(std::move(document).value(), std::move(model).value(), scene);
+  return start(std::move(document).value(), std::move(model).value(), scene, options);
 }
 
-Result<std::unique_ptr<Studio>> Studio::create(const std::filesystem::path& file, const Scene& scene) {
+Result<std::unique_ptr<Studio>> Studio::create(const std::filesystem::path& file, const Scene& scene,
+                                               const Options& options) {
+  if (options.read_only)
+    return Error{one_line(file.string()) + " would be a new document, and this studio only reads"};
   auto model = make_stock(scene.stock, scene.file, {});
   if (!model) return Error{model.error()};
   auto document = new_document(file, scene, *model.value());
   if (!document) return Error{document.error()};
-  return start(std::move(document).value(), std::move(model).value(), scene);
+  return start(std::move(document).value(), std::move(model).value(), scene, options);
+}
+
+Result<std::unique_ptr<Studio>> Studio::look(std::unique_ptr<Document> document) {
+  std::unique_ptr<Studio> studio(new Studio);
+  studio->name_ = document->name();
+  studio->lattice_ = document->lattice();
+  studio->materials_ = woods();
+  if (const auto last = document->settings(document->head())) studio->materials_ = last.value().materials;
+  auto model = document->load_at(document->head());
+  if (!model) return Error{model.error()};
+  studio->shown_ = std::move(model).value();
+  studio->snapshot_ = studio->shown_->snapshot();
+  studio->surface_ = std::make_unique<LiveSurface>(studio->snapshot_, 2);
+  studio->place_.step = document->head();
+  for (const auto& [id, step] : document->steps())
+    studio->steps_.push_back({id, step.parent, step.removed_mm3});
+  studio->versions_ = document->versions();
+  studio->viewed_ = std::move(document);
+  return studio;
 }
 
 Result<std::unique_ptr<Studio>> Studio::start(std::unique_ptr<Document> document,
-                                              std::unique_ptr<TriDexel> model, const Scene& scene) {
+                                              std::unique_ptr<TriDexel> model, const Scene& scene,
+                                              const Options& options) {
   std::unique_ptr<Studio> studio(new Studio);
   studio->name_ = document->name();
   studio->lattice_ = model->lattice();
   studio->materials_ = scene.materials;
   LiveSettings settings;
-  settings.tool = scene.tools.front();
+  settings.tool = studio->tool_ = scene.tools.front();
   settings.materials = scene.materials;
   settings.mode = Mode::off;
   settings.log = settings.watched = true;
@@ -56,9 +112,42 @@ Result<std::unique_ptr<Studio>> Studio::start(std::unique_ptr<Document> document
   settings.spring = scene.spring.value_or(SeriesSpring{});
   if (!scene.spring) settings.spring.stiffness_n_mm = kStiffnessNMm;
   settings.rate_hz = studio->rate_hz_;
-  auto pointer = std::make_unique<PointerDevice>(settings.rate_hz);
-  studio->pointer_ = pointer.get();
-  auto live = LiveCarving::make(std::move(model), std::move(pointer), settings);
+  std::unique_ptr<Device> device;
+  if (options.device.empty()) {
+    auto pointer = std::make_unique<PointerDevice>(settings.rate_hz);
+    studio->pointer_ = pointer.get();
+    device = std::move(pointer);
+  } else {
+    const Box& material = model->material_bounds();
+    const Vec3 size = (material.max - material.min) * studio->lattice_.pitch_mm;
+    if (options.device == "virtual") {
+      device = simulated_hand(size, settings.rate_hz);
+    } else {
+      auto opened = open_device(options.device);
+      if (!opened) return Error{opened.error()};
+      device = std::move(opened).value();
+    }
+    const DeviceCapabilities& can = device->capabilities();
+    Held held;
+    held.name = can.name;
+    held.force_n = can.dof_out > 0 ? can.force_n : 0;
+    // The hand's workspace spans the stock, where that is known.
+    const Box& hand = can.workspace_mm;
+    if (hand.max.x() > hand.min.x())
+      held.scale = std::clamp(size.maxCoeff() / (hand.max - hand.min).maxCoeff(), kLeastReach, kMostReach);
+    studio->damping_ns_mm_ = can.damping_ns_mm;
+    studio->held_ = held;
+    studio->tell_stiffness();
+    studio->held_->stiffness_n_mm = std::min(can.stiffness_n_mm, studio->held_->most_n_mm);
+    settings.spring.stiffness_n_mm = studio->held_->stiffness_n_mm;
+    Vec3 top = material.centre();
+    top.z() = material.max.z();
+    // The second button is the clutch: as one lifts a mouse.
+    settings.workspace = Workspace(studio->lattice_.to_mm(top), held.scale, 1);
+    settings.idle_s = kDeviceIdleS;
+    settings.armed = false;
+  }
+  auto live = LiveCarving::make(std::move(model), std::move(device), settings);
   if (!live) return Error{live.error()};
   studio->live_ = std::move(live).value();
   studio->snapshot_ = studio->live_->model().snapshot();
@@ -84,79 +173,175 @@ std::string Studio::close() {
   return where;
 }
 
+Status Studio::post(std::function<void(LiveCarving&)> command) {
+  if (!live_) return Error{"this document is only looked at"};
+  if (!live_->post(std::move(command))) return Error{"the servo is busy; try again"};
+  return Ok{};
+}
+
+// ---- A pointer
+
 void Studio::aim(const Vec3& tip_mm, const Vec3& axis, bool at_once) {
   const double length = std::sqrt(axis.squaredNorm());
-  if (!tip_mm.allFinite() || !(length > 1e-9) || !std::isfinite(length)) return;
+  if (!pointer_ || !tip_mm.allFinite() || !(length > 1e-9) || !std::isfinite(length)) return;
   pointer_->aim(tip_mm, frame_from_axis(axis / length), at_once);
 }
 
 void Studio::press(const Vec3& tip_mm, const Vec3& axis, Mode mode) {
+  if (!pointer_) return;
   lift();
   aim(tip_mm, axis, true);
-  pressed_ = live_->post([mode](LiveCarving& live) {
-    live.settings().mode = mode;
-    live.place_again();
-  });
+  pressed_ = post([mode](LiveCarving& live) {
+               live.settings().mode = mode;
+               live.place_again();
+             }).ok();
 }
 
 void Studio::lift() {
   if (!std::exchange(pressed_, false)) return;
-  if (!live_->post([](LiveCarving& live) { live.settings().mode = Mode::off; })) pressed_ = true;
+  pressed_ = !post([](LiveCarving& live) { live.settings().mode = Mode::off; });
 }
 
+// ---- A force device
+
+void Studio::work(Mode mode) {
+  if (held_) tell(post([mode](LiveCarving& live) { live.settings().mode = mode; }));
+}
+
+void Studio::arm(bool armed) {
+  if (!held_) return;
+  tell(post([armed](LiveCarving& live) {
+    if (armed)
+      live.safety().arm();
+    else
+      live.safety().disarm();
+  }));
+}
+
+void Studio::bring(const Vec3& tip_mm) {
+  if (!held_ || !tip_mm.allFinite()) return;
+  tell(post([tip_mm](LiveCarving& live) {
+    live.settings().workspace.bring(tip_mm);
+    live.place_again();
+  }));
+}
+
+Status Studio::choose_reach(double scale) {
+  if (!held_) return Error{"no force device holds the tool"};
+  if (!(scale >= kLeastReach && scale <= kMostReach)) return Error{"the reach must be 0.1 to 20"};
+  const double felt = held_->stiffness_n_mm * scale;
+  if (const double bears = held_->most_n_mm * held_->scale; felt > bears) {
+    char text[200];
+    std::snprintf(text, sizeof text, "at that reach %s bears %.3g N/mm at most; lower the stiffness first",
+                  held_->name.c_str(), bears / scale);
+    return Error{text};
+  }
+  const Status posted = post([scale](LiveCarving& live) {
+    live.settings().workspace.set_scale(scale);
+    live.place_again();
+  });
+  if (posted) {
+    held_->scale = scale;
+    tell_stiffness();
+  }
+  return posted;
+}
+
+// What the device can bear at its reach: k T/2 within its damping.
+void Studio::tell_stiffness() { held_->most_n_mm = 2 * rate_hz_ * damping_ns_mm_ / held_->scale; }
+
+// ---- Both
+
 void Studio::cancel() {
+  if (!live_) return;
   live_->cancel_stroke();
   lift();
 }
 
 void Studio::undo() {
+  if (viewed_) {
+    const StepId before = viewed_->steps().at(place_.step).parent;
+    if (before != 0) look_at(before);
+    return;
+  }
   lift();
   scribe_->undo();
 }
 
 void Studio::redo() {
+  if (viewed_) return look_at(after(*viewed_, place_.step));
   lift();
   scribe_->redo();
 }
 
 void Studio::go(StepId step) {
+  if (viewed_) return look_at(step);
   lift();
   scribe_->go(step);
 }
 
+void Studio::look_at(const Result<StepId>& step) {
+  if (!step || step.value() == place_.step) return;
+  auto model = viewed_->load_at(step.value());
+  if (!model) {
+    tell(Error{model.error()});
+    return;
+  }
+  snapshot_ = model.value()->snapshot();
+  shown_ = std::move(model).value();
+  place_.step = step.value();
+  anew_ = true;
+  volume_known_ = false;
+}
+
 Status Studio::choose_tool(const Tool& tool) {
   if (Status fits = check_tool(tool); !fits) return fits;
-  const bool posted = live_->post([tool](LiveCarving& live) {
+  if (Status fits = check_symmetry(symmetry_, tool); !fits) return fits;
+  Status posted = post([tool](LiveCarving& live) {
     live.settings().tool = tool;
     live.model_changed();
   });
-  return posted ? Status(Ok{}) : Status(Error{"the servo is busy; try again"});
+  if (posted) tool_ = tool;
+  return posted;
 }
 
 Status Studio::choose_stiffness(double n_mm) {
   if (!(n_mm >= 0.01 && n_mm <= 100)) return Error{"the stiffness must be 0.01 to 100 N/mm"};
-  const bool posted = live_->post([n_mm](LiveCarving& live) { live.set_stiffness(n_mm); });
-  return posted ? Status(Ok{}) : Status(Error{"the servo is busy; try again"});
+  if (held_ && n_mm > held_->most_n_mm) {
+    char text[200];
+    std::snprintf(text, sizeof text, "%s bears a stiffness of %.3g N/mm at most at this reach",
+                  held_->name.c_str(), held_->most_n_mm);
+    return Error{text};
+  }
+  const Status posted = post([n_mm](LiveCarving& live) { live.set_stiffness(n_mm); });
+  if (posted && held_) held_->stiffness_n_mm = n_mm;
+  return posted;
 }
 
 Status Studio::choose_material(size_t material) {
   if (material >= materials_.size()) return Error{"there is no such material"};
-  const bool posted = live_->post(
+  return post(
       [number = static_cast<uint8_t>(material)](LiveCarving& live) { live.settings().material = number; });
-  return posted ? Status(Ok{}) : Status(Error{"the servo is busy; try again"});
 }
 
 Status Studio::choose_model(HandModel model) {
-  const bool posted = live_->post([model](LiveCarving& live) {
+  return post([model](LiveCarving& live) {
     live.settings().model = model;
     live.place_again();
   });
-  return posted ? Status(Ok{}) : Status(Error{"the servo is busy; try again"});
+}
+
+Status Studio::choose_symmetry(const std::array<bool, 3>& planes) {
+  const Symmetry symmetry{planes, centre_of(lattice_)};
+  if (Status fits = check_symmetry(symmetry, tool_); !fits) return fits;
+  Status posted = post([symmetry](LiveCarving& live) { live.set_symmetry(symmetry); });
+  if (posted) symmetry_ = symmetry;
+  return posted;
 }
 
 const std::vector<Index3>& Studio::follow() {
   changed_.clear();
-  if (live_->latest(snapshot_)) {
+  if (live_ ? live_->latest(snapshot_) : std::exchange(anew_, false)) {
     changed_ = surface_->update(snapshot_);
     volume_known_ = false;
   }
@@ -165,16 +350,35 @@ const std::vector<Index3>& Studio::follow() {
 
 const std::vector<LiveTick>& Studio::ticks() {
   ticks_.clear();
+  if (!live_) return ticks_;
   LiveTick tick;
+  bool cut = false;
   while (live_->next_tick(tick)) {
     removed_mm3_ += tick.removed_mm3;
     volume_mm3_ -= tick.removed_mm3;
+    cut |= tick.removed_mm3 != 0;
     ticks_.push_back(tick);
+  }
+  if (ticks_.empty()) return ticks_;
+  cutting_ = cut;
+  if (held_) {
+    held_->safety = ticks_.back().safety;
+    held_->trip = ticks_.back().trip;
+    held_->given_n = std::sqrt(ticks_.back().given.force.squaredNorm());
   }
   return ticks_;
 }
 
 const Studio::Place& Studio::place() {
+  if (viewed_) {
+    const Step& step = viewed_->steps().at(place_.step);
+    place_.steps = viewed_->steps().size();
+    place_.undo = step.parent != 0;
+    place_.redo = after(*viewed_, place_.step).ok();
+    place_.hash = step.hash;
+    count_volume();
+    return place_;
+  }
   if (!asked_.exchange(true))
     scribe_->with([this](Document& document) {
       const std::lock_guard<std::mutex> lock(told_mutex_);
@@ -207,14 +411,23 @@ const Studio::Place& Studio::place() {
     }
   }
   place_.trouble = scribe_->trouble();
-  if (!volume_known_ && !pressed_ && snapshot_.lattice.nodes.x() > 0) {
-    volume_mm3_ = snapshot_.volume_mm3();
-    volume_known_ = true;
-  }
+  count_volume();
   return place_;
 }
 
+// Where nothing is being cut, as that takes a while.
+void Studio::count_volume() {
+  if (volume_known_ || pressed_ || cutting_ || snapshot_.lattice.nodes.x() == 0) return;
+  volume_mm3_ = snapshot_.volume_mm3();
+  volume_known_ = true;
+}
+
+void Studio::tell(const Status& how) {
+  if (!how) notice_ = how.error();
+}
+
 void Studio::name_version(const std::string& name) {
+  if (viewed_) return tell(Error{"this document is only looked at"});
   scribe_->with([this, name](Document& document) {
     if (const Status named = document.name_version(name, document.head()); !named) {
       const std::lock_guard<std::mutex> lock(told_mutex_);
@@ -224,6 +437,8 @@ void Studio::name_version(const std::string& name) {
 }
 
 std::string Studio::notice() {
+  if (!notice_.empty()) return std::exchange(notice_, {});
+  if (!scribe_) return {};
   std::string text = scribe_->notice();
   if (!text.empty()) return text;
   const std::lock_guard<std::mutex> lock(told_mutex_);
@@ -232,20 +447,28 @@ std::string Studio::notice() {
 
 void Studio::keep_thumbnail(StepId step, Bytes png) {
   // A step that is gone needs none.
-  scribe_->with([step, png = std::move(png)](Document& document) {
-    static_cast<void>(document.set_thumbnail(step, png));
-  });
+  if (scribe_)
+    scribe_->with([step, png = std::move(png)](Document& document) {
+      static_cast<void>(document.set_thumbnail(step, png));
+    });
+}
+
+void Studio::with_document(std::function<void(Document&)> f) {
+  if (viewed_)
+    f(*viewed_);
+  else
+    scribe_->with(std::move(f));
 }
 
 void Studio::thumbnail(StepId step, std::function<void(Bytes)> use) {
-  scribe_->with([step, use = std::move(use)](Document& document) {
+  with_document([step, use = std::move(use)](Document& document) {
     Result<Bytes> png = document.thumbnail(step);
     use(png ? std::move(png).value() : Bytes());
   });
 }
 
 void Studio::save_copy(const std::filesystem::path& path, std::function<void(Status)> done) {
-  scribe_->with([path, done = std::move(done)](Document& document) { done(document.save_copy(path)); });
+  with_document([path, done = std::move(done)](Document& document) { done(document.save_copy(path)); });
 }
 
 }  // namespace kibori

@@ -23,6 +23,10 @@ export class Hand {
   axis = new THREE.Vector3(0, 0, 1);
   /** Whether it has pointed anywhere since the document was opened. */
   there = false;
+  /** Whether a force device holds the tool; then the pointer only looks, and brings it to a place. */
+  device = false;
+  /** Whether the document is only looked at. */
+  readOnly = false;
   private stroke: { pointer: number; last: Hit; mode: number } | null = null;
   private sizing: { x: number; radius: number } | null = null;
   private at = { x: 0, y: 0 };
@@ -36,6 +40,8 @@ export class Hand {
     element("shapes").addEventListener("change", () => this.chooseTool());
     for (const id of ["size", "depth"]) input(id).addEventListener("input", () => this.chooseTool());
     input("spring").addEventListener("input", () => this.chooseSpring());
+    element("modes").addEventListener("change", () => this.chooseWork());
+    element("symmetry").addEventListener("change", () => this.chooseSymmetry());
     select("material").onchange = () => this.send(write.ChooseMaterial({ material: Number(select("material").value) }));
     select("model").onchange = () => this.send(write.ChooseModel({ model: Number(select("model").value) }));
     canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
@@ -55,12 +61,16 @@ export class Hand {
     this.there = false;
     this.view.controls.enabled = true;
     this.chooseTool();
+    this.view.mirrored = this.planes();
   }
 
   /** All that is chosen, to the studio. */
   chooseAll(): void {
+    if (this.readOnly) return;
     this.chooseTool();
     this.chooseSpring();
+    this.chooseSymmetry();
+    this.chooseWork();
     this.send(write.ChooseMaterial({ material: Number(select("material").value) }));
     this.send(write.ChooseModel({ model: Number(select("model").value) }));
   }
@@ -77,6 +87,14 @@ export class Hand {
   /** From now on, the pointer's way to the right is the tool's size; until it is pressed. */
   startSizing(): void {
     this.sizing = { x: this.at.x, radius: this.radius() };
+  }
+
+  /** The plane through the left and right halves, or none. */
+  toggleSymmetry(): void {
+    const boxes = [...element("symmetry").querySelectorAll("input")];
+    const any = boxes.some((box) => box.checked);
+    boxes.forEach((box, i) => (box.checked = !any && i === 0));
+    this.chooseSymmetry();
   }
 
   lift(): void {
@@ -107,7 +125,19 @@ export class Hand {
     // The finger's Ks such that it is as wide as a ball would be, a radius above its tip.
     const size = shape === FINGER ? 1 / radius : radius;
     this.view.setTool(shape, size, length);
-    this.send(write.ChooseTool({ shape, size, length }));
+    if (!this.readOnly) this.send(write.ChooseTool({ shape, size, length }));
+  }
+  /** As bits: 1 normal to x, 2 to y, 4 to z. */
+  private planes(): number {
+    return [...element("symmetry").querySelectorAll("input")].reduce((all, box) => all + (box.checked ? Number(box.value) : 0), 0);
+  }
+  private chooseSymmetry(): void {
+    this.view.mirrored = this.planes();
+    this.send(write.ChooseSymmetry({ planes: this.planes() }));
+  }
+  /** A pointer says what its tool does when it presses. */
+  private chooseWork(): void {
+    if (this.device) this.send(write.ChooseWork({ mode: chosen("mode") }));
   }
   private chooseSpring(): void {
     const stiffness = 10 ** Number(input("spring").value);
@@ -129,6 +159,7 @@ export class Hand {
   }
 
   private aim(hit: Hit, deep: number): void {
+    if (this.device || this.readOnly) return;
     this.there = true;
     this.aimedAt = performance.now();
     this.send(write.Aim({ tip: this.tipAt(hit, deep), axis: this.axis.toArray() as Vec3 }));
@@ -152,8 +183,13 @@ export class Hand {
       this.sizing = null;
       return event.stopImmediatePropagation();
     }
-    const hit = event.button === 0 && this.holds && !this.stroke ? this.view.hit(event.clientX, event.clientY) : null;
+    const hit = event.button === 0 && this.holds && !this.stroke && !this.readOnly ? this.view.hit(event.clientX, event.clientY) : null;
     if (!hit) return; // beside it: the view turns
+    if (this.device) {
+      // Clear of the wood; the view may turn.
+      this.axis = hit.normal.clone();
+      return this.send(write.BringTool({ tip: this.tipAt(hit, -1) }));
+    }
     event.stopImmediatePropagation();
     this.canvas.focus();
     this.canvas.setPointerCapture(event.pointerId);

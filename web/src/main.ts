@@ -11,7 +11,7 @@ import { Senses } from "./senses";
 import { Start, type Material } from "./start";
 import "./style.css";
 import { View } from "./view";
-import type { Vec3 } from "./wire";
+import { TICK_NUMBERS, type Vec3 } from "./wire";
 
 const element = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 const dialog = (id: string): HTMLDialogElement => element<HTMLDialogElement>(id);
@@ -97,7 +97,12 @@ function hear(said: FromStudio): void {
       view.begin(lattice, w.nodes);
       plot.clear();
       history.clear();
-      hand.holds = false;
+      hand.holds = hand.device = false;
+      hand.readOnly = w.read_only !== 0;
+      element("reading").hidden = !hand.readOnly;
+      element("device").hidden = true;
+      document.body.classList.toggle("read-only", hand.readOnly);
+      if (hand.readOnly) element("hint").hidden = true;
       hand.begin();
       break;
     }
@@ -114,12 +119,27 @@ function hear(said: FromStudio): void {
       const rows = new Float32Array(said.message.data.slice().buffer);
       plot.add(said.message.start, rows);
       senses.feel(rows, rate);
-      const last = rows.subarray(rows.length - 9);
-      const tip: Vec3 = [last[0], last[1], last[2]], force: Vec3 = [last[3], last[4], last[5]];
-      view.showTool(hand.there || !hand.holds ? tip : null, hand.axis, force);
+      const last = rows.subarray(rows.length - TICK_NUMBERS);
+      const tip: Vec3 = [last[0], last[1], last[2]], force: Vec3 = [last[3], last[4], last[5]], axis: Vec3 = [last[9], last[10], last[11]];
+      view.showTool(hand.there || hand.device || !hand.holds ? tip : null, axis, force);
       element("n-force").textContent = `${Math.hypot(...force).toFixed(2)} N`;
       element("n-moment").textContent = `${Math.hypot(last[6], last[7], last[8]).toFixed(1)} N mm`;
       element("n-tip").textContent = tip.map((x) => x.toFixed(1)).join(" ");
+      break;
+    }
+    case "Device": {
+      const d = said.message;
+      hand.device = true;
+      element("hint").hidden = true;
+      element("device").hidden = false;
+      element("device-name").textContent = d.force > 0 ? `${d.name}: at most ${d.force.toPrecision(2)} N` : `${d.name}: gives no force`;
+      element("arm").hidden = d.force === 0;
+      const reach = element<HTMLInputElement>("reach");
+      if (document.activeElement !== reach) reach.value = String(Math.log10(d.scale));
+      element("reach-out").textContent = `${d.scale.toPrecision(2)} ×`;
+      const spring = element<HTMLInputElement>("spring");
+      spring.max = String(Math.floor(20 * Math.min(1, Math.log10(d.most))) / 20);
+      if (!hand.holds) spring.value = String(Math.log10(d.stiffness) - 0.025);
       break;
     }
     case "State": {
@@ -131,6 +151,7 @@ function hear(said: FromStudio): void {
       element<HTMLButtonElement>("undo").disabled = !hand.holds || !s.undo;
       element<HTMLButtonElement>("redo").disabled = !hand.holds || !s.redo;
       element<HTMLButtonElement>("leave").disabled = !hand.holds;
+      showDevice(s.safety, s.trip, s.given);
       element("n-volume").textContent = `${(s.volume / 1000).toFixed(2)} cm³`;
       element("n-removed").textContent = `${(s.removed / 1000).toFixed(3)} cm³`;
       element("n-step").textContent = `${s.step} of ${s.steps}`;
@@ -159,6 +180,14 @@ function hear(said: FromStudio): void {
     case "Notice":
       tell(said.message.text);
   }
+}
+
+let armed = false;
+function showDevice(safety: number, trip: string, given: number): void {
+  if (!hand.device) return;
+  armed = safety !== 0;
+  element("arm").textContent = armed ? "Stop the force" : "Let it push";
+  element("device-state").textContent = ["Off: it gives no force.", "Waiting: move it clear of the wood.", `On: ${given.toFixed(2)} N given.`][safety] + (trip ? ` ${trip}` : "");
 }
 
 /** A small picture of a step for the history, once it is at rest. */
@@ -245,6 +274,8 @@ element("pause").onclick = () => {
   element("pause").textContent = plot.paused ? "Go on" : "Pause";
 };
 element("csv").onclick = () => save("forces.csv", plot.csv());
+element("arm").onclick = () => send(write.Arm({ armed: armed ? 0 : 1 }));
+element("reach").oninput = () => send(write.ChooseReach({ scale: 10 ** Number(element<HTMLInputElement>("reach").value) }));
 canvas.addEventListener("contextmenu", (event) => event.preventDefault());
 canvas.addEventListener("dblclick", () => view.frame());
 
@@ -255,6 +286,7 @@ const keys = new Keys(
     size: { label: "size by moving the pointer, until it is pressed", keys: ["f"], run: () => hand.startSizing() },
     shallower: { label: "shallower", keys: ["{"], run: () => hand.nudge("depth", 1 / 1.15) },
     deeper: { label: "deeper", keys: ["}"], run: () => hand.nudge("depth", 1.15) },
+    mirror: { label: "mirror left and right, or nothing", keys: ["x"], run: () => hand.toggleSymmetry() },
     undo: { label: "undo", keys: ["Ctrl+z"], run: undo },
     redo: { label: "redo", keys: ["Ctrl+Shift+z", "Ctrl+y"], run: redo },
     cancel: {

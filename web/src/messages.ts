@@ -2,7 +2,7 @@
 // Made by tools/make_protocol.py from protocol/messages.json: change that.
 import { Reader, Writer, type Vec3 } from "./wire";
 
-export const PROTOCOL_VERSION = 2;
+export const PROTOCOL_VERSION = 3;
 
 /** The first message of a page. Welcome or Start answers. */
 export interface Hello { version: number }
@@ -22,7 +22,7 @@ export type Redo = Record<string, never>;
 export interface ChooseTool { shape: number; size: number; length: number }
 /** Stiffness between hand and tool [N/mm]. */
 export interface ChooseSpring { stiffness: number }
-/** The page has drawn this frame of chunks, and can take the next. */
+/** The page has taken this frame of chunks in, and can take the next. */
 export interface Got { frame: number }
 /** This page wants to hold the tool; the others then watch. */
 export type TakeTool = Record<string, never>;
@@ -46,14 +46,24 @@ export interface ChooseModel { model: number }
 export type CancelWork = Record<string, never>;
 /** One of Start's examples is carved as a new document, where none is open. */
 export interface CarveExample { name: string }
-/** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color). All that was shown before is of another one. */
-export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string }
+/** Planes in which all that the tool does is mirrored, through the lattice's middle: bits 1 normal to x, 2 to y, 4 to z. */
+export interface ChooseSymmetry { planes: number }
+/** What a force device's tool does: 0 cut, 1 fill, 2 feel only, 3 nothing. */
+export interface ChooseWork { mode: number }
+/** Lets a force device push (1) or not (0). */
+export interface Arm { armed: number }
+/** A force device's tool is here from now on [mm], wherever the hand is. */
+export interface BringTool { tip: Vec3 }
+/** How far the tool goes for a mm of a force device's hand. */
+export interface ChooseReach { scale: number }
+/** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color), whether it is only looked at. All that was shown before is of another one. */
+export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; read_only: number }
 /** Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), vertices, corners (u16 each). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
 export interface Chunks { frame: number; more: number; data: Uint8Array }
-/** Every servo tick since the last: tip [mm], force on the hand [N], moment about the tip [N mm], nine f32 a tick. start: number of the first. */
+/** Every servo tick since the last: tip [mm], force on the hand [N], moment about the tip [N mm], axis, twelve f32 a tick. start: number of the first. */
 export interface Ticks { start: number; data: Uint8Array }
-/** Volume [mm^3], what was removed since the studio began [mm^3], where the document stands; whether this page holds the tool. */
-export interface State { volume: number; removed: number; step: number; steps: number; undo: number; redo: number; holds: number; hash: string }
+/** Volume [mm^3], what was removed since the studio began [mm^3], where the document stands; whether this page holds the tool. Of a force device: safety 0 off, 1 waits for the hand to be still, 2 pushes; why it is off; the force it gives [N]. */
+export interface State { volume: number; removed: number; step: number; steps: number; undo: number; redo: number; holds: number; hash: string; safety: number; trip: string; given: number }
 /** A sentence for the person. */
 export interface Notice { text: string }
 /** No document is open. JSON: documents (name, changed: s since 1970, bytes), materials (name, color), examples (name, about). */
@@ -64,6 +74,8 @@ export interface Steps { data: Uint8Array }
 export interface Versions { json: string }
 /** What takes a while and can be cancelled; empty: nothing. share: how much of it is done, 0 to 1; below 0: not known. */
 export interface Work { what: string; share: number; cancellable: number }
+/** After Welcome, where a force device holds the tool, and whenever its reach changes: its name, the force it can give [N] (0: none), the stiffness to begin with and the most [N/mm], and the reach. */
+export interface Device { name: string; force: number; stiffness: number; most: number; scale: number }
 
 export const write = {
   Hello: (m: Hello) => new Writer(1).u16(m.version).done(),
@@ -87,6 +99,11 @@ export const write = {
   ChooseModel: (m: ChooseModel) => new Writer(19).u8(m.model).done(),
   CancelWork: () => new Writer(20).done(),
   CarveExample: (m: CarveExample) => new Writer(21).text(m.name).done(),
+  ChooseSymmetry: (m: ChooseSymmetry) => new Writer(22).u8(m.planes).done(),
+  ChooseWork: (m: ChooseWork) => new Writer(23).u8(m.mode).done(),
+  Arm: (m: Arm) => new Writer(24).u8(m.armed).done(),
+  BringTool: (m: BringTool) => new Writer(25).vec3(m.tip).done(),
+  ChooseReach: (m: ChooseReach) => new Writer(26).f64(m.scale).done(),
 };
 
 /** What the studio may say. */
@@ -99,7 +116,8 @@ export type FromStudio =
   | { kind: "Start"; message: Start }
   | { kind: "Steps"; message: Steps }
   | { kind: "Versions"; message: Versions }
-  | { kind: "Work"; message: Work };
+  | { kind: "Work"; message: Work }
+  | { kind: "Device"; message: Device };
 
 /** Throws where it is none of them, or too short or long. */
 export function read(data: ArrayBuffer): FromStudio {
@@ -107,13 +125,13 @@ export function read(data: ArrayBuffer): FromStudio {
   const kind = r.u8();
   switch (kind) {
     case 64:
-      return r.end({ kind: "Welcome", message: { version: r.u16(), origin: r.vec3(), nodes: r.vec3(), pitch: r.f64(), rate: r.f64(), document: r.text(), materials: r.text() } });
+      return r.end({ kind: "Welcome", message: { version: r.u16(), origin: r.vec3(), nodes: r.vec3(), pitch: r.f64(), rate: r.f64(), document: r.text(), materials: r.text(), read_only: r.u8() } });
     case 65:
       return r.end({ kind: "Chunks", message: { frame: r.u32(), more: r.u8(), data: r.raw() } });
     case 66:
       return r.end({ kind: "Ticks", message: { start: r.f64(), data: r.raw() } });
     case 67:
-      return r.end({ kind: "State", message: { volume: r.f64(), removed: r.f64(), step: r.u32(), steps: r.u32(), undo: r.u8(), redo: r.u8(), holds: r.u8(), hash: r.text() } });
+      return r.end({ kind: "State", message: { volume: r.f64(), removed: r.f64(), step: r.u32(), steps: r.u32(), undo: r.u8(), redo: r.u8(), holds: r.u8(), hash: r.text(), safety: r.u8(), trip: r.text(), given: r.f64() } });
     case 68:
       return r.end({ kind: "Notice", message: { text: r.text() } });
     case 69:
@@ -124,6 +142,8 @@ export function read(data: ArrayBuffer): FromStudio {
       return r.end({ kind: "Versions", message: { json: r.text() } });
     case 72:
       return r.end({ kind: "Work", message: { what: r.text(), share: r.f64(), cancellable: r.u8() } });
+    case 73:
+      return r.end({ kind: "Device", message: { name: r.text(), force: r.f64(), stiffness: r.f64(), most: r.f64(), scale: r.f64() } });
     default:
       throw new Error(`a message of kind ${kind}, which is none`);
   }

@@ -2,13 +2,14 @@
 // The force over time, every servo tick of it, and as CSV.
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
+import { TICK_NUMBERS } from "./wire";
 
 const SHOWN_S = 5;
 const KEPT = 600000; // ten minutes
 
 export class ForcePlot {
   paused = false;
-  /** Rows of tip, force, moment, as the studio sends them. */
+  /** Rows of tip, force, moment, axis, as the studio sends them. */
   private rows: Float32Array[] = [];
   private starts: number[] = [];
   private count = 0;
@@ -51,10 +52,10 @@ export class ForcePlot {
   add(start: number, rows: Float32Array): void {
     this.starts.push(start);
     this.rows.push(rows);
-    this.count += rows.length / 9;
+    this.count += rows.length / TICK_NUMBERS;
     while (this.count > KEPT) {
       this.starts.shift();
-      this.count -= this.rows.shift()!.length / 9;
+      this.count -= this.rows.shift()!.length / TICK_NUMBERS;
     }
     if (this.paused || this.due) return;
     this.due = true;
@@ -67,12 +68,12 @@ export class ForcePlot {
   private draw(): void {
     const most = SHOWN_S * this.rate();
     let from = this.rows.length, ticks = 0;
-    while (from > 0 && ticks < most) ticks += this.rows[--from].length / 9;
+    while (from > 0 && ticks < most) ticks += this.rows[--from].length / TICK_NUMBERS;
     const columns: number[][] = [[], [], [], [], [], []];
     for (let b = from; b < this.rows.length; b++) {
       const r = this.rows[b];
-      for (let i = 0; i < r.length; i += 9) {
-        columns[0].push((this.starts[b] + i / 9) / this.rate());
+      for (let i = 0; i < r.length; i += TICK_NUMBERS) {
+        columns[0].push((this.starts[b] + i / TICK_NUMBERS) / this.rate());
         columns[1].push(Math.hypot(r[i + 3], r[i + 4], r[i + 5]));
         for (let k = 0; k < 3; k++) columns[2 + k].push(r[i + 3 + k]);
         columns[5].push(Math.hypot(r[i + 6], r[i + 7], r[i + 8]));
@@ -92,8 +93,8 @@ export class ForcePlot {
     const parts = ["time_s,x_mm,y_mm,z_mm,fx_n,fy_n,fz_n,mx_nmm,my_nmm,mz_nmm\n"];
     this.rows.forEach((r, b) => {
       const lines: string[] = [];
-      for (let i = 0; i < r.length; i += 9) {
-        const cells = [((this.starts[b] + i / 9) / this.rate()).toFixed(4)];
+      for (let i = 0; i < r.length; i += TICK_NUMBERS) {
+        const cells = [((this.starts[b] + i / TICK_NUMBERS) / this.rate()).toFixed(4)];
         for (let k = 0; k < 9; k++) cells.push(r[i + k].toPrecision(7));
         lines.push(cells.join(","));
       }

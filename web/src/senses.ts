@@ -1,23 +1,26 @@
 // SPDX-License-Identifier: MIT
 // The force to the ear and the hand, where there is no force device: sound of the cut, vibration of a phone or a game controller.
 
+import { TICK_NUMBERS } from "./wire";
+
 export class Senses {
   sound = false;
   rumble = false;
   private audio: { context: AudioContext; gain: GainNode; filter: BiquadFilterNode } | null = null;
   private rumbledAt = 0;
 
-  /** Rows of tip, force, moment, nine numbers a tick. */
+  /** Rows of tip, force, moment, axis. */
   feel(rows: Float32Array, rate: number): void {
-    const ticks = rows.length / 9;
+    const ticks = rows.length / TICK_NUMBERS;
     if (ticks === 0) return;
     let sum = 0, change = 0, way = 0;
-    for (let i = 0; i < rows.length; i += 9) {
+    for (let i = 0; i < rows.length; i += TICK_NUMBERS) {
       const f = Math.hypot(rows[i + 3], rows[i + 4], rows[i + 5]);
       sum += f;
-      if (i > 0) {
-        change += Math.abs(f - Math.hypot(rows[i - 6], rows[i - 5], rows[i - 4]));
-        way += Math.hypot(rows[i] - rows[i - 9], rows[i + 1] - rows[i - 8], rows[i + 2] - rows[i - 7]);
+      const b = i - TICK_NUMBERS; // the tick before
+      if (b >= 0) {
+        change += Math.abs(f - Math.hypot(rows[b + 3], rows[b + 4], rows[b + 5]));
+        way += Math.hypot(rows[i] - rows[b], rows[i + 1] - rows[b + 1], rows[i + 2] - rows[b + 2]);
       }
     }
     const force = sum / ticks, speed = ticks > 1 ? (way / (ticks - 1)) * rate : 0;

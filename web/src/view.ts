@@ -45,6 +45,7 @@ export class View {
   still = false;
   private casting = 0;
   private drawn = false;
+  private planes = new THREE.Group();
 
   constructor(private canvas: HTMLCanvasElement) {
     this.slow = drawnBySoftware();
@@ -68,7 +69,7 @@ export class View {
     this.ring = new THREE.Mesh(ringShape, new THREE.MeshBasicMaterial({ color: 0x0072b2, side: THREE.DoubleSide, depthTest: false, transparent: true }));
     this.ring.visible = this.arrow.visible = false;
     this.ring.renderOrder = 2;
-    this.scene.add(this.chunks, this.tool, this.ring, this.arrow, this.sun, this.sun.target, new THREE.HemisphereLight(0xffffff, 0xb5a48f, 1.7));
+    this.scene.add(this.planes, this.chunks, this.tool, this.ring, this.arrow, this.sun, this.sun.target, new THREE.HemisphereLight(0xffffff, 0xb5a48f, 1.7));
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
 
@@ -80,6 +81,17 @@ export class View {
     this.framed = this.whole = false;
     this.arrow.visible = this.ring.visible = false;
     const size = nodes.map((n) => n * lattice.pitch);
+    this.planes.clear();
+    for (let i = 0; i < 3; i++) {
+      const [u, v] = [size[(i + 1) % 3], size[(i + 2) % 3]];
+      const frame = new THREE.LineLoop(
+        new THREE.BufferGeometry().setFromPoints([[-u, -v], [u, -v], [u, v], [-u, v]].map(([a, b]) => new THREE.Vector3().setComponent((i + 1) % 3, a / 2).setComponent((i + 2) % 3, b / 2))),
+        new THREE.LineBasicMaterial({ color: 0x0072b2 }),
+      );
+      frame.position.set(...(lattice.origin.map((o, k) => o + (lattice.pitch * nodes[k]) / 2) as Vec3));
+      frame.visible = false;
+      this.planes.add(frame);
+    }
     this.wood.place(new THREE.Vector3(lattice.origin[0], lattice.origin[1] + 0.42 * size[1], lattice.origin[2] - 0.35 * size[2]), Math.max(...size));
     this.redraw();
   }
@@ -214,12 +226,18 @@ export class View {
     this.redraw();
   }
 
+  /** Frames around the planes of symmetry: bits 1 normal to x, 2 to y, 4 to z. */
+  set mirrored(planes: number) {
+    this.planes.children.forEach((frame, i) => (frame.visible = ((planes >> i) & 1) === 1));
+    this.redraw();
+  }
+
   /** Where it is; null: nowhere yet. */
-  showTool(tip: Vec3 | null, axis: THREE.Vector3, force: Vec3): void {
+  showTool(tip: Vec3 | null, axis: Vec3, force: Vec3): void {
     this.tool.visible = tip !== null;
     if (!tip) return;
     this.tool.position.set(...tip);
-    this.tool.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), axis);
+    this.tool.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...axis));
     const f = new THREE.Vector3(...force);
     const n = f.length();
     this.arrow.visible = n > 0.01;
@@ -254,7 +272,7 @@ export class View {
 
   /** What is shown, without tool, ring and grid, as a picture so wide; null where the browser can't. */
   picture(width: number, height: number): Promise<Blob | null> {
-    const hidden = [this.tool, this.ring, this.arrow, ...(this.grid && width < 400 ? [this.grid] : [])];
+    const hidden = [this.tool, this.ring, this.arrow, this.planes, ...(this.grid && width < 400 ? [this.grid] : [])];
     const were = hidden.map((object) => object.visible);
     for (const object of hidden) object.visible = false;
     this.render();
