@@ -548,7 +548,8 @@ TEST(Document, CopiesAreWholeAndIndependent) {
 TEST(Document, OldVersionsOpen) {
   for (const auto& [name, hash, steps] : {std::tuple{"v1.kibori", uint64_t{0xdc65b2b1f2342f8d}, 5u},
                                           std::tuple{"v2.kibori", uint64_t{0xcd2533db3542f74d}, 5u},
-                                          std::tuple{"v3.kibori", uint64_t{0xcd2533db3542f74d}, 5u}}) {
+                                          std::tuple{"v3.kibori", uint64_t{0xcd2533db3542f74d}, 5u},
+                                          std::tuple{"v4.kibori", uint64_t{0xb3b36bf741014dd7}, 6u}}) {
     Folder folder;
     std::filesystem::copy(std::filesystem::path(KIBORI_SOURCE_DIR) / "tests/documents" / name, folder / name);
     auto document = opened(folder / name, Document::Access::read);

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <kibori/document/codec.h>
 #include <kibori/edit/edit.h>
 
 #include "tests/support.h"
@@ -276,6 +277,45 @@ TEST(Spans, EndsCarryTheNormalOfWhatMadeThem) {
               ASSERT_EQ(code & 0x3fffu, static_cast<uint32_t>(depth * kPerCell) & 0x3fffu) << random.note();
             }
           });
+  }
+}
+
+// Written to a document and read again, a model is stored otherwise; all that is done to it must come to the
+// same.
+TEST(Spans, HowAModelIsStoredDoesNotMatter) {
+  Random random;
+  const Index3 nodes(18, 20, 24);
+  Lattice lattice;
+  lattice.nodes = nodes;
+  for (int round = 0; round < (std::getenv("KIBORI_SHORT") ? 20 : 200); round++) {
+    TriDexel old(lattice);
+    old.fill_block({Vec3::Zero(), nodes.matrix().cast<double>()}, 0);
+    for (int part = 0; part < 4; part++) {
+      TriDexel fresh(lattice);
+      for (const Axis axis : kAxes)
+        for (int tv = 0; tv < old.field(axis).tiles_v(); tv++)
+          for (int tu = 0; tu < old.field(axis).tiles_u(); tu++)
+            if (const Tile& tile = old.field(axis).tile(tu, tv); !tile.empty) {
+              ASSERT_TRUE(decode_tile(encode_tile(tile), fresh.field(axis), tu, tv).ok());
+            }
+      fresh.include_material(old.material_bounds());
+      ASSERT_EQ(fresh.content_hash(), old.content_hash()) << random.note();
+      for (int i = 0; i < 5; i++) {
+        const RandomIntervals solid(nodes, random, 3);
+        const int what = random.integer(0, 4);
+        const auto material = static_cast<uint8_t>(random.integer(0, 3) == 0);
+        for (TriDexel* model : {&old, &fresh}) {
+          Removed removed;
+          if (what < 2)
+            cut(*model, solid, {}, removed);
+          else if (what < 4)
+            deposit(*model, solid, material, {}, removed);
+          else
+            paint(*model, solid, 0xff0000ff, {}, removed);
+        }
+        ASSERT_EQ(fresh.content_hash(), old.content_hash()) << "operation " << what << "; " << random.note();
+      }
+    }
   }
 }
 

@@ -4,7 +4,7 @@
 // The page's policy forbids eval, so what is waited for is asked again and again.
 import { execFileSync, spawn } from "node:child_process";
 import { createHash } from "node:crypto";
-import { chmodSync, existsSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { chmodSync, existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 
@@ -329,6 +329,104 @@ async function whatIsShownIsTheModel() {
   check(`the pages show the model's surface (${seen} and ${native}, KIBORI_SEED=${seed})`, seen[0] === native && seen[1] === native);
 }
 
+async function mirrorsDevicesAndExperiments() {
+  // X mirrors left and right: the hand's cut falls on both sides, and so does its volume.
+  const file = join(folder, "mirror.kibori");
+  const studio = await Studio.start(file);
+  const page = await open({ width: 1000, height: 640 });
+  await page.goto(studio.url);
+  const first = await shown(page);
+  const cutOnce = async (before) => {
+    await page.mouse.move(400, 300);
+    await page.mouse.down();
+    for (let i = 0; i < 10; i++) {
+      await page.mouse.move(400 + 2 * i, 300);
+      await page.waitForTimeout(60);
+    }
+    await page.mouse.up();
+    return until(page, "a cut", (s) => s.hash !== before.hash && Number(s.step) > Number(before.step));
+  };
+  await page.keyboard.press("x");
+  check("X mirrors left and right", await page.locator("#symmetry input").first().isChecked());
+  const mirrored = await cutOnce(first);
+  await page.waitForTimeout(500);
+  await show(page, "mirrored");
+  const chunksOf = (which) => createHash("sha256").update(execFileSync(join(dirname(kibori), "kibori_chunks"), [which], { maxBuffer: 1 << 30 })).digest("hex");
+  const beside = chunksOf(file);
+  // Beside it, another looks on.
+  const reader = await Studio.start(file, "--read-only");
+  const looks = await open({ width: 1000, height: 640 });
+  await looks.goto(reader.url);
+  await until(looks, "the same", (s) => s.hash === mirrored.hash);
+  check("who only looks has no tools", (await looks.locator("#reading").isVisible()) && !(await looks.locator("#shapes").isVisible()) && !(await looks.locator("#force").isVisible()));
+  const seen = await shown(looks);
+  await looks.mouse.move(400, 300);
+  await looks.mouse.down();
+  await looks.mouse.move(420, 330, { steps: 5 });
+  await looks.mouse.up();
+  await looks.locator("#undo").click();
+  const back = await until(looks, "the step before", (s) => s.step === "1" && s.hash === first.hash);
+  check("it changed nothing", seen.hash === mirrored.hash && back.hash === first.hash && chunksOf(file) === beside);
+  await looks.context().close();
+  check("the one that looks ends well", (await reader.end()) === 0);
+  check("the studio with mirrors ends well", (await studio.end()) === 0);
+  execFileSync(kibori, ["verify", file]); // carved again, it is the same
+
+  // A simulated hand at a force device, which pushes only when it may.
+  const held = await Studio.start("--device", "virtual", join(folder, "held.kibori"));
+  await page.goto(held.url);
+  await shown(page);
+  check("the device is named", /simulated hand/.test(await page.locator("#device-name").textContent()));
+  check("it does not push by itself", /^Off/.test(await page.locator("#device-state").textContent()));
+  await page.locator("#arm").click();
+  await until(page, "the hand carves", (s) => Number(s.step) > 1, 90);
+  for (let i = 0; i < 200 && !/^On/.test(await page.locator("#device-state").textContent()); i++) await page.waitForTimeout(100);
+  check("armed it pushes", /^On/.test(await page.locator("#device-state").textContent()));
+  await show(page, "device");
+  await page.locator("#arm").click();
+  for (let i = 0; i < 100 && !/^Off/.test(await page.locator("#device-state").textContent()); i++) await page.waitForTimeout(100);
+  check("disarmed it does not", /^Off/.test(await page.locator("#device-state").textContent()));
+  check("the studio with a device ends well", (await held.end()) === 0);
+
+  // Two runs of an experiment beside each other.
+  const runs = await Studio.start();
+  await page.goto(runs.url);
+  await started(page);
+  for (const model of ["1", "2"]) {
+    await page.locator("#scene").selectOption("fig8-upright");
+    await page.locator("#run-model").selectOption(model);
+    await page.locator("#pace").selectOption(model === "1" ? "4" : "0");
+    await page.locator("#run-form .main").click();
+    if (model === "1") {
+      await until(page, "the run is shown", (s) => s.shown === "solid");
+      await page.locator("#work progress").waitFor();
+    }
+    await page.locator("#comparing").waitFor({ timeout: 60000 });
+    if (model === "2") break;
+    await page.locator("#comparing .close").click();
+    await page.locator("#leave").click();
+    await started(page);
+  }
+  check("both runs are there", (await page.locator("#runs tr").count()) === 2 && (await page.locator("#runs-plot canvas").count()) === 1);
+  await show(page, "compare");
+  const [figure] = await Promise.all([page.waitForEvent("download"), page.locator("#runs-svg").click()]);
+  await figure.saveAs(join(folder, "forces.svg"));
+  check("the figure has a line for each", readFileSync(join(folder, "forces.svg"), "utf8").split("<polyline").length === 3);
+  const [table] = await Promise.all([page.waitForEvent("download"), page.locator("#runs-csv").click()]);
+  await table.saveAs(join(folder, "forces.csv"));
+  const most = [0, 0];
+  for (const line of readFileSync(join(folder, "forces.csv"), "utf8").trim().split("\n").slice(1)) {
+    const cells = line.split(","), f = Math.hypot(...cells.slice(4, 7).map(Number));
+    most[Number(cells[0]) - 1] = Math.max(most[Number(cells[0]) - 1], f);
+  }
+  // As the command line has it; the scene itself says paper.
+  const said = execFileSync(kibori, ["carve", join(dirname(new URL(import.meta.url).pathname), "../examples/fig8-upright.toml"), "--json"]);
+  const told = JSON.parse(said).max_force_N;
+  check(`the table has the forces of 'kibori carve': ${most} and ${told}`, Math.abs(most[1] - told) < 1e-4 * told && most[0] > 100 * most[1]);
+  await page.context().close();
+  check("the studio of the runs ends well", (await runs.end()) === 0);
+}
+
 async function files() {
   const studio = await Studio.start();
   const page = await open({ width: 800, height: 600 });
@@ -444,7 +542,7 @@ async function noWebGl() {
 
 try {
   const only = process.env.KIBORI_PART;
-  for (const part of [firstCutAndBack, penAndFinger, whatIsShownIsTheModel, files, fullDisk, noWebGl]) {
+  for (const part of [firstCutAndBack, penAndFinger, whatIsShownIsTheModel, mirrorsDevicesAndExperiments, files, fullDisk, noWebGl]) {
     if (only && part.name !== only) continue;
     const from = Date.now();
     await part();

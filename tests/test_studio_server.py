@@ -4,6 +4,7 @@
 Usage: test_studio_server.py KIBORI"""
 import base64
 import contextlib
+import json
 import os
 import re
 import signal
@@ -86,9 +87,9 @@ class Connection:
         data = self.take(size)
         if head[0] & 15 == 8:
             raise ConnectionError
-        if head[0] & 15 == 9:  # whether we are still there
+        if head[0] & 15 == 9:  # whether we are still there; no kind of message
             self.frame(data, code=10)
-            return self.message()
+            return b"\0"
         return data if head[0] & 0x80 else data + self.message()  # it comes in parts
 
     def closed(self, seconds=20):
@@ -647,6 +648,89 @@ class OnlyLookedAt(unittest.TestCase):
                 self.assertEqual((run.returncode, run.stdout), (2, ""))
                 self.assertEqual(len(run.stderr.splitlines()), 1)
             self.assertEqual(os.listdir(folder), [])
+
+
+class Experiments(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.studio = Studio(self.folder.name, "--begin")
+        self.page = greeted(self.studio)
+        until(self.page, 69)
+
+    def tearDown(self):
+        self.assertEqual(self.studio.close(), 0)
+        self.folder.cleanup()
+
+    def run_scene(self, scene, model=255, pace=0.0):
+        self.page.frame(bytes([27]) + text("mine") + text(scene) + struct.pack("<Bd", model, pace))
+
+    SCENE = """
+[stock]
+block = [20, 12, 10]
+pitch = 0.5
+[tool]
+shape = "ball"
+radius = 2
+[[move]]
+to = [-4, 6, 8]
+[[move]]
+to = [24, 6, 8]
+speed = 40
+"""
+
+    def test_a_run(self):
+        self.run_scene(self.SCENE, model=1)
+        welcome = until(self.page, 64)
+        self.assertEqual(welcome[-1], 2)
+        while until(self.page, 75)[1] != 0:  # a ball, once it is in hand
+            pass
+        trace = until(self.page, 74)
+        size = struct.unpack_from("<I", trace, 1)[0]
+        told = json.loads(trace[5:5 + size])
+        self.assertEqual((told["name"], told["model"], told["finished"], told["ticks"]), ("mine", "energy", True, 700))
+        rows = list(struct.iter_unpack("<7f", trace[9 + size:]))
+        self.assertEqual(len(rows), 700)
+        self.assertAlmostEqual(max(sum(f * f for f in row[1:4]) ** 0.5 for row in rows), told["max_force_N"], places=4)
+        # It has no document, and goes nowhere; nothing was written.
+        for code in (5, 6, 7):
+            self.page.frame(bytes([code]))
+        self.page.frame(bytes([15]) + struct.pack("<I", 1))
+        self.page.frame(bytes([3]) + struct.pack("<6dB", 5, 5, 12, 0, 0, 1, 0))
+        self.page.frame(bytes([16]) + text("mine"))
+        self.assertIn(b"only looked at", until(self.page, 68))
+        self.page.frame(bytes([14]))
+        until(self.page, 69)
+        self.assertEqual([f for f in os.listdir(self.folder.name) if f.endswith(".kibori")], [])
+
+    def test_stopped(self):
+        self.run_scene(self.SCENE, pace=0.01)
+        until(self.page, 64)
+        until(self.page, 72)
+        self.page.frame(bytes([20]))
+        trace = until(self.page, 74)
+        self.assertIn(b'"finished":false', trace)
+        self.page.frame(bytes([14]))
+        until(self.page, 69)
+        self.run_scene(self.SCENE, pace=0.01)  # and closed while it runs
+        until(self.page, 64)
+        self.page.frame(bytes([14]))
+        until(self.page, 69)
+
+    def test_scenes_that_are_none_or_want_files(self):
+        block = "block = [20, 12, 10]"
+        for scene, says in (
+            ("", b"stock"),
+            ("[[[", b"mine:1"),
+            (self.SCENE.replace(block, 'mesh = "/etc/passwd"'), b"file"),
+            (self.SCENE.replace(block, 'relief = "../x.png"\nwidth_mm = 10\nheight_mm = 5'), b"file"),
+            (self.SCENE.replace('shape = "ball"\nradius = 2', 'shape = "mesh"\nfile = "/etc/passwd"'), b"file"),
+            (self.SCENE.replace("pitch = 0.5", "pitch = 0.001"), b"fine"),
+        ):
+            self.run_scene(scene)
+            told = until(self.page, 68, 64)
+            self.assertEqual(told[0], 68, scene)
+            self.assertIn(says, told)
+            self.assertNotIn(b"root:", told)
 
 
 class NoTemporaryFolder(unittest.TestCase):

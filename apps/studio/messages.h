@@ -239,9 +239,22 @@ struct ChooseReach {
     f(scale);
   }
 };
+// A scene (TOML, without files) is carved to be looked at, where nothing is open; Trace follows. model: 0
+// series, 1 energy, 2 paper, 255 as the scene says. pace: 1 the scene's own time, 0 as fast as it goes.
+struct RunExperiment {
+  static constexpr uint8_t kKind = 27;
+  std::string name;
+  std::string scene;
+  uint8_t model = 0;
+  double pace = 0;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(name, scene, model, pace);
+  }
+};
 // A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the
-// document's name, its materials (JSON: name, color), whether it is only looked at. All that was shown before
-// is of another one.
+// document's name, its materials (JSON: name, color), and what it is: 0 carved, 1 only looked at, 2 an
+// experiment. All that was shown before is of another one.
 struct Welcome {
   static constexpr uint8_t kKind = 64;
   uint16_t version = 0;
@@ -251,10 +264,10 @@ struct Welcome {
   double rate = 0;
   std::string document;
   std::string materials;
-  uint8_t read_only = 0;
+  uint8_t what = 0;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(version, origin, nodes, pitch, rate, document, materials, read_only);
+    f(version, origin, nodes, pitch, rate, document, materials, what);
   }
 };
 // Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and
@@ -368,8 +381,34 @@ struct Device {
     f(name, force, stiffness, most, scale);
   }
 };
+// What an experiment came to. JSON: name, model, finished, ticks, removed_mm3, max_force_N, max_moment_Nmm,
+// step_us, marks (label, time_s). Rows: time [s], force [N], moment [N mm], seven f32; of at most 100 000,
+// those with the largest force.
+struct Trace {
+  static constexpr uint8_t kKind = 74;
+  std::string json;
+  std::vector<uint8_t> data;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(json, data);
+  }
+};
+// The tool of an experiment, from now on. shape: 0 to 3 as of ChooseTool, 4 bull-nose (size its radius,
+// length, other the corner), 5 cone (other its full angle, degrees), 6 box, 7 ellipsoid (both x, y, z: size,
+// length, other), 255 none that can be shown.
+struct ShowTool {
+  static constexpr uint8_t kKind = 75;
+  uint8_t shape = 0;
+  double size = 0;
+  double length = 0;
+  double other = 0;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(shape, size, length, other);
+  }
+};
 
 // What a page may say.
-using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseSpring, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach>;
+using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseSpring, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment>;
 
 }  // namespace kibori::studio

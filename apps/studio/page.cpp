@@ -64,15 +64,19 @@ void Page::restart() {
   told_versions_.clear();
   if (!server_.studio)
     return send(encode(Start{kProtocolVersion, server_.holder == this, server_.start_json()}));
-  const Studio& studio = *server_.studio;
+  Studio& studio = *server_.studio;
   const Lattice& lattice = studio.lattice();
   nlohmann::json materials = nlohmann::json::array();
   for (const Material& m : studio.materials()) materials.push_back({{"name", m.name}, {"color", m.color}});
-  send(encode(
-      Welcome{kProtocolVersion, lattice.origin_mm, lattice.nodes.matrix().cast<double>(), lattice.pitch_mm,
-              studio.rate_hz(), std::filesystem::path(studio.document_name()).filename().string(),
-              materials.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace), studio.read_only()}));
+  send(encode(Welcome{kProtocolVersion, lattice.origin_mm, lattice.nodes.matrix().cast<double>(),
+                      lattice.pitch_mm, studio.rate_hz(),
+                      std::filesystem::path(studio.document_name()).filename().string(),
+                      materials.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace),
+                      static_cast<uint8_t>(studio.experiment()  ? 2
+                                           : studio.read_only() ? 1
+                                                                : 0)}));
   server_.send_device(this);
+  if (studio.experiment()) send(encode(server_.shown));
   const Index3 count = surface_chunks(lattice);
   for (int x = 0; x < count.x(); x++)
     for (int y = 0; y < count.y(); y++)

@@ -30,6 +30,7 @@ constexpr auto kWorkEvery = std::chrono::milliseconds(200);
 // Ticks are left out for a page that has not read so much of what was sent before.
 constexpr size_t kTicksWait = 400000;
 constexpr size_t kMostThumbnailBytes = 65536;
+constexpr size_t kMostTraceRows = 100000;
 
 std::string random_hex() {
   std::random_device random;
@@ -56,6 +57,21 @@ Result<Tool> tool_of(const ChooseTool& chosen) {
       return Error{"there is no such tool"};
   }
 }
+
+struct Shown {
+  ShowTool operator()(const BallTool& t) const { return {0, t.radius, 0, 0}; }
+  ShowTool operator()(const Finger& t) const { return {1, t.ks, t.length, 0}; }
+  ShowTool operator()(const Flat& t) const { return {2, t.radius, t.length, 0}; }
+  ShowTool operator()(const Capsule& t) const { return {3, t.radius, t.length - 2 * t.radius, 0}; }
+  ShowTool operator()(const Bull& t) const { return {4, t.radius, t.length, t.corner}; }
+  ShowTool operator()(const Cone& t) const { return {5, t.radius, t.length, t.angle_deg}; }
+  ShowTool operator()(const BoxTool& t) const { return {6, t.size.x(), t.size.y(), t.size.z()}; }
+  ShowTool operator()(const Ellipsoid& t) const { return {7, t.radii.x(), t.radii.y(), t.radii.z()}; }
+  template <class T>
+  ShowTool operator()(const T&) const {
+    return {255, 0, 0, 0};
+  }
+};
 
 std::string text_of(const BundledFile& file) {
   return std::string(reinterpret_cast<const char*>(file.data), file.size);
@@ -127,6 +143,8 @@ void Server::State::hold(Page* page) {
 void Server::State::show(std::unique_ptr<Studio> opened) {
   studio = std::move(opened);
   ticks_sent = 0;
+  traced = false;
+  shown = {255};
   state_at = {};
   const std::vector<Page*> all(pages.begin(), pages.end());
   for (Page* const page : all)
@@ -185,7 +203,7 @@ void Server::State::begin(Page& page, const Begin& begin) {
 void Server::State::carve_example(Page& page, const std::string& name) {
   for (const BundledFile& file : bundle()) {
     if (name.empty() || example_of(file) != name) continue;
-    Result<Scene> scene = parse_scene(text_of(file), name, {});
+    Result<Scene> scene = parse_scene(text_of(file), name, std::nullopt);
     if (!scene) return page.notice(scene.error());
     const Result<std::filesystem::path> place = library.place_for(name);
     if (!place) return page.notice(place.error());
@@ -204,6 +222,75 @@ void Server::State::carve_example(Page& page, const std::string& name) {
     return;
   }
   page.notice("there is no such example");
+}
+
+void Server::State::run_experiment(Page& page, const RunExperiment& run) {
+  Result<Scene> scene = parse_scene(run.scene, one_line(run.name), std::nullopt);
+  if (!scene) return page.notice(scene.error());
+  Scene& s = scene.value();
+  if (s.stock.size_mm.maxCoeff() / s.stock.pitch_mm > kMostRays)
+    return page.notice("that is too fine to be shown: its longest side may have " +
+                       std::to_string(static_cast<int>(kMostRays)) + " rays");
+  if (run.model == 0) {
+    if (!s.spring) s.spring = SeriesSpring{};
+  } else if (run.model <= 2) {
+    s.spring.reset();
+    s.force.model = run.model == 1 ? ForceModel::energy : ForceModel::paper;
+  }
+  const double pace = std::clamp(run.pace, 0.0, 100.0);
+  const Status opened = open("Making the stock", {}, [scene = std::move(s), pace](std::atomic<double>&) {
+    return Studio::watch(scene, pace);
+  });
+  if (!opened) page.notice(opened.error());
+}
+
+void Server::State::follow_experiment() {
+  Experiment& run = *studio->experiment();
+  if (Tool now; run.next_tool(now)) send(encode(shown = std::visit(Shown{}, now)));
+  if (traced) return;
+  const Result<Carving>* const outcome = run.outcome();
+  if (!outcome) {
+    if (Clock::now() - work_at >= kWorkEvery) {
+      work_at = Clock::now();
+      send(encode(Work{"Carving", run.share(), 1}));
+    }
+    return;
+  }
+  traced = true;
+  send(encode(Work{}));
+  if (!*outcome) return tell(outcome->error());
+  const Carving& carving = outcome->value();
+  const CarveSummary& summary = carving.summary;
+  nlohmann::json marks = nlohmann::json::array();
+  for (const Mark& mark : carving.marks) marks.push_back({{"label", mark.label}, {"time_s", mark.time_s}});
+  const Scene& scene = run.scene();
+  Trace trace;
+  trace.json = nlohmann::json{
+      {"name", scene.file},
+      {"model", scene.spring                             ? "series"
+                : scene.force.model == ForceModel::paper ? "paper"
+                                                         : "energy"},
+      {"finished", run.share() >= 1 && !run.stopped()},
+      {"ticks", summary.ticks},
+      {"removed_mm3", summary.removed_mm3},
+      {"max_force_N", summary.max_force_N},
+      {"max_moment_Nmm", summary.max_moment_Nmm},
+      {"step_us", summary.step_us.median},
+      {"marks",
+       marks}}.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  const size_t each = (carving.trace.size() + kMostTraceRows - 1) / kMostTraceRows;
+  Writer rows;
+  for (size_t i = 0; i < carving.trace.size(); i += each) {
+    const TraceRow* most = &carving.trace[i];
+    for (size_t j = i; j < std::min(i + each, carving.trace.size()); j++)
+      if (carving.trace[j].result.wrench.force.squaredNorm() > most->result.wrench.force.squaredNorm())
+        most = &carving.trace[j];
+    rows.put(static_cast<float>(most->time_s));
+    for (const Vec3& v : {most->result.wrench.force, most->result.wrench.moment})
+      for (int k = 0; k < 3; k++) rows.put(static_cast<float>(v[k]));
+  }
+  trace.data = rows.take();
+  send(encode(trace));
 }
 
 void Server::State::leave(Page& page) {
@@ -245,6 +332,7 @@ void Server::State::hear(Page& page, const FromPage& message) {
   if (!studio && holder != &page) hold(&page);
   if (holder != &page) return;  // it only watches
   if (std::holds_alternative<CancelWork>(message)) {
+    if (studio && studio->experiment()) return studio->cancel();
     job.cancel();
     return send_work();
   }
@@ -263,6 +351,7 @@ void Server::State::hear(Page& page, const FromPage& message) {
   }
   if (const auto* const example = std::get_if<CarveExample>(&message))
     return carve_example(page, example->name);
+  if (const auto* const run = std::get_if<RunExperiment>(&message)) return run_experiment(page, *run);
   if (!studio) return;
   constexpr Mode kModes[] = {Mode::cut, Mode::deposit, Mode::touch};
   Status done = Ok{};
@@ -386,6 +475,7 @@ void Server::State::follow() {
       page->offer_chunks();
     }
     send_ticks();
+    if (studio->experiment()) follow_experiment();
     const auto now = Clock::now();
     if (now - state_at >= kStateEvery) {
       state_at = now;

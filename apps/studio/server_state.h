@@ -59,6 +59,9 @@ struct Server::State {
   void work(const std::string& what, std::function<Job::Then(std::atomic<double>&)> work,
             bool cancellable = true);
   void carve_example(Page& page, const std::string& name);
+  void run_experiment(Page& page, const RunExperiment& run);
+  // What an experiment came to, once.
+  void follow_experiment();
   // To every page.
   void send(const std::vector<uint8_t>& message);
   // What there is to begin with.
@@ -77,6 +80,8 @@ struct Server::State {
   // Where what was left lies, if not where it belongs; while no one was told. Written by the job that saves.
   const std::shared_ptr<std::string> left_unsaved = std::make_shared<std::string>();
   double ticks_sent = 0;
+  bool traced = false;  // what the experiment came to was sent
+  ShowTool shown{255};  // its tool
   Clock::time_point state_at{}, work_at{};
   std::function<bool()> stop;
   // Gone first, and with it the pages and visits that wait for something, which know the rest.

@@ -33,6 +33,8 @@ class RecordingDevice final : public Device {
   void expect_stiffness(double n_mm) override { device_->expect_stiffness(n_mm); }
   std::string complaint() const override { return device_->complaint(); }
   const std::vector<RecordedReading>& readings() const { return readings_; }
+  // Readings there was no room for.
+  uint64_t left_out() const { return left_out_; }
   // Errors: those of writing files.
   Status save(const std::filesystem::path& path) const;
 
@@ -40,6 +42,7 @@ class RecordingDevice final : public Device {
   std::unique_ptr<Device> device_;
   double tick_s_, time_s_ = 0;
   std::vector<RecordedReading> readings_;
+  uint64_t left_out_ = 0;
 };
 
 // Plays readings, one a read; stays at the last. Forces go nowhere.

@@ -681,6 +681,12 @@ static void edit_scalar_rays(TileJob& job, Tile& tile, bool growing) {
     for (unsigned bits = job.scalar.rows[row]; bits; bits &= bits - 1) {
       const int lane = __builtin_ctz(bits), slot = row * kTileSide + lane;
       const float a = job.spans.lo[slot], b = job.spans.hi[slot];
+      // What ended there before, a deposit does not end: as the vectors have it.
+      unsigned had_a = 0, had_b = 0;
+      for (const Plane* p = &tile.first; growing && p && !p->empty_at(slot); p = p->next) {
+        had_a |= p->in[slot] == a;
+        had_b |= p->out[slot] == b;
+      }
       if (growing)
         deposit_ray(*job.field, tile, slot, a, b, job.material);
       else
@@ -689,7 +695,7 @@ static void edit_scalar_rays(TileJob& job, Tile& tile, bool growing) {
       for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next) {
         const unsigned at_a = (growing ? p->in : p->out)[slot] == a,
                        at_b = (growing ? p->out : p->in)[slot] == b;
-        job.ends.name(static_cast<size_t>(row), at_a << lane, at_b << lane);
+        job.ends.name(static_cast<size_t>(row), (at_a & ~had_a) << lane, (at_b & ~had_b) << lane);
       }
     }
   for (Plane* p = &tile.first; p; p = p->next) p->tight = false;

@@ -61,7 +61,7 @@ const std::vector<Material>& known_materials() {
 // Reads one scene; the first error stops it.
 class Reader {
  public:
-  Reader(std::string name, std::filesystem::path folder) : folder_(std::move(folder)) {
+  Reader(std::string name, std::optional<std::filesystem::path> folder) : folder_(std::move(folder)) {
     scene_.file = std::move(name);
   }
 
@@ -79,6 +79,14 @@ class Reader {
   }
 
  private:
+  // Empty where there may be none.
+  std::filesystem::path file(const toml::table& t, std::string_view section, const char* key) {
+    const std::string name = text(t, section, key);
+    if (folder_) return *folder_ / name;
+    fail(t.get(key),
+         std::string(key) + " names a file, and this scene came without any; carve it with 'kibori carve'");
+    return {};
+  }
   void fail(const toml::node* where, const std::string& what) { fail(where ? line_of(*where) : 0, what); }
   void fail(int line, const std::string& what) {
     if (error_.empty())
@@ -289,10 +297,10 @@ class Reader {
       stock.size_mm = {2 * v[0], 2 * v[0], v[1]};
     } else if (t->contains("mesh")) {
       stock.kind = Stock::Kind::mesh;
-      stock.mesh_path = folder_ / text(*t, "stock", "mesh");
+      stock.mesh_path = file(*t, "stock", "mesh");
     } else if (t->contains("relief")) {
       stock.kind = Stock::Kind::relief;
-      stock.mesh_path = folder_ / text(*t, "stock", "relief");
+      stock.mesh_path = file(*t, "stock", "relief");
       stock.width_mm = positive(*t, "stock", "width_mm");
       stock.height_mm = positive(*t, "stock", "height_mm");
       stock.base_mm = positive(*t, "stock", "base_mm");
@@ -400,11 +408,13 @@ class Reader {
       auto [v, keep] = last(MeshTool{});
       keys({"file"});
       if (t.contains("file") || !keep) {
-        auto mesh = read_mesh(folder_ / text(t, name, "file"));
-        if (!mesh)
-          fail(t.get("file"), mesh.error());
-        else
-          v.mesh = std::make_shared<TriangleMesh>(std::move(mesh).value());
+        if (const std::filesystem::path path = file(t, name, "file"); !path.empty()) {
+          auto mesh = read_mesh(path);
+          if (!mesh)
+            fail(t.get("file"), mesh.error());
+          else
+            v.mesh = std::make_shared<TriangleMesh>(std::move(mesh).value());
+        }
       }
       tool = v;
     } else {
@@ -481,7 +491,7 @@ class Reader {
   }
 
   Scene scene_;
-  std::filesystem::path folder_;
+  std::optional<std::filesystem::path> folder_;
   std::string error_;
   std::optional<double> kf_, u_;
 };
@@ -489,7 +499,7 @@ class Reader {
 }  // namespace
 
 Result<Scene> parse_scene(const std::string& text, const std::string& name,
-                          const std::filesystem::path& folder) {
+                          const std::optional<std::filesystem::path>& folder) {
   try {
     return Reader(name, folder).read(toml::parse(text, name));
   } catch (const toml::parse_error& error) {

@@ -56,8 +56,9 @@ struct Scene {
 
 // Errors name file, line and key; unknown keys are refused with the nearest known one.
 Result<Scene> read_scene(const std::filesystem::path& path);
+// `folder`: where its files are; none: it may name no files.
 Result<Scene> parse_scene(const std::string& text, const std::string& name,
-                          const std::filesystem::path& folder);
+                          const std::optional<std::filesystem::path>& folder);
 
 // How one move runs: `ticks` of equal steps, then `dwell_ticks` at rest.
 struct MovePlan {

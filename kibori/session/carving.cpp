@@ -115,8 +115,12 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
 Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
   Result<std::unique_ptr<TriDexel>> stock = make_stock(scene.stock, scene.file, options);
   if (!stock) return Error{stock.error()};
+  return carve(scene, std::move(stock).value(), options);
+}
+
+Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock, const CarveOptions& options) {
   Carving carving;
-  carving.model = std::move(stock).value();
+  carving.model = std::move(stock);
   TriDexel& model = *carving.model;
   model.reserve(1024);
 
@@ -180,7 +184,8 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
   CarveSummary& summary = carving.summary;
   bool clipped = false;
   if (!first.label.empty()) carving.marks.push_back({first.label, 0});
-  for (size_t i = 1; i < scene.moves.size(); i++) {
+  bool going = true;
+  for (size_t i = 1; i < scene.moves.size() && going; i++) {
     const Move &from = scene.moves[i - 1], &to = scene.moves[i];
     const MovePlan& plan = plans[i - 1];
     const Tool& tool = scene.tools[to.tool];
@@ -193,7 +198,7 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
       keep(document->begin(stroke_settings(scene, to), scene.spring ? series.pose() : stroke.pose(),
                            to.label));
     const double removed_before = summary.removed_mm3 - summary.deposited_mm3;
-    for (int64_t k = 1; k <= plan.ticks + plan.dwell_ticks; k++) {
+    for (int64_t k = 1; k <= plan.ticks + plan.dwell_ticks && going; k++) {
       const bool moving = k <= plan.ticks;
       const double share = static_cast<double>(k) / static_cast<double>(plan.ticks);
       const Vec3 tip = k < plan.ticks ? Vec3(from.to_mm + (to.to_mm - from.to_mm) * share) : to.to_mm;
@@ -226,6 +231,7 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
       }
       if (options.progress && summary.ticks % 64 == 0)
         options.progress(static_cast<double>(summary.ticks) / static_cast<double>(total));
+      if (options.each) going = options.each(model, tool, result);
     }
     if (document) keep(document->finish(model, summary.removed_mm3 - summary.deposited_mm3 - removed_before));
     if (!to.label.empty())

@@ -22,6 +22,8 @@ struct CarveOptions {
   bool keep_forces = false;                         // in the document, too
   std::function<void(double share)> progress;       // 0..1, now and then
   std::function<void(const std::string&)> warning;  // one sentence each
+  // After every tick; false: no more of them.
+  std::function<bool(const TriDexel&, const Tool&, const TickResult&)> each;
 };
 
 // A tick as it was felt.
@@ -62,6 +64,8 @@ struct Carving {
 Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::string& scene_file,
                                              const CarveOptions& options);
 Result<Carving> carve(const Scene& scene, const CarveOptions& options);
+// As above, of a stock that make_stock made.
+Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock, const CarveOptions& options);
 // Counts a tick in; what was touched only was not removed.
 void add_tick(CarveSummary& summary, Mode mode, TickResult& result);
 // Fills in what of a summary comes from the model and the times of its steps.

@@ -179,8 +179,10 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
   RecordingDevice* recording = nullptr;
   if (!options.record.empty()) {
     if (const Status writable = check_writable(options.record); !writable) return Error{writable.error()};
-    auto wrapped = std::make_unique<RecordingDevice>(
-        std::move(device), 1 / options.rate_hz, static_cast<size_t>(options.seconds * options.rate_hz) + 1);
+    // Whoever is told to stop may be told a little late.
+    auto wrapped =
+        std::make_unique<RecordingDevice>(std::move(device), 1 / options.rate_hz,
+                                          static_cast<size_t>((options.seconds + 1) * options.rate_hz) + 1);
     recording = wrapped.get();
     device = std::move(wrapped);
   }
@@ -248,8 +250,10 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
   }
   report.empty_late_ns = empty.stop();
   if (options.progress) options.progress(1);
-  if (recording)
+  if (recording) {
+    report.left_out = recording->left_out();
     if (const Status saved = recording->save(options.record); !saved) return Error{saved.error()};
+  }
   report.scheduling = live.scheduling();
   report.servo = live.statistics();
   report.totals = live.totals();
@@ -278,6 +282,9 @@ std::string servo_report_text(const ServoReport& r) {
                 static_cast<unsigned long long>(r.snapshots),
                 static_cast<unsigned long long>(r.surface_chunks));
   text += line;
+  if (r.left_out > 0)
+    text += "recording  without the last " + std::to_string(r.left_out) +
+            " ticks: the run was longer than it should have been\n";
   if (r.trip != Trip::none) text += "safety     " + trip_text(r.trip) + "\n";
   return text;
 }
@@ -301,6 +308,7 @@ std::string servo_report_json(const ServoReport& r) {
       {"least_energy_mJ", r.least_energy_mj},
       {"snapshots", r.snapshots},
       {"surface_chunks", r.surface_chunks},
+      {"recording_left_out", r.left_out},
       {"trip", r.trip == Trip::none ? nlohmann::json() : nlohmann::json(trip_text(r.trip))}};
   return json.dump(2);
 }

@@ -38,6 +38,7 @@ struct ServoReport {
   Trip trip = Trip::none;
   double least_energy_mj = 0;  // what the program gave back beyond what it got, at worst
   uint64_t snapshots = 0, surface_chunks = 0;
+  uint64_t left_out = 0;  // ticks that the recording had no room for
   std::string
       unsaved;  // why the document holds only the beginning, and where the rest is; empty: all is there
 };

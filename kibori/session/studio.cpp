@@ -95,6 +95,20 @@ Result<std::unique_ptr<Studio>> Studio::look(std::unique_ptr<Document> document)
   return studio;
 }
 
+Result<std::unique_ptr<Studio>> Studio::watch(const Scene& scene, double pace) {
+  auto experiment = Experiment::start(scene, pace);
+  if (!experiment) return Error{experiment.error()};
+  std::unique_ptr<Studio> studio(new Studio);
+  studio->name_ = scene.file;
+  studio->materials_ = scene.materials;
+  studio->rate_hz_ = scene.rate_hz;
+  studio->experiment_ = std::move(experiment).value();
+  studio->snapshot_ = studio->experiment_->stock();
+  studio->lattice_ = studio->snapshot_.lattice;
+  studio->surface_ = std::make_unique<LiveSurface>(studio->snapshot_, 2);
+  return studio;
+}
+
 Result<std::unique_ptr<Studio>> Studio::start(std::unique_ptr<Document> document,
                                               std::unique_ptr<TriDexel> model, const Scene& scene,
                                               const Options& options) {
@@ -174,7 +188,7 @@ std::string Studio::close() {
 }
 
 Status Studio::post(std::function<void(LiveCarving&)> command) {
-  if (!live_) return Error{"this document is only looked at"};
+  if (!live_) return Error{"this is only looked at"};
   if (!live_->post(std::move(command))) return Error{"the servo is busy; try again"};
   return Ok{};
 }
@@ -253,6 +267,7 @@ void Studio::tell_stiffness() { held_->most_n_mm = 2 * rate_hz_ * damping_ns_mm_
 // ---- Both
 
 void Studio::cancel() {
+  if (experiment_) experiment_->stop();
   if (!live_) return;
   live_->cancel_stroke();
   lift();
@@ -265,19 +280,19 @@ void Studio::undo() {
     return;
   }
   lift();
-  scribe_->undo();
+  if (scribe_) scribe_->undo();
 }
 
 void Studio::redo() {
   if (viewed_) return look_at(after(*viewed_, place_.step));
   lift();
-  scribe_->redo();
+  if (scribe_) scribe_->redo();
 }
 
 void Studio::go(StepId step) {
   if (viewed_) return look_at(step);
   lift();
-  scribe_->go(step);
+  if (scribe_) scribe_->go(step);
 }
 
 void Studio::look_at(const Result<StepId>& step) {
@@ -341,7 +356,9 @@ Status Studio::choose_symmetry(const std::array<bool, 3>& planes) {
 
 const std::vector<Index3>& Studio::follow() {
   changed_.clear();
-  if (live_ ? live_->latest(snapshot_) : std::exchange(anew_, false)) {
+  if (live_         ? live_->latest(snapshot_)
+      : experiment_ ? experiment_->latest(snapshot_)
+                    : std::exchange(anew_, false)) {
     changed_ = surface_->update(snapshot_);
     volume_known_ = false;
   }
@@ -350,16 +367,19 @@ const std::vector<Index3>& Studio::follow() {
 
 const std::vector<LiveTick>& Studio::ticks() {
   ticks_.clear();
-  if (!live_) return ticks_;
+  if (!live_ && !experiment_) return ticks_;
   LiveTick tick;
   bool cut = false;
-  while (live_->next_tick(tick)) {
+  while (live_ ? live_->next_tick(tick) : experiment_->next_tick(tick)) {
     removed_mm3_ += tick.removed_mm3;
     volume_mm3_ -= tick.removed_mm3;
     cut |= tick.removed_mm3 != 0;
     ticks_.push_back(tick);
   }
-  if (ticks_.empty()) return ticks_;
+  if (ticks_.empty()) {
+    if (experiment_) cutting_ = false;
+    return ticks_;
+  }
   cutting_ = cut;
   if (held_) {
     held_->safety = ticks_.back().safety;
@@ -376,6 +396,10 @@ const Studio::Place& Studio::place() {
     place_.undo = step.parent != 0;
     place_.redo = after(*viewed_, place_.step).ok();
     place_.hash = step.hash;
+    count_volume();
+    return place_;
+  }
+  if (experiment_) {
     count_volume();
     return place_;
   }
@@ -427,7 +451,7 @@ void Studio::tell(const Status& how) {
 }
 
 void Studio::name_version(const std::string& name) {
-  if (viewed_) return tell(Error{"this document is only looked at"});
+  if (!scribe_) return tell(Error{"this is only looked at, and has no versions to name"});
   scribe_->with([this, name](Document& document) {
     if (const Status named = document.name_version(name, document.head()); !named) {
       const std::lock_guard<std::mutex> lock(told_mutex_);
@@ -456,11 +480,12 @@ void Studio::keep_thumbnail(StepId step, Bytes png) {
 void Studio::with_document(std::function<void(Document&)> f) {
   if (viewed_)
     f(*viewed_);
-  else
+  else if (scribe_)
     scribe_->with(std::move(f));
 }
 
 void Studio::thumbnail(StepId step, std::function<void(Bytes)> use) {
+  if (experiment_) return use({});
   with_document([step, use = std::move(use)](Document& document) {
     Result<Bytes> png = document.thumbnail(step);
     use(png ? std::move(png).value() : Bytes());
@@ -468,6 +493,9 @@ void Studio::thumbnail(StepId step, std::function<void(Bytes)> use) {
 }
 
 void Studio::save_copy(const std::filesystem::path& path, std::function<void(Status)> done) {
+  if (experiment_)
+    return done(
+        Error{"an experiment has no document; carve the scene as an example, or with 'kibori carve'"});
   with_document([path, done = std::move(done)](Document& document) { done(document.save_copy(path)); });
 }
 

@@ -24,6 +24,7 @@
 #include <kibori/base/handover.h>
 #include <kibori/devices/pointer_device.h>
 #include <kibori/motion/scene.h>
+#include <kibori/session/experiment.h>
 #include <kibori/session/live_carving.h>
 #include <kibori/session/scribe.h>
 #include <kibori/surface/surface.h>
@@ -67,6 +68,8 @@ class Studio {
   // stock and the device; it is only to be looked at.
   static Result<std::unique_ptr<Studio>> create(const std::filesystem::path& document, const Scene& scene,
                                                 const Options& options);
+  // A scene that is carved to be looked at, without a document. Errors: those of the stock.
+  static Result<std::unique_ptr<Studio>> watch(const Scene& scene, double pace);
   // What could not be saved is then put elsewhere: see close().
   ~Studio() { static_cast<void>(close()); }
   // Ends the stroke and the session, and saves. A sentence on where the document is, if not where it belongs.
@@ -77,6 +80,8 @@ class Studio {
   const std::vector<Material>& materials() const { return materials_; }
   double rate_hz() const { return rate_hz_; }
   bool read_only() const { return viewed_ != nullptr; }
+  // What runs by itself; null: a hand carves.
+  Experiment* experiment() { return experiment_.get(); }
   // The pointer's hand: tip and axis (from the tip up; any length but zero) of the tool [mm].
   void aim(const Vec3& tip_mm, const Vec3& axis, bool at_once = false);
   // Puts the tool there, clear of material, and lets it cut or fill from then on.
@@ -152,7 +157,8 @@ class Studio {
   double damping_ns_mm_ = 0;  // of the device
   Tool tool_;
   Symmetry symmetry_;
-  // Where it is only looked at: instead of live_ and scribe_.
+  // Instead of live_ and scribe_, where it runs by itself or is only looked at.
+  std::unique_ptr<Experiment> experiment_;
   std::unique_ptr<Document> viewed_;
   std::unique_ptr<TriDexel> shown_;
   bool anew_ = false;  // follow() has not seen snapshot_ yet

@@ -2,6 +2,7 @@
 // The page: what the studio says to surface, plot, history and numbers; buttons and keys to the studio.
 import * as THREE from "three";
 import { Connection } from "./connection";
+import { Experiments } from "./experiments";
 import { Hand } from "./hand";
 import { History } from "./history";
 import { Keys } from "./keys";
@@ -51,6 +52,7 @@ const hand = new Hand(canvas, view, send);
 const start = new Start(send, tell, (text) => element("notice").textContent === text && tell(""));
 const plot = new ForcePlot(element("plot"), () => rate);
 const senses = new Senses();
+const experiments = new Experiments(send, tell, save);
 const history = new History(
   element("history"),
   (to) => send(write.Go({ step: to })),
@@ -72,7 +74,7 @@ function hear(said: FromStudio): void {
       step = 0;
       document.body.dataset.shown = "start";
       tell("");
-      start.show(said.message.json);
+      experiments.offer(start.show(said.message.json));
       break;
     }
     case "Welcome": {
@@ -98,10 +100,13 @@ function hear(said: FromStudio): void {
       plot.clear();
       history.clear();
       hand.holds = hand.device = false;
-      hand.readOnly = w.read_only !== 0;
+      hand.readOnly = w.what !== 0;
+      element("reading").textContent = w.what === 2 ? "experiment" : "read only";
       element("reading").hidden = !hand.readOnly;
       element("device").hidden = true;
       document.body.classList.toggle("read-only", hand.readOnly);
+      document.body.classList.toggle("experiment", w.what === 2);
+      document.body.classList.remove("device");
       if (hand.readOnly) element("hint").hidden = true;
       hand.begin();
       break;
@@ -121,15 +126,24 @@ function hear(said: FromStudio): void {
       senses.feel(rows, rate);
       const last = rows.subarray(rows.length - TICK_NUMBERS);
       const tip: Vec3 = [last[0], last[1], last[2]], force: Vec3 = [last[3], last[4], last[5]], axis: Vec3 = [last[9], last[10], last[11]];
-      view.showTool(hand.there || hand.device || !hand.holds ? tip : null, axis, force);
+      view.showTool(hand.there || hand.device || hand.readOnly || !hand.holds ? tip : null, axis, force);
       element("n-force").textContent = `${Math.hypot(...force).toFixed(2)} N`;
       element("n-moment").textContent = `${Math.hypot(last[6], last[7], last[8]).toFixed(1)} N mm`;
       element("n-tip").textContent = tip.map((x) => x.toFixed(1)).join(" ");
       break;
     }
+    case "Trace":
+      experiments.add(said.message.json, said.message.data);
+      break;
+    case "ShowTool": {
+      const t = said.message;
+      view.setTool(t.shape, t.size, t.length, t.other);
+      break;
+    }
     case "Device": {
       const d = said.message;
       hand.device = true;
+      document.body.classList.add("device");
       element("hint").hidden = true;
       element("device").hidden = false;
       element("device-name").textContent = d.force > 0 ? `${d.name}: at most ${d.force.toPrecision(2)} N` : `${d.name}: gives no force`;

@@ -56,8 +56,10 @@ export interface Arm { armed: number }
 export interface BringTool { tip: Vec3 }
 /** How far the tool goes for a mm of a force device's hand. */
 export interface ChooseReach { scale: number }
-/** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color), whether it is only looked at. All that was shown before is of another one. */
-export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; read_only: number }
+/** A scene (TOML, without files) is carved to be looked at, where nothing is open; Trace follows. model: 0 series, 1 energy, 2 paper, 255 as the scene says. pace: 1 the scene's own time, 0 as fast as it goes. */
+export interface RunExperiment { name: string; scene: string; model: number; pace: number }
+/** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color), and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
+export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; what: number }
 /** Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), vertices, corners (u16 each). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
 export interface Chunks { frame: number; more: number; data: Uint8Array }
 /** Every servo tick since the last: tip [mm], force on the hand [N], moment about the tip [N mm], axis, twelve f32 a tick. start: number of the first. */
@@ -76,6 +78,10 @@ export interface Versions { json: string }
 export interface Work { what: string; share: number; cancellable: number }
 /** After Welcome, where a force device holds the tool, and whenever its reach changes: its name, the force it can give [N] (0: none), the stiffness to begin with and the most [N/mm], and the reach. */
 export interface Device { name: string; force: number; stiffness: number; most: number; scale: number }
+/** What an experiment came to. JSON: name, model, finished, ticks, removed_mm3, max_force_N, max_moment_Nmm, step_us, marks (label, time_s). Rows: time [s], force [N], moment [N mm], seven f32; of at most 100 000, those with the largest force. */
+export interface Trace { json: string; data: Uint8Array }
+/** The tool of an experiment, from now on. shape: 0 to 3 as of ChooseTool, 4 bull-nose (size its radius, length, other the corner), 5 cone (other its full angle, degrees), 6 box, 7 ellipsoid (both x, y, z: size, length, other), 255 none that can be shown. */
+export interface ShowTool { shape: number; size: number; length: number; other: number }
 
 export const write = {
   Hello: (m: Hello) => new Writer(1).u16(m.version).done(),
@@ -104,6 +110,7 @@ export const write = {
   Arm: (m: Arm) => new Writer(24).u8(m.armed).done(),
   BringTool: (m: BringTool) => new Writer(25).vec3(m.tip).done(),
   ChooseReach: (m: ChooseReach) => new Writer(26).f64(m.scale).done(),
+  RunExperiment: (m: RunExperiment) => new Writer(27).text(m.name).text(m.scene).u8(m.model).f64(m.pace).done(),
 };
 
 /** What the studio may say. */
@@ -117,7 +124,9 @@ export type FromStudio =
   | { kind: "Steps"; message: Steps }
   | { kind: "Versions"; message: Versions }
   | { kind: "Work"; message: Work }
-  | { kind: "Device"; message: Device };
+  | { kind: "Device"; message: Device }
+  | { kind: "Trace"; message: Trace }
+  | { kind: "ShowTool"; message: ShowTool };
 
 /** Throws where it is none of them, or too short or long. */
 export function read(data: ArrayBuffer): FromStudio {
@@ -125,7 +134,7 @@ export function read(data: ArrayBuffer): FromStudio {
   const kind = r.u8();
   switch (kind) {
     case 64:
-      return r.end({ kind: "Welcome", message: { version: r.u16(), origin: r.vec3(), nodes: r.vec3(), pitch: r.f64(), rate: r.f64(), document: r.text(), materials: r.text(), read_only: r.u8() } });
+      return r.end({ kind: "Welcome", message: { version: r.u16(), origin: r.vec3(), nodes: r.vec3(), pitch: r.f64(), rate: r.f64(), document: r.text(), materials: r.text(), what: r.u8() } });
     case 65:
       return r.end({ kind: "Chunks", message: { frame: r.u32(), more: r.u8(), data: r.raw() } });
     case 66:
@@ -144,6 +153,10 @@ export function read(data: ArrayBuffer): FromStudio {
       return r.end({ kind: "Work", message: { what: r.text(), share: r.f64(), cancellable: r.u8() } });
     case 73:
       return r.end({ kind: "Device", message: { name: r.text(), force: r.f64(), stiffness: r.f64(), most: r.f64(), scale: r.f64() } });
+    case 74:
+      return r.end({ kind: "Trace", message: { json: r.text(), data: r.raw() } });
+    case 75:
+      return r.end({ kind: "ShowTool", message: { shape: r.u8(), size: r.f64(), length: r.f64(), other: r.f64() } });
     default:
       throw new Error(`a message of kind ${kind}, which is none`);
   }

@@ -12,7 +12,7 @@ interface Listed {
   changed: number;
   bytes: number;
 }
-interface Example {
+export interface Example {
   name: string;
   about: string;
 }
@@ -41,7 +41,8 @@ export class Start {
     });
   }
 
-  show(json: string): void {
+  /** Gives the examples there are. */
+  show(json: string): Example[] {
     const { documents, materials, examples } = JSON.parse(json) as { documents: Listed[]; materials: Material[]; examples: Example[] };
     const wood = element<HTMLSelectElement>("wood");
     const before = wood.selectedIndex;
@@ -53,6 +54,7 @@ export class Start {
     element("start").hidden = false;
     element<HTMLInputElement>("file").value = "";
     element("go").focus();
+    return examples;
   }
   hide(): void {
     element("start").hidden = true;

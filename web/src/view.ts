@@ -79,7 +79,7 @@ export class View {
     this.chunks.clear();
     this.endStroke();
     this.framed = this.whole = false;
-    this.arrow.visible = this.ring.visible = false;
+    this.arrow.visible = this.ring.visible = this.tool.visible = false;
     const size = nodes.map((n) => n * lattice.pitch);
     this.planes.clear();
     for (let i = 0; i < 3; i++) {
@@ -201,8 +201,8 @@ export class View {
     return { point: found.point.clone(), normal };
   }
 
-  /** The tool as it is: shape 0 ball, 1 finger, 2 end mill, 3 capsule. */
-  setTool(shape: number, size: number, length: number): void {
+  /** The tool as it is; shapes and their numbers are those of ShowTool. */
+  setTool(shape: number, size: number, length: number, other = 0): void {
     this.tool.clear();
     const look = new THREE.MeshStandardMaterial({ color: 0xb8bcc2, roughness: 0.3, metalness: 0.6, transparent: true, opacity: 0.75 });
     const add = (geometry: THREE.BufferGeometry, z: number, turn = true): void => {
@@ -214,6 +214,21 @@ export class View {
     if (shape === 0) add(new THREE.SphereGeometry(size, 40, 28), size);
     if (shape === 2) add(new THREE.CylinderGeometry(size, size, length, 40), length / 2);
     if (shape === 3) add(new THREE.CapsuleGeometry(size, length, 12, 40), size + length / 2);
+    // What turns about its axis: radii and heights from the tip.
+    const lathe = (...points: [number, number][]): void => add(new THREE.LatheGeometry(points.map(([r, z]) => new THREE.Vector2(r, z)), 40), 0);
+    if (shape === 4) {
+      const round = Array.from({ length: 9 }, (_, i): [number, number] => {
+        const a = (i * Math.PI) / 16;
+        return [size - other + other * Math.sin(a), other - other * Math.cos(a)];
+      });
+      lathe([0, 0], ...round, [size, length], [0, length]);
+    }
+    if (shape === 5) lathe([0, 0], [size, Math.min(length, size / Math.tan((other * Math.PI) / 360))], [size, length], [0, length]);
+    if (shape === 6) add(new THREE.BoxGeometry(size, length, other), other / 2, false);
+    if (shape === 7) {
+      add(new THREE.SphereGeometry(1, 40, 28), other, false);
+      this.tool.children[0].scale.set(size, length, other);
+    }
     if (shape === 1) {
       // A paraboloid: z = Ks r^2 up to its length.
       const points: THREE.Vector2[] = [];

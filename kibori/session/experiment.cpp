@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/session/experiment.h>
+
+#include <chrono>
+#include <utility>
+
+namespace kibori {
+
+namespace {
+
+constexpr auto kSnapshotEvery = std::chrono::milliseconds(8);
+
+}  // namespace
+
+Result<std::unique_ptr<Experiment>> Experiment::start(const Scene& scene, double pace) {
+  auto model = make_stock(scene.stock, scene.file, {});
+  if (!model) return Error{model.error()};
+  std::unique_ptr<Experiment> experiment(new Experiment(scene));
+  experiment->stock_ = model.value()->snapshot();
+  experiment->thread_ =
+      std::thread([self = experiment.get(), pace, stock = std::move(model).value()]() mutable {
+        using Clock = std::chrono::steady_clock;
+        const auto began = Clock::now();
+        auto shown = began;
+        int64_t count = 0;
+        CarveOptions options;
+        options.progress = [self](double share) { self->share_ = share; };
+        const Tool* in_hand = nullptr;
+        options.each = [&](const TriDexel& model_now, const Tool& tool_now, const TickResult& result) {
+          if (std::exchange(in_hand, &tool_now) != &tool_now) self->tools_.put(tool_now);
+          LiveTick tick;
+          tick.tool = {result.tick.tip, frame_from_axis(result.tick.axis)};
+          tick.computed = result.wrench;
+          tick.removed_mm3 = result.removed_mm3;
+          self->ticks_.push(tick);
+          count++;
+          const auto now = Clock::now();
+          if (now - shown >= kSnapshotEvery) {
+            shown = now;
+            self->snapshots_.put(model_now.snapshot());
+          }
+          if (pace > 0) {
+            const double due_s = static_cast<double>(count) / (pace * self->scene_.rate_hz);
+            std::this_thread::sleep_until(
+                began + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(due_s)));
+          }
+          return !self->stopping_;
+        };
+        self->outcome_ = carve(self->scene_, std::move(stock), options);
+        if (self->outcome_) self->snapshots_.put(self->outcome_.value().model->snapshot());
+        self->share_ = 1;
+        self->done_ = true;
+      });
+  return experiment;
+}
+
+Experiment::~Experiment() {
+  stop();
+  if (thread_.joinable()) thread_.join();
+}
+
+}  // namespace kibori
