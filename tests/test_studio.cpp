@@ -279,7 +279,7 @@ TEST(Studio, AForceDeviceHoldsTheTool) {
   EXPECT_FALSE(studio.choose_stiffness(1.01 * most).ok());
   EXPECT_TRUE(studio.choose_stiffness(0.2 * most).ok());
   EXPECT_TRUE(studio.choose_reach(2).ok());
-  EXPECT_DOUBLE_EQ(studio.held()->most_n_mm, most / 2);
+  EXPECT_NEAR(studio.held()->most_n_mm, most / 2, 1e-9);
   EXPECT_FALSE(studio.choose_reach(15).ok());
   EXPECT_FALSE(studio.choose_reach(0).ok());
   EXPECT_FALSE(studio.choose_reach(NAN).ok());

@@ -381,9 +381,9 @@ struct Device {
     f(name, force, stiffness, most, scale);
   }
 };
-// What an experiment came to. JSON: name, model, finished, ticks, removed_mm3, max_force_N, max_moment_Nmm,
-// step_us, marks (label, time_s). Rows: time [s], force [N], moment [N mm], seven f32; of at most 100 000,
-// those with the largest force.
+// What an experiment came to. JSON: run (a number of its own), name, model, finished, ticks, removed_mm3,
+// mean_force_N (where there is any), max_force_N, max_moment_Nmm, step_us, marks (label, time_s). Rows: time
+// [s], force [N], moment [N mm], seven f32; of at most 100 000, those with the largest force.
 struct Trace {
   static constexpr uint8_t kKind = 74;
   std::string json;

@@ -77,6 +77,7 @@ void Page::restart() {
                                                                 : 0)}));
   server_.send_device(this);
   if (studio.experiment()) send(encode(server_.shown));
+  if (!server_.trace_sent.empty()) send(server_.trace_sent);
   const Index3 count = surface_chunks(lattice);
   for (int x = 0; x < count.x(); x++)
     for (int y = 0; y < count.y(); y++)
@@ -154,8 +155,7 @@ void Page::greet() {
   server_.pages.insert(this);
   if (!server_.holder) server_.hold(this);
   restart();
-  if (!server_.job.what().empty())
-    send(encode(Work{server_.job.what(), server_.job.share(), server_.job.cancellable()}));
+  send(encode(Work{server_.job.what(), server_.job.share(), server_.job.cancellable()}));
 }
 
 void Page::write() {

@@ -145,6 +145,7 @@ void Server::State::show(std::unique_ptr<Studio> opened) {
   ticks_sent = 0;
   traced = false;
   shown = {255};
+  trace_sent.clear();
   state_at = {};
   const std::vector<Page*> all(pages.begin(), pages.end());
   for (Page* const page : all)
@@ -228,16 +229,18 @@ void Server::State::run_experiment(Page& page, const RunExperiment& run) {
   Result<Scene> scene = parse_scene(run.scene, one_line(run.name), std::nullopt);
   if (!scene) return page.notice(scene.error());
   Scene& s = scene.value();
-  if (s.stock.size_mm.maxCoeff() / s.stock.pitch_mm > kMostRays)
-    return page.notice("that is too fine to be shown: its longest side may have " +
+  const double longest = s.stock.size_mm.maxCoeff(), room = s.stock.room_mm.value_or(0.1 * longest);
+  if (!((longest + 2 * room) / s.stock.pitch_mm <= 1.25 * kMostRays))
+    return page.notice("that is too fine, or has too much room, to be shown: its longest side may have " +
                        std::to_string(static_cast<int>(kMostRays)) + " rays");
   if (run.model == 0) {
     if (!s.spring) s.spring = SeriesSpring{};
+    s.spring->tick_s = 1 / s.rate_hz;
   } else if (run.model <= 2) {
     s.spring.reset();
     s.force.model = run.model == 1 ? ForceModel::energy : ForceModel::paper;
   }
-  const double pace = std::clamp(run.pace, 0.0, 100.0);
+  const double pace = run.pace > 0 ? std::clamp(run.pace, 0.01, 100.0) : 0;
   const Status opened = open("Making the stock", {}, [scene = std::move(s), pace](std::atomic<double>&) {
     return Studio::watch(scene, pace);
   });
@@ -250,23 +253,33 @@ void Server::State::follow_experiment() {
   if (traced) return;
   const Result<Carving>* const outcome = run.outcome();
   if (!outcome) {
-    if (Clock::now() - work_at >= kWorkEvery) {
+    if (!job.busy() && Clock::now() - work_at >= kWorkEvery) {
       work_at = Clock::now();
       send(encode(Work{"Carving", run.share(), 1}));
     }
     return;
   }
   traced = true;
-  send(encode(Work{}));
+  if (!job.busy()) send(encode(Work{}));
   if (!*outcome) return tell(outcome->error());
   const Carving& carving = outcome->value();
   const CarveSummary& summary = carving.summary;
   nlohmann::json marks = nlohmann::json::array();
   for (const Mark& mark : carving.marks) marks.push_back({{"label", mark.label}, {"time_s", mark.time_s}});
+  double sum = 0;
+  int64_t felt = 0;
+  for (const TraceRow& row : carving.trace) {
+    const double force = std::sqrt(row.result.wrench.force.squaredNorm());
+    sum += force;
+    felt += force > 0;
+  }
   const Scene& scene = run.scene();
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
   Trace trace;
   trace.json = nlohmann::json{
+      {"run", std::chrono::duration_cast<std::chrono::milliseconds>(now).count()},
       {"name", scene.file},
+      {"mean_force_N", felt > 0 ? sum / static_cast<double>(felt) : 0.0},
       {"model", scene.spring                             ? "series"
                 : scene.force.model == ForceModel::paper ? "paper"
                                                          : "energy"},
@@ -290,7 +303,8 @@ void Server::State::follow_experiment() {
       for (int k = 0; k < 3; k++) rows.put(static_cast<float>(v[k]));
   }
   trace.data = rows.take();
-  send(encode(trace));
+  trace_sent = encode(trace);
+  send(trace_sent);
 }
 
 void Server::State::leave(Page& page) {
@@ -332,7 +346,8 @@ void Server::State::hear(Page& page, const FromPage& message) {
   if (!studio && holder != &page) hold(&page);
   if (holder != &page) return;  // it only watches
   if (std::holds_alternative<CancelWork>(message)) {
-    if (studio && studio->experiment()) return studio->cancel();
+    if (studio && studio->experiment() && !studio->experiment()->outcome() && !job.busy())
+      return studio->cancel();
     job.cancel();
     return send_work();
   }
@@ -369,7 +384,7 @@ void Server::State::hear(Page& page, const FromPage& message) {
     studio->bring(bring->tip);
   } else if (const auto* const reach = std::get_if<ChooseReach>(&message)) {
     done = studio->choose_reach(reach->scale);
-    if (done) send_device(nullptr);
+    send_device(done ? nullptr : &page);
   } else if (const auto* const symmetry = std::get_if<ChooseSymmetry>(&message)) {
     const unsigned planes = symmetry->planes;
     done = studio->choose_symmetry({(planes & 1) != 0, (planes & 2) != 0, (planes & 4) != 0});

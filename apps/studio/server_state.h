@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -80,8 +81,9 @@ struct Server::State {
   // Where what was left lies, if not where it belongs; while no one was told. Written by the job that saves.
   const std::shared_ptr<std::string> left_unsaved = std::make_shared<std::string>();
   double ticks_sent = 0;
-  bool traced = false;  // what the experiment came to was sent
-  ShowTool shown{255};  // its tool
+  bool traced = false;              // what the experiment came to was sent
+  std::vector<uint8_t> trace_sent;  // for pages that come later; empty: not yet
+  ShowTool shown{255};              // its tool
   Clock::time_point state_at{}, work_at{};
   std::function<bool()> stop;
   // Gone first, and with it the pages and visits that wait for something, which know the rest.

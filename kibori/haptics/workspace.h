@@ -28,12 +28,12 @@ class Workspace {
   }
   // The tool is there from now on, as if the clutch had been held on the way.
   void bring(const Vec3& tip_mm) {
-    centre_mm_ += tip_mm - last_;
+    centre_mm_ = started_ ? Vec3(centre_mm_ + tip_mm - last_) : tip_mm;
     last_ = tip_mm;
   }
   // About where the tool is.
   void set_scale(double scale) {
-    centre_mm_ = last_ - (last_ - centre_mm_) * (scale / scale_);
+    if (started_) centre_mm_ = last_ - (last_ - centre_mm_) * (scale / scale_);
     scale_ = scale;
   }
   bool clutched() const { return clutched_; }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/session/experiment.h>
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -8,7 +9,13 @@ namespace kibori {
 
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 constexpr auto kSnapshotEvery = std::chrono::milliseconds(8);
+
+double seconds_since(Clock::time_point then) {
+  return std::chrono::duration<double>(Clock::now() - then).count();
+}
 
 }  // namespace
 
@@ -19,7 +26,6 @@ Result<std::unique_ptr<Experiment>> Experiment::start(const Scene& scene, double
   experiment->stock_ = model.value()->snapshot();
   experiment->thread_ =
       std::thread([self = experiment.get(), pace, stock = std::move(model).value()]() mutable {
-        using Clock = std::chrono::steady_clock;
         const auto began = Clock::now();
         auto shown = began;
         int64_t count = 0;
@@ -41,8 +47,9 @@ Result<std::unique_ptr<Experiment>> Experiment::start(const Scene& scene, double
           }
           if (pace > 0) {
             const double due_s = static_cast<double>(count) / (pace * self->scene_.rate_hz);
-            std::this_thread::sleep_until(
-                began + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(due_s)));
+            // Little by little, so that it can be stopped.
+            for (double left_s; !self->stopping_ && (left_s = due_s - seconds_since(began)) > 0;)
+              std::this_thread::sleep_for(std::chrono::duration<double>(std::min(left_s, 0.02)));
           }
           return !self->stopping_;
         };

@@ -231,10 +231,10 @@ LiveTick LiveCarving::tick(double elapsed_s) {
                                       settings_.material);
     if (felt) {
       const TickResult& r = felt.value();
-      result = {stroke_.pose(), r.wrench, {}, r.removed_mm3, r.points > 0, r.removed_mm3 > 0, false};
       const bool edits = mode == Mode::cut || mode == Mode::deposit;
-      log_tick(before, {wanted.tip, turn, edits, Vec3::Zero(), Vec3::Zero()}, r.wrench,
-               edits ? r.removed_mm3 : 0);
+      const double removed_mm3 = edits ? r.removed_mm3 : 0;  // what is only felt is still there
+      result = {stroke_.pose(), r.wrench, {}, removed_mm3, r.points > 0, removed_mm3 > 0, false};
+      log_tick(before, {wanted.tip, turn, edits, Vec3::Zero(), Vec3::Zero()}, r.wrench, removed_mm3);
     } else {
       stroke_.place(wanted);
       finish_stroke();

@@ -252,6 +252,7 @@ Status Studio::choose_reach(double scale) {
   }
   const Status posted = post([scale](LiveCarving& live) {
     live.settings().workspace.set_scale(scale);
+    live.set_stiffness(live.settings().spring.stiffness_n_mm);  // at the hand it is another now
     live.place_again();
   });
   if (posted) {
@@ -261,8 +262,10 @@ Status Studio::choose_reach(double scale) {
   return posted;
 }
 
-// What the device can bear at its reach: k T/2 within its damping.
-void Studio::tell_stiffness() { held_->most_n_mm = 2 * rate_hz_ * damping_ns_mm_ / held_->scale; }
+// What the device can bear at its reach: k T/2 within its damping, whichever way it is rounded.
+void Studio::tell_stiffness() {
+  held_->most_n_mm = 2 * rate_hz_ * damping_ns_mm_ / held_->scale * (1 - 1e-9);
+}
 
 // ---- Both
 

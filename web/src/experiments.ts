@@ -8,6 +8,8 @@ interface Mark {
   time_s: number;
 }
 interface Summary {
+  run: number;
+  mean_force_N: number;
   name: string;
   model: string;
   finished: boolean;
@@ -77,7 +79,9 @@ export class Experiments {
 
   /** What a run came to. */
   add(json: string, data: Uint8Array): void {
-    this.runs.push({ ...(JSON.parse(json) as Summary), rows: new Float32Array(data.slice().buffer), shown: true });
+    const summary = JSON.parse(json) as Summary;
+    if (this.runs.some((run) => run.run === summary.run)) return;
+    this.runs.push({ ...summary, rows: new Float32Array(data.slice().buffer), shown: true });
     if (this.runs.length > MOST_RUNS) this.runs.shift();
     this.count();
     this.compare();
@@ -134,8 +138,7 @@ export class Experiments {
       line.style.borderTop = `3px ${i < COLOURS.length ? "solid" : "dashed"} ${this.colour(i)}`;
       label.append(tick, line, run.name + (run.finished ? "" : " (stopped)"));
       first.append(label);
-      const mean = this.mean(run);
-      row.append(first, cell(run.model), ...[run.max_force_N, mean, run.max_moment_Nmm, run.removed_mm3, run.step_us].map((v) => cell(rounded.format(v))));
+      row.append(first, cell(run.model), ...[run.max_force_N, run.mean_force_N, run.max_moment_Nmm, run.removed_mm3, run.step_us].map((v) => cell(rounded.format(v))));
       return row;
     });
     element("runs").replaceChildren(...rows);
@@ -167,16 +170,6 @@ export class Experiments {
       tables.length === 1 ? tables[0] : uPlot.join(tables),
       into,
     );
-  }
-
-  private mean(run: Run): number {
-    let sum = 0, count = 0;
-    for (let k = 0; k < run.rows.length; k += ROW) {
-      const f = Math.hypot(run.rows[k + 1], run.rows[k + 2], run.rows[k + 3]);
-      if (f > 0) count++;
-      sum += f;
-    }
-    return count ? sum / count : 0;
   }
 
   private csv(): Blob {

@@ -61,7 +61,7 @@ export class Hand {
     this.there = false;
     this.view.controls.enabled = true;
     this.chooseTool();
-    this.view.mirrored = this.planes();
+    this.view.mirrored = this.readOnly ? 0 : this.planes();
   }
 
   /** All that is chosen, to the studio. */
@@ -80,17 +80,19 @@ export class Hand {
   }
 
   nudge(id: "size" | "depth", factor: number): void {
+    if (this.readOnly) return;
     input(id).value = String(Number(input(id).value) * factor);
     this.chooseTool();
   }
 
   /** From now on, the pointer's way to the right is the tool's size; until it is pressed. */
   startSizing(): void {
-    this.sizing = { x: this.at.x, radius: this.radius() };
+    if (!this.readOnly) this.sizing = { x: this.at.x, radius: this.radius() };
   }
 
   /** The plane through the left and right halves, or none. */
   toggleSymmetry(): void {
+    if (this.readOnly) return;
     const boxes = [...element("symmetry").querySelectorAll("input")];
     const any = boxes.some((box) => box.checked);
     boxes.forEach((box, i) => (box.checked = !any && i === 0));

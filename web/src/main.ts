@@ -149,7 +149,7 @@ function hear(said: FromStudio): void {
       element("device-name").textContent = d.force > 0 ? `${d.name}: at most ${d.force.toPrecision(2)} N` : `${d.name}: gives no force`;
       element("arm").hidden = d.force === 0;
       const reach = element<HTMLInputElement>("reach");
-      if (document.activeElement !== reach) reach.value = String(Math.log10(d.scale));
+      reach.value = String(Math.log10(d.scale));
       element("reach-out").textContent = `${d.scale.toPrecision(2)} ×`;
       const spring = element<HTMLInputElement>("spring");
       spring.max = String(Math.floor(20 * Math.min(1, Math.log10(d.most))) / 20);

@@ -78,7 +78,7 @@ export interface Versions { json: string }
 export interface Work { what: string; share: number; cancellable: number }
 /** After Welcome, where a force device holds the tool, and whenever its reach changes: its name, the force it can give [N] (0: none), the stiffness to begin with and the most [N/mm], and the reach. */
 export interface Device { name: string; force: number; stiffness: number; most: number; scale: number }
-/** What an experiment came to. JSON: name, model, finished, ticks, removed_mm3, max_force_N, max_moment_Nmm, step_us, marks (label, time_s). Rows: time [s], force [N], moment [N mm], seven f32; of at most 100 000, those with the largest force. */
+/** What an experiment came to. JSON: run (a number of its own), name, model, finished, ticks, removed_mm3, mean_force_N (where there is any), max_force_N, max_moment_Nmm, step_us, marks (label, time_s). Rows: time [s], force [N], moment [N mm], seven f32; of at most 100 000, those with the largest force. */
 export interface Trace { json: string; data: Uint8Array }
 /** The tool of an experiment, from now on. shape: 0 to 3 as of ChooseTool, 4 bull-nose (size its radius, length, other the corner), 5 cone (other its full angle, degrees), 6 box, 7 ellipsoid (both x, y, z: size, length, other), 255 none that can be shown. */
 export interface ShowTool { shape: number; size: number; length: number; other: number }
