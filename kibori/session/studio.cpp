@@ -250,7 +250,7 @@ Status Studio::choose_reach(double scale) {
                   held_->name.c_str(), bears / scale);
     return Error{text};
   }
-  const Status posted = post([scale](LiveCarving& live) {
+  Status posted = post([scale](LiveCarving& live) {
     live.settings().workspace.set_scale(scale);
     live.set_stiffness(live.settings().spring.stiffness_n_mm);  // at the hand it is another now
     live.place_again();
@@ -331,7 +331,7 @@ Status Studio::choose_stiffness(double n_mm) {
                   held_->name.c_str(), held_->most_n_mm);
     return Error{text};
   }
-  const Status posted = post([n_mm](LiveCarving& live) { live.set_stiffness(n_mm); });
+  Status posted = post([n_mm](LiveCarving& live) { live.set_stiffness(n_mm); });
   if (posted && held_) held_->stiffness_n_mm = n_mm;
   return posted;
 }
