@@ -21,6 +21,7 @@ if (!chromium || !existsSync(chromiumPath)) {
   process.exit(77);
 }
 
+const protocol = JSON.parse(readFileSync(new URL("../protocol/messages.json", import.meta.url), "utf8"));
 const folder = mkdtempSync(join(tmpdir(), "kibori-page-"));
 let passed = 0;
 const check = (what, holds) => {
@@ -245,7 +246,7 @@ async function whatIsShownIsTheModel() {
   await hand.evaluate(() => window.kibori.still(true));
   // The strokes come from a line of their own.
   const carving = hand.evaluate(
-    ([count, begin]) =>
+    ([count, begin, version]) =>
       new Promise((done) => {
         let x = begin >>> 0 || 1;
         const random = (from, to) => {
@@ -264,7 +265,7 @@ async function whatIsShownIsTheModel() {
           line.send(view.buffer);
         };
         line.onopen = async () => {
-          line.send(new Uint8Array([1, 2, 0]));
+          line.send(new Uint8Array([1, version, 0]));
           line.send(new Uint8Array([11]));
           for (let i = 0; i < count; i++) {
             const axis = [random(-1, 1), random(-1, 1), random(0.2, 1)];
@@ -286,7 +287,7 @@ async function whatIsShownIsTheModel() {
           setTimeout(() => done(line.close()), 500);
         };
       }),
-    [strokes, seed],
+    [strokes, seed, protocol.version],
   );
   let over = false;
   void carving.then(() => (over = true));

@@ -104,7 +104,8 @@ class Connection:
             return True
 
 
-HELLO = bytes([1]) + struct.pack("<H", 3)
+with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../protocol/messages.json"), encoding="utf-8") as file:
+    HELLO = bytes([1]) + struct.pack("<H", json.load(file)["version"])
 
 
 def greeted(studio):
