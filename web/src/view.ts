@@ -3,6 +3,7 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { pack, unpack, type Lattice } from "./chunks";
+import { Occlusion } from "./occlusion";
 import type { Vec3 } from "./wire";
 import { Wood } from "./wood";
 
@@ -10,6 +11,8 @@ export interface Hit {
   point: THREE.Vector3;
   normal: THREE.Vector3;
 }
+
+const HOLLOWS = 1; // the layer of what hides the sky
 
 /** Whether there is no graphics card to draw with. */
 function drawnBySoftware(): boolean {
@@ -40,10 +43,11 @@ export class View {
   private framed = false;
   private fine = Math.min(2, window.devicePixelRatio); // pixels a pixel; fewer where drawing is slow
   private drawnAt = 0;
-  private slow: boolean;
+  private slow: boolean; // shadows and hollows are drawn when all is at rest
   /** Nothing is drawn. */
   still = false;
-  private casting = 0;
+  private occlusion: Occlusion;
+  private resting = 0;
   private drawn = false;
   private planes = new THREE.Group();
 
@@ -70,6 +74,7 @@ export class View {
     this.ring.visible = this.arrow.visible = false;
     this.ring.renderOrder = 2;
     this.scene.add(this.planes, this.chunks, this.tool, this.ring, this.arrow, this.sun, this.sun.target, new THREE.HemisphereLight(0xffffff, 0xb5a48f, 1.7));
+    this.occlusion = new Occlusion(this.scene, this.camera, HOLLOWS);
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
 
@@ -80,6 +85,7 @@ export class View {
     this.endStroke();
     this.framed = this.whole = false;
     this.arrow.visible = this.ring.visible = this.tool.visible = false;
+    this.told = "";
     const size = nodes.map((n) => n * lattice.pitch);
     this.planes.clear();
     for (let i = 0; i < 3; i++) {
@@ -110,24 +116,14 @@ export class View {
       if (!made) return;
       const mesh = new THREE.Mesh(made, this.wood.material);
       mesh.castShadow = mesh.receiveShadow = true;
+      mesh.layers.enable(HOLLOWS);
       this.shown.set(place, mesh);
       this.chunks.add(mesh);
     });
-    this.castShadows();
+    this.moved = true;
     this.redraw();
   }
-
-  /** Anew; where drawing is slow, once it is at rest. */
-  private castShadows(): void {
-    if (!this.slow) this.renderer.shadowMap.needsUpdate = true;
-    else if (!this.casting)
-      this.casting = window.setTimeout(() => {
-        this.casting = 0;
-        if (this.before) return this.castShadows();
-        this.renderer.shadowMap.needsUpdate = true;
-        this.redraw();
-      }, 700);
-  }
+  private moved = false; // what throws shadows has changed since they were drawn
 
   /** All chunks are there. */
   complete(): void {
@@ -172,8 +168,8 @@ export class View {
     (this.grid.material as THREE.Material).transparent = true;
     (this.grid.material as THREE.Material).opacity = 0.45;
     this.scene.add(this.grid);
-    this.framed = true;
-    this.renderer.shadowMap.needsUpdate = true;
+    this.occlusion.reach = 0.12 * r;
+    this.framed = this.moved = true;
     this.redraw();
   }
 
@@ -249,7 +245,12 @@ export class View {
 
   /** Where it is; null: nowhere yet. */
   showTool(tip: Vec3 | null, axis: Vec3, force: Vec3): void {
+    const told = tip ? [...tip, ...axis, ...force].join() : "";
+    if (told === this.told) return;
+    this.told = told;
+    this.redraw();
     this.tool.visible = tip !== null;
+    this.arrow.visible = false;
     if (!tip) return;
     this.tool.position.set(...tip);
     this.tool.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...axis));
@@ -262,8 +263,8 @@ export class View {
       const long = Math.min(40, 6 + 12 * Math.log1p(n));
       this.arrow.setLength(long, 3, 1.6);
     }
-    this.redraw();
   }
+  private told = ""; // where the tool was said to be
 
   showRing(at: Hit | null, radius: number): void {
     this.ring.visible = at !== null;
@@ -290,7 +291,7 @@ export class View {
     const hidden = [this.tool, this.ring, this.arrow, this.planes, ...(this.grid && width < 400 ? [this.grid] : [])];
     const were = hidden.map((object) => object.visible);
     for (const object of hidden) object.visible = false;
-    this.render();
+    this.render(true);
     const small = document.createElement("canvas");
     small.width = width;
     small.height = height;
@@ -344,12 +345,23 @@ export class View {
       // Frame after frame that takes long: fewer pixels.
       const now = performance.now(), took = now - this.drawnAt;
       this.drawnAt = now;
-      if (took > 60 && took < 400 && this.fine > 0.75) this.fine = Math.max(0.75, 0.8 * this.fine);
-      this.render();
+      if (took > 60 && took < 400) {
+        if (this.fine > 0.75) this.fine = Math.max(0.75, 0.8 * this.fine);
+        else this.slow = true;
+      }
+      this.render(!this.slow);
+      if (!this.slow) return;
+      window.clearTimeout(this.resting);
+      const rest = (): void => {
+        if (this.before || this.still) this.resting = window.setTimeout(rest, 700);
+        else this.render(true);
+      };
+      this.resting = window.setTimeout(rest, 700);
     });
   }
 
-  private render(): void {
+  /** Whole: with shadows as they now are, and hollows. */
+  private render(whole: boolean): void {
     const w = this.canvas.clientWidth, h = this.canvas.clientHeight;
     if (this.canvas.width !== Math.floor(w * this.fine) || this.canvas.height !== Math.floor(h * this.fine)) {
       this.renderer.setPixelRatio(this.fine);
@@ -357,6 +369,11 @@ export class View {
       this.camera.aspect = w / h;
       this.camera.updateProjectionMatrix();
     }
+    if (whole && this.moved) {
+      this.renderer.shadowMap.needsUpdate = true;
+      this.moved = false;
+    }
     this.renderer.render(this.scene, this.camera);
+    if (whole) this.occlusion.draw(this.renderer, this.slow ? 2 : 1);
   }
 }
