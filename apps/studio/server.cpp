@@ -24,8 +24,10 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 using tcp = asio::ip::tcp;
 
+constexpr size_t kTickNumbers = 12;  // tip, force, moment, axis
 constexpr auto kFollowEvery = std::chrono::milliseconds(2);
 constexpr auto kStateEvery = std::chrono::milliseconds(50);
+constexpr auto kTicksEvery = std::chrono::milliseconds(15);  // every one of them, a frame's worth at a time
 constexpr auto kWorkEvery = std::chrono::milliseconds(200);
 // Ticks are left out for a page that has not read so much of what was sent before.
 constexpr size_t kTicksWait = 400000;
@@ -143,6 +145,7 @@ void Server::State::hold(Page* page) {
 void Server::State::show(std::unique_ptr<Studio> opened) {
   studio = std::move(opened);
   ticks_sent = 0;
+  tick_rows.clear();
   traced = false;
   shown = {255};
   trace_sent.clear();
@@ -423,18 +426,18 @@ void Server::State::hear(Page& page, const FromPage& message) {
 // ---- What pages are told
 
 void Server::State::send_ticks() {
-  const std::vector<LiveTick>& ticks = studio->ticks();
-  if (ticks.empty()) return;
-  std::vector<float> rows;
-  rows.reserve(12 * ticks.size());
-  for (const LiveTick& tick : ticks)
+  for (const LiveTick& tick : studio->ticks())
     for (const Vec3& v : {tick.tool.tip, tick.computed.force, tick.computed.moment, tick.tool.axis()})
-      for (int i = 0; i < 3; i++) rows.push_back(static_cast<float>(v[i]));
+      for (int i = 0; i < 3; i++) tick_rows.push_back(static_cast<float>(v[i]));
+  const auto now = Clock::now();
+  if (tick_rows.empty() || now - ticks_at < kTicksEvery) return;
+  ticks_at = now;
   Ticks message;
   message.start = ticks_sent;
-  ticks_sent += static_cast<double>(ticks.size());
-  const auto* const raw = reinterpret_cast<const uint8_t*>(rows.data());
-  message.data.assign(raw, raw + rows.size() * sizeof(float));
+  ticks_sent += static_cast<double>(tick_rows.size() / kTickNumbers);
+  const auto* const raw = reinterpret_cast<const uint8_t*>(tick_rows.data());
+  message.data.assign(raw, raw + tick_rows.size() * sizeof(float));
+  tick_rows.clear();
   const std::vector<uint8_t> felt = encode(message);
   const std::vector<Page*> all(pages.begin(), pages.end());
   for (Page* const page : all)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Experiments: scenes that run by themselves, and the forces of several runs beside each other.
 import uPlot from "uplot";
+import { element } from "./dom";
 import { write } from "./messages";
 
 interface Mark {
@@ -38,7 +39,6 @@ const QUANTITIES: Record<string, { label: string; of: (r: Float32Array, i: numbe
   moment: { label: "|M| [N mm]", of: (r, i) => Math.hypot(r[i + 4], r[i + 5], r[i + 6]) },
 };
 
-const element = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
 const cell = (text: string, kind = "td"): HTMLElement => {
   const made = document.createElement(kind);
   made.textContent = text;

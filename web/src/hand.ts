@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The hand: which tool, and where mouse, pen or finger want it.
 import * as THREE from "three";
+import { element, input, select } from "./dom";
 import { write } from "./messages";
 import type { Hit, View } from "./view";
 import type { Vec3 } from "./wire";
 
-const element = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
-const input = (id: string): HTMLInputElement => element<HTMLInputElement>(id);
-const select = (id: string): HTMLSelectElement => element<HTMLSelectElement>(id);
 const chosen = (name: string): number => Number((document.querySelector(`input[name=${name}]:checked`) as HTMLInputElement).value);
 
 const FINGER = 1;

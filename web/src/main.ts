@@ -2,6 +2,7 @@
 // The page: what the studio says to surface, plot, history and numbers; buttons and keys to the studio.
 import * as THREE from "three";
 import { Connection } from "./connection";
+import { dialog, element, put } from "./dom";
 import { Experiments } from "./experiments";
 import { Hand } from "./hand";
 import { History } from "./history";
@@ -14,8 +15,6 @@ import "./style.css";
 import { View } from "./view";
 import { TICK_NUMBERS, type Vec3 } from "./wire";
 
-const element = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
-const dialog = (id: string): HTMLDialogElement => element<HTMLDialogElement>(id);
 const CARVING = ["tools", "force", "history"];
 
 // Where there is little room, the wood has it.
@@ -127,9 +126,7 @@ function hear(said: FromStudio): void {
       const last = rows.subarray(rows.length - TICK_NUMBERS);
       const tip: Vec3 = [last[0], last[1], last[2]], force: Vec3 = [last[3], last[4], last[5]], axis: Vec3 = [last[9], last[10], last[11]];
       view.showTool(hand.there || hand.device || hand.readOnly || !hand.holds ? tip : null, axis, force);
-      element("n-force").textContent = `${Math.hypot(...force).toFixed(2)} N`;
-      element("n-moment").textContent = `${Math.hypot(last[6], last[7], last[8]).toFixed(1)} N mm`;
-      element("n-tip").textContent = tip.map((x) => x.toFixed(1)).join(" ");
+      read(tip, Math.hypot(...force), Math.hypot(last[6], last[7], last[8]));
       break;
     }
     case "Trace":
@@ -166,9 +163,9 @@ function hear(said: FromStudio): void {
       element<HTMLButtonElement>("redo").disabled = !hand.holds || !s.redo;
       element<HTMLButtonElement>("leave").disabled = !hand.holds;
       showDevice(s.safety, s.trip, s.given);
-      element("n-volume").textContent = `${(s.volume / 1000).toFixed(2)} cm³`;
-      element("n-removed").textContent = `${(s.removed / 1000).toFixed(3)} cm³`;
-      element("n-step").textContent = `${s.step} of ${s.steps}`;
+      put("n-volume", `${(s.volume / 1000).toFixed(2)} cm³`);
+      put("n-removed", `${(s.removed / 1000).toFixed(3)} cm³`);
+      put("n-step", `${s.step} of ${s.steps}`);
       history.setHead(s.step);
       if (step !== s.step) pictureSoon((step = s.step));
       Object.assign(document.body.dataset, { hash: s.hash, step: String(s.step), volume: String(s.volume) });
@@ -187,8 +184,7 @@ function hear(said: FromStudio): void {
       if (said.message.share >= 0) bar.value = said.message.share;
       else bar.removeAttribute("value");
       box.querySelector("button")!.hidden = said.message.cancellable === 0;
-      const what = `${said.message.what} …`, text = box.querySelector("span")!;
-      if (text.textContent !== what) text.textContent = what;
+      put("work-what", `${said.message.what} …`);
       break;
     }
     case "Notice":
@@ -196,12 +192,26 @@ function hear(said: FromStudio): void {
   }
 }
 
+/** The readout, as often as an eye can follow. */
+let last: [tip: Vec3, force: number, moment: number] | null = null;
+function read(tip: Vec3, force: number, moment: number): void {
+  if (!last)
+    setTimeout(() => {
+      const [at, newtons, newtonMm] = last!;
+      last = null;
+      put("n-force", `${newtons.toFixed(2)} N`);
+      put("n-moment", `${newtonMm.toFixed(1)} N mm`);
+      put("n-tip", at.map((x) => x.toFixed(1)).join(" "));
+    }, 80);
+  last = [tip, force, moment];
+}
+
 let armed = false;
 function showDevice(safety: number, trip: string, given: number): void {
   if (!hand.device) return;
   armed = safety !== 0;
-  element("arm").textContent = armed ? "Stop the force" : "Let it push";
-  element("device-state").textContent = ["Off: it gives no force.", "Waiting: move it clear of the wood.", `On: ${given.toFixed(2)} N given.`][safety] + (trip ? ` ${trip}` : "");
+  put("arm", armed ? "Stop the force" : "Let it push");
+  put("device-state", ["Off: it gives no force.", "Waiting: move it clear of the wood.", `On: ${given.toFixed(2)} N given.`][safety] + (trip ? ` ${trip}` : ""));
 }
 
 /** A small picture of a step for the history, once it is at rest. */
@@ -333,6 +343,6 @@ Object.assign(window, {
     surface: () => view.surface(lattice),
     whole: () => view.whole,
     breakLine: () => line.breakOff(),
-    still: (still: boolean) => (view.still = still),
+    still: (still: boolean) => (view.still = plot.still = still),
   },
 });

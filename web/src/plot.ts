@@ -9,6 +9,8 @@ const KEPT = 600000; // ten minutes
 
 export class ForcePlot {
   paused = false;
+  /** Nothing is drawn. */
+  still = false;
   /** Rows of tip, force, moment, axis, as the studio sends them. */
   private rows: Float32Array[] = [];
   private starts: number[] = [];
@@ -57,7 +59,7 @@ export class ForcePlot {
       this.starts.shift();
       this.count -= this.rows.shift()!.length / TICK_NUMBERS;
     }
-    if (this.paused || this.due) return;
+    if (this.paused || this.still || this.due) return;
     this.due = true;
     setTimeout(() => {
       this.due = false;

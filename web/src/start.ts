@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What to begin with: a new piece, a file, or a document that is there.
+import { element, input } from "./dom";
 import { write } from "./messages";
 import type { Vec3 } from "./wire";
 
@@ -17,8 +18,7 @@ export interface Example {
   about: string;
 }
 
-const element = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
-const value = (id: string): string => element<HTMLInputElement>(id).value;
+const value = (id: string): string => input(id).value;
 
 export class Start {
   constructor(

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+// The parts of index.html, by their ids.
+
+export const element = <T extends HTMLElement>(id: string): T => document.getElementById(id) as T;
+export const input = (id: string): HTMLInputElement => element<HTMLInputElement>(id);
+export const select = (id: string): HTMLSelectElement => element<HTMLSelectElement>(id);
+export const dialog = (id: string): HTMLDialogElement => element<HTMLDialogElement>(id);
+
+/** Says it there. What stands there already is left alone: writing it again would lay out and draw the page again. */
+export function put(id: string, text: string): void {
+  const at = element(id);
+  if (at.textContent !== text) at.textContent = text;
+}
