@@ -57,12 +57,12 @@ const latency = [], script = [], bytes = [];
 const rows = 12, columns = 30;
 for (let row = 0; row < rows; row++) {
   const y = 220 + 9 * row;
-  await page.mouse.move(400, y);
+  await page.mouse.move(514, y);
   await page.mouse.down();
   await page.waitForTimeout(400);
   await page.evaluate(() => (window.moves.length = window.updates.length = 0));
   for (let i = 1; i <= columns; i++) {
-    await page.mouse.move(400 + 3 * i, y);
+    await page.mouse.move(514 + 3 * i, y);
     await page.waitForTimeout(110);
   }
   const { moves, updates } = await page.evaluate(() => ({ moves: window.moves, updates: window.updates }));

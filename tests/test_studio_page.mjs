@@ -108,14 +108,13 @@ async function firstCutAndBack() {
 
   const watched = Number((await state(watcher)).chunks);
   await page.bringToFront();
-  await page.locator("#force summary").click();
-  await page.mouse.move(400, 250);
+  await page.mouse.move(510, 250);
   await page.mouse.down();
-  for (let i = 0; i < 12; i++) await page.mouse.move(400 + 4 * i, 250 - i);
+  for (let i = 0; i < 12; i++) await page.mouse.move(510 + 4 * i, 250 - i);
   await until(page, "the volume falls", (s) => Number(s.volume) < Number(first.volume) - 1);
   let felt = false;
   for (let i = 0; i < 200 && !felt; i++) {
-    await page.mouse.move(400 + 4 * (i % 12), 250 - (i % 12));
+    await page.mouse.move(510 + 4 * (i % 12), 250 - (i % 12));
     felt = /[1-9]/.test(await page.locator("#n-force").textContent());
   }
   check("the force is told", felt);
@@ -169,14 +168,14 @@ async function penAndFinger() {
   const touch = await page.context().newCDPSession(page);
   const pen = async (force) => {
     const say = (type, x, more) => touch.send("Input.dispatchMouseEvent", { type, x, y: 250, button: "left", buttons: 1, pointerType: "pen", force, tiltX: 20, tiltY: -10, ...more });
-    await say("mouseMoved", 360, { button: "none", buttons: 0, force: 0 });
-    await say("mousePressed", 360, { clickCount: 1 });
+    await say("mouseMoved", 470, { button: "none", buttons: 0, force: 0 });
+    await say("mousePressed", 470, { clickCount: 1 });
     for (let i = 0; i <= 20; i++) {
-      await say("mouseMoved", 360 + 2 * i);
+      await say("mouseMoved", 470 + 2 * i);
       await page.waitForTimeout(30);
     }
     await page.waitForTimeout(300);
-    await say("mouseReleased", 400, { clickCount: 1, buttons: 0, force: 0 });
+    await say("mouseReleased", 510, { clickCount: 1, buttons: 0, force: 0 });
   };
   await show(page, "hands");
   const removed = [];
@@ -196,20 +195,38 @@ async function penAndFinger() {
   // A finger on glass.
   await page.locator("#axis").selectOption("view");
   const before = await state(page);
-  await touch.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: [{ x: 360, y: 240 }] });
+  await touch.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: [{ x: 470, y: 240 }] });
   for (let i = 0; i < 10; i++) {
-    await touch.send("Input.dispatchTouchEvent", { type: "touchMove", touchPoints: [{ x: 360 + 3 * i, y: 240 }] });
+    await touch.send("Input.dispatchTouchEvent", { type: "touchMove", touchPoints: [{ x: 470 + 3 * i, y: 240 }] });
     await page.waitForTimeout(30);
   }
   await touch.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
   await until(page, "a finger's cut", (s) => Number(s.step) > Number(before.step) && Number(s.volume) < Number(before.volume) - 1);
 
+  // Two fingers look, even where the first had begun to cut.
+  const whole = await until(page, "at rest", (s) => s.hash !== before.hash);
+  const eye = await page.evaluate(() => window.kibori.eye());
+  const fingers = (apart, type = "touchMove") => touch.send("Input.dispatchTouchEvent", { type, touchPoints: [{ x: 470 - apart, y: 240 }, { x: 470 + apart, y: 240 }] });
+  await touch.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: [{ x: 460, y: 240 }] });
+  await page.waitForTimeout(100);
+  await fingers(10, "touchStart");
+  for (let i = 1; i <= 10; i++) {
+    await fingers(10 + 4 * i);
+    await page.waitForTimeout(30);
+  }
+  await touch.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
+  const nearer = await page.evaluate(() => window.kibori.eye());
+  check("two fingers come nearer", Math.hypot(...nearer) < 0.9 * Math.hypot(...eye));
+  await page.waitForTimeout(500);
+  check("and cut nothing", (await state(page)).hash === whole.hash);
+  await page.locator("#frame").click();
+
   // Feeling cuts nothing.
   await page.locator("input[name=mode][value='2']").check();
   const felt = await state(page);
-  await page.mouse.move(360, 240);
+  await page.mouse.move(470, 240);
   await page.mouse.down();
-  for (let i = 0; i < 10; i++) await page.mouse.move(360 + 4 * i, 240);
+  for (let i = 0; i < 10; i++) await page.mouse.move(470 + 4 * i, 240);
   await page.waitForTimeout(800);
   await page.mouse.up();
   await page.waitForTimeout(500);
@@ -337,16 +354,40 @@ async function mirrorsDevicesAndExperiments() {
   const page = await open({ width: 1000, height: 640 });
   await page.goto(studio.url);
   const first = await shown(page);
-  const cutOnce = async (before) => {
-    await page.mouse.move(400, 300);
+  const cutOnce = async (before, y = 300) => {
+    await page.mouse.move(510, y);
     await page.mouse.down();
     for (let i = 0; i < 10; i++) {
-      await page.mouse.move(400 + 2 * i, 300);
+      await page.mouse.move(510 + 2 * i, y);
       await page.waitForTimeout(60);
     }
     await page.mouse.up();
     return until(page, "a cut", (s) => s.hash !== before.hash && Number(s.step) > Number(before.step));
   };
+  // Every tool there is, and who watches sees it.
+  const others = await page.context().newPage();
+  await others.goto(new URL(studio.url).origin);
+  await until(others, "the same block", (s) => s.hash === first.hash);
+  await others.evaluate(() => window.kibori.still(true));
+  await page.bringToFront();
+  let last = first, y = 260;
+  await page.locator("#model").selectOption("1");
+  for (const [name, form, value] of [["Finger"], ["End mill"], ["Bull nose", "Corner", "3"], ["V cutter", "Angle", "60"], ["Capsule"], ["Box", "Breadth", "2"], ["Ellipsoid", "Breadth", "6"], ["Ball"]]) {
+    await page.locator(`#shapes input[aria-label="${name}"]`).check({ force: true });
+    check(`${name} is held`, (await page.locator("#shape-out").textContent()) === name && (await page.locator("#form").isVisible()) === Boolean(form));
+    if (form) check(`${name} has its ${form}`, (await page.locator("#form-name").textContent()) === form);
+    if (form) await page.locator("#form").fill(value);
+    if (name === "Finger") check("the finger's Ks is told", /Ks 0.25/.test(await page.locator("#size-out").textContent()));
+    last = await cutOnce(last, (y += 10));
+    await until(others, `the cut of the ${name}`, (s) => s.hash === last.hash);
+  }
+  await others.close();
+  await page.locator("#model").selectOption("0");
+  while ((await state(page)).step !== first.step) {
+    await page.keyboard.press("Control+z");
+    await page.waitForTimeout(200);
+  }
+  await until(page, "the block again", (s) => s.hash === first.hash);
   await page.keyboard.press("x");
   check("X mirrors left and right", await page.locator("#symmetry input").first().isChecked());
   const mirrored = await cutOnce(first);
@@ -361,9 +402,9 @@ async function mirrorsDevicesAndExperiments() {
   await until(looks, "the same", (s) => s.hash === mirrored.hash);
   check("who only looks has no tools", (await looks.locator("#reading").isVisible()) && !(await looks.locator("#shapes").isVisible()) && !(await looks.locator("#force").isVisible()));
   const seen = await shown(looks);
-  await looks.mouse.move(400, 300);
+  await looks.mouse.move(510, 300);
   await looks.mouse.down();
-  await looks.mouse.move(420, 330, { steps: 5 });
+  await looks.mouse.move(530, 330, { steps: 5 });
   await looks.mouse.up();
   await looks.locator("#undo").click();
   const back = await until(looks, "the step before", (s) => s.step === "1" && s.hash === first.hash);
@@ -502,9 +543,9 @@ async function fullDisk() {
       // Full.
     }
     for (let stroke = 0; stroke < 3; stroke++) {
-      await page.mouse.move(250 + 30 * stroke, 240);
+      await page.mouse.move(360 + 30 * stroke, 240);
       await page.mouse.down();
-      for (let i = 0; i < 14; i++) await page.mouse.move(250 + 30 * stroke + 6 * i, 240 + i);
+      for (let i = 0; i < 14; i++) await page.mouse.move(360 + 30 * stroke + 6 * i, 240 + i);
       await page.waitForTimeout(300);
       await page.mouse.up();
     }

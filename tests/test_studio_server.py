@@ -273,8 +273,8 @@ class Server(unittest.TestCase):
         # What is well made, but can't be: told, and nothing comes of it.
         page = self.carving()
         page.frame(bytes([11]))
-        page.frame(bytes([8, 0]) + struct.pack("<dd", -1, 1))
-        page.frame(bytes([8, 9]) + struct.pack("<dd", 1, 1))
+        page.frame(bytes([8, 0]) + struct.pack("<3d", -1, 1, 0))
+        page.frame(bytes([8, 9]) + struct.pack("<3d", 1, 1, 0))
         page.frame(bytes([9]) + struct.pack("<d", 0))
         page.frame(bytes([2]) + struct.pack("<6d", 1e300, -1e300, 0, 0, 0, 0))
         page.frame(bytes([2]) + struct.pack("<6d", 1e300, -1e300, 0, 0, 0, 1))
@@ -323,8 +323,8 @@ class Server(unittest.TestCase):
             start, size = struct.unpack_from("<dI", message, 1)
             if expected is not None:
                 self.assertEqual(start, expected)
-            expected = start + size / 48
-            seen += size // 48
+            expected = start + size / 60
+            seen += size // 60
         self.assertGreaterEqual(seen, 2000)
 
     def test_two_at_one_file_and_one_port(self):
@@ -631,7 +631,7 @@ class OnlyLookedAt(unittest.TestCase):
             page.frame(bytes([4]))
             page.frame(bytes([16]) + text("mine"))
             self.assertIn(b"only looked at", until(page, 68))
-            page.frame(bytes([8, 0]) + struct.pack("<dd", 3, 10))
+            page.frame(bytes([8, 0]) + struct.pack("<3d", 3, 10, 0))
             self.assertIn(b"only looked at", until(page, 68))
             for code in (5, 6, 7):
                 page.frame(bytes([code]))

@@ -11,7 +11,7 @@
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 3;
+inline constexpr uint16_t kProtocolVersion = 4;
 
 // The first message of a page. Welcome or Start answers.
 struct Hello {
@@ -67,15 +67,19 @@ struct Redo {
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// shape: 0 ball, 1 finger, 2 flat end mill, 3 capsule. size: radius [mm]; for the finger its Ks. length [mm].
+// shape: 0 ball, 1 finger, 2 flat end mill, 3 capsule, 4 bull-nose, 5 cone, 6 box, 7 ellipsoid. size: radius
+// [mm]; for the finger its Ks [1/mm]. length [mm], from tip to end. other: of the bull-nose the corner [mm],
+// of the cone its full angle [degrees]. For box and ellipsoid size, length and other are x, y and z [mm]; of
+// the ellipsoid radii.
 struct ChooseTool {
   static constexpr uint8_t kKind = 8;
   uint8_t shape = 0;
   double size = 0;
   double length = 0;
+  double other = 0;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(shape, size, length);
+    f(shape, size, length, other);
   }
 };
 // Stiffness between hand and tool [N/mm].
@@ -283,8 +287,8 @@ struct Chunks {
     f(frame, more, data);
   }
 };
-// Every servo tick since the last: tip [mm], force on the hand [N], moment about the tip [N mm], axis, twelve
-// f32 a tick. start: number of the first.
+// Every servo tick since the last: tip [mm], force on the hand [N], moment about the tip [N mm], and of the
+// tool's frame the third column (its axis) and the first, fifteen f32 a tick. start: number of the first.
 struct Ticks {
   static constexpr uint8_t kKind = 66;
   double start = 0;
@@ -393,9 +397,8 @@ struct Trace {
     f(json, data);
   }
 };
-// The tool of an experiment, from now on. shape: 0 to 3 as of ChooseTool, 4 bull-nose (size its radius,
-// length, other the corner), 5 cone (other its full angle, degrees), 6 box, 7 ellipsoid (both x, y, z: size,
-// length, other), 255 none that can be shown.
+// The tool from now on, of an experiment or of whoever holds it: as of ChooseTool, or shape 255: none that
+// can be shown.
 struct ShowTool {
   static constexpr uint8_t kKind = 75;
   uint8_t shape = 0;

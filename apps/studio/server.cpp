@@ -24,7 +24,7 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 using tcp = asio::ip::tcp;
 
-constexpr size_t kTickNumbers = 12;  // tip, force, moment, axis
+constexpr size_t kTickNumbers = 15;  // tip, force, moment, axis, side
 constexpr auto kFollowEvery = std::chrono::milliseconds(2);
 constexpr auto kStateEvery = std::chrono::milliseconds(50);
 constexpr auto kTicksEvery = std::chrono::milliseconds(15);  // every one of them, a frame's worth at a time
@@ -55,6 +55,14 @@ Result<Tool> tool_of(const ChooseTool& chosen) {
       return Tool(Flat{chosen.size, chosen.length});
     case 3:
       return Tool(Capsule{chosen.size, chosen.length});
+    case 4:
+      return Tool(Bull{chosen.size, chosen.other, chosen.length});
+    case 5:
+      return Tool(Cone{chosen.other, chosen.size, chosen.length});
+    case 6:
+      return Tool(BoxTool{Vec3(chosen.size, chosen.length, chosen.other)});
+    case 7:
+      return Tool(Ellipsoid{Vec3(chosen.size, chosen.length, chosen.other)});
     default:
       return Error{"there is no such tool"};
   }
@@ -64,7 +72,7 @@ struct Shown {
   ShowTool operator()(const BallTool& t) const { return {0, t.radius, 0, 0}; }
   ShowTool operator()(const Finger& t) const { return {1, t.ks, t.length, 0}; }
   ShowTool operator()(const Flat& t) const { return {2, t.radius, t.length, 0}; }
-  ShowTool operator()(const Capsule& t) const { return {3, t.radius, t.length - 2 * t.radius, 0}; }
+  ShowTool operator()(const Capsule& t) const { return {3, t.radius, t.length, 0}; }
   ShowTool operator()(const Bull& t) const { return {4, t.radius, t.length, t.corner}; }
   ShowTool operator()(const Cone& t) const { return {5, t.radius, t.length, t.angle_deg}; }
   ShowTool operator()(const BoxTool& t) const { return {6, t.size.x(), t.size.y(), t.size.z()}; }
@@ -411,6 +419,7 @@ void Server::State::hear(Page& page, const FromPage& message) {
   } else if (const auto* const chosen = std::get_if<ChooseTool>(&message)) {
     const Result<Tool> tool = tool_of(*chosen);
     done = tool ? studio->choose_tool(tool.value()) : Status(Error{tool.error()});
+    if (done) send(encode(shown = std::visit(Shown{}, tool.value())));
   } else if (const auto* const spring = std::get_if<ChooseSpring>(&message)) {
     done = studio->choose_stiffness(spring->stiffness);
   } else if (const auto* const material = std::get_if<ChooseMaterial>(&message)) {
@@ -427,7 +436,8 @@ void Server::State::hear(Page& page, const FromPage& message) {
 
 void Server::State::send_ticks() {
   for (const LiveTick& tick : studio->ticks())
-    for (const Vec3& v : {tick.tool.tip, tick.computed.force, tick.computed.moment, tick.tool.axis()})
+    for (const Vec3& v : {tick.tool.tip, tick.computed.force, tick.computed.moment, tick.tool.axis(),
+                          Vec3(tick.tool.frame.col(0))})
       for (int i = 0; i < 3; i++) tick_rows.push_back(static_cast<float>(v[i]));
   const auto now = Clock::now();
   if (tick_rows.empty() || now - ticks_at < kTicksEvery) return;

@@ -1,16 +1,39 @@
 // SPDX-License-Identifier: MIT
 // The hand: which tool, and where mouse, pen or finger want it.
 import * as THREE from "three";
-import { element, input, select } from "./dom";
+import { element, input, put, select } from "./dom";
 import { write } from "./messages";
 import type { Hit, View } from "./view";
 import type { Vec3 } from "./wire";
 
 const chosen = (name: string): number => Number((document.querySelector(`input[name=${name}]:checked`) as HTMLInputElement).value);
 
-const FINGER = 1;
-/** From its tip to its other end [mm]. */
+/** From a tool's tip to its other end [mm], where its size does not say. */
 const TOOL_LENGTH = 25, FINGER_LENGTH = 20;
+/** Shapes as of ChooseTool, of a radius and of one number more, which only some have; how high they are [mm]. */
+interface Shape {
+  name: string;
+  form?: { name: string; unit: string; least: number; most: number; value: number };
+  tool(radius: number, form: number): { size: number; length: number; other: number };
+  height(radius: number): number;
+}
+const tall = (): number => TOOL_LENGTH;
+const SHAPES: Shape[] = [
+  { name: "Ball", tool: (r) => ({ size: r, length: 2 * r, other: 0 }), height: (r) => 2 * r },
+  // Its Ks such that it is as wide as a ball would be, a radius above its tip.
+  { name: "Finger", tool: (r) => ({ size: 1 / r, length: FINGER_LENGTH, other: 0 }), height: () => FINGER_LENGTH },
+  { name: "End mill", tool: (r) => ({ size: r, length: TOOL_LENGTH, other: 0 }), height: tall },
+  { name: "Capsule", tool: (r) => ({ size: r, length: TOOL_LENGTH + 2 * r, other: 0 }), height: (r) => TOOL_LENGTH + 2 * r },
+  {
+    name: "Bull nose",
+    form: { name: "Corner", unit: "mm", least: 0.1, most: 12, value: 1.5 },
+    tool: (r, corner) => ({ size: r, length: TOOL_LENGTH, other: Math.min(corner, r) }),
+    height: tall,
+  },
+  { name: "V cutter", form: { name: "Angle", unit: "°", least: 20, most: 150, value: 90 }, tool: (r, angle) => ({ size: r, length: TOOL_LENGTH, other: angle }), height: tall },
+  { name: "Box", form: { name: "Breadth", unit: "mm", least: 0.5, most: 24, value: 4 }, tool: (r, breadth) => ({ size: 2 * r, length: breadth, other: TOOL_LENGTH }), height: tall },
+  { name: "Ellipsoid", form: { name: "Breadth", unit: "mm", least: 1, most: 24, value: 12 }, tool: (r, breadth) => ({ size: r, length: breadth / 2, other: r }), height: (r) => 2 * r },
+];
 const AIM_EVERY_MS = 4;
 /** The modes of Press. */
 const CUT = 0, FILL = 1;
@@ -28,6 +51,7 @@ export class Hand {
   private stroke: { pointer: number; last: Hit; mode: number } | null = null;
   private sizing: { x: number; radius: number } | null = null;
   private at = { x: 0, y: 0 };
+  private handing = false; // the view is told of a pointer that was the hand's
   private aimedAt = 0;
 
   constructor(
@@ -35,8 +59,8 @@ export class Hand {
     private view: View,
     private send: (message: Uint8Array) => void,
   ) {
-    element("shapes").addEventListener("change", () => this.chooseTool());
-    for (const id of ["size", "depth"]) input(id).addEventListener("input", () => this.chooseTool());
+    element("shapes").addEventListener("change", () => this.chooseShape());
+    for (const id of ["size", "depth", "form"]) input(id).addEventListener("input", () => this.chooseTool());
     input("spring").addEventListener("input", () => this.chooseSpring());
     element("modes").addEventListener("change", () => this.chooseWork());
     element("symmetry").addEventListener("change", () => this.chooseSymmetry());
@@ -58,7 +82,7 @@ export class Hand {
     this.stroke = this.sizing = null;
     this.there = false;
     this.view.controls.enabled = true;
-    this.chooseTool();
+    this.chooseShape();
     this.view.mirrored = this.readOnly ? 0 : this.planes();
   }
 
@@ -110,22 +134,39 @@ export class Hand {
   private radius(): number {
     return Number(input("size").value);
   }
+  private get shape(): number {
+    return chosen("shape");
+  }
   private depth(): number {
     return Number(input("depth").value);
   }
   private toolHeight(): number {
-    return [2 * this.radius(), FINGER_LENGTH, TOOL_LENGTH, TOOL_LENGTH + 2 * this.radius()][chosen("shape")];
+    return SHAPES[this.shape].height(this.radius());
   }
 
+  /** Another shape, with the number it had when it was last held. */
+  private chooseShape(): void {
+    const { form } = SHAPES[this.shape];
+    element("forms").hidden = !form;
+    if (form) {
+      const slider = input("form");
+      put("form-name", form.name);
+      slider.min = String(form.least);
+      slider.max = String(form.most);
+      slider.value = String(form.value);
+    }
+    this.chooseTool();
+  }
   private chooseTool(): void {
-    const shape = chosen("shape"), radius = this.radius();
-    element("size-out").textContent = `${radius.toFixed(1)} mm`;
-    element("depth-out").textContent = `${this.depth().toFixed(1)} mm`;
-    const length = shape === FINGER ? FINGER_LENGTH : TOOL_LENGTH;
-    // The finger's Ks such that it is as wide as a ball would be, a radius above its tip.
-    const size = shape === FINGER ? 1 / radius : radius;
-    this.view.setTool(shape, size, length);
-    if (!this.readOnly) this.send(write.ChooseTool({ shape, size, length }));
+    const shape = this.shape, radius = this.radius(), { name, form, tool } = SHAPES[shape];
+    if (form) form.value = Number(input("form").value);
+    const { size, length, other } = tool(radius, form?.value ?? 0);
+    put("shape-out", name);
+    put("size-out", `${radius.toFixed(1)} mm${shape === 1 ? `, Ks ${size.toFixed(2)}/mm` : ""}`);
+    put("depth-out", `${this.depth().toFixed(1)} mm`);
+    if (form) put("form-out", `${form.value.toFixed(form.unit === "°" ? 0 : 1)} ${form.unit}`);
+    this.view.setTool(shape, size, length, other);
+    if (!this.readOnly) this.send(write.ChooseTool({ shape, size, length, other }));
   }
   /** As bits: 1 normal to x, 2 to y, 4 to z. */
   private planes(): number {
@@ -173,11 +214,17 @@ export class Hand {
   }
 
   private down(event: PointerEvent): void {
+    if (this.handing) return;
     element("hint").hidden = true;
     if (this.stroke && event.pointerType === "touch" && event.pointerId !== this.stroke.pointer) {
-      // Two fingers look; what the first began was not meant.
+      // Two fingers look; what the first began was not meant, and the view is told of it now.
+      const { pointer } = this.stroke;
       this.send(write.Cancel());
-      return this.lift();
+      this.lift();
+      this.handing = true;
+      this.canvas.dispatchEvent(new PointerEvent("pointerdown", { pointerId: pointer, pointerType: "touch", isPrimary: true, buttons: 1, clientX: this.at.x, clientY: this.at.y }));
+      this.handing = false;
+      return;
     }
     if (this.sizing) {
       this.sizing = null;

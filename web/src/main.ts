@@ -107,6 +107,7 @@ function hear(said: FromStudio): void {
       document.body.classList.toggle("experiment", w.what === 2);
       document.body.classList.remove("device");
       if (hand.readOnly) element("hint").hidden = true;
+      makeRoom();
       hand.begin();
       break;
     }
@@ -124,8 +125,8 @@ function hear(said: FromStudio): void {
       plot.add(said.message.start, rows);
       senses.feel(rows, rate);
       const last = rows.subarray(rows.length - TICK_NUMBERS);
-      const tip: Vec3 = [last[0], last[1], last[2]], force: Vec3 = [last[3], last[4], last[5]], axis: Vec3 = [last[9], last[10], last[11]];
-      view.showTool(hand.there || hand.device || hand.readOnly || !hand.holds ? tip : null, axis, force);
+      const tip: Vec3 = [last[0], last[1], last[2]], force: Vec3 = [last[3], last[4], last[5]], axis: Vec3 = [last[9], last[10], last[11]], side: Vec3 = [last[12], last[13], last[14]];
+      view.showTool(hand.there || hand.device || hand.readOnly || !hand.holds ? tip : null, axis, side, force);
       read(tip, Math.hypot(...force), Math.hypot(last[6], last[7], last[8]));
       break;
     }
@@ -134,7 +135,8 @@ function hear(said: FromStudio): void {
       break;
     case "ShowTool": {
       const t = said.message;
-      view.setTool(t.shape, t.size, t.length, t.other);
+      // Who holds the tool has drawn it.
+      if (!hand.holds || hand.readOnly) view.setTool(t.shape, t.size, t.length, t.other);
       break;
     }
     case "Device": {
@@ -191,6 +193,13 @@ function hear(said: FromStudio): void {
       tell(said.message.text);
   }
 }
+
+/** Where the window is narrow, the solid is shown beside the tools. */
+function makeRoom(): void {
+  const covered = Math.ceil(element("tools").getBoundingClientRect().right), wide = window.innerWidth;
+  view.cover(wide < 1100 && covered < 0.4 * wide ? covered : 0);
+}
+window.addEventListener("resize", makeRoom);
 
 /** The readout, as often as an eye can follow. */
 let last: [tip: Vec3, force: number, moment: number] | null = null;
@@ -342,6 +351,7 @@ Object.assign(window, {
   kibori: {
     surface: () => view.surface(lattice),
     whole: () => view.whole,
+    eye: () => view.eye,
     breakLine: () => line.breakOff(),
     still: (still: boolean) => (view.still = plot.still = still),
   },

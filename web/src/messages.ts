@@ -2,7 +2,7 @@
 // Made by tools/make_protocol.py from protocol/messages.json: change that.
 import { Reader, Writer, type Vec3 } from "./wire";
 
-export const PROTOCOL_VERSION = 3;
+export const PROTOCOL_VERSION = 4;
 
 /** The first message of a page. Welcome or Start answers. */
 export interface Hello { version: number }
@@ -18,8 +18,8 @@ export type Cancel = Record<string, never>;
 export type Undo = Record<string, never>;
 /** One step forth. */
 export type Redo = Record<string, never>;
-/** shape: 0 ball, 1 finger, 2 flat end mill, 3 capsule. size: radius [mm]; for the finger its Ks. length [mm]. */
-export interface ChooseTool { shape: number; size: number; length: number }
+/** shape: 0 ball, 1 finger, 2 flat end mill, 3 capsule, 4 bull-nose, 5 cone, 6 box, 7 ellipsoid. size: radius [mm]; for the finger its Ks [1/mm]. length [mm], from tip to end. other: of the bull-nose the corner [mm], of the cone its full angle [degrees]. For box and ellipsoid size, length and other are x, y and z [mm]; of the ellipsoid radii. */
+export interface ChooseTool { shape: number; size: number; length: number; other: number }
 /** Stiffness between hand and tool [N/mm]. */
 export interface ChooseSpring { stiffness: number }
 /** The page has taken this frame of chunks in, and can take the next. */
@@ -62,7 +62,7 @@ export interface RunExperiment { name: string; scene: string; model: number; pac
 export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; what: number }
 /** Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), vertices, corners (u16 each). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
 export interface Chunks { frame: number; more: number; data: Uint8Array }
-/** Every servo tick since the last: tip [mm], force on the hand [N], moment about the tip [N mm], axis, twelve f32 a tick. start: number of the first. */
+/** Every servo tick since the last: tip [mm], force on the hand [N], moment about the tip [N mm], and of the tool's frame the third column (its axis) and the first, fifteen f32 a tick. start: number of the first. */
 export interface Ticks { start: number; data: Uint8Array }
 /** Volume [mm^3], what was removed since the studio began [mm^3], where the document stands; whether this page holds the tool. Of a force device: safety 0 off, 1 waits for the hand to be still, 2 pushes; why it is off; the force it gives [N]. */
 export interface State { volume: number; removed: number; step: number; steps: number; undo: number; redo: number; holds: number; hash: string; safety: number; trip: string; given: number }
@@ -80,7 +80,7 @@ export interface Work { what: string; share: number; cancellable: number }
 export interface Device { name: string; force: number; stiffness: number; most: number; scale: number }
 /** What an experiment came to. JSON: run (a number of its own), name, model, finished, ticks, removed_mm3, mean_force_N (where there is any), max_force_N, max_moment_Nmm, step_us, marks (label, time_s). Rows: time [s], force [N], moment [N mm], seven f32; of at most 100 000, those with the largest force. */
 export interface Trace { json: string; data: Uint8Array }
-/** The tool of an experiment, from now on. shape: 0 to 3 as of ChooseTool, 4 bull-nose (size its radius, length, other the corner), 5 cone (other its full angle, degrees), 6 box, 7 ellipsoid (both x, y, z: size, length, other), 255 none that can be shown. */
+/** The tool from now on, of an experiment or of whoever holds it: as of ChooseTool, or shape 255: none that can be shown. */
 export interface ShowTool { shape: number; size: number; length: number; other: number }
 
 export const write = {
@@ -91,7 +91,7 @@ export const write = {
   Cancel: () => new Writer(5).done(),
   Undo: () => new Writer(6).done(),
   Redo: () => new Writer(7).done(),
-  ChooseTool: (m: ChooseTool) => new Writer(8).u8(m.shape).f64(m.size).f64(m.length).done(),
+  ChooseTool: (m: ChooseTool) => new Writer(8).u8(m.shape).f64(m.size).f64(m.length).f64(m.other).done(),
   ChooseSpring: (m: ChooseSpring) => new Writer(9).f64(m.stiffness).done(),
   Got: (m: Got) => new Writer(10).u32(m.frame).done(),
   TakeTool: () => new Writer(11).done(),

@@ -46,6 +46,7 @@ export class View {
   private slow: boolean; // shadows and hollows are drawn when all is at rest
   /** Nothing is drawn. */
   still = false;
+  private covered = 0;
   private occlusion: Occlusion;
   private resting = 0;
   private drawn = false;
@@ -197,8 +198,8 @@ export class View {
     return { point: found.point.clone(), normal };
   }
 
-  /** The tool as it is; shapes and their numbers are those of ShowTool. */
-  setTool(shape: number, size: number, length: number, other = 0): void {
+  /** The tool as it is; shapes and their numbers are those of ChooseTool. */
+  setTool(shape: number, size: number, length: number, other: number): void {
     this.tool.clear();
     const look = new THREE.MeshStandardMaterial({ color: 0xb8bcc2, roughness: 0.3, metalness: 0.6, transparent: true, opacity: 0.75 });
     const add = (geometry: THREE.BufferGeometry, z: number, turn = true): void => {
@@ -209,7 +210,7 @@ export class View {
     };
     if (shape === 0) add(new THREE.SphereGeometry(size, 40, 28), size);
     if (shape === 2) add(new THREE.CylinderGeometry(size, size, length, 40), length / 2);
-    if (shape === 3) add(new THREE.CapsuleGeometry(size, length, 12, 40), size + length / 2);
+    if (shape === 3) add(new THREE.CapsuleGeometry(size, length - 2 * size, 12, 40), length / 2);
     // What turns about its axis: radii and heights from the tip.
     const lathe = (...points: [number, number][]): void => add(new THREE.LatheGeometry(points.map(([r, z]) => new THREE.Vector2(r, z)), 40), 0);
     if (shape === 4) {
@@ -237,6 +238,14 @@ export class View {
     this.redraw();
   }
 
+  /** So many pixels on the left are covered by something: the rest is what the solid is shown in. */
+  cover(pixels: number): void {
+    if (pixels === this.covered) return;
+    this.covered = pixels;
+    this.canvas.width = 0; // anew
+    this.redraw();
+  }
+
   /** Frames around the planes of symmetry: bits 1 normal to x, 2 to y, 4 to z. */
   set mirrored(planes: number) {
     this.planes.children.forEach((frame, i) => (frame.visible = ((planes >> i) & 1) === 1));
@@ -244,8 +253,8 @@ export class View {
   }
 
   /** Where it is; null: nowhere yet. */
-  showTool(tip: Vec3 | null, axis: Vec3, force: Vec3): void {
-    const told = tip ? [...tip, ...axis, ...force].join() : "";
+  showTool(tip: Vec3 | null, axis: Vec3, side: Vec3, force: Vec3): void {
+    const told = tip ? [...tip, ...axis, ...side, ...force].join() : "";
     if (told === this.told) return;
     this.told = told;
     this.redraw();
@@ -253,7 +262,8 @@ export class View {
     this.arrow.visible = false;
     if (!tip) return;
     this.tool.position.set(...tip);
-    this.tool.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), new THREE.Vector3(...axis));
+    const x = new THREE.Vector3(...side), z = new THREE.Vector3(...axis);
+    this.tool.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(x, z.clone().cross(x), z));
     const f = new THREE.Vector3(...force);
     const n = f.length();
     this.arrow.visible = n > 0.01;
@@ -276,6 +286,9 @@ export class View {
     this.redraw();
   }
 
+  get eye(): Vec3 {
+    return this.camera.position.toArray() as Vec3;
+  }
   /** From a point towards who looks. */
   towardsEye(point: THREE.Vector3): THREE.Vector3 {
     return this.camera.position.clone().sub(point).normalize();
@@ -291,6 +304,8 @@ export class View {
     const hidden = [this.tool, this.ring, this.arrow, this.planes, ...(this.grid && width < 400 ? [this.grid] : [])];
     const were = hidden.map((object) => object.visible);
     for (const object of hidden) object.visible = false;
+    const covered = this.covered;
+    this.cover(0);
     this.render(true);
     const small = document.createElement("canvas");
     small.width = width;
@@ -302,6 +317,7 @@ export class View {
     into.fillRect(0, 0, width, height);
     into.drawImage(this.canvas, (width - w) / 2, (height - h) / 2, w, h);
     hidden.forEach((object, i) => (object.visible = were[i]));
+    this.cover(covered);
     this.redraw();
     return new Promise((done) => small.toBlob(done, "image/png"));
   }
@@ -366,8 +382,9 @@ export class View {
     if (this.canvas.width !== Math.floor(w * this.fine) || this.canvas.height !== Math.floor(h * this.fine)) {
       this.renderer.setPixelRatio(this.fine);
       this.renderer.setSize(w, h, false);
-      this.camera.aspect = w / h;
-      this.camera.updateProjectionMatrix();
+      const free = w - this.covered;
+      this.camera.aspect = free / h;
+      this.camera.setViewOffset(free, h, -this.covered, 0, w, h);
     }
     if (whole && this.moved) {
       this.renderer.shadowMap.needsUpdate = true;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Messages as bytes and back: see protocol/messages.json.
-/** Of Ticks: tip, force, moment, axis. */
-export const TICK_NUMBERS = 12;
+/** Of Ticks: tip, force, moment, axis, side. */
+export const TICK_NUMBERS = 15;
 export type Vec3 = [number, number, number];
 
 export class Writer {
