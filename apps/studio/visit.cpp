@@ -2,6 +2,7 @@
 #include "apps/studio/visit.h"
 
 #include <charconv>
+#include <future>
 
 #include <boost/asio/post.hpp>
 #include <boost/beast/websocket.hpp>
@@ -279,9 +280,20 @@ void Visit::send_export() {
   };
   if (format == "kibori") {
     // Written by the scribe, between two strokes.
-    server_.studio->save_copy(path, [&io = server_.io, sent](const kibori::Status& written) {
-      asio::post(io, [sent, written] { sent(written, true); });
-    });
+    const auto promise = std::make_shared<std::promise<kibori::Status>>();
+    server_.work("Writing " + format,
+                 [written = std::make_shared<std::future<kibori::Status>>(promise->get_future()),
+                  sent](std::atomic<double>&) -> Job::Then {
+                   kibori::Status outcome = Error{"the document was closed before it was written"};
+                   try {
+                     outcome = written->get();
+                   } catch (const std::future_error&) {
+                     // Nobody is left to write it.
+                   }
+                   return [sent, outcome](bool wanted) { sent(outcome, wanted); };
+                 });
+    server_.studio->save_copy(path,
+                              [promise](const kibori::Status& written) { promise->set_value(written); });
     return;
   }
   std::function<kibori::Status(const Snapshot&)> make;

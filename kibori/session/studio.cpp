@@ -204,16 +204,21 @@ void Studio::aim(const Vec3& tip_mm, const Vec3& axis, bool at_once) {
 void Studio::press(const Vec3& tip_mm, const Vec3& axis, Mode mode) {
   if (!pointer_) return;
   lift();
+  if (pressed_) return tell(Error{"the servo is busy; try again"});
   aim(tip_mm, axis, true);
-  pressed_ = post([mode](LiveCarving& live) {
-               live.settings().mode = mode;
-               live.place_again();
-             }).ok();
+  const Status posted = post([mode](LiveCarving& live) {
+    live.settings().mode = mode;
+    live.place_again();
+  });
+  pressed_ = posted.ok();
+  tell(posted);
 }
 
 void Studio::lift() {
-  if (!std::exchange(pressed_, false)) return;
-  pressed_ = !post([](LiveCarving& live) { live.settings().mode = Mode::off; });
+  if (!pressed_) return;
+  // Where the servo has no room for it, follow() says it again.
+  lifting_ = !post([](LiveCarving& live) { live.settings().mode = Mode::off; });
+  pressed_ = lifting_;
 }
 
 // ---- A force device
@@ -359,6 +364,7 @@ Status Studio::choose_symmetry(const std::array<bool, 3>& planes) {
 
 const std::vector<Index3>& Studio::follow() {
   changed_.clear();
+  if (lifting_) lift();
   if (live_         ? live_->latest(snapshot_)
       : experiment_ ? experiment_->latest(snapshot_)
                     : std::exchange(anew_, false)) {

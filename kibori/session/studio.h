@@ -183,7 +183,7 @@ class Studio {
   Place place_;
   std::vector<PastStep> steps_;
   Versions versions_;
-  bool pressed_ = false, cutting_ = false, volume_known_ = false;
+  bool pressed_ = false, lifting_ = false, cutting_ = false, volume_known_ = false;
   double volume_mm3_ = 0, removed_mm3_ = 0;
 };
 
