@@ -444,7 +444,8 @@ void Server::State::send_ticks() {
   ticks_at = now;
   Ticks message;
   message.start = ticks_sent;
-  ticks_sent += static_cast<double>(tick_rows.size() / kTickNumbers);
+  const size_t ticks = tick_rows.size() / kTickNumbers;
+  ticks_sent += static_cast<double>(ticks);
   const auto* const raw = reinterpret_cast<const uint8_t*>(tick_rows.data());
   message.data.assign(raw, raw + tick_rows.size() * sizeof(float));
   tick_rows.clear();

@@ -49,7 +49,7 @@ export class Hand {
   /** Whether the document is only looked at. */
   readOnly = false;
   private stroke: { pointer: number; last: Hit; mode: number } | null = null;
-  private sizing: { x: number; radius: number } | null = null;
+  private sliding: { id: "size" | "depth"; x: number; from: number } | null = null;
   private at = { x: 0, y: 0 };
   private handing = false; // the view is told of a pointer that was the hand's
   private aimedAt = 0;
@@ -79,7 +79,7 @@ export class Hand {
   /** Another document: nothing is under way. */
   begin(): void {
     if (this.stroke) this.view.endStroke();
-    this.stroke = this.sizing = null;
+    this.stroke = this.sliding = null;
     this.there = false;
     this.view.controls.enabled = true;
     this.chooseShape();
@@ -107,9 +107,9 @@ export class Hand {
     this.chooseTool();
   }
 
-  /** From now on, the pointer's way to the right is the tool's size; until it is pressed. */
-  startSizing(): void {
-    if (!this.readOnly) this.sizing = { x: this.at.x, radius: this.radius() };
+  /** From now on, the pointer's way to the right is the tool's size, or its depth; until it is pressed. */
+  startSliding(id: "size" | "depth"): void {
+    if (!this.readOnly) this.sliding = { id, x: this.at.x, from: Number(input(id).value) };
   }
 
   /** The plane through the left and right halves, or none. */
@@ -226,8 +226,8 @@ export class Hand {
       this.handing = false;
       return;
     }
-    if (this.sizing) {
-      this.sizing = null;
+    if (this.sliding) {
+      this.sliding = null;
       return event.stopImmediatePropagation();
     }
     const hit = event.button === 0 && this.holds && !this.stroke && !this.readOnly ? this.view.hit(event.clientX, event.clientY) : null;
@@ -253,8 +253,8 @@ export class Hand {
 
   private move(event: PointerEvent): void {
     this.at = { x: event.clientX, y: event.clientY };
-    if (this.sizing) {
-      input("size").value = String(this.sizing.radius * 1.01 ** (event.clientX - this.sizing.x));
+    if (this.sliding) {
+      input(this.sliding.id).value = String(this.sliding.from * 1.01 ** (event.clientX - this.sliding.x));
       return this.chooseTool();
     }
     const hit = this.view.hit(event.clientX, event.clientY);

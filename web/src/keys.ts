@@ -12,8 +12,10 @@ const STORE = "kibori.keys";
 /** As it is written in a binding: Ctrl+Shift+z, [, Home. */
 function nameOf(event: KeyboardEvent): string {
   const control = event.ctrlKey || event.metaKey;
-  const key = event.key.length === 1 && control ? event.key.toLowerCase() : event.key;
-  return `${control ? "Ctrl+" : ""}${event.altKey ? "Alt+" : ""}${control && event.shiftKey ? "Shift+" : ""}${key === " " ? "Space" : key}`;
+  const letter = event.key.length === 1 && event.key.toLowerCase() !== event.key.toUpperCase();
+  const key = letter ? event.key.toLowerCase() : event.key;
+  const shift = event.shiftKey && (control || letter);
+  return `${control ? "Ctrl+" : ""}${event.altKey ? "Alt+" : ""}${shift ? "Shift+" : ""}${key === " " ? "Space" : key}`;
 }
 
 export class Keys {

@@ -316,7 +316,8 @@ const keys = new Keys(
   {
     smaller: { label: "smaller tool", keys: ["["], run: () => hand.nudge("size", 1 / 1.15) },
     larger: { label: "larger tool", keys: ["]"], run: () => hand.nudge("size", 1.15) },
-    size: { label: "size by moving the pointer, until it is pressed", keys: ["f"], run: () => hand.startSizing() },
+    size: { label: "size by moving the pointer, until it is pressed", keys: ["f"], run: () => hand.startSliding("size") },
+    depth: { label: "depth by moving the pointer, until it is pressed", keys: ["Shift+f"], run: () => hand.startSliding("depth") },
     shallower: { label: "shallower", keys: ["{"], run: () => hand.nudge("depth", 1 / 1.15) },
     deeper: { label: "deeper", keys: ["}"], run: () => hand.nudge("depth", 1.15) },
     mirror: { label: "mirror left and right, or nothing", keys: ["x"], run: () => hand.toggleSymmetry() },
