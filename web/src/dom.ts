@@ -11,3 +11,16 @@ export function put(id: string, text: string): void {
   const at = element(id);
   if (at.textContent !== text) at.textContent = text;
 }
+
+const READ_EVERY_MS = 200; // as often as an eye can follow a number
+const numbers = new Map<string, string>();
+let timer = 0;
+/** Says a number there that changes all the time, together with others. */
+export function read(id: string, text: string): void {
+  numbers.set(id, text);
+  timer ||= window.setTimeout(() => {
+    timer = 0;
+    for (const [at, last] of numbers) put(at, last);
+    numbers.clear();
+  }, READ_EVERY_MS);
+}

@@ -2,7 +2,7 @@
 // The page: what the studio says to surface, plot, history and numbers; buttons and keys to the studio.
 import * as THREE from "three";
 import { Connection } from "./connection";
-import { dialog, element, put } from "./dom";
+import { dialog, element, put, read } from "./dom";
 import { Experiments } from "./experiments";
 import { Hand } from "./hand";
 import { History } from "./history";
@@ -127,7 +127,9 @@ function hear(said: FromStudio): void {
       const last = rows.subarray(rows.length - TICK_NUMBERS);
       const tip: Vec3 = [last[0], last[1], last[2]], force: Vec3 = [last[3], last[4], last[5]], axis: Vec3 = [last[9], last[10], last[11]], side: Vec3 = [last[12], last[13], last[14]];
       view.showTool(hand.there || hand.device || hand.readOnly || !hand.holds ? tip : null, axis, side, force);
-      read(tip, Math.hypot(...force), Math.hypot(last[6], last[7], last[8]));
+      read("n-force", `${Math.hypot(...force).toFixed(2)} N`);
+      read("n-moment", `${Math.hypot(last[6], last[7], last[8]).toFixed(1)} N mm`);
+      read("n-tip", tip.map((x) => x.toFixed(1)).join(" "));
       break;
     }
     case "Trace":
@@ -165,9 +167,9 @@ function hear(said: FromStudio): void {
       element<HTMLButtonElement>("redo").disabled = !hand.holds || !s.redo;
       element<HTMLButtonElement>("leave").disabled = !hand.holds;
       showDevice(s.safety, s.trip, s.given);
-      put("n-volume", `${(s.volume / 1000).toFixed(2)} cm³`);
-      put("n-removed", `${(s.removed / 1000).toFixed(3)} cm³`);
-      put("n-step", `${s.step} of ${s.steps}`);
+      read("n-volume", `${(s.volume / 1000).toFixed(2)} cm³`);
+      read("n-removed", `${(s.removed / 1000).toFixed(3)} cm³`);
+      read("n-step", `${s.step} of ${s.steps}`);
       history.setHead(s.step);
       if (step !== s.step) pictureSoon((step = s.step));
       Object.assign(document.body.dataset, { hash: s.hash, step: String(s.step), volume: String(s.volume) });
@@ -200,20 +202,6 @@ function makeRoom(): void {
   view.cover(wide < 1100 && covered < 0.4 * wide ? covered : 0);
 }
 window.addEventListener("resize", makeRoom);
-
-/** The readout, as often as an eye can follow. */
-let last: [tip: Vec3, force: number, moment: number] | null = null;
-function read(tip: Vec3, force: number, moment: number): void {
-  if (!last)
-    setTimeout(() => {
-      const [at, newtons, newtonMm] = last!;
-      last = null;
-      put("n-force", `${newtons.toFixed(2)} N`);
-      put("n-moment", `${newtonMm.toFixed(1)} N mm`);
-      put("n-tip", at.map((x) => x.toFixed(1)).join(" "));
-    }, 80);
-  last = [tip, force, moment];
-}
 
 let armed = false;
 function showDevice(safety: number, trip: string, given: number): void {
