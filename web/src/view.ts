@@ -220,7 +220,10 @@ export class View {
       });
       lathe([0, 0], ...round, [size, length], [0, length]);
     }
-    if (shape === 5) lathe([0, 0], [size, Math.min(length, size / Math.tan((other * Math.PI) / 360))], [size, length], [0, length]);
+    if (shape === 5) {
+      const slope = Math.tan((other * Math.PI) / 360), radius = Math.min(size, slope * length);
+      lathe([0, 0], [radius, radius / slope], [radius, length], [0, length]);
+    }
     if (shape === 6) add(new THREE.BoxGeometry(size, length, other), other / 2, false);
     if (shape === 7) {
       add(new THREE.SphereGeometry(1, 40, 28), other, false);
