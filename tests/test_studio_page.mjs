@@ -287,12 +287,13 @@ async function whatIsShownIsTheModel() {
           for (let i = 0; i < count; i++) {
             const axis = [random(-1, 1), random(-1, 1), random(0.2, 1)];
             const at = [random(0, 80), random(0, 50), random(20, 33)], to = at.map((a) => a + random(-6, 6));
-            const size = new DataView(new ArrayBuffer(18));
-            size.setUint8(0, 8);
-            size.setUint8(1, Math.floor(random(0, 4)));
-            size.setFloat64(2, random(0.4, 3), true);
-            size.setFloat64(10, 20, true);
-            line.send(size.buffer);
+            const shape = Math.floor(random(0, 8)), size = random(0.4, 3);
+            const other = shape === 4 ? size / 3 : shape === 5 ? random(30, 120) : random(1, 4);
+            const tool = new DataView(new ArrayBuffer(26));
+            tool.setUint8(0, 8);
+            tool.setUint8(1, shape);
+            [size, shape > 5 ? random(1, 4) : 20, other].forEach((n, i) => tool.setFloat64(2 + 8 * i, n, true));
+            line.send(tool.buffer);
             say(3, [at[0], at[1], at[2] + 8, ...axis], random(0, 1) < 0.75 ? 0 : 1);
             say(2, [...at, ...axis]);
             await new Promise((next) => setTimeout(next, 8));
