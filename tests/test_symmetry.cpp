@@ -95,8 +95,9 @@ TEST(Symmetry, WhatIsLeftIsItsOwnImage) {
     symmetry.centre_mm = centre_of(model.lattice());
     const int planes = random.integer(1, 7);
     for (size_t i = 0; i < 3; i++) symmetry.planes[i] = (planes >> i) & 1;
-    Stroke stroke(model,
-                  Pose{random.in_box(0, 20), frame_from_axis(random.direction(), random.uniform(0, 6))});
+    // One after the other: compilers differ in the order of a call's arguments, and a seed shall repeat.
+    const Vec3 tip = random.in_box(0, 20), axis = random.direction();
+    Stroke stroke(model, Pose{tip, frame_from_axis(axis, random.uniform(0, 6))});
     stroke.set_symmetry(symmetry);
     double removed = 0;
     const double before = model.volume_mm3();

@@ -82,11 +82,17 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, bool up, MF& live,
     }
     at = Evaluate(k, u, v, t, s);
     const VF excess = hn::Sub(at.distance, F(k.corner));
+    // G is convex in (t, s): no s brings it lower here than its tangent plane allows. What an s that has not
+    // settled might yet gain is no reason to walk further, nor to give the ray up.
+    const VF slope_s = hn::Div(at.slope_s, hn::Max(at.distance, F(1e-12f)));
+    const VF gain = hn::Max(hn::Mul(slope_s, hn::Sub(s, s_min)), hn::Mul(slope_s, hn::Sub(s, s_max)));
+    const VF sure = hn::IfThenElse(hn::Gt(excess, hn::Zero(d)),
+                                   hn::Max(hn::Sub(excess, gain), hn::Zero(d)), excess);
     // Walking up, H falls until the near end is met; where it no longer falls, the ray passes by.
     const VF slope = hn::Mul(at.slope_t, F(direction));
-    const MF passing = hn::And(hn::Ge(slope, F(-1e-4f)), hn::Gt(excess, F(1e-4f)));
+    const MF passing = hn::And(hn::Ge(slope, F(-1e-4f)), hn::Gt(sure, F(1e-4f)));
     missed = hn::Or(missed, passing);
-    const VF step = hn::Div(excess, hn::Max(hn::Neg(slope), F(1e-4f)));
+    const VF step = hn::Div(sure, hn::Max(hn::Neg(slope), F(1e-4f)));
     t = hn::IfThenElse(missed, t, hn::Add(t, hn::Mul(step, F(direction))));
   }
   live = hn::And(live, hn::AndNot(missed, hn::Lt(hn::Sub(at.distance, F(k.corner)), F(2e-2f))));
