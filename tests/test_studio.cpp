@@ -94,6 +94,48 @@ TEST(Studio, PressedItCutsAndUndoneItIsAsBefore) {
   EXPECT_TRUE(document.value()->verify([](const std::string& wrong) { ADD_FAILURE() << wrong; }).ok());
 }
 
+// The tool's side, as a box shows it: turned as it is told to, and never at once while a stroke goes on,
+// wherever the axis points to.
+TEST(Studio, ItTurnsButDoesNotSpin) {
+  Folder folder;
+  auto opened = Studio::create(folder.path / "a.kibori", servo_scene(), {});
+  ASSERT_TRUE(opened.ok()) << opened.error();
+  Studio& studio = *opened.value();
+  const auto side = [&] {
+    Vec3 last = Vec3::Zero();
+    for (int i = 0; i < 60; i++) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      for (const LiveTick& tick : studio.ticks()) last = tick.tool.frame.col(0);
+    }
+    return last;
+  };
+  studio.aim(Vec3(40, 25, 40), Vec3::UnitZ(), true);
+  EXPECT_NEAR((side() - Vec3::UnitX()).norm(), 0, 1e-6);
+  studio.turn(0.5);
+  studio.aim(Vec3(40, 25, 40), Vec3::UnitZ(), true);
+  EXPECT_NEAR((side() - Vec3(std::cos(0.5), std::sin(0.5), 0)).norm(), 0, 1e-6);
+  studio.turn(NAN);
+  studio.aim(Vec3(40, 25, 40), 5 * Vec3::UnitZ(), true);
+  EXPECT_NEAR((side() - Vec3(std::cos(0.5), std::sin(0.5), 0)).norm(), 0, 1e-6);
+  studio.turn(0);
+  // In the air, all the way round: as much as the axis turns, and no more.
+  studio.press(Vec3(40, 25, 60), Vec3::UnitZ(), Mode::cut);
+  double turned = 0;
+  Mat3 before = Mat3::Identity();
+  for (int i = 0; i <= 72; i++) {
+    const double angle = 5 * i * std::acos(-1.0) / 180;
+    studio.aim(Vec3(40, 25, 60), Vec3(std::sin(angle), 0.02, std::cos(angle)));
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    for (const LiveTick& tick : studio.ticks()) {
+      turned += rotation_between(before, tick.tool.frame).norm();
+      before = tick.tool.frame;
+    }
+  }
+  studio.lift();
+  EXPECT_GT(turned, 5);
+  EXPECT_LT(turned, 7.5);
+}
+
 // Adds a row of material and waits for its step.
 StepId add_row(Studio& studio, double y) {
   const size_t before = studio.steps().size();

@@ -190,6 +190,21 @@ async function penAndFinger() {
     await until(page, "undone", (s) => s.hash === first.hash);
     check("a step of the pen", Number(cut.step) > 1);
   }
+  // The hand that holds the pen rests on the glass, too: the view stays, and the stroke goes on.
+  await page.locator("#axis").selectOption("normal");
+  const steady = await page.evaluate(() => window.kibori.eye());
+  const resting = await state(page);
+  const palm = pen(0.5);
+  await page.waitForTimeout(200);
+  await touch.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: [{ x: 600, y: 400 }] });
+  await touch.send("Input.dispatchTouchEvent", { type: "touchMove", touchPoints: [{ x: 560, y: 380 }] });
+  await palm;
+  await touch.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
+  await until(page, "a cut beside the palm", (s) => Number(s.step) > Number(resting.step) && Number(s.volume) < Number(resting.volume));
+  check("a palm does not move the view", Math.hypot(...(await page.evaluate(() => window.kibori.eye())).map((x, i) => x - steady[i])) < 1e-6);
+  await page.waitForTimeout(500);
+  await page.keyboard.press("Control+z");
+  await until(page, "undone", (s) => s.hash === first.hash);
   check(`pressing harder takes more away (${removed.map((v) => v.toFixed(1)).join(" and ")} mm³)`, removed[1] > 1.5 * removed[0]);
 
   // A finger on glass.
@@ -210,13 +225,17 @@ async function penAndFinger() {
   await touch.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: [{ x: 460, y: 240 }] });
   await page.waitForTimeout(100);
   await fingers(10, "touchStart");
+  let last = eye, leap = 0;
   for (let i = 1; i <= 10; i++) {
     await fingers(10 + 4 * i);
     await page.waitForTimeout(30);
+    const now = await page.evaluate(() => window.kibori.eye());
+    leap = Math.max(leap, Math.hypot(...now.map((x, k) => x - last[k])));
+    last = now;
   }
   await touch.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
-  const nearer = await page.evaluate(() => window.kibori.eye());
-  check("two fingers come nearer", Math.hypot(...nearer) < 0.9 * Math.hypot(...eye));
+  check("two fingers come nearer", Math.hypot(...last) < 0.9 * Math.hypot(...eye));
+  check("little by little", leap < 0.5 * Math.hypot(...eye));
   await page.waitForTimeout(500);
   check("and cut nothing", (await state(page)).hash === whole.hash);
   await page.locator("#frame").click();

@@ -278,8 +278,8 @@ TEST(SweptBall, PlungesWithALittleDriftLoseNoRay) {
   EXPECT_GT(long_ones, 5000);
 }
 
-// The rim of a bull nose is searched for, not solved. The oracle is the definition, minimised along the ray and
-// the motion by golden sections: a ray that passes deep enough is not lost, and ends are where it says.
+// The rim of a bull nose is searched for, not solved. The oracle is the definition, minimised along the ray
+// and the motion by golden sections: a ray that passes deep enough is not lost, and ends are where it says.
 TEST(SweptRim, GrazingRaysAreNotLost) {
   Random random;
   const auto least = [](double low, double high, int steps, const auto& of) {

@@ -256,6 +256,15 @@ struct RunExperiment {
     f(name, scene, model, pace);
   }
 };
+// How far the tool is turned about its own axis from the next place on [rad].
+struct ChooseTurn {
+  static constexpr uint8_t kKind = 28;
+  double turn = 0;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(turn);
+  }
+};
 // A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the
 // document's name, its materials (JSON: name, color), and what it is: 0 carved, 1 only looked at, 2 an
 // experiment. All that was shown before is of another one.
@@ -412,6 +421,6 @@ struct ShowTool {
 };
 
 // What a page may say.
-using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseSpring, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment>;
+using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseSpring, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn>;
 
 }  // namespace kibori::studio

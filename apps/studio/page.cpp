@@ -76,7 +76,7 @@ void Page::restart() {
                                            : studio.read_only() ? 1
                                                                 : 0)}));
   server_.send_device(this);
-  if (server_.shown.shape != 255) send(encode(server_.shown));
+  if (server_.shown) send(encode(*server_.shown));
   if (!server_.trace_sent.empty()) send(server_.trace_sent);
   const Index3 count = surface_chunks(lattice);
   for (int x = 0; x < count.x(); x++)

@@ -155,7 +155,7 @@ void Server::State::show(std::unique_ptr<Studio> opened) {
   ticks_sent = 0;
   tick_rows.clear();
   traced = false;
-  shown = {255};
+  shown.reset();
   trace_sent.clear();
   state_at = {};
   const std::vector<Page*> all(pages.begin(), pages.end());
@@ -260,7 +260,7 @@ void Server::State::run_experiment(Page& page, const RunExperiment& run) {
 
 void Server::State::follow_experiment() {
   Experiment& run = *studio->experiment();
-  if (Tool now; run.next_tool(now)) send(encode(shown = std::visit(Shown{}, now)));
+  if (Tool now; run.next_tool(now)) send(encode(shown.emplace(std::visit(Shown{}, now))));
   if (traced) return;
   const Result<Carving>* const outcome = run.outcome();
   if (!outcome) {
@@ -385,6 +385,8 @@ void Server::State::hear(Page& page, const FromPage& message) {
     studio->aim(aim->tip, aim->axis, !studio->pressed());
   } else if (const auto* const press = std::get_if<Press>(&message)) {
     studio->press(press->tip, press->axis, kModes[std::min<size_t>(press->mode, 2)]);
+  } else if (const auto* const turn = std::get_if<ChooseTurn>(&message)) {
+    studio->turn(turn->turn);
   } else if (std::holds_alternative<Lift>(message)) {
     studio->lift();
   } else if (const auto* const work = std::get_if<ChooseWork>(&message)) {
@@ -419,7 +421,7 @@ void Server::State::hear(Page& page, const FromPage& message) {
   } else if (const auto* const chosen = std::get_if<ChooseTool>(&message)) {
     const Result<Tool> tool = tool_of(*chosen);
     done = tool ? studio->choose_tool(tool.value()) : Status(Error{tool.error()});
-    if (done) send(encode(shown = std::visit(Shown{}, tool.value())));
+    if (done) send(encode(shown.emplace(std::visit(Shown{}, tool.value()))));
   } else if (const auto* const spring = std::get_if<ChooseSpring>(&message)) {
     done = studio->choose_stiffness(spring->stiffness);
   } else if (const auto* const material = std::get_if<ChooseMaterial>(&message)) {

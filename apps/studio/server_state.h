@@ -6,6 +6,7 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -84,7 +85,7 @@ struct Server::State {
   std::vector<float> tick_rows;     // not sent yet
   bool traced = false;              // what the experiment came to was sent
   std::vector<uint8_t> trace_sent;  // for pages that come later; empty: not yet
-  ShowTool shown{255};              // the tool
+  std::optional<ShowTool> shown;    // the tool; none: no one has said
   Clock::time_point state_at{}, ticks_at{}, work_at{};
   std::function<bool()> stop;
   // Gone first, and with it the pages and visits that wait for something, which know the rest.

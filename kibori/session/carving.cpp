@@ -231,7 +231,8 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock, const
       }
       if (options.progress && summary.ticks % 64 == 0)
         options.progress(static_cast<double>(summary.ticks) / static_cast<double>(total));
-      if (options.each) going = options.each(model, tool, result);
+      if (options.each)
+        going = options.each(model, tool, scene.spring ? series.pose() : stroke.pose(), result);
     }
     if (document) keep(document->finish(model, summary.removed_mm3 - summary.deposited_mm3 - removed_before));
     if (!to.label.empty())

@@ -23,7 +23,7 @@ struct CarveOptions {
   std::function<void(double share)> progress;       // 0..1, now and then
   std::function<void(const std::string&)> warning;  // one sentence each
   // After every tick; false: no more of them.
-  std::function<bool(const TriDexel&, const Tool&, const TickResult&)> each;
+  std::function<bool(const TriDexel&, const Tool&, const Pose&, const TickResult&)> each;
 };
 
 // A tick as it was felt.

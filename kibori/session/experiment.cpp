@@ -32,10 +32,11 @@ Result<std::unique_ptr<Experiment>> Experiment::start(const Scene& scene, double
         CarveOptions options;
         options.progress = [self](double share) { self->share_ = share; };
         const Tool* in_hand = nullptr;
-        options.each = [&](const TriDexel& model_now, const Tool& tool_now, const TickResult& result) {
+        options.each = [&](const TriDexel& model_now, const Tool& tool_now, const Pose& pose,
+                           const TickResult& result) {
           if (std::exchange(in_hand, &tool_now) != &tool_now) self->tools_.put(tool_now);
           LiveTick tick;
-          tick.tool = {result.tick.tip, frame_from_axis(result.tick.axis)};
+          tick.tool = pose;
           tick.computed = result.wrench;
           tick.removed_mm3 = result.removed_mm3;
           self->ticks_.push(tick);

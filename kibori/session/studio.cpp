@@ -198,7 +198,15 @@ Status Studio::post(std::function<void(LiveCarving&)> command) {
 void Studio::aim(const Vec3& tip_mm, const Vec3& axis, bool at_once) {
   const double length = std::sqrt(axis.squaredNorm());
   if (!pointer_ || !tip_mm.allFinite() || !(length > 1e-9) || !std::isfinite(length)) return;
-  pointer_->aim(tip_mm, frame_from_axis(axis / length), at_once);
+  // On its way the tool goes on from how it stood, so that it does not spin; else from how it stands upright.
+  const Mat3 before = at_once ? Mat3(Mat3::Identity()) : aimed_;
+  const Vec3 z = axis / length, was = before.col(2);
+  aimed_ = was.dot(z) > -1 + 1e-9 ? Mat3(rotation(shortest_turn(was, z)) * before) : frame_from_axis(z);
+  pointer_->aim(tip_mm, aimed_ * rotation(Vec3(0, 0, roll_rad_)), at_once);
+}
+
+void Studio::turn(double roll_rad) {
+  if (std::isfinite(roll_rad)) roll_rad_ = roll_rad;
 }
 
 void Studio::press(const Vec3& tip_mm, const Vec3& axis, Mode mode) {

@@ -87,6 +87,8 @@ class Studio {
   // Puts the tool there, clear of material, and lets it cut or fill from then on.
   void press(const Vec3& tip_mm, const Vec3& axis, Mode mode);
   void lift();
+  // How far the tool is turned about its own axis from then on [rad].
+  void turn(double roll_rad);
   bool pressed() const { return pressed_; }
   // The force device, as of the last ticks(); null: a pointer holds the tool.
   const Held* held() const { return held_ ? &*held_ : nullptr; }
@@ -153,6 +155,8 @@ class Studio {
   double rate_hz_ = 1000;
   std::vector<Material> materials_;
   PointerDevice* pointer_ = nullptr;  // live_'s, if one holds the tool
+  Mat3 aimed_ = Mat3::Identity();     // as it last was to stand, but for
+  double roll_rad_ = 0;
   std::optional<Held> held_;
   double damping_ns_mm_ = 0;  // of the device
   Tool tool_;

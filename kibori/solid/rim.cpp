@@ -86,8 +86,8 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, bool up, MF& live,
     // settled might yet gain is no reason to walk further, nor to give the ray up.
     const VF slope_s = hn::Div(at.slope_s, hn::Max(at.distance, F(1e-12f)));
     const VF gain = hn::Max(hn::Mul(slope_s, hn::Sub(s, s_min)), hn::Mul(slope_s, hn::Sub(s, s_max)));
-    const VF sure = hn::IfThenElse(hn::Gt(excess, hn::Zero(d)),
-                                   hn::Max(hn::Sub(excess, gain), hn::Zero(d)), excess);
+    const VF sure =
+        hn::IfThenElse(hn::Gt(excess, hn::Zero(d)), hn::Max(hn::Sub(excess, gain), hn::Zero(d)), excess);
     // Walking up, H falls until the near end is met; where it no longer falls, the ray passes by.
     const VF slope = hn::Mul(at.slope_t, F(direction));
     const MF passing = hn::And(hn::Ge(slope, F(-1e-4f)), hn::Gt(sure, F(1e-4f)));

@@ -16,6 +16,8 @@ interface Shape {
   form?: { name: string; unit: string; least: number; most: number; value: number };
   tool(radius: number, form: number): { size: number; length: number; other: number };
   height(radius: number): number;
+  /** Whether it matters how far it is turned about its axis. */
+  turns?: boolean;
 }
 const tall = (): number => TOOL_LENGTH;
 const SHAPES: Shape[] = [
@@ -31,16 +33,21 @@ const SHAPES: Shape[] = [
     height: tall,
   },
   { name: "V cutter", form: { name: "Angle", unit: "°", least: 20, most: 150, value: 90 }, tool: (r, angle) => ({ size: r, length: TOOL_LENGTH, other: angle }), height: tall },
-  { name: "Box", form: { name: "Breadth", unit: "mm", least: 0.5, most: 24, value: 4 }, tool: (r, breadth) => ({ size: 2 * r, length: breadth, other: TOOL_LENGTH }), height: tall },
-  { name: "Ellipsoid", form: { name: "Breadth", unit: "mm", least: 1, most: 24, value: 12 }, tool: (r, breadth) => ({ size: r, length: breadth / 2, other: r }), height: (r) => 2 * r },
+  { name: "Box", form: { name: "Breadth", unit: "mm", least: 0.5, most: 24, value: 4 }, tool: (r, breadth) => ({ size: 2 * r, length: breadth, other: TOOL_LENGTH }), height: tall, turns: true },
+  { name: "Ellipsoid", form: { name: "Breadth", unit: "mm", least: 1, most: 24, value: 12 }, tool: (r, breadth) => ({ size: r, length: breadth / 2, other: r }), height: (r) => 2 * r, turns: true },
 ];
+/** A tool as ChooseTool and ShowTool say it. */
+interface Held {
+  shape: number;
+  size: number;
+  length: number;
+  other: number;
+}
 const AIM_EVERY_MS = 4;
 /** The modes of Press. */
 const CUT = 0, FILL = 1;
 
 export class Hand {
-  /** Whether this page holds the tool. */
-  holds = false;
   axis = new THREE.Vector3(0, 0, 1);
   /** Whether it has pointed anywhere since the document was opened. */
   there = false;
@@ -48,9 +55,10 @@ export class Hand {
   device = false;
   /** Whether the document is only looked at. */
   readOnly = false;
-  private stroke: { pointer: number; last: Hit; mode: number } | null = null;
+  private stroke: { pointer: number; type: string; x: number; y: number; last: Hit; mode: number } | null = null;
   private sliding: { id: "size" | "depth"; x: number; from: number } | null = null;
   private at = { x: 0, y: 0 };
+  private shown: Held | null = null;
   private handing = false; // the view is told of a pointer that was the hand's
   private aimedAt = 0;
 
@@ -61,6 +69,7 @@ export class Hand {
   ) {
     element("shapes").addEventListener("change", () => this.chooseShape());
     for (const id of ["size", "depth", "form"]) input(id).addEventListener("input", () => this.chooseTool());
+    input("turn-by").addEventListener("input", () => this.chooseTurn());
     input("spring").addEventListener("input", () => this.chooseSpring());
     element("modes").addEventListener("change", () => this.chooseWork());
     element("symmetry").addEventListener("change", () => this.chooseSymmetry());
@@ -81,6 +90,7 @@ export class Hand {
     if (this.stroke) this.view.endStroke();
     this.stroke = this.sliding = null;
     this.there = false;
+    this.shown = null;
     this.view.controls.enabled = true;
     this.chooseShape();
     this.view.mirrored = this.readOnly ? 0 : this.planes();
@@ -90,6 +100,7 @@ export class Hand {
   chooseAll(): void {
     if (this.readOnly) return;
     this.chooseTool();
+    this.chooseTurn();
     this.chooseSpring();
     this.chooseSymmetry();
     this.chooseWork();
@@ -100,11 +111,34 @@ export class Hand {
   get working(): boolean {
     return this.stroke !== null;
   }
+  /** Whether this page holds the tool. */
+  get holds(): boolean {
+    return this.holding;
+  }
+  set holds(now: boolean) {
+    if (now === this.holding) return;
+    this.holding = now;
+    this.draw();
+  }
+  private holding = false;
+
+  /** The tool that is held in some page. */
+  show(tool: Held): void {
+    this.shown = tool;
+    this.draw();
+  }
 
   nudge(id: "size" | "depth", factor: number): void {
     if (this.readOnly) return;
     input(id).value = String(Number(input(id).value) * factor);
     this.chooseTool();
+  }
+
+  /** A little further about its axis. */
+  turn(): void {
+    if (this.readOnly || !SHAPES[this.shape].turns) return;
+    input("turn-by").value = String((Number(input("turn-by").value) + 15) % 180);
+    this.chooseTurn();
   }
 
   /** From now on, the pointer's way to the right is the tool's size, or its depth; until it is pressed. */
@@ -146,8 +180,9 @@ export class Hand {
 
   /** Another shape, with the number it had when it was last held. */
   private chooseShape(): void {
-    const { form } = SHAPES[this.shape];
+    const { form, turns } = SHAPES[this.shape];
     element("forms").hidden = !form;
+    element("turns").hidden = !turns;
     if (form) {
       const slider = input("form");
       put("form-name", form.name);
@@ -158,15 +193,30 @@ export class Hand {
     this.chooseTool();
   }
   private chooseTool(): void {
-    const shape = this.shape, radius = this.radius(), { name, form, tool } = SHAPES[shape];
-    if (form) form.value = Number(input("form").value);
-    const { size, length, other } = tool(radius, form?.value ?? 0);
+    const { shape, size, length, other } = this.own(), radius = this.radius(), { name, form } = SHAPES[shape];
     put("shape-out", name);
     put("size-out", `${radius.toFixed(1)} mm${shape === 1 ? `, Ks ${size.toFixed(2)}/mm` : ""}`);
     put("depth-out", `${this.depth().toFixed(1)} mm`);
-    if (form) put("form-out", `${form.value.toFixed(form.unit === "°" ? 0 : 1)} ${form.unit}`);
-    this.view.setTool(shape, size, length, other);
+    // A corner is no wider than the tool.
+    const said = form?.name === "Corner" ? other : (form?.value ?? 0);
+    if (form) put("form-out", `${said.toFixed(form.unit === "°" ? 0 : 1)} ${form.unit}`);
+    this.draw();
     if (!this.readOnly) this.send(write.ChooseTool({ shape, size, length, other }));
+  }
+  private own(): Held {
+    const shape = this.shape, { form, tool } = SHAPES[shape];
+    if (form) form.value = Number(input("form").value);
+    return { shape, ...tool(this.radius(), form?.value ?? 0) };
+  }
+  /** The tool that is held: here, as it is chosen; elsewhere, as the studio says. */
+  private draw(): void {
+    const held = this.holds && !this.readOnly ? this.own() : this.shown;
+    if (held) this.view.setTool(held.shape, held.size, held.length, held.other);
+  }
+  private chooseTurn(): void {
+    const degrees = Number(input("turn-by").value);
+    put("turn-out", `${degrees.toFixed(0)}°`);
+    this.send(write.ChooseTurn({ turn: (degrees * Math.PI) / 180 }));
   }
   /** As bits: 1 normal to x, 2 to y, 4 to z. */
   private planes(): number {
@@ -217,12 +267,14 @@ export class Hand {
     if (this.handing) return;
     element("hint").hidden = true;
     if (this.stroke && event.pointerType === "touch" && event.pointerId !== this.stroke.pointer) {
+      // The hand that holds a pen may rest on the glass.
+      if (this.stroke.type !== "touch") return event.stopImmediatePropagation();
       // Two fingers look; what the first began was not meant, and the view is told of it now.
-      const { pointer } = this.stroke;
+      const { pointer, x, y } = this.stroke;
       this.send(write.Cancel());
       this.lift();
       this.handing = true;
-      this.canvas.dispatchEvent(new PointerEvent("pointerdown", { pointerId: pointer, pointerType: "touch", isPrimary: true, buttons: 1, clientX: this.at.x, clientY: this.at.y }));
+      this.canvas.dispatchEvent(new PointerEvent("pointerdown", { pointerId: pointer, pointerType: "touch", isPrimary: true, buttons: 1, clientX: x, clientY: y }));
       this.handing = false;
       return;
     }
@@ -243,7 +295,7 @@ export class Hand {
     this.view.controls.enabled = false;
     this.view.beginStroke();
     const mode = chosen("mode") === CUT && (event.ctrlKey || event.altKey) ? FILL : chosen("mode");
-    this.stroke = { pointer: event.pointerId, last: hit, mode };
+    this.stroke = { pointer: event.pointerId, type: event.pointerType, x: event.clientX, y: event.clientY, last: hit, mode };
     this.axis = this.axisAt(hit, event);
     // To cut, from so far above that walls beside the place are not in the way. To add, where it adds.
     const deep = this.pressed(event), from = mode === FILL ? deep : -Math.max(1, this.radius());
@@ -260,6 +312,7 @@ export class Hand {
     const hit = this.view.hit(event.clientX, event.clientY);
     if (this.stroke) {
       if (event.pointerId !== this.stroke.pointer) return;
+      Object.assign(this.stroke, this.at);
       if (hit) this.stroke.last = hit;
       this.axis = this.axisAt(this.stroke.last, event);
       this.aim(this.stroke.last, this.pressed(event));

@@ -18,6 +18,11 @@ function nameOf(event: KeyboardEvent): string {
   return `${control ? "Ctrl+" : ""}${event.altKey ? "Alt+" : ""}${shift ? "Shift+" : ""}${key === " " ? "Space" : key}`;
 }
 
+/** Capital letters, as they were kept once. */
+function asNamed(key: string): string {
+  return key.length === 1 && key !== key.toLowerCase() ? `Shift+${key.toLowerCase()}` : key;
+}
+
 export class Keys {
   private bound = new Map<string, string>(); // key: action
   private waiting: string | null = null; // an action
@@ -49,7 +54,7 @@ export class Keys {
     for (const [name, action] of Object.entries(this.actions)) for (const key of action.keys) this.bound.set(key, name);
     try {
       const kept = JSON.parse(localStorage.getItem(STORE) ?? "null") as Record<string, string> | null;
-      for (const [key, name] of Object.entries(kept ?? {})) if (name in this.actions) this.assign(key, name);
+      for (const [key, name] of Object.entries(kept ?? {})) if (name in this.actions) this.assign(asNamed(key), name);
     } catch {
       // What can't be read is as if it were not there.
     }

@@ -136,9 +136,7 @@ function hear(said: FromStudio): void {
       experiments.add(said.message.json, said.message.data);
       break;
     case "ShowTool": {
-      const t = said.message;
-      // Who holds the tool has drawn it.
-      if (!hand.holds || hand.readOnly) view.setTool(t.shape, t.size, t.length, t.other);
+      hand.show(said.message);
       break;
     }
     case "Device": {
@@ -308,6 +306,7 @@ const keys = new Keys(
     depth: { label: "depth by moving the pointer, until it is pressed", keys: ["Shift+f"], run: () => hand.startSliding("depth") },
     shallower: { label: "shallower", keys: ["{"], run: () => hand.nudge("depth", 1 / 1.15) },
     deeper: { label: "deeper", keys: ["}"], run: () => hand.nudge("depth", 1.15) },
+    turn: { label: "turn the tool by 15°", keys: ["t"], run: () => hand.turn() },
     mirror: { label: "mirror left and right, or nothing", keys: ["x"], run: () => hand.toggleSymmetry() },
     undo: { label: "undo", keys: ["Ctrl+z"], run: undo },
     redo: { label: "redo", keys: ["Ctrl+Shift+z", "Ctrl+y"], run: redo },

@@ -58,6 +58,8 @@ export interface BringTool { tip: Vec3 }
 export interface ChooseReach { scale: number }
 /** A scene (TOML, without files) is carved to be looked at, where nothing is open; Trace follows. model: 0 series, 1 energy, 2 paper, 255 as the scene says. pace: 1 the scene's own time, 0 as fast as it goes. */
 export interface RunExperiment { name: string; scene: string; model: number; pace: number }
+/** How far the tool is turned about its own axis from the next place on [rad]. */
+export interface ChooseTurn { turn: number }
 /** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color), and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
 export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; what: number }
 /** Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), vertices, corners (u16 each). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
@@ -111,6 +113,7 @@ export const write = {
   BringTool: (m: BringTool) => new Writer(25).vec3(m.tip).done(),
   ChooseReach: (m: ChooseReach) => new Writer(26).f64(m.scale).done(),
   RunExperiment: (m: RunExperiment) => new Writer(27).text(m.name).text(m.scene).u8(m.model).f64(m.pace).done(),
+  ChooseTurn: (m: ChooseTurn) => new Writer(28).f64(m.turn).done(),
 };
 
 /** What the studio may say. */

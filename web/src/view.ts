@@ -42,8 +42,11 @@ export class View {
   private box = new THREE.Box3();
   private framed = false;
   private fine = Math.min(2, window.devicePixelRatio); // pixels a pixel; fewer where drawing is slow
-  private drawnAt = 0;
-  private slow: boolean; // shadows and hollows are drawn when all is at rest
+  private began = 0; // the last frame, and when it was drawn
+  private ended = 0;
+  private late = 0; // frames that took long, one right after the other
+  private slow: boolean; // hollows are drawn when all is at rest, and shadows then or once a second
+  private shadowsAt = 0;
   /** Nothing is drawn. */
   still = false;
   private covered = 0;
@@ -74,7 +77,10 @@ export class View {
     this.ring = new THREE.Mesh(ringShape, new THREE.MeshBasicMaterial({ color: 0x0072b2, side: THREE.DoubleSide, depthTest: false, transparent: true }));
     this.ring.visible = this.arrow.visible = false;
     this.ring.renderOrder = 2;
-    this.scene.add(this.planes, this.chunks, this.tool, this.ring, this.arrow, this.sun, this.sun.target, new THREE.HemisphereLight(0xffffff, 0xb5a48f, 1.7));
+    const sky = new THREE.HemisphereLight(0xffffff, 0xb5a48f, 1.7);
+    this.scene.add(this.planes, this.chunks, this.tool, this.ring, this.arrow, this.sun, this.sun.target, sky);
+    // Lights that came and went with the layer would make every material anew.
+    for (const light of [this.sun, sky]) light.layers.enable(HOLLOWS);
     this.occlusion = new Occlusion(this.scene, this.camera, HOLLOWS);
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
@@ -143,6 +149,7 @@ export class View {
     this.box.makeEmpty();
     for (const mesh of this.shown.values()) this.box.union(new THREE.Box3().setFromBufferAttribute(mesh.geometry.attributes.position as THREE.BufferAttribute));
     if (this.box.isEmpty()) return;
+    this.fit();
     const sphere = this.box.getBoundingSphere(new THREE.Sphere());
     const r = sphere.radius;
     const far = (1.15 * r) / Math.sin((this.camera.fov * Math.PI) / 360) / Math.min(1, this.camera.aspect);
@@ -187,6 +194,7 @@ export class View {
   /** Where a point of the window meets the surface, as it was before the stroke that is being made. */
   hit(x: number, y: number): Hit | null {
     const r = this.canvas.getBoundingClientRect();
+    this.camera.updateMatrixWorld();
     this.ray.setFromCamera(new THREE.Vector2((2 * (x - r.left)) / r.width - 1, 1 - (2 * (y - r.top)) / r.height), this.camera);
     const meshes: THREE.Object3D[] = [];
     for (const [place, mesh] of this.shown) if (!this.before?.has(place)) meshes.push(mesh);
@@ -245,7 +253,7 @@ export class View {
   cover(pixels: number): void {
     if (pixels === this.covered) return;
     this.covered = pixels;
-    this.canvas.width = 0; // anew
+    this.fit();
     this.redraw();
   }
 
@@ -359,16 +367,20 @@ export class View {
   redraw(): void {
     if (this.drawn || this.still) return;
     this.drawn = true;
+    const asked = performance.now();
     requestAnimationFrame(() => {
       this.drawn = false;
-      // Frame after frame that takes long: fewer pixels.
-      const now = performance.now(), took = now - this.drawnAt;
-      this.drawnAt = now;
-      if (took > 60 && took < 400) {
+      const now = performance.now(), took = now - this.began;
+      // Only where one frame was asked for right after the other does the time between them tell how long they take.
+      this.late = asked - this.ended < 25 && took > 60 && took < 400 ? this.late + 1 : 0;
+      if (this.late >= 4) {
+        this.late = 0;
         if (this.fine > 0.75) this.fine = Math.max(0.75, 0.8 * this.fine);
         else this.slow = true;
       }
+      this.began = now;
       this.render(!this.slow);
+      this.ended = performance.now();
       if (!this.slow) return;
       window.clearTimeout(this.resting);
       const rest = (): void => {
@@ -379,19 +391,24 @@ export class View {
     });
   }
 
+  /** The solid in the middle of what is not covered. */
+  private fit(): void {
+    const w = this.canvas.clientWidth, h = this.canvas.clientHeight, free = w - this.covered;
+    if (free > 0 && h > 0) this.camera.setViewOffset(free, h, -this.covered, 0, w, h);
+  }
+
   /** Whole: with shadows as they now are, and hollows. */
   private render(whole: boolean): void {
-    const w = this.canvas.clientWidth, h = this.canvas.clientHeight;
+    const w = this.canvas.clientWidth, h = this.canvas.clientHeight, now = performance.now();
     if (this.canvas.width !== Math.floor(w * this.fine) || this.canvas.height !== Math.floor(h * this.fine)) {
       this.renderer.setPixelRatio(this.fine);
       this.renderer.setSize(w, h, false);
-      const free = w - this.covered;
-      this.camera.aspect = free / h;
-      this.camera.setViewOffset(free, h, -this.covered, 0, w, h);
     }
-    if (whole && this.moved) {
+    this.fit();
+    if (this.moved && (whole || now - this.shadowsAt > 1000)) {
       this.renderer.shadowMap.needsUpdate = true;
       this.moved = false;
+      this.shadowsAt = now;
     }
     this.renderer.render(this.scene, this.camera);
     if (whole) this.occlusion.draw(this.renderer, this.slow ? 2 : 1);
