@@ -13,7 +13,7 @@
 
 namespace kibori::test {
 
-inline constexpr uint64_t kGoldenHash = 0x7885169ad04de2f0;
+inline constexpr uint64_t kGoldenHash = 0x828b91d6c4d88633;
 
 // Numbers that do not depend on the C++ library.
 class Sequence {

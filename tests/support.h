@@ -45,4 +45,17 @@ class Random {
   unsigned seed_;
 };
 
+// A folder of a test's own; gone with it.
+struct Folder {
+  Folder() {
+    char name[] = "/tmp/kibori-test-XXXXXX";
+    path = mkdtemp(name);
+  }
+  ~Folder() { std::filesystem::remove_all(path); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  std::filesystem::path operator/(const char* name) const { return path / name; }
+  std::filesystem::path path;
+};
+
 }  // namespace kibori::test

@@ -25,18 +25,10 @@ namespace {
 
 using test::arm;
 using test::FaultVfs;
+using test::Folder;
 using test::Random;
 using test::Rig;
 using test::rig;
-
-struct Folder {
-  Folder() {
-    char name[] = "/tmp/kibori-scribe-XXXXXX";
-    path = mkdtemp(name);
-  }
-  ~Folder() { std::filesystem::remove_all(path); }
-  std::filesystem::path path;
-};
 
 // A hand that goes in and out of the wood, turning.
 Rig busy_rig(HandModel hand, std::unique_ptr<TriDexel> model = nullptr) {

@@ -3,7 +3,6 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -23,14 +22,7 @@
 namespace kibori {
 namespace {
 
-struct Folder {
-  Folder() {
-    char name[] = "/tmp/kibori-studio-XXXXXX";
-    path = mkdtemp(name);
-  }
-  ~Folder() { std::filesystem::remove_all(path); }
-  std::filesystem::path path;
-};
+using test::Folder;
 
 // Follows the studio for so long, and until `done`, if that is asked for.
 template <class F>

@@ -240,6 +240,17 @@ async function penAndFinger() {
   check("and cut nothing", (await state(page)).hash === whole.hash);
   await page.locator("#frame").click();
 
+  // Wood that holds the tool back: the page says what would help.
+  const soft = (value) => page.locator("#spring").evaluate((slider, to) => ((slider.value = to), slider.dispatchEvent(new Event("input"))), value);
+  const usual = await page.locator("#spring").inputValue();
+  await soft("-1.5");
+  await page.mouse.move(470, 240);
+  await page.mouse.down();
+  await page.locator("#notice", { hasText: "holds the tool back" }).waitFor({ timeout: 20000 });
+  await show(page, "held-back");
+  await page.mouse.up();
+  await soft(usual);
+
   // Feeling cuts nothing.
   await page.locator("input[name=mode][value='2']").check();
   const felt = await state(page);

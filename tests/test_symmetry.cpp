@@ -2,7 +2,6 @@
 // Planes of symmetry: what is left is its own mirror image, ray for ray; and replays do the same.
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -162,40 +161,36 @@ TEST(Symmetry, AMeshHasNoImage) {
 // A series tool's stroke with symmetry, kept in a document, is carved again to the same bytes.
 TEST(Symmetry, ReplaysAreTheSame) {
   Random random;
-  char name[] = "/tmp/kibori-symmetry-XXXXXX";
-  const std::filesystem::path folder = mkdtemp(name);
-  {
-    TriDexel model = block();
-    auto document = Document::create(folder / "s.kibori", model, "{}");
-    ASSERT_TRUE(document.ok()) << document.error();
-    StrokeSettings s;
-    s.materials = kMaterials;
-    s.tool = some_tool(random);
-    s.force.series = true;
-    s.symmetry = {{true, true, false}, centre_of(model.lattice())};
-    const Pose start{Vec3(random.uniform(3, 12), random.uniform(3, 10), 26), Mat3::Identity()};
-    SeriesTool tool(model, start, s.force.spring);
-    tool.set_symmetry(s.symmetry);
-    ASSERT_TRUE(document.value()->begin(s, start).ok());
-    double removed = 0;
-    for (int i = 0; i < 200; i++) {
-      const Pose hand{start.tip + Vec3(0.02 * i, 0.01 * i, -0.06 * i), rotation(Vec3(0, 0.001 * i, 0))};
-      const auto felt = tool.advance(s.tool, hand, s.mode, s.materials);
-      ASSERT_TRUE(felt.ok()) << felt.error();
-      const SeriesTool::Felt& f = felt.value();
-      document.value()->add({f.tool.tip, f.turn_rad, f.edited, hand.tip - f.tool.tip, Vec3::Zero()});
-      removed += f.removed_mm3;
-    }
-    EXPECT_GT(removed, 0) << random.note();
-    ASSERT_TRUE(document.value()->finish(model, removed).ok());
-    const auto back = document.value()->settings(document.value()->head());
-    ASSERT_TRUE(back.ok()) << back.error();
-    EXPECT_EQ(back.value().symmetry, s.symmetry);
-    EXPECT_TRUE(document.value()
-                    ->verify([&](const std::string& wrong) { ADD_FAILURE() << wrong << random.note(); })
-                    .ok());
+  const test::Folder folder;
+  TriDexel model = block();
+  auto document = Document::create(folder / "s.kibori", model, "{}");
+  ASSERT_TRUE(document.ok()) << document.error();
+  StrokeSettings s;
+  s.materials = kMaterials;
+  s.tool = some_tool(random);
+  s.force.series = true;
+  s.symmetry = {{true, true, false}, centre_of(model.lattice())};
+  const Pose start{Vec3(random.uniform(3, 12), random.uniform(3, 10), 26), Mat3::Identity()};
+  SeriesTool tool(model, start, s.force.spring);
+  tool.set_symmetry(s.symmetry);
+  ASSERT_TRUE(document.value()->begin(s, start).ok());
+  double removed = 0;
+  for (int i = 0; i < 200; i++) {
+    const Pose hand{start.tip + Vec3(0.02 * i, 0.01 * i, -0.06 * i), rotation(Vec3(0, 0.001 * i, 0))};
+    const auto felt = tool.advance(s.tool, hand, s.mode, s.materials);
+    ASSERT_TRUE(felt.ok()) << felt.error();
+    const SeriesTool::Felt& f = felt.value();
+    document.value()->add({f.tool.tip, f.turn_rad, f.edited, hand.tip - f.tool.tip, Vec3::Zero()});
+    removed += f.removed_mm3;
   }
-  std::filesystem::remove_all(folder);
+  EXPECT_GT(removed, 0) << random.note();
+  ASSERT_TRUE(document.value()->finish(model, removed).ok());
+  const auto back = document.value()->settings(document.value()->head());
+  ASSERT_TRUE(back.ok()) << back.error();
+  EXPECT_EQ(back.value().symmetry, s.symmetry);
+  EXPECT_TRUE(document.value()
+                  ->verify([&](const std::string& wrong) { ADD_FAILURE() << wrong << random.note(); })
+                  .ok());
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ interface Held {
 }
 const AIM_EVERY_MS = 4;
 /** The modes of Press. */
-const CUT = 0, FILL = 1;
+const CUT = 0, FILL = 1, FEEL = 2;
 
 export class Hand {
   axis = new THREE.Vector3(0, 0, 1);
@@ -60,6 +60,7 @@ export class Hand {
   private at = { x: 0, y: 0 };
   private shown: Held | null = null;
   private handing = false; // the view is told of a pointer that was the hand's
+  private aimed: Vec3 = [0, 0, 0];
   private aimedAt = 0;
 
   constructor(
@@ -110,6 +111,10 @@ export class Hand {
 
   get working(): boolean {
     return this.stroke !== null;
+  }
+  /** Whether the tool, whose tip is there, shall take away or add, and is far from where it is wanted. */
+  heldBack(tip: Vec3): boolean {
+    return this.stroke !== null && this.stroke.mode !== FEEL && Math.hypot(...tip.map((x, i) => x - this.aimed[i])) > this.depth() / 2;
   }
   /** Whether this page holds the tool. */
   get holds(): boolean {
@@ -253,7 +258,8 @@ export class Hand {
     if (this.device || this.readOnly) return;
     this.there = true;
     this.aimedAt = performance.now();
-    this.send(write.Aim({ tip: this.tipAt(hit, deep), axis: this.axis.toArray() as Vec3 }));
+    this.aimed = this.tipAt(hit, deep);
+    this.send(write.Aim({ tip: this.aimed, axis: this.axis.toArray() as Vec3 }));
   }
 
   /** How deep: where it adds, so that the tool stands out as much as it else would sink in. */

@@ -35,6 +35,11 @@ let rate = 1000;
 let title = "Kibori";
 let step = 0;
 let firstTime = true;
+let tip: Vec3 = [0, 0, 0]; // as of the last tick
+let force = 0; // [N]
+// Where a stroke takes nothing away for so long, though it is pressed: the person is told why.
+const STILL_MS = 1500;
+let stuck = { removed: 0, since: 0 };
 
 // ---- From the studio
 
@@ -125,9 +130,11 @@ function hear(said: FromStudio): void {
       plot.add(said.message.start, rows);
       senses.feel(rows, rate);
       const last = rows.subarray(rows.length - TICK_NUMBERS);
-      const tip: Vec3 = [last[0], last[1], last[2]], force: Vec3 = [last[3], last[4], last[5]], axis: Vec3 = [last[9], last[10], last[11]], side: Vec3 = [last[12], last[13], last[14]];
-      view.showTool(hand.there || hand.device || hand.readOnly || !hand.holds ? tip : null, axis, side, force);
-      read("n-force", `${Math.hypot(...force).toFixed(2)} N`);
+      tip = [last[0], last[1], last[2]];
+      const pushed: Vec3 = [last[3], last[4], last[5]], axis: Vec3 = [last[9], last[10], last[11]], side: Vec3 = [last[12], last[13], last[14]];
+      view.showTool(hand.there || hand.device || hand.readOnly || !hand.holds ? tip : null, axis, side, pushed);
+      force = Math.hypot(...pushed);
+      read("n-force", `${force.toFixed(2)} N`);
       read("n-moment", `${Math.hypot(last[6], last[7], last[8]).toFixed(1)} N mm`);
       read("n-tip", tip.map((x) => x.toFixed(1)).join(" "));
       break;
@@ -165,6 +172,11 @@ function hear(said: FromStudio): void {
       element<HTMLButtonElement>("redo").disabled = !hand.holds || !s.redo;
       element<HTMLButtonElement>("leave").disabled = !hand.holds;
       showDevice(s.safety, s.trip, s.given);
+      if (s.removed !== stuck.removed || !hand.heldBack(tip)) stuck = { removed: s.removed, since: performance.now() };
+      else if (performance.now() - stuck.since > STILL_MS) {
+        tell(`The wood holds the tool back with ${force.toFixed(1)} N. Raise Stiffness or Depth, or take a smaller tool.`);
+        stuck.since = Infinity;
+      }
       read("n-volume", `${(s.volume / 1000).toFixed(2)} cm³`);
       read("n-removed", `${(s.removed / 1000).toFixed(3)} cm³`);
       read("n-step", `${s.step} of ${s.steps}`);

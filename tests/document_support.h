@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// Shared by the tests of documents: a block, strokes through it, and how often to try.
+#pragma once
+
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <kibori/document/document.h>
+
+#include "tests/support.h"
+
+namespace kibori::test {
+
+// How often, unless the environment says: a campaign asks for more, a sanitiser for less.
+inline int rounds_of(const char* name, int otherwise) {
+  if (const char* said = std::getenv(name)) return std::atoi(said);
+  return std::getenv("KIBORI_SHORT") ? otherwise / 5 : otherwise;
+}
+
+inline TriDexel block(double pitch = 1) {
+  TriDexel model(make_lattice(Vec3(40, 30, 20), pitch, 4).value());
+  model.fill_block({Vec3::Zero(), Vec3(40, 30, 20)}, 0);
+  return model;
+}
+
+inline std::unique_ptr<Document> created(const std::filesystem::path& path, const TriDexel& model) {
+  auto made = Document::create(path, model, "{}");
+  EXPECT_TRUE(made.ok()) << made.error();
+  return std::move(made).value();
+}
+inline std::unique_ptr<Document> opened(const std::filesystem::path& path,
+                                        Document::Access access = Document::Access::write) {
+  auto open = Document::open(path, access);
+  EXPECT_TRUE(open.ok()) << open.error();
+  return open.ok() ? std::move(open).value() : nullptr;
+}
+
+inline StrokeSettings some_settings(Random& random) {
+  StrokeSettings s;
+  const Tool tools[] = {BallTool{random.uniform(1, 5)},
+                        Finger{0.2, 20},
+                        Flat{2, 15},
+                        Cone{60, 3, 15},
+                        Bull{3, 1, 12},
+                        Capsule{2, 9},
+                        BoxTool{Vec3(3, 4, 5)},
+                        Ellipsoid{Vec3(3, 2, 4)}};
+  s.tool = tools[random.integer(0, 7)];
+  s.mode = random.integer(0, 3) == 0 ? Mode::deposit : Mode::cut;
+  s.materials.resize(2);
+  s.material = static_cast<uint8_t>(random.integer(0, 1));
+  s.force.law.model = random.integer(0, 1) ? ForceModel::paper : ForceModel::energy;
+  return s;
+}
+
+// A stroke of some ticks through the block, told to the document as it is carved.
+inline void carve(Document& document, TriDexel& model, Random& random, int ticks, bool finish = true) {
+  const StrokeSettings s = some_settings(random);
+  const Pose start{random.in_box(0, 30), frame_from_axis(random.direction(), 0)};
+  ASSERT_TRUE(document.begin(s, start, "by chance").ok());
+  Stroke stroke(model, start);
+  const Vec3 way = random.direction();
+  double removed = 0;
+  for (int i = 0; i < ticks; i++) {
+    StrokeTick tick;
+    tick.tip = stroke.pose().tip + way * random.uniform(0, 0.6);
+    if (i % 5 == 0) tick.turn = 0.02 * random.direction();
+    tick.edits = random.integer(0, 9) != 0;
+    const auto done = stroke.advance(s.tool, tick.tip, tick.turn, tick.edits ? s.mode : Mode::off,
+                                     s.force.law, s.materials, s.material);
+    ASSERT_TRUE(done.ok()) << done.error();
+    removed += done.value().removed_mm3;
+    document.add(tick);
+    if (i % 7 == 6) {
+      ASSERT_TRUE(document.flush().ok());
+    }
+  }
+  if (finish) {
+    ASSERT_TRUE(document.finish(model, removed).ok());
+  }
+}
+
+// A long way through the air, after which tiles are kept.
+inline void wander(Document& document, const TriDexel& model) {
+  ASSERT_TRUE(document.begin({}, {}).ok());
+  for (int t = 0; t < 41000; t++) document.add({});
+  ASSERT_TRUE(document.finish(model, 0).ok());
+  ASSERT_TRUE(document.flush().ok());
+}
+
+inline std::vector<std::string> wrongs(const Document& document) {
+  std::vector<std::string> list;
+  const Status done = document.verify([&](const std::string& wrong) { list.push_back(wrong); });
+  if (!done) list.push_back(done.error());
+  return list;
+}
+
+}  // namespace kibori::test

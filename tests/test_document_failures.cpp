@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: MIT
+// Documents where something fails: damaged files, killed processes, disks that fail, losses of power.
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <filesystem>
+#include <thread>
+
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+#include <kibori/base/file.h>
+#include <kibori/document/document.h>
+
+#include "tests/document_support.h"
+#include "tests/fault_vfs.h"
+
+namespace kibori {
+namespace {
+
+using namespace test;
+
+// A tile whose material is none, and one that no list of a stroke's has: refused, or as the last of the list.
+TEST(Document, MaterialsThatAreNone) {
+  for (const uint8_t material : {uint8_t{64}, uint8_t{200}, uint8_t{63}}) {
+    Random random;
+    Folder folder;
+    TriDexel model = block(2);
+    Plane& first = model.field(Axis::z).writable(0, 0).first;
+    for (int i = 0; i < kTileRays; i++) first.material[i] = material;
+    model.field(Axis::z).writable(0, 0).material = material;
+    if (material > 63) {
+      Field other(Axis::z, model.lattice().nodes);
+      EXPECT_FALSE(decode_tile(encode_tile(model.field(Axis::z).tile(0, 0)), other, 0, 0).ok());
+      continue;
+    }
+    auto document = created(folder / "a.kibori", model);
+    StrokeSettings s;
+    s.tool = BallTool{6};
+    const Pose start{Vec3(-4, 10, 15), Mat3::Identity()};
+    ASSERT_TRUE(document->begin(s, start).ok());
+    Stroke stroke(model, start);
+    StrokeTick tick;
+    tick.tip = Vec3(30, 10, 15);
+    tick.edits = true;
+    const auto felt = stroke.advance(s.tool, tick.tip, tick.turn, s.mode, s.force.law, s.materials);
+    ASSERT_TRUE(felt.ok());
+    EXPECT_GT(felt.value().wrench.force.squaredNorm(), 0);
+    document->add(tick);
+    ASSERT_TRUE(document->finish(model, 0).ok());
+    EXPECT_EQ(wrongs(*document), std::vector<std::string>());
+  }
+}
+
+// Bits flipped and files cut anywhere: refused with a sentence, or read; what verify passes is what it was.
+TEST(Document, DamageIsToldAndNeverCrashes) {
+  Random random;
+  Folder folder;
+  uint64_t hash = 0;
+  {
+    TriDexel model = block();
+    auto document = created(folder / "a.kibori", model);
+    for (int i = 0; i < 4; i++) carve(*document, model, random, 10);
+    hash = model.content_hash();
+  }
+  const std::vector<char> whole = read_file(folder / "a.kibori").value();
+  const int rounds = rounds_of("KIBORI_FLIPS", 300);
+  int refused = 0, told = 0, unharmed = 0;
+  for (int i = 0; i < rounds; i++) {
+    std::vector<char> bytes = whole;
+    const auto place = [&] {
+      return static_cast<size_t>(random.uniform(0, 1) * static_cast<double>(bytes.size() - 1));
+    };
+    if (i % 20 == 0)
+      bytes.resize(place());
+    else
+      for (int k = random.integer(1, 3); k > 0; k--)
+        bytes[place()] ^= static_cast<char>(1 << random.integer(0, 7));
+    std::ofstream(folder / "b.kibori", std::ios::binary)
+        .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    auto document = Document::open(folder / "b.kibori", Document::Access::read);
+    if (!document) {
+      EXPECT_FALSE(document.error().empty());
+      refused++;
+      continue;
+    }
+    const auto model = document.value()->load();
+    if (!wrongs(*document.value()).empty()) {
+      told++;
+    } else if (document.value()->head() == 5 && document.value()->steps().size() == 5) {
+      ASSERT_TRUE(model.ok()) << model.error();
+      ASSERT_EQ(model.value()->content_hash(), hash) << i << random.note();
+      unharmed++;
+    }
+  }
+  std::printf("%d refused, %d told by verify, %d unharmed\n", refused, told, unharmed);
+  EXPECT_GT(refused + told, rounds / 10);
+}
+
+// Killed at any moment: an exact prefix of what was done, and little of it missing.
+TEST(Document, KilledProcessesLeaveAPrefix) {
+  Random random;
+  Folder folder;
+  const int kills = rounds_of("KIBORI_KILLS", 12);
+  for (int round = 0; round < kills; round++) {
+    const auto file = folder / "k.kibori", log = folder / "told";
+    std::filesystem::remove(file);
+    std::filesystem::remove(folder / "k.kibori-wal");
+    std::filesystem::remove(folder / "k.kibori-shm");
+    std::filesystem::remove(log);
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      // Writes how many ticks were flushed after each flush, as a pipe would lose it.
+      TriDexel model = block();
+      auto made = Document::create(file, model, "{}");
+      if (!made) _exit(1);
+      std::ofstream told(log, std::ios::binary);
+      int64_t ticks = 0;
+      for (int s = 0; s < 1000; s++) {
+        StrokeSettings settings;
+        settings.tool = BallTool{2};
+        const Pose start{Vec3(5, 5 + s % 20, 19), Mat3::Identity()};
+        if (!made.value()->begin(settings, start)) _exit(1);
+        Stroke stroke(model, start);
+        for (int i = 0; i < 60; i++) {
+          StrokeTick tick;
+          tick.tip = stroke.pose().tip + Vec3(0.4, 0, -0.01);
+          tick.edits = true;
+          if (!stroke.advance(settings.tool, tick.tip, tick.turn, settings.mode, {}, settings.materials))
+            _exit(1);
+          made.value()->add(tick);
+          ticks++;
+          if (i % 10 == 9) {
+            if (!made.value()->flush()) _exit(1);
+            told.write(reinterpret_cast<const char*>(&ticks), 8);
+            told.flush();
+          }
+        }
+        if (!made.value()->finish(model, 1)) _exit(1);
+      }
+      _exit(0);
+    }
+    std::this_thread::sleep_for(std::chrono::microseconds(random.integer(3000, 150000)));
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    if (!std::filesystem::exists(file)) continue;  // killed before it was there
+    int64_t told = 0;
+    std::ifstream in(log, std::ios::binary);
+    for (int64_t next = 0; in.read(reinterpret_cast<char*>(&next), 8);) told = next;
+    auto document = opened(file);
+    ASSERT_NE(document, nullptr);
+    int64_t ticks = 0;
+    for (const auto& [id, step] : document->steps()) {
+      EXPECT_TRUE(step.finished);
+      ticks += step.ticks;
+    }
+    EXPECT_GE(ticks, told) << random.note();
+    EXPECT_LE(ticks, told + 10);
+    EXPECT_EQ(wrongs(*document), std::vector<std::string>()) << random.note();
+    auto model = document->load();
+    ASSERT_TRUE(model.ok()) << model.error();
+    EXPECT_EQ(model.value()->content_hash(), document->steps().rbegin()->second.hash);
+    // And work goes on.
+    carve(*document, *model.value(), random, 5);
+  }
+}
+
+// Every write, sync, truncation and removal fails in turn, once or from then on: it is told, what was there
+// stays, what follows is in memory, and all of it can be saved where it belongs once the disk is well again,
+// or elsewhere.
+TEST(Document, FailingDisksLoseNothing) {
+  FaultVfs& vfs = FaultVfs::get();
+  Folder folder;
+  int told = 0, rescued = 0;
+  bool reached = true;
+  for (int64_t at = 1; reached; at += std::getenv("KIBORI_SHORT") ? 9 : at < 60 ? 1 : 7) {
+    for (const int how : {0, 1, 2}) {
+      vfs.reset();
+      for (const char* name : {"f.kibori", "g.kibori"})
+        for (const char* rest : {"", "-wal", "-shm"}) std::filesystem::remove(folder / name += rest);
+      TriDexel model = block();
+      { created(folder / "f.kibori", model); }
+      auto open = Document::open(folder / "f.kibori", Document::Access::write, FaultVfs::kName);
+      ASSERT_TRUE(open.ok()) << open.error();
+      Document& document = *open.value();
+      vfs.count = 0;
+      vfs.fail_at = at;
+      vfs.fail_on = how == 1;
+      vfs.error = how == 1 ? SQLITE_FULL : SQLITE_IOERR_WRITE;
+      vfs.half_written = how == 2;
+      std::map<int64_t, uint64_t> truth{{1, model.content_hash()}};
+      for (int s = 0; s < 3; s++) {
+        StrokeSettings settings;
+        settings.tool = BallTool{3};
+        const Pose start{Vec3(5, 5 + 5 * s, 18), Mat3::Identity()};
+        ASSERT_TRUE(document.begin(settings, start).ok());
+        Stroke stroke(model, start);
+        for (int i = 0; i < 12; i++) {
+          StrokeTick tick;
+          tick.tip = stroke.pose().tip + Vec3(0.7, 0, -0.1);
+          tick.edits = true;
+          const auto felt =
+              stroke.advance(settings.tool, tick.tip, tick.turn, settings.mode, {}, settings.materials);
+          ASSERT_TRUE(felt.ok());
+          document.add(tick, &felt.value().wrench);
+          if (i % 4 == 3) {
+            ASSERT_TRUE(document.flush().ok());
+          }
+        }
+        ASSERT_TRUE(document.finish(model, 1).ok());
+        truth[document.head()] = model.content_hash();
+        if (s == 1 && at % 5 == 0) {
+          wander(document, model);
+          truth[document.head()] = model.content_hash();
+        }
+      }
+      const StepId last = document.head();
+      ASSERT_TRUE(document.undo(model).ok());
+      EXPECT_EQ(model.content_hash(), truth[last - 1]);
+      ASSERT_TRUE(document.redo(model).ok());
+      EXPECT_EQ(model.content_hash(), truth[last]);
+      // In memory or not, history works.
+      EXPECT_EQ(wrongs(document), std::vector<std::string>()) << at << " " << how;
+      reached = vfs.count >= at;
+      const auto whole = [&](const std::filesystem::path& path) {
+        auto after = opened(path);
+        ASSERT_NE(after, nullptr);
+        ASSERT_EQ(after->steps().size(), truth.size()) << at << " " << how;
+        for (const auto& [step, hash] : truth) EXPECT_EQ(after->steps().at(step).hash, hash);
+        EXPECT_EQ(wrongs(*after), std::vector<std::string>()) << at << " " << how;
+      };
+      if (!document.unsaved().empty()) {
+        told++;
+        EXPECT_NE(document.unsaved().find("f.kibori"), std::string::npos) << document.unsaved();
+        // What could be written is there for others, an exact prefix.
+        {
+          auto reader = Document::open(folder / "f.kibori", Document::Access::read);
+          ASSERT_TRUE(reader.ok()) << at << " " << reader.error();
+          EXPECT_EQ(wrongs(*reader.value()), std::vector<std::string>()) << at << " " << how;
+        }
+        if (how == 1) {
+          // Still full.
+          const Status again = document.save_again();
+          EXPECT_FALSE(again.ok());
+          EXPECT_FALSE(document.unsaved().empty());
+        }
+        if (at % 2 == 0) {
+          ASSERT_TRUE(document.move_to(folder / "g.kibori").ok());
+          EXPECT_EQ(document.unsaved(), "");
+          EXPECT_NE(document.name().find("g.kibori"), std::string::npos);
+          EXPECT_FALSE(Document::open(folder / "g.kibori", Document::Access::write).ok());
+          // The old place is free, and work goes on in the new one.
+          { ASSERT_NE(opened(folder / "f.kibori"), nullptr); }
+          ASSERT_TRUE(document.undo(model).ok());
+          ASSERT_TRUE(document.redo(model).ok());
+          open.value().reset();
+          whole(folder / "g.kibori");
+          rescued++;
+          continue;
+        }
+        vfs.fail_at = 0;
+        const Status again = document.save_again();
+        ASSERT_TRUE(again.ok()) << at << " " << how << " " << again.error();
+        EXPECT_EQ(document.unsaved(), "");
+      }
+      open.value().reset();
+      vfs.fail_at = 0;
+      whole(folder / "f.kibori");
+    }
+  }
+  std::printf("%d failures told, %d rescued elsewhere\n", told, rescued);
+  EXPECT_GT(rescued, 10);
+  EXPECT_GT(told, rescued);
+  vfs.reset();
+}
+
+// Power is lost after any operation: what was synced is there, of what came later any part, torn anywhere.
+// The file then holds an exact prefix, and all that was synced of it.
+TEST(Document, LossOfPowerLeavesAPrefix) {
+  FaultVfs& vfs = FaultVfs::get();
+  vfs.reset();
+  Random random;
+  Folder folder;
+  TriDexel model = block();
+  { created(folder / "p.kibori", model); }
+  const std::vector<char> before = read_file(folder / "p.kibori").value();
+  vfs.log = true;
+  std::vector<std::pair<size_t, size_t>> steps_by_op;  // operations so far, steps finished so far
+  {
+    auto open = Document::open(folder / "p.kibori", Document::Access::write, FaultVfs::kName);
+    ASSERT_TRUE(open.ok()) << open.error();
+    for (int s = 0; s < 25; s++) {
+      carve(*open.value(), model, random, 12);
+      steps_by_op.emplace_back(vfs.ops.size(), open.value()->steps().size());
+      if (s == 12) wander(*open.value(), model);
+      if (s % 8 == 7) std::this_thread::sleep_for(std::chrono::milliseconds(510));
+    }
+    open.value().reset();
+    steps_by_op.emplace_back(vfs.ops.size(), 27);
+  }
+  vfs.log = false;
+  const int rounds = rounds_of("KIBORI_POWER", 150);
+  size_t most_lost = 0;
+  for (int round = 0; round < rounds; round++) {
+    const auto crash = static_cast<size_t>(random.integer(0, static_cast<int>(vfs.ops.size())));
+    std::map<std::string, std::vector<char>> files{{"p.kibori", before}};
+    std::map<std::string, size_t> synced;  // operations up to here are on the disk
+    for (size_t i = 0; i < crash; i++)
+      if (vfs.ops[i].kind == FaultVfs::Op::sync) synced[vfs.ops[i].file] = i;
+    for (size_t i = 0; i < crash; i++) {
+      const FaultVfs::Op& op = vfs.ops[i];
+      if (op.kind == FaultVfs::Op::sync) continue;
+      const bool sure = synced.count(op.file) && i < synced[op.file];
+      if (!sure && random.integer(0, 2) == 0) continue;  // never arrived
+      if (op.kind == FaultVfs::Op::remove) {
+        files.erase(op.file);
+        continue;
+      }
+      std::vector<char>& file = files[op.file];
+      if (op.kind == FaultVfs::Op::truncate) {
+        file.resize(static_cast<size_t>(op.at));
+        continue;
+      }
+      size_t length = op.data.size();
+      if (!sure && random.integer(0, 3) == 0)
+        length = static_cast<size_t>(random.integer(0, static_cast<int>(length)));
+      if (file.size() < static_cast<size_t>(op.at) + length) file.resize(static_cast<size_t>(op.at) + length);
+      std::copy_n(op.data.begin(), length, file.begin() + op.at);
+    }
+    for (const char* rest : {"q.kibori", "q.kibori-wal", "q.kibori-shm"})
+      std::filesystem::remove(folder / rest);
+    for (const auto& [name, bytes] : files) {
+      std::string as = name;
+      as[0] = 'q';
+      if (as.find("-shm") != std::string::npos) continue;
+      std::ofstream(folder / as.c_str(), std::ios::binary)
+          .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    }
+    auto after = opened(folder / "q.kibori");
+    ASSERT_NE(after, nullptr) << round << random.note();
+    EXPECT_EQ(wrongs(*after), std::vector<std::string>()) << random.note();
+    // All that was finished before the last sync of the log.
+    size_t sure = 1, made = 1;
+    for (const auto& [ops, steps] : steps_by_op) {
+      if (synced.count("p.kibori-wal") && ops <= synced["p.kibori-wal"]) sure = steps;
+      if (ops <= crash) made = steps;
+    }
+    EXPECT_GE(after->steps().size(), sure) << random.note();
+    most_lost = std::max(most_lost, made - std::min(made, after->steps().size()));
+  }
+  std::printf("%zu operations; at most %zu strokes lost\n", vfs.ops.size(), most_lost);
+  vfs.reset();
+}
+
+}  // namespace
+}  // namespace kibori
