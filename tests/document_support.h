@@ -22,7 +22,7 @@ inline int rounds_of(const char* name, int otherwise) {
   return std::getenv("KIBORI_SHORT") ? otherwise / 5 : otherwise;
 }
 
-inline TriDexel block(double pitch = 1) {
+inline TriDexel stock(double pitch = 1) {
   TriDexel model(make_lattice(Vec3(40, 30, 20), pitch, 4).value());
   model.fill_block({Vec3::Zero(), Vec3(40, 30, 20)}, 0);
   return model;

@@ -86,7 +86,7 @@ TEST(Document, UndoRedoAndBranchesAgainstFullCopies) {
   Random random;
   Folder folder;
   const int steps = rounds_of("KIBORI_HISTORY", 600);
-  auto model = std::make_unique<TriDexel>(block());
+  auto model = std::make_unique<TriDexel>(stock());
   auto document = created(folder / "a.kibori", *model);
   std::map<StepId, uint64_t> truth{{1, model->content_hash()}};
   std::vector<StepId> undone;  // by us, in order
@@ -149,7 +149,7 @@ TEST(Document, GoesAnywhereByTiles) {
   Random random;
   Folder folder;
   std::map<StepId, uint64_t> truth;
-  TriDexel model = block();
+  TriDexel model = stock();
   {
     auto document = created(folder / "t.kibori", model);
     truth[1] = model.content_hash();
@@ -242,7 +242,7 @@ TEST(Document, TilesOfNoStep) {
                                  "UPDATE checkpoint SET bounds = 'x' WHERE step = 4"}) {
     Folder folder;
     {
-      TriDexel model = block();
+      TriDexel model = stock();
       auto document = created(folder / "h.kibori", model);
       for (int i = 0; i < 6; i++) carve(*document, model, random, 10);
     }
@@ -277,7 +277,7 @@ TEST(Document, DestinationsForAModelElsewhere) {
   Folder folder;
   std::map<StepId, uint64_t> truth;
   {
-    TriDexel model = block();
+    TriDexel model = stock();
     auto document = created(folder / "d.kibori", model);
     for (int i = 0; i < 200; i++) {
       truth[document->head()] = model.content_hash();
@@ -307,7 +307,7 @@ TEST(Document, DestinationsForAModelElsewhere) {
   for (int i = 0; i < 300; i++) go(random.integer(1, 206));
   // A stroke after that, and back; one whose state is of another model is not mixed with these.
   go(190);
-  TriDexel other = block();
+  TriDexel other = stock();
   carve(*document, live, random, 3);
   const StepId fresh = document->head();
   truth[fresh] = live.content_hash();
@@ -320,7 +320,7 @@ TEST(Document, DestinationsForAModelElsewhere) {
 TEST(Document, ForcesAreKeptWhereAskedForAndVerified) {
   Random random;
   Folder folder;
-  TriDexel model = block();
+  TriDexel model = stock();
   auto document = created(folder / "f.kibori", model);
   StrokeSettings s;
   s.tool = BallTool{3};
@@ -384,7 +384,7 @@ TEST(Document, ForcesAreKeptWhereAskedForAndVerified) {
 
 TEST(Document, ThumbnailsAreKeptByStep) {
   Folder folder;
-  TriDexel model = block();
+  TriDexel model = stock();
   auto document = created(folder / "t.kibori", model);
   EXPECT_TRUE(document->thumbnail(1).value().empty());
   EXPECT_TRUE(document->set_thumbnail(1, {1, 2, 3}).ok());
@@ -399,7 +399,7 @@ TEST(Document, ThumbnailsAreKeptByStep) {
 TEST(Document, KeepsVersionsLabelsAndTheStock) {
   Random random;
   Folder folder;
-  TriDexel model = block();
+  TriDexel model = stock();
   {
     auto made = Document::create(folder / "a.kibori", model, R"({"kind":"block"})", Bytes{1, 2, 3});
     ASSERT_TRUE(made.ok()) << made.error();
@@ -423,7 +423,7 @@ TEST(Document, KeepsVersionsLabelsAndTheStock) {
 TEST(Document, CopiesAreWholeAndIndependent) {
   Random random;
   Folder folder;
-  TriDexel model = block();
+  TriDexel model = stock();
   auto document = created(folder / "a.kibori", model);
   for (int i = 0; i < 3; i++) carve(*document, model, random, 10);
   carve(*document, model, random, 14, false);  // a stroke that is being made goes as far as it was flushed
@@ -471,7 +471,7 @@ TEST(Document, OldVersionsOpen) {
 
 TEST(Document, AMillionTicksAtOnceAndForcesOfSome) {
   Folder folder;
-  TriDexel model = block();
+  TriDexel model = stock();
   auto document = created(folder / "a.kibori", model);
   const Wrench felt;
   ASSERT_TRUE(document->begin({}, {}).ok());

@@ -20,7 +20,7 @@ using namespace test;
 TEST(Document, OneWriterManyReaders) {
   Random random;
   Folder folder;
-  TriDexel model = block();
+  TriDexel model = stock();
   auto writer = created(folder / "a.kibori", model);
   const auto second = Document::open(folder / "a.kibori", Document::Access::write);
   ASSERT_FALSE(second.ok());
@@ -41,7 +41,7 @@ TEST(Document, OneWriterManyReaders) {
 TEST(Document, ARefusedWriterHarmsNobody) {
   Random random;
   Folder folder;
-  TriDexel model = block();
+  TriDexel model = stock();
   const pid_t child = fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
@@ -72,7 +72,7 @@ TEST(Document, ARefusedWriterHarmsNobody) {
 TEST(Document, LeftoversOfAnotherAreNotTakenIn) {
   Random random;
   Folder folder;
-  TriDexel model = block(2);
+  TriDexel model = stock(2);
   const pid_t child = fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
@@ -97,7 +97,7 @@ TEST(Document, LeftoversOfAnotherAreNotTakenIn) {
 TEST(Document, ReadersChangeNothingAndSeeOneMoment) {
   Random random;
   Folder folder;
-  TriDexel model = block();
+  TriDexel model = stock();
   auto writer = created(folder / "a.kibori", model);
   carve(*writer, model, random, 5);
   ASSERT_TRUE(writer->begin({}, {}).ok());
@@ -120,7 +120,7 @@ TEST(Document, ReadersChangeNothingAndSeeOneMoment) {
 TEST(Document, OnlyFinishedStepsHaveNamesAndPictures) {
   Random random;
   Folder folder;
-  TriDexel model = block();
+  TriDexel model = stock();
   auto document = created(folder / "a.kibori", model);
   carve(*document, model, random, 5, false);
   EXPECT_FALSE(document->name_version("x", 2).ok());
@@ -132,7 +132,7 @@ TEST(Document, OnlyFinishedStepsHaveNamesAndPictures) {
 TEST(Document, RedoGoesBackTheWayThatWasUndone) {
   Random random;
   Folder folder;
-  TriDexel model = block();
+  TriDexel model = stock();
   auto document = created(folder / "a.kibori", model);
   for (int i = 0; i < 3; i++) carve(*document, model, random, 5);  // 1 2 3 4
   ASSERT_TRUE(document->go(model, 2).ok());
@@ -150,7 +150,7 @@ TEST(Document, RedoGoesBackTheWayThatWasUndone) {
 TEST(Document, DroppedDestinations) {
   Random random;
   Folder folder;
-  TriDexel model = block();
+  TriDexel model = stock();
   uint64_t second = 0;
   {
     auto document = created(folder / "a.kibori", model);
@@ -178,9 +178,9 @@ TEST(Document, RefusesWhatIsNone) {
   EXPECT_FALSE(Document::open(folder / "text.kibori", Document::Access::read).ok());
   std::ofstream(folder / "empty.kibori").close();
   EXPECT_FALSE(Document::open(folder / "empty.kibori", Document::Access::write).ok());
-  EXPECT_FALSE(Document::create(folder / "no/such/folder.kibori", block(), "{}").ok());
+  EXPECT_FALSE(Document::create(folder / "no/such/folder.kibori", stock(), "{}").ok());
   // Of a newer version.
-  { created(folder / "new.kibori", block()); }
+  { created(folder / "new.kibori", stock()); }
   auto database = Database::open(folder / "new.kibori", Database::Access::write);
   ASSERT_TRUE(database.ok() && database.value().run("PRAGMA user_version=1000").ok());
   const auto newer = Document::open(folder / "new.kibori", Document::Access::read);

@@ -28,7 +28,7 @@ TEST(Document, MaterialsThatAreNone) {
   for (const uint8_t material : {uint8_t{64}, uint8_t{200}, uint8_t{63}}) {
     Random random;
     Folder folder;
-    TriDexel model = block(2);
+    TriDexel model = stock(2);
     Plane& first = model.field(Axis::z).writable(0, 0).first;
     for (int i = 0; i < kTileRays; i++) first.material[i] = material;
     model.field(Axis::z).writable(0, 0).material = material;
@@ -61,7 +61,7 @@ TEST(Document, DamageIsToldAndNeverCrashes) {
   Folder folder;
   uint64_t hash = 0;
   {
-    TriDexel model = block();
+    TriDexel model = stock();
     auto document = created(folder / "a.kibori", model);
     for (int i = 0; i < 4; i++) carve(*document, model, random, 10);
     hash = model.content_hash();
@@ -115,7 +115,7 @@ TEST(Document, KilledProcessesLeaveAPrefix) {
     ASSERT_GE(child, 0);
     if (child == 0) {
       // Writes how many ticks were flushed after each flush, as a pipe would lose it.
-      TriDexel model = block();
+      TriDexel model = stock();
       auto made = Document::create(file, model, "{}");
       if (!made) _exit(1);
       std::ofstream told(log, std::ios::binary);
@@ -183,7 +183,7 @@ TEST(Document, FailingDisksLoseNothing) {
       vfs.reset();
       for (const char* name : {"f.kibori", "g.kibori"})
         for (const char* rest : {"", "-wal", "-shm"}) std::filesystem::remove(folder / name += rest);
-      TriDexel model = block();
+      TriDexel model = stock();
       { created(folder / "f.kibori", model); }
       auto open = Document::open(folder / "f.kibori", Document::Access::write, FaultVfs::kName);
       ASSERT_TRUE(open.ok()) << open.error();
@@ -286,7 +286,7 @@ TEST(Document, LossOfPowerLeavesAPrefix) {
   vfs.reset();
   Random random;
   Folder folder;
-  TriDexel model = block();
+  TriDexel model = stock();
   { created(folder / "p.kibori", model); }
   const std::vector<char> before = read_file(folder / "p.kibori").value();
   vfs.log = true;
