@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <chrono>
 #include <random>
 #include <vector>
@@ -13,8 +12,10 @@
 #include <kibori/session/carving.h>
 #include <kibori/session/stock_scene.h>
 
-#include "apps/studio/bundle.h"
+#include "apps/studio/examples.h"
 #include "apps/studio/page.h"
+#include "apps/studio/tool_message.h"
+#include "apps/studio/trace.h"
 #include "apps/studio/visit.h"
 
 namespace kibori::studio {
@@ -32,7 +33,6 @@ constexpr auto kWorkEvery = std::chrono::milliseconds(200);
 // Ticks are left out for a page that has not read so much of what was sent before.
 constexpr size_t kTicksWait = 400000;
 constexpr size_t kMostThumbnailBytes = 65536;
-constexpr size_t kMostTraceRows = 100000;
 
 std::string random_hex() {
   std::random_device random;
@@ -43,71 +43,6 @@ std::string random_hex() {
     text += digits;
   }
   return text;
-}
-
-Result<Tool> tool_of(const ChooseTool& chosen) {
-  switch (chosen.shape) {
-    case 0:
-      return Tool(BallTool{chosen.size});
-    case 1:
-      return Tool(Finger{chosen.size, chosen.length});
-    case 2:
-      return Tool(Flat{chosen.size, chosen.length});
-    case 3:
-      return Tool(Capsule{chosen.size, chosen.length});
-    case 4:
-      return Tool(Bull{chosen.size, chosen.other, chosen.length});
-    case 5:
-      return Tool(Cone{chosen.other, chosen.size, chosen.length});
-    case 6:
-      return Tool(BoxTool{Vec3(chosen.size, chosen.length, chosen.other)});
-    case 7:
-      return Tool(Ellipsoid{Vec3(chosen.size, chosen.length, chosen.other)});
-    default:
-      return Error{"there is no such tool"};
-  }
-}
-
-struct Shown {
-  ShowTool operator()(const BallTool& t) const { return {0, t.radius, 0, 0}; }
-  ShowTool operator()(const Finger& t) const { return {1, t.ks, t.length, 0}; }
-  ShowTool operator()(const Flat& t) const { return {2, t.radius, t.length, 0}; }
-  ShowTool operator()(const Capsule& t) const { return {3, t.radius, t.length, 0}; }
-  ShowTool operator()(const Bull& t) const { return {4, t.radius, t.length, t.corner}; }
-  ShowTool operator()(const Cone& t) const { return {5, t.radius, t.length, t.angle_deg}; }
-  ShowTool operator()(const BoxTool& t) const { return {6, t.size.x(), t.size.y(), t.size.z()}; }
-  ShowTool operator()(const Ellipsoid& t) const { return {7, t.radii.x(), t.radii.y(), t.radii.z()}; }
-  template <class T>
-  ShowTool operator()(const T&) const {
-    return {255, 0, 0, 0};
-  }
-};
-
-std::string text_of(const BundledFile& file) {
-  return std::string(reinterpret_cast<const char*>(file.data), file.size);
-}
-
-// Its name, if it is one of the scenes among the page's files.
-std::string example_of(const BundledFile& file) {
-  const std::filesystem::path path(file.path);
-  return path.parent_path() == "/examples" && path.extension() == ".toml" ? path.stem().string()
-                                                                          : std::string();
-}
-
-// The first sentence of what a scene says of itself, or what stands before its colon.
-std::string first_comment(const std::string& text) {
-  std::string about;
-  for (size_t at = 0; at < text.size() && text[at] == '#';) {
-    const size_t end = std::min(text.find('\n', at), text.size());
-    about += (about.empty() ? "" : " ") + text.substr(std::min(at + 2, end), end - std::min(at + 2, end));
-    at = end + 1;
-  }
-  for (size_t i = 0; i < about.size(); i++) {
-    const bool sentence =
-        about[i] == '.' && (i + 2 >= about.size() || std::isupper(static_cast<unsigned char>(about[i + 2])));
-    if (sentence || about[i] == ':') return about.substr(0, i);
-  }
-  return about;
 }
 
 bool is_png(const std::vector<uint8_t>& bytes) {
@@ -213,9 +148,9 @@ void Server::State::begin(Page& page, const Begin& begin) {
 }
 
 void Server::State::carve_example(Page& page, const std::string& name) {
-  for (const BundledFile& file : bundle()) {
-    if (name.empty() || example_of(file) != name) continue;
-    Result<Scene> scene = parse_scene(text_of(file), name, std::nullopt);
+  for (const Example& example : examples()) {
+    if (example.name != name) continue;
+    Result<Scene> scene = parse_scene(example.scene, name, std::nullopt);
     if (!scene) return page.notice(scene.error());
     const Result<std::filesystem::path> place = library.place_for(name);
     if (!place) return page.notice(place.error());
@@ -260,7 +195,7 @@ void Server::State::run_experiment(Page& page, const RunExperiment& run) {
 
 void Server::State::follow_experiment() {
   Experiment& run = *studio->experiment();
-  if (Tool now; run.next_tool(now)) send(encode(shown.emplace(std::visit(Shown{}, now))));
+  if (Tool now; run.next_tool(now)) send(encode(shown.emplace(shown_as(now))));
   if (traced) return;
   const Result<Carving>* const outcome = run.outcome();
   if (!outcome) {
@@ -273,48 +208,7 @@ void Server::State::follow_experiment() {
   traced = true;
   if (!job.busy()) send(encode(Work{}));
   if (!*outcome) return tell(outcome->error());
-  const Carving& carving = outcome->value();
-  const CarveSummary& summary = carving.summary;
-  nlohmann::json marks = nlohmann::json::array();
-  for (const Mark& mark : carving.marks) marks.push_back({{"label", mark.label}, {"time_s", mark.time_s}});
-  double sum = 0;
-  int64_t felt = 0;
-  for (const TraceRow& row : carving.trace) {
-    const double force = std::sqrt(row.result.wrench.force.squaredNorm());
-    sum += force;
-    felt += force > 0;
-  }
-  const Scene& scene = run.scene();
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  Trace trace;
-  trace.json = nlohmann::json{
-      {"run", std::chrono::duration_cast<std::chrono::milliseconds>(now).count()},
-      {"name", scene.file},
-      {"mean_force_N", felt > 0 ? sum / static_cast<double>(felt) : 0.0},
-      {"model", scene.spring                             ? "series"
-                : scene.force.model == ForceModel::paper ? "paper"
-                                                         : "energy"},
-      {"finished", run.share() >= 1 && !run.stopped()},
-      {"ticks", summary.ticks},
-      {"removed_mm3", summary.removed_mm3},
-      {"max_force_N", summary.max_force_N},
-      {"max_moment_Nmm", summary.max_moment_Nmm},
-      {"step_us", summary.step_us.median},
-      {"marks",
-       marks}}.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  const size_t each = (carving.trace.size() + kMostTraceRows - 1) / kMostTraceRows;
-  Writer rows;
-  for (size_t i = 0; i < carving.trace.size(); i += each) {
-    const TraceRow* most = &carving.trace[i];
-    for (size_t j = i; j < std::min(i + each, carving.trace.size()); j++)
-      if (carving.trace[j].result.wrench.force.squaredNorm() > most->result.wrench.force.squaredNorm())
-        most = &carving.trace[j];
-    rows.put(static_cast<float>(most->time_s));
-    for (const Vec3& v : {most->result.wrench.force, most->result.wrench.moment})
-      for (int k = 0; k < 3; k++) rows.put(static_cast<float>(v[k]));
-  }
-  trace.data = rows.take();
-  trace_sent = encode(trace);
+  trace_sent = encode(trace_of(run, outcome->value()));
   send(trace_sent);
 }
 
@@ -337,14 +231,13 @@ void Server::State::leave(Page& page) {
 }
 
 std::string Server::State::start_json() const {
-  nlohmann::json documents = nlohmann::json::array(), materials = documents, examples = documents;
+  nlohmann::json documents = nlohmann::json::array(), materials = documents, scenes = documents;
   for (const Library::Entry& entry : library.list())
     documents.push_back({{"name", entry.name}, {"changed", entry.changed_s}, {"bytes", entry.bytes}});
-  for (const BundledFile& file : bundle())
-    if (const std::string name = example_of(file); !name.empty())
-      examples.push_back({{"name", name}, {"about", first_comment(text_of(file))}});
+  for (const Example& example : examples())
+    scenes.push_back({{"name", example.name}, {"about", example.about}});
   for (const Material& m : woods()) materials.push_back({{"name", m.name}, {"color", m.color}});
-  return nlohmann::json{{"documents", documents}, {"materials", materials}, {"examples", examples}}.dump(
+  return nlohmann::json{{"documents", documents}, {"materials", materials}, {"examples", scenes}}.dump(
       -1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -421,7 +314,7 @@ void Server::State::hear(Page& page, const FromPage& message) {
   } else if (const auto* const chosen = std::get_if<ChooseTool>(&message)) {
     const Result<Tool> tool = tool_of(*chosen);
     done = tool ? studio->choose_tool(tool.value()) : Status(Error{tool.error()});
-    if (done) send(encode(shown.emplace(std::visit(Shown{}, tool.value()))));
+    if (done) send(encode(shown.emplace(shown_as(tool.value()))));
   } else if (const auto* const spring = std::get_if<ChooseSpring>(&message)) {
     done = studio->choose_stiffness(spring->stiffness);
   } else if (const auto* const material = std::get_if<ChooseMaterial>(&message)) {

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+#include "apps/studio/trace.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/studio/wire.h"
+
+namespace kibori::studio {
+namespace {
+
+constexpr size_t kMostRows = 100000;
+
+}  // namespace
+
+Trace trace_of(const Experiment& run, const Carving& carving) {
+  const CarveSummary& summary = carving.summary;
+  nlohmann::json marks = nlohmann::json::array();
+  for (const Mark& mark : carving.marks) marks.push_back({{"label", mark.label}, {"time_s", mark.time_s}});
+  double sum = 0;
+  int64_t felt = 0;
+  for (const TraceRow& row : carving.trace) {
+    const double force = std::sqrt(row.result.wrench.force.squaredNorm());
+    sum += force;
+    felt += force > 0;
+  }
+  const Scene& scene = run.scene();
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  Trace trace;
+  trace.json = nlohmann::json{
+      {"run", std::chrono::duration_cast<std::chrono::milliseconds>(now).count()},
+      {"name", scene.file},
+      {"mean_force_N", felt > 0 ? sum / static_cast<double>(felt) : 0.0},
+      {"model", scene.spring                             ? "series"
+                : scene.force.model == ForceModel::paper ? "paper"
+                                                         : "energy"},
+      {"finished", run.share() >= 1 && !run.stopped()},
+      {"ticks", summary.ticks},
+      {"removed_mm3", summary.removed_mm3},
+      {"max_force_N", summary.max_force_N},
+      {"max_moment_Nmm", summary.max_moment_Nmm},
+      {"step_us", summary.step_us.median},
+      {"marks",
+       marks}}.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  const size_t each = (carving.trace.size() + kMostRows - 1) / kMostRows;
+  Writer rows;
+  for (size_t i = 0; i < carving.trace.size(); i += each) {
+    const TraceRow* most = &carving.trace[i];
+    for (size_t j = i; j < std::min(i + each, carving.trace.size()); j++)
+      if (carving.trace[j].result.wrench.force.squaredNorm() > most->result.wrench.force.squaredNorm())
+        most = &carving.trace[j];
+    rows.put(static_cast<float>(most->time_s));
+    for (const Vec3& v : {most->result.wrench.force, most->result.wrench.moment})
+      for (int k = 0; k < 3; k++) rows.put(static_cast<float>(v[k]));
+  }
+  trace.data = rows.take();
+  return trace;
+}
+
+}  // namespace kibori::studio

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+// What an experiment came to, as a message.
+#pragma once
+
+#include <kibori/session/experiment.h>
+
+#include "apps/studio/messages.h"
+
+namespace kibori::studio {
+
+// Of very many ticks, those with the largest forces.
+Trace trace_of(const Experiment& run, const Carving& carving);
+
+}  // namespace kibori::studio
