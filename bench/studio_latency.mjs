@@ -32,6 +32,7 @@ for (let i = 0; i < 5; i++)
     const { studio, url, from } = await start(...words);
     const page = await browser.newPage({ viewport: { width: 1280, height: 720 } });
     await page.goto(url);
+    await page.waitForURL(`${new URL(url).origin}/`);
     await until(page, () => document.body.dataset.shown === "start" || (document.body.dataset.volume && Number(document.body.dataset.chunks) > 0));
     starts[what].push((performance.now() - from) / 1000);
     await page.close();
@@ -42,6 +43,7 @@ for (let i = 0; i < 5; i++)
 const { studio, url } = await start(join(folder, "latency.kibori"));
 const page = await browser.newPage({ viewport: { width: 1000, height: 640 } });
 await page.goto(url);
+await page.waitForURL(`${new URL(url).origin}/`);
 await until(page, () => Number(document.body.dataset.volume) > 0 && Number(document.body.dataset.chunks) > 0);
 await page.waitForTimeout(2500);
 await page.evaluate(() => {

@@ -44,9 +44,7 @@ StudioCommand::StudioCommand(CLI::App& app) {
   studio_->add_option(
       "FILE", file_,
       "document: .kibori; made if it is not there yet. Without one, the page asks what to begin with");
-  studio_
-      ->add_option("--stock", stock_,
-                   "scene whose stock, first tool and materials a new document begins with")
+  studio_->add_option("--stock", stock_, "scene whose stock and materials a new document begins with")
       ->type_name("SCENE.toml");
   studio_->add_option("--port", port_, "of 127.0.0.1; 0: any that is free")->capture_default_str();
   studio_->add_option(

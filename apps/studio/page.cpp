@@ -153,6 +153,7 @@ void Page::greet() {
   greeted_ = true;
   first_.cancel();
   server_.pages.insert(this);
+  server_.trouble_told.clear();
   if (!server_.holder) server_.hold(this);
   restart();
   send(encode(Work{server_.job.what(), server_.job.share(), server_.job.cancellable()}));

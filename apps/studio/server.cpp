@@ -30,6 +30,7 @@ constexpr auto kFollowEvery = std::chrono::milliseconds(2);
 constexpr auto kStateEvery = std::chrono::milliseconds(50);
 constexpr auto kTicksEvery = std::chrono::milliseconds(15);  // every one of them, a frame's worth at a time
 constexpr auto kWorkEvery = std::chrono::milliseconds(200);
+constexpr auto kTroubleEvery = std::chrono::seconds(15);  // other sentences are to be read, too
 // Ticks are left out for a page that has not read so much of what was sent before.
 constexpr size_t kTicksWait = 400000;
 constexpr size_t kMostThumbnailBytes = 65536;
@@ -220,9 +221,9 @@ void Server::State::leave(Page& page) {
       [this, closing, left = left_unsaved](std::atomic<double>&) -> Job::Then {
         const std::string where = (*closing)->close();
         closing->reset();
-        *left = where;
-        return [this, where, left](bool) {
-          left->clear();
+        // Told at the end, too: the page may not be there to hear it.
+        if (!where.empty()) *left += (left->empty() ? "" : "\n") + where;
+        return [this, where](bool) {
           show(nullptr);
           if (!where.empty()) tell(where);
         };
@@ -374,7 +375,11 @@ void Server::State::send_state() {
     page->send(encode(state));
   }
   if (!notice.empty()) tell(notice);
-  if (!place.trouble.empty()) tell(place.trouble);
+  if (place.trouble != trouble_told || Clock::now() - trouble_at > kTroubleEvery) {
+    trouble_told = place.trouble;
+    trouble_at = Clock::now();
+    if (!trouble_told.empty()) tell(trouble_told);
+  }
 }
 
 void Server::State::send_device(Page* page) {
@@ -448,9 +453,12 @@ void Server::run(const std::function<bool()>& stop) {
 }
 
 std::string Server::close() {
-  if (state_->studio) return state_->studio->close();
-  state_->job.wait();
-  return *state_->left_unsaved;
+  if (!state_->studio) {
+    state_->job.wait();
+    return *state_->left_unsaved;
+  }
+  const std::string last = state_->studio->close(), &before = *state_->left_unsaved;
+  return before.empty() || last.empty() ? before + last : before + "\n" + last;
 }
 
 }  // namespace kibori::studio

@@ -79,13 +79,15 @@ struct Server::State {
   int connections = 0;
   std::set<Page*> pages;  // that said hello
   Page* holder = nullptr;
-  // Where what was left lies, if not where it belongs; while no one was told. Written by the job that saves.
+  // Where what was left lies, if not where it belongs. Written by the job that saves.
   const std::shared_ptr<std::string> left_unsaved = std::make_shared<std::string>();
   double ticks_sent = 0;
   std::vector<float> tick_rows;     // not sent yet
   bool traced = false;              // what the experiment came to was sent
   std::vector<uint8_t> trace_sent;  // for pages that come later; empty: not yet
   std::optional<ShowTool> shown;    // the tool; none: no one has said
+  std::string trouble_told;
+  Clock::time_point trouble_at{};
   Clock::time_point state_at{}, ticks_at{}, work_at{};
   std::function<bool()> stop;
   // Gone first, and with it the pages and visits that wait for something, which know the rest.

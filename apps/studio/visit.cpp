@@ -134,7 +134,7 @@ Visit::Visit(asio::ip::tcp::socket socket, Server::State& server)
 
 void Visit::read() {
   parser_.emplace();
-  parser_->header_limit(8192);
+  parser_->header_limit(32768);  // cookies of every port of this machine come along
   parser_->body_limit(server_.limits.import_bytes);
   stream_.expires_after(
       std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(server_.limits.header_s)));
@@ -195,11 +195,17 @@ void Visit::answer() {
 }
 
 void Visit::let_in() {
+  // Not by a redirect: where another site's link, or a file, led here, a strict cookie does not follow it.
+  // From a page of ours it does.
+  body_ =
+      "<!doctype html><meta charset=\"utf-8\"><meta http-equiv=\"refresh\" content=\"0;url=/\">"
+      "<link rel=\"icon\" href=\"data:,\"><title>Kibori</title>";
   response_ = {};
-  response_.result(Status::see_other);
-  response_.set(http::field::location, "/");
+  response_.result(Status::ok);
+  response_.set(http::field::content_type, "text/html; charset=utf-8");
   response_.set(http::field::set_cookie,
                 server_.cookie_name + "=" + server_.secret + "; HttpOnly; SameSite=Strict; Path=/");
+  response_.body() = {body_.data(), body_.size()};
   keep_alive_ = false;
   write(response_);
 }

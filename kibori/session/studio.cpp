@@ -12,6 +12,7 @@
 #include <kibori/devices/registry.h>
 #include <kibori/devices/virtual_device.h>
 #include <kibori/session/documents.h>
+#include <kibori/session/library.h>
 #include <kibori/session/stock_scene.h>
 
 namespace kibori {
@@ -73,7 +74,9 @@ Result<std::unique_ptr<Studio>> Studio::create(const std::filesystem::path& file
   if (!model) return Error{model.error()};
   auto document = new_document(file, scene, *model.value());
   if (!document) return Error{document.error()};
-  return start(std::move(document).value(), std::move(model).value(), scene, options);
+  auto studio = start(std::move(document).value(), std::move(model).value(), scene, options);
+  if (!studio) remove_document(file);
+  return studio;
 }
 
 Result<std::unique_ptr<Studio>> Studio::look(std::unique_ptr<Document> document) {

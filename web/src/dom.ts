@@ -6,6 +6,14 @@ export const input = (id: string): HTMLInputElement => element<HTMLInputElement>
 export const select = (id: string): HTMLSelectElement => element<HTMLSelectElement>(id);
 export const dialog = (id: string): HTMLDialogElement => element<HTMLDialogElement>(id);
 
+/** Opens a form; what it comes to is in `returnValue`: "yes", or left off. */
+export function ask(id: string): void {
+  const box = dialog(id);
+  box.returnValue = "";
+  for (const button of box.querySelectorAll<HTMLButtonElement>("button[value=no]")) button.onclick = () => box.close();
+  box.showModal();
+}
+
 /** Says it there. What stands there already is left alone: writing it again would lay out and draw the page again. */
 export function put(id: string, text: string): void {
   const at = element(id);

@@ -103,10 +103,10 @@ export class Experiments {
       } else {
         const file = own.files?.[0];
         if (!file) return own.click();
+        own.value = "";
         if (file.size > 500000) return this.tell(`${file.name} is too large for a scene`);
         name = file.name.replace(/\.toml$/, "");
         text = await file.text();
-        own.value = "";
       }
     } catch {
       return this.tell("The scene did not arrive; is 'kibori studio' still running?");

@@ -10,31 +10,28 @@ const chosen = (name: string): number => Number((document.querySelector(`input[n
 
 /** From a tool's tip to its other end [mm], where its size does not say. */
 const TOOL_LENGTH = 25, FINGER_LENGTH = 20;
-/** Shapes as of ChooseTool, of a radius and of one number more, which only some have; how high they are [mm]. */
+/** Shapes as of ChooseTool, of a radius and of one number more, which only some have [mm]. */
 interface Shape {
   name: string;
   form?: { name: string; unit: string; least: number; most: number; value: number };
   tool(radius: number, form: number): { size: number; length: number; other: number };
-  height(radius: number): number;
   /** Whether it matters how far it is turned about its axis. */
   turns?: boolean;
 }
-const tall = (): number => TOOL_LENGTH;
 const SHAPES: Shape[] = [
-  { name: "Ball", tool: (r) => ({ size: r, length: 2 * r, other: 0 }), height: (r) => 2 * r },
+  { name: "Ball", tool: (r) => ({ size: r, length: 2 * r, other: 0 }) },
   // Its Ks such that it is as wide as a ball would be, a radius above its tip.
-  { name: "Finger", tool: (r) => ({ size: 1 / r, length: FINGER_LENGTH, other: 0 }), height: () => FINGER_LENGTH },
-  { name: "End mill", tool: (r) => ({ size: r, length: TOOL_LENGTH, other: 0 }), height: tall },
-  { name: "Capsule", tool: (r) => ({ size: r, length: TOOL_LENGTH + 2 * r, other: 0 }), height: (r) => TOOL_LENGTH + 2 * r },
+  { name: "Finger", tool: (r) => ({ size: 1 / r, length: FINGER_LENGTH, other: 0 }) },
+  { name: "End mill", tool: (r) => ({ size: r, length: TOOL_LENGTH, other: 0 }) },
+  { name: "Capsule", tool: (r) => ({ size: r, length: TOOL_LENGTH + 2 * r, other: 0 }) },
   {
     name: "Bull nose",
     form: { name: "Corner", unit: "mm", least: 0.1, most: 12, value: 1.5 },
     tool: (r, corner) => ({ size: r, length: TOOL_LENGTH, other: Math.min(corner, r) }),
-    height: tall,
   },
-  { name: "V cutter", form: { name: "Angle", unit: "°", least: 20, most: 150, value: 90 }, tool: (r, angle) => ({ size: r, length: TOOL_LENGTH, other: angle }), height: tall },
-  { name: "Box", form: { name: "Breadth", unit: "mm", least: 0.5, most: 24, value: 4 }, tool: (r, breadth) => ({ size: 2 * r, length: breadth, other: TOOL_LENGTH }), height: tall, turns: true },
-  { name: "Ellipsoid", form: { name: "Breadth", unit: "mm", least: 1, most: 24, value: 12 }, tool: (r, breadth) => ({ size: r, length: breadth / 2, other: r }), height: (r) => 2 * r, turns: true },
+  { name: "V cutter", form: { name: "Angle", unit: "°", least: 20, most: 150, value: 90 }, tool: (r, angle) => ({ size: r, length: TOOL_LENGTH, other: angle }) },
+  { name: "Box", form: { name: "Breadth", unit: "mm", least: 0.5, most: 24, value: 4 }, tool: (r, breadth) => ({ size: 2 * r, length: breadth, other: TOOL_LENGTH }), turns: true },
+  { name: "Ellipsoid", form: { name: "Breadth", unit: "mm", least: 1, most: 24, value: 12 }, tool: (r, breadth) => ({ size: r, length: breadth / 2, other: r }), turns: true },
 ];
 /** A tool as ChooseTool and ShowTool say it. */
 interface Held {
@@ -43,9 +40,18 @@ interface Held {
   length: number;
   other: number;
 }
+/** From the tip to the other end [mm]. */
+const heightOf = ({ shape, size, length, other }: Held): number => (shape === 0 ? 2 * size : shape === 6 ? other : shape === 7 ? 2 * other : length);
+/** No higher than so, where its shape allows: what is added is not to come out of the other side of the wood. */
+function shortened(held: Held, height: number): Held {
+  const { shape, size, length, other } = held;
+  if (shape === 6) return { ...held, other: Math.min(other, height) };
+  const least = shape === 3 ? 2 * size : shape === 4 ? 2 * other : 0;
+  return shape === 0 || shape === 7 ? held : { ...held, length: Math.min(length, Math.max(height, least)) };
+}
 const AIM_EVERY_MS = 4;
 /** The modes of Press. */
-const CUT = 0, FILL = 1, FEEL = 2;
+const CUT = 0, FILL = 1;
 
 export class Hand {
   axis = new THREE.Vector3(0, 0, 1);
@@ -112,9 +118,9 @@ export class Hand {
   get working(): boolean {
     return this.stroke !== null;
   }
-  /** Whether the tool, whose tip is there, shall take away or add, and is far from where it is wanted. */
+  /** Whether the tool, whose tip is there, is to cut and far from where it is wanted. */
   heldBack(tip: Vec3): boolean {
-    return this.stroke !== null && this.stroke.mode !== FEEL && Math.hypot(...tip.map((x, i) => x - this.aimed[i])) > this.depth() / 2;
+    return this.stroke?.mode === CUT && Math.hypot(...tip.map((x, i) => x - this.aimed[i])) > this.depth() / 2;
   }
   /** Whether this page holds the tool. */
   get holds(): boolean {
@@ -135,7 +141,9 @@ export class Hand {
 
   nudge(id: "size" | "depth", factor: number): void {
     if (this.readOnly) return;
-    input(id).value = String(Number(input(id).value) * factor);
+    // At least by what the slider goes at once.
+    const now = Number(input(id).value), step = Number(input(id).step);
+    input(id).value = String(factor > 1 ? Math.max(now * factor, now + step) : Math.min(now * factor, now - step));
     this.chooseTool();
   }
 
@@ -162,11 +170,12 @@ export class Hand {
 
   lift(): void {
     if (!this.stroke) return;
-    const { last } = this.stroke;
+    const { last, mode } = this.stroke;
     this.stroke = null;
     this.view.controls.enabled = true;
     this.view.endStroke();
     this.send(write.Lift());
+    if (mode !== chosen("mode")) this.chooseTool();
     this.aim(last, -2);
   }
 
@@ -179,8 +188,8 @@ export class Hand {
   private depth(): number {
     return Number(input("depth").value);
   }
-  private toolHeight(): number {
-    return SHAPES[this.shape].height(this.radius());
+  private get adds(): boolean {
+    return !this.device && (this.stroke?.mode ?? chosen("mode")) === FILL;
   }
 
   /** Another shape, with the number it had when it was last held. */
@@ -211,7 +220,8 @@ export class Hand {
   private own(): Held {
     const shape = this.shape, { form, tool } = SHAPES[shape];
     if (form) form.value = Number(input("form").value);
-    return { shape, ...tool(this.radius(), form?.value ?? 0) };
+    const held = { shape, ...tool(this.radius(), form?.value ?? 0) };
+    return this.adds ? shortened(held, this.depth() + Math.max(this.depth(), this.radius())) : held;
   }
   /** The tool that is held: here, as it is chosen; elsewhere, as the studio says. */
   private draw(): void {
@@ -233,6 +243,7 @@ export class Hand {
   }
   /** A pointer says what its tool does when it presses. */
   private chooseWork(): void {
+    this.chooseTool();
     if (this.device) this.send(write.ChooseWork({ mode: chosen("mode") }));
   }
   private chooseSpring(): void {
@@ -264,7 +275,7 @@ export class Hand {
 
   /** How deep: where it adds, so that the tool stands out as much as it else would sink in. */
   private pressed(event: PointerEvent): number {
-    if (this.stroke?.mode === FILL) return this.toolHeight() - this.depth();
+    if (this.stroke?.mode === FILL) return heightOf(this.own()) - this.depth();
     const pen = event.pointerType === "pen" && event.pressure > 0 && input("pressure").checked;
     return pen ? 2 * event.pressure * this.depth() : this.depth();
   }
@@ -288,7 +299,8 @@ export class Hand {
       this.sliding = null;
       return event.stopImmediatePropagation();
     }
-    const hit = event.button === 0 && this.holds && !this.stroke && !this.readOnly ? this.view.hit(event.clientX, event.clientY) : null;
+    const first = event.pointerType !== "touch" || event.isPrimary; // another finger looks
+    const hit = first && event.button === 0 && this.holds && !this.stroke && !this.readOnly ? this.view.hit(event.clientX, event.clientY) : null;
     if (!hit) return; // beside it: the view turns
     if (this.device) {
       // Clear of the wood; the view may turn.
@@ -302,6 +314,7 @@ export class Hand {
     this.view.beginStroke();
     const mode = chosen("mode") === CUT && (event.ctrlKey || event.altKey) ? FILL : chosen("mode");
     this.stroke = { pointer: event.pointerId, type: event.pointerType, x: event.clientX, y: event.clientY, last: hit, mode };
+    if (mode !== chosen("mode")) this.chooseTool();
     this.axis = this.axisAt(hit, event);
     // To cut, from so far above that walls beside the place are not in the way. To add, where it adds.
     const deep = this.pressed(event), from = mode === FILL ? deep : -Math.max(1, this.radius());

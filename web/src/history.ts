@@ -109,9 +109,10 @@ export class History {
       for (const id of others) cells.push(this.button(`⑂ ${this.names.get(this.tip(id)) ?? this.tip(id)}`, "another branch begins here: go to its end", () => this.go(this.tip(id)), "branch"));
     }
     cells.push(this.button("Name …", "give where you are a name, to come back to", this.name, "more"));
-    const focused = (document.activeElement as HTMLElement | null)?.dataset?.step;
+    const had = document.activeElement as HTMLElement | null;
+    const focused = had && this.into.contains(had) ? cells.find((cell) => cell.dataset.step === had.dataset.step && cell.className === had.className && cell.title === had.title) : undefined;
     this.into.replaceChildren(...cells);
-    if (focused) this.into.querySelector<HTMLElement>(`[data-step="${focused}"]`)?.focus();
+    focused?.focus();
     const here = this.into.querySelector<HTMLElement>("[aria-current]");
     if (here) this.into.scrollLeft = here.offsetLeft - this.into.clientWidth / 2 + here.offsetWidth / 2;
   }

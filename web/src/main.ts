@@ -2,7 +2,7 @@
 // The page: what the studio says to surface, plot, history and numbers; buttons and keys to the studio.
 import * as THREE from "three";
 import { Connection } from "./connection";
-import { dialog, element, put, read } from "./dom";
+import { ask, dialog, element, put, read } from "./dom";
 import { Experiments } from "./experiments";
 import { Hand } from "./hand";
 import { History } from "./history";
@@ -61,7 +61,7 @@ const history = new History(
   element("history"),
   (to) => send(write.Go({ step: to })),
   () => {
-    dialog("naming").showModal();
+    ask("naming");
     element<HTMLInputElement>("version").select();
   },
 );
@@ -202,7 +202,8 @@ function hear(said: FromStudio): void {
       break;
     }
     case "Notice":
-      tell(said.message.text);
+      // On the first page it may be where something lies that could not be saved.
+      tell(said.message.text, document.body.dataset.shown === "start" ? Infinity : 8);
   }
 }
 
@@ -271,7 +272,7 @@ async function turntable(): Promise<void> {
 const undo = (): void => send(write.Undo());
 const redo = (): void => send(write.Redo());
 const leave = (): void => send(write.Leave());
-const askExport = (): void => dialog("exporting").showModal();
+const askExport = (): void => ask("exporting");
 const picture = async (): Promise<void> => {
   const png = await view.picture(canvas.width, canvas.height);
   if (png) save(`${title}.png`, png);

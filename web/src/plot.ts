@@ -49,6 +49,16 @@ export class ForcePlot {
       [[], [], [], [], [], []],
       into,
     );
+    // Its names are buttons for keys, too.
+    for (const name of into.querySelectorAll<HTMLElement>(".u-legend .u-series > *")) {
+      name.tabIndex = 0;
+      name.setAttribute("role", "button");
+      name.addEventListener("keydown", (event) => {
+        if (event.key !== "Enter" && event.key !== " ") return;
+        event.preventDefault();
+        name.click();
+      });
+    }
   }
 
   add(start: number, rows: Float32Array): void {

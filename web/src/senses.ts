@@ -37,7 +37,10 @@ export class Senses {
     this.audio ??= this.make();
     const { context, gain, filter } = this.audio;
     const moving = Math.min(1, speed / 20);
-    gain.gain.setTargetAtTime(0.35 * (1 - Math.exp(-force / 1.5)) * moving, context.currentTime, 0.02);
+    const now = context.currentTime;
+    gain.gain.cancelScheduledValues(now);
+    gain.gain.setTargetAtTime(0.35 * (1 - Math.exp(-force / 1.5)) * moving, now, 0.02);
+    gain.gain.setTargetAtTime(0, now + 0.25, 0.03); // where no tick follows
     filter.frequency.setTargetAtTime(300 + 20 * Math.min(150, speed) + 4000 * Math.min(0.3, rough), context.currentTime, 0.03);
   }
 

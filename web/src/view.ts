@@ -31,7 +31,8 @@ export class View {
   private chunks = new THREE.Group();
   private shown = new Map<string, THREE.Mesh>();
   // What a chunk was when the stroke began: depth is taken from there, so that the tool does not sink by itself.
-  private before: Map<string, THREE.Mesh> | null = null;
+  // null: there was none.
+  private before: Map<string, THREE.Mesh | null> | null = null;
   readonly wood = new Wood();
   private tool = new THREE.Group();
   private ring: THREE.Mesh;
@@ -94,6 +95,10 @@ export class View {
     this.arrow.visible = this.ring.visible = this.tool.visible = false;
     this.told = "";
     const size = nodes.map((n) => n * lattice.pitch);
+    for (const frame of this.planes.children as THREE.LineLoop[]) {
+      frame.geometry.dispose();
+      (frame.material as THREE.Material).dispose();
+    }
     this.planes.clear();
     for (let i = 0; i < 3; i++) {
       const [u, v] = [size[(i + 1) % 3], size[(i + 2) % 3]];
@@ -114,6 +119,7 @@ export class View {
     this.whole = false;
     unpack(data, lattice, (place, made) => {
       const old = this.shown.get(place);
+      if (!old && this.before && !this.before.has(place)) this.before.set(place, null);
       if (old) {
         this.chunks.remove(old);
         if (this.before && !this.before.has(place)) this.before.set(place, old);
@@ -167,6 +173,7 @@ export class View {
     shadow.far = 9 * r;
     shadow.updateProjectionMatrix();
     if (this.grid) this.scene.remove(this.grid);
+    this.grid?.dispose();
     // Lines 1, 10, 100 ... mm apart.
     const apart = 10 ** Math.max(0, Math.round(Math.log10(r) - 0.7));
     const half = Math.ceil((1.6 * r) / apart) * apart;
@@ -186,7 +193,7 @@ export class View {
   }
   endStroke(): void {
     if (!this.before) return;
-    for (const [place, mesh] of this.before) if (this.shown.get(place) !== mesh) mesh.geometry.dispose();
+    for (const [place, mesh] of this.before) if (mesh && this.shown.get(place) !== mesh) mesh.geometry.dispose();
     this.before = null;
     this.redraw();
   }
@@ -198,7 +205,7 @@ export class View {
     this.ray.setFromCamera(new THREE.Vector2((2 * (x - r.left)) / r.width - 1, 1 - (2 * (y - r.top)) / r.height), this.camera);
     const meshes: THREE.Object3D[] = [];
     for (const [place, mesh] of this.shown) if (!this.before?.has(place)) meshes.push(mesh);
-    if (this.before) for (const mesh of this.before.values()) meshes.push(mesh);
+    if (this.before) for (const mesh of this.before.values()) if (mesh) meshes.push(mesh);
     const found = this.ray.intersectObjects(meshes, false)[0];
     if (!found) return null;
     const normal = found.normal ? found.normal.clone() : found.face!.normal.clone();
@@ -206,8 +213,16 @@ export class View {
     return { point: found.point.clone(), normal };
   }
 
+  private held = ""; // the tool that is drawn
   /** The tool as it is; shapes and their numbers are those of ChooseTool. */
   setTool(shape: number, size: number, length: number, other: number): void {
+    const told = [shape, size, length, other].join();
+    if (told === this.held) return;
+    this.held = told;
+    for (const mesh of this.tool.children as THREE.Mesh[]) {
+      mesh.geometry.dispose();
+      (mesh.material as THREE.Material).dispose();
+    }
     this.tool.clear();
     const look = new THREE.MeshStandardMaterial({ color: 0xb8bcc2, roughness: 0.3, metalness: 0.6, transparent: true, opacity: 0.75 });
     const add = (geometry: THREE.BufferGeometry, z: number, turn = true): void => {
