@@ -11,7 +11,7 @@
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 4;
+inline constexpr uint16_t kProtocolVersion = 5;
 
 // The first message of a page. Welcome or Start answers.
 struct Hello {

@@ -2,7 +2,7 @@
 // Made by tools/make_protocol.py from protocol/messages.json: change that.
 import { Reader, Writer, type Vec3 } from "./wire";
 
-export const PROTOCOL_VERSION = 4;
+export const PROTOCOL_VERSION = 5;
 
 /** The first message of a page. Welcome or Start answers. */
 export interface Hello { version: number }

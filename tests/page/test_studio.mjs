@@ -1,96 +1,11 @@
 // SPDX-License-Identifier: MIT
 // The page in a real browser: from the first look to the first cut and back, pen and finger, files, what goes wrong, and
-// that what it shows is what there is. Usage: node test_studio_page.mjs KIBORI [SCREENSHOTS' FOLDER]
-// The page's policy forbids eval, so what is waited for is asked again and again.
-import { execFileSync, spawn } from "node:child_process";
+// that what it shows is what there is. Usage: node test_studio.mjs KIBORI [SCREENSHOTS' FOLDER]
+import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
-import { chmodSync, existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { readFileSync, rmSync, writeFileSync } from "node:fs";
 import { dirname, join } from "node:path";
-
-const [kibori, pictures] = process.argv.slice(2);
-const chromiumPath = "/usr/bin/chromium";
-let chromium;
-try {
-  ({ chromium } = await import("../web/node_modules/playwright-core/index.mjs"));
-} catch {
-  // No matter why.
-}
-if (!chromium || !existsSync(chromiumPath)) {
-  console.log("skipped: there is no Chromium, or no playwright-core; './dev setup test' installs both");
-  process.exit(77);
-}
-
-const protocol = JSON.parse(readFileSync(new URL("../protocol/messages.json", import.meta.url), "utf8"));
-const folder = mkdtempSync(join(tmpdir(), "kibori-page-"));
-let passed = 0;
-const check = (what, holds) => {
-  if (!holds) throw new Error(`not so: ${what}`);
-  passed++;
-};
-
-class Studio {
-  said = "";
-  static async start(...words) {
-    const studio = new Studio();
-    studio.process = spawn(kibori, ["studio", "--no-browser", ...words], { env: { ...process.env, XDG_DATA_HOME: folder } });
-    studio.ended = new Promise((done) => studio.process.on("exit", (code, signal) => done(code ?? signal)));
-    studio.url = await new Promise((found, failed) => {
-      studio.process.stderr.on("data", (text) => (studio.said += text));
-      studio.process.stdout.on("data", (text) => {
-        const address = /http:\S+/.exec(String(text));
-        if (address) found(address[0]);
-      });
-      studio.process.on("exit", () => failed(new Error(`the studio ended: ${studio.said}`)));
-    });
-    return studio;
-  }
-  async end(how = "SIGINT") {
-    this.process.kill(how);
-    return this.ended;
-  }
-}
-
-const launch = (more = []) =>
-  chromium.launch({
-    executablePath: chromiumPath,
-    headless: true,
-    args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", ...more],
-  });
-const browser = await launch();
-
-const complaints = [];
-async function open(size, more = {}, from = browser) {
-  const context = await from.newContext({ viewport: size, ...more });
-  const page = await context.newPage();
-  page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
-  page.on("pageerror", (error) => complaints.push(error.message));
-  return page;
-}
-// With the token, which then gives way to the page.
-async function enter(page, url, from = url) {
-  await page.goto(from);
-  await page.waitForURL(`${new URL(url).origin}/`);
-}
-const state = (page) => page.evaluate(() => ({ ...document.body.dataset }));
-async function until(page, what, holds, seconds = 60) {
-  const end = Date.now() + 1000 * seconds;
-  for (;;) {
-    const now = await state(page);
-    if (holds(now)) return now;
-    if (Date.now() > end) throw new Error(`not in ${seconds} s: ${what}; ${JSON.stringify(now)}; ${await page.locator("#notice").textContent()}`);
-    await page.waitForTimeout(50);
-  }
-}
-const show = async (page, name) => pictures && page.screenshot({ path: join(pictures, `${name}.png`) });
-// All of it: before, the view is not where the pointer thinks.
-async function shown(page) {
-  const now = await until(page, "a solid", (s) => s.shown === "solid" && Number(s.chunks) > 0 && Number(s.volume) > 0 && Number(s.step) > 0);
-  for (let i = 0; i < 600 && !(await page.evaluate(() => window.kibori.whole())); i++) await page.waitForTimeout(100);
-  await page.waitForTimeout(300);
-  return now;
-}
-const started = (page) => until(page, "the choice to begin with", (s) => s.shown === "start");
+import { browser, check, complaints, enter, folder, kibori, launch, open, protocol, run, show, shown, started, state, Studio, until } from "./harness.mjs";
 
 async function firstCutAndBack() {
   const studio = await Studio.start();
@@ -501,7 +416,7 @@ async function mirrorsDevicesAndExperiments() {
     most[Number(cells[0]) - 1] = Math.max(most[Number(cells[0]) - 1], f);
   }
   // As the command line has it; the scene itself says paper.
-  const said = execFileSync(kibori, ["carve", join(dirname(new URL(import.meta.url).pathname), "../examples/fig8-upright.toml"), "--json"]);
+  const said = execFileSync(kibori, ["carve", join(dirname(new URL(import.meta.url).pathname), "../../examples/fig8-upright.toml"), "--json"]);
   const told = JSON.parse(said).max_force_N;
   check(`the table has the forces of 'kibori carve': ${most} and ${told}`, Math.abs(most[1] - told) < 1e-4 * told && most[0] > 100 * most[1]);
   await page.context().close();
@@ -616,29 +531,9 @@ async function noWebGl() {
   await enter(page, studio.url);
   await page.locator("#hint").filter({ hasText: "WebGL" }).waitFor();
   complaints.length = before;  // here it has reason to
-  passed++;
+  check("the page says that WebGL is missing", true);
   await without.close();
   check("the studio ends well", (await studio.end()) === 0);
 }
 
-try {
-  const only = process.env.KIBORI_PART;
-  for (const part of [firstCutAndBack, penAndFinger, whatIsShownIsTheModel, mirrorsDevicesAndExperiments, files, fullDisk, noWebGl]) {
-    if (only && part.name !== only) continue;
-    const from = Date.now();
-    await part();
-    console.log(`${part.name}: ${((Date.now() - from) / 1000).toFixed(1)} s`);
-  }
-  // A line that breaks is no fault of the page.
-  const faults = complaints.filter((text) => !/WebSocket|ERR_CONNECTION|403/.test(text));
-  check(`the page complains of nothing: ${faults.join("; ")}`, faults.length === 0);
-  console.log(`${passed} checks held`);
-} catch (error) {
-  console.error(String(error.stack ?? error), complaints.join("\n"));
-  process.exitCode = 1;
-} finally {
-  await browser.close();
-  chmodSync(folder, 0o700);
-  rmSync(folder, { recursive: true, force: true });
-}
-process.exit();
+await run([firstCutAndBack, penAndFinger, whatIsShownIsTheModel, mirrorsDevicesAndExperiments, files, fullDisk, noWebGl]);

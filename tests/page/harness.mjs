@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: MIT
+// What tests of the page in a real browser share: a studio as a process of its own, Chromium, and ways to wait.
+// A test calls run(parts): each part is a function whose name KIBORI_PART chooses. The program's arguments are
+// KIBORI [SCREENSHOTS' FOLDER]. The page's policy forbids eval, so what is waited for is asked again and again.
+import { spawn } from "node:child_process";
+import { chmodSync, existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+
+export const [kibori, pictures] = process.argv.slice(2);
+const chromiumPath = "/usr/bin/chromium";
+let chromium;
+try {
+  ({ chromium } = await import("../../web/node_modules/playwright-core/index.mjs"));
+} catch {
+  // No matter why.
+}
+if (!chromium || !existsSync(chromiumPath)) {
+  console.log("skipped: there is no Chromium, or no playwright-core; './dev setup test' installs both");
+  process.exit(77);
+}
+
+export const protocol = JSON.parse(readFileSync(new URL("../../protocol/messages.json", import.meta.url), "utf8"));
+export const folder = mkdtempSync(join(tmpdir(), "kibori-page-"));
+let passed = 0;
+export const check = (what, holds) => {
+  if (!holds) throw new Error(`not so: ${what}`);
+  passed++;
+};
+
+export class Studio {
+  said = "";
+  static async start(...words) {
+    const studio = new Studio();
+    studio.process = spawn(kibori, ["studio", "--no-browser", ...words], { env: { ...process.env, XDG_DATA_HOME: folder } });
+    studio.ended = new Promise((done) => studio.process.on("exit", (code, signal) => done(code ?? signal)));
+    studio.url = await new Promise((found, failed) => {
+      studio.process.stderr.on("data", (text) => (studio.said += text));
+      studio.process.stdout.on("data", (text) => {
+        const address = /http:\S+/.exec(String(text));
+        if (address) found(address[0]);
+      });
+      studio.process.on("exit", () => failed(new Error(`the studio ended: ${studio.said}`)));
+    });
+    return studio;
+  }
+  async end(how = "SIGINT") {
+    this.process.kill(how);
+    return this.ended;
+  }
+}
+
+export const launch = (more = []) =>
+  chromium.launch({
+    executablePath: chromiumPath,
+    headless: true,
+    args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", ...more],
+  });
+export const browser = await launch();
+
+export const complaints = [];
+export async function open(size, more = {}, from = browser) {
+  const context = await from.newContext({ viewport: size, ...more });
+  const page = await context.newPage();
+  page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
+  page.on("pageerror", (error) => complaints.push(error.message));
+  return page;
+}
+// With the token, which then gives way to the page.
+export async function enter(page, url, from = url) {
+  await page.goto(from);
+  await page.waitForURL(`${new URL(url).origin}/`);
+}
+export const state = (page) => page.evaluate(() => ({ ...document.body.dataset }));
+export async function until(page, what, holds, seconds = 60) {
+  const end = Date.now() + 1000 * seconds;
+  for (;;) {
+    const now = await state(page);
+    if (holds(now)) return now;
+    if (Date.now() > end) throw new Error(`not in ${seconds} s: ${what}; ${JSON.stringify(now)}; ${await page.locator("#notice").textContent()}`);
+    await page.waitForTimeout(50);
+  }
+}
+export const show = async (page, name) => pictures && page.screenshot({ path: join(pictures, `${name}.png`) });
+// All of it: before, the view is not where the pointer thinks.
+export async function shown(page) {
+  const now = await until(page, "a solid", (s) => s.shown === "solid" && Number(s.chunks) > 0 && Number(s.volume) > 0 && Number(s.step) > 0);
+  for (let i = 0; i < 600 && !(await page.evaluate(() => window.kibori.whole())); i++) await page.waitForTimeout(100);
+  await page.waitForTimeout(300);
+  return now;
+}
+export const started = (page) => until(page, "the choice to begin with", (s) => s.shown === "start");
+
+/** Runs the parts one after another, and ends the process: 0 if every check held and the page complained of nothing. */
+export async function run(parts) {
+  try {
+    const only = process.env.KIBORI_PART;
+    for (const part of parts) {
+      if (only && part.name !== only) continue;
+      const from = Date.now();
+      await part();
+      console.log(`${part.name}: ${((Date.now() - from) / 1000).toFixed(1)} s`);
+    }
+    // A line that breaks is no fault of the page.
+    const faults = complaints.filter((text) => !/WebSocket|ERR_CONNECTION|403/.test(text));
+    check(`the page complains of nothing: ${faults.join("; ")}`, faults.length === 0);
+    console.log(`${passed} checks held`);
+  } catch (error) {
+    console.error(String(error.stack ?? error), complaints.join("\n"));
+    process.exitCode = 1;
+  } finally {
+    await browser.close();
+    chmodSync(folder, 0o700);
+    rmSync(folder, { recursive: true, force: true });
+  }
+  process.exit();
+}
