@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include <kibori/haptics/materials.h>
 #include <kibori/session/carving.h>
 #include <kibori/session/export.h>
 #include <kibori/session/library.h>
@@ -41,6 +42,11 @@ void follow(Studio& studio, double seconds) {
   follow(studio, seconds, [] { return false; });
 }
 
+// The pointer's clock.
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
 TEST(Studio, PressedItCutsAndUndoneItIsAsBefore) {
   Folder folder;
   const auto file = folder.path / "a.kibori";
@@ -54,12 +60,12 @@ TEST(Studio, PressedItCutsAndUndoneItIsAsBefore) {
     ASSERT_TRUE(follow(studio, 20, [&] { return studio.place().step == 1; }));
     const uint64_t block = studio.place().hash;
     // A ball of 4 mm, pressed 2 mm into the top, along x.
-    studio.aim(Vec3(20, 25, 36), Vec3::UnitZ(), true);
+    studio.aim(Vec3(20, 25, 36), Vec3::UnitZ(), now_s());
     follow(studio, 0.1);
     EXPECT_EQ(studio.removed_mm3(), 0);
-    studio.press(Vec3(20, 25, 36), Vec3::UnitZ(), Mode::cut);
+    studio.press(Vec3(20, 25, 36), Vec3::UnitZ(), Mode::cut, now_s());
     for (int i = 0; i < 40; i++) {
-      studio.aim(Vec3(20 + i, 25, 28), Vec3::UnitZ());
+      studio.aim(Vec3(20 + i, 25, 28), Vec3::UnitZ(), now_s());
       follow(studio, 0.01);
     }
     follow(studio, 0.2);
@@ -101,22 +107,22 @@ TEST(Studio, ItTurnsButDoesNotSpin) {
     }
     return last;
   };
-  studio.aim(Vec3(40, 25, 40), Vec3::UnitZ(), true);
+  studio.aim(Vec3(40, 25, 40), Vec3::UnitZ(), now_s());
   EXPECT_NEAR((side() - Vec3::UnitX()).norm(), 0, 1e-6);
   studio.turn(0.5);
-  studio.aim(Vec3(40, 25, 40), Vec3::UnitZ(), true);
+  studio.aim(Vec3(40, 25, 40), Vec3::UnitZ(), now_s());
   EXPECT_NEAR((side() - Vec3(std::cos(0.5), std::sin(0.5), 0)).norm(), 0, 1e-6);
   studio.turn(NAN);
-  studio.aim(Vec3(40, 25, 40), 5 * Vec3::UnitZ(), true);
+  studio.aim(Vec3(40, 25, 40), 5 * Vec3::UnitZ(), now_s());
   EXPECT_NEAR((side() - Vec3(std::cos(0.5), std::sin(0.5), 0)).norm(), 0, 1e-6);
   studio.turn(0);
   // In the air, all the way round: as much as the axis turns, and no more.
-  studio.press(Vec3(40, 25, 60), Vec3::UnitZ(), Mode::cut);
+  studio.press(Vec3(40, 25, 60), Vec3::UnitZ(), Mode::cut, now_s());
   double turned = 0;
   Mat3 before = Mat3::Identity();
   for (int i = 0; i <= 72; i++) {
     const double angle = 5 * i * std::acos(-1.0) / 180;
-    studio.aim(Vec3(40, 25, 60), Vec3(std::sin(angle), 0.02, std::cos(angle)));
+    studio.aim(Vec3(40, 25, 60), Vec3(std::sin(angle), 0.02, std::cos(angle)), now_s());
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     for (const LiveTick& tick : studio.ticks()) {
       turned += rotation_between(before, tick.tool.frame).norm();
@@ -131,9 +137,9 @@ TEST(Studio, ItTurnsButDoesNotSpin) {
 // Adds a row of material and waits for its step.
 StepId add_row(Studio& studio, double y) {
   const size_t before = studio.steps().size();
-  studio.press(Vec3(15, y, 16), Vec3::UnitZ(), Mode::deposit);
+  studio.press(Vec3(15, y, 16), Vec3::UnitZ(), Mode::deposit, now_s());
   follow(studio, 0.1);
-  studio.aim(Vec3(25, y, 16), Vec3::UnitZ());
+  studio.aim(Vec3(25, y, 16), Vec3::UnitZ(), now_s());
   follow(studio, 0.2);
   studio.lift();
   EXPECT_TRUE(follow(studio, 20, [&] { return studio.steps().size() > before; }));
@@ -150,7 +156,7 @@ TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
     auto opened = Studio::create(file, scene.value(), {});
     ASSERT_TRUE(opened.ok()) << opened.error();
     Studio& studio = *opened.value();
-    ASSERT_EQ(studio.materials().size(), woods().size());
+    ASSERT_EQ(studio.materials().size(), known_materials().size());
     ASSERT_TRUE(follow(studio, 20, [&] { return studio.place().step == 1 && studio.steps().size() == 1; }));
     const double volume = studio.volume_mm3();
     EXPECT_TRUE(studio.choose_material(2).ok());
@@ -202,7 +208,7 @@ TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
     EXPECT_FALSE(Studio::create(path, scene.value(), {}).ok());
     auto again = Studio::open(path, {});
     ASSERT_TRUE(again.ok()) << again.error();
-    EXPECT_EQ(again.value()->materials().size(), woods().size());
+    EXPECT_EQ(again.value()->materials().size(), known_materials().size());
     ASSERT_TRUE(follow(*again.value(), 20, [&] { return again.value()->steps().size() == 3; }));
     EXPECT_EQ(again.value()->place().step, branch);
     EXPECT_EQ(again.value()->versions().at("one row"), first);
@@ -306,15 +312,17 @@ TEST(Studio, AForceDeviceHoldsTheTool) {
   follow(studio, 0.3);
   EXPECT_EQ(studio.removed_mm3(), 0);  // no one said so
   EXPECT_EQ(studio.held()->safety, SafetyStage::State::off);
-  studio.press(Vec3(20, 15, 10), Vec3::UnitZ(), Mode::cut);  // a pointer has no say
+  studio.press(Vec3(20, 15, 10), Vec3::UnitZ(), Mode::cut, now_s());  // a pointer has no say
   EXPECT_FALSE(studio.pressed());
   // What it can bear goes with the reach.
   const double most = studio.held()->most_n_mm;
-  EXPECT_FALSE(studio.choose_stiffness(1.01 * most).ok());
-  EXPECT_TRUE(studio.choose_stiffness(0.2 * most).ok());
+  EXPECT_FALSE(studio.choose_hand({200, 1.01 * most, true}).ok());
+  EXPECT_FALSE(studio.choose_hand({10, 0, true}).ok());
+  EXPECT_FALSE(studio.choose_hand({2000, 0, true}).ok());
+  EXPECT_TRUE(studio.choose_hand({100, 0.2 * most, true}).ok());
+  EXPECT_NEAR(studio.held()->share, studio.held()->force_n / 100, 1e-9);
   EXPECT_TRUE(studio.choose_reach(2).ok());
-  EXPECT_NEAR(studio.held()->most_n_mm, most / 2, 1e-9);
-  EXPECT_FALSE(studio.choose_reach(15).ok());
+  EXPECT_FALSE(studio.choose_reach(25).ok());
   EXPECT_FALSE(studio.choose_reach(0).ok());
   EXPECT_FALSE(studio.choose_reach(NAN).ok());
   EXPECT_TRUE(studio.choose_reach(1).ok());
@@ -363,7 +371,7 @@ TEST(Studio, MirroredStrokesAndOneThatIsOnlyLookedAt) {
     EXPECT_NEAR(looks.volume_mm3(), studio.volume_mm3(), 1);
     EXPECT_EQ(looks.versions().at("a row"), 2);
     EXPECT_FALSE(looks.choose_tool(BallTool{2}).ok());
-    looks.press(Vec3(20, 15, 16), Vec3::UnitZ(), Mode::cut);
+    looks.press(Vec3(20, 15, 16), Vec3::UnitZ(), Mode::cut, now_s());
     EXPECT_FALSE(looks.pressed());
     looks.undo();
     EXPECT_EQ(looks.place().step, 1);

@@ -22,28 +22,32 @@ struct Hello {
     f(version);
   }
 };
-// Where the tool's tip is wanted [mm], and its axis, from the tip up.
+// Where the tool's tip is wanted [mm], and its axis, from the tip up; time [s] of the pointer's event, by the
+// page's clock. After Press the tool follows these places one after another, as their times say.
 struct Aim {
   static constexpr uint8_t kKind = 2;
   Vec3 tip = Vec3::Zero();
   Vec3 axis = Vec3::Zero();
+  double time = 0;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(tip, axis);
+    f(tip, axis, time);
   }
 };
-// From now on the tool works: first it is put to `tip`, clear of material. mode: 0 cut, 1 fill, 2 feel only.
+// A stroke begins at `tip`: the tool backs out from there along its axis until it is clear of material, and
+// comes in again. mode: 0 cut, 1 fill, 2 feel only. time: as of Aim.
 struct Press {
   static constexpr uint8_t kKind = 3;
   Vec3 tip = Vec3::Zero();
   Vec3 axis = Vec3::Zero();
   uint8_t mode = 0;
+  double time = 0;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(tip, axis, mode);
+    f(tip, axis, mode, time);
   }
 };
-// The tool works no longer.
+// The stroke is over, once the tool has been everywhere that it was aimed to.
 struct Lift {
   static constexpr uint8_t kKind = 4;
   template <class F>
@@ -82,13 +86,16 @@ struct ChooseTool {
     f(shape, size, length, other);
   }
 };
-// Stiffness between hand and tool [N/mm].
-struct ChooseSpring {
+// The hand's strength [N], 20 to 1000; the stiffness between hand and tool [N/mm], 0: what suits a pointer or
+// the device; powered: 1 where a motor turns the tool, and the hand bears a tenth of the cut.
+struct ChooseHand {
   static constexpr uint8_t kKind = 9;
+  double strength = 0;
   double stiffness = 0;
+  uint8_t powered = 0;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(stiffness);
+    f(strength, stiffness, powered);
   }
 };
 // The page has taken this frame of chunks in, and can take the next.
@@ -265,9 +272,15 @@ struct ChooseTurn {
     f(turn);
   }
 };
+// A blow of a mallet (3 J) on the tool that cuts: it is driven on along its aim.
+struct Strike {
+  static constexpr uint8_t kKind = 29;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {}
+};
 // A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the
-// document's name, its materials (JSON: name, color), and what it is: 0 carved, 1 only looked at, 2 an
-// experiment. All that was shown before is of another one.
+// document's name, its materials (JSON: name, color, density [kg/m^3] where it is known), and what it is: 0
+// carved, 1 only looked at, 2 an experiment. All that was shown before is of another one.
 struct Welcome {
   static constexpr uint8_t kKind = 64;
   uint16_t version = 0;
@@ -296,8 +309,9 @@ struct Chunks {
     f(frame, more, data);
   }
 };
-// Every servo tick since the last: tip [mm], force on the hand [N], moment about the tip [N mm], and of the
-// tool's frame the third column (its axis) and the first, fifteen f32 a tick. start: number of the first.
+// Every servo tick since the last: tip [mm], force of the wood on the tool [N], moment about the tip [N mm],
+// and of the tool's frame the third column (its axis) and the first, fifteen f32 a tick. start: number of the
+// first.
 struct Ticks {
   static constexpr uint8_t kKind = 66;
   double start = 0;
@@ -307,9 +321,9 @@ struct Ticks {
     f(start, data);
   }
 };
-// Volume [mm^3], what was removed since the studio began [mm^3], where the document stands; whether this page
-// holds the tool. Of a force device: safety 0 off, 1 waits for the hand to be still, 2 pushes; why it is off;
-// the force it gives [N].
+// Volume [mm^3], how much less that is than the stock's [mm^3], where the document stands; whether this page
+// holds the tool; whether the tool, which is pressed, stands in material and can't back out. Of a force
+// device: safety 0 off, 1 waits for the hand to be still, 2 pushes; why it is off; the force it gives [N].
 struct State {
   static constexpr uint8_t kKind = 67;
   double volume = 0;
@@ -319,13 +333,14 @@ struct State {
   uint8_t undo = 0;
   uint8_t redo = 0;
   uint8_t holds = 0;
+  uint8_t blocked = 0;
   std::string hash;
   uint8_t safety = 0;
   std::string trip;
   double given = 0;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(volume, removed, step, steps, undo, redo, holds, hash, safety, trip, given);
+    f(volume, removed, step, steps, undo, redo, holds, blocked, hash, safety, trip, given);
   }
 };
 // A sentence for the person.
@@ -380,8 +395,9 @@ struct Work {
     f(what, share, cancellable);
   }
 };
-// After Welcome, where a force device holds the tool, and whenever its reach changes: its name, the force it
-// can give [N] (0: none), the stiffness to begin with and the most [N/mm], and the reach.
+// After Welcome, where a force device holds the tool, and whenever its reach or the hand changes: its name,
+// the force it can give [N] (0: none), the stiffness that it renders and the most [N/mm, at the hand], the
+// reach, and which share of the wood's force is felt.
 struct Device {
   static constexpr uint8_t kKind = 73;
   std::string name;
@@ -389,9 +405,10 @@ struct Device {
   double stiffness = 0;
   double most = 0;
   double scale = 0;
+  double share = 0;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(name, force, stiffness, most, scale);
+    f(name, force, stiffness, most, scale, share);
   }
 };
 // What an experiment came to. JSON: run (a number of its own), name, model, finished, ticks, removed_mm3,
@@ -421,6 +438,6 @@ struct ShowTool {
 };
 
 // What a page may say.
-using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseSpring, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn>;
+using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike>;
 
 }  // namespace kibori::studio

@@ -9,6 +9,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <kibori/haptics/materials.h>
 #include <kibori/session/carving.h>
 #include <kibori/session/stock_scene.h>
 
@@ -237,7 +238,7 @@ std::string Server::State::start_json() const {
     documents.push_back({{"name", entry.name}, {"changed", entry.changed_s}, {"bytes", entry.bytes}});
   for (const Example& example : examples())
     scenes.push_back({{"name", example.name}, {"about", example.about}});
-  for (const Material& m : woods()) materials.push_back({{"name", m.name}, {"color", m.color}});
+  for (const Material& m : known_materials()) materials.push_back({{"name", m.name}, {"color", m.color}});
   return nlohmann::json{{"documents", documents}, {"materials", materials}, {"examples", scenes}}.dump(
       -1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
@@ -276,9 +277,9 @@ void Server::State::hear(Page& page, const FromPage& message) {
   constexpr Mode kModes[] = {Mode::cut, Mode::deposit, Mode::touch};
   Status done = Ok{};
   if (const auto* const aim = std::get_if<Aim>(&message)) {
-    studio->aim(aim->tip, aim->axis, !studio->pressed());
+    studio->aim(aim->tip, aim->axis, aim->time);
   } else if (const auto* const press = std::get_if<Press>(&message)) {
-    studio->press(press->tip, press->axis, kModes[std::min<size_t>(press->mode, 2)]);
+    studio->press(press->tip, press->axis, kModes[std::min<size_t>(press->mode, 2)], press->time);
   } else if (const auto* const turn = std::get_if<ChooseTurn>(&message)) {
     studio->turn(turn->turn);
   } else if (std::holds_alternative<Lift>(message)) {
@@ -316,8 +317,11 @@ void Server::State::hear(Page& page, const FromPage& message) {
     const Result<Tool> tool = tool_of(*chosen);
     done = tool ? studio->choose_tool(tool.value()) : Status(Error{tool.error()});
     if (done) send(encode(shown.emplace(shown_as(tool.value()))));
-  } else if (const auto* const spring = std::get_if<ChooseSpring>(&message)) {
-    done = studio->choose_stiffness(spring->stiffness);
+  } else if (const auto* const hand = std::get_if<ChooseHand>(&message)) {
+    done = studio->choose_hand({hand->strength, hand->stiffness, hand->powered != 0});
+    send_device(done ? nullptr : &page);
+  } else if (std::holds_alternative<Strike>(message)) {
+    studio->strike();
   } else if (const auto* const material = std::get_if<ChooseMaterial>(&message)) {
     done = studio->choose_material(material->material);
   } else if (const auto* const model = std::get_if<ChooseModel>(&message)) {
@@ -331,9 +335,11 @@ void Server::State::hear(Page& page, const FromPage& message) {
 // ---- What pages are told
 
 void Server::State::send_ticks() {
+  // The wood's force; a device is given its share of that.
+  const double wood = studio->held() ? 1 / studio->held()->share : 1;
   for (const LiveTick& tick : studio->ticks())
-    for (const Vec3& v : {tick.tool.tip, tick.computed.force, tick.computed.moment, tick.tool.axis(),
-                          Vec3(tick.tool.frame.col(0))})
+    for (const Vec3& v : {tick.tool.tip, Vec3(wood * tick.computed.force), Vec3(wood * tick.computed.moment),
+                          tick.tool.axis(), Vec3(tick.tool.frame.col(0))})
       for (int i = 0; i < 3; i++) tick_rows.push_back(static_cast<float>(v[i]));
   const auto now = Clock::now();
   if (tick_rows.empty() || now - ticks_at < kTicksEvery) return;
@@ -362,6 +368,7 @@ void Server::State::send_state() {
   state.undo = place.undo;
   state.redo = place.redo;
   state.hash = hash_text(place.hash);
+  state.blocked = studio->blocked();
   if (const Studio::Held* const held = studio->held()) {
     state.safety = static_cast<uint8_t>(held->safety);
     if (held->trip != Trip::none) state.trip = trip_text(held->trip);
@@ -385,8 +392,8 @@ void Server::State::send_state() {
 void Server::State::send_device(Page* page) {
   const Studio::Held* const held = studio->held();
   if (!held) return;
-  const std::vector<uint8_t> message =
-      encode(Device{held->name, held->force_n, held->stiffness_n_mm, held->most_n_mm, held->scale});
+  const std::vector<uint8_t> message = encode(
+      Device{held->name, held->force_n, held->stiffness_n_mm, held->most_n_mm, held->scale, held->share});
   if (page)
     page->send(message);
   else

@@ -7,10 +7,18 @@
 namespace kibori {
 namespace {
 
-// It is this long behind, which hides the steps between two events of a screen.
-constexpr double kBehindS = 0.012;
-constexpr double kFastest = 800;    // mm/s
-constexpr double kFastestTurn = 8;  // rad/s: the surface's normal turns at once at an edge, a hand does not
+// How fast the hand goes from where the tool is clear of the wood to a stroke's first place. Faster, and the
+// force of the plunge is a mean over more than a quarter of a mm.
+constexpr double kPlungeMmS = 250;
+// The surface's normal turns at once at an edge, a hand does not: turning faster than this takes more
+// readings. At 1000 readings a second and the finest lattice of the studio, a tool of 25 mm then takes some
+// 20 pieces.
+constexpr double kFastestTurn = 8;  // rad/s
+// Events farther apart are a rest, of which only the last moment counts as the way to the next place. Longer
+// than the events of the slowest screens (30 Hz) are apart, so that no motion is taken for a rest.
+constexpr double kRestS = 0.1, kAfterRestS = 0.016;
+// A path that is known for longer than this is followed faster: what is seen is not to trail the pointer.
+constexpr double kBehindS = 0.03;
 
 }  // namespace
 
@@ -24,43 +32,114 @@ PointerDevice::PointerDevice(double rate_hz) : tick_s_(1 / rate_hz) {
   capabilities_.force_rate_n_s = 1e7;
   capabilities_.torque_rate_nmm_s = 1e9;
   capabilities_.damping_ns_mm = 1000;
-  capabilities_.speed_mm_s = 2 * kFastest;
+  capabilities_.speed_mm_s = 1e6;  // a way is a way, however fast it was gone
   capabilities_.stiffness_n_mm = 0.5;
 }
 
-void PointerDevice::aim(const Vec3& position_mm, const Mat3& frame, bool at_once) {
-  last_.position_mm = position_mm;
-  last_.frame = frame;
-  if (at_once) {
-    last_.jump_mm = position_mm;
-    last_.jump_frame = frame;
-    last_.jumps++;
+// ---- Who aims
+
+void PointerDevice::hover(const Pose& pose) { hovers_.put(pose); }
+
+uint32_t PointerDevice::begin(const Pose& pose, double time_s) {
+  newest_ = {newest_.stroke + 1, time_s, pose, false};
+  say(newest_);
+  return newest_.stroke;
+}
+
+void PointerDevice::move(const Pose& pose, double time_s) {
+  newest_.pose = pose;
+  newest_.time_s = std::max(newest_.time_s, time_s);
+  say(newest_);
+}
+
+void PointerDevice::end() {
+  Event last = newest_;
+  last.last = true;
+  say(last);
+}
+
+void PointerDevice::say(const Event& event) {
+  waiting_.push_back(event);
+  pump();
+}
+
+void PointerDevice::pump() {
+  while (!waiting_.empty() && events_.push(waiting_.front())) {
+    told_s_.store(waiting_.front().time_s, std::memory_order_relaxed);
+    waiting_.pop_front();
   }
-  aimed_.put(last_);
+}
+
+// ---- The servo thread
+
+void PointerDevice::follow(uint32_t stroke, const Pose& from) {
+  stroke_ = stroke;
+  began_ = ended_ = false;
+  there_ = true;
+  now_ = from;
+  readings_ = read_ = 0;
+}
+
+void PointerDevice::give_up(uint32_t stroke) {
+  if (stroke_ <= stroke) stroke_ = 0;
+  if (finished_.load(std::memory_order_relaxed) < stroke) finished_.store(stroke, std::memory_order_release);
+}
+
+void PointerDevice::lead_to(const Pose& pose, double seconds) {
+  from_ = now_;
+  to_ = pose;
+  turn_rad_ = rotation_between(now_.frame, pose.frame);
+  const double turning_s = std::sqrt(turn_rad_.squaredNorm()) / kFastestTurn;
+  readings_ = std::max<int64_t>(1, std::llround(std::max(seconds, turning_s) / tick_s_));
+  read_ = 0;
+}
+
+// The next place of the path, if it is known.
+bool PointerDevice::next() {
+  while (!ended_) {
+    if (!has_event_ && !events_.pop(event_)) return false;
+    has_event_ = event_.stroke > stroke_;  // of a stroke that is not followed yet: it waits
+    if (has_event_) return false;
+    if (event_.stroke < stroke_) continue;
+    if (event_.last) {
+      ended_ = true;
+      finished_.store(stroke_, std::memory_order_release);
+      return false;
+    }
+    if (!began_) {
+      began_ = true;
+      from_s_ = to_s_ = event_.time_s;
+      lead_to(event_.pose, std::sqrt((event_.pose.tip - now_.tip).squaredNorm()) / kPlungeMmS);
+      return true;
+    }
+    from_s_ = to_s_;
+    to_s_ = event_.time_s;
+    const double seconds = to_s_ - from_s_;
+    lead_to(event_.pose, seconds > kRestS ? kAfterRestS : seconds);
+    return true;
+  }
+  return false;
+}
+
+bool PointerDevice::behind() const {
+  if (stroke_ == 0 || ended_ || !began_) return false;
+  const double share = readings_ > 0 ? static_cast<double>(read_) / static_cast<double>(readings_) : 1;
+  return told_s_.load(std::memory_order_relaxed) - (from_s_ + share * (to_s_ - from_s_)) > kBehindS;
 }
 
 DeviceStatus PointerDevice::read(DeviceReading& reading) {
-  there_ |= aimed_.take(target_);
-  if (!there_) return DeviceStatus::stale;
-  if (jumped_ != target_.jumps) {
-    jumped_ = target_.jumps;
-    now_.position_mm = target_.jump_mm;
-    now_.frame = target_.jump_frame;
-    reading = now_;
-    return DeviceStatus::ok;
+  if (stroke_ == 0) {
+    there_ |= hovers_.take(now_);
+    if (!there_) return DeviceStatus::stale;
+  } else if (read_ < readings_ || next()) {
+    read_++;
+    const double share = static_cast<double>(read_) / static_cast<double>(readings_);
+    now_ = read_ == readings_ ? to_
+                              : Pose{from_.tip + share * (to_.tip - from_.tip),
+                                     rotation(Vec3(share * turn_rad_)) * from_.frame};
   }
-  const double share = 1 - std::exp(-tick_s_ / kBehindS);
-  Vec3 step = share * (target_.position_mm - now_.position_mm);
-  const double length = std::sqrt(step.squaredNorm()), most = kFastest * tick_s_;
-  if (length > most) step *= most / length;
-  now_.position_mm += step;
-  const Vec3 turn = rotation_between(now_.frame, target_.frame);
-  const double angle = std::sqrt(turn.squaredNorm());
-  if (angle > 1e-6)
-    now_.frame = (rotation(Vec3(std::min(share, kFastestTurn * tick_s_ / angle) * turn)) * now_.frame).eval();
-  else
-    now_.frame = target_.frame;
-  reading = now_;
+  reading.position_mm = now_.tip;
+  reading.frame = now_.frame;
   return DeviceStatus::ok;
 }
 

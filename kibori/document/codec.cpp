@@ -267,6 +267,11 @@ std::string settings_to_json(const StrokeSettings& s) {
   else
     json["force"] = {{"model", s.force.law.model == ForceModel::paper ? "paper" : "energy"},
                      {"dof", s.force.law.dof}};
+  // Only where they are, so that strokes without them read as they always did.
+  if (s.force.series && s.force.spring.strength_n > 0)
+    json["force"]["strength_n"] = s.force.spring.strength_n;
+  const double share = s.force.series ? s.force.spring.hand_share : s.force.law.hand_share;
+  if (share != 1) json["force"]["hand_share"] = share;
   if (s.symmetry.any())
     json["symmetry"] = {{"planes", s.symmetry.planes}, {"centre_mm", vec(s.symmetry.centre_mm)}};
   Json& materials = json["materials"] = Json::array();
@@ -301,7 +306,12 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
     std::string model;
     f.get("model", model);
     s.force.series = model == "series";
+    double& share = s.force.series ? s.force.spring.hand_share : s.force.law.hand_share;
+    if (force->contains("hand_share")) f.get("hand_share", share);
+    if (!(share >= 0 && share <= 1)) return Error{"a stroke's hand_share is not from 0 to 1"};
     if (s.force.series) {
+      if (force->contains("strength_n")) f.get("strength_n", s.force.spring.strength_n);
+      if (!(s.force.spring.strength_n >= 0)) return Error{"a stroke's strength_n is below 0"};
       f.get("stiffness_n_mm", s.force.spring.stiffness_n_mm);
       f.get("torsion_nmm_rad", s.force.spring.torsion_nmm_rad);
       f.get("friction", s.force.spring.friction);

@@ -12,13 +12,6 @@ constexpr size_t kMostWaiting = 256;
 // Steps that change tiles, on a way of which just these are read; on longer ones all of them are.
 constexpr size_t kFarAway = 500;
 
-Wrench spring_wrench(const SeriesSpring& spring, const StrokeTick& tick) {
-  Wrench w;
-  w.force = -spring.stiffness_n_mm * tick.hand;
-  if (spring.torsion_nmm_rad > 0) w.moment = -spring.torsion_nmm_rad * tick.hand_turn;
-  return w;
-}
-
 }  // namespace
 
 // ---- Tiles
@@ -368,7 +361,7 @@ Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceL
       if (!use) continue;
       out.recorded = &tick;
       out.result = done.value();
-      if (s.force.series && !law) out.result.wrench = spring_wrench(s.force.spring, tick);
+      if (s.force.series && !law) out.result.wrench = pull_of(s.force.spring, tick.hand, tick.hand_turn);
       out.time_s = static_cast<double>(count) / s.rate_hz;
       use(out);
     }

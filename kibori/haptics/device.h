@@ -50,6 +50,8 @@ class Device {
   virtual ~Device() = default;
   virtual const DeviceCapabilities& capabilities() const = 0;
   virtual DeviceStatus read(DeviceReading& reading) = 0;
+  // Whether more readings are due in this tick: of a device that plays a path back and has fallen behind.
+  virtual bool behind() const { return false; }
   // The wrench to give from now on: N and N mm about the grip, in the device's axes.
   virtual DeviceStatus write(const Wrench& wrench) = 0;
   // The stiffness that forces will come from, for devices that go on by themselves between writes.

@@ -42,9 +42,16 @@ struct Tick {
   Vec3 turn = Vec3::Zero();    // rotation vector [rad]; zero when the tool only shifts
 };
 
+// Of the force of a cut, what the hand bears where a motor turns the tool: the motor gives the cutting speed,
+// the hand the feed, and feed forces of routers and burrs are of the order of a tenth of what a knife of the
+// same chip would need. More, and a ball burr in oak is harder to push than a carver can; less, and hard and
+// soft wood feel alike.
+inline constexpr double kPoweredShare = 0.1;
+
 struct ForceLaw {
   ForceModel model = ForceModel::paper;
-  int dof = 5;  // 5 or 6
+  int dof = 5;            // 5 or 6
+  double hand_share = 1;  // model `energy`: of the cut's force, what the hand bears (see kPoweredShare)
 };
 
 // The wrench that `removed` causes. `removed` must have its moments about tick.tip (Motion::reference), and,

@@ -13,6 +13,7 @@
 #include <toml++/toml.h>
 
 #include <kibori/formats/mesh_file.h>
+#include <kibori/haptics/materials.h>
 
 namespace kibori {
 namespace {
@@ -42,20 +43,6 @@ std::string nearest(std::string_view word, const std::vector<std::string>& known
       best = k;
     }
   return best;
-}
-
-// Named materials a scene may use without defining them; u [N/mm^2] are typical specific cutting energies
-// across the grain (woods: Kivimaa's order of magnitude; the rest from machining handbooks), yields scaled to
-// hand tools.
-const std::vector<Material>& known_materials() {
-  static const std::vector<Material> list = {{"pine", 0.0006, 12, 0.00002, 0.6, {222, 184, 135}},
-                                             {"oak", 0.001, 25, 0.00003, 1.0, {181, 136, 84}},
-                                             {"walnut", 0.0009, 20, 0.00003, 0.9, {110, 74, 48}},
-                                             {"balsa", 0.0002, 3, 0.00001, 0.2, {237, 211, 165}},
-                                             {"wax", 0.0002, 2, 0.00005, 0.1, {214, 196, 120}},
-                                             {"foam", 0.0001, 0.5, 0.00001, 0.05, {190, 205, 215}},
-                                             {"clay", 0.0002, 1, 0.0001, 0.1, {168, 110, 84}}};
-  return list;
 }
 
 // Reads one scene; the first error stops it.
@@ -179,7 +166,8 @@ class Reader {
   void read_force(const toml::table& root) {
     const toml::table* force = table(root, "force", false);
     if (!force) return;
-    only(*force, "force", {"model", "kf", "u", "dof", "stiffness", "torsion", "friction"});
+    only(*force, "force",
+         {"model", "kf", "u", "dof", "stiffness", "torsion", "friction", "strength", "powered"});
     if (force->contains("model")) {
       const std::string model = text(*force, "force", "model");
       if (model == "energy")
@@ -189,7 +177,7 @@ class Reader {
       else if (model != "paper")
         fail(force->get("model"), "[force] model must be \"paper\", \"energy\" or \"series\"");
     }
-    for (const char* key : {"stiffness", "torsion", "friction"})
+    for (const char* key : {"stiffness", "torsion", "friction", "strength"})
       if (force->contains(key) && !scene_.spring)
         fail(force->get(key), "[force] " + std::string(key) + " is of model = \"series\"");
     if (scene_.spring) {
@@ -197,6 +185,18 @@ class Reader {
       if (force->contains("stiffness")) spring.stiffness_n_mm = positive(*force, "force", "stiffness");
       at_least_zero(*force, "force", "torsion", spring.torsion_nmm_rad);
       at_least_zero(*force, "force", "friction", spring.friction);
+      if (force->contains("strength")) {
+        spring.strength_n = positive(*force, "force", "strength");
+        // A hand that is only strong is as stiff as a pointer's, unless the scene says otherwise.
+        if (!force->contains("stiffness")) spring.stiffness_n_mm = spring.strength_n / kHandGiveMm;
+      }
+    }
+    if (const toml::node* powered = force->get("powered")) {
+      if (!powered->is_boolean()) fail(powered, "[force] powered must be true or false");
+      if (powered->value_or(false)) {
+        scene_.force.hand_share = kPoweredShare;
+        if (scene_.spring) scene_.spring->hand_share = kPoweredShare;
+      }
     }
     if (force->contains("kf")) at_least_zero(*force, "force", "kf", kf_.emplace());
     if (force->contains("u")) at_least_zero(*force, "force", "u", u_.emplace());

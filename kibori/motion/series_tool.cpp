@@ -29,6 +29,17 @@ constexpr int kMostTrials = 24;
 // the material; the spring takes it back in the next tick.
 constexpr double kLift = 0.02;
 constexpr double kNormalStep = 0.25;  // cells: how far to feel around for the normal
+// A depth that gives way is found to this share of the strength, from below: less would show as steps of the
+// groove's ground (a hundredth of the force is some hundredths of a mm of depth).
+constexpr double kRiseShare = 0.02;
+constexpr int kMostRises = 32;
+// Work that the hand could have done and did not is spared for what comes in lumps: a flat face that sinks
+// aslant meets a whole layer of rays at once. So much at most, as a way [cells] at full strength: a face of
+// 32 mm^2 in oak needs three of them. More would run the tool deeper into a wall that it meets.
+constexpr double kSpareWay = 4;
+// Steps of the search for a clear place: the first in cells, each longer than the last by this factor, so
+// that a place is overshot by a fifth of the way at most.
+constexpr double kFirstBack = 1, kBackFactor = 1.2;
 
 }  // namespace
 
@@ -117,8 +128,8 @@ SeriesTool::Resistance SeriesTool::resistance(const Tick& tick, double share, bo
     const double v = std::max(0.0, tick.volume(part));
     const Material& m = material_of(tick.materials, i);
     all += v;
-    yield += v * m.yield_n;
-    u += v * m.u;
+    yield += v * spring_.hand_share * m.yield_n;
+    u += v * spring_.hand_share * m.u;
     c += v * m.c;
   });
   if (!(all > 0)) return r;
@@ -131,16 +142,17 @@ SeriesTool::Resistance SeriesTool::resistance(const Tick& tick, double share, bo
 // The share of the way at which the spring's pull equals what resists: the first such place from where the
 // last tick ended. Resistance seldom changes much from tick to tick, so one or two trials are the rule.
 SeriesTool::Balance SeriesTool::balance(const Tick& tick, bool likely_touching) {
-  const double h = model_.lattice().pitch_mm, pull = spring_.stiffness_n_mm * tick.length;
+  const double h = model_.lattice().pitch_mm, whole_pull = pull(tick.length);
   const double least = std::min(1.0, kLeastStep * h / tick.length);
   const auto excess = [&](double share, const Resistance& r) {
-    return tick.mode == Mode::touch && r.touching ? -pull : pull * (1 - share) - r.force;
+    return tick.mode == Mode::touch && r.touching ? -whole_pull : pull(tick.length * (1 - share)) - r.force;
   };
   // At `low` the spring still pulls harder than the material resists; at `high` it does not. Where it does
   // not touch yet at `low`, the place where it begins to is looked for first: the pull may jump there, but
   // what is reached grows steadily.
   Balance low{0, false};
-  double high = 1, low_excess = pull, high_excess = 0, low_room = kTouchVolume * h * h * h, high_room = 0;
+  double high = 1, low_excess = whole_pull, high_excess = 0, low_room = kTouchVolume * h * h * h,
+         high_room = 0;
   bool bracketed = false;
   if (!likely_touching) {
     const Resistance whole = resistance(tick, 1);
@@ -161,7 +173,7 @@ SeriesTool::Balance SeriesTool::balance(const Tick& tick, bool likely_touching) 
         r = here;
         e = excess(probe, r);
       }
-    if (r.touching && std::abs(e) <= kBalanceShare * pull) return {probe, true};
+    if (r.touching && std::abs(e) <= kBalanceShare * whole_pull) return {probe, true};
     if (e < 0) {
       high = probe;
       high_excess = e;
@@ -180,7 +192,7 @@ SeriesTool::Balance SeriesTool::balance(const Tick& tick, bool likely_touching) 
     if (bracketed && high - low.share <= std::max(kBalanceError * h / tick.length, 1e-3 * low.share)) break;
     if (high <= least) break;
     // Were the resistance the same elsewhere, the balance would be here.
-    const double even = probe + e / pull;
+    const double even = 1 - r.force / (spring_.stiffness_n_mm * tick.length);
     if (!bracketed)
       probe = std::min(1.0, std::max(even, 1.01 * probe));
     else if (trials < 3 && r.touching && even > low.share && even < high)
@@ -195,6 +207,118 @@ SeriesTool::Balance SeriesTool::balance(const Tick& tick, bool likely_touching) 
   }
   if (low.share < least) return {0, true};
   return low;
+}
+
+// At a distance from the tool.
+double SeriesTool::pull(double length_mm) const {
+  const double k = spring_.stiffness_n_mm, s = spring_.strength_n;
+  return s > 0 ? std::min(s, k * length_mm) : k * length_mm;
+}
+
+// The way, the turn included as the spring's energy weighs it.
+double SeriesTool::length_of(const ToolMotion& motion) const {
+  const double k = spring_.stiffness_n_mm, kt = spring_.torsion_nmm_rad;
+  return std::sqrt(motion.travel_mm.squaredNorm() + (k > 0 ? kt / k : 0) * motion.turn_rad.squaredNorm());
+}
+
+// Raises the end of the way along `up` to where the strength just drives the tool there; all of the way is
+// too hard by too_hard_n. False where the way does not lead sideways, or no height helps; the tick is then as
+// it was.
+bool SeriesTool::give_way(Tick& tick, const Vec3& up, double too_hard_n) {
+  const double h = model_.lattice().pitch_mm, strength = spring_.strength_n;
+  const ToolMotion wanted = tick.motion;
+  const double length = tick.length, sinks = -wanted.travel_mm.dot(up);
+  const double sideways = std::sqrt((wanted.travel_mm + sinks * up).squaredNorm());
+  if (!(sideways > kLeastStep * h)) return false;
+  const auto aim = [&](double rise) {
+    tick.motion.travel_mm = wanted.travel_mm + rise * up;
+    tick.length = length_of(tick.motion);
+  };
+  const auto excess = [&](double rise) {
+    aim(rise);
+    // Over a short way the mean is taken a little ahead, as in balance().
+    const double ahead = std::max(1.0, kWindow * h / tick.length);
+    tick.motion.travel_mm *= ahead;
+    tick.motion.turn_rad *= ahead;
+    tick.length *= ahead;
+    const double too_hard = resistance(tick, 1).force - strength - spare_nmm_ / tick.length;
+    tick.motion.turn_rad = wanted.turn_rad;
+    return too_hard;
+  };
+  // At `low` it is too hard, at `high` it is not. Begun where the last tick ended up, or else on the level.
+  double low = 0, low_excess = too_hard_n, high = -1, high_excess = 0;
+  double rise = rise_mm_ > 0 ? rise_mm_ : std::max(sinks, 0.05 * h),
+         step = std::max(0.25 * sideways, 0.05 * h);
+  for (int tries = 0; tries < kMostRises; tries++) {
+    const double e = excess(rise);
+    if (e > 0) {
+      low = rise;
+      low_excess = e;
+    } else {
+      high = rise;
+      high_excess = e;
+      if (e >= -kRiseShare * strength) break;
+    }
+    if (high >= 0 && high - low <= 0.01 * h) break;
+    if (high < 0) {
+      rise = low + step;
+      step *= 2;
+    } else if (low == 0 && high - step > 0) {
+      rise = high - step;
+      step *= 2;
+    } else {
+      const double share = low_excess / (low_excess - high_excess);
+      rise = low + (high - low) * std::clamp(share, 0.1, 0.9);
+    }
+  }
+  if (high < 0) {
+    tick.motion = wanted;
+    tick.length = length;
+    return false;
+  }
+  aim(high);
+  rise_mm_ = high;
+  return true;
+}
+
+// The share of the way along which a blow of so much work drives the tool.
+double SeriesTool::struck_share(const Tick& tick, double strike_nmm) {
+  const auto work = [&](double share) { return resistance(tick, share).force * share * tick.length; };
+  if (work(1) <= strike_nmm) return 1;
+  double low = 0, high = 1;
+  for (int i = 0; i < kMostTrials && high - low > 1e-3; i++) {
+    const double middle = 0.5 * (low + high);
+    (work(middle) <= strike_nmm ? low : high) = middle;
+  }
+  return low;
+}
+
+std::optional<Pose> SeriesTool::clear_place(const Tool& tool, const Pose& pose,
+                                            const std::vector<Material>& materials) {
+  const double h = model_.lattice().pitch_mm, most = 2 * reach_mm(tool) + 4 * h;
+  double back = 0, step = kFirstBack * h;
+  for (;;) {
+    const Pose there{pose.tip + back * pose.axis(), pose.frame};
+    Tick rest{tool, {there, Vec3::Zero(), Vec3::Zero()}, h, Mode::touch, 0, materials};
+    if (reach_volume(rest, 0) <= kTouchVolume) return there;
+    if (!(back < most)) return std::nullopt;
+    back += step;
+    step *= kBackFactor;
+  }
+}
+
+Wrench pull_of(const SeriesSpring& spring, const Vec3& stretch_mm, const Vec3& stretch_rad) {
+  const double k = spring.stiffness_n_mm, kt = spring.torsion_nmm_rad;
+  double share = 1;
+  if (spring.strength_n > 0) {
+    const double length =
+        std::sqrt(stretch_mm.squaredNorm() + (k > 0 ? kt / k : 0) * stretch_rad.squaredNorm());
+    if (k * length > spring.strength_n) share = spring.strength_n / (k * length);
+  }
+  Wrench w;
+  w.force = -(share * k) * stretch_mm;
+  if (kt > 0) w.moment = -(share * kt) * stretch_rad;
+  return w;
 }
 
 // The direction out of the material where the tool touches: against the growth of what it would reach.
@@ -241,28 +365,33 @@ double SeriesTool::slide(const Tick& tick, const Vec3& residual) {
 }
 
 Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& device, Mode mode,
-                                             const std::vector<Material>& materials, uint8_t material) {
+                                             const std::vector<Material>& materials, uint8_t material,
+                                             double strike_nmm) {
   const Lattice& lattice = model_.lattice();
   const double h = lattice.pitch_mm;
   removed_.reset();
-  const double k = spring_.stiffness_n_mm, kt = spring_.torsion_nmm_rad;
+  if (spring_.strength_n > 0 && last_.known && !(strike_nmm > 0) && last_.mode == mode &&
+      last_.generation == model_.generation() && last_.device.tip == device.tip &&
+      last_.device.frame == device.frame && same_tool(tool, last_.tool))
+    return last_.felt;
   const Vec3 before = tool_pose_.tip;
   Felt felt;
+  std::optional<Vec3> resisted;  // the stretch that is shown, where it is not the spring's own
 
   Tick tick{
       tool,     {tool_pose_, device.tip - tool_pose_.tip, rotation_between(tool_pose_.frame, device.frame)},
       0,        mode,
       material, materials};
-  const double turn2 = tick.motion.turn_rad.squaredNorm();
-  tick.length = std::sqrt(tick.motion.travel_mm.squaredNorm() + (k > 0 ? kt / k : 0) * turn2);
+  tick.length = length_of(tick.motion);
   const Result<int> pieces = pieces_of(tool, tick.motion, lattice);
   if (!pieces) return Error{pieces.error()};
 
+  bool gave_way = false;
   // The tool goes a share of the way. All of it: to where the device is, its turn made as a replay makes it.
   const auto go = [&](double share) {
     ToolMotion way = tick.motion.part(share);
     Pose end = way.at(1);
-    if (share >= 1) end.tip = device.tip;
+    if (share >= 1 && !gave_way) end.tip = device.tip;
     way.travel_mm = end.tip - tool_pose_.tip;
     felt.turn_rad = way.turns() ? way.turn_rad : Vec3(Vec3::Zero());
     if (felt.edited) {
@@ -299,19 +428,33 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
         tick.inside = reach_volume(rest, 0);
         touches = true;
       }
-      if (moves)
+      // Along a way that is too hard as a whole, depth gives way; a blow goes on where the hand can't.
+      double too_hard_n = 0;
+      if (mode == Mode::cut && spring_.strength_n > 0 && moves && !(strike_nmm > 0))
+        too_hard_n = resistance(tick, 1).force - spring_.strength_n - spare_nmm_ / tick.length;
+      if (strike_nmm > 0 && mode == Mode::cut && moves)
+        at = {struck_share(tick, strike_nmm), true};
+      else if (too_hard_n > 0 && give_way(tick, device.axis(), too_hard_n)) {
+        gave_way = true;
+        const Resistance r = resistance(tick, 1);
+        at = {1, r.touching};
+        spare_nmm_ = std::clamp(spare_nmm_ + (spring_.strength_n - r.force) * tick.length, 0.0,
+                                kSpareWay * h * spring_.strength_n);
+        resisted = tick.motion.travel_mm * (r.force / (spring_.stiffness_n_mm * tick.length));
+      } else if (moves)
         at = balance(tick, touches && touched_);
       else
         at.share = resistance(tick, 1).touching ? 0 : 1;
     }
-    felt.touching = at.share < 1 && !resting;
+    if (!gave_way && !resting) rise_mm_ = spare_nmm_ = 0;
+    felt.touching = (at.share < 1 || gave_way) && !resting;
     if (resting) felt.touching = touched_;
     felt.cutting = at.touching && mode != Mode::touch && at.share > 0;
     felt.edited = felt.cutting;
     if (at.share > 0) go(std::min(1.0, at.share));
     if (at.share > 0) last_step_mm_ = at.share * tick.length;
     touched_ = felt.touching || felt.cutting;
-    if (felt.touching && !felt.cutting && !resting && mode != Mode::deposit)
+    if (felt.touching && !felt.cutting && !resting && !gave_way && mode != Mode::deposit)
       for (int faces = 0; faces < 2; faces++) {
         const Pose there = tool_pose_;
         const double share = slide(tick, device.tip - tool_pose_.tip);
@@ -330,8 +473,15 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
   const double cell = h * h * h;
   felt.removed_mm3 = (mode == Mode::deposit ? -1 : 1) * removed_.mean_volume() * cell;
   felt.clipped = removed_.clipped;
-  felt.hand.force = -k * (device.tip - tool_pose_.tip);
-  if (kt > 0) felt.hand.moment = -kt * rotation_between(tool_pose_.frame, device.frame);
+  felt.stretch_mm = resisted && show_resistance_ ? *resisted : Vec3(device.tip - tool_pose_.tip);
+  felt.hand = pull_of(
+      spring_, felt.stretch_mm,
+      spring_.torsion_nmm_rad > 0 ? rotation_between(tool_pose_.frame, device.frame) : Vec3(Vec3::Zero()));
+  if (mode == Mode::off) felt.hand = {};
+  last_ = {true, tool, device, mode, model_.generation(), felt};
+  last_.felt.removed_mm3 = last_.felt.travel_mm = 0;
+  last_.felt.turn_rad = Vec3::Zero();
+  last_.felt.cutting = last_.felt.edited = false;
   return felt;
 }
 

@@ -13,8 +13,15 @@
 //
 // Stiffness as felt never exceeds k, whatever the material, so stability is one inequality (see
 // haptics/safety.h).
+//
+// A hand has strength, too: it pulls with min(S, k L). Where S can't drive the tool along all of its way,
+// depth gives way before the way does: the tool follows sideways at the greatest depth that S affords.
+//
+//   hand   ────────────────▶   wanted: 2 mm deep
+//   tool  ──╲________________   what S affords in this wood: 1.4 mm
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <kibori/dexel/tri_dexel.h>
@@ -32,7 +39,17 @@ struct SeriesSpring {
   double torsion_nmm_rad = 0;   // kt; 0: the tool turns as the device does, and no moment is felt
   double friction = 0.2;        // Coulomb's coefficient between tool and material
   double tick_s = 0.001;        // T
+  double strength_n = 0;        // S, the most that the hand pulls with; 0: without bound
+  double hand_share = 1;        // of the cut's force, what the hand bears (see kPoweredShare)
 };
+
+// How far a pointer's hand is from its tool when it pulls with all its strength: nothing is fed back to a
+// pointer, so k = S / this, whatever the tick. Less, and rounding of the rays shows in the force; more, and a
+// groove ends visibly before the pointer does.
+inline constexpr double kHandGiveMm = 0.25;
+
+// What the spring does to the hand that is `stretch_mm` and `stretch_rad` from the tool.
+Wrench pull_of(const SeriesSpring& spring, const Vec3& stretch_mm, const Vec3& stretch_rad);
 
 class SeriesTool {
  public:
@@ -43,12 +60,13 @@ class SeriesTool {
 
   // What one tick came to.
   struct Felt {
-    Wrench hand;                   // on the hand: N, N mm about the device's position
-    Pose tool;                     // where the tool is now
-    double removed_mm3 = 0;        // negative: deposited
-    double travel_mm = 0;          // how far the tool's tip went
-    bool touching = false;         // material holds the tool back
-    bool cutting = false;          // material was cut
+    Wrench hand;                     // on the hand: N, N mm about the device's position
+    Vec3 stretch_mm = Vec3::Zero();  // of the spring that makes it: see pull_of
+    Pose tool;                       // where the tool is now
+    double removed_mm3 = 0;          // negative: deposited
+    double travel_mm = 0;            // how far the tool's tip went
+    bool touching = false;           // material holds the tool back
+    bool cutting = false;            // material was cut
     bool inside = false;           // the tool stands in material and waits to be pulled out: no force, no cut
     bool clipped = false;          // a deposit reached beyond the lattice
     Vec3 turn_rad = Vec3::Zero();  // by which the tool turned
@@ -59,12 +77,22 @@ class SeriesTool {
   // The device moved to `device`. `material` is what a deposit puts down. Mode::touch never cuts. Errors: a
   // jump or turn of more pieces than kMaxTurnPieces; nothing has moved then. Neither allocates, locks nor
   // faults.
+  //
+  // A device that is where it was in the last tick moves nothing, if the spring has a strength: so what a
+  // pointer carves depends on its path alone, not on how long it rests. `strike_nmm`: a mallet's blow drives
+  // a tool that cuts towards the device until it has done this work.
   Result<Felt> advance(const Tool& tool, const Pose& device, Mode mode,
-                       const std::vector<Material>& materials, uint8_t material = 0);
+                       const std::vector<Material>& materials, uint8_t material = 0, double strike_nmm = 0);
 
   const Pose& pose() const { return tool_pose_; }
   const SeriesSpring& spring() const { return spring_; }
-  void set_spring(const SeriesSpring& spring) { spring_ = spring; }
+  void set_spring(const SeriesSpring& spring) {
+    spring_ = spring;
+    last_.known = false;
+  }
+  // What a hand without a force device is shown: the resistance of the cut against the tool's way, where
+  // depth gave way. A device gets the spring's own pull, which is stable at rest.
+  void show_resistance(bool show) { show_resistance_ = show; }
   // Whose images do the same; check_symmetry has passed.
   void set_symmetry(const Symmetry& symmetry) { edit_.set_symmetry(symmetry); }
   // Puts the tool elsewhere, without a way there.
@@ -74,9 +102,18 @@ class SeriesTool {
   }
   // What was known from before is forgotten, so that the stroke that begins can be carved again alone.
   void begin_stroke() { edit_.forget(); }
+  // Where `tool` that stands at `pose` is clear of material, backed out along its axis just as far as it
+  // takes; nothing if that is farther than twice the tool's reach. Neither allocates nor locks.
+  std::optional<Pose> clear_place(const Tool& tool, const Pose& pose, const std::vector<Material>& materials);
+  // Puts the tool there; it stands in no material (see clear_place).
+  void place_clear(const Pose& pose) {
+    place(pose);
+    engaged_ = true;
+  }
   // The model changed under the tool, or the tool its shape: wait until it is clear again.
   void disengage() {
     engaged_ = touched_ = false;
+    last_.known = false;
     normal_generation_ = kNever;
     edit_.forget();
   }
@@ -97,6 +134,10 @@ class SeriesTool {
   };
   Balance balance(const Tick& tick, bool likely_touching);
   double slide(const Tick& tick, const Vec3& residual);
+  double pull(double length_mm) const;
+  double length_of(const ToolMotion& motion) const;
+  bool give_way(Tick& tick, const Vec3& up, double too_hard_n);
+  double struck_share(const Tick& tick, double strike_nmm);
   const Vec3& contact_normal(const Tick& tick);
 
   TriDexel& model_;
@@ -111,6 +152,18 @@ class SeriesTool {
   Vec3 normal_ = Vec3::Zero();
   Pose normal_pose_;
   Removed removed_, trial_;
+  bool show_resistance_ = false;
+  double rise_mm_ = 0;    // by which depth gave way in the last tick
+  double spare_nmm_ = 0;  // work that the hand could have done while depth gave way
+  // The last tick, for one that asks for the same again.
+  struct Last {
+    bool known = false;
+    Tool tool;
+    Pose device;
+    Mode mode = Mode::off;
+    uint64_t generation = kNever;
+    Felt felt;
+  } last_;
 };
 
 }  // namespace kibori

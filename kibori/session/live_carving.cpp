@@ -8,7 +8,10 @@ namespace kibori {
 namespace {
 
 // Pieces of one tick's motion: a hand takes one or two, and each costs as much as a tick.
-constexpr double kMostPieces = 16;
+constexpr double kMostPieces = 64;
+// Readings of a device that has fallen behind, at most, beside the tick's own: so a path that lies back is
+// followed nine times as fast as it was made, and a tick stays short.
+constexpr int kMostReadings = 8;
 // A stroke ends when nothing was cut for so long.
 
 }  // namespace
@@ -52,6 +55,7 @@ LiveCarving::LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device
   if (settings_.watched) watched_ = std::make_unique<Watched>();
   logged_materials_ = std::make_shared<const std::vector<Material>>(settings_.materials);
   series_.set_spring(settings_.spring);
+  series_.show_resistance(device_->capabilities().dof_out == 0);
   set_symmetry(settings_.symmetry);
   if (settings_.model == HandModel::series)
     device_->expect_stiffness(settings_.spring.stiffness_n_mm * settings_.workspace.scale() *
@@ -100,6 +104,45 @@ void LiveCarving::set_stiffness(double n_mm) {
   device_->expect_stiffness(felt);
 }
 
+void LiveCarving::set_hand(double stiffness_n_mm, double strength_n, double hand_share, double force_scale) {
+  const double felt = stiffness_n_mm * settings_.workspace.scale() * force_scale;
+  if (!(stiffness_n_mm > 0) ||
+      !check_stability({felt, settings_.passivity_ns_mm, 1 / settings_.rate_hz}, device_->capabilities()))
+    return;
+  settings_.spring.stiffness_n_mm = stiffness_n_mm;
+  settings_.spring.strength_n = strength_n;
+  settings_.spring.hand_share = hand_share;
+  settings_.force_scale = force_scale;
+  series_.set_spring(settings_.spring);
+  device_->expect_stiffness(felt);
+}
+
+void LiveCarving::change_tool(const Tool& tool) {
+  settings_.tool = tool;
+  const Mode mode = settings_.mode;
+  if (mode == Mode::off || mode == Mode::deposit) return series_.disengage();
+  place_clear(series_.pose());
+}
+
+std::optional<Pose> LiveCarving::place_clear(const Pose& pose) {
+  const std::optional<Pose> clear = series_.clear_place(settings_.tool, pose, settings_.materials);
+  if (!clear) {
+    place_at(pose);
+    return {};
+  }
+  place_at(*clear);
+  series_.place_clear(*clear);
+  return clear;
+}
+
+void LiveCarving::place_at(const Pose& pose) {
+  finish_stroke();
+  placed_ = true;
+  wanted_ = pose;
+  series_.place(pose);
+  stroke_.place(pose);
+}
+
 void LiveCarving::set_symmetry(const Symmetry& symmetry) {
   settings_.symmetry = symmetry;
   series_.set_symmetry(symmetry);
@@ -128,7 +171,7 @@ void LiveCarving::run_command() {
 // Of the models that are not `series`.
 ForceLaw LiveCarving::law() const {
   return {settings_.model == HandModel::paper ? ForceModel::paper : ForceModel::energy,
-          device_->capabilities().dof_out == 6 ? 6 : 5};
+          device_->capabilities().dof_out == 6 ? 6 : 5, settings_.spring.hand_share};
 }
 
 // Where the tool was before the tick, and what it did. Strokes begin with an edit.
@@ -177,13 +220,11 @@ void LiveCarving::keep_before_stroke() {
   before_stroke_ = model_->snapshot();
 }
 
-LiveTick LiveCarving::tick(double elapsed_s) {
-  leave_stroke_off();  // before any command ends it
-  run_command();
+// The device's next place, and what the tool does on its way there.
+LiveTick LiveCarving::advance(DeviceStatus& status) {
   keep_before_stroke();
-  const double tick_s = settings_.spring.tick_s;
   LiveTick result;
-  const DeviceStatus status = device_->read(reading_);
+  status = device_->read(reading_);
   Pose wanted = series_.pose();
   if (status == DeviceStatus::ok || (status == DeviceStatus::stale && placed_))
     wanted = settings_.workspace.pose_of(reading_);
@@ -212,13 +253,13 @@ LiveTick LiveCarving::tick(double elapsed_s) {
   }
   if (settings_.model == HandModel::series) {
     const Pose before = series_.pose();
-    const auto felt = series_.advance(settings_.tool, wanted, mode, settings_.materials, settings_.material);
+    const auto felt = series_.advance(settings_.tool, wanted, mode, settings_.materials, settings_.material,
+                                      std::exchange(strike_nmm_, 0.0));
     if (felt) {
       const SeriesTool::Felt& f = felt.value();
       result = {f.tool, f.hand, {}, f.removed_mm3, f.touching, f.cutting, f.inside};
       log_tick(before,
-               {f.tool.tip, f.turn_rad, f.edited, wanted.tip - f.tool.tip,
-                rotation_between(f.tool.frame, wanted.frame)},
+               {f.tool.tip, f.turn_rad, f.edited, f.stretch_mm, rotation_between(f.tool.frame, wanted.frame)},
                f.hand, f.removed_mm3);
     } else {
       series_.place(wanted);
@@ -240,6 +281,27 @@ LiveTick LiveCarving::tick(double elapsed_s) {
       finish_stroke();
     }
   }
+  return result;
+}
+
+void LiveCarving::note(const LiveTick& tick) {
+  (tick.removed_mm3 < 0 ? totals_.deposited_mm3 : totals_.removed_mm3) += std::abs(tick.removed_mm3);
+  totals_.most_computed_n = std::max(totals_.most_computed_n, std::sqrt(tick.computed.force.squaredNorm()));
+  totals_.most_given_n = std::max(totals_.most_given_n, std::sqrt(tick.given.force.squaredNorm()));
+  totals_.cutting_ticks += tick.cutting;
+  if (watched_) watched_->push(tick);
+}
+
+LiveTick LiveCarving::tick(double elapsed_s) {
+  leave_stroke_off();  // before any command ends it
+  run_command();
+  const double tick_s = settings_.spring.tick_s;
+  DeviceStatus status = DeviceStatus::ok;
+  LiveTick result = advance(status);
+  for (int more = 0; more < kMostReadings && device_->behind(); more++) {
+    note(result);
+    result = advance(status);
+  }
   result.computed.force *= settings_.force_scale;
   result.computed.moment *= settings_.force_scale;
   result.computed.force = passivity_.tick(reading_.position_mm, result.computed.force, tick_s);
@@ -256,11 +318,7 @@ LiveTick LiveCarving::tick(double elapsed_s) {
   result.safety = safety_.state();
   result.trip = safety_.trip();
 
-  (result.removed_mm3 < 0 ? totals_.deposited_mm3 : totals_.removed_mm3) += std::abs(result.removed_mm3);
-  totals_.most_computed_n = std::max(totals_.most_computed_n, std::sqrt(result.computed.force.squaredNorm()));
-  totals_.most_given_n = std::max(totals_.most_given_n, std::sqrt(result.given.force.squaredNorm()));
-  totals_.cutting_ticks += result.cutting;
-  if (watched_) watched_->push(result);
+  note(result);
   if (totals_.trip == Trip::none) totals_.trip = safety_.trip();
 
   if (++ticks_ % static_cast<uint64_t>(std::max(1, settings_.snapshot_ticks)) == 0 &&

@@ -13,6 +13,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -107,12 +108,25 @@ class LiveCarving {
   LiveSettings& settings() { return settings_; }
   // Of the series spring; where the device could not bear it, nothing changes. For commands.
   void set_stiffness(double n_mm);
+  // The hand's strength [N] and stiffness, and the share of the cut's force that it bears; a device is given
+  // the pull times `force_scale`. Where it could not bear that, nothing changes. For commands.
+  void set_hand(double stiffness_n_mm, double strength_n, double hand_share, double force_scale);
   // From the next stroke on; check_symmetry has passed. For commands.
   void set_symmetry(const Symmetry& symmetry);
   // Where the device is read next, the tool is put, without a way there. For commands.
   void place_again() { placed_ = false; }
   // The model was changed from outside.
   void model_changed() { series_.disengage(); }
+  // Another tool from now on. Where it stands in material it backs out along its axis, and comes in again
+  // from there; where it can't, it waits to be pulled out. For commands.
+  void change_tool(const Tool& tool);
+  // The tool is at `pose`, or backed out from there along its axis until it is clear of material, and works
+  // from now on. Gives where it is; nothing where it can't be clear: it then waits there. For commands.
+  std::optional<Pose> place_clear(const Pose& pose);
+  // The same, without looking whether it is clear: where material is put down. For commands.
+  void place_at(const Pose& pose);
+  // A mallet's blow of so much work, in the next tick: see SeriesTool::advance. For commands.
+  void strike(double nmm) { strike_nmm_ = nmm; }
 
   // The stroke that is being made is as if it had not been, if strokes are logged: at the next tick. Any
   // thread.
@@ -137,6 +151,8 @@ class LiveCarving {
   void leave_stroke_off();
   void keep_before_stroke();
   ForceLaw law() const;
+  LiveTick advance(DeviceStatus& status);
+  void note(const LiveTick& tick);
   void log_tick(const Pose& before, const StrokeTick& tick, const Wrench& felt, double removed_mm3);
 
   std::unique_ptr<TriDexel> model_;
@@ -159,6 +175,7 @@ class LiveCarving {
   std::atomic<bool> cancel_{false};
   int idle_ticks_ = 0;  // since the stroke's last edit
   double stroke_removed_mm3_ = 0;
+  double strike_nmm_ = 0;
   LiveTotals totals_;
 
   LatestValue<Snapshot> snapshots_;

@@ -6,6 +6,7 @@
 #include <kibori/base/file.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/png_file.h>
+#include <kibori/haptics/materials.h>
 
 namespace kibori {
 namespace {
@@ -20,7 +21,7 @@ Result<Scene> scene_of(const Stock& stock, double longest_mm, size_t material) {
   Scene scene;
   scene.file = "the new document";
   scene.stock = stock;
-  scene.materials = woods();
+  scene.materials = known_materials();
   if (material >= scene.materials.size()) return Error{"there is no such material"};
   scene.stock.material = static_cast<uint8_t>(material);
   scene.tools = {BallTool{4}};
@@ -29,20 +30,6 @@ Result<Scene> scene_of(const Stock& stock, double longest_mm, size_t material) {
 }
 
 }  // namespace
-
-std::vector<Material> woods() {
-  const auto wood = [](const char* name, double u, double yield_n, std::array<uint8_t, 3> color) {
-    Material m;
-    m.name = name;
-    m.u = u;
-    m.kf = 0.02 * u;
-    m.yield_n = yield_n;
-    m.color = color;
-    return m;
-  };
-  return {wood("limewood", 0.03, 0.05, {214, 178, 130}), wood("oak", 0.06, 0.12, {184, 134, 84}),
-          wood("walnut", 0.05, 0.1, {121, 83, 54}), wood("wax", 0.012, 0.02, {226, 214, 190})};
-}
 
 Result<Scene> stock_scene(Stock::Kind kind, const Vec3& size_mm, double pitch_mm, size_t material) {
   Stock stock;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Scenes that are stock alone: what one begins with to carve by hand.
+// Scenes that are stock alone: what one begins with to carve by hand. Materials are numbers of
+// known_materials().
 #pragma once
 
 #include <filesystem>
@@ -13,9 +14,6 @@ namespace kibori {
 
 // So fine at most along a stock's longest side, so that a page can show it.
 inline constexpr double kMostRays = 1024;
-
-// The materials that the studio offers; forces are such that a hand's spring of 0.5 N/mm tells them apart.
-std::vector<Material> woods();
 
 // A block, log (`cylinder`: x is its diameter, z its length) or ball (x is its diameter) of a size [mm] and
 // pitch [mm]. Errors: the size, the pitch, the material.

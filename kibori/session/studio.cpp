@@ -11,6 +11,7 @@
 #include <kibori/base/file.h>
 #include <kibori/devices/registry.h>
 #include <kibori/devices/virtual_device.h>
+#include <kibori/haptics/materials.h>
 #include <kibori/session/documents.h>
 #include <kibori/session/library.h>
 #include <kibori/session/stock_scene.h>
@@ -18,8 +19,9 @@
 namespace kibori {
 namespace {
 
-// A pointer can't push back, so that stiffness is only what is shown and how far the tool hangs behind.
-constexpr double kStiffnessNMm = 0.5;
+constexpr double kLeastStrengthN = 20, kMostStrengthN = 1000;
+// Beyond so many things that wait for a stroke's end, more are refused.
+constexpr size_t kMostLater = 4096;
 // With a device a stroke ends when it has not cut for so long.
 constexpr double kDeviceIdleS = 0.3;
 constexpr double kLeastReach = 0.1, kMostReach = 20;
@@ -32,6 +34,37 @@ Result<StepId> after(const Document& document, StepId step) {
   for (auto at = document.steps().rbegin(); at != document.steps().rend(); ++at)
     if (at->second.parent == step) return at->first;
   return Error{"nothing follows"};
+}
+
+// The studio's woods of 2026 were 400 times too soft. What is carved of them from now on is as hard as the
+// species is; strokes of before keep what they were felt with.
+void mend(Material& material) {
+  constexpr struct {
+    const char* name;
+    double u;
+  } kSoft[] = {{"limewood", 0.03}, {"oak", 0.06}, {"walnut", 0.05}, {"wax", 0.012}};
+  for (const auto& soft : kSoft)
+    if (material.name == soft.name && material.u == soft.u)
+      for (const Material& known : known_materials())
+        if (known.name == material.name) {
+          const auto color = material.color;
+          material = known;
+          material.color = color;
+        }
+}
+
+// s: the hand's whole strength is the most that the device can give. Without force nothing is felt, and s is
+// of no matter.
+double felt_share(const DeviceCapabilities& device, double strength_n) {
+  return device.dof_out > 0 && device.force_n > 0 ? device.force_n / strength_n : 1;
+}
+
+// What was removed on the way from the stock to a step.
+double removed_until(const Document& document, StepId step) {
+  double sum = 0;
+  if (const auto path = document.path_to(step))
+    for (const StepId id : path.value()) sum += document.steps().at(id).removed_mm3;
+  return sum;
 }
 
 // A hand that goes about over the stock and dips into it now and then.
@@ -57,10 +90,11 @@ Result<std::unique_ptr<Studio>> Studio::open(const std::filesystem::path& file, 
   auto model = document.value()->load();
   if (!model) return Error{model.error()};
   Scene scene;
-  scene.materials = woods();
+  scene.materials = known_materials();
   scene.tools = {BallTool{4}};
   if (const auto last = document.value()->settings(document.value()->head())) {
     scene.materials = last.value().materials;
+    for (Material& material : scene.materials) mend(material);
     scene.tools = {last.value().tool};
   }
   return start(std::move(document).value(), std::move(model).value(), scene, options);
@@ -83,7 +117,7 @@ Result<std::unique_ptr<Studio>> Studio::look(std::unique_ptr<Document> document)
   std::unique_ptr<Studio> studio(new Studio);
   studio->name_ = document->name();
   studio->lattice_ = document->lattice();
-  studio->materials_ = woods();
+  studio->materials_ = known_materials();
   if (const auto last = document->settings(document->head())) studio->materials_ = last.value().materials;
   auto model = document->load_at(document->head());
   if (!model) return Error{model.error()};
@@ -91,6 +125,7 @@ Result<std::unique_ptr<Studio>> Studio::look(std::unique_ptr<Document> document)
   studio->snapshot_ = studio->shown_->snapshot();
   studio->surface_ = std::make_unique<LiveSurface>(studio->snapshot_, 2);
   studio->place_.step = document->head();
+  studio->stock_mm3_ = studio->snapshot_.volume_mm3() + removed_until(*document, document->head());
   for (const auto& [id, step] : document->steps())
     studio->steps_.push_back({id, step.parent, step.removed_mm3});
   studio->versions_ = document->versions();
@@ -108,6 +143,7 @@ Result<std::unique_ptr<Studio>> Studio::watch(const Scene& scene, double pace) {
   studio->experiment_ = std::move(experiment).value();
   studio->snapshot_ = studio->experiment_->stock();
   studio->lattice_ = studio->snapshot_.lattice;
+  studio->stock_mm3_ = studio->snapshot_.volume_mm3();
   studio->surface_ = std::make_unique<LiveSurface>(studio->snapshot_, 2);
   return studio;
 }
@@ -126,8 +162,11 @@ Result<std::unique_ptr<Studio>> Studio::start(std::unique_ptr<Document> document
   settings.log = settings.watched = true;
   settings.snapshot_ticks = 4;                                // who looks sees what was cut soon
   settings.idle_s = std::numeric_limits<double>::infinity();  // a press is a stroke
-  settings.spring = scene.spring.value_or(SeriesSpring{});
-  if (!scene.spring) settings.spring.stiffness_n_mm = kStiffnessNMm;
+  if (scene.spring && scene.spring->strength_n > 0)
+    studio->hand_.strength_n = std::clamp(scene.spring->strength_n, kLeastStrengthN, kMostStrengthN);
+  settings.spring.strength_n = studio->hand_.strength_n;
+  settings.spring.stiffness_n_mm = studio->hand_.strength_n / kHandGiveMm;
+  settings.spring.hand_share = kPoweredShare;
   settings.rate_hz = studio->rate_hz_;
   std::unique_ptr<Device> device;
   if (options.device.empty()) {
@@ -152,11 +191,14 @@ Result<std::unique_ptr<Studio>> Studio::start(std::unique_ptr<Document> document
     const Box& hand = can.workspace_mm;
     if (hand.max.x() > hand.min.x())
       held.scale = std::clamp(size.maxCoeff() / (hand.max - hand.min).maxCoeff(), kLeastReach, kMostReach);
-    studio->damping_ns_mm_ = can.damping_ns_mm;
+    // What the device can bear: k T/2 within its damping, whichever way it is rounded.
+    held.most_n_mm = 2 * studio->rate_hz_ * can.damping_ns_mm * (1 - 1e-9);
+    held.stiffness_n_mm = std::min(can.stiffness_n_mm, held.most_n_mm);
+    held.share = felt_share(can, studio->hand_.strength_n);
+    studio->default_n_mm_ = held.stiffness_n_mm;
     studio->held_ = held;
-    studio->tell_stiffness();
-    studio->held_->stiffness_n_mm = std::min(can.stiffness_n_mm, studio->held_->most_n_mm);
-    settings.spring.stiffness_n_mm = studio->held_->stiffness_n_mm;
+    settings.force_scale = held.share;
+    settings.spring.stiffness_n_mm = held.stiffness_n_mm / (held.share * held.scale);
     Vec3 top = material.centre();
     top.z() = material.max.z();
     // The second button is the clutch: as one lifts a mouse.
@@ -170,6 +212,7 @@ Result<std::unique_ptr<Studio>> Studio::start(std::unique_ptr<Document> document
   studio->snapshot_ = studio->live_->model().snapshot();
   studio->surface_ = std::make_unique<LiveSurface>(studio->snapshot_, 2);
   studio->volume_mm3_ = studio->snapshot_.volume_mm3();
+  studio->stock_mm3_ = studio->volume_mm3_ + removed_until(*document, document->head());
   studio->scribe_ = std::make_unique<Scribe>(*studio->live_, std::move(document));
   studio->scribe_->start();
   studio->live_->start();
@@ -192,44 +235,85 @@ std::string Studio::close() {
 
 Status Studio::post(std::function<void(LiveCarving&)> command) {
   if (!live_) return Error{"this is only looked at"};
-  if (!live_->post(std::move(command))) return Error{"the servo is busy; try again"};
+  if (later_.size() >= kMostLater) return Error{"the servo is busy; try again"};
+  later_.push_back({0, [this, command = std::move(command)] { return live_->post(command); }});
+  go_on();
   return Ok{};
+}
+
+void Studio::then(std::function<void()> what) {
+  later_.push_back({0, [what = std::move(what)] {
+                      what();
+                      return true;
+                    }});
+  go_on();
+}
+
+void Studio::go_on() {
+  if (pointer_) pointer_->pump();
+  while (!later_.empty()) {
+    Later& next = later_.front();
+    if (next.stroke != 0 ? pointer_->finished() < next.stroke : !next.run()) return;
+    later_.pop_front();
+  }
 }
 
 // ---- A pointer
 
-void Studio::aim(const Vec3& tip_mm, const Vec3& axis, bool at_once) {
+// How the tool stands there; `anew`: as it does upright, else it goes on from how it stood, so that it does
+// not spin. Nothing where that can't be.
+std::optional<Pose> Studio::pose_of(const Vec3& tip_mm, const Vec3& axis, bool anew) {
   const double length = std::sqrt(axis.squaredNorm());
-  if (!pointer_ || !tip_mm.allFinite() || !(length > 1e-9) || !std::isfinite(length)) return;
-  // On its way the tool goes on from how it stood, so that it does not spin; else from how it stands upright.
-  const Mat3 before = at_once ? Mat3(Mat3::Identity()) : aimed_;
+  if (!pointer_ || !tip_mm.allFinite() || !(length > 1e-9) || !std::isfinite(length)) return {};
+  const Mat3 before = anew ? Mat3(Mat3::Identity()) : aimed_;
   const Vec3 z = axis / length, was = before.col(2);
   aimed_ = was.dot(z) > -1 + 1e-9 ? Mat3(rotation(shortest_turn(was, z)) * before) : frame_from_axis(z);
-  pointer_->aim(tip_mm, aimed_ * rotation(Vec3(0, 0, roll_rad_)), at_once);
+  return Pose{tip_mm, aimed_ * rotation(Vec3(0, 0, roll_rad_))};
+}
+
+void Studio::aim(const Vec3& tip_mm, const Vec3& axis, double time_s) {
+  const std::optional<Pose> pose = pose_of(tip_mm, axis, !pressed_);
+  if (!pose) return;
+  if (!pressed_)
+    pointer_->hover(*pose);
+  else if (std::isfinite(time_s))
+    pointer_->move(*pose, time_s);
 }
 
 void Studio::turn(double roll_rad) {
   if (std::isfinite(roll_rad)) roll_rad_ = roll_rad;
 }
 
-void Studio::press(const Vec3& tip_mm, const Vec3& axis, Mode mode) {
-  if (!pointer_) return;
+void Studio::press(const Vec3& tip_mm, const Vec3& axis, Mode mode, double time_s) {
   lift();
-  if (pressed_) return tell(Error{"the servo is busy; try again"});
-  aim(tip_mm, axis, true);
-  const Status posted = post([mode](LiveCarving& live) {
-    live.settings().mode = mode;
-    live.place_again();
-  });
-  pressed_ = posted.ok();
-  tell(posted);
+  const std::optional<Pose> pose = std::isfinite(time_s) ? pose_of(tip_mm, axis, true) : std::nullopt;
+  if (!pose) return;
+  const Status posted =
+      post([pointer = pointer_, stroke = stroke_ + 1, place = *pose, mode](LiveCarving& live) {
+        if (pointer->finished() >= stroke) return;  // it was cancelled before it began
+        live.settings().mode = mode;
+        if (mode == Mode::deposit) live.place_at(place);
+        const std::optional<Pose> clear = mode == Mode::deposit ? place : live.place_clear(place);
+        pointer->follow(stroke, clear.value_or(place));
+      });
+  if (!posted) return tell(posted);
+  stroke_ = pointer_->begin(*pose, time_s);
+  pressed_ = true;
 }
 
 void Studio::lift() {
   if (!pressed_) return;
-  // Where the servo has no room for it, follow() says it again.
-  lifting_ = !post([](LiveCarving& live) { live.settings().mode = Mode::off; });
-  pressed_ = lifting_;
+  pressed_ = false;
+  pointer_->end();
+  later_.push_back({stroke_, {}});
+  static_cast<void>(post([pointer = pointer_, stroke = stroke_](LiveCarving& live) {
+    live.settings().mode = Mode::off;
+    pointer->give_up(stroke);
+  }));
+}
+
+void Studio::strike() {
+  if (pressed_ || held_) tell(post([](LiveCarving& live) { live.strike(kMalletNmm); }));
 }
 
 // ---- A force device
@@ -259,28 +343,7 @@ void Studio::bring(const Vec3& tip_mm) {
 Status Studio::choose_reach(double scale) {
   if (!held_) return Error{"no force device holds the tool"};
   if (!(scale >= kLeastReach && scale <= kMostReach)) return Error{"the reach must be 0.1 to 20"};
-  const double felt = held_->stiffness_n_mm * scale;
-  if (const double bears = held_->most_n_mm * held_->scale; felt > bears) {
-    char text[200];
-    std::snprintf(text, sizeof text, "at that reach %s bears %.3g N/mm at most; lower the stiffness first",
-                  held_->name.c_str(), bears / scale);
-    return Error{text};
-  }
-  Status posted = post([scale](LiveCarving& live) {
-    live.settings().workspace.set_scale(scale);
-    live.set_stiffness(live.settings().spring.stiffness_n_mm);  // at the hand it is another now
-    live.place_again();
-  });
-  if (posted) {
-    held_->scale = scale;
-    tell_stiffness();
-  }
-  return posted;
-}
-
-// What the device can bear at its reach: k T/2 within its damping, whichever way it is rounded.
-void Studio::tell_stiffness() {
-  held_->most_n_mm = 2 * rate_hz_ * damping_ns_mm_ / held_->scale * (1 - 1e-9);
+  return give_hand(hand_, scale);
 }
 
 // ---- Both
@@ -289,7 +352,15 @@ void Studio::cancel() {
   if (experiment_) experiment_->stop();
   if (!live_) return;
   live_->cancel_stroke();
+  volume_known_ = false;
+  if (!pressed_) return;
   lift();
+  // What is left of its path is not gone any more.
+  if (!live_->post([pointer = pointer_, stroke = stroke_](LiveCarving& live) {
+        live.settings().mode = Mode::off;
+        pointer->give_up(stroke);
+      }))
+    tell(Error{"the servo is busy; try again"});
 }
 
 void Studio::undo() {
@@ -299,19 +370,19 @@ void Studio::undo() {
     return;
   }
   lift();
-  if (scribe_) scribe_->undo();
+  if (scribe_) then([this] { scribe_->undo(); });
 }
 
 void Studio::redo() {
   if (viewed_) return look_at(after(*viewed_, place_.step));
   lift();
-  if (scribe_) scribe_->redo();
+  if (scribe_) then([this] { scribe_->redo(); });
 }
 
 void Studio::go(StepId step) {
   if (viewed_) return look_at(step);
   lift();
-  if (scribe_) scribe_->go(step);
+  if (scribe_) then([this, step] { scribe_->go(step); });
 }
 
 void Studio::look_at(const Result<StepId>& step) {
@@ -331,24 +402,47 @@ void Studio::look_at(const Result<StepId>& step) {
 Status Studio::choose_tool(const Tool& tool) {
   if (Status fits = check_tool(tool); !fits) return fits;
   if (Status fits = check_symmetry(symmetry_, tool); !fits) return fits;
-  Status posted = post([tool](LiveCarving& live) {
-    live.settings().tool = tool;
-    live.model_changed();
-  });
+  Status posted = post([tool](LiveCarving& live) { live.change_tool(tool); });
   if (posted) tool_ = tool;
   return posted;
 }
 
-Status Studio::choose_stiffness(double n_mm) {
-  if (!(n_mm >= 0.01 && n_mm <= 100)) return Error{"the stiffness must be 0.01 to 100 N/mm"};
-  if (held_ && n_mm > held_->most_n_mm) {
+Status Studio::choose_hand(const Hand& hand) {
+  if (!(hand.strength_n >= kLeastStrengthN && hand.strength_n <= kMostStrengthN))
+    return Error{"the strength must be 20 to 1000 N"};
+  if (!(hand.stiffness_n_mm == 0 || (hand.stiffness_n_mm >= 0.01 && hand.stiffness_n_mm <= 10000)))
+    return Error{"the stiffness must be 0.01 to 10000 N/mm, or 0 for what suits"};
+  if (held_ && hand.stiffness_n_mm > held_->most_n_mm) {
     char text[200];
-    std::snprintf(text, sizeof text, "%s bears a stiffness of %.3g N/mm at most at this reach",
-                  held_->name.c_str(), held_->most_n_mm);
+    std::snprintf(text, sizeof text, "%s bears a stiffness of %.3g N/mm at most", held_->name.c_str(),
+                  held_->most_n_mm);
     return Error{text};
   }
-  Status posted = post([n_mm](LiveCarving& live) { live.set_stiffness(n_mm); });
-  if (posted && held_) held_->stiffness_n_mm = n_mm;
+  return give_hand(hand, held_ ? held_->scale : 1);
+}
+
+// The hand as the servo's spring has it: by a pointer as stiff as it is strong; by a device as stiff as that
+// renders, at the wood, where a mm of the hand is `reach` mm and a newton of the wood `share` of one.
+Status Studio::give_hand(const Hand& hand, double reach) {
+  double stiffness = hand.stiffness_n_mm > 0 ? hand.stiffness_n_mm : hand.strength_n / kHandGiveMm, share = 1;
+  if (held_) {
+    share = held_->force_n > 0 ? held_->force_n / hand.strength_n : 1;
+    held_->stiffness_n_mm = hand.stiffness_n_mm > 0 ? hand.stiffness_n_mm : default_n_mm_;
+    stiffness = held_->stiffness_n_mm / (share * reach);
+  }
+  const double borne = hand.powered ? kPoweredShare : 1;
+  Status posted =
+      post([=, strength = hand.strength_n, moved = held_ && reach != held_->scale](LiveCarving& live) {
+        live.settings().workspace.set_scale(reach);
+        live.set_hand(stiffness, strength, borne, share);
+        if (moved) live.place_again();
+      });
+  if (!posted) return posted;
+  hand_ = hand;
+  if (held_) {
+    held_->scale = reach;
+    held_->share = share;
+  }
   return posted;
 }
 
@@ -375,7 +469,7 @@ Status Studio::choose_symmetry(const std::array<bool, 3>& planes) {
 
 const std::vector<Index3>& Studio::follow() {
   changed_.clear();
-  if (lifting_) lift();
+  go_on();
   if (live_         ? live_->latest(snapshot_)
       : experiment_ ? experiment_->latest(snapshot_)
                     : std::exchange(anew_, false)) {
@@ -391,8 +485,8 @@ const std::vector<LiveTick>& Studio::ticks() {
   LiveTick tick;
   bool cut = false;
   while (live_ ? live_->next_tick(tick) : experiment_->next_tick(tick)) {
-    removed_mm3_ += tick.removed_mm3;
     volume_mm3_ -= tick.removed_mm3;
+    inside_ = tick.inside;
     cut |= tick.removed_mm3 != 0;
     ticks_.push_back(tick);
   }
@@ -447,7 +541,7 @@ const Studio::Place& Studio::place() {
     const std::lock_guard<std::mutex> lock(told_mutex_);
     if (std::exchange(told_.fresh, false)) {
       // Going back and forth is no cutting: the volume is then counted again.
-      if (told_.place.step != place_.step && !pressed_) volume_known_ = false;
+      if (told_.place.step != place_.step && !pressed()) volume_known_ = false;
       place_ = told_.place;
       steps_.insert(steps_.end(), told_.steps.begin(), told_.steps.end());
       told_.steps.clear();
@@ -461,7 +555,7 @@ const Studio::Place& Studio::place() {
 
 // Where nothing is being cut, as that takes a while.
 void Studio::count_volume() {
-  if (volume_known_ || pressed_ || cutting_ || snapshot_.lattice.nodes.x() == 0) return;
+  if (volume_known_ || pressed() || cutting_ || snapshot_.lattice.nodes.x() == 0) return;
   volume_mm3_ = snapshot_.volume_mm3();
   volume_known_ = true;
 }

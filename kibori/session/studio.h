@@ -12,6 +12,7 @@
 
 #include <array>
 #include <atomic>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -30,6 +31,9 @@
 #include <kibori/surface/surface.h>
 
 namespace kibori {
+
+// A blow of the mallet [N mm]: 3 J, a tap of a carver's mallet of half a kilogram at 3.5 m/s.
+inline constexpr double kMalletNmm = 3000;
 
 class Studio {
  public:
@@ -50,12 +54,19 @@ class Studio {
     bool read_only = false;  // it is only looked at
     std::string device;      // a name of devices/registry.h that holds the tool; empty: a pointer does
   };
+  // The hand that pushes the tool.
+  struct Hand {
+    double strength_n = 200;    // S: it pushes with this at most
+    double stiffness_n_mm = 0;  // between hand and tool; 0: what suits a pointer, or the device
+    bool powered = true;        // a motor turns the tool, and the hand bears kPoweredShare of the cut
+  };
   // Of the force device that holds the tool.
   struct Held {
     std::string name;
     double force_n = 0;                        // the most it can give
-    double stiffness_n_mm = 0, most_n_mm = 0;  // to begin with; that it can bear, at this reach
+    double stiffness_n_mm = 0, most_n_mm = 0;  // at the hand: what is rendered, and what it can bear
     double scale = 1;                          // so far the tool goes for a mm of the hand
+    double share = 1;                          // s: of the wood's force, what is felt: force_n / strength
     SafetyStage::State safety = SafetyStage::State::off;
     Trip trip = Trip::none;
     double given_n = 0;
@@ -82,14 +93,22 @@ class Studio {
   bool read_only() const { return viewed_ != nullptr; }
   // What runs by itself; null: a hand carves.
   Experiment* experiment() { return experiment_.get(); }
-  // The pointer's hand: tip and axis (from the tip up; any length but zero) of the tool [mm].
-  void aim(const Vec3& tip_mm, const Vec3& axis, bool at_once = false);
-  // Puts the tool there, clear of material, and lets it cut or fill from then on.
-  void press(const Vec3& tip_mm, const Vec3& axis, Mode mode);
+  // The pointer's hand: tip and axis (from the tip up; any length but zero) of the tool [mm], and when that
+  // was so [s], by whatever clock. While it is pressed, the tool follows these places one after another.
+  void aim(const Vec3& tip_mm, const Vec3& axis, double time_s);
+  // Begins a stroke at this place: the tool backs out from there along its axis until it is clear of
+  // material, comes in again, and cuts, fills or feels from then on.
+  void press(const Vec3& tip_mm, const Vec3& axis, Mode mode, double time_s);
+  // Ends the stroke, once the tool has been everywhere that it was aimed to.
   void lift();
+  // A blow of the mallet on a tool that cuts: it is driven on along the aim by kMalletNmm of work.
+  void strike();
   // How far the tool is turned about its own axis from then on [rad].
   void turn(double roll_rad);
-  bool pressed() const { return pressed_; }
+  // Whether a stroke is being made, or has not come to its end yet.
+  bool pressed() const { return pressed_ || !later_.empty(); }
+  // Whether the tool, which is pressed, stands in material and can't back out: it cuts nothing there.
+  bool blocked() const { return pressed() && inside_; }
   // The force device, as of the last ticks(); null: a pointer holds the tool.
   const Held* held() const { return held_ ? &*held_ : nullptr; }
   // What its tool does from now on.
@@ -107,7 +126,10 @@ class Studio {
   void go(StepId step);
   // Errors: what the tool, or the spring, can't be; nothing has changed.
   Status choose_tool(const Tool& tool);
-  Status choose_stiffness(double n_mm);
+  // Errors: a strength that is not 20 to 1000 N, a stiffness that is not 0 or 0.01 to 10000 N/mm, or that the
+  // device can't bear.
+  Status choose_hand(const Hand& hand);
+  const Hand& hand() const { return hand_; }
   Status choose_material(size_t material);  // of what is added
   Status choose_model(HandModel model);
   Status choose_symmetry(const std::array<bool, 3>& planes);  // through the lattice's middle
@@ -131,9 +153,9 @@ class Studio {
   void save_copy(const std::filesystem::path& path, std::function<void(Status)> done);
   // The model, as of the last follow().
   const Snapshot& snapshot() const { return snapshot_; }
-  // Volume [mm^3], as of the last follow() and ticks().
+  // Volume [mm^3], as of the last follow() and ticks(); and how much less that is than the stock's.
   double volume_mm3() const { return volume_mm3_; }
-  double removed_mm3() const { return removed_mm3_; }
+  double removed_mm3() const { return stock_mm3_ - volume_mm3_; }
   // A sentence for the person; empty where there is none. Taken away by asking.
   std::string notice();
 
@@ -143,10 +165,14 @@ class Studio {
                                                std::unique_ptr<TriDexel> model, const Scene& scene,
                                                const Options& options);
   static Result<std::unique_ptr<Studio>> look(std::unique_ptr<Document> document);
+  // In order, and not before all strokes that were lifted have come to their end.
   Status post(std::function<void(LiveCarving&)> command);
+  void then(std::function<void()> what);
+  void go_on();
+  std::optional<Pose> pose_of(const Vec3& tip_mm, const Vec3& axis, bool anew);
+  Status give_hand(const Hand& hand, double reach);
   void look_at(const Result<StepId>& step);
   void tell(const Status& how);
-  void tell_stiffness();
   void count_volume();
   void with_document(std::function<void(Document&)> f);
 
@@ -155,10 +181,18 @@ class Studio {
   double rate_hz_ = 1000;
   std::vector<Material> materials_;
   PointerDevice* pointer_ = nullptr;  // live_'s, if one holds the tool
-  Mat3 aimed_ = Mat3::Identity();     // as it last was to stand, but for
+  uint32_t stroke_ = 0;               // the pointer's newest
+  // What waits for the end of a stroke: until it is finished, or for a command's room.
+  struct Later {
+    uint32_t stroke = 0;          // to wait for, or
+    std::function<bool()> run{};  // false: there was no room for it, and it is run again
+  };
+  std::deque<Later> later_;
+  Hand hand_;
+  double default_n_mm_ = 0;        // the stiffness that suits the device
+  Mat3 aimed_ = Mat3::Identity();  // as it last was to stand, but for
   double roll_rad_ = 0;
   std::optional<Held> held_;
-  double damping_ns_mm_ = 0;  // of the device
   Tool tool_;
   Symmetry symmetry_;
   // Instead of live_ and scribe_, where it runs by itself or is only looked at.
@@ -187,8 +221,8 @@ class Studio {
   Place place_;
   std::vector<PastStep> steps_;
   Versions versions_;
-  bool pressed_ = false, lifting_ = false, cutting_ = false, volume_known_ = false;
-  double volume_mm3_ = 0, removed_mm3_ = 0;
+  bool pressed_ = false, inside_ = false, cutting_ = false, volume_known_ = false;
+  double volume_mm3_ = 0, stock_mm3_ = 0;
 };
 
 }  // namespace kibori

@@ -10,28 +10,35 @@ const chosen = (name: string): number => Number((document.querySelector(`input[n
 
 /** From a tool's tip to its other end [mm], where its size does not say. */
 const TOOL_LENGTH = 25, FINGER_LENGTH = 20;
-/** Shapes as of ChooseTool, of a radius and of one number more, which only some have [mm]. */
+/** A tool as a person chooses it: by a radius and one number more, which only some have. */
 interface Shape {
   name: string;
+  /** Its number in ChooseTool, where that is not its place in this list. */
+  as?: number;
+  /** A motor turns it, unless that is switched off; a hand or a mallet drives the others. */
+  powered: boolean;
   form?: { name: string; unit: string; least: number; most: number; value: number };
   tool(radius: number, form: number): { size: number; length: number; other: number };
   /** Whether it matters how far it is turned about its axis. */
   turns?: boolean;
 }
 const SHAPES: Shape[] = [
-  { name: "Ball", tool: (r) => ({ size: r, length: 2 * r, other: 0 }) },
+  { name: "Ball burr", powered: true, tool: (r) => ({ size: r, length: 2 * r, other: 0 }) },
   // Its Ks such that it is as wide as a ball would be, a radius above its tip.
-  { name: "Finger", tool: (r) => ({ size: 1 / r, length: FINGER_LENGTH, other: 0 }) },
-  { name: "End mill", tool: (r) => ({ size: r, length: TOOL_LENGTH, other: 0 }) },
-  { name: "Capsule", tool: (r) => ({ size: r, length: TOOL_LENGTH + 2 * r, other: 0 }) },
+  { name: "Finger", powered: false, tool: (r) => ({ size: 1 / r, length: FINGER_LENGTH, other: 0 }) },
+  { name: "End mill", powered: true, tool: (r) => ({ size: r, length: TOOL_LENGTH, other: 0 }) },
+  { name: "Capsule", powered: false, tool: (r) => ({ size: r, length: TOOL_LENGTH + 2 * r, other: 0 }) },
   {
     name: "Bull nose",
+    powered: true,
     form: { name: "Corner", unit: "mm", least: 0.1, most: 12, value: 1.5 },
     tool: (r, corner) => ({ size: r, length: TOOL_LENGTH, other: Math.min(corner, r) }),
   },
-  { name: "V cutter", form: { name: "Angle", unit: "°", least: 20, most: 150, value: 90 }, tool: (r, angle) => ({ size: r, length: TOOL_LENGTH, other: angle }) },
-  { name: "Box", form: { name: "Breadth", unit: "mm", least: 0.5, most: 24, value: 4 }, tool: (r, breadth) => ({ size: 2 * r, length: breadth, other: TOOL_LENGTH }), turns: true },
-  { name: "Ellipsoid", form: { name: "Breadth", unit: "mm", least: 1, most: 24, value: 12 }, tool: (r, breadth) => ({ size: r, length: breadth / 2, other: r }), turns: true },
+  { name: "V cutter", powered: true, form: { name: "Angle", unit: "°", least: 20, most: 150, value: 90 }, tool: (r, angle) => ({ size: r, length: TOOL_LENGTH, other: angle }) },
+  { name: "Box", powered: false, form: { name: "Breadth", unit: "mm", least: 0.5, most: 24, value: 4 }, tool: (r, breadth) => ({ size: 2 * r, length: breadth, other: TOOL_LENGTH }), turns: true },
+  { name: "Ellipsoid", powered: false, form: { name: "Breadth", unit: "mm", least: 1, most: 24, value: 12 }, tool: (r, breadth) => ({ size: r, length: breadth / 2, other: r }), turns: true },
+  // A twist drill's point has a full angle of 118 degrees.
+  { name: "Drill", as: 5, powered: true, form: { name: "Point", unit: "°", least: 60, most: 150, value: 118 }, tool: (r, angle) => ({ size: r, length: TOOL_LENGTH, other: angle }) },
 ];
 /** A tool as ChooseTool and ShowTool say it. */
 interface Held {
@@ -49,9 +56,18 @@ function shortened(held: Held, height: number): Held {
   const least = shape === 3 ? 2 * size : shape === 4 ? 2 * other : 0;
   return shape === 0 || shape === 7 ? held : { ...held, length: Math.min(length, Math.max(height, least)) };
 }
-const AIM_EVERY_MS = 4;
 /** The modes of Press. */
 const CUT = 0, FILL = 1;
+/** So far above the wood the tool hovers [mm]. */
+const HOVER = 2;
+/** A path that leaves the wood goes on along the plane it left, so many radii of the tool. */
+const BEYOND = 3;
+
+/** So long after a press the mallet strikes, where every press is a blow [ms]: the tool has come in by then. */
+const BLOW_AFTER_MS = 120;
+
+/** From what depth counts. */
+type DepthFrom = "began" | "now" | "held" | "set";
 
 export class Hand {
   axis = new THREE.Vector3(0, 0, 1);
@@ -61,13 +77,31 @@ export class Hand {
   device = false;
   /** Whether the document is only looked at. */
   readOnly = false;
-  private stroke: { pointer: number; type: string; x: number; y: number; last: Hit; mode: number } | null = null;
+  private stroke: {
+    pointer: number;
+    type: string;
+    x: number;
+    y: number;
+    /** Where the path is, and where it last met the wood. */
+    last: Hit;
+    wood: Hit;
+    /** Depth counts from this plane; null: from the wood. */
+    plane: Hit | null;
+    mode: number;
+    /** The time of the newest event that was used [ms]. */
+    time: number;
+  } | null = null;
+  /** The plane that is set for depth to count from. */
+  private plane: Hit | null = null;
+  /** The wood under the pointer, as it was last seen. */
+  private over: Hit | null = null;
+  /** The key that lets a stroke begin anywhere is down. */
+  private anywhere = false;
   private sliding: { id: "size" | "depth"; x: number; from: number } | null = null;
   private at = { x: 0, y: 0 };
   private shown: Held | null = null;
   private handing = false; // the view is told of a pointer that was the hand's
   private aimed: Vec3 = [0, 0, 0];
-  private aimedAt = 0;
 
   constructor(
     private canvas: HTMLCanvasElement,
@@ -77,7 +111,10 @@ export class Hand {
     element("shapes").addEventListener("change", () => this.chooseShape());
     for (const id of ["size", "depth", "form"]) input(id).addEventListener("input", () => this.chooseTool());
     input("turn-by").addEventListener("input", () => this.chooseTurn());
-    input("spring").addEventListener("input", () => this.chooseSpring());
+    for (const id of ["strength", "stiffness", "powered"]) input(id).addEventListener("input", () => this.chooseHand());
+    select("depth-from").addEventListener("change", () => this.chooseDepthFrom());
+    element("set-plane").onclick = () => this.setPlane();
+    element("strike").onclick = () => this.strike();
     element("modes").addEventListener("change", () => this.chooseWork());
     element("symmetry").addEventListener("change", () => this.chooseSymmetry());
     select("material").onchange = () => this.send(write.ChooseMaterial({ material: Number(select("material").value) }));
@@ -85,11 +122,15 @@ export class Hand {
     canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
     canvas.addEventListener("pointermove", (event) => this.move(event));
     // Where the browser tells of the pointer before the next frame, the tool need not wait for that.
-    canvas.addEventListener("pointerrawupdate", (event) => this.stroke && event.timeStamp - this.aimedAt >= AIM_EVERY_MS && this.move(event as PointerEvent));
+    canvas.addEventListener("pointerrawupdate", (event) => this.stroke && this.follow(event as PointerEvent));
     canvas.addEventListener("pointerup", (event) => event.pointerId === this.stroke?.pointer && this.lift());
     for (const end of ["pointercancel", "lostpointercapture"] as const)
       canvas.addEventListener(end, (event) => event.pointerId === this.stroke?.pointer && this.lift());
     window.addEventListener("blur", () => this.lift());
+    for (const [kind, down] of [["keydown", true], ["keyup", false]] as const)
+      window.addEventListener(kind, (event) => {
+        if (event.key.toLowerCase() === "b" && !event.ctrlKey && !event.metaKey) this.anywhere = down;
+      });
   }
 
   /** Another document: nothing is under way. */
@@ -97,7 +138,8 @@ export class Hand {
     if (this.stroke) this.view.endStroke();
     this.stroke = this.sliding = null;
     this.there = false;
-    this.shown = null;
+    this.shown = this.plane = this.over = null;
+    this.view.showPlane(null);
     this.view.controls.enabled = true;
     this.chooseShape();
     this.view.mirrored = this.readOnly ? 0 : this.planes();
@@ -108,7 +150,7 @@ export class Hand {
     if (this.readOnly) return;
     this.chooseTool();
     this.chooseTurn();
-    this.chooseSpring();
+    this.chooseHand();
     this.chooseSymmetry();
     this.chooseWork();
     this.send(write.ChooseMaterial({ material: Number(select("material").value) }));
@@ -121,6 +163,37 @@ export class Hand {
   /** Whether the tool, whose tip is there, is to cut and far from where it is wanted. */
   heldBack(tip: Vec3): boolean {
     return this.stroke?.mode === CUT && Math.hypot(...tip.map((x, i) => x - this.aimed[i])) > this.depth() / 2;
+  }
+  /** What to do where wood holds the tool back. */
+  get help(): string {
+    const strength = Number(input("strength").value).toFixed(0), name = SHAPES[this.shape].name.toLowerCase();
+    const more = this.powered ? "Raise Strength, or take a smaller tool." : "Strike it with the mallet (Space), move it sideways, raise Strength, or take a smaller tool or one with a motor.";
+    return `The wood holds the ${name} back: the hand pushes with all its ${strength} N. ${more}`;
+  }
+  /** Whether a motor turns the tool. */
+  private get powered(): boolean {
+    return SHAPES[this.shape].powered && input("powered").checked;
+  }
+
+  /** A blow of the mallet. */
+  strike(): void {
+    if ((this.stroke?.mode === CUT || this.device) && !this.powered) this.send(write.Strike());
+  }
+
+  /** Depth counts from the plane of the wood under the pointer, from now on. */
+  setPlane(): void {
+    if (this.readOnly || !this.over) return;
+    this.plane = { point: this.over.point.clone(), normal: this.over.normal.clone() };
+    select("depth-from").value = "set";
+    this.chooseDepthFrom();
+  }
+  private chooseDepthFrom(): void {
+    const set = this.depthFrom === "set";
+    this.view.showPlane(set ? this.plane : null);
+    element("plane-help").hidden = !set || this.plane !== null;
+  }
+  private get depthFrom(): DepthFrom {
+    return select("depth-from").value as DepthFrom;
   }
   /** Whether this page holds the tool. */
   get holds(): boolean {
@@ -176,7 +249,7 @@ export class Hand {
     this.view.endStroke();
     this.send(write.Lift());
     if (mode !== chosen("mode")) this.chooseTool();
-    this.aim(last, -2);
+    this.aim(last, -HOVER, performance.now());
   }
 
   private radius(): number {
@@ -194,8 +267,10 @@ export class Hand {
 
   /** Another shape, with the number it had when it was last held. */
   private chooseShape(): void {
-    const { form, turns } = SHAPES[this.shape];
+    const { form, turns, powered } = SHAPES[this.shape];
     element("forms").hidden = !form;
+    element("motor").hidden = !powered;
+    element("mallet").hidden = powered;
     element("turns").hidden = !turns;
     if (form) {
       const slider = input("form");
@@ -205,9 +280,10 @@ export class Hand {
       slider.value = String(form.value);
     }
     this.chooseTool();
+    if (!this.readOnly) this.chooseHand();
   }
   private chooseTool(): void {
-    const { shape, size, length, other } = this.own(), radius = this.radius(), { name, form } = SHAPES[shape];
+    const { shape, size, length, other } = this.own(), radius = this.radius(), { name, form } = SHAPES[this.shape];
     put("shape-out", name);
     put("size-out", `${radius.toFixed(1)} mm${shape === 1 ? `, Ks ${size.toFixed(2)}/mm` : ""}`);
     put("depth-out", `${this.depth().toFixed(1)} mm`);
@@ -220,7 +296,7 @@ export class Hand {
   private own(): Held {
     const shape = this.shape, { form, tool } = SHAPES[shape];
     if (form) form.value = Number(input("form").value);
-    const held = { shape, ...tool(this.radius(), form?.value ?? 0) };
+    const held = { shape: SHAPES[shape].as ?? shape, ...tool(this.radius(), form?.value ?? 0) };
     return this.adds ? shortened(held, this.depth() + Math.max(this.depth(), this.radius())) : held;
   }
   /** The tool that is held: here, as it is chosen; elsewhere, as the studio says. */
@@ -246,10 +322,10 @@ export class Hand {
     this.chooseTool();
     if (this.device) this.send(write.ChooseWork({ mode: chosen("mode") }));
   }
-  private chooseSpring(): void {
-    const stiffness = 10 ** Number(input("spring").value);
-    element("spring-out").textContent = `${stiffness.toPrecision(2)} N/mm`;
-    this.send(write.ChooseSpring({ stiffness }));
+  private chooseHand(): void {
+    const strength = Number(input("strength").value), stiffness = Number(input("stiffness").value) || 0;
+    put("strength-out", `${strength.toFixed(0)} N`);
+    this.send(write.ChooseHand({ strength, stiffness, powered: this.powered ? 1 : 0 }));
   }
 
   /** Which way the tool points there: away from the wood. */
@@ -265,12 +341,12 @@ export class Hand {
     return hit.point.clone().addScaledVector(this.axis, -deep).toArray() as Vec3;
   }
 
-  private aim(hit: Hit, deep: number): void {
+  /** `time`: of the event [ms]. */
+  private aim(hit: Hit, deep: number, time: number): void {
     if (this.device || this.readOnly) return;
     this.there = true;
-    this.aimedAt = performance.now();
     this.aimed = this.tipAt(hit, deep);
-    this.send(write.Aim({ tip: this.aimed, axis: this.axis.toArray() as Vec3 }));
+    this.send(write.Aim({ tip: this.aimed, axis: this.axis.toArray() as Vec3, time: time / 1000 }));
   }
 
   /** How deep: where it adds, so that the tool stands out as much as it else would sink in. */
@@ -278,6 +354,36 @@ export class Hand {
     if (this.stroke?.mode === FILL) return heightOf(this.own()) - this.depth();
     const pen = event.pointerType === "pen" && event.pressure > 0 && input("pressure").checked;
     return pen ? 2 * event.pressure * this.depth() : this.depth();
+  }
+
+  /** Where a point of the window meets the plane through a place; null where it looks along the plane. */
+  private onPlane(x: number, y: number, plane: Hit): Hit | null {
+    const ray = this.view.rayAt(x, y);
+    if (Math.abs(ray.direction.dot(plane.normal)) < 0.05) return null;
+    const point = ray.intersectPlane(new THREE.Plane().setFromNormalAndCoplanarPoint(plane.normal, plane.point), new THREE.Vector3());
+    return point && { point, normal: plane.normal.clone() };
+  }
+
+  /** Where a stroke begins that is pressed there: on the wood, beside it within the tool's radius, or anywhere. */
+  private beginning(x: number, y: number): Hit | null {
+    const on = this.view.hit(x, y, true);
+    if (on) return on;
+    const beside = this.beside(x, y);
+    if (beside) return this.onPlane(x, y, beside) ?? beside;
+    if (!this.anywhere) return null;
+    const point = this.over?.point ?? this.view.target;
+    return this.onPlane(x, y, { point, normal: this.view.towardsEye(point) });
+  }
+  /** The nearest wood around a point of the window, no farther from it than the tool is wide. */
+  private beside(x: number, y: number): Hit | null {
+    const most = this.radius() / this.view.perPixel(this.over?.point ?? this.view.target);
+    for (let ring = 1; ring <= 4; ring++)
+      for (let i = 0; i < 16; i++) {
+        const angle = (2 * Math.PI * i) / 16, r = (most * ring) / 4;
+        const hit = this.view.hit(x + r * Math.cos(angle), y + r * Math.sin(angle), true);
+        if (hit) return hit;
+      }
+    return null;
   }
 
   private down(event: PointerEvent): void {
@@ -300,7 +406,7 @@ export class Hand {
       return event.stopImmediatePropagation();
     }
     const first = event.pointerType !== "touch" || event.isPrimary; // another finger looks
-    const hit = first && event.button === 0 && this.holds && !this.stroke && !this.readOnly ? this.view.hit(event.clientX, event.clientY) : null;
+    const hit = first && event.button === 0 && this.holds && !this.stroke && !this.readOnly ? this.beginning(event.clientX, event.clientY) : null;
     if (!hit) return; // beside it: the view turns
     if (this.device) {
       // Clear of the wood; the view may turn.
@@ -313,13 +419,15 @@ export class Hand {
     this.view.controls.enabled = false;
     this.view.beginStroke();
     const mode = chosen("mode") === CUT && (event.ctrlKey || event.altKey) ? FILL : chosen("mode");
-    this.stroke = { pointer: event.pointerId, type: event.pointerType, x: event.clientX, y: event.clientY, last: hit, mode };
+    const plane = this.depthFrom === "held" ? hit : this.depthFrom === "set" ? this.plane : null;
+    const at = plane ? (this.onPlane(event.clientX, event.clientY, plane) ?? hit) : hit;
+    this.stroke = { pointer: event.pointerId, type: event.pointerType, x: event.clientX, y: event.clientY, last: at, wood: hit, plane, mode, time: event.timeStamp };
     if (mode !== chosen("mode")) this.chooseTool();
-    this.axis = this.axisAt(hit, event);
-    // To cut, from so far above that walls beside the place are not in the way. To add, where it adds.
-    const deep = this.pressed(event), from = mode === FILL ? deep : -Math.max(1, this.radius());
-    this.send(write.Press({ tip: this.tipAt(hit, from), axis: this.axis.toArray() as Vec3, mode }));
-    this.aim(hit, deep);
+    this.axis = this.axisAt(at, event);
+    this.aimed = this.tipAt(at, this.pressed(event));
+    this.there = true;
+    this.send(write.Press({ tip: this.aimed, axis: this.axis.toArray() as Vec3, mode, time: event.timeStamp / 1000 }));
+    if (input("blows").checked) setTimeout(() => this.stroke?.time === event.timeStamp && this.strike(), BLOW_AFTER_MS);
   }
 
   private move(event: PointerEvent): void {
@@ -328,19 +436,48 @@ export class Hand {
       input(this.sliding.id).value = String(this.sliding.from * 1.01 ** (event.clientX - this.sliding.x));
       return this.chooseTool();
     }
-    const hit = this.view.hit(event.clientX, event.clientY);
-    if (this.stroke) {
-      if (event.pointerId !== this.stroke.pointer) return;
-      Object.assign(this.stroke, this.at);
-      if (hit) this.stroke.last = hit;
-      this.axis = this.axisAt(this.stroke.last, event);
-      this.aim(this.stroke.last, this.pressed(event));
-      this.view.showRing(this.stroke.last, this.radius());
-    } else if (event.buttons === 0) {
-      this.view.showRing(hit, this.radius());
-      if (!hit || !this.holds) return;
-      this.axis = this.axisAt(hit, event);
-      this.aim(hit, -2);
+    if (this.stroke) return this.follow(event);
+    if (event.buttons !== 0) return;
+    this.over = this.view.hit(event.clientX, event.clientY);
+    this.view.showRing(this.over, this.radius());
+    if (!this.over || !this.holds) return;
+    this.axis = this.axisAt(this.over, event);
+    this.aim(this.over, -HOVER, event.timeStamp);
+  }
+
+  /** A stroke goes where the pointer was, by every event that the browser has put together, each at its own time. */
+  private follow(event: PointerEvent): void {
+    const stroke = this.stroke!;
+    if (event.pointerId !== stroke.pointer) return;
+    Object.assign(stroke, { x: event.clientX, y: event.clientY });
+    const all = event.getCoalescedEvents?.() ?? [];
+    for (const one of all.length > 0 ? all : [event]) {
+      // The same events come raw and with the next frame.
+      if (one.timeStamp <= stroke.time) continue;
+      stroke.time = one.timeStamp;
+      this.followTo(one);
     }
+    this.view.showRing(stroke.last, this.radius());
+  }
+  private followTo(event: PointerEvent): void {
+    const stroke = this.stroke!, { clientX: x, clientY: y } = event;
+    let at: Hit | null;
+    if (stroke.plane) {
+      at = this.onPlane(x, y, stroke.plane);
+    } else {
+      at = this.view.hit(x, y, this.depthFrom === "began");
+      if (at) stroke.wood = at;
+      // Beside the wood the path goes on along the plane it left, so that the tool comes out of it.
+      else at = this.onPlane(x, y, stroke.wood);
+      if (at && at !== stroke.wood && at.point.distanceTo(stroke.wood.point) > BEYOND * this.radius()) at = null;
+    }
+    if (at) {
+      const way = at.point.distanceTo(stroke.last.point);
+      stroke.last = at;
+      // A hand does not turn at once where the surface does: over half the tool's radius, however fast it goes.
+      const share = 1 - Math.exp((-2 * way) / this.radius());
+      this.axis = select("axis").value === "normal" ? this.axis.lerp(this.axisAt(at, event), share).normalize() : this.axisAt(at, event);
+    }
+    this.aim(stroke.last, this.pressed(event), event.timeStamp);
   }
 }

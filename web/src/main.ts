@@ -36,9 +36,12 @@ let title = "Kibori";
 let step = 0;
 let firstTime = true;
 let tip: Vec3 = [0, 0, 0]; // as of the last tick
-let force = 0; // [N]
+let force = 0; // of the wood [N]
+let share = 0; // of that, what a force device's hand feels
+const newtons = (n: number): string => `${n < 10 ? n.toFixed(1) : n.toFixed(0)} N`;
 // Where a stroke takes nothing away for so long, though it is pressed: the person is told why.
 const STILL_MS = 1500;
+let blocked = false; // as the studio said last
 let stuck = { removed: 0, since: 0 };
 
 // ---- From the studio
@@ -104,6 +107,7 @@ function hear(said: FromStudio): void {
       plot.clear();
       history.clear();
       hand.holds = hand.device = false;
+      share = 0;
       hand.readOnly = w.what !== 0;
       element("reading").textContent = w.what === 2 ? "experiment" : "read only";
       element("reading").hidden = !hand.readOnly;
@@ -134,7 +138,7 @@ function hear(said: FromStudio): void {
       const pushed: Vec3 = [last[3], last[4], last[5]], axis: Vec3 = [last[9], last[10], last[11]], side: Vec3 = [last[12], last[13], last[14]];
       view.showTool(hand.there || hand.device || hand.readOnly || !hand.holds ? tip : null, axis, side, pushed);
       force = Math.hypot(...pushed);
-      read("n-force", `${force.toFixed(2)} N`);
+      read("n-force", share > 0 ? `${newtons(force)} · at your hand ${newtons(share * force)}` : newtons(force));
       read("n-moment", `${Math.hypot(last[6], last[7], last[8]).toFixed(1)} N mm`);
       read("n-tip", tip.map((x) => x.toFixed(1)).join(" "));
       break;
@@ -157,9 +161,9 @@ function hear(said: FromStudio): void {
       const reach = element<HTMLInputElement>("reach");
       reach.value = String(Math.log10(d.scale));
       element("reach-out").textContent = `${d.scale.toPrecision(2)} ×`;
-      const spring = element<HTMLInputElement>("spring");
-      spring.max = String(Math.floor(20 * Math.min(1, Math.log10(d.most))) / 20);
-      if (!hand.holds) spring.value = String(Math.log10(d.stiffness) - 0.025);
+      share = d.force > 0 ? d.share : 0;
+      element<HTMLInputElement>("stiffness").max = d.most.toPrecision(3);
+      element<HTMLInputElement>("stiffness").placeholder = d.stiffness.toPrecision(2);
       break;
     }
     case "State": {
@@ -172,9 +176,12 @@ function hear(said: FromStudio): void {
       element<HTMLButtonElement>("redo").disabled = !hand.holds || !s.redo;
       element<HTMLButtonElement>("leave").disabled = !hand.holds;
       showDevice(s.safety, s.trip, s.given);
+      view.blocked = s.blocked !== 0;
+      if (s.blocked !== 0 && !blocked) tell("The tool stands in wood there and can't back out along its axis, so it cuts nothing. Lift it, and begin where it has room, point it another way, or take a smaller one.");
+      blocked = s.blocked !== 0;
       if (s.removed !== stuck.removed || !hand.heldBack(tip)) stuck = { removed: s.removed, since: performance.now() };
       else if (performance.now() - stuck.since > STILL_MS) {
-        tell(`The wood holds the tool back with ${force.toFixed(1)} N. Raise Stiffness or Depth, or take a smaller tool.`);
+        tell(hand.help);
         stuck.since = Infinity;
       }
       read("n-volume", `${(s.volume / 1000).toFixed(2)} cm³`);
@@ -309,7 +316,9 @@ element("csv").onclick = () => save("forces.csv", plot.csv());
 element("arm").onclick = () => send(write.Arm({ armed: armed ? 0 : 1 }));
 element("reach").oninput = () => send(write.ChooseReach({ scale: 10 ** Number(element<HTMLInputElement>("reach").value) }));
 canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-canvas.addEventListener("dblclick", () => view.frame());
+canvas.addEventListener("dblclick", (event) => {
+  if (!view.hit(event.clientX, event.clientY)) view.frame();
+});
 
 const keys = new Keys(
   {
@@ -320,6 +329,8 @@ const keys = new Keys(
     shallower: { label: "shallower", keys: ["{"], run: () => hand.nudge("depth", 1 / 1.15) },
     deeper: { label: "deeper", keys: ["}"], run: () => hand.nudge("depth", 1.15) },
     turn: { label: "turn the tool by 15°", keys: ["t"], run: () => hand.turn() },
+    strike: { label: "strike with the mallet", keys: [" "], run: () => hand.strike() },
+    plane: { label: "depth from the plane of the wood under the pointer", keys: ["p"], run: () => hand.setPlane() },
     mirror: { label: "mirror left and right, or nothing", keys: ["x"], run: () => hand.toggleSymmetry() },
     undo: { label: "undo", keys: ["Ctrl+z"], run: undo },
     redo: { label: "redo", keys: ["Ctrl+Shift+z", "Ctrl+y"], run: redo },

@@ -6,11 +6,11 @@ export const PROTOCOL_VERSION = 5;
 
 /** The first message of a page. Welcome or Start answers. */
 export interface Hello { version: number }
-/** Where the tool's tip is wanted [mm], and its axis, from the tip up. */
-export interface Aim { tip: Vec3; axis: Vec3 }
-/** From now on the tool works: first it is put to `tip`, clear of material. mode: 0 cut, 1 fill, 2 feel only. */
-export interface Press { tip: Vec3; axis: Vec3; mode: number }
-/** The tool works no longer. */
+/** Where the tool's tip is wanted [mm], and its axis, from the tip up; time [s] of the pointer's event, by the page's clock. After Press the tool follows these places one after another, as their times say. */
+export interface Aim { tip: Vec3; axis: Vec3; time: number }
+/** A stroke begins at `tip`: the tool backs out from there along its axis until it is clear of material, and comes in again. mode: 0 cut, 1 fill, 2 feel only. time: as of Aim. */
+export interface Press { tip: Vec3; axis: Vec3; mode: number; time: number }
+/** The stroke is over, once the tool has been everywhere that it was aimed to. */
 export type Lift = Record<string, never>;
 /** The stroke that is being made is as if it had not been. */
 export type Cancel = Record<string, never>;
@@ -20,8 +20,8 @@ export type Undo = Record<string, never>;
 export type Redo = Record<string, never>;
 /** shape: 0 ball, 1 finger, 2 flat end mill, 3 capsule, 4 bull-nose, 5 cone, 6 box, 7 ellipsoid. size: radius [mm]; for the finger its Ks [1/mm]. length [mm], from tip to end. other: of the bull-nose the corner [mm], of the cone its full angle [degrees]. For box and ellipsoid size, length and other are x, y and z [mm]; of the ellipsoid radii. */
 export interface ChooseTool { shape: number; size: number; length: number; other: number }
-/** Stiffness between hand and tool [N/mm]. */
-export interface ChooseSpring { stiffness: number }
+/** The hand's strength [N], 20 to 1000; the stiffness between hand and tool [N/mm], 0: what suits a pointer or the device; powered: 1 where a motor turns the tool, and the hand bears a tenth of the cut. */
+export interface ChooseHand { strength: number; stiffness: number; powered: number }
 /** The page has taken this frame of chunks in, and can take the next. */
 export interface Got { frame: number }
 /** This page wants to hold the tool; the others then watch. */
@@ -60,14 +60,16 @@ export interface ChooseReach { scale: number }
 export interface RunExperiment { name: string; scene: string; model: number; pace: number }
 /** How far the tool is turned about its own axis from the next place on [rad]. */
 export interface ChooseTurn { turn: number }
-/** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color), and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
+/** A blow of a mallet (3 J) on the tool that cuts: it is driven on along its aim. */
+export type Strike = Record<string, never>;
+/** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color, density [kg/m^3] where it is known), and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
 export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; what: number }
 /** Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), vertices, corners (u16 each). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
 export interface Chunks { frame: number; more: number; data: Uint8Array }
-/** Every servo tick since the last: tip [mm], force on the hand [N], moment about the tip [N mm], and of the tool's frame the third column (its axis) and the first, fifteen f32 a tick. start: number of the first. */
+/** Every servo tick since the last: tip [mm], force of the wood on the tool [N], moment about the tip [N mm], and of the tool's frame the third column (its axis) and the first, fifteen f32 a tick. start: number of the first. */
 export interface Ticks { start: number; data: Uint8Array }
-/** Volume [mm^3], what was removed since the studio began [mm^3], where the document stands; whether this page holds the tool. Of a force device: safety 0 off, 1 waits for the hand to be still, 2 pushes; why it is off; the force it gives [N]. */
-export interface State { volume: number; removed: number; step: number; steps: number; undo: number; redo: number; holds: number; hash: string; safety: number; trip: string; given: number }
+/** Volume [mm^3], how much less that is than the stock's [mm^3], where the document stands; whether this page holds the tool; whether the tool, which is pressed, stands in material and can't back out. Of a force device: safety 0 off, 1 waits for the hand to be still, 2 pushes; why it is off; the force it gives [N]. */
+export interface State { volume: number; removed: number; step: number; steps: number; undo: number; redo: number; holds: number; blocked: number; hash: string; safety: number; trip: string; given: number }
 /** A sentence for the person. */
 export interface Notice { text: string }
 /** No document is open. JSON: documents (name, changed: s since 1970, bytes), materials (name, color), examples (name, about). */
@@ -78,8 +80,8 @@ export interface Steps { data: Uint8Array }
 export interface Versions { json: string }
 /** What takes a while and can be cancelled; empty: nothing. share: how much of it is done, 0 to 1; below 0: not known. */
 export interface Work { what: string; share: number; cancellable: number }
-/** After Welcome, where a force device holds the tool, and whenever its reach changes: its name, the force it can give [N] (0: none), the stiffness to begin with and the most [N/mm], and the reach. */
-export interface Device { name: string; force: number; stiffness: number; most: number; scale: number }
+/** After Welcome, where a force device holds the tool, and whenever its reach or the hand changes: its name, the force it can give [N] (0: none), the stiffness that it renders and the most [N/mm, at the hand], the reach, and which share of the wood's force is felt. */
+export interface Device { name: string; force: number; stiffness: number; most: number; scale: number; share: number }
 /** What an experiment came to. JSON: run (a number of its own), name, model, finished, ticks, removed_mm3, mean_force_N (where there is any), max_force_N, max_moment_Nmm, step_us, marks (label, time_s). Rows: time [s], force [N], moment [N mm], seven f32; of at most 100 000, those with the largest force. */
 export interface Trace { json: string; data: Uint8Array }
 /** The tool from now on, of an experiment or of whoever holds it: as of ChooseTool, or shape 255: none that can be shown. */
@@ -87,14 +89,14 @@ export interface ShowTool { shape: number; size: number; length: number; other: 
 
 export const write = {
   Hello: (m: Hello) => new Writer(1).u16(m.version).done(),
-  Aim: (m: Aim) => new Writer(2).vec3(m.tip).vec3(m.axis).done(),
-  Press: (m: Press) => new Writer(3).vec3(m.tip).vec3(m.axis).u8(m.mode).done(),
+  Aim: (m: Aim) => new Writer(2).vec3(m.tip).vec3(m.axis).f64(m.time).done(),
+  Press: (m: Press) => new Writer(3).vec3(m.tip).vec3(m.axis).u8(m.mode).f64(m.time).done(),
   Lift: () => new Writer(4).done(),
   Cancel: () => new Writer(5).done(),
   Undo: () => new Writer(6).done(),
   Redo: () => new Writer(7).done(),
   ChooseTool: (m: ChooseTool) => new Writer(8).u8(m.shape).f64(m.size).f64(m.length).f64(m.other).done(),
-  ChooseSpring: (m: ChooseSpring) => new Writer(9).f64(m.stiffness).done(),
+  ChooseHand: (m: ChooseHand) => new Writer(9).f64(m.strength).f64(m.stiffness).u8(m.powered).done(),
   Got: (m: Got) => new Writer(10).u32(m.frame).done(),
   TakeTool: () => new Writer(11).done(),
   Begin: (m: Begin) => new Writer(12).u8(m.shape).vec3(m.size).f64(m.pitch).u8(m.material).text(m.name).done(),
@@ -114,6 +116,7 @@ export const write = {
   ChooseReach: (m: ChooseReach) => new Writer(26).f64(m.scale).done(),
   RunExperiment: (m: RunExperiment) => new Writer(27).text(m.name).text(m.scene).u8(m.model).f64(m.pace).done(),
   ChooseTurn: (m: ChooseTurn) => new Writer(28).f64(m.turn).done(),
+  Strike: () => new Writer(29).done(),
 };
 
 /** What the studio may say. */
@@ -143,7 +146,7 @@ export function read(data: ArrayBuffer): FromStudio {
     case 66:
       return r.end({ kind: "Ticks", message: { start: r.f64(), data: r.raw() } });
     case 67:
-      return r.end({ kind: "State", message: { volume: r.f64(), removed: r.f64(), step: r.u32(), steps: r.u32(), undo: r.u8(), redo: r.u8(), holds: r.u8(), hash: r.text(), safety: r.u8(), trip: r.text(), given: r.f64() } });
+      return r.end({ kind: "State", message: { volume: r.f64(), removed: r.f64(), step: r.u32(), steps: r.u32(), undo: r.u8(), redo: r.u8(), holds: r.u8(), blocked: r.u8(), hash: r.text(), safety: r.u8(), trip: r.text(), given: r.f64() } });
     case 68:
       return r.end({ kind: "Notice", message: { text: r.text() } });
     case 69:
@@ -155,7 +158,7 @@ export function read(data: ArrayBuffer): FromStudio {
     case 72:
       return r.end({ kind: "Work", message: { what: r.text(), share: r.f64(), cancellable: r.u8() } });
     case 73:
-      return r.end({ kind: "Device", message: { name: r.text(), force: r.f64(), stiffness: r.f64(), most: r.f64(), scale: r.f64() } });
+      return r.end({ kind: "Device", message: { name: r.text(), force: r.f64(), stiffness: r.f64(), most: r.f64(), scale: r.f64(), share: r.f64() } });
     case 74:
       return r.end({ kind: "Trace", message: { json: r.text(), data: r.raw() } });
     case 75:

@@ -12,6 +12,7 @@ export interface Hit {
   normal: THREE.Vector3;
 }
 
+const STEEL = 0xb8bcc2;
 const HOLLOWS = 1; // the layer of what hides the sky
 
 /** Whether there is no graphics card to draw with. */
@@ -55,6 +56,7 @@ export class View {
   private resting = 0;
   private drawn = false;
   private planes = new THREE.Group();
+  private level = new THREE.Mesh(new THREE.PlaneGeometry(1, 1), new THREE.MeshBasicMaterial({ color: 0x0072b2, transparent: true, opacity: 0.14, side: THREE.DoubleSide, depthWrite: false }));
 
   constructor(private canvas: HTMLCanvasElement) {
     this.slow = drawnBySoftware();
@@ -79,7 +81,8 @@ export class View {
     this.ring.visible = this.arrow.visible = false;
     this.ring.renderOrder = 2;
     const sky = new THREE.HemisphereLight(0xffffff, 0xb5a48f, 1.7);
-    this.scene.add(this.planes, this.chunks, this.tool, this.ring, this.arrow, this.sun, this.sun.target, sky);
+    this.level.visible = false;
+    this.scene.add(this.planes, this.level, this.chunks, this.tool, this.ring, this.arrow, this.sun, this.sun.target, sky);
     // Lights that came and went with the layer would make every material anew.
     for (const light of [this.sun, sky]) light.layers.enable(HOLLOWS);
     this.occlusion = new Occlusion(this.scene, this.camera, HOLLOWS);
@@ -198,14 +201,31 @@ export class View {
     this.redraw();
   }
 
-  /** Where a point of the window meets the surface, as it was before the stroke that is being made. */
-  hit(x: number, y: number): Hit | null {
+  /** The line of sight through a point of the window. */
+  rayAt(x: number, y: number): THREE.Ray {
     const r = this.canvas.getBoundingClientRect();
     this.camera.updateMatrixWorld();
     this.ray.setFromCamera(new THREE.Vector2((2 * (x - r.left)) / r.width - 1, 1 - (2 * (y - r.top)) / r.height), this.camera);
+    return this.ray.ray;
+  }
+  /** How many mm a pixel of the window is wide at a place. */
+  perPixel(at: THREE.Vector3): number {
+    const r = this.canvas.getBoundingClientRect(), seen = at.clone().project(this.camera), beside = seen.clone();
+    beside.x += 2 / r.width;
+    return seen.unproject(this.camera).distanceTo(beside.unproject(this.camera));
+  }
+  /** What the view turns about. */
+  get target(): THREE.Vector3 {
+    return this.controls.target;
+  }
+
+  /** Where a point of the window meets the surface: as it was before the stroke that is being made, or as it is. */
+  hit(x: number, y: number, began = true): Hit | null {
+    this.rayAt(x, y);
+    const before = began ? this.before : null;
     const meshes: THREE.Object3D[] = [];
-    for (const [place, mesh] of this.shown) if (!this.before?.has(place)) meshes.push(mesh);
-    if (this.before) for (const mesh of this.before.values()) if (mesh) meshes.push(mesh);
+    for (const [place, mesh] of this.shown) if (!before?.has(place)) meshes.push(mesh);
+    if (before) for (const mesh of before.values()) if (mesh) meshes.push(mesh);
     const found = this.ray.intersectObjects(meshes, false)[0];
     if (!found) return null;
     const normal = found.normal ? found.normal.clone() : found.face!.normal.clone();
@@ -224,7 +244,7 @@ export class View {
       (mesh.material as THREE.Material).dispose();
     }
     this.tool.clear();
-    const look = new THREE.MeshStandardMaterial({ color: 0xb8bcc2, roughness: 0.3, metalness: 0.6, transparent: true, opacity: 0.75 });
+    const look = new THREE.MeshStandardMaterial({ color: STEEL, roughness: 0.3, metalness: 0.6, transparent: true, opacity: 0.75 });
     const add = (geometry: THREE.BufferGeometry, z: number, turn = true): void => {
       const mesh = new THREE.Mesh(geometry, look);
       if (turn) mesh.rotation.x = Math.PI / 2;
@@ -301,6 +321,23 @@ export class View {
     }
   }
   private told = ""; // where the tool was said to be
+
+  /** The tool stands where it can't work. */
+  set blocked(now: boolean) {
+    for (const mesh of this.tool.children as THREE.Mesh[]) (mesh.material as THREE.MeshStandardMaterial).color.set(now ? 0xc62828 : STEEL);
+    this.redraw();
+  }
+
+  /** A plane that depth counts from; null: none. */
+  showPlane(plane: Hit | null): void {
+    this.level.visible = plane !== null;
+    if (plane) {
+      this.level.position.copy(plane.point);
+      this.level.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), plane.normal);
+      this.level.scale.setScalar(this.box.isEmpty() ? 20 : this.box.getSize(new THREE.Vector3()).length() / 2);
+    }
+    this.redraw();
+  }
 
   showRing(at: Hit | null, radius: number): void {
     this.ring.visible = at !== null;

@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: MIT
+// A pointer's hand: what its strength drives into which wood, against closed forms; and that what it carves
+// is a function of the pointer's path alone.
+#include <cmath>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <kibori/devices/pointer_device.h>
+#include <kibori/haptics/materials.h>
+#include <kibori/session/live_carving.h>
+
+#include "tests/support.h"
+
+namespace kibori {
+namespace {
+
+using test::Random;
+
+constexpr double kPi = 3.14159265358979;
+
+// A block of 80 x 40 x 20 mm and a pointer over it, ticked by hand.
+struct Bench {
+  PointerDevice* pointer = nullptr;
+  std::unique_ptr<LiveCarving> live;
+  Wrench felt;
+  double removed_mm3 = 0;
+  bool inside = false;
+  uint32_t stroke = 0;
+
+  explicit Bench(const char* wood, const Tool& tool, bool powered, double strength_n = 200,
+                 double pitch = 0.25) {
+    auto model = std::make_unique<TriDexel>(make_lattice(Vec3(80, 40, 20), pitch, 8).value());
+    model->fill_block({Vec3::Zero(), Vec3(80, 40, 20)}, 0);
+    LiveSettings settings;
+    settings.tool = tool;
+    settings.mode = Mode::off;
+    for (const Material& material : known_materials())
+      if (material.name == wood) settings.materials = {material};
+    EXPECT_EQ(settings.materials.front().name, wood);
+    settings.spring.strength_n = strength_n;
+    settings.spring.stiffness_n_mm = strength_n / kHandGiveMm;
+    settings.spring.hand_share = powered ? kPoweredShare : 1;
+    settings.idle_s = 1e9;
+    auto device = std::make_unique<PointerDevice>(settings.rate_hz);
+    pointer = device.get();
+    auto made = LiveCarving::make(std::move(model), std::move(device), settings);
+    EXPECT_TRUE(made.ok()) << made.error();
+    live = std::move(made).value();
+  }
+  double u() const { return live->settings().materials.front().u * live->settings().spring.hand_share; }
+  const Vec3& tip() const { return tip_; }
+
+  void tick(int ticks = 1) {
+    for (int i = 0; i < ticks; i++) {
+      pointer->pump();
+      const LiveTick t = live->tick(0.001);
+      felt = t.computed;
+      inside = t.inside;
+      tip_ = t.tool.tip;
+    }
+    removed_mm3 = live->totals().removed_mm3;
+  }
+  void press(const Pose& pose, double time_s, Mode mode = Mode::cut) {
+    stroke = pointer->begin(pose, time_s);
+    ASSERT_TRUE(live->post([this, pose, mode, number = stroke](LiveCarving& l) {
+      l.settings().mode = mode;
+      pointer->follow(number, l.place_clear(pose).value_or(pose));
+    }));
+  }
+  // Until all of the path was followed.
+  void finish() {
+    pointer->end();
+    for (int i = 0; i < 100000 && pointer->finished() < stroke; i++) tick();
+    EXPECT_EQ(pointer->finished(), stroke);
+  }
+  void lift() {
+    ASSERT_TRUE(live->post([this, number = stroke](LiveCarving& l) {
+      l.settings().mode = Mode::off;
+      pointer->give_up(number);
+    }));
+    tick(2);
+  }
+  uint64_t hash() { return live->model().content_hash(); }
+
+ private:
+  Vec3 tip_ = Vec3::Zero();
+};
+
+Pose upright(double x, double y, double z) { return {Vec3(x, y, z), Mat3::Identity()}; }
+
+// Of a groove of a ball, so deep.
+double groove_mm2(double r, double d) {
+  return r * r * std::acos((r - d) / r) - (r - d) * std::sqrt(2 * r * d - d * d);
+}
+
+// A straight stroke along x, `deep`, of so many ms; `each` is called between its events.
+void straight(
+    Bench& bench, double from, double to, double deep, double ms, const std::function<void()>& each = [] {}) {
+  bench.press(upright(from, 20, 20 - deep), 5);
+  for (double t = 4; t < ms; t += 4) {
+    bench.pointer->move(upright(from + (to - from) * t / ms, 20, 20 - deep), 5 + t / 1000);
+    each();
+  }
+  bench.pointer->move(upright(to, 20, 20 - deep), 5 + ms / 1000);
+}
+
+TEST(Hand, AGrooveInOakAnswersAsOakDoes) {
+  // 9.83 mm^2 of oak at 25 N/mm^2: some 245 N, which a strong hand has.
+  Bench bench("oak", BallTool{4}, false, 1000);
+  double sum = 0;
+  int count = 0;
+  straight(bench, 15, 60, 2, 500, [&] {
+    for (int i = 0; i < 4; i++) {
+      bench.tick();
+      if (bench.tip().x() > 30 && bench.tip().x() < 50) sum += bench.felt.force.norm(), count++;
+    }
+  });
+  bench.finish();
+  ASSERT_GT(count, 100);
+  const double expected = 25 * groove_mm2(4, 2) + 1;
+  EXPECT_NEAR(sum / count, expected, 0.03 * expected);
+  // At rest the force stays; lifted it is gone.
+  const double held = bench.felt.force.norm();
+  bench.tick(200);
+  EXPECT_EQ(bench.felt.force.norm(), held);
+  EXPECT_GT(held, 0.8 * expected);
+  bench.lift();
+  EXPECT_EQ(bench.felt.force.norm(), 0);
+}
+
+TEST(Hand, DepthGivesWayBeforeTheWayDoes) {
+  // 200 N afford 8 mm^2 of oak, not the 9.83 of a groove 2 mm deep: the tool follows, less deep.
+  Bench bench("oak", BallTool{4}, false);
+  straight(bench, 15, 65, 2, 500);
+  bench.finish();
+  EXPECT_NEAR(bench.tip().x(), 65, 0.3);
+  const double before = bench.removed_mm3, from = bench.tip().x();
+  EXPECT_NEAR(bench.felt.force.norm(), 200, 20);
+  double deep = 0, area = 199.0 / 25;
+  while (groove_mm2(4, deep) < area) deep += 1e-4;
+  EXPECT_NEAR(20 - bench.tip().z(), deep, 0.1);  // rays along the way count rows of 0.25 mm
+  EXPECT_GT(before, 0.85 * area * (from - 15));
+  EXPECT_LT(before, 1.1 * area * (from - 15) + 2 * kPi * 16);
+}
+
+TEST(Hand, AFlickIsAllOfItsGroove) {
+  // What a capsule of motion takes from the block: the groove and half a ball's cap at either end.
+  for (const double ms : {60.0, 100.0, 250.0, 1000.0}) {
+    Bench bench("oak", BallTool{4}, true);
+    straight(bench, 12, 65, 2, ms);
+    bench.finish();
+    const double cap = kPi * 4 * (4 - 2.0 / 3), expected = 53 * groove_mm2(4, 2) + cap;
+    EXPECT_NEAR(bench.removed_mm3, expected, 0.02 * expected) << ms;
+    EXPECT_LT((bench.tip() - Vec3(65, 20, 18)).norm(), 0.3) << ms;
+  }
+}
+
+// The same path, however late its events come and however many at once.
+TEST(Hand, WhatIsCarvedIsAFunctionOfThePath) {
+  Random random;
+  for (const bool powered : {true, false}) {
+    struct Event {
+      Pose pose;
+      double time_s;
+    };
+    std::vector<Event> path;
+    double time = 100, x = 20, y = 20;
+    Vec3 axis = Vec3::UnitZ();
+    for (int i = 0; i < 150; i++) {
+      path.push_back({{Vec3(x, y, 20 - random.uniform(0.5, 2.5)), frame_from_axis(axis)}, time});
+      x = std::clamp(x + random.uniform(-3, 4), 5.0, 75.0);
+      y = std::clamp(y + random.uniform(-3, 3), 5.0, 35.0);
+      axis = (axis + 0.1 * random.direction()).normalized();
+      if (axis.z() < 0.7) axis = Vec3::UnitZ();
+      time += i % 40 == 39 ? random.uniform(0.2, 2) : random.uniform(0.001, 0.03);
+    }
+    std::vector<uint64_t> hashes;
+    for (int how = 0; how < 4; how++) {
+      Bench bench("walnut", how < 0 ? Tool{} : Tool{BallTool{3}}, powered, 200, 0.5);
+      bench.press(path.front().pose, path.front().time_s);
+      for (size_t i = 1; i < path.size(); i++) {
+        bench.pointer->move(path[i].pose, path[i].time_s);
+        if (how == 1) bench.tick(3);                  // while it waits
+        if (how == 2 && i % 17 == 0) bench.tick(20);  // in lots
+        if (how == 3) bench.tick(static_cast<int>(random.uniform(0, 9)));
+      }
+      bench.finish();
+      bench.lift();
+      EXPECT_GT(bench.removed_mm3, 100);
+      hashes.push_back(bench.hash());
+    }
+    for (const uint64_t hash : hashes) EXPECT_EQ(hash, hashes.front()) << random.note();
+  }
+}
+
+const std::vector<std::pair<Tool, bool>>& tools() {
+  static const std::vector<std::pair<Tool, bool>> list = {
+      {BallTool{4}, true},      {Finger{0.25, 20}, false},        {Flat{4, 25}, true},
+      {Bull{4, 1.5, 25}, true}, {Cone{90, 4, 25}, true},          {Cone{118, 4, 25}, true},
+      {Capsule{4, 33}, false},  {BoxTool{Vec3(8, 4, 25)}, false}, {Ellipsoid{Vec3(4, 6, 4)}, false},
+  };
+  return list;
+}
+
+// Every tool bites in every wood, whichever way it points, at the depth that the studio begins with.
+TEST(Hand, EveryToolBitesInEveryWood) {
+  for (const auto& [tool, powered] : tools())
+    for (const char* wood : {"limewood", "oak", "walnut", "wax"})
+      for (const Vec3& axis : {Vec3(0, 0, 1), Vec3(0.5, -0.6, 0.65)}) {
+        Bench bench(wood, tool, powered, 200, 0.5);
+        const Vec3 up = axis.normalized();
+        const Mat3 frame = frame_from_axis(up);
+        const auto at = [&](double x) { return Pose{Vec3(x, 20, 20) - 2 * up, frame}; };
+        bench.press(at(25), 1);
+        for (int i = 1; i <= 50; i++) bench.pointer->move(at(25 + 0.6 * i), 1 + 0.008 * i);
+        bench.finish();
+        EXPECT_FALSE(bench.inside);
+        EXPECT_GT(bench.removed_mm3, 20) << tool.index() << " in " << wood << " along " << axis.transpose();
+        EXPECT_LE(bench.felt.force.norm(), 201);
+        // Depth may give way, along the axis; the way does not.
+        const Vec3 off = bench.tip() - at(55).tip;
+        EXPECT_LT((off - off.dot(up) * up).norm(), 0.3) << tool.index() << " in " << wood;
+      }
+}
+
+// The starting tool and depth of every wood need no more than 0.8 of the hand's strength.
+TEST(Hand, TheStartingToolSinksInEveryWood) {
+  for (const Species& species : known_species()) {
+    Bench bench(species.material.name.c_str(), BallTool{4}, true);
+    bench.press(upright(40, 20, 18), 1);
+    bench.finish();
+    EXPECT_NEAR(bench.tip().z(), 18, kHandGiveMm) << species.material.name;
+    EXPECT_LE(bench.felt.force.norm(), 160) << species.material.name;
+  }
+}
+
+// A plunge stops where the wood's resistance is the hand's strength: u dV/dz = S.
+TEST(Hand, APlungeGoesAsDeepAsTheStrength) {
+  for (const double strength : {50.0, 200.0, 800.0}) {
+    Bench bench("oak", BallTool{4}, false, strength);
+    bench.press(upright(40, 20, 16), 1);
+    bench.finish();
+    double deep = 0;
+    while (25 * kPi * (8 * deep - deep * deep) + 1 < strength) deep += 1e-4;
+    EXPECT_NEAR(20 - bench.tip().z(), deep, 0.08 + 0.05 * deep) << strength;
+    EXPECT_NEAR(bench.felt.force.norm(), strength, 0.02 * strength);
+  }
+}
+
+// METHOD: Ks changes at any moment. A blunter finger backs out, and comes in again.
+TEST(Hand, ABlunterFingerGoesOnCutting) {
+  Bench bench("limewood", Finger{0.5, 20}, true);
+  straight(bench, 20, 40, 2, 200);
+  bench.tick(400);
+  const double before = bench.removed_mm3;
+  ASSERT_TRUE(bench.live->post([](LiveCarving& l) { l.change_tool(Finger{0.05, 20}); }));
+  for (int i = 1; i <= 50; i++) bench.pointer->move(upright(40 + 0.4 * i, 20, 18), 5.2 + 0.004 * i);
+  bench.finish();
+  EXPECT_FALSE(bench.inside);
+  // Its groove is three times as wide.
+  EXPECT_GT(bench.removed_mm3 - before, 20 * 4.0 / 3 * std::pow(2, 1.5) / std::sqrt(0.05) * 0.7);
+}
+
+// A blow is 3 J of work, or less where the aim is reached.
+TEST(Hand, AMalletDrivesAHandTool) {
+  Bench bench("oak", BoxTool{Vec3(8, 4, 25)}, false);
+  bench.press(upright(40, 20, 12), 1);
+  bench.tick(60);
+  EXPECT_LT(bench.removed_mm3, 1);  // 32 mm^2 of oak would take 800 N
+  double last = bench.removed_mm3;
+  for (int blow = 0; blow < 2; blow++) {
+    ASSERT_TRUE(bench.live->post([](LiveCarving& l) { l.strike(3000); }));
+    bench.tick(5);
+    EXPECT_NEAR(bench.removed_mm3 - last, 3000 / 25.0, 0.03 * 120);
+    last = bench.removed_mm3;
+  }
+  for (int blow = 0; blow < 3; blow++) {
+    ASSERT_TRUE(bench.live->post([](LiveCarving& l) { l.strike(3000); }));
+    bench.tick(5);
+  }
+  EXPECT_NEAR(bench.removed_mm3, 32 * 8, 2);
+  EXPECT_NEAR(bench.tip().z(), 12, 1e-6);
+  bench.finish();
+}
+
+// Where a tool can't back out along its axis, it cuts nothing and says so.
+TEST(Hand, BlockedItSaysSo) {
+  Bench bench("limewood", BallTool{2}, true);
+  bench.press(upright(40, 20, 2), 1);  // 18 mm below the surface, farther than twice its size
+  bench.finish();
+  EXPECT_TRUE(bench.inside);
+  EXPECT_EQ(bench.removed_mm3, 0);
+}
+
+}  // namespace
+}  // namespace kibori
