@@ -2,7 +2,7 @@
 // An hour of carving as a document: 10 000 strokes of 0.36 s in a lattice of 1024^3. What a stroke takes on
 // disk and in memory, how long saving, undo, redo and opening take.
 //
-//   document_bench [--json] [--strokes N] [--nodes N]
+//   document_bench [--json] [--quick] [--strokes N] [--nodes N]     quick: 20 strokes in 512^3
 #include <sys/resource.h>
 
 #include <cmath>
@@ -40,13 +40,16 @@ double largest(const std::vector<double>& v) { return v.empty() ? 0 : *std::max_
 }  // namespace
 
 int main(int argc, char** argv) {
-  bool json = false;
-  int strokes = 10000, nodes = 1024;
+  bool json = false, quick = false;
+  int strokes = 0, nodes = 0;  // 0: as usual
   for (int i = 1; i < argc; i++) {
     if (std::strcmp(argv[i], "--json") == 0) json = true;
+    if (std::strcmp(argv[i], "--quick") == 0) quick = true;
     if (std::strcmp(argv[i], "--strokes") == 0 && i + 1 < argc) strokes = std::atoi(argv[++i]);
     if (std::strcmp(argv[i], "--nodes") == 0 && i + 1 < argc) nodes = std::atoi(argv[++i]);
   }
+  if (strokes == 0) strokes = quick ? 20 : 10000;
+  if (nodes == 0) nodes = quick ? 512 : 1024;
   char folder[] = "/tmp/kibori-bench-XXXXXX";
   if (!mkdtemp(folder)) return 2;
   const std::filesystem::path file = std::filesystem::path(folder) / "hour.kibori";

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// A mesh into 512^3 and 1024^3 and out again: scan conversion and surface extraction against OpenVDB's
-// meshToVolume and volumeToMesh, one thread, in turn; extraction also on two.
+// A mesh into 512^3 and 1024^3 (128^3, once, when quick) and out again: scan conversion and surface
+// extraction against OpenVDB's meshToVolume and volumeToMesh, one thread, in turn; extraction also on two.
 //
-//   import_bench [--json] [MESH]     without MESH: a bumpy ball of 60 k triangles
+//   import_bench [--json] [--quick] [MESH]     without MESH: a bumpy ball of 60 k triangles
 #include <cstdio>
 #include <string>
 
@@ -42,9 +42,17 @@ TriangleMesh bumpy_ball() {
 }  // namespace
 
 int main(int argc, char** argv) {
-  bool json = false;
+  bool json = false, quick = false;
   std::string path;
-  for (int i = 1; i < argc; i++) std::string(argv[i]) == "--json" ? void(json = true) : void(path = argv[i]);
+  for (int i = 1; i < argc; i++) {
+    const std::string word = argv[i];
+    if (word == "--json")
+      json = true;
+    else if (word == "--quick")
+      quick = true;
+    else
+      path = word;
+  }
   TriangleMesh mesh;
   if (path.empty()) {
     mesh = bumpy_ball();
@@ -63,12 +71,13 @@ int main(int argc, char** argv) {
   for (const auto& t : mesh.triangles) faces.insert(faces.end(), t.begin(), t.end());
 
   std::string out;
-  for (const int n : {512, 1024}) {
+  const int reps = quick ? 1 : 5;
+  for (const int n : quick ? std::vector<int>{128} : std::vector<int>{512, 1024}) {
     const Lattice lattice = make_lattice(box.size() / longest, 1.0 / n, 0).value();
     std::vector<double> own, peer, out_own, out_two, out_peer;  // ms
     int64_t spans = 0;
     size_t triangles = 0, triangles_peer = 0;
-    for (int i = 0; i < 5; i++) {
+    for (int i = 0; i < reps; i++) {
       const double start = now_us();
       TriDexel model(lattice);
       const auto report = scan_convert(model, mesh, 0, {true, 1});

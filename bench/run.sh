@@ -1,18 +1,22 @@
 #!/usr/bin/env bash
-# Runs one benchmark of build/bench. Usage: run.sh step|import|surface|servo|document|studio|memory|instructions [--json] ...
+# Runs one benchmark of build/bench. Usage: run.sh step|import|surface|servo|document|studio|memory|instructions [--json] [--quick] ...
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 name=$1; shift
+bin=build/bench/bin
 case "$name" in
-  step) build/bench/bin/step_bench "$@" ;;
-  servo) build/bench/bin/servo_bench "$@" ;;
-  document) build/bench/bin/document_bench "$@" ;;
-  studio) node bench/studio_latency.mjs build/release/bin/kibori ;;
-  memory) build/bench/bin/step_bench --memory "$@" ;;
+  step | servo | document) $bin/${name}_bench "$@" ;;
+  memory | instructions) $bin/step_bench "--$name" "$@" ;;
+  studio) node bench/studio_latency.mjs $bin/kibori "$@" ;;
   import | surface)
-    # A real mesh where the shared data is; elsewhere a bumpy ball of as many triangles, or none.
+    # A real mesh where the shared data is; a mesh in the arguments comes later and counts.
     mesh=../shared/models/stanford-bunny.obj
-    [ -e "$mesh" ] && set -- "$mesh" "$@"  # a mesh in the arguments comes later and counts
-    build/bench/bin/${name}_bench "$@" ;;
-  instructions) build/bench/bin/step_bench --instructions "$@" ;;
+    if [ -e "$mesh" ]; then
+      set -- "$mesh" "$@"
+    elif [ "$name" = import ]; then
+      echo "import: $mesh is not there; a bumpy ball of as many triangles instead, unless a mesh is named" >&2
+    else
+      echo "surface: $mesh is not there; 'mesh to 512^3 to STL' is skipped, unless a mesh is named" >&2
+    fi
+    $bin/${name}_bench "$@" ;;
 esac

@@ -2,13 +2,14 @@
 // The servo loop in real time: ball and finger of 16, 32 and 64 cells scrape a block by a simulated hand,
 // half their radius deep, with the surface followed on the other core.
 //
-//   servo_bench [--json] [--seconds S]      S for each of the six, by default 10
+//   servo_bench [--json] [--quick] [--seconds S]      S for each of the six, by default 10, quick 0.5
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <string>
 
+#include <kibori/base/percent.h>
 #include <kibori/session/servo_run.h>
 
 namespace {
@@ -42,12 +43,14 @@ Scene scrape(const Tool& tool, double depth_mm) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  bool json = false;
-  double seconds = 10;
+  bool json = false, quick = false;
+  double seconds = 0;
   for (int i = 1; i < argc; i++) {
     if (std::strcmp(argv[i], "--json") == 0) json = true;
+    if (std::strcmp(argv[i], "--quick") == 0) quick = true;
     if (std::strcmp(argv[i], "--seconds") == 0 && i + 1 < argc) seconds = std::atof(argv[++i]);
   }
+  if (seconds == 0) seconds = quick ? 0.5 : 10;
   std::string out;
   std::string thread;
   for (const bool finger : {false, true})
@@ -65,21 +68,29 @@ int main(int argc, char** argv) {
       const auto us = [](const Histogram& h, double share) {
         return static_cast<double>(h.quantile_ns(share)) / 1000;
       };
+      const double missed = static_cast<double>(r.servo.missed) /
+                            static_cast<double>(r.servo.ticks + r.servo.missed),
+                   cutting = static_cast<double>(r.totals.cutting_ticks) / static_cast<double>(r.servo.ticks);
+      // Shares, for programs; for people in percent.
+      const auto told = [&](double share, int decimals) {
+        if (!json) return percent(share);
+        char number[32];
+        std::snprintf(number, sizeof number, "%.*f", decimals, share);
+        return std::string(number);
+      };
       char text[600];
       std::snprintf(
           text, sizeof text,
           json ? "%s{\"tool\":\"%s\",\"radius_cells\":%d,\"compute_p50_us\":%.1f,\"compute_p99_us\":%.1f,"
-                 "\"compute_p999_us\":%.1f,\"compute_max_us\":%.1f,\"missed\":%.5f,\"late_p99_us\":%.1f,"
-                 "\"empty_late_p99_us\":%.1f,\"cutting_share\":%.3f,\"surface_chunks\":%llu}"
-               : "%s%-6s R = %d: tick p50 %.1f, p99 %.1f, p99.9 %.1f, max %.1f us; missed %.5f; late p99 "
+                 "\"compute_p999_us\":%.1f,\"compute_max_us\":%.1f,\"missed\":%s,\"late_p99_us\":%.1f,"
+                 "\"empty_late_p99_us\":%.1f,\"cutting_share\":%s,\"surface_chunks\":%llu}"
+               : "%s%-6s R = %d: tick p50 %.1f, p99 %.1f, p99.9 %.1f, max %.1f us; missed %s; late p99 "
                  "%.1f us "
-                 "(empty loop %.1f); %.3f of the ticks cut; %llu chunks of surface\n",
+                 "(empty loop %.1f); %s of the ticks cut; %llu chunks of surface\n",
           json && !out.empty() ? ",\n " : "", finger ? "finger" : "ball", cells, us(r.servo.compute_ns, 0.5),
           us(r.servo.compute_ns, 0.99), us(r.servo.compute_ns, 0.999),
-          static_cast<double>(r.servo.compute_ns.max_ns()) / 1000,
-          static_cast<double>(r.servo.missed) / static_cast<double>(r.servo.ticks + r.servo.missed),
-          us(r.servo.late_ns, 0.99), us(r.empty_late_ns, 0.99),
-          static_cast<double>(r.totals.cutting_ticks) / static_cast<double>(r.servo.ticks),
+          static_cast<double>(r.servo.compute_ns.max_ns()) / 1000, told(missed, 5).c_str(),
+          us(r.servo.late_ns, 0.99), us(r.empty_late_ns, 0.99), told(cutting, 3).c_str(),
           static_cast<unsigned long long>(r.surface_chunks));
       out += text;
       thread = r.scheduling;

@@ -2,13 +2,14 @@
 // One step of a ball that scrapes a block: Kibori (cut in three directions, normals, removed volume and
 // moments, wrench) against OpenVDB's level-set and bit-mask stamps, in turn in one process, one thread.
 //
-//   step_bench [--json] [--reps N] [--steps N] [--nodes N] [--radius R] [--only kibori] [--memory |
+//   step_bench [--json] [--quick] [--reps N] [--steps N] [--nodes N] [--radius R] [--only kibori] [--memory |
 //   --instructions]
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <string>
 
+#include <kibori/base/percent.h>
 #include <kibori/motion/stroke.h>
 
 #include "bench/instruction_count.h"
@@ -23,9 +24,9 @@ using namespace kibori;
 using namespace kibori_bench;
 
 struct Options {
-  int nodes = 512, reps = 5, steps = 2000;
-  float radius = 0;  // 0: all three
-  bool json = false, kibori_only = false, memory = false, instructions = false;
+  int nodes = 0, reps = 0, steps = 0;  // 0: as usual
+  float radius = 0;                    // 0: all three
+  bool json = false, quick = false, kibori_only = false, memory = false, instructions = false;
 };
 
 Vec3 centre(const Point& p) {  // voxel i of the workload is the lattice node at i + 1/2
@@ -114,7 +115,7 @@ void step(const Options& o) {
   if (!o.json)
     std::printf(
         "%d^3 lattice, %d steps, median of %d runs, us a step\n%-6s %8s %8s %9s %8s %8s %7s %7s %7s %9s %8s "
-        "%8s %8s\n",
+        "%8s %10s\n",
         o.nodes, o.steps, o.reps, "R", "kibori", "p99.9", "levelset", "bitmask", "csg", "x level", "x bits",
         "x csg", "jumps", "z only", "tri/z", "removed");
   std::string json;
@@ -154,9 +155,10 @@ void step(const Options& o) {
           l / own.us(), b / own.us(), c / own.us(), jumping.us(), single.us(), own.last.removed, off);
       json += text;
     } else {
-      std::printf("%-6g %8.2f %8.1f %9.2f %8.2f %8.0f %6.2fx %6.2fx %6.0fx %9.2f %8.2f %7.2fx %+7.4f%%\n",
+      std::printf("%-6g %8.2f %8.1f %9.2f %8.2f %8.0f %6.2fx %6.2fx %6.0fx %9.2f %8.2f %7.2fx %10s\n",
                   static_cast<double>(radius), own.us(), own.us_p999(), l, b, c, l / own.us(), b / own.us(),
-                  c / own.us(), jumping.us(), single.us(), own.us() / single.us(), 100 * off);
+                  c / own.us(), jumping.us(), single.us(), own.us() / single.us(),
+                  peers ? percent(off).c_str() : "-");
     }
     std::fflush(stdout);
   }
@@ -164,12 +166,12 @@ void step(const Options& o) {
 }
 
 void memory(const Options& o) {
-  const auto path = scrape_path(1024, 16, o.steps);
-  const double plain = static_cast<double>(block(1024)->count().bytes);
-  const double carved = carve_steps(1024, path, 16, 0, 0).bytes;
+  const auto path = scrape_path(o.nodes, 16, o.steps);
+  const double plain = static_cast<double>(block(o.nodes)->count().bytes);
+  const double carved = carve_steps(o.nodes, path, 16, 0, 0).bytes;
   double level = 0;
 #ifdef KIBORI_HAVE_OPENVDB
-  if (!o.kibori_only) level = openvdb_levelset_stamp(1024, path, 16).bytes;
+  if (!o.kibori_only) level = openvdb_levelset_stamp(o.nodes, path, 16).bytes;
 #endif
   if (o.json)
     std::printf(
@@ -177,15 +179,15 @@ void memory(const Options& o) {
         plain, carved, level, level / carved);
   else
     std::printf(
-        "1024^3 block: plain %.3f MB, after the scrape %.3f MB; OpenVDB level set %.1f MB, ratio %.1f\n",
-        plain / 1e6, carved / 1e6, level / 1e6, level / carved);
+        "%d^3 block: plain %.3f MB, after the scrape %.3f MB; OpenVDB level set %.1f MB, ratio %.1f\n",
+        o.nodes, plain / 1e6, carved / 1e6, level / 1e6, level / carved);
 }
 
 void instructions(const Options& o) {
-  constexpr size_t kFrom = 700, kSteps = 8;
+  const size_t from = o.quick ? 50 : 700, steps = o.quick ? 1 : 8;
   std::string json;
   for (const float radius : {16.f, 32.f, 64.f}) {
-    const auto path = scrape_path(o.nodes, radius, kFrom + kSteps);
+    const auto path = scrape_path(o.nodes, radius, static_cast<int>(from + steps));
     auto model = block(o.nodes);
     const std::vector<Material> materials{Material{}};
     const Vec3 up = Vec3::UnitZ() * static_cast<double>(radius);
@@ -196,11 +198,15 @@ void instructions(const Options& o) {
                                        {ForceModel::energy, 6}, materials);
       if (!tick.ok()) std::abort();
     };
-    for (size_t i = 0; i < kFrom; i++) step(i);
+    for (size_t i = 0; i < from; i++) step(i);
     const int64_t count = count_instructions([&] {
-      for (size_t i = kFrom; i < kFrom + kSteps; i++) step(i);
+      for (size_t i = from; i < from + steps; i++) step(i);
     });
-    const double each = count < 0 ? -1 : static_cast<double>(count) / kSteps;
+    if (count < 0) {
+      std::puts(o.json ? "[]" : "skipped: instructions can't be counted where no process may be traced");
+      return;
+    }
+    const double each = static_cast<double>(count) / static_cast<double>(steps);
     char text[160];
     std::snprintf(
         text, sizeof text,
@@ -220,6 +226,8 @@ int main(int argc, char** argv) {
     const bool more = i + 1 < argc;
     if (word == "--json")
       options.json = true;
+    else if (word == "--quick")
+      options.quick = true;
     else if (word == "--memory")
       options.memory = true;
     else if (word == "--instructions")
@@ -237,6 +245,12 @@ int main(int argc, char** argv) {
     else
       return std::fprintf(stderr, "step_bench: unknown option %s\n", argv[i]), 2;
   }
+  const auto unless_said = [&](int& number, int quick, int usual) {
+    if (number == 0) number = options.quick ? quick : usual;
+  };
+  unless_said(options.nodes, 256, options.memory ? 1024 : 512);
+  unless_said(options.reps, 1, 5);
+  unless_said(options.steps, 100, 2000);
   if (options.memory)
     memory(options);
   else if (options.instructions)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // How long from a pointer's event to the cut in the page, in a real browser that draws nothing meanwhile; what a stroke
-// sends; what the page's script takes; how long from the command to a usable page. Usage: node studio_latency.mjs KIBORI
+// sends; what the page's script takes; how long from the command to a usable page. Usage: node studio_latency.mjs KIBORI [--quick]
 import { spawn } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -8,6 +8,7 @@ import { join } from "node:path";
 import { chromium } from "../web/node_modules/playwright-core/index.mjs";
 
 const kibori = process.argv[2];
+const quick = process.argv.includes("--quick");
 const folder = mkdtempSync(join(tmpdir(), "kibori-latency-"));
 const start = async (...words) => {
   const from = performance.now();
@@ -27,7 +28,8 @@ const until = async (page, holds) => {
 
 // To a usable page: the choice to begin with, and a document.
 const starts = { choice: [], document: [] };
-for (let i = 0; i < 5; i++)
+const times = quick ? 1 : 5;
+for (let i = 0; i < times; i++)
   for (const [what, words] of [["choice", []], ["document", [join(folder, "start.kibori")]]]) {
     const { studio, url, from } = await start(...words);
     const page = await browser.newPage({ viewport: { width: 1280, height: 720 } });
@@ -56,7 +58,7 @@ await page.evaluate(() => {
   }).observe({ entryTypes: ["measure"] });
 });
 const latency = [], script = [], bytes = [];
-const rows = 12, columns = 30;
+const rows = quick ? 1 : 12, columns = quick ? 10 : 30;
 for (let row = 0; row < rows; row++) {
   const y = 220 + 9 * row;
   await page.mouse.move(514, y);
@@ -83,5 +85,5 @@ await new Promise((done) => studio.on("exit", done));
 console.log(`pointer's event to the cut in the page: p50 ${share(latency, 0.5).toFixed(1)} ms, p99 ${share(latency, 0.99).toFixed(1)} ms, most ${share(latency, 1).toFixed(1)} ms (${latency.length} moves)`);
 console.log(`the page's script: p50 ${share(script, 0.5).toFixed(2)} ms, p99 ${share(script, 0.99).toFixed(2)} ms an update (${script.length} updates)`);
 console.log(`a stroke of ${columns} moves sends ${(share(bytes, 0.5) / 1000).toFixed(0)} kB`);
-console.log(`from the command to the choice ${share(starts.choice, 0.5).toFixed(2)} s, to a document ${share(starts.document, 0.5).toFixed(2)} s (medians of 5)`);
+console.log(`from the command to the choice ${share(starts.choice, 0.5).toFixed(2)} s, to a document ${share(starts.document, 0.5).toFixed(2)} s (medians of ${times})`);
 rmSync(folder, { recursive: true, force: true });

@@ -14,6 +14,7 @@
 
 #include <kibori/document/document.h>
 #include <kibori/formats/mesh_file.h>
+#include <kibori/formats/ply.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/formats/threemf.h>
 #include <kibori/motion/scene.h>
@@ -105,6 +106,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::span<const char> bytes(reinterpret_cast<const char*>(data), size);
 #if defined(KIBORI_FUZZ_STL)
   sound(parse_stl(bytes.data(), bytes.size(), "a.stl"));
+#elif defined(KIBORI_FUZZ_PLY)
+  sound(parse_ply(bytes, "a.ply"));
 #elif defined(KIBORI_FUZZ_3MF)
   sound(parse_3mf(bytes, "a.3mf"));
 #elif defined(KIBORI_FUZZ_PNG)

@@ -9,4 +9,4 @@ cmake --install "$1" --prefix "$folder/prefix" >/dev/null
 "$folder/prefix/bin/kibori" --version
 cmake -S "$here/consumer" -B "$folder/build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$folder/prefix" >/dev/null
 cmake --build "$folder/build"
-"$folder/build/consumer"
+"$folder/build/consumer" "$folder/scene.kibori"

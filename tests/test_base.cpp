@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The ground floor: trigonometry against the C library, normal codes, the block pool under two threads.
+// The ground floor: percentages, trigonometry against the C library, normal codes, the block pool under two
+// threads.
 #include <cmath>
 #include <cstring>
 #include <set>
@@ -7,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <kibori/base/percent.h>
 #include <kibori/base/trig.h>
 #include <kibori/dexel/normal_code.h>
 #include <kibori/dexel/pool.h>
@@ -15,6 +17,36 @@
 
 namespace kibori {
 namespace {
+
+TEST(Percent, IsWrittenWithoutExponentsAndAllMeansAll) {
+  const std::pair<double, const char*> wanted[] = {{1, "100 %"},
+                                                   {0, "0 %"},
+                                                   {-0.0, "0 %"},
+                                                   {0.997, "99.7 %"},
+                                                   {0.0004, "0.04 %"},
+                                                   {0.5, "50 %"},
+                                                   {0.1234, "12.3 %"},
+                                                   {0.01, "1 %"},
+                                                   {1.0 / 3, "33.3 %"},
+                                                   {0.9996, "99.96 %"},
+                                                   {0.999996, "99.9996 %"},
+                                                   {4e-7, "0.00004 %"},
+                                                   {-0.00026, "-0.026 %"},
+                                                   {2.5, "250 %"},
+                                                   {12345.678, "1234567.8 %"},
+                                                   {1e-12, "0 %"},
+                                                   {-1e-12, "0 %"}};
+  for (const auto& [share, text] : wanted) EXPECT_EQ(percent(share), text);
+  test::Random random;
+  for (int i = 0; i < 10000; i++) {
+    const double share = std::pow(10, random.uniform(-12, 6));
+    for (const double s : {share, 1 - share, -share}) {
+      const std::string text = percent(s);
+      EXPECT_EQ(text.find('e'), std::string::npos) << text;
+      EXPECT_NEAR(std::stod(text), 100 * s, 0.051) << text;
+    }
+  }
+}
 
 TEST(Trig, AgreesWithTheCLibrary) {
   test::Random random;

@@ -380,6 +380,27 @@ class Exchange(unittest.TestCase):
         # The thinnest walls stand beside the groove, where its sides are upright: 12 / 2 - 3.
         self.assertAlmostEqual(reports["stl"]["thin_walls"]["thinnest_mm"], 3, 1)
 
+    def test_triangle_strips_are_read_whole(self):
+        points = "0 0 0\n0 10 0\n10 0 0\n0 0 10\n"
+        head = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+        strips = "element tristrips 1\nproperty list int int vertex_indices\nend_header\n"
+        (self.folder / "strip.ply").write_text(head + strips + points + "7 0 1 2 3 0 1 -1\n")
+        report = self.info("strip.ply")
+        self.assertEqual((report["triangles"], report["closed"], report["manifold"]), (4, True, True))
+        self.assertAlmostEqual(report["volume_mm3"], 1000 / 6, 9)
+        run = kibori("convert", "strip.ply", "strip.stl", "--pitch", "0.25", cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertAlmostEqual(self.info("strip.stl")["volume_mm3"] * 6 / 1000, 1, 1)
+        (self.folder / "bad.ply").write_text(head + strips + points + "4 0 1 2 4\n")
+        run = kibori("info", "bad.ply", cwd=self.folder)
+        self.assertEqual(run.returncode, 2)
+        self.assertIn("bad.ply:14: 'tristrips' 1: names vertex 4, and there are 4", run.stderr)
+
+    def test_percentages_have_no_exponents(self):
+        run = kibori("info", "m.stl", "--wall", "30", cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertIn("; 100 % thinner than 30 mm\n", run.stdout)
+
     def test_3mf_by_other_readers(self):
         with zipfile.ZipFile(self.folder / "m.3mf") as archive:
             self.assertIsNone(archive.testzip())

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <kibori/base/percent.h>
 #include <kibori/motion/series_tool.h>
 
 #include "tests/support.h"
@@ -148,8 +149,8 @@ TEST(Series, RipplesLittleWhereThePaperModelRipplesMuch) {
       paper.push_back(length(tick.value().wrench.force));
     }
   }
-  std::printf("ripple: series %.2f %%, paper %.1f %% of the mean\n", 100 * ripple(series),
-              100 * ripple(paper));
+  std::printf("ripple: series %s, paper %s of the mean\n", percent(ripple(series)).c_str(),
+              percent(ripple(paper)).c_str());
   EXPECT_LT(ripple(series), 0.05);
   EXPECT_GT(ripple(paper), 0.2);
 }
@@ -411,8 +412,8 @@ TEST(Series, SplittingTheDevicesPathMattersLittle) {
   }
   for (size_t n = 1; n < 3; n++) {
     const double share = removed[n] / removed[0] - 1, moved = length(tip[n] - tip[0]);
-    std::printf("the device's path in %d parts: %.2g %% of the volume, %.2g mm of the tool's place\n",
-                parts[n], 100 * share, moved);
+    std::printf("the device's path in %d parts: %s of the volume, %.2g mm of the tool's place\n", parts[n],
+                percent(share).c_str(), moved);
     EXPECT_LT(std::abs(share), 0.05);
     EXPECT_LT(moved, 0.05);
   }

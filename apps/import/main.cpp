@@ -8,6 +8,7 @@
 #include <fstream>
 #include <new>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <assimp/Importer.hpp>
@@ -17,24 +18,29 @@
 #include <kibori/base/file.h>
 #include <kibori/base/tolerances.h>
 #include <kibori/formats/import_helper.h>
+#include <kibori/formats/ply.h>
 #include <kibori/formats/threemf.h>
 
 namespace {
 
 using namespace kibori;
 
-// A PLY header without its end, which Assimp looks for forever, or whose counts can't fit the file: every
-// element takes a byte at least.
-Status check_ply_counts(const std::filesystem::path& path) {
+// Whether a PLY file has triangle strips, of which Assimp reads one triangle each. Errors: a header without
+// its end, which Assimp looks for forever, or whose counts can't fit the file: every element takes a byte at
+// least.
+Result<bool> has_strips(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::error_code error;
   const auto size = static_cast<double>(std::filesystem::file_size(path, error));
   std::string line;
+  bool strips = false;
   for (int number = 1; number < 1000 && std::getline(file, line); number++) {
-    if (line.starts_with("end_header")) return Ok{};
+    if (line.starts_with("end_header")) return strips;
     char name[64];
     double count = 0;
-    if (std::sscanf(line.c_str(), "element %63s %lf", name, &count) == 2 && !(count <= size))
+    if (std::sscanf(line.c_str(), "element %63s %lf", name, &count) != 2) continue;
+    strips |= std::string_view(name) == "tristrips";
+    if (!(count <= size))
       return Error{path.string() + ":" + std::to_string(number) + ": promises more of element '" + name +
                    "' than the file has bytes; export it again"};
   }
@@ -99,13 +105,17 @@ Result<TriangleMesh> read_with_assimp(const std::filesystem::path& path, bool gl
 
 Result<TriangleMesh> read_foreign(const std::filesystem::path& path) {
   const std::string ending = ending_of(path);
-  if (ending == ".3mf") {
+  const auto read_by = [&](auto parse) -> Result<TriangleMesh> {
     const Result<std::vector<char>> bytes = read_file(path);
     if (!bytes) return Error{bytes.error()};
-    return parse_3mf(bytes.value(), path.string());
+    return parse(bytes.value(), path.string());
+  };
+  if (ending == ".3mf") return read_by(parse_3mf);
+  if (ending == ".ply") {
+    const Result<bool> strips = has_strips(path);
+    if (!strips) return Error{strips.error()};
+    if (strips.value()) return read_by(parse_ply);
   }
-  if (ending == ".ply")
-    if (const Status counts = check_ply_counts(path); !counts) return Error{counts.error()};
   if (ending == ".off")
     if (const Status counts = check_off_counts(path); !counts) return Error{counts.error()};
   return read_with_assimp(path, ending == ".glb");

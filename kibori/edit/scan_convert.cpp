@@ -10,6 +10,7 @@
 
 #include <kibori/base/memory.h>
 #include <kibori/base/parallel.h>
+#include <kibori/base/percent.h>
 #include <kibori/dexel/normal_code.h>
 #include <kibori/solid/crossings.h>
 
@@ -446,13 +447,9 @@ Result<ScanReport> scan_convert(TriDexel& model, const TriangleMesh& mesh, uint8
   const double broken =
       report.rays > 0 ? static_cast<double>(report.open_rays) / static_cast<double>(report.rays) : 0;
   if (broken > kMaxBrokenShare && !options.force) {
-    char text[256];
-    std::snprintf(
-        text, sizeof text,
-        "%.0f %% of the rays that meet the mesh find it open (holes, or triangles that face both ways); "
-        "close it first, or take what a vote makes of it with --force",
-        100 * broken);
-    return Error{text};
+    return Error{percent(broken) +
+                 " of the rays that meet the mesh find it open (holes, or triangles that face both ways); "
+                 "close it first, or take what a vote makes of it with --force"};
   }
   const std::array<std::vector<Toggle>, 3> wrong = Vote(tables).count();
   for (size_t i = 0; i < 3; i++) apply_toggles(tables[i], wrong[i], report);

@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <kibori/base/percent.h>
 #include <kibori/dexel/normal_code.h>
 #include <kibori/session/documents.h>
 #include <kibori/session/documents.h>
@@ -96,9 +97,9 @@ std::string mesh_report_text(const MeshReport& report) {
   else if (!std::isfinite(report.walls->thinnest_mm))
     add("walls        %s\n", "none with parallel sides");
   else
-    add("walls        thinnest %.3g mm, at %.6g, %.6g, %.6g mm; %.2g %% thinner than %g mm\n",
+    add("walls        thinnest %.3g mm, at %.6g, %.6g, %.6g mm; %s thinner than %g mm\n",
         report.walls->thinnest_mm, report.walls->at_mm.x(), report.walls->at_mm.y(), report.walls->at_mm.z(),
-        100 * report.walls->share, report.walls->threshold_mm);
+        percent(report.walls->share).c_str(), report.walls->threshold_mm);
   return text;
 }
 

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include <kibori/base/file.h>
+#include <kibori/base/percent.h>
 #include <kibori/devices/recording.h>
 #include <kibori/devices/virtual_device.h>
 #include <kibori/session/carving.h>
@@ -267,9 +268,9 @@ std::string servo_report_text(const ServoReport& r) {
   char line[400];
   std::snprintf(line, sizeof line, "device     %s\nthread     %s\n", r.device.c_str(), r.scheduling.c_str());
   text += line;
-  std::snprintf(line, sizeof line, "ticks      %llu at %g Hz in %.1f s, %llu missed (%.4f %%)\n",
+  std::snprintf(line, sizeof line, "ticks      %llu at %g Hz in %.1f s, %llu missed (%s)\n",
                 static_cast<unsigned long long>(r.servo.ticks), r.rate_hz, r.servo.seconds,
-                static_cast<unsigned long long>(r.servo.missed), 100 * miss_ratio(r.servo));
+                static_cast<unsigned long long>(r.servo.missed), percent(miss_ratio(r.servo)).c_str());
   text += line;
   draw(text, "compute", r.servo.compute_ns);
   draw(text, "period", r.servo.period_ns);

@@ -1,13 +1,24 @@
 // SPDX-License-Identifier: MIT
-// What a program that uses an installed Kibori looks like: carve a block with a ball and print the force.
+// What a program that uses an installed Kibori looks like: carve a block with a ball tick by tick and print
+// the force; then a scene as a file would say it, kept as a document with its thumbnail.
+#include <cmath>
 #include <cstdio>
+#include <filesystem>
+#include <string>
 
+#include <kibori/document/document.h>
 #include <kibori/motion/stroke.h>
+#include <kibori/session/carving.h>
 
-int main() {
-  using namespace kibori;
+namespace {
+
+using namespace kibori;
+
+int fail(const std::string& what) { return std::fprintf(stderr, "%s\n", what.c_str()), 2; }
+
+int by_ticks() {
   Result<Lattice> lattice = make_lattice(Vec3(30, 20, 10), 0.25, 1);
-  if (!lattice) return std::fprintf(stderr, "%s\n", lattice.error().c_str()), 2;
+  if (!lattice) return fail(lattice.error());
   TriDexel model(lattice.value());
   model.fill_block({Vec3::Zero(), Vec3(30, 20, 10)}, 0);
   Stroke stroke(model, Pose{Vec3(-5, 10, 7), Mat3::Identity()});
@@ -15,10 +26,55 @@ int main() {
   for (int i = 1; i <= 100; i++) {
     const auto tick = stroke.advance(BallTool{4}, Vec3(-5 + 0.2 * i, 10, 7), Vec3::Zero(), Mode::cut,
                                      {ForceModel::energy, 6}, {Material{}});
-    if (!tick) return std::fprintf(stderr, "%s\n", tick.error().c_str()), 2;
+    if (!tick) return fail(tick.error());
     removed += tick.value().removed_mm3;
     force = tick.value().wrench.force.norm();
   }
   std::printf("removed %.3f mm3, force %.3f N\n", removed, force);
   return removed > 0 && force > 0 ? 0 : 1;
+}
+
+const char* const kScene = R"(
+[stock]
+block = [20, 10, 8]
+pitch = 0.25
+[tool]
+shape = "ball"
+radius = 3
+[force]
+model = "energy"
+[[move]]
+to = [-4, 5, 6]
+mode = "off"
+[[move]]
+to = [24, 5, 6]
+speed = 100
+mode = "cut"
+)";
+
+int by_scene(const std::filesystem::path& document) {
+  const Result<Scene> scene = parse_scene(kScene, "scene", {});
+  if (!scene) return fail(scene.error());
+  CarveOptions options;
+  options.document = document;
+  options.warning = [](const std::string& text) { fail(text); };
+  const Result<Carving> carving = carve(scene.value(), options);
+  if (!carving) return fail(carving.error());
+  const CarveSummary& summary = carving.value().summary;
+  const auto kept = Document::open(document, Document::Access::read);
+  if (!kept) return fail(kept.error());
+  const auto thumbnail = kept.value()->thumbnail(kept.value()->head());
+  if (!thumbnail) return fail(thumbnail.error());
+  std::printf("carve: removed %.3f mm3, left %.3f mm3, thumbnail of %zu bytes\n", summary.removed_mm3,
+              summary.volume_mm3, thumbnail.value().size());
+  const bool adds_up = std::abs(summary.removed_mm3 + summary.volume_mm3 - 20 * 10 * 8) < 1;
+  return adds_up && summary.removed_mm3 > 0 && !thumbnail.value().empty() ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) return fail("usage: consumer DOCUMENT.kibori");
+  const int status = by_ticks();
+  return status ? status : by_scene(argv[1]);
 }
