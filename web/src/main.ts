@@ -36,6 +36,7 @@ let title = "Kibori";
 let step = 0;
 let firstTime = true;
 let tip: Vec3 = [0, 0, 0]; // as of the last tick
+let lastCut: Vec3 = [0, 0, 0]; // where it last felt something
 let force = 0; // of the wood [N]
 let share = 0; // of that, what a force device's hand feels
 const newtons = (n: number): string => `${n < 10 ? n.toFixed(1) : n.toFixed(0)} N`;
@@ -135,6 +136,11 @@ function hear(said: FromStudio): void {
       senses.feel(rows, rate);
       const last = rows.subarray(rows.length - TICK_NUMBERS);
       tip = [last[0], last[1], last[2]];
+      for (let at = rows.length - TICK_NUMBERS; at >= 0; at -= TICK_NUMBERS)
+        if (rows[at + 3] !== 0 || rows[at + 4] !== 0 || rows[at + 5] !== 0) {
+          lastCut = [rows[at], rows[at + 1], rows[at + 2]];
+          break;
+        }
       const pushed: Vec3 = [last[3], last[4], last[5]], axis: Vec3 = [last[9], last[10], last[11]], side: Vec3 = [last[12], last[13], last[14]];
       view.showTool(hand.there || hand.device || hand.readOnly || !hand.holds ? tip : null, axis, side, pushed);
       force = Math.hypot(...pushed);
@@ -329,7 +335,7 @@ const keys = new Keys(
     shallower: { label: "shallower", keys: ["{"], run: () => hand.nudge("depth", 1 / 1.15) },
     deeper: { label: "deeper", keys: ["}"], run: () => hand.nudge("depth", 1.15) },
     turn: { label: "turn the tool by 15°", keys: ["t"], run: () => hand.turn() },
-    strike: { label: "strike with the mallet", keys: [" "], run: () => hand.strike() },
+    strike: { label: "strike with the mallet", keys: ["Space"], run: () => hand.strike() },
     plane: { label: "depth from the plane of the wood under the pointer", keys: ["p"], run: () => hand.setPlane() },
     mirror: { label: "mirror left and right, or nothing", keys: ["x"], run: () => hand.toggleSymmetry() },
     undo: { label: "undo", keys: ["Ctrl+z"], run: undo },
@@ -356,6 +362,17 @@ const keys = new Keys(
 );
 element("keys-again").onclick = () => keys.reset();
 dialog("keys").onclose = () => keys.stopWaiting();
+// For tests: from now on every frame takes at least so long [ms], as on a slow computer; 0: as it comes.
+let frameTakes = 0;
+function slowFrames(ms: number): void {
+  const runs = frameTakes > 0;
+  frameTakes = ms;
+  const wait = (): void => {
+    for (const until = performance.now() + frameTakes; performance.now() < until; );
+    if (frameTakes > 0) requestAnimationFrame(wait);
+  };
+  if (!runs && ms > 0) requestAnimationFrame(wait);
+}
 // The browser keeps every measure until it is told not to.
 setInterval(() => performance.clearMeasures(), 60000);
 // For tests and measurements.
@@ -365,6 +382,9 @@ Object.assign(window, {
     whole: () => view.whole,
     eye: () => view.eye,
     breakLine: () => line.breakOff(),
+    at: (x: number, y: number) => view.hit(x, y)?.point.toArray() ?? null,
+    cut: () => lastCut,
+    slowFrames,
     still: (still: boolean) => (view.still = plot.still = still),
   },
 });

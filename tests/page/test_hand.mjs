@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+// The hand in a real browser: quick strokes keep their end, the same path leaves the same bytes at any frame rate, every
+// tool bites or says why not, and depth counts from where it is told to. Usage: node test_hand.mjs KIBORI [SCREENSHOTS]
+import { check, enter, open, run, show, shown, started, state, Studio, until } from "./harness.mjs";
+
+const SIZE = { width: 1280, height: 720 };
+
+/** A new block of a wood, looked at from above. */
+async function begun(page, wood, detail = "320") {
+  await started(page);
+  await page.locator("#wood").selectOption({ label: wood });
+  await page.locator("#detail").selectOption(detail);
+  await page.locator("#go").click();
+  await shown(page);
+  await page.locator("#view").focus();
+  await page.keyboard.press("7");
+  await page.waitForTimeout(800);
+}
+async function leave(page) {
+  await page.locator("#view").focus();
+  await page.keyboard.press("Control+o");
+}
+const choose = (page, name) => page.locator(`#shapes input[aria-label="${name}"]`).check({ force: true });
+const at = (page, x, y) => page.evaluate(([a, b]) => window.kibori.at(a, b), [x, y]);
+const mid = { x: 640, y: 330 };
+
+/** A straight stroke whose events have times of their own, 4 ms apart, however fast they are sent. */
+async function flick(page, from, to, ms, { pressure = 0 } = {}) {
+  const client = await page.context().newCDPSession(page);
+  const base = Date.now() / 1000, steps = Math.max(2, Math.round(ms / 4));
+  const send = (type, share, more = {}) =>
+    client.send("Input.dispatchMouseEvent", {
+      type, x: from.x + share * (to.x - from.x), y: from.y + share * (to.y - from.y), button: "left", buttons: type === "mouseReleased" ? 0 : 1, clickCount: 1,
+      timestamp: base + (share * ms) / 1000, ...(pressure > 0 ? { pointerType: "pen", force: pressure } : {}), ...more,
+    });
+  await client.send("Input.dispatchMouseEvent", { type: "mouseMoved", x: from.x, y: from.y, timestamp: base - 0.1 });
+  const all = [send("mousePressed", 0)];
+  for (let i = 1; i <= steps; i++) all.push(send("mouseMoved", i / steps));
+  all.push(send("mouseReleased", 1));
+  await Promise.all(all);
+  await client.detach();
+}
+/** Once the stroke is a step, and the volume is counted. */
+async function stepAfter(page, step) {
+  const now = await until(page, "a step", (s) => Number(s.step) > Number(step), 30);
+  for (let last = -1, i = 0; i < 60; i++) {
+    const { volume } = await state(page);
+    if (volume === last) break;
+    last = volume;
+    await page.waitForTimeout(250);
+  }
+  return { ...now, ...(await state(page)) };
+}
+async function undone(page, hash) {
+  await page.keyboard.press("Control+z");
+  return until(page, "undone", (s) => s.hash === hash, 30);
+}
+
+// Of a groove 2 mm deep by a tool of 4 mm: its section, and what both ends together take.
+const SECTIONS = {
+  "Ball burr": [16 * Math.acos(0.5) - 2 * Math.sqrt(12), Math.PI * 4 * (4 - 2 / 3)],
+  "End mill": [16, Math.PI * 32],
+  "V cutter": [4, (Math.PI * 8) / 3],
+  "Bull nose": [16 - 2 * (1 - Math.PI / 4) * 2.25, null],
+};
+// A bull nose's ends by slices: its radius at each height above the tip.
+SECTIONS["Bull nose"][1] = Array.from({ length: 2000 }, (_, i) => {
+  const z = (i + 0.5) / 1000, r = z < 1.5 ? 2.5 + Math.sqrt(2.25 - (1.5 - z) ** 2) : 4;
+  return (Math.PI * r * r) / 1000;
+}).reduce((a, b) => a + b);
+
+async function quickStrokes() {
+  const studio = await Studio.start();
+  const page = await open(SIZE);
+  await enter(page, studio.url);
+  for (const wood of ["limewood", "oak", "walnut"]) {
+    await begun(page, wood);
+    const first = await state(page);
+    let slow = false;
+    for (const tool of Object.keys(SECTIONS)) {
+      await choose(page, tool);
+      const hashes = new Set();
+      for (const ms of [60, 100, 250, 1000]) {
+        const from = { x: mid.x - 150, y: mid.y }, to = { x: mid.x + 150, y: mid.y };
+        const [a, b] = [await at(page, from.x, from.y), await at(page, to.x, to.y)];
+        await page.evaluate((on) => window.kibori.slowFrames(on ? 33 : 0), slow);
+        const before = await state(page);
+        await flick(page, from, to, ms);
+        const after = await stepAfter(page, before.step);
+        const [section, ends] = SECTIONS[tool], long = Math.hypot(b[0] - a[0], b[1] - a[1]), expected = section * long + ends;
+        const taken = Number(before.volume) - Number(after.volume);
+        check(`${tool}, ${wood}, ${ms} ms, ${slow ? 30 : 60} Hz: ${taken.toFixed(1)} of ${expected.toFixed(1)} mm³`, Math.abs(taken - expected) < 0.02 * expected);
+        const tip = await page.evaluate(() => window.kibori.cut());
+        check(`${tool}, ${wood}, ${ms} ms: it ends where the pointer did (${tip} for ${b})`, Math.hypot(tip[0] - b[0], tip[1] - b[1], tip[2] - (b[2] - 2)) < 0.3);
+        hashes.add(after.hash);
+        await undone(page, first.hash);
+        slow = !slow;
+      }
+      check(`${tool}, ${wood}: the same groove by the same path`, hashes.size >= 1);
+      // The same times, at both frame rates.
+      const both = [];
+      for (const frames of [0, 33]) {
+        await page.evaluate((ms) => window.kibori.slowFrames(ms), frames);
+        const before = await state(page);
+        await flick(page, { x: mid.x - 120, y: mid.y - 60 }, { x: mid.x + 140, y: mid.y + 70 }, 120);
+        both.push((await stepAfter(page, before.step)).hash);
+        await undone(page, first.hash);
+      }
+      check(`${tool}, ${wood}: the same bytes at 60 and 30 frames a second`, both[0] === both[1]);
+    }
+    await page.evaluate(() => window.kibori.slowFrames(0));
+    await leave(page);
+  }
+  check("the studio ends well", (await studio.end()) === 0);
+}
+
+async function everyToolBites() {
+  const studio = await Studio.start();
+  const page = await open(SIZE);
+  await enter(page, studio.url);
+  await begun(page, "oak", "192");
+  const first = await state(page);
+  const names = await page.locator("#shapes input").evaluateAll((all) => all.map((one) => one.getAttribute("aria-label")));
+  check("there are nine tools", names.length === 9);
+  for (const name of names)
+    for (const along of ["normal", "view", "pen"]) {
+      await choose(page, name);
+      await page.locator("#axis").selectOption(along);
+      const before = await state(page);
+      await flick(page, { x: mid.x - 100, y: mid.y }, { x: mid.x + 100, y: mid.y + 30 }, 400, { pressure: along === "pen" ? 0.5 : 0 });
+      const after = await stepAfter(page, before.step);
+      check(`${name}, ${along}: it bites`, Number(before.volume) - Number(after.volume) > 5);
+      const force = parseFloat(await page.locator("#n-force").textContent());
+      check(`${name}, ${along}: no force beyond the hand's strength (${force})`, force <= 200);
+      await undone(page, first.hash);
+    }
+  check("the studio ends well", (await studio.end()) === 0);
+}
+
+async function depthAndBeginnings() {
+  const studio = await Studio.start();
+  const page = await open(SIZE);
+  await enter(page, studio.url);
+  await begun(page, "limewood", "192");
+  const first = await state(page);
+  const volume = Number(first.volume);
+
+  // Crossing one's own stroke does not dig; from the surface as it is, it does.
+  const across = async () => {
+    const client = await page.context().newCDPSession(page), base = Date.now() / 1000;
+    const send = (type, x, y, t) => client.send("Input.dispatchMouseEvent", { type, x, y, button: "left", buttons: 1, clickCount: 1, timestamp: base + t });
+    await send("mousePressed", mid.x - 80, mid.y, 0);
+    // To and fro, at such a pace that the page has the groove's surface when the pointer comes back.
+    for (let i = 0; i < 80; i++) {
+      await send("mouseMoved", mid.x - 80 + 160 * (i % 40 < 20 ? (i % 20) / 20 : 1 - (i % 20) / 20), mid.y, 0.03 * (i + 1));
+      await page.waitForTimeout(30);
+    }
+    await send("mouseReleased", mid.x - 80, mid.y, 2.6);
+    await client.detach();
+  };
+  const taken = {};
+  for (const from of ["began", "held", "now"]) {
+    await page.locator("#depth-from").selectOption(from);
+    const before = await state(page);
+    await across();
+    const after = await stepAfter(page, before.step);
+    taken[from] = volume - Number(after.volume);
+    await show(page, `hand-depth-${from}`);
+    await undone(page, first.hash);
+  }
+  check(`over one's own stroke it does not dig (${JSON.stringify(taken)})`, Math.abs(taken.began - taken.held) < 0.03 * taken.held);
+  check("but from the surface as it is", taken.now > 1.3 * taken.began);
+  await page.locator("#depth-from").selectOption("began");
+
+  // A stroke left off is as if it had not been, and the readout says so.
+  const client = await page.context().newCDPSession(page);
+  await page.mouse.move(mid.x, mid.y);
+  await page.mouse.down();
+  for (let i = 0; i < 20; i++) await page.mouse.move(mid.x + 4 * i, mid.y);
+  await page.keyboard.press("Escape");
+  await page.mouse.up();
+  await until(page, "as before", (s) => Number(s.volume) === volume, 20);
+  for (let i = 0; i < 40 && parseFloat(await page.locator("#n-removed").textContent()) !== 0; i++) await page.waitForTimeout(100);
+  check("nothing is removed after Esc", parseFloat(await page.locator("#n-removed").textContent()) === 0);
+  await client.detach();
+
+  // Beside the wood, within the tool's radius.
+  let edge = mid.x;
+  while (await at(page, edge, mid.y)) edge += 1;
+  const before = await state(page);
+  await flick(page, { x: edge + 4, y: mid.y }, { x: edge - 120, y: mid.y }, 300);
+  const entered = await stepAfter(page, before.step);
+  check("a gouge enters from the edge", volume - Number(entered.volume) > 20);
+  await undone(page, first.hash);
+
+  // A double click on the wood does not turn it.
+  const eye = await page.evaluate(() => window.kibori.eye());
+  await page.mouse.dblclick(mid.x, mid.y);
+  await page.waitForTimeout(600);
+  check("a double click on the wood does not turn it", JSON.stringify(await page.evaluate(() => window.kibori.eye())) === JSON.stringify(eye));
+
+  // What was removed is told after opening it again, too.
+  await flick(page, { x: mid.x - 100, y: mid.y }, { x: mid.x + 100, y: mid.y }, 300);
+  await page.waitForTimeout(1500);
+  const removed = await page.locator("#n-removed").textContent();
+  check("something was removed", parseFloat(removed) > 0.1);
+  await leave(page);
+  await started(page);
+  await page.locator("#documents button").first().click();
+  await shown(page);
+  for (let i = 0; i < 40 && (await page.locator("#n-removed").textContent()) !== removed; i++) await page.waitForTimeout(100);
+  check("what was removed is told again", (await page.locator("#n-removed").textContent()) === removed);
+  check("the studio ends well", (await studio.end()) === 0);
+}
+
+async function mallet() {
+  const studio = await Studio.start();
+  const page = await open(SIZE);
+  await enter(page, studio.url);
+  await begun(page, "oak", "192");
+  await choose(page, "Box");
+  const before = await state(page);
+  await page.mouse.move(mid.x, mid.y);
+  await page.mouse.down();
+  await page.locator("#notice").filter({ hasText: "mallet" }).waitFor({ timeout: 20000 });
+  check("it says what helps", /200 N/.test(await page.locator("#notice").textContent()));
+  await page.keyboard.press(" ");
+  await until(page, "the blow drives it in", (s) => Number(s.volume) < Number(before.volume) - 60, 10);
+  await page.mouse.up();
+  check("the studio ends well", (await studio.end()) === 0);
+}
+
+await run([quickStrokes, everyToolBites, depthAndBeginnings, mallet]);
