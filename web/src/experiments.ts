@@ -152,7 +152,7 @@ export class Experiments {
     const into = element("runs-plot");
     if (shown.length === 0 || into.clientWidth === 0) return;
     const style = getComputedStyle(document.documentElement);
-    const axis = { stroke: style.getPropertyValue("--quiet"), grid: { stroke: style.getPropertyValue("--line"), width: 1 }, ticks: { stroke: style.getPropertyValue("--line") } };
+    const axis = { stroke: style.getPropertyValue("--quiet"), grid: { stroke: style.getPropertyValue("--line"), width: 1 }, ticks: { stroke: style.getPropertyValue("--line") }, font: "11px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif" };
     const curves = shown.map(({ run }) => this.curve(run));
     const tables = curves.map(({ x, y }) => [x, y] as uPlot.AlignedData);
     const range = robustRange(curves.map(({ y }) => y), 0);
@@ -161,7 +161,7 @@ export class Experiments {
         width: into.clientWidth,
         height: 260,
         scales: { x: { time: false }, y: { range: [range.low, range.high] } },
-        axes: [{ ...axis, label: "Time [s]", labelSize: 18 }, { ...axis, label: quantity.label, size: 56, labelSize: 18 }],
+        axes: [{ ...axis, label: "Time [s]", size: 32, labelSize: 18, labelGap: 0 }, { ...axis, label: quantity.label, size: 56, labelSize: 18 }],
         hooks: { draw: [(plot) => markSpikes(plot, curves.map((curve, k) => ({ ...curve, range, colour: this.colour(shown[k].i), unit: quantity.unit })))] },
         series: [{ label: "Time [s]" }, ...shown.map(({ run, i }) => ({ label: `${run.name}, ${run.model}`, stroke: this.colour(i), width: 1.5, spanGaps: true, points: { show: false }, ...(i >= COLOURS.length ? { dash: [6, 4] } : {}) }))],
         legend: { show: false },

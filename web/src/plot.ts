@@ -26,6 +26,8 @@ export function markSpikes(plot: uPlot, curves: Clipped[]): string[] {
   marks.sort((a, b) => Math.abs(b.value) - Math.abs(a.value));
   ctx.save();
   ctx.font = `${10 * pixel}px system-ui, sans-serif`;
+  ctx.textAlign = "left";
+  ctx.textBaseline = "alphabetic";
   for (const { at, value, curve } of marks) {
     const top = value > 0, edge = top ? bbox.top : bbox.top + bbox.height, in_ = (top ? 1 : -1) * pixel;
     ctx.fillStyle = curve.colour;
