@@ -193,7 +193,8 @@ TEST(Scene, ASpikeDoesNotFlattenThePlot) {
   // The scale of |F| and of its parts goes to 10 or 15, not to 1000.
   for (const std::string& text : {even, spiky}) {
     EXPECT_EQ(count(text, ">10</text>"), 2u);
-    for (const char* beyond : {">20</text>", ">100</text>", ">1000</text>"}) EXPECT_EQ(count(text, beyond), 0u);
+    for (const char* beyond : {">20</text>", ">100</text>", ">1000</text>"})
+      EXPECT_EQ(count(text, beyond), 0u);
     EXPECT_EQ(count(text, ">Force [N]<"), 2u);
     EXPECT_EQ(count(text, ">Moment [N mm]<"), 2u);
     EXPECT_EQ(count(text, ">Time [s]<"), 1u);
