@@ -387,6 +387,8 @@ export class History {
   private press(event: KeyboardEvent): void {
     const at = event.target as HTMLElement | SVGElement;
     if (event.ctrlKey || event.altKey || event.metaKey) return;
+    // A cell is pressed by them, and nothing else is.
+    if (event.key === "Enter" || event.key === " ") event.stopPropagation();
     const branch = at.closest<SVGElement>(".branch");
     const along: Record<string, number> = { ArrowLeft: -1, ArrowRight: 1 };
     if (branch) {
