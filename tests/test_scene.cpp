@@ -169,6 +169,40 @@ TEST(Scene, SummaryAddsUp) {
   }
 }
 
+// One tick of 1000 N among others of 10 N: it is marked, and the others are as high as if it were not there.
+TEST(Scene, ASpikeDoesNotFlattenThePlot) {
+  const auto plot = [](double spike_n) {
+    Carving carving;
+    for (int i = 0; i < 2000; i++) {
+      TraceRow row;
+      row.time_s = (i + 1) / 1000.0;
+      row.result.wrench.force = Vec3(0, 0, i == 700 ? spike_n : i < 500 ? 0 : 10);
+      carving.trace.push_back(row);
+    }
+    return forces_svg(carving, "a < b & c", model_note(false, ForceModel::energy));
+  };
+  const auto count = [](const std::string& text, const std::string& what) {
+    size_t n = 0;
+    for (size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) n++;
+    return n;
+  };
+  const std::string even = plot(10), spiky = plot(1000);
+  EXPECT_EQ(count(even, "class=\"spike\""), 0u);
+  EXPECT_EQ(count(spiky, "class=\"spike\""), 2u);  // of the size, and of its part along z
+  EXPECT_EQ(count(spiky, "<title>1000 N</title>"), 2u);
+  // The scale of |F| and of its parts goes to 10 or 15, not to 1000.
+  for (const std::string& text : {even, spiky}) {
+    EXPECT_EQ(count(text, ">10</text>"), 2u);
+    for (const char* beyond : {">20</text>", ">100</text>", ">1000</text>"})
+      EXPECT_EQ(count(text, beyond), 0u);
+    EXPECT_EQ(count(text, ">Force [N]<"), 2u);
+    EXPECT_EQ(count(text, ">Moment [N mm]<"), 2u);
+    EXPECT_EQ(count(text, ">Time [s]<"), 1u);
+    EXPECT_NE(text.find("Energy: what the cut costs"), std::string::npos);
+    EXPECT_NE(text.find("a &lt; b &amp; c"), std::string::npos);
+  }
+}
+
 TEST(Scene, StocksHaveTheirVolume) {
   for (const auto& [stock, volume] : {std::pair{"sphere = 8", 4.0 / 3 * 3.14159265 * 512},
                                       std::pair{"cylinder = [6, 10]", 3.14159265 * 360}}) {

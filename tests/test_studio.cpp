@@ -164,6 +164,11 @@ TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
     first = add_row(studio, 10);
     EXPECT_GT(studio.volume_mm3(), volume + 10);
     EXPECT_LT(studio.steps().back().removed_mm3, -10);
+    EXPECT_EQ(studio.steps().back().mode, Mode::deposit);
+    ASSERT_TRUE(studio.steps().back().tool.has_value());
+    EXPECT_EQ(*studio.steps().back().tool, scene.value().tools.front());
+    EXPECT_FALSE(studio.steps().front().tool.has_value());
+    EXPECT_GT(studio.steps().back().made_s, 1'700'000'000);
     studio.name_version("one row");
     ASSERT_TRUE(follow(studio, 20, [&] { return studio.versions().count("one row") == 1; }));
     studio.name_version("7");  // no name: a number

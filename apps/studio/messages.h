@@ -365,7 +365,9 @@ struct Start {
   }
 };
 // Steps that this page was not told of yet, by their numbers: number, the one before it or 0 (u32 each), what
-// it removed [mm^3] (f32).
+// it removed [mm^3] (f32), when it was begun [s since 1970] (f64; 0: not known), the tool's shape (u8) and
+// size (f32) as of ShowTool, mode (u8: 0 cut, 1 fill, 2 feel, 3 only moved), whether a thumbnail of it is
+// kept (u8), label (text).
 struct Steps {
   static constexpr uint8_t kKind = 70;
   std::vector<uint8_t> data;

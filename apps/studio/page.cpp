@@ -10,6 +10,7 @@
 #include <kibori/base/hash.h>
 
 #include "apps/studio/chunks.h"
+#include "apps/studio/tool_message.h"
 
 namespace kibori::studio {
 namespace {
@@ -18,7 +19,8 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 
-constexpr size_t kFrameBytes = 400000;  // a frame of chunks is about this large
+constexpr size_t kFrameBytes = 400000;   // a frame of chunks is about this large
+constexpr size_t kMostLabelBytes = 200;  // of a step that a document may name as it likes
 
 }  // namespace
 
@@ -115,6 +117,13 @@ void Page::offer_history() {
       rows.put(static_cast<uint32_t>(step.id));
       rows.put(static_cast<uint32_t>(step.parent));
       rows.put(static_cast<float>(step.removed_mm3));
+      rows.put(static_cast<double>(step.made_s));
+      const ShowTool tool = step.tool ? shown_as(*step.tool) : ShowTool{255, 0, 0, 0};
+      rows.put(tool.shape);
+      rows.put(static_cast<float>(tool.size));
+      rows.put(static_cast<uint8_t>(step.mode));
+      rows.put(static_cast<uint8_t>(step.pictured ? 1 : 0));
+      rows.put(step.label.substr(0, kMostLabelBytes));
     }
     message.data = rows.take();
     send(encode(message));

@@ -13,6 +13,7 @@
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/picture/picture.h>
+#include <kibori/session/force_report.h>
 #include <kibori/surface/surface.h>
 
 namespace kibori {
@@ -215,6 +216,7 @@ Result<Replay> replay_document(const Document& document, const ReplayOptions& op
         s.force.series && !options.law
             ? "series"
             : (law.model == ForceModel::paper ? "paper, " : "energy, ") + std::to_string(law.dof) + " DOF";
+    replay.note = model_note(s.force.series && !options.law, law.model);
     auto last = std::chrono::steady_clock::now();
     const Status done = document.replay(id, *carving.model, options.law, [&](const ReplayedTick& tick) {
       const auto now = std::chrono::steady_clock::now();

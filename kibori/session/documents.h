@@ -45,6 +45,7 @@ struct ReplayOptions {
 struct Replay {
   Carving carving;
   std::string title;  // the force model
+  std::string note;   // on it: see model_note()
   StepId to = 0;
   StepId differs = 0;  // the first step whose model is not what it was; only looked for at the recorded pitch
 };

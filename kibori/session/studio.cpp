@@ -127,7 +127,7 @@ Result<std::unique_ptr<Studio>> Studio::look(std::unique_ptr<Document> document)
   studio->place_.step = document->head();
   studio->stock_mm3_ = studio->snapshot_.volume_mm3() + removed_until(*document, document->head());
   for (const auto& [id, step] : document->steps())
-    studio->steps_.push_back({id, step.parent, step.removed_mm3});
+    studio->steps_.push_back(studio->past_step(*document, step));
   studio->versions_ = document->versions();
   studio->viewed_ = std::move(document);
   return studio;
@@ -531,7 +531,7 @@ const Studio::Place& Studio::place() {
         // One that is being made may still be left off.
         if (!at->second.finished && document.in_stroke() && std::next(at) == steps.end()) break;
         last_told_ = at->first;
-        told_.steps.push_back({at->first, at->second.parent, at->second.removed_mm3});
+        told_.steps.push_back(past_step(document, at->second));
       }
       told_.versions = document.versions();
       told_.fresh = true;
@@ -596,6 +596,18 @@ void Studio::with_document(std::function<void(Document&)> f) {
     f(*viewed_);
   else if (scribe_)
     scribe_->with(std::move(f));
+}
+
+Studio::PastStep Studio::past_step(const Document& document, const Step& step) {
+  const auto [seen, fresh] = settings_seen_.try_emplace(step.setting);
+  auto& [tool, mode] = seen->second;
+  if (fresh && !step.stock) {
+    if (const auto settings = document.settings(step.id)) {
+      tool = settings.value().tool;
+      mode = settings.value().mode;
+    }
+  }
+  return {step.id, step.parent, step.removed_mm3, step.made_s, tool, mode, step.pictured, step.label};
 }
 
 void Studio::thumbnail(StepId step, std::function<void(Bytes)> use) {

@@ -48,6 +48,11 @@ class Studio {
   struct PastStep {
     StepId id = 0, parent = 0;  // the stock has no parent: 0
     double removed_mm3 = 0;     // negative: added
+    int64_t made_s = 0;         // when it was begun [s since 1970]; 0: not known
+    std::optional<Tool> tool;   // the stock has none
+    Mode mode = Mode::cut;
+    bool pictured = false;  // whether thumbnail() had a picture of it when the step was first told of
+    std::string label;
   };
   using Versions = std::map<std::string, StepId>;
   struct Options {
@@ -175,6 +180,7 @@ class Studio {
   void tell(const Status& how);
   void count_volume();
   void with_document(std::function<void(Document&)> f);
+  PastStep past_step(const Document& document, const Step& step);
 
   std::string name_;
   Lattice lattice_;
@@ -213,7 +219,9 @@ class Studio {
     Versions versions;
     std::string notice;
   } told_;
-  StepId last_told_ = 0;            // of that thread
+  StepId last_told_ = 0;  // of that thread
+  // Tool and mode by Step::setting, of the thread that has the document: many strokes share them.
+  std::map<int64_t, std::pair<std::optional<Tool>, Mode>> settings_seen_;
   std::unique_ptr<Scribe> scribe_;  // gone before what it writes of
   Snapshot snapshot_;
   std::vector<Index3> changed_;

@@ -8,6 +8,7 @@ import { Hand } from "./hand";
 import { History } from "./history";
 import { Keys } from "./keys";
 import { write, type FromStudio } from "./messages";
+import { MODELS } from "./models";
 import { ForcePlot } from "./plot";
 import { Senses } from "./senses";
 import { Start, type Material } from "./start";
@@ -235,12 +236,12 @@ function showDevice(safety: number, trip: string, given: number): void {
   put("device-state", ["Off: it gives no force.", "Waiting: move it clear of the wood.", `On: ${given.toFixed(2)} N given.`][safety] + (trip ? ` ${trip}` : ""));
 }
 
-/** A small picture of a step for the history, once it is at rest. */
+/** A small picture of a step for the history, once it is at rest; all by one camera. */
 function pictureSoon(of: number, tries = 20): void {
   setTimeout(async () => {
-    if (of !== step || !hand.holds || history.has(of) || tries === 0) return;
+    if (of !== step || !hand.holds || !history.wants(of) || tries === 0) return;
     if (!view.whole || hand.working) return pictureSoon(of, tries - 1);
-    const png = await view.picture(128, 96);
+    const png = await view.thumbnail(128, 96);
     if (!png || of !== step) return;
     history.setPicture(of, png);
     const bytes = new Uint8Array(await png.arrayBuffer());
@@ -318,6 +319,9 @@ element("pause").onclick = () => {
   plot.paused = !plot.paused;
   element("pause").textContent = plot.paused ? "Go on" : "Pause";
 };
+const sayModel = (): void => put("model-says", Object.values(MODELS)[Number(element<HTMLSelectElement>("model").value)]);
+element("model").addEventListener("change", sayModel);
+sayModel();
 element("csv").onclick = () => save("forces.csv", plot.csv());
 element("arm").onclick = () => send(write.Arm({ armed: armed ? 0 : 1 }));
 element("reach").oninput = () => send(write.ChooseReach({ scale: 10 ** Number(element<HTMLInputElement>("reach").value) }));
@@ -381,6 +385,7 @@ Object.assign(window, {
     surface: () => view.surface(lattice),
     whole: () => view.whole,
     eye: () => view.eye,
+    thumbnail: () => view.thumbnail(128, 96),
     breakLine: () => line.breakOff(),
     at: (x: number, y: number) => view.hit(x, y)?.point.toArray() ?? null,
     cut: () => lastCut,

@@ -74,7 +74,7 @@ export interface State { volume: number; removed: number; step: number; steps: n
 export interface Notice { text: string }
 /** No document is open. JSON: documents (name, changed: s since 1970, bytes), materials (name, color), examples (name, about). */
 export interface Start { version: number; holds: number; json: string }
-/** Steps that this page was not told of yet, by their numbers: number, the one before it or 0 (u32 each), what it removed [mm^3] (f32). */
+/** Steps that this page was not told of yet, by their numbers: number, the one before it or 0 (u32 each), what it removed [mm^3] (f32), when it was begun [s since 1970] (f64; 0: not known), the tool's shape (u8) and size (f32) as of ShowTool, mode (u8: 0 cut, 1 fill, 2 feel, 3 only moved), whether a thumbnail of it is kept (u8), label (text). */
 export interface Steps { data: Uint8Array }
 /** JSON: the number of the step of each name. */
 export interface Versions { json: string }

@@ -4,6 +4,7 @@ import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { pack, unpack, type Lattice } from "./chunks";
 import { Occlusion } from "./occlusion";
+import { Thumbnails } from "./thumbnails";
 import type { Vec3 } from "./wire";
 import { Wood } from "./wood";
 
@@ -14,6 +15,9 @@ export interface Hit {
 
 const STEEL = 0xb8bcc2;
 const HOLLOWS = 1; // the layer of what hides the sky
+const PICTURED = 2; // the layer of what thumbnails show
+/** Where one looks from when a document is opened. */
+const HOME = new THREE.Vector3(-0.55, -1, 0.75);
 
 /** Whether there is no graphics card to draw with. */
 function drawnBySoftware(): boolean {
@@ -53,6 +57,7 @@ export class View {
   still = false;
   private covered = 0;
   private occlusion: Occlusion;
+  private thumbnails: Thumbnails;
   private resting = 0;
   private drawn = false;
   private planes = new THREE.Group();
@@ -85,7 +90,9 @@ export class View {
     this.scene.add(this.planes, this.level, this.chunks, this.tool, this.ring, this.arrow, this.sun, this.sun.target, sky);
     // Lights that came and went with the layer would make every material anew.
     for (const light of [this.sun, sky]) light.layers.enable(HOLLOWS);
+    sky.layers.enable(PICTURED);
     this.occlusion = new Occlusion(this.scene, this.camera, HOLLOWS);
+    this.thumbnails = new Thumbnails(this.scene, this.sun, PICTURED);
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
 
@@ -113,6 +120,8 @@ export class View {
       frame.visible = false;
       this.planes.add(frame);
     }
+    const corner = new THREE.Vector3(...lattice.origin);
+    this.thumbnails.place(new THREE.Box3(corner, corner.clone().add(new THREE.Vector3(...size))), HOME);
     this.wood.place(new THREE.Vector3(lattice.origin[0], lattice.origin[1] + 0.42 * size[1], lattice.origin[2] - 0.35 * size[2]), Math.max(...size));
     this.redraw();
   }
@@ -133,6 +142,7 @@ export class View {
       const mesh = new THREE.Mesh(made, this.wood.material);
       mesh.castShadow = mesh.receiveShadow = true;
       mesh.layers.enable(HOLLOWS);
+      mesh.layers.enable(PICTURED);
       this.shown.set(place, mesh);
       this.chunks.add(mesh);
     });
@@ -154,7 +164,7 @@ export class View {
     return pack(new Map([...this.shown].map(([place, mesh]) => [place, mesh.geometry])), lattice);
   }
 
-  frame(from = new THREE.Vector3(-0.55, -1, 0.75)): void {
+  frame(from = HOME): void {
     this.box.makeEmpty();
     for (const mesh of this.shown.values()) this.box.union(new THREE.Box3().setFromBufferAttribute(mesh.geometry.attributes.position as THREE.BufferAttribute));
     if (this.box.isEmpty()) return;
@@ -362,9 +372,14 @@ export class View {
     return new THREE.Vector3(tangent(tiltX), -tangent(tiltY), 1).normalize().applyQuaternion(this.camera.quaternion);
   }
 
-  /** What is shown, without tool, ring and grid, as a picture so wide; null where the browser can't. */
+  /** The whole piece from where one looks first, on no ground, whatever is shown now; null where the browser can't. */
+  thumbnail(width: number, height: number): Promise<Blob | null> {
+    return this.thumbnails.draw(this.renderer, width, height);
+  }
+
+  /** What is shown, without tool and ring, as a picture so wide; null where the browser can't. */
   picture(width: number, height: number): Promise<Blob | null> {
-    const hidden = [this.tool, this.ring, this.arrow, this.planes, ...(this.grid && width < 400 ? [this.grid] : [])];
+    const hidden = [this.tool, this.ring, this.arrow, this.planes];
     const were = hidden.map((object) => object.visible);
     for (const object of hidden) object.visible = false;
     const covered = this.covered;
