@@ -108,8 +108,8 @@ function hear(said: FromStudio): void {
       const kinds = JSON.parse(w.materials) as Material[];
       view.wood.setKinds(kinds.map((m) => ({ color: m.color, grain: m.name !== "wax" })));
       element("material").replaceChildren(...kinds.map((m, i) => new Option(m.name, String(i), i === w.material, i === w.material)));
-      // A tool may be as large as the piece.
-      for (const id of ["size", "depth"]) input(id).max = String(Math.max(...w.nodes) * w.pitch);
+      // A tool may be as large as the piece and the room around it.
+      for (const id of ["size", "depth"]) input(id).max = String(Math.ceil(Math.max(...w.nodes) * w.pitch));
       view.begin(lattice, w.nodes);
       plot.clear();
       history.clear();
@@ -369,6 +369,7 @@ Object.assign(window, {
     surface: () => view.surface(lattice),
     whole: () => view.whole,
     eye: () => view.eye,
+    onPiece: (x: number, y: number) => view.hit(x, y) !== null,
     breakLine: () => line.breakOff(),
     still: (still: boolean) => (view.still = plot.still = still),
   },

@@ -116,7 +116,7 @@ class NumberRow {
     const { slider, typed, wrong } = this, wanted = typed.valueAsNumber, unit = this.unit.textContent;
     const low = Number(typed.min), high = Number(typed.max), fits = wanted >= low && wanted <= high;
     window.clearTimeout(this.timer);
-    wrong.textContent = fits ? "" : `${name} can be ${low} to ${high} ${unit}; it stays ${written(this.number(slider.value))}.`;
+    wrong.textContent = fits ? "" : `${name} can be ${low} to ${high} ${unit}; it stays ${written(this.number(slider.value))} ${unit}.`;
     this.timer = window.setTimeout(() => (wrong.textContent = ""), WRONG_MS);
     if (!fits) return this.show();
     if (written(this.number(slider.value)) === written(wanted)) return;

@@ -53,6 +53,8 @@ export class ForcePlot {
     for (const name of into.querySelectorAll<HTMLElement>(".u-legend .u-series > *")) {
       name.tabIndex = 0;
       name.setAttribute("role", "button");
+      name.setAttribute("aria-pressed", String(!name.parentElement!.classList.contains("u-off")));
+      name.addEventListener("click", () => setTimeout(() => name.setAttribute("aria-pressed", String(!name.parentElement!.classList.contains("u-off")))));
       name.addEventListener("keydown", (event) => {
         if (event.key !== "Enter" && event.key !== " ") return;
         event.preventDefault();
