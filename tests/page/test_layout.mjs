@@ -3,11 +3,13 @@
 // is free; the sheet of narrow windows by touch; numbers that are typed; what is kept; the line to a studio that ends.
 // Usage: node test_layout.mjs KIBORI [SCREENSHOTS' FOLDER]
 import { join } from "node:path";
-import { check, enter, folder, open, run, show, shown, started, state, Studio, until } from "./harness.mjs";
+import { check, enter, folder, open, pictures, run, show, shown, started, state, Studio, until } from "./harness.mjs";
 
 const SIZES = [[320, 480], [390, 844], [599, 480], [640, 480], [800, 500], [1024, 768], [1280, 720], [1920, 1080]];
 const PANELS = ["tools", "force", "past"];
 const PARTS = ["bar", "grip", ...PANELS, "corner", "watching", "lost", "work", "notice", "hint"];
+// What is not looked at need not be drawn; pictures for people are.
+const draw = (page, drawn) => page.evaluate((still) => window.kibori.still(still), !drawn);
 const narrow = (page) => page.viewportSize().width < 600;
 
 // Names of parts that are shown and cover each other or reach out of the window.
@@ -49,6 +51,7 @@ async function nothingCoversAnything() {
   const page = await open({ width: 1280, height: 720 });
   await enter(page, studio.url);
   await shown(page);
+  await draw(page, false);
   const states = {
     carved: () => {},
     messages: () => {
@@ -100,8 +103,14 @@ async function nothingCoversAnything() {
     // The piece in the middle of what is free, and none of it behind a panel.
     for (const id of PANELS) await turn(page, id, narrow(page) ? id === "past" : id !== "force");
     await page.locator("#frame").evaluate((button) => button.click());
-    await page.waitForTimeout(300);
-    await show(page, `layout-${width}x${height}`);
+    if (pictures) {
+      await draw(page, true);
+      await page.setViewportSize({ width: width + 1, height });
+      await page.setViewportSize({ width, height });
+      await page.waitForTimeout(1500);
+      await show(page, `layout-${width}x${height}`);
+      await draw(page, false);
+    }
     const behind = await page.evaluate((parts) => {
       const hits = [];
       for (const id of parts) {
@@ -126,6 +135,7 @@ async function sheetByTouch() {
   const page = await open({ width: 390, height: 844 }, { hasTouch: true, isMobile: true });
   await enter(page, studio.url);
   const first = await shown(page);
+  await draw(page, false);
   const finger = await page.context().newCDPSession(page);
   const say = (type, x, y) => finger.send("Input.dispatchTouchEvent", { type, touchPoints: type === "touchEnd" ? [] : [{ x, y }] });
   const drag = async (x, y, toX, toY) => {
@@ -170,7 +180,6 @@ async function sheetByTouch() {
     return 0;
   });
   check("the piece is there", at > 0);
-  await show(page, "phone-to-carve");
   await drag(180, at, 220, at);
   await until(page, "a finger's cut", (s) => Number(s.step) > Number(first.step) && Number(s.volume) < Number(first.volume));
   await page.locator("#undo").tap();
