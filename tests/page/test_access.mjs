@@ -48,12 +48,13 @@ async function keysAlone() {
   await page.keyboard.type("by keys");
   await page.keyboard.press("Enter");
   const first = await shown(page);
-  // The way to the piece is short; there the arrows look.
-  await page.evaluate(() => document.activeElement.blur());
-  await page.keyboard.press("Tab");
-  check("the first stop is the way to the piece", await page.locator(".skip").evaluate((link) => link === document.activeElement && link.getBoundingClientRect().top >= 0));
+  // The focus is at the piece, and the first stop of the page leads there; the arrows look.
+  const atPiece = () => page.evaluate(() => document.activeElement.id === "view");
+  check("the focus goes to the piece", await atPiece());
+  await tabTo(page, ".skip", "Shift+Tab");
+  check("the way to the piece is shown", await page.locator(".skip").evaluate((link) => link.getBoundingClientRect().top >= 0));
   await page.keyboard.press("Enter");
-  check("it leads there", await page.evaluate(() => document.activeElement.id === "view"));
+  check("it leads there", await atPiece());
   const eye = () => page.evaluate(() => window.kibori.eye());
   const far = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
   let before = await eye();
@@ -64,9 +65,8 @@ async function keysAlone() {
     before = now;
   }
   await page.keyboard.press("Home");
-  // Chooses a tool, its size and its work.
-  await page.evaluate(() => document.activeElement.blur());
-  await tabTo(page, "#shapes input");
+  // Chooses a tool and its size.
+  await tabTo(page, "#shapes input", "Shift+Tab");
   for (let i = 0; i < 2; i++) await page.keyboard.press("ArrowRight");
   check("a shape", (await page.locator("#shape-out").textContent()) === "End mill");
   await tabTo(page, "#size-typed");

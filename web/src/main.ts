@@ -102,7 +102,10 @@ function hear(said: FromStudio): void {
       element("title").textContent = element("title").title = title;
       document.body.dataset.shown = "solid";
       tell("");
+      // The focus was where there is nothing any more; keys go on at the piece.
+      const lost = document.activeElement === document.body || element("start").contains(document.activeElement);
       start.hide();
+      if (lost) canvas.focus();
       element("hint").hidden = !firstTime;
       firstTime = false;
       const kinds = JSON.parse(w.materials) as Material[];
