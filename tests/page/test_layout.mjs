@@ -10,12 +10,21 @@ const PANELS = ["tools", "force", "past"];
 const PARTS = ["bar", "grip", ...PANELS, "corner", "watching", "lost", "work", "notice", "hint"];
 // What is not looked at need not be drawn; pictures for people are.
 const draw = (page, drawn) => page.evaluate((still) => window.kibori.still(still), !drawn);
+// The page has laid itself out, and knows of it.
+const laidOut = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(null)))));
 const narrow = (page) => page.viewportSize().width < 600;
 
 // Names of parts that are shown and cover each other or reach out of the window.
 const overlaps = (page) =>
   page.evaluate((parts) => {
-    const boxes = parts.map((id) => ({ id, box: document.getElementById(id).getBoundingClientRect() })).filter(({ box }) => box.width > 0 && box.height > 0);
+    // What is scrolled out of the messages covers nothing.
+    const view = document.getElementById("messages").getBoundingClientRect();
+    const shown = (part) => {
+      const { left, right, top, bottom, width, height } = part.getBoundingClientRect();
+      if (width === 0 || height === 0 || !part.closest("#messages")) return { left, right, top, bottom, width, height };
+      return { left, right, top: Math.max(top, view.top), bottom: Math.min(bottom, view.bottom), width, height: Math.min(bottom, view.bottom) - Math.max(top, view.top) };
+    };
+    const boxes = parts.map((id) => ({ id, box: shown(document.getElementById(id)) })).filter(({ box }) => box.width > 0 && box.height > 0);
     const wrong = boxes.filter(({ box }) => box.left < 0 || box.top < 0 || box.right > innerWidth + 0.5 || box.bottom > innerHeight + 0.5).map(({ id }) => `${id} reaches out`);
     boxes.forEach((a, i) => {
       for (const b of boxes.slice(i + 1))
@@ -28,7 +37,7 @@ const overlaps = (page) =>
 const unreachable = (page) =>
   page.evaluate((panels) => {
     const wrong = [];
-    for (const id of ["bar", "grip", ...panels])
+    for (const id of ["bar", "grip", "messages", ...panels])
       for (const control of document.getElementById(id).querySelectorAll("button, select, input:not(.unseen)")) {
         const target = control.closest("#shapes label") ?? control;
         if (target.getClientRects().length === 0) continue;
@@ -79,7 +88,7 @@ async function nothingCoversAnything() {
   };
   for (const [width, height] of SIZES) {
     await page.setViewportSize({ width, height });
-    await page.waitForTimeout(200);
+    await laidOut(page);
     for (const [name, make] of Object.entries(states)) {
       await page.evaluate(make);
       for (const opened of narrow(page) ? [...PANELS, ""] : ["all", ""]) {
@@ -102,6 +111,7 @@ async function nothingCoversAnything() {
     }
     // The piece in the middle of what is free, and none of it behind a panel.
     for (const id of PANELS) await turn(page, id, narrow(page) ? id === "past" : id !== "force");
+    await laidOut(page);
     await page.locator("#frame").evaluate((button) => button.click());
     if (pictures) {
       await draw(page, true);
