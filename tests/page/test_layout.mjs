@@ -68,7 +68,7 @@ async function nothingCoversAnything() {
       document.getElementById("again").hidden = false;
       document.getElementById("work-what").textContent = "Reading a mesh with a rather long name.stl …";
       document.getElementById("lost-why").textContent = "The studio does not answer: it has ended. Start 'kibori studio' again.";
-      document.getElementById("notice").textContent = "The wood holds the tool back with 3.2 N. Raise Stiffness or Depth, or take a smaller tool.";
+      document.getElementById("notice").textContent = "The wood holds the tool back with 3.2 N. Take less depth, or a smaller tool.";
     },
     device: () => {
       document.body.classList.add("device");
@@ -158,7 +158,7 @@ async function sheetByTouch() {
     await page.waitForTimeout(200);
   };
   const top = async () => (await page.locator("#grip").boundingBox()).y;
-  check("the tool and its size are told", /Ball\s*4 mm/.test(await page.locator(".tab[data-panel=tools]").textContent()));
+  check("the tool and its size are told", /Ball burr\s*4 mm/.test(await page.locator(".tab[data-panel=tools]").textContent()));
   const closed = await top();
   check("closed, the sheet leaves most to the piece", closed > 0.85 * 844);
   await drag(195, closed + 8, 195, closed - 250);

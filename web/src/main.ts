@@ -58,12 +58,12 @@ const line = new Connection(hear, (why) => {
 });
 element("again").onclick = () => line.again();
 const send = (message: Uint8Array): void => line.send(message);
-makeNumberRows({ size: "ratio", depth: "ratio", spring: "exponent", reach: "exponent" });
+makeNumberRows({ size: "ratio", depth: "ratio", strength: "ratio", reach: "exponent" });
 const hand = new Hand(canvas, view, send);
 const layout = new Layout((insets) => view.cover(insets));
 lookByKeys(canvas, view.controls);
 // Not kept are what a document says itself (its wood), and mirrors, which would surprise.
-const settings = new Settings(["shape", "mode", "size", "form", "turn-by", "depth", "spring", "axis", "model", "sound", "rumble", "pressure"]);
+const settings = new Settings(["shape", "mode", "size", "form", "turn-by", "depth", "strength", "axis", "model", "sound", "rumble", "pressure"]);
 const start = new Start(send, tell, (text) => element("notice").textContent === text && tell(""));
 const plot = new ForcePlot(element("plot"), () => rate);
 const senses = new Senses();
