@@ -70,13 +70,13 @@ void Page::restart() {
   const Lattice& lattice = studio.lattice();
   nlohmann::json materials = nlohmann::json::array();
   for (const Material& m : studio.materials()) materials.push_back({{"name", m.name}, {"color", m.color}});
-  send(encode(Welcome{kProtocolVersion, lattice.origin_mm, lattice.nodes.matrix().cast<double>(),
-                      lattice.pitch_mm, studio.rate_hz(),
-                      std::filesystem::path(studio.document_name()).filename().string(),
-                      materials.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace),
-                      static_cast<uint8_t>(studio.experiment()  ? 2
-                                           : studio.read_only() ? 1
-                                                                : 0)}));
+  send(encode(Welcome{
+      kProtocolVersion, lattice.origin_mm, lattice.nodes.matrix().cast<double>(), lattice.pitch_mm,
+      studio.rate_hz(), std::filesystem::path(studio.document_name()).filename().string(),
+      materials.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace), studio.stock_material(),
+      static_cast<uint8_t>(studio.experiment()  ? 2
+                           : studio.read_only() ? 1
+                                                : 0)}));
   server_.send_device(this);
   if (server_.shown) send(encode(*server_.shown));
   if (!server_.trace_sent.empty()) send(server_.trace_sent);

@@ -104,6 +104,13 @@ Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path
   return Document::create(path, model, stock_to_json(scene.stock, scene.moves.front().label), source);
 }
 
+uint8_t document_material(const Document& document) {
+  const Result<std::string> text = document.stock();
+  const Result<Stock> stock =
+      stock_from_json(Json::parse(text ? text.value() : std::string(), nullptr, /*allow_exceptions=*/false));
+  return stock ? stock.value().material : uint8_t{0};
+}
+
 StrokeSettings stroke_settings(const Scene& scene, const Move& move) {
   StrokeSettings s;
   s.tool = scene.tools[move.tool];

@@ -97,6 +97,7 @@ Result<std::unique_ptr<Studio>> Studio::open(const std::filesystem::path& file, 
     for (Material& material : scene.materials) mend(material);
     scene.tools = {last.value().tool};
   }
+  scene.stock.material = document_material(*document.value());
   return start(std::move(document).value(), std::move(model).value(), scene, options);
 }
 
@@ -119,6 +120,8 @@ Result<std::unique_ptr<Studio>> Studio::look(std::unique_ptr<Document> document)
   studio->lattice_ = document->lattice();
   studio->materials_ = known_materials();
   if (const auto last = document->settings(document->head())) studio->materials_ = last.value().materials;
+  if (const uint8_t own = document_material(*document); own < studio->materials_.size())
+    studio->stock_material_ = own;
   auto model = document->load_at(document->head());
   if (!model) return Error{model.error()};
   studio->shown_ = std::move(model).value();
@@ -139,6 +142,7 @@ Result<std::unique_ptr<Studio>> Studio::watch(const Scene& scene, double pace) {
   std::unique_ptr<Studio> studio(new Studio);
   studio->name_ = scene.file;
   studio->materials_ = scene.materials;
+  studio->stock_material_ = scene.stock.material;
   studio->rate_hz_ = scene.rate_hz;
   studio->experiment_ = std::move(experiment).value();
   studio->snapshot_ = studio->experiment_->stock();
@@ -155,7 +159,10 @@ Result<std::unique_ptr<Studio>> Studio::start(std::unique_ptr<Document> document
   studio->name_ = document->name();
   studio->lattice_ = model->lattice();
   studio->materials_ = scene.materials;
+  // A document may name one that the materials of its last stroke don't hold.
+  if (scene.stock.material < scene.materials.size()) studio->stock_material_ = scene.stock.material;
   LiveSettings settings;
+  settings.material = studio->stock_material_;
   settings.tool = studio->tool_ = scene.tools.front();
   settings.materials = scene.materials;
   settings.mode = Mode::off;

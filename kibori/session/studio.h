@@ -94,6 +94,7 @@ class Studio {
   const Lattice& lattice() const { return lattice_; }
   const std::string& document_name() const { return name_; }
   const std::vector<Material>& materials() const { return materials_; }
+  uint8_t stock_material() const { return stock_material_; }  // what the stock is of: a number of materials()
   double rate_hz() const { return rate_hz_; }
   bool read_only() const { return viewed_ != nullptr; }
   // What runs by itself; null: a hand carves.
@@ -186,6 +187,7 @@ class Studio {
   Lattice lattice_;
   double rate_hz_ = 1000;
   std::vector<Material> materials_;
+  uint8_t stock_material_ = 0;
   PointerDevice* pointer_ = nullptr;  // live_'s, if one holds the tool
   uint32_t stroke_ = 0;               // the pointer's newest
   // What waits for the end of a stroke: until it is finished, or for a command's room.

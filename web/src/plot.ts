@@ -132,6 +132,8 @@ export class ForcePlot {
       name.title = i > 0 ? `${SERIES[i - 1].about}; click to show or hide` : "";
       name.tabIndex = 0;
       name.setAttribute("role", "button");
+      name.setAttribute("aria-pressed", String(!name.parentElement!.classList.contains("u-off")));
+      name.addEventListener("click", () => setTimeout(() => name.setAttribute("aria-pressed", String(!name.parentElement!.classList.contains("u-off")))));
       name.addEventListener("keydown", (event) => {
         if (event.key !== "Enter" && event.key !== " ") return;
         event.preventDefault();

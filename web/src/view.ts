@@ -3,6 +3,7 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { pack, unpack, type Lattice } from "./chunks";
+import type { Insets } from "./layout";
 import { Occlusion } from "./occlusion";
 import { Thumbnails } from "./thumbnails";
 import type { Vec3 } from "./wire";
@@ -55,7 +56,7 @@ export class View {
   private shadowsAt = 0;
   /** Nothing is drawn. */
   still = false;
-  private covered = 0;
+  private covered: Insets = { left: 0, right: 0, top: 0, bottom: 0 };
   private occlusion: Occlusion;
   private thumbnails: Thumbnails;
   private resting = 0;
@@ -294,10 +295,11 @@ export class View {
     this.redraw();
   }
 
-  /** So many pixels on the left are covered by something: the rest is what the solid is shown in. */
-  cover(pixels: number): void {
-    if (pixels === this.covered) return;
-    this.covered = pixels;
+  /** So many pixels at each edge are covered by something: the rest is what the solid is shown in. */
+  cover(insets: Insets): void {
+    const { left, right, top, bottom } = this.covered;
+    if (insets.left === left && insets.right === right && insets.top === top && insets.bottom === bottom) return;
+    this.covered = insets;
     this.fit();
     this.redraw();
   }
@@ -383,7 +385,7 @@ export class View {
     const were = hidden.map((object) => object.visible);
     for (const object of hidden) object.visible = false;
     const covered = this.covered;
-    this.cover(0);
+    this.cover({ left: 0, right: 0, top: 0, bottom: 0 });
     this.render(true);
     const small = document.createElement("canvas");
     small.width = width;
@@ -460,8 +462,14 @@ export class View {
 
   /** The solid in the middle of what is not covered. */
   private fit(): void {
-    const w = this.canvas.clientWidth, h = this.canvas.clientHeight, free = w - this.covered;
-    if (free > 0 && h > 0) this.camera.setViewOffset(free, h, -this.covered, 0, w, h);
+    const w = this.canvas.clientWidth, h = this.canvas.clientHeight, { left, right, top, bottom } = this.covered;
+    const wide = w - left - right, high = h - top - bottom, before = Math.min(1, this.camera.aspect);
+    if (wide <= 0 || high <= 0) return;
+    this.camera.setViewOffset(wide, high, -left, -top, w, h);
+    // A turn of the wrist, or a sheet, that leaves less breadth for the height: what was all shown still is.
+    const nearer = Math.min(1, this.camera.aspect) / before;
+    if (this.framed && nearer !== 1) this.camera.position.sub(this.controls.target).divideScalar(nearer).add(this.controls.target);
+    this.controls.panSpeed = h / high; // it reckons with the canvas's height
   }
 
   /** Whole: with shadows as they now are, and hollows. */
