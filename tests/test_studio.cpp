@@ -237,9 +237,12 @@ TEST(Studio, ScenesOfStockAlone) {
     EXPECT_FALSE(stock_scene(Stock::Kind::block, size, 0.1, 0).ok());
   for (const double pitch : {0.0, -1.0, nan, 1e-9, 1e9})
     EXPECT_FALSE(stock_scene(Stock::Kind::block, Vec3(10, 10, 10), pitch, 0).ok());
-  EXPECT_FALSE(stock_scene(Stock::Kind::block, Vec3(10, 10, 10), 0.1, 64).ok());
-  EXPECT_FALSE(file_scene("/nowhere.stl", 10, 100, 0).ok());
-  for (const double rays : {0.0, 1e9, nan, -5.0}) EXPECT_FALSE(file_scene("/nowhere.png", 10, rays, 0).ok());
+  EXPECT_FALSE(stock_scene(Stock::Kind::block, Vec3(10, 10, 10), 0.1, 60).ok());
+  EXPECT_TRUE(file_scene("/nowhere.stl", {10, 100}).ok());  // read when it is made
+  EXPECT_FALSE(file_scene("/nowhere.png", {10, 100}).ok());
+  EXPECT_FALSE(file_scene("/nowhere.stl", {10, 100, 60}).ok());
+  for (const double rays : {0.0, 1e9, nan, -5.0}) EXPECT_FALSE(file_scene("/nowhere.stl", {10, rays}).ok());
+  for (const double size : {0.0, 1e9, nan, -5.0}) EXPECT_FALSE(file_scene("/nowhere.stl", {size, 100}).ok());
 }
 
 TEST(Studio, NamesLeadNowhereElse) {

@@ -25,10 +25,15 @@ constexpr size_t kMostLabelBytes = 200;  // of a step that a document may name a
 }  // namespace
 
 Page::Page(beast::tcp_stream stream, Server::State& server, std::shared_ptr<Counted> counted)
-    : socket_(std::move(stream)), server_(server), counted_(std::move(counted)), first_(server.io) {}
+    : socket_(std::move(stream)),
+      server_(server),
+      key_(random_hex()),
+      counted_(std::move(counted)),
+      first_(server.io) {}
 
 Page::~Page() {
   server_.pages.erase(this);
+  server_.imports.drop(this);
   if (server_.holder == this) server_.holder = nullptr;
 }
 
@@ -65,7 +70,7 @@ void Page::restart() {
   told_steps_ = 0;
   told_versions_.clear();
   if (!server_.studio)
-    return send(encode(Start{kProtocolVersion, server_.holder == this, server_.start_json()}));
+    return send(encode(Start{kProtocolVersion, server_.holder == this, server_.start_json(key_)}));
   Studio& studio = *server_.studio;
   const Lattice& lattice = studio.lattice();
   nlohmann::json materials = nlohmann::json::array();
@@ -186,6 +191,7 @@ void Page::leave() {
   closed_ = true;
   first_.cancel();
   server_.pages.erase(this);
+  server_.imports.drop(this);
   if (server_.holder == this) server_.hold(nullptr);
 }
 

@@ -35,6 +35,11 @@ std::string stock_to_json(const Stock& stock, const std::string& label) {
             {"label", label}};
   if (stock.room_mm) json["room_mm"] = *stock.room_mm;
   if (stock.fit_mm) json["fit_mm"] = *stock.fit_mm;
+  if (stock.invert) json["invert"] = true;
+  if (stock.orientation != Orientation{}) {
+    json["up"] = signed_axis_text(stock.orientation.up);
+    json["front"] = signed_axis_text(stock.orientation.front);
+  }
   if (has_file(stock)) json["file"] = stock.mesh_path.filename().string();
   if (stock.kind == Stock::Kind::relief)
     json.update({{"width_mm", stock.width_mm}, {"height_mm", stock.height_mm}, {"base_mm", stock.base_mm}});
@@ -64,7 +69,16 @@ Result<Stock> stock_from_json(const Json& json) {
   stock.width_mm = number("width_mm", 0);
   stock.height_mm = number("height_mm", 0);
   stock.base_mm = number("base_mm", 0);
-  if (!stock.size_mm.allFinite()) return none;
+  stock.invert = json.value("invert", Json()) == true;
+  for (const auto& [key, axis] :
+       {std::pair{"up", &stock.orientation.up}, {"front", &stock.orientation.front}}) {
+    const auto found = json.find(key);
+    if (found == json.end()) continue;
+    const auto read = found->is_string() ? parse_signed_axis(found->get<std::string>()) : std::nullopt;
+    if (!read) return none;
+    *axis = *read;
+  }
+  if (!stock.size_mm.allFinite() || !is_turn(stock.orientation)) return none;
   return stock;
 }
 
