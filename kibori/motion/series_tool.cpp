@@ -221,9 +221,9 @@ double SeriesTool::length_of(const ToolMotion& motion) const {
   return std::sqrt(motion.travel_mm.squaredNorm() + (k > 0 ? kt / k : 0) * motion.turn_rad.squaredNorm());
 }
 
-// Raises the end of the way along `up` to where the strength just drives the tool there; all of the way is
-// too hard by too_hard_n. False where the way does not lead sideways, or no height helps; the tick is then as
-// it was.
+// Raises the end of the way along `up` to where the hand, which is as far away then, just drives the tool
+// there; all of the way is too hard by too_hard_n. False where the way does not lead sideways, or no height
+// helps; the tick is then as it was.
 bool SeriesTool::give_way(Tick& tick, const Vec3& up, double too_hard_n) {
   const double h = model_.lattice().pitch_mm, strength = spring_.strength_n;
   const ToolMotion wanted = tick.motion;
@@ -241,7 +241,7 @@ bool SeriesTool::give_way(Tick& tick, const Vec3& up, double too_hard_n) {
     tick.motion.travel_mm *= ahead;
     tick.motion.turn_rad *= ahead;
     tick.length *= ahead;
-    const double too_hard = resistance(tick, 1).force - strength - spare_nmm_ / tick.length;
+    const double too_hard = resistance(tick, 1).force - pull(rise) - spare_nmm_ / tick.length;
     tick.motion.turn_rad = wanted.turn_rad;
     return too_hard;
   };
@@ -281,21 +281,27 @@ bool SeriesTool::give_way(Tick& tick, const Vec3& up, double too_hard_n) {
   return true;
 }
 
-// How far a hand of a strength pushes the tool. What resists may come in lumps, as a flat face meets a whole
-// layer of rays at once; so it is the work of all of the way that counts, not its hardest place. `up`: the
-// way out of the wood.
+// How far a hand of a strength pushes the tool. `up`: the way out of the wood.
 SeriesTool::Balance SeriesTool::push(Tick& tick, const Vec3& up, bool likely_touching) {
-  const double k = spring_.stiffness_n_mm, strength = spring_.strength_n;
-  const Resistance whole = resistance(tick, 1);
-  const double too_hard_n = whole.force - strength - spare_nmm_ / tick.length;
-  if (!(too_hard_n > 0))
-    return {std::clamp(1 - std::min(whole.force, strength) / (k * tick.length), 0.0, 1.0), whole.touching};
-  if (!give_way(tick, up, too_hard_n)) return balance(tick, likely_touching);
-  const Resistance r = resistance(tick, 1);
-  spare_nmm_ = std::clamp(spare_nmm_ + (strength - r.force) * tick.length, 0.0,
-                          kSpareWay * model_.lattice().pitch_mm * strength);
-  resisted_mm_ = tick.motion.travel_mm * (r.force / (k * tick.length));
-  return {1, r.touching};
+  const double h = model_.lattice().pitch_mm, k = spring_.stiffness_n_mm, strength = spring_.strength_n;
+  if (k * tick.length > strength) {
+    const double force = resistance(tick, 1).force;
+    if (force > strength + spare_nmm_ / tick.length && give_way(tick, up, force)) {
+      const Resistance r = resistance(tick, 1);
+      spare_nmm_ = std::clamp(spare_nmm_ + (strength - r.force) * tick.length, 0.0, kSpareWay * h * strength);
+      resisted_mm_ = tick.motion.travel_mm * (r.force / (k * tick.length));
+      return {1, r.touching};
+    }
+  }
+  const Balance at = balance(tick, likely_touching);
+  if (at.share >= 1) return at;
+  // A lump of rays may be harder than the pull for a moment and be worth its work over some cells.
+  for (double share = std::min(1.0, kSpareWay * h / tick.length);
+       share > std::max(2 * at.share, kLeastStep * h / tick.length); share /= 2) {
+    const Resistance r = resistance(tick, share);
+    if (r.force <= pull(tick.length * (1 - share))) return {share, r.touching};
+  }
+  return at;
 }
 
 // The share of the way along which a blow of so much work drives the tool.

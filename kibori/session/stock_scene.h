@@ -23,7 +23,7 @@ struct FileStock {
   double longest_mm = 0;  // it is scaled so that its longest side is this; of a picture without its height
   double rays = 0;        // along that side
   size_t material = 0;
-  Orientation orientation;            // mesh
+  Orientation orientation = {};       // mesh
   double height_mm = 5, base_mm = 5;  // picture
   bool invert = false;                // picture
 };
