@@ -183,7 +183,7 @@ export class Importer {
     return (Math.max(...size_mm) / unit_mm) * mm;
   }
   private unitOf(longest: number): string {
-    return UNITS.find(([, , mm]) => Math.abs(this.inUnit(mm) - longest) <= 1e-9 * longest)?.[0] ?? "fit";
+    return UNITS.find(([, , mm]) => Math.abs(this.inUnit(mm) - longest) <= 1e-4 * longest)?.[0] ?? "fit";
   }
   private chooseUnit(name: string): void {
     const unit = UNITS.find(([known]) => known === name);
