@@ -27,8 +27,10 @@ export class Settings {
   restore(): void {
     if (this.restored) return;
     this.restored = true;
+    // Each that is put back tells of a change, and all of them are kept again: the rest as it still is.
+    const kept = { ...this.kept };
     for (const name of this.names) {
-      const value = this.kept[name];
+      const value = kept[name];
       const control = value === undefined ? undefined : this.controls(name).find((one) => one.type !== "radio" || one.value === value);
       if (!control) continue;
       if (control.type === "radio") (control as HTMLInputElement).checked = true;
