@@ -225,6 +225,7 @@ async function thousandsOfSteps() {
 
   // By keys: to the first cell, along to a group, open it, into it, and close it.
   const focused = () => page.evaluate(() => ({ ...document.activeElement.dataset, expanded: document.activeElement.getAttribute("aria-expanded"), title: document.activeElement.title }));
+  await at(0);
   await page.locator("#history [data-key='step 1']").focus();
   await page.keyboard.press("End");
   check("End goes to the last cell", Number((await focused()).step) === Number(count) || (await focused()).key.startsWith("step"));

@@ -171,7 +171,7 @@ async function sheetByTouch() {
     await show(page, `phone-${id}`);
     const small = await page.evaluate(() =>
       [...document.querySelectorAll("#carving :is(button, select, input:not(.unseen)), .u-legend [role=button]")]
-        .map((control) => control.closest("#modes label, #symmetry label, #shapes label") ?? control)
+        .map((control) => control.closest("#modes label, #symmetry label, #shapes label, #motor, #mallet label") ?? control)
         .filter((target) => target.getClientRects().length > 0 && (target.getBoundingClientRect().height < 43.5 || target.getBoundingClientRect().width < 43.5))
         .map((target) => `${target.id || target.textContent} ${target.getBoundingClientRect().width} x ${target.getBoundingClientRect().height}`),
     );
