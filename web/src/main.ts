@@ -7,6 +7,7 @@ import { Experiments } from "./experiments";
 import { Hand } from "./hand";
 import { History } from "./history";
 import { Keys } from "./keys";
+import { Look } from "./look";
 import { write, type FromStudio } from "./messages";
 import { ForcePlot } from "./plot";
 import { Senses } from "./senses";
@@ -15,7 +16,7 @@ import "./style.css";
 import { View } from "./view";
 import { TICK_NUMBERS, type Vec3 } from "./wire";
 
-const CARVING = ["tools", "force", "history"];
+const CARVING = ["tools", "look", "force", "history"];
 
 // Where there is little room, the wood has it.
 element<HTMLDetailsElement>("force-box").open = innerWidth >= 900;
@@ -57,6 +58,7 @@ function tell(text: string, forSeconds = 8): void {
 const line = new Connection(hear, (why) => tell(why, Infinity));
 const send = (message: Uint8Array): void => line.send(message);
 const hand = new Hand(canvas, view, send);
+const look = new Look(canvas, view, tell, (ending, what) => save(`${title}.${ending}`, what));
 const start = new Start(send, tell, (text) => element("notice").textContent === text && tell(""));
 const plot = new ForcePlot(element("plot"), () => rate);
 const senses = new Senses();
@@ -100,11 +102,12 @@ function hear(said: FromStudio): void {
       element("hint").hidden = !firstTime;
       firstTime = false;
       const kinds = JSON.parse(w.materials) as Material[];
-      view.wood.setKinds(kinds.map((m) => ({ color: m.color, grain: m.name !== "wax" })));
+      view.wood.setKinds(kinds);
       const adds = element<HTMLSelectElement>("material"), before = adds.selectedIndex;
       adds.replaceChildren(...kinds.map((m, i) => new Option(m.name, String(i))));
       adds.selectedIndex = before >= 0 && before < kinds.length ? before : 0;
       view.begin(lattice, w.nodes);
+      look.begin(w.document);
       plot.clear();
       history.clear();
       hand.holds = hand.device = false;
@@ -268,35 +271,17 @@ async function exportAs(format: string, tolerance: string): Promise<void> {
   }
 }
 
-let turning: { stop: () => void } | null = null;
-async function turntable(): Promise<void> {
-  if (turning) return turning.stop();
-  const turn = view.turn(8);
-  turning = turn;
-  element("turn").textContent = "Stop";
-  const film = await turn.film;
-  turning = null;
-  element("turn").textContent = "Turntable";
-  if (film) save(`${title}.webm`, film);
-}
-
 // ---- Buttons and keys
 
 const undo = (): void => send(write.Undo());
 const redo = (): void => send(write.Redo());
 const leave = (): void => send(write.Leave());
 const askExport = (): void => ask("exporting");
-const picture = async (): Promise<void> => {
-  const png = await view.picture(canvas.width, canvas.height);
-  if (png) save(`${title}.png`, png);
-};
 const help = (): void => dialog("keys").showModal();
 element("undo").onclick = undo;
 element("redo").onclick = redo;
 element("leave").onclick = leave;
 element("export").onclick = askExport;
-element("picture").onclick = picture;
-element("turn").onclick = turntable;
 element("take").onclick = () => send(write.TakeTool());
 element("frame").onclick = () => view.frame();
 element("help").onclick = help;
@@ -344,7 +329,6 @@ const keys = new Keys(
       label: "leave the stroke off",
       keys: ["Escape"],
       run: () => {
-        turning?.stop();
         send(write.Cancel());
         hand.lift();
       },
@@ -352,6 +336,7 @@ const keys = new Keys(
     front: { label: "from the front", keys: ["1"], run: () => view.frame(new THREE.Vector3(0, -1, 0.001)) },
     right: { label: "from the right", keys: ["3"], run: () => view.frame(new THREE.Vector3(1, 0, 0.001)) },
     above: { label: "from above", keys: ["7"], run: () => view.frame(new THREE.Vector3(0, -0.001, 1)) },
+    orthographic: { label: "orthographic or perspective", keys: ["5"], run: () => look.toggleOrthographic() },
     all: { label: "show all", keys: ["Home"], run: () => view.frame() },
     export: { label: "export", keys: ["Ctrl+e"], run: askExport },
     close: { label: "close the document, and begin another", keys: ["Ctrl+o"], run: leave },
@@ -380,7 +365,15 @@ Object.assign(window, {
   kibori: {
     surface: () => view.surface(lattice),
     whole: () => view.whole,
+    settled: () => view.settled,
+    frames: () => view.frames,
     eye: () => view.eye,
+    middle: () => view.target.toArray(),
+    hit: (x: number, y: number) => {
+      const hit = view.hit(x, y);
+      return hit && { point: hit.point.toArray(), normal: hit.normal.toArray() };
+    },
+    onScreen: (place: Vec3) => view.onScreen(place),
     breakLine: () => line.breakOff(),
     at: (x: number, y: number) => view.hit(x, y)?.point.toArray() ?? null,
     cut: () => lastCut,
