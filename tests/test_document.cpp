@@ -396,6 +396,50 @@ TEST(Document, ThumbnailsAreKeptByStep) {
   EXPECT_FALSE(document->set_thumbnail(1, {1}).ok());
 }
 
+TEST(Document, KeepsWhenStepsWereMadeAndWithWhat) {
+  Folder folder;
+  TriDexel model = stock();
+  const auto now = [] {
+    const auto since = std::chrono::system_clock::now().time_since_epoch();
+    return std::chrono::duration_cast<std::chrono::seconds>(since).count();
+  };
+  const int64_t before = now();
+  auto document = created(folder / "w.kibori", model);
+  StrokeSettings s;
+  for (const double radius : {2.0, 2.0, 3.0}) {
+    s.tool = BallTool{radius};
+    ASSERT_TRUE(document->begin(s, Pose{}, "labelled").ok());
+    ASSERT_TRUE(document->finish(model, 0).ok());
+  }
+  EXPECT_TRUE(document->set_thumbnail(3, {1, 2, 3}).ok());
+  const int64_t after = now();
+  const auto as_it_was = [&](const Document& d) {
+    const auto& steps = d.steps();
+    ASSERT_EQ(steps.size(), 4u);
+    for (const auto& [id, step] : steps) {
+      EXPECT_GE(step.made_s, before) << id;
+      EXPECT_LE(step.made_s, after) << id;
+      EXPECT_EQ(step.pictured, id == 3) << id;
+      EXPECT_EQ(step.label, id == 1 ? "" : "labelled") << id;
+    }
+    EXPECT_EQ(steps.at(1).setting, 0);
+    EXPECT_GT(steps.at(2).setting, 0);
+    EXPECT_EQ(steps.at(3).setting, steps.at(2).setting);
+    EXPECT_NE(steps.at(4).setting, steps.at(2).setting);
+    EXPECT_EQ(std::get<BallTool>(d.settings(4).value().tool).radius, 3);
+  };
+  as_it_was(*document);
+  document.reset();
+  as_it_was(*opened(folder / "w.kibori", Document::Access::read));
+  // A time that is none is not known.
+  {
+    auto database = Database::open(folder / "w.kibori", Database::Access::write);
+    ASSERT_TRUE(database.ok());
+    ASSERT_TRUE(database.value().run("UPDATE step SET made_at = 'once' WHERE id = 2").ok());
+  }
+  EXPECT_EQ(opened(folder / "w.kibori")->steps().at(2).made_s, 0);
+}
+
 TEST(Document, KeepsVersionsLabelsAndTheStock) {
   Random random;
   Folder folder;
@@ -451,6 +495,8 @@ TEST(Document, OldVersionsOpen) {
     ASSERT_NE(document, nullptr);
     EXPECT_EQ(wrongs(*document), std::vector<std::string>());
     EXPECT_TRUE(document->thumbnail(1).ok());
+    for (const auto& [id, step] : document->steps())
+      EXPECT_GT(step.made_s, 1'700'000'000) << name << " " << id;
     // Opened for writing, it has all that is new.
     document.reset();
     document = opened(folder / name);

@@ -147,16 +147,49 @@ TEST(Hand, DepthGivesWayBeforeTheWayDoes) {
   EXPECT_LT(before, 1.1 * area * (from - 15) + 2 * kPi * 16);
 }
 
-TEST(Hand, AFlickIsAllOfItsGroove) {
-  // What a capsule of motion takes from the block: the groove and half a ball's cap at either end.
-  for (const double ms : {60.0, 100.0, 250.0, 1000.0}) {
-    Bench bench("oak", BallTool{4}, true);
-    straight(bench, 12, 65, 2, ms);
-    bench.finish();
-    const double cap = kPi * 4 * (4 - 2.0 / 3), expected = 53 * groove_mm2(4, 2) + cap;
-    EXPECT_NEAR(bench.removed_mm3, expected, 0.02 * expected) << ms;
-    EXPECT_LT((bench.tip() - Vec3(65, 20, 18)).norm(), 0.3) << ms;
+// The section of a groove so deep of a tool of revolution whose radius at a height above its tip is r(z), and
+// what both ends together take; by slices.
+template <class R>
+std::pair<double, double> groove_of(double deep, R&& r) {
+  double section = 0, ends = 0;
+  constexpr int kSlices = 20000;
+  for (int i = 0; i < kSlices; i++) {
+    const double radius = r((i + 0.5) * deep / kSlices);
+    section += 2 * radius * deep / kSlices;
+    ends += kPi * radius * radius * deep / kSlices;
   }
+  return {section, ends};
+}
+
+// A flick takes all of its groove, and ends where the pointer did: whatever its speed, place and direction.
+TEST(Hand, AFlickIsAllOfItsGroove) {
+  const struct {
+    Tool tool;
+    std::pair<double, double> groove;
+  } kTools[] = {
+      {BallTool{4}, groove_of(2, [](double z) { return std::sqrt(z * (8 - z)); })},
+      {Flat{4, 25}, groove_of(2, [](double) { return 4.0; })},
+      {Bull{4, 1.5, 25},
+       groove_of(2, [](double z) { return z < 1.5 ? 2.5 + std::sqrt(2.25 - (1.5 - z) * (1.5 - z)) : 4; })},
+      {Cone{90, 4, 25}, groove_of(2, [](double z) { return z; })},
+  };
+  Random random;
+  for (const auto& [tool, groove] : kTools)
+    for (const char* wood : {"limewood", "oak", "walnut"})
+      for (const double ms : {60.0, 100.0, 250.0, 1000.0}) {
+        Bench bench(wood, tool, true);
+        const Vec3 from(random.uniform(8, 14), random.uniform(10, 30), 18);
+        const Vec3 to(random.uniform(60, 70), random.uniform(10, 30), 18);
+        bench.press({from, Mat3::Identity()}, 5);
+        for (double t = 4; t < ms; t += 4)
+          bench.pointer->move({from + (to - from) * t / ms, Mat3::Identity()}, 5 + t / 1000);
+        bench.pointer->move({to, Mat3::Identity()}, 5 + ms / 1000);
+        bench.finish();
+        const double expected = (to - from).norm() * groove.first + groove.second;
+        EXPECT_NEAR(bench.removed_mm3, expected, 0.02 * expected)
+            << tool.index() << " in " << wood << ", " << ms << " ms" << random.note();
+        EXPECT_LT((bench.tip() - to).norm(), 0.3) << tool.index() << " in " << wood << ", " << ms << " ms";
+      }
 }
 
 // The same path, however late its events come and however many at once.

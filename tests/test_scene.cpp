@@ -85,6 +85,12 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"block = [20, 12, 10]", "sphere = 0.01", "no material"},
         Bad{"block = [20, 12, 10]", "mesh = \"nowhere.stl\"\nfit_mm = -2", "fit_mm"},
         Bad{"block = [20, 12, 10]", "mesh = \"nowhere.stl\"\nx = 1", "x"},
+        Bad{"block = [20, 12, 10]", "mesh = \"nowhere.stl\"\nup = \"w\"", ":3:|up|\"-x\""},
+        Bad{"block = [20, 12, 10]", "mesh = \"nowhere.stl\"\nup = 3", ":3:|up|string"},
+        Bad{"block = [20, 12, 10]", "mesh = \"nowhere.stl\"\nup = \"y\"\nfront = \"-y\"",
+            ":4:|front|right angles"},
+        Bad{"block = [20, 12, 10]", "mesh = \"nowhere.stl\"\ninvert = true", ":3:|invert|relief"},
+        Bad{"block = [20, 12, 10]", "block = [20, 12, 10]\nup = \"y\"", ":3:|up goes with mesh"},
         Bad{"shape = \"finger\"", "shape = \"fingr\"", ":5:|finger"},
         Bad{"shape = \"finger\"", "", "shape is missing"}, Bad{"kf = 0.001", "kf = -1", ":9:|kf"},
         Bad{"kf = 0.001", "model = \"spring\"", ":9:|paper"}, Bad{"kf = 0.001", "dof = 4", ":9:|5 or 6"},
@@ -166,6 +172,40 @@ TEST(Scene, SummaryAddsUp) {
     CarveOptions options;
     options.threads = threads;
     EXPECT_EQ(carve(scene.value(), options).value().summary.state_hash, s.state_hash);
+  }
+}
+
+// One tick of 1000 N among others of 10 N: it is marked, and the others are as high as if it were not there.
+TEST(Scene, ASpikeDoesNotFlattenThePlot) {
+  const auto plot = [](double spike_n) {
+    Carving carving;
+    for (int i = 0; i < 2000; i++) {
+      TraceRow row;
+      row.time_s = (i + 1) / 1000.0;
+      row.result.wrench.force = Vec3(0, 0, i == 700 ? spike_n : i < 500 ? 0 : 10);
+      carving.trace.push_back(row);
+    }
+    return forces_svg(carving, "a < b & c", model_note(false, ForceModel::energy));
+  };
+  const auto count = [](const std::string& text, const std::string& what) {
+    size_t n = 0;
+    for (size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) n++;
+    return n;
+  };
+  const std::string even = plot(10), spiky = plot(1000);
+  EXPECT_EQ(count(even, "class=\"spike\""), 0u);
+  EXPECT_EQ(count(spiky, "class=\"spike\""), 2u);  // of the size, and of its part along z
+  EXPECT_EQ(count(spiky, "<title>1000 N</title>"), 2u);
+  // The scale of |F| and of its parts goes to 10 or 15, not to 1000.
+  for (const std::string& text : {even, spiky}) {
+    EXPECT_EQ(count(text, ">10</text>"), 2u);
+    for (const char* beyond : {">20</text>", ">100</text>", ">1000</text>"})
+      EXPECT_EQ(count(text, beyond), 0u);
+    EXPECT_EQ(count(text, ">Force [N]<"), 2u);
+    EXPECT_EQ(count(text, ">Moment [N mm]<"), 2u);
+    EXPECT_EQ(count(text, ">Time [s]<"), 1u);
+    EXPECT_NE(text.find("Energy: what the cut costs"), std::string::npos);
+    EXPECT_NE(text.find("a &lt; b &amp; c"), std::string::npos);
   }
 }
 

@@ -164,6 +164,11 @@ TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
     first = add_row(studio, 10);
     EXPECT_GT(studio.volume_mm3(), volume + 10);
     EXPECT_LT(studio.steps().back().removed_mm3, -10);
+    EXPECT_EQ(studio.steps().back().mode, Mode::deposit);
+    ASSERT_TRUE(studio.steps().back().tool.has_value());
+    EXPECT_EQ(*studio.steps().back().tool, scene.value().tools.front());
+    EXPECT_FALSE(studio.steps().front().tool.has_value());
+    EXPECT_GT(studio.steps().back().made_s, 1'700'000'000);
     studio.name_version("one row");
     ASSERT_TRUE(follow(studio, 20, [&] { return studio.versions().count("one row") == 1; }));
     studio.name_version("7");  // no name: a number
@@ -232,9 +237,12 @@ TEST(Studio, ScenesOfStockAlone) {
     EXPECT_FALSE(stock_scene(Stock::Kind::block, size, 0.1, 0).ok());
   for (const double pitch : {0.0, -1.0, nan, 1e-9, 1e9})
     EXPECT_FALSE(stock_scene(Stock::Kind::block, Vec3(10, 10, 10), pitch, 0).ok());
-  EXPECT_FALSE(stock_scene(Stock::Kind::block, Vec3(10, 10, 10), 0.1, 64).ok());
-  EXPECT_FALSE(file_scene("/nowhere.stl", 10, 100, 0).ok());
-  for (const double rays : {0.0, 1e9, nan, -5.0}) EXPECT_FALSE(file_scene("/nowhere.png", 10, rays, 0).ok());
+  EXPECT_FALSE(stock_scene(Stock::Kind::block, Vec3(10, 10, 10), 0.1, 60).ok());
+  EXPECT_TRUE(file_scene("/nowhere.stl", {10, 100}).ok());  // read when it is made
+  EXPECT_FALSE(file_scene("/nowhere.png", {10, 100}).ok());
+  EXPECT_FALSE(file_scene("/nowhere.stl", {10, 100, 60}).ok());
+  for (const double rays : {0.0, 1e9, nan, -5.0}) EXPECT_FALSE(file_scene("/nowhere.stl", {10, rays}).ok());
+  for (const double size : {0.0, 1e9, nan, -5.0}) EXPECT_FALSE(file_scene("/nowhere.stl", {size, 100}).ok());
 }
 
 TEST(Studio, NamesLeadNowhereElse) {

@@ -21,11 +21,11 @@ KIBORI = os.path.abspath(sys.argv.pop(1))
 
 
 class Studio:
-    def __init__(self, folder, *more):
+    def __init__(self, folder, *more, temporary=None):
         file = [] if "--begin" in more else [os.path.join(folder, "s.kibori")]
         self.program = subprocess.Popen([KIBORI, "studio", *file, "--no-browser", *(m for m in more if m != "--begin")],
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                                        env=os.environ | {"XDG_DATA_HOME": folder})
+                                        env=os.environ | {"XDG_DATA_HOME": folder, "TMPDIR": temporary or folder})
         self.url = ""
         for line in self.program.stdout:
             found = re.search(r"http://127\.0\.0\.1:(\d+)/\?token=([0-9a-f]+)", line)
@@ -348,6 +348,11 @@ TETRAHEDRON = "solid t\n" + "".join(
               ((30, 0, 0), (0, 30, 0), (0, 0, 30)))) + "endsolid t\n"
 
 
+def key_of(start):
+    """What the studio calls the page that got this."""
+    return json.loads(start[8:])["page"]
+
+
 class Beginning(unittest.TestCase):
     """A studio without a document: what can be begun, brought, taken away, and what can't."""
     def setUp(self):
@@ -357,7 +362,7 @@ class Beginning(unittest.TestCase):
         self.cookie = "Cookie: " + re.search(r"Set-Cookie: ([^;]*)", head)[1]
         self.origin = f"Origin: http://{self.studio.host}"
         self.page = self.window()
-        self.until(69)
+        self.key = key_of(self.until(69))
 
     def window(self):
         page = Connection(self.studio)
@@ -381,9 +386,27 @@ class Beginning(unittest.TestCase):
         self.page.frame(bytes([14]))
         self.until(69)
 
-    def bring(self, name, body, more="&size=&rays=64&material=0", length=None):
-        return Connection(self.studio).ask(f"/import?name={name}{more}", [self.cookie, self.origin, f"Content-Length: {length or len(body)}"],
-                                           "POST", self.studio.host, body)[0]
+    def post(self, target, body=b"", length=None, method="POST"):
+        connection = Connection(self.studio)
+        status, head = connection.ask(target, [self.cookie, self.origin, f"Content-Length: {length or len(body)}"], method, self.studio.host, body)
+        size = int(re.search(r"Content-Length: (\d+)", head)[1]) if "Content-Length" in head else 0
+        return status, connection.take(size)
+
+    def look(self, name, body, length=None, key=None):
+        """What the studio says of a file that it is brought."""
+        return self.post(f"/import?page={key or self.key}&name={name}", body, length)
+
+    def make(self, brought, key=None, **choices):
+        choices = {"size": 30, "rays": 64, "material": 0} | choices
+        return self.post(f"/make?page={key or self.key}&import={brought}&" + "&".join(f"{k}={v}" for k, v in choices.items()))
+
+    def bring(self, name, body, **choices):
+        """Imports a file as it was guessed to be; None where it is refused at once."""
+        status, said = self.look(name, body)
+        if status != 200:
+            return status
+        about = json.loads(said)
+        return self.make(about["import"], **({"size": about.get("longest_mm", 80), "up": about.get("up", "z")} | choices))[0]
 
     def get(self, target):
         connection = Connection(self.studio)
@@ -432,7 +455,7 @@ class Beginning(unittest.TestCase):
         self.until(68)
 
     def test_files_brought_and_taken(self):
-        self.assertEqual(self.bring("t.stl", TETRAHEDRON.encode()), 202)
+        self.assertEqual(self.bring("t.stl", TETRAHEDRON.encode()), 204)
         self.until(64)
         time.sleep(0.5)
         for form in ("stl", "ply", "obj", "3mf", "glb", "png", "zip", "kibori"):
@@ -448,37 +471,104 @@ class Beginning(unittest.TestCase):
         # What was taken comes back.
         for form in ("stl", "ply", "obj", "3mf", "glb", "kibori"):
             with open(os.path.join(self.folder.name, "out." + form), "rb") as file:
-                self.assertEqual(self.bring("back." + form, file.read()), 202, form)
+                self.assertEqual(self.bring("back." + form, file.read()), 202 if form == "kibori" else 204, form)
             self.until(64)
-            self.leave()
-        left = [name for name in os.listdir(tempfile.gettempdir()) if name.startswith("kibori-") and len(name) == 13]
+            self.page.frame(bytes([14]))
+            self.key = key_of(self.until(69))
         time.sleep(0.2)
-        left = [name for name in left if os.path.isdir(os.path.join(tempfile.gettempdir(), name)) and "import.stl" in
-                os.listdir(os.path.join(tempfile.gettempdir(), name))]
-        self.assertEqual(left, [])
+        self.assertEqual(self.folders(), 0)
+
+    def test_a_file_says_what_it_is(self):
+        status, said = self.look("t.stl", TETRAHEDRON.encode())
+        self.assertEqual(status, 200)
+        about = json.loads(said)
+        self.assertEqual((about["kind"], about["triangles"], about["size_mm"], about["unit"], about["longest_mm"], about["repairs"]),
+                         ("mesh", 4, [30, 30, 30], "mm", 30, []))
+        status, preview = self.get(f"/import?page={self.key}&import={about['import']}")
+        self.assertEqual((status, struct.unpack_from("<II", preview), len(preview)), (200, (4, 4), 8 + 12 * 4 + 12 * 4))
+        # In metres, as an OBJ with y up.
+        obj = "v 0 0 0\nv 0.03 0 0\nv 0 0.09 0\nv 0 0 0.06\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+        about = json.loads(self.look("t.obj", obj.encode())[1])
+        self.assertEqual((about["unit"], about["longest_mm"], about["up"], about["front"]), ("fit", 80, "y", "z"))
+        self.assertEqual(self.make(about["import"], size=45, up="y", front="z", material=2, name="a corner")[0], 204)
+        self.assertIn(b"a corner.kibori", self.until(64))
+        time.sleep(0.5)
+        status, body = self.get("/export?format=stl")
+        places = list(struct.iter_unpack("<12x9f2x", body[84:]))
+        size = [max(max(p[i::3]) for p in places) - min(min(p[i::3]) for p in places) for i in range(3)]
+        for have, want in zip(size, (15, 30, 45)):
+            self.assertAlmostEqual(have, want, delta=1.5)
+
+    def test_a_file_that_waits_is_its_pages_alone(self):
+        stl = TETRAHEDRON.encode()
+        self.assertEqual(self.look("t.stl", stl, key="0" * 64)[0], 403)  # no page is called so
+        self.assertEqual(self.look("t.stl", stl, key="x")[0], 403)
+        first = json.loads(self.look("t.stl", stl)[1])["import"]
+        other = self.window()
+        other_key = key_of(until(other, 69))
+        self.assertNotEqual(other_key, self.key)
+        for wrong in (dict(key=other_key), dict(key="x")):
+            self.assertEqual(self.make(first, **wrong)[0], 404)
+            self.assertEqual(self.post(f"/import?page={wrong['key']}&import={first}", method="DELETE")[0], 404)
+            self.assertEqual(self.get(f"/import?page={wrong['key']}&import={first}")[0], 404)
+        for wrong in ("", "0" * 64, "../" + first, first[:-1]):
+            self.assertEqual(self.make(wrong)[0], 404)
+        self.assertEqual(self.get(f"/import?page={self.key}&import={first}")[0], 200)
+        # Without a cookie or an origin.
+        for target, method in ((f"/make?page={self.key}&import={first}", "POST"), (f"/import?page={self.key}&import={first}", "DELETE")):
+            for headers in ([self.origin], [self.cookie], [self.cookie, "Origin: http://evil.example"], [self.cookie, self.origin, "Sec-Fetch-Site: same-site"]):
+                self.assertEqual(Connection(self.studio).ask(target, headers, method, self.studio.host)[0], 403, headers)
+        # Each page has its own, and the next file replaces its last.
+        second = json.loads(self.look("t.stl", stl, key=other_key)[1])["import"]
+        third = json.loads(self.look("t.stl", stl)[1])["import"]
+        self.assertEqual(self.get(f"/import?page={self.key}&import={first}")[0], 404)
+        self.assertEqual(self.get(f"/import?page={other_key}&import={second}")[0], 200)
+        self.assertEqual(self.folders(), 2)
+        # Dropped when it is not wanted, and when its page has gone.
+        self.assertEqual(self.post(f"/import?page={self.key}&import={third}", method="DELETE")[0], 204)
+        self.assertEqual(self.make(third)[0], 404)
+        other.socket.close()
+        for _ in range(100):
+            if self.folders() == 0:
+                break
+            time.sleep(0.1)
+        self.assertEqual(self.folders(), 0)
+        # What is wrong can be chosen otherwise, and the file is still there.
+        fourth = json.loads(self.look("t.stl", stl)[1])["import"]
+        for wrong in (dict(size="x"), dict(size=""), dict(rays="x"), dict(material=-1), dict(material="x"), dict(up="w"), dict(up="y", front="-y"), dict(height="x")):
+            self.assertEqual(self.make(fourth, **wrong)[0], 400, wrong)
+        for wrong in (dict(size=-3), dict(size=1e9), dict(rays=1e9), dict(rays=1), dict(material=40)):
+            status, said = self.make(fourth, **wrong)
+            self.assertEqual((status, said.count(b"\n")), (422, 1), wrong)
+        self.assertEqual(self.documents(), [])
+        self.assertEqual(self.make(fourth)[0], 204)
+        self.until(64)
+        self.assertEqual(self.folders(), 0)
+
+    def folders(self):
+        """How many files this studio keeps that wait."""
+        return sum(name.startswith("kibori-") for name in os.listdir(self.folder.name))
 
     def test_what_can_not_be_brought(self):
         stl = TETRAHEDRON.encode()
         self.assertEqual(self.bring("x.exe", stl), 415)
         self.assertEqual(self.bring("x", stl), 415)
-        self.assertEqual(self.bring("x.stl", stl, "&rays=x"), 400)
-        self.assertEqual(self.bring("x.stl", stl, "&rays=64&material=-1"), 400)
-        self.assertEqual(self.bring("x.stl", stl, "&size=abc&rays=64&material=0"), 400)
-        for name, body, more in (("x.stl", b"nothing", ""), ("x.stl", b"", ""), ("x.3mf", b"PK", ""), ("x.kibori", b"SQLite format 3\0", ""),
-                                 ("x.png", b"\x89PNG", ""), ("x.stl", stl, "&size=-3&rays=64&material=0"),
-                                 ("x.stl", stl, "&size=10&rays=1e9&material=0"), ("x.glb", stl, "")):
-            self.assertEqual(self.bring(name, body, *([more] if more else [])), 202, name)
-            self.until(68)
+        for name, body in (("x.stl", b"nothing"), ("x.stl", b""), ("x.3mf", b"PK"), ("x.png", b"\x89PNG"), ("x.glb", stl)):
+            status, said = self.look(name, body)
+            self.assertEqual((status, said.count(b"\n")), (422, 1), name)
+            self.assertIn(name.encode(), said)
+        self.assertEqual(self.bring("x.kibori", b"SQLite format 3\0"), 202)
+        self.until(68)
         self.assertEqual(self.documents(), [])
         # Without a cookie, without an origin, from elsewhere.
         for headers in ([self.origin], [self.cookie], [self.cookie, "Origin: http://evil.example"], [self.cookie, "Origin: null"]):
-            status = Connection(self.studio).ask("/import?name=x.stl&rays=64&material=0", [*headers, "Content-Length: 5"], "POST",
+            status = Connection(self.studio).ask(f"/import?page={self.key}&name=x.stl", [*headers, "Content-Length: 5"], "POST",
                                                  self.studio.host, b"solid")[0]
             self.assertEqual(status, 403, headers)
         # More than is allowed is refused before it is sent, and half a file is none.
-        self.assertEqual(self.bring("x.stl", b"", length=99999999999), 413)
+        self.assertEqual(self.look("x.stl", b"", length=99999999999)[0], 413)
         half = Connection(self.studio)
-        half.socket.sendall((f"POST /import?name=x.stl&rays=64&material=0 HTTP/1.1\r\nHost: {self.studio.host}\r\n{self.cookie}\r\n"
+        half.socket.sendall((f"POST /import?page={self.key}&name=x.stl HTTP/1.1\r\nHost: {self.studio.host}\r\n{self.cookie}\r\n"
                              f"{self.origin}\r\nContent-Length: 1000\r\n\r\n").encode() + b"solid")
         half.socket.close()
         self.begin()
@@ -520,8 +610,8 @@ class Beginning(unittest.TestCase):
         self.assertEqual(Connection(self.studio).ask("/", [self.cookie, "Sec-Fetch-Site: cross-site"], host=self.studio.host)[0], 200)
 
     def test_sentences_name_the_file_as_it_was_called(self):
-        self.assertEqual(self.bring("my%20ball.stl", b"nothing"), 202)
-        told = self.until(68)
+        status, told = self.look("my%20ball.stl", b"nothing")
+        self.assertEqual(status, 422)
         self.assertIn(b"my ball.stl", told)
         self.assertNotIn(b"import.stl", told)
 
@@ -529,7 +619,9 @@ class Beginning(unittest.TestCase):
         self.begin(size=(40, 40, 20), pitch=0.5)
         self.until(64)
         rows = self.until(70)
-        self.assertEqual(struct.unpack("<IIf", rows[5:17])[:2], (1, 0))
+        step, before, removed, made, shape, _, mode, pictured, label = struct.unpack("<IIfdBfBBI", rows[5:])
+        self.assertEqual((step, before, removed, shape, mode, pictured, label), (1, 0, 0, 255, 0, 0, 0))
+        self.assertLess(abs(made - time.time()), 60)
         self.page.frame(bytes([17]) + struct.pack("<I", 1) + struct.pack("<I", 20) + b"\x89PNG\r\n\x1a\n" + b"x" * 12)
         self.page.frame(bytes([16]) + text("as it was"))
         self.assertIn(b'{"as it was":1}', self.until(71))
@@ -739,9 +831,8 @@ class NoTemporaryFolder(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             here = os.getcwd()
             os.chdir(folder)
-            os.environ["TMPDIR"] = "/nonexistent"
             try:
-                studio = Studio(folder)
+                studio = Studio(folder, temporary="/nonexistent")
                 _, head = Connection(studio).ask(f"/?token={studio.token}", host=studio.host)
                 cookie = "Cookie: " + re.search(r"Set-Cookie: ([^;]*)", head)[1]
                 status = Connection(studio).ask("/export?format=stl", [cookie], host=studio.host)[0]
@@ -749,7 +840,6 @@ class NoTemporaryFolder(unittest.TestCase):
                 self.assertEqual([name for name in os.listdir(folder) if "model" in name], [])
                 self.assertEqual(studio.close(), 0)
             finally:
-                del os.environ["TMPDIR"]
                 os.chdir(here)
 
 

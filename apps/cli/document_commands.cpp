@@ -84,7 +84,7 @@ int DocumentCommands::run_replay() const {
   if (!plot_.empty()) {
     const std::string title =
         std::filesystem::path(file_).stem().string() + ": force and moment, model " + replay.title;
-    if (const Status ok = write_text(plot_, forces_svg(replay.carving, title)); !ok)
+    if (const Status ok = write_text(plot_, forces_svg(replay.carving, title, replay.note)); !ok)
       return bad_input(ok.error());
   }
   if (!mesh_.empty()) {

@@ -241,7 +241,10 @@ int run_carve(const CarveArguments& arguments) {
         (scene.value().spring
              ? "series"
              : (law.model == ForceModel::paper ? "paper, " : "energy, ") + std::to_string(law.dof) + " DOF");
-    if (const Status ok = write_text(arguments.plot, forces_svg(carving.value(), title)); !ok)
+    if (const Status ok = write_text(
+            arguments.plot,
+            forces_svg(carving.value(), title, model_note(scene.value().spring.has_value(), law.model)));
+        !ok)
       return bad_input(ok.error());
   }
   std::vector<Rgb> colors;

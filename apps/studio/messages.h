@@ -279,8 +279,9 @@ struct Strike {
   void fields([[maybe_unused]] F&& f) {}
 };
 // A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the
-// document's name, its materials (JSON: name, color, density [kg/m^3] where it is known), and what it is: 0
-// carved, 1 only looked at, 2 an experiment. All that was shown before is of another one.
+// document's name, its materials (JSON: name, color, density [kg/m^3] where it is known), which of them its
+// stock is of, and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of
+// another one.
 struct Welcome {
   static constexpr uint8_t kKind = 64;
   uint16_t version = 0;
@@ -290,10 +291,11 @@ struct Welcome {
   double rate = 0;
   std::string document;
   std::string materials;
+  uint8_t material = 0;
   uint8_t what = 0;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(version, origin, nodes, pitch, rate, document, materials, what);
+    f(version, origin, nodes, pitch, rate, document, materials, material, what);
   }
 };
 // Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and
@@ -365,7 +367,9 @@ struct Start {
   }
 };
 // Steps that this page was not told of yet, by their numbers: number, the one before it or 0 (u32 each), what
-// it removed [mm^3] (f32).
+// it removed [mm^3] (f32), when it was begun [s since 1970] (f64; 0: not known), the tool's shape (u8) and
+// size (f32) as of ShowTool, mode (u8: 0 cut, 1 fill, 2 feel, 3 only moved), whether a thumbnail of it is
+// kept (u8), label (text).
 struct Steps {
   static constexpr uint8_t kKind = 70;
   std::vector<uint8_t> data;

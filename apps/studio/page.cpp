@@ -10,6 +10,7 @@
 #include <kibori/base/hash.h>
 
 #include "apps/studio/chunks.h"
+#include "apps/studio/tool_message.h"
 
 namespace kibori::studio {
 namespace {
@@ -18,15 +19,21 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 
-constexpr size_t kFrameBytes = 400000;  // a frame of chunks is about this large
+constexpr size_t kFrameBytes = 400000;   // a frame of chunks is about this large
+constexpr size_t kMostLabelBytes = 200;  // of a step that a document may name as it likes
 
 }  // namespace
 
 Page::Page(beast::tcp_stream stream, Server::State& server, std::shared_ptr<Counted> counted)
-    : socket_(std::move(stream)), server_(server), counted_(std::move(counted)), first_(server.io) {}
+    : socket_(std::move(stream)),
+      server_(server),
+      key_(random_hex()),
+      counted_(std::move(counted)),
+      first_(server.io) {}
 
 Page::~Page() {
   server_.pages.erase(this);
+  server_.imports.drop(this);
   if (server_.holder == this) server_.holder = nullptr;
 }
 
@@ -63,18 +70,18 @@ void Page::restart() {
   told_steps_ = 0;
   told_versions_.clear();
   if (!server_.studio)
-    return send(encode(Start{kProtocolVersion, server_.holder == this, server_.start_json()}));
+    return send(encode(Start{kProtocolVersion, server_.holder == this, server_.start_json(key_)}));
   Studio& studio = *server_.studio;
   const Lattice& lattice = studio.lattice();
   nlohmann::json materials = nlohmann::json::array();
   for (const Material& m : studio.materials()) materials.push_back({{"name", m.name}, {"color", m.color}});
-  send(encode(Welcome{kProtocolVersion, lattice.origin_mm, lattice.nodes.matrix().cast<double>(),
-                      lattice.pitch_mm, studio.rate_hz(),
-                      std::filesystem::path(studio.document_name()).filename().string(),
-                      materials.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace),
-                      static_cast<uint8_t>(studio.experiment()  ? 2
-                                           : studio.read_only() ? 1
-                                                                : 0)}));
+  send(encode(Welcome{
+      kProtocolVersion, lattice.origin_mm, lattice.nodes.matrix().cast<double>(), lattice.pitch_mm,
+      studio.rate_hz(), std::filesystem::path(studio.document_name()).filename().string(),
+      materials.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace), studio.stock_material(),
+      static_cast<uint8_t>(studio.experiment()  ? 2
+                           : studio.read_only() ? 1
+                                                : 0)}));
   server_.send_device(this);
   if (server_.shown) send(encode(*server_.shown));
   if (!server_.trace_sent.empty()) send(server_.trace_sent);
@@ -115,6 +122,13 @@ void Page::offer_history() {
       rows.put(static_cast<uint32_t>(step.id));
       rows.put(static_cast<uint32_t>(step.parent));
       rows.put(static_cast<float>(step.removed_mm3));
+      rows.put(static_cast<double>(step.made_s));
+      const ShowTool tool = step.tool ? shown_as(*step.tool) : ShowTool{255, 0, 0, 0};
+      rows.put(tool.shape);
+      rows.put(static_cast<float>(tool.size));
+      rows.put(static_cast<uint8_t>(step.mode));
+      rows.put(static_cast<uint8_t>(step.pictured ? 1 : 0));
+      rows.put(step.label.substr(0, kMostLabelBytes));
     }
     message.data = rows.take();
     send(encode(message));
@@ -177,6 +191,7 @@ void Page::leave() {
   closed_ = true;
   first_.cancel();
   server_.pages.erase(this);
+  server_.imports.drop(this);
   if (server_.holder == this) server_.hold(nullptr);
 }
 

@@ -37,6 +37,8 @@ class Page : public std::enable_shared_from_this<Page> {
     if (frame == frame_) got_ = frame;
   }
   size_t waiting_bytes() const { return waiting_bytes_; }
+  // What this page's requests over HTTP call it, and no other page knows.
+  const std::string& key() const { return key_; }
 
  private:
   struct Before {
@@ -52,6 +54,7 @@ class Page : public std::enable_shared_from_this<Page> {
 
   boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
   Server::State& server_;
+  const std::string key_;
   std::shared_ptr<Counted> counted_;
   boost::asio::steady_timer first_;
   boost::beast::flat_buffer buffer_;

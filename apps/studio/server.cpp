@@ -36,6 +36,14 @@ constexpr auto kTroubleEvery = std::chrono::seconds(15);  // other sentences are
 constexpr size_t kTicksWait = 400000;
 constexpr size_t kMostThumbnailBytes = 65536;
 
+bool is_png(const std::vector<uint8_t>& bytes) {
+  constexpr std::array<uint8_t, 8> kBegin{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+  return bytes.size() <= kMostThumbnailBytes && bytes.size() > kBegin.size() &&
+         std::equal(kBegin.begin(), kBegin.end(), bytes.begin());
+}
+
+}  // namespace
+
 std::string random_hex() {
   std::random_device random;
   std::string text;
@@ -46,14 +54,6 @@ std::string random_hex() {
   }
   return text;
 }
-
-bool is_png(const std::vector<uint8_t>& bytes) {
-  constexpr std::array<uint8_t, 8> kBegin{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-  return bytes.size() <= kMostThumbnailBytes && bytes.size() > kBegin.size() &&
-         std::equal(kBegin.begin(), kBegin.end(), bytes.begin());
-}
-
-}  // namespace
 
 // Whoever waits for the studio or a job hears of neither any more.
 Server::State::~State() { studio.reset(); }
@@ -89,6 +89,7 @@ void Server::State::hold(Page* page) {
 
 void Server::State::show(std::unique_ptr<Studio> opened) {
   studio = std::move(opened);
+  if (studio) imports.drop_all();
   ticks_sent = 0;
   tick_rows.clear();
   traced = false;
@@ -117,22 +118,32 @@ void Server::State::send_work() {
 }
 
 Status Server::State::open(const std::string& what, const std::filesystem::path& fresh,
-                           std::function<Result<std::unique_ptr<Studio>>(std::atomic<double>&)> make) {
+                           std::function<Result<std::unique_ptr<Studio>>(std::atomic<double>&)> make,
+                           std::function<void(const Status&)> done) {
   if (studio) return Error{"a document is open already"};
   if (how.read_only && !fresh.empty())
     return Error{"this studio only reads: nothing new can be begun; start it without --read-only"};
   if (job.busy()) return Error{"something is under way; wait for it, or cancel it"};
-  work(what, [this, fresh, make = std::move(make)](std::atomic<double>& share) -> Job::Then {
-    // Shared, as a function must be copied.
-    const auto made = std::make_shared<Result<std::unique_ptr<Studio>>>(make(share));
-    return [this, made, fresh](bool wanted) {
-      if (wanted && *made) return show(std::move(*made).value());
-      if (wanted) tell(made->error());
-      const bool ours = made->ok();  // what is there otherwise, others made
-      *made = Error{""};             // closed before it is removed
-      if (ours && !fresh.empty()) remove_document(fresh);
-    };
-  });
+  work(
+      what,
+      [this, fresh, make = std::move(make), done = std::move(done)](std::atomic<double>& share) -> Job::Then {
+        // Shared, as a function must be copied.
+        const auto made = std::make_shared<Result<std::unique_ptr<Studio>>>(make(share));
+        return [this, made, fresh, done](bool wanted) {
+          if (wanted && *made) {
+            show(std::move(*made).value());
+            if (done) done(Ok{});
+            return;
+          }
+          if (done)
+            done(Error{wanted ? made->error() : ""});
+          else if (wanted)
+            tell(made->error());
+          const bool ours = made->ok();  // what is there otherwise, others made
+          *made = Error{""};             // closed before it is removed
+          if (ours && !fresh.empty()) remove_document(fresh);
+        };
+      });
   return Ok{};
 }
 
@@ -232,15 +243,22 @@ void Server::State::leave(Page& page) {
       false);
 }
 
-std::string Server::State::start_json() const {
+Page* Server::State::page_of(const std::string& key) const {
+  for (Page* const page : pages)
+    if (page->key() == key) return page;
+  return nullptr;
+}
+
+std::string Server::State::start_json(const std::string& key) const {
   nlohmann::json documents = nlohmann::json::array(), materials = documents, scenes = documents;
   for (const Library::Entry& entry : library.list())
     documents.push_back({{"name", entry.name}, {"changed", entry.changed_s}, {"bytes", entry.bytes}});
   for (const Example& example : examples())
     scenes.push_back({{"name", example.name}, {"about", example.about}});
   for (const Material& m : known_materials()) materials.push_back({{"name", m.name}, {"color", m.color}});
-  return nlohmann::json{{"documents", documents}, {"materials", materials}, {"examples", scenes}}.dump(
-      -1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return nlohmann::json{
+      {"documents", documents}, {"materials", materials}, {"examples", scenes}, {"page", key}}
+      .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 // ---- What pages say
@@ -419,6 +437,7 @@ void Server::State::follow() {
     }
   }
   if (job.busy() && Clock::now() - work_at >= kWorkEvery) send_work();
+  imports.drop_old(Clock::now());
   timer.expires_after(kFollowEvery);
   timer.async_wait([this](beast::error_code failed) {
     if (!failed) follow();

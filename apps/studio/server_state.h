@@ -15,6 +15,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include "apps/studio/imports.h"
 #include "apps/studio/job.h"
 #include "apps/studio/messages.h"
 #include "apps/studio/server.h"
@@ -22,6 +23,9 @@
 namespace kibori::studio {
 
 class Page;
+
+// 256 random bits.
+std::string random_hex();
 
 // Counts a connection while it is there.
 struct Counted {
@@ -35,7 +39,13 @@ struct Server::State {
   using Clock = std::chrono::steady_clock;
 
   State(Library l, Studio::Options h, const Limits& m)
-      : library(std::move(l)), how(std::move(h)), limits(m), acceptor(io), timer(io), job(io) {}
+      : library(std::move(l)),
+        how(std::move(h)),
+        limits(m),
+        imports(m.import_bytes),
+        acceptor(io),
+        timer(io),
+        job(io) {}
   ~State();
 
   void accept();
@@ -52,9 +62,12 @@ struct Server::State {
   // From now on this document, or none.
   void show(std::unique_ptr<Studio> opened);
   // Makes or opens a document, on a thread of its own, and shows it. `fresh`: where it is made, and removed
-  // again if it is not to be; else empty. Error: one is open, or something is under way.
+  // again if it is not to be; else empty. `done`: gets the outcome, which is told to every page otherwise; an
+  // empty error if it was cancelled.
+  // Error: one is open, or something is under way.
   Status open(const std::string& what, const std::filesystem::path& fresh,
-              std::function<Result<std::unique_ptr<Studio>>(std::atomic<double>&)> make);
+              std::function<Result<std::unique_ptr<Studio>>(std::atomic<double>&)> make,
+              std::function<void(const Status&)> done = {});
   void begin(Page& page, const Begin& begin);
   void leave(Page& page);
   // Starts a job and tells the pages of it.
@@ -66,8 +79,10 @@ struct Server::State {
   void follow_experiment();
   // To every page.
   void send(const std::vector<uint8_t>& message);
-  // What there is to begin with.
-  std::string start_json() const;
+  // What there is to begin with, for the page of this key.
+  std::string start_json(const std::string& key) const;
+  // The page that calls itself so; null: none does any more.
+  Page* page_of(const std::string& key) const;
 
   std::unique_ptr<Studio> studio;  // null: no document is open
   const Library library;
@@ -76,6 +91,7 @@ struct Server::State {
   std::string token, secret;
   std::string host, local_host;  // as a browser names this server
   std::string cookie_name;
+  Imports imports;
   int connections = 0;
   std::set<Page*> pages;  // that said hello
   Page* holder = nullptr;

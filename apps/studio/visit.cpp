@@ -7,9 +7,12 @@
 #include <boost/asio/post.hpp>
 #include <boost/beast/websocket.hpp>
 
+#include <nlohmann/json.hpp>
+
 #include <kibori/session/convert.h>
 #include <kibori/session/documents.h>
 #include <kibori/session/export.h>
+#include <kibori/session/import_report.h>
 #include <kibori/session/stock_scene.h>
 
 #include "apps/studio/bundle.h"
@@ -114,12 +117,12 @@ Result<std::unique_ptr<Studio>> open_copy(const std::filesystem::path& from, con
   return opened;
 }
 
-Result<std::unique_ptr<Studio>> create_from(const std::filesystem::path& from,
-                                            const std::filesystem::path& to, std::optional<double> longest,
-                                            double rays, size_t wood, const Studio::Options& how) {
-  const Result<Scene> scene = file_scene(from, longest, rays, wood);
-  if (!scene) return Error{scene.error()};
-  return Studio::create(to, scene.value(), how);
+// The file is called otherwise where it came from.
+Error said_of(const std::string& name, const std::filesystem::path& path, std::string why) {
+  const std::string here = path.string(), there = one_line(name);
+  for (size_t at = 0; (at = why.find(here, at)) != std::string::npos; at += there.size())
+    why.replace(at, here.size(), there);
+  return Error{why};
 }
 
 template <class List>
@@ -160,9 +163,12 @@ void Visit::answer() {
   const bool own = origin.substr(0, 7) == "http://" && origin.substr(7) == host;
   if (request.count(http::field::origin) != 0 && !own)
     return say(Status::forbidden, "asked for by another site\n");
-  const bool import = request.method() == http::verb::post && path_of(target) == "/import";
-  if (request.method() != http::verb::get && !import)
-    return say(Status::method_not_allowed, "only GET, but for /import\n");
+  const http::verb method = request.method();
+  const bool import = path_of(target) == "/import" && method == http::verb::post;
+  const bool change = import || (path_of(target) == "/import" && method == http::verb::delete_) ||
+                      (path_of(target) == "/make" && method == http::verb::post);
+  if (method != http::verb::get && !change)
+    return say(Status::method_not_allowed, "only GET, but for /import and /make\n");
   if (body && !import) return say(Status::bad_request, "nothing is to be brought here\n");
   constexpr std::string_view kToken = "/?token=";
   if (target.substr(0, kToken.size()) == kToken) {
@@ -184,7 +190,10 @@ void Visit::answer() {
     std::make_shared<Page>(std::move(stream_), server_, std::move(counted_))->accept(request);
     return;
   }
-  if (import) return own ? take_import() : say(Status::forbidden, "asked for by another site\n");
+  if (change && !own) return say(Status::forbidden, "asked for by another site\n");
+  if (import) return take_import();
+  if (change) return method == http::verb::delete_ ? drop_import() : make_import();
+  if (path_of(target) == "/import") return send_preview();
   if (path_of(target) == "/export") return send_export();
   if (path_of(target) == "/thumbnail") return send_thumbnail();
   const std::string_view path = target == "/" ? std::string_view("/index.html") : target;
@@ -213,10 +222,14 @@ void Visit::let_in() {
 void Visit::take_import() {
   if (server_.studio || server_.job.busy())
     return say(Status::conflict, "a document is open, or something is under way\n");
-  const std::string ending = ending_of(query(target_, "name"));
+  Page* const page = server_.page_of(query(target_, "page"));
+  if (!page) return say(Status::forbidden, "this page has lost its connection; reload it\n");
+  name_ = query(target_, "name");
+  const std::string ending = ending_of(name_);
   if (!is_in(kImports, ending))
     return say(Status::unsupported_media_type,
                "that can't be carved; bring STL, PLY, OBJ, 3MF, GLB, OFF, a picture (PNG) or a .kibori\n");
+  server_.imports.drop(page);
   const auto folder = TemporaryFolder::make();
   if (!folder) return say(Status::insufficient_storage, folder.error() + "\n");
   folder_ = folder.value();
@@ -234,38 +247,131 @@ void Visit::take_import() {
                        return self->say(Status::insufficient_storage, "the temporary folder is full\n");
                      if (stopped) return self->close();
                      self->import_->get().body().close();
-                     self->begin_import();
+                     if (ending_of(self->name_) == ".kibori") return self->open_brought();
+                     self->look_at_import();
                    });
 }
 
-void Visit::begin_import() {
-  const std::string name = query(target_, "name");
-  const std::filesystem::path stem = std::filesystem::path(name).stem();
-  const std::string size = query(target_, "size");
-  const std::optional<double> longest = number(size), rays = number(query(target_, "rays")),
-                              material = number(query(target_, "material"));
-  if ((!size.empty() && !longest) || !rays || !material || !(*material >= 0 && *material < 64))
-    return say(Status::bad_request, "the size, rays or material is no number\n");
-  const Result<std::filesystem::path> place = server_.library.place_for(stem.string());
+void Visit::open_brought() {
+  const Result<std::filesystem::path> place =
+      server_.library.place_for(std::filesystem::path(name_).stem().string());
   if (!place) return say(Status::insufficient_storage, place.error() + "\n");
-  const kibori::Status opened = server_.open(
-      "Reading " + one_line(name), place.value(),
-      [folder = folder_, name, longest, rays = *rays, wood = static_cast<size_t>(*material),
-       to = place.value(), how = server_.how](std::atomic<double>&) -> Result<std::unique_ptr<Studio>> {
-        const std::filesystem::path from = folder->path() / ("import" + ending_of(name));
-        auto made =
-            is_document(from) ? open_copy(from, to, how) : create_from(from, to, longest, rays, wood, how);
-        if (made) return made;
-        // It is called otherwise where it came from.
-        std::string why = made.error();
-        for (size_t at; (at = why.find(from.string())) != std::string::npos;)
-          why.replace(at, from.string().size(), one_line(name));
-        return Error{why};
-      });
+  const kibori::Status opened =
+      server_.open("Reading " + one_line(name_), place.value(),
+                   [folder = folder_, name = name_, to = place.value(),
+                    how = server_.how](std::atomic<double>&) -> Result<std::unique_ptr<Studio>> {
+                     const std::filesystem::path from = folder->path() / ("import" + ending_of(name));
+                     auto made = open_copy(from, to, how);
+                     if (!made) return said_of(name, from, made.error());
+                     return made;
+                   });
   if (!opened) return say(Status::conflict, opened.error() + "\n");
   folder_.reset();
   keep_alive_ = false;
   say(Status::accepted, "");
+}
+
+void Visit::look_at_import() {
+  if (server_.studio || server_.job.busy())
+    return say(Status::conflict, "a document is open, or something is under way\n");
+  server_.work(
+      "Reading " + one_line(name_),
+      [self = shared_from_this(), folder = folder_, name = name_](std::atomic<double>&) -> Job::Then {
+        Import import{random_hex(), name, folder, 0, {}, {}};
+        std::error_code unknown;
+        import.bytes = std::filesystem::file_size(import.path(), unknown);
+        const Result<ImportReport> report = report_import(import.path());
+        kibori::Status read = Ok{};
+        std::string json;
+        if (report) {
+          import.preview = import_preview(report.value());
+          nlohmann::json about = nlohmann::json::parse(import_report_json(report.value()));
+          about["import"] = import.id;
+          json = about.dump();
+        } else {
+          read = said_of(name, import.path(), report.error());
+        }
+        return [self, import, read, json](bool wanted) mutable {
+          self->stream_.expires_after(kTransfer);
+          self->folder_.reset();
+          if (!wanted) return self->say(Status::gone, "");
+          if (!read) return self->say(Status::unprocessable_entity, read.error() + "\n");
+          const Page* const page = self->server_.page_of(query(self->target_, "page"));
+          if (!page) return self->say(Status::gone, "");
+          import.since = Clock::now();
+          const kibori::Status added = self->server_.imports.add(page, std::move(import));
+          if (!added) return self->say(Status::insufficient_storage, added.error() + "\n");
+          self->say(Status::ok, json, "application/json");
+        };
+      });
+}
+
+const Import* Visit::waiting() {
+  const Page* const page = server_.page_of(query(target_, "page"));
+  const Import* const import = page ? server_.imports.find(page, query(target_, "import")) : nullptr;
+  if (!import) say(Status::not_found, "that file is not here any more; choose it again\n");
+  return import;
+}
+
+void Visit::send_preview() {
+  if (const Import* const import = waiting())
+    say(Status::ok, std::string(import->preview.begin(), import->preview.end()), "application/octet-stream");
+}
+
+void Visit::drop_import() {
+  if (!waiting()) return;
+  server_.imports.drop(server_.page_of(query(target_, "page")));
+  say(Status::no_content, "");
+}
+
+void Visit::make_import() {
+  const Import* const import = waiting();
+  if (!import) return;
+  const auto number_or = [&](const char* key, double otherwise) {
+    const std::string text = query(target_, key);
+    return text.empty() ? std::optional<double>(otherwise) : number(text);
+  };
+  const auto size = number(query(target_, "size")), rays = number(query(target_, "rays")),
+             material = number(query(target_, "material")),
+             height = number_or("height", FileStock{}.height_mm),
+             base = number_or("base", FileStock{}.base_mm);
+  if (!size || !rays || !material || !(*material >= 0 && *material < 64) || !height || !base)
+    return say(Status::bad_request, "the size, detail, material, height or base is no number\n");
+  const auto axis = [&](const char* key, SignedAxis otherwise) {
+    const std::string text = query(target_, key);
+    return text.empty() ? std::optional<SignedAxis>(otherwise) : parse_signed_axis(text);
+  };
+  const auto up = axis("up", SignedAxis::plus_z);
+  const auto front = axis("front", standing(up.value_or(SignedAxis::plus_z)).front);
+  if (!up || !front || !is_turn({*up, *front}))
+    return say(Status::bad_request,
+               "up and front must be two axes at right angles, each x, -x, y, -y, z or -z\n");
+  const FileStock how{*size,   *rays, static_cast<size_t>(*material), {*up, *front},
+                      *height, *base, query(target_, "invert") == "1"};
+  const std::string called = query(target_, "name"), name = import->name;
+  const Result<std::filesystem::path> place =
+      server_.library.place_for(called.empty() ? std::filesystem::path(name).stem().string() : called);
+  if (!place) return say(Status::insufficient_storage, place.error() + "\n");
+  // Who begins where nothing is held holds it.
+  server_.hold(server_.page_of(query(target_, "page")));
+  const kibori::Status opened = server_.open(
+      "Making the stock", place.value(),
+      // The folder stays while it is read, whatever becomes of the page.
+      [folder = import->folder, from = import->path(), name, how, to = place.value(),
+       options = server_.how](std::atomic<double>&) -> Result<std::unique_ptr<Studio>> {
+        const Result<Scene> scene = file_scene(from, how);
+        if (!scene) return said_of(name, from, scene.error());
+        auto made = Studio::create(to, scene.value(), options);
+        if (!made) return said_of(name, from, made.error());
+        return made;
+      },
+      [self = shared_from_this()](const kibori::Status& made) {
+        self->stream_.expires_after(kTransfer);
+        if (made) return self->say(Status::no_content, "");
+        if (made.error().empty()) return self->say(Status::gone, "");
+        self->say(Status::unprocessable_entity, made.error() + "\n");
+      });
+  if (!opened) say(Status::conflict, opened.error() + "\n");
 }
 
 void Visit::send_export() {

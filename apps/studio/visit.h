@@ -26,9 +26,17 @@ class Visit : public std::enable_shared_from_this<Visit> {
   using Status = boost::beast::http::status;
   void answer();
   void let_in();
-  // A file to carve, into the temporary folder, and then a document of it.
+  // A file to carve, into the temporary folder. A document is opened at once; of anything else the answer
+  // says what it seems to be (JSON of import_report.h, and its id), and it waits there.
   void take_import();
-  void begin_import();
+  void open_brought();
+  void look_at_import();
+  // What waits of this page, by its id: how it looks, gone again, and made into a document.
+  void send_preview();
+  void drop_import();
+  void make_import();
+  // null, and answered, where the page or the file is not there.
+  const Import* waiting();
   void send_export();
   void send_thumbnail();
   void send_file(const std::filesystem::path& path);
@@ -47,6 +55,7 @@ class Visit : public std::enable_shared_from_this<Visit> {
   std::optional<boost::beast::http::request_parser<boost::beast::http::empty_body>> parser_;
   std::optional<boost::beast::http::request_parser<boost::beast::http::file_body>> import_;
   std::shared_ptr<TemporaryFolder> folder_;  // of what is brought
+  std::string name_;                         // of that file
   std::string target_;
   bool keep_alive_ = false;
   std::string body_;

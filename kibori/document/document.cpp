@@ -199,7 +199,7 @@ Status Document::redo(TriDexel& model) {
 Status Document::begin(const StrokeSettings& settings, const Pose& start, const std::string& label) {
   if (!writes_) return wrong("is open for reading only");
   if (open_step_ != 0) return wrong("a stroke is being made already");
-  StepId id = 0;
+  Step begun;
   Status kept = commit("beginning a stroke", [&]() -> Status {
     const std::string json = settings_to_json(settings);
     Result<Statement> setting = database_.prepare("INSERT OR IGNORE INTO setting (json) VALUES (?)");
@@ -207,26 +207,25 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start, const 
     if (Status s = setting.value().bind(json).run(); !s) return s;
     Result<Statement> step = database_.prepare(
         "INSERT INTO step (parent, kind, label, setting, start) VALUES (?, 'stroke', ?, (SELECT id FROM "
-        "setting WHERE "
-        "json = ?), ?)");
+        "setting WHERE json = ?), ?) RETURNING id, setting, CAST(strftime('%s', made_at) AS INTEGER)");
     if (!step) return Error{step.error()};
-    if (Status s = step.value().bind(head_).bind(label).bind(json).bind(encode_pose(start)).run(); !s)
-      return s;
-    id = database_.last_row();
+    const Result<bool> row = step.value().bind(head_).bind(label).bind(json).bind(encode_pose(start)).row();
+    if (!row) return Error{row.error()};
+    begun.id = step.value().integer(0);
+    begun.setting = step.value().integer(1);
+    begun.made_s = step.value().integer(2);
     return Ok{};
   });
   if (!kept) return kept;
-  open_step_ = id;
+  open_step_ = begun.id;
   open_sequence_ = saved_ticks_ = 0;
   waiting_.clear();
   waiting_forces_.clear();
   all_felt_ = true;
-  Step step;
-  step.id = id;
-  step.parent = head_;
-  step.label = label;
-  step.finished = false;
-  steps_[id] = step;
+  begun.parent = head_;
+  begun.label = label;
+  begun.finished = false;
+  steps_[begun.id] = begun;
   return Ok{};
 }
 
@@ -320,11 +319,13 @@ Status Document::cancel() {
 
 Status Document::set_thumbnail(StepId step, const Bytes& png) {
   if (Status s = check_finished(step); !s) return s;
-  return commit("keeping a thumbnail", [&]() -> Status {
+  Status kept = commit("keeping a thumbnail", [&]() -> Status {
     Result<Statement> put = database_.prepare("INSERT OR REPLACE INTO thumbnail VALUES (?, ?)");
     if (!put) return Error{put.error()};
     return put.value().bind(step).bind(png).run();
   });
+  if (kept) steps_[step].pictured = true;
+  return kept;
 }
 
 Result<Bytes> Document::thumbnail(StepId step) const {

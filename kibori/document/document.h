@@ -47,6 +47,9 @@ struct Step {
   int64_t ticks = 0;
   double removed_mm3 = 0;  // negative: added
   uint64_t hash = 0;       // of the whole model after it
+  int64_t made_s = 0;      // when it was begun [s since 1970]; 0: not known
+  int64_t setting = 0;     // strokes with the same number have the same settings(); 0: the stock has none
+  bool pictured = false;   // there is a thumbnail of it
 };
 
 // A tick as a replay felt it.

@@ -310,7 +310,8 @@ Status Document::read_tree() {
   if (done)
     done = for_rows(
         "SELECT id, parent, kind, label, ticks, removed_mm3, hash, finished, (SELECT coalesce(sum(count), 0) "
-        "FROM tick WHERE tick.step = step.id AND step.finished = 0) FROM step ORDER BY id",
+        "FROM tick WHERE tick.step = step.id AND step.finished = 0), CAST(strftime('%s', made_at) AS "
+        "INTEGER), setting FROM step ORDER BY id",
         [&](Statement& s) -> Status {
           Step step;
           step.id = s.integer(0);
@@ -321,6 +322,8 @@ Status Document::read_tree() {
           step.ticks = step.finished ? s.integer(4) : s.integer(8);
           step.removed_mm3 = s.real(5);
           step.hash = std::strtoull(s.text(6).c_str(), nullptr, 16);
+          step.made_s = s.integer(9);
+          step.setting = s.integer(10);
           const bool known = step.stock ? step.parent == 0 && steps_.empty() : steps_.count(step.parent) != 0;
           // Each once, and after the one before it: so there is no way around in circles.
           if (step.id < 1 || step.id > kMostSteps || !known || steps_.count(step.id))
@@ -333,6 +336,11 @@ Status Document::read_tree() {
   if (done)
     done = for_rows("SELECT name, step FROM version", [&](Statement& s) -> Status {
       if (steps_.count(s.integer(1))) versions_[s.text(0)] = s.integer(1);
+      return Ok{};
+    });
+  if (done && version_ >= 2)
+    done = for_rows("SELECT step FROM thumbnail", [&](Statement& s) -> Status {
+      if (const auto found = steps_.find(s.integer(0)); found != steps_.end()) found->second.pictured = true;
       return Ok{};
     });
   if (done)

@@ -274,7 +274,7 @@ class Reader {
     if (!t) return;
     only(*t, "stock",
          {"block", "mesh", "sphere", "cylinder", "relief", "pitch", "material", "fit_mm", "room_mm",
-          "width_mm", "height_mm", "base_mm"});
+          "width_mm", "height_mm", "base_mm", "invert", "up", "front"});
     Stock& stock = scene_.stock;
     stock.line = line_of(*t);
     int kinds = 0;
@@ -308,6 +308,13 @@ class Reader {
     for (const char* key : {"width_mm", "height_mm", "base_mm"})
       if (t->contains(key) && stock.kind != Stock::Kind::relief)
         fail(t->get(key), std::string("[stock] ") + key + " goes with relief");
+    if (t->contains("invert")) {
+      if (stock.kind != Stock::Kind::relief) fail(t->get("invert"), "[stock] invert goes with relief");
+      const auto invert = t->get("invert")->value_exact<bool>();
+      if (!invert) fail(t->get("invert"), "[stock] invert must be true or false");
+      stock.invert = invert.value_or(false);
+    }
+    read_orientation(*t, stock);
     stock.pitch_mm = positive(*t, "stock", "pitch");
     if (t->contains("fit_mm")) {
       if (stock.kind != Stock::Kind::mesh) fail(t->get("fit_mm"), "[stock] fit_mm goes with mesh");
@@ -318,6 +325,24 @@ class Reader {
       stock.material = material(t->get("material"), text(*t, "stock", "material"));
     else if (scene_.materials.empty())
       add(t, defaults("material"));
+  }
+
+  void read_orientation(const toml::table& t, Stock& stock) {
+    const auto read = [&](const char* key, SignedAxis otherwise) {
+      if (!t.contains(key)) return otherwise;
+      if (stock.kind != Stock::Kind::mesh)
+        fail(t.get(key), std::string("[stock] ") + key + " goes with mesh");
+      const auto axis = parse_signed_axis(text(t, "stock", key));
+      if (!axis)
+        fail(t.get(key), std::string("[stock] ") + key +
+                             R"( must be "x", "-x", "y", "-y", "z" or "-z", an axis of the file)");
+      return axis.value_or(otherwise);
+    };
+    stock.orientation = standing(read("up", SignedAxis::plus_z));
+    stock.orientation.front = read("front", stock.orientation.front);
+    if (is_turn(stock.orientation)) return;
+    fail(t.get("front"), "[stock] front must be at right angles to up");
+    stock.orientation = {};
   }
 
   void read_motion(const toml::table& root) {

@@ -10,6 +10,7 @@
 
 #include <kibori/base/result.h>
 #include <kibori/geometry/mesh.h>
+#include <kibori/geometry/orientation.h>
 #include <kibori/haptics/force.h>
 #include <kibori/motion/series_tool.h>
 #include <kibori/motion/stroke.h>
@@ -22,7 +23,9 @@ struct Stock {
   Vec3 size_mm = Vec3::Zero();                      // of the bounds; block: its size
   std::filesystem::path mesh_path;                  // mesh, or relief: its picture
   double width_mm = 0, height_mm = 0, base_mm = 0;  // relief
+  bool invert = false;                              // relief: black is highest
   std::optional<double> fit_mm;                     // mesh: scaled so that its longest side is this
+  Orientation orientation;                          // mesh: how it stands
   double pitch_mm = 0;
   std::optional<double> room_mm;  // space around the stock
   uint8_t material = 0;

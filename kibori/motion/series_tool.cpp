@@ -281,6 +281,23 @@ bool SeriesTool::give_way(Tick& tick, const Vec3& up, double too_hard_n) {
   return true;
 }
 
+// How far a hand of a strength pushes the tool. What resists may come in lumps, as a flat face meets a whole
+// layer of rays at once; so it is the work of all of the way that counts, not its hardest place. `up`: the
+// way out of the wood.
+SeriesTool::Balance SeriesTool::push(Tick& tick, const Vec3& up, bool likely_touching) {
+  const double k = spring_.stiffness_n_mm, strength = spring_.strength_n;
+  const Resistance whole = resistance(tick, 1);
+  const double too_hard_n = whole.force - strength - spare_nmm_ / tick.length;
+  if (!(too_hard_n > 0))
+    return {std::clamp(1 - std::min(whole.force, strength) / (k * tick.length), 0.0, 1.0), whole.touching};
+  if (!give_way(tick, up, too_hard_n)) return balance(tick, likely_touching);
+  const Resistance r = resistance(tick, 1);
+  spare_nmm_ = std::clamp(spare_nmm_ + (strength - r.force) * tick.length, 0.0,
+                          kSpareWay * model_.lattice().pitch_mm * strength);
+  resisted_mm_ = tick.motion.travel_mm * (r.force / (k * tick.length));
+  return {1, r.touching};
+}
+
 // The share of the way along which a blow of so much work drives the tool.
 double SeriesTool::struck_share(const Tick& tick, double strike_nmm) {
   const auto work = [&](double share) { return resistance(tick, share).force * share * tick.length; };
@@ -376,7 +393,6 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
     return last_.felt;
   const Vec3 before = tool_pose_.tip;
   Felt felt;
-  std::optional<Vec3> resisted;  // the stretch that is shown, where it is not the spring's own
 
   Tick tick{
       tool,     {tool_pose_, device.tip - tool_pose_.tip, rotation_between(tool_pose_.frame, device.frame)},
@@ -386,12 +402,12 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
   const Result<int> pieces = pieces_of(tool, tick.motion, lattice);
   if (!pieces) return Error{pieces.error()};
 
-  bool gave_way = false;
+  resisted_mm_.reset();
   // The tool goes a share of the way. All of it: to where the device is, its turn made as a replay makes it.
   const auto go = [&](double share) {
     ToolMotion way = tick.motion.part(share);
     Pose end = way.at(1);
-    if (share >= 1 && !gave_way) end.tip = device.tip;
+    if (share >= 1 && !resisted_mm_) end.tip = device.tip;
     way.travel_mm = end.tip - tool_pose_.tip;
     felt.turn_rad = way.turns() ? way.turn_rad : Vec3(Vec3::Zero());
     if (felt.edited) {
@@ -428,33 +444,24 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
         tick.inside = reach_volume(rest, 0);
         touches = true;
       }
-      // Along a way that is too hard as a whole, depth gives way; a blow goes on where the hand can't.
-      double too_hard_n = 0;
-      if (mode == Mode::cut && spring_.strength_n > 0 && moves && !(strike_nmm > 0))
-        too_hard_n = resistance(tick, 1).force - spring_.strength_n - spare_nmm_ / tick.length;
-      if (strike_nmm > 0 && mode == Mode::cut && moves)
+      if (moves && mode == Mode::cut && strike_nmm > 0)
         at = {struck_share(tick, strike_nmm), true};
-      else if (too_hard_n > 0 && give_way(tick, device.axis(), too_hard_n)) {
-        gave_way = true;
-        const Resistance r = resistance(tick, 1);
-        at = {1, r.touching};
-        spare_nmm_ = std::clamp(spare_nmm_ + (spring_.strength_n - r.force) * tick.length, 0.0,
-                                kSpareWay * h * spring_.strength_n);
-        resisted = tick.motion.travel_mm * (r.force / (spring_.stiffness_n_mm * tick.length));
-      } else if (moves)
+      else if (moves && mode == Mode::cut && spring_.strength_n > 0)
+        at = push(tick, device.axis(), touches && touched_);
+      else if (moves)
         at = balance(tick, touches && touched_);
       else
         at.share = resistance(tick, 1).touching ? 0 : 1;
     }
-    if (!gave_way && !resting) rise_mm_ = spare_nmm_ = 0;
-    felt.touching = (at.share < 1 || gave_way) && !resting;
+    if (!resisted_mm_ && !resting) rise_mm_ = spare_nmm_ = 0;
+    felt.touching = (at.share < 1 || resisted_mm_) && !resting;
     if (resting) felt.touching = touched_;
     felt.cutting = at.touching && mode != Mode::touch && at.share > 0;
     felt.edited = felt.cutting;
     if (at.share > 0) go(std::min(1.0, at.share));
     if (at.share > 0) last_step_mm_ = at.share * tick.length;
     touched_ = felt.touching || felt.cutting;
-    if (felt.touching && !felt.cutting && !resting && !gave_way && mode != Mode::deposit)
+    if (felt.touching && !felt.cutting && !resting && !resisted_mm_ && mode != Mode::deposit)
       for (int faces = 0; faces < 2; faces++) {
         const Pose there = tool_pose_;
         const double share = slide(tick, device.tip - tool_pose_.tip);
@@ -473,7 +480,7 @@ Result<SeriesTool::Felt> SeriesTool::advance(const Tool& tool, const Pose& devic
   const double cell = h * h * h;
   felt.removed_mm3 = (mode == Mode::deposit ? -1 : 1) * removed_.mean_volume() * cell;
   felt.clipped = removed_.clipped;
-  felt.stretch_mm = resisted && show_resistance_ ? *resisted : Vec3(device.tip - tool_pose_.tip);
+  felt.stretch_mm = resisted_mm_ && show_resistance_ ? *resisted_mm_ : Vec3(device.tip - tool_pose_.tip);
   felt.hand = pull_of(
       spring_, felt.stretch_mm,
       spring_.torsion_nmm_rad > 0 ? rotation_between(tool_pose_.frame, device.frame) : Vec3(Vec3::Zero()));

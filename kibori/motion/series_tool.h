@@ -137,6 +137,7 @@ class SeriesTool {
   double pull(double length_mm) const;
   double length_of(const ToolMotion& motion) const;
   bool give_way(Tick& tick, const Vec3& up, double too_hard_n);
+  Balance push(Tick& tick, const Vec3& up, bool likely_touching);
   double struck_share(const Tick& tick, double strike_nmm);
   const Vec3& contact_normal(const Tick& tick);
 
@@ -153,8 +154,9 @@ class SeriesTool {
   Pose normal_pose_;
   Removed removed_, trial_;
   bool show_resistance_ = false;
-  double rise_mm_ = 0;    // by which depth gave way in the last tick
-  double spare_nmm_ = 0;  // work that the hand could have done while depth gave way
+  std::optional<Vec3> resisted_mm_;  // the stretch of the cut's resistance, where depth gave way in this tick
+  double rise_mm_ = 0;               // by which depth gave way in the last tick
+  double spare_nmm_ = 0;             // work that the hand could have done while depth gave way
   // The last tick, for one that asks for the same again.
   struct Last {
     bool known = false;

@@ -59,11 +59,13 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
     const bool relief = stock.kind == Stock::Kind::relief;
     const std::string what = relief ? "relief " : "mesh ", name = what + stock.mesh_path.string() + ": ";
     Result<TriangleMesh> read =
-        relief
-            ? read_relief(stock.mesh_path, {stock.width_mm, stock.height_mm, stock.base_mm}, stock.pitch_mm)
-            : read_mesh(stock.mesh_path);
+        relief ? read_relief(stock.mesh_path, {stock.width_mm, stock.height_mm, stock.base_mm, stock.invert},
+                             stock.pitch_mm)
+               : read_mesh(stock.mesh_path);
     if (!read) return wrong(what + read.error());
     TriangleMesh mesh = std::move(read).value();
+    const Mat3 turn = rotation(stock.orientation);
+    for (Vec3& p : mesh.vertices) p = turn * p;
     const Box box = mesh.bounds();
     const double longest = box.size().maxCoeff();
     if (!(longest > 0)) return wrong(name + "has no extent");

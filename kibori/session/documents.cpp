@@ -13,6 +13,7 @@
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/picture/picture.h>
+#include <kibori/session/force_report.h>
 #include <kibori/surface/surface.h>
 
 namespace kibori {
@@ -34,6 +35,11 @@ std::string stock_to_json(const Stock& stock, const std::string& label) {
             {"label", label}};
   if (stock.room_mm) json["room_mm"] = *stock.room_mm;
   if (stock.fit_mm) json["fit_mm"] = *stock.fit_mm;
+  if (stock.invert) json["invert"] = true;
+  if (stock.orientation != Orientation{}) {
+    json["up"] = signed_axis_text(stock.orientation.up);
+    json["front"] = signed_axis_text(stock.orientation.front);
+  }
   if (has_file(stock)) json["file"] = stock.mesh_path.filename().string();
   if (stock.kind == Stock::Kind::relief)
     json.update({{"width_mm", stock.width_mm}, {"height_mm", stock.height_mm}, {"base_mm", stock.base_mm}});
@@ -63,7 +69,16 @@ Result<Stock> stock_from_json(const Json& json) {
   stock.width_mm = number("width_mm", 0);
   stock.height_mm = number("height_mm", 0);
   stock.base_mm = number("base_mm", 0);
-  if (!stock.size_mm.allFinite()) return none;
+  stock.invert = json.value("invert", Json()) == true;
+  for (const auto& [key, axis] :
+       {std::pair{"up", &stock.orientation.up}, {"front", &stock.orientation.front}}) {
+    const auto found = json.find(key);
+    if (found == json.end()) continue;
+    const auto read = found->is_string() ? parse_signed_axis(found->get<std::string>()) : std::nullopt;
+    if (!read) return none;
+    *axis = *read;
+  }
+  if (!stock.size_mm.allFinite() || !is_turn(stock.orientation)) return none;
   return stock;
 }
 
@@ -101,6 +116,13 @@ Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path
     source.assign(file.value().begin(), file.value().end());
   }
   return Document::create(path, model, stock_to_json(scene.stock, scene.moves.front().label), source);
+}
+
+uint8_t document_material(const Document& document) {
+  const Result<std::string> text = document.stock();
+  const Result<Stock> stock =
+      stock_from_json(Json::parse(text ? text.value() : std::string(), nullptr, /*allow_exceptions=*/false));
+  return stock ? stock.value().material : uint8_t{0};
 }
 
 StrokeSettings stroke_settings(const Scene& scene, const Move& move) {
@@ -218,6 +240,7 @@ Result<Replay> replay_document(const Document& document, const ReplayOptions& op
         s.force.series && !options.law
             ? "series"
             : (law.model == ForceModel::paper ? "paper, " : "energy, ") + std::to_string(law.dof) + " DOF";
+    replay.note = model_note(s.force.series && !options.law, law.model);
     auto last = std::chrono::steady_clock::now();
     const Status done = document.replay(id, *carving.model, options.law, [&](const ReplayedTick& tick) {
       const auto now = std::chrono::steady_clock::now();

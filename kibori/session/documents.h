@@ -20,6 +20,8 @@ bool is_document(const std::filesystem::path& path);
 // A document of the stock, before the first move; the stock's own file goes in with it.
 Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path, const Scene& scene,
                                                const TriDexel& model);
+// What the document's stock is of: a number of its materials; 0 where it does not say.
+uint8_t document_material(const Document& document);
 // What a stroke of a move is carved with.
 StrokeSettings stroke_settings(const Scene& scene, const Move& move);
 
@@ -45,6 +47,7 @@ struct ReplayOptions {
 struct Replay {
   Carving carving;
   std::string title;  // the force model
+  std::string note;   // on it: see model_note()
   StepId to = 0;
   StepId differs = 0;  // the first step whose model is not what it was; only looked for at the recorded pitch
 };

@@ -41,6 +41,13 @@ std::string number_text(double value, double step) {
   return text;
 }
 
+// Three digits, or all before the point.
+std::string size_text(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, std::abs(value) >= 100 ? "%.0f" : "%.3g", value);
+  return text;
+}
+
 struct Series {
   const char* name;
   const char* colour;
@@ -53,13 +60,29 @@ constexpr const char *kBlack = "#222222", *kOrange = "#d55e00", *kBlue = "#0072b
 
 struct Panel {
   const char* title;
+  const char* quantity;  // of the axis
   const char* unit;
   std::vector<Series> series;
 };
 
+// As web/src/robust.ts: of the ticks with any force so many fit in, with some room above; a largest value
+// that is not much higher is shown whole.
+constexpr double kShare = 0.99, kRoom = 1.15, kWorth = 1.5;
+
+// How far a scale goes that shows these sizes and is not flattened by a few spikes.
+double reach(std::vector<double>& sizes) {
+  if (sizes.empty()) return 0;
+  const double largest = *std::max_element(sizes.begin(), sizes.end());
+  const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(sizes.size() - 1));
+  std::nth_element(sizes.begin(), at, sizes.end());
+  const double usual = kRoom * *at;
+  return largest <= kWorth * usual ? largest : usual;
+}
+
 class Plot {
  public:
-  Plot(const Carving& carving, const std::string& title) : carving_(carving) {
+  Plot(const Carving& carving, const std::string& title, std::string note)
+      : carving_(carving), note_(std::move(note)) {
     const double end = carving.trace.empty() ? 1 : carving.trace.back().time_s;
     t_max_ = std::max(end, 1e-6);
     // Ticks that fall on one point of the picture are drawn as their mean, with their range as a pale band.
@@ -76,12 +99,14 @@ class Plot {
   }
 
   void panel(const Panel& panel, double top, double height) {
-    double low = 0, high = 0;
+    std::vector<double> above, below;
     for (const TraceRow& row : carving_.trace)
       for (const Series& s : panel.series) {
-        low = std::min(low, s.value(row));
-        high = std::max(high, s.value(row));
+        const double v = s.value(row);
+        if (v > 0) above.push_back(v);
+        if (v < 0) below.push_back(-v);
       }
+    double low = -reach(below), high = reach(above);
     if (high - low < 1e-12) high = 1;
     const double step = nice_step(high - low, 4);
     low = std::floor(low / step + 1e-9) * step;
@@ -99,9 +124,10 @@ class Plot {
              "3\"/>\n",
              x_of(mark.time_s), x_of(mark.time_s), top, top + height);
     append(svg_, "<text x=\"%d\" y=\"%.1f\" font-weight=\"bold\">%s</text>\n", kLeft, top - 9, panel.title);
-    append(svg_,
-           "<text x=\"22\" y=\"%.1f\" transform=\"rotate(-90 22 %.1f)\" text-anchor=\"middle\">%s</text>\n",
-           top + height / 2, top + height / 2, panel.unit);
+    append(
+        svg_,
+        "<text x=\"22\" y=\"%.1f\" transform=\"rotate(-90 22 %.1f)\" text-anchor=\"middle\">%s [%s]</text>\n",
+        top + height / 2, top + height / 2, panel.quantity, panel.unit);
     double key = kRight;
     for (auto s = panel.series.rbegin(); s != panel.series.rend() && panel.series.size() > 1; ++s) {
       append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"end\" font-style=\"italic\">%s</text>", key,
@@ -111,7 +137,13 @@ class Plot {
              key - 58, key - 34, top - 13, top - 13, s->colour);
       key -= 84;
     }
+    append(svg_,
+           "<clipPath id=\"panel%.0f\"><rect x=\"%d\" y=\"%.1f\" width=\"%d\" height=\"%.1f\"/></clipPath>\n",
+           top, kLeft, top, kRight - kLeft, height);
+    append(svg_, "<g clip-path=\"url(#panel%.0f)\">\n", top);
     for (const Series& s : panel.series) curve(s, y_of);
+    append_long("</g>\n");
+    for (const Series& s : panel.series) spikes(s, low, high, top, top + height, panel.unit);
   }
 
   std::string finish(double bottom) {
@@ -119,8 +151,10 @@ class Plot {
     for (double t = 0; t <= t_max_ + step * 1e-6; t += step)
       append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\" fill=\"#555555\">%s</text>\n", x_of(t),
              bottom + 20, number_text(t, step).c_str());
-    append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">time / s</text>\n",
+    append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">Time [s]</text>\n",
            (kLeft + kRight) / 2.0, bottom + 42);
+    append(svg_, "<text x=\"%d\" y=\"%.1f\" font-size=\"12\" fill=\"#555555\">%s</text>\n", kLeft,
+           bottom + 70, note_.c_str());
     return std::move(svg_) + "</svg>\n";
   }
 
@@ -154,7 +188,7 @@ class Plot {
   }
 
   static constexpr double kLetterWidth = 9;  // of the labels' font, on average [px]
-  static constexpr int kWidth = 960, kHeight = 900, kLeft = 84, kRight = 936;
+  static constexpr int kWidth = 960, kHeight = 934, kLeft = 84, kRight = 936;
 
  private:
   double x_of(double t) const { return kLeft + (kRight - kLeft) * t / t_max_; }
@@ -187,9 +221,40 @@ class Plot {
     append_long("<path d=\"" + line + "\" fill=\"none\" stroke=\"" + s.colour + "\" stroke-width=\"" +
                 number_text(s.width, 0.1) + "\" stroke-linejoin=\"round\"/>\n");
   }
+  // What leaves the scale: a triangle where the panel ends, with the largest of what is near it.
+  void spikes(const Series& s, double low, double high, double top, double bottom, const char* unit) {
+    constexpr double kApart = 8, kNumber = 56;  // of spikes, and of their numbers [px]
+    struct Spike {
+      double x, value;
+    };
+    std::vector<Spike> found;
+    for (const TraceRow& row : carving_.trace) {
+      const double value = s.value(row), x = x_of(row.time_s);
+      if (value <= high && value >= low) continue;
+      if (found.empty() || x - found.back().x > kApart || (found.back().value > 0) != (value > 0))
+        found.push_back({x, value});
+      else if (std::abs(value) > std::abs(found.back().value))
+        found.back() = {x, value};
+    }
+    double free = kLeft;  // where the number before ends
+    for (const Spike& spike : found) {
+      const bool up = spike.value > 0;
+      append(svg_,
+             "<path class=\"spike\" d=\"M%.1f %.1fl4 %dh-8z\" fill=\"%s\"><title>%s %s</title></path>\n",
+             spike.x, up ? top - 7 : bottom + 7, up ? 7 : -7, s.colour, size_text(spike.value).c_str(), unit);
+      const bool left = spike.x + 6 + kNumber > kRight;
+      const double from = left ? spike.x - 6 - kNumber : spike.x + 6;
+      if (from < free) continue;
+      append(svg_, "<text x=\"%.1f\" y=\"%.1f\" font-size=\"10\" text-anchor=\"%s\">%s %s</text>\n",
+             left ? spike.x - 6 : from, up ? top + 9 : bottom - 2, left ? "end" : "start",
+             size_text(spike.value).c_str(), unit);
+      free = from + kNumber;
+    }
+  }
   void append_long(const std::string& text) { svg_ += text; }
 
   const Carving& carving_;
+  std::string note_;  // below
   std::string svg_;
   std::vector<Mark> marks_;
   double t_max_ = 1;
@@ -238,26 +303,44 @@ std::string forces_csv(const Carving& carving) {
   return csv;
 }
 
-std::string forces_svg(const Carving& carving, const std::string& title) {
-  Plot plot(carving, title);
+const char* model_note(bool series, ForceModel model) {
+  if (series)
+    return "Series: what a hand feels that pushes the tool by a spring, F = k (hand − tool); it grows until "
+           "the wood gives "
+           "way, and stays while the hand rests.";
+  if (model == ForceModel::energy)
+    return "Energy: what the cut costs, F = u × volume removed / way, against the motion; the same for any "
+           "grid, rate and "
+           "speed, and nothing at rest.";
+  return "Paper: what vanishes, F = kf × grid points within a tick, against the motion; more at speed, "
+         "uneven where they "
+         "are few, and nothing at rest.";
+}
+
+std::string forces_svg(const Carving& carving, const std::string& title, const std::string& note) {
+  Plot plot(carving, title, note);
   plot.marks(62);
   const double top = 112, height = 150, gap = 46;
   const auto force = [](int i) { return [i](const TraceRow& r) { return r.result.wrench.force[i]; }; };
   const auto moment = [](int i) { return [i](const TraceRow& r) { return r.result.wrench.moment[i]; }; };
-  plot.panel({"Force |F|",
+  plot.panel({"|F|: size of the force on the hand",
+              "Force",
               "N",
               {{"|F|", kBlack, 1.8, [](const TraceRow& r) { return size_of(r.result.wrench.force); }}}},
              top, height);
-  plot.panel({"Force components",
+  plot.panel({"Its parts along x, y and z",
+              "Force",
               "N",
               {{"Fx", kOrange, 1.4, force(0)}, {"Fy", kGreen, 1.4, force(1)}, {"Fz", kBlue, 1.4, force(2)}}},
              top + height + gap, height);
-  plot.panel({"Moment |M| about the tip",
+  plot.panel({"|M|: size of the moment about the tip",
+              "Moment",
               "N mm",
               {{"|M|", kBlack, 1.8, [](const TraceRow& r) { return size_of(r.result.wrench.moment); }}}},
              top + 2 * (height + gap), height);
   plot.panel(
-      {"Moment components",
+      {"Its parts about x, y and z",
+       "Moment",
        "N mm",
        {{"Mx", kOrange, 1.4, moment(0)}, {"My", kGreen, 1.4, moment(1)}, {"Mz", kBlue, 1.4, moment(2)}}},
       top + 3 * (height + gap), height);

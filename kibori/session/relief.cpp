@@ -35,6 +35,8 @@ Result<TriangleMesh> read_relief(const std::filesystem::path& picture, const Rel
   Result<GreyMap> read = read_png_grey(picture);
   if (!read) return Error{read.error()};
   GreyMap map = std::move(read).value();
+  if (size.invert)
+    for (uint16_t& pixel : map.pixels) pixel = static_cast<uint16_t>(65535 - pixel);
   const double depth_mm = size.width_mm * map.height / map.width;
   if (const Result<Lattice> fits =
           make_lattice({size.width_mm, depth_mm, size.base_mm + size.height_mm}, pitch_mm, 0);

@@ -13,6 +13,7 @@ struct ReliefSize {
   double width_mm = 80;  // along x; the depth along y follows from the picture's shape
   double height_mm = 5;  // of white above black
   double base_mm = 3;    // of black above the floor
+  bool invert = false;   // black above white
 };
 
 // A closed mesh with its lower corner at the origin: the picture's pixels as points of its upper side, first

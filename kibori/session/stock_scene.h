@@ -4,7 +4,6 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 
 #include <kibori/base/result.h>
@@ -19,10 +18,17 @@ inline constexpr double kMostRays = 1024;
 // pitch [mm]. Errors: the size, the pitch, the material.
 Result<Scene> stock_scene(Stock::Kind kind, const Vec3& size_mm, double pitch_mm, size_t material);
 
-// A mesh or, as a relief, a picture (PNG). `longest_mm`: it is scaled so that its longest side is this; else
-// a mesh stays as it is, and a picture is 80. `rays`: along that side. Reads the file for its size. Errors:
-// those of reading it, and as above.
-Result<Scene> file_scene(const std::filesystem::path& file, std::optional<double> longest_mm, double rays,
-                         size_t material);
+// How a file becomes a stock.
+struct FileStock {
+  double longest_mm = 0;  // it is scaled so that its longest side is this; of a picture without its height
+  double rays = 0;        // along that side
+  size_t material = 0;
+  Orientation orientation;            // mesh
+  double height_mm = 5, base_mm = 5;  // picture
+  bool invert = false;                // picture
+};
+
+// A mesh or, as a relief, a picture (PNG). Errors: those of reading a picture, and as above.
+Result<Scene> file_scene(const std::filesystem::path& file, const FileStock& how);
 
 }  // namespace kibori

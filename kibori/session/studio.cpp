@@ -97,6 +97,7 @@ Result<std::unique_ptr<Studio>> Studio::open(const std::filesystem::path& file, 
     for (Material& material : scene.materials) mend(material);
     scene.tools = {last.value().tool};
   }
+  scene.stock.material = document_material(*document.value());
   return start(std::move(document).value(), std::move(model).value(), scene, options);
 }
 
@@ -119,6 +120,8 @@ Result<std::unique_ptr<Studio>> Studio::look(std::unique_ptr<Document> document)
   studio->lattice_ = document->lattice();
   studio->materials_ = known_materials();
   if (const auto last = document->settings(document->head())) studio->materials_ = last.value().materials;
+  if (const uint8_t own = document_material(*document); own < studio->materials_.size())
+    studio->stock_material_ = own;
   auto model = document->load_at(document->head());
   if (!model) return Error{model.error()};
   studio->shown_ = std::move(model).value();
@@ -127,7 +130,7 @@ Result<std::unique_ptr<Studio>> Studio::look(std::unique_ptr<Document> document)
   studio->place_.step = document->head();
   studio->stock_mm3_ = studio->snapshot_.volume_mm3() + removed_until(*document, document->head());
   for (const auto& [id, step] : document->steps())
-    studio->steps_.push_back({id, step.parent, step.removed_mm3});
+    studio->steps_.push_back(studio->past_step(*document, step));
   studio->versions_ = document->versions();
   studio->viewed_ = std::move(document);
   return studio;
@@ -139,6 +142,7 @@ Result<std::unique_ptr<Studio>> Studio::watch(const Scene& scene, double pace) {
   std::unique_ptr<Studio> studio(new Studio);
   studio->name_ = scene.file;
   studio->materials_ = scene.materials;
+  studio->stock_material_ = scene.stock.material;
   studio->rate_hz_ = scene.rate_hz;
   studio->experiment_ = std::move(experiment).value();
   studio->snapshot_ = studio->experiment_->stock();
@@ -155,7 +159,10 @@ Result<std::unique_ptr<Studio>> Studio::start(std::unique_ptr<Document> document
   studio->name_ = document->name();
   studio->lattice_ = model->lattice();
   studio->materials_ = scene.materials;
+  // A document may name one that the materials of its last stroke don't hold.
+  if (scene.stock.material < scene.materials.size()) studio->stock_material_ = scene.stock.material;
   LiveSettings settings;
+  settings.material = studio->stock_material_;
   settings.tool = studio->tool_ = scene.tools.front();
   settings.materials = scene.materials;
   settings.mode = Mode::off;
@@ -531,7 +538,7 @@ const Studio::Place& Studio::place() {
         // One that is being made may still be left off.
         if (!at->second.finished && document.in_stroke() && std::next(at) == steps.end()) break;
         last_told_ = at->first;
-        told_.steps.push_back({at->first, at->second.parent, at->second.removed_mm3});
+        told_.steps.push_back(past_step(document, at->second));
       }
       told_.versions = document.versions();
       told_.fresh = true;
@@ -596,6 +603,18 @@ void Studio::with_document(std::function<void(Document&)> f) {
     f(*viewed_);
   else if (scribe_)
     scribe_->with(std::move(f));
+}
+
+Studio::PastStep Studio::past_step(const Document& document, const Step& step) {
+  const auto [seen, fresh] = settings_seen_.try_emplace(step.setting);
+  auto& [tool, mode] = seen->second;
+  if (fresh && !step.stock) {
+    if (const auto settings = document.settings(step.id)) {
+      tool = settings.value().tool;
+      mode = settings.value().mode;
+    }
+  }
+  return {step.id, step.parent, step.removed_mm3, step.made_s, tool, mode, step.pictured, step.label};
 }
 
 void Studio::thumbnail(StepId step, std::function<void(Bytes)> use) {

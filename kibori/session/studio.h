@@ -48,6 +48,11 @@ class Studio {
   struct PastStep {
     StepId id = 0, parent = 0;  // the stock has no parent: 0
     double removed_mm3 = 0;     // negative: added
+    int64_t made_s = 0;         // when it was begun [s since 1970]; 0: not known
+    std::optional<Tool> tool;   // the stock has none
+    Mode mode = Mode::cut;
+    bool pictured = false;  // whether thumbnail() had a picture of it when the step was first told of
+    std::string label;
   };
   using Versions = std::map<std::string, StepId>;
   struct Options {
@@ -89,6 +94,7 @@ class Studio {
   const Lattice& lattice() const { return lattice_; }
   const std::string& document_name() const { return name_; }
   const std::vector<Material>& materials() const { return materials_; }
+  uint8_t stock_material() const { return stock_material_; }  // what the stock is of: a number of materials()
   double rate_hz() const { return rate_hz_; }
   bool read_only() const { return viewed_ != nullptr; }
   // What runs by itself; null: a hand carves.
@@ -175,11 +181,13 @@ class Studio {
   void tell(const Status& how);
   void count_volume();
   void with_document(std::function<void(Document&)> f);
+  PastStep past_step(const Document& document, const Step& step);
 
   std::string name_;
   Lattice lattice_;
   double rate_hz_ = 1000;
   std::vector<Material> materials_;
+  uint8_t stock_material_ = 0;
   PointerDevice* pointer_ = nullptr;  // live_'s, if one holds the tool
   uint32_t stroke_ = 0;               // the pointer's newest
   // What waits for the end of a stroke: until it is finished, or for a command's room.
@@ -213,7 +221,9 @@ class Studio {
     Versions versions;
     std::string notice;
   } told_;
-  StepId last_told_ = 0;            // of that thread
+  StepId last_told_ = 0;  // of that thread
+  // Tool and mode by Step::setting, of the thread that has the document: many strokes share them.
+  std::map<int64_t, std::pair<std::optional<Tool>, Mode>> settings_seen_;
   std::unique_ptr<Scribe> scribe_;  // gone before what it writes of
   Snapshot snapshot_;
   std::vector<Index3> changed_;

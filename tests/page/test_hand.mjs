@@ -42,14 +42,15 @@ async function flick(page, from, to, ms, { pressure = 0 } = {}) {
 }
 /** Once the stroke is a step, and the volume is counted. */
 async function stepAfter(page, step) {
-  const now = await until(page, "a step", (s) => Number(s.step) > Number(step), 30);
+  // A step that is being made has no hash yet.
+  await until(page, "a step", (s) => Number(s.step) > Number(step) && !/^0*$/.test(s.hash), 30);
   for (let last = -1, i = 0; i < 60; i++) {
     const { volume } = await state(page);
     if (volume === last) break;
     last = volume;
     await page.waitForTimeout(250);
   }
-  return { ...now, ...(await state(page)) };
+  return state(page);
 }
 async function undone(page, hash) {
   await page.keyboard.press("Control+z");
@@ -90,8 +91,14 @@ async function quickStrokes() {
         const [section, ends] = SECTIONS[tool], long = Math.hypot(b[0] - a[0], b[1] - a[1]), expected = section * long + ends;
         const taken = Number(before.volume) - Number(after.volume);
         check(`${tool}, ${wood}, ${ms} ms, ${slow ? 30 : 60} Hz: ${taken.toFixed(1)} of ${expected.toFixed(1)} mm³`, Math.abs(taken - expected) < 0.02 * expected);
-        const tip = await page.evaluate(() => window.kibori.cut());
-        check(`${tool}, ${wood}, ${ms} ms: it ends where the pointer did (${tip} for ${b})`, Math.hypot(tip[0] - b[0], tip[1] - b[1], tip[2] - (b[2] - 2)) < 0.3);
+        let tip, off = 1;
+        // The readings come by a way of their own.
+        for (let i = 0; i < 30 && !(off < 0.3); i++) {
+          if (i > 0) await page.waitForTimeout(100);
+          tip = await page.evaluate(() => window.kibori.cut());
+          off = Math.hypot(tip[0] - b[0], tip[1] - b[1], tip[2] - (b[2] - 2));
+        }
+        check(`${tool}, ${wood}, ${ms} ms: it ends where the pointer did (${tip} for ${b})`, off < 0.3);
         hashes.add(after.hash);
         await undone(page, first.hash);
         slow = !slow;

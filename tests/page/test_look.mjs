@@ -41,7 +41,7 @@ const settle = async (page) => {
   }
   throw new Error("the view did not settle in 30 s");
 };
-const CLIP = { x: 240, y: 130, width: 420, height: 300 }; // the solid, beside the panels
+const CLIP = { x: 240, y: 110, width: 390, height: 300 }; // the solid, beside the panels
 async function picture(page) {
   await settle(page);
   return page.screenshot({ clip: CLIP });
@@ -54,8 +54,10 @@ const slide = (page, id, value) =>
   }, String(value));
 const hit = (page, x, y) => page.evaluate(([a, b]) => window.kibori.hit(a, b), [x, y]);
 const SIZE = { width: 900, height: 600 };
-// The default view looks at the middle of a block from there.
-const MIDDLE = { x: 450, y: 300 };
+// Where the window shows the middle of the block, which is looked at.
+const middleOf = (page) => page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
+// Beside the solid.
+const rest = (page) => page.mouse.move(300, 30);
 
 async function begin(wood, shape = 0) {
   const studio = await Studio.start();
@@ -67,7 +69,7 @@ async function begin(wood, shape = 0) {
   await page.locator("#detail").selectOption("192");
   await page.locator("#go").click();
   await shown(page);
-  await page.mouse.move(450, 590);
+  await rest(page);
   return { studio, page };
 }
 async function finish({ studio, page }) {
@@ -95,17 +97,18 @@ async function speciesDiffer() {
 async function shading() {
   const visit = await begin("oak"), { page } = visit;
   // Something to see hollows in.
-  await page.mouse.move(400, 270);
+  const MIDDLE = await middleOf(page);
+  await page.mouse.move(MIDDLE.x - 50, MIDDLE.y - 20);
   await page.mouse.down();
   for (let i = 0; i < 20; i++) {
-    await page.mouse.move(400 + 5 * i, 270 + i);
+    await page.mouse.move(MIDDLE.x - 50 + 5 * i, MIDDLE.y - 20 + i);
     await page.waitForTimeout(30);
   }
   await page.mouse.up();
   const first = await state(page);
   await until(page, "a step", (s) => Number(s.step) > 1);
   await page.waitForTimeout(500);
-  await page.mouse.move(450, 590);
+  await rest(page);
   await page.locator("#look-box summary").click();
   const wood = await picture(page);
 
@@ -134,7 +137,7 @@ async function shading() {
     await page.mouse.down();
     await page.mouse.move(widget.x + 48, widget.y + 40);
     await page.mouse.up();
-    await page.mouse.move(450, 590);
+    await rest(page);
   };
   await clayLight();
   check("clay's light can be dragged", (await compare(clay, await picture(page))).mean > 2);
@@ -153,11 +156,11 @@ async function shading() {
   await page.mouse.move(MIDDLE.x - 110, MIDDLE.y - 60, { steps: 4 });
   await page.mouse.up();
   await page.keyboard.up("l");
-  await page.mouse.move(450, 590);
+  await rest(page);
   check("L + drag moves the light", (await compare(lit, await picture(page))).mean > 2);
   check("and carves nothing", (await state(page)).volume === before.volume && before.hash !== first.hash);
   await page.locator("#light-reset").click();
-  await page.mouse.move(450, 590);
+  await rest(page);
   check("as it was", (await compare(wood, await picture(page))).mean < 1);
   await finish(visit);
 }
@@ -166,7 +169,7 @@ const unit = (v) => v.map((x) => x / Math.hypot(...v));
 const minus = (a, b) => ({ x: a.x - b.x, y: a.y - b.y });
 async function viewsAndSection() {
   const visit = await begin("walnut"), { page } = visit;
-  const middle = await page.evaluate(() => window.kibori.middle());
+  const middle = await page.evaluate(() => window.kibori.middle()), MIDDLE = await middleOf(page);
   const view = async () => {
     await settle(page);
     return unit(await page.evaluate(() => window.kibori.eye().map((x, i) => x - window.kibori.middle()[i])));
@@ -220,11 +223,11 @@ async function viewsAndSection() {
   await page.locator("#look-box summary").click();
   await choose(page, "section", "y");
   check("the section shows", (await compare(whole, await picture(page))).share > 0.1);
-  const inside = await hit(page, 420, 330);
+  const inside = await hit(page, MIDDLE.x - 20, MIDDLE.y + 5);
   check(`a pick meets the cut: ${JSON.stringify(inside)}`, Math.abs(inside.point[1] - middle[1]) < 0.5 && inside.normal[1] < -0.99);
   await show(page, "look-section");
   await slide(page, "section-at", 0.5);
-  check("it can be moved", Math.abs((await hit(page, 420, 300)).point[1] - inside.point[1] - 12.5) < 0.2);
+  check("it can be moved", Math.abs((await hit(page, MIDDLE.x - 20, MIDDLE.y)).point[1] - inside.point[1] - 12.5) < 0.2);
   await page.locator("#section-flip").check();
   const kept = await hit(page, MIDDLE.x, MIDDLE.y);
   check(`on the other side all is as before: ${JSON.stringify(kept)}`, away(kept.point, surface.point) < 1e-6);
@@ -355,7 +358,7 @@ async function byKeyboardAlone() {
   // What is chosen is there again.
   await page.reload();
   await shown(page);
-  await page.mouse.move(450, 590);
+  await rest(page);
   check("the shading is kept", await page.locator("input[name=shading][value=clay]").isChecked());
   check("and is what is drawn", (await compare(wood, await picture(page))).mean > 8);
   await finish(visit);

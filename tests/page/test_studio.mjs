@@ -188,7 +188,7 @@ async function penAndFinger() {
   // Killed in the middle and started again at the same place: the page comes back by itself, and nothing is lost.
   const port = new URL(studio.url).port;
   await studio.end("SIGKILL");
-  await page.locator("#notice").waitFor();
+  await page.locator("#lost", { hasText: "Start 'kibori studio' again" }).waitFor();
   const again = await Studio.start(join(folder, "hands.kibori"), "--port", port);
   // The cookie went with the process that gave it.
   await enter(page, again.url);
@@ -439,8 +439,9 @@ async function files() {
       }
   const mesh = join(folder, "octahedron.stl");
   writeFileSync(mesh, `${text}endsolid octahedron\n`);
-  await page.locator("#rays").selectOption("192");
   await page.locator("#file").setInputFiles(mesh);
+  await page.locator("#import-detail").selectOption("192");
+  await page.locator("#importing button[value=yes]").click();
   const brought = await shown(page);
   const exact = (4 / 3) * 20 ** 3;
   check(`the octahedron's volume (${brought.volume} of ${exact})`, Math.abs(Number(brought.volume) - exact) < 0.01 * exact);
@@ -529,7 +530,7 @@ async function noWebGl() {
   const before = complaints.length;
   const page = await open({ width: 640, height: 480 }, {}, without);
   await enter(page, studio.url);
-  await page.locator("#hint").filter({ hasText: "WebGL" }).waitFor();
+  await page.locator("#notice").filter({ hasText: "WebGL" }).waitFor();
   complaints.length = before;  // here it has reason to
   check("the page says that WebGL is missing", true);
   await without.close();

@@ -20,6 +20,13 @@ export function put(id: string, text: string): void {
   if (at.textContent !== text) at.textContent = text;
 }
 
+let saying = 0;
+/** Says it to who listens to the page, once it stays so: of many steps at once only the last. */
+export function announce(text: string): void {
+  window.clearTimeout(saying);
+  saying = window.setTimeout(() => put("announced", text), 300);
+}
+
 const READ_EVERY_MS = 200; // as often as an eye can follow a number
 const numbers = new Map<string, string>();
 let timer = 0;

@@ -2,7 +2,11 @@
 // Experiments: scenes that run by themselves, and the forces of several runs beside each other.
 import uPlot from "uplot";
 import { element } from "./dom";
+import { figure } from "./figure";
 import { write } from "./messages";
+import { MODELS } from "./models";
+import { markSpikes } from "./plot";
+import { robustRange } from "./robust";
 
 interface Mark {
   label: string;
@@ -30,13 +34,13 @@ const ROW = 7;
 const MOST_RUNS = 12;
 // Okabe and Ito's colours, which people with any kind of colour vision tell apart; dashed the second time round.
 const COLOURS = ["#d55e00", "#0072b2", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"];
-const QUANTITIES: Record<string, { label: string; of: (r: Float32Array, i: number, most: number) => number }> = {
-  force: { label: "|F| [N]", of: (r, i) => Math.hypot(r[i + 1], r[i + 2], r[i + 3]) },
-  fx: { label: "Fx [N]", of: (r, i) => r[i + 1] },
-  fy: { label: "Fy [N]", of: (r, i) => r[i + 2] },
-  fz: { label: "Fz [N]", of: (r, i) => r[i + 3] },
-  shape: { label: "|F| over its most", of: (r, i, most) => Math.hypot(r[i + 1], r[i + 2], r[i + 3]) / (most || 1) },
-  moment: { label: "|M| [N mm]", of: (r, i) => Math.hypot(r[i + 4], r[i + 5], r[i + 6]) },
+const QUANTITIES: Record<string, { label: string; unit: string; of: (r: Float32Array, i: number, most: number) => number }> = {
+  force: { label: "Force |F| [N]", unit: "N", of: (r, i) => Math.hypot(r[i + 1], r[i + 2], r[i + 3]) },
+  fx: { label: "Force Fx [N]", unit: "N", of: (r, i) => r[i + 1] },
+  fy: { label: "Force Fy [N]", unit: "N", of: (r, i) => r[i + 2] },
+  fz: { label: "Force Fz [N]", unit: "N", of: (r, i) => r[i + 3] },
+  shape: { label: "Force |F| over its largest [1]", unit: "", of: (r, i, most) => Math.hypot(r[i + 1], r[i + 2], r[i + 3]) / (most || 1) },
+  moment: { label: "Moment |M| [N mm]", unit: "N mm", of: (r, i) => Math.hypot(r[i + 4], r[i + 5], r[i + 6]) },
 };
 
 const cell = (text: string, kind = "td"): HTMLElement => {
@@ -45,7 +49,6 @@ const cell = (text: string, kind = "td"): HTMLElement => {
   return made;
 };
 const rounded = new Intl.NumberFormat(undefined, { maximumSignificantDigits: 3 });
-const escaped = (text: string): string => text.replace(/[&<>"]/g, (c) => `&#${c.charCodeAt(0)};`);
 
 export class Experiments {
   private runs: Run[] = [];
@@ -144,27 +147,23 @@ export class Experiments {
     element("runs").replaceChildren(...rows);
     this.plot?.destroy();
     this.plot = null;
-    const quantity = QUANTITIES[element<HTMLSelectElement>("quantity").value];
-    const shown = this.runs.map((run, i) => ({ run, i })).filter(({ run }) => run.shown);
+    element("runs-models").replaceChildren(...this.notes().map((says) => cell(says, "p")));
+    const quantity = this.quantity(), shown = this.shown();
     const into = element("runs-plot");
     if (shown.length === 0 || into.clientWidth === 0) return;
     const style = getComputedStyle(document.documentElement);
-    const axis = { stroke: style.getPropertyValue("--quiet"), grid: { stroke: style.getPropertyValue("--line"), width: 1 }, ticks: { stroke: style.getPropertyValue("--line") } };
-    const tables = shown.map(({ run }) => {
-      const x: number[] = [], y: number[] = [];
-      for (let k = 0; k < run.rows.length; k += ROW) {
-        x.push(run.rows[k]);
-        y.push(quantity.of(run.rows, k, run.max_force_N));
-      }
-      return [x, y] as uPlot.AlignedData;
-    });
+    const axis = { stroke: style.getPropertyValue("--quiet"), grid: { stroke: style.getPropertyValue("--line"), width: 1 }, ticks: { stroke: style.getPropertyValue("--line") }, font: "11px system-ui, sans-serif", labelFont: "12px system-ui, sans-serif" };
+    const curves = shown.map(({ run }) => this.curve(run));
+    const tables = curves.map(({ x, y }) => [x, y] as uPlot.AlignedData);
+    const range = robustRange(curves.map(({ y }) => y), 0);
     this.plot = new uPlot(
       {
         width: into.clientWidth,
         height: 260,
-        scales: { x: { time: false } },
-        axes: [{ ...axis, label: "s", labelSize: 16 }, { ...axis, label: quantity.label, size: 56, labelSize: 18 }],
-        series: [{ label: "s" }, ...shown.map(({ run, i }) => ({ label: `${run.name}, ${run.model}`, stroke: this.colour(i), width: 1.5, spanGaps: true, points: { show: false }, ...(i >= COLOURS.length ? { dash: [6, 4] } : {}) }))],
+        scales: { x: { time: false }, y: { range: [range.low, range.high] } },
+        axes: [{ ...axis, label: "Time [s]", size: 32, labelSize: 18, labelGap: 0 }, { ...axis, label: quantity.label, size: 56, labelSize: 18 }],
+        hooks: { draw: [(plot) => markSpikes(plot, curves.map((curve, k) => ({ ...curve, range, colour: this.colour(shown[k].i), unit: quantity.unit })))] },
+        series: [{ label: "Time [s]" }, ...shown.map(({ run, i }) => ({ label: `${run.name}, ${run.model}`, stroke: this.colour(i), width: 1.5, spanGaps: true, points: { show: false }, ...(i >= COLOURS.length ? { dash: [6, 4] } : {}) }))],
         legend: { show: false },
       },
       tables.length === 1 ? tables[0] : uPlot.join(tables),
@@ -184,57 +183,30 @@ export class Experiments {
     return new Blob(parts, { type: "text/csv" });
   }
 
-  /** The plot as a figure for a page of print. */
+  /** What is shown, as a figure for a page of print. */
   private svg(): string {
-    const quantity = QUANTITIES[element<HTMLSelectElement>("quantity").value];
-    const shown = this.runs.map((run, i) => ({ run, i })).filter(({ run }) => run.shown);
-    const width = 720, height = 400, left = 64, right = 16, top = 16, bottom = 52 + 18 * shown.length;
-    let end = 0, low = 0, high = 0;
-    for (const { run } of shown)
-      for (let k = 0; k < run.rows.length; k += ROW) {
-        end = Math.max(end, run.rows[k]);
-        const v = quantity.of(run.rows, k, run.max_force_N);
-        low = Math.min(low, v);
-        high = Math.max(high, v);
-      }
-    end ||= 1;
-    high = high === low ? low + 1 : high + 0.04 * (high - low);
-    const total = height + bottom - 52;
-    const x = (t: number): number => left + ((width - left - right) * t) / end;
-    const y = (v: number): number => top + ((height - top - 52) * (high - v)) / (high - low);
-    const ticks = (from: number, to: number): number[] => {
-      const raw = (to - from) / 6, power = 10 ** Math.floor(Math.log10(raw)), step = power * ([1, 2, 5, 10].find((m) => m * power >= raw) ?? 10);
-      const all: number[] = [];
-      for (let v = Math.ceil(from / step) * step; v <= to + 1e-9 * step; v += step) all.push(Number(v.toPrecision(6)));
-      return all;
-    };
-    const out = [`<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${width} ${total}" font-family="sans-serif" font-size="12"><rect width="${width}" height="${total}" fill="#fff"/>`];
-    for (const v of ticks(low, high)) out.push(`<line x1="${left}" x2="${width - right}" y1="${y(v)}" y2="${y(v)}" stroke="#ddd"/><text x="${left - 6}" y="${y(v) + 4}" text-anchor="end">${v}</text>`);
-    for (const t of ticks(0, end)) out.push(`<line x1="${x(t)}" x2="${x(t)}" y1="${top}" y2="${y(low)}" stroke="#eee"/><text x="${x(t)}" y="${y(low) + 16}" text-anchor="middle">${t}</text>`);
-    out.push(`<text x="${(left + width) / 2}" y="${y(low) + 34}" text-anchor="middle">time [s]</text><text transform="translate(16 ${(top + y(low)) / 2}) rotate(-90)" text-anchor="middle">${quantity.label}</text>`);
-    shown.forEach(({ run, i }, place) => {
-      // As fine as can be seen: of each half unit of width the lowest and the highest.
-      const points: string[] = [];
-      let column = -1, least = 0, most = 0, at = 0;
-      const put = (): void => {
-        if (column >= 0) points.push(`${at.toFixed(1)},${y(least).toFixed(1)}`, ...(most > least ? [`${at.toFixed(1)},${y(most).toFixed(1)}`] : []));
-      };
-      for (let k = 0; k < run.rows.length; k += ROW) {
-        const px = x(run.rows[k]), v = quantity.of(run.rows, k, run.max_force_N);
-        if (Math.floor(2 * px) !== column) {
-          put();
-          column = Math.floor(2 * px);
-          at = px;
-          least = most = v;
-        }
-        least = Math.min(least, v);
-        most = Math.max(most, v);
-      }
-      put();
-      const look = `fill="none" stroke="${this.colour(i)}" stroke-width="1.5"${i >= COLOURS.length ? ' stroke-dasharray="6 4"' : ""}`;
-      const line = height + 8 + 18 * place;
-      out.push(`<polyline points="${points.join(" ")}" ${look}/><line x1="${left}" x2="${left + 28}" y1="${line}" y2="${line}" ${look}/><text x="${left + 36}" y="${line + 4}">${escaped(`${run.name}, ${run.model}`)}</text>`);
-    });
-    return out.join("\n") + "\n</svg>\n";
+    const quantity = this.quantity();
+    const curves = this.shown().map(({ run, i }) => ({ name: `${run.name}, ${run.model}`, colour: this.colour(i), dashed: i >= COLOURS.length, ...this.curve(run) }));
+    return figure(curves, quantity.label, this.notes());
+  }
+
+  private quantity(): (typeof QUANTITIES)[string] {
+    return QUANTITIES[element<HTMLSelectElement>("quantity").value];
+  }
+  private shown(): { run: Run; i: number }[] {
+    return this.runs.map((run, i) => ({ run, i })).filter(({ run }) => run.shown);
+  }
+  private curve(run: Run): { x: number[]; y: number[] } {
+    const quantity = this.quantity(), x: number[] = [], y: number[] = [];
+    for (let k = 0; k < run.rows.length; k += ROW) {
+      x.push(run.rows[k]);
+      y.push(quantity.of(run.rows, k, run.max_force_N));
+    }
+    return { x, y };
+  }
+  /** A sentence for each model that is shown. */
+  private notes(): string[] {
+    const models = new Set(this.shown().map(({ run }) => run.model));
+    return Object.entries(MODELS).filter(([model]) => models.has(model)).map(([, says]) => says);
   }
 }

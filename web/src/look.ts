@@ -15,6 +15,7 @@ const SIDE_PX = { least: 16, most: 8192 };
 const MOST_FRAMES = 3600;
 const REFERENCE_PX = 2048; // its longer side at most
 const LIGHT_STEP = 0.08; // of the widget's radius, by an arrow key
+const PANEL_LEAST_PX = 120, PANEL_MARGIN_PX = 12;
 const LIGHT_DRAG_PX = 160; // on the view, from the widget's middle to its rim
 
 interface Settings {
@@ -87,7 +88,19 @@ export class Look {
     select("reference-plane").onchange = () => this.place();
     element("reference-remove").onclick = () => this.remove();
     this.listenForPictures();
+    this.makeRoom();
     this.apply();
+  }
+
+  /** The panel ends where the window does. */
+  private makeRoom(): void {
+    const box = element<HTMLDetailsElement>("look-box"), panel = element("look-panel");
+    const fit = (): void => {
+      if (box.open) panel.style.maxHeight = `${Math.max(PANEL_LEAST_PX, innerHeight - panel.getBoundingClientRect().top - PANEL_MARGIN_PX)}px`;
+    };
+    box.ontoggle = fit;
+    window.addEventListener("resize", fit);
+    new ResizeObserver(fit).observe(element("messages")); // in a narrow window they are above it
   }
 
   /** Another document; what belongs to it alone goes. */
@@ -311,33 +324,34 @@ export class Look {
     dialog("capturing").onclose = () => this.filming && (this.filming.left = true);
   }
 
-  private async capture(film: boolean): Promise<void> {
+  private async capture(filmed: boolean): Promise<void> {
     const number = (id: string): number => Math.round(Number(input(id).value));
-    const clear = !film && input("capture-clear").checked;
+    const clear = !filmed && input("capture-clear").checked;
     const of: Capture = { width: number("capture-width"), height: number("capture-height"), background: clear ? null : input("capture-color").value };
     if (![of.width, of.height].every((px) => px >= SIDE_PX.least && px <= SIDE_PX.most)) return this.tell(`A picture has ${SIDE_PX.least} to ${SIDE_PX.most} pixels a side; give other numbers.`);
     const rate = number("film-rate"), count = Math.round(Number(input("film-seconds").value) * rate);
-    if (film && !(count >= 2 && count <= MOST_FRAMES)) return this.tell(`A film has 2 to ${MOST_FRAMES} pictures (seconds × pictures a second), not ${count}; give other numbers.`);
+    if (filmed && !(count >= 2 && count <= MOST_FRAMES)) return this.tell(`A film has 2 to ${MOST_FRAMES} pictures (seconds × pictures a second), not ${count}; give other numbers.`);
     const run = (this.filming = { left: false });
+    let made: Film | null = null;
     try {
-      if (!film) {
+      if (!filmed) {
         const picture = await this.view.capture(of);
         if (picture) this.save("png", picture);
         else this.tell("This browser can't make so large a picture; give a smaller size.");
       } else {
-        const bar = element<HTMLProgressElement>("capture-progress"), made = new Film(of.width, of.height, rate);
+        const bar = element<HTMLProgressElement>("capture-progress"), film = (made = new Film(of.width, of.height, rate));
         bar.hidden = false;
         await this.view.turntable(of, count, async (picture, index) => {
-          await made.add(picture, index);
+          await film.add(picture, index);
           bar.value = (index + 1) / count;
           return !run.left;
         });
-        if (run.left) made.leave();
-        else this.save("webm", await made.end());
+        if (!run.left) this.save("webm", await film.end());
       }
     } catch (error) {
-      this.tell(`The ${film ? "film" : "picture"} could not be made: ${(error as Error).message}. A smaller size may do.`);
+      this.tell(`The ${filmed ? "film" : "picture"} could not be made: ${(error as Error).message}. A smaller size may do.`);
     }
+    made?.leave();
     this.filming = null;
     dialog("capturing").close();
   }

@@ -2,32 +2,31 @@
 // The page: what the studio says to surface, plot, history and numbers; buttons and keys to the studio.
 import * as THREE from "three";
 import { Connection } from "./connection";
-import { ask, dialog, element, put, read } from "./dom";
+import { announce, ask, dialog, element, input, put, read } from "./dom";
 import { Experiments } from "./experiments";
 import { Hand } from "./hand";
 import { History } from "./history";
 import { Keys } from "./keys";
+import { Layout } from "./layout";
 import { Look } from "./look";
+import { lookByKeys } from "./look_keys";
 import { write, type FromStudio } from "./messages";
+import { MODELS } from "./models";
+import { makeNumberRows } from "./number_row";
 import { ForcePlot } from "./plot";
 import { Senses } from "./senses";
+import { Settings } from "./settings";
 import { Start, type Material } from "./start";
 import "./style.css";
 import { View } from "./view";
 import { TICK_NUMBERS, type Vec3 } from "./wire";
-
-const CARVING = ["tools", "look", "force", "history"];
-
-// Where there is little room, the wood has it.
-element<HTMLDetailsElement>("force-box").open = innerWidth >= 900;
 
 const canvas = element<HTMLCanvasElement>("view");
 let view: View;
 try {
   view = new View(canvas);
 } catch {
-  element("hint").textContent = "This browser can't draw in three dimensions: WebGL 2 is off or missing. Turn it on, or use another browser.";
-  element("hint").hidden = false;
+  tell("This browser can't draw in three dimensions: WebGL 2 is off or missing. Turn it on, or use another browser.", Infinity, true);
   throw new Error("no WebGL 2");
 }
 
@@ -48,17 +47,27 @@ let stuck = { removed: 0, since: 0 };
 
 // ---- From the studio
 
-function tell(text: string, forSeconds = 8): void {
+function tell(text: string, forSeconds = 8, trouble = false): void {
   const box = element("notice");
+  box.setAttribute("role", trouble ? "alert" : "status");
   box.textContent = text;
-  box.hidden = text === "";
-  if (forSeconds < Infinity) setTimeout(() => box.textContent === text && (box.hidden = true), 1000 * forSeconds);
+  if (forSeconds < Infinity) setTimeout(() => box.textContent === text && (box.textContent = ""), 1000 * forSeconds);
 }
 
-const line = new Connection(hear, (why) => tell(why, Infinity));
+const line = new Connection(hear, (why) => {
+  element("lost").hidden = why === null;
+  if (why) put("lost-why", `${why.text}${why.trying ? " Trying again …" : ""}`);
+  element("again").hidden = why?.trying ?? true;
+});
+element("again").onclick = () => line.again();
 const send = (message: Uint8Array): void => line.send(message);
+makeNumberRows({ size: "ratio", depth: "ratio", strength: "ratio", reach: "exponent" });
 const hand = new Hand(canvas, view, send);
+const layout = new Layout((insets) => view.cover(insets));
 const look = new Look(canvas, view, tell, (ending, what) => save(`${title}.${ending}`, what));
+lookByKeys(canvas, view.controls);
+// Not kept are what a document says itself (its wood), and mirrors, which would surprise.
+const settings = new Settings(["shape", "mode", "size", "form", "turn-by", "depth", "strength", "axis", "model", "sound", "rumble", "pressure"]);
 const start = new Start(send, tell, (text) => element("notice").textContent === text && tell(""));
 const plot = new ForcePlot(element("plot"), () => rate);
 const senses = new Senses();
@@ -76,7 +85,7 @@ function hear(said: FromStudio): void {
   switch (said.kind) {
     case "Start": {
       hand.holds = said.message.holds !== 0;
-      for (const id of CARVING) element(id).hidden = true;
+      element("watching").hidden = true;
       element("hint").hidden = true;
       view.begin({ origin: [0, 0, 0], pitch: 1 }, [1, 1, 1]);
       history.clear();
@@ -97,15 +106,17 @@ function hear(said: FromStudio): void {
       element("title").textContent = element("title").title = title;
       document.body.dataset.shown = "solid";
       tell("");
+      // The focus was where there is nothing any more; keys go on at the piece.
+      const lost = document.activeElement === document.body || element("start").contains(document.activeElement);
       start.hide();
-      for (const id of CARVING) element(id).hidden = false;
+      if (lost) canvas.focus();
       element("hint").hidden = !firstTime;
       firstTime = false;
       const kinds = JSON.parse(w.materials) as Material[];
       view.wood.setKinds(kinds);
-      const adds = element<HTMLSelectElement>("material"), before = adds.selectedIndex;
-      adds.replaceChildren(...kinds.map((m, i) => new Option(m.name, String(i))));
-      adds.selectedIndex = before >= 0 && before < kinds.length ? before : 0;
+      element("material").replaceChildren(...kinds.map((m, i) => new Option(m.name, String(i), i === w.material, i === w.material)));
+      // A tool may be as large as the piece and the room around it.
+      for (const id of ["size", "depth"]) input(id).max = String(Math.ceil(Math.max(...w.nodes) * w.pitch));
       view.begin(lattice, w.nodes);
       look.begin(w.document);
       plot.clear();
@@ -120,7 +131,8 @@ function hear(said: FromStudio): void {
       document.body.classList.toggle("experiment", w.what === 2);
       document.body.classList.remove("device");
       if (hand.readOnly) element("hint").hidden = true;
-      makeRoom();
+      layout.measure();
+      settings.restore();
       hand.begin();
       break;
     }
@@ -180,7 +192,7 @@ function hear(said: FromStudio): void {
       // Who takes the tool over brings what is chosen here.
       if (s.holds !== 0 && !hand.holds) hand.chooseAll();
       hand.holds = s.holds !== 0;
-      element("take").hidden = hand.holds;
+      element("watching").hidden = hand.holds;
       element<HTMLButtonElement>("undo").disabled = !hand.holds || !s.undo;
       element<HTMLButtonElement>("redo").disabled = !hand.holds || !s.redo;
       element<HTMLButtonElement>("leave").disabled = !hand.holds;
@@ -197,7 +209,10 @@ function hear(said: FromStudio): void {
       read("n-removed", `${(s.removed / 1000).toFixed(3)} cm³`);
       read("n-step", `${s.step} of ${s.steps}`);
       history.setHead(s.step);
-      if (step !== s.step) pictureSoon((step = s.step));
+      if (step !== s.step) {
+        if (step !== 0) announce(`Step ${s.step} of ${s.steps}`);
+        pictureSoon((step = s.step));
+      }
       Object.assign(document.body.dataset, { hash: s.hash, step: String(s.step), volume: String(s.volume) });
       break;
     }
@@ -223,27 +238,21 @@ function hear(said: FromStudio): void {
   }
 }
 
-/** Where the window is narrow, the solid is shown beside the tools. */
-function makeRoom(): void {
-  const covered = Math.ceil(element("tools").getBoundingClientRect().right), wide = window.innerWidth;
-  view.cover(wide < 1100 && covered < 0.4 * wide ? covered : 0);
-}
-window.addEventListener("resize", makeRoom);
-
 let armed = false;
 function showDevice(safety: number, trip: string, given: number): void {
   if (!hand.device) return;
   armed = safety !== 0;
   put("arm", armed ? "Stop the force" : "Let it push");
-  put("device-state", ["Off: it gives no force.", "Waiting: move it clear of the wood.", `On: ${given.toFixed(2)} N given.`][safety] + (trip ? ` ${trip}` : ""));
+  put("device-state", ["Off: it gives no force.", "Waiting: move it clear of the wood.", "On: it gives the force."][safety] + (trip ? ` ${trip}` : ""));
+  read("device-given", safety === 2 ? `${given.toFixed(2)} N given` : "");
 }
 
-/** A small picture of a step for the history, once it is at rest. */
+/** A small picture of a step for the history, once it is at rest; all by one camera. */
 function pictureSoon(of: number, tries = 20): void {
   setTimeout(async () => {
-    if (of !== step || !hand.holds || history.has(of) || tries === 0) return;
+    if (of !== step || !hand.holds || !history.wants(of) || tries === 0) return;
     if (!view.whole || hand.working) return pictureSoon(of, tries - 1);
-    const png = await view.picture(128, 96);
+    const png = await view.thumbnail(128, 96);
     if (!png || of !== step) return;
     history.setPicture(of, png);
     const bytes = new Uint8Array(await png.arrayBuffer());
@@ -265,9 +274,9 @@ async function exportAs(format: string, tolerance: string): Promise<void> {
   try {
     const answer = await fetch(`/export?format=${format}&tolerance=${tolerance}`);
     if (answer.ok) save(`${title}.${format}`, await answer.blob());
-    else tell(await answer.text());
+    else tell(await answer.text(), 8, true);
   } catch {
-    tell("The file did not arrive; is 'kibori studio' still running?");
+    tell("The file did not arrive; is 'kibori studio' still running?", 8, true);
   }
 }
 
@@ -303,6 +312,9 @@ element("pause").onclick = () => {
   plot.paused = !plot.paused;
   element("pause").textContent = plot.paused ? "Go on" : "Pause";
 };
+const sayModel = (): void => put("model-says", Object.values(MODELS)[Number(element<HTMLSelectElement>("model").value)]);
+element("model").addEventListener("change", sayModel);
+sayModel();
 element("csv").onclick = () => save("forces.csv", plot.csv());
 element("arm").onclick = () => send(write.Arm({ armed: armed ? 0 : 1 }));
 element("reach").oninput = () => send(write.ChooseReach({ scale: 10 ** Number(element<HTMLInputElement>("reach").value) }));
@@ -374,6 +386,8 @@ Object.assign(window, {
       return hit && { point: hit.point.toArray(), normal: hit.normal.toArray() };
     },
     onScreen: (place: Vec3) => view.onScreen(place),
+    thumbnail: () => view.thumbnail(128, 96),
+    onPiece: (x: number, y: number) => view.hit(x, y) !== null,
     breakLine: () => line.breakOff(),
     at: (x: number, y: number) => view.hit(x, y)?.point.toArray() ?? null,
     cut: () => lastCut,

@@ -62,8 +62,8 @@ export interface RunExperiment { name: string; scene: string; model: number; pac
 export interface ChooseTurn { turn: number }
 /** A blow of a mallet (3 J) on the tool that cuts: it is driven on along its aim. */
 export type Strike = Record<string, never>;
-/** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color, density [kg/m^3] where it is known), and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
-export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; what: number }
+/** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color, density [kg/m^3] where it is known), which of them its stock is of, and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
+export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; material: number; what: number }
 /** Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), vertices, corners (u16 each). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
 export interface Chunks { frame: number; more: number; data: Uint8Array }
 /** Every servo tick since the last: tip [mm], force of the wood on the tool [N], moment about the tip [N mm], and of the tool's frame the third column (its axis) and the first, fifteen f32 a tick. start: number of the first. */
@@ -74,7 +74,7 @@ export interface State { volume: number; removed: number; step: number; steps: n
 export interface Notice { text: string }
 /** No document is open. JSON: documents (name, changed: s since 1970, bytes), materials (name, color), examples (name, about). */
 export interface Start { version: number; holds: number; json: string }
-/** Steps that this page was not told of yet, by their numbers: number, the one before it or 0 (u32 each), what it removed [mm^3] (f32). */
+/** Steps that this page was not told of yet, by their numbers: number, the one before it or 0 (u32 each), what it removed [mm^3] (f32), when it was begun [s since 1970] (f64; 0: not known), the tool's shape (u8) and size (f32) as of ShowTool, mode (u8: 0 cut, 1 fill, 2 feel, 3 only moved), whether a thumbnail of it is kept (u8), label (text). */
 export interface Steps { data: Uint8Array }
 /** JSON: the number of the step of each name. */
 export interface Versions { json: string }
@@ -140,7 +140,7 @@ export function read(data: ArrayBuffer): FromStudio {
   const kind = r.u8();
   switch (kind) {
     case 64:
-      return r.end({ kind: "Welcome", message: { version: r.u16(), origin: r.vec3(), nodes: r.vec3(), pitch: r.f64(), rate: r.f64(), document: r.text(), materials: r.text(), what: r.u8() } });
+      return r.end({ kind: "Welcome", message: { version: r.u16(), origin: r.vec3(), nodes: r.vec3(), pitch: r.f64(), rate: r.f64(), document: r.text(), materials: r.text(), material: r.u8(), what: r.u8() } });
     case 65:
       return r.end({ kind: "Chunks", message: { frame: r.u32(), more: r.u8(), data: r.raw() } });
     case 66:

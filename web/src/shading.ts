@@ -180,14 +180,13 @@ export class SolidImage {
     this.showPass = pass(SHOW, { tImage: { value: (this.smoothed ?? this.image).texture }, tDepth: { value: this.image.depthTexture } }, true);
   }
 
-  /** In pixels. Returns whether it had another size. */
-  setSize(width: number, height: number): boolean {
-    if (this.solid.width === width && this.solid.height === height) return false;
+  /** In pixels. */
+  setSize(width: number, height: number): void {
+    if (this.solid.width === width && this.solid.height === height) return;
     this.solid.setSize(width, height);
     this.image.setSize(width, height);
     this.smoothed?.setSize(width, height);
     this.hollows.setSize(Math.ceil(width / this.every), Math.ceil(height / this.every));
-    return true;
   }
 
   /** All of the scene, or what of it lies in a part of the image [pixels, from the lower left]. */

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What to begin with: a new piece, a file, or a document that is there.
 import { element, input } from "./dom";
+import { Importer } from "./import";
 import { write } from "./messages";
 import type { Vec3 } from "./wire";
 
@@ -21,29 +22,37 @@ export interface Example {
 const value = (id: string): string => input(id).value;
 
 export class Start {
+  private importer: Importer;
+
   constructor(
     private send: (message: Uint8Array) => void,
-    private tell: (text: string) => void,
-    private untell: (text: string) => void,
+    tell: (text: string) => void,
+    untell: (text: string) => void,
   ) {
+    this.importer = new Importer(tell, untell);
     element("begin").addEventListener("submit", (event) => {
       event.preventDefault();
       this.begin();
     });
     const file = element<HTMLInputElement>("file");
-    file.onchange = () => file.files?.[0] && this.bring(file.files[0]);
+    file.onchange = () => {
+      const chosen = file.files?.[0];
+      if (chosen) void this.importer.bring(chosen);
+      file.value = ""; // so that the same one can be chosen again
+    };
     const box = element("start");
     box.addEventListener("dragover", (event) => event.preventDefault());
     box.addEventListener("drop", (event) => {
       event.preventDefault();
       const dropped = event.dataTransfer?.files[0];
-      if (dropped) this.bring(dropped);
+      if (dropped) void this.importer.bring(dropped);
     });
   }
 
   /** Gives the examples there are. */
   show(json: string): Example[] {
-    const { documents, materials, examples } = JSON.parse(json) as { documents: Listed[]; materials: Material[]; examples: Example[] };
+    const { documents, materials, examples, page } = JSON.parse(json) as { documents: Listed[]; materials: Material[]; examples: Example[]; page: string };
+    this.importer.offer(page, materials);
     const wood = element<HTMLSelectElement>("wood");
     const before = wood.selectedIndex;
     wood.replaceChildren(...materials.map((m, i) => new Option(m.name, String(i))));
@@ -52,11 +61,11 @@ export class Start {
     element("recent").hidden = documents.length === 0;
     element("documents").replaceChildren(...documents.map((d) => this.row(d)));
     element("start").hidden = false;
-    element<HTMLInputElement>("file").value = "";
     element("go").focus();
     return examples;
   }
   hide(): void {
+    this.importer.leave();
     element("start").hidden = true;
   }
 
@@ -65,16 +74,6 @@ export class Start {
     const long = Number(value("length"));
     const size: Vec3 = [[long, 0.625 * long, 0.375 * long] as Vec3, [0.5 * long, 0.5 * long, long] as Vec3, [long, long, long] as Vec3][shape];
     this.send(write.Begin({ shape, size, pitch: long / Number(value("detail")), material: Number(value("wood")), name: value("name").trim() }));
-  }
-
-  private bring(file: File): void {
-    const about = new URLSearchParams({ name: file.name, size: value("fit"), rays: value("rays"), material: value("wood") });
-    const bringing = `Bringing ${file.name} …`;
-    this.tell(bringing);
-    fetch(`/import?${about.toString().replaceAll("+", "%20")}`, { method: "POST", body: file })
-      .then(async (answer) => (answer.ok ? this.untell(bringing) : this.tell(await answer.text())))
-      .catch(() => this.tell(`${file.name} did not arrive; is 'kibori studio' still running?`));
-    element<HTMLInputElement>("file").value = "";
   }
 
   private example(example: Example): HTMLElement {

@@ -3,8 +3,10 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { pack, unpack, type Lattice } from "./chunks";
+import type { Insets } from "./layout";
 import { firstHit, type Hit } from "./pick";
 import { SolidImage, type Shades } from "./shading";
+import { Thumbnails } from "./thumbnails";
 import type { Vec3 } from "./wire";
 import { Wood, type Shading } from "./wood";
 
@@ -20,6 +22,10 @@ function drawnBySoftware(): boolean {
 }
 
 const STEEL = 0xb8bcc2;
+const PICTURED = 1; // the layer of what thumbnails show
+/** Where one looks from when a document is opened. */
+const HOME = new THREE.Vector3(-0.55, -1, 0.75);
+const NOTHING: Insets = { left: 0, right: 0, top: 0, bottom: 0 };
 const FIELD = 35; // of view [degrees]
 const REST_MS = 350; // without a change, after which a slow machine draws as well as it can
 const ROUGH = 0.66; // pixels a pixel, where drawing is slow and the camera moves
@@ -60,12 +66,15 @@ export class View {
   private began = 0; // the last frame, and when it was drawn
   private ended = 0;
   private late = 0; // frames that took long, one right after the other
+  private share = 1; // of the height, that the free area's breadth is, at most 1: what FIELD is the angle of, by its height
+  private half = 1; // of the free area's shorter side, as parallel shows it without zoom [mm]
   private slow: boolean; // while the camera moves there are fewer pixels, and shadows are drawn anew at rest
   /** Nothing is drawn. */
   still = false;
   /** How many frames were drawn. */
   frames = 0;
-  private covered = 0;
+  private covered = NOTHING;
+  private thumbnails: Thumbnails;
   private resting = 0;
   private drawn = false;
   private planes = new THREE.Group();
@@ -109,11 +118,14 @@ export class View {
     this.ring.visible = this.arrow.visible = false;
     this.ring.renderOrder = 2;
     this.chunks.matrixWorldAutoUpdate = false;
-    this.scene.add(this.chunks, this.sun, this.sun.target, new THREE.HemisphereLight(0xf6f8ff, 0xc4bbb0, 1.75));
+    const sky = new THREE.HemisphereLight(0xf6f8ff, 0xc4bbb0, 1.75);
+    this.scene.add(this.chunks, this.sun, this.sun.target, sky);
     const lamp = new THREE.DirectionalLight(0xffffff, 2.4);
     lamp.position.set(-0.7, -0.45, 1.6);
     this.level.visible = false;
+    sky.layers.enable(PICTURED);
     this.over.add(this.planes, this.level, this.tool, this.ring, this.arrow, lamp, new THREE.HemisphereLight(0xffffff, 0xb5a48f, 1.7));
+    this.thumbnails = new Thumbnails(this.scene, this.sun, PICTURED);
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
 
@@ -143,6 +155,7 @@ export class View {
     }
     this.piece.min.set(...lattice.origin);
     this.piece.max.copy(this.piece.min).add(new THREE.Vector3(...(size as Vec3)));
+    this.thumbnails.place(this.piece, HOME);
     this.wood.place(this.piece.min, this.piece.getSize(new THREE.Vector3()));
     this.redrawSolid();
   }
@@ -164,6 +177,7 @@ export class View {
       const mesh = new THREE.Mesh(made, this.wood.material);
       mesh.castShadow = mesh.receiveShadow = true;
       mesh.matrixAutoUpdate = false;
+      mesh.layers.enable(PICTURED);
       this.changed.push(made.boundingSphere!);
       this.shown.set(place, mesh);
       this.chunks.add(mesh);
@@ -190,7 +204,7 @@ export class View {
     return pack(new Map([...this.shown].map(([place, mesh]) => [place, mesh.geometry])), lattice);
   }
 
-  frame(from = new THREE.Vector3(-0.55, -1, 0.75)): void {
+  frame(from = HOME): void {
     this.box.makeEmpty();
     for (const mesh of this.shown.values()) this.box.union(new THREE.Box3().setFromBufferAttribute(mesh.geometry.attributes.position as THREE.BufferAttribute));
     if (this.box.isEmpty()) return;
@@ -198,14 +212,14 @@ export class View {
     this.fit();
     const sphere = this.box.getBoundingSphere(new THREE.Sphere());
     const r = sphere.radius;
-    const far = (1.15 * r) / Math.sin((FIELD * Math.PI) / 360) / Math.min(1, this.perspective.aspect);
+    const far = (1.15 * r) / Math.sin((FIELD * Math.PI) / 360) / this.share;
     for (const camera of [this.perspective, this.parallel]) {
       camera.position.copy(sphere.center).addScaledVector(from.clone().normalize(), far);
       camera.near = far / 200;
       camera.far = far * 20;
     }
     this.parallel.zoom = 1;
-    this.parallel.top = far * Math.tan((FIELD * Math.PI) / 360);
+    this.half = far * this.share * Math.tan((FIELD * Math.PI) / 360);
     this.controls.target.copy(sphere.center);
     this.fit();
     this.controls.update();
@@ -336,10 +350,11 @@ export class View {
     this.redraw();
   }
 
-  /** So many pixels on the left are covered by something: the rest is what the solid is shown in. */
-  cover(pixels: number): void {
-    if (pixels === this.covered) return;
-    this.covered = pixels;
+  /** So many pixels at each edge are covered by something: the rest is what the solid is shown in. */
+  cover(insets: Insets): void {
+    const { left, right, top, bottom } = this.covered;
+    if (insets.left === left && insets.right === right && insets.top === top && insets.bottom === bottom) return;
+    this.covered = insets;
     this.fit();
     this.redraw();
   }
@@ -455,16 +470,16 @@ export class View {
   set orthographic(on: boolean) {
     if (on === this.orthographic) return;
     this.turning++;
-    const was = this.camera, about = this.controls.target, half = Math.tan((FIELD * Math.PI) / 360);
-    this.camera = on ? this.parallel : this.perspective;
-    this.camera.position.copy(was.position);
+    const about = this.controls.target, way = this.camera.position.clone().sub(about), half = Math.tan((FIELD * Math.PI) / 360);
+    let far = way.length() || 1;
     if (on) {
-      this.parallel.top = half * (was.position.distanceTo(about) || 1);
+      this.half = half * this.share * far;
       this.parallel.zoom = 1;
-    } else {
-      const way = was.position.clone().sub(about).normalize();
-      this.camera.position.copy(about).addScaledVector(way, this.parallel.top / this.parallel.zoom / half);
-    }
+      // However near the eye was: what lies behind it would not be seen.
+      far = Math.max(far, 4 * this.box.getBoundingSphere(new THREE.Sphere()).radius);
+    } else far = this.half / this.share / this.parallel.zoom / half;
+    this.camera = on ? this.parallel : this.perspective;
+    this.camera.position.copy(about).addScaledVector(way.normalize(), far);
     this.controls.object = this.camera;
     this.fit();
     this.controls.update();
@@ -515,19 +530,13 @@ export class View {
 
   // ---- Pictures
 
-  /**
-   * A small picture of what is shown, without tool and grid, as it has been drawn; null where the browser can't, or while
-   * another is taken. */
-  picture(width: number, height: number): Promise<Blob | null> {
-    if (this.size) return Promise.resolve(null);
-    this.bare(() => this.render(this.image === this.best), true);
-    const w = this.canvas.width, h = this.canvas.height, left = (this.covered / this.canvas.clientWidth) * w;
-    // The middle of what is not covered, as much of it as has this shape.
-    const scale = Math.min((w - left) / width, h / height);
-    const small = surfaceOf(width, height, getComputedStyle(document.body).backgroundColor);
-    small.context.drawImage(this.canvas, left + (w - left - scale * width) / 2, (h - scale * height) / 2, scale * width, scale * height, 0, 0, width, height);
-    this.redraw();
-    return new Promise((done) => small.canvas.toBlob(done, "image/png"));
+  /** The whole piece from where one looks first, on no ground, whatever is shown now; null where the browser can't. */
+  thumbnail(width: number, height: number): Promise<Blob | null> {
+    // Of wood and uncut, whatever it is shown like.
+    for (const mesh of this.shown.values()) mesh.material = this.wood.pictured;
+    const picture = this.thumbnails.draw(this.renderer, width, height);
+    for (const mesh of this.shown.values()) mesh.material = this.wood.material;
+    return picture;
   }
 
   /** A picture of what is shown, without the tool, in any size; null where the browser can't. */
@@ -545,7 +554,8 @@ export class View {
   /** One turn about the upright axis: so many pictures, each given to use() before the next is drawn. */
   async turntable(of: Capture, count: number, use: (picture: HTMLCanvasElement, index: number) => Promise<boolean>): Promise<void> {
     const about = this.controls.target.clone(), from = this.camera.position.clone().sub(about);
-    await this.sized(of, async () => {
+    this.turning++;
+    const turn = async (): Promise<void> => {
       const { canvas, context } = surfaceOf(of.width, of.height, of.background);
       for (let i = 0, wanted = true; i < count && wanted; i++) {
         this.camera.position.copy(from).applyAxisAngle(new THREE.Vector3(0, 0, 1), (2 * Math.PI * i) / count).add(about);
@@ -556,22 +566,22 @@ export class View {
         context.drawImage(this.canvas, 0, 0);
         wanted = await use(canvas, i);
       }
-      this.camera.position.copy(from).add(about);
-      this.controls.update();
-    });
+    };
+    await this.sized(of, () =>
+      turn().finally(() => {
+        this.camera.position.copy(from).add(about);
+        this.controls.update();
+      }),
+    );
   }
 
-  /** Without tool and ring; small: nor grid. */
-  private bare(draw: () => void, small: boolean): void {
-    const hidden = [this.tool, this.ring, this.arrow, this.planes, this.level, ...(this.grid && small ? [this.grid] : [])];
+  /** As well as can be, without the tool and what goes with it. */
+  private drawWhole(): void {
+    const hidden = [this.tool, this.ring, this.arrow, this.planes, this.level];
     const were = hidden.map((object) => object.visible);
     for (const object of hidden) object.visible = false;
-    draw();
+    this.render(true);
     hidden.forEach((object, i) => (object.visible = were[i]));
-  }
-  private drawWhole(): void {
-    this.fit();
-    this.bare(() => this.render(true), false);
   }
   /** While the canvas has another size. */
   private async sized(of: Capture, use: () => Promise<void>): Promise<void> {
@@ -584,7 +594,6 @@ export class View {
       this.size = null;
       this.canvas.style.objectFit = "";
       this.controls.enabled = true;
-      this.fit();
       this.render(true);
     }
   }
@@ -628,13 +637,28 @@ export class View {
 
   /** The solid in the middle of what is not covered. */
   private fit(): void {
-    const w = this.size?.width ?? this.canvas.clientWidth, h = this.size?.height ?? this.canvas.clientHeight, covered = this.size ? 0 : this.covered;
-    const free = w - covered;
-    if (free <= 0 || h <= 0) return;
-    this.parallel.right = (this.parallel.top * free) / h;
-    this.parallel.left = -this.parallel.right;
-    this.parallel.bottom = -this.parallel.top;
-    this.camera.setViewOffset(free, h, -covered, 0, w, h);
+    const w = this.size?.width ?? this.canvas.clientWidth, h = this.size?.height ?? this.canvas.clientHeight;
+    const { left, right, top, bottom } = this.size ? NOTHING : this.covered;
+    const wide = w - left - right, high = h - top - bottom;
+    if (wide <= 0 || high <= 0) return;
+    // A turn of the wrist, or a sheet, that leaves less breadth for the height: what was all shown still is. A picture
+    // of another shape is for a moment only: there the camera stays where it is.
+    const share = Math.min(1, wide / high), { perspective, parallel } = this;
+    perspective.zoom = this.size ? share / this.share : 1;
+    if (!this.size) {
+      const { position } = perspective, about = this.controls.target;
+      if (this.framed && !this.orthographic && share !== this.share) position.sub(about).multiplyScalar(this.share / share).add(about);
+      this.share = share;
+    }
+    if (this.orthographic) {
+      // Of all the window, so that the solid moves as far as a pointer that moves it.
+      parallel.top = (this.half * h) / Math.min(wide, high);
+      parallel.right = (this.half * w) / Math.min(wide, high);
+      parallel.bottom = -parallel.top;
+      parallel.left = -parallel.right;
+      parallel.setViewOffset(w, h, (right - left) / 2, (bottom - top) / 2, w, h);
+    } else perspective.setViewOffset(wide, high, -left, -top, w, h);
+    this.controls.panSpeed = this.orthographic ? 1 : h / high; // in perspective it reckons with the canvas's height
   }
 
   /** Whole: as well as can be, with shadows as they now are. */
@@ -679,7 +703,10 @@ export class View {
     for (const { center, radius } of this.changed)
       for (let corner = 0; corner < 8; corner++) {
         half.set(corner & 1 ? radius : -radius, corner & 2 ? radius : -radius, corner & 4 ? radius : -radius);
-        at.copy(center).add(half).project(this.camera);
+        at.copy(center).add(half).applyMatrix4(this.camera.matrixWorldInverse);
+        // What is behind the eye has no place in the window.
+        if (!this.orthographic && at.z > -this.camera.near) return this.image.draw(this.scene, this.camera, this.shades, null);
+        at.applyMatrix4(this.camera.projectionMatrix);
         part.expandByPoint(new THREE.Vector2(((1 + at.x) / 2) * w * share, ((1 + at.y) / 2) * h * share));
       }
     part.expandByScalar(3);

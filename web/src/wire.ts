@@ -81,6 +81,9 @@ export class Reader {
   u32(): number {
     return this.view.getUint32(this.step(4), true);
   }
+  f32(): number {
+    return this.view.getFloat32(this.step(4), true);
+  }
   f64(): number {
     return this.view.getFloat64(this.step(8), true);
   }
@@ -95,6 +98,9 @@ export class Reader {
   }
   text(): string {
     return new TextDecoder().decode(this.raw());
+  }
+  get more(): boolean {
+    return this.at < this.view.byteLength;
   }
   end<T>(value: T): T {
     if (this.at !== this.view.byteLength) throw new Error("a message is too long");

@@ -15,7 +15,7 @@ const CONTRASTS: [RegExp, number][] = [
 ];
 const OTHER_CONTRAST = 0.5;
 
-export function contrastOf(name: string): number {
+function contrastOf(name: string): number {
   return CONTRASTS.find(([names]) => names.test(name))?.[1] ?? OTHER_CONTRAST;
 }
 
@@ -76,7 +76,7 @@ const FRAGMENT = (shader: string): string =>
       flat varying int vKind;
       layout(location = 1) out highp vec4 outNormal;
       uniform vec4 sectionPlane;
-      #ifdef DOUBLE_SIDED
+      #ifdef SECTION
       // Who looks through the section at an inner side sees what is cut.
       vec3 cutPlace() {
         vec3 way = isOrthographic ? -vec3(viewMatrix[0][2], viewMatrix[1][2], viewMatrix[2][2]) : vPlace - cameraPosition;
@@ -87,12 +87,14 @@ const FRAGMENT = (shader: string): string =>
     )
     .replace("#include <normal_fragment_maps>", "#include <normal_fragment_maps>\noutNormal = vec4(normal, 0.5);");
 
-/** The studio's materials, one of which all chunks have. */
 export type Shading = "wood" | "plain" | "clay";
 
+/** The studio's materials, one of which all chunks have. */
 export class Wood {
   private woodMaterial = new THREE.MeshStandardMaterial({ roughness: 0.66, metalness: 0 });
   private clayMaterial = new THREE.MeshMatcapMaterial();
+  /** Wood, whatever is chosen, and not cut by the section. */
+  readonly pictured = this.woodMaterial.clone();
   private chosen: Shading = "wood";
   private clayFrom = new THREE.Vector3();
   private pith = new THREE.Vector3();
@@ -104,23 +106,25 @@ export class Wood {
   private plane = new THREE.Vector4();
 
   constructor() {
-    const uniforms = { pith: { value: this.pith }, along: { value: this.along }, ring: this.ring, woodColors: { value: this.colors }, contrasts: { value: this.contrasts }, sectionPlane: { value: this.plane } };
+    // Into a buffer of light alone, the normals that a shader writes are dropped.
+    const uniforms = { pith: { value: this.pith }, along: { value: this.along }, ring: this.ring, woodColors: { value: this.colors }, sectionPlane: { value: this.plane } };
     const inside = (color: string): string => `#include <opaque_fragment>
-      #ifdef DOUBLE_SIDED
+      #ifdef SECTION
       if (!gl_FrontFacing) { gl_FragColor.rgb = ${color}; outNormal.a = 1.0; }
       #endif`;
-    for (const material of [this.woodMaterial, this.clayMaterial]) {
+    for (const material of [this.woodMaterial, this.pictured, this.clayMaterial]) {
       material.clipShadows = true;
       material.shadowSide = THREE.BackSide;
     }
-    this.woodMaterial.onBeforeCompile = (shader) => {
-      Object.assign(shader.uniforms, uniforms);
+    // The same text for both, so that they have one program.
+    const wooden = (contrasts: Float32Array) => (shader: { uniforms: Record<string, THREE.IUniform>; vertexShader: string; fragmentShader: string }): void => {
+      Object.assign(shader.uniforms, uniforms, { contrasts: { value: contrasts } });
       shader.vertexShader = VERTEX(shader.vertexShader);
       shader.fragmentShader = FRAGMENT(shader.fragmentShader)
         .replace(
           "#include <color_fragment>",
           `vec3 place = vPlace;
-          #ifdef DOUBLE_SIDED
+          #ifdef SECTION
           if (!gl_FrontFacing) place = cutPlace();
           #endif
           diffuseColor.rgb *= woodAt(place, vKind);`,
@@ -128,6 +132,8 @@ export class Wood {
         // What is cut is flat, and told from a face by being a little redder.
         .replace("#include <opaque_fragment>", inside("0.82 * diffuseColor.rgb * vec3(1.06, 0.97, 0.92)"));
     };
+    this.woodMaterial.onBeforeCompile = wooden(this.contrasts);
+    this.pictured.onBeforeCompile = wooden(this.own);
     this.clayMaterial.onBeforeCompile = (shader) => {
       Object.assign(shader.uniforms, uniforms);
       shader.vertexShader = VERTEX(shader.vertexShader);
@@ -137,9 +143,6 @@ export class Wood {
 
   get material(): THREE.Material {
     return this.chosen === "clay" ? this.clayMaterial : this.woodMaterial;
-  }
-  get shading(): Shading {
-    return this.chosen;
   }
   set shading(shading: Shading) {
     this.chosen = shading;
@@ -160,8 +163,11 @@ export class Wood {
     for (const material of [this.woodMaterial, this.clayMaterial]) {
       material.clippingPlanes = plane ? [plane] : null;
       const side = plane ? THREE.DoubleSide : THREE.FrontSide;
-      if (material.side !== side) material.needsUpdate = true;
+      if (material.side === side) continue;
       material.side = side;
+      if (plane) material.defines!.SECTION = "";
+      else delete material.defines!.SECTION;
+      material.needsUpdate = true;
     }
   }
 

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#include "apps/studio/imports.h"
+
+namespace kibori::studio {
+namespace {
+
+constexpr size_t kMaxFiles = 8;  // more windows than anyone chooses files in at a time
+constexpr auto kKept = std::chrono::hours(1);
+
+}  // namespace
+
+Status Imports::add(const Page* page, Import import) {
+  drop(page);
+  uint64_t bytes = import.bytes;
+  for (const auto& [other, waiting] : files_) bytes += waiting.bytes;
+  if (files_.size() >= kMaxFiles || bytes > most_bytes_)
+    return Error{"other windows have files that wait to be imported; import or cancel those first"};
+  files_.emplace(page, std::move(import));
+  return Ok{};
+}
+
+const Import* Imports::find(const Page* page, const std::string& id) const {
+  const auto found = files_.find(page);
+  return found != files_.end() && found->second.id == id ? &found->second : nullptr;
+}
+
+void Imports::drop_old(std::chrono::steady_clock::time_point now) {
+  std::erase_if(files_, [now](const auto& file) { return now - file.second.since > kKept; });
+}
+
+}  // namespace kibori::studio

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT
+// Files that pages have brought and that are not documents yet: one a page, while its dialog asks what to
+// make of it. Internal to apps/studio.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <kibori/base/file.h>
+#include <kibori/base/result.h>
+
+namespace kibori::studio {
+
+class Page;
+
+struct Import {
+  std::string id;
+  std::string name;  // as the person's computer calls the file
+  std::shared_ptr<TemporaryFolder> folder;
+  uint64_t bytes = 0;            // of the file
+  std::vector<uint8_t> preview;  // see import_preview
+  std::chrono::steady_clock::time_point since{};
+
+  // Where it lies.
+  std::filesystem::path path() const { return folder->path() / ("import" + ending_of(name)); }
+};
+
+class Imports {
+ public:
+  // All files together may have `most_bytes`.
+  explicit Imports(uint64_t most_bytes) : most_bytes_(most_bytes) {}
+
+  // In place of the page's last one. Errors: too many files wait, or too many bytes.
+  Status add(const Page* page, Import import);
+  // null: the page has no file of this id.
+  const Import* find(const Page* page, const std::string& id) const;
+  void drop(const Page* page) { files_.erase(page); }
+  void drop_all() { files_.clear(); }
+  // Those that have waited longer than an hour.
+  void drop_old(std::chrono::steady_clock::time_point now);
+
+ private:
+  const uint64_t most_bytes_;
+  std::map<const Page*, Import> files_;
+};
+
+}  // namespace kibori::studio
