@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs one benchmark of build/bench. Usage: run.sh step|import|surface|servo|document|studio|memory|instructions [--json] [--quick] ...
+# Runs one benchmark of build/bench. Usage: run.sh step|import|surface|servo|document|studio|hover|memory|instructions [--json] [--quick] ...
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 name=$1; shift
@@ -8,6 +8,7 @@ case "$name" in
   step | servo | document) $bin/${name}_bench "$@" ;;
   memory | instructions) $bin/step_bench "--$name" "$@" ;;
   studio) node bench/studio_latency.mjs $bin/kibori "$@" ;;
+  hover) node bench/studio_hover.mjs $bin/kibori "$@" ;;
   import | surface)
     # A real mesh where the shared data is; a mesh in the arguments comes later and counts.
     mesh=../shared/models/stanford-bunny.obj

@@ -248,7 +248,10 @@ int run_carve(const CarveArguments& arguments) {
       return bad_input(ok.error());
   }
   std::vector<Rgb> colors;
-  for (const Material& material : scene.value().materials) colors.push_back(material.color);
+  for (const Material& material : scene.value().materials) {
+    colors.push_back(material.color);
+    picture.value().contrasts.push_back(ring_contrast(material.name));
+  }
   const Snapshot model = carving.value().model->snapshot();
   picture.value().plank =
       Box{model.lattice.origin_mm, model.lattice.to_mm(model.lattice.nodes.matrix().cast<double>())};

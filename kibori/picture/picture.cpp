@@ -167,14 +167,18 @@ class Painter {
     const Vec3 side = right_, up = Vec3::UnitZ();
     // From the left, above, a little from the camera's side.
     light_ = (-0.75 * side - 0.55 * forward_flat() + 1.15 * up).normalized();
-    // The grain runs along the plank's longest side; the pith lies below and beside it.
+    // The grain runs along the plank's longest side; the pith lies below and beside it, but in a log, whose
+    // other two sides are equal, near the middle.
     const Box plank = options.plank.value_or(box_);
     int longest = 0;
     plank.size().maxCoeff(&longest);
     log_.along = Vec3(Vec3::Unit(longest) + Vec3(0.05, 0.09, 0.06)).normalized();
     Vec3 aside = Vec3(0.31, 0.55, -0.77);
     aside = Vec3(aside - aside.dot(log_.along) * log_.along).normalized();
-    log_.pith = plank.centre() + (0.45 * plank.size().minCoeff() + 0.12 * plank.size().norm()) * aside;
+    const double u = plank.size()[(longest + 1) % 3], v = plank.size()[(longest + 2) % 3];
+    const bool log = std::abs(u - v) < 0.02 * u;
+    log_.pith = plank.centre() +
+                (log ? 0.06 * u : 0.45 * plank.size().minCoeff() + 0.12 * plank.size().norm()) * aside;
     log_.ring = plank.size().maxCoeff() / 26;
   }
 
@@ -275,7 +279,7 @@ class Painter {
     const double weights[3] = {1 - hit.u - hit.v, hit.u, hit.v};
     Vec3 normal = Vec3::Zero();
     Rgb3 base = Rgb3::Zero();
-    double wooden = 0;
+    double wooden = 0, contrast = 0;
     for (size_t k = 0; k < 3; k++) {
       const SurfaceVertex& v = surface_.vertices[t[k]];
       const Vec3 n(static_cast<double>(v.normal[0]), static_cast<double>(v.normal[1]),
@@ -288,6 +292,8 @@ class Painter {
         base += weights[k] * linear(v.material < colors_.size() ? colors_[v.material]
                                                                 : std::array<uint8_t, 3>{200, 160, 112});
         wooden += weights[k];
+        contrast +=
+            weights[k] * (v.material < options_.contrasts.size() ? options_.contrasts[v.material] : 1);
       }
     }
     normal.normalize();
@@ -295,11 +301,11 @@ class Painter {
     const Vec3 point = weights[0] * a + weights[1] * b + weights[2] * c;
     Rgb3 albedo = base;
     double gloss = 0.3;
-    if (options_.look == Look::wood && wooden > 0) {
+    if (options_.look == Look::wood && contrast > 0) {
       const WoodPoint wood = wood_at(log_, point);
       const Rgb3 light = (base * 1.28 + 0.03).min(0.95), dark = base * Rgb3(0.42, 0.34, 0.28);
-      albedo = (1 - wooden) * base + wooden * (light + wood.dark * (dark - light));
-      gloss = wood.gloss;
+      albedo = (1 - contrast) * base + contrast * (light + wood.dark * (dark - light));
+      gloss = (1 - wooden) * gloss + wooden * wood.gloss;
     }
     // Off the surface, or float32 would find it again.
     const Vec3 above = point + face * (face.dot(way) < 0 ? 2e-5 : -2e-5) * size_;

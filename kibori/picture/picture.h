@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <kibori/base/result.h>
@@ -28,14 +29,19 @@ std::optional<Vec3> view_named(const std::string& name);
 
 enum class Look { wood, plain };
 
+// How strongly the rings of a material stand out, from 0 (none: stone, wax, clay, foam) to 1 (oak, pine), by
+// what its name says. The same as contrastOf() in web/src/wood.ts.
+double ring_contrast(std::string_view material);
+
 struct PictureOptions {
   int width = 1280, height = 960;
   Vec3 view = Vec3(-1, 1, -0.8);  // the way the camera looks, Z up
   Look look = Look::wood;
   std::optional<Box>
       plank;  // what the wood was cut from [mm], so that rings stay where they are; default: the bounds
-  int samples = 48;  // paths a pixel; noise falls with their root
-  int threads = 1;   // the picture does not depend on it
+  std::vector<double> contrasts;  // of rings, by material (ring_contrast()); what is not in it has 1
+  int samples = 48;               // paths a pixel; noise falls with their root
+  int threads = 1;                // the picture does not depend on it
   std::function<void(double)> progress;
 };
 

@@ -2,8 +2,13 @@
 #include <kibori/picture/wood.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdint>
+#include <string>
+#include <utility>
+
+#include <kibori/picture/picture.h>
 
 namespace kibori {
 namespace {
@@ -36,6 +41,18 @@ double noise(const Vec3& p) {
 }
 
 }  // namespace
+
+double ring_contrast(std::string_view material) {
+  std::string name(material);
+  for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  // By a part of the name; what comes first counts ("limestone" is a stone).
+  static constexpr std::pair<std::string_view, double> kContrasts[] = {
+      {"stone", 0},       {"wax", 0},      {"clay", 0},     {"foam", 0}, {"plaster", 0}, {"lime", 0.12},
+      {"basswood", 0.12}, {"balsa", 0.25}, {"walnut", 0.6}, {"oak", 1},  {"pine", 1}};
+  for (const auto& [part, contrast] : kContrasts)
+    if (name.find(part) != std::string::npos) return contrast;
+  return 0.5;
+}
 
 WoodPoint wood_at(const Log& log, const Vec3& point) {
   const Vec3 from = point - log.pith;

@@ -164,8 +164,11 @@ Status keep_thumbnail(Document& document, StepId step, const Snapshot& model,
   if (surface.triangles.empty()) return Ok{};
   std::vector<std::array<uint8_t, 3>> colors;
   colors.reserve(materials.size());
-  for (const Material& m : materials) colors.push_back(m.color);
   PictureOptions options;
+  for (const Material& m : materials) {
+    colors.push_back(m.color);
+    options.contrasts.push_back(ring_contrast(m.name));
+  }
   options.width = 256;
   options.height = 192;
   options.samples = 16;

@@ -236,7 +236,7 @@ export class Importer {
 
   private showWood(): void {
     const wood = this.materials[Number(select("import-wood").value)];
-    if (wood) this.view?.setWood(wood.color, wood.name !== "wax");
+    if (wood) this.view?.setWood(wood);
   }
 
   /** What the chosen detail comes to: an estimate. */

@@ -3,6 +3,7 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
+import type { Material } from "./start";
 import type { Vec3 } from "./wire";
 import { Wood } from "./wood";
 
@@ -65,25 +66,25 @@ export class ImportView {
   private controls: OrbitControls;
   private wood = new Wood();
   private piece = new THREE.Mesh(new THREE.BufferGeometry(), this.wood.material);
-  private sun = new THREE.DirectionalLight(0xfff4e6, 2.6);
+  private sun = new THREE.DirectionalLight(0xfff8ee, 2.3);
   private grid: THREE.GridHelper | null = null;
   private axes = new THREE.AxesHelper(1).setColors(0xd55e00, 0x009e73, 0x0072b2);
   private drawn = true;
 
   constructor(private canvas: HTMLCanvasElement) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true });
-    this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
+    this.renderer.toneMapping = THREE.NeutralToneMapping;
     this.wood.material.side = THREE.DoubleSide; // a stranger's faces may look inward
     this.camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enablePan = false;
     this.controls.addEventListener("change", () => this.redraw());
-    this.scene.add(this.piece, this.axes, this.sun, this.sun.target, new THREE.HemisphereLight(0xffffff, 0xb5a48f, 1.7));
+    this.scene.add(this.piece, this.axes, this.sun, this.sun.target, new THREE.HemisphereLight(0xf6f8ff, 0xc4bbb0, 1.75));
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
 
-  setWood(color: [number, number, number], grain: boolean): void {
-    this.wood.setKinds([{ color, grain }]);
+  setWood(wood: Material): void {
+    this.wood.setKinds([wood]);
     this.redraw();
   }
 
@@ -99,7 +100,7 @@ export class ImportView {
     piece.computeBoundingSphere();
     this.piece.geometry = piece;
     const longest = Math.max(size.x, size.y, size.z), r = 0.5 * size.length();
-    this.wood.place(new THREE.Vector3(0, 0.42 * size.y, -0.35 * size.z), longest);
+    this.wood.place(new THREE.Vector3(-0.5 * size.x, -0.5 * size.y, 0), size);
     const target = new THREE.Vector3(0, 0, 0.5 * size.z);
     const from = again ? new THREE.Vector3(-0.55, -1, 0.6) : this.camera.position.clone().sub(this.controls.target);
     const far = (1.08 * r) / Math.sin((this.camera.fov * Math.PI) / 360) / Math.min(1, this.aspect());

@@ -8,7 +8,8 @@ import { Hand } from "./hand";
 import { History } from "./history";
 import { Keys } from "./keys";
 import { Layout } from "./layout";
-import { lookByKeys } from "./look";
+import { Look } from "./look";
+import { lookByKeys } from "./look_keys";
 import { write, type FromStudio } from "./messages";
 import { MODELS } from "./models";
 import { makeNumberRows } from "./number_row";
@@ -63,6 +64,7 @@ const send = (message: Uint8Array): void => line.send(message);
 makeNumberRows({ size: "ratio", depth: "ratio", strength: "ratio", reach: "exponent" });
 const hand = new Hand(canvas, view, send);
 const layout = new Layout((insets) => view.cover(insets));
+const look = new Look(canvas, view, tell, (ending, what) => save(`${title}.${ending}`, what));
 lookByKeys(canvas, view.controls);
 // Not kept are what a document says itself (its wood), and mirrors, which would surprise.
 const settings = new Settings(["shape", "mode", "size", "form", "turn-by", "depth", "strength", "axis", "model", "sound", "rumble", "pressure"]);
@@ -111,11 +113,12 @@ function hear(said: FromStudio): void {
       element("hint").hidden = !firstTime;
       firstTime = false;
       const kinds = JSON.parse(w.materials) as Material[];
-      view.wood.setKinds(kinds.map((m) => ({ color: m.color, grain: m.name !== "wax" })));
+      view.wood.setKinds(kinds);
       element("material").replaceChildren(...kinds.map((m, i) => new Option(m.name, String(i), i === w.material, i === w.material)));
       // A tool may be as large as the piece and the room around it.
       for (const id of ["size", "depth"]) input(id).max = String(Math.ceil(Math.max(...w.nodes) * w.pitch));
       view.begin(lattice, w.nodes);
+      look.begin(w.document);
       plot.clear();
       history.clear();
       hand.holds = hand.device = false;
@@ -277,35 +280,17 @@ async function exportAs(format: string, tolerance: string): Promise<void> {
   }
 }
 
-let turning: { stop: () => void } | null = null;
-async function turntable(): Promise<void> {
-  if (turning) return turning.stop();
-  const turn = view.turn(8);
-  turning = turn;
-  element("turn").textContent = "Stop";
-  const film = await turn.film;
-  turning = null;
-  element("turn").textContent = "Turntable";
-  if (film) save(`${title}.webm`, film);
-}
-
 // ---- Buttons and keys
 
 const undo = (): void => send(write.Undo());
 const redo = (): void => send(write.Redo());
 const leave = (): void => send(write.Leave());
 const askExport = (): void => ask("exporting");
-const picture = async (): Promise<void> => {
-  const png = await view.picture(canvas.width, canvas.height);
-  if (png) save(`${title}.png`, png);
-};
 const help = (): void => dialog("keys").showModal();
 element("undo").onclick = undo;
 element("redo").onclick = redo;
 element("leave").onclick = leave;
 element("export").onclick = askExport;
-element("picture").onclick = picture;
-element("turn").onclick = turntable;
 element("take").onclick = () => send(write.TakeTool());
 element("frame").onclick = () => view.frame();
 element("help").onclick = help;
@@ -356,7 +341,6 @@ const keys = new Keys(
       label: "leave the stroke off",
       keys: ["Escape"],
       run: () => {
-        turning?.stop();
         send(write.Cancel());
         hand.lift();
       },
@@ -364,6 +348,7 @@ const keys = new Keys(
     front: { label: "from the front", keys: ["1"], run: () => view.frame(new THREE.Vector3(0, -1, 0.001)) },
     right: { label: "from the right", keys: ["3"], run: () => view.frame(new THREE.Vector3(1, 0, 0.001)) },
     above: { label: "from above", keys: ["7"], run: () => view.frame(new THREE.Vector3(0, -0.001, 1)) },
+    orthographic: { label: "orthographic or perspective", keys: ["5"], run: () => look.toggleOrthographic() },
     all: { label: "show all", keys: ["Home"], run: () => view.frame() },
     export: { label: "export", keys: ["Ctrl+e"], run: askExport },
     close: { label: "close the document, and begin another", keys: ["Ctrl+o"], run: leave },
@@ -392,7 +377,15 @@ Object.assign(window, {
   kibori: {
     surface: () => view.surface(lattice),
     whole: () => view.whole,
+    settled: () => view.settled,
+    frames: () => view.frames,
     eye: () => view.eye,
+    middle: () => view.target.toArray(),
+    hit: (x: number, y: number) => {
+      const hit = view.hit(x, y);
+      return hit && { point: hit.point.toArray(), normal: hit.normal.toArray() };
+    },
+    onScreen: (place: Vec3) => view.onScreen(place),
     thumbnail: () => view.thumbnail(128, 96),
     onPiece: (x: number, y: number) => view.hit(x, y) !== null,
     breakLine: () => line.breakOff(),

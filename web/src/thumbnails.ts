@@ -57,11 +57,15 @@ export class Thumbnails {
     this.light.setSize(w, h);
     this.colours.setSize(w, h);
     this.aim(width / height);
+    const { needsUpdate } = renderer.shadowMap, { toneMapping } = renderer;
     renderer.shadowMap.needsUpdate = true; // of the lights that this camera sees
     renderer.setRenderTarget(this.light);
     renderer.clear();
     renderer.render(this.scene, this.camera);
+    renderer.shadowMap.needsUpdate = needsUpdate;
+    renderer.toneMapping = THREE.NeutralToneMapping; // as in shading.ts
     this.output.render(renderer, this.colours, this.light, 0, false);
+    renderer.toneMapping = toneMapping;
     renderer.setRenderTarget(null);
     const pixels = new Uint8Array(4 * w * h);
     renderer.readRenderTargetPixels(this.colours, 0, 0, w, h, pixels);

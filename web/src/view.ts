@@ -4,21 +4,13 @@ import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { pack, unpack, type Lattice } from "./chunks";
 import type { Insets } from "./layout";
-import { Occlusion } from "./occlusion";
+import { firstHit, type Hit } from "./pick";
+import { SolidImage, type Shades } from "./shading";
 import { Thumbnails } from "./thumbnails";
 import type { Vec3 } from "./wire";
-import { Wood } from "./wood";
+import { Wood, type Shading } from "./wood";
 
-export interface Hit {
-  point: THREE.Vector3;
-  normal: THREE.Vector3;
-}
-
-const STEEL = 0xb8bcc2;
-const HOLLOWS = 1; // the layer of what hides the sky
-const PICTURED = 2; // the layer of what thumbnails show
-/** Where one looks from when a document is opened. */
-const HOME = new THREE.Vector3(-0.55, -1, 0.75);
+export type { Hit } from "./pick";
 
 /** Whether there is no graphics card to draw with. */
 function drawnBySoftware(): boolean {
@@ -29,11 +21,31 @@ function drawnBySoftware(): boolean {
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }
 
+const STEEL = 0xb8bcc2;
+const PICTURED = 1; // the layer of what thumbnails show
+/** Where one looks from when a document is opened. */
+const HOME = new THREE.Vector3(-0.55, -1, 0.75);
+const NOTHING: Insets = { left: 0, right: 0, top: 0, bottom: 0 };
+const FIELD = 35; // of view [degrees]
+const REST_MS = 350; // without a change, after which a slow machine draws as well as it can
+const ROUGH = 0.66; // pixels a pixel, where drawing is slow and the camera moves
+const TURN_MS = 260;
+
+/** What a picture is of. Background: a colour of CSS; null for transparent. */
+export interface Capture {
+  width: number;
+  height: number;
+  background: string | null;
+}
+
 export class View {
   readonly controls: OrbitControls;
   private renderer: THREE.WebGLRenderer;
-  private scene = new THREE.Scene();
-  private camera = new THREE.PerspectiveCamera(35, 1, 1, 5000);
+  private scene = new THREE.Scene(); // the solid and its light
+  private over = new THREE.Scene(); // what moves over it
+  private perspective = new THREE.PerspectiveCamera(FIELD, 1, 1, 5000);
+  private parallel = new THREE.OrthographicCamera(-1, 1, 1, -1, 1, 5000);
+  private camera: THREE.PerspectiveCamera | THREE.OrthographicCamera = this.perspective;
   private chunks = new THREE.Group();
   private shown = new Map<string, THREE.Mesh>();
   // What a chunk was when the stroke began: depth is taken from there, so that the tool does not sink by itself.
@@ -43,40 +55,59 @@ export class View {
   private tool = new THREE.Group();
   private ring: THREE.Mesh;
   private arrow = new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), new THREE.Vector3(), 1, 0xd55e00);
-  private sun = new THREE.DirectionalLight(0xfff4e6, 2.6);
+  private sun = new THREE.DirectionalLight(0xfff8ee, 2.3);
+  private sunFrom = new THREE.Vector3();
   private grid: THREE.GridHelper | null = null;
   private ray = new THREE.Raycaster();
-  private box = new THREE.Box3();
+  private box = new THREE.Box3(); // of the solid, as it was framed
+  private piece = new THREE.Box3(); // what the solid is cut from
   private framed = false;
-  private fine = Math.min(2, window.devicePixelRatio); // pixels a pixel; fewer where drawing is slow
+  private ratio = Math.min(2, window.devicePixelRatio); // pixels a pixel; fewer where drawing is slow
   private began = 0; // the last frame, and when it was drawn
   private ended = 0;
   private late = 0; // frames that took long, one right after the other
-  private slow: boolean; // hollows are drawn when all is at rest, and shadows then or once a second
-  private shadowsAt = 0;
+  private share = 1; // of the height, that the free area's breadth is, at most 1: what FIELD is the angle of, by its height
+  private half = 1; // of the free area's shorter side, as parallel shows it without zoom [mm]
+  private slow: boolean; // while the camera moves there are fewer pixels, and shadows are drawn anew at rest
   /** Nothing is drawn. */
   still = false;
-  private covered: Insets = { left: 0, right: 0, top: 0, bottom: 0 };
-  private occlusion: Occlusion;
+  /** How many frames were drawn. */
+  frames = 0;
+  private covered = NOTHING;
   private thumbnails: Thumbnails;
   private resting = 0;
   private drawn = false;
   private planes = new THREE.Group();
   private level = new THREE.Mesh(new THREE.PlaneGeometry(1, 1), new THREE.MeshBasicMaterial({ color: 0x0072b2, transparent: true, opacity: 0.14, side: THREE.DoubleSide, depthWrite: false }));
+  private shades: Shades = { hollows: true, cavity: 0.5, toned: true, reach: 1, section: null };
+  private best: SolidImage;
+  private rough: SolidImage;
+  private image: SolidImage; // the one that shows the solid as it is
+  private seen = { camera: new THREE.Matrix4(), lens: new THREE.Matrix4() }; // how the solid was drawn last
+  private stale = true; // the solid is to be drawn, all of it
+  private changed: THREE.Sphere[] = []; // or only what is there
+  private turning = 0; // counts turns of the camera to a view
+  /** Called when the camera stands elsewhere. */
+  onCamera: () => void = () => undefined;
 
   constructor(private canvas: HTMLCanvasElement) {
     this.slow = drawnBySoftware();
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !this.slow, alpha: true });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: false, alpha: true });
+    this.renderer.autoClear = false;
+    this.renderer.localClippingEnabled = true;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = this.slow ? THREE.PCFShadowMap : THREE.PCFSoftShadowMap;
-    if (this.slow) this.fine = 0.75;
+    if (this.slow) this.ratio = 1;
     // Shadows are drawn anew when what throws them changes, not when the camera moves.
     this.renderer.shadowMap.autoUpdate = false;
-    this.renderer.toneMapping = THREE.ACESFilmicToneMapping;
-    this.camera.up.set(0, 0, 1);
+    this.best = new SolidImage(this.renderer, { samples: this.slow ? 0 : 4, smoothed: this.slow, every: this.slow ? 2 : 1 });
+    this.rough = new SolidImage(this.renderer, { samples: 0, smoothed: false, every: 2 });
+    this.image = this.best;
+    for (const camera of [this.perspective, this.parallel]) camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.mouseButtons = { LEFT: THREE.MOUSE.ROTATE, MIDDLE: THREE.MOUSE.ROTATE, RIGHT: THREE.MOUSE.ROTATE };
     this.controls.zoomToCursor = true;
+    this.controls.addEventListener("start", () => this.turning++);
     this.controls.addEventListener("change", () => this.redraw());
     this.sun.castShadow = true;
     this.sun.shadow.mapSize.setScalar(this.slow ? 1024 : 2048);
@@ -86,13 +117,14 @@ export class View {
     this.ring = new THREE.Mesh(ringShape, new THREE.MeshBasicMaterial({ color: 0x0072b2, side: THREE.DoubleSide, depthTest: false, transparent: true }));
     this.ring.visible = this.arrow.visible = false;
     this.ring.renderOrder = 2;
-    const sky = new THREE.HemisphereLight(0xffffff, 0xb5a48f, 1.7);
+    this.chunks.matrixWorldAutoUpdate = false;
+    const sky = new THREE.HemisphereLight(0xf6f8ff, 0xc4bbb0, 1.75);
+    this.scene.add(this.chunks, this.sun, this.sun.target, sky);
+    const lamp = new THREE.DirectionalLight(0xffffff, 2.4);
+    lamp.position.set(-0.7, -0.45, 1.6);
     this.level.visible = false;
-    this.scene.add(this.planes, this.level, this.chunks, this.tool, this.ring, this.arrow, this.sun, this.sun.target, sky);
-    // Lights that came and went with the layer would make every material anew.
-    for (const light of [this.sun, sky]) light.layers.enable(HOLLOWS);
     sky.layers.enable(PICTURED);
-    this.occlusion = new Occlusion(this.scene, this.camera, HOLLOWS);
+    this.over.add(this.planes, this.level, this.tool, this.ring, this.arrow, lamp, new THREE.HemisphereLight(0xffffff, 0xb5a48f, 1.7));
     this.thumbnails = new Thumbnails(this.scene, this.sun, PICTURED);
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
@@ -121,10 +153,11 @@ export class View {
       frame.visible = false;
       this.planes.add(frame);
     }
-    const corner = new THREE.Vector3(...lattice.origin);
-    this.thumbnails.place(new THREE.Box3(corner, corner.clone().add(new THREE.Vector3(...size))), HOME);
-    this.wood.place(new THREE.Vector3(lattice.origin[0], lattice.origin[1] + 0.42 * size[1], lattice.origin[2] - 0.35 * size[2]), Math.max(...size));
-    this.redraw();
+    this.piece.min.set(...lattice.origin);
+    this.piece.max.copy(this.piece.min).add(new THREE.Vector3(...(size as Vec3)));
+    this.thumbnails.place(this.piece, HOME);
+    this.wood.place(this.piece.min, this.piece.getSize(new THREE.Vector3()));
+    this.redrawSolid();
   }
 
   /** Takes a frame of chunks in. */
@@ -135,6 +168,7 @@ export class View {
       if (!old && this.before && !this.before.has(place)) this.before.set(place, null);
       if (old) {
         this.chunks.remove(old);
+        this.changed.push(old.geometry.boundingSphere!);
         if (this.before && !this.before.has(place)) this.before.set(place, old);
         else if (this.before?.get(place) !== old) old.geometry.dispose();
         this.shown.delete(place);
@@ -142,8 +176,9 @@ export class View {
       if (!made) return;
       const mesh = new THREE.Mesh(made, this.wood.material);
       mesh.castShadow = mesh.receiveShadow = true;
-      mesh.layers.enable(HOLLOWS);
+      mesh.matrixAutoUpdate = false;
       mesh.layers.enable(PICTURED);
+      this.changed.push(made.boundingSphere!);
       this.shown.set(place, mesh);
       this.chunks.add(mesh);
     });
@@ -159,6 +194,10 @@ export class View {
   }
   /** Whether all of the solid is shown that there is. */
   whole = false;
+  /** Whether it is shown as well as it can be. */
+  get settled(): boolean {
+    return !this.drawn && !this.stale && this.changed.length === 0 && this.image === this.best && !(this.slow && this.moved);
+  }
 
   /** The chunks that are shown, as they were sent, by their places. */
   surface(lattice: Lattice): Uint8Array {
@@ -169,24 +208,23 @@ export class View {
     this.box.makeEmpty();
     for (const mesh of this.shown.values()) this.box.union(new THREE.Box3().setFromBufferAttribute(mesh.geometry.attributes.position as THREE.BufferAttribute));
     if (this.box.isEmpty()) return;
+    this.turning++;
     this.fit();
     const sphere = this.box.getBoundingSphere(new THREE.Sphere());
     const r = sphere.radius;
-    const far = (1.15 * r) / Math.sin((this.camera.fov * Math.PI) / 360) / Math.min(1, this.camera.aspect);
-    this.camera.position.copy(sphere.center).addScaledVector(from.clone().normalize(), far);
-    this.camera.near = far / 200;
-    this.camera.far = far * 20;
+    const far = (1.15 * r) / Math.sin((FIELD * Math.PI) / 360) / this.share;
+    for (const camera of [this.perspective, this.parallel]) {
+      camera.position.copy(sphere.center).addScaledVector(from.clone().normalize(), far);
+      camera.near = far / 200;
+      camera.far = far * 20;
+    }
+    this.parallel.zoom = 1;
+    this.half = far * this.share * Math.tan((FIELD * Math.PI) / 360);
     this.controls.target.copy(sphere.center);
+    this.fit();
     this.controls.update();
-    this.sun.position.copy(sphere.center).add(new THREE.Vector3(-0.7, -0.45, 1.6).multiplyScalar(3 * r));
-    this.sun.target.position.copy(sphere.center);
-    const shadow = this.sun.shadow.camera;
-    shadow.left = shadow.bottom = -1.2 * r;
-    shadow.right = shadow.top = 1.2 * r;
-    shadow.near = r;
-    shadow.far = 9 * r;
-    shadow.updateProjectionMatrix();
-    if (this.grid) this.scene.remove(this.grid);
+    this.light();
+    if (this.grid) this.over.remove(this.grid);
     this.grid?.dispose();
     // Lines 1, 10, 100 ... mm apart.
     const apart = 10 ** Math.max(0, Math.round(Math.log10(r) - 0.7));
@@ -196,10 +234,25 @@ export class View {
     this.grid.position.set(Math.round(sphere.center.x / apart) * apart, Math.round(sphere.center.y / apart) * apart, this.box.min.z - 0.001 * r);
     (this.grid.material as THREE.Material).transparent = true;
     (this.grid.material as THREE.Material).opacity = 0.45;
-    this.scene.add(this.grid);
-    this.occlusion.reach = 0.12 * r;
-    this.framed = this.moved = true;
-    this.redraw();
+    this.over.add(this.grid);
+    this.shades.reach = 0.07 * r;
+    this.framed = true;
+    this.redrawSolid();
+  }
+
+  /** The sun, where it is to shine from, on all of the solid. */
+  private light(): void {
+    if (this.box.isEmpty()) return;
+    const { center, radius: r } = this.box.getBoundingSphere(new THREE.Sphere());
+    this.sun.position.copy(center).addScaledVector(this.sunFrom, 5.4 * r);
+    this.sun.target.position.copy(center);
+    const shadow = this.sun.shadow.camera;
+    shadow.left = shadow.bottom = -1.2 * r;
+    shadow.right = shadow.top = 1.2 * r;
+    shadow.near = r;
+    shadow.far = 9 * r;
+    shadow.updateProjectionMatrix();
+    this.moved = true;
   }
 
   beginStroke(): void {
@@ -232,16 +285,18 @@ export class View {
 
   /** Where a point of the window meets the surface: as it was before the stroke that is being made, or as it is. */
   hit(x: number, y: number, began = true): Hit | null {
-    this.rayAt(x, y);
-    const before = began ? this.before : null;
-    const meshes: THREE.Object3D[] = [];
-    for (const [place, mesh] of this.shown) if (!before?.has(place)) meshes.push(mesh);
-    if (before) for (const mesh of before.values()) if (mesh) meshes.push(mesh);
-    const found = this.ray.intersectObjects(meshes, false)[0];
-    if (!found) return null;
-    const normal = found.normal ? found.normal.clone() : found.face!.normal.clone();
-    if (normal.dot(this.ray.ray.direction) > 0) normal.negate();
-    return { point: found.point.clone(), normal };
+    const ray = this.rayAt(x, y), before = began ? this.before : null;
+    const surface: THREE.BufferGeometry[] = [];
+    for (const [place, mesh] of this.shown) if (!before?.has(place)) surface.push(mesh.geometry);
+    if (before) for (const mesh of before.values()) if (mesh) surface.push(mesh.geometry);
+    return firstHit(surface, ray, this.shades.section);
+  }
+  /** Where the window shows a place. */
+  onScreen(place: Vec3): { x: number; y: number } {
+    const r = this.canvas.getBoundingClientRect();
+    this.camera.updateMatrixWorld();
+    const at = new THREE.Vector3(...place).project(this.camera);
+    return { x: r.left + ((1 + at.x) / 2) * r.width, y: r.top + ((1 - at.y) / 2) * r.height };
   }
 
   private held = ""; // the tool that is drawn
@@ -366,6 +421,7 @@ export class View {
   }
   /** From a point towards who looks. */
   towardsEye(point: THREE.Vector3): THREE.Vector3 {
+    if (this.orthographic) return new THREE.Vector3(0, 0, 1).applyQuaternion(this.camera.quaternion);
     return this.camera.position.clone().sub(point).normalize();
   }
   /** Along a pen that is tilted so from upright on the screen [degrees]. */
@@ -374,118 +430,313 @@ export class View {
     return new THREE.Vector3(tangent(tiltX), -tangent(tiltY), 1).normalize().applyQuaternion(this.camera.quaternion);
   }
 
+  // ---- The look
+
+  set shading(shading: Shading) {
+    this.wood.shading = shading;
+    this.shades.toned = shading !== "clay";
+    for (const mesh of this.shown.values()) mesh.material = this.wood.material;
+    this.redrawSolid();
+  }
+  set hollows(on: boolean) {
+    this.shades.hollows = on;
+    this.redrawSolid();
+  }
+  /** 0 ... 1. */
+  set cavity(strength: number) {
+    this.shades.cavity = strength;
+    this.redrawSolid();
+  }
+  /** Where the sun is, and the light of clay, which turns with the camera. */
+  setLight(sun: Vec3, clay: Vec3): void {
+    this.wood.clayLight = new THREE.Vector3(...clay).normalize();
+    const from = new THREE.Vector3(...sun).normalize();
+    if (!from.equals(this.sunFrom)) {
+      this.sunFrom.copy(from);
+      this.light();
+    }
+    this.redrawSolid();
+  }
+  /** From the world's frame into the camera's: columns are the camera's right, up and backward. */
+  get turned(): THREE.Matrix4 {
+    this.camera.updateMatrixWorld();
+    return new THREE.Matrix4().extractRotation(this.camera.matrixWorld);
+  }
+
+  get orthographic(): boolean {
+    return this.camera === this.parallel;
+  }
+  /** What is in the middle keeps its size. */
+  set orthographic(on: boolean) {
+    if (on === this.orthographic) return;
+    this.turning++;
+    const about = this.controls.target, way = this.camera.position.clone().sub(about), half = Math.tan((FIELD * Math.PI) / 360);
+    let far = way.length() || 1;
+    if (on) {
+      this.half = half * this.share * far;
+      this.parallel.zoom = 1;
+      // However near the eye was: what lies behind it would not be seen.
+      far = Math.max(far, 4 * this.box.getBoundingSphere(new THREE.Sphere()).radius);
+    } else far = this.half / this.share / this.parallel.zoom / half;
+    this.camera = on ? this.parallel : this.perspective;
+    this.camera.position.copy(about).addScaledVector(way.normalize(), far);
+    this.controls.object = this.camera;
+    this.fit();
+    this.controls.update();
+    this.redrawSolid();
+  }
+
+  /** Looks at the middle from there, as far away as before; turned there in a moment, unless the person wants no motion. */
+  turnTo(from: Vec3): void {
+    const turn = ++this.turning, about = this.controls.target, start = performance.now();
+    const begin = new THREE.Spherical().setFromVector3(asUp(this.camera.position.clone().sub(about)));
+    const end = new THREE.Spherical().setFromVector3(asUp(new THREE.Vector3(...from)));
+    end.phi = Math.min(Math.PI - 0.001, Math.max(0.001, end.phi));
+    // From above and below, the side that is nearer is kept in front.
+    if (Math.abs(from[2]) > 0 && from[0] === 0 && from[1] === 0) end.theta = Math.round(begin.theta / (Math.PI / 2)) * (Math.PI / 2);
+    const around = THREE.MathUtils.euclideanModulo(end.theta - begin.theta + Math.PI, 2 * Math.PI) - Math.PI;
+    const lasts = matchMedia("(prefers-reduced-motion: reduce)").matches ? 0 : TURN_MS;
+    const step = (): void => {
+      if (turn !== this.turning) return;
+      const share = lasts === 0 ? 1 : Math.min(1, (performance.now() - start) / lasts), smooth = share * share * (3 - 2 * share);
+      const now = new THREE.Spherical(begin.radius, begin.phi + smooth * (end.phi - begin.phi), begin.theta + smooth * around);
+      this.camera.position.copy(asStands(new THREE.Vector3().setFromSpherical(now))).add(about);
+      this.controls.update();
+      this.redraw();
+      if (share < 1) requestAnimationFrame(step);
+    };
+    step();
+  }
+
+  /** What the solid is cut from. */
+  get bounds(): THREE.Box3 {
+    return this.piece.clone();
+  }
+  /** Only what its normal points to is there; null: all. */
+  set section(plane: THREE.Plane | null) {
+    this.shades.section = this.wood.section = plane;
+    this.moved = true;
+    this.redrawSolid();
+  }
+  /** Something to look at, which is no part of the solid. */
+  showBeside(thing: THREE.Object3D): void {
+    this.over.add(thing);
+    this.redraw();
+  }
+  hideBeside(thing: THREE.Object3D): void {
+    this.over.remove(thing);
+    this.redraw();
+  }
+
+  // ---- Pictures
+
   /** The whole piece from where one looks first, on no ground, whatever is shown now; null where the browser can't. */
   thumbnail(width: number, height: number): Promise<Blob | null> {
-    return this.thumbnails.draw(this.renderer, width, height);
+    // Of wood and uncut, whatever it is shown like.
+    for (const mesh of this.shown.values()) mesh.material = this.wood.pictured;
+    const picture = this.thumbnails.draw(this.renderer, width, height);
+    for (const mesh of this.shown.values()) mesh.material = this.wood.material;
+    return picture;
   }
 
-  /** What is shown, without tool and ring, as a picture so wide; null where the browser can't. */
-  picture(width: number, height: number): Promise<Blob | null> {
-    const hidden = [this.tool, this.ring, this.arrow, this.planes];
+  /** A picture of what is shown, without the tool, in any size; null where the browser can't. */
+  async capture(of: Capture): Promise<Blob | null> {
+    let picture: Promise<Blob | null> | null = null;
+    await this.sized(of, async () => {
+      const { canvas, context } = surfaceOf(of.width, of.height, of.background);
+      this.drawWhole();
+      context.drawImage(this.canvas, 0, 0);
+      picture = new Promise((done) => canvas.toBlob(done, "image/png"));
+    });
+    return picture;
+  }
+
+  /** One turn about the upright axis: so many pictures, each given to use() before the next is drawn. */
+  async turntable(of: Capture, count: number, use: (picture: HTMLCanvasElement, index: number) => Promise<boolean>): Promise<void> {
+    const about = this.controls.target.clone(), from = this.camera.position.clone().sub(about);
+    this.turning++;
+    const turn = async (): Promise<void> => {
+      const { canvas, context } = surfaceOf(of.width, of.height, of.background);
+      for (let i = 0, wanted = true; i < count && wanted; i++) {
+        this.camera.position.copy(from).applyAxisAngle(new THREE.Vector3(0, 0, 1), (2 * Math.PI * i) / count).add(about);
+        this.camera.lookAt(about);
+        this.drawWhole();
+        if (of.background) context.fillRect(0, 0, of.width, of.height);
+        else context.clearRect(0, 0, of.width, of.height);
+        context.drawImage(this.canvas, 0, 0);
+        wanted = await use(canvas, i);
+      }
+    };
+    await this.sized(of, () =>
+      turn().finally(() => {
+        this.camera.position.copy(from).add(about);
+        this.controls.update();
+      }),
+    );
+  }
+
+  /** As well as can be, without the tool and what goes with it. */
+  private drawWhole(): void {
+    const hidden = [this.tool, this.ring, this.arrow, this.planes, this.level];
     const were = hidden.map((object) => object.visible);
     for (const object of hidden) object.visible = false;
-    const covered = this.covered;
-    this.cover({ left: 0, right: 0, top: 0, bottom: 0 });
     this.render(true);
-    const small = document.createElement("canvas");
-    small.width = width;
-    small.height = height;
-    const scale = Math.max(width / this.canvas.width, height / this.canvas.height);
-    const w = scale * this.canvas.width, h = scale * this.canvas.height;
-    const into = small.getContext("2d")!;
-    into.fillStyle = getComputedStyle(document.body).backgroundColor;
-    into.fillRect(0, 0, width, height);
-    into.drawImage(this.canvas, (width - w) / 2, (height - h) / 2, w, h);
     hidden.forEach((object, i) => (object.visible = were[i]));
-    this.cover(covered);
-    this.redraw();
-    return new Promise((done) => small.toBlob(done, "image/png"));
   }
-
-  /** One turn about the upright axis; recorded, if the browser can. stop() ends it early. */
-  turn(seconds: number): { stop: () => void; film: Promise<Blob | null> } {
-    const start = performance.now(), about = this.controls.target.clone();
-    const from = this.camera.position.clone().sub(about);
-    let stopped = false;
-    let recorder: MediaRecorder | null = null;
-    const parts: Blob[] = [];
+  /** While the canvas has another size. */
+  private async sized(of: Capture, use: () => Promise<void>): Promise<void> {
+    this.size = { width: of.width, height: of.height };
+    this.canvas.style.objectFit = "contain";
+    this.controls.enabled = false;
     try {
-      recorder = new MediaRecorder(this.canvas.captureStream(30), { videoBitsPerSecond: 8e6 });
-      recorder.ondataavailable = (event) => parts.push(event.data);
-      recorder.start();
-    } catch {
-      recorder = null;
+      await use();
+    } finally {
+      this.size = null;
+      this.canvas.style.objectFit = "";
+      this.controls.enabled = true;
+      this.render(true);
     }
-    const film = new Promise<Blob | null>((done) => {
-      const step = (): void => {
-        const share = Math.min(1, (performance.now() - start) / (1000 * seconds));
-        this.camera.position.copy(from).applyAxisAngle(new THREE.Vector3(0, 0, 1), 2 * Math.PI * share).add(about);
-        this.camera.lookAt(about);
-        this.redraw();
-        if (share < 1 && !stopped) return void requestAnimationFrame(step);
-        this.controls.update();
-        if (!recorder) return done(null);
-        recorder.onstop = () => done(stopped ? null : new Blob(parts, { type: recorder!.mimeType }));
-        recorder.stop();
-      };
-      step();
-    });
-    return { stop: () => (stopped = true), film };
   }
+  private size: { width: number; height: number } | null = null; // other than the window's
 
+  // ---- Drawing
+
+  /** What moves over the solid has changed, or the camera, or chunks that take() brought. */
   redraw(): void {
-    if (this.drawn || this.still) return;
+    if (this.drawn || this.still || this.size) return;
     this.drawn = true;
     const asked = performance.now();
     requestAnimationFrame(() => {
       this.drawn = false;
+      if (this.size) return;
       const now = performance.now(), took = now - this.began;
       // Only where one frame was asked for right after the other does the time between them tell how long they take.
       this.late = asked - this.ended < 25 && took > 60 && took < 400 ? this.late + 1 : 0;
       if (this.late >= 4) {
         this.late = 0;
-        if (this.fine > 0.75) this.fine = Math.max(0.75, 0.8 * this.fine);
+        if (this.ratio > 0.75) this.ratio = Math.max(0.75, 0.8 * this.ratio);
         else this.slow = true;
       }
       this.began = now;
       this.render(!this.slow);
       this.ended = performance.now();
-      if (!this.slow) return;
+      if (!this.slow || (this.image === this.best && !this.moved)) return;
       window.clearTimeout(this.resting);
       const rest = (): void => {
-        if (this.before || this.still) this.resting = window.setTimeout(rest, 700);
+        if (this.before || this.still || this.size) this.resting = window.setTimeout(rest, REST_MS);
         else this.render(true);
       };
-      this.resting = window.setTimeout(rest, 700);
+      this.resting = window.setTimeout(rest, REST_MS);
     });
+  }
+  /** All of the solid looks different. */
+  redrawSolid(): void {
+    this.stale = true;
+    this.redraw();
   }
 
   /** The solid in the middle of what is not covered. */
   private fit(): void {
-    const w = this.canvas.clientWidth, h = this.canvas.clientHeight, { left, right, top, bottom } = this.covered;
-    const wide = w - left - right, high = h - top - bottom, before = Math.min(1, this.camera.aspect);
+    const w = this.size?.width ?? this.canvas.clientWidth, h = this.size?.height ?? this.canvas.clientHeight;
+    const { left, right, top, bottom } = this.size ? NOTHING : this.covered;
+    const wide = w - left - right, high = h - top - bottom;
     if (wide <= 0 || high <= 0) return;
-    this.camera.setViewOffset(wide, high, -left, -top, w, h);
-    // A turn of the wrist, or a sheet, that leaves less breadth for the height: what was all shown still is.
-    const nearer = Math.min(1, this.camera.aspect) / before;
-    if (this.framed && nearer !== 1) this.camera.position.sub(this.controls.target).divideScalar(nearer).add(this.controls.target);
-    this.controls.panSpeed = h / high; // it reckons with the canvas's height
+    // A turn of the wrist, or a sheet, that leaves less breadth for the height: what was all shown still is. A picture
+    // of another shape is for a moment only: there the camera stays where it is.
+    const share = Math.min(1, wide / high), { perspective, parallel } = this;
+    perspective.zoom = this.size ? share / this.share : 1;
+    if (!this.size) {
+      const { position } = perspective, about = this.controls.target;
+      if (this.framed && !this.orthographic && share !== this.share) position.sub(about).multiplyScalar(this.share / share).add(about);
+      this.share = share;
+    }
+    if (this.orthographic) {
+      // Of all the window, so that the solid moves as far as a pointer that moves it.
+      parallel.top = (this.half * h) / Math.min(wide, high);
+      parallel.right = (this.half * w) / Math.min(wide, high);
+      parallel.bottom = -parallel.top;
+      parallel.left = -parallel.right;
+      parallel.setViewOffset(w, h, (right - left) / 2, (bottom - top) / 2, w, h);
+    } else perspective.setViewOffset(wide, high, -left, -top, w, h);
+    this.controls.panSpeed = this.orthographic ? 1 : h / high; // in perspective it reckons with the canvas's height
   }
 
-  /** Whole: with shadows as they now are, and hollows. */
+  /** Whole: as well as can be, with shadows as they now are. */
   private render(whole: boolean): void {
-    const w = this.canvas.clientWidth, h = this.canvas.clientHeight, now = performance.now();
-    if (this.canvas.width !== Math.floor(w * this.fine) || this.canvas.height !== Math.floor(h * this.fine)) {
-      this.renderer.setPixelRatio(this.fine);
+    const ratio = this.size ? 1 : this.ratio;
+    const w = Math.floor((this.size?.width ?? this.canvas.clientWidth) * ratio), h = Math.floor((this.size?.height ?? this.canvas.clientHeight) * ratio);
+    if (w === 0 || h === 0) return;
+    if (this.canvas.width !== w || this.canvas.height !== h) {
+      this.renderer.setPixelRatio(1);
       this.renderer.setSize(w, h, false);
+      this.stale = true;
     }
     this.fit();
-    if (this.moved && (whole || now - this.shadowsAt > 1000)) {
+    this.camera.updateMatrixWorld();
+    const turned = !this.seen.camera.equals(this.camera.matrixWorld) || !this.seen.lens.equals(this.camera.projectionMatrix);
+    // While a stroke is made on a slow machine, they stay as they were.
+    const shadows = this.moved && whole;
+    if (shadows) {
       this.renderer.shadowMap.needsUpdate = true;
       this.moved = false;
-      this.shadowsAt = now;
     }
-    this.renderer.render(this.scene, this.camera);
-    if (whole) this.occlusion.draw(this.renderer, this.slow ? 2 : 1);
+    if (turned || this.stale || shadows || (whole && this.image !== this.best)) {
+      this.image = whole ? this.best : this.rough;
+      const share = whole ? 1 : ROUGH;
+      this.image.setSize(Math.ceil(w * share), Math.ceil(h * share));
+      this.image.draw(this.scene, this.camera, this.shades, null);
+    } else if (this.changed.length > 0) this.drawChanged(w, h);
+    this.stale = false;
+    this.changed = [];
+    this.seen.camera.copy(this.camera.matrixWorld);
+    this.seen.lens.copy(this.camera.projectionMatrix);
+    this.image.show();
+    this.renderer.render(this.over, this.camera);
+    this.frames++;
+    if (turned) this.onCamera();
   }
+
+  /** The part of the image that shows chunks that have changed. */
+  private drawChanged(w: number, h: number): void {
+    const share = this.image === this.best ? 1 : ROUGH, part = new THREE.Box2();
+    const at = new THREE.Vector3(), half = new THREE.Vector3();
+    for (const { center, radius } of this.changed)
+      for (let corner = 0; corner < 8; corner++) {
+        half.set(corner & 1 ? radius : -radius, corner & 2 ? radius : -radius, corner & 4 ? radius : -radius);
+        at.copy(center).add(half).applyMatrix4(this.camera.matrixWorldInverse);
+        // What is behind the eye has no place in the window.
+        if (!this.orthographic && at.z > -this.camera.near) return this.image.draw(this.scene, this.camera, this.shades, null);
+        at.applyMatrix4(this.camera.projectionMatrix);
+        part.expandByPoint(new THREE.Vector2(((1 + at.x) / 2) * w * share, ((1 + at.y) / 2) * h * share));
+      }
+    part.expandByScalar(3);
+    part.intersect(new THREE.Box2(new THREE.Vector2(), new THREE.Vector2(w * share, h * share)));
+    if (part.isEmpty()) return;
+    // Only what may be seen there is handed to the renderer.
+    const lens = new THREE.Matrix4();
+    const size = part.getSize(new THREE.Vector2()), middle = part.getCenter(new THREE.Vector2());
+    const sx = (w * share) / size.x, sy = (h * share) / size.y;
+    lens.set(sx, 0, 0, -sx * ((2 * middle.x) / (w * share) - 1), 0, sy, 0, -sy * ((2 * middle.y) / (h * share) - 1), 0, 0, 1, 0, 0, 0, 0, 1);
+    lens.multiply(this.camera.projectionMatrix).multiply(this.camera.matrixWorldInverse);
+    const frustum = new THREE.Frustum().setFromProjectionMatrix(lens);
+    for (const mesh of this.shown.values()) mesh.visible = frustum.intersectsSphere(mesh.geometry.boundingSphere!);
+    this.image.draw(this.scene, this.camera, this.shades, part);
+    for (const mesh of this.shown.values()) mesh.visible = true;
+  }
+}
+
+/** Z is up here; three's spherical coordinates have Y up. */
+const asUp = (v: THREE.Vector3): THREE.Vector3 => v.set(v.x, v.z, -v.y);
+const asStands = (v: THREE.Vector3): THREE.Vector3 => v.set(v.x, -v.z, v.y);
+
+function surfaceOf(width: number, height: number, background: string | null): { canvas: HTMLCanvasElement; context: CanvasRenderingContext2D } {
+  const canvas = document.createElement("canvas");
+  canvas.width = width;
+  canvas.height = height;
+  const context = canvas.getContext("2d")!;
+  if (background) {
+    context.fillStyle = background;
+    context.fillRect(0, 0, width, height);
+  }
+  return { canvas, context };
 }

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: MIT
+// The solid as an image. It is drawn into buffers (light, normals, depth), each pixel is shaded by what lies around it
+// (ambient occlusion, cavity), and the outcome is kept: while solid and camera rest, a frame is this image and what
+// moves over it.
+//
+//     draw: chunks ─► light, normals, depth ─► hollows ─► image, depth        show: image, depth ─► the canvas
+//
+// Where only some chunks have changed, draw() takes the rectangle of the screen they are in.
+import * as THREE from "three";
+import { FullScreenQuad } from "three/examples/jsm/postprocessing/Pass.js";
+import { FXAAShader } from "three/examples/jsm/shaders/FXAAShader.js";
+
+const VERTEX = /* glsl */ `
+varying vec2 vUv;
+void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }`;
+
+// Places in the camera's frame. The normals' fourth component says what a pixel shows: 0 nothing, 0.5 the surface,
+// 1 the inside, seen through the section; this counts as lying in the section's plane.
+const PLACES = /* glsl */ `
+varying vec2 vUv;
+uniform sampler2D tDepth, tNormal;
+uniform mat4 unproject;
+uniform bool perspective, cut;
+uniform vec4 section;
+vec3 placeAt(vec2 uv) {
+  vec4 p = unproject * vec4(2.0 * vec3(uv, texture2D(tDepth, uv).r) - 1.0, 1.0);
+  vec3 at = p.xyz / p.w;
+  if (!cut || texture2D(tNormal, uv).a < 0.75) return at;
+  vec3 way = perspective ? at : vec3(0.0, 0.0, -1.0);
+  return at - way * (dot(section.xyz, at) + section.w) / dot(section.xyz, way);
+}`;
+
+const SAMPLES = 14;
+// How much of the sky above a point is hidden by what is nearer than the reach: the mean over a spiral of points.
+const HOLLOWS = /* glsl */ `
+${PLACES}
+uniform vec2 size;
+uniform float reach, scale; // scale: pixels a mm at distance 1
+void main() {
+  vec4 said = texture2D(tNormal, vUv);
+  if (said.a == 0.0) { gl_FragColor = vec4(1.0); return; }
+  vec3 at = placeAt(vUv), normal = normalize(said.xyz);
+  float wide = min(reach * scale / (perspective ? -at.z : 1.0), 0.1 * size.y);
+  // Sixteen turns of the spiral, one for each pixel of a square of four; their mean is taken when it is shown.
+  ivec2 pixel = ivec2(gl_FragCoord.xy) & 3;
+  float turn = float((pixel.x * 5 + pixel.y * 7 + (pixel.x ^ pixel.y) * 4) & 15) / 16.0;
+  float hidden = 0.0;
+  for (int i = 0; i < ${SAMPLES}; i++) {
+    float share = (float(i) + 0.25 + 0.5 * turn) / float(${SAMPLES}), angle = 6.2832 * (5.0 * share + turn);
+    vec3 way = placeAt(vUv + share * wide * vec2(cos(angle), sin(angle)) / size) - at;
+    float far = dot(way, way), near = max(0.0, 1.0 - far / (reach * reach));
+    // Tessellation is no hollow: what rises by less than a few degrees does not count.
+    hidden += near * near * max(0.0, dot(way, normal) * inversesqrt(far + 1e-12) - 0.08);
+  }
+  gl_FragColor = vec4(1.0 - min(1.0, 2.2 * hidden / float(${SAMPLES})));
+}`;
+
+const COMPOSE = /* glsl */ `
+${PLACES}
+uniform sampler2D tLight, tHollows;
+uniform mat4 project;
+uniform vec2 size;
+uniform bool hollows, toned;
+uniform float cavity, reach;
+#include <tonemapping_pars_fragment>
+vec4 normalAt(vec2 offset) { return texture2D(tNormal, vUv + offset / size); }
+void main() {
+  vec4 light = texture2D(tLight, vUv), said = texture2D(tNormal, vUv);
+  gl_FragDepth = texture2D(tDepth, vUv).r;
+  if (light.a == 0.0) { gl_FragColor = vec4(0.0); return; }
+  vec3 color = light.rgb / light.a;
+  vec3 at = placeAt(vUv);
+  bool inside = cut && said.a > 0.75;
+  if (inside) {
+    vec4 p = project * vec4(at, 1.0);
+    gl_FragDepth = 0.5 * p.z / p.w + 0.5;
+  }
+  if (hollows && !inside) {
+    ivec2 most = textureSize(tHollows, 0) - 1, corner = ivec2(floor(vUv * vec2(most + 1) - 1.5));
+    float sum = 0.0, weights = 0.0;
+    for (int i = 0; i < 16; i++) {
+      ivec2 texel = clamp(corner + ivec2(i & 3, i >> 2), ivec2(0), most);
+      vec3 there = placeAt((vec2(texel) + 0.5) / vec2(most + 1));
+      float weight = 1e-4 + max(0.0, 1.0 - abs(there.z - at.z) / (0.5 * reach));
+      sum += weight * texelFetch(tHollows, texel, 0).r;
+      weights += weight;
+    }
+    float open = sum / weights;
+    // Light goes to and fro between walls: the lighter they are, the less a hollow is darker.
+    float bright = min(0.9, dot(color, vec3(0.3, 0.5, 0.2)));
+    color *= mix(open, 1.0, 0.35 * bright) / mix(1.0, open, 0.35 * bright);
+  }
+  if (cavity > 0.0 && !inside) {
+    float wide = max(1.0, size.y / 600.0);
+    vec4 left = normalAt(vec2(-wide, 0)), right = normalAt(vec2(wide, 0)), down = normalAt(vec2(0, -wide)), up = normalAt(vec2(0, wide));
+    float bend = 0.5 * (right.x - left.x + up.y - down.y), least = min(min(left.a, right.a), min(down.a, up.a));
+    float jump = max(abs(placeAt(vUv + vec2(wide, 0) / size).z - placeAt(vUv - vec2(wide, 0) / size).z), abs(placeAt(vUv + vec2(0, wide) / size).z - placeAt(vUv - vec2(0, wide) / size).z));
+    // Codes of normals are an 1/127 apart: a bend as small as that is none.
+    bend = sign(bend) * max(0.0, abs(bend) - 0.012) * step(0.4, least) * (1.0 - smoothstep(0.3, 0.8, jump / reach));
+    color *= 1.0 + cavity * (bend > 0.0 ? 0.7 * bend / (0.35 + bend) : 0.95 * bend / (0.25 - bend));
+  }
+  if (toned) color = NeutralToneMapping(color);
+  gl_FragColor = vec4(sRGBTransferOETF(vec4(max(color, 0.0), 1.0)).rgb * light.a, light.a);
+}`;
+
+const SHOW = /* glsl */ `
+varying vec2 vUv;
+uniform sampler2D tImage, tDepth;
+void main() {
+  gl_FragColor = texture2D(tImage, vUv);
+  gl_FragDepth = texture2D(tDepth, vUv).r;
+}`;
+
+type Uniforms = Record<string, THREE.IUniform>;
+
+/** How the solid is shaded beyond its material; one for all images of a view. */
+export interface Shades {
+  hollows: boolean;
+  /** 0: none. */
+  cavity: number;
+  /** Whether light is compressed to what a screen can show; a matcap says what is to be seen. */
+  toned: boolean;
+  /** How far what hides the sky may be [mm]. */
+  reach: number;
+  /** Beyond it nothing is shown: its normal points to what is. */
+  section: THREE.Plane | null;
+}
+
+function depthTexture(): THREE.DepthTexture {
+  return new THREE.DepthTexture(1, 1, THREE.UnsignedIntType);
+}
+function pass(fragmentShader: string, uniforms: Uniforms, depth: boolean): FullScreenQuad {
+  return new FullScreenQuad(
+    new THREE.ShaderMaterial({ vertexShader: VERTEX, fragmentShader, uniforms, depthTest: depth, depthWrite: depth, depthFunc: THREE.AlwaysDepth, blending: THREE.NoBlending, toneMapped: false }),
+  );
+}
+
+export class SolidImage {
+  private solid: THREE.WebGLRenderTarget;
+  private hollows = new THREE.WebGLRenderTarget(1, 1, { depthBuffer: false, minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter });
+  private image = new THREE.WebGLRenderTarget(1, 1, { depthTexture: depthTexture() });
+  private every: number;
+  private shared: Uniforms;
+  private hollowsPass: FullScreenQuad;
+  private composePass: FullScreenQuad;
+  private showPass: FullScreenQuad;
+  private smoothed: THREE.WebGLRenderTarget | null = null;
+  private smoothPass: FullScreenQuad | null = null;
+
+  /**
+   * Against jagged edges: `samples` of each pixel, or, cheaper without a graphics card, the edges in the image `smoothed`. Hollows are found for every so-manyth pixel of a row and column.
+   */
+  constructor(
+    private renderer: THREE.WebGLRenderer,
+    { samples, smoothed, every }: { samples: number; smoothed: boolean; every: number },
+  ) {
+    this.every = every;
+    this.solid = new THREE.WebGLRenderTarget(1, 1, { count: 2, type: THREE.HalfFloatType, minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter, samples, depthTexture: depthTexture() });
+    const [light, normals] = this.solid.textures;
+    this.shared = {
+      tDepth: { value: this.solid.depthTexture },
+      tNormal: { value: normals },
+      unproject: { value: new THREE.Matrix4() },
+      project: { value: new THREE.Matrix4() },
+      perspective: { value: true },
+      cut: { value: false },
+      section: { value: new THREE.Vector4() },
+      reach: { value: 1 },
+    };
+    this.hollowsPass = pass(HOLLOWS, { ...this.shared, size: { value: new THREE.Vector2() }, scale: { value: 1 } }, false);
+    this.composePass = pass(
+      COMPOSE,
+      { ...this.shared, tLight: { value: light }, tHollows: { value: this.hollows.texture }, size: { value: new THREE.Vector2() }, hollows: { value: false }, toned: { value: true }, cavity: { value: 0 }, toneMappingExposure: { value: 1 } },
+      true,
+    );
+    if (smoothed) {
+      this.smoothed = new THREE.WebGLRenderTarget(1, 1, { depthBuffer: false });
+      this.smoothPass = pass(FXAAShader.fragmentShader, { tDiffuse: { value: this.image.texture }, resolution: { value: new THREE.Vector2() } }, false);
+    }
+    this.showPass = pass(SHOW, { tImage: { value: (this.smoothed ?? this.image).texture }, tDepth: { value: this.image.depthTexture } }, true);
+  }
+
+  /** In pixels. */
+  setSize(width: number, height: number): void {
+    if (this.solid.width === width && this.solid.height === height) return;
+    this.solid.setSize(width, height);
+    this.image.setSize(width, height);
+    this.smoothed?.setSize(width, height);
+    this.hollows.setSize(Math.ceil(width / this.every), Math.ceil(height / this.every));
+  }
+
+  /** All of the scene, or what of it lies in a part of the image [pixels, from the lower left]. */
+  draw(scene: THREE.Scene, camera: THREE.Camera, shades: Shades, part: THREE.Box2 | null): void {
+    const { width, height } = this.solid, around = new THREE.Box2();
+    const restrict = (target: THREE.WebGLRenderTarget, share: number, by: number): void => {
+      target.scissorTest = part !== null;
+      if (!part) return;
+      around.copy(part).expandByScalar(by);
+      around.min.multiplyScalar(share).floor().clampScalar(0, Infinity);
+      around.max.multiplyScalar(share).ceil().min(new THREE.Vector2(target.width, target.height));
+      target.scissor.set(around.min.x, around.min.y, Math.max(0, around.max.x - around.min.x), Math.max(0, around.max.y - around.min.y));
+    };
+    const shared = this.shared;
+    shared.unproject.value.copy(camera.projectionMatrixInverse);
+    shared.project.value.copy(camera.projectionMatrix);
+    shared.perspective.value = (camera as THREE.PerspectiveCamera).isPerspectiveCamera === true;
+    shared.reach.value = shades.reach;
+    shared.cut.value = shades.section !== null;
+    if (shades.section) {
+      const plane = shades.section.clone().applyMatrix4(camera.matrixWorldInverse);
+      shared.section.value.set(...plane.normal.toArray(), plane.constant);
+    }
+    restrict(this.solid, 1, 0);
+    this.renderer.setClearColor(0, 0);
+    this.renderer.setRenderTarget(this.solid);
+    this.renderer.clear();
+    this.renderer.render(scene, camera);
+
+    const reached = 0.1 * height;
+    const scale = 0.5 * height * camera.projectionMatrix.elements[5];
+    if (shades.hollows) {
+      const about = (this.hollowsPass.material as THREE.ShaderMaterial).uniforms;
+      about.size.value.set(this.hollows.width, this.hollows.height);
+      about.scale.value = scale / this.every;
+      restrict(this.hollows, 1 / this.every, reached);
+      this.renderer.setRenderTarget(this.hollows);
+      this.hollowsPass.render(this.renderer);
+    }
+    const about = (this.composePass.material as THREE.ShaderMaterial).uniforms;
+    about.size.value.set(width, height);
+    about.hollows.value = shades.hollows;
+    about.toned.value = shades.toned;
+    about.cavity.value = shades.cavity;
+    const beside = shades.hollows ? reached + 4 * this.every : 4;
+    restrict(this.image, 1, beside);
+    this.renderer.setRenderTarget(this.image);
+    this.composePass.render(this.renderer);
+    if (this.smoothed && this.smoothPass) {
+      (this.smoothPass.material as THREE.ShaderMaterial).uniforms.resolution.value.set(1 / width, 1 / height);
+      restrict(this.smoothed, 1, beside + 8);
+      this.renderer.setRenderTarget(this.smoothed);
+      this.smoothPass.render(this.renderer);
+    }
+    this.renderer.setRenderTarget(null);
+  }
+
+  /** On the canvas, with its depth, so that what is drawn next is hidden by the solid where it should be. */
+  show(): void {
+    this.renderer.setRenderTarget(null);
+    this.showPass.render(this.renderer);
+  }
+}
