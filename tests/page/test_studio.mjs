@@ -5,7 +5,27 @@ import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
 import { readFileSync, rmSync, writeFileSync } from "node:fs";
 import { dirname, join } from "node:path";
-import { browser, check, complaints, enter, folder, kibori, launch, open, protocol, run, show, shown, started, state, Studio, until } from "./harness.mjs";
+import { browser, check, complaints, enter, folder, kibori, launch, open, protocol, run, show, shown as allShown, started, state, Studio, until } from "./harness.mjs";
+
+// The places of presses below are those of a piece in the middle of what is right of the tools; they are moved to where it
+// is shown.
+const moved = new WeakMap();
+async function shown(page) {
+  const now = await allShown(page);
+  const { width, height } = page.viewportSize(), at = await page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
+  if (!moved.has(page)) {
+    const move = page.mouse.move.bind(page.mouse);
+    page.mouse.move = (x, y, how) => move(x + moved.get(page).x, y + moved.get(page).y, how);
+  }
+  moved.set(page, { x: at.x - (230 + width) / 2, y: at.y - height / 2 });
+  return now;
+}
+// Pens and fingers, moved alike.
+async function glass(page) {
+  const session = await page.context().newCDPSession(page);
+  const to = (point) => ({ ...point, x: point.x + moved.get(page).x, y: point.y + moved.get(page).y });
+  return { send: (what, said) => session.send(what, said.touchPoints ? { ...said, touchPoints: said.touchPoints.map(to) } : to(said)) };
+}
 
 async function firstCutAndBack() {
   const studio = await Studio.start();
@@ -88,7 +108,7 @@ async function penAndFinger() {
   await enter(page, studio.url);
   const first = await shown(page);
   // A pen that presses twice as hard takes more away.
-  const touch = await page.context().newCDPSession(page);
+  const touch = await glass(page);
   const pen = async (force) => {
     const say = (type, x, more) => touch.send("Input.dispatchMouseEvent", { type, x, y: 250, button: "left", buttons: 1, pointerType: "pen", force, tiltX: 20, tiltY: -10, ...more });
     await say("mouseMoved", 470, { button: "none", buttons: 0, force: 0 });
@@ -163,17 +183,6 @@ async function penAndFinger() {
   check("and cut nothing", (await state(page)).hash === whole.hash);
   await page.locator("#frame").click();
 
-  // Wood that holds the tool back: the page says what would help.
-  const soft = (value) => page.locator("#spring").evaluate((slider, to) => ((slider.value = to), slider.dispatchEvent(new Event("input"))), value);
-  const usual = await page.locator("#spring").inputValue();
-  await soft("-1.5");
-  await page.mouse.move(470, 240);
-  await page.mouse.down();
-  await page.locator("#notice", { hasText: "holds the tool back" }).waitFor({ timeout: 20000 });
-  await show(page, "held-back");
-  await page.mouse.up();
-  await soft(usual);
-
   // Feeling cuts nothing.
   await page.locator("input[name=mode][value='2']").check();
   const felt = await state(page);
@@ -227,11 +236,13 @@ async function whatIsShownIsTheModel() {
         };
         const line = new WebSocket(`ws://${location.host}/ws`);
         line.binaryType = "arraybuffer";
+        // Aim, or Press with its mode: tip, axis and now.
         const say = (kind, numbers, byte) => {
-          const view = new DataView(new ArrayBuffer(1 + 8 * numbers.length + (byte === undefined ? 0 : 1)));
+          const mode = byte === undefined ? 0 : 1, view = new DataView(new ArrayBuffer(1 + 8 * numbers.length + mode + 8));
           view.setUint8(0, kind);
           numbers.forEach((n, i) => view.setFloat64(1 + 8 * i, n, true));
-          if (byte !== undefined) view.setUint8(1 + 8 * numbers.length, byte);
+          if (mode) view.setUint8(1 + 8 * numbers.length, byte);
+          view.setFloat64(1 + 8 * numbers.length + mode, performance.now() / 1000, true);
           line.send(view.buffer);
         };
         line.onopen = async () => {

@@ -36,7 +36,6 @@ let title = "Kibori";
 let step = 0;
 let firstTime = true;
 let tip: Vec3 = [0, 0, 0]; // as of the last tick
-let lastCut: Vec3 = [0, 0, 0]; // where it last felt something
 let force = 0; // of the wood [N]
 let share = 0; // of that, what a force device's hand feels
 const newtons = (n: number): string => `${n < 10 ? n.toFixed(1) : n.toFixed(0)} N`;
@@ -151,11 +150,6 @@ function hear(said: FromStudio): void {
       senses.feel(rows, rate);
       const last = rows.subarray(rows.length - TICK_NUMBERS);
       tip = [last[0], last[1], last[2]];
-      for (let at = rows.length - TICK_NUMBERS; at >= 0; at -= TICK_NUMBERS)
-        if (rows[at + 3] !== 0 || rows[at + 4] !== 0 || rows[at + 5] !== 0) {
-          lastCut = [rows[at], rows[at + 1], rows[at + 2]];
-          break;
-        }
       const pushed: Vec3 = [last[3], last[4], last[5]], axis: Vec3 = [last[9], last[10], last[11]], side: Vec3 = [last[12], last[13], last[14]];
       view.showTool(hand.there || hand.device || hand.readOnly || !hand.holds ? tip : null, axis, side, pushed);
       force = Math.hypot(...pushed);
@@ -390,7 +384,6 @@ Object.assign(window, {
     onPiece: (x: number, y: number) => view.hit(x, y) !== null,
     breakLine: () => line.breakOff(),
     at: (x: number, y: number) => view.hit(x, y)?.point.toArray() ?? null,
-    cut: () => lastCut,
     slowFrames,
     still: (still: boolean) => (view.still = plot.still = still),
   },
