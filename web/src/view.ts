@@ -21,7 +21,7 @@ function drawnBySoftware(): boolean {
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }
 
-const STEEL = 0xb8bcc2;
+const STEEL = 0xb8bcc2, RED = 0xc62828;
 const PICTURED = 1; // the layer of what thumbnails show
 /** Where one looks from when a document is opened. */
 const HOME = new THREE.Vector3(-0.55, -1, 0.75);
@@ -310,7 +310,7 @@ export class View {
       (mesh.material as THREE.Material).dispose();
     }
     this.tool.clear();
-    const look = new THREE.MeshStandardMaterial({ color: STEEL, roughness: 0.3, metalness: 0.6, transparent: true, opacity: 0.75 });
+    const look = new THREE.MeshStandardMaterial({ color: this.red ? RED : STEEL, roughness: 0.3, metalness: 0.6, transparent: true, opacity: 0.75 });
     const add = (geometry: THREE.BufferGeometry, z: number, turn = true): void => {
       const mesh = new THREE.Mesh(geometry, look);
       if (turn) mesh.rotation.x = Math.PI / 2;
@@ -389,11 +389,14 @@ export class View {
   }
   private told = ""; // where the tool was said to be
 
-  /** The tool stands where it can't work. */
+  /** Whether the tool stands where it can't work. It is told again and again, and only a change is drawn. */
   set blocked(now: boolean) {
-    for (const mesh of this.tool.children as THREE.Mesh[]) (mesh.material as THREE.MeshStandardMaterial).color.set(now ? 0xc62828 : STEEL);
+    if (now === this.red) return;
+    this.red = now;
+    for (const mesh of this.tool.children as THREE.Mesh[]) (mesh.material as THREE.MeshStandardMaterial).color.set(now ? RED : STEEL);
     this.redraw();
   }
+  private red = false; // the tool is drawn as one that can't work
 
   /** A plane that depth counts from; null: none. */
   showPlane(plane: Hit | null): void {
