@@ -41,6 +41,9 @@ const settle = async (page) => {
   }
   throw new Error("the view did not settle in 30 s");
 };
+// The mean difference of pictures of the same: a view that is slow draws fewer pixels from then on, so edges are softer.
+// What the checks change differs by 6 and more.
+const SAME = 2;
 const CLIP = { x: 240, y: 110, width: 390, height: 300 }; // the solid, beside the panels
 async function picture(page) {
   await settle(page);
@@ -59,6 +62,12 @@ const middleOf = (page) => page.evaluate(() => window.kibori.onScreen(window.kib
 // Beside the solid.
 const rest = (page) => page.mouse.move(300, 30);
 
+// The hint and the notices come and go over the wood, and are no part of the view.
+async function ready(page) {
+  await rest(page);
+  await page.evaluate(() => (document.getElementById("messages").style.visibility = "hidden"));
+}
+
 async function begin(wood, shape = 0) {
   const studio = await Studio.start();
   const page = await open(SIZE, { acceptDownloads: true });
@@ -69,7 +78,7 @@ async function begin(wood, shape = 0) {
   await page.locator("#detail").selectOption("192");
   await page.locator("#go").click();
   await shown(page);
-  await rest(page);
+  await ready(page);
   return { studio, page };
 }
 async function finish({ studio, page }) {
@@ -161,7 +170,7 @@ async function shading() {
   check("and carves nothing", (await state(page)).volume === before.volume && before.hash !== first.hash);
   await page.locator("#light-reset").click();
   await rest(page);
-  check("as it was", (await compare(wood, await picture(page))).mean < 1);
+  check("as it was", (await compare(wood, await picture(page))).mean < SAME);
   await finish(visit);
 }
 
@@ -189,7 +198,7 @@ async function viewsAndSection() {
   check("and looks so", (await compare(deep, await picture(page))).mean > 1);
   await show(page, "look-orthographic");
   await page.keyboard.press("5");
-  check("5 goes back", (await compare(deep, await picture(page))).mean < 1);
+  check("5 goes back", (await compare(deep, await picture(page))).mean < SAME);
 
   // The cube: what is seen of it is clicked, and the view is from there.
   const away = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
@@ -227,16 +236,19 @@ async function viewsAndSection() {
   check(`a pick meets the cut: ${JSON.stringify(inside)}`, Math.abs(inside.point[1] - middle[1]) < 0.5 && inside.normal[1] < -0.99);
   await show(page, "look-section");
   await slide(page, "section-at", 0.5);
-  check("it can be moved", Math.abs((await hit(page, MIDDLE.x - 20, MIDDLE.y)).point[1] - inside.point[1] - 12.5) < 0.2);
+  // The slider spans the wood and the room around it, where material may be added.
+  const cut = await hit(page, MIDDLE.x - 20, MIDDLE.y), by = parseFloat(await page.locator("#section-out").textContent());
+  check(`it can be moved by ${by} mm: ${JSON.stringify(cut)}`, by > 10 && Math.abs(cut.point[1] - inside.point[1] - by) < 0.2);
   await page.locator("#section-flip").check();
   const kept = await hit(page, MIDDLE.x, MIDDLE.y);
   check(`on the other side all is as before: ${JSON.stringify(kept)}`, away(kept.point, surface.point) < 1e-6);
   await page.locator("#section-flip").uncheck();
+  await slide(page, "section-at", 0);
   await choose(page, "section", "view");
   const seen = await hit(page, MIDDLE.x, MIDDLE.y);
   check("a section as seen looks at the eye", Math.abs(seen.normal.reduce((sum, n, i) => sum + n * unit([-0.55, -1, 0.75])[i], 0)) > 0.98);
   await choose(page, "section", "off");
-  check("off, all is there", (await compare(whole, await picture(page))).mean < 1);
+  check("off, all is there", (await compare(whole, await picture(page))).mean < SAME);
   await finish(visit);
 }
 
@@ -257,7 +269,7 @@ async function reference() {
   await page.locator("#look-box summary").click();
   await page.locator("#reference").setInputFiles(broken);
   await until(page, "what is wrong with it", () => true);
-  await page.locator("#notice", { hasText: "broken.png is no picture" }).waitFor();
+  await page.locator("#notice", { hasText: "broken.png is no picture" }).waitFor({ state: "attached" });
   await page.locator("#reference").setInputFiles(file);
   await page.locator("#reference-remove").waitFor();
   await slide(page, "reference-size", 2.5);
@@ -271,7 +283,7 @@ async function reference() {
   await page.locator("#reference-plane").selectOption("top");
   check("and laid under it", (await compare(beside, await picture(page))).share > 0.02);
   await page.locator("#reference-remove").click();
-  check("removed, it is gone", (await compare(bare, await picture(page))).mean < 1);
+  check("removed, it is gone", (await compare(bare, await picture(page))).mean < SAME);
   await finish(visit);
 }
 
@@ -335,7 +347,10 @@ async function picturesAndFilms() {
   }, film.toString("base64"));
   check(`the film: ${JSON.stringify(about)}`, Math.abs(about.duration - 1.5) < 0.01 && about.width === 160 && about.height === 120 && about.turned > 0.3);
   await settle(page);
-  check("afterwards the window is as it was", (await page.evaluate(() => document.getElementById("view").width)) === SIZE.width);
+  // Where drawing is slow the view has fewer pixels than the window, down to 0.75 of each side; its shape is the window's.
+  const drawn = await page.evaluate(() => [document.getElementById("view").width, document.getElementById("view").height]);
+  const ratio = drawn[0] / SIZE.width;
+  check(`afterwards the window is as it was: ${drawn}`, ratio > 0.74 && ratio <= 1 && Math.abs(drawn[1] - ratio * SIZE.height) <= 1);
   await finish(visit);
 }
 
@@ -353,14 +368,16 @@ async function byKeyboardAlone() {
   for (let i = 0; i < 20 && (await page.evaluate(() => document.activeElement.id)) !== "light"; i++) await page.keyboard.press("Tab");
   const clay = await picture(page);
   for (let i = 0; i < 6; i++) await page.keyboard.press("ArrowRight");
-  check("arrows move the light", (await compare(clay, await picture(page))).mean > 1);
+  const chosen = await picture(page);
+  check("arrows move the light", (await compare(clay, chosen)).mean > 1);
 
   // What is chosen is there again.
   await page.reload();
   await shown(page);
-  await rest(page);
+  await ready(page);
   check("the shading is kept", await page.locator("input[name=shading][value=clay]").isChecked());
-  check("and is what is drawn", (await compare(wood, await picture(page))).mean > 8);
+  const again = await compare(chosen, await picture(page));
+  check(`and is what is drawn, with its light: ${JSON.stringify(again)}`, again.mean < SAME);
   await finish(visit);
 }
 
