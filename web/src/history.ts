@@ -259,7 +259,6 @@ export class History {
     this.present = this.items.find((item) => (item.whole ? !item.open && item.steps.some((step) => step.id === head) : item.step.id === head));
     this.inner.style.width = `${Math.max(0, x - APART_PX)}px`;
     this.forked = this.tree.forked;
-    this.inner.classList.toggle("forked", this.forked);
   }
 
   private toggle(item: Item): void {
