@@ -23,6 +23,8 @@ async function leave(page) {
 }
 const choose = (page, name) => page.locator(`#shapes input[aria-label="${name}"]`).check({ force: true });
 const at = (page, x, y) => page.evaluate(([a, b]) => window.kibori.at(a, b), [x, y]);
+/** Of flicks [ms]; KIBORI_CAMPAIGN: all of them. */
+const TIMES = process.env.KIBORI_CAMPAIGN ? [60, 100, 250, 1000] : [60, 250];
 /** Where the middle of the piece is in the window. */
 const mid = { x: 0, y: 0 };
 
@@ -85,8 +87,7 @@ async function quickStrokes() {
     let slow = false;
     for (const tool of Object.keys(SECTIONS)) {
       await choose(page, tool);
-      const hashes = new Set();
-      for (const ms of [60, 100, 250, 1000]) {
+      for (const ms of TIMES) {
         const from = { x: mid.x - 150, y: mid.y }, to = { x: mid.x + 150, y: mid.y };
         const [a, b] = [await at(page, from.x, from.y), await at(page, to.x, to.y)];
         await page.evaluate((on) => window.kibori.slowFrames(on ? 33 : 0), slow);
@@ -104,11 +105,9 @@ async function quickStrokes() {
           off = Math.abs(end[2] - (b[2] - 2));
         }
         check(`${tool}, ${wood}, ${ms} ms: it ends where the pointer did (${end} for ${b})`, off < 0.3);
-        hashes.add(after.hash);
         await undone(page, first.hash);
         slow = !slow;
       }
-      check(`${tool}, ${wood}: the same groove by the same path`, hashes.size >= 1);
       // The same times, at both frame rates.
       const both = [];
       for (const frames of [0, 33]) {

@@ -337,7 +337,7 @@ async function mirrorsDevicesAndExperiments() {
   await page.bringToFront();
   let last = first, y = 260;
   await page.locator("#model").selectOption("1");
-  for (const [name, form, value] of [["Finger"], ["End mill"], ["Bull nose", "Corner", "3"], ["V cutter", "Angle", "60"], ["Capsule"], ["Box", "Breadth", "2"], ["Ellipsoid", "Breadth", "6"], ["Ball"]]) {
+  for (const [name, form, value] of [["Finger"], ["End mill"], ["Bull nose", "Corner", "3"], ["V cutter", "Angle", "60"], ["Capsule"], ["Box", "Breadth", "2"], ["Ellipsoid", "Breadth", "6"], ["Ball burr"]]) {
     await page.locator(`#shapes input[aria-label="${name}"]`).check({ force: true });
     check(`${name} is held`, (await page.locator("#shape-out").textContent()) === name && (await page.locator("#form").isVisible()) === Boolean(form));
     if (form) check(`${name} has its ${form}`, (await page.locator("#form-name").textContent()) === form);
