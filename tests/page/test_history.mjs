@@ -233,7 +233,7 @@ async function thousandsOfSteps() {
   check("Home goes to the stock", (await focused()).step === "1");
   await page.keyboard.press("ArrowRight");
   const group = await focused();
-  check(`a group says its tool and strokes: ${group.title}`, group.expanded === "false" && /^Ball 1 mm: \d+ strokes, /.test(group.title));
+  check(`a group says its tool and strokes: ${group.title}`, group.expanded === "false" && /^Ball burr 1 mm: \d+ strokes, /.test(group.title));
   await page.keyboard.press("Enter");
   await page.locator(`#history [data-key="${group.key}"][aria-expanded=true]`).waitFor();
   await page.keyboard.press("ArrowRight");
