@@ -271,5 +271,4 @@ async function thousandsOfSteps() {
   execFileSync(kibori, ["verify", file]);
 }
 
-// Thousands of steps take minutes: in campaigns.
-await run([scalesOfPlots, theTreeOfSteps, oneCamera, ...(process.env.KIBORI_CAMPAIGN ? [thousandsOfSteps] : [])]);
+await run([scalesOfPlots, theTreeOfSteps, oneCamera, thousandsOfSteps]);

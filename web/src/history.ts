@@ -206,19 +206,19 @@ export class History {
     const stop = this.items.find((item) => item.key === this.focus) ?? present;
     const there = new Set(seen);
     if (stop) there.add(stop);
-    // In the order of the strip, for those who hear it read.
-    let place = this.lines.nextSibling;
-    for (const item of [...there].sort((a, b) => a.x - b.x)) {
-      const cell = this.show(item, item === stop);
-      if (cell === place) place = cell.nextSibling;
-      else this.inner.insertBefore(cell, place);
-    }
     const keys = new Set([...there].map((item) => item.key));
     for (const [key, { cell }] of this.cells)
       if (!keys.has(key)) {
         cell.remove();
         this.cells.delete(key);
       }
+    // In the order of the strip, for those who hear it read. A cell that stays is not moved: that would take its focus.
+    let place = this.lines.nextSibling;
+    for (const item of [...there].sort((a, b) => a.x - b.x)) {
+      const cell = this.show(item, item === stop);
+      if (cell === place) place = cell.nextSibling;
+      else this.inner.insertBefore(cell, place);
+    }
     this.drawTree(seen, first);
   }
 

@@ -59,6 +59,7 @@ export class Importer {
   private materials: Material[] = [];
   private view: ImportView | null = null;
   private turns = 0; // files that were brought
+  private reading: Promise<void> = Promise.resolve(); // the studio reads one at a time
   private brought: Brought | null = null;
   private shape: THREE.BufferGeometry | null = null;
   private picture: Picture | null = null;
@@ -110,9 +111,16 @@ export class Importer {
     return waited;
   }
 
-  async bring(file: File): Promise<void> {
+  /** The file that was chosen last is asked about; one that is still being read is forgotten when that is done. */
+  bring(file: File): Promise<void> {
     const turn = ++this.turns, bringing = `Reading ${file.name} …`;
     this.tell(bringing);
+    this.reading = this.reading.then(() => this.read(file, turn, bringing));
+    return this.reading;
+  }
+
+  private async read(file: File, turn: number, bringing: string): Promise<void> {
+    if (turn !== this.turns) return;
     try {
       const answer = await fetch(this.address("import", { name: file.name }), { method: "POST", body: file });
       if (turn !== this.turns) return;
