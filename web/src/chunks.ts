@@ -2,12 +2,18 @@
 // The surface as the studio sends it, chunk by chunk: see Chunks in protocol/messages.json.
 import * as THREE from "three";
 
-const CELLS = 16;
+/** Along each side of a chunk. */
+export const CELLS = 16;
 const STEPS = 2048;
 
 export interface Lattice {
   origin: [number, number, number];
   pitch: number;
+}
+
+/** The corner of the first cell of the chunk with that name. */
+export function cornerOf(place: string, { origin, pitch }: Lattice): number[] {
+  return place.split(",").map((p, i) => origin[i] + (CELLS * Number(p) - 1) * pitch);
 }
 
 /** Calls use(place, geometry) for each chunk; null where nothing is left of it. */

@@ -22,6 +22,11 @@ uniform sampler2D tDepth, tNormal;
 uniform mat4 unproject;
 uniform bool perspective, cut;
 uniform vec4 section;
+// Of the surface, however the section cuts it: on an axis of the camera, so that uv does not matter.
+float farAt(float depth) {
+  float z = 2.0 * depth - 1.0;
+  return (unproject[2].z * z + unproject[3].z) / (unproject[2].w * z + unproject[3].w);
+}
 vec3 placeAt(vec2 uv) {
   vec4 p = unproject * vec4(2.0 * vec3(uv, texture2D(tDepth, uv).r) - 1.0, 1.0);
   vec3 at = p.xyz / p.w;
@@ -80,8 +85,8 @@ void main() {
     float sum = 0.0, weights = 0.0;
     for (int i = 0; i < 16; i++) {
       ivec2 texel = clamp(corner + ivec2(i & 3, i >> 2), ivec2(0), most);
-      vec3 there = placeAt((vec2(texel) + 0.5) / vec2(most + 1));
-      float weight = 1e-4 + max(0.0, 1.0 - abs(there.z - at.z) / (0.5 * reach));
+      float there = farAt(texture2D(tDepth, (vec2(texel) + 0.5) / vec2(most + 1)).r);
+      float weight = 1e-4 + max(0.0, 1.0 - abs(there - at.z) / (0.5 * reach));
       sum += weight * texelFetch(tHollows, texel, 0).r;
       weights += weight;
     }
@@ -94,7 +99,10 @@ void main() {
     float wide = max(1.0, size.y / 600.0);
     vec4 left = normalAt(vec2(-wide, 0)), right = normalAt(vec2(wide, 0)), down = normalAt(vec2(0, -wide)), up = normalAt(vec2(0, wide));
     float bend = 0.5 * (right.x - left.x + up.y - down.y), least = min(min(left.a, right.a), min(down.a, up.a));
-    float jump = max(abs(placeAt(vUv + vec2(wide, 0) / size).z - placeAt(vUv - vec2(wide, 0) / size).z), abs(placeAt(vUv + vec2(0, wide) / size).z - placeAt(vUv - vec2(0, wide) / size).z));
+    vec2 aside = vec2(wide, 0) / size, above = vec2(0, wide) / size;
+    float across = farAt(texture2D(tDepth, vUv + aside).r) - farAt(texture2D(tDepth, vUv - aside).r);
+    float along = farAt(texture2D(tDepth, vUv + above).r) - farAt(texture2D(tDepth, vUv - above).r);
+    float jump = max(abs(across), abs(along));
     // Codes of normals are an 1/127 apart: a bend as small as that is none.
     bend = sign(bend) * max(0.0, abs(bend) - 0.012) * step(0.4, least) * (1.0 - smoothstep(0.3, 0.8, jump / reach));
     color *= 1.0 + cavity * (bend > 0.0 ? 0.7 * bend / (0.35 + bend) : 0.95 * bend / (0.25 - bend));

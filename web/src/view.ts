@@ -3,6 +3,7 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { pack, unpack, type Lattice } from "./chunks";
+import { Coarse } from "./coarse";
 import type { Insets } from "./layout";
 import { firstHit, type Hit } from "./pick";
 import { SolidImage, type Shades } from "./shading";
@@ -28,7 +29,7 @@ const HOME = new THREE.Vector3(-0.55, -1, 0.75);
 const NOTHING: Insets = { left: 0, right: 0, top: 0, bottom: 0 };
 const FIELD = 35; // of view [degrees]
 const REST_MS = 350; // without a change, after which a slow machine draws as well as it can
-const ROUGH = 0.66; // pixels a pixel, where drawing is slow and the camera moves
+const ROUGH = 0.4; // pixels a pixel, where drawing is slow and the camera moves
 const TURN_MS = 260;
 
 /** What a picture is of. Background: a colour of CSS; null for transparent. */
@@ -48,6 +49,8 @@ export class View {
   private camera: THREE.PerspectiveCamera | THREE.OrthographicCamera = this.perspective;
   private chunks = new THREE.Group();
   private shown = new Map<string, THREE.Mesh>();
+  private lattice: Lattice = { origin: [0, 0, 0], pitch: 1 };
+  private coarse = new Coarse(); // the chunks, for rough images
   // What a chunk was when the stroke began: depth is taken from there, so that the tool does not sink by itself.
   // null: there was none.
   private before: Map<string, THREE.Mesh | null> | null = null;
@@ -119,7 +122,7 @@ export class View {
     this.ring.renderOrder = 2;
     this.chunks.matrixWorldAutoUpdate = false;
     const sky = new THREE.HemisphereLight(0xf6f8ff, 0xc4bbb0, 1.75);
-    this.scene.add(this.chunks, this.sun, this.sun.target, sky);
+    this.scene.add(this.chunks, this.coarse.group, this.sun, this.sun.target, sky);
     const lamp = new THREE.DirectionalLight(0xffffff, 2.4);
     lamp.position.set(-0.7, -0.45, 1.6);
     this.level.visible = false;
@@ -133,6 +136,7 @@ export class View {
     for (const mesh of this.shown.values()) mesh.geometry.dispose();
     this.shown.clear();
     this.chunks.clear();
+    this.lattice = lattice;
     this.endStroke();
     this.framed = this.whole = false;
     this.arrow.visible = this.ring.visible = this.tool.visible = false;
@@ -687,7 +691,12 @@ export class View {
       this.image = whole ? this.best : this.rough;
       const share = whole ? 1 : ROUGH;
       this.image.setSize(Math.ceil(w * share), Math.ceil(h * share));
+      if (!whole) this.coarse.follow(this.shown, this.lattice);
+      this.coarse.group.visible = !whole;
+      this.chunks.visible = whole;
       this.image.draw(this.scene, this.camera, this.shades, null);
+      this.coarse.group.visible = false;
+      this.chunks.visible = true;
     } else if (this.changed.length > 0) this.drawChanged(w, h);
     this.stale = false;
     this.changed = [];

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: MIT
+// The solid with fewer triangles, for machines without a graphics card while the camera moves: of each chunk, vertices
+// near each other give way to one of them. Those at its edge stay, since the neighbour has them, too: no crack opens.
+import * as THREE from "three";
+import { CELLS, cornerOf, type Lattice } from "./chunks";
+
+const WIDE = 3; // cells along each side of what is drawn as one vertex
+const ROUNDING = 1e-3; // [cells]: a vertex between two cells is said to be in either
+const PLACES = Math.ceil(CELLS / WIDE);
+
+/** `corner` is that of the chunk's first cell, `pitch` a cell's side [mm]. Attributes are those of `fine`. */
+function coarser(fine: THREE.BufferGeometry, corner: number[], pitch: number): THREE.BufferGeometry {
+  const position = fine.attributes.position.array, index = fine.index!.array;
+  const stands = new Uint16Array(fine.attributes.position.count); // for each vertex the one that is drawn
+  const first = new Int32Array(PLACES ** 3).fill(-1);
+  for (let v = 0; v < stands.length; v++) {
+    let place = 0, edge = false;
+    for (let i = 0; i < 3; i++) {
+      const cells = (position[3 * v + i] - corner[i]) / pitch;
+      edge ||= cells < 1 + ROUNDING || cells > CELLS - ROUNDING;
+      place = place * PLACES + Math.floor((cells - 1) / WIDE);
+    }
+    if (edge) stands[v] = v;
+    else {
+      if (first[place] < 0) first[place] = v;
+      stands[v] = first[place];
+    }
+  }
+  const corners: number[] = [];
+  for (let i = 0; i < index.length; i += 3) {
+    const a = stands[index[i]], b = stands[index[i + 1]], c = stands[index[i + 2]];
+    if (a !== b && b !== c && c !== a) corners.push(a, b, c);
+  }
+  const made = new THREE.BufferGeometry();
+  for (const [name, attribute] of Object.entries(fine.attributes)) made.setAttribute(name, attribute);
+  made.setIndex(new THREE.BufferAttribute(new Uint16Array(corners), 1));
+  made.boundingSphere = fine.boundingSphere;
+  return made;
+}
+
+export class Coarse {
+  readonly group = new THREE.Group();
+  private made = new Map<THREE.Mesh, THREE.Mesh>(); // for chunks that are shown
+
+  constructor() {
+    this.group.visible = this.group.matrixWorldAutoUpdate = false;
+  }
+
+  /** Makes it of these chunks, by their places; what was made of them before is kept. */
+  follow(chunks: Map<string, THREE.Mesh>, lattice: Lattice): void {
+    const gone = new Set(this.made.keys());
+    for (const [place, mesh] of chunks) {
+      gone.delete(mesh);
+      let coarse = this.made.get(mesh);
+      if (!coarse) {
+        coarse = new THREE.Mesh(coarser(mesh.geometry, cornerOf(place, lattice), lattice.pitch));
+        coarse.receiveShadow = true;
+        coarse.matrixAutoUpdate = false;
+        this.made.set(mesh, coarse);
+        this.group.add(coarse);
+      }
+      coarse.material = mesh.material;
+    }
+    for (const mesh of gone) {
+      this.group.remove(this.made.get(mesh)!);
+      this.made.delete(mesh);
+    }
+  }
+}
