@@ -279,9 +279,8 @@ struct Strike {
   void fields([[maybe_unused]] F&& f) {}
 };
 // A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the
-// document's name, its materials (JSON: name, color, density [kg/m^3] where it is known), which of them its
-// stock is of, and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of
-// another one.
+// document's name, its materials (JSON: name, color), which of them its stock is of, and what it is: 0
+// carved, 1 only looked at, 2 an experiment. All that was shown before is of another one.
 struct Welcome {
   static constexpr uint8_t kKind = 64;
   uint16_t version = 0;

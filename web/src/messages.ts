@@ -62,7 +62,7 @@ export interface RunExperiment { name: string; scene: string; model: number; pac
 export interface ChooseTurn { turn: number }
 /** A blow of a mallet (3 J) on the tool that cuts: it is driven on along its aim. */
 export type Strike = Record<string, never>;
-/** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color, density [kg/m^3] where it is known), which of them its stock is of, and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
+/** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color), which of them its stock is of, and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
 export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; material: number; what: number }
 /** Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), vertices, corners (u16 each). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
 export interface Chunks { frame: number; more: number; data: Uint8Array }
