@@ -70,6 +70,112 @@ class CommandLine(unittest.TestCase):
         for part in says:
             self.assertIn(part, run.stderr)
 
+    def test_no_output_overwrites_what_is_read(self):
+        scene = self.scene()
+        self.assertEqual(kibori("carve", scene, "-o", "d.kibori", "--mesh", "m.stl", "--forces", "f.csv", cwd=self.folder).returncode, 0)
+        (self.folder / "n.toml").write_text(SMALL.replace("block = [20, 12, 10]", 'mesh = "m.stl"'))
+        shutil.copy(self.folder / "d.kibori", self.folder / "called.csv")
+        os.link(self.folder / "d.kibori", self.folder / "hard.csv")
+        (self.folder / "soft.csv").symlink_to("d.kibori")
+        (self.folder / "twice.csv").symlink_to("new.csv")
+        (self.folder / "record.csv").write_text("time_s\n")
+        before = {path.name: path.read_bytes() for path in self.folder.iterdir() if path.exists()}
+        document = ["d.kibori", "called.csv", "hard.csv", "soft.csv", "new.kibori", "d.kibori-wal"]
+        for command, options, reads in [
+            (["replay", "d.kibori"], ["--forces", "--plot"], document),
+            (["carve", "scene.toml"], ["--forces", "--plot"], document + ["scene.toml"]),
+            (["carve", "n.toml"], ["--mesh"], ["m.stl"]),
+            (["carve", "scene.toml", "-o", "y.kibori"], ["--forces", "--plot"], ["y.kibori"]),
+            (["carve", "scene.toml", "--forces", "new.csv"], ["--plot"], ["new.csv", "./new.csv", "twice.csv"]),
+            (["convert", "m.stl"], [""], ["m.stl", "./m.stl"]),
+            (["servo", "scene.toml", "--seconds", "0.1"], ["--record"], document + ["scene.toml"]),
+            (["servo", "scene.toml", "--seconds", "0.1", "-o", "y.kibori"], ["--record"], ["y.kibori"]),
+            (["history", "d.kibori"], ["--copy"], ["d.kibori"]),
+        ]:
+            for option in options:
+                for name in reads:
+                    if option == "--mesh" and not name.endswith(".stl"):
+                        continue
+                    with self.subTest(command=command, option=option, name=name):
+                        self.refused(*command, *([option] if option else []), name, says=[name])
+        after = {path.name: path.read_bytes() for path in self.folder.iterdir() if path.exists()}
+        self.assertEqual(before, after)
+        # What is nobody's input is written.
+        self.assertEqual(kibori("replay", "d.kibori", "--forces", "f.csv", "--plot", "p.svg", cwd=self.folder).returncode, 0)
+
+    def test_scenes_as_deep_as_they_are_long(self):
+        rounds = 10000 if os.environ.get("KIBORI_CAMPAIGN") else 60
+        random_depths = random.Random(os.environ.get("KIBORI_SEED", "17"))
+        for round in range(rounds):
+            depth = 40000 if round < 8 else random_depths.choice([1, 5, 31, 33, 60, 300, 5000, 100000])
+            text = [
+                f"[{'.'.join(['a'] * depth)}]\n",
+                f"{'.'.join(['a'] * depth)} = 1\n",
+                f"a = {'[' * depth}{']' * depth}\n",
+                f"a = {'{a = ' * depth}1{'}' * depth}\n",
+                f"[[{' . '.join(['a'] * depth)}]]\n",
+                ".".join(['"a.b"'] * depth) + " = 1\n",
+                f"a = {'[' * depth}",
+                f"{'[a]' * depth}\n",
+            ][round % 8]
+            (self.folder / "deep.toml").write_text("# a comment [[[[\n" + text)
+            started = time.monotonic()
+            self.refused("carve", "deep.toml", says=["deep.toml:2"])
+            self.assertLess(time.monotonic() - started, 20)
+        # Dots and brackets in strings, comments and numbers are none.
+        self.scene(SMALL.replace('label = "A"', f'label = "{"[" * 100}{"." * 100} \\" # [["  # {"[" * 100}'))
+        self.assertEqual(kibori("carve", "scene.toml", cwd=self.folder).returncode, 0)
+
+    def test_meshes_reach_no_other_file(self):
+        secret = self.folder / "secret.mtl"
+        secret.write_text("newmtl TOP-SECRET-WORDS\nKd 1 1 1\nnonsense-TOP-SECRET-WORDS\n")
+        os.mkfifo(self.folder / "pipe.mtl")
+        corners = "v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\n"
+        faces = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+        for library in (secret, "secret.mtl", "pipe.mtl", self.folder / "pipe.mtl", "/etc/passwd", "../../../../etc/passwd", "/dev/zero"):
+            (self.folder / "m.obj").write_text(f"mtllib {library}\n{corners}usemtl x\n{faces}")
+            run = subprocess.run([KIBORI, "info", "m.obj", "--json"], capture_output=True, text=True, cwd=self.folder, timeout=60)
+            self.assertNotIn("SECRET", run.stdout + run.stderr)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertEqual(json.loads(run.stdout)["triangles"], 4)
+        # A second buffer, from a file that is not the mesh.
+        (self.folder / "vertices.bin").write_bytes(struct.pack("<12f", 0, 0, 0, 9, 0, 0, 0, 9, 0, 0, 0, 9))
+        (self.folder / "sub").mkdir()
+        for uri in ("vertices.bin", "../vertices.bin", str(self.folder / "vertices.bin"), "file://" + str(self.folder / "vertices.bin"), "pipe.mtl"):
+            indices = struct.pack("<12H", 0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3)
+            about = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+                     "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+                     "buffers": [{"byteLength": len(indices)}, {"byteLength": 48, "uri": uri}],
+                     "bufferViews": [{"buffer": 1, "byteLength": 48}, {"buffer": 0, "byteLength": 24}],
+                     "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [9, 9, 9]},
+                                   {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"}]}
+            head = json.dumps(about).encode()
+            head += b" " * (-len(head) % 4)
+            body = struct.pack("<II", len(head), 0x4E4F534A) + head + struct.pack("<II", len(indices), 0x004E4942) + indices
+            (self.folder / "sub" / "m.glb").write_bytes(b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body)
+            run = subprocess.run([KIBORI, "info", "sub/m.glb", "--json"], capture_output=True, text=True, cwd=self.folder, timeout=60)
+            self.assertEqual(run.returncode, 2, (uri, run))
+            self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
+        for name in ("pipe.toml", "pipe.png", "pipe.stl", "pipe.obj", "pipe.kibori"):
+            os.mkfifo(self.folder / name)
+            for command in (["carve", name], ["info", name], ["convert", name, "out.stl", "--relief", "8,2,1"]):
+                run = subprocess.run([KIBORI, *command], capture_output=True, text=True, cwd=self.folder, timeout=60)
+                self.assertEqual(run.returncode, 2, (command, run))
+
+    def test_signals_end_a_run_in_order(self):
+        for end in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            (self.folder / "s.kibori").unlink(missing_ok=True)
+            run = subprocess.Popen([KIBORI, "servo", "--seconds", "60", "-o", "s.kibori", "--record", "r.csv", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=self.folder)
+            while not (self.folder / "s.kibori").exists():
+                time.sleep(0.05)
+            time.sleep(1)
+            run.send_signal(end)
+            out, said = run.communicate(timeout=60)
+            self.assertEqual(run.returncode, 0, said)
+            self.assertGreater(json.loads(out)["ticks"], 100)
+            self.assertEqual(kibori("verify", "s.kibori", cwd=self.folder).returncode, 0)
+            self.assertGreater(len((self.folder / "r.csv").read_text().splitlines()), 100)
+
     def test_help_and_version(self):
         self.assertRegex(kibori("--version").stdout, r"^kibori \d+\.\d+\.\d+\n$")
         self.assertIn("carve", kibori("--help").stdout)

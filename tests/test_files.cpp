@@ -1,14 +1,21 @@
 // SPDX-License-Identifier: MIT
 // Files out and in: round trips, limits, hostile bytes, and a helper program that misbehaves.
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <thread>
 
+#include <fcntl.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <kibori/base/file.h>
 #include <kibori/edit/edit.h>
+#include <kibori/formats/import_helper.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/formats/surface_file.h>
@@ -292,6 +299,92 @@ TEST_F(HelperTest, HostileFilesOfOtherFormats) {
   refused("f.off", "OFF\n1000000000 1000000000 0\n");
   refused("g.3mf", "PK\3\4");
   refused("h.obj", std::string(100000, '\xff'));
+}
+// Whatever a parser tries, in a process of its own: each is refused, and the process goes on.
+TEST(Confined, OpensAndStartsNothing) {
+#ifdef KIBORI_SANITIZED
+  GTEST_SKIP() << "sanitisers open files themselves";
+#endif
+  Folder folder;
+  const std::string canary = folder.write("canary", "a secret").string();
+  const pid_t child = fork();
+  if (child == 0) {
+    const int held = open(canary.c_str(), O_RDONLY);
+    confine_helper();
+    char text[8];
+    int wrong = read(held, text, sizeof text) == 8 ? 0 : 1;  // what is open stays so
+    const auto must_fail = [&](bool failed) { wrong += failed ? 0 : 1; };
+    must_fail(open(canary.c_str(), O_RDONLY) < 0);
+    must_fail(open((canary + "2").c_str(), O_RDWR | O_CREAT, 0600) < 0);
+    must_fail(openat(AT_FDCWD, "/dev/null", O_RDONLY) < 0);
+    must_fail(std::fopen("/etc/passwd", "r") == nullptr);
+    must_fail(socket(AF_UNIX, SOCK_STREAM, 0) < 0);
+    must_fail(socket(AF_INET, SOCK_STREAM, 0) < 0);
+    must_fail(kill(getppid(), 0) < 0);
+    must_fail(execl("/bin/true", "true", nullptr) < 0);
+    _exit(wrong);
+  }
+  int status = -1;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0) << "so many things were not refused";
+}
+
+TEST(NewFile, FourWritersLeaveOneWhole) {
+  Folder folder;
+  const auto path = folder / "u.bin";
+  folder.write("u.bin.part", "the user's own");
+  std::filesystem::create_symlink(folder / "planted", folder / "u.bin.part2");
+  const int rounds = std::getenv("KIBORI_CAMPAIGN") ? 1000 : 20;
+  for (int round = 0; round < rounds; round++) {
+    std::vector<std::thread> writers;
+    for (char c = 'a'; c < 'e'; c++)
+      writers.emplace_back([&path, c] {
+        NewFile file(path);
+        for (int i = 0; i < 50; i++) file.write(std::string(1000, c));
+        EXPECT_TRUE(file.commit().ok());
+      });
+    for (auto& writer : writers) writer.join();
+    const std::vector<char> whole = read_file(path).value();
+    ASSERT_EQ(whole.size(), 50000u);
+    for (const char c : whole) ASSERT_EQ(c, whole[0]);
+  }
+  EXPECT_EQ(read_file(folder / "u.bin.part").value().size(), 14u);
+  // Nothing is left beside it.
+  size_t files = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder / ".")) files++;
+  EXPECT_EQ(files, 3u);
+}
+TEST(NewFile, KeepsWhoMayReadWhatWasThere) {
+  Folder folder;
+  const auto mode = [&](const char* name) {
+    return std::filesystem::status(folder / name).permissions() & std::filesystem::perms::mask;
+  };
+  const auto put = [&](const char* name) {
+    NewFile file(folder / name);
+    file.write("x");
+    ASSERT_TRUE(file.commit().ok());
+  };
+  const mode_t before = umask(0027);
+  put("new");
+  EXPECT_EQ(mode("new"), std::filesystem::perms(0640));
+  std::filesystem::permissions(folder / "new", std::filesystem::perms(0604));
+  put("new");
+  EXPECT_EQ(mode("new"), std::filesystem::perms(0604));
+  umask(before);
+  std::filesystem::create_symlink("new", folder / "link");
+  put("link");
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
+}
+TEST(ReadFile, RefusesWhatMayNeverEnd) {
+  Folder folder;
+  ASSERT_EQ(mkfifo((folder / "pipe.toml").c_str(), 0600), 0);
+  for (const auto& path : {folder / "pipe.toml", std::filesystem::path("/dev/zero"), folder / "."})
+    EXPECT_NE(read_file(path).error().find("is no regular file"), std::string::npos);
+  EXPECT_NE(read_file(folder / "none").error().find("no such file"), std::string::npos);
+  folder.write("long", std::string(100, 'x'));
+  EXPECT_NE(read_file(folder / "long", 99).error().find("100 bytes; at most 99"), std::string::npos);
+  EXPECT_TRUE(read_file(folder / "long", 100).ok());
 }
 
 }  // namespace

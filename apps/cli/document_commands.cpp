@@ -8,6 +8,7 @@
 #include <kibori/session/force_report.h>
 
 #include "apps/cli/common.h"
+#include "apps/cli/outputs.h"
 
 using namespace kibori;
 
@@ -59,9 +60,12 @@ int DocumentCommands::run() const {
 }
 
 int DocumentCommands::run_replay() const {
-  for (const std::string& out : {forces_, plot_, mesh_})
-    if (!out.empty())
-      if (const Status can = check_writable(out); !can) return bad_input(can.error());
+  Outputs outputs;
+  outputs.reads(file_);
+  outputs.writes("--forces", forces_);
+  outputs.writes("--plot", plot_);
+  outputs.writes("--mesh", mesh_);
+  if (const Status can = outputs.check(); !can) return bad_input(can.error());
   if (!mesh_.empty())
     if (const Status known = check_surface_ending(mesh_); !known) return bad_input(known.error());
   Result<std::unique_ptr<Document>> document = Document::open(file_, Document::Access::read);
@@ -127,6 +131,10 @@ int DocumentCommands::run_verify() const {
 }
 
 int DocumentCommands::run_history() const {
+  Outputs outputs;
+  outputs.reads(file_);
+  outputs.makes_document("--copy", copy_);
+  if (const Status can = outputs.check(); !can) return bad_input(can.error());
   Result<std::unique_ptr<Document>> opened =
       Document::open(file_, name_.empty() ? Document::Access::read : Document::Access::write);
   if (!opened) return bad_input(opened.error());

@@ -28,6 +28,7 @@
 
 #include "apps/cli/common.h"
 #include "apps/cli/document_commands.h"
+#include "apps/cli/outputs.h"
 #include "apps/cli/servo_commands.h"
 #include "apps/cli/studio_command.h"
 
@@ -115,7 +116,7 @@ kibori::Status save_picture(const std::string& path, kibori::Surface surface,
 
 kibori::Status check_picture(const std::string& path) {
   if (kibori::ending_of(path) != ".png") return kibori::Error{path + ": pictures are written as .png"};
-  return kibori::check_writable(path);
+  return kibori::Ok{};
 }
 
 // What of a model is written beside (or instead of) a mesh; `carve` and `convert` share it.
@@ -150,7 +151,6 @@ kibori::Status check_exports(const ExportArguments& arguments) {
   if (!arguments.height_map.empty()) {
     if (ending_of(arguments.height_map) != ".png")
       return Error{arguments.height_map + ": height maps are written as .png"};
-    if (Status can = check_writable(arguments.height_map); !can) return can;
   }
   if (arguments.layers.empty()) return Ok{};
   std::error_code error;
@@ -200,11 +200,16 @@ int run_carve(const CarveArguments& arguments) {
   if (!scene) return bad_input(scene.error());
 
   // Outputs that can't be written are better known before the work than after.
-  for (const std::string& out : {arguments.forces, arguments.plot, arguments.mesh}) {
-    if (out.empty()) continue;
-    if (const Status can = check_writable(out); !can) return bad_input(can.error());
-  }
-
+  Outputs outputs;
+  outputs.reads(arguments.scene);
+  for (const std::filesystem::path& read : scene.value().files) outputs.reads(read);
+  outputs.makes_document("-o", arguments.document);
+  outputs.writes("--forces", arguments.forces);
+  outputs.writes("--plot", arguments.plot);
+  outputs.writes("--mesh", arguments.mesh);
+  outputs.writes("--picture", arguments.picture);
+  outputs.writes("--height-map", arguments.exports.height_map);
+  if (const Status can = outputs.check(); !can) return bad_input(can.error());
   if (const Status can = check_exports(arguments.exports); !can) return bad_input(can.error());
   if (!arguments.mesh.empty())
     if (const Status known = check_surface_ending(arguments.mesh); !known) return bad_input(known.error());
@@ -286,10 +291,13 @@ int run_convert(const ConvertArguments& arguments) {
   using namespace kibori;
   if (arguments.out.empty() && arguments.exports.height_map.empty() && arguments.exports.layers.empty())
     return bad_input("convert: nothing to write; name a mesh, or use --height-map or --layers");
-  if (!arguments.out.empty()) {
+  if (!arguments.out.empty())
     if (const Status known = check_surface_ending(arguments.out); !known) return bad_input(known.error());
-    if (const Status can = check_writable(arguments.out); !can) return bad_input(can.error());
-  }
+  Outputs outputs;
+  outputs.reads(arguments.in);
+  outputs.writes("OUT", arguments.out);
+  outputs.writes("--height-map", arguments.exports.height_map);
+  if (const Status can = outputs.check(); !can) return bad_input(can.error());
   if (const Status can = check_exports(arguments.exports); !can) return bad_input(can.error());
   ConvertOptions options;
   if (arguments.pitch != 0) options.pitch_mm = arguments.pitch;
@@ -381,6 +389,10 @@ int run_compare(const CompareArguments& arguments) {
 int run_picture(const std::string& file, const std::string& out, const PictureArguments& arguments) {
   using namespace kibori;
   if (const Status can = check_picture(out); !can) return bad_input(can.error());
+  Outputs outputs;
+  outputs.reads(file);
+  outputs.writes("OUT", out);
+  if (const Status can = outputs.check(); !can) return bad_input(can.error());
   const Result<PictureOptions> options = picture_options(arguments);
   if (!options) return bad_input(options.error());
   const Result<TriangleMesh> mesh = read_mesh_or_document(file, arguments.threads);

@@ -12,6 +12,7 @@
 #include <kibori/session/servo_run.h>
 
 #include "apps/cli/common.h"
+#include "apps/cli/outputs.h"
 
 using namespace kibori;
 
@@ -74,6 +75,13 @@ int ServoCommands::run_servo() const {
     if (!read) return bad_input(read.error());
     scene = std::move(read).value();
   }
+  Outputs outputs;
+  outputs.reads(scene_);
+  for (const std::filesystem::path& read : scene.files) outputs.reads(read);
+  if (device_.starts_with("replay:")) outputs.reads(device_.substr(7));
+  outputs.makes_document("-o", document_);
+  outputs.writes("--record", record_);
+  if (const Status can = outputs.check(); !can) return bad_input(can.error());
   ServoRunOptions options;
   options.seconds = seconds_;
   options.rate_hz = rate_hz_;
@@ -98,6 +106,7 @@ int ServoCommands::run_servo() const {
   // Ctrl-C ends the run in order: no force stays on, and a recording is kept.
   std::signal(SIGINT, [](int) { interrupted = 1; });
   std::signal(SIGTERM, [](int) { interrupted = 1; });
+  std::signal(SIGHUP, [](int) { interrupted = 1; });
   options.cancelled = [] { return interrupted != 0; };
   const Result<ServoReport> report = kibori::run_servo(scene, std::move(device), options);
   if (!report) return bad_input(report.error());

@@ -75,9 +75,11 @@ int StudioCommand::run() const {
     interrupted = 1;
     std::signal(SIGINT, SIG_DFL);
     std::signal(SIGTERM, SIG_DFL);
+    std::signal(SIGHUP, SIG_DFL);
   };
   std::signal(SIGINT, end);
   std::signal(SIGTERM, end);
+  std::signal(SIGHUP, end);  // its terminal is gone
   std::signal(SIGPIPE, SIG_IGN);
   const Studio::Options how{read_only_, device_};
   std::unique_ptr<Studio> session;

@@ -5,13 +5,15 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <new>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
+#include <assimp/MemoryIOWrapper.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
@@ -25,50 +27,70 @@ namespace {
 
 using namespace kibori;
 
+// The one file that parsers may open, in memory: whatever else it names, is not there.
+class OneFile : public Assimp::IOSystem {
+ public:
+  OneFile(std::string name, const std::vector<char>& bytes) : name_(std::move(name)), bytes_(bytes) {}
+  bool Exists(const char* name) const override { return name_ == name; }
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char* name, const char* mode) override {
+    if (name_ != name || mode[0] != 'r') return nullptr;
+    return new Assimp::MemoryIOStream(reinterpret_cast<const uint8_t*>(bytes_.data()), bytes_.size());
+  }
+  void Close(Assimp::IOStream* stream) override { delete stream; }
+
+ private:
+  const std::string name_;
+  const std::vector<char>& bytes_;
+};
+
+// What a header can take at most.
+std::istringstream head_of(const std::vector<char>& bytes) {
+  return std::istringstream(std::string(bytes.data(), std::min(bytes.size(), size_t{1} << 20)));
+}
+
 // Whether a PLY file has triangle strips, of which Assimp reads one triangle each. Errors: a header without
 // its end, which Assimp looks for forever, or whose counts can't fit the file: every element takes a byte at
 // least.
-Result<bool> has_strips(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::error_code error;
-  const auto size = static_cast<double>(std::filesystem::file_size(path, error));
+Result<bool> has_strips(const std::vector<char>& bytes, const std::string& name) {
+  std::istringstream head = head_of(bytes);
   std::string line;
   bool strips = false;
-  for (int number = 1; number < 1000 && std::getline(file, line); number++) {
+  for (int number = 1; number < 1000 && std::getline(head, line); number++) {
     if (line.starts_with("end_header")) return strips;
-    char name[64];
+    char element[64];
     double count = 0;
-    if (std::sscanf(line.c_str(), "element %63s %lf", name, &count) != 2) continue;
-    strips |= std::string_view(name) == "tristrips";
-    if (!(count <= size))
-      return Error{path.string() + ":" + std::to_string(number) + ": promises more of element '" + name +
+    if (std::sscanf(line.c_str(), "element %63s %lf", element, &count) != 2) continue;
+    strips |= std::string_view(element) == "tristrips";
+    if (!(count <= static_cast<double>(bytes.size())))
+      return Error{name + ":" + std::to_string(number) + ": promises more of element '" + element +
                    "' than the file has bytes; export it again"};
   }
-  return Error{path.string() + ": has no end of its header (end_header); export it again"};
+  return Error{name + ": has no end of its header (end_header); export it again"};
 }
 
 // The same for OFF: three counts in its first line of numbers.
-Status check_off_counts(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::error_code error;
-  const auto size = static_cast<double>(std::filesystem::file_size(path, error));
+Status check_off_counts(const std::vector<char>& bytes, const std::string& name) {
+  std::istringstream head = head_of(bytes);
   std::string line;
-  for (int number = 1; number < 1000 && std::getline(file, line); number++) {
+  for (int number = 1; number < 1000 && std::getline(head, line); number++) {
     double vertices = 0, faces = 0;
     const size_t digits = line.find_first_of("0123456789-");
     if (line.starts_with("#") || digits == std::string::npos) continue;
     if (std::sscanf(line.c_str() + digits, "%lf %lf", &vertices, &faces) == 2 && vertices >= 0 &&
-        faces >= 0 && vertices + faces <= size)
+        faces >= 0 && vertices + faces <= static_cast<double>(bytes.size()))
       return Ok{};
-    return Error{path.string() + ":" + std::to_string(number) +
+    return Error{name + ":" + std::to_string(number) +
                  ": promises more vertices or faces than the file has bytes; export it again"};
   }
-  return Error{path.string() + ": has no counts of vertices and faces"};
+  return Error{name + ": has no counts of vertices and faces"};
 }
 
 // glb: metres and Y up.
-Result<TriangleMesh> read_with_assimp(const std::filesystem::path& path, bool glb) {
+Result<TriangleMesh> read_with_assimp(const std::vector<char>& bytes, const std::filesystem::path& path,
+                                      bool glb) {
   Assimp::Importer importer;
+  importer.SetIOHandler(new OneFile(path.string(), bytes));  // which owns it
   // Points and lines are of no use here; positions alone matter.
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   const aiScene* scene = importer.ReadFile(
@@ -103,22 +125,17 @@ Result<TriangleMesh> read_with_assimp(const std::filesystem::path& path, bool gl
   return mesh;
 }
 
-Result<TriangleMesh> read_foreign(const std::filesystem::path& path) {
-  const std::string ending = ending_of(path);
-  const auto read_by = [&](auto parse) -> Result<TriangleMesh> {
-    const Result<std::vector<char>> bytes = read_file(path);
-    if (!bytes) return Error{bytes.error()};
-    return parse(bytes.value(), path.string());
-  };
-  if (ending == ".3mf") return read_by(parse_3mf);
+Result<TriangleMesh> parse_foreign(const std::vector<char>& bytes, const std::filesystem::path& path) {
+  const std::string ending = ending_of(path), name = path.string();
+  if (ending == ".3mf") return parse_3mf(bytes, name);
   if (ending == ".ply") {
-    const Result<bool> strips = has_strips(path);
+    const Result<bool> strips = has_strips(bytes, name);
     if (!strips) return Error{strips.error()};
-    if (strips.value()) return read_by(parse_ply);
+    if (strips.value()) return parse_ply(bytes, name);
   }
   if (ending == ".off")
-    if (const Status counts = check_off_counts(path); !counts) return Error{counts.error()};
-  return read_with_assimp(path, ending == ".glb");
+    if (const Status counts = check_off_counts(bytes, name); !counts) return Error{counts.error()};
+  return read_with_assimp(bytes, path, ending == ".glb");
 }
 
 int fail(const std::string& what) {
@@ -133,7 +150,10 @@ int main(int argc, char** argv) {
   const std::filesystem::path path = argv[1];
   try {
     if (!limit_helper(path)) return fail(path.string() + ": the importer can't limit itself");
-    const Result<TriangleMesh> mesh = read_foreign(path);
+    const Result<std::vector<char>> bytes = read_file(path);
+    if (!bytes) return fail(bytes.error());
+    confine_helper();
+    const Result<TriangleMesh> mesh = parse_foreign(bytes.value(), path);
     if (!mesh) return fail(mesh.error());
     if (mesh.value().triangles.size() > kMaxImportTriangles)
       return fail(path.string() + ": holds more triangles than can be taken");

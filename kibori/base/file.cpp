@@ -3,14 +3,54 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cerrno>
 #include <cstdlib>
 #include <fstream>
 #include <utility>
 #include <vector>
 
+#include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 namespace kibori {
+
+namespace {
+
+// The user's own choice of what others may not do with new files; asked of the kernel, as umask() can only
+// be read by setting it, for all threads.
+mode_t umask_of_process() {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);)
+    if (unsigned mask = 0; std::sscanf(line.c_str(), "Umask: %o", &mask) == 1) return mask;
+  return 0077;
+}
+
+std::filesystem::path folder_of(const std::filesystem::path& path) {
+  return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+}
+
+}  // namespace
+
+Result<std::filesystem::path> make_beside(const std::filesystem::path& path) {
+  std::string name = path.string() + ".XXXXXX.part";
+  const int handle = mkostemps(name.data(), 5, O_CLOEXEC);
+  if (handle < 0)
+    return Error{path.string() + ": can't be written (no such folder, no permission, or no space left)"};
+  close(handle);
+  return std::filesystem::path(name);
+}
+
+bool sync_to_disk(const std::filesystem::path& path) {
+  const int handle = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+  if (handle < 0) return false;
+  // Some file systems have nothing to wait for, and say so.
+  const bool done = fsync(handle) == 0 || errno == EINVAL || errno == EROFS;
+  close(handle);
+  return done;
+}
+
+void permit_as_new(const std::filesystem::path& path) { chmod(path.c_str(), 0666 & ~umask_of_process()); }
 
 NewFile::NewFile(const std::filesystem::path& path) : path_(path) {
   std::error_code error;
@@ -19,8 +59,9 @@ NewFile::NewFile(const std::filesystem::path& path) : path_(path) {
   direct_ = std::filesystem::exists(there) && !folder_ && !std::filesystem::is_regular_file(there);
   if (std::filesystem::is_symlink(path, error)) path_ = std::filesystem::weakly_canonical(path, error);
   part_ = path_;
-  if (!direct_) part_ += ".part";
-  if (!folder_) file_ = std::fopen(part_.c_str(), "wb");
+  if (!direct_ && !folder_)
+    if (const auto beside = make_beside(path_); beside) part_ = beside.value();
+  if (!folder_ && (direct_ || part_ != path_)) file_ = std::fopen(part_.c_str(), "wb");
   failed_ = !file_;
 }
 
@@ -28,7 +69,7 @@ NewFile::~NewFile() {
   if (!file_) return;
   std::fclose(file_);
   std::error_code error;
-  if (!direct_) std::filesystem::remove(part_, error);
+  if (!direct_ && part_ != path_) std::filesystem::remove(part_, error);
 }
 
 void NewFile::write(const void* data, size_t bytes) {
@@ -45,14 +86,24 @@ void NewFile::overwrite(uint64_t at, const void* data, size_t bytes) {
 Status NewFile::commit() {
   if (folder_) return Error{path_.string() + ": is a folder; name a file"};
   std::error_code error;
+  if (file_ && !direct_) failed_ |= std::fflush(file_) != 0 || fsync(fileno(file_)) != 0;
   if (file_ && std::fclose(std::exchange(file_, nullptr)) != 0) failed_ = true;
   if (failed_) {
-    if (!direct_) std::filesystem::remove(part_, error);
+    if (!direct_ && part_ != path_) std::filesystem::remove(part_, error);
     return Error{path_.string() + ": can't be written (no such folder, no permission, or no space left)"};
   }
   if (direct_) return Ok{};
+  // Who may read what was there may read what stands in its place.
+  struct stat was = {};
+  if (stat(path_.c_str(), &was) == 0)
+    chmod(part_.c_str(), was.st_mode & 0777);
+  else
+    permit_as_new(part_);
   std::filesystem::rename(part_, path_, error);
-  if (!error) return Ok{};
+  if (!error) {
+    sync_to_disk(folder_of(path_));
+    return Ok{};
+  }
   const std::string reason = error.message();
   std::filesystem::remove(part_, error);
   return Error{path_.string() + ": can't be written: " + reason};
@@ -103,10 +154,16 @@ TemporaryFolder::~TemporaryFolder() {
   std::filesystem::remove_all(path_, error);
 }
 
-Result<std::vector<char>> read_file(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
+Result<std::vector<char>> read_file(const std::filesystem::path& path, uint64_t most) {
   std::error_code error;
-  const auto size = std::filesystem::file_size(path, error);
+  if (!std::filesystem::exists(path, error)) return Error{path.string() + ": there is no such file"};
+  if (!std::filesystem::is_regular_file(path, error))
+    return Error{path.string() + ": is no regular file, but a folder, a pipe or a device"};
+  const uint64_t size = std::filesystem::file_size(path, error);
+  if (!error && size > most)
+    return Error{path.string() + ": has " + std::to_string(size) + " bytes; at most " + std::to_string(most) +
+                 " are read"};
+  std::ifstream file(path, std::ios::binary);
   std::vector<char> bytes(error ? 0 : size);
   if (!file || error || !file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
     return Error{path.string() + ": can't be read"};

@@ -16,8 +16,17 @@
 
 namespace kibori {
 
-// Writes beside the file (FILE.part) and moves it into place on commit; without a commit, what was there
-// stays. Links are followed; devices and pipes are written to as they are.
+// A new, empty file beside `path`, in a name that nobody can foresee, for this user only. Error: one sentence
+// that names `path`.
+Result<std::filesystem::path> make_beside(const std::filesystem::path& path);
+// Waits until a file, or a folder's names, are on the disk; false where that failed.
+bool sync_to_disk(const std::filesystem::path& path);
+// Gives a file the permissions that a new one has by the user's own choice (umask).
+void permit_as_new(const std::filesystem::path& path);
+
+// Writes beside the file and moves it into place on commit, when it is on the disk; without a commit, what
+// was there stays. Of several who write the same file at once, the last to commit has all of it. Links are
+// followed; devices and pipes are written to as they are.
 class NewFile {
  public:
   explicit NewFile(const std::filesystem::path& path);
@@ -79,8 +88,9 @@ class TemporaryFolder {
   const std::filesystem::path path_;
 };
 
-// A whole file. Error: can't be read.
-Result<std::vector<char>> read_file(const std::filesystem::path& path);
+// A whole file. Errors: there is none, or it can't be read; it is no regular file (a pipe or a device may
+// never end); it has more bytes than `most`.
+Result<std::vector<char>> read_file(const std::filesystem::path& path, uint64_t most = uint64_t{1} << 40);
 
 // The path's ending in lower case, with its dot.
 std::string ending_of(const std::filesystem::path& path);

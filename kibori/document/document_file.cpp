@@ -4,6 +4,7 @@
 
 #include <unistd.h>
 
+#include <kibori/base/file.h>
 #include <kibori/document/document.h>
 
 namespace kibori {
@@ -71,12 +72,18 @@ Status check_free(const std::filesystem::path& path) {
   return Ok{};
 }
 
-// A link, unlike a renaming, fails where the name was taken meanwhile; some file systems have none.
+// Once it is on the disk. A link, unlike a renaming, fails where the name was taken meanwhile; some file
+// systems have none.
 bool put_in_place(const std::filesystem::path& part, const std::filesystem::path& path) {
   std::error_code code;
+  if (!sync_to_disk(part)) {
+    clear_away(part);
+    return false;
+  }
   const bool there = ::link(part.c_str(), path.c_str()) == 0 ||
                      (!std::filesystem::exists(path, code) && ::rename(part.c_str(), path.c_str()) == 0);
   std::filesystem::remove(part, code);
+  sync_to_disk(path.has_parent_path() ? path.parent_path() : std::filesystem::path("."));
   return there;
 }
 
@@ -159,10 +166,14 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
   const std::string name = one_line(path.string());
   if (Status s = check_free(path); !s) return Error{s.error()};
   // All of it or nothing: made beside, and put in place when it is a document.
-  const std::filesystem::path part = path.string() + ".part";
-  clear_away(part);
+  const Result<std::filesystem::path> beside = make_beside(path);
+  if (!beside) return Error{name + ": can't be made; is the folder there, and writable?"};
+  const std::filesystem::path part = beside.value();
   Result<Database> made = Database::open(part, Database::Access::create, vfs);
-  if (!made) return Error{name + ": can't be made; is the folder there, and writable?"};
+  if (!made) {
+    clear_away(part);
+    return Error{name + ": can't be made; is the folder there, and writable?"};
+  }
   {
     std::unique_ptr<Document> document(new Document(std::move(made).value()));
     document->writes_ = true;
@@ -412,8 +423,9 @@ Result<Bytes> Document::source() const {
 Status Document::save_copy(const std::filesystem::path& path) const {
   const std::string name = one_line(path.string());
   if (Status s = check_free(path); !s) return s;
-  const std::filesystem::path part = path.string() + ".part";
-  clear_away(part);
+  const Result<std::filesystem::path> beside = make_beside(path);
+  if (!beside) return Error{beside.error()};
+  const std::filesystem::path part = beside.value();
   // A reader stands in a transaction all the time, and may write nothing, not even elsewhere.
   auto& database = const_cast<Database&>(database_);
   if (!writes_) static_cast<void>(database.run("COMMIT; PRAGMA query_only = 0"));

@@ -16,7 +16,7 @@ Result<FileLock> FileLock::take(const std::filesystem::path& path) {
   lock.path_ = (code ? path : real).string() + "-lock";
   // Again where whoever held it took the file away meanwhile.
   for (int i = 0; i < 100; i++) {
-    const int file = ::open(lock.path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    const int file = ::open(lock.path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (file < 0) return Error{name + ": can't be opened for writing"};
     if (::flock(file, LOCK_EX | LOCK_NB) != 0) {
       ::close(file);

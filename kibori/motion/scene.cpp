@@ -4,14 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <initializer_list>
 #include <numbers>
-#include <sstream>
 #include <string_view>
 
 #include <toml++/toml.h>
 
+#include <kibori/base/file.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/haptics/materials.h>
 
@@ -69,7 +68,7 @@ class Reader {
   // Empty where there may be none.
   std::filesystem::path file(const toml::table& t, std::string_view section, const char* key) {
     const std::string name = text(t, section, key);
-    if (folder_) return *folder_ / name;
+    if (folder_) return scene_.files.emplace_back(*folder_ / name);
     fail(t.get(key),
          std::string(key) + " names a file, and this scene came without any; carve it with 'kibori carve'");
     return {};
@@ -523,8 +522,54 @@ class Reader {
 
 }  // namespace
 
+namespace {
+
+constexpr int kMostDepth = 32;  // tables in tables, lists in lists; scenes need four
+constexpr uint64_t kMostSceneBytes = uint64_t{256} << 20;  // some millions of moves
+
+// Before it is parsed: what is parsed, and what frees it again, goes as deep into the stack as tables lie in
+// tables. A dotted key is as deep as it has dots.
+Status check_depth(std::string_view text, const std::string& name) {
+  int line = 1, depth = 0, dots = 0;
+  for (size_t i = 0; i < text.size(); i++) {
+    const char c = text[i];
+    if (c == '\n') line++;
+    if (c == '#') {
+      while (i + 1 < text.size() && text[i + 1] != '\n') i++;
+    } else if (c == '"' || c == '\'') {
+      const std::string_view quotes =
+          text.substr(i).starts_with(std::string(3, c)) ? text.substr(i, 3) : text.substr(i, 1);
+      for (i += quotes.size(); i < text.size() && !text.substr(i).starts_with(quotes); i++) {
+        if (text[i] == '\n') {
+          line++;
+          if (quotes.size() == 1) break;
+        }
+        if (c == '"' && text[i] == '\\') i++;
+      }
+      i += quotes.size() - 1;
+    } else if (c == '[' || c == '{') {
+      depth++;
+      dots = 0;
+    } else if (c == ']' || c == '}') {
+      depth--;
+      dots = 0;
+    } else if (c == '.') {
+      dots++;
+    } else if (c == ',' || c == '=' || c == '\n') {
+      dots = 0;
+    }
+    if (depth + dots > kMostDepth)
+      return Error{one_line(name + ":" + std::to_string(line) + ": tables or lists lie more than " +
+                            std::to_string(kMostDepth) + " deep in each other; no scene needs that")};
+  }
+  return Ok{};
+}
+
+}  // namespace
+
 Result<Scene> parse_scene(const std::string& text, const std::string& name,
                           const std::optional<std::filesystem::path>& folder) {
+  if (const Status flat = check_depth(text, name); !flat) return Error{flat.error()};
   try {
     return Reader(name, folder).read(toml::parse(text, name));
   } catch (const toml::parse_error& error) {
@@ -537,10 +582,10 @@ Result<Scene> read_scene(const std::filesystem::path& path) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error))
     return Error{path.string() + ": is a folder, not a scene file"};
-  std::ifstream file(path);
-  std::ostringstream text;
-  if (!file || !(text << file.rdbuf())) return Error{path.string() + ": no such scene file, or it is empty"};
-  return parse_scene(text.str(), path.string(), path.parent_path());
+  const Result<std::vector<char>> text = read_file(path, kMostSceneBytes);
+  if (!text) return Error{text.error()};
+  return parse_scene(std::string(text.value().begin(), text.value().end()), path.string(),
+                     path.parent_path());
 }
 
 Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to) {

@@ -47,7 +47,8 @@ struct Move {
 };
 
 struct Scene {
-  std::string file;  // for messages
+  std::string file;                          // for messages
+  std::vector<std::filesystem::path> files;  // that were read with it: meshes, pictures
   Stock stock;
   std::vector<Tool> tools;
   std::vector<Material> materials;

@@ -82,7 +82,8 @@ Result<fs::path> Library::place_for(const std::string& name) const {
   std::error_code failed;
   if (folder_.empty())
     return Error{"there is no home folder to keep documents in; name one: kibori studio FILE.kibori"};
-  fs::create_directories(folder_, failed);
+  // What is carved is its owner's to show.
+  if (fs::create_directories(folder_, failed)) fs::permissions(folder_, fs::perms::owner_all, failed);
   if (failed) return Error{one_line(folder_.string()) + ": can't be made (" + failed.message() + ")"};
   std::string stem = file_name_of(name);
   if (stem.empty()) stem = time_now();

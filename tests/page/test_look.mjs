@@ -380,6 +380,9 @@ async function byKeyboardAlone() {
   check("the shading is kept", await page.locator("input[name=shading][value=clay]").isChecked());
   const again = await compare(chosen, await picture(page));
   check(`and is what is drawn, with its light: ${JSON.stringify(again)}`, again.mean < SAME);
+  const frames = () => page.evaluate(() => window.kibori.frames()), before = await frames();
+  await page.waitForTimeout(2000);
+  check("at rest nothing is drawn", (await frames()) === before);
   await finish(visit);
 }
 

@@ -582,9 +582,10 @@ export class View {
     );
   }
 
-  /** As well as can be, without the tool and what goes with it. */
+  /** As well as can be, without the tool and what goes with it, and without the grid. */
   private drawWhole(): void {
-    const hidden = [this.tool, this.ring, this.arrow, this.planes, this.level];
+    const hidden: THREE.Object3D[] = [this.tool, this.ring, this.arrow, this.planes, this.level];
+    if (this.grid) hidden.push(this.grid);
     const were = hidden.map((object) => object.visible);
     for (const object of hidden) object.visible = false;
     this.render(true);
