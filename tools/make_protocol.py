@@ -23,14 +23,31 @@ def cpp(table):
     for m in table["messages"]:
         out.append(f"// {m['about']}" if len(m["about"]) < 105 else "\n".join(wrap(m["about"])))
         out.append(f"struct {m['name']} {{\n  static constexpr uint8_t kKind = {m['kind']};")
-        out += [f"  {CPP[kind]} {name}{ZERO[kind]};" for name, kind in m["fields"]]
-        names = ", ".join(name for name, _ in m["fields"])
+        out += [f"  {CPP[kind]} {name}{ZERO[kind]};" for name, kind, *_ in m["fields"]]
+        names = ", ".join(name for name, *_ in m["fields"])
+        ranges = [in_range(*field) for field in m["fields"] if len(field) == 3]
+        if ranges:
+            out.append("  bool in_range() const {\n    return " + " &&\n           ".join(ranges) + ";\n  }")
         out.append("  template <class F>\n  void fields([[maybe_unused]] F&& f) {" + (f"\n    f({names});\n  " if names else "") + "}")
         out.append("};")
     pages = [m["name"] for m in table["messages"] if m["from"] == "page"]
     out.append("\n// What a page may say.\nusing FromPage = std::variant<" + ", ".join(pages) + ">;\n")
     out.append("}  // namespace kibori::studio\n")
     return "\n".join(out)
+
+
+def in_range(name, kind, between):
+    low, high = (f"{end:g}" if kind in ("f64", "vec3") else str(end) for end in between)
+    if kind == "vec3":
+        return f"{name}.minCoeff() >= {low} && {name}.maxCoeff() <= {high}"
+    if kind in ("text", "bytes"):
+        name = f"{name}.size()"
+    # What has no sign is not compared with 0.
+    return f"{name} <= {high}" if low == "0" and kind != "f64" else f"{name} >= {low} && {name} <= {high}"
+
+
+def said(name, kind, *between):
+    return f"{name} {kind}" + (f" {between[0][0]:g}…{between[0][1]:g}" if between else "")
 
 
 def wrap(text):
@@ -47,13 +64,13 @@ def ts(table):
     out = [f"// SPDX-License-Identifier: MIT\n// {MADE}", 'import { Reader, Writer, type Vec3 } from "./wire";\n',
            f"export const PROTOCOL_VERSION = {table['version']};\n"]
     for m in table["messages"]:
-        fields = "; ".join(f"{name}: {TS[kind]}" for name, kind in m["fields"])
+        fields = "; ".join(f"{name}: {TS[kind]}" for name, kind, *_ in m["fields"])
         out.append(f"/** {m['about']} */\nexport interface {m['name']} {{ {fields} }}" if fields else
                    f"/** {m['about']} */\nexport type {m['name']} = Record<string, never>;")
     out.append("\nexport const write = {")
     for m in table["messages"]:
         if m["from"] == "page":
-            puts = "".join(f".{CALL.get(kind, kind)}(m.{name})" for name, kind in m["fields"])
+            puts = "".join(f".{CALL.get(kind, kind)}(m.{name})" for name, kind, *_ in m["fields"])
             arg = f"m: {m['name']}" if m["fields"] else ""
             out.append(f"  {m['name']}: ({arg}) => new Writer({m['kind']}){puts}.done(),")
     out.append("};\n\n/** What the studio may say. */\nexport type FromStudio =")
@@ -62,7 +79,7 @@ def ts(table):
     out.append("\n/** Throws where it is none of them, or too short or long. */\nexport function read(data: ArrayBuffer): FromStudio {\n  const r = new Reader(data);\n  const kind = r.u8();\n  switch (kind) {")
     for m in table["messages"]:
         if m["from"] == "studio":
-            gets = ", ".join(f"{name}: r.{CALL.get(kind, kind)}()" for name, kind in m["fields"])
+            gets = ", ".join(f"{name}: r.{CALL.get(kind, kind)}()" for name, kind, *_ in m["fields"])
             out.append(f"    case {m['kind']}:\n      return r.end({{ kind: \"{m['name']}\", message: {{ {gets} }} }});")
     out.append("    default:\n      throw new Error(`a message of kind ${kind}, which is none`);\n  }\n}\n")
     return "\n".join(out)
@@ -72,7 +89,7 @@ def people(table):
     out = ["# The studio's protocol\n", f"{MADE}\n", f"Version {table['version']}. {table['about']}\n",
            "| kind | name | from | fields | |", "|---|---|---|---|---|"]
     for m in table["messages"]:
-        fields = ", ".join(f"{name} {kind}" for name, kind in m["fields"])
+        fields = ", ".join(said(*field) for field in m["fields"])
         out.append(f"| {m['kind']} | `{m['name']}` | {m['from']} | {fields} | {m['about']} |")
     return "\n".join(out) + "\n"
 

@@ -29,6 +29,11 @@ struct Aim {
   Vec3 tip = Vec3::Zero();
   Vec3 axis = Vec3::Zero();
   double time = 0;
+  bool in_range() const {
+    return tip.minCoeff() >= -1e+12 && tip.maxCoeff() <= 1e+12 &&
+           axis.minCoeff() >= -1e+12 && axis.maxCoeff() <= 1e+12 &&
+           time >= -1e+12 && time <= 1e+12;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(tip, axis, time);
@@ -42,6 +47,12 @@ struct Press {
   Vec3 axis = Vec3::Zero();
   uint8_t mode = 0;
   double time = 0;
+  bool in_range() const {
+    return tip.minCoeff() >= -1e+12 && tip.maxCoeff() <= 1e+12 &&
+           axis.minCoeff() >= -1e+12 && axis.maxCoeff() <= 1e+12 &&
+           mode <= 2 &&
+           time >= -1e+12 && time <= 1e+12;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(tip, axis, mode, time);
@@ -81,6 +92,12 @@ struct ChooseTool {
   double size = 0;
   double length = 0;
   double other = 0;
+  bool in_range() const {
+    return shape <= 7 &&
+           size >= -1e+12 && size <= 1e+12 &&
+           length >= -1e+12 && length <= 1e+12 &&
+           other >= -1e+12 && other <= 1e+12;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(shape, size, length, other);
@@ -93,6 +110,11 @@ struct ChooseHand {
   double strength = 0;
   double stiffness = 0;
   uint8_t powered = 0;
+  bool in_range() const {
+    return strength >= -1e+12 && strength <= 1e+12 &&
+           stiffness >= -1e+12 && stiffness <= 1e+12 &&
+           powered <= 1;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(strength, stiffness, powered);
@@ -123,6 +145,12 @@ struct Begin {
   double pitch = 0;
   uint8_t material = 0;
   std::string name;
+  bool in_range() const {
+    return shape <= 2 &&
+           size.minCoeff() >= -1e+12 && size.maxCoeff() <= 1e+12 &&
+           pitch >= -1e+12 && pitch <= 1e+12 &&
+           name.size() <= 4096;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(shape, size, pitch, material, name);
@@ -132,6 +160,9 @@ struct Begin {
 struct Open {
   static constexpr uint8_t kKind = 13;
   std::string name;
+  bool in_range() const {
+    return name.size() <= 4096;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(name);
@@ -156,6 +187,9 @@ struct Go {
 struct NameVersion {
   static constexpr uint8_t kKind = 16;
   std::string name;
+  bool in_range() const {
+    return name.size() <= 4096;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(name);
@@ -166,6 +200,9 @@ struct KeepThumbnail {
   static constexpr uint8_t kKind = 17;
   uint32_t step = 0;
   std::vector<uint8_t> png;
+  bool in_range() const {
+    return png.size() <= 1048576;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(step, png);
@@ -184,6 +221,9 @@ struct ChooseMaterial {
 struct ChooseModel {
   static constexpr uint8_t kKind = 19;
   uint8_t model = 0;
+  bool in_range() const {
+    return model <= 2;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(model);
@@ -199,6 +239,9 @@ struct CancelWork {
 struct CarveExample {
   static constexpr uint8_t kKind = 21;
   std::string name;
+  bool in_range() const {
+    return name.size() <= 4096;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(name);
@@ -209,6 +252,9 @@ struct CarveExample {
 struct ChooseSymmetry {
   static constexpr uint8_t kKind = 22;
   uint8_t planes = 0;
+  bool in_range() const {
+    return planes <= 7;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(planes);
@@ -218,6 +264,9 @@ struct ChooseSymmetry {
 struct ChooseWork {
   static constexpr uint8_t kKind = 23;
   uint8_t mode = 0;
+  bool in_range() const {
+    return mode <= 3;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(mode);
@@ -227,6 +276,9 @@ struct ChooseWork {
 struct Arm {
   static constexpr uint8_t kKind = 24;
   uint8_t armed = 0;
+  bool in_range() const {
+    return armed <= 1;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(armed);
@@ -236,6 +288,9 @@ struct Arm {
 struct BringTool {
   static constexpr uint8_t kKind = 25;
   Vec3 tip = Vec3::Zero();
+  bool in_range() const {
+    return tip.minCoeff() >= -1e+12 && tip.maxCoeff() <= 1e+12;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(tip);
@@ -245,6 +300,9 @@ struct BringTool {
 struct ChooseReach {
   static constexpr uint8_t kKind = 26;
   double scale = 0;
+  bool in_range() const {
+    return scale >= -1e+12 && scale <= 1e+12;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(scale);
@@ -258,6 +316,10 @@ struct RunExperiment {
   std::string scene;
   uint8_t model = 0;
   double pace = 0;
+  bool in_range() const {
+    return name.size() <= 4096 &&
+           pace >= 0 && pace <= 1;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(name, scene, model, pace);
@@ -267,6 +329,9 @@ struct RunExperiment {
 struct ChooseTurn {
   static constexpr uint8_t kKind = 28;
   double turn = 0;
+  bool in_range() const {
+    return turn >= -1e+06 && turn <= 1e+06;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(turn);

@@ -199,9 +199,13 @@ Status Document::redo(TriDexel& model) {
 Status Document::begin(const StrokeSettings& settings, const Pose& start, const std::string& label) {
   if (!writes_) return wrong("is open for reading only");
   if (open_step_ != 0) return wrong("a stroke is being made already");
+  // What could not be read again is not written.
+  const std::string json = settings_to_json(settings);
+  if (const auto pose = decode_pose(encode_pose(start)); !pose)
+    return wrong("keeping a stroke: " + pose.error());
+  if (const auto read = settings_from_json(json); !read) return wrong("keeping a stroke: " + read.error());
   Step begun;
   Status kept = commit("beginning a stroke", [&]() -> Status {
-    const std::string json = settings_to_json(settings);
     Result<Statement> setting = database_.prepare("INSERT OR IGNORE INTO setting (json) VALUES (?)");
     if (!setting) return Error{setting.error()};
     if (Status s = setting.value().bind(json).run(); !s) return s;
@@ -231,6 +235,10 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start, const 
 
 Status Document::write_ticks(int64_t& sequence) {
   sequence = open_sequence_;
+  for (const StrokeTick& tick : waiting_)
+    if (!tick.tip.allFinite() || !tick.turn.allFinite() || !tick.hand.allFinite() ||
+        !tick.hand_turn.allFinite())
+      return Error{"a place that is no number"};
   Result<Statement> tick = database_.prepare("INSERT INTO tick VALUES (?, ?, ?, ?)");
   if (!tick) return Error{tick.error()};
   Result<Statement> force = database_.prepare("INSERT INTO force VALUES (?, ?, ?, ?)");

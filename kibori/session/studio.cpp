@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <iterator>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include <kibori/base/file.h>
@@ -288,7 +289,8 @@ void Studio::aim(const Vec3& tip_mm, const Vec3& axis, double time_s) {
 }
 
 void Studio::turn(double roll_rad) {
-  if (std::isfinite(roll_rad)) roll_rad_ = roll_rad;
+  // Turned so many times is not turned, and the sine of a large number is no sine.
+  if (std::isfinite(roll_rad)) roll_rad_ = std::remainder(roll_rad, 2 * std::numbers::pi);
 }
 
 void Studio::press(const Vec3& tip_mm, const Vec3& axis, Mode mode, double time_s) {
