@@ -162,6 +162,88 @@ class CommandLine(unittest.TestCase):
                 run = subprocess.run([KIBORI, *command], capture_output=True, text=True, cwd=self.folder, timeout=60)
                 self.assertEqual(run.returncode, 2, (command, run))
 
+    def test_damaged_documents_are_named_and_salvaged(self):
+        scene = self.scene(SMALL + "".join(f"[[move]]\nto = [{x}, {y}, 6]\n" for y in (3, 9) for x in (-5, 25)))
+        self.assertEqual(kibori("carve", scene, "-o", "d.kibori", cwd=self.folder).returncode, 0)
+        last = len(json.loads(kibori("history", "d.kibori", "--json", cwd=self.folder).stdout)["steps"])
+        # A bit of a tile that only the last steps have.
+        database = sqlite3.connect(self.folder / "d.kibori")
+        tile, data = database.execute("SELECT id, data FROM tile WHERE id = (SELECT max(tile) FROM checkpoint_tile WHERE step = ?)", (last,)).fetchone()
+        database.execute("UPDATE tile SET data = ? WHERE id = ?", (data[:-9] + bytes([data[-9] ^ 4]) + data[-8:], tile))
+        database.commit()
+        database.close()
+        before = (self.folder / "d.kibori").read_bytes()
+        for command in (["info", "d.kibori"], ["convert", "d.kibori", "m.stl"], ["picture", "d.kibori", "p.png"], ["compare", "d.kibori", "d.kibori"]):
+            self.refused(*command, says=["d.kibori: is a damaged document", f"tile {tile} is not what was written", "whole up to step", "--salvage"])
+        self.assertFalse((self.folder / "m.stl").exists() or (self.folder / "p.png").exists())
+        verify = kibori("verify", "d.kibori", cwd=self.folder)
+        self.assertEqual(verify.returncode, 1)
+        self.assertIn(f"tile {tile}", verify.stdout)
+        saved = kibori("history", "d.kibori", "--salvage", "s.kibori", cwd=self.folder)
+        self.assertEqual(saved.returncode, 0, saved.stderr)
+        steps = int(re.search(r"way to step (\d+)", saved.stderr)[1])
+        self.assertTrue(1 <= steps < last, saved.stderr)
+        self.assertEqual(kibori("verify", "s.kibori", cwd=self.folder).returncode, 0)
+        carved = [json.loads(kibori("replay", name, "--to", steps, "--json", cwd=self.folder).stdout)["state_hash"] for name in ("d.kibori", "s.kibori")]
+        self.assertEqual(carved[0], carved[1])
+        self.assertEqual(before, (self.folder / "d.kibori").read_bytes())
+        # Nothing is salvaged of one whose stock is gone.
+        database = sqlite3.connect(self.folder / "d.kibori")
+        database.execute("UPDATE tile SET data = x'00'")
+        database.commit()
+        database.close()
+        self.refused("history", "d.kibori", "--salvage", "t.kibori", says=["no step of it is whole"])
+        self.assertFalse((self.folder / "t.kibori").exists())
+
+    def test_tables_that_are_not_kiboris(self):
+        """What reading would work out, hostile or not: refused before it is read, in little time and memory."""
+        self.assertEqual(kibori("carve", self.scene(), "-o", "own.kibori", cwd=self.folder).returncode, 0)
+        own = sqlite3.connect(self.folder / "own.kibori")
+        tables = dict(own.execute("SELECT name, sql FROM sqlite_master WHERE type = 'table'").fetchall())
+        own.close()
+        seed = os.environ.get("KIBORI_SEED", "29")
+        print("seed", seed)
+        choose = random.Random(seed)
+        heavy = ["hex(zeroblob(50000000))", "replace(hex(zeroblob(5000000)), '0', hex(zeroblob(50)))", "randomblob(100000000)", "printf('%.*c', 100000000, 'x')"]
+        rounds = 500 if os.environ.get("KIBORI_CAMPAIGN") else 24
+        for round in range(rounds):
+            shutil.copy(self.folder / "own.kibori", self.folder / "h.kibori")
+            with sqlite3.connect(self.folder / "h.kibori") as database:
+                name, sql = choose.choice(sorted(tables.items()))
+                column = choose.choice(re.findall(r"[(,]\s*(\w+)\s+(?:TEXT|INTEGER|BLOB|REAL)", sql) or ["value"])
+                attack = round % 8
+                if attack in (0, 1):  # a column that is worked out
+                    text = re.sub(rf"\b{column} (TEXT|INTEGER|BLOB|REAL)?[^,)]*", f"{column} AS ({choose.choice(heavy)})", sql, count=1)
+                elif attack == 2:
+                    text = sql[: sql.rindex(")")] + f", more AS ({choose.choice(heavy)})" + sql[sql.rindex(")") :]
+                elif attack == 3:
+                    text = f"CREATE VIEW {name} AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT i FROM n"
+                elif attack == 4:
+                    text = f"CREATE VIRTUAL TABLE {name} USING {choose.choice(['fts5(a)', 'rtree(id, a, b)', 'fts4(a)', 'dbstat'])}"
+                elif attack == 5:
+                    text = sql.replace("CREATE TABLE", "CREATE  TABLE", 1) + " STRICT"
+                elif attack == 6:
+                    text = f"{sql[:-1]}, CHECK ({choose.choice(heavy)} <> ''))" if sql.endswith(")") else sql.replace("(", f"(CHECK ({choose.choice(heavy)} <> ''), ", 1)
+                else:
+                    text = None
+                database.execute("PRAGMA writable_schema = 1")
+                if text is None:  # one more
+                    database.execute(f"CREATE TABLE own_{round} (a)")
+                else:
+                    database.execute("UPDATE sqlite_master SET sql = ?, type = ? WHERE name = ?", (text, "view" if attack == 3 else "table", name))
+                database.commit()
+            database.close()
+            command = [["info", "h.kibori"], ["verify", "h.kibori"], ["history", "h.kibori"], ["convert", "h.kibori", "o.stl"], ["replay", "h.kibori"],
+                       ["history", "h.kibori", "--copy", "c.kibori"], ["history", "h.kibori", "--name", "n"]][round % 7]
+
+            def limits():
+                resource.setrlimit(resource.RLIMIT_CPU, (5, 5))
+                resource.setrlimit(resource.RLIMIT_DATA, (512 << 20, 512 << 20))
+
+            run = subprocess.run([KIBORI, *command], capture_output=True, text=True, cwd=self.folder, timeout=60, preexec_fn=limits)
+            self.assertEqual(run.returncode, 2, (attack, name, text, run))
+            self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
+
     def test_signals_end_a_run_in_order(self):
         for end in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             (self.folder / "s.kibori").unlink(missing_ok=True)

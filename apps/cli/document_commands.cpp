@@ -51,6 +51,10 @@ DocumentCommands::DocumentCommands(CLI::App& app) {
       ->needs("--name");
   history_->add_option("--copy", copy_, "write all of it, packed, into a new document")
       ->type_name("FILE.kibori");
+  history_
+      ->add_option("--salvage", salvage_,
+                   "of a damaged document: carve what is whole, up to where it stands, again as a new one")
+      ->type_name("FILE.kibori");
   history_->add_flag("--json", json_, "as JSON");
 }
 
@@ -134,6 +138,7 @@ int DocumentCommands::run_history() const {
   Outputs outputs;
   outputs.reads(file_);
   outputs.makes_document("--copy", copy_);
+  outputs.makes_document("--salvage", salvage_);
   if (const Status can = outputs.check(); !can) return bad_input(can.error());
   Result<std::unique_ptr<Document>> opened =
       Document::open(file_, name_.empty() ? Document::Access::read : Document::Access::write);
@@ -152,6 +157,13 @@ int DocumentCommands::run_history() const {
   if (!copy_.empty()) {
     if (!is_document(copy_)) return bad_input(copy_ + ": documents are written as .kibori");
     if (const Status copied = document.save_copy(copy_); !copied) return bad_input(copied.error());
+  }
+  if (!salvage_.empty()) {
+    if (!is_document(salvage_)) return bad_input(salvage_ + ": documents are written as .kibori");
+    const Result<StepId> saved = salvage(document, salvage_);
+    if (!saved) return bad_input(saved.error());
+    std::fprintf(stderr, "%s: holds the way to step %lld of %lld\n", one_line(salvage_).c_str(),
+                 static_cast<long long>(saved.value()), static_cast<long long>(document.head()));
   }
   std::fputs((json_ ? history_json(document) : history_text(document)).c_str(), stdout);
   return written();

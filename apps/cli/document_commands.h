@@ -20,7 +20,7 @@ class DocumentCommands {
   int run_history() const;
 
   CLI::App *replay_, *verify_, *history_;
-  std::string file_, to_, model_, forces_, plot_, mesh_, name_, at_, copy_;
+  std::string file_, to_, model_, forces_, plot_, mesh_, name_, at_, copy_, salvage_;
   double pitch_ = 0;
   int dof_ = 5, threads_ = 1;
   bool json_ = false;

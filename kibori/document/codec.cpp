@@ -27,8 +27,9 @@ Bytes compress(const Bytes& raw) {
   Bytes packed(ZSTD_compressBound(raw.size()));
   thread_local const std::unique_ptr<ZSTD_CCtx, size_t (*)(ZSTD_CCtx*)> context(ZSTD_createCCtx(),
                                                                                 ZSTD_freeCCtx);
-  const size_t size =
-      ZSTD_compressCCtx(context.get(), packed.data(), packed.size(), raw.data(), raw.size(), kLevel);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);  // who unpacks it sees a flipped bit
+  const size_t size = ZSTD_compress2(context.get(), packed.data(), packed.size(), raw.data(), raw.size());
   KIBORI_CHECK(!ZSTD_isError(size));
   packed.resize(size);
   return packed;

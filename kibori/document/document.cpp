@@ -93,9 +93,11 @@ Status Document::rebuild(TriDexel& model, StepId step,
     model.restore(*state);
   else if (Status s = go_by_tiles(model, begin); !s)
     return s;
+  if (Status s = check_state(begin, model.snapshot()); !s) return s;
   remember(begin, model.snapshot());
   for (auto next = carved_again.rbegin(); next != carved_again.rend(); ++next) {
     if (Status s = replay(*next, model, std::nullopt, {}); !s) return s;
+    if (Status s = check_state(*next, model.snapshot()); !s) return s;
     remember(*next, model.snapshot());
   }
   return Ok{};

@@ -99,8 +99,13 @@ class Document {
 
   // A model at the head; what go, undo and redo work on from then on.
   Result<std::unique_ptr<TriDexel>> load();
-  // A model at any step; the document goes on at its head.
+  // A model at any step; the document goes on at its head. Errors, here and of load, go, undo and redo: what
+  // the file holds is not what was written there, by its hash; no model is made of that.
   Result<std::unique_ptr<TriDexel>> load_at(StepId step) const;
+  // The last step on the way to the head that is what was written. Error: not even the stock is.
+  Result<StepId> last_whole() const;
+  // Of a document that is only read: it is as if its head were there.
+  Status stand_at(StepId step);
   // Makes `model` (from load() or given to create()) that of another step, which becomes the head. Errors
   // leave it as it was.
   Status go(TriDexel& model, StepId step);
@@ -187,6 +192,7 @@ class Document {
   // Opens and locks the file for writing.
   static Result<std::unique_ptr<Document>> attach(const std::filesystem::path& path, const char* vfs);
   Status check_kind();
+  Status check_tables();
   Status read_tree();
   Status recover();
   // All of `change` or none of it. Where the file can't be written, goes on in memory.
@@ -229,6 +235,8 @@ class Document {
   // Sets an empty model to the tiles of a step that has any.
   Status read_tiles(StepId step, TriDexel& model) const;
   Status make_state(TriDexel& model, StepId step) const;
+  // Whether the state of a finished step is what was written.
+  Status check_state(StepId step, const Snapshot& now) const;
   // Makes `model` that of a step, by the states in memory and the tiles kept; remember(step, state) is told
   // of those on the way.
   Status rebuild(TriDexel& model, StepId step,

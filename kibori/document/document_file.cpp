@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // A document's file: made, opened, written, copied, moved.
+#include <cctype>
 #include <cstdlib>
+#include <set>
+#include <tuple>
 
 #include <unistd.h>
 
@@ -295,6 +298,47 @@ Status Document::check_kind() {
     return wrong("was made by a newer Kibori (format " + std::to_string(version.value()) +
                  ", this one reads " + std::to_string(kVersion) + "); use that");
   version_ = version.value();
+  return check_tables();
+}
+
+// The tables are those that Kibori makes, to the word: a table of the same name may be a view, have columns
+// that are worked out when they are read, or be a program's (virtual), and take the machine.
+Status Document::check_tables() {
+  using Tables = std::set<std::tuple<std::string, std::string, std::string, std::string>>;
+  constexpr size_t kMostTables = 64;
+  const auto tables_of = [](Database& database) -> Result<Tables> {
+    Result<Statement> read = database.prepare("SELECT type, name, tbl_name, sql FROM sqlite_master");
+    if (!read) return Error{read.error()};
+    Tables tables;
+    Statement& r = read.value();
+    const Status done = r.for_rows([&]() -> Status {
+      std::string sql;
+      for (const char c : r.text(3))  // what stands in a line makes no difference
+        if (!std::isspace(static_cast<unsigned char>(c)))
+          sql += c;
+        else if (!sql.empty() && sql.back() != ' ')
+          sql += ' ';
+      tables.emplace(r.text(0), r.text(1), r.text(2), sql);
+      return tables.size() <= kMostTables ? Status(Ok{}) : Status(Error{"too many tables"});
+    });
+    return done ? Result<Tables>(tables) : Result<Tables>(Error{done.error()});
+  };
+  Result<Database> model = Database::open(":memory:", Database::Access::create);
+  if (!model) return Error{model.error()};
+  for (const auto& [since, sql] : {std::pair{1, kSchema}, {2, kSchemaSince2}, {3, kSchemaSince3}})
+    if (version_ >= since)
+      if (Status s = model.value().run(sql); !s) return failed("opening", s.error());
+  const Result<Tables> ours = tables_of(model.value()), found = tables_of(database_);
+  if (!ours) return failed("opening", ours.error());
+  if (!found) return wrong("is a damaged document (" + found.error() + ")");
+  for (const auto& table : found.value())
+    if (!ours.value().count(table))
+      return wrong("is no document of Kibori: its " +
+                   one_line(std::get<0>(table) + " '" + std::get<1>(table)) + "' is not as Kibori makes it");
+  for (const auto& table : ours.value())
+    if (!found.value().count(table))
+      return wrong("is a damaged document: it has no " + std::get<0>(table) + " '" + std::get<1>(table) +
+                   "'");
   return Ok{};
 }
 

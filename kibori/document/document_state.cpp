@@ -234,7 +234,8 @@ Status Document::read_tiles(StepId step, TriDexel& model) const {
 }
 
 Status Document::put_tiles(const TileMap& tiles, StepId step, TriDexel& model) const {
-  Result<Statement> read = const_cast<Database&>(database_).prepare("SELECT data FROM tile WHERE id = ?");
+  Result<Statement> read =
+      const_cast<Database&>(database_).prepare("SELECT hash, data FROM tile WHERE id = ?");
   if (!read) return failed("reading tiles", read.error());
   std::map<std::pair<int64_t, int64_t>, std::pair<int, int>> first;  // field and tile: where it stands
   for (const auto& [place, tile] : tiles) {
@@ -256,11 +257,54 @@ Status Document::put_tiles(const TileMap& tiles, StepId step, TriDexel& model) c
     const Result<bool> row = read.value().bind(tile).row();
     if (!row) return failed("reading tiles", row.error());
     if (!row.value()) return wrong("is a damaged document: tile " + std::to_string(tile) + " is missing");
-    const Status put = decode_tile(read.value().bytes(0), field, tu, tv);
+    const Bytes data = read.value().bytes(1);
+    if (hash_of(data) != read.value().integer(0))
+      return wrong("is a damaged document: at step " + std::to_string(step) + ", tile " +
+                   std::to_string(tile) + " is not what was written");
+    const Status put = decode_tile(data, field, tu, tv);
     if (!put) return wrong("is a damaged document: at step " + std::to_string(step) + ", " + put.error());
     first[{axis, tile}] = {tu, tv};
   }
   model.touch();
+  return Ok{};
+}
+
+Status Document::check_state(StepId step, const Snapshot& now) const {
+  const Step& written = steps_.at(step);
+  if (!written.finished || now.content_hash() == written.hash) return Ok{};
+  return wrong("is a damaged document: step " + std::to_string(step) + " is not what was written");
+}
+
+Result<StepId> Document::last_whole() const {
+  const Result<std::vector<StepId>> path = path_to(head_);
+  if (!path) return Error{path.error()};
+  const std::vector<StepId>& way = path.value();
+  const auto whole = [&](size_t i) {
+    TriDexel model(lattice_);
+    return make_state(model, way[i]).ok();
+  };
+  // What is damaged stands in all later steps, until it is cut away: back by ever longer ways, then between.
+  size_t good = 0, bad = way.size();
+  for (size_t back = 1;; back *= 2) {
+    const size_t at = back < way.size() ? way.size() - back : 0;
+    if (whole(at)) {
+      good = at;
+      break;
+    }
+    bad = at;
+    if (at == 0) return wrong("is a damaged document, and no step of it is whole");
+  }
+  while (bad - good > 1) {
+    const size_t middle = good + (bad - good) / 2;
+    (whole(middle) ? good : bad) = middle;
+  }
+  return way[good];
+}
+
+Status Document::stand_at(StepId step) {
+  if (writes_) return wrong("is open for writing; go there");
+  if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
+  head_ = step;
   return Ok{};
 }
 
@@ -274,7 +318,7 @@ Status Document::make_state(TriDexel& model, StepId step) const {
   if (Status s = read_tiles(path.value()[from - 1], model); !s) return s;
   for (; from < path.value().size(); from++)
     if (Status s = replay(path.value()[from], model, std::nullopt, {}); !s) return s;
-  return Ok{};
+  return check_state(step, model.snapshot());
 }
 
 // ---- Replay

@@ -25,7 +25,7 @@ Result<Converted> of_document(const std::filesystem::path& in, const ConvertOpti
     if (!carved) return Error{carved.error()};
     converted.model = std::move(carved.value().carving.model);
   } else {
-    Result<std::unique_ptr<TriDexel>> model = document.value()->load_at(document.value()->head());
+    Result<std::unique_ptr<TriDexel>> model = model_at_head(*document.value());
     if (!model) return Error{model.error()};
     converted.model = std::move(model).value();
   }

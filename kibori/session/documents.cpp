@@ -14,6 +14,7 @@
 #include <kibori/formats/png_file.h>
 #include <kibori/picture/picture.h>
 #include <kibori/session/force_report.h>
+#include <kibori/session/library.h>
 #include <kibori/surface/surface.h>
 
 namespace kibori {
@@ -141,7 +142,61 @@ StrokeSettings stroke_settings(const Scene& scene, const Move& move) {
 Result<std::unique_ptr<TriDexel>> document_model(const std::filesystem::path& path) {
   Result<std::unique_ptr<Document>> document = Document::open(path, Document::Access::read);
   if (!document) return Error{document.error()};
-  return document.value()->load_at(document.value()->head());
+  return model_at_head(*document.value());
+}
+
+Result<std::unique_ptr<TriDexel>> model_at_head(const Document& document) {
+  Result<std::unique_ptr<TriDexel>> model = document.load_at(document.head());
+  if (model) return model;
+  const Result<StepId> whole = document.last_whole();
+  if (!whole || whole.value() == document.head()) return model;
+  return Error{model.error() + "; it is whole up to step " + std::to_string(whole.value()) + " of " +
+               std::to_string(document.head()) + ": 'kibori history " + document.name() +
+               " --salvage NEW.kibori' saves that"};
+}
+
+Result<StepId> salvage(const Document& document, const std::filesystem::path& into) {
+  const Result<StepId> end = document.last_whole();
+  if (!end) return end;
+  const Result<std::vector<StepId>> way = document.path_to(end.value());
+  if (!way) return Error{way.error()};
+  Result<std::unique_ptr<TriDexel>> loaded = document.load_at(way.value().front());
+  if (!loaded) return Error{loaded.error()};
+  TriDexel& model = *loaded.value();
+  const Result<std::string> stock = document.stock();
+  const Result<Bytes> source = document.source();
+  if (!stock) return Error{stock.error()};
+  if (!source) return Error{source.error()};
+  Result<std::unique_ptr<Document>> made = Document::create(into, model, stock.value(), source.value());
+  if (!made) return Error{made.error()};
+  const auto carve_again = [&](StepId step) -> Status {
+    const Step& was = document.steps().at(step);
+    const Result<StrokeSettings> settings = document.settings(step);
+    if (!settings) return Error{settings.error()};
+    const Result<Pose> start = document.start(step);
+    if (!start) return Error{start.error()};
+    if (Status s = made.value()->begin(settings.value(), start.value(), was.label); !s) return s;
+    const Status kept = document.for_ticks(step, [&](const std::vector<StrokeTick>& ticks) -> Status {
+      for (const StrokeTick& tick : ticks) made.value()->add(tick);
+      return made.value()->flush();
+    });
+    if (!kept) return kept;
+    if (Status s = document.replay(step, model, std::nullopt, {}); !s) return s;
+    if (was.finished && model.content_hash() != was.hash)
+      return Error{document.name() + ": step " + std::to_string(step) +
+                   " carved again is not what it was, so its history can't be saved; open it in the studio, "
+                   "which shows the last step that is whole, and export that"};
+    return made.value()->finish(model, was.removed_mm3);
+  };
+  for (size_t i = 1; i < way.value().size(); i++) {
+    if (const Status s = carve_again(way.value()[i]); !s) {
+      made.value().reset();
+      remove_document(into);
+      return Error{s.error()};
+    }
+  }
+  if (const std::string where = settle(*made.value()); !where.empty()) return Error{where};
+  return end;
 }
 
 Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, int threads) {

@@ -87,9 +87,13 @@ std::unique_ptr<Device> simulated_hand(const Vec3& size_mm, double rate_hz) {
 Result<std::unique_ptr<Studio>> Studio::open(const std::filesystem::path& file, const Options& options) {
   auto document = Document::open(file, options.read_only ? Document::Access::read : Document::Access::write);
   if (!document) return Error{document.error()};
-  if (options.read_only) return look(std::move(document).value());
+  if (options.read_only) {
+    const auto there = document.value()->load_at(document.value()->head());
+    if (!there) return look_at_whole(file, std::move(document).value(), there.error());
+    return look(std::move(document).value());
+  }
   auto model = document.value()->load();
-  if (!model) return Error{model.error()};
+  if (!model) return look_at_whole(file, std::move(document).value(), model.error());
   Scene scene;
   scene.materials = known_materials();
   scene.tools = {BallTool{4}};
@@ -112,6 +116,25 @@ Result<std::unique_ptr<Studio>> Studio::create(const std::filesystem::path& file
   if (!document) return Error{document.error()};
   auto studio = start(std::move(document).value(), std::move(model).value(), scene, options);
   if (!studio) remove_document(file);
+  return studio;
+}
+
+Result<std::unique_ptr<Studio>> Studio::look_at_whole(const std::filesystem::path& file,
+                                                      std::unique_ptr<Document> damaged,
+                                                      const std::string& why) {
+  const StepId head = damaged->head();
+  const Result<StepId> whole = damaged->last_whole();
+  damaged.reset();
+  if (!whole) return Error{whole.error()};
+  auto document = Document::open(file, Document::Access::read);
+  if (!document) return Error{document.error()};
+  if (const Status there = document.value()->stand_at(whole.value()); !there) return Error{there.error()};
+  auto studio = look(std::move(document).value());
+  if (studio)
+    studio.value()->notice_ =
+        why + ". Shown is step " + std::to_string(whole.value()) + " of " + std::to_string(head) +
+        ", the last that is whole, and nothing is written; 'kibori history FILE --salvage "
+        "NEW.kibori' saves up to there.";
   return studio;
 }
 

@@ -171,6 +171,10 @@ class Studio {
                                                std::unique_ptr<TriDexel> model, const Scene& scene,
                                                const Options& options);
   static Result<std::unique_ptr<Studio>> look(std::unique_ptr<Document> document);
+  // At the last step that is whole, of a document whose head is not; `why`: what is damaged.
+  static Result<std::unique_ptr<Studio>> look_at_whole(const std::filesystem::path& file,
+                                                       std::unique_ptr<Document> damaged,
+                                                       const std::string& why);
   // In order, and not before all strokes that were lifted have come to their end.
   Status post(std::function<void(LiveCarving&)> command);
   void then(std::function<void()> what);
