@@ -28,10 +28,12 @@ export const check = (what, holds) => {
   passed++;
 };
 
+const studios = [];
 export class Studio {
   said = "";
   static async start(...words) {
     const studio = new Studio();
+    studios.push(studio);
     studio.process = spawn(kibori, ["studio", "--no-browser", ...words], { env: { ...process.env, XDG_DATA_HOME: folder } });
     studio.ended = new Promise((done) => studio.process.on("exit", (code, signal) => done(code ?? signal)));
     studio.url = await new Promise((found, failed) => {
@@ -110,6 +112,7 @@ export async function run(parts) {
     process.exitCode = 1;
   } finally {
     await browser.close();
+    for (const { process: left } of studios) if (left.exitCode === null) left.kill("SIGKILL"); // of a check that failed
     chmodSync(folder, 0o700);
     rmSync(folder, { recursive: true, force: true });
   }

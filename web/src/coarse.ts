@@ -5,26 +5,29 @@ import * as THREE from "three";
 import { CELLS, cornerOf, type Lattice } from "./chunks";
 
 const WIDE = 3; // cells along each side of what is drawn as one vertex
-const ROUNDING = 1e-3; // [cells]: a vertex between two cells is said to be in either
-const PLACES = Math.ceil(CELLS / WIDE);
+const PLACES = Math.ceil((CELLS + 1) / WIDE); // along each side; the neighbours' cells reach in
 
 /** `corner` is that of the chunk's first cell, `pitch` a cell's side [mm]. Attributes are those of `fine`. */
 function coarser(fine: THREE.BufferGeometry, corner: number[], pitch: number): THREE.BufferGeometry {
   const position = fine.attributes.position.array, index = fine.index!.array;
   const stands = new Uint16Array(fine.attributes.position.count); // for each vertex the one that is drawn
   const first = new Int32Array(PLACES ** 3).fill(-1);
+  // Around a vertex that triangles surround, each neighbour comes once as the next and once as the one before.
+  const open = new Int32Array(stands.length);
+  for (let i = 0; i < index.length; i += 3)
+    for (let k = 0; k < 3; k++) open[index[i + k]] += index[i + ((k + 1) % 3)] - index[i + ((k + 2) % 3)];
   for (let v = 0; v < stands.length; v++) {
-    let place = 0, edge = false;
+    if (open[v] !== 0) {
+      stands[v] = v;
+      continue;
+    }
+    let place = 0;
     for (let i = 0; i < 3; i++) {
-      const cells = (position[3 * v + i] - corner[i]) / pitch;
-      edge ||= cells < 1 + ROUNDING || cells > CELLS - ROUNDING;
-      place = place * PLACES + Math.floor((cells - 1) / WIDE);
+      const cell = (position[3 * v + i] - corner[i]) / pitch;
+      place = place * PLACES + Math.min(PLACES - 1, Math.max(0, Math.floor(cell / WIDE)));
     }
-    if (edge) stands[v] = v;
-    else {
-      if (first[place] < 0) first[place] = v;
-      stands[v] = first[place];
-    }
+    if (first[place] < 0) first[place] = v;
+    stands[v] = first[place];
   }
   const corners: number[] = [];
   for (let i = 0; i < index.length; i += 3) {

@@ -22,6 +22,9 @@ import { View } from "./view";
 import { TICK_NUMBERS, type Vec3 } from "./wire";
 
 const canvas = element<HTMLCanvasElement>("view");
+// The view has a frame where the Tab key came to it, and none for a pointer's sake.
+document.addEventListener("pointerdown", () => document.body.classList.add("by-pointer"), true);
+document.addEventListener("keydown", (event) => event.key === "Tab" && document.body.classList.remove("by-pointer"), true);
 let view: View;
 try {
   view = new View(canvas);

@@ -18,6 +18,9 @@ interface Met {
   leaves: boolean; // comes from inside
 }
 
+// Of a triangle's sides: each is rounded for itself, and a ray between two must meet one of them.
+const SLACK = 1e-9;
+
 function meet(geometry: THREE.BufferGeometry, ray: THREE.Ray, near: number, far: number): Met | null {
   const p = geometry.attributes.position.array, index = geometry.index!.array;
   const { x: ox, y: oy, z: oz } = ray.origin, { x: dx, y: dy, z: dz } = ray.direction;
@@ -31,10 +34,10 @@ function meet(geometry: THREE.BufferGeometry, ray: THREE.Ray, near: number, far:
     if (det === 0) continue;
     const sx = ox - p[a], sy = oy - p[a + 1], sz = oz - p[a + 2];
     const u = (sx * hx + sy * hy + sz * hz) / det;
-    if (u < 0 || u > 1) continue;
+    if (u < -SLACK || u > 1 + SLACK) continue;
     const qx = sy * e1z - sz * e1y, qy = sz * e1x - sx * e1z, qz = sx * e1y - sy * e1x;
     const v = (dx * qx + dy * qy + dz * qz) / det;
-    if (v < 0 || u + v > 1) continue;
+    if (v < -SLACK || u + v > 1 + SLACK) continue;
     const at = (e2x * qx + e2y * qy + e2z * qz) / det;
     if (at < near || at >= far) continue;
     far = at;

@@ -631,7 +631,8 @@ export class View {
       if (!this.slow || (this.image === this.best && !this.moved)) return;
       window.clearTimeout(this.resting);
       const rest = (): void => {
-        if (this.before || this.still || this.size) this.resting = window.setTimeout(rest, REST_MS);
+        // A stroke is drawn into the image that it began with; a rough one is first drawn as well as can be.
+        if ((this.before && this.image === this.best) || this.still || this.size) this.resting = window.setTimeout(rest, REST_MS);
         else this.render(true);
       };
       this.resting = window.setTimeout(rest, REST_MS);
