@@ -244,6 +244,63 @@ class CommandLine(unittest.TestCase):
             self.assertEqual(run.returncode, 2, (attack, name, text, run))
             self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
 
+    def test_odd_names_places_and_limits(self):
+        scene = self.scene()
+        # No address of SQLite's.
+        self.assertEqual(kibori("carve", scene, "-o", "file:x.kibori", cwd=self.folder).returncode, 0)
+        self.assertEqual(kibori("history", "file:x.kibori", "--copy", "file:c.kibori", cwd=self.folder).returncode, 0)
+        self.assertTrue((self.folder / "file:x.kibori").is_file() and (self.folder / "file:c.kibori").is_file())
+        # A pipe without a name.
+        run = subprocess.run(["bash", "-c", '"$0" carve scene.toml --forces >(cat > taken.csv) && sleep 0.5', KIBORI], capture_output=True, text=True, cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertGreater(len((self.folder / "taken.csv").read_text().splitlines()), 50)
+        # Files that may not grow: nothing half-written stays.
+        for command in (["carve", "scene.toml", "--forces", "f.csv"], ["carve", "scene.toml", "-o", "g.kibori"], ["carve", "scene.toml", "--mesh", "m.stl"]):
+            run = subprocess.run([KIBORI, *command], capture_output=True, text=True, cwd=self.folder, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1024, 1024)))
+            self.assertEqual(run.returncode, 2, (command, run))
+            self.assertEqual(len(run.stderr.strip().splitlines()), 1, run.stderr)
+        left = {path.name for path in self.folder.iterdir()} & {"f.csv", "g.kibori", "m.stl"}
+        self.assertFalse(left or [path for path in self.folder.iterdir() if ".part" in path.name], list(self.folder.iterdir()))
+        # A face of a vertex that is not there.
+        tetrahedron = "OFF # four\n4 4 0\n0 0 0\n1 0 0\n\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"
+        (self.folder / "t.off").write_text(tetrahedron)
+        self.assertEqual(kibori("info", "t.off", cwd=self.folder).returncode, 0)
+        for wrong in ("4", "-1", "99999999999", "nan"):
+            (self.folder / "t.off").write_text(tetrahedron.replace("3 0 1 3", f"3 0 1 {wrong}"))
+            self.refused("info", "t.off", says=["t.off:9: a face names a vertex that is not there"])
+
+    def test_documents_beside_which_nothing_can_be_made(self):
+        """A read-only folder, with the end of what was done in the log: read all the same, whole."""
+        self.assertEqual(kibori("carve", self.scene(), "-o", "d.kibori", cwd=self.folder).returncode, 0)
+        folder = self.folder / "kept"
+        folder.mkdir()
+        database = sqlite3.connect(self.folder / "d.kibori", isolation_level=None)
+        database.execute("PRAGMA wal_autocheckpoint = 0")
+        database.execute("INSERT INTO version VALUES ('in the log', 2)")
+        for name in ("d.kibori", "d.kibori-wal"):
+            shutil.copy(self.folder / name, folder / name)
+        database.close()
+        if os.getuid() != 0:
+            folder.chmod(0o500)
+            run = kibori("history", folder / "d.kibori")
+            folder.chmod(0o700)
+        else:  # whom no permission stops: a user who may not write there
+            self.folder.chmod(0o755)
+            folder.chmod(0o555)
+            (folder / "d.kibori").chmod(0o444)
+            (folder / "d.kibori-wal").chmod(0o444)
+
+            def nobody():
+                os.setgid(65534)
+                os.setuid(65534)
+
+            program = shutil.copy(KIBORI, self.folder)  # it may lie where only this user can go
+            run = subprocess.run([program, "history", folder / "d.kibori"], capture_output=True, text=True, preexec_fn=nobody, cwd="/")
+            folder.chmod(0o755)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertIn("in the log", run.stdout)
+        self.assertEqual({path.name for path in folder.iterdir()}, {"d.kibori", "d.kibori-wal"})
+
     def test_signals_end_a_run_in_order(self):
         for end in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             (self.folder / "s.kibori").unlink(missing_ok=True)

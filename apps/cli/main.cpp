@@ -3,6 +3,7 @@
 // input.
 #include <array>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <string>
@@ -405,6 +406,7 @@ int run_picture(const std::string& file, const std::string& out, const PictureAr
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told as a full disk is
   CLI::App app{
       "Kibori carves virtual solids with a virtual finger or cutter and feels every removal as force."};
   app.name("kibori");

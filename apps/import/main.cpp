@@ -3,7 +3,9 @@
 // program that started it (formats/import_helper.h). Exit 2 and one sentence for a bad file; nobody calls it
 // by hand.
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <new>
 #include <sstream>
@@ -69,21 +71,52 @@ Result<bool> has_strips(const std::vector<char>& bytes, const std::string& name)
   return Error{name + ": has no end of its header (end_header); export it again"};
 }
 
-// The same for OFF: three counts in its first line of numbers.
-Status check_off_counts(const std::vector<char>& bytes, const std::string& name) {
-  std::istringstream head = head_of(bytes);
+// The same for OFF: three counts in its first line of numbers, and faces of vertices that are there, which
+// Assimp takes for others.
+Status check_off(const std::vector<char>& bytes, const std::string& name) {
+  std::istringstream file(std::string(bytes.begin(), bytes.end()));
   std::string line;
-  for (int number = 1; number < 1000 && std::getline(head, line); number++) {
-    double vertices = 0, faces = 0;
+  int number = 0;
+  // The next line that holds something.
+  const auto next = [&] {
+    while (std::getline(file, line)) {
+      number++;
+      line.resize(std::min(line.find('#'), line.size()));
+      if (line.find_first_not_of(" \t\r") != std::string::npos) return true;
+    }
+    return false;
+  };
+  const auto wrong = [&](const std::string& what) {
+    return Error{name + ":" + std::to_string(number) + ": " + what + "; export it again"};
+  };
+  double vertices = -1, faces = -1;
+  bool plain = false;  // no normals, colours or binary numbers
+  while (vertices < 0) {
+    if (!next() || number >= 1000) return Error{name + ": has no counts of vertices and faces"};
     const size_t digits = line.find_first_of("0123456789-");
-    if (line.starts_with("#") || digits == std::string::npos) continue;
-    if (std::sscanf(line.c_str() + digits, "%lf %lf", &vertices, &faces) == 2 && vertices >= 0 &&
-        faces >= 0 && vertices + faces <= static_cast<double>(bytes.size()))
-      return Ok{};
-    return Error{name + ":" + std::to_string(number) +
-                 ": promises more vertices or faces than the file has bytes; export it again"};
+    if (line.starts_with("OFF") && (line.size() == 3 || std::isspace(static_cast<unsigned char>(line[3]))))
+      plain = line.find("BINARY") == std::string::npos;
+    if (digits == std::string::npos) continue;
+    if (std::sscanf(line.c_str() + digits, "%lf %lf", &vertices, &faces) != 2 ||
+        !(vertices >= 0 && faces >= 0) || !(vertices + faces <= static_cast<double>(bytes.size())))
+      return wrong("promises more vertices or faces than the file has bytes");
   }
-  return Error{name + ": has no counts of vertices and faces"};
+  if (!plain) return Ok{};
+  for (double i = 0; i < vertices; i++)
+    if (!next()) return Error{name + ": ends in the middle of its vertices; export it again"};
+  for (double i = 0; i < faces; i++) {
+    if (!next()) return Error{name + ": ends in the middle of its faces; export it again"};
+    const char* at = line.c_str();
+    char* end = nullptr;
+    const long corners = std::strtol(at, &end, 10);
+    for (long k = 0; k < corners; k++) {
+      at = end;
+      const double vertex = std::strtod(at, &end);
+      if (end == at) return wrong("a face of " + std::to_string(corners) + " corners names fewer");
+      if (!(vertex >= 0 && vertex < vertices)) return wrong("a face names a vertex that is not there");
+    }
+  }
+  return Ok{};
 }
 
 // glb: metres and Y up.
@@ -134,7 +167,7 @@ Result<TriangleMesh> parse_foreign(const std::vector<char>& bytes, const std::fi
     if (strips.value()) return parse_ply(bytes, name);
   }
   if (ending == ".off")
-    if (const Status counts = check_off_counts(bytes, name); !counts) return Error{counts.error()};
+    if (const Status counts = check_off(bytes, name); !counts) return Error{counts.error()};
   return read_with_assimp(bytes, path, ending == ".glb");
 }
 

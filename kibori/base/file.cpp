@@ -57,7 +57,9 @@ NewFile::NewFile(const std::filesystem::path& path) : path_(path) {
   const auto there = std::filesystem::status(path, error);
   folder_ = std::filesystem::is_directory(there);
   direct_ = std::filesystem::exists(there) && !folder_ && !std::filesystem::is_regular_file(there);
-  if (std::filesystem::is_symlink(path, error)) path_ = std::filesystem::weakly_canonical(path, error);
+  // What a link to a pipe leads to (/dev/fd/63) has no name.
+  if (!direct_ && std::filesystem::is_symlink(path, error))
+    path_ = std::filesystem::weakly_canonical(path, error);
   part_ = path_;
   if (!direct_ && !folder_)
     if (const auto beside = make_beside(path_); beside) part_ = beside.value();

@@ -91,18 +91,38 @@ Result<Database> Database::open(const std::filesystem::path& path, Access access
   // Readers open for writing, too: who only may read can't put away the files beside the database when it is
   // the last to close it. Where the file can't be written SQLite opens it for reading.
   const int flags = SQLITE_OPEN_READWRITE | (access == Access::create ? SQLITE_OPEN_CREATE : 0);
-  if (!database.connect(path.string(), flags, vfs)) return database.error("can't be opened");
+  // A name that begins with "file:" would be an address to SQLite.
+  std::error_code none;
+  const bool memory = path == ":memory:";
+  const std::filesystem::path file = memory ? path : std::filesystem::absolute(path, none);
+  if (!database.connect(file.string(), flags, vfs)) return database.error("can't be opened");
   if (access != Access::read) return database;
   if (const Status s = database.run("SELECT 1 FROM sqlite_master; PRAGMA query_only = 1"); s) return database;
-  const int why = sqlite3_errcode(database.db_.get()) & 0xff;  // without what is extended
-  std::error_code none;
-  const std::filesystem::path log = path.string() + "-wal";
-  if ((why != SQLITE_READONLY && why != SQLITE_CANTOPEN) ||
-      (std::filesystem::exists(log, none) && std::filesystem::file_size(log, none) > 0))
-    return database;  // what is wrong with it is told by whoever reads it
-  // In a folder where nothing can be made beside it; nobody writes there, so it is whole as it is.
+  const bool folder_failed = database.disk_failed();
+  if (!folder_failed) return database;  // what is wrong with it is told by whoever reads it
+  // Nothing can be made beside it: the folder is read-only, or the disk is full. So nobody writes there, and
+  // it is whole as it is; with the end of what was done beside it, a copy of both is.
+  const std::filesystem::path log = file.string() + "-wal";
+  if (std::filesystem::exists(log, none) && std::filesystem::file_size(log, none) > 0) {
+    const auto folder = TemporaryFolder::make();
+    if (!folder) return database;
+    const std::filesystem::path copy = folder.value()->path() / "copy.kibori";
+    if (!std::filesystem::copy_file(file, copy, none) ||
+        !std::filesystem::copy_file(log, copy.string() + "-wal", none))
+      return database;
+    std::filesystem::permissions(copy, std::filesystem::perms::owner_write,
+                                 std::filesystem::perm_options::add, none);
+    std::filesystem::permissions(copy.string() + "-wal", std::filesystem::perms::owner_write,
+                                 std::filesystem::perm_options::add, none);
+    database.db_.reset();
+    database.copied_ = folder.value();
+    if (!database.connect(copy.string(), SQLITE_OPEN_READWRITE, vfs))
+      return database.error("can't be opened");
+    static_cast<void>(database.run("PRAGMA query_only = 1"));
+    return database;
+  }
   std::string uri = "file:";
-  for (const char c : path.string()) {
+  for (const char c : file.string()) {
     char escaped[4] = {c, 0};
     if (c == '%' || c == '?' || c == '#') std::snprintf(escaped, sizeof escaped, "%%%02X", c);
     uri += escaped;

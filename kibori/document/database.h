@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include <kibori/base/file.h>
 #include <kibori/base/result.h>
 
 struct sqlite3;
@@ -97,6 +98,7 @@ class Database {
   struct Close {
     void operator()(sqlite3* db) const;
   };
+  std::shared_ptr<TemporaryFolder> copied_;  // in which the file is that is read; none: where it belongs
   std::unique_ptr<sqlite3, Close> db_;
   std::string name_;
 };

@@ -290,7 +290,10 @@ Status Document::check_kind() {
     return row.value() ? read.value().integer(0) : 0;
   };
   const Result<int64_t> application = pragma("PRAGMA application_id");
-  if (!application) return wrong("is no document of Kibori (" + application.error() + ")");
+  if (!application)
+    return wrong((database_.disk_failed() ? "can't be read: its disk or folder fails ("
+                                          : "is no document of Kibori (") +
+                 application.error() + ")");
   if (application.value() != kApplication) return wrong("is no document of Kibori");
   const Result<int64_t> version = pragma("PRAGMA user_version");
   if (!version || version.value() < 1) return wrong("is a damaged document");
@@ -476,7 +479,8 @@ Status Document::save_copy(const std::filesystem::path& path) const {
   const Status copied = [&]() -> Status {
     Result<Statement> copy = database.prepare("VACUUM INTO ?");
     if (!copy) return Error{copy.error()};
-    return copy.value().bind(part.string()).run();
+    std::error_code code;
+    return copy.value().bind(std::filesystem::absolute(part, code).string()).run();
   }();
   if (!writes_) static_cast<void>(database.run("PRAGMA query_only = 1; BEGIN"));
   if (copied) {
