@@ -107,7 +107,7 @@ class CommandLine(unittest.TestCase):
         rounds = 10000 if os.environ.get("KIBORI_CAMPAIGN") else 60
         random_depths = random.Random(os.environ.get("KIBORI_SEED", "17"))
         for round in range(rounds):
-            depth = 40000 if round < 8 else random_depths.choice([1, 5, 31, 33, 60, 300, 5000, 100000])
+            depth = 40000 if round < 10 else random_depths.choice([1, 5, 31, 33, 60, 300, 5000, 100000])
             text = [
                 f"[{'.'.join(['a'] * depth)}]\n",
                 f"{'.'.join(['a'] * depth)} = 1\n",
@@ -117,7 +117,9 @@ class CommandLine(unittest.TestCase):
                 ".".join(['"a.b"'] * depth) + " = 1\n",
                 f"a = {'[' * depth}",
                 f"{'[a]' * depth}\n",
-            ][round % 8]
+                'q = ["""x"""", {' + ".".join(["a"] * depth) + " = 1}]\n",
+                "q = ['''x''''', {" + ".".join(["a"] * depth) + " = 1}]\n",
+            ][round % 10]
             (self.folder / "deep.toml").write_text("# a comment [[[[\n" + text)
             started = time.monotonic()
             self.refused("carve", "deep.toml", says=["deep.toml:2"])
@@ -187,6 +189,28 @@ class CommandLine(unittest.TestCase):
         carved = [json.loads(kibori("replay", name, "--to", steps, "--json", cwd=self.folder).stdout)["state_hash"] for name in ("d.kibori", "s.kibori")]
         self.assertEqual(carved[0], carved[1])
         self.assertEqual(before, (self.folder / "d.kibori").read_bytes())
+        # A stroke in the middle whose ticks are gone: up to the one before.
+        shutil.copy(self.folder / "s.kibori", self.folder / "u.kibori")
+        with sqlite3.connect(self.folder / "u.kibori") as database:
+            database.execute("UPDATE tick SET data = x'00' WHERE step = 3")
+        database.close()
+        run = kibori("history", "u.kibori", "--salvage", "v.kibori", cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertIn("way to step 2 of", run.stderr)
+        self.assertEqual(kibori("verify", "v.kibori", cwd=self.folder).returncode, 0)
+        # An interrupted stroke that can't be read: the file is as it was, and what is before it is saved.
+        shutil.copy(self.folder / "u.kibori", self.folder / "w.kibori")
+        with sqlite3.connect(self.folder / "w.kibori") as database:
+            database.execute("DELETE FROM checkpoint_tile WHERE step >= 3")
+            database.execute("DELETE FROM checkpoint WHERE step >= 3")
+            database.execute("DELETE FROM tick WHERE step > 3")
+            database.execute("DELETE FROM step WHERE id > 3")
+            database.execute("UPDATE step SET finished = 0 WHERE id = 3")
+            database.execute("UPDATE meta SET value = 2 WHERE key = 'head'")
+        database.close()
+        self.refused("info", "w.kibori", says=["whole up to step 2 of 3"])
+        run = kibori("history", "w.kibori", "--salvage", "x.kibori", cwd=self.folder)
+        self.assertEqual(run.returncode, 0, run.stderr)
         # Nothing is salvaged of one whose stock is gone.
         database = sqlite3.connect(self.folder / "d.kibori")
         database.execute("UPDATE tile SET data = x'00'")
@@ -263,8 +287,11 @@ class CommandLine(unittest.TestCase):
         self.assertFalse(left or [path for path in self.folder.iterdir() if ".part" in path.name], list(self.folder.iterdir()))
         # A face of a vertex that is not there.
         tetrahedron = "OFF # four\n4 4 0\n0 0 0\n1 0 0\n\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 0 3 2\n"
-        (self.folder / "t.off").write_text(tetrahedron)
-        self.assertEqual(kibori("info", "t.off", cwd=self.folder).returncode, 0)
+        for text in (tetrahedron, tetrahedron.replace("\n", "\r"), tetrahedron.replace("\n", "\r\n"), tetrahedron.replace("3 0 2 1", "# faces\n  \n3 0 2 1 # first")):
+            (self.folder / "t.off").write_text(text, newline="")
+            run = kibori("info", "t.off", "--json", cwd=self.folder)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertAlmostEqual(json.loads(run.stdout)["volume_mm3"], 1 / 6, 6)
         for wrong in ("4", "-1", "99999999999", "nan"):
             (self.folder / "t.off").write_text(tetrahedron.replace("3 0 1 3", f"3 0 1 {wrong}"))
             self.refused("info", "t.off", says=["t.off:9: a face names a vertex that is not there"])

@@ -13,14 +13,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Where a file is, or would be made: with links followed, also those to what is not there yet.
-fs::path place_of(fs::path path) {
-  std::error_code error;
-  path = fs::absolute(path, error);
-  for (int i = 0; i < 40 && fs::is_symlink(path, error); i++)
-    path = path.parent_path() / fs::read_symlink(path, error);
-  return fs::weakly_canonical(path, error);
-}
 bool same_file(const fs::path& a, const fs::path& b) {
   std::error_code error;
   return fs::equivalent(a, b, error) || place_of(a) == place_of(b);
@@ -60,12 +52,13 @@ Status Outputs::check() const {
   for (size_t i = 0; i < outputs_.size(); i++) {
     const Output& out = outputs_[i];
     const std::string name = out.path.string();
+    std::error_code error;
     for (const fs::path& in : inputs_)
       if (same_file(in, out.path))
         return Error{name + ": is read by this command, so " + out.option +
                      " can't write it; name another file"};
     for (size_t k = 0; k < i; k++)
-      if (same_file(outputs_[k].path, out.path) && fs::status(out.path).type() != fs::file_type::character)
+      if (same_file(outputs_[k].path, out.path) && !fs::is_character_file(out.path, error))
         return Error{name + ": is named by " + outputs_[k].option + " and by " + out.option +
                      "; give each a file of its own"};
     if (!out.document && (is_document(name) || beside_document(out.path) || holds_document(out.path)))

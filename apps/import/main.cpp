@@ -71,10 +71,21 @@ Result<bool> has_strips(const std::vector<char>& bytes, const std::string& name)
   return Error{name + ": has no end of its header (end_header); export it again"};
 }
 
-// The same for OFF: three counts in its first line of numbers, and faces of vertices that are there, which
-// Assimp takes for others.
-Status check_off(const std::vector<char>& bytes, const std::string& name) {
-  std::istringstream file(std::string(bytes.begin(), bytes.end()));
+// An OFF file without comments and empty lines, as Assimp's own parser takes those for vertices and faces.
+// Errors: counts that the file can't hold, and faces of vertices that are not there, which Assimp takes for
+// others.
+Result<std::vector<char>> checked_off(const std::vector<char>& bytes, const std::string& name) {
+  // Lines may end by any of the three customs.
+  std::string text;
+  text.reserve(bytes.size());
+  for (size_t i = 0; i < bytes.size(); i++)
+    if (bytes[i] != '\r')
+      text += bytes[i];
+    else if (i + 1 == bytes.size() || bytes[i + 1] != '\n')
+      text += '\n';
+  std::istringstream file(text);
+  std::vector<char> clean;
+  clean.reserve(bytes.size());
   std::string line;
   int number = 0;
   // The next line that holds something.
@@ -82,7 +93,10 @@ Status check_off(const std::vector<char>& bytes, const std::string& name) {
     while (std::getline(file, line)) {
       number++;
       line.resize(std::min(line.find('#'), line.size()));
-      if (line.find_first_not_of(" \t\r") != std::string::npos) return true;
+      if (line.find_first_not_of(" \t") == std::string::npos) continue;
+      clean.insert(clean.end(), line.begin(), line.end());
+      clean.push_back('\n');
+      return true;
     }
     return false;
   };
@@ -101,7 +115,7 @@ Status check_off(const std::vector<char>& bytes, const std::string& name) {
         !(vertices >= 0 && faces >= 0) || !(vertices + faces <= static_cast<double>(bytes.size())))
       return wrong("promises more vertices or faces than the file has bytes");
   }
-  if (!plain) return Ok{};
+  if (!plain) return bytes;
   for (double i = 0; i < vertices; i++)
     if (!next()) return Error{name + ": ends in the middle of its vertices; export it again"};
   for (double i = 0; i < faces; i++) {
@@ -116,7 +130,7 @@ Status check_off(const std::vector<char>& bytes, const std::string& name) {
       if (!(vertex >= 0 && vertex < vertices)) return wrong("a face names a vertex that is not there");
     }
   }
-  return Ok{};
+  return clean;
 }
 
 // glb: metres and Y up.
@@ -166,8 +180,11 @@ Result<TriangleMesh> parse_foreign(const std::vector<char>& bytes, const std::fi
     if (!strips) return Error{strips.error()};
     if (strips.value()) return parse_ply(bytes, name);
   }
-  if (ending == ".off")
-    if (const Status counts = check_off(bytes, name); !counts) return Error{counts.error()};
+  if (ending == ".off") {
+    const Result<std::vector<char>> clean = checked_off(bytes, name);
+    if (!clean) return Error{clean.error()};
+    return read_with_assimp(clean.value(), path, false);
+  }
   return read_with_assimp(bytes, path, ending == ".glb");
 }
 

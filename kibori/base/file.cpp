@@ -26,6 +26,11 @@ mode_t umask_of_process() {
   return 0077;
 }
 
+// Some file systems have nothing to wait for, and say so.
+bool synced(int handle) {
+  return fsync(handle) == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP;
+}
+
 std::filesystem::path folder_of(const std::filesystem::path& path) {
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
 }
@@ -41,11 +46,19 @@ Result<std::filesystem::path> make_beside(const std::filesystem::path& path) {
   return std::filesystem::path(name);
 }
 
+std::filesystem::path place_of(const std::filesystem::path& path) {
+  std::error_code error;
+  std::filesystem::path at = std::filesystem::absolute(path, error);
+  for (int i = 0; i < 40 && std::filesystem::is_symlink(at, error); i++)
+    at = at.parent_path() / std::filesystem::read_symlink(at, error);
+  const std::filesystem::path real = std::filesystem::weakly_canonical(at, error);
+  return error ? at.lexically_normal() : real;
+}
+
 bool sync_to_disk(const std::filesystem::path& path) {
-  const int handle = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+  const int handle = open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (handle < 0) return false;
-  // Some file systems have nothing to wait for, and say so.
-  const bool done = fsync(handle) == 0 || errno == EINVAL || errno == EROFS;
+  const bool done = synced(handle);
   close(handle);
   return done;
 }
@@ -58,8 +71,7 @@ NewFile::NewFile(const std::filesystem::path& path) : path_(path) {
   folder_ = std::filesystem::is_directory(there);
   direct_ = std::filesystem::exists(there) && !folder_ && !std::filesystem::is_regular_file(there);
   // What a link to a pipe leads to (/dev/fd/63) has no name.
-  if (!direct_ && std::filesystem::is_symlink(path, error))
-    path_ = std::filesystem::weakly_canonical(path, error);
+  if (!direct_ && std::filesystem::is_symlink(path, error)) path_ = place_of(path);
   part_ = path_;
   if (!direct_ && !folder_)
     if (const auto beside = make_beside(path_); beside) part_ = beside.value();
@@ -88,7 +100,7 @@ void NewFile::overwrite(uint64_t at, const void* data, size_t bytes) {
 Status NewFile::commit() {
   if (folder_) return Error{path_.string() + ": is a folder; name a file"};
   std::error_code error;
-  if (file_ && !direct_) failed_ |= std::fflush(file_) != 0 || fsync(fileno(file_)) != 0;
+  if (file_ && !direct_) failed_ |= std::fflush(file_) != 0 || !synced(fileno(file_));
   if (file_ && std::fclose(std::exchange(file_, nullptr)) != 0) failed_ = true;
   if (failed_) {
     if (!direct_ && part_ != path_) std::filesystem::remove(part_, error);
@@ -179,13 +191,17 @@ std::string ending_of(const std::filesystem::path& path) {
 }
 
 Status check_writable(const std::filesystem::path& path) {
-  const std::filesystem::path folder = path.parent_path();
   std::error_code error;
-  if (!folder.empty() && !std::filesystem::is_directory(folder, error))
+  const auto there = std::filesystem::status(path, error);
+  if (std::filesystem::is_directory(there)) return Error{path.string() + ": is a folder; name a file"};
+  // Devices and pipes are written to as they are.
+  if (std::filesystem::exists(there) && !std::filesystem::is_regular_file(there))
+    return access(path.c_str(), W_OK) == 0 ? Status(Ok{})
+                                           : Status(Error{path.string() + ": can't be written to"});
+  const std::filesystem::path folder = place_of(path).parent_path();
+  if (!std::filesystem::is_directory(folder, error))
     return Error{path.string() + ": the folder " + folder.string() + " does not exist"};
-  if (access(folder.empty() ? "." : folder.c_str(), W_OK) != 0)
-    return Error{path.string() + ": the folder can't be written to"};
-  if (std::filesystem::is_directory(path, error)) return Error{path.string() + ": is a folder; name a file"};
+  if (access(folder.c_str(), W_OK) != 0) return Error{path.string() + ": the folder can't be written to"};
   return Ok{};
 }
 

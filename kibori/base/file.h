@@ -19,6 +19,8 @@ namespace kibori {
 // A new, empty file beside `path`, in a name that nobody can foresee, for this user only. Error: one sentence
 // that names `path`.
 Result<std::filesystem::path> make_beside(const std::filesystem::path& path);
+// Where a file is, or would be made: absolute, with links followed, also those to what is not there yet.
+std::filesystem::path place_of(const std::filesystem::path& path);
 // Waits until a file, or a folder's names, are on the disk; false where that failed.
 bool sync_to_disk(const std::filesystem::path& path);
 // Gives a file the permissions that a new one has by the user's own choice (umask).

@@ -421,16 +421,18 @@ Status Document::recover() {
     Step& step = entry.second;
     if (step.finished) continue;
     if (writes_) {
-      TriDexel model(lattice_);
-      if (Status s = make_state(model, id); !s) return s;
+      TriDexel model(lattice_), before(lattice_);
+      // What is damaged stays as it is, and is told when it is loaded.
+      if (!make_state(before, step.parent) || !make_state(model, id)) {
+        head_ = id;
+        continue;
+      }
       const Snapshot now = model.snapshot();
       step.hash = now.content_hash();
       Status kept = commit("finishing an interrupted stroke", [&]() -> Status {
         Result<Statement> update = database_.prepare(
             "UPDATE step SET finished = 1, ticks = ?, hash = ?, removed_mm3 = ? WHERE id = ?");
         if (!update) return Error{update.error()};
-        TriDexel before(lattice_);
-        if (Status s = make_state(before, step.parent); !s) return s;
         step.removed_mm3 = before.volume_mm3() - now.volume_mm3();
         return update.value()
             .bind(step.ticks)

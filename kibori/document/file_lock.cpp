@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/document/file_lock.h>
 
+#include <cerrno>
+
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -17,7 +19,13 @@ Result<FileLock> FileLock::take(const std::filesystem::path& path) {
   // Again where whoever held it took the file away meanwhile.
   for (int i = 0; i < 100; i++) {
     const int file = ::open(lock.path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
+    if (file < 0 && errno == EACCES && std::filesystem::exists(lock.path_, code))
+      return Error{name + ": its lock " + one_line(lock.path_) +
+                   " is another user's; close the document there, or remove that file"};
     if (file < 0) return Error{name + ": can't be opened for writing"};
+    // Who may write the document may hold its lock.
+    struct stat document = {};
+    if (::stat(path.c_str(), &document) == 0) static_cast<void>(::fchmod(file, document.st_mode & 0666));
     if (::flock(file, LOCK_EX | LOCK_NB) != 0) {
       ::close(file);
       return Error{name + ": is being written by another process; open it for reading, or close it there"};

@@ -547,6 +547,8 @@ Status check_depth(std::string_view text, const std::string& name) {
         if (c == '"' && text[i] == '\\') i++;
       }
       i += quotes.size() - 1;
+      if (quotes.size() == 3)  // one or two more belong to the string
+        for (int k = 0; k < 2 && i + 1 < text.size() && text[i + 1] == c; k++) i++;
     } else if (c == '[' || c == '{') {
       depth++;
       dots = 0;

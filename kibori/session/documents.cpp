@@ -169,34 +169,57 @@ Result<StepId> salvage(const Document& document, const std::filesystem::path& in
   if (!source) return Error{source.error()};
   Result<std::unique_ptr<Document>> made = Document::create(into, model, stock.value(), source.value());
   if (!made) return Error{made.error()};
-  const auto carve_again = [&](StepId step) -> Status {
-    const Step& was = document.steps().at(step);
+  // A step of the damaged one, if all of it is whole; the model is then as it was after it.
+  struct Kept {
+    StrokeSettings settings;
+    Pose start;
+    std::vector<StrokeTick> ticks;
+    std::vector<Wrench> felt;
+  };
+  const auto read = [&](StepId step) -> Result<Kept> {
+    Kept kept;
     const Result<StrokeSettings> settings = document.settings(step);
     if (!settings) return Error{settings.error()};
+    kept.settings = settings.value();
     const Result<Pose> start = document.start(step);
     if (!start) return Error{start.error()};
-    if (Status s = made.value()->begin(settings.value(), start.value(), was.label); !s) return s;
-    const Status kept = document.for_ticks(step, [&](const std::vector<StrokeTick>& ticks) -> Status {
-      for (const StrokeTick& tick : ticks) made.value()->add(tick);
-      return made.value()->flush();
+    kept.start = start.value();
+    Status done = document.for_ticks(step, [&](const std::vector<StrokeTick>& ticks) -> Status {
+      kept.ticks.insert(kept.ticks.end(), ticks.begin(), ticks.end());
+      return Ok{};
     });
-    if (!kept) return kept;
-    if (Status s = document.replay(step, model, std::nullopt, {}); !s) return s;
-    if (was.finished && model.content_hash() != was.hash)
-      return Error{document.name() + ": step " + std::to_string(step) +
-                   " carved again is not what it was, so its history can't be saved; open it in the studio, "
-                   "which shows the last step that is whole, and export that"};
-    return made.value()->finish(model, was.removed_mm3);
+    if (done)
+      done = document.for_forces(step, [&](const std::vector<Wrench>& felt) -> Status {
+        kept.felt.insert(kept.felt.end(), felt.begin(), felt.end());
+        return Ok{};
+      });
+    if (done) done = document.replay(step, model, std::nullopt, {});
+    const Step& was = document.steps().at(step);
+    if (done && was.finished && model.content_hash() != was.hash) done = Error{"it is not what it was"};
+    return done ? Result<Kept>(std::move(kept)) : Result<Kept>(Error{done.error()});
   };
+  StepId saved = way.value().front();
   for (size_t i = 1; i < way.value().size(); i++) {
-    if (const Status s = carve_again(way.value()[i]); !s) {
+    const StepId step = way.value()[i];
+    const Step& was = document.steps().at(step);
+    const Result<Kept> kept = read(step);
+    if (!kept) break;  // up to here
+    const auto& [settings_then, start_then, ticks, felt] = kept.value();
+    Status written = made.value()->begin(settings_then, start_then, was.label);
+    for (size_t k = 0; k < ticks.size(); k++)
+      made.value()->add(ticks[k], felt.size() == ticks.size() ? &felt[k] : nullptr);
+    if (written) written = made.value()->finish(model, was.removed_mm3);
+    if (!written) {
       made.value().reset();
       remove_document(into);
-      return Error{s.error()};
+      return Error{written.error()};
     }
+    saved = step;
+    for (const auto& [name, named] : document.versions())
+      if (named == step) static_cast<void>(made.value()->name_version(name, made.value()->head()));
   }
   if (const std::string where = settle(*made.value()); !where.empty()) return Error{where};
-  return end;
+  return saved;
 }
 
 Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, int threads) {

@@ -88,9 +88,9 @@ Result<std::unique_ptr<Studio>> Studio::open(const std::filesystem::path& file, 
   auto document = Document::open(file, options.read_only ? Document::Access::read : Document::Access::write);
   if (!document) return Error{document.error()};
   if (options.read_only) {
-    const auto there = document.value()->load_at(document.value()->head());
+    auto there = document.value()->load_at(document.value()->head());
     if (!there) return look_at_whole(file, std::move(document).value(), there.error());
-    return look(std::move(document).value());
+    return look(std::move(document).value(), std::move(there).value());
   }
   auto model = document.value()->load();
   if (!model) return look_at_whole(file, std::move(document).value(), model.error());
@@ -129,7 +129,9 @@ Result<std::unique_ptr<Studio>> Studio::look_at_whole(const std::filesystem::pat
   auto document = Document::open(file, Document::Access::read);
   if (!document) return Error{document.error()};
   if (const Status there = document.value()->stand_at(whole.value()); !there) return Error{there.error()};
-  auto studio = look(std::move(document).value());
+  auto model = document.value()->load_at(whole.value());
+  if (!model) return Error{model.error()};
+  auto studio = look(std::move(document).value(), std::move(model).value());
   if (studio)
     studio.value()->notice_ =
         why + ". Shown is step " + std::to_string(whole.value()) + " of " + std::to_string(head) +
@@ -138,7 +140,8 @@ Result<std::unique_ptr<Studio>> Studio::look_at_whole(const std::filesystem::pat
   return studio;
 }
 
-Result<std::unique_ptr<Studio>> Studio::look(std::unique_ptr<Document> document) {
+Result<std::unique_ptr<Studio>> Studio::look(std::unique_ptr<Document> document,
+                                             std::unique_ptr<TriDexel> at_head) {
   std::unique_ptr<Studio> studio(new Studio);
   studio->name_ = document->name();
   studio->lattice_ = document->lattice();
@@ -146,9 +149,7 @@ Result<std::unique_ptr<Studio>> Studio::look(std::unique_ptr<Document> document)
   if (const auto last = document->settings(document->head())) studio->materials_ = last.value().materials;
   if (const uint8_t own = document_material(*document); own < studio->materials_.size())
     studio->stock_material_ = own;
-  auto model = document->load_at(document->head());
-  if (!model) return Error{model.error()};
-  studio->shown_ = std::move(model).value();
+  studio->shown_ = std::move(at_head);
   studio->snapshot_ = studio->shown_->snapshot();
   studio->surface_ = std::make_unique<LiveSurface>(studio->snapshot_, 2);
   studio->place_.step = document->head();

@@ -170,7 +170,8 @@ class Studio {
   static Result<std::unique_ptr<Studio>> start(std::unique_ptr<Document> document,
                                                std::unique_ptr<TriDexel> model, const Scene& scene,
                                                const Options& options);
-  static Result<std::unique_ptr<Studio>> look(std::unique_ptr<Document> document);
+  static Result<std::unique_ptr<Studio>> look(std::unique_ptr<Document> document,
+                                              std::unique_ptr<TriDexel> at_head);
   // At the last step that is whole, of a document whose head is not; `why`: what is damaged.
   static Result<std::unique_ptr<Studio>> look_at_whole(const std::filesystem::path& file,
                                                        std::unique_ptr<Document> damaged,

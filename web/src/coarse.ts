@@ -65,7 +65,9 @@ export class Coarse {
       coarse.material = mesh.material;
     }
     for (const mesh of gone) {
-      this.group.remove(this.made.get(mesh)!);
+      const coarse = this.made.get(mesh)!;
+      this.group.remove(coarse);
+      coarse.geometry.dispose();
       this.made.delete(mesh);
     }
   }

@@ -56,7 +56,7 @@ export interface Arm { armed: number }
 export interface BringTool { tip: Vec3 }
 /** How far the tool goes for a mm of a force device's hand. */
 export interface ChooseReach { scale: number }
-/** A scene (TOML, without files) is carved to be looked at, where nothing is open; Trace follows. model: 0 series, 1 energy, 2 paper, 255 as the scene says. pace: 1 the scene's own time, 0 as fast as it goes. */
+/** A scene (TOML, without files) is carved to be looked at, where nothing is open; Trace follows. model: 0 series, 1 energy, 2 paper, 255 as the scene says. pace: 1 the scene's own time, 4 four times as fast, 0 as fast as it goes. */
 export interface RunExperiment { name: string; scene: string; model: number; pace: number }
 /** How far the tool is turned about its own axis from the next place on [rad]. */
 export interface ChooseTurn { turn: number }

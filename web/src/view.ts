@@ -137,6 +137,7 @@ export class View {
     this.shown.clear();
     this.chunks.clear();
     this.lattice = lattice;
+    this.coarse.follow(this.shown, lattice);
     this.endStroke();
     this.framed = this.whole = false;
     this.arrow.visible = this.ring.visible = this.tool.visible = false;
