@@ -64,7 +64,7 @@ Status Outputs::check() const {
     if (!out.document && (is_document(name) || beside_document(out.path) || holds_document(out.path)))
       return Error{name + ": is a document of Kibori, or its name is one's; " + out.option +
                    " writes no documents, name another file"};
-    if (const Status can = check_writable(out.path); !can) return can;
+    if (Status can = check_writable(out.path); !can) return can;
   }
   return Ok{};
 }
