@@ -171,7 +171,7 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
   // All of it or nothing: made beside, and put in place when it is a document.
   const Result<std::filesystem::path> beside = make_beside(path);
   if (!beside) return Error{name + ": can't be made; is the folder there, and writable?"};
-  const std::filesystem::path part = beside.value();
+  const std::filesystem::path& part = beside.value();
   Result<Database> made = Database::open(part, Database::Access::create, vfs);
   if (!made) {
     clear_away(part);
@@ -474,7 +474,7 @@ Status Document::save_copy(const std::filesystem::path& path) const {
   if (Status s = check_free(path); !s) return s;
   const Result<std::filesystem::path> beside = make_beside(path);
   if (!beside) return Error{beside.error()};
-  const std::filesystem::path part = beside.value();
+  const std::filesystem::path& part = beside.value();
   // A reader stands in a transaction all the time, and may write nothing, not even elsewhere.
   auto& database = const_cast<Database&>(database_);
   if (!writes_) static_cast<void>(database.run("COMMIT; PRAGMA query_only = 0"));

@@ -156,7 +156,7 @@ Result<std::unique_ptr<TriDexel>> model_at_head(const Document& document) {
 }
 
 Result<StepId> salvage(const Document& document, const std::filesystem::path& into) {
-  const Result<StepId> end = document.last_whole();
+  Result<StepId> end = document.last_whole();
   if (!end) return end;
   const Result<std::vector<StepId>> way = document.path_to(end.value());
   if (!way) return Error{way.error()};
