@@ -29,8 +29,8 @@ StrokeSettings stroke_settings(const Scene& scene, const Move& move);
 Result<std::unique_ptr<TriDexel>> document_model(const std::filesystem::path& path);
 Result<std::unique_ptr<TriDexel>> model_at_head(const Document& document);
 // Carves what is whole on the way to a document's head again, as a new one, with forces and versions; without
-// pictures. Up to which step: the last whose stroke, and all before it, are whole. Errors: the path; not even the
-// stock is whole.
+// pictures. Up to which step: the last whose stroke, and all before it, are whole. Errors: the path; not even
+// the stock is whole.
 Result<StepId> salvage(const Document& document, const std::filesystem::path& into);
 // A mesh file, or the surface of a document at its head.
 Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, int threads);
