@@ -77,6 +77,7 @@ async function measure(what, button) {
   const painted = await page.evaluate(() => window.painted), work = used() - before;
   if (button) await page.mouse.up({ button });
   const gaps = painted.slice(1).map((at, i) => at - painted[i]).sort((a, b) => a - b);
+  if (gaps.length === 0) return console.log(`${what}: fewer than two frames in ${seconds} s`);
   const share = (x) => gaps[Math.min(gaps.length - 1, Math.floor(x * gaps.length))] ?? NaN;
   console.log(`${what}: ${(gaps.length / ((painted.at(-1) - painted[0]) / 1000)).toFixed(1)} frames/s (between frames: p50 ${share(0.5).toFixed(0)} ms, p99 ${share(0.99).toFixed(0)} ms; ${gaps.length} frames, ${((1000 * work) / painted.length).toFixed(0)} ms of processor each)`);
   await page.waitForTimeout(2000);
