@@ -193,7 +193,7 @@ void Server::State::run_experiment(Page& page, const RunExperiment& run) {
     return page.notice("that is too fine, or has too much room, to be shown: its longest side may have " +
                        std::to_string(static_cast<int>(kMostRays)) + " rays");
   if (run.model == 0) {
-    if (!s.spring) s.spring = SeriesSpring{};
+    if (!s.spring) s.spring = spring_of_hand();
     s.spring->tick_s = 1 / s.rate_hz;
   } else if (run.model <= 2) {
     s.spring.reset();

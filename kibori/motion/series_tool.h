@@ -47,6 +47,15 @@ struct SeriesSpring {
 // pointer, so k = S / this, whatever the tick. Less, and rounding of the rays shows in the force; more, and a
 // groove ends visibly before the pointer does.
 inline constexpr double kHandGiveMm = 0.25;
+// With how much a hand pushes unless it is said otherwise: a carver who leans on a gouge without a mallet.
+inline constexpr double kHandStrengthN = 200;
+// A pointer's hand: so strong, and as stiff as that makes it.
+inline SeriesSpring spring_of_hand(double strength_n = kHandStrengthN) {
+  SeriesSpring spring;
+  spring.strength_n = strength_n;
+  spring.stiffness_n_mm = strength_n / kHandGiveMm;
+  return spring;
+}
 
 // What the spring does to the hand that is `stretch_mm` and `stretch_rad` from the tool.
 Wrench pull_of(const SeriesSpring& spring, const Vec3& stretch_mm, const Vec3& stretch_rad);

@@ -61,9 +61,9 @@ class Studio {
   };
   // The hand that pushes the tool.
   struct Hand {
-    double strength_n = 200;    // S: it pushes with this at most
-    double stiffness_n_mm = 0;  // between hand and tool; 0: what suits a pointer, or the device
-    bool powered = true;        // a motor turns the tool, and the hand bears kPoweredShare of the cut
+    double strength_n = kHandStrengthN;  // S: it pushes with this at most
+    double stiffness_n_mm = 0;           // between hand and tool; 0: what suits a pointer, or the device
+    bool powered = true;  // a motor turns the tool, and the hand bears kPoweredShare of the cut
   };
   // Of the force device that holds the tool.
   struct Held {

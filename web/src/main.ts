@@ -33,7 +33,6 @@ try {
   throw new Error("no WebGL 2");
 }
 
-let lattice = { origin: [0, 0, 0] as Vec3, pitch: 1 };
 let rate = 1000;
 let title = "Kibori";
 let step = 0;
@@ -100,7 +99,6 @@ function hear(said: FromStudio): void {
     }
     case "Welcome": {
       const w = said.message;
-      lattice = { origin: w.origin, pitch: w.pitch };
       rate = w.rate;
       title = w.document.replace(/\.kibori$/, "");
       step = 0;
@@ -119,7 +117,7 @@ function hear(said: FromStudio): void {
       element("material").replaceChildren(...kinds.map((m, i) => new Option(m.name, String(i), i === w.material, i === w.material)));
       // A tool may be as large as the piece and the room around it.
       for (const id of ["size", "depth"]) input(id).max = String(Math.ceil(Math.max(...w.nodes) * w.pitch));
-      view.begin(lattice, w.nodes);
+      view.begin({ origin: w.origin, pitch: w.pitch }, w.nodes);
       look.begin(w.document);
       plot.clear();
       history.clear();
@@ -140,7 +138,7 @@ function hear(said: FromStudio): void {
     }
     case "Chunks": {
       const from = performance.now();
-      view.take(said.message.data, lattice);
+      view.take(said.message.data);
       send(write.Got({ frame: said.message.frame }));
       if (!said.message.more) view.complete();
       performance.measure("update", { start: from, detail: said.message.data.length });
@@ -372,7 +370,7 @@ setInterval(() => performance.clearMeasures(), 60000);
 // For tests and measurements.
 Object.assign(window, {
   kibori: {
-    surface: () => view.surface(lattice),
+    surface: () => view.surface(),
     whole: () => view.whole,
     settled: () => view.settled,
     frames: () => view.frames,

@@ -166,9 +166,9 @@ export class View {
   }
 
   /** Takes a frame of chunks in. */
-  take(data: Uint8Array, lattice: Lattice): void {
+  take(data: Uint8Array): void {
     this.whole = false;
-    unpack(data, lattice, (place, made) => {
+    unpack(data, this.lattice, (place, made) => {
       const old = this.shown.get(place);
       if (!old && this.before && !this.before.has(place)) this.before.set(place, null);
       if (old) {
@@ -205,8 +205,8 @@ export class View {
   }
 
   /** The chunks that are shown, as they were sent, by their places. */
-  surface(lattice: Lattice): Uint8Array {
-    return pack(new Map([...this.shown].map(([place, mesh]) => [place, mesh.geometry])), lattice);
+  surface(): Uint8Array {
+    return pack(new Map([...this.shown].map(([place, mesh]) => [place, mesh.geometry])), this.lattice);
   }
 
   frame(from = HOME): void {
