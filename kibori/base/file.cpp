@@ -31,9 +31,8 @@ bool synced(int handle) {
   return fsync(handle) == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP;
 }
 
-std::filesystem::path folder_of(const std::filesystem::path& path) {
-  return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
-}
+// As a new file has them by the user's own choice.
+void permit_as_new(const std::filesystem::path& path) { chmod(path.c_str(), 0666 & ~umask_of_process()); }
 
 }  // namespace
 
@@ -63,7 +62,7 @@ bool sync_to_disk(const std::filesystem::path& path) {
   return done;
 }
 
-void permit_as_new(const std::filesystem::path& path) { chmod(path.c_str(), 0666 & ~umask_of_process()); }
+bool sync_name(const std::filesystem::path& path) { return sync_to_disk(place_of(path).parent_path()); }
 
 NewFile::NewFile(const std::filesystem::path& path) : path_(path) {
   std::error_code error;
@@ -72,10 +71,11 @@ NewFile::NewFile(const std::filesystem::path& path) : path_(path) {
   direct_ = std::filesystem::exists(there) && !folder_ && !std::filesystem::is_regular_file(there);
   // What a link to a pipe leads to (/dev/fd/63) has no name.
   if (!direct_ && std::filesystem::is_symlink(path, error)) path_ = place_of(path);
-  part_ = path_;
-  if (!direct_ && !folder_)
+  if (direct_)
+    part_ = path_;
+  else if (!folder_)
     if (const auto beside = make_beside(path_); beside) part_ = beside.value();
-  if (!folder_ && (direct_ || part_ != path_)) file_ = std::fopen(part_.c_str(), "wb");
+  if (!part_.empty()) file_ = std::fopen(part_.c_str(), "wb");
   failed_ = !file_;
 }
 
@@ -83,7 +83,7 @@ NewFile::~NewFile() {
   if (!file_) return;
   std::fclose(file_);
   std::error_code error;
-  if (!direct_ && part_ != path_) std::filesystem::remove(part_, error);
+  if (!direct_) std::filesystem::remove(part_, error);
 }
 
 void NewFile::write(const void* data, size_t bytes) {
@@ -103,7 +103,7 @@ Status NewFile::commit() {
   if (file_ && !direct_) failed_ |= std::fflush(file_) != 0 || !synced(fileno(file_));
   if (file_ && std::fclose(std::exchange(file_, nullptr)) != 0) failed_ = true;
   if (failed_) {
-    if (!direct_ && part_ != path_) std::filesystem::remove(part_, error);
+    if (!direct_) std::filesystem::remove(part_, error);
     return Error{path_.string() + ": can't be written (no such folder, no permission, or no space left)"};
   }
   if (direct_) return Ok{};
@@ -115,7 +115,7 @@ Status NewFile::commit() {
     permit_as_new(part_);
   std::filesystem::rename(part_, path_, error);
   if (!error) {
-    sync_to_disk(folder_of(path_));
+    sync_name(path_);
     return Ok{};
   }
   const std::string reason = error.message();

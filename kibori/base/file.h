@@ -21,10 +21,10 @@ namespace kibori {
 Result<std::filesystem::path> make_beside(const std::filesystem::path& path);
 // Where a file is, or would be made: absolute, with links followed, also those to what is not there yet.
 std::filesystem::path place_of(const std::filesystem::path& path);
-// Waits until a file, or a folder's names, are on the disk; false where that failed.
+// Waits until a file is on the disk; false where that failed.
 bool sync_to_disk(const std::filesystem::path& path);
-// Gives a file the permissions that a new one has by the user's own choice (umask).
-void permit_as_new(const std::filesystem::path& path);
+// The same for its name, which is its folder's.
+bool sync_name(const std::filesystem::path& path);
 
 // Writes beside the file and moves it into place on commit, when it is on the disk; without a commit, what
 // was there stays. Of several who write the same file at once, the last to commit has all of it. Links are

@@ -86,7 +86,7 @@ bool put_in_place(const std::filesystem::path& part, const std::filesystem::path
   const bool there = ::link(part.c_str(), path.c_str()) == 0 ||
                      (!std::filesystem::exists(path, code) && ::rename(part.c_str(), path.c_str()) == 0);
   std::filesystem::remove(part, code);
-  sync_to_disk(path.has_parent_path() ? path.parent_path() : std::filesystem::path("."));
+  sync_name(path);
   return there;
 }
 

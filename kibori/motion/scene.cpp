@@ -520,10 +520,6 @@ class Reader {
   std::optional<double> kf_, u_;
 };
 
-}  // namespace
-
-namespace {
-
 constexpr int kMostDepth = 32;  // tables in tables, lists in lists; scenes need four
 constexpr uint64_t kMostSceneBytes = uint64_t{256} << 20;  // some millions of moves
 
@@ -581,9 +577,6 @@ Result<Scene> parse_scene(const std::string& text, const std::string& name,
 }
 
 Result<Scene> read_scene(const std::filesystem::path& path) {
-  std::error_code error;
-  if (std::filesystem::is_directory(path, error))
-    return Error{path.string() + ": is a folder, not a scene file"};
   const Result<std::vector<char>> text = read_file(path, kMostSceneBytes);
   if (!text) return Error{text.error()};
   return parse_scene(std::string(text.value().begin(), text.value().end()), path.string(),
