@@ -63,6 +63,7 @@ export const browser = await launch();
 export const complaints = [];
 export async function open(size, more = {}, from = browser) {
   const context = await from.newContext({ viewport: size, ...more });
+  context.setDefaultTimeout(120000); // two tests on two cores, without a graphics card
   const page = await context.newPage();
   page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
   page.on("pageerror", (error) => complaints.push(error.message));

@@ -235,8 +235,9 @@ async function byKeyboard() {
   const at = await begun({ width: 1280, height: 720 }), { page } = at;
   const path = file("keys.obj", objText(figure(1, 2, 1)));
   await page.locator("#file").focus();
-  const chooser = page.waitForEvent("filechooser");
+  const chooser = page.waitForEvent("filechooser", { timeout: 120000 });
   await page.keyboard.press("Enter");
+  check("the focus stays", (await page.evaluate(() => document.activeElement.id)) === "file");
   await (await chooser).setFiles(path);
   await dialogOpen(page).waitFor();
   const focused = () => page.evaluate(() => document.activeElement.id || document.activeElement.value || document.activeElement.tagName);

@@ -272,7 +272,7 @@ async function whoHoldsTheToolAndWhoIsGone() {
   await show(watcher, "watching");
   await watcher.locator("#take").click();
   await page.locator("#watching").waitFor();
-  check("and takes it", !(await watcher.locator("#watching").isVisible()));
+  await watcher.locator("#watching").waitFor({ state: "hidden" }); // and has taken it
   await watcher.close();
 
   const port = new URL(studio.url).port;

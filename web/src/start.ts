@@ -60,8 +60,10 @@ export class Start {
     element("example-list").replaceChildren(...examples.map((e) => this.example(e)));
     element("recent").hidden = documents.length === 0;
     element("documents").replaceChildren(...documents.map((d) => this.row(d)));
+    // Told again (the lists change), it leaves the focus to whoever is typing.
+    const opens = element("start").hidden;
     element("start").hidden = false;
-    element("go").focus();
+    if (opens || document.activeElement === document.body) element("go").focus();
     return examples;
   }
   hide(): void {
