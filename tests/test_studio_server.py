@@ -21,7 +21,7 @@ KIBORI = os.path.abspath(sys.argv.pop(1))
 
 
 class Studio:
-    def __init__(self, folder, *more, temporary=None):
+    def __init__(self, folder, *more, temporary=None, enter=True):
         file = [] if "--begin" in more else [os.path.join(folder, "s.kibori")]
         self.program = subprocess.Popen([KIBORI, "studio", *file, "--no-browser", *(m for m in more if m != "--begin")],
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -34,6 +34,18 @@ class Studio:
                 self.url = found[0]
                 break
         self.host = f"127.0.0.1:{getattr(self, 'port', 0)}"
+        self.origin = f"Origin: http://{self.host}"
+        if enter and self.url:
+            self.enter()
+
+    def enter(self):
+        """Exchanges the token for the key."""
+        connection = Connection(self)
+        status, head = connection.ask(f"/enter?token={self.token}", [self.origin], "POST", self.host)
+        assert status == 200, head
+        self.key = connection.body(head).decode()
+        self.bearer = "Authorization: Bearer " + self.key
+        self.hello = hello(self.key)
 
     def close(self, how=signal.SIGINT):
         self.program.send_signal(how)
@@ -59,6 +71,10 @@ class Connection:
             self.kept += more
         head, self.kept = self.kept.split(b"\r\n\r\n", 1)
         return int(head.split()[1]), head.decode()
+
+    def body(self, head):
+        found = re.search(r"Content-Length: (\d+)", head)
+        return self.take(int(found[1]) if found else 0)
 
     def frame(self, data, code=2, final=True):
         mask = os.urandom(4)
@@ -86,7 +102,7 @@ class Connection:
             size = struct.unpack(">Q", self.take(8))[0]
         data = self.take(size)
         if head[0] & 15 == 8:
-            raise ConnectionError
+            raise ConnectionError(*struct.unpack(">H", data[:2]))
         if head[0] & 15 == 9:  # whether we are still there; no kind of message
             self.frame(data, code=10)
             return b"\0"
@@ -105,17 +121,19 @@ class Connection:
 
 
 with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../protocol/messages.json"), encoding="utf-8") as file:
-    HELLO = bytes([1]) + struct.pack("<H", json.load(file)["version"])
+    VERSION = json.load(file)["version"]
+
+
+def hello(key):
+    return bytes([1]) + struct.pack("<HI", VERSION, len(key)) + key.encode()
 
 
 def greeted(studio):
     """A page that has said hello."""
-    _, head = Connection(studio).ask(f"/?token={studio.token}", host=studio.host)
     page = Connection(studio)
     page.ask("/ws", ["Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13",
-                     "Sec-WebSocket-Key: " + base64.b64encode(os.urandom(16)).decode(), f"Origin: http://{studio.host}",
-                     "Cookie: " + re.search(r"Set-Cookie: ([^;]*)", head)[1]], host=studio.host)
-    page.frame(HELLO)
+                     "Sec-WebSocket-Key: " + base64.b64encode(os.urandom(16)).decode(), studio.origin], host=studio.host)
+    page.frame(studio.hello)
     return page
 
 
@@ -136,10 +154,7 @@ class Server(unittest.TestCase):
     def setUpClass(cls):
         cls.folder = tempfile.TemporaryDirectory()
         cls.studio = Studio(cls.folder.name)
-        status, head = Connection(cls.studio).ask(f"/?token={cls.studio.token}", host=cls.studio.host)
-        assert status == 200 and "Location" not in head, head
-        cls.set_cookie = re.search(r"Set-Cookie: (.*)", head)[1].strip()
-        cls.cookie = "Cookie: " + cls.set_cookie.split(";")[0]
+        cls.bearer = cls.studio.bearer
 
     @classmethod
     def tearDownClass(cls):
@@ -159,14 +174,14 @@ class Server(unittest.TestCase):
         return connection, status
 
     def page(self):
-        connection, status = self.upgrade([self.cookie, f"Origin: http://{self.studio.host}"])
+        connection, status = self.upgrade([self.studio.origin])
         self.assertEqual(status, 101)
         return connection
 
     def carving(self):
         """A page that has said hello and been welcomed still is answered."""
         page = self.page()
-        page.frame(HELLO)
+        page.frame(self.studio.hello)
         self.assertEqual(page.message()[0], 64)
         kinds = set()
         end = time.time() + 20
@@ -174,12 +189,6 @@ class Server(unittest.TestCase):
             kinds.add(page.message()[0])
         self.assertLessEqual({65, 66, 67}, kinds)
         return page
-
-    def test_the_cookie(self):
-        for word in ("HttpOnly", "SameSite=Strict", "Path=/"):
-            self.assertIn(word, self.set_cookie)
-        self.assertNotIn(self.studio.token, self.set_cookie)
-        self.assertEqual(self.status("/", [self.cookie]), 200)
 
     def test_the_token_stands_in_no_command_line(self):
         for process in os.listdir("/proc"):
@@ -190,50 +199,93 @@ class Server(unittest.TestCase):
                 except (FileNotFoundError, ProcessLookupError):
                     pass
 
-    def test_who_has_no_token(self):
-        t = self.studio.token
-        for target in ("/", "/index.html", "/ws", "/?token=", "/?token=" + t[:-1], "/?token=" + t + "0", "/?token=" + "0" * len(t),
-                       "/?token=" + t.upper() + "x", f"/x?token={t}", f"/?x=1&token={t}"):
-            self.assertEqual(self.status(target), 403, target)
-        for cookie in ("kibori=1", self.cookie[8:-1], self.cookie[8:] + "0", "x" + self.cookie[8:]):
-            self.assertEqual(self.status("/", ["Cookie: " + cookie]), 403, cookie)
+    def test_who_has_no_key(self):
+        own, key, token = self.studio.origin, self.studio.key, self.studio.token
+        self.assertEqual(len(key), 64)
+        self.assertNotEqual(key, token)
+        # The page's program is everyone's: it says nothing of this studio, and gives nothing.
+        for target in ("/", "/index.html", "/?token=" + token, "/?token=x"):
+            connection = Connection(self.studio)
+            status, head = connection.ask(target, host=self.studio.host)
+            self.assertEqual(status, 200, target)
+            page = connection.body(head).decode()
+            self.assertNotIn("Set-Cookie", head)
+            for secret in (key, token, "walnut", self.folder.name):
+                self.assertNotIn(secret, page)
+        wrong = ["", key[:-1], key + "0", "0" * 64, key.upper() + "x", token]
+        headers = [[], *([f"Authorization: Bearer {w}"] for w in wrong), [f"Authorization: {key}"], [f"Authorization: Basic {key}"], [f"Cookie: kibori_{self.studio.port}={key}"]]
+        for target, method in (("/export?format=stl", "GET"), ("/thumbnail?step=1", "GET"), ("/import?page=x&import=y", "GET"), ("/import?page=x&name=x.stl", "POST"),
+                               ("/make?page=x&import=y", "POST"), ("/import?page=x&import=y", "DELETE"), ("/nothing", "GET")):
+            for some in headers:
+                self.assertEqual(self.status(target, [own, *some], method), 403, (target, method, some))
+        for given in wrong:
+            page = self.page()
+            page.frame(hello(given))
+            with self.assertRaises(ConnectionError) as closed:
+                page.message()
+            self.assertEqual(closed.exception.args, (1008,), given)  # the page says what to do
+        for some in wrong:  # in the query or as the key
+            self.assertEqual(self.status("/enter?token=" + some.replace(token, ""), [own, f"Authorization: Bearer {some}"], "POST"), 403)
+        self.assertEqual(self.status("/enter?token=" + token, [self.bearer], "POST"), 403, "no origin")
+        self.assertEqual(self.status("/enter?token=" + token, ["Origin: http://evil.example", self.bearer], "POST"), 403)
+        self.assertEqual(self.status("/enter?token=" + token, [own]), 403, "only POST")
+        self.carving()
+
+    def test_an_address_opens_the_studio_once(self):
+        with tempfile.TemporaryDirectory() as folder:
+            studio = Studio(folder, enter=False)
+            enter = lambda token, more=(): Connection(studio).ask(f"/enter?token={token}", [studio.origin, *more], "POST", studio.host)[0]
+            first = studio.token
+            self.assertEqual([enter(first[:-1] + "g"), enter("")], [403, 403])
+            studio.enter()
+            # Who has the key already may use the address again: it was this browser.
+            self.assertEqual(enter(first, [studio.bearer]), 200)
+            # Another one is refused, and the person finds the next address in the terminal. Once.
+            self.assertEqual([enter(first) for _ in range(3)], [403] * 3)
+            told = [studio.program.stdout.readline() for _ in range(3)]
+            second = re.search(r"token=([0-9a-f]{64})\n", told[2])[1]
+            self.assertIn("once", told[1])
+            self.assertNotEqual(second, first)
+            self.assertEqual([enter(first), enter(second), enter(first)], [403, 200, 403])
+            studio.program.send_signal(signal.SIGINT)
+            self.assertEqual(studio.program.communicate(timeout=60)[0], "")
+            self.assertEqual(studio.program.returncode, 0)
 
     def test_other_names_of_this_machine(self):
         for host in ("evil.example", "127.0.0.1", f"127.0.0.1:{self.studio.port + 1}", f"127.0.0.1:{self.studio.port}.evil.example",
                      f"evil.example:{self.studio.port}", f"127.0.0.1.evil.example:{self.studio.port}", f"{self.studio.host}@evil.example",
                      f"LOCALHOST.evil:{self.studio.port}", "", None, f"0.0.0.0:{self.studio.port}", f"[::1]:{self.studio.port}"):
-            self.assertIn(self.status("/", [self.cookie], host=host), (421, 400), host)
-            self.assertIn(self.status(f"/?token={self.studio.token}", host=host), (421, 400), host)
-        self.assertEqual(self.status("/", [self.cookie], host=f"localhost:{self.studio.port}"), 200)
-        self.assertEqual(self.status("/", [self.cookie, "Host: evil.example"]), 421)
+            self.assertIn(self.status("/", [self.bearer], host=host), (421, 400), host)
+            self.assertIn(self.status("/enter?token=x", [self.bearer], "POST", host=host), (421, 400), host)
+        self.assertEqual(self.status("/", [self.bearer], host=f"localhost:{self.studio.port}"), 200)
+        self.assertEqual(self.status("/", [self.bearer, "Host: evil.example"]), 421)
 
     def test_other_sites(self):
         own = f"http://{self.studio.host}"
         for origin in ("null", "http://evil.example", own + ".evil.example", "https://" + self.studio.host, own + "0", own + "/", "",
                        f"http://localhost:{self.studio.port}", "http://127.0.0.1"):
-            self.assertEqual(self.status("/", [self.cookie, f"Origin: {origin}"]), 403, origin)
-            self.assertEqual(self.upgrade([self.cookie, f"Origin: {origin}"])[1], 403, origin)
-        self.assertEqual(self.upgrade([self.cookie])[1], 403, "no origin")
-        self.assertEqual(self.upgrade([f"Origin: {own}"])[1], 403, "no cookie")
-        self.assertEqual(self.upgrade([self.cookie, f"Origin: {own}"], host="evil.example")[1], 421)
-        self.assertEqual(self.upgrade([self.cookie, f"Origin: {own}"])[1], 101)
+            self.assertEqual(self.status("/", [self.bearer, f"Origin: {origin}"]), 403, origin)
+            self.assertEqual(self.upgrade([f"Origin: {origin}"])[1], 403, origin)
+        self.assertEqual(self.upgrade([])[1], 403, "no origin")
+        self.assertEqual(self.upgrade([f"Origin: {own}"], host="evil.example")[1], 421)
+        self.assertEqual(self.upgrade([f"Origin: {own}"])[1], 101)
 
     def test_nothing_but_the_page(self):
         for target in ("/../etc/passwd", "/..%2f..%2fetc/passwd", "//etc/passwd", "/.", "/s.kibori", "/thumbnail/../s.kibori", "/export/", "/import/", "/index.html/", "/%2e%2e/", "/assets/",
                        "/index.html?x", "/ws/", "/assets/../index.html", "http://127.0.0.1/etc/passwd", "*"):
-            self.assertIn(self.status(target, [self.cookie]), (404, 400), target)
+            self.assertIn(self.status(target, [self.bearer]), (404, 400), target)
         for method in ("POST", "PUT", "DELETE", "HEAD", "OPTIONS"):
-            self.assertEqual(self.status("/", [self.cookie], method), 405, method)
-            self.assertIn(self.status("/export?format=stl", [self.cookie], method), (405,), method)
+            self.assertEqual(self.status("/", [self.bearer], method), 405, method)
+            self.assertIn(self.status("/export?format=stl", [self.bearer], method), (405,), method)
         for query in ("document=..%2Fs", "document=%2Fetc%2Fpasswd", "document=s.kibori", "document=%zz", "document=a%", "step=0", "step=-1",
                       "step=99999999999", "step=x", "step=nan", "step=1e999", ""):
-            self.assertEqual(self.status("/thumbnail?" + query, [self.cookie]), 204, query)
+            self.assertEqual(self.status("/thumbnail?" + query, [self.bearer]), 204, query)
         for query in ("format=exe", "format=../x", "format=%2e%2e%2fx", "format=", "", "format=stl&tolerance=-1", "format=stl&tolerance=nan"):
-            self.assertEqual(self.status("/export?" + query, [self.cookie]), 400, query)
-        self.assertEqual(self.status("/ws", [self.cookie]), 426)
+            self.assertEqual(self.status("/export?" + query, [self.bearer]), 400, query)
+        self.assertEqual(self.status("/ws", [self.bearer]), 426)
 
     def test_the_policy(self):
-        _, head = Connection(self.studio).ask("/", [self.cookie], host=self.studio.host)
+        _, head = Connection(self.studio).ask("/", [self.bearer], host=self.studio.host)
         for word in ("default-src 'none'", "frame-ancestors 'none'", "nosniff", "no-store", "same-origin", "no-referrer"):
             self.assertIn(word, head)
         self.assertNotIn("unsafe", head)
@@ -241,12 +293,12 @@ class Server(unittest.TestCase):
     def test_too_large(self):
         self.assertIn(Connection(self.studio).ask("/" + "a" * 20000, host=self.studio.host)[0], (0, 400, 431))
         self.assertIn(self.status("/", ["X: " + "y" * 20000]), (0, 400, 431))
-        self.assertIn(self.status("/", [self.cookie, "Content-Length: 100000"], "POST", body=b"x" * 1000), (0, 400, 405, 413))
+        self.assertIn(self.status("/", [self.bearer, "Content-Length: 100000"], "POST", body=b"x" * 1000), (0, 400, 405, 413))
         watcher = self.carving()
         for frames in ([(b"\x02" * (1 << 20) + b"x", 2, True)],
                        [(b"\x02" * 600000, 2, False), (b"\x02" * 600000, 0, True)]):
             page = self.page()
-            page.frame(HELLO)
+            page.frame(self.studio.hello)
             try:
                 for frame in frames:
                     page.frame(*frame)
@@ -261,7 +313,7 @@ class Server(unittest.TestCase):
         for message in (b"", b"\x00", b"\xff", b"\x02", b"\x02" + b"\0" * 55, b"\x02" + b"\0" * 57, b"\x02" + nan * 7, b"\x40" + b"\0" * 40,
                         b"\x04x"):
             page = self.page()
-            page.frame(HELLO)
+            page.frame(self.studio.hello)
             page.frame(message)
             self.assertTrue(page.closed(), message)
         page = self.page()
@@ -312,7 +364,7 @@ class Server(unittest.TestCase):
                     wrong = [struct.pack("<I", high + 1) + b"x" * (high + 1)]
                 for value in wrong:
                     page = self.page()
-                    page.frame(HELLO)
+                    page.frame(self.studio.hello)
                     try:
                         page.frame(bytes([message["kind"]]) + b"".join(value if k == i else plain[field[1]] for k, field in enumerate(fields)))
                         closed = page.closed()
@@ -328,15 +380,29 @@ class Server(unittest.TestCase):
         self.assertTrue(slow.closed(20))
         self.assertTrue(silent.closed(20))
         self.assertGreater(time.time() - begin, 5)
-        # More than there is room for: those are closed, and it goes on.
-        many = []
-        for _ in range(60):
-            try:
-                many.append(Connection(self.studio))
-            except OSError:
-                break
+        # Who only connects keeps nobody out: the first of too many strangers goes. Nor does who is silent as a page.
+        many = [Connection(self.studio) if i % 2 else self.page() for i in range(100)]
+        self.carving()
+        self.assertTrue(all(connection.closed(5) for connection in many[:80]))
         for connection in many:
             connection.socket.close()
+
+    def test_more_windows_than_there_is_room_for(self):
+        pages = []
+        for _ in range(40):
+            pages.append(self.page())
+            pages[-1].frame(self.studio.hello)
+        ends = []
+        for page in pages:
+            try:
+                page.message()
+                ends.append(None)
+            except ConnectionError as end:
+                ends.append(end.args[0] if end.args else None)
+        self.assertEqual(set(ends), {None, 1013})
+        self.assertIn(ends.count(None), range(20, 33))
+        for page in pages:
+            page.socket.close()
         time.sleep(0.5)
         self.carving()
 
@@ -344,7 +410,7 @@ class Server(unittest.TestCase):
         stalled = []
         for _ in range(10):
             page = self.page()
-            page.frame(HELLO)
+            page.frame(self.studio.hello)
             stalled.append(page)
         page = self.carving()
         # Two seconds of the servo, tick after tick.
@@ -392,18 +458,16 @@ class Beginning(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
         self.studio = Studio(self.folder.name, "--begin")
-        _, head = Connection(self.studio).ask(f"/?token={self.studio.token}", host=self.studio.host)
-        self.cookie = "Cookie: " + re.search(r"Set-Cookie: ([^;]*)", head)[1]
-        self.origin = f"Origin: http://{self.studio.host}"
+        self.bearer, self.origin = self.studio.bearer, self.studio.origin
         self.page = self.window()
         self.key = key_of(self.until(69))
 
     def window(self):
         page = Connection(self.studio)
         status, _ = page.ask("/ws", ["Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13", "Sec-WebSocket-Key: "
-                                     + base64.b64encode(os.urandom(16)).decode(), self.cookie, self.origin], host=self.studio.host)
+                                     + base64.b64encode(os.urandom(16)).decode(), self.origin], host=self.studio.host)
         self.assertEqual(status, 101)
-        page.frame(HELLO)
+        page.frame(self.studio.hello)
         return page
 
     def tearDown(self):
@@ -422,7 +486,7 @@ class Beginning(unittest.TestCase):
 
     def post(self, target, body=b"", length=None, method="POST"):
         connection = Connection(self.studio)
-        status, head = connection.ask(target, [self.cookie, self.origin, f"Content-Length: {length or len(body)}"], method, self.studio.host, body)
+        status, head = connection.ask(target, [self.bearer, self.origin, f"Content-Length: {length or len(body)}"], method, self.studio.host, body)
         size = int(re.search(r"Content-Length: (\d+)", head)[1]) if "Content-Length" in head else 0
         return status, connection.take(size)
 
@@ -444,7 +508,7 @@ class Beginning(unittest.TestCase):
 
     def get(self, target):
         connection = Connection(self.studio)
-        status, head = connection.ask(target, [self.cookie], host=self.studio.host)
+        status, head = connection.ask(target, [self.bearer], host=self.studio.host)
         length = int(re.search(r"Content-Length: (\d+)", head)[1]) if "Content-Length" in head else 0
         return status, connection.take(length)
 
@@ -548,9 +612,9 @@ class Beginning(unittest.TestCase):
         for wrong in ("", "0" * 64, "../" + first, first[:-1]):
             self.assertEqual(self.make(wrong)[0], 404)
         self.assertEqual(self.get(f"/import?page={self.key}&import={first}")[0], 200)
-        # Without a cookie or an origin.
+        # Without the key or an origin.
         for target, method in ((f"/make?page={self.key}&import={first}", "POST"), (f"/import?page={self.key}&import={first}", "DELETE")):
-            for headers in ([self.origin], [self.cookie], [self.cookie, "Origin: http://evil.example"], [self.cookie, self.origin, "Sec-Fetch-Site: same-site"]):
+            for headers in ([self.origin], [self.bearer], [self.bearer, "Origin: http://evil.example"], [self.bearer, self.origin, "Sec-Fetch-Site: same-site"]):
                 self.assertEqual(Connection(self.studio).ask(target, headers, method, self.studio.host)[0], 403, headers)
         # Each page has its own, and the next file replaces its last.
         second = json.loads(self.look("t.stl", stl, key=other_key)[1])["import"]
@@ -595,15 +659,15 @@ class Beginning(unittest.TestCase):
         self.assertEqual(self.bring("x.kibori", b"SQLite format 3\0"), 202)
         self.until(68)
         self.assertEqual(self.documents(), [])
-        # Without a cookie, without an origin, from elsewhere.
-        for headers in ([self.origin], [self.cookie], [self.cookie, "Origin: http://evil.example"], [self.cookie, "Origin: null"]):
+        # Without the key, without an origin, from elsewhere.
+        for headers in ([self.origin], [self.bearer], [self.bearer, "Origin: http://evil.example"], [self.bearer, "Origin: null"]):
             status = Connection(self.studio).ask(f"/import?page={self.key}&name=x.stl", [*headers, "Content-Length: 5"], "POST",
                                                  self.studio.host, b"solid")[0]
             self.assertEqual(status, 403, headers)
         # More than is allowed is refused before it is sent, and half a file is none.
         self.assertEqual(self.look("x.stl", b"", length=99999999999)[0], 413)
         half = Connection(self.studio)
-        half.socket.sendall((f"POST /import?page={self.key}&name=x.stl HTTP/1.1\r\nHost: {self.studio.host}\r\n{self.cookie}\r\n"
+        half.socket.sendall((f"POST /import?page={self.key}&name=x.stl HTTP/1.1\r\nHost: {self.studio.host}\r\n{self.bearer}\r\n"
                              f"{self.origin}\r\nContent-Length: 1000\r\n\r\n").encode() + b"solid")
         half.socket.close()
         self.begin()
@@ -640,9 +704,9 @@ class Beginning(unittest.TestCase):
     def test_other_servers_of_this_machine(self):
         for where in ("cross-site", "same-site"):
             for target in ("/export?format=stl", "/thumbnail?step=1", "/index.html"):
-                status = Connection(self.studio).ask(target, [self.cookie, "Sec-Fetch-Site: " + where], host=self.studio.host)[0]
+                status = Connection(self.studio).ask(target, [self.bearer, "Sec-Fetch-Site: " + where], host=self.studio.host)[0]
                 self.assertEqual(status, 403)
-        self.assertEqual(Connection(self.studio).ask("/", [self.cookie, "Sec-Fetch-Site: cross-site"], host=self.studio.host)[0], 200)
+        self.assertEqual(Connection(self.studio).ask("/", [self.bearer, "Sec-Fetch-Site: cross-site"], host=self.studio.host)[0], 200)
 
     def test_sentences_name_the_file_as_it_was_called(self):
         status, told = self.look("my%20ball.stl", b"nothing")
@@ -866,9 +930,7 @@ class NoTemporaryFolder(unittest.TestCase):
             os.chdir(folder)
             try:
                 studio = Studio(folder, temporary="/nonexistent")
-                _, head = Connection(studio).ask(f"/?token={studio.token}", host=studio.host)
-                cookie = "Cookie: " + re.search(r"Set-Cookie: ([^;]*)", head)[1]
-                status = Connection(studio).ask("/export?format=stl", [cookie], host=studio.host)[0]
+                status = Connection(studio).ask("/export?format=stl", [studio.bearer], host=studio.host)[0]
                 self.assertEqual(status, 507)
                 self.assertEqual([name for name in os.listdir(folder) if "model" in name], [])
                 self.assertEqual(studio.close(), 0)

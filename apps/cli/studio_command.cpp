@@ -101,6 +101,10 @@ int StudioCommand::run() const {
   auto server = studio::Server::listen(library.value(), port_, how);
   if (!server) return bad_input(server.error());
   const std::string url = server.value()->url();
+  server.value()->on_new_address([](const std::string& another) {
+    std::printf("An address opens the studio once. For another browser there is\n  %s\n", another.c_str());
+    std::fflush(stdout);
+  });
   std::printf("%s at\n  %s\nCtrl-C ends it; all is saved as you carve.\n",
               session ? (session->document_name() + " is open").c_str() : "The studio is open", url.c_str());
   if (const int status = written(); status != 0) return status;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "apps/studio/imports.h"
 
+#include <algorithm>
+
 namespace kibori::studio {
 namespace {
 
@@ -8,6 +10,14 @@ constexpr size_t kMaxFiles = 8;  // more windows than anyone chooses files in at
 constexpr auto kKept = std::chrono::hours(1);
 
 }  // namespace
+
+std::shared_ptr<void> Imports::room(uint64_t bytes) {
+  uint64_t taken = coming_;
+  for (const auto& [page, waiting] : files_) taken += waiting.bytes;
+  if (bytes > most_bytes_ - std::min(taken, most_bytes_)) return nullptr;
+  coming_ += bytes;
+  return {this, [bytes](void* imports) { static_cast<Imports*>(imports)->coming_ -= bytes; }};
+}
 
 Status Imports::add(const Page* page, Import import) {
   drop(page);

@@ -34,6 +34,8 @@ class Imports {
   // All files together may have `most_bytes`.
   explicit Imports(uint64_t most_bytes) : most_bytes_(most_bytes) {}
 
+  // For a file that comes, kept for it until what is returned goes. null: there is not so much left.
+  std::shared_ptr<void> room(uint64_t bytes);
   // In place of the page's last one. Errors: too many files wait, or too many bytes.
   Status add(const Page* page, Import import);
   // null: the page has no file of this id.
@@ -46,6 +48,7 @@ class Imports {
  private:
   const uint64_t most_bytes_;
   std::map<const Page*, Import> files_;
+  uint64_t coming_ = 0;  // bytes of files that are not all here
 };
 
 }  // namespace kibori::studio

@@ -19,17 +19,20 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 
+constexpr size_t kHelloBytes = 1024;     // the first message is no longer
 constexpr size_t kFrameBytes = 400000;   // a frame of chunks is about this large
 constexpr size_t kMostLabelBytes = 200;  // of a step that a document may name as it likes
 
 }  // namespace
 
-Page::Page(beast::tcp_stream stream, Server::State& server, std::shared_ptr<Counted> counted)
+Page::Page(beast::tcp_stream stream, Server::State& server, std::shared_ptr<Guest> guest)
     : socket_(std::move(stream)),
       server_(server),
       key_(random_hex()),
-      counted_(std::move(counted)),
-      first_(server.io) {}
+      guest_(std::move(guest)),
+      first_(server.io) {
+  guest_->leave_by([this] { drop(); });
+}
 
 Page::~Page() {
   server_.pages.erase(this);
@@ -42,7 +45,7 @@ void Page::accept(const Request& request) {
   timeout.idle_timeout = std::chrono::seconds(30);
   timeout.keep_alive_pings = true;
   socket_.set_option(timeout);
-  socket_.read_message_max(server_.limits.message_bytes);
+  socket_.read_message_max(kHelloBytes);
   socket_.binary(true);
   socket_.async_accept(request, [self = shared_from_this()](beast::error_code failed) {
     if (failed) return;
@@ -151,6 +154,8 @@ void Page::read() {
     if (!self->greeted_) {
       const auto* const hello = std::get_if<Hello>(&*message);
       if (!hello) return self->drop();
+      if (!self->server_.door.is_key(hello->key)) return self->refuse(websocket::close_code::policy_error);
+      if (!self->guest_->welcome()) return self->refuse(websocket::close_code::try_again_later);
       if (hello->version != kProtocolVersion) {
         self->notice("this page is of another version of Kibori; reload it");
       } else {
@@ -166,6 +171,7 @@ void Page::read() {
 void Page::greet() {
   greeted_ = true;
   first_.cancel();
+  socket_.read_message_max(server_.limits.message_bytes);
   server_.pages.insert(this);
   server_.trouble_told.clear();
   if (!server_.holder) server_.hold(this);
@@ -181,6 +187,11 @@ void Page::write() {
                         self->queue_.pop_front();
                         if (!self->queue_.empty() && !self->closed_) self->write();
                       });
+}
+
+void Page::refuse(websocket::close_code why) {
+  leave();
+  socket_.async_close(why, [self = shared_from_this()](beast::error_code) {});
 }
 
 void Page::drop() {

@@ -21,7 +21,7 @@ class Page : public std::enable_shared_from_this<Page> {
  public:
   using Request = boost::beast::http::request<boost::beast::http::empty_body>;
 
-  Page(boost::beast::tcp_stream stream, Server::State& server, std::shared_ptr<Counted> counted);
+  Page(boost::beast::tcp_stream stream, Server::State& server, std::shared_ptr<Guest> guest);
   ~Page();
 
   void accept(const Request& request);
@@ -48,6 +48,8 @@ class Page : public std::enable_shared_from_this<Page> {
   };
   void read();
   void greet();
+  // It has no key, or is of another version.
+  void refuse(boost::beast::websocket::close_code why);
   void write();
   void drop();
   void leave();
@@ -55,7 +57,7 @@ class Page : public std::enable_shared_from_this<Page> {
   boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
   Server::State& server_;
   const std::string key_;
-  std::shared_ptr<Counted> counted_;
+  std::shared_ptr<Guest> guest_;
   boost::asio::steady_timer first_;
   boost::beast::flat_buffer buffer_;
   std::deque<std::vector<uint8_t>> queue_;

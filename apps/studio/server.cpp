@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <random>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -44,25 +43,13 @@ bool is_png(const std::vector<uint8_t>& bytes) {
 
 }  // namespace
 
-std::string random_hex() {
-  std::random_device random;
-  std::string text;
-  for (int i = 0; i < 8; i++) {
-    char digits[9];
-    std::snprintf(digits, sizeof digits, "%08x", static_cast<unsigned>(random()));
-    text += digits;
-  }
-  return text;
-}
-
 // Whoever waits for the studio or a job hears of neither any more.
 Server::State::~State() { studio.reset(); }
 
 void Server::State::accept() {
   acceptor.async_accept([this](beast::error_code failed, tcp::socket socket) {
     if (failed == asio::error::operation_aborted) return;
-    // One too many is closed at once.
-    if (!failed && connections < limits.connections) {
+    if (!failed) {
       beast::error_code ignored;
       socket.set_option(tcp::no_delay(true), ignored);
       std::make_shared<Visit>(std::move(socket), *this)->read();
@@ -447,8 +434,6 @@ void Server::State::follow() {
 Result<std::unique_ptr<Server>> Server::listen(Library library, uint16_t port, const Studio::Options& how,
                                                const Limits& limits) {
   auto state = std::make_unique<State>(std::move(library), how, limits);
-  state->token = random_hex();
-  state->secret = random_hex();
   beast::error_code failed;
   const tcp::endpoint here(asio::ip::make_address_v4("127.0.0.1"), port);
   state->acceptor.open(here.protocol(), failed);
@@ -461,7 +446,6 @@ Result<std::unique_ptr<Server>> Server::listen(Library library, uint16_t port, c
   const std::string number = std::to_string(state->acceptor.local_endpoint().port());
   state->host = "127.0.0.1:" + number;
   state->local_host = "localhost:" + number;
-  state->cookie_name = "kibori_" + number;
   state->accept();
   return std::unique_ptr<Server>(new Server(std::move(state)));
 }
@@ -469,7 +453,10 @@ Result<std::unique_ptr<Server>> Server::listen(Library library, uint16_t port, c
 Server::Server(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Server::~Server() = default;
 uint16_t Server::port() const { return state_->acceptor.local_endpoint().port(); }
-std::string Server::url() const { return "http://" + state_->host + "/?token=" + state_->token; }
+std::string Server::url() const { return "http://" + state_->host + "/?token=" + state_->door.token(); }
+void Server::on_new_address(std::function<void(const std::string&)> tell) {
+  state_->door.on_new_token = [this, tell = std::move(tell)](const std::string&) { tell(url()); };
+}
 void Server::show(std::unique_ptr<Studio> studio) { state_->show(std::move(studio)); }
 
 void Server::run(const std::function<bool()>& stop) {

@@ -2,11 +2,13 @@
 // The studio on the loopback interface: the page over HTTP, and one WebSocket for each page that is open. One
 // document at a time is carved, or none, and then the page asks what to begin with.
 //
-// Who may come in: the URL with the token, once, is exchanged for a cookie that scripts can't read; Host and
-// Origin must be this server's own. Nothing else is answered. Everything happens on the thread that calls
-// run(): every few ms the studio is followed, and what changed is offered to the pages. A page gets the next
-// chunks when it has drawn the last, and then the newest: so one that is slow or stands still holds up
-// nobody.
+// Who may come in: the token of the address that is printed is exchanged, once, for a key. The page keeps it
+// by its origin, port included, and shows it in its first message and with every request; there is no cookie,
+// which a browser would send to every other port as well. Host and Origin must be this server's own. Without
+// the key there is the page's program, the same for everyone, and nothing else. Everything happens on the
+// thread that calls run(): every few ms the studio is followed, and what changed is offered to the pages. A
+// page gets the next chunks when it has drawn the last, and then the newest: so one that is slow or stands
+// still holds up nobody.
 #pragma once
 
 #include <cstdint>
@@ -24,8 +26,9 @@ struct Limits {
   size_t message_bytes = size_t{1} << 20;     // of a page's messages
   uint64_t import_bytes = uint64_t{1} << 30;  // of a file that is brought
   size_t waiting_bytes = size_t{8} << 20;     // to a page that does not read; then it is let go of
-  int connections = 32;
-  double header_s = 10;  // for a request's head, and a page's first message
+  size_t connections = 32;                    // that have shown the key
+  size_t strangers = 16;                      // that have not; then the first of them goes
+  double header_s = 10;                       // for a request's head, and a page's first message
 };
 
 class Server {
@@ -37,8 +40,10 @@ class Server {
   ~Server();
 
   uint16_t port() const;
-  // With the token, to be opened in a browser by whoever may.
+  // With the token, to be opened in a browser by whoever may; once.
   std::string url() const;
+  // Told the next address when one that was used is opened by another browser, which the person may want.
+  void on_new_address(std::function<void(const std::string& url)> tell);
   // The document that is carved.
   void show(std::unique_ptr<Studio> studio);
   // Until stop() says so, which is asked every few ms.

@@ -15,6 +15,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include "apps/studio/door.h"
 #include "apps/studio/imports.h"
 #include "apps/studio/job.h"
 #include "apps/studio/messages.h"
@@ -24,17 +25,6 @@ namespace kibori::studio {
 
 class Page;
 
-// 256 random bits.
-std::string random_hex();
-
-// Counts a connection while it is there.
-struct Counted {
-  explicit Counted(int& c) : count(c) { count++; }
-  ~Counted() { count--; }
-  Counted(const Counted&) = delete;
-  int& count;
-};
-
 struct Server::State {
   using Clock = std::chrono::steady_clock;
 
@@ -42,6 +32,7 @@ struct Server::State {
       : library(std::move(l)),
         how(std::move(h)),
         limits(m),
+        door(m.connections, m.strangers),
         imports(m.import_bytes),
         acceptor(io),
         timer(io),
@@ -88,11 +79,9 @@ struct Server::State {
   const Library library;
   const Studio::Options how;  // documents are opened
   const Limits limits;
-  std::string token, secret;
   std::string host, local_host;  // as a browser names this server
-  std::string cookie_name;
+  Door door;
   Imports imports;
-  int connections = 0;
   std::set<Page*> pages;  // that said hello
   Page* holder = nullptr;
   // Where what was left lies, if not where it belongs. Written by the job that saves.

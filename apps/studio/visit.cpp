@@ -30,28 +30,13 @@ using Clock = Server::State::Clock;
 constexpr auto kLinger = std::chrono::seconds(2);
 constexpr auto kTransfer = std::chrono::minutes(10);  // of a file
 
-// Takes as long whatever is alike.
-bool same(std::string_view a, std::string_view b) {
-  if (a.size() != b.size()) return false;
-  unsigned differ = 0;
-  for (size_t i = 0; i < a.size(); i++)
-    differ |= static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]);
-  return differ == 0;
-}
-
 std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
 
-// The value of a cookie; empty where there is none.
-std::string_view cookie(std::string_view all, std::string_view name) {
-  while (!all.empty()) {
-    const size_t end = std::min(all.find(';'), all.size());
-    std::string_view one = all.substr(0, end);
-    while (!one.empty() && one.front() == ' ') one.remove_prefix(1);
-    if (one.size() > name.size() && one.substr(0, name.size()) == name && one[name.size()] == '=')
-      return one.substr(name.size() + 1);
-    all.remove_prefix(std::min(end + 1, all.size()));
-  }
-  return {};
+// What follows "Bearer " (RFC 6750); empty where it is otherwise.
+std::string_view bearer(std::string_view authorization) {
+  constexpr std::string_view kScheme = "Bearer ";
+  return authorization.substr(0, kScheme.size()) == kScheme ? authorization.substr(kScheme.size())
+                                                            : std::string_view();
 }
 
 const char* mime(std::string_view path) {
@@ -133,11 +118,13 @@ bool is_in(const List& list, const std::string& what) {
 }  // namespace
 
 Visit::Visit(asio::ip::tcp::socket socket, Server::State& server)
-    : stream_(std::move(socket)), server_(server), counted_(std::make_shared<Counted>(server.connections)) {}
+    : stream_(std::move(socket)),
+      server_(server),
+      guest_(std::make_shared<Guest>(server.door, [this] { stream_.close(); })) {}
 
 void Visit::read() {
   parser_.emplace();
-  parser_->header_limit(32768);  // cookies of every port of this machine come along
+  parser_->header_limit(32768);  // cookies of other ports of this machine come along
   parser_->body_limit(server_.limits.import_bytes);
   stream_.expires_after(
       std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(server_.limits.header_s)));
@@ -167,56 +154,48 @@ void Visit::answer() {
   const bool import = path_of(target) == "/import" && method == http::verb::post;
   const bool change = import || (path_of(target) == "/import" && method == http::verb::delete_) ||
                       (path_of(target) == "/make" && method == http::verb::post);
-  if (method != http::verb::get && !change)
-    return say(Status::method_not_allowed, "only GET, but for /import and /make\n");
+  const bool enter = path_of(target) == "/enter" && method == http::verb::post;
+  if (method != http::verb::get && !change && !enter)
+    return say(Status::method_not_allowed, "only GET, but for /enter, /import and /make\n");
   if (body && !import) return say(Status::bad_request, "nothing is to be brought here\n");
-  constexpr std::string_view kToken = "/?token=";
-  if (target.substr(0, kToken.size()) == kToken) {
-    if (!same(target.substr(kToken.size()), server_.token))
-      return say(Status::forbidden,
-                 "the token is another one; use the address that 'kibori studio' printed\n");
-    return let_in();
-  }
-  if (!same(cookie(view(request[http::field::cookie]), server_.cookie_name), server_.secret))
-    return say(Status::forbidden, "open the address that 'kibori studio' printed, with its token\n");
   // Another server on this machine counts as the same site, and is no more welcome.
   const std::string_view from = view(request["Sec-Fetch-Site"]);
   if (path_of(target) != "/" && !from.empty() && from != "same-origin" && from != "none")
     return say(Status::forbidden, "asked for by another site\n");
+  if (enter) return own ? let_in() : say(Status::forbidden, "asked for by another site\n");
   if (target == "/ws") {
     if (!websocket::is_upgrade(request)) return say(Status::upgrade_required, "a WebSocket\n");
     if (!own) return say(Status::forbidden, "asked for by another site\n");
     stream_.expires_never();
-    std::make_shared<Page>(std::move(stream_), server_, std::move(counted_))->accept(request);
+    std::make_shared<Page>(std::move(stream_), server_, std::move(guest_))->accept(request);
     return;
   }
+  if (method == http::verb::get) {
+    const std::string_view path = path_of(target) == "/" ? std::string_view("/index.html") : target;
+    for (const BundledFile& file : bundle())
+      if (path == file.path)
+        return say_bundled({reinterpret_cast<const char*>(file.data), file.size}, mime(path));
+  }
+  if (!server_.door.is_key(bearer(view(request[http::field::authorization]))))
+    return say(Status::forbidden, "open the address that 'kibori studio' printed, with its token\n");
+  if (!guest_->welcome())
+    return say(Status::service_unavailable, "too many windows are open at once; close some\n");
   if (change && !own) return say(Status::forbidden, "asked for by another site\n");
   if (import) return take_import();
   if (change) return method == http::verb::delete_ ? drop_import() : make_import();
   if (path_of(target) == "/import") return send_preview();
   if (path_of(target) == "/export") return send_export();
   if (path_of(target) == "/thumbnail") return send_thumbnail();
-  const std::string_view path = target == "/" ? std::string_view("/index.html") : target;
-  for (const BundledFile& file : bundle())
-    if (path == file.path)
-      return say_bundled({reinterpret_cast<const char*>(file.data), file.size}, mime(path));
   say(Status::not_found, "there is no such file\n");
 }
 
 void Visit::let_in() {
-  // Not by a redirect: where another site's link, or a file, led here, a strict cookie does not follow it.
-  // From a page of ours it does.
-  body_ =
-      "<!doctype html><meta charset=\"utf-8\"><meta http-equiv=\"refresh\" content=\"0;url=/\">"
-      "<link rel=\"icon\" href=\"data:,\"><title>Kibori</title>";
-  response_ = {};
-  response_.result(Status::ok);
-  response_.set(http::field::content_type, "text/html; charset=utf-8");
-  response_.set(http::field::set_cookie,
-                server_.cookie_name + "=" + server_.secret + "; HttpOnly; SameSite=Strict; Path=/");
-  response_.body() = {body_.data(), body_.size()};
-  keep_alive_ = false;
-  write(response_);
+  const std::string key =
+      server_.door.enter(query(target_, "token"), bearer(view(parser_->get()[http::field::authorization])));
+  if (key.empty())
+    return say(Status::forbidden,
+               "that address does not open the studio any more; use the last one that it printed\n");
+  say(Status::ok, key);
 }
 
 void Visit::take_import() {
@@ -226,10 +205,15 @@ void Visit::take_import() {
   if (!page) return say(Status::forbidden, "this page has lost its connection; reload it\n");
   name_ = query(target_, "name");
   const std::string ending = ending_of(name_);
+  if (parser_->chunked()) return say(Status::length_required, "say how many bytes come: Content-Length\n");
   if (!is_in(kImports, ending))
     return say(Status::unsupported_media_type,
                "that can't be carved; bring STL, PLY, OBJ, 3MF, GLB, OFF, a picture (PNG) or a .kibori\n");
   server_.imports.drop(page);
+  room_ = server_.imports.room(parser_->content_length().value_or(0));
+  if (!room_)
+    return say(Status::insufficient_storage,
+               "other windows have files that wait to be imported; import or cancel those first\n");
   const auto folder = TemporaryFolder::make();
   if (!folder) return say(Status::insufficient_storage, folder.error() + "\n");
   folder_ = folder.value();
@@ -267,6 +251,7 @@ void Visit::open_brought() {
                    });
   if (!opened) return say(Status::conflict, opened.error() + "\n");
   folder_.reset();
+  room_.reset();
   keep_alive_ = false;
   say(Status::accepted, "");
 }
@@ -294,6 +279,7 @@ void Visit::look_at_import() {
         return [self, import, read, json](bool wanted) mutable {
           self->stream_.expires_after(kTransfer);
           self->folder_.reset();
+          self->room_.reset();
           if (!wanted) return self->say(Status::gone, "");
           if (!read) return self->say(Status::unprocessable_entity, read.error() + "\n");
           const Page* const page = self->server_.page_of(query(self->target_, "page"));

@@ -25,6 +25,7 @@ class Visit : public std::enable_shared_from_this<Visit> {
  private:
   using Status = boost::beast::http::status;
   void answer();
+  // The key, for who has the token.
   void let_in();
   // A file to carve, into the temporary folder. A document is opened at once; of anything else the answer
   // says what it seems to be (JSON of import_report.h, and its id), and it waits there.
@@ -50,7 +51,8 @@ class Visit : public std::enable_shared_from_this<Visit> {
 
   boost::beast::tcp_stream stream_;
   Server::State& server_;
-  std::shared_ptr<Counted> counted_;
+  std::shared_ptr<Guest> guest_;
+  std::shared_ptr<void> room_;  // for what is brought
   boost::beast::flat_buffer buffer_{16384};
   std::optional<boost::beast::http::request_parser<boost::beast::http::empty_body>> parser_;
   std::optional<boost::beast::http::request_parser<boost::beast::http::file_body>> import_;

@@ -31,6 +31,7 @@ export const check = (what, holds) => {
 const studios = [];
 export class Studio {
   said = "";
+  printed = "";
   static async start(...words) {
     const studio = new Studio();
     studios.push(studio);
@@ -39,6 +40,7 @@ export class Studio {
     studio.url = await new Promise((found, failed) => {
       studio.process.stderr.on("data", (text) => (studio.said += text));
       studio.process.stdout.on("data", (text) => {
+        studio.printed += text;
         const address = /http:\S+/.exec(String(text));
         if (address) found(address[0]);
       });

@@ -4,6 +4,7 @@
 import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
 import { readFileSync, rmSync, writeFileSync } from "node:fs";
+import { createServer } from "node:http";
 import { dirname, join } from "node:path";
 import { browser, check, complaints, enter, folder, kibori, launch, open, protocol, run, show, shown as allShown, started, state, Studio, until } from "./harness.mjs";
 
@@ -199,12 +200,53 @@ async function penAndFinger() {
   await studio.end("SIGKILL");
   await page.locator("#lost", { hasText: "Start 'kibori studio' again" }).waitFor();
   const again = await Studio.start(join(folder, "hands.kibori"), "--port", port);
-  // The cookie went with the process that gave it.
+  // The key went with the process that gave it.
   await enter(page, again.url);
   const back = await shown(page);
   check("nothing is lost", back.hash === felt.hash && back.step === felt.step);
   await page.context().close();
   check("the studio ends well", (await again.end()) === 0);
+}
+
+// The address opens the studio in one browser, at any time there; another one is told where the next stands. What the
+// browser keeps goes to no other port.
+async function whoHasTheKey() {
+  const studio = await Studio.start(join(folder, "key.kibori"));
+  const page = await open({ width: 800, height: 500 });
+  await enter(page, studio.url);
+  await shown(page);
+  await page.reload();
+  await shown(page);
+  await enter(page, studio.url); // from its history
+  await shown(page);
+  const key = await page.evaluate(() => localStorage.getItem("kibori-key"));
+  check("the key is kept", /^[0-9a-f]{64}$/.test(key));
+  const heard = [];
+  const other = createServer((request, answer) => {
+    heard.push(JSON.stringify(request.headers) + request.url);
+    answer.end("<!doctype html>");
+  }).listen(0, "127.0.0.1");
+  await new Promise((done) => other.on("listening", done));
+  const there = await page.context().newPage();
+  await there.goto(`http://127.0.0.1:${other.address().port}/`);
+  check("another port hears and reads nothing of it", heard.length > 0 && !heard.join().includes(key) && !heard.join().toLowerCase().includes('"cookie"') && (await there.evaluate(() => localStorage.length)) === 0);
+  other.close();
+
+  const stranger = await open({ width: 800, height: 500 });
+  const lost = stranger.locator("#lost");
+  await stranger.goto(new URL(studio.url).origin);
+  await lost.filter({ hasText: "This window does not have the key" }).waitFor();
+  await stranger.goto(studio.url);
+  await lost.filter({ hasText: "open the newest one in the terminal" }).waitFor();
+  await show(stranger, "stranger");
+  check("and sees nothing", (await state(stranger)).shown === undefined && !(await stranger.url()).includes("token"));
+  const next = /once.*\n\s*(http:\S+)/.exec(studio.printed)[1];
+  await enter(stranger, next);
+  await shown(stranger);
+  check("and then is in", !(await lost.isVisible()));
+  await stranger.context().close();
+  await page.context().close();
+  check("the studio ends well", (await studio.end()) === 0);
 }
 
 // A page whose computer is slow, that stands still for seconds, whose line breaks and that is loaded anew shows in the end
@@ -551,4 +593,4 @@ async function noWebGl() {
   check("the studio ends well", (await studio.end()) === 0);
 }
 
-await run([firstCutAndBack, penAndFinger, whatIsShownIsTheModel, mirrorsDevicesAndExperiments, files, fullDisk, noWebGl]);
+await run([firstCutAndBack, penAndFinger, whatIsShownIsTheModel, mirrorsDevicesAndExperiments, whoHasTheKey, files, fullDisk, noWebGl]);

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // The line to the studio: comes back by itself when it breaks, for a minute, and then when it is asked to.
+import { entered, key, whyRefused } from "./access";
 import { read, write, PROTOCOL_VERSION, type FromStudio } from "./messages";
 
 const FIRST_WAIT_MS = 250, LONGEST_WAIT_MS = 8000;
-const ANSWER_MS = 4000; // a studio that is there answers sooner
 const TRIES_MS = 60000; // after so long without an answer, only the person tries again
 const GONE = "The studio does not answer: it has ended, or this computer slept. Start 'kibori studio' again in a terminal and open the address that it prints.";
-const ANEW = "The studio was started anew: open the address it printed in the terminal.";
+const FULL = "Too many windows of the studio are open: close some, and try again.";
+const REFUSED = 1008, TOO_MANY = 1013; // as the studio closes the line
 
 export class Connection {
   private socket: WebSocket | null = null;
@@ -19,7 +20,7 @@ export class Connection {
     private hear: (message: FromStudio) => void,
     private lost: (why: { text: string; trying: boolean } | null) => void,
   ) {
-    this.open();
+    void entered.then(() => this.open());
   }
 
   send(message: Uint8Array): void {
@@ -48,24 +49,24 @@ export class Connection {
     }
     const socket = new WebSocket(`ws://${location.host}/ws`);
     socket.binaryType = "arraybuffer";
-    socket.onopen = () => {
-      this.lostAt = 0;
-      this.wait = FIRST_WAIT_MS;
-      this.lost(null);
-      socket.send(write.Hello({ version: PROTOCOL_VERSION }));
+    socket.onopen = () => socket.send(write.Hello({ version: PROTOCOL_VERSION, key: key() }));
+    socket.onmessage = (event) => {
+      if (this.lostAt > 0) {
+        this.lostAt = 0;
+        this.wait = FIRST_WAIT_MS;
+        this.lost(null);
+      }
+      this.hear(read(event.data as ArrayBuffer));
     };
-    socket.onmessage = (event) => this.hear(read(event.data as ArrayBuffer));
-    socket.onclose = () => void this.closed(socket);
+    socket.onclose = (event) => this.closed(event.code);
     this.socket = socket;
   }
 
-  private async closed(socket: WebSocket): Promise<void> {
+  private closed(code: number): void {
     const now = performance.now();
     this.lostAt ||= now;
-    // A WebSocket does not say why it was refused; the page itself is refused for the same reason.
-    const answer = await fetch("/", { cache: "no-store", signal: AbortSignal.timeout(ANSWER_MS) }).catch(() => null);
-    if (socket !== this.socket) return; // it was tried anew meanwhile
-    if (answer && [401, 403].includes(answer.status)) return this.lost({ text: ANEW, trying: false });
+    if (code === REFUSED) return this.lost({ text: whyRefused(), trying: false });
+    if (code === TOO_MANY) return this.lost({ text: FULL, trying: false });
     if (now - this.lostAt > TRIES_MS) return this.lost({ text: GONE, trying: false });
     this.lost({ text: GONE, trying: true });
     this.timer = window.setTimeout(() => this.open(), this.wait);

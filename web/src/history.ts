@@ -2,6 +2,7 @@
 // The history as a strip: the way from the stock to where the document stands, and on to where it was last. Strokes of
 // one tool stand together in a group, which opens; lines above show where branches leave. Only what is in view is in
 // the page, and only its pictures are asked for.
+import { request } from "./access";
 import { MOVED, StepTree, type Branch, type Group, type Step } from "./steps";
 
 /** A cell of the strip: a step, or a group (of several steps). */
@@ -420,7 +421,7 @@ export class History {
     if (this.asked.has(step)) return;
     this.asked.add(step);
     const { document } = this;
-    fetch(`/thumbnail?step=${step}`)
+    request(`/thumbnail?step=${step}`)
       .then(async (answer) => {
         const picture = answer.status === 200 ? await answer.blob() : null;
         const foreign = picture !== null && (await hasGround(picture));

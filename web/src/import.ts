@@ -2,6 +2,7 @@
 // A file becomes a stock: the studio says what it seems to be, a dialog shows it as it will stand, and what is chosen
 // there is made. The file waits at the studio meanwhile; Cancel drops it.
 import * as THREE from "three";
+import { request } from "./access";
 import { dialog, element, input, put, select } from "./dom";
 import { ImportView, meshShape, readPicture, reliefShape, type Picture } from "./import_view";
 import type { Material } from "./start";
@@ -122,7 +123,7 @@ export class Importer {
   private async read(file: File, turn: number, bringing: string): Promise<void> {
     if (turn !== this.turns) return;
     try {
-      const answer = await fetch(this.address("import", { name: file.name }), { method: "POST", body: file });
+      const answer = await request(this.address("import", { name: file.name }), { method: "POST", body: file });
       if (turn !== this.turns) return;
       this.untell(bringing);
       if (answer.status === 202) return; // a document, which is opened
@@ -131,7 +132,7 @@ export class Importer {
         return why ? this.tell(why) : undefined;
       }
       const brought = (await answer.json()) as Brought;
-      const look = await fetch(this.address("import", { import: brought.import }));
+      const look = await request(this.address("import", { import: brought.import }));
       if (!look.ok) return this.tell(await look.text());
       const data = await look.arrayBuffer();
       if (turn === this.turns) this.ask(brought, data, file.name);
@@ -281,7 +282,7 @@ export class Importer {
     if (brought.kind === "mesh") Object.assign(about, { up: this.up, front: this.front });
     else Object.assign(about, { height: input("import-height").value, base: input("import-base").value, invert: input("import-invert").checked ? "1" : "0" });
     try {
-      const answer = await fetch(this.address("make", about), { method: "POST" });
+      const answer = await request(this.address("make", about), { method: "POST" });
       if (turn !== this.turns || answer.ok) return;
       if (answer.status === 404) return this.tell(await answer.text());
       // Something can be chosen otherwise; where it was cancelled there is nothing to say.
@@ -295,6 +296,6 @@ export class Importer {
   private drop(): void {
     const brought = this.brought;
     this.brought = null;
-    if (brought) fetch(this.address("import", { import: brought.import }), { method: "DELETE" }).catch(() => undefined); // the studio has ended, and the file is gone with it
+    if (brought) request(this.address("import", { import: brought.import }), { method: "DELETE" }).catch(() => undefined); // the studio has ended, and the file is gone with it
   }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The page: what the studio says to surface, plot, history and numbers; buttons and keys to the studio.
 import * as THREE from "three";
+import { request } from "./access";
 import { Connection } from "./connection";
 import { announce, ask, dialog, element, input, put, read } from "./dom";
 import { Experiments } from "./experiments";
@@ -267,7 +268,7 @@ function save(name: string, what: Blob): void {
 
 async function exportAs(format: string, tolerance: string): Promise<void> {
   try {
-    const answer = await fetch(`/export?format=${format}&tolerance=${tolerance}`);
+    const answer = await request(`/export?format=${format}&tolerance=${tolerance}`);
     if (answer.ok) save(`${title}.${format}`, await answer.blob());
     else tell(await answer.text(), 8, true);
   } catch {

@@ -2,10 +2,10 @@
 // Made by tools/make_protocol.py from protocol/messages.json: change that.
 import { Reader, Writer, type Vec3 } from "./wire";
 
-export const PROTOCOL_VERSION = 5;
+export const PROTOCOL_VERSION = 6;
 
-/** The first message of a page. Welcome or Start answers. */
-export interface Hello { version: number }
+/** The first message of a page, with the key that POST /enter gave for the token. Welcome or Start answers; where the key is another one, the line is closed with code 1008. */
+export interface Hello { version: number; key: string }
 /** Where the tool's tip is wanted [mm], and its axis, from the tip up; time [s] of the pointer's event, by the page's clock. After Press the tool follows these places one after another, as their times say. */
 export interface Aim { tip: Vec3; axis: Vec3; time: number }
 /** A stroke begins at `tip`: the tool backs out from there along its axis until it is clear of material, and comes in again. mode: 0 cut, 1 fill, 2 feel only. time: as of Aim. */
@@ -88,7 +88,7 @@ export interface Trace { json: string; data: Uint8Array }
 export interface ShowTool { shape: number; size: number; length: number; other: number }
 
 export const write = {
-  Hello: (m: Hello) => new Writer(1).u16(m.version).done(),
+  Hello: (m: Hello) => new Writer(1).u16(m.version).text(m.key).done(),
   Aim: (m: Aim) => new Writer(2).vec3(m.tip).vec3(m.axis).f64(m.time).done(),
   Press: (m: Press) => new Writer(3).vec3(m.tip).vec3(m.axis).u8(m.mode).f64(m.time).done(),
   Lift: () => new Writer(4).done(),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What to begin with: a new piece, a file, or a document that is there.
 import { element, input } from "./dom";
+import { request } from "./access";
 import { Importer } from "./import";
 import { write } from "./messages";
 import type { Vec3 } from "./wire";
@@ -94,7 +95,7 @@ export class Start {
     about.textContent = `${when}, ${(listed.bytes / 1e6).toFixed(1)} MB`;
     button.append(name, about);
     button.onclick = () => this.send(write.Open({ name: listed.name }));
-    fetch(`/thumbnail?document=${encodeURIComponent(listed.name)}`)
+    request(`/thumbnail?document=${encodeURIComponent(listed.name)}`)
       .then(async (answer) => {
         if (answer.status !== 200) return;
         const image = document.createElement("img");
