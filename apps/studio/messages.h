@@ -19,7 +19,9 @@ struct Hello {
   static constexpr uint8_t kKind = 1;
   uint16_t version = 0;
   std::string key;
-  bool in_range() const { return key.size() <= 128; }
+  bool in_range() const {
+    return key.size() <= 128;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(version, key);
@@ -33,8 +35,9 @@ struct Aim {
   Vec3 axis = Vec3::Zero();
   double time = 0;
   bool in_range() const {
-    return tip.minCoeff() >= -1e+12 && tip.maxCoeff() <= 1e+12 && axis.minCoeff() >= -1e+12 &&
-           axis.maxCoeff() <= 1e+12 && time >= -1e+12 && time <= 1e+12;
+    return tip.minCoeff() >= -1e+12 && tip.maxCoeff() <= 1e+12 &&
+           axis.minCoeff() >= -1e+12 && axis.maxCoeff() <= 1e+12 &&
+           time >= -1e+12 && time <= 1e+12;
   }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
@@ -50,8 +53,10 @@ struct Press {
   uint8_t mode = 0;
   double time = 0;
   bool in_range() const {
-    return tip.minCoeff() >= -1e+12 && tip.maxCoeff() <= 1e+12 && axis.minCoeff() >= -1e+12 &&
-           axis.maxCoeff() <= 1e+12 && mode <= 2 && time >= -1e+12 && time <= 1e+12;
+    return tip.minCoeff() >= -1e+12 && tip.maxCoeff() <= 1e+12 &&
+           axis.minCoeff() >= -1e+12 && axis.maxCoeff() <= 1e+12 &&
+           mode <= 2 &&
+           time >= -1e+12 && time <= 1e+12;
   }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
@@ -93,7 +98,9 @@ struct ChooseTool {
   double length = 0;
   double other = 0;
   bool in_range() const {
-    return shape <= 7 && size >= -1e+12 && size <= 1e+12 && length >= -1e+12 && length <= 1e+12 &&
+    return shape <= 7 &&
+           size >= -1e+12 && size <= 1e+12 &&
+           length >= -1e+12 && length <= 1e+12 &&
            other >= -1e+12 && other <= 1e+12;
   }
   template <class F>
@@ -109,7 +116,8 @@ struct ChooseHand {
   double stiffness = 0;
   uint8_t powered = 0;
   bool in_range() const {
-    return strength >= -1e+12 && strength <= 1e+12 && stiffness >= -1e+12 && stiffness <= 1e+12 &&
+    return strength >= -1e+12 && strength <= 1e+12 &&
+           stiffness >= -1e+12 && stiffness <= 1e+12 &&
            powered <= 1;
   }
   template <class F>
@@ -143,8 +151,10 @@ struct Begin {
   uint8_t material = 0;
   std::string name;
   bool in_range() const {
-    return shape <= 2 && size.minCoeff() >= -1e+12 && size.maxCoeff() <= 1e+12 && pitch >= -1e+12 &&
-           pitch <= 1e+12 && name.size() <= 4096;
+    return shape <= 2 &&
+           size.minCoeff() >= -1e+12 && size.maxCoeff() <= 1e+12 &&
+           pitch >= -1e+12 && pitch <= 1e+12 &&
+           name.size() <= 4096;
   }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
@@ -155,7 +165,9 @@ struct Begin {
 struct Open {
   static constexpr uint8_t kKind = 13;
   std::string name;
-  bool in_range() const { return name.size() <= 4096; }
+  bool in_range() const {
+    return name.size() <= 4096;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(name);
@@ -180,7 +192,9 @@ struct Go {
 struct NameVersion {
   static constexpr uint8_t kKind = 16;
   std::string name;
-  bool in_range() const { return name.size() <= 4096; }
+  bool in_range() const {
+    return name.size() <= 4096;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(name);
@@ -191,7 +205,9 @@ struct KeepThumbnail {
   static constexpr uint8_t kKind = 17;
   uint32_t step = 0;
   std::vector<uint8_t> png;
-  bool in_range() const { return png.size() <= 1048576; }
+  bool in_range() const {
+    return png.size() <= 1048576;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(step, png);
@@ -210,7 +226,9 @@ struct ChooseMaterial {
 struct ChooseModel {
   static constexpr uint8_t kKind = 19;
   uint8_t model = 0;
-  bool in_range() const { return model <= 2; }
+  bool in_range() const {
+    return model <= 2;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(model);
@@ -226,7 +244,9 @@ struct CancelWork {
 struct CarveExample {
   static constexpr uint8_t kKind = 21;
   std::string name;
-  bool in_range() const { return name.size() <= 4096; }
+  bool in_range() const {
+    return name.size() <= 4096;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(name);
@@ -237,7 +257,9 @@ struct CarveExample {
 struct ChooseSymmetry {
   static constexpr uint8_t kKind = 22;
   uint8_t planes = 0;
-  bool in_range() const { return planes <= 7; }
+  bool in_range() const {
+    return planes <= 7;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(planes);
@@ -247,7 +269,9 @@ struct ChooseSymmetry {
 struct ChooseWork {
   static constexpr uint8_t kKind = 23;
   uint8_t mode = 0;
-  bool in_range() const { return mode <= 3; }
+  bool in_range() const {
+    return mode <= 3;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(mode);
@@ -257,7 +281,9 @@ struct ChooseWork {
 struct Arm {
   static constexpr uint8_t kKind = 24;
   uint8_t armed = 0;
-  bool in_range() const { return armed <= 1; }
+  bool in_range() const {
+    return armed <= 1;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(armed);
@@ -267,7 +293,9 @@ struct Arm {
 struct BringTool {
   static constexpr uint8_t kKind = 25;
   Vec3 tip = Vec3::Zero();
-  bool in_range() const { return tip.minCoeff() >= -1e+12 && tip.maxCoeff() <= 1e+12; }
+  bool in_range() const {
+    return tip.minCoeff() >= -1e+12 && tip.maxCoeff() <= 1e+12;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(tip);
@@ -277,7 +305,9 @@ struct BringTool {
 struct ChooseReach {
   static constexpr uint8_t kKind = 26;
   double scale = 0;
-  bool in_range() const { return scale >= -1e+12 && scale <= 1e+12; }
+  bool in_range() const {
+    return scale >= -1e+12 && scale <= 1e+12;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(scale);
@@ -292,7 +322,10 @@ struct RunExperiment {
   std::string scene;
   uint8_t model = 0;
   double pace = 0;
-  bool in_range() const { return name.size() <= 4096 && pace >= 0 && pace <= 1000; }
+  bool in_range() const {
+    return name.size() <= 4096 &&
+           pace >= 0 && pace <= 1000;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(name, scene, model, pace);
@@ -302,7 +335,9 @@ struct RunExperiment {
 struct ChooseTurn {
   static constexpr uint8_t kKind = 28;
   double turn = 0;
-  bool in_range() const { return turn >= -1e+06 && turn <= 1e+06; }
+  bool in_range() const {
+    return turn >= -1e+06 && turn <= 1e+06;
+  }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(turn);
@@ -477,9 +512,6 @@ struct ShowTool {
 };
 
 // What a page may say.
-using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got,
-                              TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial,
-                              ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm,
-                              BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike>;
+using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike>;
 
 }  // namespace kibori::studio
