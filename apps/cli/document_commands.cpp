@@ -12,6 +12,14 @@
 
 using namespace kibori;
 
+namespace {
+
+void tell_missing(const Document& document) {
+  if (!document.missing().empty()) std::fprintf(stderr, "kibori: warning: %s\n", document.missing().c_str());
+}
+
+}  // namespace
+
 DocumentCommands::DocumentCommands(CLI::App& app) {
   replay_ = app.add_subcommand("replay",
                                "Carve what a document holds again, bit for bit, or finer, or felt otherwise");
@@ -74,6 +82,8 @@ int DocumentCommands::run_replay() const {
     if (const Status known = check_surface_ending(mesh_); !known) return bad_input(known.error());
   Result<std::unique_ptr<Document>> document = Document::open(file_, Document::Access::read);
   if (!document) return bad_input(document.error());
+  tell_missing(*document.value());
+  tell_missing(*document.value());
   ReplayOptions options;
   options.to = to_;
   if (pitch_ > 0) options.pitch_mm = pitch_;
@@ -144,6 +154,7 @@ int DocumentCommands::run_history() const {
       Document::open(file_, name_.empty() ? Document::Access::read : Document::Access::write);
   if (!opened) return bad_input(opened.error());
   Document& document = *opened.value();
+  tell_missing(document);
   if (!name_.empty()) {
     StepId at = document.head();
     if (!at_.empty()) {

@@ -87,6 +87,8 @@ class Database {
   Status run(const char* sql);
   Result<Statement> prepare(const char* sql);
   int64_t last_row() const;
+  // The log stays where it is when this is the last to close it.
+  void keep_log();
   // Whether what failed last failed for the disk: full, gone, not to be written.
   bool disk_failed() const;
   // The last error, as a sentence that names the file.

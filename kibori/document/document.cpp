@@ -48,7 +48,8 @@ Status Document::name_version(const std::string& name, StepId step) {
   Status kept = commit("naming a version", [&]() -> Status {
     Result<Statement> put = database_.prepare("INSERT OR REPLACE INTO version VALUES (?, ?)");
     if (!put) return Error{put.error()};
-    return put.value().bind(name).bind(step).run();
+    if (Status s = put.value().bind(name).bind(step).run(); !s) return s;
+    return seal_versions();
   });
   if (kept) versions_[name] = step;
   return kept;
@@ -263,6 +264,7 @@ Status Document::write_ticks(int64_t& sequence) {
 Status Document::flush() {
   if (open_step_ == 0 || waiting_.empty()) {
     keep_some_tiles(kTilesAtOnce);
+    put_into_file();
     return Ok{};
   }
   int64_t sequence = 0;
@@ -273,6 +275,7 @@ Status Document::flush() {
   waiting_.clear();
   waiting_forces_.clear();
   keep_some_tiles(kTilesAtOnce);
+  put_into_file();
   return Ok{};
 }
 
@@ -293,6 +296,7 @@ Status Document::finish(const Snapshot& now, const Box& material_bounds, double 
             update.value().bind(step.ticks).bind(removed_mm3).bind(hash_text(step.hash)).bind(step.id).run();
         !s)
       return s;
+    if (Status s = seal(step.id); !s) return s;
     return write_head(step.id);
   });
   if (!kept) return kept;

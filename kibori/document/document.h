@@ -78,6 +78,9 @@ class Document {
   const std::string& name() const { return database_.name(); }
   // Why the file holds only the beginning, and all the rest is in memory; empty if all is well.
   const std::string& unsaved() const { return unsaved_; }
+  // What may be missing of it, as a sentence: whoever wrote it did not close it, and the log that then stands
+  // beside it, with the last steps, is not there. Empty if all is well.
+  const std::string& missing() const { return missing_; }
   // Into the file again. Errors: it still can't be written; nothing has changed.
   Status save_again();
   // All of it into a new file, where the document then goes on. Errors: as of save_copy; nothing has changed.
@@ -198,6 +201,16 @@ class Document {
   // All of `change` or none of it. Where the file can't be written, goes on in memory.
   Status commit(const char* doing, const std::function<Status()>& change);
   Status try_commit(const char* doing, const std::function<Status()>& change, bool& disk_failed);
+  // Within a transaction: seals of a step that is finished, of all, and of the versions.
+  Status seal(StepId step);
+  Status seal_all();
+  Status seal_versions();
+  Status verify_seals(const std::function<void(const std::string&)>& wrong) const;
+  // The file itself says while it is written that its log belongs to it.
+  Status mark(bool writing);
+  Status look_for_log(bool there);
+  // Into the file itself what stands in the log, now and then: all but little is there if they are parted.
+  void put_into_file();
   // Within a transaction. `sequence`: the number of the next block, once it is committed.
   Status write_ticks(int64_t& sequence);
   Status check_finished(StepId step) const;
@@ -257,7 +270,7 @@ class Document {
   FileLock lock_;      // let go of after the rest
   Database database_;  // the file, or all of it in memory while that can't be written
   Database file_;      // meanwhile
-  std::string unsaved_;
+  std::string unsaved_, missing_;
   bool writes_ = false;
   bool may_go_to_memory_ = false;
   int64_t version_ = 0;  // of the file's tables
@@ -274,7 +287,9 @@ class Document {
   std::vector<StrokeTick> waiting_;
   std::vector<Wrench> waiting_forces_;
   bool all_felt_ = true;  // so far
-  std::chrono::steady_clock::time_point synced_;
+  std::chrono::steady_clock::time_point synced_, put_into_file_;
+  bool marked_ = false;
+  bool in_log_ = false;  // there is something that is not in the file itself
   // States by step, of the one model that is worked on.
   std::map<StepId, Snapshot> states_;
   std::vector<StepId> visited_;

@@ -14,12 +14,14 @@ namespace kibori {
 namespace {
 
 constexpr int kApplication = 0x4B49424F;  // "KIBO"
-// 2: forces and thumbnails. 3: tiles found by place.
-constexpr int64_t kVersion = 4;
+// 2: forces and thumbnails. 3: tiles found by place. 4: symmetry. 5: seals.
+constexpr int64_t kVersion = 5;
 // Beyond, SQLite would number new ones out of order.
 constexpr StepId kMostSteps = StepId{1} << 62;
 // A loss of power takes what was written within this time.
 constexpr auto kSyncEvery = std::chrono::milliseconds(500);
+// The loss of the log takes what was written within this time.
+constexpr auto kPutIntoFileEvery = std::chrono::seconds(3);
 
 const char* const kSchema = R"(
 CREATE TABLE meta (key TEXT PRIMARY KEY, value) WITHOUT ROWID;
@@ -47,13 +49,21 @@ CREATE TABLE thumbnail (step INTEGER PRIMARY KEY REFERENCES step, png BLOB NOT N
 const char* const kSchemaSince3 = R"(
 CREATE INDEX checkpoint_tile_by_place ON checkpoint_tile (field, u, v);
 )";
-const char* const kThisVersion = "PRAGMA user_version = 4";
+const char* const kSchemaSince5 = R"(
+CREATE TABLE seal (step INTEGER PRIMARY KEY REFERENCES step, value TEXT NOT NULL);
+)";
+const char* const kThisVersion = "PRAGMA user_version = 5";
 
 // A database, and what may stand beside it.
 void clear_away(const std::filesystem::path& path) {
   std::error_code code;
   for (const char* rest : {"", "-wal", "-shm", "-journal"})
     std::filesystem::remove(path.string() + rest, code);
+}
+
+bool has_log(const std::filesystem::path& path) {
+  std::error_code none;
+  return std::filesystem::exists(path.string() + "-wal", none);
 }
 
 // Where a new document can be. What a killed process left beside one that is no longer there would be taken
@@ -94,7 +104,8 @@ bool put_in_place(const std::filesystem::path& part, const std::filesystem::path
 
 Document::~Document() {
   if (unsaved_.empty()) keep_some_tiles(std::chrono::minutes(1));
-  if (writes_ && open_step_ == 0) static_cast<void>(database_.run("PRAGMA wal_checkpoint(TRUNCATE)"));
+  // All of it is in the file, which needs no log any more; but where it could not be written, that is lost.
+  if (marked_ && unsaved_.empty()) static_cast<void>(mark(false));
 }
 
 Status Document::commit(const char* doing, const std::function<Status()>& change) {
@@ -160,7 +171,17 @@ Status Document::try_commit(const char* doing, const std::function<Status()>& ch
     return done;
   }
   if (sync) synced_ = now;
+  in_log_ = true;
   return done;
+}
+
+void Document::put_into_file() {
+  const auto now = std::chrono::steady_clock::now();
+  if (!in_log_ || !unsaved_.empty() || now - put_into_file_ < kPutIntoFileEvery) return;
+  put_into_file_ = now;
+  in_log_ = false;
+  // What readers still need stays where it is, until the next time.
+  static_cast<void>(database_.run("PRAGMA wal_checkpoint(PASSIVE)"));
 }
 
 Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& path, const TriDexel& model,
@@ -186,7 +207,7 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
       const std::string first = "PRAGMA application_id=" + std::to_string(kApplication);
       if (Status s = document->database_.run(first.c_str()); !s) return s;
       return document->commit("making it", [&]() -> Status {
-        for (const char* tables : {kSchema, kSchemaSince2, kSchemaSince3, kThisVersion})
+        for (const char* tables : {kSchema, kSchemaSince2, kSchemaSince3, kSchemaSince5, kThisVersion})
           if (Status s = document->database_.run(tables); !s) return s;
         Result<Statement> meta = document->database_.prepare("INSERT INTO meta VALUES (?, ?)");
         if (!meta) return Error{meta.error()};
@@ -213,6 +234,7 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
         tiles.now = now;
         tiles.bounds = model.material_bounds();
         if (Status s = document->plan_tiles(tiles); !s) return s;
+        if (Status s = document->seal_all(); !s) return s;
         return document->keep_tiles(tiles, std::chrono::steady_clock::time_point::max());
       });
     }();
@@ -240,12 +262,14 @@ Result<std::unique_ptr<Document>> Document::open(const std::filesystem::path& pa
     if (!attached) return attached;
     document = std::move(attached).value();
   } else {
+    const bool log = has_log(path);
     Result<Database> database = Database::open(path, Database::Access::read, vfs);
     if (!database) return Error{database.error()};
     document.reset(new Document(std::move(database).value()));
     // As it is now, whatever is written meanwhile: SQLite takes its place with the first question.
     static_cast<void>(document->database_.run("BEGIN"));
     if (Status s = document->check_kind(); !s) return Error{s.error()};
+    if (Status s = document->look_for_log(log); !s) return Error{s.error()};
   }
   if (Status s = document->read_tree(); !s) return Error{s.error()};
   if (Status s = document->recover(); !s) return Error{s.error()};
@@ -256,6 +280,7 @@ Result<std::unique_ptr<Document>> Document::open(const std::filesystem::path& pa
 Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& path, const char* vfs) {
   Result<FileLock> lock = FileLock::take(path);
   if (!lock) return Error{lock.error()};
+  const bool log = has_log(path);
   Result<Database> database = Database::open(path, Database::Access::write, vfs);
   if (!database) return Error{database.error()};
   std::unique_ptr<Document> document(new Document(std::move(database).value()));
@@ -272,11 +297,16 @@ Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& 
         if (Status made = document->database_.run(kSchemaSince2); !made) return made;
       if (document->version_ < 3)
         if (Status made = document->database_.run(kSchemaSince3); !made) return made;
+      if (Status made = document->database_.run(kSchemaSince5); !made) return made;
+      if (Status sealed = document->seal_all(); !sealed) return sealed;
       return document->database_.run(kThisVersion);
     });
     if (!s) return Error{s.error()};
     document->version_ = kVersion;
   }
+  if (Status s = document->look_for_log(log); !s) return Error{s.error()};
+  // Where the disk is full, it goes on without.
+  static_cast<void>(document->mark(true));
   return document;
 }
 
@@ -328,7 +358,8 @@ Status Document::check_tables() {
   };
   Result<Database> model = Database::open(":memory:", Database::Access::create);
   if (!model) return Error{model.error()};
-  for (const auto& [since, sql] : {std::pair{1, kSchema}, {2, kSchemaSince2}, {3, kSchemaSince3}})
+  for (const auto& [since, sql] :
+       {std::pair{1, kSchema}, {2, kSchemaSince2}, {3, kSchemaSince3}, {5, kSchemaSince5}})
     if (version_ >= since)
       if (Status s = model.value().run(sql); !s) return failed("opening", s.error());
   const Result<Tables> ours = tables_of(model.value()), found = tables_of(database_);
@@ -434,12 +465,15 @@ Status Document::recover() {
             "UPDATE step SET finished = 1, ticks = ?, hash = ?, removed_mm3 = ? WHERE id = ?");
         if (!update) return Error{update.error()};
         step.removed_mm3 = before.volume_mm3() - now.volume_mm3();
-        return update.value()
-            .bind(step.ticks)
-            .bind(hash_text(step.hash))
-            .bind(step.removed_mm3)
-            .bind(id)
-            .run();
+        if (Status s = update.value()
+                           .bind(step.ticks)
+                           .bind(hash_text(step.hash))
+                           .bind(step.removed_mm3)
+                           .bind(id)
+                           .run();
+            !s)
+          return s;
+        return seal(id);
       });
       if (!kept) return kept;
       step.finished = true;
@@ -488,7 +522,10 @@ Status Document::save_copy(const std::filesystem::path& path) const {
   if (copied) {
     // Ready to be read while it is opened for writing.
     Result<Database> made = Database::open(part, Database::Access::write);
-    if (made) static_cast<void>(made.value().run("PRAGMA journal_mode = WAL"));
+    if (made)
+      static_cast<void>(made.value().run(
+          missing_.empty() ? "DELETE FROM meta WHERE key = 'writing'; PRAGMA journal_mode = WAL"
+                           : "PRAGMA journal_mode = WAL"));
   } else {
     clear_away(part);
     return Error{name + ": can't be written (" + copied.error() + ")"};

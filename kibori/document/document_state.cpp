@@ -431,6 +431,8 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
     return Ok{};
   });
   if (!read) return failed("checking", read.error());
+  if (!missing_.empty()) wrong_at(missing_);
+  if (Status s = verify_seals(wrong_at); !s) return failed("checking", s.error());
   // Every way from the stock to an end of the tree, each step carved once: from the state of the one before
   // it.
   std::map<StepId, Snapshot> states;

@@ -15,6 +15,7 @@ namespace {
 Result<Converted> of_document(const std::filesystem::path& in, const ConvertOptions& options) {
   const Result<std::unique_ptr<Document>> document = Document::open(in, Document::Access::read);
   if (!document) return Error{document.error()};
+  if (options.warning && !document.value()->missing().empty()) options.warning(document.value()->missing());
   ReplayOptions replay;
   replay.pitch_mm = options.pitch_mm;
   replay.carve.threads = options.threads;

@@ -90,7 +90,10 @@ Result<std::unique_ptr<Studio>> Studio::open(const std::filesystem::path& file, 
   if (options.read_only) {
     auto there = document.value()->load_at(document.value()->head());
     if (!there) return look_at_whole(file, std::move(document).value(), there.error());
-    return look(std::move(document).value(), std::move(there).value());
+    const std::string missing = document.value()->missing();
+    auto studio = look(std::move(document).value(), std::move(there).value());
+    if (studio) studio.value()->notice_ = missing;
+    return studio;
   }
   auto model = document.value()->load();
   if (!model) return look_at_whole(file, std::move(document).value(), model.error());
@@ -103,7 +106,10 @@ Result<std::unique_ptr<Studio>> Studio::open(const std::filesystem::path& file, 
     scene.tools = {last.value().tool};
   }
   scene.stock.material = document_material(*document.value());
-  return start(std::move(document).value(), std::move(model).value(), scene, options);
+  const std::string missing = document.value()->missing();
+  auto studio = start(std::move(document).value(), std::move(model).value(), scene, options);
+  if (studio) studio.value()->notice_ = missing;
+  return studio;
 }
 
 Result<std::unique_ptr<Studio>> Studio::create(const std::filesystem::path& file, const Scene& scene,
