@@ -668,6 +668,43 @@ class Exchange(unittest.TestCase):
         self.assertEqual(run.returncode, 2)
         self.assertIn("bad.ply:14: 'tristrips' 1: names vertex 4, and there are 4", run.stderr)
 
+    def glb(self, name, nodes, roots):
+        """A GLB file of one tetrahedron (legs of 1 m), wherever a node names mesh 0."""
+        data = struct.pack("<12f12H", 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2)
+        views = [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 24}]
+        accessors = [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]},
+                     {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"}]
+        head = json.dumps({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": roots}], "nodes": nodes, "buffers": [{"byteLength": len(data)}],
+                           "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}], "bufferViews": views, "accessors": accessors}).encode()
+        head += b" " * (-len(head) % 4)
+        body = struct.pack("<I4s", len(head), b"JSON") + head + struct.pack("<I4s", len(data), b"BIN\0") + data
+        (self.folder / name).write_bytes(b"glTF" + struct.pack("<II", 2, 12 + len(body)) + body)
+        return self.info(name)
+
+    def test_nodes_of_a_glb_stand_where_they_are_said_to(self):
+        # Moved; turned about y and twice as large, below one that is moved; mirrored, with its outside out.
+        report = self.glb("three.glb", [
+            {"mesh": 0, "translation": [10, 0, 0]},
+            {"translation": [0, 20, 0], "children": [2]},
+            {"mesh": 0, "rotation": [0, 2**-0.5, 0, 2**-0.5], "scale": [2, 2, 2]},
+            {"mesh": 0, "translation": [0, 0, -5], "scale": [-3, 1, 1]},
+            {"mesh": 0, "translation": [99, 99, 99]}], [0, 1, 3])  # the last is in no scene
+        self.assertEqual((report["triangles"], report["components"], report["closed"]), (12, 3, True))
+        self.assertAlmostEqual(report["volume_mm3"] / 1e9, (1 + 8 + 3) / 6, places=6)
+        # z is up here: x, -z, y of the file. The second's x and z are 0..2 and -2..0 (turned by 90 degrees).
+        for found, wanted in zip(report["lower_corner_mm"] + report["size_mm"], (-3000, -1000, 0, 14000, 6000, 22000)):
+            self.assertAlmostEqual(found, wanted, delta=0.01)
+
+    def test_a_glb_of_very_many_nodes(self):
+        count = 300000
+        self.assertEqual(self.glb("flat.glb", [{"mesh": 0}] + [{}] * count, list(range(count)))["triangles"], 4)
+        self.assertEqual(self.glb("star.glb", [{"children": list(range(1, count))}] + [{"mesh": 0}] + [{}] * count, [0])["triangles"], 4)
+        many = self.glb("many.glb", [{"mesh": 0}] * (count // 3), list(range(count // 3)))
+        self.assertEqual(many["triangles"], 4 * count // 3)
+        said = kibori("convert", self.folder / "many.glb", self.folder / "x.stl", "--pitch", "5")
+        self.assertEqual((said.returncode, said.stderr.count("\n")), (2, 1), said.stderr)
+        self.assertIn("many copies lie in one place", said.stderr)
+
     def test_percentages_have_no_exponents(self):
         run = kibori("info", "m.stl", "--wall", "30", cwd=self.folder)
         self.assertEqual(run.returncode, 0, run.stderr)

@@ -15,6 +15,7 @@
 
 #include <kibori/base/file.h>
 #include <kibori/document/document.h>
+#include <kibori/session/documents.h>
 
 #include "tests/document_support.h"
 #include "tests/fault_vfs.h"
@@ -372,6 +373,41 @@ TEST(Document, LossOfPowerLeavesAPrefix) {
   }
   std::printf("%zu operations; at most %zu strokes lost\n", vfs.ops.size(), most_lost);
   vfs.reset();
+}
+
+// What can't be written where it belongs goes to the next folder that takes it.
+TEST(Document, RescueGoesToTheNextFolderThatTakesIt) {
+  Folder folder;
+  FaultVfs& vfs = FaultVfs::get();
+  const std::string home = std::getenv("HOME") ? std::getenv("HOME") : "";
+  const std::string temporary = std::getenv("TMPDIR") ? std::getenv("TMPDIR") : "";
+  Random random;
+  TriDexel model = stock();
+  { created(folder / "f.kibori", model); }
+  vfs.reset();
+  auto open = Document::open(folder / "f.kibori", Document::Access::write, FaultVfs::kName);
+  ASSERT_TRUE(open.ok()) << open.error();
+  vfs.fail_at = vfs.count + 1;
+  vfs.fail_on = true;
+  vfs.error = SQLITE_FULL;
+  carve(*open.value(), model, random, 12);
+  ASSERT_FALSE(open.value()->unsaved().empty());
+  std::filesystem::create_directory(folder / "home");
+  setenv("TMPDIR", (folder / "gone").c_str(), 1);
+  setenv("HOME", (folder / "home").c_str(), 1);
+  const std::string where = settle(*open.value());
+  setenv("HOME", home.c_str(), 1);
+  if (temporary.empty())
+    unsetenv("TMPDIR");
+  else
+    setenv("TMPDIR", temporary.c_str(), 1);
+  vfs.reset();
+  open.value().reset();
+  EXPECT_NE(where.find((folder / "home/f-rescued-1.kibori").string()), std::string::npos) << where;
+  auto rescued = opened(folder / "home/f-rescued-1.kibori", Document::Access::read);
+  ASSERT_NE(rescued, nullptr);
+  EXPECT_EQ(wrongs(*rescued), std::vector<std::string>());
+  EXPECT_EQ(rescued->load().value()->content_hash(), model.content_hash());
 }
 
 // The log holds the last steps: without it they are missing, and that is told, by the file itself.

@@ -140,19 +140,18 @@ Result<TriangleMesh> read_with_assimp(const std::vector<char>& bytes, const std:
   importer.SetIOHandler(new OneFile(path.string(), bytes));  // which owns it
   // Points and lines are of no use here; positions alone matter.
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  const aiScene* scene = importer.ReadFile(
-      path.string(), aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices);
+  const aiScene* scene = importer.ReadFile(path.string(), aiProcess_Triangulate | aiProcess_SortByPType);
   if (!scene || !scene->mRootNode) {
     std::string reason = importer.GetErrorString();
     std::replace(reason.begin(), reason.end(), '\n', ' ');
     return Error{path.string() + ": can't be read as a mesh: " + reason};
   }
   TriangleMesh mesh;
-  for (unsigned m = 0; m < scene->mNumMeshes; m++) {
-    const aiMesh& part = *scene->mMeshes[m];
+  const auto put = [&](const aiMesh& part, const aiMatrix4x4& to_world) -> Status {
     const auto base = static_cast<uint32_t>(mesh.vertices.size());
+    const bool mirrored = to_world.Determinant() < 0;
     for (unsigned i = 0; i < part.mNumVertices; i++) {
-      const aiVector3D& p = part.mVertices[i];
+      const aiVector3D p = to_world * part.mVertices[i];
       const Vec3 at(static_cast<double>(p.x), static_cast<double>(p.y), static_cast<double>(p.z));
       mesh.vertices.push_back(glb ? Vec3(1000 * Vec3(at.x(), -at.z(), at.y())) : at);
       if (!mesh.vertices.back().allFinite())
@@ -167,7 +166,21 @@ Result<TriangleMesh> read_with_assimp(const std::vector<char>& bytes, const std:
           return Error{path.string() + ": face " + std::to_string(i + 1) +
                        " names a vertex that is not there"};
       mesh.triangles.push_back({base + face.mIndices[0], base + face.mIndices[1], base + face.mIndices[2]});
+      if (mirrored) std::swap(mesh.triangles.back()[1], mesh.triangles.back()[2]);
     }
+    if (mesh.triangles.size() > kMaxImportTriangles || mesh.vertices.size() > 3 * kMaxImportTriangles)
+      return Error{path.string() + ": holds more triangles than can be taken"};
+    return Ok{};
+  };
+  // Assimp's own step for this (PreTransformVertices) takes minutes for a million nodes.
+  std::vector<std::pair<const aiNode*, aiMatrix4x4>> nodes{{scene->mRootNode, aiMatrix4x4()}};
+  while (!nodes.empty()) {
+    const auto [node, before] = nodes.back();
+    nodes.pop_back();
+    const aiMatrix4x4 to_world = before * node->mTransformation;
+    for (unsigned i = 0; i < node->mNumMeshes; i++)
+      if (Status s = put(*scene->mMeshes[node->mMeshes[i]], to_world); !s) return Error{s.error()};
+    for (unsigned i = node->mNumChildren; i > 0; i--) nodes.emplace_back(node->mChildren[i - 1], to_world);
   }
   return mesh;
 }

@@ -37,6 +37,7 @@ struct RayTable {
   int64_t rays_met = 0, rays_open = 0;
   uint64_t crossings = 0;  // in all
   bool too_many = false;   // more crossings than can be held: the table was not made
+  bool too_often = false;  // more on average of a ray than any solid has: likewise
 
   size_t rays() const { return static_cast<size_t>(nu) * static_cast<size_t>(nv); }
   size_t ray(int u, int v) const {
@@ -49,6 +50,8 @@ int first_node(float depth) { return static_cast<int>(std::ceil(depth - 0.5f)); 
 
 // Ray crossings of one field; indices of them are 32 bits.
 constexpr uint64_t kMaxCrossings = 0xf0000000u;
+// And on average of a ray: dense foams have a tenth of it, thousands of sheets in one place more.
+constexpr uint64_t kMaxCrossingsARay = 1024;
 double crossing_bytes(uint64_t count) {
   return static_cast<double>(count) * (sizeof(Crossing) + sizeof(RaySpan) / 2.0);
 }
@@ -71,8 +74,9 @@ RayTable make_table(const std::vector<Vec3>& points, const TriangleMesh& mesh, c
 
   // Two passes over the triangles: count, then fill. Scanning twice is cheaper than growing a list per ray.
   std::vector<uint32_t> start(table.rays() + 1, 0);
+  const uint64_t most = std::min(kMaxCrossings, kMaxCrossingsARay * table.rays());
   const auto scan = [&](auto&& f) {
-    for (size_t i = 0; i < mesh.triangles.size(); i++) {
+    for (size_t i = 0; i < mesh.triangles.size() && table.crossings <= most; i++) {
       const auto& t = mesh.triangles[i];
       for_crossings(snapped[t[0]], snapped[t[1]], snapped[t[2]], axis, all,
                     [&](int u, int v, double depth, int sign) { f(i, table.ray(u, v), depth, sign); });
@@ -83,7 +87,11 @@ RayTable make_table(const std::vector<Vec3>& points, const TriangleMesh& mesh, c
     table.crossings++;
   });
   const double there = available_bytes();
-  if (table.crossings > kMaxCrossings || (there > 0 && crossing_bytes(table.crossings) > 0.8 * there)) {
+  if (table.crossings > most) {
+    table.too_often = true;
+    return table;
+  }
+  if (there > 0 && crossing_bytes(table.crossings) > 0.8 * there) {
     table.too_many = true;
     return table;
   }
@@ -431,6 +439,9 @@ Result<ScanReport> scan_convert(TriDexel& model, const TriangleMesh& mesh, uint8
 
   ScanReport report;
   for (const RayTable& table : tables) {
+    if (table.too_often)
+      return Error{"its surfaces cross the rays " + std::to_string(kMaxCrossingsARay) +
+                   " times and more on average, as where many copies lie in one place; remove those"};
     if (table.too_many) {
       char text[240];
       std::snprintf(text, sizeof text,

@@ -258,20 +258,38 @@ Status keep_thumbnail(Document& document, StepId step, const Snapshot& model,
   return document.set_thumbnail(step, png.value());
 }
 
+namespace {
+
+// Where a document may go that can't be written where it belongs, the best first.
+std::vector<std::filesystem::path> rescue_folders() {
+  std::error_code code;
+  std::vector<std::filesystem::path> folders = {std::filesystem::temp_directory_path(code)};
+  if (const char* const home = std::getenv("HOME"); home && *home) folders.emplace_back(home);
+  folders.push_back(std::filesystem::current_path(code));
+  folders.emplace_back("/var/tmp");
+  std::erase_if(folders, [](const auto& folder) { return folder.empty(); });
+  return folders;
+}
+
+}  // namespace
+
 std::string settle(Document& document) {
   const std::string why = document.unsaved();
   if (why.empty() || document.save_again()) return {};
-  std::error_code code;
-  const std::filesystem::path folder = std::filesystem::temp_directory_path(code);
   const std::string stem = std::filesystem::path(document.name()).stem().string();
-  std::filesystem::path other;
-  for (int i = 1; i < 1000; i++) {
-    other = folder / (stem + "-rescued-" + std::to_string(i) + ".kibori");
-    if (!std::filesystem::exists(other, code)) break;
+  std::string tried;
+  for (const std::filesystem::path& folder : rescue_folders()) {
+    std::error_code code;
+    std::filesystem::path other;
+    for (int i = 1; i < 1000; i++) {
+      other = folder / (stem + "-rescued-" + std::to_string(i) + ".kibori");
+      if (!std::filesystem::exists(other, code)) break;
+    }
+    const Status moved = document.move_to(other);
+    if (moved) return why + "; the file holds the beginning, and all of it is in " + one_line(other.string());
+    tried += (tried.empty() ? "" : "; ") + moved.error();
   }
-  if (const Status moved = document.move_to(other); !moved)
-    return why + "; the file holds the beginning, and the rest is lost (" + moved.error() + ")";
-  return why + "; the file holds the beginning, and all of it is in " + one_line(other.string());
+  return why + "; the file holds the beginning, and the rest is lost (" + tried + ")";
 }
 
 Result<Replay> replay_document(const Document& document, const ReplayOptions& options) {
