@@ -572,6 +572,28 @@ class CommandLine(unittest.TestCase):
         self.assertEqual((png[12:16], *struct.unpack(">II", png[16:24])), (b"IHDR", 256, 192))
         self.refused("carve", self.scene(), "--keep-forces", says=["-o"])
 
+    def test_little_memory_and_little_stack(self):
+        scene = self.scene()
+        for stack in (64, 200, 1000):
+            run = subprocess.run(["bash", "-c", f"ulimit -s {stack}; exec {KIBORI} carve {scene}"], capture_output=True, text=True, timeout=60)
+            self.assertEqual((run.returncode, run.stderr.count("\n")), (2, 1), run.stderr)
+            self.assertIn("ulimit -s", run.stderr)
+        run = subprocess.run(["bash", "-c", f"ulimit -s 1024; exec {KIBORI} carve {scene}"], capture_output=True, text=True, timeout=60)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        # It carves, or says in one sentence why not; and what was begun can be read.
+        ends = set()
+        for kilobytes in range(90000, 400000, 15000):
+            document = self.folder / f"{kilobytes}.kibori"
+            run = subprocess.run(["bash", "-c", f"ulimit -v {kilobytes}; exec {KIBORI} servo --seconds 0.3 -o {document}"], capture_output=True, text=True, timeout=60)
+            if "shared object" in run.stderr:  # it is not even begun
+                continue
+            ends.add(run.returncode)
+            self.assertIn(run.returncode, (0, 2), run.stderr)
+            self.assertEqual(run.stderr.count("\n") if run.returncode else 1, 1, run.stderr)
+            if document.exists():
+                self.assertEqual(kibori("verify", document).returncode, 0)
+        self.assertIn(0, ends)
+
     def test_documents_that_are_none(self):
         scene = self.scene()
         self.refused("carve", scene, "-o", "d.stl", says=["d.stl", ".kibori"])

@@ -5,10 +5,15 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <exception>
 #include <filesystem>
+#include <new>
 #include <string>
+#include <system_error>
 #include <vector>
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -403,10 +408,35 @@ int run_picture(const std::string& file, const std::string& out, const PictureAr
   return saved ? 0 : bad_input(saved.error());
 }
 
+// Every thread has as much; what carves and parses takes a part of it.
+constexpr rlim_t kLeastStackBytes = rlim_t{1} << 20;
+
+// Where no one else caught it: a thread that found no memory, or could not be made. A document holds all up to
+// the last flush, as if the process had been killed.
+[[noreturn]] void end_with_a_sentence() {
+  const char* said = "an error that it does not know";
+  try {
+    if (const std::exception_ptr thrown = std::current_exception()) std::rethrow_exception(thrown);
+  } catch (const std::bad_alloc&) {
+    said = "out of memory; a document that was open holds what was done until now";
+  } catch (const std::system_error&) {
+    said = "the system gave it no more threads; a document that was open holds what was done until now";
+  } catch (...) {
+    // Said as it is.
+  }
+  std::fprintf(stderr, "kibori: ends by %s\n", said);
+  std::_Exit(2);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told as a full disk is
+  std::set_terminate(end_with_a_sentence);
+  rlimit stack{};
+  if (getrlimit(RLIMIT_STACK, &stack) == 0 && stack.rlim_cur < kLeastStackBytes)
+    return bad_input("the stack may have " + std::to_string(stack.rlim_cur / 1024) +
+                     " kB only, and at least 1024 are needed; raise it with 'ulimit -s'");
   CLI::App app{
       "Kibori carves virtual solids with a virtual finger or cutter and feels every removal as force."};
   app.name("kibori");

@@ -176,6 +176,8 @@ Result<Statement> Database::prepare(const char* sql) {
   return Statement(db_.get(), statement);
 }
 
+bool Database::read_only() const { return sqlite3_db_readonly(db_.get(), "main") == 1; }
+
 void Database::keep_log() { sqlite3_db_config(db_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr); }
 
 bool Database::disk_failed() const {

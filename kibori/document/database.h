@@ -89,6 +89,8 @@ class Database {
   int64_t last_row() const;
   // The log stays where it is when this is the last to close it.
   void keep_log();
+  // Whether the file was opened for reading only, as it can't be written.
+  bool read_only() const;
   // Whether what failed last failed for the disk: full, gone, not to be written.
   bool disk_failed() const;
   // The last error, as a sentence that names the file.

@@ -162,6 +162,7 @@ Status Document::try_commit(const char* doing, const std::function<Status()>& ch
     return failed(doing, s.error());
   }
   Status done = change();
+  if (!done && !done.error().starts_with(name())) done = failed(doing, done.error());
   if (done) {
     if (Status s = database_.run("COMMIT"); !s) done = failed(doing, s.error());
   }
@@ -286,6 +287,8 @@ Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& 
   std::unique_ptr<Document> document(new Document(std::move(database).value()));
   document->lock_ = std::move(lock).value();
   if (Status s = document->check_kind(); !s) return Error{s.error()};
+  if (document->database_.read_only())
+    return document->wrong("can't be written, only read; look at it (--read-only), or copy it where it can be");
   document->writes_ = true;
   if (Status s = document->database_.run(
           "PRAGMA journal_mode=WAL; PRAGMA foreign_keys=ON; PRAGMA wal_autocheckpoint=4000");
