@@ -3,9 +3,11 @@
 // power can be played: over the machine's own, for tests.
 #pragma once
 
+#include <atomic>
 #include <cstring>
 #include <filesystem>
 #include <map>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -26,12 +28,12 @@ class FaultVfs {
 
   // Operations that change a file are counted from 1. The first to fail (0: none), whether those after it
   // fail too, and how.
-  int64_t fail_at = 0;
-  bool fail_on = false;
-  int error = SQLITE_IOERR_WRITE;
-  bool half_written = false;  // the failing write writes its first half
-  int64_t count = 0;
-  bool log = false;
+  std::atomic<int64_t> fail_at = 0;
+  std::atomic<bool> fail_on = false;
+  std::atomic<int> error = SQLITE_IOERR_WRITE;
+  std::atomic<bool> half_written = false;  // the failing write writes its first half
+  std::atomic<int64_t> count = 0;
+  std::atomic<bool> log = false;
   std::vector<Op> ops;
 
   static FaultVfs& get() {
@@ -39,8 +41,11 @@ class FaultVfs {
     return vfs;
   }
   void reset() {
-    fail_at = count = 0;
-    fail_on = half_written = log = false;
+    fail_at = 0;
+    count = 0;
+    fail_on = false;
+    half_written = false;
+    log = false;
     error = SQLITE_IOERR_WRITE;
     ops.clear();
   }
@@ -68,6 +73,7 @@ class FaultVfs {
       return SQLITE_OK;
     };
     vfs_.xDelete = [](sqlite3_vfs*, const char* name, int sync) {
+      const std::lock_guard lock(get().mutex_);
       if (get().fails()) return SQLITE_IOERR_DELETE;
       get().note({Op::remove, std::filesystem::path(name).filename().string(), 0, {}});
       return get().real_->xDelete(get().real_, name, sync);
@@ -81,20 +87,23 @@ class FaultVfs {
       return real(f)->pMethods->xRead(real(f), to, n, at);
     };
     methods_.xWrite = [](sqlite3_file* f, const void* from, int n, sqlite3_int64 at) {
+      const std::lock_guard lock(get().mutex_);
       if (get().fails()) {
         if (get().half_written) real(f)->pMethods->xWrite(real(f), from, n / 2, at);
-        return get().error;
+        return get().error.load();
       }
       const auto* bytes = static_cast<const char*>(from);
       get().note({Op::write, *of(f)->name, at, std::vector<char>(bytes, bytes + n)});
       return real(f)->pMethods->xWrite(real(f), from, n, at);
     };
     methods_.xTruncate = [](sqlite3_file* f, sqlite3_int64 size) {
+      const std::lock_guard lock(get().mutex_);
       if (get().fails()) return SQLITE_IOERR_TRUNCATE;
       get().note({Op::truncate, *of(f)->name, size, {}});
       return real(f)->pMethods->xTruncate(real(f), size);
     };
     methods_.xSync = [](sqlite3_file* f, int) {
+      const std::lock_guard lock(get().mutex_);
       if (get().fails()) return SQLITE_IOERR_FSYNC;
       get().note({Op::sync, *of(f)->name, 0, {}});
       return SQLITE_OK;  // the machine's own need not wait
@@ -135,6 +144,7 @@ class FaultVfs {
     if (log) ops.push_back(std::move(op));
   }
 
+  std::mutex mutex_;  // the keeper of a log writes, too
   sqlite3_vfs* real_ = nullptr;
   sqlite3_vfs vfs_{};
   sqlite3_io_methods methods_{};

@@ -264,7 +264,6 @@ Status Document::write_ticks(int64_t& sequence) {
 Status Document::flush() {
   if (open_step_ == 0 || waiting_.empty()) {
     keep_some_tiles(kTilesAtOnce);
-    put_into_file();
     return Ok{};
   }
   int64_t sequence = 0;
@@ -275,7 +274,6 @@ Status Document::flush() {
   waiting_.clear();
   waiting_forces_.clear();
   keep_some_tiles(kTilesAtOnce);
-  put_into_file();
   return Ok{};
 }
 

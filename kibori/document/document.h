@@ -34,6 +34,7 @@
 #include <kibori/document/codec.h>
 #include <kibori/document/database.h>
 #include <kibori/document/file_lock.h>
+#include <kibori/document/log_keeper.h>
 
 namespace kibori {
 
@@ -209,8 +210,6 @@ class Document {
   // The file itself says while it is written that its log belongs to it.
   Status mark(bool writing);
   Status look_for_log(bool there);
-  // Into the file itself what stands in the log, now and then: all but little is there if they are parted.
-  void put_into_file();
   // Within a transaction. `sequence`: the number of the next block, once it is committed.
   Status write_ticks(int64_t& sequence);
   Status check_finished(StepId step) const;
@@ -270,6 +269,7 @@ class Document {
   FileLock lock_;      // let go of after the rest
   Database database_;  // the file, or all of it in memory while that can't be written
   Database file_;      // meanwhile
+  std::unique_ptr<LogKeeper> keeper_;
   std::string unsaved_, missing_;
   bool writes_ = false;
   bool may_go_to_memory_ = false;
@@ -287,9 +287,7 @@ class Document {
   std::vector<StrokeTick> waiting_;
   std::vector<Wrench> waiting_forces_;
   bool all_felt_ = true;  // so far
-  std::chrono::steady_clock::time_point synced_, put_into_file_;
   bool marked_ = false;
-  bool in_log_ = false;  // there is something that is not in the file itself
   // States by step, of the one model that is worked on.
   std::map<StepId, Snapshot> states_;
   std::vector<StepId> visited_;

@@ -18,11 +18,6 @@ constexpr int kApplication = 0x4B49424F;  // "KIBO"
 constexpr int64_t kVersion = 5;
 // Beyond, SQLite would number new ones out of order.
 constexpr StepId kMostSteps = StepId{1} << 62;
-// A loss of power takes what was written within this time.
-constexpr auto kSyncEvery = std::chrono::milliseconds(500);
-// The loss of the log takes what was written within this time.
-constexpr auto kPutIntoFileEvery = std::chrono::seconds(3);
-
 const char* const kSchema = R"(
 CREATE TABLE meta (key TEXT PRIMARY KEY, value) WITHOUT ROWID;
 CREATE TABLE setting (id INTEGER PRIMARY KEY, json TEXT NOT NULL UNIQUE);
@@ -104,6 +99,7 @@ bool put_in_place(const std::filesystem::path& part, const std::filesystem::path
 
 Document::~Document() {
   if (unsaved_.empty()) keep_some_tiles(std::chrono::minutes(1));
+  keeper_.reset();
   // All of it is in the file, which needs no log any more; but where it could not be written, that is lost.
   if (marked_ && unsaved_.empty()) static_cast<void>(mark(false));
 }
@@ -147,16 +143,13 @@ Status Document::move_to(const std::filesystem::path& path) {
   database_ = std::move(there.value()->database_);
   file_ = Database();
   lock_ = std::move(there.value()->lock_);
+  keeper_ = std::move(there.value()->keeper_);
+  marked_ = std::exchange(there.value()->marked_, false);
   unsaved_.clear();
   return Ok{};
 }
 
 Status Document::try_commit(const char* doing, const std::function<Status()>& change, bool& disk_failed) {
-  // Now and then a commit waits until it is on the disk, and with it all before it.
-  const auto now = std::chrono::steady_clock::now();
-  const bool sync = now - synced_ >= kSyncEvery;
-  if (Status s = database_.run(sync ? "PRAGMA synchronous=FULL" : "PRAGMA synchronous=NORMAL"); !s)
-    return failed(doing, s.error());
   if (Status s = database_.run("BEGIN IMMEDIATE"); !s) {
     disk_failed = database_.disk_failed();
     return failed(doing, s.error());
@@ -171,18 +164,8 @@ Status Document::try_commit(const char* doing, const std::function<Status()>& ch
     static_cast<void>(database_.run("ROLLBACK"));
     return done;
   }
-  if (sync) synced_ = now;
-  in_log_ = true;
+  if (keeper_) keeper_->wrote();
   return done;
-}
-
-void Document::put_into_file() {
-  const auto now = std::chrono::steady_clock::now();
-  if (!in_log_ || !unsaved_.empty() || now - put_into_file_ < kPutIntoFileEvery) return;
-  put_into_file_ = now;
-  in_log_ = false;
-  // What readers still need stays where it is, until the next time.
-  static_cast<void>(database_.run("PRAGMA wal_checkpoint(PASSIVE)"));
 }
 
 Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& path, const TriDexel& model,
@@ -288,10 +271,12 @@ Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& 
   document->lock_ = std::move(lock).value();
   if (Status s = document->check_kind(); !s) return Error{s.error()};
   if (document->database_.read_only())
-    return document->wrong("can't be written, only read; look at it (--read-only), or copy it where it can be");
+    return document->wrong(
+        "can't be written, only read; look at it (--read-only), or copy it where it can be");
   document->writes_ = true;
   if (Status s = document->database_.run(
-          "PRAGMA journal_mode=WAL; PRAGMA foreign_keys=ON; PRAGMA wal_autocheckpoint=4000");
+          "PRAGMA journal_mode=WAL; PRAGMA foreign_keys=ON; PRAGMA synchronous=NORMAL; "
+          "PRAGMA wal_autocheckpoint=0");
       !s)
     return document->failed("opening", s.error());
   if (document->version_ < kVersion) {
@@ -310,6 +295,7 @@ Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& 
   if (Status s = document->look_for_log(log); !s) return Error{s.error()};
   // Where the disk is full, it goes on without.
   static_cast<void>(document->mark(true));
+  document->keeper_ = std::make_unique<LogKeeper>(path, vfs);
   return document;
 }
 

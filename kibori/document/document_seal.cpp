@@ -172,7 +172,6 @@ Status Document::mark(bool writing) {
   });
   if (!marked) return marked;
   marked_ = writing;
-  put_into_file_ = std::chrono::steady_clock::now();
   return database_.run("PRAGMA wal_checkpoint(TRUNCATE)");
 }
 
