@@ -795,6 +795,52 @@ class Exchange(unittest.TestCase):
         self.assertLessEqual(json.loads(run.stdout)["max_mm"], 0.02)
         self.judge("manifold", "less.stl")
 
+    def outputs(self):
+        """Every command that writes a file, and the file."""
+        kibori("carve", "scene.toml", "-o", "d.kibori", cwd=self.folder)
+        yield from ((("convert", "m.stl", f"o.{e}", "--pitch", "1"), f"o.{e}") for e in ("stl", "ply", "obj", "3mf", "glb"))
+        yield ("carve", "scene.toml", "--height-map", "o.png"), "o.png"
+        yield ("picture", "m.stl", "p.png", "--size", "64x48"), "p.png"
+        for option, name in (("--mesh", "c.stl"), ("--plot", "c.svg"), ("--forces", "c.csv"), ("-o", "c.kibori")):
+            yield ("carve", "scene.toml", option, name), name
+        yield ("replay", "d.kibori", "--forces", "r.csv"), "r.csv"
+        yield ("history", "d.kibori", "--copy", "h.kibori"), "h.kibori"
+        yield ("history", "d.kibori", "--salvage", "s.kibori"), "s.kibori"
+        yield ("servo", "--seconds", "0.2", "--record", "v.csv"), "v.csv"
+
+    def test_a_loss_of_power_takes_no_file_that_was_told_of(self):
+        """All of a file is on the disk before it gets its name, and the name before the command ends."""
+        shim = KIBORI.parent / "libfault_files.so"
+        if not shim.exists():
+            self.skipTest("libfault_files.so is not beside kibori: it is built with the tests")
+        log = self.folder / "log"
+        for words, name in self.outputs():
+            run = lambda **more: subprocess.run([KIBORI, *map(str, words)], capture_output=True, text=True, cwd=self.folder,
+                                                env=os.environ | {"LD_PRELOAD": str(shim)} | more)
+            made = run(KIBORI_FILES_LOG=str(log))
+            self.assertEqual(made.returncode, 0, (words, made.stderr))
+            size_on_disk, folders_on_disk, named = {}, set(), False
+            for line in log.read_text().splitlines():
+                what, path, to, size, folder = line.split("\t")
+                if what == "sync" and folder == "1":
+                    folders_on_disk.add(os.path.realpath(path))
+                elif what == "sync":
+                    size_on_disk[path] = int(size)
+                elif os.path.basename(to) == name:
+                    named = True
+                    self.assertEqual(size_on_disk.get(os.path.join(self.folder, path)), int(size), (words, line))
+                    folders_on_disk.clear()
+            self.assertTrue(named, words)
+            self.assertIn(os.path.realpath(self.folder), folders_on_disk, words)
+            log.unlink()
+            # A disk that can't keep it: one sentence, and what was there before.
+            (self.folder / name).unlink()
+            before = sorted(os.listdir(self.folder))
+            lost = run(KIBORI_FAIL_FSYNC="1")
+            self.assertEqual((lost.returncode, lost.stderr.count("\n")), (2, 1), (words, lost.stderr))
+            self.assertIn(name, lost.stderr)
+            self.assertEqual(sorted(os.listdir(self.folder)), before, words)
+
     def test_pictures(self):
         run = kibori("carve", "scene.toml", "--picture", "a.png", "--size", "160x120", "--samples", "4", cwd=self.folder)
         self.assertEqual(run.returncode, 0, run.stderr)
