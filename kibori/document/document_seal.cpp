@@ -108,7 +108,7 @@ Status Document::seal_all() {
   {
     Result<Statement> read = database_.prepare("SELECT id FROM step WHERE finished = 1 ORDER BY id");
     if (!read) return Error{read.error()};
-    const Status done = read.value().for_rows([&]() -> Status {
+    Status done = read.value().for_rows([&]() -> Status {
       finished.push_back(read.value().integer(0));
       return Ok{};
     });
@@ -136,7 +136,7 @@ Status Document::verify_seals(const std::function<void(const std::string&)>& wro
   if (!read) return Error{read.error()};
   int64_t count = 0;
   bool rows_hold = true;
-  const Status done = read.value().for_rows([&]() -> Status {
+  Status done = read.value().for_rows([&]() -> Status {
     const StepId step = read.value().integer(0);
     const Result<uint64_t> sealed = seal_of_step(database, step);
     if (!sealed) return Error{sealed.error()};
@@ -166,7 +166,7 @@ Status Document::verify_seals(const std::function<void(const std::string&)>& wro
 
 Status Document::mark(bool writing) {
   may_go_to_memory_ = may_go_to_memory_ && writing;
-  const Status marked = commit(writing ? "beginning to write" : "closing", [&]() -> Status {
+  Status marked = commit(writing ? "beginning to write" : "closing", [&]() -> Status {
     if (writing) return set_meta(database_, "writing", "its log is beside it");
     return database_.run("DELETE FROM meta WHERE key = 'writing'");
   });
