@@ -39,7 +39,8 @@ Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, in
 Status keep_thumbnail(Document& document, StepId step, const Snapshot& model,
                       const std::vector<Material>& materials, int threads);
 // Saves what could not be saved while it was made: where it belongs, or else into the temporary folder or,
-// where that is full, too, the home folder, the current one or /var/tmp. A sentence on where it is; empty if all is where it belongs.
+// where that is full, too, the home folder, the current one or /var/tmp. A sentence on where it is; empty if
+// all is where it belongs.
 std::string settle(Document& document);
 
 struct ReplayOptions {
