@@ -411,8 +411,8 @@ int run_picture(const std::string& file, const std::string& out, const PictureAr
 // Every thread has as much; what carves and parses takes a part of it.
 constexpr rlim_t kLeastStackBytes = rlim_t{1} << 20;
 
-// Where no one else caught it: a thread that found no memory, or could not be made. A document holds all up to
-// the last flush, as if the process had been killed.
+// Where no one else caught it: a thread that found no memory, or could not be made. A document holds all up
+// to the last flush, as if the process had been killed.
 [[noreturn]] void end_with_a_sentence() {
   const char* said = "an error that it does not know";
   try {
