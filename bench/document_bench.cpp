@@ -13,6 +13,7 @@
 #include <fstream>
 #include <string>
 
+#include <kibori/motion/direct_tool.h>
 #include <kibori/document/document.h>
 
 #include "bench/workload.h"
@@ -73,7 +74,7 @@ int main(int argc, char** argv) {
              size / 2 + reach * std::sin(1.3 * s) * std::sin(a), size - 0.4);
     const Pose start{tip, Mat3::Identity()};
     if (!document.begin(settings, start)) return 2;
-    Stroke stroke(model, start);
+    DirectTool stroke(model, start);
     for (int i = 0; i < kTicks; i++) {
       const double turn = a + 0.004 * i, noise = 1e-4 * std::sin(917.0 * i);
       StrokeTick tick;

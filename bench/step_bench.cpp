@@ -10,7 +10,7 @@
 #include <string>
 
 #include <kibori/base/percent.h>
-#include <kibori/motion/stroke.h>
+#include <kibori/motion/direct_tool.h>
 
 #include "bench/instruction_count.h"
 #include "bench/workload.h"
@@ -42,14 +42,14 @@ std::unique_ptr<TriDexel> block(int nodes) {
   return model;
 }
 
-// The whole product path: Stroke::advance, as carve and the servo use it.
+// The whole product path: DirectTool::advance, as carve and the servo use it.
 StepTimes carve_steps(int nodes, const std::vector<Point>& path, float radius, int jump_every,
                       int snapshot_every) {
   auto model = block(nodes);
   const std::vector<Material> materials{Material{}};
   const Vec3 up = Vec3::UnitZ() * static_cast<double>(radius);
   const Tool ball = BallTool{static_cast<double>(radius)};
-  Stroke stroke(*model, Pose{centre(path[0]) - up, Mat3::Identity()});
+  DirectTool stroke(*model, Pose{centre(path[0]) - up, Mat3::Identity()});
   Snapshot kept;
   StepTimes result;
   result.us.reserve(path.size());
@@ -192,7 +192,7 @@ void instructions(const Options& o) {
     const std::vector<Material> materials{Material{}};
     const Vec3 up = Vec3::UnitZ() * static_cast<double>(radius);
     const Tool ball = BallTool{static_cast<double>(radius)};
-    Stroke stroke(*model, Pose{centre(path[0]) - up, Mat3::Identity()});
+    DirectTool stroke(*model, Pose{centre(path[0]) - up, Mat3::Identity()});
     const auto step = [&](size_t i) {
       const auto tick = stroke.advance(ball, centre(path[i]) - up, Vec3::Zero(), Mode::cut,
                                        {ForceModel::energy, 6}, materials);

@@ -11,8 +11,8 @@
 #include <unistd.h>
 
 #include <kibori/formats/surface_file.h>
-#include <kibori/motion/stroke.h>
-#include <kibori/session/convert.h>
+#include <kibori/motion/direct_tool.h>
+#include <kibori/batch/convert.h>
 #include <kibori/surface/surface.h>
 
 #include "bench/workload.h"
@@ -42,7 +42,7 @@ Remesh remesh(int nodes, float radius, int steps, int from) {
   const std::vector<Material> materials{Material{}};
   const Vec3 up = Vec3::UnitZ() * static_cast<double>(radius);
   const Tool ball = BallTool{static_cast<double>(radius)};
-  Stroke stroke(model, Pose{centre(0) - up, Mat3::Identity()});
+  DirectTool stroke(model, Pose{centre(0) - up, Mat3::Identity()});
   const auto step = [&](size_t i) {
     const auto tick =
         stroke.advance(ball, centre(i) - up, Vec3::Zero(), Mode::cut, {ForceModel::energy, 6}, materials);

@@ -12,12 +12,14 @@
 #include <unistd.h>
 #include <zstd.h>
 
+#include <kibori/document/codec.h>
+#include <kibori/motion/direct_tool.h>
 #include <kibori/document/document.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/ply.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/formats/threemf.h>
-#include <kibori/motion/scene.h>
+#include <kibori/batch/scene.h>
 #include <kibori/surface/surface.h>
 
 using namespace kibori;
@@ -72,7 +74,7 @@ void one_sentence(const Result<T>& result) {
   }
   model.include_material({Vec3::Zero(), Vec3::Constant(16)});
   model.touch();
-  Stroke stroke(model, Pose{Vec3(-4, 8, 6), Mat3::Identity()});
+  DirectTool stroke(model, Pose{Vec3(-4, 8, 6), Mat3::Identity()});
   const std::vector<Material> materials(2);
   for (const Mode mode : {Mode::touch, Mode::cut, Mode::deposit})
     one_sentence(stroke.advance(BallTool{3}, Vec3(mode == Mode::cut ? 20 : 4, 8, 7), Vec3(0, 0.1, 0), mode,

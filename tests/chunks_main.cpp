@@ -3,7 +3,7 @@
 // kibori_chunks FILE.kibori > CHUNKS
 #include <cstdio>
 
-#include <kibori/session/documents.h>
+#include <kibori/batch/documents.h>
 #include <kibori/surface/surface.h>
 
 #include "apps/studio/chunks.h"

@@ -9,4 +9,8 @@ cmake --install "$1" --prefix "$folder/prefix" >/dev/null
 "$folder/prefix/bin/kibori" --version
 cmake -S "$here/consumer" -B "$folder/build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$folder/prefix" >/dev/null
 cmake --build "$folder/build"
-"$folder/build/consumer" "$folder/scene.kibori"
+mkdir "$folder/out"
+"$folder/build/consumer" "$folder/out"
+"$folder/build/live"
+# What is internal stays here.
+! grep -rlE "Internal( to|\.)" "$folder/prefix/include/kibori"

@@ -10,7 +10,10 @@
 
 #include <gtest/gtest.h>
 
+#include <kibori/document/codec.h>
+#include <kibori/document/database.h>
 #include <kibori/document/document.h>
+#include <kibori/motion/direct_tool.h>
 
 #include "tests/support.h"
 
@@ -63,7 +66,7 @@ inline void carve(Document& document, TriDexel& model, Random& random, int ticks
   const StrokeSettings s = some_settings(random);
   const Pose start{random.in_box(0, 30), frame_from_axis(random.direction(), 0)};
   ASSERT_TRUE(document.begin(s, start, "by chance").ok());
-  Stroke stroke(model, start);
+  DirectTool stroke(model, start);
   const Vec3 way = random.direction();
   double removed = 0;
   for (int i = 0; i < ticks; i++) {

@@ -9,7 +9,7 @@
 
 #include <kibori/base/hash.h>
 #include <kibori/edit/scan_convert.h>
-#include <kibori/motion/stroke.h>
+#include <kibori/motion/direct_tool.h>
 
 namespace kibori::test {
 
@@ -55,7 +55,7 @@ inline uint64_t golden_session(int threads) {
     // One at a time: compilers differ in the order of a call's arguments.
     const Vec3 axis = sequence.in_box(-1, 1) + Vec3(0, 0, 1.2);
     const double roll = sequence.uniform(-3, 3);
-    Stroke stroke(model, Pose{target, frame_from_axis(axis, roll)});
+    DirectTool stroke(model, Pose{target, frame_from_axis(axis, roll)});
     stroke.set_threads(threads);
     const Mode mode = kind % 7 == 3 ? Mode::deposit : kind % 11 == 5 ? Mode::touch : Mode::cut;
     const ForceLaw law{kind % 2 ? ForceModel::energy : ForceModel::paper, kind % 3 ? 5 : 6};
@@ -81,7 +81,7 @@ inline uint64_t golden_session(int threads) {
     }
     // A trim now and then keeps some of everything: the half-space, and an intersection.
     if (stroke_index == 400) {
-      Stroke trim(model, Pose{Vec3(20, 16, 25.3), frame_from_axis(Vec3(0.1, 0.2, 1))});
+      DirectTool trim(model, Pose{Vec3(20, 16, 25.3), frame_from_axis(Vec3(0.1, 0.2, 1))});
       trim.set_threads(threads);
       hash.add(trim.advance(tools[6], Vec3(20, 16, 25), Vec3::Zero(), Mode::cut, law, materials)
                    .value()

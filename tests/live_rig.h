@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <kibori/devices/virtual_device.h>
-#include <kibori/session/live_carving.h>
+#include <kibori/live/live_carving.h>
 
 namespace kibori::test {
 

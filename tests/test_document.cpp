@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <kibori/document/codec.h>
+#include <kibori/motion/direct_tool.h>
 #include <kibori/document/document.h>
 
 #include "tests/document_support.h"
@@ -191,7 +193,7 @@ TEST(Document, FillsThatAreCarvedAgainBesideTheModel) {
       s.mode = fill ? Mode::deposit : Mode::cut;
       const Pose start{Vec3(5, 15, fill ? 23 : 12), Mat3::Identity()};
       ASSERT_TRUE(document->begin(s, start).ok());
-      Stroke stroke(model, start);
+      DirectTool stroke(model, start);
       for (int i = 0; i < 40; i++) {
         StrokeTick tick;
         tick.tip = stroke.pose().tip + Vec3(0.5, 0, 0);
@@ -215,11 +217,11 @@ TEST(Document, FillsThatAreCarvedAgainBesideTheModel) {
     TriDexel& live = *model.value();
     for (const StepId step : {2, 3, 2, 1, 3}) {
       if (elsewhere) {
-        auto to = document->destination(step);
+        auto to = document->checkout(step);
         ASSERT_TRUE(to.ok()) << to.error();
         live.include_material(to.value().material_bounds);
         live.restore(to.value().state);
-        ASSERT_TRUE(document->went(to.value()).ok());
+        ASSERT_TRUE(document->commit_checkout(to.value()).ok());
       } else {
         ASSERT_TRUE(document->go(live, step).ok());
       }
@@ -289,17 +291,17 @@ TEST(Document, DestinationsForAModelElsewhere) {
     truth[document->head()] = model.content_hash();
   }
   auto document = opened(folder / "d.kibori");
-  EXPECT_FALSE(document->destination(5).ok()) << "there is no model yet";
+  EXPECT_FALSE(document->checkout(5).ok()) << "there is no model yet";
   auto model = document->load();
   ASSERT_TRUE(model.ok());
   TriDexel& live = *model.value();
   const auto go = [&](StepId step) {
-    auto to = document->destination(step);
+    auto to = document->checkout(step);
     ASSERT_TRUE(to.ok()) << to.error();
     // Made beside it, while it goes on.
     EXPECT_TRUE(to.value().state.of_same_model(live.snapshot()));
     live.restore(to.value().state);
-    ASSERT_TRUE(document->went(to.value()).ok());
+    ASSERT_TRUE(document->commit_checkout(to.value()).ok());
     EXPECT_EQ(live.content_hash(), truth[step]) << step;
   };
   for (const StepId step : {StepId{206}, StepId{205}, StepId{5}, StepId{1}, StepId{190}, StepId{204}})
@@ -314,7 +316,7 @@ TEST(Document, DestinationsForAModelElsewhere) {
   carve(*document, other, random, 3);
   go(fresh);
   go(190);
-  EXPECT_FALSE(document->destination(4711).ok());
+  EXPECT_FALSE(document->checkout(4711).ok());
 }
 
 TEST(Document, ForcesAreKeptWhereAskedForAndVerified) {
@@ -327,7 +329,7 @@ TEST(Document, ForcesAreKeptWhereAskedForAndVerified) {
   const Pose start{Vec3(5, 10, 18), Mat3::Identity()};
   std::vector<Wrench> felt;
   ASSERT_TRUE(document->begin(s, start).ok());
-  Stroke stroke(model, start);
+  DirectTool stroke(model, start);
   for (int i = 0; i < 40; i++) {
     StrokeTick tick;
     tick.tip = stroke.pose().tip + Vec3(0.7, 0, -0.05);

@@ -163,7 +163,7 @@ TEST(Document, DroppedDestinations) {
   auto document = opened(folder / "a.kibori");
   auto loaded = document->load();
   ASSERT_TRUE(loaded.ok());
-  ASSERT_TRUE(document->destination(3).ok());
+  ASSERT_TRUE(document->checkout(3).ok());
   EXPECT_TRUE(document->undo(*loaded.value()).ok());
   EXPECT_TRUE(document->go(*loaded.value(), 2).ok());
   EXPECT_EQ(loaded.value()->content_hash(), second);

@@ -13,9 +13,12 @@
 
 #include <gtest/gtest.h>
 
+#include <kibori/document/codec.h>
+#include <kibori/motion/direct_tool.h>
 #include <kibori/base/file.h>
+#include <kibori/document/rescue.h>
 #include <kibori/document/document.h>
-#include <kibori/session/documents.h>
+#include <kibori/batch/documents.h>
 
 #include "tests/document_support.h"
 #include "tests/fault_vfs.h"
@@ -44,7 +47,7 @@ TEST(Document, MaterialsThatAreNone) {
     s.tool = BallTool{6};
     const Pose start{Vec3(-4, 10, 15), Mat3::Identity()};
     ASSERT_TRUE(document->begin(s, start).ok());
-    Stroke stroke(model, start);
+    DirectTool stroke(model, start);
     StrokeTick tick;
     tick.tip = Vec3(30, 10, 15);
     tick.edits = true;
@@ -141,7 +144,7 @@ TEST(Document, KilledProcessesLeaveAPrefix) {
         settings.tool = BallTool{2};
         const Pose start{Vec3(5, 5 + s % 20, 19), Mat3::Identity()};
         if (!made.value()->begin(settings, start)) _exit(1);
-        Stroke stroke(model, start);
+        DirectTool stroke(model, start);
         for (int i = 0; i < 60; i++) {
           StrokeTick tick;
           tick.tip = stroke.pose().tip + Vec3(0.4, 0, -0.01);
@@ -215,7 +218,7 @@ TEST(Document, FailingDisksLoseNothing) {
         settings.tool = BallTool{3};
         const Pose start{Vec3(5, 5 + 5 * s, 18), Mat3::Identity()};
         ASSERT_TRUE(document.begin(settings, start).ok());
-        Stroke stroke(model, start);
+        DirectTool stroke(model, start);
         for (int i = 0; i < 12; i++) {
           StrokeTick tick;
           tick.tip = stroke.pose().tip + Vec3(0.7, 0, -0.1);

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <kibori/motion/stroke.h>
+#include <kibori/motion/direct_tool.h>
 
 #include "tests/support.h"
 
@@ -25,9 +25,9 @@ struct Bench {
 
 const Tool kFinger = Finger{0.1, 60};
 
-TickResult go(Stroke& stroke, const Tool& tool, const Vec3& to, const Bench& bench, ForceModel law,
-              int dof = 5, Mode mode = Mode::cut, const Vec3& turn = Vec3::Zero()) {
-  Result<TickResult> tick = stroke.advance(tool, to, turn, mode, {law, dof}, bench.materials);
+ToolTick go(DirectTool& stroke, const Tool& tool, const Vec3& to, const Bench& bench, ForceModel law,
+            int dof = 5, Mode mode = Mode::cut, const Vec3& turn = Vec3::Zero()) {
+  Result<ToolTick> tick = stroke.advance(tool, to, turn, mode, {law, dof}, bench.materials);
   EXPECT_TRUE(tick) << tick.error();
   return tick.value();
 }
@@ -37,7 +37,7 @@ TEST(Energy, UprightScrapeHasTheClosedForm) {
   const double ks = 0.1, depth = 10;  // widest radius 10 mm = 40 cells at pitch 0.25
   for (const Vec3& direction : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0.6, 0.8, 0)}) {
     Bench bench(Vec3(60, 60, 20), 0.25);
-    Stroke stroke(bench.model, Pose{Vec3(15, 15, 20 - depth), Mat3::Identity()});
+    DirectTool stroke(bench.model, Pose{Vec3(15, 15, 20 - depth), Mat3::Identity()});
     // Into the stock first, then steady.
     Vec3 at = stroke.pose().tip;
     double force = 0, moment = 0, volume = 0;
@@ -45,7 +45,7 @@ TEST(Energy, UprightScrapeHasTheClosedForm) {
     int count = 0;
     for (int i = 0; i < 220; i++) {
       at += step * direction;
-      const TickResult tick = go(stroke, kFinger, at, bench, ForceModel::energy);
+      const ToolTick tick = go(stroke, kFinger, at, bench, ForceModel::energy);
       if (i < 20) continue;
       count++;
       force += -tick.wrench.force.dot(direction);
@@ -65,12 +65,12 @@ TEST(Energy, UprightScrapeHasTheClosedForm) {
 // Plunge along the axis: dV = delta pi d / Ks, no moment.
 TEST(Energy, PlungeHasTheClosedFormAndNoMoment) {
   Bench bench(Vec3(60, 60, 20), 0.25);
-  Stroke stroke(bench.model, Pose{Vec3(30.1, 29.8, 21), Mat3::Identity()});
+  DirectTool stroke(bench.model, Pose{Vec3(30.1, 29.8, 21), Mat3::Identity()});
   const double step = 0.05;
   double worst = 0;
   for (int i = 1; i <= 240; i++) {
     const double z = 21 - step * i;
-    const TickResult tick = go(stroke, kFinger, Vec3(30.1, 29.8, z), bench, ForceModel::energy);
+    const ToolTick tick = go(stroke, kFinger, Vec3(30.1, 29.8, z), bench, ForceModel::energy);
     const double deep = 20 - z;
     if (deep > 1.5 * step) {
       const double expected = step * kPi * (deep - step / 2) / 0.1;
@@ -90,11 +90,11 @@ TEST(Energy, PlungeHasTheClosedFormAndNoMoment) {
 // Both faces of a slab passed: a plateau dV = delta pi t / Ks.
 TEST(Energy, PlungeThroughASlabIsAPlateau) {
   Bench bench(Vec3(60, 60, 4), 0.25, 0);
-  Stroke stroke(bench.model, Pose{Vec3(30.1, 29.8, 4), Mat3::Identity()});
+  DirectTool stroke(bench.model, Pose{Vec3(30.1, 29.8, 4), Mat3::Identity()});
   const double step = 0.05;
   for (int i = 1; i <= 240; i++) {
     const double z = 4 - step * i;
-    const TickResult tick = go(stroke, kFinger, Vec3(30.1, 29.8, z), bench, ForceModel::energy);
+    const ToolTick tick = go(stroke, kFinger, Vec3(30.1, 29.8, z), bench, ForceModel::energy);
     if (z > -3 || z < -7) continue;
     EXPECT_NEAR(tick.wrench.force.z(), 2.0 * kPi * 4 / 0.1, 0.01 * 2.0 * kPi * 4 / 0.1);
     EXPECT_NEAR(tick.removed_mm3, step * kPi * 4 / 0.1, 0.01 * step * kPi * 4 / 0.1);
@@ -108,13 +108,13 @@ TEST(Energy, SplittingAMoveChangesNothing) {
     for (const int ticks : {1, 10, 1000}) {
       Bench bench(Vec3(60, 60, 20), 0.5);
       const Vec3 start(15, 30, 14);
-      Stroke stroke(bench.model, Pose{start, frame_from_axis(Vec3(0.2, -0.1, 1))});
+      DirectTool stroke(bench.model, Pose{start, frame_from_axis(Vec3(0.2, -0.1, 1))});
       double volume = 0, work = 0;
       for (int i = 1; i <= ticks; i++) {
         const Vec3 to = start + motion * (static_cast<double>(i) / ticks);
-        const TickResult tick = go(stroke, kFinger, to, bench, ForceModel::energy);
+        const ToolTick tick = go(stroke, kFinger, to, bench, ForceModel::energy);
         volume += tick.removed_mm3;
-        work += -tick.wrench.force.dot(tick.tick.travel);
+        work += -tick.wrench.force.dot(tick.motion.travel);
       }
       if (ticks == 1) {
         first_volume = volume;
@@ -131,18 +131,19 @@ TEST(Energy, WorkEqualsVolumeWhileTurning) {
   Random random;
   for (int trial = 0; trial < 20; trial++) {
     Bench bench(Vec3(40, 40, 20), 0.5);
-    Stroke stroke(bench.model, Pose{Vec3(20, 20, 17), frame_from_axis(random.direction() + Vec3(0, 0, 2))});
+    DirectTool stroke(bench.model,
+                      Pose{Vec3(20, 20, 17), frame_from_axis(random.direction() + Vec3(0, 0, 2))});
     for (int i = 0; i < 30; i++) {
       const Vec3 to = stroke.pose().tip + 0.2 * random.direction();
       const Vec3 turn = 0.02 * random.direction();
-      const TickResult tick = go(stroke, kFinger, to, bench, ForceModel::energy, 6, Mode::cut, turn);
+      const ToolTick tick = go(stroke, kFinger, to, bench, ForceModel::energy, 6, Mode::cut, turn);
       double weighted = 0;
       stroke.removed().for_parts([&](int, const RemovedPart& part) {
         if (part.turning)
           for (double v : part.turn().volume) weighted += v;
       });
       weighted *= 0.125;
-      const double work = tick.wrench.force.dot(tick.tick.travel) + tick.wrench.moment.dot(turn);
+      const double work = tick.wrench.force.dot(tick.motion.travel) + tick.wrench.moment.dot(turn);
       ASSERT_NEAR(work, -2.0 * weighted, 1e-6 + 1e-6 * weighted) << random.note();
       ASSERT_LE(work, 1e-9);
     }
@@ -152,10 +153,10 @@ TEST(Energy, WorkEqualsVolumeWhileTurning) {
 // A turn about the tip with no travel still resists, and stays finite.
 TEST(Energy, TurningOnTheSpotGivesAMomentAndStaysFinite) {
   Bench bench(Vec3(40, 40, 20), 0.5);
-  Stroke stroke(bench.model, Pose{Vec3(20, 20, 8), Mat3::Identity()});
+  DirectTool stroke(bench.model, Pose{Vec3(20, 20, 8), Mat3::Identity()});
   go(stroke, kFinger, Vec3(20, 20, 8), bench, ForceModel::energy);
   for (int i = 0; i < 50; i++) {
-    const TickResult tick =
+    const ToolTick tick =
         go(stroke, kFinger, Vec3(20, 20, 8), bench, ForceModel::energy, 6, Mode::cut, Vec3(0, 0.01, 0));
     EXPECT_TRUE(tick.wrench.moment.allFinite());
     EXPECT_LT(tick.wrench.moment.y(), 0);
@@ -178,12 +179,12 @@ TEST(Paper, CountsExactlyTheNodesThatVanish) {
     const Finger& finger = std::get<Finger>(tool);
     const Mat3 frame = frame_from_axis(random.direction() + Vec3(0, 0, 1.5));
     Vec3 at = Vec3(7, 6, 13) + random.in_box(-3, 3);
-    Stroke stroke(bench.model, Pose{at, frame});
+    DirectTool stroke(bench.model, Pose{at, frame});
     int64_t total = 0, borderline = 0;
     for (int i = 0; i < 60; i++) {
       const Vec3 p = 0.3 * (random.direction() - Vec3(0, 0, i < 30 ? 0.7 : 0.0));
       const Vec3 to = at + p;
-      const TickResult tick = go(stroke, tool, to, bench, ForceModel::paper);
+      const ToolTick tick = go(stroke, tool, to, bench, ForceModel::paper);
       int64_t count = 0;
       Vec3 sum = Vec3::Zero();
       for (int k = 0; k < n.z(); k++)
@@ -233,12 +234,12 @@ TEST(Paper, CountsExactlyTheNodesThatVanish) {
 TEST(Paper, GoingTheSameWayAgainOrRetractingRemovesNothing) {
   Bench bench(Vec3(40, 40, 20), 0.25);
   const Vec3 a(-12, 20.3, 16), b(52, 19.7, 13.5);
-  Stroke stroke(bench.model, Pose{a, Mat3::Identity()});
+  DirectTool stroke(bench.model, Pose{a, Mat3::Identity()});
   for (int i = 1; i <= 40; i++) go(stroke, kFinger, a + (b - a) * (i / 40.0), bench, ForceModel::paper);
   int64_t again = 0;
   double again_mm3 = 0;
   for (int i = 39; i >= 0; i--) {
-    const TickResult tick = go(stroke, kFinger, a + (b - a) * (i / 40.0), bench, ForceModel::paper);
+    const ToolTick tick = go(stroke, kFinger, a + (b - a) * (i / 40.0), bench, ForceModel::paper);
     again += tick.points;
     again_mm3 += tick.removed_mm3;
   }
@@ -252,12 +253,13 @@ TEST(Touch, ForeseesTheCut) {
   for (const ForceModel law : {ForceModel::paper, ForceModel::energy}) {
     Bench touched(Vec3(40, 40, 20), 0.25), cut_bench(Vec3(40, 40, 20), 0.25);
     const Vec3 a(20, 20, 22), b(20, 20, 12);
-    Stroke feel(touched.model, Pose{a, Mat3::Identity()}), carve(cut_bench.model, Pose{a, Mat3::Identity()});
+    DirectTool feel(touched.model, Pose{a, Mat3::Identity()}),
+        carve(cut_bench.model, Pose{a, Mat3::Identity()});
     const uint64_t before = touched.model.content_hash();
     for (int i = 1; i <= 50; i++) {
       const Vec3 to = a + (b - a) * (i / 50.0);
-      const TickResult t = go(feel, kFinger, to, touched, law, 6, Mode::touch);
-      const TickResult c = go(carve, kFinger, to, cut_bench, law, 6, Mode::cut);
+      const ToolTick t = go(feel, kFinger, to, touched, law, 6, Mode::touch);
+      const ToolTick c = go(carve, kFinger, to, cut_bench, law, 6, Mode::cut);
       // A cut rounds what it leaves to float32; the touch compares with the exact start pose.
       EXPECT_NEAR((t.wrench.force - c.wrench.force).norm(), 0, 1e-3 * (1 + c.wrench.force.norm())) << i;
       EXPECT_NEAR(static_cast<double>(t.points), static_cast<double>(c.points), 2) << i;
@@ -273,10 +275,11 @@ TEST(Touch, OfAMeshToolForeseesTheCutToo) {
   const Tool tool = MeshTool{mesh};
   Bench touched(Vec3(30, 30, 10), 0.5), cut_bench(Vec3(30, 30, 10), 0.5);
   const Vec3 a(15, 15, 11), b(15, 15, 5);
-  Stroke feel(touched.model, Pose{a, Mat3::Identity()}), carve(cut_bench.model, Pose{a, Mat3::Identity()});
+  DirectTool feel(touched.model, Pose{a, Mat3::Identity()}),
+      carve(cut_bench.model, Pose{a, Mat3::Identity()});
   for (int i = 1; i <= 20; i++) {
     const Vec3 to = a + (b - a) * (i / 20.0);
-    const TickResult t = go(feel, tool, to, touched, ForceModel::paper, 5, Mode::touch);
+    const ToolTick t = go(feel, tool, to, touched, ForceModel::paper, 5, Mode::touch);
     EXPECT_NEAR(static_cast<double>(t.points),
                 static_cast<double>(go(carve, tool, to, cut_bench, ForceModel::paper).points), 2)
         << i;
@@ -286,11 +289,11 @@ TEST(Touch, OfAMeshToolForeseesTheCutToo) {
 TEST(Deposit, ResistsByTheSameLawAndCanBeCutAwayAgain) {
   Bench bench(Vec3(40, 40, 20), 0.25, 10);
   const double volume = bench.model.volume_mm3();
-  Stroke stroke(bench.model, Pose{Vec3(10, 20, 19), Mat3::Identity()});
+  DirectTool stroke(bench.model, Pose{Vec3(10, 20, 19), Mat3::Identity()});
   const Tool ball = BallTool{3};
   double added = 0;
   for (int i = 1; i <= 40; i++) {
-    const TickResult tick =
+    const ToolTick tick =
         go(stroke, ball, Vec3(10 + 0.5 * i, 20, 19), bench, ForceModel::energy, 5, Mode::deposit);
     if (i > 1) {
       EXPECT_LT(tick.removed_mm3, 0);
@@ -315,12 +318,12 @@ TEST(Materials, ResistEachByItsOwnConstants) {
           1, {}, removed);
   EXPECT_NEAR(model.volume_mm3(), 8000, 1e-6);
   // A flat cutter through both, half in each: the force is the area times the mean of the two.
-  Stroke stroke(model, Pose{Vec3(-6, 10, 7), Mat3::Identity()});
+  DirectTool stroke(model, Pose{Vec3(-6, 10, 7), Mat3::Identity()});
   const Tool flat = Flat{4, 6};
   double force = 0;
   for (int i = 1; i <= 200; i++) {
-    const Result<TickResult> tick = stroke.advance(flat, Vec3(-6 + 0.1 * i, 10, 7), Vec3::Zero(), Mode::cut,
-                                                   {ForceModel::energy, 5}, materials);
+    const Result<ToolTick> tick = stroke.advance(flat, Vec3(-6 + 0.1 * i, 10, 7), Vec3::Zero(), Mode::cut,
+                                                 {ForceModel::energy, 5}, materials);
     if (i > 150) force -= tick.value().wrench.force.x() / 50;
   }
   EXPECT_NEAR(force, 8 * 6 * 0.5 * (1 + 8), 0.02 * 8 * 6 * 4.5);
@@ -330,12 +333,12 @@ TEST(Touch, OfATurnInSeveralPiecesIsThatOfTheCut) {
   Bench touched(Vec3(20, 20, 10), 0.25), cut_bench(Vec3(20, 20, 10), 0.25);
   const Tool tool = BoxTool{Vec3(1, 9, 9)};
   const Pose start{Vec3(10, 10, 3), Mat3::Identity()};
-  Stroke feel(touched.model, start), carve(cut_bench.model, start);
+  DirectTool feel(touched.model, start), carve(cut_bench.model, start);
   go(carve, tool, start.tip, cut_bench, ForceModel::paper);  // the start pose is empty, as a touch takes it
   const uint64_t before = touched.model.content_hash();
   const Vec3 turn(0, 0, 1.5);
-  const TickResult t = go(feel, tool, start.tip, touched, ForceModel::paper, 5, Mode::touch, turn);
-  const TickResult c = go(carve, tool, start.tip, cut_bench, ForceModel::paper, 5, Mode::cut, turn);
+  const ToolTick t = go(feel, tool, start.tip, touched, ForceModel::paper, 5, Mode::touch, turn);
+  const ToolTick c = go(carve, tool, start.tip, cut_bench, ForceModel::paper, 5, Mode::cut, turn);
   EXPECT_GT(c.points, 1000);
   EXPECT_EQ(t.points, c.points);
   EXPECT_EQ(touched.model.content_hash(), before);
@@ -344,12 +347,12 @@ TEST(Touch, OfATurnInSeveralPiecesIsThatOfTheCut) {
 // Whatever was held in between, the start pose counts as clear only right after this very ball's own cut.
 TEST(Stroke, AnotherToolInBetweenIsNotForgotten) {
   Bench bench(Vec3(20, 20, 10), 0.25), plain(Vec3(20, 20, 10), 0.25);
-  Stroke stroke(bench.model, Pose{Vec3(10, 10, 6), Mat3::Identity()});
+  DirectTool stroke(bench.model, Pose{Vec3(10, 10, 6), Mat3::Identity()});
   const Tool ball = BallTool{3}, flat = Flat{1, 30};
   double from = 6;
   for (const auto& [tool, to] : {std::pair{ball, 5.0}, std::pair{flat, 2.0}, std::pair{ball, 1.9}}) {
     go(stroke, tool, Vec3(10, 10, to), bench, ForceModel::energy);
-    Stroke fresh(plain.model, Pose{Vec3(10, 10, from), Mat3::Identity()});
+    DirectTool fresh(plain.model, Pose{Vec3(10, 10, from), Mat3::Identity()});
     go(fresh, tool, Vec3(10, 10, to), plain, ForceModel::energy);
     from = to;
   }
@@ -361,8 +364,8 @@ TEST(Stroke, ALongTickIsSweptInPieces) {
   double expected = 0;
   for (const double half : {100.0, 3000.0, 100000.0}) {
     Bench bench(Vec3(20, 20, 10), 0.25);
-    Stroke stroke(bench.model, Pose{Vec3(10 - half, 10, 8), Mat3::Identity()});
-    const TickResult tick = go(stroke, kFinger, Vec3(10 + half, 10, 8), bench, ForceModel::energy);
+    DirectTool stroke(bench.model, Pose{Vec3(10 - half, 10, 8), Mat3::Identity()});
+    const ToolTick tick = go(stroke, kFinger, Vec3(10 + half, 10, 8), bench, ForceModel::energy);
     if (expected == 0) expected = tick.removed_mm3;
     EXPECT_NEAR(tick.removed_mm3, expected, 1e-3 * expected) << half;
     EXPECT_NEAR(-tick.wrench.force.x() * half, expected, 0.01 * expected) << half;
@@ -371,7 +374,7 @@ TEST(Stroke, ALongTickIsSweptInPieces) {
 
 TEST(Stroke, RefusesATickItCannotSplit) {
   Bench bench(Vec3(10, 10, 10), 1);
-  Stroke stroke(bench.model, Pose{});
+  DirectTool stroke(bench.model, Pose{});
   const auto tick =
       stroke.advance(BallTool{1}, Vec3(1e20, 0, 0), Vec3::Zero(), Mode::cut, {}, bench.materials);
   ASSERT_FALSE(tick);

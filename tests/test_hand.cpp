@@ -11,7 +11,7 @@
 
 #include <kibori/devices/pointer_device.h>
 #include <kibori/haptics/materials.h>
-#include <kibori/session/live_carving.h>
+#include <kibori/live/live_carving.h>
 
 #include "tests/support.h"
 

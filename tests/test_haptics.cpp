@@ -15,7 +15,7 @@
 
 #include <kibori/devices/virtual_device.h>
 #include <kibori/haptics/histogram.h>
-#include <kibori/session/live_carving.h>
+#include <kibori/live/live_carving.h>
 
 #include "tests/live_rig.h"
 #include "tests/support.h"

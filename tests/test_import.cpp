@@ -12,10 +12,10 @@
 
 #include <kibori/geometry/cluster.h>
 #include <kibori/geometry/mesh_info.h>
-#include <kibori/session/carving.h>
-#include <kibori/session/documents.h>
-#include <kibori/session/import_report.h>
-#include <kibori/session/stock_scene.h>
+#include <kibori/batch/carving.h>
+#include <kibori/batch/documents.h>
+#include <kibori/batch/import_report.h>
+#include "apps/studio/session/stock_scene.h"
 #include <kibori/surface/surface.h>
 
 #include "tests/support.h"

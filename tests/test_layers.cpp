@@ -13,10 +13,10 @@
 #include <kibori/geometry/mesh_info.h>
 #include <kibori/geometry/triangle_distance.h>
 #include <kibori/measure/distance.h>
-#include <kibori/motion/stroke.h>
+#include <kibori/motion/direct_tool.h>
 #include <kibori/picture/picture.h>
-#include <kibori/session/relief.h>
-#include <kibori/session/stock.h>
+#include <kibori/batch/relief.h>
+#include <kibori/batch/stock.h>
 #include <kibori/surface/layers.h>
 #include <kibori/surface/simplify.h>
 #include <kibori/surface/surface.h>

@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <kibori/formats/mesh_file.h>
-#include <kibori/session/carving.h>
-#include <kibori/session/force_report.h>
+#include <kibori/batch/carving.h>
+#include <kibori/batch/force_report.h>
 
 #include "tests/support.h"
 

@@ -14,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-#include <kibori/session/scribe.h>
+#include <kibori/live/document_writer.h>
 
 #include "tests/fault_vfs.h"
 #include "tests/live_rig.h"
@@ -53,7 +53,7 @@ void expect_sound(const Document& document) {
 }
 
 // What a hand carved is in the document, stroke by stroke, and carving it again leaves the same bytes.
-TEST(Scribe, KeepsWhatTheHandDoes) {
+TEST(DocumentWriter, KeepsWhatTheHandDoes) {
   for (const HandModel model : {HandModel::series, HandModel::energy})
     for (const bool threads : {false, true}) {
       Folder folder;
@@ -62,7 +62,7 @@ TEST(Scribe, KeepsWhatTheHandDoes) {
       auto document = Document::create(file, r.live->model(), "{}");
       ASSERT_TRUE(document.ok()) << document.error();
       {
-        Scribe scribe(*r.live, std::move(document).value());
+        DocumentWriter scribe(*r.live, std::move(document).value());
         int done = 0;
         const auto change = [&](LiveCarving& live) {
           live.settings().tool = BallTool{2.0 + 0.1 * done++};
@@ -107,7 +107,7 @@ TEST(Scribe, KeepsWhatTheHandDoes) {
 
 // Back and forth and elsewhere while the hand goes on, and strokes left off midway: the model is always that
 // of the step where the document stands, and all of it can be carved again.
-TEST(Scribe, GoesBackAndForthWhileAHandCarves) {
+TEST(DocumentWriter, GoesBackAndForthWhileAHandCarves) {
   Random random;
   Folder folder;
   for (const HandModel model : {HandModel::series, HandModel::paper}) {
@@ -120,7 +120,7 @@ TEST(Scribe, GoesBackAndForthWhileAHandCarves) {
     int undone = 0, cancelled = 0;
     size_t scribed = 0;
     {
-      Scribe scribe(live, std::move(document).value(), true);
+      DocumentWriter scribe(live, std::move(document).value(), true);
       live.safety().arm();
       const auto run = [&](int ticks) {
         for (int i = 0; i < ticks; i++) {
@@ -194,13 +194,13 @@ TEST(Scribe, GoesBackAndForthWhileAHandCarves) {
 }
 
 // What was cancelled is gone, whatever is asked for at the same moment.
-TEST(Scribe, CancelledBeforeAnythingElse) {
+TEST(DocumentWriter, CancelledBeforeAnythingElse) {
   Folder folder;
   Rig r = busy_rig(HandModel::series);
   LiveCarving& live = *r.live;
   auto document = Document::create(folder.path / "c.kibori", live.model(), "{}");
   ASSERT_TRUE(document.ok()) << document.error();
-  Scribe scribe(live, std::move(document).value());
+  DocumentWriter scribe(live, std::move(document).value());
   live.safety().arm();
   for (int i = 0; i < 5000 && !scribe.document().in_stroke(); i++) {
     live.tick(0.001);
@@ -218,7 +218,7 @@ TEST(Scribe, CancelledBeforeAnythingElse) {
 
 // The same on three threads; the second time in a document that was just opened, whose states are made beside
 // the hand.
-TEST(Scribe, HistoryFromAnotherThread) {
+TEST(DocumentWriter, HistoryFromAnotherThread) {
   Random random;
   Folder folder;
   const std::filesystem::path file = folder.path / "t.kibori";
@@ -237,7 +237,7 @@ TEST(Scribe, HistoryFromAnotherThread) {
     LiveCarving& live = *r.live;
     if (!again) document = Document::create(file, live.model(), "{}");
     ASSERT_TRUE(document.ok()) << document.error();
-    Scribe scribe(live, std::move(document).value());
+    DocumentWriter scribe(live, std::move(document).value());
     scribe.start();
     live.start();
     std::atomic<int> calls{0};
@@ -314,7 +314,7 @@ class WatchedDevice final : public Device {
 
 // kill -9 while a hand carves in real time: the file opens to an exact prefix. How long before the end that
 // prefix ends is printed.
-TEST(Scribe, KilledWhileAHandCarves) {
+TEST(DocumentWriter, KilledWhileAHandCarves) {
   Random random;
   Folder folder;
   const std::filesystem::path file = folder.path / "k.kibori";
@@ -346,7 +346,7 @@ TEST(Scribe, KilledWhileAHandCarves) {
                                     std::make_unique<WatchedDevice>(std::move(hand), *witness), settings);
       auto document = Document::create(file, live.value()->model(), "{}");
       if (!document) _exit(1);
-      Scribe scribe(*live.value(), std::move(document).value());
+      DocumentWriter scribe(*live.value(), std::move(document).value());
       scribe.start();
       live.value()->start();
       // Whatever comes from elsewhere ends a stroke, and the next begins.
@@ -394,7 +394,7 @@ TEST(Scribe, KilledWhileAHandCarves) {
 
 // The disk fills up while a hand carves: it is told, the hand goes on, back and forth too, and all of it can
 // be had elsewhere.
-TEST(Scribe, AFullDiskIsToldAndNothingIsLost) {
+TEST(DocumentWriter, AFullDiskIsToldAndNothingIsLost) {
   FaultVfs& vfs = FaultVfs::get();
   vfs.reset();
   Folder folder;
@@ -404,7 +404,7 @@ TEST(Scribe, AFullDiskIsToldAndNothingIsLost) {
   auto document = Document::create(file, live.model(), "{}", {}, FaultVfs::kName);
   ASSERT_TRUE(document.ok()) << document.error();
   {
-    Scribe scribe(live, std::move(document).value());
+    DocumentWriter scribe(live, std::move(document).value());
     live.safety().arm();
     const auto run = [&](int ticks) {
       for (int i = 0; i < ticks; i++) {

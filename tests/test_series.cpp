@@ -6,8 +6,9 @@
 
 #include <gtest/gtest.h>
 
+#include <kibori/motion/direct_tool.h>
 #include <kibori/base/percent.h>
-#include <kibori/motion/series_tool.h>
+#include <kibori/motion/spring_tool.h>
 
 #include "tests/support.h"
 
@@ -52,15 +53,15 @@ TEST(Rotation, BetweenFrames) {
 
 TEST(Series, FreeAirIsFree) {
   TriDexel model = block(0.5);
-  SeriesTool tool(model, upright({20, 15, 25}), {});
+  SpringTool tool(model, upright({20, 15, 25}), {});
   const std::vector<Material> materials{wood()};
   for (int i = 0; i < 100; i++) {
     const Pose device = upright({20 + 0.1 * i, 15, 25});
     const auto felt = tool.advance(BallTool{3}, device, Mode::cut, materials);
     ASSERT_TRUE(felt.ok());
-    EXPECT_EQ(length(felt.value().hand.force), 0);
+    EXPECT_EQ(length(felt.value().wrench.force), 0);
     EXPECT_EQ(felt.value().removed_mm3, 0);
-    EXPECT_EQ(felt.value().tool.tip, device.tip);
+    EXPECT_EQ(felt.value().pose.tip, device.tip);
   }
 }
 
@@ -69,7 +70,7 @@ TEST(Series, BelowYieldNothingIsCutAndItFeelsSolid) {
   const double before = model.volume_mm3();
   SeriesSpring spring;
   spring.stiffness_n_mm = 1;
-  SeriesTool tool(model, upright({20, 15, 21}), spring);
+  SpringTool tool(model, upright({20, 15, 21}), spring);
   const std::vector<Material> materials{wood()};
   double last = 0;
   for (int i = 0; i <= 1280; i++) {
@@ -77,7 +78,7 @@ TEST(Series, BelowYieldNothingIsCutAndItFeelsSolid) {
     const auto felt = tool.advance(Flat{3, 30}, upright({20, 15, z}), Mode::cut, materials);
     ASSERT_TRUE(felt.ok());
     EXPECT_FALSE(felt.value().cutting);
-    const double force = felt.value().hand.force.z();
+    const double force = felt.value().wrench.force.z();
     EXPECT_NEAR(force, z < 20 ? spring.stiffness_n_mm * (20 - z) : 0, 2e-3);
     EXPECT_LE(std::abs(force - last), 0.002);  // no jump at the touch
     last = force;
@@ -90,7 +91,7 @@ TEST(Series, PlungeOfAFlatFeelsYieldEnergyAndViscosity) {
     TriDexel model = block(0.25);
     SeriesSpring spring;
     spring.stiffness_n_mm = 2;
-    SeriesTool tool(model, upright({20, 15, 20.05}), spring);
+    SpringTool tool(model, upright({20, 15, 20.05}), spring);
     std::vector<Material> materials{wood()};
     materials[0].c = viscosity;
     const double area = kPi * 9, speed = 10;
@@ -101,9 +102,9 @@ TEST(Series, PlungeOfAFlatFeelsYieldEnergyAndViscosity) {
       const auto felt =
           tool.advance(Flat{3, 30}, upright({20, 15, 20.05 - 0.001 * speed * i}), Mode::cut, materials);
       ASSERT_TRUE(felt.ok());
-      force = felt.value().hand.force;
+      force = felt.value().wrench.force;
       volume += felt.value().removed_mm3;
-      depth = 20 - felt.value().tool.tip.z();
+      depth = 20 - felt.value().pose.tip.z();
       if (i > 600) {
         EXPECT_NEAR(force.z(), expected, 0.012 * expected);  // 12 cells tell the disc to 0.9 %
       }
@@ -131,17 +132,17 @@ TEST(Series, RipplesLittleWhereThePaperModelRipplesMuch) {
   std::vector<double> series, paper;
   {
     TriDexel model = block(0.25);
-    SeriesTool tool(model, upright({-4, 15, 20 - depth}), {1.0, 0, 0.2, 0.001});
+    SpringTool tool(model, upright({-4, 15, 20 - depth}), {1.0, 0, 0.2, 0.001});
     for (int i = 0; i < 3000; i++) {
       const auto felt =
           tool.advance(finger, upright({-4 + 0.001 * speed * i, 15, 20 - depth}), Mode::cut, materials);
       ASSERT_TRUE(felt.ok());
-      series.push_back(length(felt.value().hand.force));
+      series.push_back(length(felt.value().wrench.force));
     }
   }
   {
     TriDexel model = block(0.25);
-    Stroke stroke(model, upright({-4, 15, 20 - depth}));
+    DirectTool stroke(model, upright({-4, 15, 20 - depth}));
     for (int i = 0; i < 3000; i++) {
       const auto tick = stroke.advance(finger, {-4 + 0.001 * speed * i, 15, 20 - depth}, Vec3::Zero(),
                                        Mode::cut, {ForceModel::paper, 6}, materials);
@@ -160,13 +161,13 @@ TEST(Series, DoesNotDependOnThePitch) {
   double mean[2] = {};
   for (const int fine : {0, 1}) {
     TriDexel model = block(fine ? 0.125 : 0.25);
-    SeriesTool tool(model, upright({-6, 15, 18}), {1.0, 0, 0.2, 0.001});
+    SpringTool tool(model, upright({-6, 15, 18}), {1.0, 0, 0.2, 0.001});
     const std::vector<Material> materials{wood()};
     double sum = 0;
     for (int i = 0; i < 2400; i++) {
       const auto felt = tool.advance(BallTool{5}, upright({-6 + 0.01 * i, 15, 18}), Mode::cut, materials);
       ASSERT_TRUE(felt.ok());
-      if (i >= 1600) sum += length(felt.value().hand.force) / 800;
+      if (i >= 1600) sum += length(felt.value().wrench.force) / 800;
     }
     mean[fine] = sum;
   }
@@ -181,7 +182,7 @@ TEST(Series, TakesWorkFromTheHandAlways) {
     const Tool tools[] = {BallTool{3}, Finger{0.3, 20}, Flat{2, 20}, Capsule{2, 15}};
     const Tool& shape = tools[round % 4];
     Pose device = upright({20, 15, 22});
-    SeriesTool tool(model, device, {1.0, round % 2 ? 500.0 : 0.0, 0.2, 0.001});
+    SpringTool tool(model, device, {1.0, round % 2 ? 500.0 : 0.0, 0.2, 0.001});
     const std::vector<Material> materials{wood()};
     Vec3 velocity = Vec3::Zero();
     double removed = 0;
@@ -194,7 +195,7 @@ TEST(Series, TakesWorkFromTheHandAlways) {
       const auto felt = tool.advance(shape, device, Mode::cut, materials);
       ASSERT_TRUE(felt.ok()) << felt.error();
       // The spring only ever pulls the tool along its way.
-      EXPECT_LE(felt.value().hand.force.dot(felt.value().tool.tip - from), 1e-9) << random.note();
+      EXPECT_LE(felt.value().wrench.force.dot(felt.value().pose.tip - from), 1e-9) << random.note();
       removed += felt.value().removed_mm3;
     }
     EXPECT_NEAR(before - model.volume_mm3(), removed, 1e-6 * before) << random.note();
@@ -203,7 +204,7 @@ TEST(Series, TakesWorkFromTheHandAlways) {
 
 TEST(Series, SlidesOnAFaceBelowYield) {
   TriDexel model = block(0.25);
-  SeriesTool tool(model, upright({10, 15, 20.5}), {1.0, 0, 0.1, 0.001});
+  SpringTool tool(model, upright({10, 15, 20.5}), {1.0, 0, 0.1, 0.001});
   std::vector<Material> materials{wood()};
   materials[0].yield_n = 50;
   Vec3 tip;
@@ -213,11 +214,11 @@ TEST(Series, SlidesOnAFaceBelowYield) {
     const auto felt = tool.advance(BallTool{3}, upright(to), Mode::cut, materials);
     ASSERT_TRUE(felt.ok());
     EXPECT_FALSE(felt.value().cutting);
-    tip = felt.value().tool.tip;
+    tip = felt.value().pose.tip;
     if (i > 1000) {
       EXPECT_NEAR(tip.z(), 20, 0.02);
       EXPECT_NEAR(to.x() - tip.x(), 0.1 * 0.8, 0.03);  // friction holds it back by mu N / k
-      EXPECT_NEAR(felt.value().hand.force.z(), 0.8, 0.03);
+      EXPECT_NEAR(felt.value().wrench.force.z(), 0.8, 0.03);
     }
   }
   EXPECT_EQ(model.volume_mm3(), 40 * 30 * 20);
@@ -225,7 +226,7 @@ TEST(Series, SlidesOnAFaceBelowYield) {
 
 TEST(Series, DepositsAgainstResistance) {
   TriDexel model = block(0.5);
-  SeriesTool tool(model, upright({20, 15, 23}), {1.0, 0, 0.2, 0.001});
+  SpringTool tool(model, upright({20, 15, 23}), {1.0, 0, 0.2, 0.001});
   const std::vector<Material> materials{wood()};
   const double before = model.volume_mm3();
   double added = 0;
@@ -235,8 +236,8 @@ TEST(Series, DepositsAgainstResistance) {
     added -= felt.value().removed_mm3;
     if (i > 600) {
       // u times the ball's cross-section.
-      EXPECT_NEAR(felt.value().hand.force.x(), -0.2 * kPi * 4, 0.05 * 0.2 * kPi * 4);
-      EXPECT_NEAR(felt.value().hand.force.z(), 0, 1e-6);
+      EXPECT_NEAR(felt.value().wrench.force.x(), -0.2 * kPi * 4, 0.05 * 0.2 * kPi * 4);
+      EXPECT_NEAR(felt.value().wrench.force.z(), 0, 1e-6);
     }
   }
   EXPECT_GT(added, 50);
@@ -249,7 +250,7 @@ TEST(Series, ATorsionalSpringHoldsTheTurnBack) {
   std::vector<Material> materials{wood()};
   materials[0].yield_n = 100;
   const Pose start = upright({20, -2.05, 12});  // the box's face 0.05 mm off the block's side
-  SeriesTool tool(model, start, {1.0, 300, 0.1, 0.001});
+  SpringTool tool(model, start, {1.0, 300, 0.1, 0.001});
   double moment = 0, turned = 0;
   for (int i = 0; i <= 300; i++) {
     const double angle = 0.001 * i;
@@ -257,8 +258,8 @@ TEST(Series, ATorsionalSpringHoldsTheTurnBack) {
     const auto felt = tool.advance(BoxTool{Vec3(8, 4, 6)}, device, Mode::cut, materials);
     ASSERT_TRUE(felt.ok());
     EXPECT_FALSE(felt.value().cutting);
-    moment = felt.value().hand.moment.z();
-    turned = rotation_between(start.frame, felt.value().tool.frame).z();
+    moment = felt.value().wrench.moment.z();
+    turned = rotation_between(start.frame, felt.value().pose.frame).z();
     EXPECT_NEAR(moment, -300 * (angle - turned), 1e-6);
   }
   // A corner 4 mm out meets the side after about 0.05/4 rad.
@@ -273,7 +274,7 @@ TEST(Series, TouchYieldAndReleaseAreContinuous) {
   for (const Tool& shape : {Tool(BallTool{4}), Tool(Finger{0.2, 15}), Tool(Flat{3, 15})}) {
     TriDexel model = block(0.25);
     const SeriesSpring spring{1.5, 0, 0.2, 0.001};
-    SeriesTool tool(model, upright({20, 15, 21}), spring);
+    SpringTool tool(model, upright({20, 15, 21}), spring);
     const std::vector<Material> materials{wood()};
     const double step = 0.005;
     double last = 0, most = 0, largest = 0;
@@ -282,7 +283,7 @@ TEST(Series, TouchYieldAndReleaseAreContinuous) {
       const double z = i < 1500 ? 21 - step * i : 13.5 + step * (i - 1500);
       const auto felt = tool.advance(shape, upright({20, 15, z}), Mode::cut, materials);
       ASSERT_TRUE(felt.ok());
-      const double force = felt.value().hand.force.z();
+      const double force = felt.value().wrench.force.z();
       largest = std::max(largest, std::abs(force - last));
       most = std::max(most, force);
       last = force;
@@ -302,7 +303,7 @@ TEST(Series, SplittingTheToolsPathChangesNothing) {
   const int ticks[3] = {1, 10, 1000};
   for (size_t n = 0; n < 3; n++) {
     TriDexel model = block(0.25);
-    Stroke stroke(model, upright({8, 13.3, 22}));
+    DirectTool stroke(model, upright({8, 13.3, 22}));
     for (const Vec3& to : {Vec3(20.1, 15.2, 18.3), Vec3(33.7, 12.4, 17.9)}) {
       const Vec3 from = stroke.pose().tip;
       for (int i = 1; i <= ticks[n]; i++)
@@ -330,7 +331,7 @@ TEST(Series, AClearStartIsOfCutsThatDoNotTurn) {
       double added[2], way[2];
       for (const bool fresh : {false, true}) {
         TriDexel model = block(0.25);
-        SeriesTool tool(model, upright({20, 15, 21}), {1.5, 0, 0.2, 0.001});
+        SpringTool tool(model, upright({20, 15, 21}), {1.5, 0, 0.2, 0.001});
         Pose device = upright({20, 15, 21});
         for (int i = 0; i < 700; i++) {
           device.tip.z() -= 0.01;
@@ -342,7 +343,7 @@ TEST(Series, AClearStartIsOfCutsThatDoNotTurn) {
         const auto felt = tool.advance(shape, device, turns ? Mode::touch : Mode::deposit, materials);
         ASSERT_TRUE(felt.ok());
         added[fresh] = felt.value().removed_mm3;
-        way[fresh] = felt.value().travel_mm;
+        way[fresh] = felt.value().motion.travel.norm();
       }
       EXPECT_EQ(added[0], added[1]) << turns;
       EXPECT_EQ(way[0], way[1]) << turns;
@@ -360,8 +361,8 @@ TEST(Series, ARecordedPathLeavesTheSameBytes) {
     const Tool& shape = tools[round % 5];
     TriDexel live = block(0.5), again = block(0.5);
     const Pose start{{20, 15, 24}, frame_from_axis(Vec3(0.2, 0.1, 1).normalized(), 0)};
-    SeriesTool tool(live, start, {1.5, round % 3 == 0 ? 30.0 : 0, 0.2, 0.001});
-    Stroke stroke(again, start);
+    SpringTool tool(live, start, {1.5, round % 3 == 0 ? 30.0 : 0, 0.2, 0.001});
+    DirectTool stroke(again, start);
     std::vector<Material> materials{wood()};
     materials[0].yield_n = round % 2 ? 0.3 : 0;
     const Mode mode = round % 7 == 6 ? Mode::deposit : Mode::cut;
@@ -376,13 +377,13 @@ TEST(Series, ARecordedPathLeavesTheSameBytes) {
       device.frame = rotation(spin) * device.frame;
       const auto felt = tool.advance(shape, device, mode, materials);
       ASSERT_TRUE(felt.ok()) << felt.error();
-      const SeriesTool::Felt& f = felt.value();
+      const ToolTick& f = felt.value();
       edits += f.edited;
       const auto tick =
-          stroke.advance(shape, f.tool.tip, f.turn_rad, f.edited ? mode : Mode::off, {}, materials);
+          stroke.advance(shape, f.pose.tip, f.motion.turn, f.edited ? mode : Mode::off, {}, materials);
       ASSERT_TRUE(tick.ok()) << tick.error();
-      ASSERT_EQ(stroke.pose().tip, f.tool.tip);
-      ASSERT_EQ(stroke.pose().frame, f.tool.frame) << i << random.note();
+      ASSERT_EQ(stroke.pose().tip, f.pose.tip);
+      ASSERT_EQ(stroke.pose().frame, f.pose.frame) << i << random.note();
       if (f.edited) {
         ASSERT_EQ(tick.value().removed_mm3, f.removed_mm3) << i << random.note();
       }
@@ -403,7 +404,7 @@ TEST(Series, SplittingTheDevicesPathMattersLittle) {
     TriDexel model = block(0.25);
     const double before = model.volume_mm3();
     SeriesSpring spring{1.5, 0, 0.2, 0.001 / parts[n]};
-    SeriesTool tool(model, upright({8, 15, 22}), spring);
+    SpringTool tool(model, upright({8, 15, 22}), spring);
     const auto at = [](double t) { return Vec3(8 + 20 * t, 15, std::max(18.5, 22 - 20 * t)); };
     for (int i = 1; i <= 500 * parts[n]; i++)
       ASSERT_TRUE(tool.advance(BallTool{4}, upright(at(0.002 * i / parts[n])), Mode::cut, materials).ok());
@@ -422,12 +423,12 @@ TEST(Series, SplittingTheDevicesPathMattersLittle) {
 TEST(Series, WaitsUntilItIsOutside) {
   TriDexel model = block(0.5);
   const std::vector<Material> materials{wood()};
-  SeriesTool tool(model, upright({20, 15, 10}), {});
+  SpringTool tool(model, upright({20, 15, 10}), {});
   const double before = model.volume_mm3();
   for (int i = 0; i < 300; i++) {
     const auto felt = tool.advance(BallTool{2}, upright({20, 15, 10 + 0.05 * i}), Mode::cut, materials);
     ASSERT_TRUE(felt.ok());
-    EXPECT_EQ(length(felt.value().hand.force), 0);
+    EXPECT_EQ(length(felt.value().wrench.force), 0);
     const double z = 10 + 0.05 * i;
     if (std::abs(z - 20) > 0.1) {
       EXPECT_EQ(felt.value().inside, z < 20) << z;

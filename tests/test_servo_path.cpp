@@ -16,9 +16,9 @@
 #include <sys/resource.h>
 
 #include <kibori/devices/virtual_device.h>
-#include <kibori/motion/stroke.h>
-#include <kibori/session/live_carving.h>
-#include <kibori/session/scribe.h>
+#include <kibori/motion/direct_tool.h>
+#include <kibori/live/live_carving.h>
+#include <kibori/live/document_writer.h>
 #include <kibori/surface/surface.h>
 
 namespace {
@@ -122,7 +122,7 @@ bool edits(long many) {
     for (long i = 0; i < wanted;) {
       const Vec3 from(random(2, 62), random(2, 46), random(33, 42));
       const Tool& tool = tools[static_cast<size_t>(random(0, 6.999))];
-      Stroke stroke(model, Pose{from, frame_from_axis(Vec3(random(-1, 1), random(-1, 1), 1))});
+      DirectTool stroke(model, Pose{from, frame_from_axis(Vec3(random(-1, 1), random(-1, 1), 1))});
       const Vec3 step(random(-0.4, 0.4), random(-0.4, 0.4), random(-0.1, 0.05));
       const Mode mode = random(0, 1) < 0.15 ? Mode::deposit : random(0, 1) < 0.1 ? Mode::touch : Mode::cut;
       const Vec3 turn = random(0, 1) < 0.1 ? Vec3(0.002, 0.001, 0) : Vec3(0, 0, 0);
@@ -167,7 +167,7 @@ bool ticks(long many) {
   if (!mkdtemp(folder)) return false;
   auto document = Document::create(std::filesystem::path(folder) / "ticks.kibori", live.model(), "{}");
   if (!document) return std::printf("%s\n", document.error().c_str()), false;
-  Scribe scribe(live, std::move(document).value());
+  DocumentWriter scribe(live, std::move(document).value());
   scribe.start();
   std::atomic<bool> stopping{false};
   long chunks = 0;

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include <kibori/motion/stroke.h>
+#include <kibori/motion/direct_tool.h>
 
 #include "tests/support.h"
 
@@ -37,7 +37,7 @@ TEST(Snapshots, ReadersSeeOneMomentWhileTheWriterCarves) {
         read++;
       }
     });
-  Stroke stroke(model, Pose{Vec3(-4, 20, 14), Mat3::Identity()});
+  DirectTool stroke(model, Pose{Vec3(-4, 20, 14), Mat3::Identity()});
   for (int i = 0; i < 300; i++) {
     const double angle = 0.05 * i;
     const Vec3 to(20 + (18 - 0.05 * i) * std::cos(angle), 20 + (18 - 0.05 * i) * std::sin(angle),
@@ -65,7 +65,7 @@ TEST(Snapshots, GoingBackAndForthRestoresEveryByte) {
   std::vector<std::pair<Snapshot, uint64_t>> past;
   const std::vector<Material> materials{Material{}};
   for (int i = 0; i < 200; i++) {
-    Stroke stroke(model, Pose{random.in_box(0, 25), frame_from_axis(random.direction())});
+    DirectTool stroke(model, Pose{random.in_box(0, 25), frame_from_axis(random.direction())});
     ASSERT_TRUE(stroke.advance(BallTool{random.uniform(1, 4)}, stroke.pose().tip + random.direction(),
                                Vec3::Zero(), random.integer(0, 2) ? Mode::cut : Mode::deposit, {},
                                materials));

@@ -11,12 +11,12 @@
 #include <gtest/gtest.h>
 
 #include <kibori/haptics/materials.h>
-#include <kibori/session/carving.h>
-#include <kibori/session/export.h>
-#include <kibori/session/library.h>
-#include <kibori/session/servo_run.h>
-#include <kibori/session/stock_scene.h>
-#include <kibori/session/studio.h>
+#include <kibori/batch/carving.h>
+#include <kibori/batch/export.h>
+#include "apps/studio/session/library.h"
+#include <kibori/batch/servo_run.h>
+#include "apps/studio/session/stock_scene.h"
+#include "apps/studio/session/studio.h"
 
 #include "tests/support.h"
 

@@ -16,7 +16,7 @@
 
 #include <kibori/edit/edit.h>
 #include <kibori/edit/tile_kernel.h>
-#include <kibori/motion/stroke.h>
+#include <kibori/motion/direct_tool.h>
 #include <kibori/solid/ball.h>
 #include <kibori/surface/cell_table.h>
 #include <kibori/surface/chunk_kernel.h>
@@ -187,7 +187,7 @@ TEST(Surface, RandomCarvesAreManifoldsOfTheModelsVolume) {
     for (int i = random.integer(1, 8); i > 0; i--) {
       const auto anywhere = [&] { return Vec3(random.in_box(0, 1).cwiseProduct(size)); };
       const Tool tool = random_tool(random, 0.5 * size.minCoeff());
-      Stroke stroke(model, Pose{anywhere(), frame_from_axis(random.direction(), 0)});
+      DirectTool stroke(model, Pose{anywhere(), frame_from_axis(random.direction(), 0)});
       const Mode mode = random.integer(0, 3) ? Mode::cut : Mode::deposit;
       ASSERT_TRUE(stroke.advance(tool, anywhere(), Vec3::Zero(), mode, {}, materials, 1).ok());
     }
@@ -234,7 +234,7 @@ TEST(Surface, LiveSurfaceFollowsEveryEdit) {
         paint(model, SweptBall(anywhere(), Vec3::Zero(), random.uniform(2, 12)), 0xff2040a0u, {}, removed);
       } else {
         const Tool tool = random_tool(random, random.uniform(0.05, 0.4) * size.minCoeff());
-        Stroke stroke(model, Pose{anywhere(), frame_from_axis(random.direction(), 0)});
+        DirectTool stroke(model, Pose{anywhere(), frame_from_axis(random.direction(), 0)});
         const Vec3 to = stroke.pose().tip + random.in_box(-3, 3);
         ASSERT_TRUE(
             stroke.advance(tool, to, Vec3::Zero(), what < 8 ? Mode::cut : Mode::deposit, {}, materials, 1)
@@ -280,7 +280,7 @@ TEST(Surface, LiveSurfaceFollowsWhileCarvingGoesOn) {
   LiveSurface live(latest, 2);
   std::thread carver([&] {
     const std::vector<Material> materials{Material{}};
-    Stroke stroke(model, Pose{Vec3(5, 32, 40), Mat3::Identity()});
+    DirectTool stroke(model, Pose{Vec3(5, 32, 40), Mat3::Identity()});
     const int steps = std::getenv("KIBORI_SHORT") ? 100 : 1000;
     for (int i = 0; i < steps; i++) {
       const double a = 0.05 * i;
@@ -327,7 +327,7 @@ TEST(Surface, SameBytesOnEveryVectorUnit) {
   const std::vector<Material> materials{Material{}, Material{}};
   for (int i = 0; i < 12; i++) {
     const auto anywhere = [&] { return Vec3(lattice.origin_mm + random.in_box(0, 14)); };
-    Stroke stroke(model, Pose{anywhere(), frame_from_axis(random.direction(), 0)});
+    DirectTool stroke(model, Pose{anywhere(), frame_from_axis(random.direction(), 0)});
     ASSERT_TRUE(
         stroke.advance(random_tool(random, 6), anywhere(), Vec3::Zero(), Mode::cut, {}, materials, 1).ok());
   }

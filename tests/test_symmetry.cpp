@@ -6,9 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include <kibori/document/codec.h>
 #include <kibori/document/document.h>
-#include <kibori/motion/series_tool.h>
-#include <kibori/motion/stroke.h>
+#include <kibori/motion/spring_tool.h>
+#include <kibori/motion/direct_tool.h>
 
 #include "tests/support.h"
 
@@ -96,7 +97,7 @@ TEST(Symmetry, WhatIsLeftIsItsOwnImage) {
     for (size_t i = 0; i < 3; i++) symmetry.planes[i] = (planes >> i) & 1;
     // One after the other: compilers differ in the order of a call's arguments, and a seed shall repeat.
     const Vec3 tip = random.in_box(0, 20), axis = random.direction();
-    Stroke stroke(model, Pose{tip, frame_from_axis(axis, random.uniform(0, 6))});
+    DirectTool stroke(model, Pose{tip, frame_from_axis(axis, random.uniform(0, 6))});
     stroke.set_symmetry(symmetry);
     double removed = 0;
     const double before = model.volume_mm3();
@@ -124,7 +125,7 @@ TEST(Symmetry, WhatIsLeftIsItsOwnImage) {
 // The test can fail: without symmetry the halves differ.
 TEST(Symmetry, NoneIsAsymmetric) {
   TriDexel model = block();
-  Stroke stroke(model, Pose{Vec3(5, 12, 19), Mat3::Identity()});
+  DirectTool stroke(model, Pose{Vec3(5, 12, 19), Mat3::Identity()});
   ASSERT_TRUE(stroke.advance(BallTool{3}, Vec3(9, 12, 17), Vec3::Zero(), Mode::cut, {}, kMaterials).ok());
   const Unlike unlike = compare(model, 0);
   EXPECT_TRUE(unlike.odd > 0 || unlike.farthest > 1);
@@ -132,7 +133,7 @@ TEST(Symmetry, NoneIsAsymmetric) {
 
 TEST(Symmetry, ForceIsTheHandsOwn) {
   TriDexel one = block(), two = block();
-  Stroke alone(one, Pose{Vec3(5, 12, 25), Mat3::Identity()}), mirrored(two, alone.pose());
+  DirectTool alone(one, Pose{Vec3(5, 12, 25), Mat3::Identity()}), mirrored(two, alone.pose());
   mirrored.set_symmetry({{true, false, false}, centre_of(two.lattice())});
   for (int i = 1; i <= 12; i++) {
     const Vec3 tip(5, 12, 25 - i);
@@ -171,7 +172,7 @@ TEST(Symmetry, ReplaysAreTheSame) {
   s.force.series = true;
   s.symmetry = {{true, true, false}, centre_of(model.lattice())};
   const Pose start{Vec3(random.uniform(3, 12), random.uniform(3, 10), 26), Mat3::Identity()};
-  SeriesTool tool(model, start, s.force.spring);
+  SpringTool tool(model, start, s.force.spring);
   tool.set_symmetry(s.symmetry);
   ASSERT_TRUE(document.value()->begin(s, start).ok());
   double removed = 0;
@@ -179,8 +180,8 @@ TEST(Symmetry, ReplaysAreTheSame) {
     const Pose hand{start.tip + Vec3(0.02 * i, 0.01 * i, -0.06 * i), rotation(Vec3(0, 0.001 * i, 0))};
     const auto felt = tool.advance(s.tool, hand, s.mode, s.materials);
     ASSERT_TRUE(felt.ok()) << felt.error();
-    const SeriesTool::Felt& f = felt.value();
-    document.value()->add({f.tool.tip, f.turn_rad, f.edited, hand.tip - f.tool.tip, Vec3::Zero()});
+    const ToolTick& f = felt.value();
+    document.value()->add({f.pose.tip, f.motion.turn, f.edited, hand.tip - f.pose.tip, Vec3::Zero()});
     removed += f.removed_mm3;
   }
   EXPECT_GT(removed, 0) << random.note();

@@ -1,8 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Checks that every module includes only lower floors (docs/design.md). One line per breach, exit 1."""
+"""Checks that every module uses only lower floors (docs/architecture.md): by what it includes, and, given a build
+folder, by what its object files need from others. One line per breach, exit 1.
+
+Usage: check_floors.py [BUILD_DIR]
+"""
 import pathlib
 import re
+import subprocess
 import sys
 
 FLOORS = [
@@ -14,30 +19,63 @@ FLOORS = [
     {"haptics"},
     {"devices", "motion"},
     {"document"},
-    {"session"},
-    {"apps"},
+    {"live"},
+    {"batch"},
 ]
 FLOOR_OF = {module: floor for floor, modules in enumerate(FLOORS) for module in modules}
+# Modules of the library kibori_tools, which kibori must not need.
+TOOLS = {"batch", "measure", "picture"}
+UMBRELLA = "kibori.h"
 
 
-def breaches(root):
+def allowed(module, other):
+    if other in TOOLS and module not in TOOLS:
+        return False
+    return other == module or FLOOR_OF.get(other, 99) < FLOOR_OF[module]
+
+
+def by_includes(root):
     for path in sorted(root.glob("kibori/**/*")):
-        if path.suffix not in (".h", ".cpp"):
+        if path.suffix not in (".h", ".cpp") or path.name == UMBRELLA:
             continue
         module = path.relative_to(root / "kibori").parts[0]
         if module not in FLOOR_OF:
             yield f"{path}: module '{module}' has no floor; give it one in {__file__}"
             continue
         for number, line in enumerate(path.read_text().splitlines(), 1):
+            if re.match(r'\s*#\s*include\s*[<"]apps/', line):
+                yield f"{path}:{number}: {module} includes a header of apps"
             found = re.match(r'\s*#\s*include\s*[<"]kibori/([a-z_]+)/', line)
-            if not found:
-                continue
-            other = found.group(1)
-            if other != module and FLOOR_OF.get(other, 99) >= FLOOR_OF[module]:
-                yield f"{path}:{number}: {module} (floor {FLOOR_OF[module]}) includes {other} (floor {FLOOR_OF.get(other)})"
+            if found and not allowed(module, found.group(1)):
+                yield f"{path}:{number}: {module} (floor {FLOOR_OF[module]}) includes {found.group(1)} (floor {FLOOR_OF.get(found.group(1))})"
+
+
+def symbols(objects, what):
+    for path in objects:
+        for line in subprocess.run(("nm", "--demangle", what, path), capture_output=True, text=True, check=True).stdout.splitlines():
+            # What is weak (inline functions, templates) is wherever it is used.
+            found = re.match(r"\s*[0-9a-f]*\s+([UTDBR]) (.*)", line)
+            if found and "kibori::" in found.group(2):
+                yield path, found.group(2)
+
+
+def by_links(root, build):
+    objects = [o for o in sorted(build.glob("CMakeFiles/kibori*.dir/kibori/*/*.o")) if (root / "kibori" / o.parent.name / o.stem).exists()]
+    if not objects:
+        yield f"{build}: has no object files; build it first"
+    home = {symbol: path.parent.name for path, symbol in symbols(objects, "--defined-only")}
+    told = set()
+    for path, symbol in symbols(objects, "--undefined-only"):
+        module, other = path.parent.name, home.get(symbol)
+        if other and not allowed(module, other) and (path, symbol) not in told:
+            told.add((path, symbol))
+            yield f"{path.name}: {module} needs {symbol} of {other}"
 
 
 if __name__ == "__main__":
-    found = list(breaches(pathlib.Path(__file__).resolve().parent.parent))
+    root = pathlib.Path(__file__).resolve().parent.parent
+    found = list(by_includes(root))
+    if len(sys.argv) > 1:
+        found += by_links(root, pathlib.Path(sys.argv[1]))
     print("\n".join(found) if found else "floors hold")
     sys.exit(1 if found else 0)

@@ -28,7 +28,7 @@ inline const CLI::Validator kPositive(
     "POSITIVE");
 
 inline int bad_input(const std::string& what) {
-  std::fprintf(stderr, "kibori: %s\n", kibori::one_line(what).c_str());
+  std::fprintf(stderr, "kibori: %s\n", kibori::sanitize_message(what).c_str());
   return kBadInput;
 }
 

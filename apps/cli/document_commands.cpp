@@ -3,9 +3,10 @@
 
 #include <filesystem>
 
-#include <kibori/session/convert.h>
-#include <kibori/session/documents.h>
-#include <kibori/session/force_report.h>
+#include <kibori/document/rescue.h>
+#include <kibori/batch/convert.h>
+#include <kibori/batch/documents.h>
+#include <kibori/batch/force_report.h>
 
 #include "apps/cli/common.h"
 #include "apps/cli/outputs.h"
@@ -132,7 +133,7 @@ int DocumentCommands::run_verify() const {
   int wrongs = 0;
   const Status done = document.value()->verify(
       [&](const std::string& wrong) {
-        std::printf("%s\n", one_line(wrong).c_str());
+        std::printf("%s\n", sanitize_message(wrong).c_str());
         wrongs++;
       },
       [](double share) { show_progress("verifying", share); });
@@ -173,7 +174,7 @@ int DocumentCommands::run_history() const {
     if (!is_document(salvage_)) return bad_input(salvage_ + ": documents are written as .kibori");
     const Result<StepId> saved = salvage(document, salvage_);
     if (!saved) return bad_input(saved.error());
-    std::fprintf(stderr, "%s: holds the way to step %lld of %lld\n", one_line(salvage_).c_str(),
+    std::fprintf(stderr, "%s: holds the way to step %lld of %lld\n", sanitize_message(salvage_).c_str(),
                  static_cast<long long>(saved.value()), static_cast<long long>(document.head()));
   }
   std::fputs((json_ ? history_json(document) : history_text(document)).c_str(), stdout);

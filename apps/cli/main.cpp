@@ -24,12 +24,12 @@
 #include <kibori/formats/surface_file.h>
 #include <kibori/measure/distance.h>
 #include <kibori/picture/picture.h>
-#include <kibori/session/carving.h>
-#include <kibori/session/convert.h>
-#include <kibori/session/documents.h>
-#include <kibori/session/export.h>
-#include <kibori/session/force_report.h>
-#include <kibori/session/mesh_report.h>
+#include <kibori/batch/carving.h>
+#include <kibori/batch/convert.h>
+#include <kibori/batch/documents.h>
+#include <kibori/batch/export.h>
+#include <kibori/batch/force_report.h>
+#include <kibori/batch/mesh_report.h>
 #include <kibori/surface/surface.h>
 
 #include "apps/cli/common.h"

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include <kibori/devices/registry.h>
-#include <kibori/session/documents.h>
-#include <kibori/session/servo_run.h>
+#include <kibori/batch/documents.h>
+#include <kibori/batch/servo_run.h>
 
 #include "apps/cli/common.h"
 #include "apps/cli/outputs.h"
@@ -64,7 +64,8 @@ int ServoCommands::run_devices() const {
     return written();
   }
   for (const auto& d : found)
-    std::printf("%-24s %-4s %s\n", d.name.c_str(), d.present ? "yes" : "no", one_line(d.text).c_str());
+    std::printf("%-24s %-4s %s\n", d.name.c_str(), d.present ? "yes" : "no",
+                sanitize_message(d.text).c_str());
   return written();
 }
 

@@ -10,10 +10,10 @@
 
 #include <kibori/base/file.h>
 #include <kibori/devices/registry.h>
-#include <kibori/session/documents.h>
-#include <kibori/session/library.h>
-#include <kibori/session/stock_scene.h>
-#include <kibori/session/studio.h>
+#include <kibori/batch/documents.h>
+#include "apps/studio/session/library.h"
+#include "apps/studio/session/stock_scene.h"
+#include "apps/studio/session/studio.h"
 
 #include "apps/cli/common.h"
 #include "apps/studio/bundle.h"

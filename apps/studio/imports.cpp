@@ -19,7 +19,7 @@ std::shared_ptr<void> Imports::room(uint64_t bytes) {
   return {this, [bytes](void* imports) { static_cast<Imports*>(imports)->coming_ -= bytes; }};
 }
 
-Status Imports::add(const Page* page, Import import) {
+Status Imports::add(const WebSocketClient* page, Import import) {
   drop(page);
   uint64_t bytes = import.bytes;
   for (const auto& [other, waiting] : files_) bytes += waiting.bytes;
@@ -29,7 +29,7 @@ Status Imports::add(const Page* page, Import import) {
   return Ok{};
 }
 
-const Import* Imports::find(const Page* page, const std::string& id) const {
+const Import* Imports::find(const WebSocketClient* page, const std::string& id) const {
   const auto found = files_.find(page);
   return found != files_.end() && found->second.id == id ? &found->second : nullptr;
 }

@@ -15,7 +15,7 @@
 
 namespace kibori::studio {
 
-class Page;
+class WebSocketClient;
 
 struct Import {
   std::string id;
@@ -37,17 +37,17 @@ class Imports {
   // For a file that comes, kept for it until what is returned goes. null: there is not so much left.
   std::shared_ptr<void> room(uint64_t bytes);
   // In place of the page's last one. Errors: too many files wait, or too many bytes.
-  Status add(const Page* page, Import import);
+  Status add(const WebSocketClient* page, Import import);
   // null: the page has no file of this id.
-  const Import* find(const Page* page, const std::string& id) const;
-  void drop(const Page* page) { files_.erase(page); }
+  const Import* find(const WebSocketClient* page, const std::string& id) const;
+  void drop(const WebSocketClient* page) { files_.erase(page); }
   void drop_all() { files_.clear(); }
   // Those that have waited longer than an hour.
   void drop_old(std::chrono::steady_clock::time_point now);
 
  private:
   const uint64_t most_bytes_;
-  std::map<const Page*, Import> files_;
+  std::map<const WebSocketClient*, Import> files_;
   uint64_t coming_ = 0;  // bytes of files that are not all here
 };
 

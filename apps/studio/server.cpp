@@ -8,15 +8,17 @@
 
 #include <nlohmann/json.hpp>
 
+#include <kibori/base/hash.h>
 #include <kibori/haptics/materials.h>
-#include <kibori/session/carving.h>
-#include <kibori/session/stock_scene.h>
+#include <kibori/document/rescue.h>
+#include <kibori/batch/carving.h>
+#include "apps/studio/session/stock_scene.h"
 
 #include "apps/studio/examples.h"
-#include "apps/studio/page.h"
+#include "apps/studio/websocket_client.h"
 #include "apps/studio/tool_message.h"
 #include "apps/studio/trace.h"
-#include "apps/studio/visit.h"
+#include "apps/studio/http_connection.h"
 
 namespace kibori::studio {
 namespace {
@@ -52,21 +54,22 @@ void Server::State::accept() {
     if (!failed) {
       beast::error_code ignored;
       socket.set_option(tcp::no_delay(true), ignored);
-      std::make_shared<Visit>(std::move(socket), *this)->read();
+      std::make_shared<HttpConnection>(std::move(socket), *this)->read();
     }
     accept();
   });
 }
 
 void Server::State::send(const std::vector<uint8_t>& message) {
-  const std::vector<Page*> all(pages.begin(), pages.end());  // a page that is let go of leaves the set
-  for (Page* const page : all)
+  const std::vector<WebSocketClient*> all(pages.begin(),
+                                          pages.end());  // a page that is let go of leaves the set
+  for (WebSocketClient* const page : all)
     if (pages.count(page)) page->send(message);
 }
 
 void Server::State::tell(const std::string& text) { send(encode(Notice{text})); }
 
-void Server::State::hold(Page* page) {
+void Server::State::hold(WebSocketClient* page) {
   if (holder != page && studio) studio->lift();
   holder = page;
   state_at = {};
@@ -83,8 +86,8 @@ void Server::State::show(std::unique_ptr<Studio> opened) {
   shown.reset();
   trace_sent.clear();
   state_at = {};
-  const std::vector<Page*> all(pages.begin(), pages.end());
-  for (Page* const page : all)
+  const std::vector<WebSocketClient*> all(pages.begin(), pages.end());
+  for (WebSocketClient* const page : all)
     if (pages.count(page)) page->restart();
 }
 
@@ -134,7 +137,7 @@ Status Server::State::open(const std::string& what, const std::filesystem::path&
   return Ok{};
 }
 
-void Server::State::begin(Page& page, const Begin& begin) {
+void Server::State::begin(WebSocketClient& page, const Begin& begin) {
   constexpr Stock::Kind kKinds[] = {Stock::Kind::block, Stock::Kind::cylinder, Stock::Kind::sphere};
   if (begin.shape >= std::size(kKinds)) return page.notice("there is no such stock");
   Result<Scene> scene = stock_scene(kKinds[begin.shape], begin.size, begin.pitch, begin.material);
@@ -147,7 +150,7 @@ void Server::State::begin(Page& page, const Begin& begin) {
   if (!opened) page.notice(opened.error());
 }
 
-void Server::State::carve_example(Page& page, const std::string& name) {
+void Server::State::carve_example(WebSocketClient& page, const std::string& name) {
   for (const Example& example : examples()) {
     if (example.name != name) continue;
     Result<Scene> scene = parse_scene(example.scene, name, std::nullopt);
@@ -171,8 +174,8 @@ void Server::State::carve_example(Page& page, const std::string& name) {
   page.notice("there is no such example");
 }
 
-void Server::State::run_experiment(Page& page, const RunExperiment& run) {
-  Result<Scene> scene = parse_scene(run.scene, one_line(run.name), std::nullopt);
+void Server::State::run_experiment(WebSocketClient& page, const RunExperiment& run) {
+  Result<Scene> scene = parse_scene(run.scene, sanitize_message(run.name), std::nullopt);
   if (!scene) return page.notice(scene.error());
   Scene& s = scene.value();
   const double longest = s.stock.size_mm.maxCoeff(), room = s.stock.room_mm.value_or(0.1 * longest);
@@ -212,7 +215,7 @@ void Server::State::follow_experiment() {
   send(trace_sent);
 }
 
-void Server::State::leave(Page& page) {
+void Server::State::leave(WebSocketClient& page) {
   if (job.busy()) return page.notice("something is under way; wait for it, or cancel it");
   const auto closing = std::make_shared<std::unique_ptr<Studio>>(std::move(studio));
   work(
@@ -230,8 +233,8 @@ void Server::State::leave(Page& page) {
       false);
 }
 
-Page* Server::State::page_of(const std::string& key) const {
-  for (Page* const page : pages)
+WebSocketClient* Server::State::page_of(const std::string& key) const {
+  for (WebSocketClient* const page : pages)
     if (page->key() == key) return page;
   return nullptr;
 }
@@ -250,7 +253,7 @@ std::string Server::State::start_json(const std::string& key) const {
 
 // ---- What pages say
 
-void Server::State::hear(Page& page, const FromPage& message) {
+void Server::State::hear(WebSocketClient& page, const FromPage& message) {
   if (const auto* const got = std::get_if<Got>(&message)) return page.got(got->frame);
   if (std::holds_alternative<TakeTool>(message)) return hold(&page);
   // Where nothing is held, who begins holds it.
@@ -270,7 +273,7 @@ void Server::State::hear(Page& page, const FromPage& message) {
       opened = Error{path.error()};
     else
       opened =
-          open("Opening " + one_line(named->name), {},
+          open("Opening " + sanitize_message(named->name), {},
                [from = path.value(), how = how](std::atomic<double>&) { return Studio::open(from, how); });
     if (!opened) page.notice(opened.error());
     return;
@@ -357,13 +360,13 @@ void Server::State::send_ticks() {
   message.data.assign(raw, raw + tick_rows.size() * sizeof(float));
   tick_rows.clear();
   const std::vector<uint8_t> felt = encode(message);
-  const std::vector<Page*> all(pages.begin(), pages.end());
-  for (Page* const page : all)
+  const std::vector<WebSocketClient*> all(pages.begin(), pages.end());
+  for (WebSocketClient* const page : all)
     if (pages.count(page) && page->waiting_bytes() < kTicksWait) page->send(felt);
 }
 
 void Server::State::send_state() {
-  const Studio::Place& place = studio->place();
+  const Studio::HistoryState& place = studio->place();
   const std::string notice = studio->notice();
   kibori::studio::State state;
   state.volume = studio->volume_mm3();
@@ -374,13 +377,13 @@ void Server::State::send_state() {
   state.redo = place.redo;
   state.hash = hash_text(place.hash);
   state.blocked = studio->blocked();
-  if (const Studio::Held* const held = studio->held()) {
+  if (const Studio::HapticDeviceState* const held = studio->held()) {
     state.safety = static_cast<uint8_t>(held->safety);
     if (held->trip != Trip::none) state.trip = trip_text(held->trip);
     state.given = held->given_n;
   }
-  const std::vector<Page*> all(pages.begin(), pages.end());
-  for (Page* const page : all) {
+  const std::vector<WebSocketClient*> all(pages.begin(), pages.end());
+  for (WebSocketClient* const page : all) {
     if (!pages.count(page)) continue;
     page->offer_history();
     state.holds = page == holder;
@@ -394,8 +397,8 @@ void Server::State::send_state() {
   }
 }
 
-void Server::State::send_device(Page* page) {
-  const Studio::Held* const held = studio->held();
+void Server::State::send_device(WebSocketClient* page) {
+  const Studio::HapticDeviceState* const held = studio->held();
   if (!held) return;
   const std::vector<uint8_t> message = encode(
       Device{held->name, held->force_n, held->stiffness_n_mm, held->most_n_mm, held->scale, held->share});
@@ -409,8 +412,8 @@ void Server::State::follow() {
   if (stop && stop()) return io.stop();
   if (studio) {
     const std::vector<Index3>& changed = studio->follow();
-    const std::vector<Page*> all(pages.begin(), pages.end());
-    for (Page* const page : all) {
+    const std::vector<WebSocketClient*> all(pages.begin(), pages.end());
+    for (WebSocketClient* const page : all) {
       if (!pages.count(page)) continue;
       page->changed(changed);
       page->offer_chunks();

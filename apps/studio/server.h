@@ -17,8 +17,8 @@
 #include <string>
 
 #include <kibori/base/result.h>
-#include <kibori/session/library.h>
-#include <kibori/session/studio.h>
+#include "apps/studio/session/library.h"
+#include "apps/studio/session/studio.h"
 
 namespace kibori::studio {
 

@@ -23,7 +23,7 @@
 
 namespace kibori::studio {
 
-class Page;
+class WebSocketClient;
 
 struct Server::State {
   using Clock = std::chrono::steady_clock;
@@ -44,10 +44,10 @@ struct Server::State {
   void send_ticks();
   void send_state();
   // What holds the tool, if that is a force device; to this page or, null, to every one.
-  void send_device(Page* page);
+  void send_device(WebSocketClient* page);
   void send_work();
-  void hold(Page* page);
-  void hear(Page& page, const FromPage& message);
+  void hold(WebSocketClient* page);
+  void hear(WebSocketClient& page, const FromPage& message);
   // The sentence to every page.
   void tell(const std::string& text);
   // From now on this document, or none.
@@ -59,13 +59,13 @@ struct Server::State {
   Status open(const std::string& what, const std::filesystem::path& fresh,
               std::function<Result<std::unique_ptr<Studio>>(std::atomic<double>&)> make,
               std::function<void(const Status&)> done = {});
-  void begin(Page& page, const Begin& begin);
-  void leave(Page& page);
+  void begin(WebSocketClient& page, const Begin& begin);
+  void leave(WebSocketClient& page);
   // Starts a job and tells the pages of it.
   void work(const std::string& what, std::function<Job::Then(std::atomic<double>&)> work,
             bool cancellable = true);
-  void carve_example(Page& page, const std::string& name);
-  void run_experiment(Page& page, const RunExperiment& run);
+  void carve_example(WebSocketClient& page, const std::string& name);
+  void run_experiment(WebSocketClient& page, const RunExperiment& run);
   // What an experiment came to, once.
   void follow_experiment();
   // To every page.
@@ -73,7 +73,7 @@ struct Server::State {
   // What there is to begin with, for the page of this key.
   std::string start_json(const std::string& key) const;
   // The page that calls itself so; null: none does any more.
-  Page* page_of(const std::string& key) const;
+  WebSocketClient* page_of(const std::string& key) const;
 
   std::unique_ptr<Studio> studio;  // null: no document is open
   const Library library;
@@ -82,8 +82,8 @@ struct Server::State {
   std::string host, local_host;  // as a browser names this server
   Door door;
   Imports imports;
-  std::set<Page*> pages;  // that said hello
-  Page* holder = nullptr;
+  std::set<WebSocketClient*> pages;  // that said hello
+  WebSocketClient* holder = nullptr;
   // Where what was left lies, if not where it belongs. Written by the job that saves.
   const std::shared_ptr<std::string> left_unsaved = std::make_shared<std::string>();
   double ticks_sent = 0;

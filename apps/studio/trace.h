@@ -2,7 +2,7 @@
 // What an experiment came to, as a message.
 #pragma once
 
-#include <kibori/session/experiment.h>
+#include "apps/studio/session/experiment.h"
 
 #include "apps/studio/messages.h"
 

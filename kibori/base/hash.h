@@ -6,6 +6,8 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
+#include <string>
 
 namespace kibori {
 
@@ -34,5 +36,12 @@ class Hash {
  private:
   uint64_t state_ = 0x6b69626f7269ull;
 };
+
+// 16 hexadecimal digits, as people and documents read it.
+inline std::string hash_text(uint64_t hash) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
+  return text;
+}
 
 }  // namespace kibori

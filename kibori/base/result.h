@@ -15,7 +15,7 @@ struct Error {
 };
 
 // What a file holds may stand in a message: control characters would tear it apart.
-inline std::string one_line(std::string text) {
+inline std::string sanitize_message(std::string text) {
   for (char& c : text)
     if (static_cast<unsigned char>(c) < ' ' || c == 0x7f) c = ' ';
   return text;

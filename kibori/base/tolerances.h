@@ -20,7 +20,7 @@ inline constexpr int kMaxMaterials = 64;
 inline constexpr double kTurnTolerance = 0.1;
 
 // Pieces one turning tick may be split into; 4096 covers half a turn of a tool 100 cells long.
-inline constexpr int kMaxTurnPieces = 4096;
+inline constexpr int kMaxTurnSubsteps = 4096;
 
 // A straight motion is swept in pieces no longer than this [lattice units], so that the quadratics of a sweep
 // keep their digits. Only ticks that fly far past the stock are ever so long.

@@ -53,12 +53,12 @@ bool drop(T* object) {
   return object->refs.fetch_sub(1, std::memory_order_acq_rel) == 1;
 }
 
-void* take(BlockPool& pool, Side side) { return side == Side::owner ? pool.take() : pool.take_aside(); }
+void* take(BlockPool& pool, Side side) { return side == Side::owner ? pool.take() : pool.take_shared(); }
 void give(BlockPool& pool, void* block, Side side) {
   if (side == Side::owner)
     pool.give(block);
   else
-    pool.give_aside(block);
+    pool.give_shared(block);
 }
 
 void give_plane(Pools& pools, Plane* plane, Side side) {
@@ -153,7 +153,7 @@ FieldSnapshot::~FieldSnapshot() {
   if (root_) release(*pools_, shape_, root_, Side::owner);
 }
 
-void FieldSnapshot::drop_aside() {
+void FieldSnapshot::drop_shared() {
   if (root_) release(*pools_, shape_, std::exchange(root_, nullptr), Side::aside);
 }
 

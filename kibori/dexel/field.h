@@ -16,6 +16,7 @@
 #include <kibori/dexel/pool.h>
 #include <kibori/dexel/tile.h>
 #include <kibori/geometry/axis.h>
+#include <kibori/geometry/lattice.h>
 #include <kibori/geometry/vec.h>
 
 namespace kibori {
@@ -25,17 +26,6 @@ struct Span {
   uint8_t material;
   uint32_t normal_in, normal_out;
   Color paint_in, paint_out;
-};
-
-// The lattice: nodes at origin + (i + 1/2, j + 1/2, k + 1/2) * pitch, i < nodes.x() and so on.
-struct Lattice {
-  Index3 nodes = Index3::Zero();
-  Vec3 origin_mm = Vec3::Zero();  // lower corner of the lattice's box
-  double pitch_mm = 1;
-
-  Vec3 to_lattice(const Vec3& point_mm) const { return (point_mm - origin_mm) / pitch_mm; }
-  Vec3 to_mm(const Vec3& point) const { return origin_mm + pitch_mm * point; }
-  int nodes_along(int index) const { return nodes[index]; }
 };
 
 namespace detail {
@@ -141,7 +131,7 @@ class FieldSnapshot {
   // Of the field it is of, with all its snapshots. Any thread.
   size_t memory_bytes() const;
   // Lets go of it, and gives the memory that no one else holds to those who write beside the field's owner.
-  void drop_aside();
+  void drop_shared();
   // Whether it is of the same field, which then can be restored to it.
   bool of_same_field(const FieldSnapshot& other) const { return pools_ == other.pools_; }
 
@@ -184,7 +174,7 @@ class Field : private FieldSnapshot {
   // memory, so that each can be restored to the other's snapshots.
   explicit Field(const FieldSnapshot& start) : FieldSnapshot(start), side_(detail::Side::aside) {}
   ~Field() {
-    if (side_ == detail::Side::aside) drop_aside();
+    if (side_ == detail::Side::aside) drop_shared();
   }
   Field(Field&&) = default;
 

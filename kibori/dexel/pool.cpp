@@ -45,7 +45,7 @@ void BlockPool::give_chain(Free* first, Free* last, size_t count) {
   given_.fetch_add(count, std::memory_order_relaxed);
 }
 
-void* BlockPool::take_aside() {
+void* BlockPool::take_shared() {
   const std::lock_guard lock(lock_);
   if (!aside_) {
     const size_t count = std::max<size_t>(1, chunk_bytes_ / bytes_);
@@ -56,7 +56,7 @@ void* BlockPool::take_aside() {
   return std::exchange(aside_, aside_->next);
 }
 
-void BlockPool::give_aside(void* block) {
+void BlockPool::give_shared(void* block) {
   const std::lock_guard lock(lock_);
   aside_ = new (block) Free{aside_};
   lying_aside_.fetch_add(1, std::memory_order_relaxed);

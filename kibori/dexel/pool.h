@@ -4,7 +4,7 @@
 //   owner (the writer)          any thread
 //   take() <── mine ◄──exchange── returned ◄── give()
 //                                    ▲ reserve()
-//   take_aside() <───────────────── aside ◄── give_aside()      under a lock
+//   take_shared() <───────────────── aside ◄── give_shared()      under a lock
 //
 // One thread takes; any thread gives back. The owner grabs the whole returned list at once, so there is no
 // ABA. Who makes states of the model beside the owner takes aside, and gives back there what it drops.
@@ -31,8 +31,8 @@ class BlockPool {
   // Any thread; wait-free but for other givers.
   void give(void* block);
   // As take() and give(), any thread, under a lock.
-  void* take_aside();
-  void give_aside(void* block);
+  void* take_shared();
+  void give_shared(void* block);
   // Makes at least `blocks` more blocks ready: those that lie aside first. Any thread.
   void reserve(size_t blocks);
   // Makes as many more as it takes for `blocks` to be ready. Any thread.

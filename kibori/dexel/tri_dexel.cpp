@@ -29,8 +29,8 @@ size_t Snapshot::memory_bytes() const {
   return sum;
 }
 
-void Snapshot::drop_aside() {
-  for (FieldSnapshot& f : fields) f.drop_aside();
+void Snapshot::drop_shared() {
+  for (FieldSnapshot& f : fields) f.drop_shared();
 }
 
 void Snapshot::keep_ready(int tiles) const {

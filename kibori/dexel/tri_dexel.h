@@ -27,7 +27,7 @@ struct Snapshot {
   // Memory of its model with all its snapshots. Any thread.
   size_t memory_bytes() const;
   // Lets go of it, and gives the memory that no one else holds to models beside its own (see TriDexel).
-  void drop_aside();
+  void drop_shared();
   // Whether both are of one model, or of models beside it.
   bool of_same_model(const Snapshot& other) const { return fields[2].of_same_field(other.fields[2]); }
 };

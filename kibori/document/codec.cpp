@@ -204,7 +204,7 @@ Result<Tool> tool_of(const Json& json) {
   fields.get("shape", shape);
   if (!fields.wrong.empty()) return Error{"the tool " + fields.wrong};
   const auto known = std::find(std::begin(kShapes), std::end(kShapes), shape);
-  if (known == std::end(kShapes)) return Error{"no tool's shape is called '" + one_line(shape) + "'"};
+  if (known == std::end(kShapes)) return Error{"no tool's shape is called '" + sanitize_message(shape) + "'"};
   Tool tool = tool_at(static_cast<size_t>(known - std::begin(kShapes)),
                       std::make_index_sequence<std::variant_size_v<Tool>>());
   std::visit([&](auto& t) { for_fields(t, [&](const char* key, auto& value) { fields.get(key, value); }); },
@@ -298,7 +298,7 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
   int found = -1, material = 0;
   for (int i = 0; i < 4; i++)
     if (mode == kModes[i]) found = i;
-  if (found < 0) return Error{"no mode is called '" + one_line(mode) + "'"};
+  if (found < 0) return Error{"no mode is called '" + sanitize_message(mode) + "'"};
   s.mode = static_cast<Mode>(found);
   fields.get("rate_hz", s.rate_hz);
   if (!(s.rate_hz > 0)) return Error{"a stroke's rate_hz is not positive"};
@@ -321,7 +321,7 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
       s.force.law.model = model == "paper" ? ForceModel::paper : ForceModel::energy;
       f.get("dof", s.force.law.dof, 5, 6);
     } else {
-      return Error{"no force model is called '" + one_line(model) + "'"};
+      return Error{"no force model is called '" + sanitize_message(model) + "'"};
     }
     if (!f.wrong.empty()) return Error{"the force " + f.wrong};
   }
@@ -397,12 +397,6 @@ Result<Box> box_from_json(const std::string& text) {
   if (!json.is_array() || json.size() != 2 || !read_vec(json[0], box.min) || !read_vec(json[1], box.max))
     return Error{"a box is none"};
   return box;
-}
-
-std::string hash_text(uint64_t hash) {
-  char text[20];
-  std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(hash));
-  return text;
 }
 
 int64_t hash_of(const Bytes& bytes) {

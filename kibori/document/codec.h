@@ -1,48 +1,19 @@
 // SPDX-License-Identifier: MIT
 // What a document holds, as bytes and back: tiles, ticks of a stroke, settings. Everything read is checked,
-// as files are hostile until parsed. docs/documents.md describes the formats.
+// as files are hostile until parsed. docs/documents.md describes the formats. Internal to
+// `document`.
 #pragma once
 
 #include <string>
 #include <vector>
 
+#include <kibori/base/bytes.h>
 #include <kibori/base/result.h>
 #include <kibori/dexel/tri_dexel.h>
-#include <kibori/document/database.h>
 #include <kibori/haptics/force.h>
-#include <kibori/motion/series_tool.h>
-#include <kibori/motion/stroke.h>
-#include <kibori/solid/tool.h>
+#include <kibori/motion/stroke_record.h>
 
 namespace kibori {
-
-// One tick of a stroke: the tool's own path, and where the hand was by then.
-struct StrokeTick {
-  Vec3 tip = Vec3::Zero();   // [mm] of the tool, at the end of the tick
-  Vec3 turn = Vec3::Zero();  // [rad] by which the tool turned: rotation vector
-  bool edits = false;        // the way was cut or filled; else the tool only went there
-  // Model `series`: the hand, from the tool, which is what stretches the springs.
-  Vec3 hand = Vec3::Zero();       // [mm]
-  Vec3 hand_turn = Vec3::Zero();  // [rad]
-};
-
-// How motion becomes force.
-struct StrokeForce {
-  bool series = false;
-  ForceLaw law;         // the other models
-  SeriesSpring spring;  // series
-};
-
-// All that ticks mean the same under.
-struct StrokeSettings {
-  Tool tool = BallTool{};
-  Mode mode = Mode::cut;
-  uint8_t material = 0;  // of a deposit
-  std::vector<Material> materials{Material{}};
-  StrokeForce force;
-  double rate_hz = 1000;
-  Symmetry symmetry;
-};
 
 std::string settings_to_json(const StrokeSettings& settings);
 Result<StrokeSettings> settings_from_json(const std::string& text);
@@ -52,8 +23,7 @@ std::string lattice_to_json(const Lattice& lattice);
 Result<Lattice> lattice_from_json(const std::string& text);
 std::string box_to_json(const Box& box);
 Result<Box> box_from_json(const std::string& text);
-// Hashes as they stand in documents: of a model as text, of a tile's bytes.
-std::string hash_text(uint64_t hash);
+// Of a tile's bytes, as it stands in documents.
 int64_t hash_of(const Bytes& bytes);
 
 // zstd over columns: each coordinate's doubles XORed with the one before, byte by byte of significance.

@@ -57,7 +57,7 @@ Result<bool> Statement::row() {
       return false;
     }
   }
-  const std::string said = one_line(sqlite3_errmsg(db_));  // it may quote what the file holds
+  const std::string said = sanitize_message(sqlite3_errmsg(db_));  // it may quote what the file holds
   sqlite3_reset(statement_);
   failed_ = bound_ = 0;
   return Error{said};
@@ -87,7 +87,7 @@ void Database::Close::operator()(sqlite3* db) const { sqlite3_close_v2(db); }
 
 Result<Database> Database::open(const std::filesystem::path& path, Access access, const char* vfs) {
   Database database;
-  database.name_ = one_line(path.string());
+  database.name_ = sanitize_message(path.string());
   // Readers open for writing, too: who only may read can't put away the files beside the database when it is
   // the last to close it. Where the file can't be written SQLite opens it for reading.
   const int flags = SQLITE_OPEN_READWRITE | (access == Access::create ? SQLITE_OPEN_CREATE : 0);
@@ -161,18 +161,18 @@ Status Database::become(const Database& from) {
   sqlite3_backup* backup = sqlite3_backup_init(db_.get(), "main", from.db_.get(), "main");
   if (backup) sqlite3_backup_step(backup, -1);
   if (sqlite3_backup_finish(backup) == SQLITE_OK && backup) return Ok{};
-  return Error{one_line(sqlite3_errmsg(db_.get()))};
+  return Error{sanitize_message(sqlite3_errmsg(db_.get()))};
 }
 
 Status Database::run(const char* sql) {
   if (sqlite3_exec(db_.get(), sql, nullptr, nullptr, nullptr) == SQLITE_OK) return Ok{};
-  return Error{one_line(sqlite3_errmsg(db_.get()))};
+  return Error{sanitize_message(sqlite3_errmsg(db_.get()))};
 }
 
 Result<Statement> Database::prepare(const char* sql) {
   sqlite3_stmt* statement = nullptr;
   if (sqlite3_prepare_v2(db_.get(), sql, -1, &statement, nullptr) != SQLITE_OK)
-    return Error{one_line(sqlite3_errmsg(db_.get()))};
+    return Error{sanitize_message(sqlite3_errmsg(db_.get()))};
   return Statement(db_.get(), statement);
 }
 
@@ -195,8 +195,8 @@ bool Database::disk_failed() const {
 int64_t Database::last_row() const { return sqlite3_last_insert_rowid(db_.get()); }
 
 Error Database::error(const std::string& doing) const {
-  return Error{name_ + ": " + doing + " (" + one_line(db_ ? sqlite3_errmsg(db_.get()) : "out of memory") +
-               ")"};
+  return Error{name_ + ": " + doing + " (" +
+               sanitize_message(db_ ? sqlite3_errmsg(db_.get()) : "out of memory") + ")"};
 }
 
 }  // namespace kibori

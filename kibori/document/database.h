@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include <kibori/base/bytes.h>
 #include <kibori/base/file.h>
 #include <kibori/base/result.h>
 
@@ -16,8 +17,6 @@ struct sqlite3;
 struct sqlite3_stmt;
 
 namespace kibori {
-
-using Bytes = std::vector<uint8_t>;
 
 // A prepared statement: bind in order, step through rows, read columns in order. Reset by its first bind
 // after a step.

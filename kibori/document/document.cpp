@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The tree of steps: strokes into it, and back and forth in it.
+#include <kibori/base/hash.h>
+#include <kibori/document/codec.h>
 #include <kibori/document/document.h>
+#include <kibori/document/storage.h>
 
 #include <algorithm>
 
@@ -30,7 +33,7 @@ Result<StepId> Document::find(const std::string& name) const {
   char* end = nullptr;
   const long long id = std::strtoll(name.c_str(), &end, 10);
   if (!name.empty() && *end == 0 && steps_.count(id)) return StepId{id};
-  return wrong("has no version or step '" + one_line(name) + "'; it has steps 1 to " +
+  return wrong("has no version or step '" + sanitize_message(name) + "'; it has steps 1 to " +
                std::to_string(steps_.rbegin()->first));
 }
 
@@ -46,7 +49,7 @@ Status Document::name_version(const std::string& name, StepId step) {
     return wrong("a version's name can't be a number or nothing");
   if (Status s = check_finished(step); !s) return s;
   Status kept = commit("naming a version", [&]() -> Status {
-    Result<Statement> put = database_.prepare("INSERT OR REPLACE INTO version VALUES (?, ?)");
+    Result<Statement> put = storage_->database.prepare("INSERT OR REPLACE INTO version VALUES (?, ?)");
     if (!put) return Error{put.error()};
     if (Status s = put.value().bind(name).bind(step).run(); !s) return s;
     return seal_versions();
@@ -56,7 +59,7 @@ Status Document::name_version(const std::string& name, StepId step) {
 }
 
 Status Document::write_head(StepId step) {
-  Result<Statement> put = database_.prepare("UPDATE meta SET value = ? WHERE key = 'head'");
+  Result<Statement> put = storage_->database.prepare("UPDATE meta SET value = ? WHERE key = 'head'");
   return put ? put.value().bind(step).run() : Status(Error{put.error()});
 }
 
@@ -76,7 +79,7 @@ void Document::remember(StepId step, const Snapshot& state) {
   while (visited_.size() > kMostStates ||
          (visited_.size() > kLeastStates && state.memory_bytes() > kMostBytes)) {
     const auto oldest = states_.find(visited_.front());
-    oldest->second.drop_aside();
+    oldest->second.drop_shared();
     states_.erase(oldest);
     visited_.erase(visited_.begin());
   }
@@ -117,9 +120,9 @@ Result<std::unique_ptr<TriDexel>> Document::load() {
   return model;
 }
 
-Result<Document::Destination> Document::destination(StepId step) const {
+Result<Document::Checkout> Document::checkout(StepId step) const {
   if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
-  Destination to;
+  Checkout to;
   to.step = step;
   if (const Snapshot* const known = state_of(step)) {
     to.state = to.states[step] = *known;
@@ -131,7 +134,7 @@ Result<Document::Destination> Document::destination(StepId step) const {
   const Status made = rebuild(beside, step, [&](StepId at, const Snapshot& state) {
     to.states[at] = state;
     if (to.states.size() > kMostStates) {
-      to.states.begin()->second.drop_aside();
+      to.states.begin()->second.drop_shared();
       to.states.erase(to.states.begin());
     }
   });
@@ -141,7 +144,7 @@ Result<Document::Destination> Document::destination(StepId step) const {
   return to;
 }
 
-Status Document::went(const Destination& to) {
+Status Document::commit_checkout(const Checkout& to) {
   const StepId from = head_;
   if (Status s = set_head(to.step); !s) return s;
   material_bounds_.include(to.material_bounds);
@@ -165,11 +168,11 @@ Status Document::go(TriDexel& model, StepId step) {
   if (open_step_ != 0) return wrong("a stroke is being made; finish or cancel it first");
   if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
   const Snapshot before = model.snapshot();
-  Destination to;
+  Checkout to;
   to.step = step;
   Status done = rebuild(model, step, [&](StepId at, const Snapshot& state) { to.states[at] = state; });
   to.material_bounds = model.material_bounds();
-  if (done) done = went(to);
+  if (done) done = commit_checkout(to);
   if (!done) model.restore(before);
   return done;
 }
@@ -209,10 +212,10 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start, const 
   if (const auto read = settings_from_json(json); !read) return wrong("keeping a stroke: " + read.error());
   Step begun;
   Status kept = commit("beginning a stroke", [&]() -> Status {
-    Result<Statement> setting = database_.prepare("INSERT OR IGNORE INTO setting (json) VALUES (?)");
+    Result<Statement> setting = storage_->database.prepare("INSERT OR IGNORE INTO setting (json) VALUES (?)");
     if (!setting) return Error{setting.error()};
     if (Status s = setting.value().bind(json).run(); !s) return s;
-    Result<Statement> step = database_.prepare(
+    Result<Statement> step = storage_->database.prepare(
         "INSERT INTO step (parent, kind, label, setting, start) VALUES (?, 'stroke', ?, (SELECT id FROM "
         "setting WHERE json = ?), ?) RETURNING id, setting, CAST(strftime('%s', made_at) AS INTEGER)");
     if (!step) return Error{step.error()};
@@ -242,9 +245,9 @@ Status Document::write_ticks(int64_t& sequence) {
     if (!tick.tip.allFinite() || !tick.turn.allFinite() || !tick.hand.allFinite() ||
         !tick.hand_turn.allFinite())
       return Error{"a place that is no number"};
-  Result<Statement> tick = database_.prepare("INSERT INTO tick VALUES (?, ?, ?, ?)");
+  Result<Statement> tick = storage_->database.prepare("INSERT INTO tick VALUES (?, ?, ?, ?)");
   if (!tick) return Error{tick.error()};
-  Result<Statement> force = database_.prepare("INSERT INTO force VALUES (?, ?, ?, ?)");
+  Result<Statement> force = storage_->database.prepare("INSERT INTO force VALUES (?, ?, ?, ?)");
   if (!force) return Error{force.error()};
   const auto put = [&](Statement& into, size_t count, const Bytes& data) {
     return into.bind(open_step_).bind(sequence).bind(static_cast<int64_t>(count)).bind(data).run();
@@ -257,7 +260,7 @@ Status Document::write_ticks(int64_t& sequence) {
   }
   if (all_felt_ || open_sequence_ == 0) return Ok{};
   // Some were felt, and others not.
-  Result<Statement> drop = database_.prepare("DELETE FROM force WHERE step = ?");
+  Result<Statement> drop = storage_->database.prepare("DELETE FROM force WHERE step = ?");
   return drop ? drop.value().bind(open_step_).run() : Status(Error{drop.error()});
 }
 
@@ -287,8 +290,8 @@ Status Document::finish(const Snapshot& now, const Box& material_bounds, double 
   Status kept = commit("finishing a stroke", [&]() -> Status {
     int64_t sequence = 0;
     if (Status s = write_ticks(sequence); !s) return s;
-    Result<Statement> update =
-        database_.prepare("UPDATE step SET finished = 1, ticks = ?, removed_mm3 = ?, hash = ? WHERE id = ?");
+    Result<Statement> update = storage_->database.prepare(
+        "UPDATE step SET finished = 1, ticks = ?, removed_mm3 = ?, hash = ? WHERE id = ?");
     if (!update) return Error{update.error()};
     if (Status s =
             update.value().bind(step.ticks).bind(removed_mm3).bind(hash_text(step.hash)).bind(step.id).run();
@@ -315,7 +318,7 @@ Status Document::cancel() {
   Status kept = commit("cancelling a stroke", [&]() -> Status {
     for (const char* sql : {"DELETE FROM tick WHERE step = ?", "DELETE FROM force WHERE step = ?",
                             "DELETE FROM step WHERE id = ?"}) {
-      Result<Statement> drop = database_.prepare(sql);
+      Result<Statement> drop = storage_->database.prepare(sql);
       if (!drop) return Error{drop.error()};
       if (Status s = drop.value().bind(id).run(); !s) return s;
     }
@@ -332,7 +335,7 @@ Status Document::cancel() {
 Status Document::set_thumbnail(StepId step, const Bytes& png) {
   if (Status s = check_finished(step); !s) return s;
   Status kept = commit("keeping a thumbnail", [&]() -> Status {
-    Result<Statement> put = database_.prepare("INSERT OR REPLACE INTO thumbnail VALUES (?, ?)");
+    Result<Statement> put = storage_->database.prepare("INSERT OR REPLACE INTO thumbnail VALUES (?, ?)");
     if (!put) return Error{put.error()};
     return put.value().bind(step).bind(png).run();
   });
@@ -342,8 +345,7 @@ Status Document::set_thumbnail(StepId step, const Bytes& png) {
 
 Result<Bytes> Document::thumbnail(StepId step) const {
   if (version_ < 2) return Bytes();
-  Result<Statement> read =
-      const_cast<Database&>(database_).prepare("SELECT png FROM thumbnail WHERE step = ?");
+  Result<Statement> read = storage_->database.prepare("SELECT png FROM thumbnail WHERE step = ?");
   if (!read) return failed("reading a thumbnail", read.error());
   const Result<bool> row = read.value().bind(step).row();
   if (!row) return failed("reading a thumbnail", row.error());

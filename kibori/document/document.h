@@ -29,16 +29,16 @@
 #include <unordered_set>
 #include <vector>
 
+#include <kibori/base/bytes.h>
 #include <kibori/base/result.h>
 #include <kibori/dexel/tri_dexel.h>
-#include <kibori/document/codec.h>
-#include <kibori/document/database.h>
-#include <kibori/document/file_lock.h>
-#include <kibori/document/log_keeper.h>
+#include <kibori/motion/stroke_record.h>
 
 namespace kibori {
 
 using StepId = int64_t;
+
+struct DocumentStorage;
 
 struct Step {
   StepId id = 0, parent = 0;  // the stock has no parent: 0
@@ -57,7 +57,7 @@ struct Step {
 struct ReplayedTick {
   StepId step = 0;
   const StrokeTick* recorded = nullptr;
-  TickResult result;  // wrench: by the stroke's own force model, or the one asked for
+  ToolTick result;    // wrench: by the stroke's own force model, or the one asked for
   double time_s = 0;  // since the first stroke's beginning
 };
 
@@ -76,7 +76,7 @@ class Document {
                                                 const char* vfs = nullptr);
   ~Document();
 
-  const std::string& name() const { return database_.name(); }
+  const std::string& name() const;
   // Why the file holds only the beginning, and all the rest is in memory; empty if all is well.
   const std::string& unsaved() const { return unsaved_; }
   // What may be missing of it, as a sentence: whoever wrote it did not close it, and the log that then stands
@@ -121,24 +121,25 @@ class Document {
   Result<StepId> after_head() const;
 
   // For a model (from load() or given to create()) that is on another thread: what to restore there, and the
-  // box its material is in; went() once that is done. Where it can't be written, it can be tried again.
-  struct Destination {
+  // box its material is in; commit_checkout() once that is done. Where it can't be written, it can be tried
+  // again.
+  struct Checkout {
     StepId step = 0;
     Snapshot state;
     Box material_bounds;                // lattice units
     std::map<StepId, Snapshot> states;  // come upon on the way
 
-    Destination() = default;
-    Destination(Destination&&) = default;
-    Destination& operator=(Destination&&) = default;
+    Checkout() = default;
+    Checkout(Checkout&&) = default;
+    Checkout& operator=(Checkout&&) = default;
     // What was made beside the model goes back there.
-    ~Destination() {
-      state.drop_aside();
-      for (auto& [step_id, made] : states) made.drop_aside();
+    ~Checkout() {
+      state.drop_shared();
+      for (auto& [step_id, made] : states) made.drop_shared();
     }
   };
-  Result<Destination> destination(StepId step) const;
-  Status went(const Destination& to);
+  Result<Checkout> checkout(StepId step) const;
+  Status commit_checkout(const Checkout& to);
 
   // A small picture of a step (PNG); empty if there is none.
   Status set_thumbnail(StepId step, const Bytes& png);
@@ -187,8 +188,8 @@ class Document {
                 const std::function<void(double)>& progress = {}) const;
 
  private:
-  explicit Document(Database database) : database_(std::move(database)) {}
-  Error wrong(const std::string& what) const { return Error{database_.name() + ": " + what}; }
+  explicit Document(std::unique_ptr<DocumentStorage> storage);
+  Error wrong(const std::string& what) const { return Error{name() + ": " + what}; }
   // As `wrong`, for what SQLite says.
   Error failed(const std::string& doing, const std::string& said) const {
     return wrong(doing + " failed: " + said);
@@ -266,10 +267,7 @@ class Document {
   Status write_head(StepId step);
   void remember(StepId step, const Snapshot& state);
 
-  FileLock lock_;      // let go of after the rest
-  Database database_;  // the file, or all of it in memory while that can't be written
-  Database file_;      // meanwhile
-  std::unique_ptr<LogKeeper> keeper_;
+  const std::unique_ptr<DocumentStorage> storage_;
   std::string unsaved_, missing_;
   bool writes_ = false;
   bool may_go_to_memory_ = false;

@@ -7,8 +7,11 @@
 
 #include <unistd.h>
 
+#include <kibori/base/hash.h>
 #include <kibori/base/file.h>
+#include <kibori/document/codec.h>
 #include <kibori/document/document.h>
+#include <kibori/document/storage.h>
 
 namespace kibori {
 namespace {
@@ -65,7 +68,7 @@ bool has_log(const std::filesystem::path& path) {
 // for the new one's.
 Status check_free(const std::filesystem::path& path) {
   std::error_code code;
-  const std::string name = one_line(path.string());
+  const std::string name = sanitize_message(path.string());
   if (std::filesystem::exists(path, code))
     return Error{name + ": is there already; give another name or remove it"};
   for (const char* rest : {"-wal", "-journal"}) {
@@ -95,11 +98,21 @@ bool put_in_place(const std::filesystem::path& part, const std::filesystem::path
   return there;
 }
 
+std::unique_ptr<DocumentStorage> storage_of(Database database) {
+  auto storage = std::make_unique<DocumentStorage>();
+  storage->database = std::move(database);
+  return storage;
+}
+
 }  // namespace
+
+Document::Document(std::unique_ptr<DocumentStorage> storage) : storage_(std::move(storage)) {}
+
+const std::string& Document::name() const { return storage_->database.name(); }
 
 Document::~Document() {
   if (unsaved_.empty()) keep_some_tiles(std::chrono::minutes(1));
-  keeper_.reset();
+  storage_->keeper.reset();
   // All of it is in the file, which needs no log any more; but where it could not be written, that is lost.
   if (marked_ && unsaved_.empty()) static_cast<void>(mark(false));
 }
@@ -109,14 +122,14 @@ Status Document::commit(const char* doing, const std::function<Status()>& change
   bool disk_failed = false;
   Status done = try_commit(doing, change, disk_failed);
   if (done || !disk_failed || !may_go_to_memory_ || !unsaved_.empty()) return done;
-  Result<Database> memory = Database::in_memory(database_);
+  Result<Database> memory = Database::in_memory(storage_->database);
   if (!memory) return done;
-  file_ = std::exchange(database_, std::move(memory).value());
+  storage_->file = std::exchange(storage_->database, std::move(memory).value());
   Status again = try_commit(doing, change, disk_failed);
   if (again)
     unsaved_ = done.error();
   else
-    database_ = std::move(file_);
+    storage_->database = std::move(storage_->file);
   return again;
 }
 
@@ -124,8 +137,8 @@ Status Document::save_again() {
   if (unsaved_.empty()) return Ok{};
   // What waits goes into memory first, so that what is saved is all there is.
   if (Status s = flush(); !s) return s;
-  if (Status s = file_.become(database_); !s) return failed("saving", s.error());
-  database_ = std::move(file_);
+  if (Status s = storage_->file.become(storage_->database); !s) return failed("saving", s.error());
+  storage_->database = std::move(storage_->file);
   unsaved_.clear();
   return Ok{};
 }
@@ -140,38 +153,38 @@ Status Document::move_to(const std::filesystem::path& path) {
     std::filesystem::remove(path, code);
     return Error{there.error()};
   }
-  database_ = std::move(there.value()->database_);
-  file_ = Database();
-  lock_ = std::move(there.value()->lock_);
-  keeper_ = std::move(there.value()->keeper_);
+  storage_->database = std::move(there.value()->storage_->database);
+  storage_->file = Database();
+  storage_->lock = std::move(there.value()->storage_->lock);
+  storage_->keeper = std::move(there.value()->storage_->keeper);
   marked_ = std::exchange(there.value()->marked_, false);
   unsaved_.clear();
   return Ok{};
 }
 
 Status Document::try_commit(const char* doing, const std::function<Status()>& change, bool& disk_failed) {
-  if (Status s = database_.run("BEGIN IMMEDIATE"); !s) {
-    disk_failed = database_.disk_failed();
+  if (Status s = storage_->database.run("BEGIN IMMEDIATE"); !s) {
+    disk_failed = storage_->database.disk_failed();
     return failed(doing, s.error());
   }
   Status done = change();
   if (!done && !done.error().starts_with(name())) done = failed(doing, done.error());
   if (done) {
-    if (Status s = database_.run("COMMIT"); !s) done = failed(doing, s.error());
+    if (Status s = storage_->database.run("COMMIT"); !s) done = failed(doing, s.error());
   }
   if (!done) {
-    disk_failed = database_.disk_failed();
-    static_cast<void>(database_.run("ROLLBACK"));
+    disk_failed = storage_->database.disk_failed();
+    static_cast<void>(storage_->database.run("ROLLBACK"));
     return done;
   }
-  if (keeper_) keeper_->wrote();
+  if (storage_->keeper) storage_->keeper->wrote();
   return done;
 }
 
 Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& path, const TriDexel& model,
                                                    const std::string& stock, const Bytes& source,
                                                    const char* vfs) {
-  const std::string name = one_line(path.string());
+  const std::string name = sanitize_message(path.string());
   if (Status s = check_free(path); !s) return Error{s.error()};
   // All of it or nothing: made beside, and put in place when it is a document.
   const Result<std::filesystem::path> beside = make_beside(path);
@@ -183,17 +196,17 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
     return Error{name + ": can't be made; is the folder there, and writable?"};
   }
   {
-    std::unique_ptr<Document> document(new Document(std::move(made).value()));
+    std::unique_ptr<Document> document(new Document(storage_of(std::move(made).value())));
     document->writes_ = true;
     document->lattice_ = model.lattice();
     const Snapshot now = model.snapshot();
     const Status filled = [&]() -> Status {
       const std::string first = "PRAGMA application_id=" + std::to_string(kApplication);
-      if (Status s = document->database_.run(first.c_str()); !s) return s;
+      if (Status s = document->storage_->database.run(first.c_str()); !s) return s;
       return document->commit("making it", [&]() -> Status {
         for (const char* tables : {kSchema, kSchemaSince2, kSchemaSince3, kSchemaSince5, kThisVersion})
-          if (Status s = document->database_.run(tables); !s) return s;
-        Result<Statement> meta = document->database_.prepare("INSERT INTO meta VALUES (?, ?)");
+          if (Status s = document->storage_->database.run(tables); !s) return s;
+        Result<Statement> meta = document->storage_->database.prepare("INSERT INTO meta VALUES (?, ?)");
         if (!meta) return Error{meta.error()};
         Statement& m = meta.value();
         for (const auto& [key, value] :
@@ -203,7 +216,7 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
           if (Status s = m.bind(key).bind(value).run(); !s) return s;
         if (Status s = m.bind(std::string_view("source")).bind(source).run(); !s) return s;
         if (Status s = m.bind(std::string_view("head")).bind(int64_t{1}).run(); !s) return s;
-        Result<Statement> step = document->database_.prepare(
+        Result<Statement> step = document->storage_->database.prepare(
             "INSERT INTO step (id, kind, hash, finished) VALUES (1, 'stock', ?, 1)");
         if (!step) return Error{step.error()};
         const uint64_t hash = now.content_hash();
@@ -237,7 +250,7 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
 Result<std::unique_ptr<Document>> Document::open(const std::filesystem::path& path, Access access,
                                                  const char* vfs) {
   std::error_code code;
-  const std::string name = one_line(path.string());
+  const std::string name = sanitize_message(path.string());
   if (!std::filesystem::exists(path, code)) return Error{name + ": there is no such file"};
   if (!std::filesystem::is_regular_file(path, code)) return Error{name + ": is no file"};
   std::unique_ptr<Document> document;
@@ -249,9 +262,9 @@ Result<std::unique_ptr<Document>> Document::open(const std::filesystem::path& pa
     const bool log = has_log(path);
     Result<Database> database = Database::open(path, Database::Access::read, vfs);
     if (!database) return Error{database.error()};
-    document.reset(new Document(std::move(database).value()));
+    document.reset(new Document(storage_of(std::move(database).value())));
     // As it is now, whatever is written meanwhile: SQLite takes its place with the first question.
-    static_cast<void>(document->database_.run("BEGIN"));
+    static_cast<void>(document->storage_->database.run("BEGIN"));
     if (Status s = document->check_kind(); !s) return Error{s.error()};
     if (Status s = document->look_for_log(log); !s) return Error{s.error()};
   }
@@ -267,14 +280,14 @@ Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& 
   const bool log = has_log(path);
   Result<Database> database = Database::open(path, Database::Access::write, vfs);
   if (!database) return Error{database.error()};
-  std::unique_ptr<Document> document(new Document(std::move(database).value()));
-  document->lock_ = std::move(lock).value();
+  std::unique_ptr<Document> document(new Document(storage_of(std::move(database).value())));
+  document->storage_->lock = std::move(lock).value();
   if (Status s = document->check_kind(); !s) return Error{s.error()};
-  if (document->database_.read_only())
+  if (document->storage_->database.read_only())
     return document->wrong(
         "can't be written, only read; look at it (--read-only), or copy it where it can be");
   document->writes_ = true;
-  if (Status s = document->database_.run(
+  if (Status s = document->storage_->database.run(
           "PRAGMA journal_mode=WAL; PRAGMA foreign_keys=ON; PRAGMA synchronous=NORMAL; "
           "PRAGMA wal_autocheckpoint=0");
       !s)
@@ -282,12 +295,12 @@ Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& 
   if (document->version_ < kVersion) {
     const Status s = document->commit("bringing it up to date", [&]() -> Status {
       if (document->version_ < 2)
-        if (Status made = document->database_.run(kSchemaSince2); !made) return made;
+        if (Status made = document->storage_->database.run(kSchemaSince2); !made) return made;
       if (document->version_ < 3)
-        if (Status made = document->database_.run(kSchemaSince3); !made) return made;
-      if (Status made = document->database_.run(kSchemaSince5); !made) return made;
+        if (Status made = document->storage_->database.run(kSchemaSince3); !made) return made;
+      if (Status made = document->storage_->database.run(kSchemaSince5); !made) return made;
       if (Status sealed = document->seal_all(); !sealed) return sealed;
-      return document->database_.run(kThisVersion);
+      return document->storage_->database.run(kThisVersion);
     });
     if (!s) return Error{s.error()};
     document->version_ = kVersion;
@@ -295,14 +308,14 @@ Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& 
   if (Status s = document->look_for_log(log); !s) return Error{s.error()};
   // Where the disk is full, it goes on without.
   static_cast<void>(document->mark(true));
-  document->keeper_ = std::make_unique<LogKeeper>(path, vfs);
+  document->storage_->keeper = std::make_unique<LogKeeper>(path, vfs);
   return document;
 }
 
 // A document of Kibori, and which version.
 Status Document::check_kind() {
   const auto pragma = [&](const char* sql) -> Result<int64_t> {
-    Result<Statement> read = database_.prepare(sql);
+    Result<Statement> read = storage_->database.prepare(sql);
     if (!read) return Error{read.error()};
     const Result<bool> row = read.value().row();
     if (!row) return Error{row.error()};
@@ -310,8 +323,8 @@ Status Document::check_kind() {
   };
   const Result<int64_t> application = pragma("PRAGMA application_id");
   if (!application)
-    return wrong((database_.disk_failed() ? "can't be read: its disk or folder fails ("
-                                          : "is no document of Kibori (") +
+    return wrong((storage_->database.disk_failed() ? "can't be read: its disk or folder fails ("
+                                                   : "is no document of Kibori (") +
                  application.error() + ")");
   if (application.value() != kApplication) return wrong("is no document of Kibori");
   const Result<int64_t> version = pragma("PRAGMA user_version");
@@ -351,13 +364,14 @@ Status Document::check_tables() {
        {std::pair{1, kSchema}, {2, kSchemaSince2}, {3, kSchemaSince3}, {5, kSchemaSince5}})
     if (version_ >= since)
       if (Status s = model.value().run(sql); !s) return failed("opening", s.error());
-  const Result<Tables> ours = tables_of(model.value()), found = tables_of(database_);
+  const Result<Tables> ours = tables_of(model.value()), found = tables_of(storage_->database);
   if (!ours) return failed("opening", ours.error());
   if (!found) return wrong("is a damaged document (" + found.error() + ")");
   for (const auto& table : found.value())
     if (!ours.value().count(table))
       return wrong("is no document of Kibori: its " +
-                   one_line(std::get<0>(table) + " '" + std::get<1>(table)) + "' is not as Kibori makes it");
+                   sanitize_message(std::get<0>(table) + " '" + std::get<1>(table)) +
+                   "' is not as Kibori makes it");
   for (const auto& table : ours.value())
     if (!found.value().count(table))
       return wrong("is a damaged document: it has no " + std::get<0>(table) + " '" + std::get<1>(table) +
@@ -367,7 +381,7 @@ Status Document::check_tables() {
 
 Status Document::read_tree() {
   const auto for_rows = [&](const char* sql, const std::function<Status(Statement&)>& f) -> Status {
-    Result<Statement> read = database_.prepare(sql);
+    Result<Statement> read = storage_->database.prepare(sql);
     if (!read) return Error{read.error()};
     return read.value().for_rows([&] { return f(read.value()); });
   };
@@ -450,7 +464,7 @@ Status Document::recover() {
       const Snapshot now = model.snapshot();
       step.hash = now.content_hash();
       Status kept = commit("finishing an interrupted stroke", [&]() -> Status {
-        Result<Statement> update = database_.prepare(
+        Result<Statement> update = storage_->database.prepare(
             "UPDATE step SET finished = 1, ticks = ?, hash = ?, removed_mm3 = ? WHERE id = ?");
         if (!update) return Error{update.error()};
         step.removed_mm3 = before.volume_mm3() - now.volume_mm3();
@@ -475,8 +489,7 @@ Status Document::recover() {
 }
 
 Result<std::string> Document::stock() const {
-  Result<Statement> read =
-      const_cast<Database&>(database_).prepare("SELECT value FROM meta WHERE key = 'stock'");
+  Result<Statement> read = storage_->database.prepare("SELECT value FROM meta WHERE key = 'stock'");
   if (!read) return failed("reading the stock", read.error());
   const Result<bool> row = read.value().row();
   if (!row) return failed("reading the stock", row.error());
@@ -484,8 +497,7 @@ Result<std::string> Document::stock() const {
 }
 
 Result<Bytes> Document::source() const {
-  Result<Statement> read =
-      const_cast<Database&>(database_).prepare("SELECT value FROM meta WHERE key = 'source'");
+  Result<Statement> read = storage_->database.prepare("SELECT value FROM meta WHERE key = 'source'");
   if (!read) return failed("reading the stock's file", read.error());
   const Result<bool> row = read.value().row();
   if (!row) return failed("reading the stock's file", row.error());
@@ -493,13 +505,13 @@ Result<Bytes> Document::source() const {
 }
 
 Status Document::save_copy(const std::filesystem::path& path) const {
-  const std::string name = one_line(path.string());
+  const std::string name = sanitize_message(path.string());
   if (Status s = check_free(path); !s) return s;
   const Result<std::filesystem::path> beside = make_beside(path);
   if (!beside) return Error{beside.error()};
   const std::filesystem::path& part = beside.value();
   // A reader stands in a transaction all the time, and may write nothing, not even elsewhere.
-  auto& database = const_cast<Database&>(database_);
+  auto& database = storage_->database;
   if (!writes_) static_cast<void>(database.run("COMMIT; PRAGMA query_only = 0"));
   const Status copied = [&]() -> Status {
     Result<Statement> copy = database.prepare("VACUUM INTO ?");

@@ -5,7 +5,9 @@
 // lost, with the last steps in it, that is told.
 #include <kibori/base/file.h>
 #include <kibori/base/hash.h>
+#include <kibori/document/codec.h>
 #include <kibori/document/document.h>
+#include <kibori/document/storage.h>
 
 namespace kibori {
 namespace {
@@ -88,25 +90,27 @@ Status set_meta(Database& database, const char* key, const std::string& value) {
 }  // namespace
 
 Status Document::seal(StepId step) {
-  const Result<std::string> before = meta(database_, "seal"), count = meta(database_, "sealed_steps");
+  const Result<std::string> before = meta(storage_->database, "seal"),
+                            count = meta(storage_->database, "sealed_steps");
   if (!before || !count) return Error{before ? count.error() : before.error()};
   Result<uint64_t> chain = std::strtoull(before.value().c_str(), nullptr, 16);
-  if (before.value().empty()) chain = seal_of_stock(database_);
+  if (before.value().empty()) chain = seal_of_stock(storage_->database);
   if (!chain) return Error{chain.error()};
-  const Result<uint64_t> sealed = seal_of_step(database_, step);
+  const Result<uint64_t> sealed = seal_of_step(storage_->database, step);
   if (!sealed) return Error{sealed.error()};
-  Result<Statement> put = database_.prepare("INSERT OR REPLACE INTO seal VALUES (?, ?)");
+  Result<Statement> put = storage_->database.prepare("INSERT OR REPLACE INTO seal VALUES (?, ?)");
   if (!put) return Error{put.error()};
   if (Status s = put.value().bind(step).bind(hash_text(sealed.value())).run(); !s) return s;
-  if (Status s = set_meta(database_, "seal", hash_text(chained(chain.value(), sealed.value()))); !s) return s;
-  return set_meta(database_, "sealed_steps",
+  if (Status s = set_meta(storage_->database, "seal", hash_text(chained(chain.value(), sealed.value()))); !s)
+    return s;
+  return set_meta(storage_->database, "sealed_steps",
                   std::to_string(std::strtoll(count.value().c_str(), nullptr, 10) + 1));
 }
 
 Status Document::seal_all() {
   std::vector<StepId> finished;
   {
-    Result<Statement> read = database_.prepare("SELECT id FROM step WHERE finished = 1 ORDER BY id");
+    Result<Statement> read = storage_->database.prepare("SELECT id FROM step WHERE finished = 1 ORDER BY id");
     if (!read) return Error{read.error()};
     Status done = read.value().for_rows([&]() -> Status {
       finished.push_back(read.value().integer(0));
@@ -120,13 +124,13 @@ Status Document::seal_all() {
 }
 
 Status Document::seal_versions() {
-  const Result<std::string> now = seal_of_versions(database_);
-  return now ? set_meta(database_, "version_seal", now.value()) : Status(Error{now.error()});
+  const Result<std::string> now = seal_of_versions(storage_->database);
+  return now ? set_meta(storage_->database, "version_seal", now.value()) : Status(Error{now.error()});
 }
 
 Status Document::verify_seals(const std::function<void(const std::string&)>& wrong_at) const {
   if (version_ < 5) return Ok{};
-  auto& database = const_cast<Database&>(database_);
+  auto& database = storage_->database;
   Result<uint64_t> chain = seal_of_stock(database);
   if (!chain) return Error{chain.error()};
   Result<Statement> read = database.prepare(
@@ -167,20 +171,20 @@ Status Document::verify_seals(const std::function<void(const std::string&)>& wro
 Status Document::mark(bool writing) {
   may_go_to_memory_ = may_go_to_memory_ && writing;
   Status marked = commit(writing ? "beginning to write" : "closing", [&]() -> Status {
-    if (writing) return set_meta(database_, "writing", "its log is beside it");
-    return database_.run("DELETE FROM meta WHERE key = 'writing'");
+    if (writing) return set_meta(storage_->database, "writing", "its log is beside it");
+    return storage_->database.run("DELETE FROM meta WHERE key = 'writing'");
   });
   if (!marked) return marked;
   marked_ = writing;
-  return database_.run("PRAGMA wal_checkpoint(TRUNCATE)");
+  return storage_->database.run("PRAGMA wal_checkpoint(TRUNCATE)");
 }
 
 Status Document::look_for_log(bool there) {
-  const Result<std::string> marked = meta(database_, "writing");
+  const Result<std::string> marked = meta(storage_->database, "writing");
   if (!marked) return wrong("is a damaged document (" + marked.error() + ")");
   if (marked.value().empty()) return Ok{};
   // Whoever writes it next puts the log away.
-  if (there && !writes_) database_.keep_log();
+  if (there && !writes_) storage_->database.keep_log();
   if (!there)
     missing_ = name() +
                ": its last steps may be missing: what wrote it did not close it, and its -wal file is not "

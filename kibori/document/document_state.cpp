@@ -2,7 +2,10 @@
 // What a step's model is: its tiles, its strokes carved again, and whether both are what was written.
 #include <unordered_set>
 
+#include <kibori/document/codec.h>
 #include <kibori/document/document.h>
+#include <kibori/document/storage.h>
+#include <kibori/motion/direct_tool.h>
 
 namespace kibori {
 namespace {
@@ -64,9 +67,9 @@ Status Document::plan_tiles(TileJob& job) const {
 }
 
 Status Document::keep_tiles(TileJob& job, std::chrono::steady_clock::time_point until) {
-  Result<Statement> find = database_.prepare("SELECT id, data FROM tile WHERE hash = ?");
+  Result<Statement> find = storage_->database.prepare("SELECT id, data FROM tile WHERE hash = ?");
   if (!find) return Error{find.error()};
-  Result<Statement> add = database_.prepare("INSERT INTO tile (hash, data) VALUES (?, ?)");
+  Result<Statement> add = storage_->database.prepare("INSERT INTO tile (hash, data) VALUES (?, ?)");
   if (!add) return Error{add.error()};
   for (; job.next < job.places.size(); job.next++) {
     const Tile* const tile = job.places[job.next].tile;
@@ -83,17 +86,17 @@ Status Document::keep_tiles(TileJob& job, std::chrono::steady_clock::time_point 
     if (!looked) return looked;
     if (id == 0) {
       if (Status s = add.value().bind(hash).bind(data).run(); !s) return s;
-      id = database_.last_row();
+      id = storage_->database.last_row();
     }
     job.ids[tile] = id;
   }
-  Result<Statement> checkpoint = database_.prepare("INSERT INTO checkpoint VALUES (?, ?)");
+  Result<Statement> checkpoint = storage_->database.prepare("INSERT INTO checkpoint VALUES (?, ?)");
   if (!checkpoint) return Error{checkpoint.error()};
   if (Status s = checkpoint.value().bind(job.step).bind(box_to_json(job.bounds)).run(); !s) return s;
-  Result<Statement> drop = database_.prepare("DELETE FROM checkpoint_tile WHERE step = ?");
+  Result<Statement> drop = storage_->database.prepare("DELETE FROM checkpoint_tile WHERE step = ?");
   if (!drop) return Error{drop.error()};
   if (Status s = drop.value().bind(job.step).run(); !s) return s;
-  Result<Statement> put = database_.prepare("INSERT INTO checkpoint_tile VALUES (?, ?, ?, ?, ?)");
+  Result<Statement> put = storage_->database.prepare("INSERT INTO checkpoint_tile VALUES (?, ?, ?, ?, ?)");
   if (!put) return Error{put.error()};
   for (const TilePlace& place : job.places) {
     Statement& p = put.value();
@@ -133,8 +136,8 @@ Result<Document::TileMap> Document::all_tiles(StepId step) const {
   TileMap tiles;
   Result<std::vector<StepId>> path = path_to(step);
   if (!path) return Error{path.error()};
-  Result<Statement> places = const_cast<Database&>(database_).prepare(
-      "SELECT field, u, v, tile FROM checkpoint_tile WHERE step = ?");
+  Result<Statement> places =
+      storage_->database.prepare("SELECT field, u, v, tile FROM checkpoint_tile WHERE step = ?");
   if (!places) return failed("reading tiles", places.error());
   Statement& p = places.value();
   for (const StepId id : path.value()) {
@@ -151,7 +154,7 @@ Result<Document::TileMap> Document::all_tiles(StepId step) const {
 // Of the places that steps of the way from there to here changed, the newest tile on the way from the stock.
 Result<Document::TileMap> Document::other_tiles(StepId step, const std::vector<StepId>& way_from) const {
   TileMap tiles;
-  auto& database = const_cast<Database&>(database_);
+  auto& database = storage_->database;
   Result<Statement> places = database.prepare("SELECT field, u, v FROM checkpoint_tile WHERE step = ?");
   if (!places) return failed("reading tiles", places.error());
   Statement& p = places.value();
@@ -205,7 +208,7 @@ Status Document::go_by_tiles(TriDexel& model, StepId step) const {
   model.include_material(checkpoints_.at(step));
   if (start && way.size() <= kFarAway && version_ >= 3) {
     // In one transaction, or SQLite would lock the file for every tile.
-    auto& database = const_cast<Database&>(database_);
+    auto& database = storage_->database;
     if (writes_) static_cast<void>(database.run("BEGIN"));
     Status there_now = [&]() -> Status {
       Result<TileMap> tiles = other_tiles(step, way);
@@ -234,8 +237,7 @@ Status Document::read_tiles(StepId step, TriDexel& model) const {
 }
 
 Status Document::put_tiles(const TileMap& tiles, StepId step, TriDexel& model) const {
-  Result<Statement> read =
-      const_cast<Database&>(database_).prepare("SELECT hash, data FROM tile WHERE id = ?");
+  Result<Statement> read = storage_->database.prepare("SELECT hash, data FROM tile WHERE id = ?");
   if (!read) return failed("reading tiles", read.error());
   std::map<std::pair<int64_t, int64_t>, std::pair<int, int>> first;  // field and tile: where it stands
   for (const auto& [place, tile] : tiles) {
@@ -324,7 +326,7 @@ Status Document::make_state(TriDexel& model, StepId step) const {
 // ---- Replay
 
 Result<StrokeSettings> Document::settings(StepId step) const {
-  Result<Statement> read = const_cast<Database&>(database_).prepare(
+  Result<Statement> read = storage_->database.prepare(
       "SELECT json FROM setting WHERE id = (SELECT setting FROM step WHERE id = ?)");
   if (!read) return failed("reading a stroke's settings", read.error());
   const Result<bool> row = read.value().bind(step).row();
@@ -337,7 +339,7 @@ Result<StrokeSettings> Document::settings(StepId step) const {
 }
 
 Result<Pose> Document::start(StepId step) const {
-  Result<Statement> read = const_cast<Database&>(database_).prepare("SELECT start FROM step WHERE id = ?");
+  Result<Statement> read = storage_->database.prepare("SELECT start FROM step WHERE id = ?");
   if (!read) return failed("reading a stroke", read.error());
   const Result<bool> row = read.value().bind(step).row();
   if (!row) return failed("reading a stroke", row.error());
@@ -349,7 +351,7 @@ Result<Pose> Document::start(StepId step) const {
 // The rows of `table` that belong to a step, in order: f(data, count).
 Status Document::for_blocks(const char* table, StepId step,
                             const std::function<Status(const Bytes&, int64_t)>& f) const {
-  Result<Statement> read = const_cast<Database&>(database_).prepare(
+  Result<Statement> read = storage_->database.prepare(
       (std::string("SELECT sequence, count, data FROM ") + table + " WHERE step = ? ORDER BY sequence")
           .c_str());
   if (!read) return failed("reading a stroke", read.error());
@@ -390,7 +392,7 @@ Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceL
   const StrokeSettings& s = read.value();
   Result<Pose> begin = start(step);
   if (!begin) return Error{begin.error()};
-  Stroke stroke(model, begin.value());
+  DirectTool stroke(model, begin.value());
   stroke.set_symmetry(s.symmetry);
   ReplayedTick out;
   out.step = step;
@@ -398,8 +400,8 @@ Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceL
   return for_ticks(step, [&](const std::vector<StrokeTick>& ticks) -> Status {
     for (const StrokeTick& tick : ticks) {
       const Mode mode = tick.edits ? s.mode : Mode::off;
-      Result<TickResult> done = stroke.advance(s.tool, tick.tip, tick.turn, mode, law.value_or(s.force.law),
-                                               s.materials, s.material);
+      Result<ToolTick> done = stroke.advance(s.tool, tick.tip, tick.turn, mode, law.value_or(s.force.law),
+                                             s.materials, s.material);
       if (!done) return Error{done.error()};
       count++;
       if (!use) continue;
@@ -415,11 +417,12 @@ Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceL
 
 Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
                         const std::function<void(double)>& progress) const {
-  auto& database = const_cast<Database&>(database_);
+  auto& database = storage_->database;
   Result<Statement> check = database.prepare("PRAGMA integrity_check(20)");
   if (!check) return failed("checking", check.error());
   const Status structure = check.value().for_rows([&]() -> Status {
-    if (check.value().text(0) != "ok") wrong_at("the file's structure: " + one_line(check.value().text(0)));
+    if (check.value().text(0) != "ok")
+      wrong_at("the file's structure: " + sanitize_message(check.value().text(0)));
     return Ok{};
   });
   if (!structure) return failed("checking", structure.error());

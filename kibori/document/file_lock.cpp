@@ -12,7 +12,7 @@ namespace kibori {
 
 Result<FileLock> FileLock::take(const std::filesystem::path& path) {
   std::error_code code;
-  const std::string name = one_line(path.string());
+  const std::string name = sanitize_message(path.string());
   const std::filesystem::path real = std::filesystem::weakly_canonical(path, code);
   FileLock lock;
   lock.path_ = (code ? path : real).string() + "-lock";
@@ -20,7 +20,7 @@ Result<FileLock> FileLock::take(const std::filesystem::path& path) {
   for (int i = 0; i < 100; i++) {
     const int file = ::open(lock.path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
     if (file < 0 && errno == EACCES && std::filesystem::exists(lock.path_, code))
-      return Error{name + ": its lock " + one_line(lock.path_) +
+      return Error{name + ": its lock " + sanitize_message(lock.path_) +
                    " is another user's; close the document there, or remove that file"};
     if (file < 0) return Error{name + ": can't be opened for writing"};
     // Who may write the document may hold its lock.

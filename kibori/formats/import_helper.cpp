@@ -194,7 +194,7 @@ Result<TriangleMesh> read_in_helper(const std::filesystem::path& path) {
     return Error{name + ": can't be read because '" + program + "' does not start"};
   if (WEXITSTATUS(status) != 0) {
     said.resize(std::min(said.find('\n'), said.size()));
-    return Error{said.empty() ? name + ": can't be read" : one_line(said)};
+    return Error{said.empty() ? name + ": can't be read" : sanitize_message(said)};
   }
   return receive_mesh(mesh.get(), name);
 }

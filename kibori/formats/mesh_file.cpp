@@ -89,7 +89,7 @@ Result<TriangleMesh> parse_ascii_stl(const char* data, size_t size, const std::s
   words.next();  // solid
   words.skip_line();
   const auto wrong = [&](const std::string& what) {
-    return Error{one_line(name + ":" + std::to_string(words.line()) + ": " + what)};
+    return Error{sanitize_message(name + ":" + std::to_string(words.line()) + ": " + what)};
   };
   Vec3 corner[3];
   int corners = 0;

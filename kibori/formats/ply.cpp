@@ -80,7 +80,7 @@ Result<Header> parse_header(std::string_view text, const std::string& name) {
   Header header;
   bool form_given = false;
   const auto wrong = [&](const std::string& what) {
-    return Error{one_line(name + ":" + std::to_string(header.lines) + ": " + what)};
+    return Error{sanitize_message(name + ":" + std::to_string(header.lines) + ": " + what)};
   };
   while (header.bytes < text.size()) {
     const size_t end = std::min(text.find('\n', header.bytes), text.size());
@@ -244,10 +244,10 @@ class Parser {
   // Where the reading is.
   std::string place(const Element& element, uint64_t row) const {
     return (numbers_.line() ? name_ + ":" + std::to_string(numbers_.line()) : name_) + ": " +
-           one_line(quoted(element.name)) + " " + std::to_string(row + 1);
+           sanitize_message(quoted(element.name)) + " " + std::to_string(row + 1);
   }
   Error stopped(const Element& element, uint64_t row) const {
-    return Error{one_line(place(element, row) + ": " + numbers_.problem())};
+    return Error{sanitize_message(place(element, row) + ": " + numbers_.problem())};
   }
 
   Status read_element(const Element& element) {
@@ -268,9 +268,9 @@ class Parser {
     size_t least = 0;
     for (const Property& p : element.properties) least += numbers_.least(p.count.value_or(p.type));
     if (element.rows > numbers_.room() / least)
-      return Error{one_line(name_ + ": is too short for the " + std::to_string(element.rows) +
-                            " of element " + quoted(element.name) +
-                            " that its header promises; export it again")};
+      return Error{sanitize_message(name_ + ": is too short for the " + std::to_string(element.rows) +
+                                    " of element " + quoted(element.name) +
+                                    " that its header promises; export it again")};
     if (vertex) mesh_.vertices.reserve(static_cast<size_t>(element.rows));
 
     std::vector<double> list;

@@ -390,7 +390,7 @@ class Assembly {
   }
 
  private:
-  Error wrong(const std::string& what) const { return Error{one_line(name_ + ": " + what)}; }
+  Error wrong(const std::string& what) const { return Error{sanitize_message(name_ + ": " + what)}; }
 
   Status load(const std::string& path) {
     if (units_.contains(path)) return Ok{};
@@ -448,7 +448,7 @@ std::unique_ptr<SurfaceWriter> threemf_writer(NewFile& file, Spool& vertices, Sp
 
 Result<TriangleMesh> parse_3mf(std::span<const char> bytes, const std::string& name) {
   const Result<ZipReader> zip = ZipReader::open(bytes);
-  if (!zip) return Error{one_line(name + ": " + zip.error())};
+  if (!zip) return Error{sanitize_message(name + ": " + zip.error())};
   return Assembly(zip.value(), name).run();
 }
 

@@ -9,23 +9,12 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
-#include <string>
 
 #include <kibori/edit/removed.h>
+#include <kibori/geometry/material.h>
 #include <kibori/geometry/vec.h>
 
 namespace kibori {
-
-struct Material {
-  std::string name = "material";
-  double kf = 0.001;   // N per point, model `paper`
-  double u = 0.5;      // N/mm^2 (= N mm / mm^3), model `energy`
-  double c = 0;        // N s/mm^3, viscous part of the `series` model
-  double yield_n = 0;  // N, least force that cuts, `series`
-  std::array<uint8_t, 3> color{196, 154, 108};
-  bool operator==(const Material&) const = default;
-};
 
 enum class ForceModel { paper, energy };
 

@@ -6,7 +6,7 @@
 #include <array>
 
 #include <kibori/base/result.h>
-#include <kibori/motion/pieces.h>
+#include <kibori/motion/substeps.h>
 #include <kibori/solid/tool.h>
 
 namespace kibori {

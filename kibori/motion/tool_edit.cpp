@@ -8,13 +8,13 @@ Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice
           motion.turn_rad, end.axis()};
 }
 
-void ToolEdit::sweep(const Tool& tool, const ToolMotion& motion, const Pose& end, int pieces, bool deposits,
+void ToolEdit::sweep(const Tool& tool, const ToolMotion& motion, const Pose& end, int substeps, bool deposits,
                      uint8_t material, int threads, bool clear, Removed& removed) {
   const Lattice& lattice = model_.lattice();
   const EditOptions options{sums_of(motion, end, lattice), threads};
   const Box everywhere{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
-  for (int i = 0; i < pieces; i++) {
-    const SweptTool sweep(tool, motion.piece(i, pieces), motion.travel_mm / pieces, lattice,
+  for (int i = 0; i < substeps; i++) {
+    const SweptTool sweep(tool, motion.substep(i, substeps), motion.travel_mm / substeps, lattice,
                           deposits ? everywhere : model_.material_bounds(), clear && i == 0);
     if (deposits)
       deposit(model_, sweep.solid(), material, options, removed);
@@ -23,14 +23,14 @@ void ToolEdit::sweep(const Tool& tool, const ToolMotion& motion, const Pose& end
   }
 }
 
-void ToolEdit::run(const Tool& tool, const ToolMotion& motion, const Pose& end, int pieces, bool deposits,
+void ToolEdit::run(const Tool& tool, const ToolMotion& motion, const Pose& end, int substeps, bool deposits,
                    uint8_t material, int threads, Removed& removed) {
   const bool turns = motion.turns(), clear = !deposits && !turns && stands_clear(tool, motion.start);
-  sweep(tool, motion, end, pieces, deposits, material, threads, clear, removed);
+  sweep(tool, motion, end, substeps, deposits, material, threads, clear, removed);
   images_.reset();
   for_images(symmetry_, [&](unsigned planes) {
     sweep(tool, image_of(motion, symmetry_.centre_mm, planes), image_of(end, symmetry_.centre_mm, planes),
-          pieces, deposits, material, threads, false, images_);
+          substeps, deposits, material, threads, false, images_);
   });
   if (deposits || turns) return forget();
   clear_generation_ = model_.generation();

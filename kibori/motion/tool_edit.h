@@ -5,7 +5,7 @@
 
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/edit/edit.h>
-#include <kibori/motion/pieces.h>
+#include <kibori/motion/substeps.h>
 #include <kibori/motion/symmetry.h>
 #include <kibori/solid/tool.h>
 
@@ -22,9 +22,9 @@ class ToolEdit {
   // Whose images do the same; check_symmetry has passed.
   void set_symmetry(const Symmetry& symmetry) { symmetry_ = symmetry; }
 
-  // Sweeps the tool along `motion` to `end` in so many pieces (see pieces_of) and cuts, or where `deposits`
-  // is set puts down `material`. Adds to `removed`; what the images did is in images().
-  void run(const Tool& tool, const ToolMotion& motion, const Pose& end, int pieces, bool deposits,
+  // Sweeps the tool along `motion` to `end` in so many substeps (see substeps_of) and cuts, or where
+  // `deposits` is set puts down `material`. Adds to `removed`; what the images did is in images().
+  void run(const Tool& tool, const ToolMotion& motion, const Pose& end, int substeps, bool deposits,
            uint8_t material, int threads, Removed& removed);
 
   // What the images of the last run removed or added.
@@ -41,7 +41,7 @@ class ToolEdit {
 
  private:
   static constexpr uint64_t kNever = ~uint64_t{0};
-  void sweep(const Tool& tool, const ToolMotion& motion, const Pose& end, int pieces, bool deposits,
+  void sweep(const Tool& tool, const ToolMotion& motion, const Pose& end, int substeps, bool deposits,
              uint8_t material, int threads, bool clear, Removed& removed);
 
   TriDexel& model_;

@@ -132,7 +132,7 @@ struct Halves {
   }
 };
 
-void ChooseQuadDiagonals(const Quad* quads, size_t count, const Place* places, int32_t* chosen) {
+void ChooseQuadDiagonals(const Quad* quads, size_t count, const QuantizedPosition* places, int32_t* chosen) {
   const DI di;
   const auto* const base = reinterpret_cast<const int32_t*>(places);
   const auto load = [&](VI vertex) {

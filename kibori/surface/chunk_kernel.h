@@ -23,7 +23,7 @@ struct PlaneEnds {
 };
 
 // A vertex's place in quanta: whole numbers within 2^24.
-struct alignas(16) Place {
+struct alignas(16) QuantizedPosition {
   int32_t x, y, z;
   int32_t rank;  // 1 on a smooth surface, 2 on a sharp edge, 3 in a corner
 };
@@ -31,10 +31,10 @@ struct alignas(16) Place {
 // One sheet of surface through a cell: sums over the ends of material on the edges it crosses, places counted
 // from the cell's centre [lattice units].
 struct SheetSums {
-  Vec4f* points;    // w: how many
-  Vec4f* normals;   // of unit length; w: how many are known
-  Vec4f* products;  // points times normals along each axis
-  Place* centres;   // the cell's centre; x, y and z of `remainder` are in its rank, 3 bits each
+  Vec4f* points;               // w: how many
+  Vec4f* normals;              // of unit length; w: how many are known
+  Vec4f* products;             // points times normals along each axis
+  QuantizedPosition* centres;  // the cell's centre; x, y and z of `remainder` are in its rank, 3 bits each
 };
 
 // Sheets that are one smooth face (all normals near their mean): `centres` becomes the vertex's place, at the
@@ -48,7 +48,8 @@ struct alignas(16) Quad {
 // Along which diagonal to split: first and third vertex, or second and fourth; or whether it needs a closer
 // look, as a triangle is nearly degenerate.
 enum Diagonal : int32_t { kFirstThird, kSecondFourth, kUnclear };
-using ChooseDiagonals = void (*)(const Quad* quads, size_t count, const Place* places, int32_t* chosen);
+using ChooseDiagonals = void (*)(const Quad* quads, size_t count, const QuantizedPosition* places,
+                                 int32_t* chosen);
 
 using FindEnds = void (*)(const Plane& plane, float least, float most, PlaneEnds& ends);
 

@@ -29,7 +29,7 @@ static_assert(3 * kEdgesOfAxis < std::numeric_limits<uint16_t>::max());  // they
 struct Multiple {
   double x, y, z;
 };
-Multiple operator-(const Place& a, const Place& b) {
+Multiple operator-(const QuantizedPosition& a, const QuantizedPosition& b) {
   return {static_cast<double>(a.x - b.x), static_cast<double>(a.y - b.y), static_cast<double>(a.z - b.z)};
 }
 double dot(const Multiple& a, const Multiple& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
@@ -59,7 +59,7 @@ class VertexGrid {
   float quanta_per_cell() const { return static_cast<float>(pitch_ / quantum_); }
   // What the remainder by 8 must be along one axis.
   static int32_t remainder(int axis, int cell, int sheet) { return (cell & 3) | ((sheet >> axis) & 1) << 2; }
-  std::array<float, 3> mm(const Place& at) const {
+  std::array<float, 3> mm(const QuantizedPosition& at) const {
     const auto quantum = static_cast<float>(quantum_);
     return {static_cast<float>(at.x) * quantum, static_cast<float>(at.y) * quantum,
             static_cast<float>(at.z) * quantum};
@@ -72,16 +72,16 @@ class VertexGrid {
 };
 
 // Paint and material of a place on the surface; where some differ, the greatest is taken.
-using Look = uint64_t;
-Look look_of(Color paint, uint8_t material) { return uint64_t{paint} << 8 | material; }
-Color paint_of(Look look) { return static_cast<Color>(look >> 8); }
-uint8_t material_of(Look look) { return static_cast<uint8_t>(look); }
+using SurfaceAttribute = uint64_t;
+SurfaceAttribute look_of(Color paint, uint8_t material) { return uint64_t{paint} << 8 | material; }
+Color paint_of(SurfaceAttribute look) { return static_cast<Color>(look >> 8); }
+uint8_t material_of(SurfaceAttribute look) { return static_cast<uint8_t>(look); }
 
 // An end of material on the edge between two nodes.
 struct Hit {
   Vec4f offset;  // from the middle of the edge [lattice units]
   Vec4f normal;  // in world axes, out of the material; w = 1: known
-  Look look = 0;
+  SurfaceAttribute look = 0;
 };
 
 // The first whole number k with depth <= k + 1/2: the node at or after an end. For depths from -2 on, by
@@ -160,7 +160,7 @@ class ChunkWorker::Impl {
   struct CellSheet {
     uint32_t cell;  // in cells_
     uint32_t sheet;
-    Look look;
+    SurfaceAttribute look;
   };
   // The edge in the middle of a quad: the last of one cell along one axis.
   struct QuadEdge {
@@ -350,7 +350,7 @@ class ChunkWorker::Impl {
       points_.resize(room, Vec4f::UnitW());
       normals_.resize(room, Vec4f::Zero());
       products_.resize(room, Vec4f::Zero());
-      centres_.resize(room, Place{});
+      centres_.resize(room, QuantizedPosition{});
       sheets_.resize(room);
     }
     const Hit* const all_hits = hits_.data();
@@ -358,12 +358,13 @@ class ChunkWorker::Impl {
     for (uint32_t i = 0; i < cells_.size(); i++) {
       const Cell& cell = cells_[i];
       const uint16_t* const hits = hit_at_.data() + node_index(cell.at);
-      const Place centre{centres(0, cell.at[0]), centres(1, cell.at[1]), centres(2, cell.at[2]),
-                         remainders(0, cell.at[0]) | remainders(1, cell.at[1]) | remainders(2, cell.at[2])};
+      const QuantizedPosition centre{
+          centres(0, cell.at[0]), centres(1, cell.at[1]), centres(2, cell.at[2]),
+          remainders(0, cell.at[0]) | remainders(1, cell.at[1]) | remainders(2, cell.at[2])};
       const CellSheets& sheets = *cell.sheets;
       for (unsigned sheet = 0; sheet < sheets.count; sheet++, count++) {
         Vec4f points = Vec4f::Zero(), normals = Vec4f::Zero(), products = Vec4f::Zero();
-        Look look = 0;
+        SurfaceAttribute look = 0;
         const uint8_t* const end = sheets.edges.data() + sheets.begin[sheet + 1];
         for (const uint8_t* e = sheets.edges.data() + sheets.begin[sheet]; e < end; e++) {
           const EdgePlace& edge = edges_[*e];
@@ -401,7 +402,7 @@ class ChunkWorker::Impl {
     }
   }
   // A vertex of more than one face: `place` is the cell's centre.
-  void place_sharp(const CellSheet& sheet, Place& place, Vec4f& normal) {
+  void place_sharp(const CellSheet& sheet, QuantizedPosition& place, Vec4f& normal) {
     const Cell& cell = cells_[sheet.cell];
     SheetEnds ends;
     for (size_t e = cell.sheets->begin[sheet.sheet]; e < cell.sheets->begin[sheet.sheet + 1]; e++) {
@@ -418,7 +419,8 @@ class ChunkWorker::Impl {
     place.rank = placed.rank;
   }
   // A place in quanta for a point counted from a cell's centre.
-  Place placed_at(const Place& centre, const Vec4f& point, const Index3& cell, int sheet) const {
+  QuantizedPosition placed_at(const QuantizedPosition& centre, const Vec4f& point, const Index3& cell,
+                              int sheet) const {
     const auto along = [&](int axis, int32_t from) {
       const auto n = from + static_cast<int32_t>(std::lround(point[axis] * grid_.quanta_per_cell()));
       return with_remainder(n, VertexGrid::remainder(axis, first_[axis] + cell[axis], sheet));
@@ -490,11 +492,12 @@ class ChunkWorker::Impl {
   }
   // The better diagonal of those that leave no triangle degenerate, if there is one. Exact.
   std::optional<Diagonal> look_closer(const uint32_t (&q)[4]) const {
-    const Place &a = places_[q[0]], &b = places_[q[1]], &c = places_[q[2]], &d = places_[q[3]];
+    const QuantizedPosition &a = places_[q[0]], &b = places_[q[1]], &c = places_[q[2]], &d = places_[q[3]];
     struct Halves {
       bool proper, smooth;
     };
-    const auto judge = [](const Place& p, const Place& left, const Place& r, const Place& right) {
+    const auto judge = [](const QuantizedPosition& p, const QuantizedPosition& left,
+                          const QuantizedPosition& r, const QuantizedPosition& right) {
       const Multiple across = r - p;
       const Multiple m = cross(left - p, across), n = cross(across, right - p);
       return Halves{!is_zero(m) && !is_zero(n), dot(m, n) > 0};
@@ -517,9 +520,9 @@ class ChunkWorker::Impl {
     Vec4f point(0.5f, 0.5f, 0.5f, 0);
     point[di] = h.offset[di];
     const Index3 absolute = first_ + cell.at;
-    const Place centre{grid_.centre(0, absolute[0]), grid_.centre(1, absolute[1]),
-                       grid_.centre(2, absolute[2]), 0};
-    Place at = placed_at(centre, point, cell.at, 4 + static_cast<int>(edge.axis));
+    const QuantizedPosition centre{grid_.centre(0, absolute[0]), grid_.centre(1, absolute[1]),
+                                   grid_.centre(2, absolute[2]), 0};
+    QuantizedPosition at = placed_at(centre, point, cell.at, 4 + static_cast<int>(edge.axis));
     const auto proper = [&] {
       for (size_t i = 0; i < 4; i++)
         if (is_zero(cross(places_[q[i]] - at, places_[q[(i + 1) % 4]] - at))) return false;
@@ -579,8 +582,8 @@ class ChunkWorker::Impl {
   std::deque<CellSheets> flipped_;  // of cells with flipped faces
   std::vector<CellSheet> sheets_;
   std::vector<Vec4f> points_, normals_, products_;  // of each sheet, as SheetSums has them
-  std::vector<Place> centres_;
-  std::vector<Place> places_;  // of each vertex
+  std::vector<QuantizedPosition> centres_;
+  std::vector<QuantizedPosition> places_;  // of each vertex
   std::vector<Quad> quads_;
   std::vector<QuadEdge> quad_edges_;
   std::vector<int32_t> diagonals_;

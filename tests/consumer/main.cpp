@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 // What a program that uses an installed Kibori looks like: carve a block with a ball tick by tick and print
-// the force; then a scene as a file would say it, kept as a document with its thumbnail.
+// the force; then a scene, kept as a document with its thumbnail, written as a 3MF and drawn.
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <vector>
 
-#include <kibori/document/document.h>
-#include <kibori/motion/stroke.h>
-#include <kibori/session/carving.h>
+#include <kibori/kibori.h>
 
 namespace {
 
@@ -21,11 +20,11 @@ int by_ticks() {
   if (!lattice) return fail(lattice.error());
   TriDexel model(lattice.value());
   model.fill_block({Vec3::Zero(), Vec3(30, 20, 10)}, 0);
-  Stroke stroke(model, Pose{Vec3(-5, 10, 7), Mat3::Identity()});
+  DirectTool tool(model, Pose{Vec3(-5, 10, 7), Mat3::Identity()});
   double removed = 0, force = 0;
   for (int i = 1; i <= 100; i++) {
-    const auto tick = stroke.advance(BallTool{4}, Vec3(-5 + 0.2 * i, 10, 7), Vec3::Zero(), Mode::cut,
-                                     {ForceModel::energy, 6}, {Material{}});
+    const auto tick = tool.advance(BallTool{4}, Vec3(-5 + 0.2 * i, 10, 7), Vec3::Zero(), Mode::cut,
+                                   {ForceModel::energy, 6}, {Material{}});
     if (!tick) return fail(tick.error());
     removed += tick.value().removed_mm3;
     force = tick.value().wrench.force.norm();
@@ -52,7 +51,8 @@ speed = 100
 mode = "cut"
 )";
 
-int by_scene(const std::filesystem::path& document) {
+int by_scene(const std::filesystem::path& folder) {
+  const std::filesystem::path document = folder / "scene.kibori";
   const Result<Scene> scene = parse_scene(kScene, "scene", {});
   if (!scene) return fail(scene.error());
   CarveOptions options;
@@ -65,16 +65,27 @@ int by_scene(const std::filesystem::path& document) {
   if (!kept) return fail(kept.error());
   const auto thumbnail = kept.value()->thumbnail(kept.value()->head());
   if (!thumbnail) return fail(thumbnail.error());
-  std::printf("carve: removed %.3f mm3, left %.3f mm3, thumbnail of %zu bytes\n", summary.removed_mm3,
-              summary.volume_mm3, thumbnail.value().size());
+  const Snapshot model = carving.value().model->snapshot();
+  const std::vector<Rgb> colors = {{196, 154, 108}};
+  const auto written = write_model(folder / "scene.3mf", model, colors, 0, 1);
+  if (!written) return fail(written.error());
+  PictureOptions how;
+  how.width = 64;
+  how.height = 48;
+  const auto picture = draw_picture(extract_surface(model, 1), colors, how);
+  if (!picture) return fail(picture.error());
+  std::printf(
+      "carve: removed %.3f mm3, left %.3f mm3, thumbnail of %zu bytes, %zu triangles, %zu bytes of picture\n",
+      summary.removed_mm3, summary.volume_mm3, thumbnail.value().size(), written.value(),
+      picture.value().pixels.size());
   const bool adds_up = std::abs(summary.removed_mm3 + summary.volume_mm3 - 20 * 10 * 8) < 1;
-  return adds_up && summary.removed_mm3 > 0 && !thumbnail.value().empty() ? 0 : 1;
+  return adds_up && summary.removed_mm3 > 0 && !thumbnail.value().empty() && written.value() > 100 ? 0 : 1;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) return fail("usage: consumer DOCUMENT.kibori");
+  if (argc != 2) return fail("usage: consumer FOLDER");
   const int status = by_ticks();
   return status ? status : by_scene(argv[1]);
 }

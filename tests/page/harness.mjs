@@ -76,6 +76,12 @@ export async function enter(page, url, from = url) {
   await page.goto(from);
   await page.waitForURL(`${new URL(url).origin}/`);
 }
+/** The bytes of what the studio answers to the page's key. */
+export async function fetched(page, path) {
+  return Buffer.from(
+    await page.evaluate(async (asked) => [...new Uint8Array(await (await fetch(asked, { headers: { Authorization: `Bearer ${localStorage.getItem("kibori-key")}` } })).arrayBuffer())], path),
+  );
+}
 export const state = (page) => page.evaluate(() => ({ ...document.body.dataset }));
 export async function until(page, what, holds, seconds = 60) {
   const end = Date.now() + 1000 * seconds;

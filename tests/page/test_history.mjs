@@ -5,7 +5,7 @@ import { execFileSync } from "node:child_process";
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
-import { check, enter, folder, kibori, open, run, show, shown, state, Studio, until } from "./harness.mjs";
+import { check, enter, fetched, folder, kibori, open, run, show, shown, state, Studio, until } from "./harness.mjs";
 
 /** A module of the page that needs no page; vite brings esbuild. */
 async function moduleOf(name) {
@@ -108,7 +108,7 @@ async function oneCamera() {
   const now = (await state(page)).step;
   let kept = "";
   for (let i = 0; i < 100 && kept === ""; i++) {
-    kept = await page.evaluate(async (step) => [...new Uint8Array(await (await fetch(`/thumbnail?step=${step}`)).arrayBuffer())].join(), now);
+    kept = [...(await fetched(page, `/thumbnail?step=${now}`))].join();
     await page.waitForTimeout(100);
   }
   check("another picture of another state", (await pictureOf(page)) !== whole);

@@ -2,7 +2,7 @@
 // Importing a file in the page: what is guessed, what is chosen, and that the piece stands so. See harness.mjs.
 import { existsSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { check, enter, folder, open, run, show, shown, started, Studio } from "./harness.mjs";
+import { check, enter, fetched, folder, open, run, show, shown, started, Studio } from "./harness.mjs";
 
 // ---- Files
 
@@ -48,8 +48,7 @@ const value = (page, id) => page.locator(`#${id}`).inputValue();
 const sizes = async (page) => (await text(page, "import-size")).split(" mm")[0].split(" × ").map(Number);
 /** How large the document's surface is, and where its vertices are. */
 async function vertices(page) {
-  const bytes = await page.evaluate(async () => [...new Uint8Array(await (await fetch("/export?format=stl")).arrayBuffer())]);
-  const stl = Buffer.from(bytes), points = [];
+  const stl = await fetched(page, "/export?format=stl"), points = [];
   for (let at = 84; at + 50 <= stl.length; at += 50)
     for (let i = 0; i < 3; i++) points.push([0, 4, 8].map((k) => stl.readFloatLE(at + 12 + 12 * i + k)));
   return points;
@@ -156,7 +155,7 @@ async function standing() {
   // The nose looks to the front, which is -y: farther out there than the feet.
   check("its nose looks to the front", near(slice(60, 68)[1][0], 0, 0.2) && feet[1][0] > 8);
   await show(page, "import-carved");
-  const color = await page.evaluate(async () => (await (await fetch("/export?format=obj")).text()).match(/^v .*$/m)[0].split(" ").slice(4).map(Number));
+  const color = String(await fetched(page, "/export?format=obj")).match(/^v .*$/m)[0].split(" ").slice(4).map(Number);
   check(`it is walnut (${color})`, near(color[0], 121 / 255, 0.02) && near(color[1], 83 / 255, 0.02) && near(color[2], 54 / 255, 0.02));
   await close(page);
   await ended(at);
@@ -303,8 +302,7 @@ async function windows() {
     const points = await vertices(page), left = bounds(points.filter((p) => p[0] < 5)), right = bounds(points.filter((p) => p[0] > 75));
     check(`black is highest (${left[2]}, ${right[2]})`, near(left[2][1], 15, 0.5) && right[2][1] < 5);
     if (name === "laptop") {
-      const document = await page.evaluate(async () => [...new Uint8Array(await (await fetch("/export?format=kibori")).arrayBuffer())]);
-      file("taken.kibori", Buffer.from(document));
+      file("taken.kibori", await fetched(page, "/export?format=kibori"));
       await close(page);
       await page.locator("#file").setInputFiles(join(folder, "taken.kibori"));
       await shown(page);

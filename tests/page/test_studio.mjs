@@ -288,7 +288,8 @@ async function whatIsShownIsTheModel() {
           line.send(view.buffer);
         };
         line.onopen = async () => {
-          line.send(new Uint8Array([1, version, 0]));
+          const key = new TextEncoder().encode(localStorage.getItem("kibori-key"));
+          line.send(new Uint8Array([1, version, 0, key.length, 0, 0, 0, ...key]));
           line.send(new Uint8Array([11]));
           for (let i = 0; i < count; i++) {
             const axis = [random(-1, 1), random(-1, 1), random(0.2, 1)];

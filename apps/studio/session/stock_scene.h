@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+// Scenes that are stock alone: what one begins with to carve by hand. Materials are numbers of
+// known_materials().
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <kibori/base/result.h>
+#include <kibori/batch/scene.h>
+
+namespace kibori {
+
+// So fine at most along a stock's longest side, so that a page can show it.
+inline constexpr double kMostRays = 1024;
+
+// A block, log (`cylinder`: x is its diameter, z its length) or ball (x is its diameter) of a size [mm] and
+// pitch [mm]. Errors: the size, the pitch, the material.
+Result<Scene> stock_scene(Stock::Kind kind, const Vec3& size_mm, double pitch_mm, size_t material);
+
+// How a file becomes a stock.
+struct FileStock {
+  double longest_mm = 0;  // it is scaled so that its longest side is this; of a picture without its height
+  double rays = 0;        // along that side
+  size_t material = 0;
+  Orientation orientation = {};       // mesh
+  double height_mm = 5, base_mm = 5;  // picture
+  bool invert = false;                // picture
+};
+
+// A mesh or, as a relief, a picture (PNG). Errors: those of reading a picture, and as above.
+Result<Scene> file_scene(const std::filesystem::path& file, const FileStock& how);
+
+}  // namespace kibori

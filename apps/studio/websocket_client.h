@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+// One page that is open: what it says, and what it was told. Internal to apps/studio.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+
+#include "apps/studio/server_state.h"
+
+namespace kibori::studio {
+
+class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
+ public:
+  using Request = boost::beast::http::request<boost::beast::http::empty_body>;
+
+  WebSocketClient(boost::beast::tcp_stream stream, Server::State& server, std::shared_ptr<Guest> guest);
+  ~WebSocketClient();
+
+  void accept(const Request& request);
+  void send(std::vector<uint8_t> message);
+  void notice(const std::string& text) { send(encode(Notice{text})); }
+  // There is another document, or none: nothing of what the page was told holds any more.
+  void restart();
+  // Chunks of the surface that are not as they were when this page got them.
+  void changed(const std::vector<Index3>& chunks) { dirty_.insert(chunks.begin(), chunks.end()); }
+  void offer_chunks();
+  void offer_history();
+  void got(uint32_t frame) {
+    if (frame == frame_) got_ = frame;
+  }
+  size_t waiting_bytes() const { return waiting_bytes_; }
+  // What this page's requests over HTTP call it, and no other page knows.
+  const std::string& key() const { return key_; }
+
+ private:
+  struct Before {
+    bool operator()(const Index3& a, const Index3& b) const {
+      return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+    }
+  };
+  void read();
+  void greet();
+  // It has no key, or is of another version.
+  void refuse(boost::beast::websocket::close_code why);
+  void write();
+  void drop();
+  void leave();
+
+  boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
+  Server::State& server_;
+  const std::string key_;
+  std::shared_ptr<Guest> guest_;
+  boost::asio::steady_timer first_;
+  boost::beast::flat_buffer buffer_;
+  std::deque<std::vector<uint8_t>> queue_;
+  size_t waiting_bytes_ = 0;
+  std::set<Index3, Before> dirty_;
+  std::map<Index3, uint64_t, Before> sent_;  // a hash of each chunk, as it was sent last
+  uint32_t frame_ = 0, got_ = 0;
+  bool more_ = false;  // as the page was told
+  size_t told_steps_ = 0;
+  Studio::Versions told_versions_;
+  bool greeted_ = false, closed_ = false;
+};
+
+}  // namespace kibori::studio

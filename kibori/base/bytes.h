@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace kibori {
+
+using Bytes = std::vector<uint8_t>;
+
+}  // namespace kibori

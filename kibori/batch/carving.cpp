@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/motion/direct_tool.h>
+#include <kibori/document/rescue.h>
+#include <kibori/batch/carving.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include <kibori/base/memory.h>
+#include <kibori/formats/mesh_file.h>
+#include <kibori/batch/documents.h>
+#include <kibori/batch/relief.h>
+#include <kibori/batch/stock.h>
+
+namespace kibori {
+namespace {
+
+double microseconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
+}
+
+// A stroke reaches the file at least so often.
+constexpr auto kFlushEvery = std::chrono::milliseconds(50);
+
+double percentile(const std::vector<double>& sorted, double share) {
+  if (sorted.empty()) return 0;
+  const auto at = static_cast<size_t>(share * static_cast<double>(sorted.size()));
+  return sorted[std::min(sorted.size() - 1, at)];
+}
+
+}  // namespace
+
+Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::string& scene_file,
+                                             const CarveOptions& options) {
+  const auto wrong = [&](const std::string& what) {
+    std::string where = scene_file;
+    if (stock.line > 0) where.append(":").append(std::to_string(stock.line));
+    return Error{where.append(": [stock] ").append(what)};
+  };
+  if (stock.kind == Stock::Kind::mesh || stock.kind == Stock::Kind::relief) {
+    const bool relief = stock.kind == Stock::Kind::relief;
+    const std::string what = relief ? "relief " : "mesh ", name = what + stock.mesh_path.string() + ": ";
+    Result<TriangleMesh> read =
+        relief ? read_relief(stock.mesh_path, {stock.width_mm, stock.height_mm, stock.base_mm, stock.invert},
+                             stock.pitch_mm)
+               : read_mesh(stock.mesh_path);
+    if (!read) return wrong(what + read.error());
+    TriangleMesh mesh = std::move(read).value();
+    const Mat3 turn = rotation(stock.orientation);
+    for (Vec3& p : mesh.vertices) p = turn * p;
+    const Box box = mesh.bounds();
+    const double longest = box.size().maxCoeff();
+    if (!(longest > 0)) return wrong(name + "has no extent");
+    const double scale = stock.fit_mm ? *stock.fit_mm / longest : 1;
+    for (Vec3& p : mesh.vertices) p = (p - box.min) * scale;
+    Result<MeshStock> made =
+        stock_of_mesh(mesh, stock.pitch_mm, stock.room_mm.value_or(0.1 * longest * scale), stock.material,
+                      options.threads, options.force);
+    if (!made) return wrong(name + made.error());
+    const ScanReport& report = made.value().report;
+    if (report.repaired() && options.warning)
+      options.warning(stock.mesh_path.string() + ": " + report.warning());
+    if (!(made.value().model->volume_mm3() > 0))
+      return wrong("holds no material at this pitch; use a finer one");
+    return std::move(made.value().model);
+  }
+  const Vec3 size = stock.size_mm;
+  Result<Lattice> lattice = make_lattice(size, stock.pitch_mm, stock.room_mm.value_or(0.1 * size.maxCoeff()));
+  if (!lattice) return wrong(lattice.error());
+  if (stock.kind != Stock::Kind::block)
+    if (const Status fits = check_memory(lattice.value(), false); !fits) return wrong(fits.error());
+  auto model = std::make_unique<TriDexel>(lattice.value());
+  EditOptions edit;
+  edit.threads = options.threads;
+  Removed added;
+  const Box everywhere{Vec3::Zero(), lattice.value().nodes.matrix().cast<double>()};
+  const auto put = [&](const Tool& tool, const Vec3& tip) {
+    const SweptTool solid(tool, Pose{tip, Mat3::Identity()}, Vec3::Zero(), lattice.value(), everywhere);
+    deposit(*model, solid, stock.material, edit, added);
+  };
+  switch (stock.kind) {
+    case Stock::Kind::block:
+      model->fill_block({Vec3::Zero(), size}, stock.material);
+      break;
+    case Stock::Kind::sphere:
+      put(BallTool{size.x() / 2}, Vec3(size.x() / 2, size.x() / 2, 0));
+      break;
+    case Stock::Kind::cylinder:
+      put(Flat{size.x() / 2, size.z()}, Vec3(size.x() / 2, size.x() / 2, 0));
+      break;
+    case Stock::Kind::mesh:
+    case Stock::Kind::relief:
+      break;  // above
+  }
+  if (!(model->volume_mm3() > 0)) return wrong("holds no material at this pitch; use a finer one");
+  return model;
+}
+
+Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
+  Result<std::unique_ptr<TriDexel>> stock = make_stock(scene.stock, scene.file, options);
+  if (!stock) return Error{stock.error()};
+  return carve(scene, std::move(stock).value(), options);
+}
+
+Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock, const CarveOptions& options) {
+  Carving carving;
+  carving.model = std::move(stock);
+  TriDexel& model = *carving.model;
+  model.reserve(1024);
+
+  std::vector<MovePlan> plans;
+  int64_t total = 0;
+  for (size_t i = 1; i < scene.moves.size(); i++) {
+    const Result<MovePlan> plan = plan_move(scene, scene.moves[i - 1], scene.moves[i]);
+    if (!plan) return Error{plan.error()};
+    plans.push_back(plan.value());
+    total += plan.value().ticks + plan.value().dwell_ticks;
+  }
+  const double trace_bytes = static_cast<double>(total) * (sizeof(TraceRow) + sizeof(double));
+  if (const double there = available_bytes(); there > 0 && trace_bytes > 0.8 * there) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  ": %lld ticks take about %.1f GB and %.1f GB are free; use fewer or faster moves",
+                  static_cast<long long>(total), trace_bytes / 1e9, there / 1e9);
+    return Error{scene.file + text};
+  }
+
+  for (const Tool& tool : scene.tools)
+    if (!std::holds_alternative<HalfSpace>(tool) && reach_mm(tool) > kMaxToolReach * scene.stock.pitch_mm) {
+      char text[240];
+      std::snprintf(text, sizeof text,
+                    ": [tool] reaches %.4g mm from its tip, and at pitch %g mm at most %.4g mm can be told "
+                    "apart; use a smaller tool",
+                    reach_mm(tool), scene.stock.pitch_mm, kMaxToolReach * scene.stock.pitch_mm);
+      return Error{scene.file + text};
+    }
+  const Move& first = scene.moves.front();
+  Pose hand{first.to_mm, frame_from_axis(first.axis, first.roll_rad)};
+  DirectTool stroke(model, hand);
+  stroke.set_threads(options.threads);
+  SpringTool series(model, hand, scene.spring.value_or(SeriesSpring{}));
+  std::unique_ptr<Document> document;
+  auto flushed = std::chrono::steady_clock::now();
+  // Where the file can't be written any more the document goes on in memory, and that is told once; where it
+  // can't be had there either, the file keeps what it has.
+  bool told = false;
+  const auto keep = [&](const Status& kept) {
+    if (!document) return;
+    const std::string why = kept ? document->unsaved() : kept.error();
+    if (!why.empty() && !std::exchange(told, true) && options.warning)
+      options.warning(why + (kept ? "; going on in memory" : "; what follows is not saved"));
+    if (kept) return;
+    carving.unsaved = why;
+    document.reset();
+  };
+  const auto settle_document = [&] {
+    if (document) keep(document->flush());
+    if (document) carving.unsaved = settle(*document);
+  };
+  if (!options.document.empty()) {
+    Result<std::unique_ptr<Document>> made = new_document(options.document, scene, model);
+    if (!made) return Error{made.error()};
+    document = std::move(made).value();
+  }
+  carving.trace.reserve(static_cast<size_t>(total));
+  std::vector<double> step_us;
+  step_us.reserve(static_cast<size_t>(total));
+  CarveSummary& summary = carving.summary;
+  bool clipped = false;
+  if (!first.label.empty()) carving.marks.push_back({first.label, 0});
+  bool going = true;
+  for (size_t i = 1; i < scene.moves.size() && going; i++) {
+    const Move &from = scene.moves[i - 1], &to = scene.moves[i];
+    const MovePlan& plan = plans[i - 1];
+    const Tool& tool = scene.tools[to.tool];
+    if (to.tool != from.tool) series.disengage();
+    // Each move is a stroke, which does not depend on what the tool did before: so it can be carved again
+    // alone.
+    stroke.place(stroke.pose());
+    series.begin_stroke();
+    if (document)
+      keep(document->begin(stroke_settings(scene, to), scene.spring ? series.pose() : stroke.pose(),
+                           to.label));
+    const double removed_before = summary.removed_mm3 - summary.deposited_mm3;
+    for (int64_t k = 1; k <= plan.ticks + plan.dwell_ticks && going; k++) {
+      const bool moving = k <= plan.ticks;
+      const double share = static_cast<double>(k) / static_cast<double>(plan.ticks);
+      const Vec3 tip = k < plan.ticks ? Vec3(from.to_mm + (to.to_mm - from.to_mm) * share) : to.to_mm;
+      const Vec3 turn = moving ? Vec3(plan.turn_rad / static_cast<double>(plan.ticks)) : Vec3(Vec3::Zero());
+      StrokeTick recorded{tip, turn, to.mode != Mode::off};
+      const auto start = std::chrono::steady_clock::now();
+      if (scene.spring && moving) hand = {tip, rotation(turn) * hand.frame};
+      Result<ToolTick> tick =
+          scene.spring ? series.advance(tool, hand, to.mode, scene.materials, to.material)
+                       : stroke.advance(tool, tip, turn, to.mode, scene.force, scene.materials, to.material);
+      step_us.push_back(microseconds_since(start));
+      if (!tick) {
+        settle_document();
+        return Error{scene.file + ":" + std::to_string(to.line) + ": [move] " + tick.error() +
+                     (carving.unsaved.empty() ? "" : "; " + carving.unsaved)};
+      }
+      ToolTick& result = tick.value();
+      if (scene.spring)
+        recorded = {result.pose.tip, result.motion.turn, result.edited, hand.tip - result.pose.tip,
+                    rotation_between(result.pose.frame, hand.frame)};
+      add_tick(summary, to.mode, result);
+      if (result.clipped && !std::exchange(clipped, true) && options.warning)
+        options.warning(scene.file + ":" + std::to_string(to.line) +
+                        ": a deposit reached beyond the stock's room, and what was outside is dropped; raise "
+                        "[stock] room_mm");
+      carving.trace.push_back({static_cast<double>(summary.ticks) / scene.rate_hz, result});
+      if (document) {
+        document->add(recorded, options.keep_forces ? &result.wrench : nullptr);
+        if (const auto now = std::chrono::steady_clock::now(); now - flushed >= kFlushEvery) {
+          keep(document->flush());
+          flushed = now;
+        }
+      }
+      if (options.progress && summary.ticks % 64 == 0)
+        options.progress(static_cast<double>(summary.ticks) / static_cast<double>(total));
+      if (options.each)
+        going = options.each(model, tool, scene.spring ? series.pose() : stroke.pose(), result);
+    }
+    if (document) keep(document->finish(model, summary.removed_mm3 - summary.deposited_mm3 - removed_before));
+    if (!to.label.empty())
+      carving.marks.push_back({to.label, static_cast<double>(summary.ticks) / scene.rate_hz});
+  }
+  summarize(carving, std::move(step_us));
+  if (document)
+    if (const Status drawn =
+            keep_thumbnail(*document, document->head(), model.snapshot(), scene.materials, options.threads);
+        !drawn && options.warning)
+      options.warning(drawn.error());
+  settle_document();
+  if (options.progress) options.progress(1);
+  return carving;
+}
+
+void add_tick(CarveSummary& summary, Mode mode, ToolTick& result) {
+  if (mode == Mode::touch) result.removed_mm3 = 0;
+  if (mode == Mode::cut) {
+    summary.removed_mm3 += result.removed_mm3;
+    summary.points_removed += result.points;
+  }
+  if (mode == Mode::deposit) summary.deposited_mm3 -= result.removed_mm3;
+  summary.max_force_N = std::max(summary.max_force_N, std::sqrt(result.wrench.force.squaredNorm()));
+  summary.max_moment_Nmm = std::max(summary.max_moment_Nmm, std::sqrt(result.wrench.moment.squaredNorm()));
+  summary.ticks++;
+}
+
+void summarize(Carving& carving, std::vector<double> step_us) {
+  CarveSummary& summary = carving.summary;
+  const TriDexel& model = *carving.model;
+  summary.volume_mm3 = model.volume_mm3();
+  summary.state_hash = model.content_hash();
+  summary.pitch_mm = model.lattice().pitch_mm;
+  summary.stock = model.count();
+  std::sort(step_us.begin(), step_us.end());
+  summary.step_us = {percentile(step_us, 0.5), percentile(step_us, 0.99), percentile(step_us, 0.999),
+                     step_us.empty() ? 0 : step_us.back()};
+}
+
+}  // namespace kibori

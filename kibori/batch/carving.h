@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: MIT
+// Runs a scene: makes the stock, then moves the tool tick by tick and hands each tick's result to the caller.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <kibori/base/result.h>
+#include <kibori/dexel/tri_dexel.h>
+#include <kibori/batch/scene.h>
+#include <kibori/motion/spring_tool.h>
+
+namespace kibori {
+
+struct CarveOptions {
+  int threads = 1;                                  // results do not depend on it
+  bool force = false;                               // take a mesh whose rays mostly disagree
+  std::filesystem::path document;                   // written as it is carved; empty: none
+  bool keep_forces = false;                         // in the document, too
+  std::function<void(double share)> progress;       // 0..1, now and then
+  std::function<void(const std::string&)> warning;  // one sentence each
+  // After every tick; false: no more of them.
+  std::function<bool(const TriDexel&, const Tool&, const Pose&, const ToolTick&)> each;
+};
+
+// A tick as it was felt.
+struct TraceRow {
+  double time_s = 0;  // at the end of the tick
+  ToolTick result;
+};
+
+// A labelled place on the path.
+struct Mark {
+  std::string label;
+  double time_s = 0;
+};
+
+struct CarveSummary {
+  int64_t ticks = 0;
+  double removed_mm3 = 0, deposited_mm3 = 0, volume_mm3 = 0;
+  int64_t points_removed = 0;
+  double max_force_N = 0, max_moment_Nmm = 0;
+  uint64_t state_hash = 0;
+  struct {
+    double median = 0, p99 = 0, p999 = 0, max = 0;
+  } step_us;  // edit and wrench of one tick
+  double pitch_mm = 0;
+  ModelCount stock;
+};
+
+struct Carving {
+  std::unique_ptr<TriDexel> model;
+  std::vector<TraceRow> trace;
+  std::vector<Mark> marks;
+  CarveSummary summary;
+  std::string
+      unsaved;  // why the document holds only the beginning, and where the rest is; empty: all is there
+};
+
+// Errors: what the stock or a move can't be, or a stock that needs more memory than there is.
+Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::string& scene_file,
+                                             const CarveOptions& options);
+Result<Carving> carve(const Scene& scene, const CarveOptions& options);
+// As above, of a stock that make_stock made.
+Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock, const CarveOptions& options);
+// Counts a tick in; what was touched only was not removed.
+void add_tick(CarveSummary& summary, Mode mode, ToolTick& result);
+// Fills in what of a summary comes from the model and the times of its steps.
+void summarize(Carving& carving, std::vector<double> step_us);
+
+}  // namespace kibori

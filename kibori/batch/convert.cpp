@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/batch/convert.h>
+
+#include <kibori/formats/mesh_file.h>
+#include <kibori/batch/documents.h>
+#include <kibori/batch/stock.h>
+#include <kibori/surface/simplify.h>
+#include <kibori/surface/surface.h>
+
+namespace kibori {
+
+namespace {
+
+// A document's own dexels, or its strokes carved at another pitch.
+Result<Converted> of_document(const std::filesystem::path& in, const ConvertOptions& options) {
+  const Result<std::unique_ptr<Document>> document = Document::open(in, Document::Access::read);
+  if (!document) return Error{document.error()};
+  if (options.warning && !document.value()->missing().empty()) options.warning(document.value()->missing());
+  ReplayOptions replay;
+  replay.pitch_mm = options.pitch_mm;
+  replay.carve.threads = options.threads;
+  replay.carve.warning = options.warning;
+  Converted converted;
+  if (options.pitch_mm && *options.pitch_mm != document.value()->lattice().pitch_mm) {
+    Result<Replay> carved = replay_document(*document.value(), replay);
+    if (!carved) return Error{carved.error()};
+    converted.model = std::move(carved.value().carving.model);
+  } else {
+    Result<std::unique_ptr<TriDexel>> model = model_at_head(*document.value());
+    if (!model) return Error{model.error()};
+    converted.model = std::move(model).value();
+  }
+  converted.pitch_mm = converted.model->lattice().pitch_mm;
+  return converted;
+}
+
+}  // namespace
+
+Result<Converted> into_dexels(const std::filesystem::path& in, const ConvertOptions& options) {
+  if (is_document(in)) return of_document(in, options);
+  Result<TriangleMesh> mesh = Error{};
+  if (options.relief) {
+    const double pitch = options.pitch_mm.value_or(options.relief->width_mm / 256);
+    mesh = read_relief(in, *options.relief, pitch);
+  } else {
+    mesh = read_mesh(in);
+  }
+  if (!mesh) return Error{mesh.error()};
+  const double longest = mesh.value().bounds().size().maxCoeff();
+  if (!(longest > 0)) return Error{in.string() + ": has no extent"};
+  Converted converted;
+  converted.pitch_mm = options.pitch_mm.value_or(longest / 256);
+  converted.triangles_in = mesh.value().triangles.size();
+  Result<MeshStock> stock = stock_of_mesh(mesh.value(), converted.pitch_mm, 2 * converted.pitch_mm, 0,
+                                          options.threads, options.force);
+  if (!stock) return Error{in.string() + ": " + stock.error()};
+  if (stock.value().report.repaired() && options.warning)
+    options.warning(in.string() + ": " + stock.value().report.warning());
+  converted.model = std::move(stock.value().model);
+  if (!(converted.model->volume_mm3() > 0))
+    return Error{in.string() + ": holds no material at this pitch; use a finer one"};
+  return converted;
+}
+
+Result<size_t> write_model(const std::filesystem::path& out, const Snapshot& model,
+                           std::span<const Rgb> colors, double tolerance_mm, int threads) {
+  size_t triangles = 0;
+  const SurfaceSource source = [&](const SurfaceSink& sink) {
+    const SurfaceSink counting = [&](const SurfacePart& part) {
+      triangles += part.triangles.size();
+      sink(part);
+    };
+    if (tolerance_mm > 0)
+      send_surface(simplify(extract_surface(model, threads), tolerance_mm), counting);
+    else
+      stream_surface(model, threads, counting);
+  };
+  if (const Status written = write_surface(out, source, colors); !written) return Error{written.error()};
+  return triangles;
+}
+
+}  // namespace kibori

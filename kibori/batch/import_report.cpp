@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/batch/import_report.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+#include <nlohmann/json.hpp>
+
+#include <kibori/base/file.h>
+#include <kibori/base/memory.h>
+#include <kibori/dexel/tile.h>
+#include <kibori/formats/mesh_file.h>
+#include <kibori/geometry/cluster.h>
+#include <kibori/geometry/mesh_info.h>
+
+namespace kibori {
+namespace {
+
+// Shorter than the studio's first tool is wide, or longer than a workbench: hardly meant in that unit.
+constexpr double kLeastMeantMm = 10, kMostMeantMm = 1000;
+constexpr size_t kPreviewTriangles = 30000;
+constexpr int kPreviewPixels = 160;
+// Looking for holes takes about a second and 300 MB for so many.
+constexpr size_t kMostLookedAt = 2000000;
+
+// A side of a shape counts as one to stand on from this share of its footprint.
+constexpr double kFlat = 0.05;
+
+std::string length_text(double mm) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%.3g mm", mm);
+  return text;
+}
+
+// The share of a mesh's footprint that touches the floor, all within a hundredth of its height.
+double support(const TriangleMesh& mesh, const Box& box, int up) {
+  const int u = (up + 1) % 3, v = (up + 2) % 3;
+  const Vec3 size = box.size();
+  const double floor = box.min[up] + 0.01 * size[up], footprint = size[u] * size[v];
+  if (!(footprint > 0)) return 0;
+  double touching = 0;
+  for (const auto& t : mesh.triangles) {
+    const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+    if (std::max({a[up], b[up], c[up]}) <= floor) touching += 0.5 * std::abs((b - a).cross(c - a)[up]);
+  }
+  return std::min(1.0, touching / footprint);
+}
+
+// How high the middle of a mesh's surface lies, as a share of its height.
+double middle_height(const TriangleMesh& mesh, const Box& box, int up) {
+  double area = 0, moment = 0;
+  for (const auto& t : mesh.triangles) {
+    const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+    const double one = (b - a).cross(c - a).norm();
+    area += one;
+    moment += one * ((a[up] + b[up] + c[up]) / 3 - box.min[up]);
+  }
+  const double height = box.size()[up];
+  return area > 0 && height > 0 ? moment / (area * height) : 0.5;
+}
+
+std::vector<std::string> repairs_of(const TriangleMesh& mesh) {
+  if (mesh.triangles.size() > kMostLookedAt)
+    return {"It has so many triangles that holes were not looked for; those there are are closed."};
+  const Surface surface = surface_of_mesh(mesh);
+  const MeshInfo info = mesh_info(surface, mesh.triangles.size() - surface.triangles.size());
+  std::vector<std::string> repairs;
+  const auto number = [](size_t count, const char* one, const char* many) {
+    return std::to_string(count) + " " + (count == 1 ? one : many);
+  };
+  if (info.open_edges)
+    repairs.push_back("It is open at " + number(info.open_edges, "edge", "edges") +
+                      ": holes are closed where two of three directions agree.");
+  else if (info.volume_mm3 < 0)
+    repairs.push_back("Its faces look inward: they are turned.");
+  if (info.overfull_edges)
+    repairs.push_back(number(info.overfull_edges, "edge has", "edges have") +
+                      " more than two faces: the insides are united.");
+  if (info.components > 1)
+    repairs.push_back("It has " + std::to_string(info.components) +
+                      " pieces: they are united where they overlap.");
+  if (info.degenerate)
+    repairs.push_back(number(info.degenerate, "triangle", "triangles") + " without area: left out.");
+  return repairs;
+}
+
+GreyMap shrunk(const GreyMap& map) {
+  const int longest = std::max(map.width, map.height);
+  if (longest <= kPreviewPixels) return map;
+  const double step = static_cast<double>(longest) / kPreviewPixels;
+  GreyMap small;
+  small.width = std::max(2, static_cast<int>(map.width / step));
+  small.height = std::max(2, static_cast<int>(map.height / step));
+  for (int y = 0; y < small.height; y++)
+    for (int x = 0; x < small.width; x++) {
+      const int64_t x0 = int64_t{x} * map.width / small.width, y0 = int64_t{y} * map.height / small.height;
+      const int64_t x1 = std::max(x0 + 1, int64_t{x + 1} * map.width / small.width),
+                    y1 = std::max(y0 + 1, int64_t{y + 1} * map.height / small.height);
+      uint64_t sum = 0, count = 0;
+      for (int64_t j = y0; j < std::min<int64_t>(y1, map.height); j++)
+        for (int64_t i = x0; i < std::min<int64_t>(x1, map.width); i++, count++)
+          sum += map.pixels[static_cast<size_t>(j * map.width + i)];
+      small.pixels.push_back(static_cast<uint16_t>(count ? sum / count : 0));
+    }
+  return small;
+}
+
+class Bytes32 {
+ public:
+  void put(uint32_t value) {
+    for (int shift = 0; shift < 32; shift += 8) bytes_.push_back(static_cast<uint8_t>(value >> shift));
+  }
+  void put(double value) {
+    const auto single = static_cast<float>(value);
+    uint32_t bits = 0;
+    std::memcpy(&bits, &single, sizeof bits);
+    put(bits);
+  }
+  std::vector<uint8_t> take() { return std::move(bytes_); }
+
+ private:
+  std::vector<uint8_t> bytes_;
+};
+
+}  // namespace
+
+SizeGuess guess_size(const std::string& ending, double longest_mm) {
+  const bool metres = ending == ".glb";
+  const std::string said = metres             ? "GLB files are in metres"
+                           : ending == ".3mf" ? "The file says its unit"
+                                              : "Files like this one are mostly in mm";
+  if (longest_mm >= kLeastMeantMm && longest_mm <= kMostMeantMm)
+    return {metres ? "m" : "mm", longest_mm, said + "."};
+  return {"fit", kUsualLongestMm,
+          said + ", but it would be " + length_text(longest_mm) + " long: made " +
+              length_text(kUsualLongestMm) + "."};
+}
+
+UpGuess guess_up(const std::string& ending, const TriangleMesh& mesh) {
+  if (ending == ".glb") return {{}, "GLB files have y up, and it was turned so."};
+  const Box box = mesh.bounds();
+  const bool custom_y = ending == ".obj";
+  const int custom = custom_y ? 1 : 2, other = 3 - custom;
+  const auto up = [](int axis) { return standing(axis == 1 ? SignedAxis::plus_y : SignedAxis::plus_z); };
+  const std::string name[] = {"x", "y", "z"};
+  const double here = support(mesh, box, custom), there = support(mesh, box, other);
+  if (there > kFlat && there > 3 * here)
+    return {up(other), "It has a flat base when " + name[other] + " is up."};
+  const bool custom_is_weak = ending == ".ply" || ending == ".off";
+  if (custom_is_weak && here < kFlat &&
+      middle_height(mesh, box, other) + 0.08 < middle_height(mesh, box, custom))
+    return {up(other), "Its weight lies lower when " + name[other] + " is up."};
+  return {up(custom), (custom_y ? "OBJ files mostly have y up" : "Files like this one mostly have z up") +
+                          std::string(here > kFlat ? ", and it has a flat base so." : ".")};
+}
+
+Result<ImportReport> report_import(const std::filesystem::path& path) {
+  ImportReport report;
+  const std::string ending = ending_of(path);
+  if (ending == ".png") {
+    const Result<GreyMap> picture = read_png_grey(path);
+    if (!picture) return Error{picture.error()};
+    report.relief = true;
+    report.width = picture.value().width;
+    report.height = picture.value().height;
+    report.picture = shrunk(picture.value());
+    return report;
+  }
+  const Result<TriangleMesh> read = read_mesh(path);
+  if (!read) return Error{read.error()};
+  const TriangleMesh& mesh = read.value();
+  report.triangles = mesh.triangles.size();
+  report.size_mm = mesh.bounds().size();
+  const double longest = report.size_mm.maxCoeff();
+  if (!(longest > 0)) return Error{path.string() + ": has no extent"};
+  for (const auto& t : mesh.triangles)
+    report.area_mm2 +=
+        0.5 *
+        (mesh.vertices[t[1]] - mesh.vertices[t[0]]).cross(mesh.vertices[t[2]] - mesh.vertices[t[0]]).norm();
+  report.unit_mm = ending == ".glb" ? 1000 : 1;
+  report.size = guess_size(ending, longest);
+  report.up = guess_up(ending, mesh);
+  report.repairs = repairs_of(mesh);
+  report.preview = cluster(mesh, kPreviewTriangles);
+  const Vec3 corner = mesh.bounds().min;
+  for (Vec3& p : report.preview.vertices) p = (p - corner) / longest;
+  return report;
+}
+
+std::string import_report_json(const ImportReport& report) {
+  using Json = nlohmann::json;
+  // What a ray can take, as check_memory counts it.
+  Json json{{"ray_bytes", static_cast<double>(sizeof(Tile)) / kTileRays + 40},
+            {"free_bytes", available_bytes()}};
+  if (report.relief) {
+    json.update({{"kind", "relief"}, {"width", report.width}, {"height", report.height}});
+  } else {
+    json.update({{"kind", "mesh"},
+                 {"triangles", report.triangles},
+                 {"size_mm", {report.size_mm.x(), report.size_mm.y(), report.size_mm.z()}},
+                 {"area_mm2", report.area_mm2},
+                 {"unit_mm", report.unit_mm},
+                 {"unit", report.size.unit},
+                 {"unit_why", report.size.why},
+                 {"longest_mm", report.size.longest_mm},
+                 {"up", signed_axis_text(report.up.orientation.up)},
+                 {"front", signed_axis_text(report.up.orientation.front)},
+                 {"up_why", report.up.why},
+                 {"repairs", report.repairs}});
+  }
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::vector<uint8_t> import_preview(const ImportReport& report) {
+  Bytes32 out;
+  if (report.relief) {
+    out.put(static_cast<uint32_t>(report.picture.width));
+    out.put(static_cast<uint32_t>(report.picture.height));
+    for (const uint16_t pixel : report.picture.pixels) out.put(pixel / 65535.0);
+    return out.take();
+  }
+  out.put(static_cast<uint32_t>(report.preview.vertices.size()));
+  out.put(static_cast<uint32_t>(report.preview.triangles.size()));
+  for (const Vec3& p : report.preview.vertices)
+    for (int i = 0; i < 3; i++) out.put(p[i]);
+  for (const auto& triangle : report.preview.triangles)
+    for (const uint32_t corner : triangle) out.put(corner);
+  return out.take();
+}
+
+}  // namespace kibori

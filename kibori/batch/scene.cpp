@@ -1,0 +1,622 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/batch/scene.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <initializer_list>
+#include <numbers>
+#include <string_view>
+
+#include <toml++/toml.h>
+
+#include <kibori/base/file.h>
+#include <kibori/formats/mesh_file.h>
+#include <kibori/haptics/materials.h>
+
+namespace kibori {
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180;
+
+// Levenshtein distance, for "did you mean".
+size_t distance(std::string_view a, std::string_view b) {
+  std::vector<size_t> row(b.size() + 1);
+  for (size_t j = 0; j <= b.size(); j++) row[j] = j;
+  for (size_t i = 1; i <= a.size(); i++) {
+    size_t diagonal = row[0]++;
+    for (size_t j = 1; j <= b.size(); j++) {
+      const size_t next = std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] != b[j - 1] ? 1u : 0u)});
+      diagonal = std::exchange(row[j], next);
+    }
+  }
+  return row[b.size()];
+}
+
+std::string nearest(std::string_view word, const std::vector<std::string>& known) {
+  std::string best;
+  size_t best_distance = static_cast<size_t>(-1);
+  for (const std::string& k : known)
+    if (const size_t d = distance(word, k); d < best_distance) {
+      best_distance = d;
+      best = k;
+    }
+  return best;
+}
+
+// Reads one scene; the first error stops it.
+class Reader {
+ public:
+  Reader(std::string name, std::optional<std::filesystem::path> folder) : folder_(std::move(folder)) {
+    scene_.file = std::move(name);
+  }
+
+  Result<Scene> read(const toml::table& root) {
+    only(root, "", {"schema", "stock", "material", "tool", "force", "motion", "move"});
+    if (root.contains("schema") && number(root, "", "schema") != 1)
+      fail(root.get("schema"), "schema must be 1; a newer scene needs a newer kibori");
+    read_force(root);
+    read_materials(root);
+    read_stock(root);
+    read_motion(root);
+    read_moves(root);
+    if (!error_.empty()) return Error{error_};
+    return std::move(scene_);
+  }
+
+ private:
+  // Empty where there may be none.
+  std::filesystem::path file(const toml::table& t, std::string_view section, const char* key) {
+    const std::string name = text(t, section, key);
+    if (folder_) return scene_.files.emplace_back(*folder_ / name);
+    fail(t.get(key),
+         std::string(key) + " names a file, and this scene came without any; carve it with 'kibori carve'");
+    return {};
+  }
+  void fail(const toml::node* where, const std::string& what) { fail(where ? line_of(*where) : 0, what); }
+  void fail(int line, const std::string& what) {
+    if (error_.empty())
+      error_ = sanitize_message(scene_.file + (line > 0 ? ":" + std::to_string(line) : "") + ": " + what);
+  }
+  static int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
+  static std::string full(std::string_view table, std::string_view key) {
+    return table.empty() ? std::string(key) : "[" + std::string(table) + "] " + std::string(key);
+  }
+
+  void only(const toml::table& table, std::string_view name, const std::vector<std::string>& known) {
+    for (const auto& [key, node] : table)
+      if (std::find(known.begin(), known.end(), key.str()) == known.end())
+        fail(static_cast<int>(key.source().begin.line),
+             "unknown key '" + std::string(key.str()) + "'" +
+                 (name.empty() ? "" : " in [" + std::string(name) + "]") + "; did you mean '" +
+                 nearest(key.str(), known) + "'?");
+  }
+
+  double as_number(const toml::node* node, const std::string& what) {
+    const auto value = node->is_number() ? node->value<double>() : std::nullopt;
+    if (!value || !std::isfinite(*value)) {
+      fail(node, what + " must be a finite number");
+      return 1;
+    }
+    return *value;
+  }
+  // A number that must be there.
+  double number(const toml::table& table, std::string_view name, std::string_view key) {
+    const toml::node* node = table.get(key);
+    if (!node) {
+      fail(&table, full(name, key) + " is missing");
+      return 1;
+    }
+    return as_number(node, full(name, key));
+  }
+  double number_or(const toml::table& table, std::string_view name, std::string_view key, double otherwise) {
+    return table.contains(key) ? number(table, name, key) : otherwise;
+  }
+  double positive(const toml::table& table, std::string_view name, std::string_view key) {
+    const double value = number(table, name, key);
+    if (!(value > 0)) fail(table.get(key), full(name, key) + " must be greater than 0");
+    return value;
+  }
+  void at_least_zero(const toml::table& table, std::string_view name, std::string_view key, double& value) {
+    if (!table.contains(key)) return;
+    value = number(table, name, key);
+    if (!(value >= 0)) fail(table.get(key), full(name, key) + " must not be negative");
+  }
+  std::string text(const toml::table& table, std::string_view name, std::string_view key) {
+    const toml::node* node = table.get(key);
+    if (!node) {
+      fail(&table, full(name, key) + " is missing");
+      return {};
+    }
+    const auto value = node->value<std::string>();
+    if (!node->is_string() || !value) {
+      fail(node, full(name, key) + " must be a string");
+      return {};
+    }
+    return *value;
+  }
+  std::vector<double> numbers(const toml::table& table, std::string_view name, std::string_view key,
+                              size_t count) {
+    const toml::node* node = table.get(key);
+    const toml::array* array = node ? node->as_array() : nullptr;
+    if (!array || array->size() != count) {
+      fail(node ? node : static_cast<const toml::node*>(&table),
+           full(name, key) + " must be a list of " + std::to_string(count) + " numbers");
+      return std::vector<double>(count, 1);
+    }
+    std::vector<double> result;
+    for (const toml::node& element : *array) result.push_back(as_number(&element, full(name, key)));
+    return result;
+  }
+  Vec3 vector(const toml::table& table, std::string_view name, std::string_view key) {
+    const auto v = numbers(table, name, key, 3);
+    return {v[0], v[1], v[2]};
+  }
+  const toml::table* table(const toml::table& root, std::string_view key, bool required) {
+    const toml::node* node = root.get(key);
+    if (!node) {
+      if (required) fail(0, "[" + std::string(key) + "] is missing");
+      return nullptr;
+    }
+    if (!node->is_table()) fail(node, "[" + std::string(key) + "] must be a table");
+    return node->as_table();
+  }
+
+  void read_force(const toml::table& root) {
+    const toml::table* force = table(root, "force", false);
+    if (!force) return;
+    only(*force, "force",
+         {"model", "kf", "u", "dof", "stiffness", "torsion", "friction", "strength", "powered"});
+    if (force->contains("model")) {
+      const std::string model = text(*force, "force", "model");
+      if (model == "energy")
+        scene_.force.model = ForceModel::energy;
+      else if (model == "series")
+        scene_.spring.emplace();
+      else if (model != "paper")
+        fail(force->get("model"), "[force] model must be \"paper\", \"energy\" or \"series\"");
+    }
+    for (const char* key : {"stiffness", "torsion", "friction", "strength"})
+      if (force->contains(key) && !scene_.spring)
+        fail(force->get(key), "[force] " + std::string(key) + " is of model = \"series\"");
+    if (scene_.spring) {
+      SeriesSpring& spring = *scene_.spring;
+      if (force->contains("stiffness")) spring.stiffness_n_mm = positive(*force, "force", "stiffness");
+      at_least_zero(*force, "force", "torsion", spring.torsion_nmm_rad);
+      at_least_zero(*force, "force", "friction", spring.friction);
+      if (force->contains("strength")) {
+        spring.strength_n = positive(*force, "force", "strength");
+        // A hand that is only strong is as stiff as a pointer's, unless the scene says otherwise.
+        if (!force->contains("stiffness")) spring.stiffness_n_mm = spring.strength_n / kHandGiveMm;
+      }
+    }
+    if (const toml::node* powered = force->get("powered")) {
+      if (!powered->is_boolean()) fail(powered, "[force] powered must be true or false");
+      if (powered->value_or(false)) {
+        scene_.force.hand_share = kPoweredShare;
+        if (scene_.spring) scene_.spring->hand_share = kPoweredShare;
+      }
+    }
+    if (force->contains("kf")) at_least_zero(*force, "force", "kf", kf_.emplace());
+    if (force->contains("u")) at_least_zero(*force, "force", "u", u_.emplace());
+    const double dof = number_or(*force, "force", "dof", 5);
+    if (dof != 5 && dof != 6) fail(force->get("dof"), "[force] dof must be 5 or 6");
+    scene_.force.dof = static_cast<int>(dof);
+  }
+
+  void read_materials(const toml::table& root) {
+    const toml::node* node = root.get("material");
+    if (!node) return;
+    const toml::array* list = node->as_array();
+    if (!list || !list->is_array_of_tables())
+      return fail(node, "materials are written as [[material]] tables");
+    for (const toml::node& element : *list) {
+      const toml::table& t = *element.as_table();
+      only(t, "material", {"name", "kf", "u", "c", "yield_n", "color"});
+      Material material = defaults(text(t, "material", "name"));
+      for (const Material& other : scene_.materials)
+        if (other.name == material.name) fail(&t, "material \"" + material.name + "\" is defined twice");
+      at_least_zero(t, "material", "kf", material.kf);
+      at_least_zero(t, "material", "u", material.u);
+      at_least_zero(t, "material", "c", material.c);
+      at_least_zero(t, "material", "yield_n", material.yield_n);
+      if (t.contains("color")) read_color(t, material);
+      add(&t, material);
+    }
+  }
+  void read_color(const toml::table& t, Material& material) {
+    const std::string color = text(t, "material", "color");
+    unsigned rgb = 0;
+    char rest = 0;
+    const bool hex =
+        color.size() == 7 && color.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
+    if (!hex || std::sscanf(color.c_str(), "#%6x%c", &rgb, &rest) != 1)
+      return fail(t.get("color"), "[material] color must look like \"#c49a6c\"");
+    material.color = {static_cast<uint8_t>(rgb >> 16), static_cast<uint8_t>(rgb >> 8),
+                      static_cast<uint8_t>(rgb)};
+  }
+  // A material by that name as the program knows it, with [force]'s constants in place of its own.
+  Material defaults(const std::string& name) {
+    Material material;
+    for (const Material& known : known_materials())
+      if (known.name == name) material = known;
+    material.name = name;
+    if (kf_) material.kf = *kf_;
+    if (u_) material.u = *u_;
+    return material;
+  }
+  uint8_t add(const toml::node* where, const Material& material) {
+    if (scene_.materials.size() >= kMaxMaterials)
+      fail(where, "a scene can hold at most " + std::to_string(kMaxMaterials) + " materials");
+    else
+      scene_.materials.push_back(material);
+    return static_cast<uint8_t>(scene_.materials.size() - 1);
+  }
+  // The index of a material by name, defined in the scene or known to the program.
+  uint8_t material(const toml::node* where, const std::string& name) {
+    std::vector<std::string> names;
+    for (size_t i = 0; i < scene_.materials.size(); i++) {
+      if (scene_.materials[i].name == name) return static_cast<uint8_t>(i);
+      names.push_back(scene_.materials[i].name);
+    }
+    for (const Material& known : known_materials()) {
+      if (known.name == name) return add(where, defaults(name));
+      names.push_back(known.name);
+    }
+    fail(where, "unknown material \"" + name + "\"; did you mean \"" + nearest(name, names) +
+                    "\", or is a [[material]] table missing?");
+    return 0;
+  }
+
+  void read_stock(const toml::table& root) {
+    const toml::table* t = table(root, "stock", true);
+    if (!t) return;
+    only(*t, "stock",
+         {"block", "mesh", "sphere", "cylinder", "relief", "pitch", "material", "fit_mm", "room_mm",
+          "width_mm", "height_mm", "base_mm", "invert", "up", "front"});
+    Stock& stock = scene_.stock;
+    stock.line = line_of(*t);
+    int kinds = 0;
+    for (const char* kind : {"block", "mesh", "sphere", "cylinder", "relief"})
+      kinds += t->contains(kind) ? 1 : 0;
+    if (kinds != 1) fail(t, "[stock] needs exactly one of block, mesh, sphere, cylinder and relief");
+    if (t->contains("block")) {
+      stock.kind = Stock::Kind::block;
+      stock.size_mm = vector(*t, "stock", "block");
+      if (!(stock.size_mm.array() > 0).all())
+        fail(t->get("block"), "[stock] block must have three positive sides");
+    } else if (t->contains("sphere")) {
+      stock.kind = Stock::Kind::sphere;
+      stock.size_mm = Vec3::Constant(2 * positive(*t, "stock", "sphere"));
+    } else if (t->contains("cylinder")) {
+      stock.kind = Stock::Kind::cylinder;
+      const auto v = numbers(*t, "stock", "cylinder", 2);
+      if (!(v[0] > 0 && v[1] > 0))
+        fail(t->get("cylinder"), "[stock] cylinder must be [radius, height], both positive");
+      stock.size_mm = {2 * v[0], 2 * v[0], v[1]};
+    } else if (t->contains("mesh")) {
+      stock.kind = Stock::Kind::mesh;
+      stock.mesh_path = file(*t, "stock", "mesh");
+    } else if (t->contains("relief")) {
+      stock.kind = Stock::Kind::relief;
+      stock.mesh_path = file(*t, "stock", "relief");
+      stock.width_mm = positive(*t, "stock", "width_mm");
+      stock.height_mm = positive(*t, "stock", "height_mm");
+      stock.base_mm = positive(*t, "stock", "base_mm");
+    }
+    for (const char* key : {"width_mm", "height_mm", "base_mm"})
+      if (t->contains(key) && stock.kind != Stock::Kind::relief)
+        fail(t->get(key), std::string("[stock] ") + key + " goes with relief");
+    if (t->contains("invert")) {
+      if (stock.kind != Stock::Kind::relief) fail(t->get("invert"), "[stock] invert goes with relief");
+      const auto invert = t->get("invert")->value_exact<bool>();
+      if (!invert) fail(t->get("invert"), "[stock] invert must be true or false");
+      stock.invert = invert.value_or(false);
+    }
+    read_orientation(*t, stock);
+    stock.pitch_mm = positive(*t, "stock", "pitch");
+    if (t->contains("fit_mm")) {
+      if (stock.kind != Stock::Kind::mesh) fail(t->get("fit_mm"), "[stock] fit_mm goes with mesh");
+      stock.fit_mm = positive(*t, "stock", "fit_mm");
+    }
+    if (t->contains("room_mm")) at_least_zero(*t, "stock", "room_mm", stock.room_mm.emplace());
+    if (t->contains("material"))
+      stock.material = material(t->get("material"), text(*t, "stock", "material"));
+    else if (scene_.materials.empty())
+      add(t, defaults("material"));
+  }
+
+  void read_orientation(const toml::table& t, Stock& stock) {
+    const auto read = [&](const char* key, SignedAxis otherwise) {
+      if (!t.contains(key)) return otherwise;
+      if (stock.kind != Stock::Kind::mesh)
+        fail(t.get(key), std::string("[stock] ") + key + " goes with mesh");
+      const auto axis = parse_signed_axis(text(t, "stock", key));
+      if (!axis)
+        fail(t.get(key), std::string("[stock] ") + key +
+                             R"( must be "x", "-x", "y", "-y", "z" or "-z", an axis of the file)");
+      return axis.value_or(otherwise);
+    };
+    stock.orientation = standing(read("up", SignedAxis::plus_z));
+    stock.orientation.front = read("front", stock.orientation.front);
+    if (is_turn(stock.orientation)) return;
+    fail(t.get("front"), "[stock] front must be at right angles to up");
+    stock.orientation = {};
+  }
+
+  void read_motion(const toml::table& root) {
+    const toml::table* t = table(root, "motion", false);
+    if (!t) return;
+    only(*t, "motion", {"rate_hz"});
+    if (t->contains("rate_hz")) scene_.rate_hz = positive(*t, "motion", "rate_hz");
+    if (scene_.spring) scene_.spring->tick_s = 1 / scene_.rate_hz;
+  }
+
+  Tool read_tool(const toml::table& t, std::string_view name, const Tool* inherited) {
+    const std::vector<std::string> shapes = {"finger",  "ball",      "flat", "bull",      "cone",
+                                             "capsule", "halfspace", "box",  "ellipsoid", "mesh"};
+    std::string shape;
+    if (t.contains("shape")) {
+      shape = text(t, name, "shape");
+    } else if (inherited) {
+      shape = shapes[inherited->index()];
+    } else {
+      fail(&t, full(name, "shape") + " is missing");
+      return {};
+    }
+    // A key left out keeps the value of the tool before, if that has the same shape.
+    const auto last = [&]<class T>(T otherwise) {
+      const T* same = inherited ? std::get_if<T>(inherited) : nullptr;
+      return std::make_pair(same ? *same : otherwise, same != nullptr);
+    };
+    const auto set = [&](const char* key, double& value, bool keep) {
+      if (t.contains(key) || !keep) value = positive(t, name, key);
+    };
+    Tool tool;
+    std::vector<std::string> known = {"shape"};
+    const auto keys = [&](std::initializer_list<const char*> names) {
+      known.insert(known.end(), names.begin(), names.end());
+      only(t, name, known);
+    };
+    if (shape == "finger") {
+      auto [v, keep] = last(Finger{});
+      keys({"ks", "length"});
+      set("ks", v.ks, keep);
+      set("length", v.length, keep);
+      tool = v;
+    } else if (shape == "ball") {
+      auto [v, keep] = last(BallTool{});
+      keys({"radius"});
+      set("radius", v.radius, keep);
+      tool = v;
+    } else if (shape == "flat") {
+      auto [v, keep] = last(Flat{});
+      keys({"radius", "length"});
+      set("radius", v.radius, keep);
+      set("length", v.length, keep);
+      tool = v;
+    } else if (shape == "bull") {
+      auto [v, keep] = last(Bull{});
+      keys({"radius", "corner", "length"});
+      set("radius", v.radius, keep);
+      set("corner", v.corner, keep);
+      set("length", v.length, keep);
+      tool = v;
+    } else if (shape == "cone") {
+      auto [v, keep] = last(Cone{});
+      keys({"angle_deg", "radius", "length"});
+      set("angle_deg", v.angle_deg, keep);
+      set("radius", v.radius, keep);
+      set("length", v.length, keep);
+      tool = v;
+    } else if (shape == "capsule") {
+      auto [v, keep] = last(Capsule{});
+      keys({"radius", "length"});
+      set("radius", v.radius, keep);
+      set("length", v.length, keep);
+      tool = v;
+    } else if (shape == "halfspace") {
+      keys({});
+      tool = HalfSpace{};
+    } else if (shape == "box") {
+      auto [v, keep] = last(BoxTool{});
+      keys({"size"});
+      if (t.contains("size") || !keep) v.size = vector(t, name, "size");
+      tool = v;
+    } else if (shape == "ellipsoid") {
+      auto [v, keep] = last(Ellipsoid{});
+      keys({"radii"});
+      if (t.contains("radii") || !keep) v.radii = vector(t, name, "radii");
+      tool = v;
+    } else if (shape == "mesh") {
+      auto [v, keep] = last(MeshTool{});
+      keys({"file"});
+      if (t.contains("file") || !keep) {
+        if (const std::filesystem::path path = file(t, name, "file"); !path.empty()) {
+          auto mesh = read_mesh(path);
+          if (!mesh)
+            fail(t.get("file"), mesh.error());
+          else
+            v.mesh = std::make_shared<TriangleMesh>(std::move(mesh).value());
+        }
+      }
+      tool = v;
+    } else {
+      fail(t.get("shape"),
+           "unknown tool shape \"" + shape + "\"; did you mean \"" + nearest(shape, shapes) + "\"?");
+      return {};
+    }
+    if (error_.empty())
+      if (const Status ok = check_tool(tool); !ok) fail(&t, full(name, ok.error()));
+    return tool;
+  }
+
+  void read_moves(const toml::table& root) {
+    if (const toml::table* t = table(root, "tool", true))
+      scene_.tools.push_back(read_tool(*t, "tool", nullptr));
+    const toml::node* node = root.get("move");
+    if (!node) return fail(0, "a scene needs [[move]] tables; the first says where the tool starts");
+    const toml::array* list = node->as_array();
+    if (!list || !list->is_array_of_tables()) return fail(node, "moves are written as [[move]] tables");
+    if (!error_.empty()) return;
+    Move move;
+    move.material = scene_.stock.material;
+    for (const toml::node& element : *list) {
+      const toml::table& t = *element.as_table();
+      const bool first = scene_.moves.empty();
+      only(t, "move",
+           {"to", "axis", "roll_deg", "speed", "turn_deg_s", "wait_s", "mode", "material", "label", "tool"});
+      move.line = line_of(t);
+      move.label.clear();
+      move.wait_s = 0;
+      if (t.contains("to") || first) move.to_mm = vector(t, "move", "to");
+      if (t.contains("axis")) {
+        const Vec3 axis = vector(t, "move", "axis");
+        const double largest = axis.cwiseAbs().maxCoeff();
+        if (!(largest > 0)) fail(t.get("axis"), "[move] axis must not be zero");
+        const Vec3 scaled = axis / largest;
+        move.axis = scaled / std::sqrt(scaled.squaredNorm());
+      }
+      if (t.contains("roll_deg")) {
+        const double roll = number(t, "move", "roll_deg");
+        if (!(std::abs(roll) <= 3600))
+          fail(t.get("roll_deg"), "[move] roll_deg must lie between -3600 and 3600");
+        move.roll_rad = roll * kRadPerDeg;
+      }
+      if (t.contains("speed")) move.speed_mm_s = positive(t, "move", "speed");
+      if (t.contains("turn_deg_s")) move.turn_rad_s = positive(t, "move", "turn_deg_s") * kRadPerDeg;
+      at_least_zero(t, "move", "wait_s", move.wait_s);
+      if (t.contains("mode")) {
+        const std::string mode = text(t, "move", "mode");
+        const std::vector<std::string> modes = {"cut", "deposit", "touch", "off"};
+        const auto at = std::find(modes.begin(), modes.end(), mode);
+        if (at == modes.end())
+          fail(t.get("mode"),
+               "unknown mode \"" + mode + "\"; did you mean \"" + nearest(mode, modes) + "\"?");
+        else
+          move.mode = static_cast<Mode>(at - modes.begin());
+      }
+      if (t.contains("material")) move.material = material(t.get("material"), text(t, "move", "material"));
+      if (t.contains("label")) move.label = text(t, "move", "label");
+      if (const toml::node* tool = t.get("tool")) {
+        if (!tool->is_table()) return fail(tool, "[move] tool must be a table, as in tool = { ks = 0.2 }");
+        scene_.tools.push_back(read_tool(*tool->as_table(), "tool", &scene_.tools[move.tool]));
+        move.tool = scene_.tools.size() - 1;
+      }
+      if (!error_.empty()) return;
+      if (!first)
+        if (auto plan = plan_move(scene_, scene_.moves.back(), move); !plan) {
+          error_ = plan.error();
+          return;
+        }
+      scene_.moves.push_back(move);
+    }
+    if (scene_.moves.empty()) fail(node, "a scene needs at least one [[move]]");
+  }
+
+  Scene scene_;
+  std::optional<std::filesystem::path> folder_;
+  std::string error_;
+  std::optional<double> kf_, u_;
+};
+
+constexpr int kMostDepth = 32;  // tables in tables, lists in lists; scenes need four
+constexpr uint64_t kMostSceneBytes = uint64_t{256} << 20;  // some millions of moves
+
+// Before it is parsed: what is parsed, and what frees it again, goes as deep into the stack as tables lie in
+// tables. A dotted key is as deep as it has dots.
+Status check_depth(std::string_view text, const std::string& name) {
+  int line = 1, depth = 0, dots = 0;
+  for (size_t i = 0; i < text.size(); i++) {
+    const char c = text[i];
+    if (c == '\n') line++;
+    if (c == '#') {
+      while (i + 1 < text.size() && text[i + 1] != '\n') i++;
+    } else if (c == '"' || c == '\'') {
+      const std::string_view quotes =
+          text.substr(i).starts_with(std::string(3, c)) ? text.substr(i, 3) : text.substr(i, 1);
+      for (i += quotes.size(); i < text.size() && !text.substr(i).starts_with(quotes); i++) {
+        if (text[i] == '\n') {
+          line++;
+          if (quotes.size() == 1) break;
+        }
+        if (c == '"' && text[i] == '\\') i++;
+      }
+      i += quotes.size() - 1;
+      if (quotes.size() == 3)  // one or two more belong to the string
+        for (int k = 0; k < 2 && i + 1 < text.size() && text[i + 1] == c; k++) i++;
+    } else if (c == '[' || c == '{') {
+      depth++;
+      dots = 0;
+    } else if (c == ']' || c == '}') {
+      depth--;
+      dots = 0;
+    } else if (c == '.') {
+      dots++;
+    } else if (c == ',' || c == '=' || c == '\n') {
+      dots = 0;
+    }
+    if (depth + dots > kMostDepth)
+      return Error{sanitize_message(name + ":" + std::to_string(line) + ": tables or lists lie more than " +
+                                    std::to_string(kMostDepth) + " deep in each other; no scene needs that")};
+  }
+  return Ok{};
+}
+
+}  // namespace
+
+Result<Scene> parse_scene(const std::string& text, const std::string& name,
+                          const std::optional<std::filesystem::path>& folder) {
+  if (const Status flat = check_depth(text, name); !flat) return Error{flat.error()};
+  try {
+    return Reader(name, folder).read(toml::parse(text, name));
+  } catch (const toml::parse_error& error) {
+    return Error{sanitize_message(name + ":" + std::to_string(error.source().begin.line) + ": " +
+                                  std::string(error.description()))};
+  }
+}
+
+Result<Scene> read_scene(const std::filesystem::path& path) {
+  const Result<std::vector<char>> text = read_file(path, kMostSceneBytes);
+  if (!text) return Error{text.error()};
+  return parse_scene(std::string(text.value().begin(), text.value().end()), path.string(),
+                     path.parent_path());
+}
+
+Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to) {
+  const auto wrong = [&](const std::string& what) {
+    return Error{scene.file + ":" + std::to_string(to.line) + ": " + what};
+  };
+  MovePlan plan;
+  Vec3 turn = shortest_turn(from.axis, to.axis);
+  if (turn.squaredNorm() < kNoTurn * kNoTurn) turn = Vec3::Zero();  // the same axis, but for the last bit
+  const double roll = to.roll_rad - from.roll_rad;
+  if (from.axis.dot(to.axis) < -1 + 1e-9)
+    return wrong(
+        "[move] axis reverses exactly, so the way round is open; add a move with an axis in between");
+  if (turn.squaredNorm() > 0 && roll != 0)
+    return wrong("[move] changes axis and roll_deg together; use two moves");
+  plan.turn_rad = roll != 0 ? Vec3(roll * to.axis) : turn;
+  const double length = std::sqrt((to.to_mm - from.to_mm).squaredNorm());
+  const double angle = std::sqrt(plan.turn_rad.squaredNorm());
+  double ticks = 0;
+  // A hair less before rounding up: 100 mm at 40 mm/s and 1000 Hz are 2500 ticks, whatever the last bit says.
+  const auto whole = [](double x) { return std::max(1.0, std::ceil(x * (1 - 1e-12))); };
+  if (length > 0) {
+    if (!(to.speed_mm_s > 0)) return wrong("[move] needs a speed (mm/s)");
+    ticks = whole(length * scene.rate_hz / to.speed_mm_s);
+  } else if (angle > 0) {
+    if (!(to.turn_rad_s > 0)) return wrong("[move] turns without travelling and needs turn_deg_s");
+    ticks = whole(angle * scene.rate_hz / to.turn_rad_s);
+  }
+  // Nothing to do but to stand there: a tick all the same, so that a new tool or mode acts.
+  if (ticks == 0 && !(to.wait_s > 0)) ticks = 1;
+  const double dwell = to.wait_s > 0 ? whole(to.wait_s * scene.rate_hz) : 0;
+  if (!(ticks + dwell <= 1e9))
+    return wrong("[move] would take more than 10^9 ticks; raise its speed or lower rate_hz");
+  plan.ticks = static_cast<int64_t>(ticks);
+  plan.dwell_ticks = static_cast<int64_t>(dwell);
+  return plan;
+}
+
+}  // namespace kibori

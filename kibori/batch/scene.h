@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+// A scripted session: stock, tool, force law and moves, as a TOML file says them (docs/scenes.md).
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <kibori/base/result.h>
+#include <kibori/geometry/mesh.h>
+#include <kibori/geometry/orientation.h>
+#include <kibori/haptics/force.h>
+#include <kibori/motion/spring_tool.h>
+#include <kibori/motion/direct_tool.h>
+#include <kibori/solid/tool.h>
+
+namespace kibori {
+
+struct Stock {
+  enum class Kind { block, sphere, cylinder, mesh, relief } kind = Kind::block;
+  Vec3 size_mm = Vec3::Zero();                      // of the bounds; block: its size
+  std::filesystem::path mesh_path;                  // mesh, or relief: its picture
+  double width_mm = 0, height_mm = 0, base_mm = 0;  // relief
+  bool invert = false;                              // relief: black is highest
+  std::optional<double> fit_mm;                     // mesh: scaled so that its longest side is this
+  Orientation orientation;                          // mesh: how it stands
+  double pitch_mm = 0;
+  std::optional<double> room_mm;  // space around the stock
+  uint8_t material = 0;
+  int line = 0;  // in the file
+};
+
+struct Move {
+  Vec3 to_mm = Vec3::Zero();
+  Vec3 axis = Vec3::UnitZ();  // unit
+  double roll_rad = 0;        // about the axis, relative to the first move's
+  double speed_mm_s = 0;      // 0: never given
+  double turn_rad_s = 0;      // 0: never given
+  double wait_s = 0;          // dwell after arriving
+  Mode mode = Mode::cut;
+  uint8_t material = 0;  // of a deposit
+  std::string label;
+  size_t tool = 0;  // index into Scene::tools
+  int line = 0;     // in the file
+};
+
+struct Scene {
+  std::string file;                          // for messages
+  std::vector<std::filesystem::path> files;  // that were read with it: meshes, pictures
+  Stock stock;
+  std::vector<Tool> tools;
+  std::vector<Material> materials;
+  ForceLaw force;
+  std::optional<SeriesSpring> spring;  // model `series`: the moves are the hand's, and the tool hangs on this
+  double rate_hz = 1000;
+  std::vector<Move> moves;  // the first is where the tool starts
+};
+
+// Errors name file, line and key; unknown keys are refused with the nearest known one.
+Result<Scene> read_scene(const std::filesystem::path& path);
+// `folder`: where its files are; none: it may name no files.
+Result<Scene> parse_scene(const std::string& text, const std::string& name,
+                          const std::optional<std::filesystem::path>& folder);
+
+// How one move runs: `ticks` of equal steps, then `dwell_ticks` at rest.
+struct MovePlan {
+  int64_t ticks = 0, dwell_ticks = 0;
+  Vec3 turn_rad = Vec3::Zero();  // rotation vector of the whole move
+};
+// Errors: a reversal of the axis, a missing speed, more ticks than 10^9.
+Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to);
+
+}  // namespace kibori

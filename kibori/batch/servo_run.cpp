@@ -1,0 +1,318 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/document/rescue.h>
+#include <kibori/batch/servo_run.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <thread>
+
+#include <nlohmann/json.hpp>
+
+#include <kibori/base/file.h>
+#include <kibori/base/percent.h>
+#include <kibori/devices/recording.h>
+#include <kibori/devices/virtual_device.h>
+#include <kibori/batch/carving.h>
+#include <kibori/batch/documents.h>
+#include <kibori/live/document_writer.h>
+#include <kibori/surface/surface.h>
+
+namespace kibori {
+namespace {
+
+// The scene's moves as a path over time.
+struct HandPath {
+  struct Leg {
+    double begin_s, end_s;
+    Pose from;
+    Vec3 travel_mm, turn_rad;
+  };
+  std::vector<Leg> legs;
+
+  double seconds() const { return legs.empty() ? 0 : legs.back().end_s; }
+  // To and fro.
+  Pose at(double t) const {
+    const double all = seconds();
+    if (!(all > 0)) return legs.front().from;
+    const double round = std::fmod(t, 2 * all), there = round < all ? round : 2 * all - round;
+    const auto leg =
+        std::find_if(legs.begin(), legs.end() - 1, [&](const Leg& l) { return there <= l.end_s; });
+    const double length = leg->end_s - leg->begin_s;
+    const double share = length > 0 ? std::clamp((there - leg->begin_s) / length, 0.0, 1.0) : 1;
+    return ToolMotion{leg->from, leg->travel_mm, leg->turn_rad}.at(share);
+  }
+};
+
+Result<HandPath> hand_path(const Scene& scene) {
+  HandPath path;
+  const Move& first = scene.moves.front();
+  Pose pose{first.to_mm, frame_from_axis(first.axis, first.roll_rad)};
+  double time = 0;
+  path.legs.push_back({0, 0, pose, Vec3::Zero(), Vec3::Zero()});
+  for (size_t i = 1; i < scene.moves.size(); i++) {
+    const Result<MovePlan> plan = plan_move(scene, scene.moves[i - 1], scene.moves[i]);
+    if (!plan) return Error{plan.error()};
+    const double length = static_cast<double>(plan.value().ticks + plan.value().dwell_ticks) / scene.rate_hz;
+    path.legs.push_back(
+        {time, time + length, pose, Vec3(scene.moves[i].to_mm - pose.tip), plan.value().turn_rad});
+    pose = ToolMotion{pose, path.legs.back().travel_mm, plan.value().turn_rad}.at(1);
+    time += length;
+  }
+  return path;
+}
+
+// Only wakes: what the machine itself is late by.
+class EmptyLoop {
+ public:
+  EmptyLoop(double rate_hz, bool wanted) {
+    if (!wanted) return;
+    thread_ = std::thread([this, rate_hz] {
+      enter_real_time();
+      ServoClock clock(rate_hz);
+      while (!stopping_.load(std::memory_order_relaxed)) {
+        clock.wait();
+        clock.done();
+      }
+      late_ = clock.statistics().late_ns;
+    });
+  }
+  ~EmptyLoop() { stop(); }
+  Histogram stop() {
+    stopping_ = true;
+    if (thread_.joinable()) thread_.join();
+    return late_;
+  }
+
+ private:
+  std::atomic<bool> stopping_{false};
+  Histogram late_;
+  std::thread thread_;
+};
+
+nlohmann::json quantiles(const Histogram& h) {
+  const auto us = [&](double share) { return static_cast<double>(h.quantile_ns(share)) / 1000; };
+  nlohmann::json bins = nlohmann::json::array();
+  h.for_bins([&](uint64_t from, uint64_t to, uint64_t count) {
+    bins.push_back({static_cast<double>(from) / 1000, static_cast<double>(to) / 1000, count});
+  });
+  return {{"p50", us(0.5)},
+          {"p99", us(0.99)},
+          {"p999", us(0.999)},
+          {"max", static_cast<double>(h.max_ns()) / 1000},
+          {"bins", std::move(bins)}};
+}
+
+// One bar an octave.
+void draw(std::string& text, const char* name, const Histogram& h) {
+  char line[200];
+  const auto us = [&](double share) { return static_cast<double>(h.quantile_ns(share)) / 1000; };
+  std::snprintf(line, sizeof line, "%-10s p50 %8.1f   p99 %8.1f   p99.9 %8.1f   max %8.1f us\n", name,
+                us(0.5), us(0.99), us(0.999), static_cast<double>(h.max_ns()) / 1000);
+  text += line;
+  std::array<uint64_t, 40> octaves{};
+  h.for_bins([&](uint64_t from, uint64_t, uint64_t count) {
+    octaves[std::min<size_t>(octaves.size() - 1, static_cast<size_t>(std::bit_width(from)))] += count;
+  });
+  for (size_t i = 0; i < octaves.size(); i++) {
+    if (octaves[i] == 0) continue;
+    // Logarithmic, so that the rare ones show.
+    const auto stars = static_cast<int>(4 * std::log10(static_cast<double>(octaves[i])) + 1);
+    std::snprintf(line, sizeof line, "  below %10.1f us %10llu  %.*s\n",
+                  std::ldexp(1.0, static_cast<int>(i)) / 1000, static_cast<unsigned long long>(octaves[i]),
+                  std::min(stars, 40), "########################################");
+    text += line;
+  }
+}
+
+double miss_ratio(const ServoStatistics& s) {
+  return s.ticks == 0 ? 0 : static_cast<double>(s.missed) / static_cast<double>(s.ticks + s.missed);
+}
+
+}  // namespace
+
+Scene servo_scene() {
+  Scene scene;
+  scene.file = "the built-in scene";
+  scene.stock.size_mm = Vec3(80, 50, 30);
+  scene.stock.pitch_mm = 0.25;
+  scene.tools = {BallTool{4}};
+  Material oak;
+  oak.name = "oak";
+  oak.u = 0.05;
+  oak.yield_n = 0.1;
+  scene.materials = {oak};
+  Move start;
+  start.to_mm = Vec3(5, 5, 31);
+  scene.moves = {start};
+  // Rows 1.5 mm apart, a little deeper each time.
+  for (int row = 0; row <= 26; row++)
+    for (const bool back : {false, true}) {
+      Move move;
+      move.to_mm = Vec3((row % 2 == 1) != back ? 75 : 5, 5 + 1.5 * row, 29.5 - 0.1 * row);
+      move.speed_mm_s = 50;
+      scene.moves.push_back(move);
+    }
+  return scene;
+}
+
+Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device,
+                              const ServoRunOptions& options) {
+  Result<std::unique_ptr<TriDexel>> stock = make_stock(scene.stock, scene.file, {});
+  if (!stock) return Error{stock.error()};
+  const Box& material = stock.value()->material_bounds();
+  const Vec3 centre = stock.value()->lattice().to_mm(material.centre());
+  if (!device) {
+    Result<HandPath> path = hand_path(scene);
+    if (!path) return Error{path.error()};
+    VirtualDeviceSettings settings;
+    settings.capabilities.name = "a virtual device";
+    settings.capabilities.dof_in = settings.capabilities.dof_out = 6;
+    settings.capabilities.torque_nmm = 100;
+    settings.tick_s = 1 / options.rate_hz;
+    device = std::make_unique<VirtualDevice>(
+        settings, [path = std::move(path).value(), centre](double t) -> VirtualDevice::Target {
+          const Pose pose = path.at(t);
+          return {pose.tip - centre, pose.frame, 0};
+        });
+  }
+  RecordingDevice* recording = nullptr;
+  if (!options.record.empty()) {
+    if (const Status writable = check_writable(options.record); !writable) return Error{writable.error()};
+    // Whoever is told to stop may be told a little late.
+    auto wrapped =
+        std::make_unique<RecordingDevice>(std::move(device), 1 / options.rate_hz,
+                                          static_cast<size_t>((options.seconds + 1) * options.rate_hz) + 1);
+    recording = wrapped.get();
+    device = std::move(wrapped);
+  }
+  LiveSettings settings;
+  settings.rate_hz = options.rate_hz;
+  settings.tool = scene.tools.front();
+  settings.materials = scene.materials;
+  for (size_t i = scene.moves.size(); i-- > 1;)
+    if (scene.moves[i].mode != Mode::off) {
+      settings.mode = scene.moves[i].mode;
+      settings.material = scene.moves[i].material;
+    }
+  settings.model = options.model.value_or(scene.spring                             ? HandModel::series
+                                          : scene.force.model == ForceModel::paper ? HandModel::paper
+                                                                                   : HandModel::energy);
+  if (scene.spring) settings.spring = *scene.spring;
+  settings.spring.stiffness_n_mm = options.stiffness_n_mm.value_or(
+      scene.spring ? scene.spring->stiffness_n_mm : device->capabilities().stiffness_n_mm);
+  settings.workspace = Workspace(centre);
+  settings.log = !options.document.empty();
+  std::unique_ptr<Document> document;
+  if (settings.log) {
+    Result<std::unique_ptr<Document>> created = new_document(options.document, scene, *stock.value());
+    if (!created) return Error{created.error()};
+    document = std::move(created).value();
+  }
+  ServoReport report;
+  report.device = device->capabilities().name;
+  report.rate_hz = options.rate_hz;
+
+  auto made = LiveCarving::make(std::move(stock).value(), std::move(device), settings);
+  if (!made) return Error{made.error()};
+  LiveCarving& live = *made.value();
+  std::optional<LiveSurface> surface;
+  if (options.surface) surface.emplace(live.model().snapshot());
+
+  std::optional<DocumentWriter> writer;
+  if (document) writer.emplace(live, std::move(document), options.keep_forces).start();
+  EmptyLoop empty(options.rate_hz, options.empty_loop);
+  live.start();
+  const auto begin = std::chrono::steady_clock::now();
+  const auto elapsed = [&] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  };
+  Snapshot snapshot;
+  while (elapsed() < options.seconds && !(options.cancelled && options.cancelled())) {
+    if (live.latest(snapshot)) {
+      report.snapshots++;
+      if (surface) report.surface_chunks += surface->update(snapshot).size();
+      snapshot = {};
+    } else {
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    if (options.progress) options.progress(std::min(1.0, elapsed() / options.seconds));
+  }
+  live.stop();
+  if (writer) {
+    writer->stop();
+    Document& written = writer->document();
+    // A picture that can't be drawn is no loss.
+    static_cast<void>(keep_thumbnail(written, written.head(), live.model().snapshot(), scene.materials, 1));
+    const bool in_memory = !written.unsaved().empty();
+    report.unsaved = settle(written);
+    if (!in_memory) report.unsaved = writer->trouble();
+  }
+  report.empty_late_ns = empty.stop();
+  if (options.progress) options.progress(1);
+  if (recording) {
+    report.left_out = recording->left_out();
+    if (const Status saved = recording->save(options.record); !saved) return Error{saved.error()};
+  }
+  report.scheduling = live.scheduling();
+  report.servo = live.statistics();
+  report.totals = live.totals();
+  report.trip = live.totals().trip;
+  report.least_energy_mj = live.passivity().least_mj();
+  return report;
+}
+
+std::string servo_report_text(const ServoReport& r) {
+  std::string text;
+  char line[400];
+  std::snprintf(line, sizeof line, "device     %s\nthread     %s\n", r.device.c_str(), r.scheduling.c_str());
+  text += line;
+  std::snprintf(line, sizeof line, "ticks      %llu at %g Hz in %.1f s, %llu missed (%s)\n",
+                static_cast<unsigned long long>(r.servo.ticks), r.rate_hz, r.servo.seconds,
+                static_cast<unsigned long long>(r.servo.missed), percent(miss_ratio(r.servo)).c_str());
+  text += line;
+  draw(text, "compute", r.servo.compute_ns);
+  draw(text, "period", r.servo.period_ns);
+  draw(text, "late", r.servo.late_ns);
+  if (r.empty_late_ns.count() > 0) draw(text, "empty loop", r.empty_late_ns);
+  std::snprintf(line, sizeof line,
+                "carved     %.4g mm3 removed, largest force %.3g N computed, %.3g N given\n"
+                "surface    %llu snapshots, %llu chunks made anew\n",
+                r.totals.removed_mm3, r.totals.most_computed_n, r.totals.most_given_n,
+                static_cast<unsigned long long>(r.snapshots),
+                static_cast<unsigned long long>(r.surface_chunks));
+  text += line;
+  if (r.left_out > 0)
+    text += "recording  without the last " + std::to_string(r.left_out) +
+            " ticks: the run was longer than it should have been\n";
+  if (r.trip != Trip::none) text += "safety     " + trip_text(r.trip) + "\n";
+  return text;
+}
+
+std::string servo_report_json(const ServoReport& r) {
+  const nlohmann::json json = {
+      {"device", r.device},
+      {"scheduling", r.scheduling},
+      {"rate_hz", r.rate_hz},
+      {"seconds", r.servo.seconds},
+      {"ticks", r.servo.ticks},
+      {"missed", r.servo.missed},
+      {"miss_ratio", miss_ratio(r.servo)},
+      {"compute_us", quantiles(r.servo.compute_ns)},
+      {"period_us", quantiles(r.servo.period_ns)},
+      {"late_us", quantiles(r.servo.late_ns)},
+      {"empty_loop_late_us", quantiles(r.empty_late_ns)},
+      {"removed_mm3", r.totals.removed_mm3},
+      {"max_force_N", r.totals.most_computed_n},
+      {"max_given_N", r.totals.most_given_n},
+      {"least_energy_mJ", r.least_energy_mj},
+      {"snapshots", r.snapshots},
+      {"surface_chunks", r.surface_chunks},
+      {"recording_left_out", r.left_out},
+      {"trip", r.trip == Trip::none ? nlohmann::json() : nlohmann::json(trip_text(r.trip))}};
+  return json.dump(2);
+}
+
+}  // namespace kibori

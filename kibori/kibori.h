@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+// Start here. Everything that a program may call; link kibori::kibori, and kibori::kibori_tools for what is
+// marked so below. docs/architecture.md says how it hangs together.
+//
+//   A model, carved tick by tick:   make_lattice, TriDexel, DirectTool::advance, Snapshot, Surface
+//   By hand, felt:                  SpringTool, Device, LiveCarving, DocumentWriter
+//   Kept, undone, replayed:         Document
+//   Scenes, files, pictures:        read_scene, carve, replay_document, into_dexels, write_model,
+//   draw_picture
+//
+// Lengths are mm, angles rad, forces N, moments N mm. What can fail gives a Result or Status with one
+// sentence for the user. Unless a header says otherwise, an object belongs to one thread at a time; a
+// Snapshot may be read by any.
+#pragma once
+
+#include <kibori/base/result.h>
+#include <kibori/devices/registry.h>
+#include <kibori/devices/virtual_device.h>
+#include <kibori/dexel/tri_dexel.h>
+#include <kibori/document/document.h>
+#include <kibori/document/rescue.h>
+#include <kibori/edit/edit.h>
+#include <kibori/edit/scan_convert.h>
+#include <kibori/formats/mesh_file.h>
+#include <kibori/formats/png_file.h>
+#include <kibori/formats/surface_file.h>
+#include <kibori/geometry/lattice.h>
+#include <kibori/geometry/material.h>
+#include <kibori/geometry/mesh.h>
+#include <kibori/geometry/vec.h>
+#include <kibori/haptics/device.h>
+#include <kibori/haptics/materials.h>
+#include <kibori/live/document_writer.h>
+#include <kibori/live/live_carving.h>
+#include <kibori/motion/direct_tool.h>
+#include <kibori/motion/spring_tool.h>
+#include <kibori/motion/stroke_record.h>
+#include <kibori/solid/tool.h>
+#include <kibori/surface/layers.h>
+#include <kibori/surface/simplify.h>
+#include <kibori/surface/surface.h>
+
+// kibori::kibori_tools
+#include <kibori/batch/carving.h>
+#include <kibori/batch/convert.h>
+#include <kibori/batch/documents.h>
+#include <kibori/batch/export.h>
+#include <kibori/batch/force_report.h>
+#include <kibori/batch/mesh_report.h>
+#include <kibori/batch/scene.h>
+#include <kibori/batch/servo_run.h>
+#include <kibori/batch/stock.h>
+#include <kibori/measure/distance.h>
+#include <kibori/picture/picture.h>

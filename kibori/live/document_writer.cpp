@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/live/document_writer.h>
+
+#include <chrono>
+
+namespace kibori {
+
+DocumentWriter::DocumentWriter(LiveCarving& live, std::unique_ptr<Document> document, bool forces)
+    : live_(live), document_(std::move(document)), forces_(forces), of_model_(live.model().snapshot()) {}
+
+void DocumentWriter::start() {
+  if (writer_.joinable()) return;
+  stopping_ = false;
+  reader_ = std::thread([this] {
+    while (!stopping_.load(std::memory_order_relaxed)) {
+      read();
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  });
+  writer_ = std::thread([this] {
+    while (!stopping_.load(std::memory_order_relaxed)) {
+      write();
+      std::unique_lock<std::mutex> lock(mutex_);
+      if (request_)
+        was_asked_.wait_for(lock, std::chrono::milliseconds(1));
+      else
+        was_asked_.wait_for(lock, std::chrono::milliseconds(20), [this] { return !requests_.empty(); });
+    }
+  });
+}
+
+void DocumentWriter::stop() {
+  if (!writer_.joinable()) return;
+  stopping_ = true;
+  reader_.join();
+  writer_.join();
+  write();
+}
+
+void DocumentWriter::read() {
+  StrokeLog& log = live_.log();
+  // Only one reads at a time.
+  const std::lock_guard<std::mutex> lock(reading_);
+  StrokeLog::Event event;
+  while (log.pop(event)) {
+    Item item;
+    item.event = event;
+    if (event.kind == StrokeLog::Kind::begin) {
+      item.begin = std::make_unique<StrokeLog::Begin>();
+      log.pop(*item.begin);
+    }
+    if (event.kind == StrokeLog::Kind::end) {
+      item.end = std::make_unique<StrokeLog::End>();
+      log.pop(*item.end);
+    }
+    const std::lock_guard<std::mutex> guard(mutex_);
+    items_.push_back(std::move(item));
+  }
+}
+
+void DocumentWriter::write() {
+  read();
+  std::deque<std::function<void(Document&)>> calls;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!request_ && !requests_.empty()) {
+      request_ = requests_.front();
+      requests_.pop_front();
+      waiting_ = [](LiveCarving& live) { live.log().fence(); };
+    }
+    calls.swap(calls_);
+    for (Item& item : items_) unwritten_.push_back(std::move(item));
+    items_.clear();
+  }
+  if (waiting_ && live_.post(waiting_)) waiting_ = nullptr;
+  // What can't be written, not even into memory, stays, and all after it.
+  Status written = Ok{};
+  while (written && !unwritten_.empty()) {
+    written = take(unwritten_.front());
+    if (written) unwritten_.pop_front();
+  }
+  // The states that the document remembers hold on to theirs.
+  of_model_.keep_ready(LiveCarving::kReadyTiles);
+  if (written) written = document_->flush();
+  for (const auto& call : calls) call(*document_);
+  std::string trouble = written ? document_->unsaved() : written.error();
+  if (live_.log().lost()) {
+    trouble = document_->name() +
+              ": could not be written as fast as was carved; what was carved since is in no "
+              "document";
+    if (request_) done(Error{trouble});
+  }
+  tell(&DocumentWriter::trouble_, trouble);
+}
+
+Status DocumentWriter::take(const Item& item) {
+  switch (item.event.kind) {
+    case StrokeLog::Kind::begin: {
+      const StrokeLog::Begin& b = *item.begin;
+      return document_->begin({b.tool, b.mode, b.material, *b.materials, b.force, b.rate_hz, b.symmetry},
+                              b.start);
+    }
+    case StrokeLog::Kind::tick:
+      document_->add(item.event.tick, forces_ ? &item.event.felt : nullptr);
+      return Ok{};
+    case StrokeLog::Kind::end:
+      return document_->finish(item.end->state, item.end->bounds, item.end->removed_mm3);
+    case StrokeLog::Kind::cancel:
+      return document_->cancel();
+    case StrokeLog::Kind::fence: {
+      const Status can = resolve_request();
+      if (!can) done(can);
+      return Ok{};
+    }
+    case StrokeLog::Kind::moved: {
+      Status there = document_->commit_checkout(*to_);
+      if (!there) return there;
+      to_.reset();
+      done(Ok{});
+      return Ok{};
+    }
+  }
+  return Ok{};
+}
+
+Status DocumentWriter::resolve_request() {
+  if (!request_) return Ok{};
+  const Result<StepId> step = request_->kind == Kind::undo   ? document_->before_head()
+                              : request_->kind == Kind::redo ? document_->after_head()
+                                                             : Result<StepId>(request_->step);
+  if (!step) return Error{step.error()};
+  Result<Document::Checkout> found = document_->checkout(step.value());
+  if (!found) return Error{found.error()};
+  to_ = std::make_shared<Document::Checkout>(std::move(found).value());
+  waiting_ = [to = to_](LiveCarving& live) {
+    live.model().include_material(to->material_bounds);
+    live.model().restore(to->state);
+    live.model_changed();
+    live.log().moved();
+  };
+  if (live_.post(waiting_)) waiting_ = nullptr;
+  return Ok{};
+}
+
+void DocumentWriter::done(const Status& how) {
+  request_.reset();
+  if (!how) tell(&DocumentWriter::notice_, how.error());
+  answered_++;
+}
+
+void DocumentWriter::ask(Kind kind, StepId step) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  asked_++;
+  requests_.push_back({kind, step});
+  was_asked_.notify_one();
+}
+
+void DocumentWriter::with(std::function<void(Document&)> f) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  calls_.push_back(std::move(f));
+}
+
+std::string DocumentWriter::trouble() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return trouble_;
+}
+
+std::string DocumentWriter::notice() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  return std::exchange(notice_, {});
+}
+
+void DocumentWriter::tell(std::string DocumentWriter::*what, const std::string& text) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  this->*what = text;
+}
+
+}  // namespace kibori

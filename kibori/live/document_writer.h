@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// The thread that writes a hand's strokes into a document while it carves, and goes back and forth in its
+// history.
+//
+//   hand:    tick, tick, end ──► log ──► Document ──► file
+//   anyone:  undo() ──► fence between two ticks ──► log: all before it is written
+//                       state of the step before ──► restored between two ticks ──► log: the document is
+//                       there
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include <kibori/document/document.h>
+#include <kibori/live/live_carving.h>
+
+namespace kibori {
+
+class DocumentWriter {
+ public:
+  // `live` must log (LiveSettings::log) and stand at the document's head; it must outlive the scribe.
+  // `forces`: what was felt is kept, too, tick by tick.
+  DocumentWriter(LiveCarving& live, std::unique_ptr<Document> document, bool forces = false);
+  ~DocumentWriter() { stop(); }
+
+  // Writes what there is every 20 ms, and every ms while something was asked for, on a thread of its own, and
+  // empties the log on another, so that nothing is lost where writing or a way back takes long; stop() writes
+  // the rest. After LiveCarving::stop() that is all there was.
+  void start();
+  void stop();
+  // Without a thread: writes what there is.
+  void write();
+
+  // History. A stroke that is being made is finished first; what can't be done is told by notice(). Any
+  // thread. (LiveCarving::cancel_stroke() leaves a stroke off.)
+  void undo() { ask(Kind::undo, 0); }
+  void redo() { ask(Kind::redo, 0); }
+  void go(StepId step) { ask(Kind::go, step); }
+  // Whether all that was asked for is done.
+  bool idle() const { return asked_.load() == answered_.load(); }
+
+  // Calls f between two writes, on the scribe's thread: versions, copies, another place. Any thread.
+  void with(std::function<void(Document&)> f);
+
+  // Why the file holds only the beginning: a full disk, a log that ran over; empty if all is well. The
+  // session goes on, and but for the log the document has all of it in memory. Any thread.
+  std::string trouble() const;
+  // What the last request that could not be done came to; taken away by asking.
+  std::string notice();
+  // While no thread runs.
+  Document& document() { return *document_; }
+
+ private:
+  enum class Kind { undo, redo, go };
+  struct Request {
+    Kind kind;
+    StepId step;
+  };
+  using Command = std::function<void(LiveCarving&)>;
+
+  struct Item {
+    StrokeLog::Event event;
+    std::unique_ptr<StrokeLog::Begin> begin;
+    std::unique_ptr<StrokeLog::End> end;
+  };
+
+  void ask(Kind kind, StepId step);
+  void read();
+  Status take(const Item& item);
+  // At the fence: where to, and the way there.
+  Status resolve_request();
+  void done(const Status& how);
+  void tell(std::string DocumentWriter::*what, const std::string& text);
+
+  LiveCarving& live_;
+  std::unique_ptr<Document> document_;
+  const bool forces_;
+  std::thread reader_, writer_;
+  std::atomic<bool> stopping_{false};
+  std::atomic<uint64_t> asked_{0}, answered_{0};
+  // Of the writer's thread.
+  Snapshot of_model_;               // whose memory is refilled
+  std::optional<Request> request_;  // that is being answered
+  Command waiting_;                 // for a place among the commands of `live_`
+  std::shared_ptr<Document::Checkout> to_;
+  std::deque<Item> unwritten_;
+  std::mutex reading_;  // the log
+  std::condition_variable was_asked_;
+  mutable std::mutex mutex_;  // of the rest
+  std::deque<Item> items_;
+  std::deque<Request> requests_;
+  std::deque<std::function<void(Document&)>> calls_;
+  std::string trouble_, notice_;
+};
+
+}  // namespace kibori

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: MIT
+// From the servo thread to the scribe: strokes as they are made, without a lock. If the reader falls behind
+// by eight seconds, the log is lost from there on, and says so.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <vector>
+
+#include <kibori/base/handover.h>
+#include <kibori/motion/stroke_record.h>
+#include <kibori/dexel/tri_dexel.h>
+
+namespace kibori {
+
+class StrokeLog {
+ public:
+  struct Begin {
+    Tool tool;
+    Mode mode = Mode::cut;
+    uint8_t material = 0;
+    StrokeForce force;
+    double rate_hz = 1000;
+    std::shared_ptr<const std::vector<Material>> materials;
+    Pose start;
+    Symmetry symmetry;
+  };
+  struct End {
+    Snapshot state;
+    Snapshot before;  // the stroke; let go of by the reader, as that takes time
+    Box bounds;       // of the material
+    double removed_mm3 = 0;
+  };
+  // cancel: the stroke is as if it had not been. fence: all before it was done before it was asked for.
+  // moved: the model is now that of another step.
+  enum class Kind : uint8_t { begin, tick, end, cancel, fence, moved };
+  struct Event {
+    Kind kind = Kind::tick;
+    StrokeTick tick;
+    Wrench felt;
+  };
+
+  // The writer.
+  void begin(Begin begin) {
+    if (lost()) return;
+    if (!begins_.push(std::move(begin))) return lose();
+    put({Kind::begin, {}, {}});
+  }
+  void tick(const StrokeTick& tick, const Wrench& felt) { put({Kind::tick, tick, felt}); }
+  void end(End end) {
+    if (lost()) return;
+    if (!ends_.push(std::move(end))) return lose();
+    put({Kind::end, {}, {}});
+  }
+  void cancel() { put({Kind::cancel, {}, {}}); }
+  void fence() { put({Kind::fence, {}, {}}); }
+  void moved() { put({Kind::moved, {}, {}}); }
+  // The reader.
+  bool pop(Event& event) { return events_.pop(event); }
+  bool pop(Begin& begin) { return begins_.pop(begin); }
+  bool pop(End& end) { return ends_.pop(end); }
+  // Any.
+  bool lost() const { return lost_.load(std::memory_order_relaxed); }
+
+ private:
+  static constexpr size_t kMostEvents = 32768;  // 8 s at 4 kHz
+  void put(const Event& event) {
+    if (!lost() && !events_.push(event)) lose();
+  }
+  void lose() { lost_.store(true, std::memory_order_relaxed); }
+  SmallQueue<Event, kMostEvents> events_;
+  SmallQueue<Begin, 64> begins_;
+  SmallQueue<End, 64> ends_;
+  std::atomic<bool> lost_{false};
+};
+
+}  // namespace kibori

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: MIT
+// A stroke as it is recorded: what all of its ticks share, and each tick's motion. Replayed by DirectTool, it
+// gives the same model, bit for bit.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <kibori/geometry/material.h>
+#include <kibori/geometry/vec.h>
+#include <kibori/haptics/force.h>
+#include <kibori/motion/spring_tool.h>
+#include <kibori/motion/symmetry.h>
+#include <kibori/motion/tool_tick.h>
+#include <kibori/solid/tool.h>
+
+namespace kibori {
+
+struct StrokeTick {
+  Vec3 tip = Vec3::Zero();   // [mm] of the tool, at the end of the tick
+  Vec3 turn = Vec3::Zero();  // [rad] by which the tool turned: rotation vector
+  bool edits = false;        // the way was cut or filled; else the tool only went there
+  // Force model `series`: the hand, from the tool, which is what stretches the springs.
+  Vec3 hand = Vec3::Zero();       // [mm]
+  Vec3 hand_turn = Vec3::Zero();  // [rad]
+};
+
+// How motion becomes force.
+struct StrokeForce {
+  bool series = false;
+  ForceLaw law;         // the other models
+  SeriesSpring spring;  // series
+};
+
+struct StrokeSettings {
+  Tool tool = BallTool{};
+  Mode mode = Mode::cut;
+  uint8_t material = 0;  // of a deposit
+  std::vector<Material> materials{Material{}};
+  StrokeForce force;
+  double rate_hz = 1000;
+  Symmetry symmetry;
+};
+
+}  // namespace kibori

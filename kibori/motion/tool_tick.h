@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// What a tool does in one tick, and what comes of it: the same for a DirectTool and a SpringTool.
+#pragma once
+
+#include <cstdint>
+
+#include <kibori/geometry/vec.h>
+#include <kibori/haptics/force.h>
+
+namespace kibori {
+
+// cut: takes material away. deposit: puts material down. touch: feels what a cut would take away, and takes
+// nothing. off: moves through material, feels nothing.
+enum class Mode { cut, deposit, touch, off };
+
+struct ToolTick {
+  Tick motion;                     // of the tool: where its tip ended, and by how much it moved and turned
+  Pose pose;                       // of the tool, at the end
+  Wrench wrench;                   // N, N mm about the tip: DirectTool: on the tool. SpringTool: on the hand
+  Vec3 stretch_mm = Vec3::Zero();  // SpringTool: of the spring that makes the wrench (see pull_of)
+  double removed_mm3 = 0;          // negative: deposited
+  int64_t points = 0;              // dexel ends that the edit made
+  bool edited = false;             // the way was cut or filled: replayed, it must be again
+  bool touching = false;           // SpringTool: material holds the tool back
+  bool cutting = false;            // SpringTool: material was cut
+  bool inside = false;             // SpringTool: the tool stands in material and waits to be pulled out
+  bool clipped = false;            // a deposit reached beyond the lattice
+};
+
+}  // namespace kibori
