@@ -378,7 +378,7 @@ void HttpConnection::send_export() {
     self->send_file(path);
   };
   if (format == "kibori") {
-    // Written by the scribe, between two strokes.
+    // Written by the document writer, between two strokes.
     const auto promise = std::make_shared<std::promise<kibori::Status>>();
     server_.work("Writing " + format,
                  [written = std::make_shared<std::future<kibori::Status>>(promise->get_future()),

@@ -35,13 +35,6 @@ constexpr auto kWorkEvery = std::chrono::milliseconds(200);
 constexpr auto kTroubleEvery = std::chrono::seconds(15);  // other sentences are to be read, too
 // Ticks are left out for a page that has not read so much of what was sent before.
 constexpr size_t kTicksWait = 400000;
-constexpr size_t kMostThumbnailBytes = 65536;
-
-bool is_png(const std::vector<uint8_t>& bytes) {
-  constexpr std::array<uint8_t, 8> kBegin{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-  return bytes.size() <= kMostThumbnailBytes && bytes.size() > kBegin.size() &&
-         std::equal(kBegin.begin(), kBegin.end(), bytes.begin());
-}
 
 }  // namespace
 
@@ -150,6 +143,15 @@ void Server::State::begin(WebSocketClient& page, const Begin& begin) {
   if (!opened) page.notice(opened.error());
 }
 
+void Server::State::open_named(WebSocketClient& page, const std::string& name) {
+  const Result<std::filesystem::path> path = library.find(name);
+  if (!path) return page.notice(path.error());
+  const Status opened =
+      open("Opening " + sanitize_message(name), {},
+           [from = path.value(), how = how](std::atomic<double>&) { return Studio::open(from, how); });
+  if (!opened) page.notice(opened.error());
+}
+
 void Server::State::carve_example(WebSocketClient& page, const std::string& name) {
   for (const Example& example : examples()) {
     if (example.name != name) continue;
@@ -249,95 +251,6 @@ std::string Server::State::start_json(const std::string& key) const {
   return nlohmann::json{
       {"documents", documents}, {"materials", materials}, {"examples", scenes}, {"page", key}}
       .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
-
-// ---- What pages say
-
-void Server::State::hear(WebSocketClient& page, const FromPage& message) {
-  if (const auto* const got = std::get_if<Got>(&message)) return page.got(got->frame);
-  if (std::holds_alternative<TakeTool>(message)) return hold(&page);
-  // Where nothing is held, who begins holds it.
-  if (!studio && holder != &page) hold(&page);
-  if (holder != &page) return;  // it only watches
-  if (std::holds_alternative<CancelWork>(message)) {
-    if (studio && studio->experiment() && !studio->experiment()->outcome() && !job.busy())
-      return studio->cancel();
-    job.cancel();
-    return send_work();
-  }
-  if (const auto* const first = std::get_if<Begin>(&message)) return begin(page, *first);
-  if (const auto* const named = std::get_if<Open>(&message)) {
-    const Result<std::filesystem::path> path = library.find(named->name);
-    Status opened = Ok{};
-    if (!path)
-      opened = Error{path.error()};
-    else
-      opened =
-          open("Opening " + sanitize_message(named->name), {},
-               [from = path.value(), how = how](std::atomic<double>&) { return Studio::open(from, how); });
-    if (!opened) page.notice(opened.error());
-    return;
-  }
-  if (const auto* const example = std::get_if<CarveExample>(&message))
-    return carve_example(page, example->name);
-  if (const auto* const run = std::get_if<RunExperiment>(&message)) return run_experiment(page, *run);
-  if (!studio) return;
-  constexpr Mode kModes[] = {Mode::cut, Mode::deposit, Mode::touch};
-  Status done = Ok{};
-  if (const auto* const aim = std::get_if<Aim>(&message)) {
-    studio->aim(aim->tip, aim->axis, aim->time);
-  } else if (const auto* const press = std::get_if<Press>(&message)) {
-    studio->press(press->tip, press->axis, kModes[std::min<size_t>(press->mode, 2)], press->time);
-  } else if (const auto* const turn = std::get_if<ChooseTurn>(&message)) {
-    studio->turn(turn->turn);
-  } else if (std::holds_alternative<Lift>(message)) {
-    studio->lift();
-  } else if (const auto* const work = std::get_if<ChooseWork>(&message)) {
-    studio->work(work->mode < 3 ? kModes[work->mode] : Mode::off);
-  } else if (const auto* const arm = std::get_if<Arm>(&message)) {
-    studio->arm(arm->armed != 0);
-  } else if (const auto* const bring = std::get_if<BringTool>(&message)) {
-    studio->bring(bring->tip);
-  } else if (const auto* const reach = std::get_if<ChooseReach>(&message)) {
-    done = studio->choose_reach(reach->scale);
-    send_device(done ? nullptr : &page);
-  } else if (const auto* const symmetry = std::get_if<ChooseSymmetry>(&message)) {
-    const unsigned planes = symmetry->planes;
-    done = studio->choose_symmetry({(planes & 1) != 0, (planes & 2) != 0, (planes & 4) != 0});
-  } else if (std::holds_alternative<Cancel>(message)) {
-    studio->cancel();
-  } else if (std::holds_alternative<Undo>(message)) {
-    studio->undo();
-  } else if (std::holds_alternative<Redo>(message)) {
-    studio->redo();
-  } else if (const auto* const there = std::get_if<Go>(&message)) {
-    studio->go(there->step);
-  } else if (const auto* const version = std::get_if<NameVersion>(&message)) {
-    if (version->name.size() <= 400)
-      studio->name_version(version->name);
-    else
-      done = Error{"that name is too long"};
-  } else if (const auto* const picture = std::get_if<KeepThumbnail>(&message)) {
-    if (is_png(picture->png)) studio->keep_thumbnail(picture->step, picture->png);
-  } else if (std::holds_alternative<Leave>(message)) {
-    leave(page);
-  } else if (const auto* const chosen = std::get_if<ChooseTool>(&message)) {
-    const Result<Tool> tool = tool_of(*chosen);
-    done = tool ? studio->choose_tool(tool.value()) : Status(Error{tool.error()});
-    if (done) send(encode(shown.emplace(shown_as(tool.value()))));
-  } else if (const auto* const hand = std::get_if<ChooseHand>(&message)) {
-    done = studio->choose_hand({hand->strength, hand->stiffness, hand->powered != 0});
-    send_device(done ? nullptr : &page);
-  } else if (std::holds_alternative<Strike>(message)) {
-    studio->strike();
-  } else if (const auto* const material = std::get_if<ChooseMaterial>(&message)) {
-    done = studio->choose_material(material->material);
-  } else if (const auto* const model = std::get_if<ChooseModel>(&message)) {
-    constexpr HandModel kModels[] = {HandModel::series, HandModel::energy, HandModel::paper};
-    done = model->model < std::size(kModels) ? studio->choose_model(kModels[model->model])
-                                             : Status(Error{"there is no such force model"});
-  }
-  if (!done) page.notice(done.error());
 }
 
 // ---- What pages are told

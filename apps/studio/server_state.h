@@ -47,7 +47,7 @@ struct Server::State {
   void send_device(WebSocketClient* page);
   void send_work();
   void hold(WebSocketClient* page);
-  void hear(WebSocketClient& page, const FromPage& message);
+  void on_message(WebSocketClient& page, const FromPage& message);
   // The sentence to every page.
   void tell(const std::string& text);
   // From now on this document, or none.
@@ -60,6 +60,8 @@ struct Server::State {
               std::function<Result<std::unique_ptr<Studio>>(std::atomic<double>&)> make,
               std::function<void(const Status&)> done = {});
   void begin(WebSocketClient& page, const Begin& begin);
+  // One of the library's documents.
+  void open_named(WebSocketClient& page, const std::string& name);
   void leave(WebSocketClient& page);
   // Starts a job and tells the pages of it.
   void work(const std::string& what, std::function<Job::Then(std::atomic<double>&)> work,

@@ -38,10 +38,9 @@ struct Shown {
   ShowTool operator()(const Cone& t) const { return {5, t.radius, t.length, t.angle_deg}; }
   ShowTool operator()(const BoxTool& t) const { return {6, t.size.x(), t.size.y(), t.size.z()}; }
   ShowTool operator()(const Ellipsoid& t) const { return {7, t.radii.x(), t.radii.y(), t.radii.z()}; }
-  template <class T>
-  ShowTool operator()(const T&) const {
-    return {255, 0, 0, 0};
-  }
+  // Of scenes only: no page can choose or draw these.
+  ShowTool operator()(const HalfSpace&) const { return {255, 0, 0, 0}; }
+  ShowTool operator()(const MeshTool&) const { return {255, 0, 0, 0}; }
 };
 
 }  // namespace

@@ -163,7 +163,7 @@ void WebSocketClient::read() {
         self->greet();
       }
     } else {
-      self->server_.hear(*self, *message);
+      self->server_.on_message(*self, *message);
     }
     if (!self->closed_) self->read();
   });

@@ -25,8 +25,8 @@ namespace kibori {
 
 class DocumentWriter {
  public:
-  // `live` must log (LiveSettings::log) and stand at the document's head; it must outlive the scribe.
-  // `forces`: what was felt is kept, too, tick by tick.
+  // `live` must log (LiveSettings::log) and stand at the document's head; it must outlive the document
+  // writer. `forces`: what was felt is kept, too, tick by tick.
   DocumentWriter(LiveCarving& live, std::unique_ptr<Document> document, bool forces = false);
   ~DocumentWriter() { stop(); }
 
@@ -46,7 +46,7 @@ class DocumentWriter {
   // Whether all that was asked for is done.
   bool idle() const { return asked_.load() == answered_.load(); }
 
-  // Calls f between two writes, on the scribe's thread: versions, copies, another place. Any thread.
+  // Calls f between two writes, on the document writer's thread: versions, copies, another place. Any thread.
   void with(std::function<void(Document&)> f);
 
   // Why the file holds only the beginning: a full disk, a log that ran over; empty if all is well. The

@@ -12,7 +12,6 @@ constexpr double kMostPieces = 64;
 // Readings of a device that has fallen behind, at most, beside the tick's own: so a path that lies back is
 // followed nine times as fast as it was made, and a tick stays short.
 constexpr int kMostReadings = 8;
-// A stroke ends when nothing was cut for so long.
 
 }  // namespace
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// From the servo thread to the scribe: strokes as they are made, without a lock. If the reader falls behind
-// by eight seconds, the log is lost from there on, and says so.
+// From the servo thread to the document writer: strokes as they are made, without a lock. If the reader falls
+// behind by eight seconds, the log is lost from there on, and says so.
 #pragma once
 
 #include <atomic>

@@ -19,7 +19,7 @@ struct ToolTick {
   Wrench wrench;                   // N, N mm about the tip: DirectTool: on the tool. SpringTool: on the hand
   Vec3 stretch_mm = Vec3::Zero();  // SpringTool: of the spring that makes the wrench (see pull_of)
   double removed_mm3 = 0;          // negative: deposited
-  int64_t points = 0;              // dexel ends that the edit made
+  int64_t points = 0;              // lattice nodes that were removed or added: K of force model `paper`
   bool edited = false;             // the way was cut or filled: replayed, it must be again
   bool touching = false;           // SpringTool: material holds the tool back
   bool cutting = false;            // SpringTool: material was cut

@@ -296,6 +296,12 @@ export class Importer {
   private drop(): void {
     const brought = this.brought;
     this.brought = null;
-    if (brought) request(this.address("import", { import: brought.import }), { method: "DELETE" }).catch(() => undefined); // the studio has ended, and the file is gone with it
+    if (!brought) return;
+    const address = this.address("import", { import: brought.import });
+    // Before the next file comes, which takes its place. Where the studio has ended, the file is gone with it.
+    this.reading = this.reading.then(() => request(address, { method: "DELETE" })).then(
+      () => undefined,
+      () => undefined,
+    );
   }
 }

@@ -4,10 +4,10 @@
 //
 //   owner's thread:  aim, press, lift, undo ─► PointerDevice, commands ─► servo thread (LiveCarving)
 //                    follow()  ◄─ snapshots, ticks                              │ log
-//                    place()   ◄─ where the document stands ◄── scribe's threads ◄┘
+//                    place()   ◄─ where the document stands ◄── the document writer's threads ◄┘
 //
-// All of it belongs to one thread; servo and scribe have theirs. One that is opened to be looked at has
-// neither: it goes to any step, and changes nothing.
+// All of it belongs to one thread; servo and document writer have theirs. One that is opened to be looked at
+// has neither: it goes to any step, and changes nothing.
 #pragma once
 
 #include <array>
@@ -216,7 +216,7 @@ class Studio {
   std::string notice_;
   std::unique_ptr<LiveCarving> live_;
   std::unique_ptr<LiveSurface> surface_;
-  // From the scribe's thread.
+  // From the document writer's thread.
   std::atomic<bool> asked_{false};  // for what follows
   std::mutex told_mutex_;
   struct Told {
