@@ -13,8 +13,8 @@
 #include <fstream>
 #include <string>
 
-#include <kibori/motion/direct_tool.h>
 #include <kibori/document/document.h>
+#include <kibori/motion/direct_tool.h>
 
 #include "bench/workload.h"
 

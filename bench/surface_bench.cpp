@@ -10,9 +10,9 @@
 
 #include <unistd.h>
 
+#include <kibori/batch/convert.h>
 #include <kibori/formats/surface_file.h>
 #include <kibori/motion/direct_tool.h>
-#include <kibori/batch/convert.h>
 #include <kibori/surface/surface.h>
 
 #include "bench/workload.h"

@@ -12,14 +12,14 @@
 #include <unistd.h>
 #include <zstd.h>
 
+#include <kibori/batch/scene.h>
 #include <kibori/document/codec.h>
-#include <kibori/motion/direct_tool.h>
 #include <kibori/document/document.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/ply.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/formats/threemf.h>
-#include <kibori/batch/scene.h>
+#include <kibori/motion/direct_tool.h>
 #include <kibori/surface/surface.h>
 
 using namespace kibori;

@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 
 #include <kibori/document/codec.h>
-#include <kibori/motion/direct_tool.h>
 #include <kibori/document/document.h>
+#include <kibori/motion/direct_tool.h>
 
 #include "tests/document_support.h"
 

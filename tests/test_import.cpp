@@ -10,11 +10,11 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <kibori/geometry/cluster.h>
-#include <kibori/geometry/mesh_info.h>
 #include <kibori/batch/carving.h>
 #include <kibori/batch/documents.h>
 #include <kibori/batch/import_report.h>
+#include <kibori/geometry/cluster.h>
+#include <kibori/geometry/mesh_info.h>
 #include "apps/studio/session/stock_scene.h"
 #include <kibori/surface/surface.h>
 

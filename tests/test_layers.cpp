@@ -8,6 +8,8 @@
 
 #include <unistd.h>
 
+#include <kibori/batch/relief.h>
+#include <kibori/batch/stock.h>
 #include <kibori/edit/edit.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/geometry/mesh_info.h>
@@ -15,8 +17,6 @@
 #include <kibori/measure/distance.h>
 #include <kibori/motion/direct_tool.h>
 #include <kibori/picture/picture.h>
-#include <kibori/batch/relief.h>
-#include <kibori/batch/stock.h>
 #include <kibori/surface/layers.h>
 #include <kibori/surface/simplify.h>
 #include <kibori/surface/surface.h>

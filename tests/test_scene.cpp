@@ -5,9 +5,9 @@
 
 #include <gtest/gtest.h>
 
-#include <kibori/formats/mesh_file.h>
 #include <kibori/batch/carving.h>
 #include <kibori/batch/force_report.h>
+#include <kibori/formats/mesh_file.h>
 
 #include "tests/support.h"
 

@@ -6,8 +6,8 @@
 
 #include <gtest/gtest.h>
 
-#include <kibori/motion/direct_tool.h>
 #include <kibori/base/percent.h>
+#include <kibori/motion/direct_tool.h>
 #include <kibori/motion/spring_tool.h>
 
 #include "tests/support.h"

@@ -16,9 +16,9 @@
 #include <sys/resource.h>
 
 #include <kibori/devices/virtual_device.h>
-#include <kibori/motion/direct_tool.h>
-#include <kibori/live/live_carving.h>
 #include <kibori/live/document_writer.h>
+#include <kibori/live/live_carving.h>
+#include <kibori/motion/direct_tool.h>
 #include <kibori/surface/surface.h>
 
 namespace {

@@ -10,9 +10,9 @@
 
 #include <gtest/gtest.h>
 
-#include <kibori/haptics/materials.h>
 #include <kibori/batch/carving.h>
 #include <kibori/batch/export.h>
+#include <kibori/haptics/materials.h>
 #include "apps/studio/session/library.h"
 #include <kibori/batch/servo_run.h>
 #include "apps/studio/session/stock_scene.h"

@@ -16,11 +16,11 @@
 
 #include <kibori/edit/edit.h>
 #include <kibori/edit/tile_kernel.h>
+#include <kibori/measure/distance.h>
 #include <kibori/motion/direct_tool.h>
 #include <kibori/solid/ball.h>
 #include <kibori/surface/cell_table.h>
 #include <kibori/surface/chunk_kernel.h>
-#include <kibori/measure/distance.h>
 #include <kibori/surface/surface.h>
 
 #include "tests/support.h"

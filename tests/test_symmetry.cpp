@@ -8,8 +8,8 @@
 
 #include <kibori/document/codec.h>
 #include <kibori/document/document.h>
-#include <kibori/motion/spring_tool.h>
 #include <kibori/motion/direct_tool.h>
+#include <kibori/motion/spring_tool.h>
 
 #include "tests/support.h"
 

@@ -3,10 +3,10 @@
 
 #include <filesystem>
 
-#include <kibori/document/rescue.h>
 #include <kibori/batch/convert.h>
 #include <kibori/batch/documents.h>
 #include <kibori/batch/force_report.h>
+#include <kibori/document/rescue.h>
 
 #include "apps/cli/common.h"
 #include "apps/cli/outputs.h"

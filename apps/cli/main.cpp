@@ -19,17 +19,17 @@
 #include <CLI/CLI.hpp>
 
 #include <kibori/base/file.h>
-#include <kibori/formats/mesh_file.h>
-#include <kibori/formats/png_file.h>
-#include <kibori/formats/surface_file.h>
-#include <kibori/measure/distance.h>
-#include <kibori/picture/picture.h>
 #include <kibori/batch/carving.h>
 #include <kibori/batch/convert.h>
 #include <kibori/batch/documents.h>
 #include <kibori/batch/export.h>
 #include <kibori/batch/force_report.h>
 #include <kibori/batch/mesh_report.h>
+#include <kibori/formats/mesh_file.h>
+#include <kibori/formats/png_file.h>
+#include <kibori/formats/surface_file.h>
+#include <kibori/measure/distance.h>
+#include <kibori/picture/picture.h>
 #include <kibori/surface/surface.h>
 
 #include "apps/cli/common.h"

@@ -7,9 +7,9 @@
 
 #include <nlohmann/json.hpp>
 
-#include <kibori/devices/registry.h>
 #include <kibori/batch/documents.h>
 #include <kibori/batch/servo_run.h>
+#include <kibori/devices/registry.h>
 
 #include "apps/cli/common.h"
 #include "apps/cli/outputs.h"

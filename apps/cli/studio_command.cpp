@@ -9,8 +9,8 @@
 #include <unistd.h>
 
 #include <kibori/base/file.h>
-#include <kibori/devices/registry.h>
 #include <kibori/batch/documents.h>
+#include <kibori/devices/registry.h>
 #include "apps/studio/session/library.h"
 #include "apps/studio/session/stock_scene.h"
 #include "apps/studio/session/studio.h"

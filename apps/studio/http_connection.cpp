@@ -9,11 +9,11 @@
 
 #include <nlohmann/json.hpp>
 
-#include <kibori/document/rescue.h>
 #include <kibori/batch/convert.h>
 #include <kibori/batch/documents.h>
 #include <kibori/batch/export.h>
 #include <kibori/batch/import_report.h>
+#include <kibori/document/rescue.h>
 #include "apps/studio/session/stock_scene.h"
 
 #include "apps/studio/bundle.h"

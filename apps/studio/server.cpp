@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 
 #include <kibori/base/hash.h>
-#include <kibori/haptics/materials.h>
-#include <kibori/document/rescue.h>
 #include <kibori/batch/carving.h>
+#include <kibori/document/rescue.h>
+#include <kibori/haptics/materials.h>
 #include "apps/studio/session/stock_scene.h"
 
 #include "apps/studio/examples.h"

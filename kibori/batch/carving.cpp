@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/motion/direct_tool.h>
-#include <kibori/document/rescue.h>
 #include <kibori/batch/carving.h>
+#include <kibori/document/rescue.h>
+#include <kibori/motion/direct_tool.h>
 
 #include <algorithm>
 #include <chrono>
@@ -9,10 +9,10 @@
 #include <cstdio>
 
 #include <kibori/base/memory.h>
-#include <kibori/formats/mesh_file.h>
 #include <kibori/batch/documents.h>
 #include <kibori/batch/relief.h>
 #include <kibori/batch/stock.h>
+#include <kibori/formats/mesh_file.h>
 
 namespace kibori {
 namespace {

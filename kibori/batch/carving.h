@@ -9,8 +9,8 @@
 #include <vector>
 
 #include <kibori/base/result.h>
-#include <kibori/dexel/tri_dexel.h>
 #include <kibori/batch/scene.h>
+#include <kibori/dexel/tri_dexel.h>
 #include <kibori/motion/spring_tool.h>
 
 namespace kibori {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/batch/convert.h>
 
-#include <kibori/formats/mesh_file.h>
 #include <kibori/batch/documents.h>
 #include <kibori/batch/stock.h>
+#include <kibori/formats/mesh_file.h>
 #include <kibori/surface/simplify.h>
 #include <kibori/surface/surface.h>
 

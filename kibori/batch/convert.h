@@ -10,9 +10,9 @@
 #include <string>
 
 #include <kibori/base/result.h>
+#include <kibori/batch/relief.h>
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/formats/surface_file.h>
-#include <kibori/batch/relief.h>
 
 namespace kibori {
 

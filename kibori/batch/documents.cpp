@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/document/rescue.h>
 #include <kibori/batch/documents.h>
+#include <kibori/document/rescue.h>
 
 #include <algorithm>
 #include <chrono>
@@ -11,10 +11,10 @@
 #include <nlohmann/json.hpp>
 
 #include <kibori/base/file.h>
+#include <kibori/batch/force_report.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/picture/picture.h>
-#include <kibori/batch/force_report.h>
 #include <kibori/surface/surface.h>
 
 namespace kibori {

@@ -9,8 +9,8 @@
 #include <string>
 
 #include <kibori/base/result.h>
-#include <kibori/document/document.h>
 #include <kibori/batch/carving.h>
+#include <kibori/document/document.h>
 
 namespace kibori {
 

@@ -9,10 +9,10 @@
 #include <nlohmann/json.hpp>
 
 #include <kibori/base/percent.h>
-#include <kibori/dexel/normal_code.h>
 #include <kibori/batch/documents.h>
 #include <kibori/batch/documents.h>
 #include <kibori/batch/stock.h>
+#include <kibori/dexel/normal_code.h>
 
 namespace kibori {
 namespace {

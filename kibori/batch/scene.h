@@ -12,8 +12,8 @@
 #include <kibori/geometry/mesh.h>
 #include <kibori/geometry/orientation.h>
 #include <kibori/haptics/force.h>
-#include <kibori/motion/spring_tool.h>
 #include <kibori/motion/direct_tool.h>
+#include <kibori/motion/spring_tool.h>
 #include <kibori/solid/tool.h>
 
 namespace kibori {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/document/rescue.h>
 #include <kibori/batch/servo_run.h>
+#include <kibori/document/rescue.h>
 
 #include <algorithm>
 #include <atomic>
@@ -13,10 +13,10 @@
 
 #include <kibori/base/file.h>
 #include <kibori/base/percent.h>
-#include <kibori/devices/recording.h>
-#include <kibori/devices/virtual_device.h>
 #include <kibori/batch/carving.h>
 #include <kibori/batch/documents.h>
+#include <kibori/devices/recording.h>
+#include <kibori/devices/virtual_device.h>
 #include <kibori/live/document_writer.h>
 #include <kibori/surface/surface.h>
 

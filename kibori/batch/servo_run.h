@@ -9,8 +9,8 @@
 #include <string>
 
 #include <kibori/base/result.h>
-#include <kibori/haptics/servo.h>
 #include <kibori/batch/scene.h>
+#include <kibori/haptics/servo.h>
 #include <kibori/live/live_carving.h>
 
 namespace kibori {

@@ -210,6 +210,8 @@ class Document {
   Status verify_seals(const std::function<void(const std::string&)>& wrong) const;
   // The file itself says while it is written that its log belongs to it.
   Status mark(bool writing);
+  // Of a document that is whole so far: marks it, and starts the keeper of its log.
+  Status begin_writing(const std::filesystem::path& path, const char* vfs);
   Status look_for_log(bool there);
   // Within a transaction. `sequence`: the number of the next block, once it is committed.
   Status write_ticks(int64_t& sequence);

@@ -7,8 +7,8 @@
 
 #include <unistd.h>
 
-#include <kibori/base/hash.h>
 #include <kibori/base/file.h>
+#include <kibori/base/hash.h>
 #include <kibori/document/codec.h>
 #include <kibori/document/document.h>
 #include <kibori/document/storage.h>
@@ -148,6 +148,8 @@ Status Document::move_to(const std::filesystem::path& path) {
   if (Status s = flush(); !s) return s;
   if (Status s = save_copy(path); !s) return s;
   Result<std::unique_ptr<Document>> there = attach(path, nullptr);
+  if (there)
+    if (Status s = there.value()->begin_writing(path, nullptr); !s) there = Error{s.error()};
   if (!there) {
     std::error_code code;
     std::filesystem::remove(path, code);
@@ -270,6 +272,8 @@ Result<std::unique_ptr<Document>> Document::open(const std::filesystem::path& pa
   }
   if (Status s = document->read_tree(); !s) return Error{s.error()};
   if (Status s = document->recover(); !s) return Error{s.error()};
+  if (access == Access::write)
+    if (Status s = document->begin_writing(path, vfs); !s) return Error{s.error()};
   document->may_go_to_memory_ = document->writes_;
   return document;
 }
@@ -306,10 +310,16 @@ Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& 
     document->version_ = kVersion;
   }
   if (Status s = document->look_for_log(log); !s) return Error{s.error()};
-  // Where the disk is full, it goes on without.
-  static_cast<void>(document->mark(true));
-  document->storage_->keeper = std::make_unique<LogKeeper>(path, vfs);
   return document;
+}
+
+Status Document::begin_writing(const std::filesystem::path& path, const char* vfs) {
+  Result<Database> another = Database::open(path, Database::Access::write, vfs);
+  if (!another) return Error{another.error()};
+  // Where the disk is full, it goes on without.
+  static_cast<void>(mark(true));
+  storage_->keeper = std::make_unique<LogKeeper>(std::move(another).value());
+  return Ok{};
 }
 
 // A document of Kibori, and which version.
@@ -323,8 +333,9 @@ Status Document::check_kind() {
   };
   const Result<int64_t> application = pragma("PRAGMA application_id");
   if (!application)
-    return wrong((storage_->database.disk_failed() ? "can't be read: its disk or folder fails ("
-                                                   : "is no document of Kibori (") +
+    return wrong((storage_->database.disk_failed()
+                      ? "can't be opened: its disk is full, or can't be read or written ("
+                      : "is no document of Kibori (") +
                  application.error() + ")");
   if (application.value() != kApplication) return wrong("is no document of Kibori");
   const Result<int64_t> version = pragma("PRAGMA user_version");

@@ -5,30 +5,32 @@
 
 #include <atomic>
 #include <condition_variable>
-#include <filesystem>
 #include <mutex>
 #include <thread>
+
+#include <kibori/document/database.h>
 
 namespace kibori {
 
 class LogKeeper {
  public:
-  // `vfs`: as of Database::open.
-  explicit LogKeeper(std::filesystem::path file, const char* vfs = nullptr);
+  // `database`: another connection to the file that is written.
+  explicit LogKeeper(Database database) : database_(std::move(database)), thread_([this] { run(); }) {}
   ~LogKeeper();
   LogKeeper(const LogKeeper&) = delete;
 
-  // Something was committed; within half a second it is on the disk, if that keeps up.
+  // Something was committed; within half a second it is on the disk, if the disk keeps up.
   void wrote() { wrote_ = true; }
 
  private:
-  void run(const std::filesystem::path& file, const char* vfs);
+  void run();
 
+  Database database_;  // of the thread
   std::atomic<bool> wrote_{false};
   bool ends_ = false;
-  std::mutex mutex_;
+  std::mutex mutex_;  // ends_
   std::condition_variable woken_;
-  std::thread thread_;
+  std::thread thread_;  // begins when all else is there
 };
 
 }  // namespace kibori

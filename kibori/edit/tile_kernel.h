@@ -3,8 +3,8 @@
 #pragma once
 
 #include <kibori/dexel/field.h>
-#include <kibori/edit/removed.h>
 #include <kibori/edit/edit.h>
+#include <kibori/edit/removed.h>
 #include <kibori/solid/solid.h>
 
 namespace kibori {

@@ -148,7 +148,9 @@ Result<TriangleMesh> parse_stl(const char* data, size_t size, const std::string&
 Result<TriangleMesh> read_mesh(const std::filesystem::path& path) {
   const std::string ending = ending_of(path);
   std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return Error{path.string() + ": no such file"};
+  if (!std::filesystem::exists(path, error)) return Error{path.string() + ": no such file"};
+  if (!std::filesystem::is_regular_file(path, error))
+    return Error{path.string() + ": is no regular file, but a folder, a pipe or a device"};
   Result<TriangleMesh> mesh = Error{};
   if (ending == ".stl") {
     const Result<std::vector<char>> bytes = read_file(path);

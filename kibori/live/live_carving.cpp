@@ -7,8 +7,8 @@
 namespace kibori {
 namespace {
 
-// Pieces of one tick's motion: a hand takes one or two, and each costs as much as a tick.
-constexpr double kMostPieces = 64;
+// Substeps of one tick's motion: a hand takes one or two, and each costs as much as a tick.
+constexpr double kMaxSubsteps = 64;
 // Readings of a device that has fallen behind, at most, beside the tick's own: so a path that lies back is
 // followed nine times as fast as it was made, and a tick stays short.
 constexpr int kMostReadings = 8;
@@ -234,7 +234,7 @@ LiveTick LiveCarving::advance(DeviceStatus& status) {
   // The hand's own motion: how far the tool hangs behind it is no jump.
   const ToolMotion moved{wanted_, wanted.tip - wanted_.tip, rotation_between(wanted_.frame, wanted.frame)};
   const bool jumped = placed_ && !(moved.travel_mm.norm() <= jump &&
-                                   pieces_needed(settings_.tool, moved, model_->lattice()) <= kMostPieces);
+                                   pieces_needed(settings_.tool, moved, model_->lattice()) <= kMaxSubsteps);
   if (status == DeviceStatus::ok && (!placed_ || jumped)) {
     totals_.jumps += jumped;
     placed_ = true;

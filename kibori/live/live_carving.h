@@ -26,9 +26,9 @@
 #include <kibori/haptics/safety.h>
 #include <kibori/haptics/servo.h>
 #include <kibori/haptics/workspace.h>
-#include <kibori/motion/spring_tool.h>
-#include <kibori/motion/direct_tool.h>
 #include <kibori/live/stroke_log.h>
+#include <kibori/motion/direct_tool.h>
+#include <kibori/motion/spring_tool.h>
 
 namespace kibori {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include <kibori/base/handover.h>
-#include <kibori/motion/stroke_record.h>
 #include <kibori/dexel/tri_dexel.h>
+#include <kibori/motion/stroke_record.h>
 
 namespace kibori {
 

@@ -10,11 +10,11 @@
 #include <utility>
 
 #include <kibori/base/file.h>
+#include <kibori/batch/documents.h>
 #include <kibori/devices/registry.h>
 #include <kibori/devices/virtual_device.h>
-#include <kibori/haptics/materials.h>
 #include <kibori/document/rescue.h>
-#include <kibori/batch/documents.h>
+#include <kibori/haptics/materials.h>
 #include "apps/studio/session/library.h"
 #include "apps/studio/session/stock_scene.h"
 

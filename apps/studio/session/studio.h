@@ -23,11 +23,11 @@
 #include <vector>
 
 #include <kibori/base/handover.h>
-#include <kibori/devices/pointer_device.h>
 #include <kibori/batch/scene.h>
+#include <kibori/devices/pointer_device.h>
 #include "apps/studio/session/experiment.h"
-#include <kibori/live/live_carving.h>
 #include <kibori/live/document_writer.h>
+#include <kibori/live/live_carving.h>
 #include <kibori/surface/surface.h>
 
 namespace kibori {
