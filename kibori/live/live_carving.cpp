@@ -124,7 +124,7 @@ void LiveCarving::change_tool(const Tool& tool) {
 }
 
 std::optional<Pose> LiveCarving::place_clear(const Pose& pose) {
-  const std::optional<Pose> clear = series_.clear_place(settings_.tool, pose, settings_.materials);
+  std::optional<Pose> clear = series_.clear_place(settings_.tool, pose, settings_.materials);
   if (!clear) {
     place_at(pose);
     return {};
