@@ -60,7 +60,7 @@ int main(int argc, char** argv) {
       const Tool tool = finger ? Tool(Finger{1 / (2 * radius), 60}) : Tool(BallTool{radius});
       ServoRunOptions options;
       options.seconds = seconds;
-      options.model = HandModel::series;
+      options.model = ForceModel::series;
       options.stiffness_n_mm = 1.5;
       const auto run = run_servo(scrape(tool, radius / 2), nullptr, options);
       if (!run) return std::fprintf(stderr, "servo_bench: %s\n", run.error().c_str()), 2;

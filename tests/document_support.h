@@ -52,8 +52,10 @@ inline StrokeSettings some_settings(Random& random) {
                         Bull{3, 1, 12},
                         Capsule{2, 9},
                         BoxTool{Vec3(3, 4, 5)},
-                        Ellipsoid{Vec3(3, 2, 4)}};
-  s.tool = tools[random.integer(0, 7)];
+                        Ellipsoid{Vec3(3, 2, 4)},
+                        Drill{118, 2, 15},
+                        TaperedBall{1, 20, 3, 15}};
+  s.tool = tools[random.integer(0, static_cast<int>(std::size(tools)) - 1)];
   s.mode = random.integer(0, 3) == 0 ? Mode::deposit : Mode::cut;
   s.materials.resize(2);
   s.material = static_cast<uint8_t>(random.integer(0, 1));

@@ -326,7 +326,7 @@ TEST(Document, LossOfPowerLeavesAPrefix) {
   }
   vfs.log = false;
   const int rounds = rounds_of("KIBORI_POWER", 150);
-  size_t most_lost = 0;
+  size_t max_lost = 0;
   for (int round = 0; round < rounds; round++) {
     const auto crash = static_cast<size_t>(random.integer(0, static_cast<int>(vfs.ops.size())));
     std::map<std::string, std::vector<char>> files{{"p.kibori", before}};
@@ -372,9 +372,9 @@ TEST(Document, LossOfPowerLeavesAPrefix) {
       if (ops <= crash) made = steps;
     }
     EXPECT_GE(after->steps().size(), sure) << random.note();
-    most_lost = std::max(most_lost, made - std::min(made, after->steps().size()));
+    max_lost = std::max(max_lost, made - std::min(made, after->steps().size()));
   }
-  std::printf("%zu operations; at most %zu strokes lost\n", vfs.ops.size(), most_lost);
+  std::printf("%zu operations; at most %zu strokes lost\n", vfs.ops.size(), max_lost);
   vfs.reset();
 }
 

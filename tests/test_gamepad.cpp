@@ -101,16 +101,16 @@ TEST_F(Gamepad, RumblesWithTheForceAndHoldsTheHandBack) {
   auto opened = GamepadDevice::open();
   ASSERT_TRUE(opened.ok()) << opened.error();
   Device& device = *opened.value();
-  const double most = device.capabilities().force_n;
+  const double max = device.capabilities().force_n;
   EXPECT_LE(low_, 0);
   // A steady force of half strength: the slow motor alone, after a while.
-  hold(device, 0.4, Vec3(0, 0, most / 2));
+  hold(device, 0.4, Vec3(0, 0, max / 2));
   EXPECT_NEAR(low_, 32768, 1100);
   EXPECT_LT(high_, 2000);
   // One that jumps to and fro: the quick motor as well.
   bool rough = false;
   for (int i = 0; i < 20; i++) {
-    hold(device, 0.02, Vec3(i % 2 ? most : -most, 0, 0));
+    hold(device, 0.02, Vec3(i % 2 ? max : -max, 0, 0));
     rough |= high_ > 30000;
   }
   EXPECT_TRUE(rough);
@@ -120,8 +120,8 @@ TEST_F(Gamepad, RumblesWithTheForceAndHoldsTheHandBack) {
   hold(device, 0.2);
   push(SDL_CONTROLLER_AXIS_LEFTX, 32767);
   const double x = hold(device, 0.4).position_mm.x();
-  for (int i = 0; i < 30; i++) hold(device, 0.01, Vec3(-most, 0, 0));
-  EXPECT_LT(hold(device, 0.01, Vec3(-most, 0, 0)).position_mm.x(), x + 1);
+  for (int i = 0; i < 30; i++) hold(device, 0.01, Vec3(-max, 0, 0));
+  EXPECT_LT(hold(device, 0.01, Vec3(-max, 0, 0)).position_mm.x(), x + 1);
   EXPECT_GT(low_, 60000);
 }
 

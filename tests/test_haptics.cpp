@@ -305,7 +305,7 @@ TEST(Live, StartsInsideMaterialWithoutForceAndWithoutCutting) {
 }
 
 TEST(Live, AJumpIsNotCarved) {
-  for (const HandModel model : {HandModel::series, HandModel::energy}) {
+  for (const ForceModel model : {ForceModel::series, ForceModel::energy}) {
     VirtualDeviceSettings device;
     device.capabilities = arm();
     device.hand.grip_n_mm = 1e4;  // follows at once
@@ -387,7 +387,7 @@ TEST(Live, NoHandShakesOnAnyDevice) {
   const Wood woods[] = {{0.02, 0.1, 0}, {0.1, 0.3, 0}, {0.3, 1, 0.0005}, {1, 2, 0}, {0.1, 50, 0}};
   // KIBORI_HANDS: all of them.
   const bool brief = std::getenv("KIBORI_SHORT") != nullptr, all = std::getenv("KIBORI_HANDS") != nullptr;
-  double least = 0, most_swing = 0;
+  double min = 0, max_swing = 0;
   int runs = 0;
   for (const Profile& p : profiles)
     for (int hand = 0; hand < 27; hand++)
@@ -429,14 +429,14 @@ TEST(Live, NoHandShakesOnAnyDevice) {
             high = std::max(high, r.device->hand().position_mm().z());
           }
           EXPECT_EQ(r.live->safety().trip(), Trip::none);
-          EXPECT_GE(r.device->hand().least_work_mj(), misses ? -1 : -0.1)
+          EXPECT_GE(r.device->hand().min_work_mj(), misses ? -1 : -0.1)
               << p.name << ", hand " << hand << ", " << speed << " mm/s, u " << w.u << ", yield " << w.yield;
           EXPECT_LT(high - low, 2 * p.count_mm)
               << p.name << ", hand " << hand << ", " << speed << " mm/s, u " << w.u << ", yield " << w.yield;
-          least = std::min(least, r.device->hand().least_work_mj());
-          most_swing = std::max(most_swing, (high - low) / p.count_mm);
+          min = std::min(min, r.device->hand().min_work_mj());
+          max_swing = std::max(max_swing, (high - low) / p.count_mm);
         }
-  std::printf("least energy %.4f mJ, largest swing at rest %.2f counts\n", least, most_swing);
+  std::printf("least energy %.4f mJ, largest swing at rest %.2f counts\n", min, max_swing);
 }
 
 // The check above can fail: far beyond the bound a light grip does shake.
@@ -463,7 +463,7 @@ TEST(Live, BeyondTheBoundItShakes) {
     low = std::min(low, r.device->hand().position_mm().z());
     high = std::max(high, r.device->hand().position_mm().z());
   }
-  EXPECT_LT(r.device->hand().least_work_mj(), -0.1);
+  EXPECT_LT(r.device->hand().min_work_mj(), -0.1);
   EXPECT_GT(high - low, 2 * device.count_mm);
 }
 

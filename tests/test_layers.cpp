@@ -176,15 +176,15 @@ TEST(Distance, ToTrianglesBySampling) {
     const Vec3 a = random.in_box(-1, 1), b = random.in_box(-1, 1), c = random.in_box(-1, 1);
     const Vec3 p = random.in_box(-2, 2);
     constexpr int kSteps = 100;
-    double least = 1e9;
+    double min = 1e9;
     for (int u = 0; u <= kSteps; u++)
       for (int v = 0; u + v <= kSteps; v++)
-        least = std::min(least, (p - (a + (u * (b - a) + v * (c - a)) / kSteps)).norm());
+        min = std::min(min, (p - (a + (u * (b - a) + v * (c - a)) / kSteps)).norm());
     const double d = distance_to_triangle(p, a, b, c);
     // A sample is never nearer than the triangle, and one is within a step (sides of at most 3.5) of its
     // nearest point.
-    EXPECT_LE(d, least + 1e-12) << random.note();
-    EXPECT_GE(d, least - 3.5 / kSteps) << random.note();
+    EXPECT_LE(d, min + 1e-12) << random.note();
+    EXPECT_GE(d, min - 3.5 / kSteps) << random.note();
   }
 }
 
@@ -196,11 +196,11 @@ TEST(Distance, ToTrianglesWithoutArea) {
                c = Vec3(a + random.uniform(-1, 2) * way).cast<float>().cast<double>();
     const Vec3 p = random.in_box(-1, 1);
     // The segment that holds all three, by brute force.
-    double least = 1e9;
+    double min = 1e9;
     for (const auto& [from, to] : {std::pair{a, b}, {b, c}, {a, c}})
-      for (int k = 0; k <= 20; k++) least = std::min(least, (p - from - k / 20.0 * (to - from)).norm());
+      for (int k = 0; k <= 20; k++) min = std::min(min, (p - from - k / 20.0 * (to - from)).norm());
     const double d = distance_to_triangle(p, a, b, c);
-    ASSERT_TRUE(d <= least + 1e-6 && d >= least - 0.2) << d << " " << least << " " << random.note();
+    ASSERT_TRUE(d <= min + 1e-6 && d >= min - 0.2) << d << " " << min << " " << random.note();
   }
 }
 

@@ -185,7 +185,7 @@ TEST(Scene, ASpikeDoesNotFlattenThePlot) {
       row.result.wrench.force = Vec3(0, 0, i == 700 ? spike_n : i < 500 ? 0 : 10);
       carving.trace.push_back(row);
     }
-    return forces_svg(carving, "a < b & c", model_note(false, ForceModel::energy));
+    return forces_svg(carving, "a < b & c", model_note(ForceModel::energy));
   };
   const auto count = [](const std::string& text, const std::string& what) {
     size_t n = 0;

@@ -31,7 +31,7 @@ using test::Rig;
 using test::rig;
 
 // A hand that goes in and out of the wood, turning.
-Rig busy_rig(HandModel hand, std::unique_ptr<TriDexel> model = nullptr) {
+Rig busy_rig(ForceModel hand, std::unique_ptr<TriDexel> model = nullptr) {
   VirtualDeviceSettings device;
   device.capabilities = arm();
   LiveSettings settings;
@@ -54,7 +54,7 @@ void expect_sound(const Document& document) {
 
 // What a hand carved is in the document, stroke by stroke, and carving it again leaves the same bytes.
 TEST(DocumentWriter, KeepsWhatTheHandDoes) {
-  for (const HandModel model : {HandModel::series, HandModel::energy})
+  for (const ForceModel model : {ForceModel::series, ForceModel::energy})
     for (const bool threads : {false, true}) {
       Folder folder;
       const std::filesystem::path file = folder.path / "live.kibori";
@@ -110,8 +110,8 @@ TEST(DocumentWriter, KeepsWhatTheHandDoes) {
 TEST(DocumentWriter, GoesBackAndForthWhileAHandCarves) {
   Random random;
   Folder folder;
-  for (const HandModel model : {HandModel::series, HandModel::paper}) {
-    const std::filesystem::path file = folder.path / (model == HandModel::series ? "s.kibori" : "p.kibori");
+  for (const ForceModel model : {ForceModel::series, ForceModel::paper}) {
+    const std::filesystem::path file = folder.path / (model == ForceModel::series ? "s.kibori" : "p.kibori");
     Rig r = busy_rig(model);
     LiveCarving& live = *r.live;
     auto document = Document::create(file, live.model(), "{}");
@@ -196,7 +196,7 @@ TEST(DocumentWriter, GoesBackAndForthWhileAHandCarves) {
 // What was cancelled is gone, whatever is asked for at the same moment.
 TEST(DocumentWriter, CancelledBeforeAnythingElse) {
   Folder folder;
-  Rig r = busy_rig(HandModel::series);
+  Rig r = busy_rig(ForceModel::series);
   LiveCarving& live = *r.live;
   auto document = Document::create(folder.path / "c.kibori", live.model(), "{}");
   ASSERT_TRUE(document.ok()) << document.error();
@@ -233,7 +233,7 @@ TEST(DocumentWriter, HistoryFromAnotherThread) {
       model = document.value()->load();
       ASSERT_TRUE(model.ok()) << model.error();
     }
-    Rig r = busy_rig(HandModel::series, again ? std::move(model).value() : nullptr);
+    Rig r = busy_rig(ForceModel::series, again ? std::move(model).value() : nullptr);
     LiveCarving& live = *r.live;
     if (!again) document = Document::create(file, live.model(), "{}");
     ASSERT_TRUE(document.ok()) << document.error();
@@ -399,7 +399,7 @@ TEST(DocumentWriter, AFullDiskIsToldAndNothingIsLost) {
   vfs.reset();
   Folder folder;
   const std::filesystem::path file = folder.path / "full.kibori", other = folder.path / "other.kibori";
-  Rig r = busy_rig(HandModel::series);
+  Rig r = busy_rig(ForceModel::series);
   LiveCarving& live = *r.live;
   auto document = Document::create(file, live.model(), "{}", {}, FaultVfs::kName);
   ASSERT_TRUE(document.ok()) << document.error();

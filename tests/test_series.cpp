@@ -277,7 +277,7 @@ TEST(Series, TouchYieldAndReleaseAreContinuous) {
     SpringTool tool(model, upright({20, 15, 21}), spring);
     const std::vector<Material> materials{wood()};
     const double step = 0.005;
-    double last = 0, most = 0, largest = 0;
+    double last = 0, max = 0, largest = 0;
     bool touched = false, cut = false;
     for (int i = 0; i < 3000; i++) {
       const double z = i < 1500 ? 21 - step * i : 13.5 + step * (i - 1500);
@@ -285,13 +285,13 @@ TEST(Series, TouchYieldAndReleaseAreContinuous) {
       ASSERT_TRUE(felt.ok());
       const double force = felt.value().wrench.force.z();
       largest = std::max(largest, std::abs(force - last));
-      most = std::max(most, force);
+      max = std::max(max, force);
       last = force;
       touched |= felt.value().touching && !felt.value().cutting;
       cut |= felt.value().cutting;
     }
     EXPECT_TRUE(touched && cut);
-    EXPECT_GT(most, 2 * wood().yield_n);
+    EXPECT_GT(max, 2 * wood().yield_n);
     EXPECT_LE(largest, 1.01 * spring.stiffness_n_mm * step);
     EXPECT_EQ(last, 0);
   }
@@ -325,7 +325,7 @@ TEST(Series, AClearStartIsOfCutsThatDoNotTurn) {
   std::vector<Material> materials{wood()};
   materials[0].u = 0.01;
   materials[0].yield_n = 0;
-  double most = 0;
+  double max = 0;
   for (const Tool& shape : {Tool(Finger{0.2, 15}), Tool(BallTool{3}), Tool(Bull{3, 1, 15})})
     for (const bool turns : {false, true}) {
       double added[2], way[2];
@@ -347,9 +347,9 @@ TEST(Series, AClearStartIsOfCutsThatDoNotTurn) {
       }
       EXPECT_EQ(added[0], added[1]) << turns;
       EXPECT_EQ(way[0], way[1]) << turns;
-      most = std::min(most, added[0]);
+      max = std::min(max, added[0]);
     }
-  EXPECT_LT(most, -1);
+  EXPECT_LT(max, -1);
 }
 
 // The tool's recorded steps, without device and spring, leave the model bit for bit as the hand left it.

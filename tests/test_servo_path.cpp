@@ -107,8 +107,14 @@ bool edits(long many) {
   model.fill_block({Vec3::Zero(), Vec3(64, 48, 40)}, 0);
   model.reserve(4000);
   const std::vector<Material> materials{{"a", 0.001, 2, 0, 0, {}}, {"b", 0.003, 7, 0, 0, {}}};
-  const Tool tools[] = {Finger{0.4, 20}, BallTool{3},   Flat{2, 10},           Bull{2, 0.7, 10},
-                        Cone{60, 2, 10}, Capsule{1, 8}, BoxTool{Vec3(3, 3, 3)}};
+  const Tool tools[] = {Finger{0.4, 20},
+                        BallTool{3},
+                        Flat{2, 10},
+                        Bull{2, 0.7, 10},
+                        Cone{60, 2, 10},
+                        Capsule{1, 8},
+                        BoxTool{Vec3(3, 3, 3)},
+                        TaperedBall{0.7, 20, 2, 10}};
   uint64_t state = 1;
   const auto random = [&](double low, double high) {
     state = state * 6364136223846793005u + 1442695040888963407u;

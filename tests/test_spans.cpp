@@ -76,7 +76,7 @@ class RandomIntervals final : public Solid {
     // Every third row tells its normals at once.
     for (int row = 0; row < kTileSide; row += 3) {
       if (!((out.rows >> row) & 1)) continue;
-      out.known |= static_cast<uint16_t>(1u << row);
+      out.normals_ready |= static_cast<uint16_t>(1u << row);
       for (int slot = row * kTileSide; slot < (row + 1) * kTileSide; slot++) tell(slot, out);
     }
     return out.rows != 0;
@@ -85,7 +85,7 @@ class RandomIntervals final : public Solid {
     for (int slot = 0; slot < kTileRays; slot++) {
       const unsigned at_lo = (ends.lo[slot / 16] >> (slot % 16)) & 1,
                      at_hi = (ends.hi[slot / 16] >> (slot % 16)) & 1;
-      if ((at_lo | at_hi) && !((of.known >> (slot / 16)) & 1)) tell(slot, of);
+      if ((at_lo | at_hi) && !((of.normals_ready >> (slot / 16)) & 1)) tell(slot, of);
     }
   }
 

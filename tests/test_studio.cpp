@@ -16,7 +16,7 @@
 #include "apps/studio/session/library.h"
 #include <kibori/batch/servo_run.h>
 #include "apps/studio/session/stock_scene.h"
-#include "apps/studio/session/studio.h"
+#include "apps/studio/session/live_session.h"
 
 #include "tests/support.h"
 
@@ -27,18 +27,18 @@ using test::Folder;
 
 // Follows the studio for so long, and until `done`, if that is asked for.
 template <class F>
-bool follow(Studio& studio, double seconds, F&& done) {
+bool follow(Session& studio, double seconds, F&& done) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   while (std::chrono::steady_clock::now() < end) {
     studio.follow();
     studio.ticks();
-    studio.place();
+    studio.history();
     if (done()) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(4));
   }
   return done();
 }
-void follow(Studio& studio, double seconds) {
+void follow(Session& studio, double seconds) {
   follow(studio, seconds, [] { return false; });
 }
 
@@ -52,13 +52,13 @@ TEST(Studio, PressedItCutsAndUndoneItIsAsBefore) {
   const auto file = folder.path / "a.kibori";
   uint64_t hash = 0;
   {
-    auto opened = Studio::create(file, servo_scene(), {});
+    auto opened = create_session(file, servo_scene(), {});
     ASSERT_TRUE(opened.ok()) << opened.error();
-    Studio& studio = *opened.value();
+    LiveSession& studio = *opened.value()->live();
     const double volume = studio.volume_mm3();
     EXPECT_NEAR(volume, 80 * 50 * 30, 1e-6 * volume);
-    ASSERT_TRUE(follow(studio, 20, [&] { return studio.place().step == 1; }));
-    const uint64_t block = studio.place().hash;
+    ASSERT_TRUE(follow(studio, 20, [&] { return studio.history().step == 1; }));
+    const uint64_t block = studio.history().hash;
     // A ball of 4 mm, pressed 2 mm into the top, along x.
     studio.aim(Vec3(20, 25, 36), Vec3::UnitZ(), now_s());
     follow(studio, 0.1);
@@ -70,20 +70,20 @@ TEST(Studio, PressedItCutsAndUndoneItIsAsBefore) {
     }
     follow(studio, 0.2);
     studio.lift();
-    ASSERT_TRUE(follow(studio, 20, [&] { return studio.place().step == 2; }));
+    ASSERT_TRUE(follow(studio, 20, [&] { return studio.history().step == 2; }));
     follow(studio, 0.2);
     EXPECT_GT(studio.removed_mm3(), 20);
     EXPECT_NEAR(studio.volume_mm3(), volume - studio.removed_mm3(), 0.02 * studio.removed_mm3());
-    hash = studio.place().hash;
+    hash = studio.history().hash;
     EXPECT_NE(hash, block);
-    EXPECT_TRUE(studio.place().undo);
+    EXPECT_TRUE(studio.history().undo);
     studio.undo();
-    ASSERT_TRUE(follow(studio, 20, [&] { return studio.place().step == 1; }));
-    EXPECT_EQ(studio.place().hash, block);
-    EXPECT_TRUE(studio.place().redo);
+    ASSERT_TRUE(follow(studio, 20, [&] { return studio.history().step == 1; }));
+    EXPECT_EQ(studio.history().hash, block);
+    EXPECT_TRUE(studio.history().redo);
     ASSERT_TRUE(follow(studio, 20, [&] { return studio.volume_mm3() == volume; }));
     studio.redo();
-    ASSERT_TRUE(follow(studio, 20, [&] { return studio.place().step == 2; }));
+    ASSERT_TRUE(follow(studio, 20, [&] { return studio.history().step == 2; }));
     EXPECT_EQ(studio.close(), "");
   }
   auto document = Document::open(file, Document::Access::read);
@@ -96,9 +96,9 @@ TEST(Studio, PressedItCutsAndUndoneItIsAsBefore) {
 // wherever the axis points to.
 TEST(Studio, ItTurnsButDoesNotSpin) {
   Folder folder;
-  auto opened = Studio::create(folder.path / "a.kibori", servo_scene(), {});
+  auto opened = create_session(folder.path / "a.kibori", servo_scene(), {});
   ASSERT_TRUE(opened.ok()) << opened.error();
-  Studio& studio = *opened.value();
+  LiveSession& studio = *opened.value()->live();
   const auto side = [&] {
     Vec3 last = Vec3::Zero();
     for (int i = 0; i < 60; i++) {
@@ -135,7 +135,7 @@ TEST(Studio, ItTurnsButDoesNotSpin) {
 }
 
 // Adds a row of material and waits for its step.
-StepId add_row(Studio& studio, double y) {
+StepId add_row(LiveSession& studio, double y) {
   const size_t before = studio.steps().size();
   studio.press(Vec3(15, y, 16), Vec3::UnitZ(), Mode::deposit, now_s());
   follow(studio, 0.1);
@@ -153,11 +153,11 @@ TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
   ASSERT_TRUE(scene.ok()) << scene.error();
   StepId first = 0, branch = 0;
   {
-    auto opened = Studio::create(file, scene.value(), {});
+    auto opened = create_session(file, scene.value(), {});
     ASSERT_TRUE(opened.ok()) << opened.error();
-    Studio& studio = *opened.value();
+    LiveSession& studio = *opened.value()->live();
     ASSERT_EQ(studio.materials().size(), known_materials().size());
-    ASSERT_TRUE(follow(studio, 20, [&] { return studio.place().step == 1 && studio.steps().size() == 1; }));
+    ASSERT_TRUE(follow(studio, 20, [&] { return studio.history().step == 1 && studio.steps().size() == 1; }));
     const double volume = studio.volume_mm3();
     EXPECT_TRUE(studio.choose_material(2).ok());
     EXPECT_FALSE(studio.choose_material(99).ok());
@@ -176,7 +176,7 @@ TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
     ASSERT_TRUE(follow(studio, 20, [&] { return !(told = studio.notice()).empty(); }));
     EXPECT_NE(told.find("name"), std::string::npos) << told;
     studio.go(1);
-    ASSERT_TRUE(follow(studio, 20, [&] { return studio.place().step == 1; }));
+    ASSERT_TRUE(follow(studio, 20, [&] { return studio.history().step == 1; }));
     ASSERT_TRUE(follow(studio, 20, [&] { return studio.volume_mm3() == volume; }));
     branch = add_row(studio, 20);
     EXPECT_EQ(studio.steps().back().parent, 1);
@@ -205,17 +205,17 @@ TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
     ASSERT_TRUE(follow(studio, 20, [&] { return answers == 4; }));
     EXPECT_EQ(got, (Bytes{1, 2, 3}));
     // The models without a spring move the tool where the hand is.
-    for (const HandModel model : {HandModel::energy, HandModel::paper, HandModel::series})
+    for (const ForceModel model : {ForceModel::energy, ForceModel::paper, ForceModel::series})
       EXPECT_TRUE(studio.choose_model(model).ok());
     EXPECT_EQ(studio.close(), "");
   }
   for (const auto& path : {file, copy}) {
-    EXPECT_FALSE(Studio::create(path, scene.value(), {}).ok());
-    auto again = Studio::open(path, {});
+    EXPECT_FALSE(create_session(path, scene.value(), {}).ok());
+    auto again = open_session(path, {});
     ASSERT_TRUE(again.ok()) << again.error();
     EXPECT_EQ(again.value()->materials().size(), known_materials().size());
     ASSERT_TRUE(follow(*again.value(), 20, [&] { return again.value()->steps().size() == 3; }));
-    EXPECT_EQ(again.value()->place().step, branch);
+    EXPECT_EQ(again.value()->history().step, branch);
     EXPECT_EQ(again.value()->versions().at("one row"), first);
   }
 }
@@ -277,7 +277,7 @@ TEST(Studio, NamesLeadNowhereElse) {
   put("Old.KIBORI");
   EXPECT_EQ(library.list().size(), 1u);
   EXPECT_FALSE(library.find("Old").ok());
-  EXPECT_FALSE(Studio::open(folder.path / "documents" / "Old.kibori", {}).ok());
+  EXPECT_FALSE(open_session(folder.path / "documents" / "Old.kibori", {}).ok());
   EXPECT_FALSE(std::filesystem::exists(folder.path / "documents" / "Old.kibori"));
   put("locked");
   EXPECT_FALSE(Library(folder.path / "documents" / "locked").place_for("x").ok());
@@ -311,10 +311,10 @@ TEST(Studio, AForceDeviceHoldsTheTool) {
   const auto file = folder.path / "a.kibori";
   const Result<Scene> scene = stock_scene(Stock::Kind::block, Vec3(40, 30, 16), 0.5, 1);
   ASSERT_TRUE(scene.ok()) << scene.error();
-  EXPECT_FALSE(Studio::create(folder.path / "b.kibori", scene.value(), {false, "spoon"}).ok());
-  auto opened = Studio::create(file, scene.value(), {false, "virtual"});
+  EXPECT_FALSE(create_session(folder.path / "b.kibori", scene.value(), {false, "spoon"}).ok());
+  auto opened = create_session(file, scene.value(), {false, "virtual"});
   ASSERT_TRUE(opened.ok()) << opened.error();
-  Studio& studio = *opened.value();
+  LiveSession& studio = *opened.value()->live();
   ASSERT_NE(studio.held(), nullptr);
   EXPECT_EQ(studio.held()->name, "a simulated hand");
   follow(studio, 0.3);
@@ -323,11 +323,11 @@ TEST(Studio, AForceDeviceHoldsTheTool) {
   studio.press(Vec3(20, 15, 10), Vec3::UnitZ(), Mode::cut, now_s());  // a pointer has no say
   EXPECT_FALSE(studio.pressed());
   // What it can bear goes with the reach.
-  const double most = studio.held()->most_n_mm;
-  EXPECT_FALSE(studio.choose_hand({200, 1.01 * most, true}).ok());
+  const double max = studio.held()->max_n_mm;
+  EXPECT_FALSE(studio.choose_hand({200, 1.01 * max, true}).ok());
   EXPECT_FALSE(studio.choose_hand({10, 0, true}).ok());
   EXPECT_FALSE(studio.choose_hand({2000, 0, true}).ok());
-  EXPECT_TRUE(studio.choose_hand({100, 0.2 * most, true}).ok());
+  EXPECT_TRUE(studio.choose_hand({100, 0.2 * max, true}).ok());
   EXPECT_NEAR(studio.held()->share, studio.held()->force_n / 100, 1e-9);
   EXPECT_TRUE(studio.choose_reach(2).ok());
   EXPECT_FALSE(studio.choose_reach(25).ok());
@@ -345,7 +345,7 @@ TEST(Studio, AForceDeviceHoldsTheTool) {
   EXPECT_EQ(studio.held()->given_n, 0);
   // Far above: nothing more is cut, and the stroke ends by itself.
   studio.bring(Vec3(20, 15, 60));
-  EXPECT_TRUE(follow(studio, 20, [&] { return studio.place().step >= 2; }));
+  EXPECT_TRUE(follow(studio, 20, [&] { return studio.history().step >= 2; }));
   follow(studio, 0.3);
   const double removed = studio.removed_mm3();
   follow(studio, 0.5);
@@ -358,41 +358,38 @@ TEST(Studio, MirroredStrokesAndOneThatIsOnlyLookedAt) {
   const auto file = folder.path / "a.kibori";
   const Result<Scene> scene = stock_scene(Stock::Kind::block, Vec3(40, 30, 16), 0.5, 1);
   ASSERT_TRUE(scene.ok()) << scene.error();
-  EXPECT_FALSE(Studio::create(file, scene.value(), {true, {}}).ok());
+  EXPECT_FALSE(create_session(file, scene.value(), {true, {}}).ok());
   EXPECT_FALSE(std::filesystem::exists(file));
-  EXPECT_FALSE(Studio::open(file, {true, {}}).ok());
+  EXPECT_FALSE(open_session(file, {true, {}}).ok());
   {
-    auto opened = Studio::create(file, scene.value(), {});
+    auto opened = create_session(file, scene.value(), {});
     ASSERT_TRUE(opened.ok()) << opened.error();
-    Studio& studio = *opened.value();
+    LiveSession& studio = *opened.value()->live();
     ASSERT_TRUE(follow(studio, 20, [&] { return studio.steps().size() == 1; }));
     EXPECT_TRUE(studio.choose_symmetry({true, false, false}).ok());
     add_row(studio, 10);
     studio.name_version("a row");
     ASSERT_TRUE(follow(studio, 20, [&] { return studio.versions().size() == 1; }));
     // While it is carved, another looks at it as it was when he came.
-    auto other = Studio::open(file, {true, {}});
+    auto other = open_session(file, {true, {}});
     ASSERT_TRUE(other.ok()) << other.error();
-    Studio& looks = *other.value();
-    EXPECT_TRUE(looks.read_only());
-    EXPECT_EQ(looks.place().step, 2);
+    Session& looks = *other.value();
+    EXPECT_EQ(looks.live(), nullptr);
+    EXPECT_EQ(looks.history().step, 2);
     EXPECT_NEAR(looks.volume_mm3(), studio.volume_mm3(), 1);
     EXPECT_EQ(looks.versions().at("a row"), 2);
-    EXPECT_FALSE(looks.choose_tool(BallTool{2}).ok());
-    looks.press(Vec3(20, 15, 16), Vec3::UnitZ(), Mode::cut, now_s());
-    EXPECT_FALSE(looks.pressed());
     looks.undo();
-    EXPECT_EQ(looks.place().step, 1);
+    EXPECT_EQ(looks.history().step, 1);
     EXPECT_FALSE(looks.follow().empty());
-    EXPECT_FALSE(looks.place().undo);
+    EXPECT_FALSE(looks.history().undo);
     EXPECT_NEAR(looks.volume_mm3(), 40 * 30 * 16, 1);
     looks.undo();
-    EXPECT_EQ(looks.place().step, 1);
+    EXPECT_EQ(looks.history().step, 1);
     looks.redo();
-    EXPECT_EQ(looks.place().step, 2);
+    EXPECT_EQ(looks.history().step, 2);
     looks.go(77);
     EXPECT_FALSE(looks.notice().empty());
-    EXPECT_EQ(looks.place().step, 2);
+    EXPECT_EQ(looks.history().step, 2);
     looks.name_version("mine");
     EXPECT_FALSE(looks.notice().empty());
     bool copied = false;

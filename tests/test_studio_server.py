@@ -325,17 +325,19 @@ class Server(unittest.TestCase):
         # What is well made, but can't be: told, and nothing comes of it.
         page = self.carving()
         page.frame(bytes([11]))
-        page.frame(bytes([8, 0]) + struct.pack("<3d", -1, 1, 0))
-        page.frame(bytes([8, 7]) + struct.pack("<3d", 1, 1, 0))
+        page.frame(bytes([8]) + text('{"shape":"ball","radius":-1}'))
+        page.frame(bytes([8]) + text('{"shape":"ellipsoid","radii":[1,1,0]}'))
+        page.frame(bytes([8]) + text("[" * 4000))
+        page.frame(bytes([8]) + text('{"shape":"spoon"}'))
         page.frame(bytes([9]) + struct.pack("<2dB", 0, -1, 1))
         page.frame(bytes([2]) + struct.pack("<7d", 1e12, -1e12, 0, 0, 0, 0, 1))
         page.frame(bytes([2]) + struct.pack("<7d", 1e12, -1e12, 0, 0, 0, 1, 1))
         page.frame(bytes([3]) + struct.pack("<6d", 1e12, -1e12, 0, 0, 0, 1) + b"\x02" + struct.pack("<d", 1e12))
         told = 0
         end = time.time() + 20
-        while told < 3 and time.time() < end:
+        while told < 5 and time.time() < end:
             told += page.message()[0] == 68
-        self.assertEqual(told, 3)
+        self.assertEqual(told, 5)
         self.carving()
 
     def test_every_number_has_its_range(self):
@@ -718,8 +720,8 @@ class Beginning(unittest.TestCase):
         self.begin(size=(40, 40, 20), pitch=0.5)
         self.until(64)
         rows = self.until(70)
-        step, before, removed, made, shape, _, mode, pictured, label = struct.unpack("<IIfdBfBBI", rows[5:])
-        self.assertEqual((step, before, removed, shape, mode, pictured, label), (1, 0, 0, 255, 0, 0, 0))
+        step, before, removed, made, size, tool, mode, pictured, label = struct.unpack("<IIfdI4sBBI", rows[5:])
+        self.assertEqual((step, before, removed, size, tool, mode, pictured, label), (1, 0, 0, 4, b"null", 0, 0, 0))
         self.assertLess(abs(made - time.time()), 60)
         self.page.frame(bytes([17]) + struct.pack("<I", 1) + struct.pack("<I", 20) + b"\x89PNG\r\n\x1a\n" + b"x" * 12)
         self.page.frame(bytes([16]) + text("as it was"))
@@ -820,7 +822,7 @@ class OnlyLookedAt(unittest.TestCase):
             page.frame(bytes([4]))
             page.frame(bytes([16]) + text("mine"))
             self.assertIn(b"only looked at", until(page, 68))
-            page.frame(bytes([8, 0]) + struct.pack("<3d", 3, 10, 0))
+            page.frame(bytes([8]) + text('{"shape":"ball","radius":3}'))
             self.assertIn(b"only looked at", until(page, 68))
             for code in (5, 6, 7):
                 page.frame(bytes([code]))
@@ -851,8 +853,8 @@ class Experiments(unittest.TestCase):
         self.assertEqual(self.studio.close(), 0)
         self.folder.cleanup()
 
-    def run_scene(self, scene, model=255, pace=0.0):
-        self.page.frame(bytes([27]) + text("mine") + text(scene) + struct.pack("<Bd", model, pace))
+    def run_scene(self, scene, model="", pace=0.0):
+        self.page.frame(bytes([27]) + text("mine") + text(scene) + text(model) + struct.pack("<d", pace))
 
     SCENE = """
 [stock]
@@ -869,10 +871,10 @@ speed = 40
 """
 
     def test_a_run(self):
-        self.run_scene(self.SCENE, model=1)
+        self.run_scene(self.SCENE, model="energy")
         welcome = until(self.page, 64)
         self.assertEqual(welcome[-1], 2)
-        while until(self.page, 75)[1] != 0:  # a ball, once it is in hand
+        while b'"ball"' not in until(self.page, 75):  # once it is in hand
             pass
         trace = until(self.page, 74)
         size = struct.unpack_from("<I", trace, 1)[0]

@@ -444,7 +444,7 @@ struct Exact {
   std::function<void(TriDexel&)> carve;
   std::function<double(const Vec3&)> distance;  // [lattice units], positive outside
   std::function<Vec3(Random&)> point;           // anywhere on the surface; may be rejected by distance()
-  double most, rms;                             // bounds in cells, with room over what was seen
+  double max, rms;                              // bounds in cells, with room over what was seen
 };
 TEST(Surface, DistanceToTheExactSolid) {
   Random random;
@@ -507,10 +507,10 @@ TEST(Surface, DistanceToTheExactSolid) {
     const Surface surface = extract_surface(model.snapshot());
     ASSERT_EQ(broken(surface), "");
     // There: points of the surface, evenly spread, and its vertices. Back: points of the exact surface.
-    double most[2] = {0, 0}, squares[2] = {0, 0};
+    double max[2] = {0, 0}, squares[2] = {0, 0};
     int count[2] = {0, 0};
     const auto take = [&](int way, double distance) {
-      most[way] = std::max(most[way], distance);
+      max[way] = std::max(max[way], distance);
       squares[way] += distance * distance;
       count[way]++;
     };
@@ -530,8 +530,8 @@ TEST(Surface, DistanceToTheExactSolid) {
     }
     const double there = std::sqrt(squares[0] / count[0]), back = std::sqrt(squares[1] / count[1]);
     std::printf("%-16s to the exact solid: max %.4f, rms %.5f cells; from it: max %.4f, rms %.5f\n",
-                solid.name, most[0], there, most[1], back);
-    EXPECT_LT(std::max(most[0], most[1]), solid.most) << solid.name << " " << random.note();
+                solid.name, max[0], there, max[1], back);
+    EXPECT_LT(std::max(max[0], max[1]), solid.max) << solid.name << " " << random.note();
     EXPECT_LT(std::max(there, back), solid.rms) << solid.name << " " << random.note();
   }
 }

@@ -30,9 +30,20 @@ double inside(const Tool& tool, const Vec3& p) {
     if (r > inner && p.z() < t->corner) return t->corner - std::hypot(r - inner, t->corner - p.z());
     return std::min({t->radius - r, p.z(), t->length - p.z()});
   }
-  if (auto t = std::get_if<Cone>(&tool)) {
-    const double half = t->angle_deg * std::acos(-1.0) / 360;
-    return std::min({p.z() * std::sin(half) - r * std::cos(half), t->radius - r, t->length - p.z()});
+  const auto pointed = [&](const auto& t) {
+    const double half = t.angle_deg * std::acos(-1.0) / 360;
+    return std::min({p.z() * std::sin(half) - r * std::cos(half), t.radius - r, t.length - p.z()});
+  };
+  if (auto t = std::get_if<Cone>(&tool)) return pointed(*t);
+  if (auto t = std::get_if<Drill>(&tool)) return pointed(*t);
+  if (auto t = std::get_if<TaperedBall>(&tool)) {
+    // A cone rounded at its tip: the distance from the ball's centre, along the normal of the cone's side
+    // where that is nearest, else along the line to the centre.
+    const double half = t->angle_deg * std::acos(-1.0) / 360, z = p.z() - t->ball;
+    const bool beside = z * std::cos(half) > -r * std::sin(half);
+    const double side =
+        beside ? t->ball + z * std::sin(half) - r * std::cos(half) : t->ball - std::hypot(r, z);
+    return std::min({side, t->radius - r, t->length - p.z()});
   }
   if (auto t = std::get_if<Capsule>(&tool)) {
     const double z = std::clamp(p.z(), t->radius, t->length - t->radius);
@@ -47,12 +58,12 @@ double inside(const Tool& tool, const Vec3& p) {
     return (1 - q.norm()) * t->radii.minCoeff();
   }
   const auto& mesh = *std::get<MeshTool>(tool).mesh;  // a convex polyhedron
-  double least = 1e30;
+  double min = 1e30;
   for (const auto& t : mesh.triangles) {
     const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
-    least = std::min(least, -(p - a).dot((b - a).cross(c - a).normalized()));
+    min = std::min(min, -(p - a).dot((b - a).cross(c - a).normalized()));
   }
-  return least;
+  return min;
 }
 
 Tool random_tool(int kind, Random& random) {
@@ -80,6 +91,14 @@ Tool random_tool(int kind, Random& random) {
       return BoxTool{random.in_box(1, 14)};
     case 8:
       return Ellipsoid{random.in_box(1, 9)};
+    case 10:
+      return Drill{random.uniform(60, 150), random.uniform(2, 8), random.uniform(2, 25)};
+    case 11: {
+      // Also balls as wide as the shank, and tapers that end before they are as wide.
+      const double ball = random.uniform(0.5, 6), radius = ball * random.uniform(1, 3);
+      return TaperedBall{ball, random.uniform(3, 140), random.integer(0, 4) ? radius : ball,
+                         2 * ball + random.uniform(0, 15)};
+    }
     default: {
       auto mesh = std::make_shared<TriangleMesh>();
       const double s = random.uniform(4, 12);
@@ -89,9 +108,6 @@ Tool random_tool(int kind, Random& random) {
     }
   }
 }
-
-constexpr const char* kNames[] = {"finger",  "ball",      "flat", "bull",      "cone",
-                                  "capsule", "halfspace", "box",  "ellipsoid", "mesh"};
 
 class Sweep : public testing::TestWithParam<int> {};
 
@@ -154,10 +170,10 @@ TEST_P(Sweep, AgreesWithDenseSampling) {
               continue;
             }
             ASSERT_EQ(says_inside, depth > 0)
-                << kNames[GetParam()] << " trial " << trial << " axis " << static_cast<int>(ray_axis)
-                << " depth " << depth << " t " << t << " [" << (hit ? layer.lo[slot] : 0) << ", "
-                << (hit ? layer.hi[slot] : 0) << ") motion " << motion.transpose() << " tool axis "
-                << axis.transpose() << "; " << random.note();
+                << kToolShapes[static_cast<size_t>(GetParam())] << " trial " << trial << " axis "
+                << static_cast<int>(ray_axis) << " depth " << depth << " t " << t << " ["
+                << (hit ? layer.lo[slot] : 0) << ", " << (hit ? layer.hi[slot] : 0) << ") motion "
+                << motion.transpose() << " tool axis " << axis.transpose() << "; " << random.note();
           }
         }
       }
@@ -189,7 +205,7 @@ TEST_P(Sweep, NormalsAreThoseOfTheSurface) {
       for (int row = 0; row < 16; row++)
         for (int i = 0; i < 16; i++)
           if (((layer.rows >> row) & 1) && layer.lo[row * 16 + i] < layer.hi[row * 16 + i]) {
-            ends.name(static_cast<size_t>(row), 1u << i, 1u << i);
+            ends.mark(static_cast<size_t>(row), 1u << i, 1u << i);
           }
       sweep.normals(rays, 0, ends, layer);
       for (int slot = random.integer(0, 15); slot < 256; slot += 17) {
@@ -235,8 +251,10 @@ TEST_P(Sweep, NormalsAreThoseOfTheSurface) {
   EXPECT_LE(wrong, checked / 30) << random.note();
 }
 
-INSTANTIATE_TEST_SUITE_P(Tools, Sweep, testing::Range(0, 10),
-                         [](const auto& tool) { return std::string(kNames[tool.param]); });
+INSTANTIATE_TEST_SUITE_P(Tools, Sweep, testing::Range(0, static_cast<int>(kToolShapes.size())),
+                         [](const auto& tool) {
+                           return std::string(kToolShapes[static_cast<size_t>(tool.param)]);
+                         });
 
 // Motions nearly along the rays: both ends of a ray near the sweep's rim are on the ball's own rim, where
 // rounding is largest, and the interval is nearly as long as the motion.
@@ -283,7 +301,7 @@ TEST(SweptBall, PlungesWithALittleDriftLoseNoRay) {
 // and the motion by golden sections: a ray that passes deep enough is not lost, and ends are where it says.
 TEST(SweptRim, GrazingRaysAreNotLost) {
   Random random;
-  const auto least = [](double low, double high, int steps, const auto& of) {
+  const auto min = [](double low, double high, int steps, const auto& of) {
     constexpr double kShare = 0.6180339887498949;
     double a = high - kShare * (high - low), b = low + kShare * (high - low), at_a = of(a), at_b = of(b);
     for (int i = 0; i < steps; i++)
@@ -304,7 +322,7 @@ TEST(SweptRim, GrazingRaysAreNotLost) {
     const Vec3 motion = random.direction() * random.uniform(0, trial % 3 ? 2 : 20);
     const SweptRim rim(centre, frame_from_axis(axis), disc, corner, motion);
     const auto depth = [&](const Vec3& p) {  // > 0 inside
-      return corner - least(0, 1, 34, [&](double s) {
+      return corner - min(0, 1, 34, [&](double s) {
                const Vec3 x = p - centre - s * motion;
                const double z = x.dot(axis);
                return std::hypot(std::max((x - z * axis).norm() - disc, 0.0), z);
@@ -327,7 +345,7 @@ TEST(SweptRim, GrazingRaysAreNotLost) {
           ASSERT_NEAR(at(layer.lo[i]), 0, 2e-3) << random.note();
           ASSERT_NEAR(at(layer.hi[i]), 0, 2e-3) << random.note();
         } else {
-          ASSERT_GT(least(-100, 120, 34, [&](double t) { return -at(t); }), -2e-3) << random.note();
+          ASSERT_GT(min(-100, 120, 34, [&](double t) { return -at(t); }), -2e-3) << random.note();
         }
       }
     }

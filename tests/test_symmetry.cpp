@@ -34,8 +34,9 @@ Tool some_tool(Random& random) {
                         Bull{3, 1, 12},
                         Capsule{2, 8},
                         BoxTool{Vec3(3, 4, 5)},
-                        Ellipsoid{Vec3(3, 2, 4)}};
-  return tools[random.integer(0, 7)];
+                        Ellipsoid{Vec3(3, 2, 4)},
+                        TaperedBall{1, 30, 3, 12}};
+  return tools[random.integer(0, static_cast<int>(std::size(tools)) - 1)];
 }
 
 struct Piece {
@@ -169,7 +170,7 @@ TEST(Symmetry, ReplaysAreTheSame) {
   StrokeSettings s;
   s.materials = kMaterials;
   s.tool = some_tool(random);
-  s.force.series = true;
+  s.force.law.model = ForceModel::series;
   s.symmetry = {{true, true, false}, centre_of(model.lattice())};
   const Pose start{Vec3(random.uniform(3, 12), random.uniform(3, 10), 26), Mat3::Identity()};
   SpringTool tool(model, start, s.force.spring);

@@ -8,9 +8,11 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 CPP = {"u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "f64": "double", "vec3": "Vec3", "text": "std::string",
-       "bytes": "std::vector<uint8_t>"}
-ZERO = {"u8": " = 0", "u16": " = 0", "u32": " = 0", "f64": " = 0", "vec3": " = Vec3::Zero()", "text": "", "bytes": ""}
-TS = {"u8": "number", "u16": "number", "u32": "number", "f64": "number", "vec3": "Vec3", "text": "string", "bytes": "Uint8Array"}
+       "bytes": "std::vector<uint8_t>", "mode": "Mode", "model": "ForceModel", "tool": "std::string"}
+ZERO = {"u8": " = 0", "u16": " = 0", "u32": " = 0", "f64": " = 0", "vec3": " = Vec3::Zero()", "text": "", "bytes": "", "mode": " = Mode::cut",
+        "model": " = ForceModel::series", "tool": ""}
+TS = {"u8": "number", "u16": "number", "u32": "number", "f64": "number", "vec3": "Vec3", "text": "string", "bytes": "Uint8Array",
+      "mode": "Mode", "model": "Model", "tool": "Tool | null"}
 CALL = {"bytes": "raw"}  # Writer's and Reader's own bytes are called so
 MADE = "Made by tools/make_protocol.py from protocol/messages.json: change that."
 
@@ -18,6 +20,7 @@ MADE = "Made by tools/make_protocol.py from protocol/messages.json: change that.
 def cpp(table):
     out = [f"// SPDX-License-Identifier: MIT\n// {MADE}", "#pragma once\n",
            "#include <cstdint>\n#include <string>\n#include <variant>\n#include <vector>\n",
+           "#include <kibori/motion/tool_tick.h>\n",
            '#include "apps/studio/wire.h"\n', "namespace kibori::studio {\n",
            f"inline constexpr uint16_t kProtocolVersion = {table['version']};\n"]
     for m in table["messages"]:
@@ -40,7 +43,7 @@ def in_range(name, kind, between):
     low, high = (f"{end:g}" if kind in ("f64", "vec3") else str(end) for end in between)
     if kind == "vec3":
         return f"{name}.minCoeff() >= {low} && {name}.maxCoeff() <= {high}"
-    if kind in ("text", "bytes"):
+    if kind in ("text", "bytes", "tool"):
         name = f"{name}.size()"
     # What has no sign is not compared with 0.
     return f"{name} <= {high}" if low == "0" and kind != "f64" else f"{name} >= {low} && {name} <= {high}"
@@ -61,7 +64,7 @@ def wrap(text):
 
 
 def ts(table):
-    out = [f"// SPDX-License-Identifier: MIT\n// {MADE}", 'import { Reader, Writer, type Vec3 } from "./wire";\n',
+    out = [f"// SPDX-License-Identifier: MIT\n// {MADE}", 'import type { Mode, Model, Tool } from "./kinds";\nimport { Reader, Writer, type Vec3 } from "./wire";\n',
            f"export const PROTOCOL_VERSION = {table['version']};\n"]
     for m in table["messages"]:
         fields = "; ".join(f"{name}: {TS[kind]}" for name, kind, *_ in m["fields"])

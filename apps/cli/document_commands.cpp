@@ -89,7 +89,7 @@ int DocumentCommands::run_replay() const {
   options.to = to_;
   if (pitch_ > 0) options.pitch_mm = pitch_;
   if (!model_.empty())
-    options.law = ForceLaw{model_ == "paper" ? ForceModel::paper : ForceModel::energy, dof_};
+    options.law = ForceLaw{value_of<ForceModel>(model_).value_or(ForceModel::energy), dof_};
   options.carve.threads = threads_;
   options.carve.progress = [](double share) { show_progress("carving", share); };
   options.carve.warning = [](const std::string& text) {

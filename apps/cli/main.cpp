@@ -246,15 +246,11 @@ int run_carve(const CarveArguments& arguments) {
     if (const Status ok = write_text(arguments.forces, forces_csv(carving.value())); !ok)
       return bad_input(ok.error());
   if (!arguments.plot.empty()) {
-    const ForceLaw& law = scene.value().force;
-    const std::string title =
-        std::filesystem::path(arguments.scene).stem().string() + ": force and moment, model " +
-        (scene.value().spring
-             ? "series"
-             : (law.model == ForceModel::paper ? "paper, " : "energy, ") + std::to_string(law.dof) + " DOF");
-    if (const Status ok = write_text(
-            arguments.plot,
-            forces_svg(carving.value(), title, model_note(scene.value().spring.has_value(), law.model)));
+    const ForceLaw& law = scene.value().force.law;
+    const std::string title = std::filesystem::path(arguments.scene).stem().string() +
+                              ": force and moment, model " + model_title(law);
+    if (const Status ok =
+            write_text(arguments.plot, forces_svg(carving.value(), title, model_note(law.model)));
         !ok)
       return bad_input(ok.error());
   }
@@ -409,7 +405,7 @@ int run_picture(const std::string& file, const std::string& out, const PictureAr
 }
 
 // Every thread has as much; what carves and parses takes a part of it.
-constexpr rlim_t kLeastStackBytes = rlim_t{1} << 20;
+constexpr rlim_t kMinStackBytes = rlim_t{1} << 20;
 
 // Where no one else caught it: a thread that found no memory, or could not be made. A document holds all up
 // to the last flush, as if the process had been killed.
@@ -434,7 +430,7 @@ int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is told as a full disk is
   std::set_terminate(end_with_a_sentence);
   rlimit stack{};
-  if (getrlimit(RLIMIT_STACK, &stack) == 0 && stack.rlim_cur < kLeastStackBytes)
+  if (getrlimit(RLIMIT_STACK, &stack) == 0 && stack.rlim_cur < kMinStackBytes)
     return bad_input("the stack may have " + std::to_string(stack.rlim_cur / 1024) +
                      " kB only, and at least 1024 are needed; raise it with 'ulimit -s'");
   CLI::App app{

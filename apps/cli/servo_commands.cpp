@@ -47,7 +47,7 @@ ServoCommands::ServoCommands(CLI::App& app) {
       ->add_option("--model", model_,
                    "series: the tool hangs on a spring; energy, paper: it is where the hand is; by default "
                    "the scene's")
-      ->check(CLI::IsMember({"series", "energy", "paper"}));
+      ->check(CLI::IsMember(names_of(ForceModel{})));
   servo_->add_option("--stiffness", stiffness_n_mm_, "of the spring; by default what suits the device")
       ->type_name("N/MM")
       ->check(kPositive);
@@ -87,9 +87,7 @@ int ServoCommands::run_servo() const {
   options.seconds = seconds_;
   options.rate_hz = rate_hz_;
   if (!model_.empty() || scene_.empty())
-    options.model = model_.empty() || model_ == "series" ? HandModel::series
-                    : model_ == "energy"                 ? HandModel::energy
-                                                         : HandModel::paper;
+    options.model = value_of<ForceModel>(model_).value_or(ForceModel::series);
   if (stiffness_n_mm_ > 0) options.stiffness_n_mm = stiffness_n_mm_;
   options.surface = !no_surface_;
   options.record = record_;

@@ -13,7 +13,7 @@
 #include <kibori/devices/registry.h>
 #include "apps/studio/session/library.h"
 #include "apps/studio/session/stock_scene.h"
-#include "apps/studio/session/studio.h"
+#include "apps/studio/session/session.h"
 
 #include "apps/cli/common.h"
 #include "apps/studio/bundle.h"
@@ -81,8 +81,8 @@ int StudioCommand::run() const {
   std::signal(SIGTERM, end);
   std::signal(SIGHUP, end);  // its terminal is gone
   std::signal(SIGPIPE, SIG_IGN);
-  const Studio::Options how{read_only_, device_};
-  std::unique_ptr<Studio> session;
+  const SessionOptions how{read_only_, device_};
+  std::unique_ptr<Session> session;
   if (!file_.empty() || !stock_.empty()) {
     Result<Scene> scene =
         stock_.empty() ? stock_scene(Stock::Kind::block, Vec3(80, 50, 30), 0.25, 0) : read_scene(stock_);
@@ -93,8 +93,8 @@ int StudioCommand::run() const {
     if (!place) return bad_input(place.error());
     std::error_code failed;
     auto opened = std::filesystem::exists(place.value(), failed)
-                      ? Studio::open(place.value(), how)
-                      : Studio::create(place.value(), scene.value(), how);
+                      ? open_session(place.value(), how)
+                      : create_session(place.value(), scene.value(), how);
     if (!opened) return bad_input(opened.error());
     session = std::move(opened).value();
   }
@@ -106,7 +106,7 @@ int StudioCommand::run() const {
     std::fflush(stdout);
   });
   std::printf("%s at\n  %s\nCtrl-C ends it; all is saved as you carve.\n",
-              session ? (session->document_name() + " is open").c_str() : "The studio is open", url.c_str());
+              session ? (session->name() + " is open").c_str() : "The studio is open", url.c_str());
   if (const int status = written(); status != 0) return status;
   if (session) server.value()->show(std::move(session));
   const auto way = TemporaryFolder::make();

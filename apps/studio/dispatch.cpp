@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <functional>
-#include <iterator>
+
+#include <kibori/document/codec.h>
 
 #include "apps/studio/server_state.h"
 #include "apps/studio/tool_message.h"
@@ -14,9 +15,6 @@ namespace {
 
 constexpr size_t kMaxThumbnailBytes = 65536;
 constexpr size_t kMaxNameBytes = 400;
-// By their numbers in the protocol.
-constexpr Mode kModes[] = {Mode::cut, Mode::deposit, Mode::touch};
-constexpr HandModel kModels[] = {HandModel::series, HandModel::energy, HandModel::paper};
 
 bool is_png(const Bytes& bytes) {
   constexpr std::array<uint8_t, 8> kBegin{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
@@ -35,9 +33,8 @@ struct Dispatch {
 
   // Of the page that holds the tool, with a document or without.
   void operator()(const CancelWork&) const {
-    Studio* const studio = server.studio.get();
-    if (studio && studio->experiment() && !studio->experiment()->outcome() && !server.job.busy())
-      return studio->cancel();
+    ExperimentSession* const run = server.session ? server.session->experiment() : nullptr;
+    if (run && !run->outcome() && !server.job.busy()) return run->cancel();
     server.job.cancel();
     server.send_work();
   }
@@ -48,91 +45,94 @@ struct Dispatch {
 
   // Of the page that holds the tool, on the open document.
   void operator()(const Aim& m) const {
-    edit([&](Studio& s) { s.aim(m.tip, m.axis, m.time); });
+    carve([&](LiveSession& s) { s.aim(m.tip, m.axis, m.time); });
   }
   void operator()(const Press& m) const {
-    edit([&](Studio& s) { s.press(m.tip, m.axis, kModes[std::min<size_t>(m.mode, 2)], m.time); });
+    carve([&](LiveSession& s) { s.press(m.tip, m.axis, m.mode, m.time); });
   }
-  void operator()(const Lift&) const { edit(&Studio::lift); }
-  void operator()(const Cancel&) const { edit(&Studio::cancel); }
-  void operator()(const Undo&) const { edit(&Studio::undo); }
-  void operator()(const Redo&) const { edit(&Studio::redo); }
-  void operator()(const Strike&) const { edit(&Studio::strike); }
+  void operator()(const Lift&) const { carve(&LiveSession::lift); }
+  void operator()(const Cancel&) const { edit(&Session::cancel); }
+  void operator()(const Undo&) const { edit(&Session::undo); }
+  void operator()(const Redo&) const { edit(&Session::redo); }
+  void operator()(const Strike&) const { carve(&LiveSession::strike); }
   void operator()(const Go& m) const {
-    edit([&](Studio& s) { s.go(m.step); });
+    edit([&](Session& s) { s.go(m.step); });
   }
   void operator()(const Leave&) const {
-    if (server.studio) server.leave(page);
+    if (server.session) server.leave(page);
   }
   void operator()(const ChooseTurn& m) const {
-    edit([&](Studio& s) { s.turn(m.turn); });
+    carve([&](LiveSession& s) { s.turn(m.turn); });
   }
   void operator()(const ChooseWork& m) const {
-    edit([&](Studio& s) { s.work(m.mode < std::size(kModes) ? kModes[m.mode] : Mode::off); });
+    carve([&](LiveSession& s) { s.work(m.mode); });
   }
   void operator()(const Arm& m) const {
-    edit([&](Studio& s) { s.arm(m.armed != 0); });
+    carve([&](LiveSession& s) { s.arm(m.armed != 0); });
   }
   void operator()(const BringTool& m) const {
-    edit([&](Studio& s) { s.bring(m.tip); });
+    carve([&](LiveSession& s) { s.bring(m.tip); });
   }
   void operator()(const KeepThumbnail& m) const {
-    if (is_png(m.png)) edit([&](Studio& s) { s.keep_thumbnail(m.step, m.png); });
+    if (is_png(m.png)) edit([&](Session& s) { s.keep_thumbnail(m.step, m.png); });
   }
   void operator()(const NameVersion& m) const {
     if (m.name.size() > kMaxNameBytes) return respond(Error{"that name is too long"});
-    edit([&](Studio& s) { s.name_version(m.name); });
+    edit([&](Session& s) { s.name_version(m.name); });
   }
   void operator()(const ChooseSymmetry& m) const {
     const unsigned planes = m.planes;
-    choose([&](Studio& s) {
+    choose([&](LiveSession& s) {
       return s.choose_symmetry({(planes & 1) != 0, (planes & 2) != 0, (planes & 4) != 0});
     });
   }
   void operator()(const ChooseMaterial& m) const {
-    choose([&](Studio& s) { return s.choose_material(m.material); });
+    choose([&](LiveSession& s) { return s.choose_material(m.material); });
   }
   void operator()(const ChooseModel& m) const {
-    choose([&](Studio& s) -> Status {
-      if (m.model >= std::size(kModels)) return Error{"there is no such force model"};
-      return s.choose_model(kModels[m.model]);
-    });
+    choose([&](LiveSession& s) { return s.choose_model(m.model); });
   }
   void operator()(const ChooseReach& m) const {
-    choose([&](Studio& s) {
+    choose([&](LiveSession& s) {
       Status done = s.choose_reach(m.scale);
       server.send_device(done ? nullptr : &page);
       return done;
     });
   }
   void operator()(const ChooseHand& m) const {
-    choose([&](Studio& s) {
+    choose([&](LiveSession& s) {
       Status done = s.choose_hand({m.strength, m.stiffness, m.powered != 0});
       server.send_device(done ? nullptr : &page);
       return done;
     });
   }
   void operator()(const ChooseTool& m) const {
-    choose([&](Studio& s) -> Status {
-      const Result<Tool> tool = tool_of(m);
+    choose([&](LiveSession& s) -> Status {
+      const Result<Tool> tool = tool_from_json(m.tool);
       if (!tool) return Error{tool.error()};
       Status done = s.choose_tool(tool.value());
-      if (done) server.send(encode(server.shown.emplace(shown_as(tool.value()))));
+      if (done) server.send(encode(server.shown.emplace(ShowTool{tool_message(tool.value())})));
       return done;
     });
   }
 
  private:
   void respond(const Status& done) const {
-    if (!done && server.studio) page.notice(done.error());
+    if (!done && server.session) page.notify(done.error());
   }
   template <class F>
   void edit(F&& f) const {
-    if (server.studio) std::invoke(f, *server.studio);
+    if (server.session) std::invoke(f, *server.session);
+  }
+  template <class F>
+  void carve(F&& f) const {
+    if (LiveSession* const live = server.live()) std::invoke(f, *live);
   }
   template <class F>
   void choose(F&& f) const {
-    if (server.studio) respond(f(*server.studio));
+    if (!server.session) return;
+    LiveSession* const live = server.live();
+    respond(live ? f(*live) : Error{"this is only looked at"});
   }
 };
 
@@ -143,7 +143,7 @@ void Server::State::on_message(WebSocketClient& page, const FromPage& message) {
                            std::holds_alternative<TakeTool>(message);
   if (!of_any_page) {
     // Where no document is open, the page that begins one takes the tool.
-    if (!studio && holder != &page) hold(&page);
+    if (!session && holder != &page) hold(&page);
     if (holder != &page) return;  // it only watches
   }
   std::visit(Dispatch{*this, page}, message);

@@ -48,7 +48,7 @@ std::string Door::enter(std::string_view token, std::string_view key) {
 
 Guest::Guest(Door& door, std::function<void()> leave) : door_(door), leave_(std::move(leave)) {
   door_.strangers_.push_back(this);
-  if (door_.strangers_.size() <= door_.most_strangers_) return;
+  if (door_.strangers_.size() <= door_.max_strangers_) return;
   Guest* const first = door_.strangers_.front();
   door_.strangers_.pop_front();
   first->leave_();
@@ -61,7 +61,7 @@ Guest::~Guest() {
 
 bool Guest::welcome() {
   if (known_) return true;
-  if (door_.known_ >= door_.most_known_) return false;
+  if (door_.known_ >= door_.max_known_) return false;
   door_.strangers_.remove(this);
   door_.known_++;
   return known_ = true;

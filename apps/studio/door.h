@@ -20,7 +20,7 @@ class Door {
  public:
   // At most `known` connections that have shown the key, and `strangers` that have not.
   Door(size_t known, size_t strangers)
-      : most_known_(known), most_strangers_(strangers), token_(random_hex()), key_(random_hex()) {}
+      : max_known_(known), max_strangers_(strangers), token_(random_hex()), key_(random_hex()) {}
 
   const std::string& token() const { return token_; }
   // The key for the token, which is then used, or for the key itself; empty where both are wrong. A token
@@ -34,7 +34,7 @@ class Door {
  private:
   friend Guest;
 
-  const size_t most_known_, most_strangers_;
+  const size_t max_known_, max_strangers_;
   std::string token_, used_token_;
   const std::string key_;
   std::list<Guest*> strangers_;  // the first came first

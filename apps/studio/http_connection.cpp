@@ -91,14 +91,14 @@ std::string_view path_of(std::string_view target) { return target.substr(0, targ
 constexpr const char* kImports[] = {".stl", ".ply", ".obj", ".3mf", ".glb", ".off", ".png", ".kibori"};
 constexpr const char* kMeshes[] = {"stl", "ply", "obj", "3mf", "glb"};
 
-Result<std::unique_ptr<Studio>> open_copy(const std::filesystem::path& from, const std::filesystem::path& to,
-                                          const Studio::Options& how) {
+Result<std::unique_ptr<Session>> open_copy(const std::filesystem::path& from, const std::filesystem::path& to,
+                                           const SessionOptions& how) {
   {
     auto document = Document::open(from, Document::Access::read);
     if (!document) return Error{document.error()};
     if (const kibori::Status copied = document.value()->save_copy(to); !copied) return Error{copied.error()};
   }
-  auto opened = Studio::open(to, how);
+  auto opened = open_session(to, how);
   if (!opened) remove_document(to);
   return opened;
 }
@@ -129,13 +129,13 @@ void HttpConnection::read() {
   parser_->body_limit(server_.limits.import_bytes);
   stream_.expires_after(
       std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(server_.limits.header_s)));
-  http::async_read_header(stream_, buffer_, *parser_,
-                          [self = shared_from_this()](beast::error_code failed, size_t) {
-                            if (failed == http::error::body_limit)
-                              return self->say(Status::payload_too_large, "that is larger than is taken\n");
-                            if (failed) return self->close();
-                            self->answer();
-                          });
+  http::async_read_header(
+      stream_, buffer_, *parser_, [self = shared_from_this()](beast::error_code failed, size_t) {
+        if (failed == http::error::body_limit)
+          return self->respond(Status::payload_too_large, "that is larger than is taken\n");
+        if (failed) return self->close();
+        self->answer();
+      });
 }
 
 void HttpConnection::answer() {
@@ -146,27 +146,27 @@ void HttpConnection::answer() {
   const std::string_view target = target_, host = view(request[http::field::host]);
   // A name that leads here from elsewhere is not ours.
   if (request.count(http::field::host) != 1 || (host != server_.host && host != server_.local_host))
-    return say(Status::misdirected_request, "this is not the server that was asked for\n");
+    return respond(Status::misdirected_request, "this is not the server that was asked for\n");
   const std::string_view origin = view(request[http::field::origin]);
   const bool own = origin.substr(0, 7) == "http://" && origin.substr(7) == host;
   if (request.count(http::field::origin) != 0 && !own)
-    return say(Status::forbidden, "asked for by another site\n");
+    return respond(Status::forbidden, "asked for by another site\n");
   const http::verb method = request.method();
   const bool import = path_of(target) == "/import" && method == http::verb::post;
   const bool change = import || (path_of(target) == "/import" && method == http::verb::delete_) ||
                       (path_of(target) == "/make" && method == http::verb::post);
   const bool enter = path_of(target) == "/enter" && method == http::verb::post;
   if (method != http::verb::get && !change && !enter)
-    return say(Status::method_not_allowed, "only GET, but for /enter, /import and /make\n");
-  if (body && !import) return say(Status::bad_request, "nothing is to be brought here\n");
+    return respond(Status::method_not_allowed, "only GET, but for /enter, /import and /make\n");
+  if (body && !import) return respond(Status::bad_request, "nothing is to be brought here\n");
   // Another server on this machine counts as the same site, and is no more welcome.
   const std::string_view from = view(request["Sec-Fetch-Site"]);
   if (path_of(target) != "/" && !from.empty() && from != "same-origin" && from != "none")
-    return say(Status::forbidden, "asked for by another site\n");
-  if (enter) return own ? let_in() : say(Status::forbidden, "asked for by another site\n");
+    return respond(Status::forbidden, "asked for by another site\n");
+  if (enter) return own ? let_in() : respond(Status::forbidden, "asked for by another site\n");
   if (target == "/ws") {
-    if (!websocket::is_upgrade(request)) return say(Status::upgrade_required, "a WebSocket\n");
-    if (!own) return say(Status::forbidden, "asked for by another site\n");
+    if (!websocket::is_upgrade(request)) return respond(Status::upgrade_required, "a WebSocket\n");
+    if (!own) return respond(Status::forbidden, "asked for by another site\n");
     stream_.expires_never();
     std::make_shared<WebSocketClient>(std::move(stream_), server_, std::move(guest_))->accept(request);
     return;
@@ -178,58 +178,60 @@ void HttpConnection::answer() {
         return say_bundled({reinterpret_cast<const char*>(file.data), file.size}, mime(path));
   }
   if (!server_.door.is_key(bearer(view(request[http::field::authorization]))))
-    return say(Status::forbidden, "open the address that 'kibori studio' printed, with its token\n");
+    return respond(Status::forbidden, "open the address that 'kibori studio' printed, with its token\n");
   if (!guest_->welcome())
-    return say(Status::service_unavailable, "too many windows are open at once; close some\n");
-  if (change && !own) return say(Status::forbidden, "asked for by another site\n");
+    return respond(Status::service_unavailable, "too many windows are open at once; close some\n");
+  if (change && !own) return respond(Status::forbidden, "asked for by another site\n");
   if (import) return take_import();
   if (change) return method == http::verb::delete_ ? drop_import() : make_import();
   if (path_of(target) == "/import") return send_preview();
   if (path_of(target) == "/export") return send_export();
   if (path_of(target) == "/thumbnail") return send_thumbnail();
-  say(Status::not_found, "there is no such file\n");
+  respond(Status::not_found, "there is no such file\n");
 }
 
 void HttpConnection::let_in() {
   const std::string key =
       server_.door.enter(query(target_, "token"), bearer(view(parser_->get()[http::field::authorization])));
   if (key.empty())
-    return say(Status::forbidden,
-               "that address does not open the studio any more; use the last one that it printed\n");
-  say(Status::ok, key);
+    return respond(Status::forbidden,
+                   "that address does not open the studio any more; use the last one that it printed\n");
+  respond(Status::ok, key);
 }
 
 void HttpConnection::take_import() {
-  if (server_.studio || server_.job.busy())
-    return say(Status::conflict, "a document is open, or something is under way\n");
+  if (server_.session || server_.job.busy())
+    return respond(Status::conflict, "a document is open, or something is under way\n");
   WebSocketClient* const page = server_.page_of(query(target_, "page"));
-  if (!page) return say(Status::forbidden, "this page has lost its connection; reload it\n");
+  if (!page) return respond(Status::forbidden, "this page has lost its connection; reload it\n");
   name_ = query(target_, "name");
   const std::string ending = ending_of(name_);
-  if (parser_->chunked()) return say(Status::length_required, "say how many bytes come: Content-Length\n");
+  if (parser_->chunked())
+    return respond(Status::length_required, "say how many bytes come: Content-Length\n");
   if (!is_in(kImports, ending))
-    return say(Status::unsupported_media_type,
-               "that can't be carved; bring STL, PLY, OBJ, 3MF, GLB, OFF, a picture (PNG) or a .kibori\n");
+    return respond(
+        Status::unsupported_media_type,
+        "that can't be carved; bring STL, PLY, OBJ, 3MF, GLB, OFF, a picture (PNG) or a .kibori\n");
   server_.imports.drop(page);
   room_ = server_.imports.room(parser_->content_length().value_or(0));
   if (!room_)
-    return say(Status::insufficient_storage,
-               "other windows have files that wait to be imported; import or cancel those first\n");
+    return respond(Status::insufficient_storage,
+                   "other windows have files that wait to be imported; import or cancel those first\n");
   const auto folder = TemporaryFolder::make();
-  if (!folder) return say(Status::insufficient_storage, folder.error() + "\n");
+  if (!folder) return respond(Status::insufficient_storage, folder.error() + "\n");
   folder_ = folder.value();
   import_.emplace(std::move(*parser_));
   beast::error_code failed;
   import_->get().body().open((folder_->path() / ("import" + ending)).c_str(), beast::file_mode::write,
                              failed);
-  if (failed) return say(Status::insufficient_storage, "the temporary folder can't be written\n");
+  if (failed) return respond(Status::insufficient_storage, "the temporary folder can't be written\n");
   stream_.expires_after(kTransfer);
   http::async_read(stream_, buffer_, *import_,
                    [self = shared_from_this()](beast::error_code stopped, size_t) {
                      if (stopped == http::error::body_limit)
-                       return self->say(Status::payload_too_large, "that is larger than is taken\n");
+                       return self->respond(Status::payload_too_large, "that is larger than is taken\n");
                      if (stopped == beast::errc::no_space_on_device)
-                       return self->say(Status::insufficient_storage, "the temporary folder is full\n");
+                       return self->respond(Status::insufficient_storage, "the temporary folder is full\n");
                      if (stopped) return self->close();
                      self->import_->get().body().close();
                      if (ending_of(self->name_) == ".kibori") return self->open_brought();
@@ -240,26 +242,26 @@ void HttpConnection::take_import() {
 void HttpConnection::open_brought() {
   const Result<std::filesystem::path> place =
       server_.library.place_for(std::filesystem::path(name_).stem().string());
-  if (!place) return say(Status::insufficient_storage, place.error() + "\n");
+  if (!place) return respond(Status::insufficient_storage, place.error() + "\n");
   const kibori::Status opened =
       server_.open("Reading " + sanitize_message(name_), place.value(),
                    [folder = folder_, name = name_, to = place.value(),
-                    how = server_.how](std::atomic<double>&) -> Result<std::unique_ptr<Studio>> {
+                    how = server_.how](std::atomic<double>&) -> Result<std::unique_ptr<Session>> {
                      const std::filesystem::path from = folder->path() / ("import" + ending_of(name));
                      auto made = open_copy(from, to, how);
                      if (!made) return said_of(name, from, made.error());
                      return made;
                    });
-  if (!opened) return say(Status::conflict, opened.error() + "\n");
+  if (!opened) return respond(Status::conflict, opened.error() + "\n");
   folder_.reset();
   room_.reset();
   keep_alive_ = false;
-  say(Status::accepted, "");
+  respond(Status::accepted, "");
 }
 
 void HttpConnection::look_at_import() {
-  if (server_.studio || server_.job.busy())
-    return say(Status::conflict, "a document is open, or something is under way\n");
+  if (server_.session || server_.job.busy())
+    return respond(Status::conflict, "a document is open, or something is under way\n");
   server_.work(
       "Reading " + sanitize_message(name_),
       [self = shared_from_this(), folder = folder_, name = name_](std::atomic<double>&) -> Job::Then {
@@ -281,14 +283,14 @@ void HttpConnection::look_at_import() {
           self->stream_.expires_after(kTransfer);
           self->folder_.reset();
           self->room_.reset();
-          if (!wanted) return self->say(Status::gone, "");
-          if (!read) return self->say(Status::unprocessable_entity, read.error() + "\n");
+          if (!wanted) return self->respond(Status::gone, "");
+          if (!read) return self->respond(Status::unprocessable_entity, read.error() + "\n");
           const WebSocketClient* const page = self->server_.page_of(query(self->target_, "page"));
-          if (!page) return self->say(Status::gone, "");
+          if (!page) return self->respond(Status::gone, "");
           import.since = Clock::now();
           const kibori::Status added = self->server_.imports.add(page, std::move(import));
-          if (!added) return self->say(Status::insufficient_storage, added.error() + "\n");
-          self->say(Status::ok, json, "application/json");
+          if (!added) return self->respond(Status::insufficient_storage, added.error() + "\n");
+          self->respond(Status::ok, json, "application/json");
         };
       });
 }
@@ -296,19 +298,20 @@ void HttpConnection::look_at_import() {
 const Import* HttpConnection::waiting() {
   const WebSocketClient* const page = server_.page_of(query(target_, "page"));
   const Import* const import = page ? server_.imports.find(page, query(target_, "import")) : nullptr;
-  if (!import) say(Status::not_found, "that file is not here any more; choose it again\n");
+  if (!import) respond(Status::not_found, "that file is not here any more; choose it again\n");
   return import;
 }
 
 void HttpConnection::send_preview() {
   if (const Import* const import = waiting())
-    say(Status::ok, std::string(import->preview.begin(), import->preview.end()), "application/octet-stream");
+    respond(Status::ok, std::string(import->preview.begin(), import->preview.end()),
+            "application/octet-stream");
 }
 
 void HttpConnection::drop_import() {
   if (!waiting()) return;
   server_.imports.drop(server_.page_of(query(target_, "page")));
-  say(Status::no_content, "");
+  respond(Status::no_content, "");
 }
 
 void HttpConnection::make_import() {
@@ -323,7 +326,7 @@ void HttpConnection::make_import() {
              height = number_or("height", FileStock{}.height_mm),
              base = number_or("base", FileStock{}.base_mm);
   if (!size || !rays || !material || !(*material >= 0 && *material < 64) || !height || !base)
-    return say(Status::bad_request, "the size, detail, material, height or base is no number\n");
+    return respond(Status::bad_request, "the size, detail, material, height or base is no number\n");
   const auto axis = [&](const char* key, SignedAxis otherwise) {
     const std::string text = query(target_, key);
     return text.empty() ? std::optional<SignedAxis>(otherwise) : parse_signed_axis(text);
@@ -331,50 +334,50 @@ void HttpConnection::make_import() {
   const auto up = axis("up", SignedAxis::plus_z);
   const auto front = axis("front", standing(up.value_or(SignedAxis::plus_z)).front);
   if (!up || !front || !is_turn({*up, *front}))
-    return say(Status::bad_request,
-               "up and front must be two axes at right angles, each x, -x, y, -y, z or -z\n");
+    return respond(Status::bad_request,
+                   "up and front must be two axes at right angles, each x, -x, y, -y, z or -z\n");
   const FileStock how{*size,   *rays, static_cast<size_t>(*material), {*up, *front},
                       *height, *base, query(target_, "invert") == "1"};
   const std::string called = query(target_, "name"), name = import->name;
   const Result<std::filesystem::path> place =
       server_.library.place_for(called.empty() ? std::filesystem::path(name).stem().string() : called);
-  if (!place) return say(Status::insufficient_storage, place.error() + "\n");
+  if (!place) return respond(Status::insufficient_storage, place.error() + "\n");
   // Who begins where nothing is held holds it.
   server_.hold(server_.page_of(query(target_, "page")));
   const kibori::Status opened = server_.open(
       "Making the stock", place.value(),
       // The folder stays while it is read, whatever becomes of the page.
       [folder = import->folder, from = import->path(), name, how, to = place.value(),
-       options = server_.how](std::atomic<double>&) -> Result<std::unique_ptr<Studio>> {
+       options = server_.how](std::atomic<double>&) -> Result<std::unique_ptr<Session>> {
         const Result<Scene> scene = file_scene(from, how);
         if (!scene) return said_of(name, from, scene.error());
-        auto made = Studio::create(to, scene.value(), options);
+        auto made = create_session(to, scene.value(), options);
         if (!made) return said_of(name, from, made.error());
         return made;
       },
       [self = shared_from_this()](const kibori::Status& made) {
         self->stream_.expires_after(kTransfer);
-        if (made) return self->say(Status::no_content, "");
-        if (made.error().empty()) return self->say(Status::gone, "");
-        self->say(Status::unprocessable_entity, made.error() + "\n");
+        if (made) return self->respond(Status::no_content, "");
+        if (made.error().empty()) return self->respond(Status::gone, "");
+        self->respond(Status::unprocessable_entity, made.error() + "\n");
       });
-  if (!opened) say(Status::conflict, opened.error() + "\n");
+  if (!opened) respond(Status::conflict, opened.error() + "\n");
 }
 
 void HttpConnection::send_export() {
   const std::string format = query(target_, "format");
   const double tolerance = number(query(target_, "tolerance")).value_or(0);
-  if (!server_.studio) return say(Status::conflict, "no document is open\n");
-  if (server_.job.busy()) return say(Status::conflict, "something is under way; wait for it\n");
+  if (!server_.session) return respond(Status::conflict, "no document is open\n");
+  if (server_.job.busy()) return respond(Status::conflict, "something is under way; wait for it\n");
   if (!(tolerance >= 0 && tolerance <= 1000))
-    return say(Status::bad_request, "the tolerance can't be that\n");
+    return respond(Status::bad_request, "the tolerance can't be that\n");
   const auto made = TemporaryFolder::make();
-  if (!made) return say(Status::insufficient_storage, made.error() + "\n");
+  if (!made) return respond(Status::insufficient_storage, made.error() + "\n");
   const auto& folder = made.value();
   const std::filesystem::path path = folder->path() / ("model." + format);
   const auto sent = [self = shared_from_this(), folder, path](const kibori::Status& written, bool wanted) {
-    if (!wanted) return self->say(Status::gone, "cancelled\n");
-    if (!written) return self->say(Status::internal_server_error, written.error() + "\n");
+    if (!wanted) return self->respond(Status::gone, "cancelled\n");
+    if (!written) return self->respond(Status::internal_server_error, written.error() + "\n");
     self->send_file(path);
   };
   if (format == "kibori") {
@@ -391,14 +394,14 @@ void HttpConnection::send_export() {
                    }
                    return [sent, outcome](bool wanted) { sent(outcome, wanted); };
                  });
-    server_.studio->save_copy(path,
-                              [promise](const kibori::Status& written) { promise->set_value(written); });
+    server_.session->save_copy(path,
+                               [promise](const kibori::Status& written) { promise->set_value(written); });
     return;
   }
   std::function<kibori::Status(const Snapshot&)> make;
   if (is_in(kMeshes, format)) {
     std::vector<Rgb> colors;
-    for (const Material& m : server_.studio->materials()) colors.push_back(m.color);
+    for (const Material& m : server_.session->materials()) colors.push_back(m.color);
     make = [path, colors, tolerance](const Snapshot& model) -> kibori::Status {
       const Result<size_t> written = write_model(path, model, colors, tolerance, 1);
       return written ? kibori::Status(Ok{}) : kibori::Status(Error{written.error()});
@@ -411,24 +414,24 @@ void HttpConnection::send_export() {
   } else if (format == "zip") {
     make = [path](const Snapshot& model) { return write_layers_zip(path, model, {}); };
   } else {
-    return say(Status::bad_request, "there is no such format\n");
+    return respond(Status::bad_request, "there is no such format\n");
   }
   server_.work("Writing " + format,
-               [model = server_.studio->snapshot(), make, sent](std::atomic<double>&) -> Job::Then {
+               [model = server_.session->snapshot(), make, sent](std::atomic<double>&) -> Job::Then {
                  return [sent, written = make(model)](bool wanted) { sent(written, wanted); };
                });
 }
 
 void HttpConnection::send_thumbnail() {
   const auto sent = [self = shared_from_this()](const Bytes& png) {
-    if (png.empty()) return self->say(Status::no_content, "");
-    self->say(Status::ok, std::string(png.begin(), png.end()), "image/png");
+    if (png.empty()) return self->respond(Status::no_content, "");
+    self->respond(Status::ok, std::string(png.begin(), png.end()), "image/png");
   };
   const std::string document = query(target_, "document");
   if (!document.empty()) return sent(server_.library.thumbnail(document));
   const std::optional<double> step = number(query(target_, "step"));
-  if (!server_.studio || !step || !(*step >= 1 && *step < 4e9)) return sent({});
-  server_.studio->thumbnail(static_cast<StepId>(*step), [&io = server_.io, sent](const Bytes& png) {
+  if (!server_.session || !step || !(*step >= 1 && *step < 4e9)) return sent({});
+  server_.session->thumbnail(static_cast<StepId>(*step), [&io = server_.io, sent](const Bytes& png) {
     asio::post(io, [sent, png] { sent(png); });
   });
 }
@@ -437,14 +440,14 @@ void HttpConnection::send_file(const std::filesystem::path& path) {
   file_response_ = {};
   beast::error_code failed;
   file_response_.body().open(path.c_str(), beast::file_mode::scan, failed);
-  if (failed) return say(Status::internal_server_error, "what was written can't be read again\n");
+  if (failed) return respond(Status::internal_server_error, "what was written can't be read again\n");
   file_response_.result(Status::ok);
   file_response_.set(http::field::content_type, "application/octet-stream");
   stream_.expires_after(kTransfer);
   write(file_response_);
 }
 
-void HttpConnection::say(Status status, std::string body, const char* type) {
+void HttpConnection::respond(Status status, std::string body, const char* type) {
   body_ = std::move(body);
   keep_alive_ = keep_alive_ && status == Status::ok;
   response_ = {};

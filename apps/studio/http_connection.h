@@ -41,7 +41,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void send_export();
   void send_thumbnail();
   void send_file(const std::filesystem::path& path);
-  void say(Status status, std::string body, const char* type = "text/plain; charset=utf-8");
+  void respond(Status status, std::string body, const char* type = "text/plain; charset=utf-8");
   // `body` lives as long as the program.
   void say_bundled(std::string_view body, const char* type);
   template <class Body>

@@ -14,7 +14,7 @@ constexpr auto kKept = std::chrono::hours(1);
 std::shared_ptr<void> Imports::room(uint64_t bytes) {
   uint64_t taken = coming_;
   for (const auto& [page, waiting] : files_) taken += waiting.bytes;
-  if (bytes > most_bytes_ - std::min(taken, most_bytes_)) return nullptr;
+  if (bytes > max_bytes_ - std::min(taken, max_bytes_)) return nullptr;
   coming_ += bytes;
   return {this, [bytes](void* imports) { static_cast<Imports*>(imports)->coming_ -= bytes; }};
 }
@@ -23,7 +23,7 @@ Status Imports::add(const WebSocketClient* page, Import import) {
   drop(page);
   uint64_t bytes = import.bytes;
   for (const auto& [other, waiting] : files_) bytes += waiting.bytes;
-  if (files_.size() >= kMaxFiles || bytes > most_bytes_)
+  if (files_.size() >= kMaxFiles || bytes > max_bytes_)
     return Error{"other windows have files that wait to be imported; import or cancel those first"};
   files_.emplace(page, std::move(import));
   return Ok{};

@@ -32,7 +32,7 @@ struct Import {
 class Imports {
  public:
   // All files together may have `most_bytes`.
-  explicit Imports(uint64_t most_bytes) : most_bytes_(most_bytes) {}
+  explicit Imports(uint64_t max_bytes) : max_bytes_(max_bytes) {}
 
   // For a file that comes, kept for it until what is returned goes. null: there is not so much left.
   std::shared_ptr<void> room(uint64_t bytes);
@@ -46,7 +46,7 @@ class Imports {
   void drop_old(std::chrono::steady_clock::time_point now);
 
  private:
-  const uint64_t most_bytes_;
+  const uint64_t max_bytes_;
   std::map<const WebSocketClient*, Import> files_;
   uint64_t coming_ = 0;  // bytes of files that are not all here
 };

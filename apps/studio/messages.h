@@ -7,11 +7,13 @@
 #include <variant>
 #include <vector>
 
+#include <kibori/motion/tool_tick.h>
+
 #include "apps/studio/wire.h"
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 6;
+inline constexpr uint16_t kProtocolVersion = 7;
 
 // The first message of a page, with the key that POST /enter gave for the token. Welcome or Start answers;
 // where the key is another one, the line is closed with code 1008.
@@ -45,17 +47,16 @@ struct Aim {
   }
 };
 // A stroke begins at `tip`: the tool backs out from there along its axis until it is clear of material, and
-// comes in again. mode: 0 cut, 1 fill, 2 feel only. time: as of Aim.
+// comes in again. time: as of Aim.
 struct Press {
   static constexpr uint8_t kKind = 3;
   Vec3 tip = Vec3::Zero();
   Vec3 axis = Vec3::Zero();
-  uint8_t mode = 0;
+  Mode mode = Mode::cut;
   double time = 0;
   bool in_range() const {
     return tip.minCoeff() >= -1e+12 && tip.maxCoeff() <= 1e+12 &&
            axis.minCoeff() >= -1e+12 && axis.maxCoeff() <= 1e+12 &&
-           mode <= 2 &&
            time >= -1e+12 && time <= 1e+12;
   }
   template <class F>
@@ -87,25 +88,16 @@ struct Redo {
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// shape: 0 ball, 1 finger, 2 flat end mill, 3 capsule, 4 bull-nose, 5 cone, 6 box, 7 ellipsoid. size: radius
-// [mm]; for the finger its Ks [1/mm]. length [mm], from tip to end. other: of the bull-nose the corner [mm],
-// of the cone its full angle [degrees]. For box and ellipsoid size, length and other are x, y and z [mm]; of
-// the ellipsoid radii.
+// The tool that is held from now on.
 struct ChooseTool {
   static constexpr uint8_t kKind = 8;
-  uint8_t shape = 0;
-  double size = 0;
-  double length = 0;
-  double other = 0;
+  std::string tool;
   bool in_range() const {
-    return shape <= 7 &&
-           size >= -1e+12 && size <= 1e+12 &&
-           length >= -1e+12 && length <= 1e+12 &&
-           other >= -1e+12 && other <= 1e+12;
+    return tool.size() <= 4096;
   }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(shape, size, length, other);
+    f(tool);
   }
 };
 // The hand's strength [N], 20 to 1000; the stiffness between hand and tool [N/mm], 0: what suits a pointer or
@@ -222,13 +214,10 @@ struct ChooseMaterial {
     f(material);
   }
 };
-// How motion becomes force. model: 0 series, 1 energy, 2 paper.
+// How motion becomes force.
 struct ChooseModel {
   static constexpr uint8_t kKind = 19;
-  uint8_t model = 0;
-  bool in_range() const {
-    return model <= 2;
-  }
+  ForceModel model = ForceModel::series;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(model);
@@ -265,13 +254,10 @@ struct ChooseSymmetry {
     f(planes);
   }
 };
-// What a force device's tool does: 0 cut, 1 fill, 2 feel only, 3 nothing.
+// What a force device's tool does.
 struct ChooseWork {
   static constexpr uint8_t kKind = 23;
-  uint8_t mode = 0;
-  bool in_range() const {
-    return mode <= 3;
-  }
+  Mode mode = Mode::cut;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(mode);
@@ -313,17 +299,18 @@ struct ChooseReach {
     f(scale);
   }
 };
-// A scene (TOML, without files) is carved to be looked at, where nothing is open; Trace follows. model: 0
-// series, 1 energy, 2 paper, 255 as the scene says. pace: 1 the scene's own time, 4 four times as fast, 0 as
-// fast as it goes.
+// A scene (TOML, without files) is carved to be looked at, where nothing is open; Trace follows. model: its
+// name, or empty: as the scene says. pace: 1 the scene's own time, 4 four times as fast, 0 as fast as it
+// goes.
 struct RunExperiment {
   static constexpr uint8_t kKind = 27;
   std::string name;
   std::string scene;
-  uint8_t model = 0;
+  std::string model;
   double pace = 0;
   bool in_range() const {
     return name.size() <= 4096 &&
+           model.size() <= 16 &&
            pace >= 0 && pace <= 1000;
   }
   template <class F>
@@ -437,9 +424,8 @@ struct Start {
   }
 };
 // Steps that this page was not told of yet, by their numbers: number, the one before it or 0 (u32 each), what
-// it removed [mm^3] (f32), when it was begun [s since 1970] (f64; 0: not known), the tool's shape (u8) and
-// size (f32) as of ShowTool, mode (u8: 0 cut, 1 fill, 2 feel, 3 only moved), whether a thumbnail of it is
-// kept (u8), label (text).
+// it removed [mm^3] (f32), when it was begun [s since 1970] (f64; 0: not known), the tool (text, as JSON;
+// null: none), mode (u8; off: the tool only moved), whether a thumbnail of it is kept (u8), label (text).
 struct Steps {
   static constexpr uint8_t kKind = 70;
   std::vector<uint8_t> data;
@@ -470,19 +456,19 @@ struct Work {
   }
 };
 // After Welcome, where a force device holds the tool, and whenever its reach or the hand changes: its name,
-// the force it can give [N] (0: none), the stiffness that it renders and the most [N/mm, at the hand], the
-// reach, and which share of the wood's force is felt.
+// the force it can give [N] (0: none), the stiffness that it renders and the greatest it can bear [N/mm, at
+// the hand], the reach, and which share of the wood's force is felt.
 struct Device {
   static constexpr uint8_t kKind = 73;
   std::string name;
   double force = 0;
   double stiffness = 0;
-  double most = 0;
+  double max = 0;
   double scale = 0;
   double share = 0;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(name, force, stiffness, most, scale, share);
+    f(name, force, stiffness, max, scale, share);
   }
 };
 // What an experiment came to. JSON: run (a number of its own), name, model, finished, ticks, removed_mm3,
@@ -497,17 +483,13 @@ struct Trace {
     f(json, data);
   }
 };
-// The tool from now on, of an experiment or of whoever holds it: as of ChooseTool, or shape 255: none that
-// can be shown.
+// The tool from now on, of an experiment or of whoever holds it.
 struct ShowTool {
   static constexpr uint8_t kKind = 75;
-  uint8_t shape = 0;
-  double size = 0;
-  double length = 0;
-  double other = 0;
+  std::string tool;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(shape, size, length, other);
+    f(tool);
   }
 };
 

@@ -39,7 +39,7 @@ constexpr size_t kTicksWait = 400000;
 }  // namespace
 
 // Whoever waits for the studio or a job hears of neither any more.
-Server::State::~State() { studio.reset(); }
+Server::State::~State() { session.reset(); }
 
 void Server::State::accept() {
   acceptor.async_accept([this](beast::error_code failed, tcp::socket socket) {
@@ -60,19 +60,19 @@ void Server::State::send(const std::vector<uint8_t>& message) {
     if (pages.count(page)) page->send(message);
 }
 
-void Server::State::tell(const std::string& text) { send(encode(Notice{text})); }
+void Server::State::notify(const std::string& text) { send(encode(Notice{text})); }
 
 void Server::State::hold(WebSocketClient* page) {
-  if (holder != page && studio) studio->lift();
+  if (holder != page && live()) live()->lift();
   holder = page;
   state_at = {};
 }
 
 // ---- Documents
 
-void Server::State::show(std::unique_ptr<Studio> opened) {
-  studio = std::move(opened);
-  if (studio) imports.drop_all();
+void Server::State::show(std::unique_ptr<Session> opened) {
+  session = std::move(opened);
+  if (session) imports.drop_all();
   ticks_sent = 0;
   tick_rows.clear();
   traced = false;
@@ -101,9 +101,9 @@ void Server::State::send_work() {
 }
 
 Status Server::State::open(const std::string& what, const std::filesystem::path& fresh,
-                           std::function<Result<std::unique_ptr<Studio>>(std::atomic<double>&)> make,
+                           std::function<Result<std::unique_ptr<Session>>(std::atomic<double>&)> make,
                            std::function<void(const Status&)> done) {
-  if (studio) return Error{"a document is open already"};
+  if (session) return Error{"a document is open already"};
   if (how.read_only && !fresh.empty())
     return Error{"this studio only reads: nothing new can be begun; start it without --read-only"};
   if (job.busy()) return Error{"something is under way; wait for it, or cancel it"};
@@ -111,7 +111,7 @@ Status Server::State::open(const std::string& what, const std::filesystem::path&
       what,
       [this, fresh, make = std::move(make), done = std::move(done)](std::atomic<double>& share) -> Job::Then {
         // Shared, as a function must be copied.
-        const auto made = std::make_shared<Result<std::unique_ptr<Studio>>>(make(share));
+        const auto made = std::make_shared<Result<std::unique_ptr<Session>>>(make(share));
         return [this, made, fresh, done](bool wanted) {
           if (wanted && *made) {
             show(std::move(*made).value());
@@ -121,7 +121,7 @@ Status Server::State::open(const std::string& what, const std::filesystem::path&
           if (done)
             done(Error{wanted ? made->error() : ""});
           else if (wanted)
-            tell(made->error());
+            notify(made->error());
           const bool ours = made->ok();  // what is there otherwise, others made
           *made = Error{""};             // closed before it is removed
           if (ours && !fresh.empty()) remove_document(fresh);
@@ -132,75 +132,75 @@ Status Server::State::open(const std::string& what, const std::filesystem::path&
 
 void Server::State::begin(WebSocketClient& page, const Begin& begin) {
   constexpr Stock::Kind kKinds[] = {Stock::Kind::block, Stock::Kind::cylinder, Stock::Kind::sphere};
-  if (begin.shape >= std::size(kKinds)) return page.notice("there is no such stock");
+  if (begin.shape >= std::size(kKinds)) return page.notify("there is no such stock");
   Result<Scene> scene = stock_scene(kKinds[begin.shape], begin.size, begin.pitch, begin.material);
-  if (!scene) return page.notice(scene.error());
+  if (!scene) return page.notify(scene.error());
   const Result<std::filesystem::path> place = library.place_for(begin.name);
-  if (!place) return page.notice(place.error());
+  if (!place) return page.notify(place.error());
   const Status opened = open("Making the stock", place.value(),
                              [scene = std::move(scene).value(), to = place.value(), options = how](
-                                 std::atomic<double>&) { return Studio::create(to, scene, options); });
-  if (!opened) page.notice(opened.error());
+                                 std::atomic<double>&) { return create_session(to, scene, options); });
+  if (!opened) page.notify(opened.error());
 }
 
 void Server::State::open_named(WebSocketClient& page, const std::string& name) {
   const Result<std::filesystem::path> path = library.find(name);
-  if (!path) return page.notice(path.error());
+  if (!path) return page.notify(path.error());
   const Status opened =
       open("Opening " + sanitize_message(name), {},
-           [from = path.value(), how = how](std::atomic<double>&) { return Studio::open(from, how); });
-  if (!opened) page.notice(opened.error());
+           [from = path.value(), how = how](std::atomic<double>&) { return open_session(from, how); });
+  if (!opened) page.notify(opened.error());
 }
 
 void Server::State::carve_example(WebSocketClient& page, const std::string& name) {
   for (const Example& example : examples()) {
     if (example.name != name) continue;
     Result<Scene> scene = parse_scene(example.scene, name, std::nullopt);
-    if (!scene) return page.notice(scene.error());
+    if (!scene) return page.notify(scene.error());
     const Result<std::filesystem::path> place = library.place_for(name);
-    if (!place) return page.notice(place.error());
+    if (!place) return page.notify(place.error());
     const Status opened = open("Carving the example", place.value(),
                                [scene = std::move(scene).value(), to = place.value(),
-                                how = how](std::atomic<double>& share) -> Result<std::unique_ptr<Studio>> {
+                                how = how](std::atomic<double>& share) -> Result<std::unique_ptr<Session>> {
                                  CarveOptions options;
                                  options.document = to;
                                  options.progress = [&share](double done) { share = done; };
                                  const Result<Carving> carved = carve(scene, options);
                                  if (!carved) return Error{carved.error()};
                                  if (!carved.value().unsaved.empty()) return Error{carved.value().unsaved};
-                                 return Studio::open(to, how);
+                                 return open_session(to, how);
                                });
-    if (!opened) page.notice(opened.error());
+    if (!opened) page.notify(opened.error());
     return;
   }
-  page.notice("there is no such example");
+  page.notify("there is no such example");
 }
 
 void Server::State::run_experiment(WebSocketClient& page, const RunExperiment& run) {
   Result<Scene> scene = parse_scene(run.scene, sanitize_message(run.name), std::nullopt);
-  if (!scene) return page.notice(scene.error());
+  if (!scene) return page.notify(scene.error());
   Scene& s = scene.value();
   const double longest = s.stock.size_mm.maxCoeff(), room = s.stock.room_mm.value_or(0.1 * longest);
-  if (!((longest + 2 * room) / s.stock.pitch_mm <= 1.25 * kMostRays))
-    return page.notice("that is too fine, or has too much room, to be shown: its longest side may have " +
-                       std::to_string(static_cast<int>(kMostRays)) + " rays");
-  if (run.model == 0) {
-    if (!s.spring) s.spring = spring_of_hand();
-    s.spring->tick_s = 1 / s.rate_hz;
-  } else if (run.model <= 2) {
-    s.spring.reset();
-    s.force.model = run.model == 1 ? ForceModel::energy : ForceModel::paper;
+  if (!((longest + 2 * room) / s.stock.pitch_mm <= 1.25 * kMaxRays))
+    return page.notify("that is too fine, or has too much room, to be shown: its longest side may have " +
+                       std::to_string(static_cast<int>(kMaxRays)) + " rays");
+  if (!run.model.empty()) {
+    const std::optional<ForceModel> model = value_of<ForceModel>(run.model);
+    if (!model) return page.notify("there is no such force model");
+    if (*model == ForceModel::series && !s.force.series()) s.force.spring = spring_of_hand();
+    s.force.spring.tick_s = 1 / s.rate_hz;
+    s.force.law.model = *model;
   }
   const double pace = run.pace > 0 ? std::clamp(run.pace, 0.01, 100.0) : 0;
   const Status opened = open("Making the stock", {}, [scene = std::move(s), pace](std::atomic<double>&) {
-    return Studio::watch(scene, pace);
+    return ExperimentSession::start(scene, pace);
   });
-  if (!opened) page.notice(opened.error());
+  if (!opened) page.notify(opened.error());
 }
 
 void Server::State::follow_experiment() {
-  Experiment& run = *studio->experiment();
-  if (Tool now; run.next_tool(now)) send(encode(shown.emplace(shown_as(now))));
+  ExperimentSession& run = *session->experiment();
+  if (Tool now; run.next_tool(now)) send(encode(shown.emplace(ShowTool{tool_message(now)})));
   if (traced) return;
   const Result<Carving>* const outcome = run.outcome();
   if (!outcome) {
@@ -212,14 +212,14 @@ void Server::State::follow_experiment() {
   }
   traced = true;
   if (!job.busy()) send(encode(Work{}));
-  if (!*outcome) return tell(outcome->error());
+  if (!*outcome) return notify(outcome->error());
   trace_sent = encode(trace_of(run, outcome->value()));
   send(trace_sent);
 }
 
 void Server::State::leave(WebSocketClient& page) {
-  if (job.busy()) return page.notice("something is under way; wait for it, or cancel it");
-  const auto closing = std::make_shared<std::unique_ptr<Studio>>(std::move(studio));
+  if (job.busy()) return page.notify("something is under way; wait for it, or cancel it");
+  const auto closing = std::make_shared<std::unique_ptr<Session>>(std::move(session));
   work(
       "Saving",
       [this, closing, left = left_unsaved](std::atomic<double>&) -> Job::Then {
@@ -229,7 +229,7 @@ void Server::State::leave(WebSocketClient& page) {
         if (!where.empty()) *left += (left->empty() ? "" : "\n") + where;
         return [this, where](bool) {
           show(nullptr);
-          if (!where.empty()) tell(where);
+          if (!where.empty()) notify(where);
         };
       },
       false);
@@ -257,8 +257,9 @@ std::string Server::State::start_json(const std::string& key) const {
 
 void Server::State::send_ticks() {
   // The wood's force; a device is given its share of that.
-  const double wood = studio->held() ? 1 / studio->held()->share : 1;
-  for (const LiveTick& tick : studio->ticks())
+  const LiveSession::HapticDeviceState* const device = haptic_device();
+  const double wood = device ? 1 / device->share : 1;
+  for (const LiveTick& tick : session->ticks())
     for (const Vec3& v : {tick.tool.tip, Vec3(wood * tick.computed.force), Vec3(wood * tick.computed.moment),
                           tick.tool.axis(), Vec3(tick.tool.frame.col(0))})
       for (int i = 0; i < 3; i++) tick_rows.push_back(static_cast<float>(v[i]));
@@ -279,18 +280,18 @@ void Server::State::send_ticks() {
 }
 
 void Server::State::send_state() {
-  const Studio::HistoryState& place = studio->place();
-  const std::string notice = studio->notice();
+  const HistoryState& place = session->history();
+  const std::string notice = session->notice();
   kibori::studio::State state;
-  state.volume = studio->volume_mm3();
-  state.removed = studio->removed_mm3();
+  state.volume = session->volume_mm3();
+  state.removed = session->removed_mm3();
   state.step = static_cast<uint32_t>(place.step);
   state.steps = static_cast<uint32_t>(place.steps);
   state.undo = place.undo;
   state.redo = place.redo;
   state.hash = hash_text(place.hash);
-  state.blocked = studio->blocked();
-  if (const Studio::HapticDeviceState* const held = studio->held()) {
+  state.blocked = live() && live()->blocked();
+  if (const LiveSession::HapticDeviceState* const held = haptic_device()) {
     state.safety = static_cast<uint8_t>(held->safety);
     if (held->trip != Trip::none) state.trip = trip_text(held->trip);
     state.given = held->given_n;
@@ -302,19 +303,19 @@ void Server::State::send_state() {
     state.holds = page == holder;
     page->send(encode(state));
   }
-  if (!notice.empty()) tell(notice);
+  if (!notice.empty()) notify(notice);
   if (place.trouble != trouble_told || Clock::now() - trouble_at > kTroubleEvery) {
     trouble_told = place.trouble;
     trouble_at = Clock::now();
-    if (!trouble_told.empty()) tell(trouble_told);
+    if (!trouble_told.empty()) notify(trouble_told);
   }
 }
 
 void Server::State::send_device(WebSocketClient* page) {
-  const Studio::HapticDeviceState* const held = studio->held();
+  const LiveSession::HapticDeviceState* const held = haptic_device();
   if (!held) return;
   const std::vector<uint8_t> message = encode(
-      Device{held->name, held->force_n, held->stiffness_n_mm, held->most_n_mm, held->scale, held->share});
+      Device{held->name, held->force_n, held->stiffness_n_mm, held->max_n_mm, held->scale, held->share});
   if (page)
     page->send(message);
   else
@@ -323,8 +324,8 @@ void Server::State::send_device(WebSocketClient* page) {
 
 void Server::State::follow() {
   if (stop && stop()) return io.stop();
-  if (studio) {
-    const std::vector<Index3>& changed = studio->follow();
+  if (session) {
+    const std::vector<Index3>& changed = session->follow();
     const std::vector<WebSocketClient*> all(pages.begin(), pages.end());
     for (WebSocketClient* const page : all) {
       if (!pages.count(page)) continue;
@@ -332,7 +333,7 @@ void Server::State::follow() {
       page->offer_chunks();
     }
     send_ticks();
-    if (studio->experiment()) follow_experiment();
+    if (session->experiment()) follow_experiment();
     const auto now = Clock::now();
     if (now - state_at >= kStateEvery) {
       state_at = now;
@@ -347,7 +348,7 @@ void Server::State::follow() {
   });
 }
 
-Result<std::unique_ptr<Server>> Server::listen(Library library, uint16_t port, const Studio::Options& how,
+Result<std::unique_ptr<Server>> Server::listen(Library library, uint16_t port, const SessionOptions& how,
                                                const Limits& limits) {
   auto state = std::make_unique<State>(std::move(library), how, limits);
   beast::error_code failed;
@@ -370,10 +371,10 @@ Server::Server(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Server::~Server() = default;
 uint16_t Server::port() const { return state_->acceptor.local_endpoint().port(); }
 std::string Server::url() const { return "http://" + state_->host + "/?token=" + state_->door.token(); }
-void Server::on_new_address(std::function<void(const std::string&)> tell) {
-  state_->door.on_new_token = [this, tell = std::move(tell)](const std::string&) { tell(url()); };
+void Server::on_new_address(std::function<void(const std::string&)> notify) {
+  state_->door.on_new_token = [this, notify = std::move(notify)](const std::string&) { notify(url()); };
 }
-void Server::show(std::unique_ptr<Studio> studio) { state_->show(std::move(studio)); }
+void Server::show(std::unique_ptr<Session> session) { state_->show(std::move(session)); }
 
 void Server::run(const std::function<bool()>& stop) {
   state_->stop = stop;
@@ -382,11 +383,11 @@ void Server::run(const std::function<bool()>& stop) {
 }
 
 std::string Server::close() {
-  if (!state_->studio) {
+  if (!state_->session) {
     state_->job.wait();
     return *state_->left_unsaved;
   }
-  const std::string last = state_->studio->close(), &before = *state_->left_unsaved;
+  const std::string last = state_->session->close(), &before = *state_->left_unsaved;
   return before.empty() || last.empty() ? before + last : before + "\n" + last;
 }
 

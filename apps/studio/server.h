@@ -18,7 +18,7 @@
 
 #include <kibori/base/result.h>
 #include "apps/studio/session/library.h"
-#include "apps/studio/session/studio.h"
+#include "apps/studio/session/session.h"
 
 namespace kibori::studio {
 
@@ -36,7 +36,7 @@ class Server {
   // Listens on 127.0.0.1; port 0: any that is free. `how` documents are opened that pages ask for. Errors:
   // the port is taken.
   static Result<std::unique_ptr<Server>> listen(Library library, uint16_t port,
-                                                const Studio::Options& how = {}, const Limits& limits = {});
+                                                const SessionOptions& how = {}, const Limits& limits = {});
   ~Server();
 
   uint16_t port() const;
@@ -45,7 +45,7 @@ class Server {
   // Told the next address when one that was used is opened by another browser, which the person may want.
   void on_new_address(std::function<void(const std::string& url)> tell);
   // The document that is carved.
-  void show(std::unique_ptr<Studio> studio);
+  void show(std::unique_ptr<Session> studio);
   // Until stop() says so, which is asked every few ms.
   void run(const std::function<bool()>& stop);
   // Saves and closes what is open. A sentence on where it is, if not where it belongs.

@@ -20,6 +20,8 @@
 #include "apps/studio/job.h"
 #include "apps/studio/messages.h"
 #include "apps/studio/server.h"
+#include "apps/studio/session/experiment_session.h"
+#include "apps/studio/session/live_session.h"
 
 namespace kibori::studio {
 
@@ -28,7 +30,7 @@ class WebSocketClient;
 struct Server::State {
   using Clock = std::chrono::steady_clock;
 
-  State(Library l, Studio::Options h, const Limits& m)
+  State(Library l, SessionOptions h, const Limits& m)
       : library(std::move(l)),
         how(std::move(h)),
         limits(m),
@@ -49,15 +51,15 @@ struct Server::State {
   void hold(WebSocketClient* page);
   void on_message(WebSocketClient& page, const FromPage& message);
   // The sentence to every page.
-  void tell(const std::string& text);
+  void notify(const std::string& text);
   // From now on this document, or none.
-  void show(std::unique_ptr<Studio> opened);
+  void show(std::unique_ptr<Session> opened);
   // Makes or opens a document, on a thread of its own, and shows it. `fresh`: where it is made, and removed
   // again if it is not to be; else empty. `done`: gets the outcome, which is told to every page otherwise; an
   // empty error if it was cancelled.
   // Error: one is open, or something is under way.
   Status open(const std::string& what, const std::filesystem::path& fresh,
-              std::function<Result<std::unique_ptr<Studio>>(std::atomic<double>&)> make,
+              std::function<Result<std::unique_ptr<Session>>(std::atomic<double>&)> make,
               std::function<void(const Status&)> done = {});
   void begin(WebSocketClient& page, const Begin& begin);
   // One of the library's documents.
@@ -77,9 +79,12 @@ struct Server::State {
   // The page that calls itself so; null: none does any more.
   WebSocketClient* page_of(const std::string& key) const;
 
-  std::unique_ptr<Studio> studio;  // null: no document is open
+  std::unique_ptr<Session> session;  // null: nothing is open
+  // The session, where a hand carves in it; else null.
+  LiveSession* live() const { return session ? session->live() : nullptr; }
+  const LiveSession::HapticDeviceState* haptic_device() const { return live() ? live()->held() : nullptr; }
   const Library library;
-  const Studio::Options how;  // documents are opened
+  const SessionOptions how;  // documents are opened
   const Limits limits;
   std::string host, local_host;  // as a browser names this server
   Door door;

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: MIT
-// Tools as messages say them.
+// A tool as messages to pages have it.
 #pragma once
 
-#include <kibori/base/result.h>
-#include <kibori/solid/tool.h>
+#include <optional>
+#include <string>
 
-#include "apps/studio/messages.h"
+#include <kibori/solid/tool.h>
 
 namespace kibori::studio {
 
-// Its numbers as they come: check_tool() knows which can be. Error: no such shape.
-Result<Tool> tool_of(const ChooseTool& chosen);
-// Shape 255 for one that a page can't draw.
-ShowTool shown_as(const Tool& tool);
+// Its JSON; "null" where there is none, and for a mesh, which pages do not draw.
+std::string tool_message(const std::optional<Tool>& tool);
 
 }  // namespace kibori::studio

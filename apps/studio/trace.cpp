@@ -12,11 +12,11 @@
 namespace kibori::studio {
 namespace {
 
-constexpr size_t kMostRows = 100000;
+constexpr size_t kMaxRows = 100000;
 
 }  // namespace
 
-Trace trace_of(const Experiment& run, const Carving& carving) {
+Trace trace_of(const ExperimentSession& run, const Carving& carving) {
   const CarveSummary& summary = carving.summary;
   nlohmann::json marks = nlohmann::json::array();
   for (const Mark& mark : carving.marks) marks.push_back({{"label", mark.label}, {"time_s", mark.time_s}});
@@ -34,9 +34,7 @@ Trace trace_of(const Experiment& run, const Carving& carving) {
       {"run", std::chrono::duration_cast<std::chrono::milliseconds>(now).count()},
       {"name", scene.file},
       {"mean_force_N", felt > 0 ? sum / static_cast<double>(felt) : 0.0},
-      {"model", scene.spring                             ? "series"
-                : scene.force.model == ForceModel::paper ? "paper"
-                                                         : "energy"},
+      {"model", name_of(scene.force.law.model)},
       {"finished", run.share() >= 1 && !run.stopped()},
       {"ticks", summary.ticks},
       {"removed_mm3", summary.removed_mm3},
@@ -45,15 +43,15 @@ Trace trace_of(const Experiment& run, const Carving& carving) {
       {"step_us", summary.step_us.median},
       {"marks",
        marks}}.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  const size_t each = (carving.trace.size() + kMostRows - 1) / kMostRows;
+  const size_t each = (carving.trace.size() + kMaxRows - 1) / kMaxRows;
   Writer rows;
   for (size_t i = 0; i < carving.trace.size(); i += each) {
-    const TraceRow* most = &carving.trace[i];
+    const TraceRow* max = &carving.trace[i];
     for (size_t j = i; j < std::min(i + each, carving.trace.size()); j++)
-      if (carving.trace[j].result.wrench.force.squaredNorm() > most->result.wrench.force.squaredNorm())
-        most = &carving.trace[j];
-    rows.put(static_cast<float>(most->time_s));
-    for (const Vec3& v : {most->result.wrench.force, most->result.wrench.moment})
+      if (carving.trace[j].result.wrench.force.squaredNorm() > max->result.wrench.force.squaredNorm())
+        max = &carving.trace[j];
+    rows.put(static_cast<float>(max->time_s));
+    for (const Vec3& v : {max->result.wrench.force, max->result.wrench.moment})
       for (int k = 0; k < 3; k++) rows.put(static_cast<float>(v[k]));
   }
   trace.data = rows.take();

@@ -19,9 +19,9 @@ namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 
-constexpr size_t kHelloBytes = 1024;     // the first message is no longer
-constexpr size_t kFrameBytes = 400000;   // a frame of chunks is about this large
-constexpr size_t kMostLabelBytes = 200;  // of a step that a document may name as it likes
+constexpr size_t kHelloBytes = 1024;    // the first message is no longer
+constexpr size_t kFrameBytes = 400000;  // a frame of chunks is about this large
+constexpr size_t kMaxLabelBytes = 200;  // of a step that a document may name as it likes
 
 }  // namespace
 
@@ -73,18 +73,18 @@ void WebSocketClient::restart() {
   sent_.clear();
   told_steps_ = 0;
   told_versions_.clear();
-  if (!server_.studio)
+  if (!server_.session)
     return send(encode(Start{kProtocolVersion, server_.holder == this, server_.start_json(key_)}));
-  Studio& studio = *server_.studio;
-  const Lattice& lattice = studio.lattice();
+  Session& session = *server_.session;
+  const Lattice& lattice = session.lattice();
   nlohmann::json materials = nlohmann::json::array();
-  for (const Material& m : studio.materials()) materials.push_back({{"name", m.name}, {"color", m.color}});
+  for (const Material& m : session.materials()) materials.push_back({{"name", m.name}, {"color", m.color}});
   send(encode(Welcome{
       kProtocolVersion, lattice.origin_mm, lattice.nodes.matrix().cast<double>(), lattice.pitch_mm,
-      studio.rate_hz(), std::filesystem::path(studio.document_name()).filename().string(),
-      materials.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace), studio.stock_material(),
-      static_cast<uint8_t>(studio.experiment()  ? 2
-                           : studio.read_only() ? 1
+      session.rate_hz(), std::filesystem::path(session.name()).filename().string(),
+      materials.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace), session.stock_material(),
+      static_cast<uint8_t>(session.experiment() ? 2
+                           : !session.live()    ? 1
                                                 : 0)}));
   server_.send_device(this);
   if (server_.shown) send(encode(*server_.shown));
@@ -93,7 +93,7 @@ void WebSocketClient::restart() {
   for (int x = 0; x < count.x(); x++)
     for (int y = 0; y < count.y(); y++)
       for (int z = 0; z < count.z(); z++)
-        if (!studio.surface().chunk({x, y, z}).triangles.empty()) dirty_.insert(Index3(x, y, z));
+        if (!session.surface().chunk({x, y, z}).triangles.empty()) dirty_.insert(Index3(x, y, z));
   offer_history();
 }
 
@@ -104,7 +104,7 @@ void WebSocketClient::offer_chunks() {
     const Index3 at = *dirty_.begin();
     dirty_.erase(dirty_.begin());
     const size_t begin = frame.data.size();
-    put_chunk(frame.data, server_.studio->surface().chunk(at), at, server_.studio->lattice());
+    put_chunk(frame.data, server_.session->surface().chunk(at), at, server_.session->lattice());
     // What changed beneath may look the same.
     Hash hash;
     hash.add(frame.data.data() + begin, frame.data.size() - begin);
@@ -117,28 +117,26 @@ void WebSocketClient::offer_chunks() {
 }
 
 void WebSocketClient::offer_history() {
-  const std::vector<Studio::PastStep>& steps = server_.studio->steps();
+  const std::vector<PastStep>& steps = server_.session->steps();
   if (told_steps_ < steps.size()) {
     Steps message;
     Writer rows;
     for (; told_steps_ < steps.size(); told_steps_++) {
-      const Studio::PastStep& step = steps[told_steps_];
+      const PastStep& step = steps[told_steps_];
       rows.put(static_cast<uint32_t>(step.id));
       rows.put(static_cast<uint32_t>(step.parent));
       rows.put(static_cast<float>(step.removed_mm3));
       rows.put(static_cast<double>(step.made_s));
-      const ShowTool tool = step.tool ? shown_as(*step.tool) : ShowTool{255, 0, 0, 0};
-      rows.put(tool.shape);
-      rows.put(static_cast<float>(tool.size));
-      rows.put(static_cast<uint8_t>(step.mode));
+      rows.put(tool_message(step.tool));
+      rows.put(step.mode);
       rows.put(static_cast<uint8_t>(step.pictured ? 1 : 0));
-      rows.put(step.label.substr(0, kMostLabelBytes));
+      rows.put(step.label.substr(0, kMaxLabelBytes));
     }
     message.data = rows.take();
     send(encode(message));
   }
-  if (told_versions_ == server_.studio->versions()) return;
-  told_versions_ = server_.studio->versions();
+  if (told_versions_ == server_.session->versions()) return;
+  told_versions_ = server_.session->versions();
   send(encode(Versions{
       nlohmann::json(told_versions_).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)}));
 }
@@ -158,7 +156,7 @@ void WebSocketClient::read() {
       if (!self->server_.door.is_key(hello->key)) return self->refuse(websocket::close_code::policy_error);
       if (!self->guest_->welcome()) return self->refuse(websocket::close_code::try_again_later);
       if (hello->version != kProtocolVersion) {
-        self->notice("this page is of another version of Kibori; reload it");
+        self->notify("this page is of another version of Kibori; reload it");
       } else {
         self->greet();
       }

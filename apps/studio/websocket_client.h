@@ -26,7 +26,7 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
 
   void accept(const Request& request);
   void send(std::vector<uint8_t> message);
-  void notice(const std::string& text) { send(encode(Notice{text})); }
+  void notify(const std::string& text) { send(encode(Notice{text})); }
   // There is another document, or none: nothing of what the page was told holds any more.
   void restart();
   // Chunks of the surface that are not as they were when this page got them.
@@ -67,7 +67,7 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   uint32_t frame_ = 0, got_ = 0;
   bool more_ = false;  // as the page was told
   size_t told_steps_ = 0;
-  Studio::Versions told_versions_;
+  Session::Versions told_versions_;
   bool greeted_ = false, closed_ = false;
 };
 

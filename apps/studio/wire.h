@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include <kibori/base/names.h>
 #include <kibori/geometry/vec.h>
 
 namespace kibori::studio {
@@ -26,6 +27,8 @@ class Writer {
   void put(const T& value) {
     if constexpr (std::is_same_v<T, Vec3>) {
       for (int i = 0; i < 3; i++) put(value[i]);
+    } else if constexpr (Named<T>) {
+      put(static_cast<uint8_t>(value));
     } else if constexpr (std::is_arithmetic_v<T>) {
       add(&value, sizeof value);
     } else {
@@ -59,6 +62,11 @@ class Reader {
   bool get(T& value) {
     if constexpr (std::is_same_v<T, Vec3>) {
       return get(value[0]) && get(value[1]) && get(value[2]);
+    } else if constexpr (Named<T>) {
+      uint8_t place = 0;
+      if (!get(place) || place >= names_of(value).size()) return false;
+      value = static_cast<T>(place);
+      return true;
     } else if constexpr (std::is_arithmetic_v<T>) {
       if (static_cast<size_t>(end_ - at_) < sizeof value) return false;
       std::memcpy(&value, at_, sizeof value);

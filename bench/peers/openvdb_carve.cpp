@@ -112,7 +112,7 @@ void stamp_levelset(FloatGrid::Accessor& access, Point c, float radius) {
       z2[q] = dz * dz;
     }
     const __m512 vz = _mm512_loadu_ps(z2);
-    __m512 least = band;
+    __m512 min = band;
     for (int a = 0; a < 8; a++) {
       const float dx = static_cast<float>(origin[0] + a) - c.x, dx2 = dx * dx;
       uint64_t word = 0;
@@ -123,7 +123,7 @@ void stamp_levelset(FloatGrid::Accessor& access, Point c, float radius) {
         __m512 s = _mm512_min_ps(_mm512_sub_ps(r, _mm512_sqrt_ps(_mm512_add_ps(rr, vz))), band);
         const __m512 v = _mm512_max_ps(_mm512_loadu_ps(values + a * 64 + b * 8), s);
         _mm512_storeu_ps(values + a * 64 + b * 8, v);
-        least = _mm512_min_ps(least, v);
+        min = _mm512_min_ps(min, v);
         const __mmask16 on =
             _mm512_cmp_ps_mask(v, band, _CMP_LT_OQ) & _mm512_cmp_ps_mask(v, minus, _CMP_GT_OQ);
         word |= static_cast<uint64_t>(on) << (b * 8);
@@ -131,9 +131,9 @@ void stamp_levelset(FloatGrid::Accessor& access, Point c, float radius) {
       active.getWord<uint64_t>(static_cast<openvdb::Index>(a)) = word;
       any |= word;
     }
-    dead = !any && _mm512_reduce_min_ps(least) >= kBand;
+    dead = !any && _mm512_reduce_min_ps(min) >= kBand;
 #else
-    float least = kBand;
+    float min = kBand;
     for (int a = 0; a < 8; a++) {
       uint64_t word = 0;
       for (int b = 0; b < 64; b++) {
@@ -141,13 +141,13 @@ void stamp_levelset(FloatGrid::Accessor& access, Point c, float radius) {
                     dz = static_cast<float>(origin[2] + b % 8) - c.z;
         const float v = std::max(values[a * 64 + b], std::min(kBand, radius - std::sqrt(dx * dx + dy * dy + dz * dz)));
         values[a * 64 + b] = v;
-        least = std::min(least, v);
+        min = std::min(min, v);
         word |= static_cast<uint64_t>(v < kBand && v > -kBand) << b;
       }
       active.getWord<uint64_t>(static_cast<openvdb::Index>(a)) = word;
       any |= word;
     }
-    dead = !any && least >= kBand;
+    dead = !any && min >= kBand;
 #endif
     if (dead) access.addTile(1, origin, kBand, false);
   });

@@ -168,14 +168,14 @@ TemporaryFolder::~TemporaryFolder() {
   std::filesystem::remove_all(path_, error);
 }
 
-Result<std::vector<char>> read_file(const std::filesystem::path& path, uint64_t most) {
+Result<std::vector<char>> read_file(const std::filesystem::path& path, uint64_t max) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return Error{path.string() + ": there is no such file"};
   if (!std::filesystem::is_regular_file(path, error))
     return Error{path.string() + ": is no regular file, but a folder, a pipe or a device"};
   const uint64_t size = std::filesystem::file_size(path, error);
-  if (!error && size > most)
-    return Error{path.string() + ": has " + std::to_string(size) + " bytes; at most " + std::to_string(most) +
+  if (!error && size > max)
+    return Error{path.string() + ": has " + std::to_string(size) + " bytes; at most " + std::to_string(max) +
                  " are read"};
   std::ifstream file(path, std::ios::binary);
   std::vector<char> bytes(error ? 0 : size);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Every tolerance and limit of the kernel, each with its unit and its reason. One lattice unit is one pitch.
+// The kernel's tolerances and limits, each with its unit, its reason and what breaks when it is changed. One
+// lattice unit is one pitch. A tolerance that a single file needs stands at the top of that file.
 #pragma once
 
 #include <cstddef>
@@ -33,6 +34,11 @@ inline constexpr double kMaxToolReach = 32768;
 // A turn smaller than this [rad] over one tick moves a tool of 8192 cells by less than a float32 depth can
 // hold.
 inline constexpr double kNoTurn = 1e-9;
+
+// A sweep shorter than this [lattice units] has no direction: the tool stands. Far below what a float32 depth
+// can hold (2^-11 at 8192), far above where the square of a length underflows a float64. Larger, and slow
+// motions cut in jumps; smaller, and directions are divided by rounding.
+inline constexpr double kNoSweep = 1e-12;
 
 // Sweeps longer than this [lattice units] are re-centred tile by tile, so that float32 squares of distances
 // stay below 2^18 and their rounding below 1/32 of a depth's own.

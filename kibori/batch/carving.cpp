@@ -140,7 +140,7 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock, const
   Pose hand{first.to_mm, frame_from_axis(first.axis, first.roll_rad)};
   DirectTool stroke(model, hand);
   stroke.set_threads(options.threads);
-  SpringTool series(model, hand, scene.spring.value_or(SeriesSpring{}));
+  SpringTool series(model, hand, scene.force.spring);
   std::unique_ptr<Document> document;
   auto flushed = std::chrono::steady_clock::now();
   // Where the file can't be written any more the document goes on in memory, and that is told once; where it
@@ -181,7 +181,7 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock, const
     stroke.place(stroke.pose());
     series.begin_stroke();
     if (document)
-      keep(document->begin(stroke_settings(scene, to), scene.spring ? series.pose() : stroke.pose(),
+      keep(document->begin(stroke_settings(scene, to), scene.force.series() ? series.pose() : stroke.pose(),
                            to.label));
     const double removed_before = summary.removed_mm3 - summary.deposited_mm3;
     for (int64_t k = 1; k <= plan.ticks + plan.dwell_ticks && going; k++) {
@@ -191,10 +191,11 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock, const
       const Vec3 turn = moving ? Vec3(plan.turn_rad / static_cast<double>(plan.ticks)) : Vec3(Vec3::Zero());
       StrokeTick recorded{tip, turn, to.mode != Mode::off};
       const auto start = std::chrono::steady_clock::now();
-      if (scene.spring && moving) hand = {tip, rotation(turn) * hand.frame};
+      if (scene.force.series() && moving) hand = {tip, rotation(turn) * hand.frame};
       Result<ToolTick> tick =
-          scene.spring ? series.advance(tool, hand, to.mode, scene.materials, to.material)
-                       : stroke.advance(tool, tip, turn, to.mode, scene.force, scene.materials, to.material);
+          scene.force.series()
+              ? series.advance(tool, hand, to.mode, scene.materials, to.material)
+              : stroke.advance(tool, tip, turn, to.mode, scene.force.law, scene.materials, to.material);
       step_us.push_back(microseconds_since(start));
       if (!tick) {
         settle_document();
@@ -202,7 +203,7 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock, const
                      (carving.unsaved.empty() ? "" : "; " + carving.unsaved)};
       }
       ToolTick& result = tick.value();
-      if (scene.spring)
+      if (scene.force.series())
         recorded = {result.pose.tip, result.motion.turn, result.edited, hand.tip - result.pose.tip,
                     rotation_between(result.pose.frame, hand.frame)};
       add_tick(summary, to.mode, result);
@@ -221,7 +222,7 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock, const
       if (options.progress && summary.ticks % 64 == 0)
         options.progress(static_cast<double>(summary.ticks) / static_cast<double>(total));
       if (options.each)
-        going = options.each(model, tool, scene.spring ? series.pose() : stroke.pose(), result);
+        going = options.each(model, tool, scene.force.series() ? series.pose() : stroke.pose(), result);
     }
     if (document) keep(document->finish(model, summary.removed_mm3 - summary.deposited_mm3 - removed_before));
     if (!to.label.empty())

@@ -132,9 +132,7 @@ StrokeSettings stroke_settings(const Scene& scene, const Move& move) {
   s.mode = move.mode;
   s.material = move.material;
   s.materials = scene.materials;
-  s.force.series = scene.spring.has_value();
-  s.force.law = scene.force;
-  if (scene.spring) s.force.spring = *scene.spring;
+  s.force = scene.force;
   s.rate_hz = scene.rate_hz;
   return s;
 }
@@ -299,11 +297,8 @@ Result<Replay> replay_document(const Document& document, const ReplayOptions& op
     }
     const auto time = [&] { return base_s + static_cast<double>(of_rate) / rate_hz; };
     const ForceLaw law = options.law.value_or(s.force.law);
-    replay.title =
-        s.force.series && !options.law
-            ? "series"
-            : (law.model == ForceModel::paper ? "paper, " : "energy, ") + std::to_string(law.dof) + " DOF";
-    replay.note = model_note(s.force.series && !options.law, law.model);
+    replay.title = model_title(law);
+    replay.note = model_note(law.model);
     auto last = std::chrono::steady_clock::now();
     const Status done = document.replay(id, *carving.model, options.law, [&](const ReplayedTick& tick) {
       const auto now = std::chrono::steady_clock::now();

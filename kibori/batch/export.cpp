@@ -14,7 +14,7 @@
 namespace kibori {
 namespace {
 
-constexpr size_t kMostStale = 10000;  // more layers than a lattice has
+constexpr size_t kMaxStale = 10000;  // more layers than a lattice has
 
 std::string layer_name(size_t number, const char* ending) {
   char name[40];
@@ -80,7 +80,7 @@ Result<int> write_layers(const std::filesystem::path& folder, const Snapshot& mo
   });
   if (!wrong) return Error{wrong.error()};
   // Of an earlier stack with more layers, or in the other format, nothing must stay.
-  for (size_t i = 1; i <= kMostStale; i++)
+  for (size_t i = 1; i <= kMaxStale; i++)
     for (const char* ending : {"svg", "png"}) {
       const bool ours = i <= layers.size() && (ending[0] == 's') == (options.format == LayerFormat::svg);
       if (!ours) std::filesystem::remove(folder / layer_name(i, ending), error);

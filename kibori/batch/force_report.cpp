@@ -201,18 +201,18 @@ class Plot {
     append(line, "M%.1f %.1f", x_of(0), y_of(0));
     for (size_t i = 0; i < trace.size(); i += window_) {
       const size_t end = std::min(trace.size(), i + window_);
-      double least = s.value(trace[i]), most = least, sum = 0;
+      double min = s.value(trace[i]), max = min, sum = 0;
       for (size_t j = i; j < end; j++) {
         const double v = s.value(trace[j]);
-        least = std::min(least, v);
-        most = std::max(most, v);
+        min = std::min(min, v);
+        max = std::max(max, v);
         sum += v;
       }
       const double x = x_of(0.5 * (trace[i].time_s + trace[end - 1].time_s));
       append(line, " L%.1f %.2f", x, y_of(sum / static_cast<double>(end - i)));
-      append(upper, "%s%.1f %.1f", upper.empty() ? "M" : " L", x, y_of(most));
+      append(upper, "%s%.1f %.1f", upper.empty() ? "M" : " L", x, y_of(max));
       std::string back;
-      append(back, " L%.1f %.1f", x, y_of(least));
+      append(back, " L%.1f %.1f", x, y_of(min));
       lower.insert(0, back);
     }
     if (window_ > 1)
@@ -303,18 +303,25 @@ std::string forces_csv(const Carving& carving) {
   return csv;
 }
 
-const char* model_note(bool series, ForceModel model) {
-  if (series)
-    return "Series: what a hand feels that pushes the tool by a spring, F = k (hand − tool); it grows until "
-           "the wood gives "
-           "way, and stays while the hand rests.";
-  if (model == ForceModel::energy)
-    return "Energy: what the cut costs, F = u × volume removed / way, against the motion; the same for any "
-           "grid, rate and "
-           "speed, and nothing at rest.";
-  return "Paper: what vanishes, F = kf × grid points within a tick, against the motion; more at speed, "
-         "uneven where they "
-         "are few, and nothing at rest.";
+std::string model_title(const ForceLaw& law) {
+  const std::string name(name_of(law.model));
+  return law.model == ForceModel::series ? name : name + ", " + std::to_string(law.dof) + " DOF";
+}
+
+const char* model_note(ForceModel model) {
+  switch (model) {
+    case ForceModel::series:
+      return "Series: what a hand feels that pushes the tool by a spring, F = k (hand − tool); it grows "
+             "until "
+             "the wood gives way, and stays while the hand rests.";
+    case ForceModel::energy:
+      return "Energy: what the cut costs, F = u × volume removed / way, against the motion; the same for any "
+             "grid, rate and speed, and nothing at rest.";
+    case ForceModel::paper:
+      return "Paper: what vanishes, F = kf × grid points within a tick, against the motion; more at speed, "
+             "uneven where they are few, and nothing at rest.";
+  }
+  return "";
 }
 
 std::string forces_svg(const Carving& carving, const std::string& title, const std::string& note) {

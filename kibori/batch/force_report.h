@@ -15,8 +15,9 @@ std::vector<Mark> contact_marks(const Carving& carving);
 
 // time_s,x_mm,y_mm,z_mm,ax,ay,az,removed_mm3,points,fx_N,fy_N,fz_N,mx_Nmm,my_Nmm,mz_Nmm; one row a tick.
 std::string forces_csv(const Carving& carving);
-// What a force model is, in a sentence for under a plot.
-const char* model_note(bool series, ForceModel model);
+// What a force model is: a few words for a title, and a sentence for under a plot.
+std::string model_title(const ForceLaw& law);
+const char* model_note(ForceModel model);
 // |F|, |M| and their components over time, the marks on the axis, a note below. The scale is that of
 // most ticks: spikes are cut off where a panel ends, and marked there with their sizes.
 std::string forces_svg(const Carving& carving, const std::string& title, const std::string& note);

@@ -19,11 +19,11 @@ namespace kibori {
 namespace {
 
 // Shorter than the studio's first tool is wide, or longer than a workbench: hardly meant in that unit.
-constexpr double kLeastMeantMm = 10, kMostMeantMm = 1000;
+constexpr double kMinMeantMm = 10, kMaxMeantMm = 1000;
 constexpr size_t kPreviewTriangles = 30000;
 constexpr int kPreviewPixels = 160;
 // Looking for holes takes about a second and 300 MB for so many.
-constexpr size_t kMostLookedAt = 2000000;
+constexpr size_t kMaxLookedAt = 2000000;
 
 // A side of a shape counts as one to stand on from this share of its footprint.
 constexpr double kFlat = 0.05;
@@ -62,7 +62,7 @@ double middle_height(const TriangleMesh& mesh, const Box& box, int up) {
 }
 
 std::vector<std::string> repairs_of(const TriangleMesh& mesh) {
-  if (mesh.triangles.size() > kMostLookedAt)
+  if (mesh.triangles.size() > kMaxLookedAt)
     return {"It has so many triangles that holes were not looked for; those there are are closed."};
   const Surface surface = surface_of_mesh(mesh);
   const MeshInfo info = mesh_info(surface, mesh.triangles.size() - surface.triangles.size());
@@ -131,7 +131,7 @@ SizeGuess guess_size(const std::string& ending, double longest_mm) {
   const std::string said = metres             ? "GLB files are in metres"
                            : ending == ".3mf" ? "The file says its unit"
                                               : "Files like this one are mostly in mm";
-  if (longest_mm >= kLeastMeantMm && longest_mm <= kMostMeantMm)
+  if (longest_mm >= kMinMeantMm && longest_mm <= kMaxMeantMm)
     return {metres ? "m" : "mm", longest_mm, said + "."};
   return {"fit", kUsualLongestMm,
           said + ", but it would be " + length_text(longest_mm) + " long: made " +

@@ -11,7 +11,7 @@ namespace kibori {
 namespace {
 
 // 17 million triangles; what is finer is averaged.
-constexpr int64_t kMostPixels = int64_t{1} << 22;
+constexpr int64_t kMaxPixels = int64_t{1} << 22;
 
 // Halves the picture, each pixel the mean of four.
 GreyMap halved(const GreyMap& map) {
@@ -43,7 +43,7 @@ Result<TriangleMesh> read_relief(const std::filesystem::path& picture, const Rel
       !fits)
     return Error{picture.string() + ": " + fits.error()};
   const auto too_fine = [&] {
-    return size.width_mm / map.width < 0.5 * pitch_mm || int64_t{map.width} * map.height > kMostPixels;
+    return size.width_mm / map.width < 0.5 * pitch_mm || int64_t{map.width} * map.height > kMaxPixels;
   };
   while (map.width >= 4 && map.height >= 4 && too_fine()) map = halved(map);
   if (map.width < 2 || map.height < 2) return Error{picture.string() + ": a relief needs two pixels a side"};

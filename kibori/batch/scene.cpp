@@ -44,6 +44,8 @@ std::string nearest(std::string_view word, const std::vector<std::string>& known
   return best;
 }
 
+std::vector<std::string> strings(const auto& names) { return {names.begin(), names.end()}; }
+
 // Reads one scene; the first error stops it.
 class Reader {
  public:
@@ -165,22 +167,20 @@ class Reader {
   void read_force(const toml::table& root) {
     const toml::table* force = table(root, "force", false);
     if (!force) return;
+    auto& [law, spring] = scene_.force;
     only(*force, "force",
          {"model", "kf", "u", "dof", "stiffness", "torsion", "friction", "strength", "powered"});
     if (force->contains("model")) {
       const std::string model = text(*force, "force", "model");
-      if (model == "energy")
-        scene_.force.model = ForceModel::energy;
-      else if (model == "series")
-        scene_.spring.emplace();
-      else if (model != "paper")
+      if (const auto known = value_of<ForceModel>(model))
+        law.model = *known;
+      else
         fail(force->get("model"), "[force] model must be \"paper\", \"energy\" or \"series\"");
     }
     for (const char* key : {"stiffness", "torsion", "friction", "strength"})
-      if (force->contains(key) && !scene_.spring)
+      if (force->contains(key) && !scene_.force.series())
         fail(force->get(key), "[force] " + std::string(key) + " is of model = \"series\"");
-    if (scene_.spring) {
-      SeriesSpring& spring = *scene_.spring;
+    if (scene_.force.series()) {
       if (force->contains("stiffness")) spring.stiffness_n_mm = positive(*force, "force", "stiffness");
       at_least_zero(*force, "force", "torsion", spring.torsion_nmm_rad);
       at_least_zero(*force, "force", "friction", spring.friction);
@@ -192,16 +192,13 @@ class Reader {
     }
     if (const toml::node* powered = force->get("powered")) {
       if (!powered->is_boolean()) fail(powered, "[force] powered must be true or false");
-      if (powered->value_or(false)) {
-        scene_.force.hand_share = kPoweredShare;
-        if (scene_.spring) scene_.spring->hand_share = kPoweredShare;
-      }
+      if (powered->value_or(false)) law.hand_share = spring.hand_share = kPoweredShare;
     }
     if (force->contains("kf")) at_least_zero(*force, "force", "kf", kf_.emplace());
     if (force->contains("u")) at_least_zero(*force, "force", "u", u_.emplace());
     const double dof = number_or(*force, "force", "dof", 5);
     if (dof != 5 && dof != 6) fail(force->get("dof"), "[force] dof must be 5 or 6");
-    scene_.force.dof = static_cast<int>(dof);
+    law.dof = static_cast<int>(dof);
   }
 
   void read_materials(const toml::table& root) {
@@ -349,102 +346,51 @@ class Reader {
     if (!t) return;
     only(*t, "motion", {"rate_hz"});
     if (t->contains("rate_hz")) scene_.rate_hz = positive(*t, "motion", "rate_hz");
-    if (scene_.spring) scene_.spring->tick_s = 1 / scene_.rate_hz;
+    scene_.force.spring.tick_s = 1 / scene_.rate_hz;
+  }
+
+  void read_tool_number(const toml::table& t, std::string_view name, const char* key, double& value) {
+    value = positive(t, name, key);
+  }
+  void read_tool_number(const toml::table& t, std::string_view name, const char* key, Vec3& value) {
+    value = vector(t, name, key);
   }
 
   Tool read_tool(const toml::table& t, std::string_view name, const Tool* inherited) {
-    const std::vector<std::string> shapes = {"finger",  "ball",      "flat", "bull",      "cone",
-                                             "capsule", "halfspace", "box",  "ellipsoid", "mesh"};
     std::string shape;
     if (t.contains("shape")) {
       shape = text(t, name, "shape");
     } else if (inherited) {
-      shape = shapes[inherited->index()];
+      shape = shape_of(*inherited);
     } else {
       fail(&t, full(name, "shape") + " is missing");
       return {};
     }
-    // A key left out keeps the value of the tool before, if that has the same shape.
-    const auto last = [&]<class T>(T otherwise) {
-      const T* same = inherited ? std::get_if<T>(inherited) : nullptr;
-      return std::make_pair(same ? *same : otherwise, same != nullptr);
-    };
-    const auto set = [&](const char* key, double& value, bool keep) {
-      if (t.contains(key) || !keep) value = positive(t, name, key);
-    };
-    Tool tool;
-    std::vector<std::string> known = {"shape"};
-    const auto keys = [&](std::initializer_list<const char*> names) {
-      known.insert(known.end(), names.begin(), names.end());
-      only(t, name, known);
-    };
-    if (shape == "finger") {
-      auto [v, keep] = last(Finger{});
-      keys({"ks", "length"});
-      set("ks", v.ks, keep);
-      set("length", v.length, keep);
-      tool = v;
-    } else if (shape == "ball") {
-      auto [v, keep] = last(BallTool{});
-      keys({"radius"});
-      set("radius", v.radius, keep);
-      tool = v;
-    } else if (shape == "flat") {
-      auto [v, keep] = last(Flat{});
-      keys({"radius", "length"});
-      set("radius", v.radius, keep);
-      set("length", v.length, keep);
-      tool = v;
-    } else if (shape == "bull") {
-      auto [v, keep] = last(Bull{});
-      keys({"radius", "corner", "length"});
-      set("radius", v.radius, keep);
-      set("corner", v.corner, keep);
-      set("length", v.length, keep);
-      tool = v;
-    } else if (shape == "cone") {
-      auto [v, keep] = last(Cone{});
-      keys({"angle_deg", "radius", "length"});
-      set("angle_deg", v.angle_deg, keep);
-      set("radius", v.radius, keep);
-      set("length", v.length, keep);
-      tool = v;
-    } else if (shape == "capsule") {
-      auto [v, keep] = last(Capsule{});
-      keys({"radius", "length"});
-      set("radius", v.radius, keep);
-      set("length", v.length, keep);
-      tool = v;
-    } else if (shape == "halfspace") {
-      keys({});
-      tool = HalfSpace{};
-    } else if (shape == "box") {
-      auto [v, keep] = last(BoxTool{});
-      keys({"size"});
-      if (t.contains("size") || !keep) v.size = vector(t, name, "size");
-      tool = v;
-    } else if (shape == "ellipsoid") {
-      auto [v, keep] = last(Ellipsoid{});
-      keys({"radii"});
-      if (t.contains("radii") || !keep) v.radii = vector(t, name, "radii");
-      tool = v;
-    } else if (shape == "mesh") {
-      auto [v, keep] = last(MeshTool{});
-      keys({"file"});
-      if (t.contains("file") || !keep) {
-        if (const std::filesystem::path path = file(t, name, "file"); !path.empty()) {
-          auto mesh = read_mesh(path);
-          if (!mesh)
-            fail(t.get("file"), mesh.error());
-          else
-            v.mesh = std::make_shared<TriangleMesh>(std::move(mesh).value());
-        }
-      }
-      tool = v;
-    } else {
-      fail(t.get("shape"),
-           "unknown tool shape \"" + shape + "\"; did you mean \"" + nearest(shape, shapes) + "\"?");
+    const std::optional<Tool> known = default_tool(shape);
+    if (!known) {
+      fail(t.get("shape"), "unknown tool shape \"" + shape + "\"; did you mean \"" +
+                               nearest(shape, strings(kToolShapes)) + "\"?");
       return {};
+    }
+    // A key left out keeps the value of the tool before, if that has the same shape.
+    const bool keep = inherited && inherited->index() == known->index();
+    Tool tool = keep ? *inherited : *known;
+    const bool is_mesh = std::holds_alternative<MeshTool>(tool);
+    std::vector<std::string> keys = {"shape"};
+    for_tool_numbers(tool, [&](const char* key, const auto&) { keys.emplace_back(key); });
+    if (is_mesh) keys.emplace_back("file");
+    only(t, name, keys);
+    for_tool_numbers(tool, [&](const char* key, auto& value) {
+      if (t.contains(key) || !keep) read_tool_number(t, name, key, value);
+    });
+    if (is_mesh && (t.contains("file") || !keep)) {
+      if (const std::filesystem::path path = file(t, name, "file"); !path.empty()) {
+        auto mesh = read_mesh(path);
+        if (!mesh)
+          fail(t.get("file"), mesh.error());
+        else
+          tool = MeshTool{std::make_shared<TriangleMesh>(std::move(mesh).value())};
+      }
     }
     if (error_.empty())
       if (const Status ok = check_tool(tool); !ok) fail(&t, full(name, ok.error()));
@@ -488,13 +434,11 @@ class Reader {
       at_least_zero(t, "move", "wait_s", move.wait_s);
       if (t.contains("mode")) {
         const std::string mode = text(t, "move", "mode");
-        const std::vector<std::string> modes = {"cut", "deposit", "touch", "off"};
-        const auto at = std::find(modes.begin(), modes.end(), mode);
-        if (at == modes.end())
-          fail(t.get("mode"),
-               "unknown mode \"" + mode + "\"; did you mean \"" + nearest(mode, modes) + "\"?");
+        if (const auto known = value_of<Mode>(mode))
+          move.mode = *known;
         else
-          move.mode = static_cast<Mode>(at - modes.begin());
+          fail(t.get("mode"), "unknown mode \"" + mode + "\"; did you mean \"" +
+                                  nearest(mode, strings(names_of(Mode{}))) + "\"?");
       }
       if (t.contains("material")) move.material = material(t.get("material"), text(t, "move", "material"));
       if (t.contains("label")) move.label = text(t, "move", "label");
@@ -520,8 +464,8 @@ class Reader {
   std::optional<double> kf_, u_;
 };
 
-constexpr int kMostDepth = 32;  // tables in tables, lists in lists; scenes need four
-constexpr uint64_t kMostSceneBytes = uint64_t{256} << 20;  // some millions of moves
+constexpr int kMaxDepth = 32;  // tables in tables, lists in lists; scenes need four
+constexpr uint64_t kMaxSceneBytes = uint64_t{256} << 20;  // some millions of moves
 
 // Before it is parsed: what is parsed, and what frees it again, goes as deep into the stack as tables lie in
 // tables. A dotted key is as deep as it has dots.
@@ -556,9 +500,9 @@ Status check_depth(std::string_view text, const std::string& name) {
     } else if (c == ',' || c == '=' || c == '\n') {
       dots = 0;
     }
-    if (depth + dots > kMostDepth)
+    if (depth + dots > kMaxDepth)
       return Error{sanitize_message(name + ":" + std::to_string(line) + ": tables or lists lie more than " +
-                                    std::to_string(kMostDepth) + " deep in each other; no scene needs that")};
+                                    std::to_string(kMaxDepth) + " deep in each other; no scene needs that")};
   }
   return Ok{};
 }
@@ -577,7 +521,7 @@ Result<Scene> parse_scene(const std::string& text, const std::string& name,
 }
 
 Result<Scene> read_scene(const std::filesystem::path& path) {
-  const Result<std::vector<char>> text = read_file(path, kMostSceneBytes);
+  const Result<std::vector<char>> text = read_file(path, kMaxSceneBytes);
   if (!text) return Error{text.error()};
   return parse_scene(std::string(text.value().begin(), text.value().end()), path.string(),
                      path.parent_path());

@@ -14,6 +14,7 @@
 #include <kibori/haptics/force.h>
 #include <kibori/motion/direct_tool.h>
 #include <kibori/motion/spring_tool.h>
+#include <kibori/motion/stroke_record.h>
 #include <kibori/solid/tool.h>
 
 namespace kibori {
@@ -52,8 +53,7 @@ struct Scene {
   Stock stock;
   std::vector<Tool> tools;
   std::vector<Material> materials;
-  ForceLaw force;
-  std::optional<SeriesSpring> spring;  // model `series`: the moves are the hand's, and the tool hangs on this
+  StrokeForce force;  // model `series`: the moves are the hand's, and the tool hangs on the spring
   double rate_hz = 1000;
   std::vector<Move> moves;  // the first is where the tool starts
 };

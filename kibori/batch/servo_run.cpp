@@ -197,12 +197,10 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
       settings.mode = scene.moves[i].mode;
       settings.material = scene.moves[i].material;
     }
-  settings.model = options.model.value_or(scene.spring                             ? HandModel::series
-                                          : scene.force.model == ForceModel::paper ? HandModel::paper
-                                                                                   : HandModel::energy);
-  if (scene.spring) settings.spring = *scene.spring;
+  settings.model = options.model.value_or(scene.force.law.model);
+  if (scene.force.series()) settings.spring = scene.force.spring;
   settings.spring.stiffness_n_mm = options.stiffness_n_mm.value_or(
-      scene.spring ? scene.spring->stiffness_n_mm : device->capabilities().stiffness_n_mm);
+      scene.force.series() ? scene.force.spring.stiffness_n_mm : device->capabilities().stiffness_n_mm);
   settings.workspace = Workspace(centre);
   settings.log = !options.document.empty();
   std::unique_ptr<Document> document;
@@ -260,7 +258,7 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
   report.servo = live.statistics();
   report.totals = live.totals();
   report.trip = live.totals().trip;
-  report.least_energy_mj = live.passivity().least_mj();
+  report.min_energy_mj = live.passivity().min_mj();
   return report;
 }
 
@@ -280,7 +278,7 @@ std::string servo_report_text(const ServoReport& r) {
   std::snprintf(line, sizeof line,
                 "carved     %.4g mm3 removed, largest force %.3g N computed, %.3g N given\n"
                 "surface    %llu snapshots, %llu chunks made anew\n",
-                r.totals.removed_mm3, r.totals.most_computed_n, r.totals.most_given_n,
+                r.totals.removed_mm3, r.totals.max_computed_n, r.totals.max_given_n,
                 static_cast<unsigned long long>(r.snapshots),
                 static_cast<unsigned long long>(r.surface_chunks));
   text += line;
@@ -305,9 +303,9 @@ std::string servo_report_json(const ServoReport& r) {
       {"late_us", quantiles(r.servo.late_ns)},
       {"empty_loop_late_us", quantiles(r.empty_late_ns)},
       {"removed_mm3", r.totals.removed_mm3},
-      {"max_force_N", r.totals.most_computed_n},
-      {"max_given_N", r.totals.most_given_n},
-      {"least_energy_mJ", r.least_energy_mj},
+      {"max_force_N", r.totals.max_computed_n},
+      {"max_given_N", r.totals.max_given_n},
+      {"least_energy_mJ", r.min_energy_mj},
       {"snapshots", r.snapshots},
       {"surface_chunks", r.surface_chunks},
       {"recording_left_out", r.left_out},

@@ -18,7 +18,7 @@ namespace kibori {
 struct ServoRunOptions {
   double seconds = 10;
   double rate_hz = 1000;
-  std::optional<HandModel> model;        // else the scene's
+  std::optional<ForceModel> model;       // else the scene's
   std::optional<double> stiffness_n_mm;  // else the device's
   bool surface = true;                   // a second thread follows with the surface
   bool empty_loop = true;                // a thread that only wakes, to tell the machine's jitter from ours
@@ -36,7 +36,7 @@ struct ServoReport {
   Histogram empty_late_ns;
   LiveTotals totals;
   Trip trip = Trip::none;
-  double least_energy_mj = 0;  // what the program gave back beyond what it got, at worst
+  double min_energy_mj = 0;  // what the program gave back beyond what it got, at worst
   uint64_t snapshots = 0, surface_chunks = 0;
   uint64_t left_out = 0;  // ticks that the recording had no room for
   std::string

@@ -97,10 +97,10 @@ Result<std::unique_ptr<ForceDimensionDevice>> ForceDimensionDevice::open() {
   c.name = name ? name : "Force Dimension device";
   c.dof_in = dhd.has_wrist(ID) ? 6 : 3;
   c.dof_out = dhd.has_active_wrist(ID) ? 6 : 3;
-  const double most = dhd.get_max_force(ID);
+  const double max = dhd.get_max_force(ID);
   const bool falcon =
       c.name.find("FALCON") != std::string::npos || c.name.find("Falcon") != std::string::npos;
-  c.force_n = std::isfinite(most) && most > 0 ? most : falcon ? 8 : 12;
+  c.force_n = std::isfinite(max) && max > 0 ? max : falcon ? 8 : 12;
   c.torque_nmm = c.dof_out == 6 ? 100 : 0;
   c.force_rate_n_s = 4000;
   c.damping_ns_mm = falcon ? 0.003 : 0.005;

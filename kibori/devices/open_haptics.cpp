@@ -168,13 +168,13 @@ Result<std::unique_ptr<OpenHapticsDevice>> OpenHapticsDevice::open() {
     return said("could not be opened", error.code);
   }
   l.enable(kForceOutput);
-  double most = 0;
-  l.get_doubles(kNominalMaxForce, &most);
+  double max = 0;
+  l.get_doubles(kNominalMaxForce, &max);
   DeviceCapabilities& c = l.capabilities;
   c.name = "Touch (OpenHaptics)";
   c.dof_in = 6;
   c.dof_out = 3;
-  c.force_n = std::isfinite(most) && most > 0 ? most : 3.3;
+  c.force_n = std::isfinite(max) && max > 0 ? max : 3.3;
   c.damping_ns_mm = 0.0003;
   c.stiffness_n_mm = 0.3;
   l.scheduled = l.schedule(&Link::call, &l, kHighest);

@@ -8,7 +8,7 @@ namespace kibori {
 
 VirtualDevice::VirtualDevice(const VirtualDeviceSettings& settings, Script script)
     : settings_(settings), script_(std::move(script)), hand_(settings.hand, script_(0).position_mm) {
-  settings_.delay_ticks = std::clamp(settings.delay_ticks, 0, kMostDelay);
+  settings_.delay_ticks = std::clamp(settings.delay_ticks, 0, kMaxDelay);
   forces_.fill(Vec3::Zero());
 }
 

@@ -42,7 +42,7 @@ class VirtualDevice final : public Device {
   const SimulatedHand& hand() const { return hand_; }
 
  private:
-  static constexpr int kMostDelay = 8;
+  static constexpr int kMaxDelay = 8;
   VirtualDeviceSettings settings_;
   Script script_;
   SimulatedHand hand_;
@@ -50,7 +50,7 @@ class VirtualDevice final : public Device {
   double time_s_ = 0;
   bool started_ = false;
   Vec3 last_read_ = Vec3::Zero();
-  std::array<Vec3, kMostDelay + 1> forces_;  // the newest first
+  std::array<Vec3, kMaxDelay + 1> forces_;  // the newest first
   DeviceStatus status_ = DeviceStatus::ok;
 };
 

@@ -161,7 +161,7 @@ void VrpnDevice::take(const unsigned char* message, size_t size) {
   const unsigned char* body = message + kHeader;
   const size_t length = size - kHeader;
   if (type == kSenderName || type == kTypeName) {
-    if (sender < 0 || sender >= kMostIds || length < 4) return;
+    if (sender < 0 || sender >= kMaxIds || length < 4) return;
     const size_t said = read32(body);
     if (said < 1 || said > length - 4 || body[4 + said - 1] != 0) return;
     const char* const name = reinterpret_cast<const char*>(body + 4);
@@ -174,7 +174,7 @@ void VrpnDevice::take(const unsigned char* message, size_t size) {
                                                                    : Known::other;
     return;
   }
-  if (type < 0 || type >= kMostIds || sender < 0 || sender >= kMostIds || !ours_[static_cast<size_t>(sender)])
+  if (type < 0 || type >= kMaxIds || sender < 0 || sender >= kMaxIds || !ours_[static_cast<size_t>(sender)])
     return;
   const Known known = names_[static_cast<size_t>(type)];
   if (known == Known::pose && length >= 8 + 7 * 8) {

@@ -38,7 +38,7 @@ class VrpnDevice final : public Device {
 
  private:
   static constexpr size_t kLongest = 4096;  // message
-  static constexpr int kMostIds = 256;
+  static constexpr int kMaxIds = 256;
 
   explicit VrpnDevice(int socket) : socket_(socket) { names_.fill(Known::other); }
   bool send_all(const void* data, size_t size);
@@ -51,8 +51,8 @@ class VrpnDevice final : public Device {
   int socket_;
   DeviceCapabilities capabilities_;
   std::string device_;
-  std::array<Known, kMostIds> names_;  // by the server's number of a message type
-  std::array<bool, kMostIds> ours_{};  // by the server's number of a sender
+  std::array<Known, kMaxIds> names_;  // by the server's number of a message type
+  std::array<bool, kMaxIds> ours_{};  // by the server's number of a sender
   std::array<unsigned char, 4 * kLongest> buffer_;
   size_t filled_ = 0;
   DeviceReading last_;

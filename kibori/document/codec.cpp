@@ -21,7 +21,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr int kLevel = 3;
-constexpr size_t kMostTicks = 1'000'000, kMostPlanes = 4096, kMostMaterials = 64;
+constexpr size_t kMaxTicks = 1'000'000, kMaxPlanes = 4096;
 
 Bytes compress(const Bytes& raw) {
   Bytes packed(ZSTD_compressBound(raw.size()));
@@ -35,9 +35,9 @@ Bytes compress(const Bytes& raw) {
   return packed;
 }
 
-Result<Bytes> decompress(const Bytes& packed, size_t most) {
+Result<Bytes> decompress(const Bytes& packed, size_t max) {
   const unsigned long long size = ZSTD_getFrameContentSize(packed.data(), packed.size());
-  if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN || size > most)
+  if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN || size > max)
     return Error{"is not packed as it should be"};
   Bytes raw(static_cast<size_t>(size));
   thread_local const std::unique_ptr<ZSTD_DCtx, size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(),
@@ -108,10 +108,10 @@ struct Fields {
     else if (wrong.empty())
       wrong = std::string(key) + " is no number";
   }
-  void get(const char* key, int& value, int least, int most) {
+  void get(const char* key, int& value, int min, int max) {
     double read = 0;
     get(key, read);
-    if (wrong.empty() && !(read >= least && read <= most)) wrong = std::string(key) + " is out of range";
+    if (wrong.empty() && !(read >= min && read <= max)) wrong = std::string(key) + " is out of range";
     if (wrong.empty()) value = static_cast<int>(read);
   }
   void get(const char* key, std::string& value) {
@@ -129,33 +129,15 @@ struct Fields {
   }
 };
 
-const char* const kShapes[] = {"finger",  "ball",      "flat", "bull",      "cone",
-                               "capsule", "halfspace", "box",  "ellipsoid", "mesh"};
-static_assert(std::size(kShapes) == std::variant_size_v<Tool>);
-const char* const kModes[] = {"cut", "deposit", "touch", "off"};
-
-// The numbers of a tool, by name: one list for writing and reading.
-template <class T, class F>
-void for_fields(T& tool, F&& f) {
-  using Shape = std::remove_const_t<T>;
-  if constexpr (std::is_same_v<Shape, Finger>) f("ks", tool.ks);
-  if constexpr (std::is_same_v<Shape, Cone>) f("angle_deg", tool.angle_deg);
-  if constexpr (requires { tool.radius; }) f("radius", tool.radius);
-  if constexpr (std::is_same_v<Shape, Bull>) f("corner", tool.corner);
-  if constexpr (requires { tool.length; }) f("length", tool.length);
-  if constexpr (std::is_same_v<Shape, BoxTool>) f("size", tool.size);
-  if constexpr (std::is_same_v<Shape, Ellipsoid>) f("radii", tool.radii);
-}
-
 Json json_of(const Tool& tool) {
-  Json json{{"shape", kShapes[tool.index()]}};
+  Json json{{"shape", shape_of(tool)}};
   const auto put = [&](const char* key, const auto& value) {
     if constexpr (std::is_same_v<std::decay_t<decltype(value)>, double>)
       json[key] = value;
     else
       json[key] = vec(value);
   };
-  std::visit([&](const auto& t) { for_fields(t, put); }, tool);
+  for_tool_numbers(tool, put);
   if (const auto* t = std::get_if<MeshTool>(&tool)) {
     Json& vertices = json["vertices"] = Json::array();
     for (const Vec3& p : t->mesh->vertices) vertices.push_back(vec(p));
@@ -163,14 +145,6 @@ Json json_of(const Tool& tool) {
     for (const auto& t3 : t->mesh->triangles) triangles.push_back({t3[0], t3[1], t3[2]});
   }
   return json;
-}
-
-// A tool of the shape that stands at `index` among the kinds of Tool.
-template <size_t... I>
-Tool tool_at(size_t index, std::index_sequence<I...>) {
-  Tool tool;
-  static_cast<void>(((index == I && (tool.emplace<I>(), true)) || ...));
-  return tool;
 }
 
 Status read_tool_mesh(Fields& fields, MeshTool& tool) {
@@ -189,8 +163,8 @@ Status read_tool_mesh(Fields& fields, MeshTool& tool) {
   }
   for (const Json& v : *triangles) {
     if (!three(v, true)) return Error{"the tool's mesh has a triangle that is none"};
-    const uint64_t a = v[0], b = v[1], c = v[2], most = mesh->vertices.size();
-    if (a >= most || b >= most || c >= most)
+    const uint64_t a = v[0], b = v[1], c = v[2], max = mesh->vertices.size();
+    if (a >= max || b >= max || c >= max)
       return Error{"the tool's mesh has a triangle of vertices that are not there"};
     mesh->triangles.push_back({static_cast<uint32_t>(a), static_cast<uint32_t>(b), static_cast<uint32_t>(c)});
   }
@@ -203,17 +177,15 @@ Result<Tool> tool_of(const Json& json) {
   std::string shape;
   fields.get("shape", shape);
   if (!fields.wrong.empty()) return Error{"the tool " + fields.wrong};
-  const auto known = std::find(std::begin(kShapes), std::end(kShapes), shape);
-  if (known == std::end(kShapes)) return Error{"no tool's shape is called '" + sanitize_message(shape) + "'"};
-  Tool tool = tool_at(static_cast<size_t>(known - std::begin(kShapes)),
-                      std::make_index_sequence<std::variant_size_v<Tool>>());
-  std::visit([&](auto& t) { for_fields(t, [&](const char* key, auto& value) { fields.get(key, value); }); },
-             tool);
+  std::optional<Tool> known = default_tool(shape);
+  if (!known) return Error{"no tool's shape is called '" + sanitize_message(shape) + "'"};
+  Tool& tool = *known;
+  for_tool_numbers(tool, [&](const char* key, auto& value) { fields.get(key, value); });
   if (auto* mesh = std::get_if<MeshTool>(&tool))
     if (Status s = read_tool_mesh(fields, *mesh); !s) return Error{s.error()};
   if (!fields.wrong.empty()) return Error{"the tool " + fields.wrong};
   if (const Status good = check_tool(tool); !good) return Error{good.error()};
-  return tool;
+  return std::move(tool);
 }
 
 // Columns of doubles, each XORed with the one before, as eight planes of bytes from the lowest.
@@ -255,23 +227,28 @@ bool take_columns(Reader& reader, size_t count, int columns, At&& at) {
 
 }  // namespace
 
+std::string tool_to_json(const Tool& tool) { return json_of(tool).dump(); }
+
+Result<Tool> tool_from_json(const std::string& text) {
+  const Json json = Json::parse(text, nullptr, /*allow_exceptions=*/false);
+  if (!json.is_object()) return Error{"a tool is no JSON object"};
+  return tool_of(json);
+}
+
 std::string settings_to_json(const StrokeSettings& s) {
-  Json json{{"tool", json_of(s.tool)},
-            {"mode", kModes[static_cast<size_t>(s.mode)]},
-            {"material", s.material},
-            {"rate_hz", s.rate_hz}};
-  if (s.force.series)
-    json["force"] = {{"model", "series"},
+  Json json{
+      {"tool", json_of(s.tool)}, {"mode", name_of(s.mode)}, {"material", s.material}, {"rate_hz", s.rate_hz}};
+  if (s.force.series())
+    json["force"] = {{"model", name_of(s.force.law.model)},
                      {"stiffness_n_mm", s.force.spring.stiffness_n_mm},
                      {"torsion_nmm_rad", s.force.spring.torsion_nmm_rad},
                      {"friction", s.force.spring.friction}};
   else
-    json["force"] = {{"model", s.force.law.model == ForceModel::paper ? "paper" : "energy"},
-                     {"dof", s.force.law.dof}};
+    json["force"] = {{"model", name_of(s.force.law.model)}, {"dof", s.force.law.dof}};
   // Only where they are, so that strokes without them read as they always did.
-  if (s.force.series && s.force.spring.strength_n > 0)
+  if (s.force.series() && s.force.spring.strength_n > 0)
     json["force"]["strength_n"] = s.force.spring.strength_n;
-  const double share = s.force.series ? s.force.spring.hand_share : s.force.law.hand_share;
+  const double share = s.force.series() ? s.force.spring.hand_share : s.force.law.hand_share;
   if (share != 1) json["force"]["hand_share"] = share;
   if (s.symmetry.any())
     json["symmetry"] = {{"planes", s.symmetry.planes}, {"centre_mm", vec(s.symmetry.centre_mm)}};
@@ -295,33 +272,30 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
   }
   std::string mode;
   fields.get("mode", mode);
-  int found = -1, material = 0;
-  for (int i = 0; i < 4; i++)
-    if (mode == kModes[i]) found = i;
-  if (found < 0) return Error{"no mode is called '" + sanitize_message(mode) + "'"};
-  s.mode = static_cast<Mode>(found);
+  const std::optional<Mode> known = value_of<Mode>(mode);
+  if (!known) return Error{"no mode is called '" + sanitize_message(mode) + "'"};
+  s.mode = *known;
   fields.get("rate_hz", s.rate_hz);
   if (!(s.rate_hz > 0)) return Error{"a stroke's rate_hz is not positive"};
   if (const Json* force = fields.find("force"); force && force->is_object()) {
     Fields f{*force};
     std::string model;
     f.get("model", model);
-    s.force.series = model == "series";
-    double& share = s.force.series ? s.force.spring.hand_share : s.force.law.hand_share;
+    const std::optional<ForceModel> named = value_of<ForceModel>(model);
+    if (!named) return Error{"no force model is called '" + sanitize_message(model) + "'"};
+    s.force.law.model = *named;
+    double& share = s.force.series() ? s.force.spring.hand_share : s.force.law.hand_share;
     if (force->contains("hand_share")) f.get("hand_share", share);
     if (!(share >= 0 && share <= 1)) return Error{"a stroke's hand_share is not from 0 to 1"};
-    if (s.force.series) {
+    if (s.force.series()) {
       if (force->contains("strength_n")) f.get("strength_n", s.force.spring.strength_n);
       if (!(s.force.spring.strength_n >= 0)) return Error{"a stroke's strength_n is below 0"};
       f.get("stiffness_n_mm", s.force.spring.stiffness_n_mm);
       f.get("torsion_nmm_rad", s.force.spring.torsion_nmm_rad);
       f.get("friction", s.force.spring.friction);
       s.force.spring.tick_s = 1 / s.rate_hz;
-    } else if (model == "paper" || model == "energy") {
-      s.force.law.model = model == "paper" ? ForceModel::paper : ForceModel::energy;
-      f.get("dof", s.force.law.dof, 5, 6);
     } else {
-      return Error{"no force model is called '" + sanitize_message(model) + "'"};
+      f.get("dof", s.force.law.dof, 5, 6);
     }
     if (!f.wrong.empty()) return Error{"the force " + f.wrong};
   }
@@ -337,7 +311,8 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
     if (const Status fits = check_symmetry(s.symmetry, s.tool); !fits) return Error{fits.error()};
   }
   const Json* materials = fields.find("materials");
-  if (materials && (!materials->is_array() || materials->empty() || materials->size() > kMostMaterials))
+  if (materials && (!materials->is_array() || materials->empty() ||
+                    materials->size() > static_cast<size_t>(kMaxMaterials)))
     return Error{"a stroke's materials are no list of 1 to 64"};
   if (materials) {
     s.materials.clear();
@@ -359,6 +334,7 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
       s.materials.push_back(m);
     }
   }
+  int material = 0;
   fields.get("material", material, 0, static_cast<int>(s.materials.size()) - 1);
   s.material = static_cast<uint8_t>(material);
   if (!fields.wrong.empty()) return Error{"a stroke's settings: it " + fields.wrong};
@@ -415,7 +391,7 @@ Bytes encode_ticks(const StrokeTick* ticks, size_t count) {
 }
 
 Result<std::vector<StrokeTick>> decode_ticks(const Bytes& bytes) {
-  const Result<Bytes> raw = decompress(bytes, 4 + kMostTicks * (1 + 8 * kColumns));
+  const Result<Bytes> raw = decompress(bytes, 4 + kMaxTicks * (1 + 8 * kColumns));
   if (!raw) return Error{"a stroke's ticks: the block " + raw.error()};
   Reader reader{raw.value()};
   uint32_t count = 0;
@@ -439,7 +415,7 @@ Bytes encode_forces(const Wrench* felt, size_t count) {
 }
 
 Result<std::vector<Wrench>> decode_forces(const Bytes& bytes) {
-  const Result<Bytes> raw = decompress(bytes, 4 + kMostTicks * 8 * kForceColumns);
+  const Result<Bytes> raw = decompress(bytes, 4 + kMaxTicks * 8 * kForceColumns);
   if (!raw) return Error{"a stroke's forces: the block " + raw.error()};
   Reader reader{raw.value()};
   uint32_t count = 0;
@@ -503,11 +479,11 @@ Bytes encode_tile(const Tile& tile) {
 }
 
 Status decode_tile(const Bytes& bytes, Field& field, int tu, int tv) {
-  const Result<Bytes> raw = decompress(bytes, 4 + kMostPlanes * (kTileRays * 25 + 1));
+  const Result<Bytes> raw = decompress(bytes, 4 + kMaxPlanes * (kTileRays * 25 + 1));
   if (!raw) return Error{"a tile " + raw.error()};
   Reader reader{raw.value()};
   uint32_t planes = 0;
-  if (!reader.take(&planes, 1) || planes > kMostPlanes)
+  if (!reader.take(&planes, 1) || planes > kMaxPlanes)
     return Error{"a tile has not the length it should have"};
   field.clear_tile(tu, tv);
   if (planes == 0) return Ok{};

@@ -15,6 +15,11 @@
 
 namespace kibori {
 
+// A tool as it stands in settings, and in the studio's messages: {"shape":"ball","radius":3}. Errors: what is
+// no JSON, no tool, or refused by check_tool.
+std::string tool_to_json(const Tool& tool);
+Result<Tool> tool_from_json(const std::string& text);
+
 std::string settings_to_json(const StrokeSettings& settings);
 Result<StrokeSettings> settings_from_json(const std::string& text);
 

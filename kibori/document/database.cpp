@@ -12,7 +12,7 @@ Statement::~Statement() { sqlite3_finalize(statement_); }
 namespace {
 
 // Nothing in a document is larger.
-constexpr size_t kMostBytes = size_t{1} << 30;
+constexpr size_t kMaxBytes = size_t{1} << 30;
 
 }  // namespace
 
@@ -80,7 +80,7 @@ std::string Statement::text(int column) const {
 Bytes Statement::bytes(int column) const {
   const auto* data = static_cast<const uint8_t*>(sqlite3_column_blob(statement_, column));
   const auto size = static_cast<size_t>(sqlite3_column_bytes(statement_, column));
-  return data && size <= kMostBytes ? Bytes(data, data + size) : Bytes();
+  return data && size <= kMaxBytes ? Bytes(data, data + size) : Bytes();
 }
 
 void Database::Close::operator()(sqlite3* db) const { sqlite3_close_v2(db); }
@@ -144,7 +144,7 @@ bool Database::connect(const std::string& name, int flags, const char* vfs) {
   sqlite3_db_config(db, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
   sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
   sqlite3_db_config(db, SQLITE_DBCONFIG_ENABLE_VIEW, 0, nullptr);
-  sqlite3_limit(db, SQLITE_LIMIT_LENGTH, static_cast<int>(kMostBytes));
+  sqlite3_limit(db, SQLITE_LIMIT_LENGTH, static_cast<int>(kMaxBytes));
   return true;
 }
 

@@ -15,7 +15,7 @@ constexpr auto kTilesAtOnce = std::chrono::milliseconds(10);
 constexpr size_t kTicksABlock = 65536;
 // States held in memory, and the memory that the model then may take; those not visited for longest go first,
 // and are made again from the file when asked for.
-constexpr size_t kLeastStates = 64, kMostStates = 2048, kMostBytes = size_t{512} << 20;
+constexpr size_t kMinStates = 64, kMaxStates = 2048, kMaxBytes = size_t{512} << 20;
 
 }  // namespace
 
@@ -76,8 +76,7 @@ void Document::remember(StepId step, const Snapshot& state) {
   states_[step] = state;
   std::erase(visited_, step);
   visited_.push_back(step);
-  while (visited_.size() > kMostStates ||
-         (visited_.size() > kLeastStates && state.memory_bytes() > kMostBytes)) {
+  while (visited_.size() > kMaxStates || (visited_.size() > kMinStates && state.memory_bytes() > kMaxBytes)) {
     const auto oldest = states_.find(visited_.front());
     oldest->second.drop_shared();
     states_.erase(oldest);
@@ -133,7 +132,7 @@ Result<Document::Checkout> Document::checkout(StepId step) const {
   TriDexel beside(states_.begin()->second, material_bounds_);
   const Status made = rebuild(beside, step, [&](StepId at, const Snapshot& state) {
     to.states[at] = state;
-    if (to.states.size() > kMostStates) {
+    if (to.states.size() > kMaxStates) {
       to.states.begin()->second.drop_shared();
       to.states.erase(to.states.begin());
     }

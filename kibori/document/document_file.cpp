@@ -20,7 +20,7 @@ constexpr int kApplication = 0x4B49424F;  // "KIBO"
 // 2: forces and thumbnails. 3: tiles found by place. 4: symmetry. 5: seals.
 constexpr int64_t kVersion = 5;
 // Beyond, SQLite would number new ones out of order.
-constexpr StepId kMostSteps = StepId{1} << 62;
+constexpr StepId kMaxSteps = StepId{1} << 62;
 const char* const kSchema = R"(
 CREATE TABLE meta (key TEXT PRIMARY KEY, value) WITHOUT ROWID;
 CREATE TABLE setting (id INTEGER PRIMARY KEY, json TEXT NOT NULL UNIQUE);
@@ -351,7 +351,7 @@ Status Document::check_kind() {
 // that are worked out when they are read, or be a program's (virtual), and take the machine.
 Status Document::check_tables() {
   using Tables = std::set<std::tuple<std::string, std::string, std::string, std::string>>;
-  constexpr size_t kMostTables = 64;
+  constexpr size_t kMaxTables = 64;
   const auto tables_of = [](Database& database) -> Result<Tables> {
     Result<Statement> read = database.prepare("SELECT type, name, tbl_name, sql FROM sqlite_master");
     if (!read) return Error{read.error()};
@@ -365,7 +365,7 @@ Status Document::check_tables() {
         else if (!sql.empty() && sql.back() != ' ')
           sql += ' ';
       tables.emplace(r.text(0), r.text(1), r.text(2), sql);
-      return tables.size() <= kMostTables ? Status(Ok{}) : Status(Error{"too many tables"});
+      return tables.size() <= kMaxTables ? Status(Ok{}) : Status(Error{"too many tables"});
     });
     return done ? Result<Tables>(tables) : Result<Tables>(Error{done.error()});
   };
@@ -429,7 +429,7 @@ Status Document::read_tree() {
           step.setting = s.integer(10);
           const bool known = step.stock ? step.parent == 0 && steps_.empty() : steps_.count(step.parent) != 0;
           // Each once, and after the one before it: so there is no way around in circles.
-          if (step.id < 1 || step.id > kMostSteps || !known || steps_.count(step.id))
+          if (step.id < 1 || step.id > kMaxSteps || !known || steps_.count(step.id))
             return Error{"step " + std::to_string(step.id) + " follows none that is there"};
           steps_[step.id] = step;
           return Ok{};

@@ -11,7 +11,7 @@ namespace kibori {
 namespace {
 
 // Steps whose tiles wait to be kept. Beyond so many they are carved so fast that they are left without.
-constexpr size_t kMostWaiting = 256;
+constexpr size_t kMaxWaiting = 256;
 // Steps that change tiles, on a way of which just these are read; on longer ones all of them are.
 constexpr size_t kFarAway = 500;
 
@@ -22,7 +22,7 @@ constexpr size_t kFarAway = 500;
 void Document::wait_for_tiles(StepId step, const Snapshot& now, const Box& bounds) {
   material_bounds_.include(bounds);
   // A step that others with tiles follow has none: theirs are those that differ from the ones before it.
-  if (!writes_ || is_checkpoint(step) || before_checkpoints_.count(step) || tiles_.size() >= kMostWaiting)
+  if (!writes_ || is_checkpoint(step) || before_checkpoints_.count(step) || tiles_.size() >= kMaxWaiting)
     return;
   TileJob& job = tiles_.emplace_back();
   job.step = step;
@@ -407,7 +407,7 @@ Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceL
       if (!use) continue;
       out.recorded = &tick;
       out.result = done.value();
-      if (s.force.series && !law) out.result.wrench = pull_of(s.force.spring, tick.hand, tick.hand_turn);
+      if (s.force.series() && !law) out.result.wrench = pull_of(s.force.spring, tick.hand, tick.hand_turn);
       out.time_s = static_cast<double>(count) / s.rate_hz;
       use(out);
     }

@@ -71,21 +71,23 @@ void edit_field(const FieldEdit& edit, Removed& removed) {
   if (growing &&
       ((bounds.min.array() < 0).any() || bounds.max[u] > view.nodes_u() || bounds.max[v] > view.nodes_v()))
     removed.clipped = true;
-  TileJob job;
-  job.kernel = tile_kernel();
-  job.spans.flip = !growing;
-  job.field = edit.field;
-  job.solid = &edit.solid;
-  job.motion = &edit.motion;
-  job.removed = &removed;
-  job.color = edit.color;
-  job.depth_min = bounds.min[d] - kBoundsSlack;
-  job.depth_max = bounds.max[d] + kBoundsSlack;
   const double depth = view.nodes_depth();
-  job.t_ref = static_cast<float>(
-      std::floor(0.5 * (std::clamp(bounds.min[d], 0.0, depth) + std::clamp(bounds.max[d], 0.0, depth))));
-  // Node sums of a tile stay whole in float32 while (half the tool's depth)^2 x 16 rows x 2 < 2^24.
-  job.deep = std::min(bounds.max[d], depth) - std::max(bounds.min[d], 0.0) > 1000;
+  TileJob job(
+      {.operation = edit.operation,
+       .kernel = tile_kernel(),
+       .field = edit.field,
+       .solid = &edit.solid,
+       .motion = &edit.motion,
+       .depth_min = bounds.min[d] - kBoundsSlack,
+       .depth_max = bounds.max[d] + kBoundsSlack,
+       .t_ref = static_cast<float>(
+           std::floor(0.5 * (std::clamp(bounds.min[d], 0.0, depth) + std::clamp(bounds.max[d], 0.0, depth)))),
+       // Node sums of a tile stay whole in float32 while (half the tool's depth)^2 x 16 rows x 2 < 2^24.
+       .deep = std::min(bounds.max[d], depth) - std::max(bounds.min[d], 0.0) > 1000,
+       .material = growing ? edit.material : kMixedMaterial,
+       .color = edit.color},
+      removed);
+  job.spans.flip = !growing;
   for (int tv = tvs.begin; tv < tvs.end; tv++)
     for (int tu = tus.begin; tu < tus.end; tu++) {
       job.rays = {axis, tu * kTileSide, tv * kTileSide};
@@ -94,14 +96,13 @@ void edit_field(const FieldEdit& edit, Removed& removed) {
       for (job.layer = 0;; job.layer++) {
         job.tile = &view.tile(tu, tv);
         if (!growing) {
-          if (job.tile->empty || !job.tile->reaches(job.depth_min, job.depth_max)) break;
+          if (job.tile->empty || !job.tile->reaches(job.request.depth_min, job.request.depth_max)) break;
         }
-        job.spans.known = 0;
+        job.spans.normals_ready = 0;
         job.spans.last = false;
         if (!edit.solid.spans(job.rays, job.layer, job.spans)) break;
         if (growing) removed.clipped |= clip_to_lattice(job.spans, job.rays, view);
-        job.material = edit.material;
-        run_tile(edit.operation, job);
+        run_tile(job);
         if (job.spans.last) break;
       }
     }

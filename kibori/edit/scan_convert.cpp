@@ -60,6 +60,10 @@ double crossing_bytes(uint64_t count) {
 // rounding.
 constexpr float kRounding = 1e-2f;
 
+// What a mesh may stand out of its lattice [cells], as rounding of its placement leaves it; snapped to the
+// lattice's face then. Larger, and spans begin outside of it.
+constexpr double kFitSlack = 1e-6;
+
 RayTable make_table(const std::vector<Vec3>& points, const TriangleMesh& mesh, const Lattice& lattice,
                     Axis axis) {
   RayTable table;
@@ -74,9 +78,9 @@ RayTable make_table(const std::vector<Vec3>& points, const TriangleMesh& mesh, c
 
   // Two passes over the triangles: count, then fill. Scanning twice is cheaper than growing a list per ray.
   std::vector<uint32_t> start(table.rays() + 1, 0);
-  const uint64_t most = std::min(kMaxCrossings, kMaxCrossingsARay * table.rays());
+  const uint64_t max = std::min(kMaxCrossings, kMaxCrossingsARay * table.rays());
   const auto scan = [&](auto&& f) {
-    for (size_t i = 0; i < mesh.triangles.size() && table.crossings <= most; i++) {
+    for (size_t i = 0; i < mesh.triangles.size() && table.crossings <= max; i++) {
       const auto& t = mesh.triangles[i];
       for_crossings(snapped[t[0]], snapped[t[1]], snapped[t[2]], axis, all,
                     [&](int u, int v, double depth, int sign) { f(i, table.ray(u, v), depth, sign); });
@@ -87,7 +91,7 @@ RayTable make_table(const std::vector<Vec3>& points, const TriangleMesh& mesh, c
     table.crossings++;
   });
   const double there = available_bytes();
-  if (table.crossings > most) {
+  if (table.crossings > max) {
     table.too_often = true;
     return table;
   }
@@ -430,7 +434,7 @@ Result<ScanReport> scan_convert(TriDexel& model, const TriangleMesh& mesh, uint8
   for (const auto& t : mesh.triangles)
     for (uint32_t index : t) box.include(points[index]);
   const Vec3 room = lattice.nodes.matrix().cast<double>();
-  if (!(box.min.array() >= -1e-6).all() || !((room - box.max).array() >= -1e-6).all())
+  if (!(box.min.array() >= -kFitSlack).all() || !((room - box.max).array() >= -kFitSlack).all())
     return Error{"the mesh does not fit the lattice"};
 
   std::array<RayTable, 3> tables;

@@ -34,7 +34,11 @@ struct LaneTotals {
 
 // Whether sums need the scalar path: per element while turning, per span where materials mix.
 inline bool scalar_sums(const TileJob& job, bool mixed) {
-  return job.motion->turning || mixed || (job.deep && job.rays.axis == Axis::z);
+  return job.request.motion->turning || mixed || (job.request.deep && job.rays.axis == Axis::z);
+}
+// From now on the tile is the model's own: a copy of what snapshots share.
+inline void make_writable(TileJob& job) {
+  job.tile = job.writable = &job.request.field->writable(job.tu, job.tv);
 }
 // A row's number as a float, so that vectors can load it.
 inline constexpr float kRowNumber[kTileSide] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
@@ -123,7 +127,7 @@ void AddScalarSums(TileJob& job, bool growing) {
     const float *a = job.spans.lo + row * kTileSide, *b = job.spans.hi + row * kTileSide;
     if (growing)
       for (int lane = 0; lane < kTileSide; lane++)
-        if (a[lane] < b[lane]) add_overlap(job, row, lane, a[lane], b[lane], job.material, 1);
+        if (a[lane] < b[lane]) add_overlap(job, row, lane, a[lane], b[lane], job.request.material, 1);
     for (const Plane* p = &job.tile->first; p; p = p->next) {
       unsigned hits = 0;
       for (size_t g = 0; g < kGroups; g++) {
@@ -151,7 +155,7 @@ void ContactCut(TileJob& job) {
     Sums<kSummed> sum;
     MF met = hn::FirstN(d, 0);
     for (const Plane* p = &job.tile->first; p; p = p->next) {
-      if (!p->reaches(job.depth_min, job.depth_max)) continue;
+      if (!p->reaches(job.request.depth_min, job.request.depth_max)) continue;
       for (unsigned left = job.spans.rows; left; left &= left - 1) {
         const auto row = static_cast<size_t>(__builtin_ctz(left));
         const size_t slot = row * kTileSide + g * kLanes;
@@ -159,7 +163,7 @@ void ContactCut(TileJob& job) {
         const VF hi = hn::Min(hn::Load(d, p->out + slot), hn::Load(d, job.spans.hi + slot));
         const MF hit = hn::Lt(lo, hi);
         met = hn::Or(met, hit);
-        sum.Add(hit, lo, hi, F(kRowNumber[row]), F(2 * job.t_ref));
+        sum.Add(hit, lo, hi, F(kRowNumber[row]), F(2 * job.request.t_ref));
       }
     }
     if (hn::AllFalse(d, met)) continue;
@@ -184,20 +188,20 @@ bool Meets(const TileJob& job) {
   return false;
 }
 
-// The ends that `lanes` of a row got from the tool: their normals now where the row is in `known`, else by
-// name for later.
-HWY_INLINE void GiveNormals(TileJob& job, Plane& plane, unsigned known, size_t row, size_t g, MF lanes,
-                            bool at_in) {
+// The ends that `lanes` of a row got from the tool: their normals now where the row is in `normals_ready`,
+// else by name for later.
+HWY_INLINE void GiveNormals(TileJob& job, Plane& plane, unsigned normals_ready, size_t row, size_t g,
+                            MF lanes, bool at_in) {
   const DU du;
   const size_t slot = row * kTileSide + g * kLanes;
-  if ((known >> row) & 1) {
+  if ((normals_ready >> row) & 1) {
     // What is left begins where the tool ends, and ends where the tool begins.
     const VU code = hn::Load(du, (at_in ? job.spans.codes.hi : job.spans.codes.lo) + slot);
     hn::BlendedStore(code, hn::RebindMask(du, lanes), du,
                      (at_in ? plane.normal_in : plane.normal_out) + slot);
   } else {
     const unsigned bits = Bits(lanes) << (g * kLanes);
-    job.ends.name(row, at_in ? 0 : bits, at_in ? bits : 0);
+    job.ends.mark(row, at_in ? 0 : bits, at_in ? bits : 0);
   }
 }
 
@@ -210,17 +214,17 @@ HWY_NOINLINE void CutHardRow(TileJob& job, Plane& plane, size_t row, size_t g) {
   const VF in = hn::Load(d, plane.in + slot), out = hn::Load(d, plane.out + slot);
   const MF hit = hn::Lt(hn::Max(in, a), hn::Min(out, b));
   const MF front = hn::And(hit, hn::Le(a, in)), back = hn::And(hit, hn::Ge(b, out));
-  const unsigned known = plane.paint ? 0 : job.spans.known;
+  const unsigned normals_ready = plane.paint ? 0 : job.spans.normals_ready;
   const MF trim_in = hn::AndNot(back, front), trim_out = hn::AndNot(front, back);
   hn::BlendedStore(b, trim_in, d, plane.in + slot);
   hn::BlendedStore(a, trim_out, d, plane.out + slot);
-  GiveNormals(job, plane, known, row, g, trim_in, true);
-  GiveNormals(job, plane, known, row, g, trim_out, false);
+  GiveNormals(job, plane, normals_ready, row, g, trim_in, true);
+  GiveNormals(job, plane, normals_ready, row, g, trim_out, false);
   unsigned hard = 0;
   const MF split = hn::AndNot(hn::Or(front, back), hit);
   if (!hn::AllFalse(d, split)) {
     // What lies behind the tool moves to the next plane, if there is room in it.
-    Plane& next = job.field->next_plane(plane);
+    Plane& next = job.request.field->next_plane(plane);
     MF room = hn::And(split, hn::Ge(hn::Load(d, next.in + slot), hn::Load(d, next.out + slot)));
     if (plane.paint || next.paint) room = hn::FirstN(d, 0);
     hard |= Bits(hn::AndNot(room, split));
@@ -231,8 +235,8 @@ HWY_NOINLINE void CutHardRow(TileJob& job, Plane& plane, size_t row, size_t g) {
     next.tight = false;
     hn::BlendedStore(hn::Load(du, plane.normal_out + slot), hn::RebindMask(du, room), du,
                      next.normal_out + slot);
-    GiveNormals(job, plane, known, row, g, room, false);
-    GiveNormals(job, next, known, row, g, room, true);
+    GiveNormals(job, plane, normals_ready, row, g, room, false);
+    GiveNormals(job, next, normals_ready, row, g, room, true);
     for (unsigned bits = Bits(room); bits; bits &= bits - 1) {
       const size_t lane = slot + static_cast<size_t>(__builtin_ctz(bits));
       next.material[lane] = plane.material[lane];
@@ -285,7 +289,7 @@ HWY_NOINLINE void CloseGaps(TileJob& job, Plane& first, size_t row) {
     for (Plane* to = &first; to->next; to = to->next)
       for (Plane* from = to->next; from; from = from->next) {
         const MF lanes = hn::AndNot(filled(*to), filled(*from));
-        if (!hn::AllFalse(d, lanes)) MoveSpans(*job.field, *from, *to, lanes, slot);
+        if (!hn::AllFalse(d, lanes)) MoveSpans(*job.request.field, *from, *to, lanes, slot);
       }
   }
 }
@@ -315,17 +319,17 @@ template <Summed kSummed>
 void CutTile(TileJob& job) {
   const DF d;
   const SpanLayer& spans = job.spans;
-  const VF twice_ref = F(2 * job.t_ref);
-  Plane* const first = &const_cast<Tile*>(job.tile)->first;
+  const VF twice_ref = F(2 * job.request.t_ref);
+  Plane* const first = &job.writable->first;
   uint64_t met_planes = 0;  // by number; those beyond the 63rd count as one
   for (size_t g = 0; g < kGroups; g++) {
     Sums<kSummed> sum;
     bool met_here = false;
     uint64_t number = 1;
     for (Plane* p = first; p; p = p->next, number = number << 1 | number >> 63 << 63) {
-      if (!p->reaches(job.depth_min, job.depth_max)) continue;
+      if (!p->reaches(job.request.depth_min, job.request.depth_max)) continue;
       bool met = false;
-      const unsigned known = p->paint ? 0 : spans.known;
+      const unsigned normals_ready = p->paint ? 0 : spans.normals_ready;
       for (unsigned left = spans.rows; left; left &= left - 1) {
         const auto row = static_cast<size_t>(__builtin_ctz(left));
         const size_t slot = row * kTileSide + g * kLanes;
@@ -344,11 +348,11 @@ void CutTile(TileJob& job) {
         }
         if (!hn::AllFalse(d, front)) {
           hn::BlendedStore(b, front, d, p->in + slot);
-          GiveNormals(job, *p, known, row, g, front, true);
+          GiveNormals(job, *p, normals_ready, row, g, front, true);
         }
         if (!hn::AllFalse(d, back)) {
           hn::BlendedStore(a, back, d, p->out + slot);
-          GiveNormals(job, *p, known, row, g, back, false);
+          GiveNormals(job, *p, normals_ready, row, g, back, false);
         }
       }
       if (met) {
@@ -369,20 +373,20 @@ void CutTile(TileJob& job) {
   // Planes that were visited in vain: the next edit may be spared.
   uint64_t number = 1;
   for (Plane* p = first; p; p = p->next, number = number << 1 | number >> 63 << 63)
-    if (!p->tight && !(met_planes & number) && p->reaches(job.depth_min, job.depth_max)) Tighten(*p);
+    if (!p->tight && !(met_planes & number) && p->reaches(job.request.depth_min, job.request.depth_max))
+      Tighten(*p);
 }
 
 // Deposit (or its contact test): what is added is the interval less its overlaps.
 template <bool kWrite, Summed kSummed>
 void DepositTile(TileJob& job) {
   const DF d;
-  Tile* writable = nullptr;
   const Plane* first = &job.tile->first;
   // What is added lies within the solid's bounds and the lattice.
-  const float least = std::max(0.0f, static_cast<float>(job.depth_min) - 1);
-  const float most = std::max(0.0f, static_cast<float>(job.depth_max) + 1);
+  const float min = std::max(0.0f, static_cast<float>(job.request.depth_min) - 1);
+  const float max = std::max(0.0f, static_cast<float>(job.request.depth_max) + 1);
   const auto grown = [&](Plane& plane) {
-    plane.include(least, most);
+    plane.include(min, max);
     plane.tight = false;
   };
   for (size_t g = 0; g < kGroups; g++) {
@@ -405,21 +409,21 @@ void DepositTile(TileJob& job) {
       const MF adds = hn::AndNot(covered, live);
       if (hn::AllFalse(d, adds)) continue;
       met = true;
-      sum.Add(adds, a, b, F(kRowNumber[row]), F(2 * job.t_ref));
+      sum.Add(adds, a, b, F(kRowNumber[row]), F(2 * job.request.t_ref));
       for (const Plane* p = first; p; p = p->next) {
         const VF lo = hn::Max(hn::Load(d, p->in + slot), a), hi = hn::Min(hn::Load(d, p->out + slot), b);
         const MF hit = hn::And(adds, hn::Lt(lo, hi));
         if (hn::AllFalse(d, hit)) continue;
-        less.Add(hit, lo, hi, F(kRowNumber[row]), F(2 * job.t_ref));
+        less.Add(hit, lo, hi, F(kRowNumber[row]), F(2 * job.request.t_ref));
       }
       if constexpr (kWrite) {
-        if (!writable) {
-          writable = &job.field->writable(job.tu, job.tv);
-          job.tile = writable;
-          first = &writable->first;
+        if (!job.writable) {
+          make_writable(job);
+          first = &job.tile->first;
         }
+        Plane* const own = &job.writable->first;
         // Easy: the ray is empty, or exactly one span of the same, sole material grows.
-        const bool sole = writable->empty || writable->material == job.material;
+        const bool sole = job.tile->empty || job.tile->material == job.request.material;
         unsigned hard = Bits(adds);
         if (sole) {
           const VF in0 = hn::Load(d, first->in + slot), out0 = hn::Load(d, first->out + slot);
@@ -428,25 +432,23 @@ void DepositTile(TileJob& job) {
           hard &= ~Bits(easy);
           const MF fresh = hn::And(easy, empty);
           if (!hn::AllFalse(d, fresh)) {
-            auto* w = const_cast<Plane*>(first);
-            grown(*w);
-            hn::Store(hn::IfThenElse(fresh, a, in0), d, w->in + slot);
-            hn::Store(hn::IfThenElse(fresh, b, out0), d, w->out + slot);
+            grown(*own);
+            hn::Store(hn::IfThenElse(fresh, a, in0), d, own->in + slot);
+            hn::Store(hn::IfThenElse(fresh, b, out0), d, own->out + slot);
             for (unsigned bits = Bits(fresh); bits; bits &= bits - 1)
-              w->material[slot + static_cast<size_t>(__builtin_ctz(bits))] = job.material;
-            job.ends.name(static_cast<size_t>(row), Bits(fresh) << (g * kLanes), Bits(fresh) << (g * kLanes));
+              own->material[slot + static_cast<size_t>(__builtin_ctz(bits))] = job.request.material;
+            job.ends.mark(static_cast<size_t>(row), Bits(fresh) << (g * kLanes), Bits(fresh) << (g * kLanes));
           }
           const MF grow = hn::AndNot(empty, easy);
           if (!hn::AllFalse(d, grow)) {
-            for (const Plane* p = first; p; p = p->next) {
+            for (Plane* p = own; p; p = p->next) {
               const VF in = hn::Load(d, p->in + slot), out = hn::Load(d, p->out + slot);
               const MF here = hn::And(grow, hn::And(hn::Le(in, b), hn::Le(a, out)));
               const MF down = hn::And(here, hn::Lt(a, in)), up = hn::And(here, hn::Gt(b, out));
-              auto* w = const_cast<Plane*>(p);
-              grown(*w);
-              hn::Store(hn::IfThenElse(down, a, in), d, w->in + slot);
-              hn::Store(hn::IfThenElse(up, b, out), d, w->out + slot);
-              job.ends.name(static_cast<size_t>(row), Bits(down) << (g * kLanes), Bits(up) << (g * kLanes));
+              grown(*p);
+              hn::Store(hn::IfThenElse(down, a, in), d, p->in + slot);
+              hn::Store(hn::IfThenElse(up, b, out), d, p->out + slot);
+              job.ends.mark(static_cast<size_t>(row), Bits(down) << (g * kLanes), Bits(up) << (g * kLanes));
             }
           }
         }
@@ -466,30 +468,29 @@ void DepositTile(TileJob& job) {
 void PaintTile(TileJob& job) {
   const DF d;
   const DU du;
-  Tile* writable = nullptr;
-  const Plane* first = &job.tile->first;
+  const auto plane_at = [](Tile& tile, int index) -> Plane& {
+    Plane* plane = &tile.first;
+    for (; index > 0; index--) plane = plane->next;
+    return *plane;
+  };
   for (int row = 0; row < kTileSide; row++) {
     if (!((job.spans.rows >> row) & 1)) continue;
     for (size_t g = 0; g < kGroups; g++) {
       const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
       const VF a = hn::Load(d, job.spans.lo + slot), b = hn::Load(d, job.spans.hi + slot);
       int index = 0;
-      for (const Plane* p = first; p; p = p->next, index++) {
+      for (const Plane* p = &job.tile->first; p; p = p->next, index++) {
         const VF in = hn::Load(d, p->in + slot), out = hn::Load(d, p->out + slot);
         const MF there = hn::Lt(in, out);
         const MF at_in = hn::And(there, hn::And(hn::Ge(in, a), hn::Lt(in, b)));
         const MF at_out = hn::And(there, hn::And(hn::Gt(out, a), hn::Le(out, b)));
         if (hn::AllFalse(d, hn::Or(at_in, at_out))) continue;
-        if (!writable) {
-          writable = &job.field->writable(job.tu, job.tv);
-          first = &writable->first;
-          p = first;
-          for (int i = 0; i < index; i++) p = p->next;
-          job.tile = writable;
-        }
-        PaintPlane& paint = job.field->paint_of(*const_cast<Plane*>(p));
-        hn::BlendedStore(hn::Set(du, job.color), hn::RebindMask(du, at_in), du, paint.in + slot);
-        hn::BlendedStore(hn::Set(du, job.color), hn::RebindMask(du, at_out), du, paint.out + slot);
+        if (!job.writable) make_writable(job);
+        Plane& own = plane_at(*job.writable, index);
+        p = &own;
+        PaintPlane& paint = job.request.field->paint_of(own);
+        hn::BlendedStore(hn::Set(du, job.request.color), hn::RebindMask(du, at_in), du, paint.in + slot);
+        hn::BlendedStore(hn::Set(du, job.request.color), hn::RebindMask(du, at_out), du, paint.out + slot);
         job.removed->ends_painted += __builtin_popcount(Bits(at_in)) + __builtin_popcount(Bits(at_out));
       }
     }
@@ -501,7 +502,7 @@ void PaintTile(TileJob& job) {
 void StoreNormals(TileJob& job, bool cutting) {
   const DF d;
   const DU du;
-  Plane* first = &const_cast<Tile*>(job.tile)->first;
+  Plane* first = &job.writable->first;
   for (int at_lo = 0; at_lo < 2; at_lo++) {
     const uint16_t* masks = at_lo ? job.ends.lo : job.ends.hi;
     const float* made = at_lo ? job.spans.lo : job.spans.hi;
@@ -530,14 +531,12 @@ void StoreNormals(TileJob& job, bool cutting) {
 }
 
 template <Summed kSummed>
-HWY_INLINE void RunSummed(Operation operation, TileJob& job) {
-  switch (operation) {
+HWY_INLINE void RunSummed(TileJob& job) {
+  switch (job.request.operation) {
     case Operation::cut:
       // Take the tile for writing only if there is something to write.
-      if (job.field->shared(job.tu, job.tv)) {
-        if (!Meets(job)) return;
-        job.tile = &job.field->writable(job.tu, job.tv);
-      }
+      if (job.request.field->shared(job.tu, job.tv) && !Meets(job)) return;
+      make_writable(job);
       return CutTile<kSummed>(job);
     case Operation::contact:
       return ContactCut<kSummed>(job);
@@ -570,17 +569,18 @@ void ReduceSums(const LaneSums& sums, LaneTotals& totals) {
   }
 }
 
-void RunVectors(Operation operation, TileJob& job) {
+void RunVectors(TileJob& job) {
+  const Operation operation = job.request.operation;
   const bool growing = operation == Operation::deposit || operation == Operation::deposit_contact;
   if (operation == Operation::paint) {
     PaintTile(job);
   } else if (scalar_sums(job, !growing && job.tile->material == kMixedMaterial)) {
     AddScalarSums(job, growing);
-    RunSummed<Summed::nothing>(operation, job);
+    RunSummed<Summed::nothing>(job);
   } else if (job.rays.axis == Axis::z) {
-    RunSummed<Summed::lengths_and_nodes>(operation, job);
+    RunSummed<Summed::lengths_and_nodes>(job);
   } else {
-    RunSummed<Summed::lengths>(operation, job);
+    RunSummed<Summed::lengths>(job);
   }
 }
 
@@ -598,8 +598,9 @@ HWY_EXPORT(ReduceSums);
 void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t span_material, double sign) {
   const auto axis = static_cast<size_t>(job.rays.axis);
   const int ui = u_index(job.rays.axis), vi = v_index(job.rays.axis), ti = depth_index(job.rays.axis);
-  RemovedPart& part = job.removed->part(job.material == kMixedMaterial ? span_material : job.material);
-  const Motion& motion = *job.motion;
+  RemovedPart& part =
+      job.removed->part(job.request.material == kMixedMaterial ? span_material : job.request.material);
+  const Motion& motion = *job.request.motion;
   const double length = sign * (static_cast<double>(hi) - lo);
   Vec3 r;
   r[ui] = job.rays.u0 + lane + 0.5 - motion.reference[ui];
@@ -632,7 +633,7 @@ void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t sp
 // A deposit that was cut off at the lattice's border ends in a face square to the ray, whatever the tool's
 // surface.
 static void face_lattice(TileJob& job) {
-  const auto depth = static_cast<float>(job.field->nodes_depth());
+  const auto depth = static_cast<float>(job.request.field->nodes_depth());
   for (int slot = 0; slot < kTileRays; slot++) {
     if (!((job.spans.rows >> (slot / kTileSide)) & 1)) continue;
     if (job.spans.lo[slot] == 0) job.spans.codes.lo[slot] = 0;
@@ -649,11 +650,12 @@ void flush_sums(TileJob& job) {
   LaneTotals sum;
   HWY_DYNAMIC_DISPATCH(ReduceSums)(job.sums, sum);
   const double volume = sum.of[S::length];
-  const Vec3& ref = job.motion->reference;
+  const Vec3& ref = job.request.motion->reference;
   part.volume[axis] += volume;
   part.moment[axis][u] += sum.by_lane[S::length] + sum.of[S::length_u0] + volume * (0.5 - ref[u]);
   part.moment[axis][v] += sum.of[S::length_v] + volume * (0.5 - ref[v]);
-  part.moment[axis][t] += 0.5 * sum.of[S::length_t2] + volume * (static_cast<double>(job.t_ref) - ref[t]);
+  part.moment[axis][t] +=
+      0.5 * sum.of[S::length_t2] + volume * (static_cast<double>(job.request.t_ref) - ref[t]);
   if (job.rays.axis == Axis::z) {
     const double n = sum.of[S::nodes];
     part.points += static_cast<int64_t>(n);
@@ -661,7 +663,7 @@ void flush_sums(TileJob& job) {
         static_cast<int64_t>(sum.by_lane[S::nodes] + sum.of[S::nodes_u0]);
     part.node_sum[static_cast<size_t>(v)] += static_cast<int64_t>(sum.of[S::nodes_v]);
     part.node_sum[static_cast<size_t>(t)] +=
-        static_cast<int64_t>(0.5 * sum.of[S::nodes_t2] + n * static_cast<double>(job.t_ref));
+        static_cast<int64_t>(0.5 * sum.of[S::nodes_t2] + n * static_cast<double>(job.request.t_ref));
   }
 }
 
@@ -688,14 +690,14 @@ static void edit_scalar_rays(TileJob& job, Tile& tile, bool growing) {
         had_b |= p->out[slot] == b;
       }
       if (growing)
-        deposit_ray(*job.field, tile, slot, a, b, job.material);
+        deposit_ray(*job.request.field, tile, slot, a, b, job.request.material);
       else
-        cut_ray(*job.field, tile, slot, a, b);
+        cut_ray(*job.request.field, tile, slot, a, b);
       // The ends the tool made are those at exactly a and b.
       for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next) {
         const unsigned at_a = (growing ? p->in : p->out)[slot] == a,
                        at_b = (growing ? p->out : p->in)[slot] == b;
-        job.ends.name(static_cast<size_t>(row), (at_a & ~had_a) << lane, (at_b & ~had_b) << lane);
+        job.ends.mark(static_cast<size_t>(row), (at_a & ~had_a) << lane, (at_b & ~had_b) << lane);
       }
     }
   for (Plane* p = &tile.first; p; p = p->next) p->tight = false;
@@ -713,39 +715,41 @@ TileKernel tile_kernel() {
   return HWY_DYNAMIC_DISPATCH(RunVectors);
 }
 
-void run_tile(Operation operation, TileJob& job) {
-  if (operation == Operation::paint) return job.kernel(operation, job);
+void run_tile(TileJob& job) {
+  const Operation operation = job.request.operation;
+  job.writable = nullptr;
+  if (operation == Operation::paint) return job.request.kernel(job);
   const bool growing = operation == Operation::deposit || operation == Operation::deposit_contact;
-  job.sums_material = growing ? job.material : job.tile->material;
-  if (!growing) job.material = kMixedMaterial;  // add_overlap then asks the span
+  job.sums_material = growing ? job.request.material : job.tile->material;
   job.met = job.shrank = false;
   job.gaps = 0;
-  job.kernel(operation, job);
+  job.request.kernel(job);
   if (!job.met || operation == Operation::contact || operation == Operation::deposit_contact) return;
 
-  auto& tile = *const_cast<Tile*>(job.tile);
+  Tile& tile = *job.writable;
   tile.hash.store(0, std::memory_order_relaxed);
   if (job.scalar.any) {
     edit_scalar_rays(job, tile, growing);
     job.scalar = {};
   }
   if (growing) {
-    tile.material = tile.empty || tile.material == job.material ? job.material : kMixedMaterial;
+    tile.material =
+        tile.empty || tile.material == job.request.material ? job.request.material : kMixedMaterial;
     tile.empty = false;
   }
   if (job.ends.rows) {
-    const unsigned unknown = job.ends.rows & ~job.spans.known;
+    const unsigned unknown = job.ends.rows & ~job.spans.normals_ready;
     if (unknown) {
       if (growing) clear_codes(job.spans, unknown);
-      job.solid->normals(job.rays, job.layer, job.ends, job.spans);
+      job.request.solid->normals(job.rays, job.layer, job.ends, job.spans);
     }
     if (growing) face_lattice(job);
     HWY_DYNAMIC_DISPATCH(StoreNormals)(job, !growing);
     job.ends = {};
   }
   if (job.shrank) {
-    job.field->trim_planes(tile);
-    if (tile.empty) job.field->clear_tile(job.tu, job.tv);
+    job.request.field->trim_planes(tile);
+    if (tile.empty) job.request.field->clear_tile(job.tu, job.tv);
   }
 }
 

@@ -13,8 +13,22 @@ struct TileJob;
 enum class Operation { cut, deposit, paint, contact, deposit_contact };
 
 // The vector part of run_tile, for this machine's best instructions.
-using TileKernel = void (*)(Operation, TileJob&);
+using TileKernel = void (*)(TileJob&);
 TileKernel tile_kernel();
+
+// What is asked of every tile that an edit of a field goes over.
+struct TileRequest {
+  Operation operation;
+  TileKernel kernel;
+  Field* field;  // null for contact: nothing is written
+  const Solid* solid;
+  const Motion* motion;
+  double depth_min, depth_max;        // of the solid, with kBoundsSlack
+  float t_ref;                        // whole number near the tool's depth
+  bool deep;                          // the tool is too deep for node sums in float32
+  uint8_t material = kMixedMaterial;  // of a deposit; else each span is asked for its own
+  Color color = 0;                    // of paint
+};
 
 // Sums over the tiles of one field, by lane; lattice units. Doubles, so that whole numbers stay exact.
 struct LaneSums {
@@ -32,32 +46,33 @@ struct ScalarRays {
 };
 
 struct TileJob {
-  TileKernel kernel;
-  Field* field;      // null for contact: nothing is written
-  const Tile* tile;  // current content
-  int tu, tv;
-  RayTile rays;
-  const Solid* solid;
-  int layer;
+  const TileRequest request;
+  Removed* const removed;  // the sums go here
+
+  // Spans and sums stay as memory was: clearing them would cost more than small edits do.
+  TileJob(const TileRequest& what, Removed& to) : request(what), removed(&to) {}
+
+  // The tile, and which layer of the solid meets it.
+  int tu = 0, tv = 0, layer = 0;
+  RayTile rays = {};
+  const Tile* tile = nullptr;  // current content
+  Tile* writable = nullptr;    // the same, once it may be written: the model's own
+
+  // Scratch, empty between tiles but for the spans and the sums.
   SpanLayer spans;
-  EndMasks ends = {};  // empty between tiles, as is `scalar`
+  EndMasks ends = {};  // ends the tool made, whose normals are still to be asked for
   ScalarRays scalar;
-  double depth_min, depth_max;  // of the solid, with kBoundsSlack
-  float t_ref;                  // whole number near the tool's depth
-  bool deep;                    // the tool is too deep for node sums in float32
   LaneSums sums;
-  uint8_t sums_material;  // of what this tile adds to `sums`
-  uint8_t material;       // of a deposit
-  Color color;            // of paint
-  bool met;               // set where the tool met something at all
-  uint16_t gaps;          // rows in which spans vanished
-  bool shrank;            // set where a plane may have become empty
-  const Motion* motion;
-  Removed* removed;
+  uint8_t sums_material = kMixedMaterial;  // of what this tile adds to `sums`
+  uint16_t gaps = 0;                       // rows in which spans vanished
+
+  // What came of it.
+  bool met = false;     // the tool met something
+  bool shrank = false;  // a plane may have become empty
 };
 
-// Runs the operation on the tile. Writes copy the tile first if it is shared.
-void run_tile(Operation operation, TileJob& job);
+// Does what `job.request` asks, on the tile. Writes copy the tile first if it is shared.
+void run_tile(TileJob& job);
 
 // Adds what `job.sums` holds to `job.removed`; to be called after the last tile.
 void flush_sums(TileJob& job);

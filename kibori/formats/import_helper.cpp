@@ -200,11 +200,11 @@ Result<TriangleMesh> read_in_helper(const std::filesystem::path& path) {
 }
 
 bool limit_helper(const std::filesystem::path& path) {
-  const auto set = [](auto what, double most) {
+  const auto set = [](auto what, double max) {
     rlimit limit;
     if (getrlimit(what, &limit) != 0) return false;
     limit.rlim_cur = limit.rlim_max =
-        std::min(static_cast<rlim_t>(most), limit.rlim_max);  // it may be lower already
+        std::min(static_cast<rlim_t>(max), limit.rlim_max);  // it may be lower already
     return setrlimit(what, &limit) == 0;
   };
   std::error_code error;

@@ -134,7 +134,7 @@ class Numbers {
         line_(header.lines + 1) {}
 
   // Bytes that a number takes at least; an ASCII file needs a space before all but the first.
-  size_t least(Type type) const { return form_ == Form::ascii ? 2 : bytes_of(type); }
+  size_t min_bytes(Type type) const { return form_ == Form::ascii ? 2 : bytes_of(type); }
   size_t room() const { return static_cast<size_t>(end_ - at_) + (form_ == Form::ascii ? 1 : 0); }
   int line() const { return form_ == Form::ascii ? line_ : 0; }  // 0: none
   const std::string& problem() const { return problem_; }
@@ -265,9 +265,9 @@ class Parser {
     if (strip && corners == std::string::npos)
       return Error{name_ + ": element 'tristrips' has no list 'vertex_indices'"};
     if (element.properties.empty()) return Ok{};  // its rows take no bytes, however many they are
-    size_t least = 0;
-    for (const Property& p : element.properties) least += numbers_.least(p.count.value_or(p.type));
-    if (element.rows > numbers_.room() / least)
+    size_t min = 0;
+    for (const Property& p : element.properties) min += numbers_.min_bytes(p.count.value_or(p.type));
+    if (element.rows > numbers_.room() / min)
       return Error{sanitize_message(name_ + ": is too short for the " + std::to_string(element.rows) +
                                     " of element " + quoted(element.name) +
                                     " that its header promises; export it again")};
@@ -308,7 +308,7 @@ class Parser {
     if (!numbers_.next(*property.count, count)) return stopped(element, row);
     if (!(count >= 0) || count != std::floor(count))
       return Error{place(element, row) + ": has a list of impossible length; export it again"};
-    if (count > static_cast<double>(numbers_.room() / numbers_.least(property.type)))
+    if (count > static_cast<double>(numbers_.room() / numbers_.min_bytes(property.type)))
       return Error{place(element, row) + ": has a list that the file is too short for; export it again"};
     if (into) into->reserve(static_cast<size_t>(count));
     for (double i = 0; i < count; i++) {

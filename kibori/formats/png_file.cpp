@@ -12,7 +12,7 @@
 namespace kibori {
 namespace {
 
-constexpr int kMostPixels = 8192;  // a side
+constexpr int kMaxPixels = 8192;  // a side
 
 // libpng leaves its functions by longjmp on errors, so nothing with a destructor is made after setjmp.
 struct Writer {
@@ -99,7 +99,7 @@ Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& n
   if (!reader.info) return Error{name + ": no memory to read it"};
   if (setjmp(png_jmpbuf(reader.png)))
     return Error{name + ": is no proper PNG picture: " + static_cast<const char*>(reader.reason)};
-  png_set_user_limits(reader.png, kMostPixels, kMostPixels);
+  png_set_user_limits(reader.png, kMaxPixels, kMaxPixels);
   png_set_chunk_malloc_max(reader.png, 1 << 24);
   png_set_read_fn(reader.png, &reader, [](png_structp png, png_bytep to, png_size_t count) {
     auto* self = static_cast<Reader*>(png_get_io_ptr(png));

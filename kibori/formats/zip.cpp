@@ -14,8 +14,8 @@ constexpr uint32_t kLocal = 0x04034b50, kCentral = 0x02014b50, kEnd = 0x06054b50
 constexpr size_t kLocalSize = 30, kCentralSize = 46, kEndSize = 22;
 constexpr size_t kMaxEntries = 10000;
 // Deflated meshes in XML are a tenth of their size; nothing honest is less than a hundredth.
-constexpr uint64_t kMostRatio = 100, kFreeBytes = 1 << 20;
-constexpr uint64_t kMost32 = std::numeric_limits<uint32_t>::max();
+constexpr uint64_t kMaxRatio = 100, kFreeBytes = 1 << 20;
+constexpr uint64_t kMax32 = std::numeric_limits<uint32_t>::max();
 
 void put(std::string& to, uint64_t value, int bytes) {
   for (int i = 0; i < bytes; i++) to.push_back(static_cast<char>(value >> (8 * i)));
@@ -99,9 +99,9 @@ void ZipWriter::end() {
 Status ZipWriter::finish() {
   const uint64_t at = file_.size();
   std::string directory;
-  uint64_t most = at;
+  uint64_t max = at;
   for (const Entry& e : entries_) {
-    most = std::max(most, e.whole);
+    max = std::max(max, e.whole);
     put(directory, kCentral, 4);
     put(directory, 20, 2);  // made by
     put_common(directory, e.crc, e.packed, e.whole, e.name.size());
@@ -121,7 +121,7 @@ Status ZipWriter::finish() {
   put(directory, at, 4);
   put(directory, 0, 2);  // comment
   file_.write(directory);
-  if (most > kMost32)
+  if (max > kMax32)
     return Error{"takes more than 4 GB as 3MF; use a coarser pitch, a tolerance or another format"};
   return Ok{};
 }
@@ -163,8 +163,8 @@ Result<ZipReader> ZipReader::open(std::span<const char> bytes) {
       return Error{shown + "that is not where the directory says"};
     e.at = local + kLocalSize + get(bytes, local + 26, 2) + get(bytes, local + 28, 2);
     if (e.at > bytes.size() || bytes.size() - e.at < e.packed) return Error{shown + "that is cut short"};
-    if (e.whole > kFreeBytes + kMostRatio * e.packed)
-      return Error{shown + "that claims to unpack to more than " + std::to_string(kMostRatio) +
+    if (e.whole > kFreeBytes + kMaxRatio * e.packed)
+      return Error{shown + "that claims to unpack to more than " + std::to_string(kMaxRatio) +
                    " times its size; it is not to be trusted"};
     at += kCentralSize + name_size + extras;
     zip.entries_.push_back(std::move(e));

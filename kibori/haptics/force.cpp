@@ -55,8 +55,14 @@ Wrench energy(int dof, const RemovedPart& part, double u, const Tick& tick, doub
 
 Wrench part_wrench(const ForceLaw& law, const RemovedPart& part, const Material& material, const Tick& tick,
                    double pitch_mm, const Vec3& origin_mm) {
-  return law.model == ForceModel::paper ? paper(law.dof, part, material.kf, tick, pitch_mm, origin_mm)
-                                        : energy(law.dof, part, law.hand_share * material.u, tick, pitch_mm);
+  switch (law.model) {
+    case ForceModel::paper:
+      return paper(law.dof, part, material.kf, tick, pitch_mm, origin_mm);
+    case ForceModel::series:
+    case ForceModel::energy:
+      return energy(law.dof, part, law.hand_share * material.u, tick, pitch_mm);
+  }
+  return {};
 }
 
 }  // namespace kibori

@@ -10,13 +10,17 @@
 
 #include <algorithm>
 
+#include <kibori/base/names.h>
 #include <kibori/edit/removed.h>
 #include <kibori/geometry/material.h>
 #include <kibori/geometry/vec.h>
 
 namespace kibori {
 
-enum class ForceModel { paper, energy };
+// series: what pushes the tool is felt, a spring between hand and tool (motion/spring_tool.h); energy and
+// paper: the laws above.
+enum class ForceModel { series, energy, paper };
+constexpr Names<3> names_of(ForceModel) { return {"series", "energy", "paper"}; }
 
 struct Wrench {
   Vec3 force = Vec3::Zero();   // N
@@ -38,7 +42,8 @@ struct Tick {
 inline constexpr double kPoweredShare = 0.1;
 
 struct ForceLaw {
-  ForceModel model = ForceModel::paper;
+  ForceModel model =
+      ForceModel::paper;  // series: a tick has the wrench of `energy`, which the spring replaces
   int dof = 5;            // 5 or 6
   double hand_share = 1;  // model `energy`: of the cut's force, what the hand bears (see kPoweredShare)
 };

@@ -46,7 +46,7 @@ class SimulatedHand {
       const Vec3 grip =
           s_.grip_n_mm * (target - position_) + s_.grip_damping_ns_mm * (target_velocity_mm_s - velocity_);
       work_mj_ += dt * grip.dot(velocity_);
-      least_work_mj_ = std::min(least_work_mj_, work_mj_);
+      min_work_mj_ = std::min(min_work_mj_, work_mj_);
     }
   }
 
@@ -55,12 +55,12 @@ class SimulatedHand {
   // What the grip has put into the device by now, and the least that ever was [mJ]: below 0 device and
   // program together made energy.
   double work_mj() const { return work_mj_; }
-  double least_work_mj() const { return least_work_mj_; }
+  double min_work_mj() const { return min_work_mj_; }
 
  private:
   HandSettings s_;
   Vec3 position_, velocity_ = Vec3::Zero();
-  double work_mj_ = 0, least_work_mj_ = 0;
+  double work_mj_ = 0, min_work_mj_ = 0;
 };
 
 }  // namespace kibori

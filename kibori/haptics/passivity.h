@@ -21,7 +21,7 @@ class PassivityObserver {
   Vec3 tick(const Vec3& position_mm, const Vec3& wanted_n, double tick_s) {
     const Vec3 moved = started_ ? Vec3(position_mm - last_position_) : Vec3(Vec3::Zero());
     energy_mj_ -= given_.dot(moved);
-    least_mj_ = std::min(least_mj_, energy_mj_);
+    min_mj_ = std::min(min_mj_, energy_mj_);
     last_position_ = position_mm;
     started_ = true;
     const double moved2 = moved.squaredNorm();
@@ -34,11 +34,11 @@ class PassivityObserver {
 
   // What the hand has put in less what it got back [N mm = mJ]: below 0 the program made energy.
   double energy_mj() const { return energy_mj_; }
-  double least_mj() const { return least_mj_; }
+  double min_mj() const { return min_mj_; }
 
  private:
   const double cap_ns_mm_;
-  double energy_mj_ = 0, least_mj_ = 0;
+  double energy_mj_ = 0, min_mj_ = 0;
   Vec3 given_ = Vec3::Zero(), last_position_ = Vec3::Zero();
   bool started_ = false;
 };

@@ -11,7 +11,7 @@ namespace {
 constexpr double kMaxSubsteps = 64;
 // Readings of a device that has fallen behind, at most, beside the tick's own: so a path that lies back is
 // followed nine times as fast as it was made, and a tick stays short.
-constexpr int kMostReadings = 8;
+constexpr int kMaxReadings = 8;
 
 }  // namespace
 
@@ -31,7 +31,7 @@ Result<std::unique_ptr<LiveCarving>> LiveCarving::make(std::unique_ptr<TriDexel>
       !(spring.torsion_nmm_rad >= 0) || !std::isfinite(spring.torsion_nmm_rad) || !(spring.friction >= 0) ||
       !std::isfinite(spring.friction))
     return Error{"the spring's stiffness must be positive, its torsion and friction zero or more"};
-  if (settings.model == HandModel::series) {
+  if (settings.model == ForceModel::series) {
     const double felt = spring.stiffness_n_mm * settings.workspace.scale() * settings.force_scale;
     const Status stable =
         check_stability({felt, settings.passivity_ns_mm, 1 / settings.rate_hz}, device->capabilities());
@@ -56,7 +56,7 @@ LiveCarving::LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device
   series_.set_spring(settings_.spring);
   series_.show_resistance(device_->capabilities().dof_out == 0);
   set_symmetry(settings_.symmetry);
-  if (settings_.model == HandModel::series)
+  if (settings_.model == ForceModel::series)
     device_->expect_stiffness(settings_.spring.stiffness_n_mm * settings_.workspace.scale() *
                               settings_.force_scale);
 }
@@ -167,10 +167,8 @@ void LiveCarving::run_command() {
   finished_.push(command);
 }
 
-// Of the models that are not `series`.
 ForceLaw LiveCarving::law() const {
-  return {settings_.model == HandModel::paper ? ForceModel::paper : ForceModel::energy,
-          device_->capabilities().dof_out == 6 ? 6 : 5, settings_.spring.hand_share};
+  return {settings_.model, device_->capabilities().dof_out == 6 ? 6 : 5, settings_.spring.hand_share};
 }
 
 // Where the tool was before the tick, and what it did. Strokes begin with an edit.
@@ -185,7 +183,6 @@ void LiveCarving::log_tick(const Pose& before, const StrokeTick& tick, const Wre
       if (*logged_materials_ != settings_.materials)
         logged_materials_ = std::make_shared<const std::vector<Material>>(settings_.materials);
       StrokeForce force;
-      force.series = settings_.model == HandModel::series;
       force.spring = settings_.spring;
       force.law = law();
       log_.begin({settings_.tool, settings_.mode, settings_.material, force, settings_.rate_hz,
@@ -250,7 +247,7 @@ LiveTick LiveCarving::advance(DeviceStatus& status) {
     series_.begin_stroke();
     stroke_.place(stroke_.pose());
   }
-  if (settings_.model == HandModel::series) {
+  if (settings_.model == ForceModel::series) {
     const Pose before = series_.pose();
     const auto felt = series_.advance(settings_.tool, wanted, mode, settings_.materials, settings_.material,
                                       std::exchange(strike_nmm_, 0.0));
@@ -286,8 +283,8 @@ LiveTick LiveCarving::advance(DeviceStatus& status) {
 
 void LiveCarving::note(const LiveTick& tick) {
   (tick.removed_mm3 < 0 ? totals_.deposited_mm3 : totals_.removed_mm3) += std::abs(tick.removed_mm3);
-  totals_.most_computed_n = std::max(totals_.most_computed_n, std::sqrt(tick.computed.force.squaredNorm()));
-  totals_.most_given_n = std::max(totals_.most_given_n, std::sqrt(tick.given.force.squaredNorm()));
+  totals_.max_computed_n = std::max(totals_.max_computed_n, std::sqrt(tick.computed.force.squaredNorm()));
+  totals_.max_given_n = std::max(totals_.max_given_n, std::sqrt(tick.given.force.squaredNorm()));
   totals_.cutting_ticks += tick.cutting;
   if (watched_) watched_->push(tick);
 }
@@ -298,7 +295,7 @@ LiveTick LiveCarving::tick(double elapsed_s) {
   const double tick_s = settings_.spring.tick_s;
   DeviceStatus status = DeviceStatus::ok;
   LiveTick result = advance(status);
-  for (int more = 0; more < kMostReadings && device_->behind(); more++) {
+  for (int more = 0; more < kMaxReadings && device_->behind(); more++) {
     note(result);
     result = advance(status);
   }

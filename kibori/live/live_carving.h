@@ -32,9 +32,6 @@
 
 namespace kibori {
 
-// How motion becomes force; see motion/spring_tool.h and haptics/force.h.
-enum class HandModel { series, energy, paper };
-
 struct LiveSettings {
   double rate_hz = 1000;  // 100 ... 4000
   Tool tool = BallTool{};
@@ -42,7 +39,7 @@ struct LiveSettings {
   uint8_t material = 0;  // of a deposit
   std::vector<Material> materials{Material{}};
   Symmetry symmetry;
-  HandModel model = HandModel::series;
+  ForceModel model = ForceModel::series;
   SeriesSpring spring;         // its tick_s is set from rate_hz
   double force_scale = 1;      // of what the device gives, to what is computed
   double passivity_ns_mm = 0;  // the passivity controller's cap; 0: it only watches
@@ -67,7 +64,7 @@ struct LiveTick {
 // Over all ticks.
 struct LiveTotals {
   double removed_mm3 = 0, deposited_mm3 = 0;
-  double most_computed_n = 0, most_given_n = 0;
+  double max_computed_n = 0, max_given_n = 0;
   uint64_t cutting_ticks = 0;
   uint64_t jumps = 0;      // ticks in which the device moved farther than a hand can; the tool was put there
   Trip trip = Trip::none;  // the first

@@ -63,12 +63,12 @@ class StrokeLog {
   bool lost() const { return lost_.load(std::memory_order_relaxed); }
 
  private:
-  static constexpr size_t kMostEvents = 32768;  // 8 s at 4 kHz
+  static constexpr size_t kMaxEvents = 32768;  // 8 s at 4 kHz
   void put(const Event& event) {
     if (!lost() && !events_.push(event)) lose();
   }
   void lose() { lost_.store(true, std::memory_order_relaxed); }
-  SmallQueue<Event, kMostEvents> events_;
+  SmallQueue<Event, kMaxEvents> events_;
   SmallQueue<Begin, 64> begins_;
   SmallQueue<End, 64> ends_;
   std::atomic<bool> lost_{false};

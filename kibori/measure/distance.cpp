@@ -92,7 +92,7 @@ double DistanceTree::distance(const Vec3& p) const {
   struct Search {
     const Surface& surface;
     Vec3 point;
-    double least = std::numeric_limits<double>::infinity();
+    double min = std::numeric_limits<double>::infinity();
   } search{state_->surface, p};
   RTCPointQuery query = {};
   query.x = static_cast<float>(p.x());
@@ -108,8 +108,8 @@ double DistanceTree::distance(const Vec3& p) const {
         const SurfaceTriangle& t = found.surface.triangles[arguments->primID];
         const double d = distance_to_triangle(found.point, at(found.surface, t[0]), at(found.surface, t[1]),
                                               at(found.surface, t[2]));
-        if (!(d < found.least)) return false;
-        found.least = d;
+        if (!(d < found.min)) return false;
+        found.min = d;
         // A little more than it is, as the point was rounded for the tree.
         arguments->query->radius = static_cast<float>(d) * 1.0001f + 1e-6f * std::abs(arguments->query->x) +
                                    1e-6f * std::abs(arguments->query->y) +
@@ -117,7 +117,7 @@ double DistanceTree::distance(const Vec3& p) const {
         return true;
       },
       &search);
-  return search.least;
+  return search.min;
 }
 
 Result<Distance> distance_from_to(const Surface& from, const Surface& to, int64_t samples, int threads) {

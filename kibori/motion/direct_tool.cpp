@@ -8,7 +8,7 @@
 namespace kibori {
 namespace {
 
-constexpr double kMostTurn = 63;  // [rad] in one tick
+constexpr double kMaxTurn = 63;  // [rad] in one tick
 
 }  // namespace
 
@@ -40,7 +40,7 @@ Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const
                                      const ForceLaw& law, const std::vector<Material>& materials,
                                      uint8_t material) {
   const Lattice& lattice = model_.lattice();
-  if (!tip_mm.allFinite() || !(turn_rad.squaredNorm() <= kMostTurn * kMostTurn))
+  if (!tip_mm.allFinite() || !(turn_rad.squaredNorm() <= kMaxTurn * kMaxTurn))
     return Error{"one tick moves the tool to no place at all, or turns it more than ten times around"};
   ToolTick result;
   const ToolMotion motion{pose_, tip_mm - pose_.tip, turn_rad};

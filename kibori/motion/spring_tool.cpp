@@ -17,14 +17,14 @@ constexpr double kTouchVolume = 0.1, kTouchArea = 0.02;
 constexpr double kMoreVolume = 0.01;
 // The shortest way [cells] that is tried: shorter ones count as rest. Over it, rounding resists like a few
 // cells' faces at most.
-constexpr double kLeastStep = 0.01;
+constexpr double kMinStep = 0.01;
 // Resistance is a mean over at least this way [cells]: rays that graze a wall beside a slightly oblique way
 // come in all at once, and over less the tool would stick and slip on them.
 constexpr double kWindow = 0.25;
 // The balance is solved to this share of the pull, or to this way [cells], or to a thousandth of the way.
 constexpr double kBalanceShare = 3e-4;
 constexpr double kBalanceError = 1e-4;
-constexpr int kMostTrials = 24;
+constexpr int kMaxTrials = 24;
 // A tool that slides is lifted by this share of its way, so that rounding of the normal does not run it into
 // the material; the spring takes it back in the next tick.
 constexpr double kLift = 0.02;
@@ -32,7 +32,7 @@ constexpr double kNormalStep = 0.25;  // cells: how far to feel around for the n
 // A depth that gives way is found to this share of the strength, from below: less would show as steps of the
 // groove's ground (a hundredth of the force is some hundredths of a mm of depth).
 constexpr double kRiseShare = 0.02;
-constexpr int kMostRises = 32;
+constexpr int kMaxRises = 32;
 // Work that the hand could have done and did not is spared for what comes in lumps: a flat face that sinks
 // aslant meets a whole layer of rays at once. So much at most, as a way [cells] at full strength: a face of
 // 32 mm^2 in oak needs three of them. More would run the tool deeper into a wall that it meets.
@@ -114,7 +114,7 @@ SpringTool::Resistance SpringTool::resistance(const Tick& tick, double share, bo
   const double h = model_.lattice().pitch_mm, cell = h * h * h;
   const double step = share * tick.length;
   if (ahead) share = std::max(share, std::min(1.0, kWindow * h / tick.length));
-  const double way = std::max(share * tick.length, kLeastStep * h);
+  const double way = std::max(share * tick.length, kMinStep * h);
   Resistance r;
   const double all_of_it = reach_volume(tick, share);
   r.reached = std::max(0.0, all_of_it - tick.inside);
@@ -143,7 +143,7 @@ SpringTool::Resistance SpringTool::resistance(const Tick& tick, double share, bo
 // last tick ended. Resistance seldom changes much from tick to tick, so one or two trials are the rule.
 SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) {
   const double h = model_.lattice().pitch_mm, whole_pull = pull(tick.length);
-  const double least = std::min(1.0, kLeastStep * h / tick.length);
+  const double min = std::min(1.0, kMinStep * h / tick.length);
   const auto excess = [&](double share, const Resistance& r) {
     return tick.mode == Mode::touch && r.touching ? -whole_pull : pull(tick.length * (1 - share)) - r.force;
   };
@@ -161,9 +161,9 @@ SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) 
     if (!whole.touching || high_excess >= 0) return {1, whole.touching};
     bracketed = true;
   }
-  double probe = std::clamp(last_step_mm_ / tick.length, least, likely_touching ? 1.0 : 0.5);
+  double probe = std::clamp(last_step_mm_ / tick.length, min, likely_touching ? 1.0 : 0.5);
   int kept = 0;
-  for (int trials = 0; trials < kMostTrials; trials++) {
+  for (int trials = 0; trials < kMaxTrials; trials++) {
     // A tool that cuts looks a little ahead (kWindow); but what it does not reach yet can't stop it.
     const bool ahead = touched_ && tick.mode == Mode::cut && probe * tick.length < kWindow * h;
     Resistance r = resistance(tick, probe, ahead);
@@ -190,7 +190,7 @@ SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) 
       kept = 1;
     }
     if (bracketed && high - low.share <= std::max(kBalanceError * h / tick.length, 1e-3 * low.share)) break;
-    if (high <= least) break;
+    if (high <= min) break;
     // Were the resistance the same elsewhere, the balance would be here.
     const double even = 1 - r.force / (spring_.stiffness_n_mm * tick.length);
     if (!bracketed)
@@ -203,9 +203,9 @@ SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) 
       probe = low.share + (high - low.share) * low_room / (low_room - high_room);
     else
       probe = low.share + (high - low.share) * low_excess / (low_excess - high_excess);
-    probe = std::clamp(probe, least, 1.0);
+    probe = std::clamp(probe, min, 1.0);
   }
-  if (low.share < least) return {0, true};
+  if (low.share < min) return {0, true};
   return low;
 }
 
@@ -229,7 +229,7 @@ bool SpringTool::give_way(Tick& tick, const Vec3& up, double too_hard_n) {
   const ToolMotion wanted = tick.motion;
   const double length = tick.length, sinks = -wanted.travel_mm.dot(up);
   const double sideways = std::sqrt((wanted.travel_mm + sinks * up).squaredNorm());
-  if (!(sideways > kLeastStep * h)) return false;
+  if (!(sideways > kMinStep * h)) return false;
   const auto aim = [&](double rise) {
     tick.motion.travel_mm = wanted.travel_mm + rise * up;
     tick.length = length_of(tick.motion);
@@ -249,7 +249,7 @@ bool SpringTool::give_way(Tick& tick, const Vec3& up, double too_hard_n) {
   double low = 0, low_excess = too_hard_n, high = -1, high_excess = 0;
   double rise = rise_mm_ > 0 ? rise_mm_ : std::max(sinks, 0.05 * h),
          step = std::max(0.25 * sideways, 0.05 * h);
-  for (int tries = 0; tries < kMostRises; tries++) {
+  for (int tries = 0; tries < kMaxRises; tries++) {
     const double e = excess(rise);
     if (e > 0) {
       low = rise;
@@ -297,7 +297,7 @@ SpringTool::Balance SpringTool::push(Tick& tick, const Vec3& up, bool likely_tou
   if (at.share >= 1) return at;
   // A lump of rays may be harder than the pull for a moment and be worth its work over some cells.
   for (double share = std::min(1.0, kSpareWay * h / tick.length);
-       share > std::max(2 * at.share, kLeastStep * h / tick.length); share /= 2) {
+       share > std::max(2 * at.share, kMinStep * h / tick.length); share /= 2) {
     const Resistance r = resistance(tick, share);
     if (r.force <= pull(tick.length * (1 - share))) return {share, r.touching};
   }
@@ -309,7 +309,7 @@ double SpringTool::struck_share(const Tick& tick, double strike_nmm) {
   const auto work = [&](double share) { return resistance(tick, share).force * share * tick.length; };
   if (work(1) <= strike_nmm) return 1;
   double low = 0, high = 1;
-  for (int i = 0; i < kMostTrials && high - low > 1e-3; i++) {
+  for (int i = 0; i < kMaxTrials && high - low > 1e-3; i++) {
     const double middle = 0.5 * (low + high);
     (work(middle) <= strike_nmm ? low : high) = middle;
   }
@@ -318,13 +318,13 @@ double SpringTool::struck_share(const Tick& tick, double strike_nmm) {
 
 std::optional<Pose> SpringTool::clear_place(const Tool& tool, const Pose& pose,
                                             const std::vector<Material>& materials) {
-  const double h = model_.lattice().pitch_mm, most = 2 * reach_mm(tool) + 4 * h;
+  const double h = model_.lattice().pitch_mm, max = 2 * reach_mm(tool) + 4 * h;
   double back = 0, step = kFirstBack * h;
   for (;;) {
     const Pose there{pose.tip + back * pose.axis(), pose.frame};
     Tick rest{tool, {there, Vec3::Zero(), Vec3::Zero()}, h, Mode::touch, 0, materials};
     if (reach_volume(rest, 0) <= kTouchVolume) return there;
-    if (!(back < most)) return std::nullopt;
+    if (!(back < max)) return std::nullopt;
     back += step;
     step *= kBackFactor;
   }
@@ -373,7 +373,7 @@ double SpringTool::slide(const Tick& tick, const Vec3& residual) {
   if (!(pressed > 0)) return 0;
   const Vec3 along = residual + pressed * normal;
   const double length = std::sqrt(along.squaredNorm()), way = length - spring_.friction * pressed;
-  if (!(way > kLeastStep * model_.lattice().pitch_mm)) return 0;
+  if (!(way > kMinStep * model_.lattice().pitch_mm)) return 0;
   // Lifting must not take more from the spring than sliding gives back.
   const double lift = std::min(kLift, 0.5 * length / pressed);
   Tick slip{tick.tool, {tool_pose_, (along / length + lift * normal) * way, Vec3::Zero()},
@@ -395,7 +395,7 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
   removed_.reset();
   if (spring_.strength_n > 0 && last_.known && !(strike_nmm > 0) && last_.mode == mode &&
       last_.generation == model_.generation() && last_.device.tip == device.tip &&
-      last_.device.frame == device.frame && same_tool(tool, last_.tool))
+      last_.device.frame == device.frame && tool == last_.tool)
     return last_.felt;
   const Vec3 before = tool_pose_.tip;
   ToolTick felt;
@@ -434,7 +434,7 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
     engaged_ = reach_volume(rest, 0) <= kTouchVolume;
     felt.inside = !engaged_;
   } else {
-    const bool moves = tick.length > kLeastStep * h;
+    const bool moves = tick.length > kMinStep * h;
     const bool resting = !moves && !tick.motion.turns() && (touched_ || !(tick.length > 0));
     Balance at{resting ? 0.0 : 1.0, false};
     if (!resting) {

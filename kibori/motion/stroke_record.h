@@ -27,9 +27,9 @@ struct StrokeTick {
 
 // How motion becomes force.
 struct StrokeForce {
-  bool series = false;
-  ForceLaw law;         // the other models
-  SeriesSpring spring;  // series
+  ForceLaw law;
+  SeriesSpring spring;  // of model `series`
+  bool series() const { return law.model == ForceModel::series; }
 };
 
 struct StrokeSettings {

@@ -33,8 +33,8 @@ class ToolEdit {
   // Whether the tool there is known to stand in no material: where its own last cut ended, and nothing has
   // changed since.
   bool stands_clear(const Tool& tool, const Pose& pose) const {
-    return clear_generation_ == model_.generation() && same_tool(tool, clear_tool_) &&
-           pose.tip == clear_pose_.tip && pose.frame == clear_pose_.frame;
+    return clear_generation_ == model_.generation() && tool == clear_tool_ && pose.tip == clear_pose_.tip &&
+           pose.frame == clear_pose_.frame;
   }
   // Nothing is known any more: at the beginning of a stroke, so that it does not depend on what was before.
   void forget() { clear_generation_ = kNever; }

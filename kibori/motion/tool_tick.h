@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include <kibori/base/names.h>
 #include <kibori/geometry/vec.h>
 #include <kibori/haptics/force.h>
 
@@ -12,6 +13,7 @@ namespace kibori {
 // cut: takes material away. deposit: puts material down. touch: feels what a cut would take away, and takes
 // nothing. off: moves through material, feels nothing.
 enum class Mode { cut, deposit, touch, off };
+constexpr Names<4> names_of(Mode) { return {"cut", "deposit", "touch", "off"}; }
 
 struct ToolTick {
   Tick motion;                     // of the tool: where its tip ended, and by how much it moved and turned

@@ -218,19 +218,19 @@ class Painter {
     const double half_x = 0.9 * scale_ * options_.width / 2, half_y = 0.9 * scale_ * options_.height / 2;
     // What must be in the frame: all vertices. Each side of the frame is a plane through the eye; the eye is
     // where the planes of both pairs meet, at the distance of the farther pair.
-    double most[4];
-    std::fill_n(most, 4, -std::numeric_limits<double>::infinity());
+    double max[4];
+    std::fill_n(max, 4, -std::numeric_limits<double>::infinity());
     for (const SurfaceTriangle& t : surface_.triangles)
       for (const uint32_t v : t) {
         const Vec3 p = at(v);
         const double x = p.dot(right_), y = p.dot(up_), z = p.dot(forward_);
-        most[0] = std::max(most[0], x - half_x * z);
-        most[1] = std::max(most[1], -x - half_x * z);
-        most[2] = std::max(most[2], y - half_y * z);
-        most[3] = std::max(most[3], -y - half_y * z);
+        max[0] = std::max(max[0], x - half_x * z);
+        max[1] = std::max(max[1], -x - half_x * z);
+        max[2] = std::max(max[2], y - half_y * z);
+        max[3] = std::max(max[3], -y - half_y * z);
       }
-    const double back = std::min(-(most[0] + most[1]) / (2 * half_x), -(most[2] + most[3]) / (2 * half_y));
-    eye_ = (most[0] - most[1]) / 2 * right_ + (most[2] - most[3]) / 2 * up_ + back * forward_;
+    const double back = std::min(-(max[0] + max[1]) / (2 * half_x), -(max[2] + max[3]) / (2 * half_y));
+    eye_ = (max[0] - max[1]) / 2 * right_ + (max[2] - max[3]) / 2 * up_ + back * forward_;
   }
 
   static Rgb3 shown(const Rgb3& light) {  // a soft shoulder: white stays white, nothing burns out

@@ -75,13 +75,13 @@ HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, R
   const float shift0 = k.s_min * k.motion_u, shift1 = k.s_max * k.motion_u;
   const float left0 = u_base - shift0, right0 = u_end - shift0, left1 = u_base - shift1,
               right1 = u_end - shift1;
-  const auto least_square = [](float left, float right) {
+  const auto min_square = [](float left, float right) {
     return left <= 0 && right >= 0 ? 0.0f : std::min(left * left, right * right);
   };
-  const float most_dot0 = std::max(left0 * k.motion_u, right0 * k.motion_u);
-  const float least_dot1 = std::min(left1 * k.motion_u, right1 * k.motion_u);
+  const float max_dot0 = std::max(left0 * k.motion_u, right0 * k.motion_u);
+  const float min_dot1 = std::min(left1 * k.motion_u, right1 * k.motion_u);
   const VF r2 = F(k.radius2), zero = hn::Zero(d);
-  const VF least0 = F(least_square(left0, right0)), least1 = F(least_square(left1, right1));
+  const VF least0 = F(min_square(left0, right0)), least1 = F(min_square(left1, right1));
   const float most0 = std::max(left0 * left0, right0 * right0),
               most1 = std::max(left1 * left1, right1 * right1);
   rows.live = rows.near = rows.old = rows.last = rows.deep = 0;
@@ -98,8 +98,8 @@ HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, R
     rows.near |= Bits(hn::Gt(hn::Max(deepest0, deepest1), F(-k.widening))) << at;
     rows.deep |= Bits(hn::Ge(hn::Min(hn::Sub(rest0, F(most0)), hn::Sub(rest1, F(most1))), F(k.overlap)))
                  << at;
-    const VF dot0 = hn::Add(F(most_dot0), hn::Mul(v0, F(k.motion_v)));
-    const VF dot1 = hn::Add(F(least_dot1), hn::Mul(v1, F(k.motion_v)));
+    const VF dot0 = hn::Add(F(max_dot0), hn::Mul(v0, F(k.motion_v)));
+    const VF dot1 = hn::Add(F(min_dot1), hn::Mul(v1, F(k.motion_v)));
     rows.old |= Bits(hn::Le(hn::Add(dot0, F(reach)), zero)) << at;
     rows.last |= Bits(hn::Ge(dot1, F(reach))) << at;
   }
@@ -184,7 +184,7 @@ void BallSpans(const SweptBall::View& view, float u_base, float v_base, SpanLaye
       rows |= static_cast<unsigned>(!hn::AllFalse(d, live)) << row;
     }
   }
-  out.rows = out.known = static_cast<uint16_t>(rows);
+  out.rows = out.normals_ready = static_cast<uint16_t>(rows);
 }
 
 }  // namespace HWY_NAMESPACE
@@ -194,6 +194,15 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace kibori {
 HWY_EXPORT(BallSpans);
+
+// What float32 rounding can take from a bound: a thousandth of it, and so much besides, of squares [lattice
+// units^2] and of products with a motion. Smaller, and rays at a tool's rim flicker between two ways of
+// finding their ends; larger, and more rays take the slower way.
+constexpr double kWider = 1.001, kWider2 = 1e-3, kReachSlack = 1e-5;
+// A normal's length over the ball's radius, so that rounding leaves no component above 1.
+constexpr double kInUnit = 0.9999;
+// A shift along the ray that no clamp to an end pose can miss.
+constexpr double kBeyondClamp = 1e10;
 
 SweptBall::SweptBall(const Vec3& centre, const Vec3& motion, double radius, bool start_is_clear)
     : centre_(centre), motion_(motion), radius_(radius) {
@@ -208,7 +217,7 @@ SweptBall::SweptBall(const Vec3& centre, const Vec3& motion, double radius, bool
     k.centre_v = centre[v_index(axis)];
     k.centre_d = centre[depth_index(axis)];
     const double flat2 = mu * mu + mv * mv, flat = std::sqrt(flat2);
-    const bool has_flat = flat2 > 1e-24;
+    const bool has_flat = flat2 > kNoSweep * kNoSweep;
     k.along_u = has_flat ? mu / flat2 : 0;
     k.along_v = has_flat ? mv / flat2 : 0;
     k.motion_u = static_cast<float>(mu);
@@ -219,19 +228,22 @@ SweptBall::SweptBall(const Vec3& centre, const Vec3& motion, double radius, bool
     k.normal_u = static_cast<float>(has_flat ? mu / flat : 0);
     k.normal_v = static_cast<float>(has_flat ? mv / flat : 0);
     // Along the ray the ends belong to the two end poses outright: a shift no clamp can miss.
-    k.shift = static_cast<float>(has_flat ? md / (flat * length) : md > 0 ? 1e10 : md < 0 ? -1e10 : 0);
+    k.shift = static_cast<float>(has_flat ? md / (flat * length)
+                                 : md > 0 ? kBeyondClamp
+                                 : md < 0 ? -kBeyondClamp
+                                          : 0);
     k.radius2 = static_cast<float>(radius * radius);
-    k.code_scale = static_cast<float>(0.9999 / radius);
-    k.reach = static_cast<float>(std::abs(md) * radius * 1.001 + 1e-5);
+    k.code_scale = static_cast<float>(kInUnit / radius);
+    k.reach = static_cast<float>(std::abs(md) * radius * kWider + kReachSlack);
     k.centre_depth = static_cast<float>(k.centre_d);
     // Between the poses the squared half chord is at most this much larger than at the nearer one: (R +
     // |p|)^2 - R^2.
-    k.widening = static_cast<float>((2 * radius * flat + flat2) * 1.001 + 1e-3);
+    k.widening = static_cast<float>((2 * radius * flat + flat2) * kWider + kWider2);
     // Moving along the rays, an end belongs to its pose for sure where md q >= R |p|: squared half chords
     // from here up.
     const double rim = md != 0 ? radius * flat / md : 0;
-    k.rim = static_cast<float>(rim * rim * 1.001 + 1e-3);
-    k.overlap = std::max(k.rim, static_cast<float>(0.2501 * md * md + 1e-3));
+    k.rim = static_cast<float>(rim * rim * kWider + kWider2);
+    k.overlap = std::max(k.rim, static_cast<float>(0.2501 * md * md + kWider2));
     k.head_on = start_is_clear && !recentre_ && flat < 0.2 * std::abs(md);
     k.s_min = 0;
     k.s_max = 1;

@@ -14,6 +14,19 @@ HWY_BEFORE_NAMESPACE();
 namespace kibori {
 namespace HWY_NAMESPACE {
 
+// A plane whose depth changes by less than this a lattice unit along a line runs along it: it clips the line
+// nowhere or everywhere. Unit normals have float32 rounding of 1e-7, so none is met by chance. Larger, and
+// steep faces are passed by; smaller, and their bounds overflow.
+constexpr float kParallel = 1e-12f;
+// Curvature [1/lattice unit^2] that stands for none, so that a quadratic without one still has two roots, the
+// second at infinity. Smaller, and its product with an offset underflows.
+constexpr float kNoCurve = 1e-18f;
+// The least discriminant: its root keeps c / w from being 0 / 0 where a ray touches. A cell^2 of it would
+// show.
+constexpr float kMinDiscriminant = 1e-36f;
+// A quadric that curves less along the motion than this [1/lattice unit^2] has no silhouette of its own.
+constexpr float kNoSilhouette = 1e-20f;
+
 struct Interval {
   VF lo, hi;
 };
@@ -22,11 +35,11 @@ struct Interval {
 // a < 0 (always, for a concave quadric): between the roots. a > 0 (cone): one side of them, up if `upward`.
 HWY_INLINE Interval Solve(float a, VF b, VF c, bool cone, bool upward) {
   const DF d;
-  if (!cone || std::abs(a) < 1e-12f) a = std::min(a, -1e-18f);
+  if (!cone || std::abs(a) < kParallel) a = std::min(a, -kNoCurve);
   const VF va = F(a);
   const VF disc = hn::Sub(hn::Mul(b, b), hn::Mul(va, c));
   const MF real = hn::Ge(disc, hn::Zero(d));
-  const VF root = hn::Sqrt(hn::Max(disc, F(1e-36f)));
+  const VF root = hn::Sqrt(hn::Max(disc, F(kMinDiscriminant)));
   const VF w = hn::Neg(hn::Add(b, hn::CopySign(root, b)));  // never cancels
   const VF r1 = hn::Div(w, va), r2 = hn::Div(c, w);
   const VF lo = hn::Min(r1, r2), hi = hn::Max(r1, r2);
@@ -38,7 +51,7 @@ HWY_INLINE Interval Solve(float a, VF b, VF c, bool cone, bool upward) {
 // Clips [lo, hi] by slope x + offset >= 0; slope is the same for all lanes.
 HWY_INLINE void Clip(Interval& x, float slope, VF offset) {
   const DF d;
-  if (std::abs(slope) < 1e-12f) {
+  if (std::abs(slope) < kParallel) {
     const MF out = hn::Lt(offset, hn::Zero(d));
     x.lo = hn::IfThenElse(out, F(kFar), x.lo);
     return;
@@ -148,7 +161,7 @@ struct RowSolver {
       OfferQuadric(hn::And(valid, hn::Eq(x.lo, quadric.lo)), x.lo, vs, true, false);
       OfferQuadric(hn::And(valid, hn::Eq(x.hi, quadric.hi)), x.hi, vs, false, true);
       for (int j = 0; j < k.planes; j++) {
-        if (std::abs(k.nt[j]) < 1e-12f) continue;
+        if (std::abs(k.nt[j]) < kParallel) continue;
         const VF bound = hn::Mul(at[j], F(-1.0f / k.nt[j]));
         OfferPlane(hn::And(valid, hn::Eq(x.lo, bound)), bound, j, true, false);
         OfferPlane(hn::And(valid, hn::Eq(x.hi, bound)), bound, j, false, true);
@@ -160,7 +173,7 @@ struct RowSolver {
   HWY_INLINE void OnPlane(int j) {
     const DF d;
     const float alpha = k.nt[j], beta = k.slope[j];
-    if (std::max(std::abs(alpha), std::abs(beta)) < 1e-12f) return;
+    if (std::max(std::abs(alpha), std::abs(beta)) < kParallel) return;
     const bool by_s = std::abs(alpha) >= std::abs(beta);
     // x is s or t; the other is other0 + step x.
     const VF other0 = hn::Mul(plane[j], F(by_s ? -1.0f / alpha : -1.0f / beta));
@@ -209,7 +222,7 @@ struct RowSolver {
         for (int i = 0; i < k.planes; i++) {
           if (i == j || (k.cone && i == 0)) continue;
           const float slope = by_s ? k.slope[i] + k.nt[i] * step : k.nt[i] + k.slope[i] * step;
-          if (std::abs(slope) < 1e-12f || (slope > 0) != low) continue;
+          if (std::abs(slope) < kParallel || (slope > 0) != low) continue;
           const VF offset = hn::Add(plane[i], hn::Mul(other0, F(by_s ? k.nt[i] : k.slope[i])));
           const MF by_plane = hn::And(rest, hn::Eq(x_end, hn::Mul(offset, F(-1.0f / slope))));
           OfferRim(by_plane, t, F(-k.nu[i]), F(-k.nv[i]), F(-k.nt[i]), j, true, true);
@@ -225,17 +238,17 @@ struct RowSolver {
   // Silhouettes: points of q = 0 where dq/ds = 0.
   HWY_INLINE void AtTangents() {
     const DF d;
-    if (!(k.ss < -1e-20f)) return;
+    if (!(k.ss < -kNoSilhouette)) return;
     const float inverse = 1.0f / k.ss;
     const float a = k.tt - k.ts * k.ts * inverse;
     const VF b = hn::Sub(lin_t, hn::Mul(lin_s, F(k.ts * inverse)));
     const VF c = hn::Sub(con, hn::Mul(hn::Mul(lin_s, lin_s), F(inverse)));
     // Both roots are wanted, whatever the sign of a.
-    const float safe = std::abs(a) < 1e-18f ? -1e-18f : a;
+    const float safe = std::abs(a) < kNoCurve ? -kNoCurve : a;
     const VF disc = hn::Sub(hn::Mul(b, b), hn::Mul(F(safe), c));
     const MF real = hn::Ge(disc, hn::Zero(d));
     if (hn::AllFalse(d, real)) return;
-    const VF root = hn::Sqrt(hn::Max(disc, F(1e-36f)));
+    const VF root = hn::Sqrt(hn::Max(disc, F(kMinDiscriminant)));
     const VF w = hn::Neg(hn::Add(b, hn::CopySign(root, b)));
     for (const VF t : {hn::Div(w, F(safe)), hn::Div(c, w)}) {
       const VF s = hn::Mul(hn::Add(hn::Mul(t, F(k.ts)), lin_s), F(-inverse));
@@ -382,7 +395,7 @@ SweptConvex::SweptConvex(const ConvexBody& body, const Vec3& tip, const Mat3& fr
     k.tip_d = tip[depth_index(axis)];
     k.s_min = 0;
     k.s_max = 1;
-    k.moving = length > 1e-12;
+    k.moving = length > kNoSweep;
     k.cone = body.cone;
   }
   // A point comes in where some of q, l_j is negative at s = 0 and grows with s. q is concave in s, so it
@@ -441,10 +454,10 @@ bool SweptConvex::only_behind(const RayTile& rays) const {
   high[u] = rays.u0 + kTileSide;
   high[v] = rays.v0 + kTileSide;
   high[d] = bounds_.max[d];
-  double most = ahead_offset_;
+  double max = ahead_offset_;
   for (int i = 0; i < 3; i++)
-    most += std::max(ahead_[i] * (low[i] - tip_[i]), ahead_[i] * (high[i] - tip_[i]));
-  return !(most > 0);
+    max += std::max(ahead_[i] * (low[i] - tip_[i]), ahead_[i] * (high[i] - tip_[i]));
+  return !(max > 0);
 }
 
 bool SweptConvex::spans(const RayTile& rays, int layer, SpanLayer& out) const {

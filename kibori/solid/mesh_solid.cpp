@@ -13,6 +13,9 @@ namespace {
 
 // Neighbouring prisms meet to rounding; a gap this thin [lattice units] between two of them is no gap.
 constexpr float kSeam = 1e-3f;
+// A triangle whose prism a ray sees edge-on, sine below this, has no interval of its own there: its
+// neighbours have it. Larger, and thin slits open; smaller, and the interval is rounding.
+constexpr double kEdgeOn = 1e-12;
 
 uint32_t code_of(const Vec3& normal, Axis axis) {
   return encode_normal(normal[u_index(axis)], normal[v_index(axis)], normal[depth_index(axis)]);
@@ -62,7 +65,7 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
   const int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
   const RayRect rect{rays.u0, rays.u0 + kTileSide, rays.v0, rays.v0 + kTileSide};
   const double mu = motion_[ui], mv = motion_[vi];
-  const bool moving = motion_.squaredNorm() > 1e-24;
+  const bool moving = motion_.squaredNorm() > kNoSweep * kNoSweep;
   for (const auto& triangle : triangles_) {
     const Vec3 &a = points_[triangle[0]], &b = points_[triangle[1]], &c = points_[triangle[2]];
     const auto [u_lo, u_hi] = std::minmax({a[ui], b[ui], c[ui]});
@@ -88,7 +91,7 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
     // The prism: over the (t, s) plane of a ray, the triangle is a line (its plane) clipped by three edges
     // and 0 <= s <= 1; the prism's interval is the shadow of that segment on t.
     const double alpha = normal[di], beta = -normal.dot(motion_);
-    if (std::abs(alpha) + std::abs(beta) < 1e-12 * normal.norm()) continue;
+    if (std::abs(alpha) + std::abs(beta) < kEdgeOn * normal.norm()) continue;
     const bool by_s = std::abs(alpha) >= std::abs(beta);
     const Vec3 edge_normal[3] = {normal.cross(b - a), normal.cross(c - b), normal.cross(a - c)};
     const Vec3* corner[3] = {&a, &b, &c};

@@ -18,6 +18,20 @@ namespace HWY_NAMESPACE {
 constexpr int kOuterSteps = 14;
 constexpr int kInnerSteps = 3;
 
+// Lengths below this [lattice units] are divided by as if they were this long: on the rim's axis, and where a
+// ray meets the rim's circle itself, directions have no length. It only keeps 0 / 0 away.
+constexpr float kNoLength = 1e-12f;
+// As kNoSweep, squared, in float32: (1e-9 cells)^2.
+constexpr float kNoSweep2 = 1e-18f;
+// The least curvature that Newton divides by; below it the bracket is halved instead.
+constexpr float kNoCurvature = 1e-20f;
+// A ray that nears the rim by less than this a cell, and is farther than this [cells] from it, passes by.
+// Larger, and grazing rays leave ridges; smaller, and they walk on until the steps are used up.
+constexpr float kPassing = 1e-4f;
+// A walk that ends farther than this [cells] from the rim has missed it: twenty times what grazing rays are
+// left with after all steps.
+constexpr float kMissed = 2e-2f;
+
 struct RimPoint {
   VF distance, slope_t, slope_s, curve_s;  // G, dG/dt, and (1/2 dG^2/ds, 1/2 d2G^2/ds2)
   VF nu, nv, nt;                           // gradient of G, any length
@@ -30,7 +44,7 @@ HWY_INLINE RimPoint Evaluate(const SweptRim::View& k, VF u, VF v, VF t, VF s) {
   const VF pu = hn::Sub(x, hn::Mul(z, F(k.nu))), pv = hn::Sub(y, hn::Mul(z, F(k.nv))),
            pt = hn::Sub(w, hn::Mul(z, F(k.nt)));
   const VF rho = hn::Sqrt(hn::Add(hn::Add(hn::Mul(pu, pu), hn::Mul(pv, pv)), hn::Mul(pt, pt)));
-  const VF inv_rho = hn::Div(F(1.0f), hn::Max(rho, F(1e-12f)));
+  const VF inv_rho = hn::Div(F(1.0f), hn::Max(rho, F(kNoLength)));
   const VF e = hn::Max(hn::Sub(rho, F(k.disc_radius)), F(0.0f));
   const float mn = k.mu * k.nu + k.mv * k.nv + k.mt * k.nt;
   const float m2 = k.mu * k.mu + k.mv * k.mv + k.mt * k.mt;
@@ -39,7 +53,7 @@ HWY_INLINE RimPoint Evaluate(const SweptRim::View& k, VF u, VF v, VF t, VF s) {
   RimPoint p;
   const VF g2 = hn::Add(hn::Mul(e, e), hn::Mul(z, z));
   p.distance = hn::Sqrt(g2);
-  const VF inv_g = hn::Div(F(1.0f), hn::Max(p.distance, F(1e-12f)));
+  const VF inv_g = hn::Div(F(1.0f), hn::Max(p.distance, F(kNoLength)));
   const VF ratio = hn::Mul(e, inv_rho);
   p.nu = hn::Add(hn::Mul(ratio, pu), hn::Mul(z, F(k.nu)));
   p.nv = hn::Add(hn::Mul(ratio, pv), hn::Mul(z, F(k.nv)));
@@ -58,7 +72,7 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, bool up, MF& live,
   const VF s_min = F(k.s_min), s_max = F(k.s_max);
   VF s = F(0.5f * (k.s_min + k.s_max));
   const float m2 = k.mu * k.mu + k.mv * k.mv + k.mt * k.mt;
-  const bool moving = m2 > 1e-18f;
+  const bool moving = m2 > kNoSweep2;
   if (moving) {
     s = hn::Mul(hn::Add(hn::Add(hn::Mul(u, F(k.mu)), hn::Mul(v, F(k.mv))), hn::Mul(t, F(k.mt))),
                 F(1.0f / m2));
@@ -74,7 +88,7 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, bool up, MF& live,
         const MF rising = hn::Gt(p.slope_s, hn::Zero(d));
         right = hn::IfThenElse(rising, s, right);
         left = hn::IfThenElse(rising, left, s);
-        const VF newton = hn::Sub(s, hn::Div(p.slope_s, hn::Max(p.curve_s, F(1e-20f))));
+        const VF newton = hn::Sub(s, hn::Div(p.slope_s, hn::Max(p.curve_s, F(kNoCurvature))));
         const MF inside = hn::And(hn::Ge(newton, left), hn::Le(newton, right));
         const MF flat = hn::Eq(p.slope_s, hn::Zero(d));
         s = hn::IfThenElse(flat, s, hn::IfThenElse(inside, newton, hn::Mul(hn::Add(left, right), F(0.5f))));
@@ -84,18 +98,18 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, bool up, MF& live,
     const VF excess = hn::Sub(at.distance, F(k.corner));
     // G is convex in (t, s): no s brings it lower here than its tangent plane allows. What an s that has not
     // settled might yet gain is no reason to walk further, nor to give the ray up.
-    const VF slope_s = hn::Div(at.slope_s, hn::Max(at.distance, F(1e-12f)));
+    const VF slope_s = hn::Div(at.slope_s, hn::Max(at.distance, F(kNoLength)));
     const VF gain = hn::Max(hn::Mul(slope_s, hn::Sub(s, s_min)), hn::Mul(slope_s, hn::Sub(s, s_max)));
     const VF sure =
         hn::IfThenElse(hn::Gt(excess, hn::Zero(d)), hn::Max(hn::Sub(excess, gain), hn::Zero(d)), excess);
     // Walking up, H falls until the near end is met; where it no longer falls, the ray passes by.
     const VF slope = hn::Mul(at.slope_t, F(direction));
-    const MF passing = hn::And(hn::Ge(slope, F(-1e-4f)), hn::Gt(sure, F(1e-4f)));
+    const MF passing = hn::And(hn::Ge(slope, F(-kPassing)), hn::Gt(sure, F(kPassing)));
     missed = hn::Or(missed, passing);
-    const VF step = hn::Div(sure, hn::Max(hn::Neg(slope), F(1e-4f)));
+    const VF step = hn::Div(sure, hn::Max(hn::Neg(slope), F(kPassing)));
     t = hn::IfThenElse(missed, t, hn::Add(t, hn::Mul(step, F(direction))));
   }
-  live = hn::And(live, hn::AndNot(missed, hn::Lt(hn::Sub(at.distance, F(k.corner)), F(2e-2f))));
+  live = hn::And(live, hn::AndNot(missed, hn::Lt(hn::Sub(at.distance, F(k.corner)), F(kMissed))));
   return t;
 }
 
@@ -133,7 +147,7 @@ void RimNormals(const SweptRim::View& k, const EndMasks& ends, SpanLayer& of) {
     const VF t = hn::Sub(hn::Load(d, depth), F(k.depth));
     const float m2 = k.mu * k.mu + k.mv * k.mv + k.mt * k.mt;
     VF s = hn::Zero(d);
-    if (m2 > 1e-18f) {
+    if (m2 > kNoSweep2) {
       s = hn::Mul(hn::Add(hn::Add(hn::Mul(u, F(k.mu)), hn::Mul(v, F(k.mv))), hn::Mul(t, F(k.mt))),
                   F(1.0f / m2));
       s = hn::Min(hn::Max(s, F(k.s_min)), F(k.s_max));
@@ -143,7 +157,7 @@ void RimNormals(const SweptRim::View& k, const EndMasks& ends, SpanLayer& of) {
         const MF rising = hn::Gt(p.slope_s, hn::Zero(d));
         right = hn::IfThenElse(rising, s, right);
         left = hn::IfThenElse(rising, left, s);
-        const VF newton = hn::Sub(s, hn::Div(p.slope_s, hn::Max(p.curve_s, F(1e-20f))));
+        const VF newton = hn::Sub(s, hn::Div(p.slope_s, hn::Max(p.curve_s, F(kNoCurvature))));
         const MF inside = hn::And(hn::Ge(newton, left), hn::Le(newton, right));
         s = hn::IfThenElse(inside, newton, hn::Mul(hn::Add(left, right), F(0.5f)));
       }
@@ -223,7 +237,7 @@ SweptRim::View SweptRim::view_at(const RayTile& rays) const {
 
 bool SweptRim::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   if (!hull_.spans(rays, layer, out)) return false;
-  out.known = 0;
+  out.normals_ready = 0;
   HWY_DYNAMIC_DISPATCH(RimSpans)(view_at(rays), out);
   return out.rows != 0;
 }

@@ -44,7 +44,7 @@ void Complement::normals(const RayTile& rays, int layer, const EndMasks& ends, S
     EndMasks want = {};
     for (int row = 0; row < kTileSide; row++)
       if (row_filled(inner, row))
-        want.name(static_cast<size_t>(row), at_inner_hi ? 0u : mask[row], at_inner_hi ? mask[row] : 0u);
+        want.mark(static_cast<size_t>(row), at_inner_hi ? 0u : mask[row], at_inner_hi ? mask[row] : 0u);
     inside_.normals(rays, inner_layer, want, inner);
     const uint32_t* from = at_inner_hi ? inner.codes.hi : inner.codes.lo;
     for (int row = 0; row < kTileSide; row++)
@@ -61,7 +61,7 @@ void Complement::normals(const RayTile& rays, int layer, const EndMasks& ends, S
 bool Difference::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   if (!whole_.spans(rays, layer / 2, out)) return false;
   out.last = false;
-  out.known = 0;
+  out.normals_ready = 0;
   SpanLayer part;
   if (!part_.spans(rays, 0, part)) part.rows = 0;
   const bool before = layer % 2 == 0;

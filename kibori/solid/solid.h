@@ -33,8 +33,9 @@ struct SpanLayer {
   uint16_t rows;
   bool flip =
       false;  // set by who asks: normals into the solid (a cut leaves material outside it), else out of it
-  bool last = false;   // set by `spans` where it knows that no ray of the tile has a further interval
-  uint16_t known = 0;  // rows whose normals `spans` has filled in already, as some solids can for nothing
+  bool last = false;  // set by `spans` where it knows that no ray of the tile has a further interval
+  uint16_t normals_ready =
+      0;  // rows whose normals `spans` has filled in already, as some solids can for nothing
   NormalCodes codes;
 };
 
@@ -44,7 +45,7 @@ struct EndMasks {
   uint16_t hi[kTileSide];
   uint16_t rows;  // those with any bit
 
-  void name(size_t row, unsigned lo_lanes, unsigned hi_lanes) {
+  void mark(size_t row, unsigned lo_lanes, unsigned hi_lanes) {
     lo[row] |= static_cast<uint16_t>(lo_lanes);
     hi[row] |= static_cast<uint16_t>(hi_lanes);
     rows |= static_cast<uint16_t>(((lo_lanes | hi_lanes) != 0) << row);
@@ -58,12 +59,12 @@ class Solid {
   // A box [lattice units, x y z] that holds the solid; infinite where the solid is.
   virtual Box bounds() const = 0;
 
-  // Fills layer `layer`, whose `known` and `last` come in as 0; false when no ray of the tile has so many
-  // intervals. Layers come in order along each ray.
+  // Fills layer `layer`, whose `normals_ready` and `last` come in as 0; false when no ray of the tile has so
+  // many intervals. Layers come in order along each ray.
   virtual bool spans(const RayTile& rays, int layer, SpanLayer& out) const = 0;
 
-  // Fills in the normals at the ends named in `ends` of a layer that `spans` filled; rows that are `known`
-  // already may be left alone.
+  // Fills in the normals at the ends marked in `ends` of a layer that `spans` filled; rows that are
+  // `normals_ready` already may be left alone.
   virtual void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const = 0;
 };
 

@@ -6,6 +6,9 @@
 #include <cstdio>
 #include <limits>
 #include <numbers>
+#include <string>
+#include <type_traits>
+#include <utility>
 
 #include <kibori/base/trig.h>
 
@@ -21,9 +24,29 @@ struct Overloaded : F... {
 template <class... F>
 Overloaded(F...) -> Overloaded<F...>;
 
-double cone_slope(const Cone& cone) {  // radius per height
-  const SinCos half = sin_cos(cone.angle_deg * (std::numbers::pi / 360));
+// A motion along a capsule's axis sweeps no parallelogram: less than this [lattice units^2] is rounding, and
+// its normal has no direction.
+constexpr double kNoArea = 1e-9;
+
+// Of half a full angle in degrees.
+SinCos half_angle(double angle_deg) { return sin_cos(angle_deg * (std::numbers::pi / 360)); }
+
+double cone_slope(double angle_deg) {  // radius per height
+  const SinCos half = half_angle(angle_deg);
   return half.sin / half.cos;
+}
+
+// Where the parts of a tapered ball nose meet: heights above the tip, all [mm].
+struct TaperHeights {
+  double apex;     // of the whole cone: below the tip
+  double tangent;  // of the circle in which ball and cone touch
+  double full;     // where the cone is as wide as the cylinder
+};
+
+TaperHeights taper_heights(const TaperedBall& t) {
+  const SinCos half = half_angle(t.angle_deg);
+  const double apex = t.ball - t.ball / half.sin;
+  return {apex, t.ball - t.ball * half.sin, apex + t.radius * half.cos / half.sin};
 }
 
 Box cylinder_box(double radius, double z0, double z1) {
@@ -52,14 +75,15 @@ ConvexBody cylinder(double radius, double z0, const Top& top) {
   return body;
 }
 
-ConvexBody cone_body(double slope, const Top& top) {
+// The apex at the origin; from z0 up.
+ConvexBody cone_body(double slope, double z0, const Top& top) {
   ConvexBody body;
   body.cone = true;
   body.q.diagonal() << -1, -1, slope * slope;
   body.c = 0;
-  body.add_plane(Vec3(0, 0, 1), 0);
+  body.add_plane(Vec3(0, 0, 1), -z0);
   top.close(body);
-  body.local_bounds = cylinder_box(slope * top.height, 0, top.height);
+  body.local_bounds = cylinder_box(slope * top.height, z0, top.height);
   return body;
 }
 
@@ -91,6 +115,15 @@ ConvexBody thick_parallelogram(const Vec3& a, const Vec3& b, double radius) {
 
 }  // namespace
 
+std::optional<Tool> default_tool(std::string_view shape) {
+  std::optional<Tool> tool;
+  const auto take = [&]<size_t... I>(std::index_sequence<I...>) {
+    static_cast<void>(((shape == kToolShapes[I] && (tool.emplace().emplace<I>(), true)) || ...));
+  };
+  take(std::make_index_sequence<std::variant_size_v<Tool>>());
+  return tool;
+}
+
 Status check_tool(const Tool& tool) {
   std::string wrong;
   const auto positive = [&](const char* name, double value) {
@@ -103,45 +136,36 @@ Status check_tool(const Tool& tool) {
   const auto require = [&](bool condition, const char* text) {
     if (wrong.empty() && !condition) wrong = text;
   };
-  std::visit(
-      Overloaded{[&](const Finger& t) {
-                   positive("ks", t.ks);
-                   positive("length", t.length);
-                 },
-                 [&](const BallTool& t) { positive("radius", t.radius); },
-                 [&](const Flat& t) {
-                   positive("radius", t.radius);
-                   positive("length", t.length);
-                 },
-                 [&](const Bull& t) {
-                   positive("radius", t.radius);
-                   positive("corner", t.corner);
-                   positive("length", t.length);
-                   require(t.corner <= t.radius, "corner must not exceed radius");
-                   require(t.length >= 2 * t.corner, "length must be at least twice the corner");
-                 },
-                 [&](const Cone& t) {
-                   positive("angle_deg", t.angle_deg);
-                   positive("radius", t.radius);
-                   positive("length", t.length);
-                   require(t.angle_deg >= 1 && t.angle_deg <= 175, "angle_deg must be between 1 and 175");
-                 },
-                 [&](const Capsule& t) {
-                   positive("radius", t.radius);
-                   positive("length", t.length);
-                   require(t.length >= 2 * t.radius, "length must be at least twice the radius");
-                 },
-                 [&](const HalfSpace&) {},
-                 [&](const BoxTool& t) {
-                   for (int i = 0; i < 3; i++) positive("size", t.size[i]);
-                 },
-                 [&](const Ellipsoid& t) {
-                   for (int i = 0; i < 3; i++) positive("radii", t.radii[i]);
-                 },
-                 [&](const MeshTool& t) {
-                   require(t.mesh && !t.mesh->triangles.empty(), "mesh must hold at least one triangle");
-                 }},
-      tool);
+  for_tool_numbers(tool, [&](const char* name, const auto& number) {
+    if constexpr (std::is_same_v<decltype(number), const double&>)
+      positive(name, number);
+    else
+      for (int i = 0; i < 3; i++) positive(name, number[i]);
+  });
+  const auto check_angle = [&](double angle_deg) {
+    require(angle_deg >= 1 && angle_deg <= 175, "angle_deg must be between 1 and 175");
+  };
+  std::visit(Overloaded{[](const Finger&) {}, [](const BallTool&) {}, [](const Flat&) {},
+                        [&](const Bull& t) {
+                          require(t.corner <= t.radius, "corner must not exceed radius");
+                          require(t.length >= 2 * t.corner, "length must be at least twice the corner");
+                        },
+                        [&](const Cone& t) { check_angle(t.angle_deg); },
+                        [&](const Capsule& t) {
+                          require(t.length >= 2 * t.radius, "length must be at least twice the radius");
+                        },
+                        [](const HalfSpace&) {}, [](const BoxTool&) {}, [](const Ellipsoid&) {},
+                        [&](const MeshTool& t) {
+                          require(t.mesh && !t.mesh->triangles.empty(),
+                                  "mesh must hold at least one triangle");
+                        },
+                        [&](const Drill& t) { check_angle(t.angle_deg); },
+                        [&](const TaperedBall& t) {
+                          check_angle(t.angle_deg);
+                          require(t.ball <= t.radius, "ball must not exceed radius");
+                          require(t.length >= 2 * t.ball, "length must be at least twice the ball's radius");
+                        }},
+             tool);
   if (!wrong.empty()) return Error{wrong};
   return Ok{};
 }
@@ -160,7 +184,9 @@ double reach_mm(const Tool& tool) {
                    double reach = 0;
                    for (const Vec3& p : t.mesh->vertices) reach = std::fmax(reach, p.norm());
                    return reach;
-                 }},
+                 },
+                 [](const Drill& t) { return std::hypot(t.length, t.radius); },
+                 [](const TaperedBall& t) { return std::hypot(t.length, t.radius); }},
       tool);
 }
 
@@ -185,6 +211,12 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
   const auto convex = [&](const ConvexBody& body) {
     add<SweptConvex>(body, tip, frame, motion, start_is_clear);
   };
+  const auto pointed = [&](double angle_deg, double radius, double length) {
+    const double slope = cone_slope(angle_deg), height = std::min(radius / slope, length);
+    convex(cone_body(slope, 0, Top(height * scale, useful())));
+    if (length > height && useful() > height * scale)
+      convex(cylinder(radius * scale, height * scale, Top(length * scale, useful())));
+  };
   std::visit(
       Overloaded{
           [&](const Finger& t) {
@@ -199,12 +231,7 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
             convex(cylinder(t.radius * scale, corner, Top(t.length * scale, std::max(2 * corner, useful()))));
             add<SweptRim>(Vec3(tip + corner * axis), frame, (t.radius - t.corner) * scale, corner, motion);
           },
-          [&](const Cone& t) {
-            const double slope = cone_slope(t), height = std::min(t.radius / slope, t.length);
-            convex(cone_body(slope, Top(height * scale, useful())));
-            if (t.length > height && useful() > height * scale)
-              convex(cylinder(t.radius * scale, height * scale, Top(t.length * scale, useful())));
-          },
+          [&](const Cone& t) { pointed(t.angle_deg, t.radius, t.length); },
           [&](const Capsule& t) {
             const double radius = t.radius * scale;
             const Vec3 base = tip + radius * axis, body = (t.length * scale - 2 * radius) * axis;
@@ -212,7 +239,7 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
             add<SweptBall>(Vec3(base + body), motion, radius);
             add<SweptBall>(base, body, radius);
             add<SweptBall>(Vec3(base + motion), body, radius);
-            if (motion.cross(body).squaredNorm() > 1e-18)
+            if (motion.cross(body).squaredNorm() > kNoArea * kNoArea)
               add<SweptConvex>(thick_parallelogram(body, motion, radius), base, Mat3::Identity(),
                                Vec3::Zero());
           },
@@ -244,7 +271,19 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
             body.local_bounds = {Vec3(-r.x(), -r.y(), 0), Vec3(r.x(), r.y(), 2 * r.z())};
             convex(body);
           },
-          [&](const MeshTool& t) { add<SweptMesh>(*t.mesh, start, motion_mm, lattice); }},
+          [&](const MeshTool& t) { add<SweptMesh>(*t.mesh, start, motion_mm, lattice); },
+          [&](const Drill& t) { pointed(t.angle_deg, t.radius, t.length); },
+          [&](const TaperedBall& t) {
+            const TaperHeights at = taper_heights(t);
+            const double ball = t.ball * scale, apex = at.apex * scale, full = std::min(at.full, t.length);
+            add<SweptBall>(Vec3(tip + ball * axis), motion, ball, start_is_clear);
+            if (useful() > at.tangent * scale)
+              add<SweptConvex>(cone_body(cone_slope(t.angle_deg), at.tangent * scale - apex,
+                                         Top(full * scale - apex, useful() - apex)),
+                               Vec3(tip + apex * axis), frame, motion, start_is_clear);
+            if (t.length > full && useful() > full * scale)
+              convex(cylinder(t.radius * scale, full * scale, Top(t.length * scale, useful())));
+          }},
       tool);
 }
 
@@ -259,10 +298,10 @@ bool SweptTool::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   if (count_ == 1) return first;
   if (layer != 0) return false;
   if (!first) out.rows = 0;
-  out.known = 0;
+  out.normals_ready = 0;
   SpanLayer other;
   for (size_t i = 1; i < count_; i++) {
-    other.known = 0;
+    other.normals_ready = 0;
     other.last = false;
     if (!solids_[i]->spans(rays, 0, other)) continue;
     for (int row = 0; row < kTileSide; row++) {
@@ -301,7 +340,7 @@ void SweptTool::normals(const RayTile& rays, int layer, const EndMasks& ends, Sp
         lo |= static_cast<unsigned>(own.lo[slot] == of.lo[slot]) << lane;
         hi |= static_cast<unsigned>(own.hi[slot] == of.hi[slot]) << lane;
       }
-      mine.name(static_cast<size_t>(row), ends.lo[row] & lo, ends.hi[row] & hi);
+      mine.mark(static_cast<size_t>(row), ends.lo[row] & lo, ends.hi[row] & hi);
     }
     solids_[i]->normals(rays, 0, mine, own);
     for (int row = 0; row < kTileSide; row++)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Tools: shapes a user can hold, in their own frame (tip at the origin, body along +z, mm), and the solid a
-// tool sweeps in a straight motion. Adding a shape: a struct here, its checks and its body in tool.cpp.
+// tool sweeps in a straight motion. Adding a shape: a struct here, with its name and its numbers, a place in
+// `Tool`, and its checks, reach and body in tool.cpp (docs/architecture.md, "How to add a tool shape").
 #pragma once
 
 #include <algorithm>
@@ -9,7 +10,8 @@
 #include <memory>
 #include <new>
 #include <optional>
-#include <string>
+#include <string_view>
+#include <type_traits>
 #include <variant>
 
 #include <kibori/base/result.h>
@@ -24,61 +26,159 @@ namespace kibori {
 
 // The paper's virtual finger (eq. 1): inside where z - ks (x^2 + y^2) > 0, up to z = length. ks [1/mm].
 struct Finger {
+  static constexpr const char* kShape = "finger";
   double ks = 0.1, length = 40;
+  static void for_numbers(auto& tool, auto&& f) {
+    f("ks", tool.ks);
+    f("length", tool.length);
+  }
   bool operator==(const Finger&) const = default;
 };
+
 struct BallTool {
+  static constexpr const char* kShape = "ball";
   double radius = 5;
+  static void for_numbers(auto& tool, auto&& f) { f("radius", tool.radius); }
   bool operator==(const BallTool&) const = default;
 };
+
 // Flat end mill: a cylinder that stands on its tip.
 struct Flat {
+  static constexpr const char* kShape = "flat";
   double radius = 3, length = 30;
+  static void for_numbers(auto& tool, auto&& f) {
+    f("radius", tool.radius);
+    f("length", tool.length);
+  }
   bool operator==(const Flat&) const = default;
 };
+
 // Bull-nose end mill: a flat whose rim is rounded by `corner` <= radius.
 struct Bull {
+  static constexpr const char* kShape = "bull";
   double radius = 5, corner = 1, length = 30;
+  static void for_numbers(auto& tool, auto&& f) {
+    f("radius", tool.radius);
+    f("corner", tool.corner);
+    f("length", tool.length);
+  }
   bool operator==(const Bull&) const = default;
 };
+
 // V cutter: a cone of full angle angle_deg up to `radius`, a cylinder from there to `length`.
 struct Cone {
+  static constexpr const char* kShape = "cone";
   double angle_deg = 60, radius = 5, length = 30;
+  static void for_numbers(auto& tool, auto&& f) {
+    f("angle_deg", tool.angle_deg);
+    f("radius", tool.radius);
+    f("length", tool.length);
+  }
   bool operator==(const Cone&) const = default;
 };
+
 // A cylinder with round ends; `length` from tip to end.
 struct Capsule {
+  static constexpr const char* kShape = "capsule";
   double radius = 3, length = 20;
+  static void for_numbers(auto& tool, auto&& f) {
+    f("radius", tool.radius);
+    f("length", tool.length);
+  }
   bool operator==(const Capsule&) const = default;
 };
+
 // Everything on the body's side of the plane through the tip.
 struct HalfSpace {
+  static constexpr const char* kShape = "halfspace";
+  static void for_numbers(auto&, auto&&) {}
   bool operator==(const HalfSpace&) const = default;
 };
+
 // A box whose lower face is centred on the tip.
 struct BoxTool {
+  static constexpr const char* kShape = "box";
   Vec3 size = Vec3(10, 10, 10);
+  static void for_numbers(auto& tool, auto&& f) { f("size", tool.size); }
   bool operator==(const BoxTool& other) const { return size == other.size; }
 };
+
 // The tip is its lowest point.
 struct Ellipsoid {
+  static constexpr const char* kShape = "ellipsoid";
   Vec3 radii = Vec3(5, 5, 5);
+  static void for_numbers(auto& tool, auto&& f) { f("radii", tool.radii); }
   bool operator==(const Ellipsoid& other) const { return radii == other.radii; }
 };
-// A closed mesh in tool coordinates.
+
+// A closed mesh in tool coordinates. Its numbers are its own; scenes name a file.
 struct MeshTool {
+  static constexpr const char* kShape = "mesh";
   std::shared_ptr<const TriangleMesh> mesh;
+  static void for_numbers(auto&, auto&&) {}
   bool operator==(const MeshTool&) const = default;
 };
 
-using Tool =
-    std::variant<Finger, BallTool, Flat, Bull, Cone, Capsule, HalfSpace, BoxTool, Ellipsoid, MeshTool>;
+// Twist drill: a V cutter with the point angle of a drill.
+struct Drill {
+  static constexpr const char* kShape = "drill";
+  double angle_deg = 118, radius = 2, length = 30;
+  static void for_numbers(auto& tool, auto&& f) {
+    f("angle_deg", tool.angle_deg);
+    f("radius", tool.radius);
+    f("length", tool.length);
+  }
+  bool operator==(const Drill&) const = default;
+};
+
+// Tapered ball nose: a ball of radius `ball` at the tip, a cone of full angle angle_deg that touches it all
+// round, up to `radius`, and a cylinder from there to `length`.
+struct TaperedBall {
+  static constexpr const char* kShape = "tapered";
+  double ball = 1, angle_deg = 20, radius = 4, length = 30;
+  static void for_numbers(auto& tool, auto&& f) {
+    f("ball", tool.ball);
+    f("angle_deg", tool.angle_deg);
+    f("radius", tool.radius);
+    f("length", tool.length);
+  }
+  bool operator==(const TaperedBall&) const = default;
+};
+
+// All tools: the one list of their shapes.
+using Tool = std::variant<Finger, BallTool, Flat, Bull, Cone, Capsule, HalfSpace, BoxTool, Ellipsoid,
+                          MeshTool, Drill, TaperedBall>;
+
+namespace internal {
+template <class... Shape>
+constexpr std::array<const char*, sizeof...(Shape)> shapes_of(std::type_identity<std::variant<Shape...>>) {
+  return {Shape::kShape...};
+}
+}  // namespace internal
+
+// The names of all shapes, in the order of Tool; scenes, documents and messages call them so.
+inline constexpr auto kToolShapes = internal::shapes_of(std::type_identity<Tool>());
+
+// The name of a tool's shape.
+inline const char* shape_of(const Tool& tool) { return kToolShapes[tool.index()]; }
+
+// A tool of the shape of that name, with its default numbers (a mesh tool without a mesh, which check_tool
+// refuses); none where there is no such shape.
+std::optional<Tool> default_tool(std::string_view shape);
+
+// Calls f(name, number) for each number of a tool, in the order of its declaration. A number is a double&
+// or, for sizes along x, y and z, a Vec3&; all are positive, lengths in mm and angles in degrees.
+template <class F>
+void for_tool_numbers(Tool& tool, F&& f) {
+  std::visit([&](auto& t) { t.for_numbers(t, f); }, tool);
+}
+template <class F>
+void for_tool_numbers(const Tool& tool, F&& f) {
+  std::visit([&](const auto& t) { t.for_numbers(t, f); }, tool);
+}
 
 // Ok, or one sentence naming the parameter that can't be.
 Status check_tool(const Tool& tool);
-
-// Whether two tools are the same in all they have.
-inline bool same_tool(const Tool& a, const Tool& b) { return a == b; }
 
 // The farthest point of the tool from its tip [mm]; infinite for a half-space.
 double reach_mm(const Tool& tool);

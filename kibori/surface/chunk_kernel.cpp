@@ -24,9 +24,9 @@ HWY_INLINE V3 Cross(const V3& a, const V3& b) {
           hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
 }
 
-void FindPlaneEnds(const Plane& plane, float least, float most, PlaneEnds& ends) {
+void FindPlaneEnds(const Plane& plane, float min, float max, PlaneEnds& ends) {
   const DF d;
-  const VF low = F(least), high = F(most);
+  const VF low = F(min), high = F(max);
   for (size_t row = 0; row < kTileSide; row++) {
     unsigned begin = 0, end = 0;
     for (size_t g = 0; g < kGroups; g++) {
@@ -126,9 +126,9 @@ struct Halves {
     const V3 m = Cross(left, across), n = Cross(across, right);
     bend = Dot(m, n);
     // Far more than rounding can make of nothing: an angle of 1e-5.
-    const VF least = hn::Mul(F(1e-10f), Dot(across, across));
-    clear = hn::And(hn::Gt(Dot(m, m), hn::Mul(least, Dot(left, left))),
-                    hn::Gt(Dot(n, n), hn::Mul(least, Dot(right, right))));
+    const VF min = hn::Mul(F(1e-10f), Dot(across, across));
+    clear = hn::And(hn::Gt(Dot(m, m), hn::Mul(min, Dot(left, left))),
+                    hn::Gt(Dot(n, n), hn::Mul(min, Dot(right, right))));
   }
 };
 

@@ -51,7 +51,7 @@ enum Diagonal : int32_t { kFirstThird, kSecondFourth, kUnclear };
 using ChooseDiagonals = void (*)(const Quad* quads, size_t count, const QuantizedPosition* places,
                                  int32_t* chosen);
 
-using FindEnds = void (*)(const Plane& plane, float least, float most, PlaneEnds& ends);
+using FindEnds = void (*)(const Plane& plane, float min, float max, PlaneEnds& ends);
 
 // The nodes in each span of one plane: from ... to - 1, none if to <= from, counted from `first` and within
 // [0, count].

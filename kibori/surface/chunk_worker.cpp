@@ -45,12 +45,12 @@ bool is_zero(const Multiple& a) { return a.x == 0 && a.y == 0 && a.z == 0; }
 class VertexGrid {
  public:
   explicit VertexGrid(const Lattice& lattice) : origin_(lattice.origin_mm), pitch_(lattice.pitch_mm) {
-    double most = 0;
+    double max = 0;
     for (int i = 0; i < 3; i++) {
       const double low = lattice.origin_mm[i], high = low + lattice.nodes[i] * lattice.pitch_mm;
-      most = std::max({most, std::abs(low), std::abs(high)});
+      max = std::max({max, std::abs(low), std::abs(high)});
     }
-    quantum_ = std::ldexp(1.0, std::ilogb(most + 4 * lattice.pitch_mm) + 1 - 24);
+    quantum_ = std::ldexp(1.0, std::ilogb(max + 4 * lattice.pitch_mm) + 1 - 24);
   }
   // The centre of a cell (along one axis) in quanta.
   int32_t centre(int axis, int cell) const {
@@ -289,13 +289,13 @@ class ChunkWorker::Impl {
     const int u0 = std::max(first_[ui], 0), u1 = std::min(first_[ui] + kHitNodes, field.nodes_u());
     const int v0 = std::max(first_[vi], 0), v1 = std::min(first_[vi] + kHitNodes, field.nodes_v());
     // Ends between the first node and the last.
-    const float least = static_cast<float>(first_[di]) + 0.5f, most = least + kCells;
+    const float min = static_cast<float>(first_[di]) + 0.5f, max = min + kCells;
     for (int tv = v0 / kTileSide; tv * kTileSide < v1; tv++)
       for (int tu = u0 / kTileSide; tu * kTileSide < u1; tu++)
         for (const Plane* p = &field.tile(tu, tv).first; p; p = p->next) {
-          if (!p->reaches(static_cast<double>(least) - 1, static_cast<double>(most) + 1)) continue;
+          if (!p->reaches(static_cast<double>(min) - 1, static_cast<double>(max) + 1)) continue;
           PlaneEnds ends;
-          kernel_.find_ends(*p, least, most, ends);
+          kernel_.find_ends(*p, min, max, ends);
           const int u_first = tu * kTileSide, v_first = tv * kTileSide;
           const unsigned wanted = ((2u << (std::min(u1 - u_first, kTileSide) - 1)) - 1) &
                                   ~((1u << (std::max(u0, u_first) - u_first)) - 1);

@@ -15,7 +15,7 @@ namespace {
 
 // A triangle may turn by at most acos of this when a corner moves, and no corner may become sharper than a
 // sliver.
-constexpr double kLeastTurn = 0.3, kLeastShape = 0.02;
+constexpr double kMinTurn = 0.3, kMinShape = 0.02;
 
 // Distances are taken at some points of the fans and may be larger between them: so much of the tolerance is
 // used.
@@ -147,11 +147,11 @@ class Simplifier {
   void consider(uint32_t v) {
     version_[v]++;
     if (around_[v].empty()) return;
-    double least = std::numeric_limits<double>::infinity();
+    double min = std::numeric_limits<double>::infinity();
     for (const uint32_t t : around_[v])
       for (const uint32_t u : triangles_[t])
-        if (u != v) least = std::min(least, quadrics_[v].at(points_[u]));
-    queue_.push({std::max(0.0, least), v, version_[v]});
+        if (u != v) min = std::min(min, quadrics_[v].at(points_[u]));
+    queue_.push({std::max(0.0, min), v, version_[v]});
   }
 
   void collapse(uint32_t v) {
@@ -214,7 +214,7 @@ class Simplifier {
       }
       const Vec3 before = (was[1] - was[0]).cross(was[2] - was[0]), after = is.cross();
       const double area = after.norm();
-      if (!(area > kLeastShape * is.longest2()) || after.dot(before) < kLeastTurn * area * before.norm())
+      if (!(area > kMinShape * is.longest2()) || after.dot(before) < kMinTurn * area * before.norm())
         return false;
       fan_.push_back(is);
     }

@@ -26,7 +26,7 @@ namespace {
 
 // Layers of chunks are made together, as many as make about so many chunks: columns of chunks share their
 // reading of nodes, and two such slabs are held at a time.
-constexpr int kSlabChunks = 16384, kMostLayers = 8;
+constexpr int kSlabChunks = 16384, kMaxLayers = 8;
 
 struct Slab {
   Index3 chunks;  // along each axis of the whole surface
@@ -44,7 +44,7 @@ Slab make_slab(const Snapshot& model, Workers& workers, int z_begin, uint32_t& c
   Slab slab;
   slab.chunks = surface_chunks(model.lattice);
   slab.z_begin = z_begin;
-  const int layers = std::clamp(kSlabChunks / (slab.chunks[0] * slab.chunks[1]), 1, kMostLayers);
+  const int layers = std::clamp(kSlabChunks / (slab.chunks[0] * slab.chunks[1]), 1, kMaxLayers);
   slab.z_end = std::min(z_begin + layers, slab.chunks[2]);
   if (z_begin >= slab.z_end) return slab;
   slab.parts.resize(static_cast<size_t>(slab.chunks[0] * slab.chunks[1] * (slab.z_end - z_begin)));

@@ -19,10 +19,10 @@ constexpr double kSharp = 0.05;
 bool one_face(const SheetEnds& ends, const Vec4f& normal, float length) {
   // Their cosines add up to `length`, so if that is nearly their number, none is far below 1.
   if (length > static_cast<float>(ends.with_normal) - (1 - kFlat)) return true;
-  float least = 1;
+  float min = 1;
   for (int i = 0; i < ends.count; i++)
-    if (ends.normals[i] != Vec4f::Zero()) least = std::min(least, ends.normals[i].dot(normal));
-  return least > kFlat;
+    if (ends.normals[i] != Vec4f::Zero()) min = std::min(min, ends.normals[i].dot(normal));
+  return min > kFlat;
 }
 
 }  // namespace

@@ -38,12 +38,12 @@ int main() {
   settings.workspace = Workspace(Vec3(15, 10, 5));
   auto live = LiveCarving::make(std::move(model), std::move(hand), settings);
   if (!live) return fail(live.error());
-  double most = 0;
+  double max = 0;
   for (int i = 0; i < 1000; i++) {
     const LiveTick tick = live.value()->tick(0.001);
-    most = std::max(most, tick.computed.force.norm());
+    max = std::max(max, tick.computed.force.norm());
   }
   const double removed = before - live.value()->model().snapshot().volume_mm3();
-  std::printf("live: removed %.3f mm3, largest force %.3f N\n", removed, most);
-  return removed > 0 && most > 0 ? 0 : 1;
+  std::printf("live: removed %.3f mm3, largest force %.3f N\n", removed, max);
+  return removed > 0 && max > 0 ? 0 : 1;
 }

@@ -48,6 +48,16 @@ export class Studio {
     });
     return studio;
   }
+  /** The address for another browser, which the studio prints when one asks by the address that was used. */
+  async another() {
+    const used = new URL(this.url), before = this.printed.length;
+    await fetch(`${used.origin}/enter?token=${used.searchParams.get("token")}`, { method: "POST", headers: { Origin: used.origin } });
+    for (;;) {
+      const next = /http:\S+\n/.exec(this.printed.slice(before));
+      if (next) return (this.url = next[0].trim());
+      await new Promise((done) => setTimeout(done, 20));
+    }
+  }
   async end(how = "SIGINT") {
     this.process.kill(how);
     return this.ended;

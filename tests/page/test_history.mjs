@@ -41,18 +41,18 @@ async function scalesOfPlots() {
 
 /** Rows of the message Steps. */
 function rows(steps) {
-  const all = steps.map(([id, parent, made, shape, size, mode = 0, pictured = 0, label = ""]) => {
-    const row = Buffer.alloc(31);
+  const text = (words) => {
+    const bytes = Buffer.from(words), count = Buffer.alloc(4);
+    count.writeUInt32LE(bytes.length);
+    return Buffer.concat([count, bytes]);
+  };
+  const all = steps.map(([id, parent, made, tool, mode = "cut", pictured = 0, label = ""]) => {
+    const row = Buffer.alloc(20);
     row.writeUInt32LE(id, 0);
     row.writeUInt32LE(parent, 4);
     row.writeFloatLE(-2.5, 8);
     row.writeDoubleLE(made, 12);
-    row[20] = shape;
-    row.writeFloatLE(size, 21);
-    row[25] = mode;
-    row[26] = pictured;
-    row.writeUInt32LE(Buffer.byteLength(label), 27);
-    return Buffer.concat([row, Buffer.from(label)]);
+    return Buffer.concat([row, text(JSON.stringify(tool)), Buffer.from([["cut", "deposit", "touch", "off"].indexOf(mode), pictured]), text(label)]);
   });
   return Uint8Array.from(Buffer.concat(all));
 }
@@ -60,13 +60,14 @@ function rows(steps) {
 async function theTreeOfSteps() {
   const { StepTree } = await moduleOf("steps");
   const tree = new StepTree();
-  const MOVED = 3;
-  tree.add(rows([[1, 0, 1000, 255, 0], [2, 1, 1010, 0, 4], [3, 2, 1020, 0, 4, MOVED], [4, 3, 1030, 0, 4, 0, 1], [5, 4, 1040, 0, 5], [6, 5, 1050, 0, 5, 1, 0, "fills ä"], [7, 6, 1400, 0, 5, 1]]));
-  tree.add(rows([[8, 2, 1500, 2, 3], [9, 8, 1510, 2, 3], [10, 8, 1520, 2, 3], [11, 7, 1701, 0, 5, 1]]));
+  const MOVED = "off", STOCK = null, ball = (radius) => ({ shape: "ball", radius }), mill = { shape: "flat", radius: 3, length: 25 };
+  tree.add(rows([[1, 0, 1000, STOCK], [2, 1, 1010, ball(4)], [3, 2, 1020, ball(4), MOVED], [4, 3, 1030, ball(4), "cut", 1], [5, 4, 1040, ball(5)]]));
+  tree.add(rows([[6, 5, 1050, ball(5), "deposit", 0, "fills ä"], [7, 6, 1400, ball(5), "deposit"]]));
+  tree.add(rows([[8, 2, 1500, mill], [9, 8, 1510, mill], [10, 8, 1520, mill], [11, 7, 1701, ball(5), "deposit"]]));
   tree.setHead(11);
   const way = tree.way();
   check("the way to the head", way.map((s) => s.id).join() === "1,2,3,4,5,6,7,11");
-  check("a label, a size", tree.get(6).label === "fills ä" && tree.get(5).size === 5 && tree.get(5).removed === -2.5);
+  check("a label, a size", tree.get(6).label === "fills ä" && tree.get(5).tool.radius === 5 && tree.get(5).removed === -2.5);
   const groups = (ends = () => false) => tree.groups(way, ends).map((g) => g.steps.map((s) => s.id).join());
   check(`groups by tool, size, mode and five minutes: ${groups().join(" ")}`, groups().join(" ") === "1 2,3,4 5 6 7 11");
   check("a name ends a group", groups((s) => s.id === 2).join(" ") === "1 2 3,4 5 6 7 11");
@@ -130,13 +131,13 @@ async function oneCamera() {
   check("it has no ground, and something on it", corner[0] === 0 && corner[1] === 255);
   await page.context().close();
   const dark = await open({ width: 640, height: 480 }, { colorScheme: "dark" });
-  await enter(dark, studio.url);
+  await enter(dark, await studio.another());
   await shown(dark);
   check("the same picture in the dark", (await pictureOf(dark)) === whole);
   // What the plot says.
   for (const words of ["size of the force, N", "size of the moment, N mm", "Fz, N"]) check(`the legend says ${words}`, (await dark.locator("#plot .u-legend").textContent()).includes(words));
   check("a sentence on the model", /^Series: /.test(await dark.locator("#model-says").textContent()));
-  await dark.locator("#model").selectOption("1");
+  await dark.locator("#model").selectOption("energy");
   check("a sentence on another model", /^Energy: /.test(await dark.locator("#model-says").textContent()));
   await dark.context().close();
   check("the studio ends well", (await studio.end()) === 0);

@@ -243,14 +243,14 @@ async function numbersAndWhatIsKept() {
   await page.locator("#turn-by-typed").press("Enter");
   await page.locator("#depth-typed").fill("1.5");
   await page.locator("#depth-typed").press("Enter");
-  await page.locator("input[name=mode][value='1']").check();
+  await page.locator("input[name=mode][value='deposit']").check();
   await page.keyboard.press("x");
   const size = await page.locator("#size").inputValue();
   await page.reload();
   await shown(page);
   const kept = await page.evaluate(() => ["size", "depth", "turn-by"].map((id) => document.getElementById(id).value));
   check(`numbers are kept (${kept})`, kept.join() === [size, "1.5", "45"].join());
-  check("shape and work are kept", (await page.locator("#shape-out").textContent()) === "Box" && (await page.locator("input[name=mode][value='1']").isChecked()));
+  check("shape and work are kept", (await page.locator("#shape-out").textContent()) === "Box" && (await page.locator("input[name=mode][value='deposit']").isChecked()));
   check("mirrors are off", (await page.locator("#symmetry input:checked").count()) === 0);
   check("the wood is the piece's, still", (await adds()) === "walnut");
   await page.context().close();

@@ -185,7 +185,7 @@ async function penAndFinger() {
   await page.locator("#frame").click();
 
   // Feeling cuts nothing.
-  await page.locator("input[name=mode][value='2']").check();
+  await page.locator("input[name=mode][value='touch']").check();
   const felt = await state(page);
   await page.mouse.move(470, 240);
   await page.mouse.down();
@@ -294,13 +294,21 @@ async function whatIsShownIsTheModel() {
           for (let i = 0; i < count; i++) {
             const axis = [random(-1, 1), random(-1, 1), random(0.2, 1)];
             const at = [random(0, 80), random(0, 50), random(20, 33)], to = at.map((a) => a + random(-6, 6));
-            const shape = Math.floor(random(0, 8)), size = random(0.4, 3);
-            const other = shape === 4 ? size / 3 : shape === 5 ? random(30, 120) : random(1, 4);
-            const tool = new DataView(new ArrayBuffer(26));
-            tool.setUint8(0, 8);
-            tool.setUint8(1, shape);
-            [size, shape > 5 ? random(1, 4) : 20, other].forEach((n, i) => tool.setFloat64(2 + 8 * i, n, true));
-            line.send(tool.buffer);
+            const size = random(0.4, 3), length = 20;
+            const tools = [
+              { shape: "ball", radius: size },
+              { shape: "finger", ks: size, length },
+              { shape: "flat", radius: size, length },
+              { shape: "capsule", radius: size, length },
+              { shape: "bull", radius: size, corner: size / 3, length },
+              { shape: "cone", angle_deg: random(30, 120), radius: size, length },
+              { shape: "drill", angle_deg: random(60, 140), radius: size, length },
+              { shape: "tapered", ball: size / 3, angle_deg: random(10, 90), radius: size, length },
+              { shape: "box", size: [size, random(1, 4), random(1, 4)] },
+              { shape: "ellipsoid", radii: [size, random(1, 4), random(1, 4)] },
+            ];
+            const tool = new TextEncoder().encode(JSON.stringify(tools[Math.floor(random(0, tools.length))]));
+            line.send(new Uint8Array([8, tool.length, 0, 0, 0, ...tool]));
             say(3, [at[0], at[1], at[2] + 8, ...axis], random(0, 1) < 0.75 ? 0 : 1);
             say(2, [...at, ...axis]);
             await new Promise((next) => setTimeout(next, 8));
@@ -379,8 +387,8 @@ async function mirrorsDevicesAndExperiments() {
   await others.evaluate(() => window.kibori.still(true));
   await page.bringToFront();
   let last = first, y = 260;
-  await page.locator("#model").selectOption("1");
-  for (const [name, form, value] of [["Finger"], ["End mill"], ["Bull nose", "Corner", "3"], ["V cutter", "Angle", "60"], ["Capsule"], ["Box", "Breadth", "2"], ["Ellipsoid", "Breadth", "6"], ["Ball burr"]]) {
+  await page.locator("#model").selectOption("energy");
+  for (const [name, form, value] of [["Finger"], ["End mill"], ["Bull nose", "Corner", "3"], ["V cutter", "Angle", "60"], ["Capsule"], ["Box", "Breadth", "2"], ["Ellipsoid", "Breadth", "6"], ["Drill", "Point", "118"], ["Tapered ball nose", "Taper", "30"], ["Ball burr"]]) {
     await page.locator(`#shapes input[aria-label="${name}"]`).check({ force: true });
     check(`${name} is held`, (await page.locator("#shape-out").textContent()) === name && (await page.locator("#form").isVisible()) === Boolean(form));
     if (form) check(`${name} has its ${form}`, (await page.locator("#form-name").textContent()) === form);
@@ -390,7 +398,7 @@ async function mirrorsDevicesAndExperiments() {
     await until(others, `the cut of the ${name}`, (s) => s.hash === last.hash);
   }
   await others.close();
-  await page.locator("#model").selectOption("0");
+  await page.locator("#model").selectOption("series");
   while ((await state(page)).step !== first.step) {
     await page.keyboard.press("Control+z");
     await page.waitForTimeout(200);
@@ -442,17 +450,17 @@ async function mirrorsDevicesAndExperiments() {
   const runs = await Studio.start();
   await enter(page, runs.url);
   await started(page);
-  for (const model of ["1", "0", "2"]) {
+  for (const model of ["energy", "series", "paper"]) {
     await page.locator("#scene").selectOption("fig8-upright");
     await page.locator("#run-model").selectOption(model);
-    await page.locator("#pace").selectOption(model === "1" ? "4" : "0");
+    await page.locator("#pace").selectOption(model === "energy" ? "4" : "0");
     await page.locator("#run-form .main").click();
-    if (model === "1") {
+    if (model === "energy") {
       await until(page, "the run is shown", (s) => s.shown === "solid");
       await page.locator("#work progress").waitFor();
     }
     await page.locator("#comparing").waitFor({ timeout: 60000 });
-    if (model === "2") break;
+    if (model === "paper") break;
     await page.locator("#comparing .close").click();
     await page.locator("#leave").click();
     await started(page);

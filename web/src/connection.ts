@@ -17,7 +17,7 @@ export class Connection {
 
   /** `lost`: told what to do where the line is broken, and whether it is tried again by itself; null: it is there. */
   constructor(
-    private hear: (message: FromStudio) => void,
+    private onMessage: (message: FromStudio) => void,
     private lost: (why: { text: string; trying: boolean } | null) => void,
   ) {
     void entered.then(() => this.open());
@@ -56,7 +56,7 @@ export class Connection {
         this.wait = FIRST_WAIT_MS;
         this.lost(null);
       }
-      this.hear(read(event.data as ArrayBuffer));
+      this.onMessage(read(event.data as ArrayBuffer));
     };
     socket.onclose = (event) => this.closed(event.code);
     this.socket = socket;

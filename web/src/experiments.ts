@@ -4,7 +4,7 @@ import uPlot from "uplot";
 import { element } from "./dom";
 import { figure } from "./figure";
 import { write } from "./messages";
-import { MODELS } from "./models";
+import { MODEL_NOTES } from "./kinds";
 import { markSpikes } from "./plot";
 import { robustRange } from "./robust";
 
@@ -34,12 +34,12 @@ const ROW = 7;
 const MOST_RUNS = 12;
 // Okabe and Ito's colours, which people with any kind of colour vision tell apart; dashed the second time round.
 const COLOURS = ["#d55e00", "#0072b2", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"];
-const QUANTITIES: Record<string, { label: string; unit: string; of: (r: Float32Array, i: number, most: number) => number }> = {
+const QUANTITIES: Record<string, { label: string; unit: string; of: (r: Float32Array, i: number, max: number) => number }> = {
   force: { label: "Force |F| [N]", unit: "N", of: (r, i) => Math.hypot(r[i + 1], r[i + 2], r[i + 3]) },
   fx: { label: "Force Fx [N]", unit: "N", of: (r, i) => r[i + 1] },
   fy: { label: "Force Fy [N]", unit: "N", of: (r, i) => r[i + 2] },
   fz: { label: "Force Fz [N]", unit: "N", of: (r, i) => r[i + 3] },
-  shape: { label: "Force |F| over its largest [1]", unit: "", of: (r, i, most) => Math.hypot(r[i + 1], r[i + 2], r[i + 3]) / (most || 1) },
+  shape: { label: "Force |F| over its largest [1]", unit: "", of: (r, i, max) => Math.hypot(r[i + 1], r[i + 2], r[i + 3]) / (max || 1) },
   moment: { label: "Moment |M| [N mm]", unit: "N mm", of: (r, i) => Math.hypot(r[i + 4], r[i + 5], r[i + 6]) },
 };
 
@@ -56,7 +56,7 @@ export class Experiments {
 
   constructor(
     private send: (message: Uint8Array) => void,
-    private tell: (text: string) => void,
+    private notify: (text: string) => void,
     private save: (name: string, what: Blob) => void,
   ) {
     element("run-form").addEventListener("submit", (event) => {
@@ -107,14 +107,14 @@ export class Experiments {
         const file = own.files?.[0];
         if (!file) return own.click();
         own.value = "";
-        if (file.size > 500000) return this.tell(`${file.name} is too large for a scene`);
+        if (file.size > 500000) return this.notify(`${file.name} is too large for a scene`);
         name = file.name.replace(/\.toml$/, "");
         text = await file.text();
       }
     } catch {
-      return this.tell("The scene did not arrive; is 'kibori studio' still running?");
+      return this.notify("The scene did not arrive; is 'kibori studio' still running?");
     }
-    this.send(write.RunExperiment({ name, scene: text, model: Number(element<HTMLSelectElement>("run-model").value), pace: Number(element<HTMLSelectElement>("pace").value) }));
+    this.send(write.RunExperiment({ name, scene: text, model: element<HTMLSelectElement>("run-model").value, pace: Number(element<HTMLSelectElement>("pace").value) }));
   }
 
   private compare(): void {
@@ -207,6 +207,6 @@ export class Experiments {
   /** A sentence for each model that is shown. */
   private notes(): string[] {
     const models = new Set(this.shown().map(({ run }) => run.model));
-    return Object.entries(MODELS).filter(([model]) => models.has(model)).map(([, says]) => says);
+    return Object.entries(MODEL_NOTES).filter(([model]) => models.has(model)).map(([, says]) => says);
   }
 }

@@ -51,9 +51,9 @@ export function figure(curves: Curve[], label: string, notes: string[]): string 
   curves.forEach((curve, place) => {
     // As fine as can be seen: of each half unit of width the lowest and the highest.
     const points: string[] = [];
-    let column = -1, least = 0, most = 0, at = 0;
+    let column = -1, min = 0, max = 0, at = 0;
     const put = (): void => {
-      if (column >= 0) points.push(`${at.toFixed(1)},${y(least).toFixed(1)}`, ...(most > least ? [`${at.toFixed(1)},${y(most).toFixed(1)}`] : []));
+      if (column >= 0) points.push(`${at.toFixed(1)},${y(min).toFixed(1)}`, ...(max > min ? [`${at.toFixed(1)},${y(max).toFixed(1)}`] : []));
     };
     for (let k = 0; k < curve.x.length; k++) {
       const px = x(curve.x[k]), v = curve.y[k];
@@ -61,10 +61,10 @@ export function figure(curves: Curve[], label: string, notes: string[]): string 
         put();
         column = Math.floor(2 * px);
         at = px;
-        least = most = v;
+        min = max = v;
       }
-      least = Math.min(least, v);
-      most = Math.max(most, v);
+      min = Math.min(min, v);
+      max = Math.max(max, v);
     }
     put();
     const look = `fill="none" stroke="${curve.colour}" stroke-width="1.5"${curve.dashed ? ' stroke-dasharray="6 4"' : ""}`;

@@ -2,62 +2,15 @@
 // The hand: which tool, and where mouse, pen or finger want it.
 import * as THREE from "three";
 import { element, input, put, select } from "./dom";
+import type { Mode, Model, Tool } from "./kinds";
 import { write } from "./messages";
+import { TOOLS, held, heightOf, shortened, sizeOf, toolButtons, type HeldTool, type Shape } from "./tools";
 import type { Hit, View } from "./view";
 import type { Vec3 } from "./wire";
 
-const chosen = (name: string): number => Number((document.querySelector(`input[name=${name}]:checked`) as HTMLInputElement).value);
+const chosen = (name: string): string =>
+  (document.querySelector(`input[name=${name}]:checked`) as HTMLInputElement).value;
 
-/** From a tool's tip to its other end [mm], where its size does not say. */
-const TOOL_LENGTH = 25, FINGER_LENGTH = 20;
-/** A tool as a person chooses it: by a radius and one number more, which only some have. */
-interface Shape {
-  name: string;
-  /** Its number in ChooseTool, where that is not its place in this list. */
-  as?: number;
-  /** A motor turns it, unless that is switched off; a hand or a mallet drives the others. */
-  powered: boolean;
-  form?: { name: string; unit: string; least: number; most: number; value: number };
-  tool(radius: number, form: number): { size: number; length: number; other: number };
-  /** Whether it matters how far it is turned about its axis. */
-  turns?: boolean;
-}
-const SHAPES: Shape[] = [
-  { name: "Ball burr", powered: true, tool: (r) => ({ size: r, length: 2 * r, other: 0 }) },
-  // Its Ks such that it is as wide as a ball would be, a radius above its tip.
-  { name: "Finger", powered: false, tool: (r) => ({ size: 1 / r, length: FINGER_LENGTH, other: 0 }) },
-  { name: "End mill", powered: true, tool: (r) => ({ size: r, length: TOOL_LENGTH, other: 0 }) },
-  { name: "Capsule", powered: false, tool: (r) => ({ size: r, length: TOOL_LENGTH + 2 * r, other: 0 }) },
-  {
-    name: "Bull nose",
-    powered: true,
-    form: { name: "Corner", unit: "mm", least: 0.1, most: 12, value: 1.5 },
-    tool: (r, corner) => ({ size: r, length: TOOL_LENGTH, other: Math.min(corner, r) }),
-  },
-  { name: "V cutter", powered: true, form: { name: "Angle", unit: "°", least: 20, most: 150, value: 90 }, tool: (r, angle) => ({ size: r, length: TOOL_LENGTH, other: angle }) },
-  { name: "Box", powered: false, form: { name: "Breadth", unit: "mm", least: 0.5, most: 24, value: 4 }, tool: (r, breadth) => ({ size: 2 * r, length: breadth, other: TOOL_LENGTH }), turns: true },
-  { name: "Ellipsoid", powered: false, form: { name: "Breadth", unit: "mm", least: 1, most: 24, value: 12 }, tool: (r, breadth) => ({ size: r, length: breadth / 2, other: r }), turns: true },
-  // A twist drill's point has a full angle of 118 degrees.
-  { name: "Drill", as: 5, powered: true, form: { name: "Point", unit: "°", least: 60, most: 150, value: 118 }, tool: (r, angle) => ({ size: r, length: TOOL_LENGTH, other: angle }) },
-];
-/** A tool as ChooseTool and ShowTool say it. */
-interface Held {
-  shape: number;
-  size: number;
-  length: number;
-  other: number;
-}
-/** From the tip to the other end [mm]. */
-const heightOf = ({ shape, size, length, other }: Held): number => (shape === 0 ? 2 * size : shape === 6 ? other : shape === 7 ? 2 * other : length);
-/** No higher than so, where its shape allows: what is added is not to come out of the other side of the wood. */
-function shortened(held: Held, height: number): Held {
-  const { shape, size, length, other } = held;
-  if (shape === 6) return { ...held, other: Math.min(other, height) };
-  const least = shape === 3 ? 2 * size : shape === 4 ? 2 * other : 0;
-  return shape === 0 || shape === 7 ? held : { ...held, length: Math.min(length, Math.max(height, least)) };
-}
-/** The modes of Press. */
-const CUT = 0, FILL = 1;
 /** So far above the wood the tool hovers [mm]. */
 const HOVER = 2;
 /** A path that leaves the wood goes on along the plane it left, so many radii of the tool. */
@@ -87,7 +40,7 @@ export class Hand {
     wood: Hit;
     /** Depth counts from this plane; null: from the wood. */
     plane: Hit | null;
-    mode: number;
+    mode: Mode;
     /** The time of the newest event that was used [ms]. */
     time: number;
   } | null = null;
@@ -99,7 +52,7 @@ export class Hand {
   private anywhere = false;
   private sliding: { id: "size" | "depth"; x: number; from: number } | null = null;
   private at = { x: 0, y: 0 };
-  private shown: Held | null = null;
+  private shown: HeldTool | null = null;
   private handing = false; // the view is told of a pointer that was the hand's
   private aimed: Vec3 = [0, 0, 0];
 
@@ -108,6 +61,7 @@ export class Hand {
     private view: View,
     private send: (message: Uint8Array) => void,
   ) {
+    element("shapes").insertAdjacentHTML("beforeend", toolButtons());
     element("shapes").addEventListener("change", () => this.chooseShape());
     for (const id of ["size", "depth", "form"]) input(id).addEventListener("input", () => this.chooseTool());
     input("turn-by").addEventListener("input", () => this.chooseTurn());
@@ -118,7 +72,7 @@ export class Hand {
     element("modes").addEventListener("change", () => this.chooseWork());
     element("symmetry").addEventListener("change", () => this.chooseSymmetry());
     select("material").onchange = () => this.send(write.ChooseMaterial({ material: Number(select("material").value) }));
-    select("model").onchange = () => this.send(write.ChooseModel({ model: Number(select("model").value) }));
+    select("model").onchange = () => this.send(write.ChooseModel({ model: select("model").value as Model }));
     canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
     canvas.addEventListener("pointermove", (event) => this.move(event));
     // Where the browser tells of the pointer before the next frame, the tool need not wait for that.
@@ -154,7 +108,7 @@ export class Hand {
     this.chooseSymmetry();
     this.chooseWork();
     this.send(write.ChooseMaterial({ material: Number(select("material").value) }));
-    this.send(write.ChooseModel({ model: Number(select("model").value) }));
+    this.send(write.ChooseModel({ model: select("model").value as Model }));
   }
 
   get working(): boolean {
@@ -162,22 +116,22 @@ export class Hand {
   }
   /** Whether the tool, whose tip is there, is to cut and far from where it is wanted. */
   heldBack(tip: Vec3): boolean {
-    return this.stroke?.mode === CUT && Math.hypot(...tip.map((x, i) => x - this.aimed[i])) > this.depth() / 2;
+    return this.stroke?.mode === "cut" && Math.hypot(...tip.map((x, i) => x - this.aimed[i])) > this.depth() / 2;
   }
   /** What to do where wood holds the tool back. */
   get help(): string {
-    const strength = Number(input("strength").value).toFixed(0), name = SHAPES[this.shape].name.toLowerCase();
+    const strength = Number(input("strength").value).toFixed(0), name = TOOLS[this.shape].name.toLowerCase();
     const more = this.powered ? "Raise Strength, or take a smaller tool." : "Strike it with the mallet (Space), move it sideways, raise Strength, or take a smaller tool or one with a motor.";
     return `The wood holds the ${name} back: the hand pushes with all its ${strength} N. ${more}`;
   }
   /** Whether a motor turns the tool. */
   private get powered(): boolean {
-    return SHAPES[this.shape].powered && input("powered").checked;
+    return TOOLS[this.shape].powered && input("powered").checked;
   }
 
   /** A blow of the mallet. */
   strike(): void {
-    if ((this.stroke?.mode === CUT || this.device) && !this.powered) this.send(write.Strike());
+    if ((this.stroke?.mode === "cut" || this.device) && !this.powered) this.send(write.Strike());
   }
 
   /** Depth counts from the plane of the wood under the pointer, from now on. */
@@ -207,8 +161,8 @@ export class Hand {
   private holding = false;
 
   /** The tool that is held in some page. */
-  show(tool: Held): void {
-    this.shown = tool;
+  show(tool: Tool | null): void {
+    this.shown = held(tool);
     this.draw();
   }
 
@@ -222,7 +176,7 @@ export class Hand {
 
   /** A little further about its axis. */
   turn(): void {
-    if (this.readOnly || !SHAPES[this.shape].turns) return;
+    if (this.readOnly || !TOOLS[this.shape].turns) return;
     input("turn-by").value = String((Number(input("turn-by").value) + 15) % 180);
     this.chooseTurn();
   }
@@ -248,26 +202,29 @@ export class Hand {
     this.view.controls.enabled = true;
     this.view.endStroke();
     this.send(write.Lift());
-    if (mode !== chosen("mode")) this.chooseTool();
+    if (mode !== this.mode) this.chooseTool();
     this.aim(last, -HOVER, performance.now());
   }
 
   private radius(): number {
     return Number(input("size").value);
   }
-  private get shape(): number {
-    return chosen("shape");
+  private get shape(): Shape {
+    return chosen("shape") as Shape;
+  }
+  private get mode(): Mode {
+    return chosen("mode") as Mode;
   }
   private depth(): number {
     return Number(input("depth").value);
   }
   private get adds(): boolean {
-    return !this.device && (this.stroke?.mode ?? chosen("mode")) === FILL;
+    return !this.device && (this.stroke?.mode ?? this.mode) === "deposit";
   }
 
   /** Another shape, with the number it had when it was last held. */
   private chooseShape(): void {
-    const { form, turns, powered } = SHAPES[this.shape];
+    const { form, turns, powered } = TOOLS[this.shape];
     element("forms").hidden = !form;
     element("motor").hidden = !powered;
     element("mallet").hidden = powered;
@@ -275,34 +232,34 @@ export class Hand {
     if (form) {
       const slider = input("form");
       put("form-name", form.name);
-      slider.min = String(form.least);
-      slider.max = String(form.most);
+      slider.min = String(form.min);
+      slider.max = String(form.max);
       slider.value = String(form.value);
     }
     this.chooseTool();
     if (!this.readOnly) this.chooseHand();
   }
   private chooseTool(): void {
-    const { shape, size, length, other } = this.own(), radius = this.radius(), { name, form } = SHAPES[this.shape];
+    const tool = this.own(), { name, form } = TOOLS[this.shape];
     put("shape-out", name);
-    put("size-out", `${radius.toFixed(1)} mm${shape === 1 ? `, Ks ${size.toFixed(2)}/mm` : ""}`);
+    put("size-out", `${this.radius().toFixed(1)} mm${tool.shape === "finger" ? `, ${sizeOf(tool)}` : ""}`);
     put("depth-out", `${this.depth().toFixed(1)} mm`);
     // A corner is no wider than the tool.
-    const said = form?.name === "Corner" ? other : (form?.value ?? 0);
+    const said = tool.shape === "bull" ? tool.corner : (form?.value ?? 0);
     if (form) put("form-out", `${said.toFixed(form.unit === "°" ? 0 : 1)} ${form.unit}`);
     this.draw();
-    if (!this.readOnly) this.send(write.ChooseTool({ shape, size, length, other }));
+    if (!this.readOnly) this.send(write.ChooseTool({ tool }));
   }
-  private own(): Held {
-    const shape = this.shape, { form, tool } = SHAPES[shape];
+  private own(): HeldTool {
+    const { form, make } = TOOLS[this.shape];
     if (form) form.value = Number(input("form").value);
-    const held = { shape: SHAPES[shape].as ?? shape, ...tool(this.radius(), form?.value ?? 0) };
-    return this.adds ? shortened(held, this.depth() + Math.max(this.depth(), this.radius())) : held;
+    const tool = make(this.radius(), form?.value ?? 0);
+    return this.adds ? shortened(tool, this.depth() + Math.max(this.depth(), this.radius())) : tool;
   }
   /** The tool that is held: here, as it is chosen; elsewhere, as the studio says. */
   private draw(): void {
-    const held = this.holds && !this.readOnly ? this.own() : this.shown;
-    if (held) this.view.setTool(held.shape, held.size, held.length, held.other);
+    const tool = this.holds && !this.readOnly ? this.own() : this.shown;
+    if (tool) this.view.setTool(tool);
   }
   private chooseTurn(): void {
     const degrees = Number(input("turn-by").value);
@@ -320,7 +277,7 @@ export class Hand {
   /** A pointer says what its tool does when it presses. */
   private chooseWork(): void {
     this.chooseTool();
-    if (this.device) this.send(write.ChooseWork({ mode: chosen("mode") }));
+    if (this.device) this.send(write.ChooseWork({ mode: this.mode }));
   }
   private chooseHand(): void {
     const strength = Number(input("strength").value), stiffness = Number(input("stiffness").value) || 0;
@@ -351,7 +308,7 @@ export class Hand {
 
   /** How deep: where it adds, so that the tool stands out as much as it else would sink in. */
   private pressed(event: PointerEvent): number {
-    if (this.stroke?.mode === FILL) return heightOf(this.own()) - this.depth();
+    if (this.stroke?.mode === "deposit") return heightOf(this.own()) - this.depth();
     const pen = event.pointerType === "pen" && event.pressure > 0 && input("pressure").checked;
     return pen ? 2 * event.pressure * this.depth() : this.depth();
   }
@@ -376,10 +333,10 @@ export class Hand {
   }
   /** The nearest wood around a point of the window, no farther from it than the tool is wide. */
   private beside(x: number, y: number): Hit | null {
-    const most = this.radius() / this.view.perPixel(this.over?.point ?? this.view.target);
+    const max = this.radius() / this.view.perPixel(this.over?.point ?? this.view.target);
     for (let ring = 1; ring <= 4; ring++)
       for (let i = 0; i < 16; i++) {
-        const angle = (2 * Math.PI * i) / 16, r = (most * ring) / 4;
+        const angle = (2 * Math.PI * i) / 16, r = (max * ring) / 4;
         const hit = this.view.hit(x + r * Math.cos(angle), y + r * Math.sin(angle), true);
         if (hit) return hit;
       }
@@ -418,11 +375,11 @@ export class Hand {
     this.canvas.setPointerCapture(event.pointerId);
     this.view.controls.enabled = false;
     this.view.beginStroke();
-    const mode = chosen("mode") === CUT && (event.ctrlKey || event.altKey) ? FILL : chosen("mode");
+    const mode = this.mode === "cut" && (event.ctrlKey || event.altKey) ? "deposit" : this.mode;
     const plane = this.depthFrom === "held" ? hit : this.depthFrom === "set" ? this.plane : null;
     const at = plane ? (this.onPlane(event.clientX, event.clientY, plane) ?? hit) : hit;
     this.stroke = { pointer: event.pointerId, type: event.pointerType, x: event.clientX, y: event.clientY, last: at, wood: hit, plane, mode, time: event.timeStamp };
-    if (mode !== chosen("mode")) this.chooseTool();
+    if (mode !== this.mode) this.chooseTool();
     this.axis = this.axisAt(at, event);
     this.aimed = this.tipAt(at, this.pressed(event));
     this.there = true;

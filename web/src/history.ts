@@ -4,6 +4,7 @@
 // the page, and only its pictures are asked for.
 import { request } from "./access";
 import { MOVED, StepTree, type Branch, type Group, type Step } from "./steps";
+import { TOOLS, held, iconOf, sizeOf } from "./tools";
 
 /** A cell of the strip: a step, or a group (of several steps). */
 interface Item {
@@ -39,7 +40,6 @@ function text(kind: string, words: string, tag = "span"): HTMLElement {
   return made;
 }
 const plural = (n: number, what: string): string => `${n} ${what}${n === 1 ? "" : "s"}`;
-const compact = (value: number): string => String(Number(value.toPrecision(3)));
 function volume(removed: number): string {
   const size = Math.abs(removed), sign = removed >= 0 ? "−" : "+";
   return size >= 1000 ? `${sign}${(size / 1000).toFixed(size < 10000 ? 1 : 0)} cm³` : `${sign}${size.toFixed(size < 10 ? 1 : 0)} mm³`;
@@ -51,18 +51,12 @@ function time(made: number, whole = false): string {
   const clock = at.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", hour12: false });
   return today && !whole ? clock : `${at.toLocaleDateString([], { day: "numeric", month: "short" })} ${clock}`;
 }
-/** The tool's button. */
-const toolButton = (shape: number): Element | null => document.querySelector(`#shapes input[value="${shape}"]`);
 function toolName(step: Step): string {
-  const name = toolButton(step.shape)?.getAttribute("aria-label");
-  const tool = !name ? "Other tool" : step.shape === 1 ? `${name}, Ks ${compact(step.size)}` : `${name} ${compact(step.size)} mm`;
-  return step.mode === 1 ? `${tool}, adds` : tool;
+  const known = held(step.tool), tool = known ? `${TOOLS[known.shape].name} ${sizeOf(known)}` : "Other tool";
+  return step.mode === "deposit" ? `${tool}, adds` : tool;
 }
-function toolIcon(step: Step): SVGElement {
-  const icon = toolButton(step.shape)?.parentElement?.querySelector("svg")?.cloneNode(true) as SVGElement | undefined;
-  // The stock, and tools that have no button: a block.
-  return icon ?? (document.querySelector("#shapes input[value='6']")!.parentElement!.querySelector("svg")!.cloneNode(true) as SVGElement);
-}
+/** The stock, and tools that pages do not know, have that of a block. */
+const toolIcon = (step: Step): string => iconOf(held(step.tool)?.shape ?? "box");
 
 export class History {
   private tree = new StepTree();
@@ -299,7 +293,7 @@ export class History {
       // It stands for a later one.
       shown.classList.toggle("earlier", picture !== step.id);
     }
-    if (!url || picture !== step.id) shown.append(toolIcon(step));
+    if (!url || picture !== step.id) shown.insertAdjacentHTML("beforeend", toolIcon(step));
     const tool = step.parent === 0 ? "Stock" : toolName(step), when = time(step.made), words = document.createElement("span");
     words.className = "words";
     if (item.whole) {

@@ -69,8 +69,8 @@ export class Importer {
   private longest = 80; // [mm], not rounded
 
   constructor(
-    private tell: (text: string) => void,
-    private untell: (text: string) => void,
+    private notify: (text: string) => void,
+    private clearNotice: (text: string) => void,
   ) {
     const box = dialog("importing");
     select("import-up").replaceChildren(...UPS.map((name) => new Option(name.toUpperCase(), name)));
@@ -98,7 +98,7 @@ export class Importer {
 
   /** The studio can be brought files; what it calls this page, and the woods there are. */
   offer(page: string, materials: Material[]): void {
-    if (page !== this.page && this.leave()) this.tell("The connection was lost, and with it the file; choose it again.");
+    if (page !== this.page && this.leave()) this.notify("The connection was lost, and with it the file; choose it again.");
     this.page = page;
     this.materials = materials;
   }
@@ -115,7 +115,7 @@ export class Importer {
   /** The file that was chosen last is asked about; one that is still being read is forgotten when that is done. */
   bring(file: File): Promise<void> {
     const turn = ++this.turns, bringing = `Reading ${file.name} …`;
-    this.tell(bringing);
+    this.notify(bringing);
     this.reading = this.reading.then(() => this.read(file, turn, bringing));
     return this.reading;
   }
@@ -125,19 +125,19 @@ export class Importer {
     try {
       const answer = await request(this.address("import", { name: file.name }), { method: "POST", body: file });
       if (turn !== this.turns) return;
-      this.untell(bringing);
+      this.clearNotice(bringing);
       if (answer.status === 202) return; // a document, which is opened
       if (!answer.ok) {
         const why = await answer.text();
-        return why ? this.tell(why) : undefined;
+        return why ? this.notify(why) : undefined;
       }
       const brought = (await answer.json()) as Brought;
       const look = await request(this.address("import", { import: brought.import }));
-      if (!look.ok) return this.tell(await look.text());
+      if (!look.ok) return this.notify(await look.text());
       const data = await look.arrayBuffer();
       if (turn === this.turns) this.ask(brought, data, file.name);
     } catch {
-      if (turn === this.turns) this.tell(`${file.name} did not arrive; is 'kibori studio' still running?`);
+      if (turn === this.turns) this.notify(`${file.name} did not arrive; is 'kibori studio' still running?`);
     }
   }
 
@@ -222,8 +222,8 @@ export class Importer {
       const scale = this.longest / Math.max(...brought.size_mm);
       return rows(this.up, this.front).map((row) => scale * Math.abs(row.reduce((sum, x, i) => sum + x * brought.size_mm[i], 0))) as Vec3;
     }
-    const most = Math.max(brought.width, brought.height);
-    return [(this.longest * brought.width) / most, (this.longest * brought.height) / most, input("import-height").valueAsNumber + input("import-base").valueAsNumber];
+    const max = Math.max(brought.width, brought.height);
+    return [(this.longest * brought.width) / max, (this.longest * brought.height) / max, input("import-height").valueAsNumber + input("import-base").valueAsNumber];
   }
 
   private show(again = false): void {
@@ -284,12 +284,12 @@ export class Importer {
     try {
       const answer = await request(this.address("make", about), { method: "POST" });
       if (turn !== this.turns || answer.ok) return;
-      if (answer.status === 404) return this.tell(await answer.text());
+      if (answer.status === 404) return this.notify(await answer.text());
       // Something can be chosen otherwise; where it was cancelled there is nothing to say.
       this.trouble(await answer.text());
       this.reopen();
     } catch {
-      if (turn === this.turns) this.tell("The studio does not answer; is 'kibori studio' still running?");
+      if (turn === this.turns) this.notify("The studio does not answer; is 'kibori studio' still running?");
     }
   }
 

@@ -26,7 +26,7 @@ interface Kept {
 /** The largest part of a window that none of `taken` reaches into, by its shorter side, then by its area. */
 export function freeOf(width: number, height: number, taken: DOMRect[]): Insets {
   const shown = taken.filter((r) => r.width > 0 && r.height > 0);
-  const within = (x: number, most: number): number => Math.max(0, Math.min(most, x));
+  const within = (x: number, max: number): number => Math.max(0, Math.min(max, x));
   const lefts = [0, ...shown.map((r) => within(r.right, width))], rights = [width, ...shown.map((r) => within(r.left, width))];
   const tops = [0, ...shown.map((r) => within(r.bottom, height))], bottoms = [height, ...shown.map((r) => within(r.top, height))];
   let best: Insets = { left: 0, right: 0, top: 0, bottom: 0 }, side = 0, area = 0;

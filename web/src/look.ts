@@ -11,7 +11,7 @@ import type { Shading } from "./wood";
 
 const STORE = "kibori.look";
 const LIGHT: Vec3 = [-0.39, -0.25, 0.89], CLAY_LIGHT: Vec3 = [-0.45, 0.6, 0.66];
-const SIDE_PX = { least: 16, most: 8192 };
+const SIDE_PX = { min: 16, max: 8192 };
 const MOST_FRAMES = 3600;
 const REFERENCE_PX = 2048; // its longer side at most
 const LIGHT_STEP = 0.08; // of the widget's radius, by an arrow key
@@ -54,7 +54,7 @@ export class Look {
   constructor(
     private canvas: HTMLCanvasElement,
     private view: View,
-    private tell: (text: string) => void,
+    private notify: (text: string) => void,
     private save: (ending: string, what: Blob) => void,
   ) {
     this.cube = new ViewCube(element("cube"), (from) => view.turnTo(from));
@@ -272,7 +272,7 @@ export class Look {
       this.view.showBeside(this.reference);
       this.place();
     } catch {
-      this.tell(`${file.name} is no picture that this browser can read; choose a PNG, JPEG or WebP file.`);
+      this.notify(`${file.name} is no picture that this browser can read; choose a PNG, JPEG or WebP file.`);
     }
   }
   private place(): void {
@@ -316,7 +316,7 @@ export class Look {
       ask("capturing");
     };
     element("picture").onclick = () => open(false);
-    element("turn").onclick = () => (canFilm() ? open(true) : this.tell("This browser can't make films: it has no WebCodecs. Use a recent Chromium or Firefox."));
+    element("turn").onclick = () => (canFilm() ? open(true) : this.notify("This browser can't make films: it has no WebCodecs. Use a recent Chromium or Firefox."));
     dialog("capturing").querySelector("form")!.onsubmit = (event) => {
       event.preventDefault();
       if (!this.filming) void this.capture(element("capture-save").dataset.what === "film");
@@ -328,16 +328,16 @@ export class Look {
     const number = (id: string): number => Math.round(Number(input(id).value));
     const clear = !filmed && input("capture-clear").checked;
     const of: Capture = { width: number("capture-width"), height: number("capture-height"), background: clear ? null : input("capture-color").value };
-    if (![of.width, of.height].every((px) => px >= SIDE_PX.least && px <= SIDE_PX.most)) return this.tell(`A picture has ${SIDE_PX.least} to ${SIDE_PX.most} pixels a side; give other numbers.`);
+    if (![of.width, of.height].every((px) => px >= SIDE_PX.min && px <= SIDE_PX.max)) return this.notify(`A picture has ${SIDE_PX.min} to ${SIDE_PX.max} pixels a side; give other numbers.`);
     const rate = number("film-rate"), count = Math.round(Number(input("film-seconds").value) * rate);
-    if (filmed && !(count >= 2 && count <= MOST_FRAMES)) return this.tell(`A film has 2 to ${MOST_FRAMES} pictures (seconds × pictures a second), not ${count}; give other numbers.`);
+    if (filmed && !(count >= 2 && count <= MOST_FRAMES)) return this.notify(`A film has 2 to ${MOST_FRAMES} pictures (seconds × pictures a second), not ${count}; give other numbers.`);
     const run = (this.filming = { left: false });
     let made: Film | null = null;
     try {
       if (!filmed) {
         const picture = await this.view.capture(of);
         if (picture) this.save("png", picture);
-        else this.tell("This browser can't make so large a picture; give a smaller size.");
+        else this.notify("This browser can't make so large a picture; give a smaller size.");
       } else {
         const bar = element<HTMLProgressElement>("capture-progress"), film = (made = new Film(of.width, of.height, rate));
         bar.hidden = false;
@@ -349,7 +349,7 @@ export class Look {
         if (!run.left) this.save("webm", await film.end());
       }
     } catch (error) {
-      this.tell(`The ${filmed ? "film" : "picture"} could not be made: ${(error as Error).message}. A smaller size may do.`);
+      this.notify(`The ${filmed ? "film" : "picture"} could not be made: ${(error as Error).message}. A smaller size may do.`);
     }
     made?.leave();
     this.filming = null;

@@ -12,7 +12,7 @@ import { Layout } from "./layout";
 import { Look } from "./look";
 import { lookByKeys } from "./look_keys";
 import { write, type FromStudio } from "./messages";
-import { MODELS } from "./models";
+import { MODEL_NOTES, type Model } from "./kinds";
 import { makeNumberRows } from "./number_row";
 import { ForcePlot } from "./plot";
 import { Senses } from "./senses";
@@ -30,7 +30,7 @@ let view: View;
 try {
   view = new View(canvas);
 } catch {
-  tell("This browser can't draw in three dimensions: WebGL 2 is off or missing. Turn it on, or use another browser.", Infinity, true);
+  notify("This browser can't draw in three dimensions: WebGL 2 is off or missing. Turn it on, or use another browser.", Infinity, true);
   throw new Error("no WebGL 2");
 }
 
@@ -49,14 +49,14 @@ let stuck = { removed: 0, since: 0 };
 
 // ---- From the studio
 
-function tell(text: string, forSeconds = 8, trouble = false): void {
+function notify(text: string, forSeconds = 8, trouble = false): void {
   const box = element("notice");
   box.setAttribute("role", trouble ? "alert" : "status");
   box.textContent = text;
   if (forSeconds < Infinity) setTimeout(() => box.textContent === text && (box.textContent = ""), 1000 * forSeconds);
 }
 
-const line = new Connection(hear, (why) => {
+const line = new Connection(onMessage, (why) => {
   element("lost").hidden = why === null;
   if (why) put("lost-why", `${why.text}${why.trying ? " Trying again …" : ""}`);
   element("again").hidden = why?.trying ?? true;
@@ -66,14 +66,14 @@ const send = (message: Uint8Array): void => line.send(message);
 makeNumberRows({ size: "ratio", depth: "ratio", strength: "ratio", reach: "exponent" });
 const hand = new Hand(canvas, view, send);
 const layout = new Layout((insets) => view.cover(insets));
-const look = new Look(canvas, view, tell, (ending, what) => save(`${title}.${ending}`, what));
+const look = new Look(canvas, view, notify, (ending, what) => save(`${title}.${ending}`, what));
 lookByKeys(canvas, view.controls);
 // Not kept are what a document says itself (its wood), and mirrors, which would surprise.
 const settings = new Settings(["shape", "mode", "size", "form", "turn-by", "depth", "strength", "axis", "model", "sound", "rumble", "pressure"]);
-const start = new Start(send, tell, (text) => element("notice").textContent === text && tell(""));
+const start = new Start(send, notify, (text) => element("notice").textContent === text && notify(""));
 const plot = new ForcePlot(element("plot"), () => rate);
 const senses = new Senses();
-const experiments = new Experiments(send, tell, save);
+const experiments = new Experiments(send, notify, save);
 const history = new History(
   element("history"),
   (to) => send(write.Go({ step: to })),
@@ -83,7 +83,7 @@ const history = new History(
   },
 );
 
-function hear(said: FromStudio): void {
+function onMessage(said: FromStudio): void {
   switch (said.kind) {
     case "Start": {
       hand.holds = said.message.holds !== 0;
@@ -94,7 +94,7 @@ function hear(said: FromStudio): void {
       document.title = "Kibori";
       step = 0;
       document.body.dataset.shown = "start";
-      tell("");
+      notify("");
       experiments.offer(start.show(said.message.json));
       break;
     }
@@ -106,7 +106,7 @@ function hear(said: FromStudio): void {
       document.title = `${title} – Kibori`;
       element("title").textContent = element("title").title = title;
       document.body.dataset.shown = "solid";
-      tell("");
+      notify("");
       // The focus was where there is nothing any more; keys go on at the piece.
       const lost = document.activeElement === document.body || element("start").contains(document.activeElement);
       start.hide();
@@ -164,7 +164,7 @@ function hear(said: FromStudio): void {
       experiments.add(said.message.json, said.message.data);
       break;
     case "ShowTool": {
-      hand.show(said.message);
+      hand.show(said.message.tool);
       break;
     }
     case "Device": {
@@ -179,7 +179,7 @@ function hear(said: FromStudio): void {
       reach.value = String(Math.log10(d.scale));
       element("reach-out").textContent = `${d.scale.toPrecision(2)} ×`;
       share = d.force > 0 ? d.share : 0;
-      element<HTMLInputElement>("stiffness").max = d.most.toPrecision(3);
+      element<HTMLInputElement>("stiffness").max = d.max.toPrecision(3);
       element<HTMLInputElement>("stiffness").placeholder = d.stiffness.toPrecision(2);
       break;
     }
@@ -194,11 +194,11 @@ function hear(said: FromStudio): void {
       element<HTMLButtonElement>("leave").disabled = !hand.holds;
       showDevice(s.safety, s.trip, s.given);
       view.blocked = s.blocked !== 0;
-      if (s.blocked !== 0 && !blocked) tell("The tool stands in wood there and can't back out along its axis, so it cuts nothing. Lift it, and begin where it has room, point it another way, or take a smaller one.");
+      if (s.blocked !== 0 && !blocked) notify("The tool stands in wood there and can't back out along its axis, so it cuts nothing. Lift it, and begin where it has room, point it another way, or take a smaller one.");
       blocked = s.blocked !== 0;
       if (s.removed !== stuck.removed || !hand.heldBack(tip)) stuck = { removed: s.removed, since: performance.now() };
       else if (performance.now() - stuck.since > STILL_MS) {
-        tell(hand.help);
+        notify(hand.help);
         stuck.since = Infinity;
       }
       read("n-volume", `${(s.volume / 1000).toFixed(2)} cm³`);
@@ -230,7 +230,7 @@ function hear(said: FromStudio): void {
     }
     case "Notice":
       // On the first page it may be where something lies that could not be saved.
-      tell(said.message.text, document.body.dataset.shown === "start" ? Infinity : 8);
+      notify(said.message.text, document.body.dataset.shown === "start" ? Infinity : 8);
   }
 }
 
@@ -270,9 +270,9 @@ async function exportAs(format: string, tolerance: string): Promise<void> {
   try {
     const answer = await request(`/export?format=${format}&tolerance=${tolerance}`);
     if (answer.ok) save(`${title}.${format}`, await answer.blob());
-    else tell(await answer.text(), 8, true);
+    else notify(await answer.text(), 8, true);
   } catch {
-    tell("The file did not arrive; is 'kibori studio' still running?", 8, true);
+    notify("The file did not arrive; is 'kibori studio' still running?", 8, true);
   }
 }
 
@@ -308,7 +308,7 @@ element("pause").onclick = () => {
   plot.paused = !plot.paused;
   element("pause").textContent = plot.paused ? "Go on" : "Pause";
 };
-const sayModel = (): void => put("model-says", Object.values(MODELS)[Number(element<HTMLSelectElement>("model").value)]);
+const sayModel = (): void => put("model-says", MODEL_NOTES[element<HTMLSelectElement>("model").value as Model]);
 element("model").addEventListener("change", sayModel);
 sayModel();
 element("csv").onclick = () => save("forces.csv", plot.csv());

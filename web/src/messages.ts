@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: MIT
 // Made by tools/make_protocol.py from protocol/messages.json: change that.
+import type { Mode, Model, Tool } from "./kinds";
 import { Reader, Writer, type Vec3 } from "./wire";
 
-export const PROTOCOL_VERSION = 6;
+export const PROTOCOL_VERSION = 7;
 
 /** The first message of a page, with the key that POST /enter gave for the token. Welcome or Start answers; where the key is another one, the line is closed with code 1008. */
 export interface Hello { version: number; key: string }
 /** Where the tool's tip is wanted [mm], and its axis, from the tip up; time [s] of the pointer's event, by the page's clock. After Press the tool follows these places one after another, as their times say. */
 export interface Aim { tip: Vec3; axis: Vec3; time: number }
-/** A stroke begins at `tip`: the tool backs out from there along its axis until it is clear of material, and comes in again. mode: 0 cut, 1 fill, 2 feel only. time: as of Aim. */
-export interface Press { tip: Vec3; axis: Vec3; mode: number; time: number }
+/** A stroke begins at `tip`: the tool backs out from there along its axis until it is clear of material, and comes in again. time: as of Aim. */
+export interface Press { tip: Vec3; axis: Vec3; mode: Mode; time: number }
 /** The stroke is over, once the tool has been everywhere that it was aimed to. */
 export type Lift = Record<string, never>;
 /** The stroke that is being made is as if it had not been. */
@@ -18,8 +19,8 @@ export type Cancel = Record<string, never>;
 export type Undo = Record<string, never>;
 /** One step forth. */
 export type Redo = Record<string, never>;
-/** shape: 0 ball, 1 finger, 2 flat end mill, 3 capsule, 4 bull-nose, 5 cone, 6 box, 7 ellipsoid. size: radius [mm]; for the finger its Ks [1/mm]. length [mm], from tip to end. other: of the bull-nose the corner [mm], of the cone its full angle [degrees]. For box and ellipsoid size, length and other are x, y and z [mm]; of the ellipsoid radii. */
-export interface ChooseTool { shape: number; size: number; length: number; other: number }
+/** The tool that is held from now on. */
+export interface ChooseTool { tool: Tool | null }
 /** The hand's strength [N], 20 to 1000; the stiffness between hand and tool [N/mm], 0: what suits a pointer or the device; powered: 1 where a motor turns the tool, and the hand bears a tenth of the cut. */
 export interface ChooseHand { strength: number; stiffness: number; powered: number }
 /** The page has taken this frame of chunks in, and can take the next. */
@@ -40,24 +41,24 @@ export interface NameVersion { name: string }
 export interface KeepThumbnail { step: number; png: Uint8Array }
 /** What is added: a number of Welcome's materials. */
 export interface ChooseMaterial { material: number }
-/** How motion becomes force. model: 0 series, 1 energy, 2 paper. */
-export interface ChooseModel { model: number }
+/** How motion becomes force. */
+export interface ChooseModel { model: Model }
 /** What Work tells of is not to be. */
 export type CancelWork = Record<string, never>;
 /** One of Start's examples is carved as a new document, where none is open. */
 export interface CarveExample { name: string }
 /** Planes in which all that the tool does is mirrored, through the lattice's middle: bits 1 normal to x, 2 to y, 4 to z. */
 export interface ChooseSymmetry { planes: number }
-/** What a force device's tool does: 0 cut, 1 fill, 2 feel only, 3 nothing. */
-export interface ChooseWork { mode: number }
+/** What a force device's tool does. */
+export interface ChooseWork { mode: Mode }
 /** Lets a force device push (1) or not (0). */
 export interface Arm { armed: number }
 /** A force device's tool is here from now on [mm], wherever the hand is. */
 export interface BringTool { tip: Vec3 }
 /** How far the tool goes for a mm of a force device's hand. */
 export interface ChooseReach { scale: number }
-/** A scene (TOML, without files) is carved to be looked at, where nothing is open; Trace follows. model: 0 series, 1 energy, 2 paper, 255 as the scene says. pace: 1 the scene's own time, 4 four times as fast, 0 as fast as it goes. */
-export interface RunExperiment { name: string; scene: string; model: number; pace: number }
+/** A scene (TOML, without files) is carved to be looked at, where nothing is open; Trace follows. model: its name, or empty: as the scene says. pace: 1 the scene's own time, 4 four times as fast, 0 as fast as it goes. */
+export interface RunExperiment { name: string; scene: string; model: string; pace: number }
 /** How far the tool is turned about its own axis from the next place on [rad]. */
 export interface ChooseTurn { turn: number }
 /** A blow of a mallet (3 J) on the tool that cuts: it is driven on along its aim. */
@@ -74,28 +75,28 @@ export interface State { volume: number; removed: number; step: number; steps: n
 export interface Notice { text: string }
 /** No document is open. JSON: documents (name, changed: s since 1970, bytes), materials (name, color), examples (name, about). */
 export interface Start { version: number; holds: number; json: string }
-/** Steps that this page was not told of yet, by their numbers: number, the one before it or 0 (u32 each), what it removed [mm^3] (f32), when it was begun [s since 1970] (f64; 0: not known), the tool's shape (u8) and size (f32) as of ShowTool, mode (u8: 0 cut, 1 fill, 2 feel, 3 only moved), whether a thumbnail of it is kept (u8), label (text). */
+/** Steps that this page was not told of yet, by their numbers: number, the one before it or 0 (u32 each), what it removed [mm^3] (f32), when it was begun [s since 1970] (f64; 0: not known), the tool (text, as JSON; null: none), mode (u8; off: the tool only moved), whether a thumbnail of it is kept (u8), label (text). */
 export interface Steps { data: Uint8Array }
 /** JSON: the number of the step of each name. */
 export interface Versions { json: string }
 /** What takes a while and can be cancelled; empty: nothing. share: how much of it is done, 0 to 1; below 0: not known. */
 export interface Work { what: string; share: number; cancellable: number }
-/** After Welcome, where a force device holds the tool, and whenever its reach or the hand changes: its name, the force it can give [N] (0: none), the stiffness that it renders and the most [N/mm, at the hand], the reach, and which share of the wood's force is felt. */
-export interface Device { name: string; force: number; stiffness: number; most: number; scale: number; share: number }
+/** After Welcome, where a force device holds the tool, and whenever its reach or the hand changes: its name, the force it can give [N] (0: none), the stiffness that it renders and the greatest it can bear [N/mm, at the hand], the reach, and which share of the wood's force is felt. */
+export interface Device { name: string; force: number; stiffness: number; max: number; scale: number; share: number }
 /** What an experiment came to. JSON: run (a number of its own), name, model, finished, ticks, removed_mm3, mean_force_N (where there is any), max_force_N, max_moment_Nmm, step_us, marks (label, time_s). Rows: time [s], force [N], moment [N mm], seven f32; of at most 100 000, those with the largest force. */
 export interface Trace { json: string; data: Uint8Array }
-/** The tool from now on, of an experiment or of whoever holds it: as of ChooseTool, or shape 255: none that can be shown. */
-export interface ShowTool { shape: number; size: number; length: number; other: number }
+/** The tool from now on, of an experiment or of whoever holds it. */
+export interface ShowTool { tool: Tool | null }
 
 export const write = {
   Hello: (m: Hello) => new Writer(1).u16(m.version).text(m.key).done(),
   Aim: (m: Aim) => new Writer(2).vec3(m.tip).vec3(m.axis).f64(m.time).done(),
-  Press: (m: Press) => new Writer(3).vec3(m.tip).vec3(m.axis).u8(m.mode).f64(m.time).done(),
+  Press: (m: Press) => new Writer(3).vec3(m.tip).vec3(m.axis).mode(m.mode).f64(m.time).done(),
   Lift: () => new Writer(4).done(),
   Cancel: () => new Writer(5).done(),
   Undo: () => new Writer(6).done(),
   Redo: () => new Writer(7).done(),
-  ChooseTool: (m: ChooseTool) => new Writer(8).u8(m.shape).f64(m.size).f64(m.length).f64(m.other).done(),
+  ChooseTool: (m: ChooseTool) => new Writer(8).tool(m.tool).done(),
   ChooseHand: (m: ChooseHand) => new Writer(9).f64(m.strength).f64(m.stiffness).u8(m.powered).done(),
   Got: (m: Got) => new Writer(10).u32(m.frame).done(),
   TakeTool: () => new Writer(11).done(),
@@ -106,15 +107,15 @@ export const write = {
   NameVersion: (m: NameVersion) => new Writer(16).text(m.name).done(),
   KeepThumbnail: (m: KeepThumbnail) => new Writer(17).u32(m.step).raw(m.png).done(),
   ChooseMaterial: (m: ChooseMaterial) => new Writer(18).u8(m.material).done(),
-  ChooseModel: (m: ChooseModel) => new Writer(19).u8(m.model).done(),
+  ChooseModel: (m: ChooseModel) => new Writer(19).model(m.model).done(),
   CancelWork: () => new Writer(20).done(),
   CarveExample: (m: CarveExample) => new Writer(21).text(m.name).done(),
   ChooseSymmetry: (m: ChooseSymmetry) => new Writer(22).u8(m.planes).done(),
-  ChooseWork: (m: ChooseWork) => new Writer(23).u8(m.mode).done(),
+  ChooseWork: (m: ChooseWork) => new Writer(23).mode(m.mode).done(),
   Arm: (m: Arm) => new Writer(24).u8(m.armed).done(),
   BringTool: (m: BringTool) => new Writer(25).vec3(m.tip).done(),
   ChooseReach: (m: ChooseReach) => new Writer(26).f64(m.scale).done(),
-  RunExperiment: (m: RunExperiment) => new Writer(27).text(m.name).text(m.scene).u8(m.model).f64(m.pace).done(),
+  RunExperiment: (m: RunExperiment) => new Writer(27).text(m.name).text(m.scene).text(m.model).f64(m.pace).done(),
   ChooseTurn: (m: ChooseTurn) => new Writer(28).f64(m.turn).done(),
   Strike: () => new Writer(29).done(),
 };
@@ -158,11 +159,11 @@ export function read(data: ArrayBuffer): FromStudio {
     case 72:
       return r.end({ kind: "Work", message: { what: r.text(), share: r.f64(), cancellable: r.u8() } });
     case 73:
-      return r.end({ kind: "Device", message: { name: r.text(), force: r.f64(), stiffness: r.f64(), most: r.f64(), scale: r.f64(), share: r.f64() } });
+      return r.end({ kind: "Device", message: { name: r.text(), force: r.f64(), stiffness: r.f64(), max: r.f64(), scale: r.f64(), share: r.f64() } });
     case 74:
       return r.end({ kind: "Trace", message: { json: r.text(), data: r.raw() } });
     case 75:
-      return r.end({ kind: "ShowTool", message: { shape: r.u8(), size: r.f64(), length: r.f64(), other: r.f64() } });
+      return r.end({ kind: "ShowTool", message: { tool: r.tool() } });
     default:
       throw new Error(`a message of kind ${kind}, which is none`);
   }

@@ -79,11 +79,11 @@ export class ForcePlot {
     const font = "11px system-ui, sans-serif", labelFont = "12px system-ui, sans-serif";
     const axis = { stroke: text, grid: { stroke: line, width: 1 }, ticks: { stroke: line }, font, labelFont };
     // Of the series of a scale that are shown.
-    const range = (plot: uPlot, scale: string, least: number): Range =>
-      robustRange(plot.series.flatMap((s, i) => (i > 0 && s.show && (s.scale ?? "y") === scale ? [plot.data[i]] : [])), least);
-    const scaled = (scale: string, least: number) => ({
+    const range = (plot: uPlot, scale: string, min: number): Range =>
+      robustRange(plot.series.flatMap((s, i) => (i > 0 && s.show && (s.scale ?? "y") === scale ? [plot.data[i]] : [])), min);
+    const scaled = (scale: string, min: number) => ({
       range: (plot: uPlot): [number, number] => {
-        const { low, high } = range(plot, scale, least);
+        const { low, high } = range(plot, scale, min);
         return [low, high];
       },
     });
@@ -159,9 +159,9 @@ export class ForcePlot {
   }
 
   private draw(): void {
-    const most = SHOWN_S * this.rate();
+    const max = SHOWN_S * this.rate();
     let from = this.rows.length, ticks = 0;
-    while (from > 0 && ticks < most) ticks += this.rows[--from].length / TICK_NUMBERS;
+    while (from > 0 && ticks < max) ticks += this.rows[--from].length / TICK_NUMBERS;
     const columns: number[][] = [[], [], [], [], [], []];
     for (let b = from; b < this.rows.length; b++) {
       const r = this.rows[b];

@@ -23,7 +23,7 @@ function reach(sizes: number[]): number {
 }
 
 /** What the series need together: from 0, and to `least` at least; to 1 where there is nothing to show. */
-export function robustRange(series: ArrayLike<number | null | undefined>[], least: number): Range {
+export function robustRange(series: ArrayLike<number | null | undefined>[], min: number): Range {
   const above: number[] = [], below: number[] = [];
   for (const values of series)
     for (let i = 0; i < values.length; i++) {
@@ -31,7 +31,7 @@ export function robustRange(series: ArrayLike<number | null | undefined>[], leas
       if (value > 0) above.push(value);
       else if (value < 0) below.push(-value);
     }
-  return { low: -reach(below), high: Math.max(least, reach(above)) || (below.length > 0 ? 0 : 1) };
+  return { low: -reach(below), high: Math.max(min, reach(above)) || (below.length > 0 ? 0 : 1) };
 }
 
 /** What leaves the range: of values less than `apart` from each other the outermost. */

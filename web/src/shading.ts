@@ -81,11 +81,11 @@ void main() {
     gl_FragDepth = 0.5 * p.z / p.w + 0.5;
   }
   if (hollows && !inside) {
-    ivec2 most = textureSize(tHollows, 0) - 1, corner = ivec2(floor(vUv * vec2(most + 1) - 1.5));
+    ivec2 last = textureSize(tHollows, 0) - 1, corner = ivec2(floor(vUv * vec2(last + 1) - 1.5));
     float sum = 0.0, weights = 0.0;
     for (int i = 0; i < 16; i++) {
-      ivec2 texel = clamp(corner + ivec2(i & 3, i >> 2), ivec2(0), most);
-      float there = farAt(texture2D(tDepth, (vec2(texel) + 0.5) / vec2(most + 1)).r);
+      ivec2 texel = clamp(corner + ivec2(i & 3, i >> 2), ivec2(0), last);
+      float there = farAt(texture2D(tDepth, (vec2(texel) + 0.5) / vec2(last + 1)).r);
       float weight = 1e-4 + max(0.0, 1.0 - abs(there - at.z) / (0.5 * reach));
       sum += weight * texelFetch(tHollows, texel, 0).r;
       weights += weight;
@@ -98,13 +98,13 @@ void main() {
   if (cavity > 0.0 && !inside) {
     float wide = max(1.0, size.y / 600.0);
     vec4 left = normalAt(vec2(-wide, 0)), right = normalAt(vec2(wide, 0)), down = normalAt(vec2(0, -wide)), up = normalAt(vec2(0, wide));
-    float bend = 0.5 * (right.x - left.x + up.y - down.y), least = min(min(left.a, right.a), min(down.a, up.a));
+    float bend = 0.5 * (right.x - left.x + up.y - down.y), sure = min(min(left.a, right.a), min(down.a, up.a));
     vec2 aside = vec2(wide, 0) / size, above = vec2(0, wide) / size;
     float across = farAt(texture2D(tDepth, vUv + aside).r) - farAt(texture2D(tDepth, vUv - aside).r);
     float along = farAt(texture2D(tDepth, vUv + above).r) - farAt(texture2D(tDepth, vUv - above).r);
     float jump = max(abs(across), abs(along));
     // Codes of normals are an 1/127 apart: a bend as small as that is none.
-    bend = sign(bend) * max(0.0, abs(bend) - 0.012) * step(0.4, least) * (1.0 - smoothstep(0.3, 0.8, jump / reach));
+    bend = sign(bend) * max(0.0, abs(bend) - 0.012) * step(0.4, sure) * (1.0 - smoothstep(0.3, 0.8, jump / reach));
     color *= 1.0 + cavity * (bend > 0.0 ? 0.7 * bend / (0.35 + bend) : 0.95 * bend / (0.25 - bend));
   }
   if (toned) color = NeutralToneMapping(color);

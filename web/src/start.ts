@@ -27,10 +27,10 @@ export class Start {
 
   constructor(
     private send: (message: Uint8Array) => void,
-    tell: (text: string) => void,
-    untell: (text: string) => void,
+    notify: (text: string) => void,
+    clear: (text: string) => void,
   ) {
-    this.importer = new Importer(tell, untell);
+    this.importer = new Importer(notify, clear);
     element("begin").addEventListener("submit", (event) => {
       event.preventDefault();
       this.begin();

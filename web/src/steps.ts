@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The tree of what was done, as Steps tells it: the way through it that is shown, the groups of strokes along that
 // way, and the branches beside it. Nothing here knows the page.
+import type { Mode, Tool } from "./kinds";
 import { Reader } from "./wire";
 
 export interface Step {
@@ -8,9 +9,8 @@ export interface Step {
   parent: number;
   removed: number; // [mm^3]; negative: added
   made: number; // [s since 1970]; 0: not known
-  shape: number; // as of ShowTool
-  size: number;
-  mode: number; // 0 cut, 1 fill, 2 feel, 3 only moved
+  tool: Tool | null; // null: the stock, and tools that pages do not know
+  mode: Mode; // off: the tool only moved
   label: string;
   next: number[];
   /** The nearest step on the way here that has a picture, itself first; 0: none has. */
@@ -20,7 +20,7 @@ export interface Step {
 /** Steps along the way that one tool made within five minutes, all cutting or all filling; the stock, too, is a group. */
 export interface Group {
   steps: Step[];
-  mode: number; // of those that did not only move
+  mode: Mode; // of those that did not only move
 }
 
 /** The end of a branch that leaves the way. */
@@ -30,7 +30,9 @@ export interface Branch {
 }
 
 const GROUP_S = 300;
-export const MOVED = 3; // the mode of a step in which the tool only moved
+/** The mode of a step in which the tool only moved. */
+export const MOVED: Mode = "off";
+const same = (a: Tool | null, b: Tool | null): boolean => JSON.stringify(a) === JSON.stringify(b);
 
 export class StepTree {
   private steps = new Map<number, Step>();
@@ -51,12 +53,12 @@ export class StepTree {
   add(data: Uint8Array): void {
     const read = new Reader(data.slice().buffer);
     while (read.more) {
-      const id = read.u32(), parent = read.u32(), removed = read.f32(), made = read.f64(), shape = read.u8(), size = read.f32();
-      const mode = read.u8(), pictured = read.u8() === 1, label = read.text();
+      const id = read.u32(), parent = read.u32(), removed = read.f32(), made = read.f64(), tool = read.tool();
+      const mode = read.mode(), pictured = read.u8() === 1, label = read.text();
       const before = this.steps.get(parent);
       before?.next.push(id);
       this.last.delete(parent);
-      this.steps.set(id, { id, parent, removed, made, shape, size, mode, label, next: [], picture: pictured ? id : (before?.picture ?? 0) });
+      this.steps.set(id, { id, parent, removed, made, tool, mode, label, next: [], picture: pictured ? id : (before?.picture ?? 0) });
     }
   }
 
@@ -97,7 +99,7 @@ export class StepTree {
     let ended = true;
     for (const step of way) {
       const last = groups.at(-1), first = last?.steps[0];
-      const alike = last && first && first.shape === step.shape && first.size === step.size && (step.mode === last.mode || step.mode === MOVED || last.mode === MOVED);
+      const alike = last && first && same(first.tool, step.tool) && (step.mode === last.mode || step.mode === MOVED || last.mode === MOVED);
       if (!alike || ended || step.made - first.made > GROUP_S) groups.push({ steps: [step], mode: step.mode });
       else {
         last.steps.push(step);

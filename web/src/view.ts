@@ -8,6 +8,7 @@ import type { Insets } from "./layout";
 import { firstHit, type Hit } from "./pick";
 import { SolidImage, type Shades } from "./shading";
 import { Thumbnails } from "./thumbnails";
+import { toolSurface, type HeldTool } from "./tools";
 import type { Vec3 } from "./wire";
 import { Wood, type Shading } from "./wood";
 
@@ -305,9 +306,9 @@ export class View {
   }
 
   private held = ""; // the tool that is drawn
-  /** The tool as it is; shapes and their numbers are those of ChooseTool. */
-  setTool(shape: number, size: number, length: number, other: number): void {
-    const told = [shape, size, length, other].join();
+  /** The tool as it is. */
+  setTool(tool: HeldTool): void {
+    const told = JSON.stringify(tool);
     if (told === this.held) return;
     this.held = told;
     for (const mesh of this.tool.children as THREE.Mesh[]) {
@@ -315,43 +316,9 @@ export class View {
       (mesh.material as THREE.Material).dispose();
     }
     this.tool.clear();
-    const look = new THREE.MeshStandardMaterial({ color: this.red ? RED : STEEL, roughness: 0.3, metalness: 0.6, transparent: true, opacity: 0.75 });
-    const add = (geometry: THREE.BufferGeometry, z: number, turn = true): void => {
-      const mesh = new THREE.Mesh(geometry, look);
-      if (turn) mesh.rotation.x = Math.PI / 2;
-      mesh.position.z = z;
-      this.tool.add(mesh);
-    };
-    if (shape === 0) add(new THREE.SphereGeometry(size, 40, 28), size);
-    if (shape === 2) add(new THREE.CylinderGeometry(size, size, length, 40), length / 2);
-    if (shape === 3) add(new THREE.CapsuleGeometry(size, length - 2 * size, 12, 40), length / 2);
-    // What turns about its axis: radii and heights from the tip.
-    const lathe = (...points: [number, number][]): void => add(new THREE.LatheGeometry(points.map(([r, z]) => new THREE.Vector2(r, z)), 40), 0);
-    if (shape === 4) {
-      const round = Array.from({ length: 9 }, (_, i): [number, number] => {
-        const a = (i * Math.PI) / 16;
-        return [size - other + other * Math.sin(a), other - other * Math.cos(a)];
-      });
-      lathe([0, 0], ...round, [size, length], [0, length]);
-    }
-    if (shape === 5) {
-      const slope = Math.tan((other * Math.PI) / 360), radius = Math.min(size, slope * length);
-      lathe([0, 0], [radius, radius / slope], [radius, length], [0, length]);
-    }
-    if (shape === 6) add(new THREE.BoxGeometry(size, length, other), other / 2, false);
-    if (shape === 7) {
-      add(new THREE.SphereGeometry(1, 40, 28), other, false);
-      this.tool.children[0].scale.set(size, length, other);
-    }
-    if (shape === 1) {
-      // A paraboloid: z = Ks r^2 up to its length.
-      const points: THREE.Vector2[] = [];
-      for (let i = 0; i <= 24; i++) {
-        const z = (length * i * i) / (24 * 24);
-        points.push(new THREE.Vector2(Math.sqrt(z / size), z));
-      }
-      add(new THREE.LatheGeometry(points, 40), 0);
-    }
+    const color = this.red ? RED : STEEL;
+    const steel = new THREE.MeshStandardMaterial({ color, roughness: 0.3, metalness: 0.6, transparent: true, opacity: 0.75 });
+    this.tool.add(new THREE.Mesh(toolSurface(tool), steel));
     this.redraw();
   }
 

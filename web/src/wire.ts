@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Messages as bytes and back: see protocol/messages.json.
+import { MODELS, MODES, type Mode, type Model, type Tool } from "./kinds";
+
 /** Of Ticks: tip, force, moment, axis, side. */
 export const TICK_NUMBERS = 15;
 export type Vec3 = [number, number, number];
@@ -55,6 +57,15 @@ export class Writer {
   text(value: string): this {
     return this.raw(new TextEncoder().encode(value));
   }
+  mode(value: Mode): this {
+    return this.u8(MODES.indexOf(value));
+  }
+  model(value: Model): this {
+    return this.u8(MODELS.indexOf(value));
+  }
+  tool(value: Tool | null): this {
+    return this.text(JSON.stringify(value));
+  }
   done(): Uint8Array {
     return this.bytes.subarray(0, this.at);
   }
@@ -98,6 +109,12 @@ export class Reader {
   }
   text(): string {
     return new TextDecoder().decode(this.raw());
+  }
+  mode(): Mode {
+    return MODES[this.u8()];
+  }
+  tool(): Tool | null {
+    return JSON.parse(this.text()) as Tool | null;
   }
   get more(): boolean {
     return this.at < this.view.byteLength;

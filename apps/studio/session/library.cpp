@@ -13,20 +13,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kMostListed = 200, kMostLetters = 100;
+constexpr size_t kMaxListed = 200, kMaxLetters = 100;
 
 // What is left of a name when it is to be a file's: no folders, nothing hidden, no control characters.
 std::string file_name_of(const std::string& name) {
   std::string kept;
   for (const char c : name) {
     if (static_cast<unsigned char>(c) < 32 || c == 127 || c == '/' || c == '\\') continue;
-    if ((kept.empty() && (c == '.' || c == ' ')) || kept.size() >= kMostLetters) continue;
+    if ((kept.empty() && (c == '.' || c == ' ')) || kept.size() >= kMaxLetters) continue;
     kept += c;
   }
   // Not in the middle of a letter.
-  while (kept.size() >= kMostLetters && (static_cast<unsigned char>(kept.back()) & 0xc0) == 0x80)
+  while (kept.size() >= kMaxLetters && (static_cast<unsigned char>(kept.back()) & 0xc0) == 0x80)
     kept.pop_back();
-  if (kept.size() >= kMostLetters && static_cast<unsigned char>(kept.back()) >= 0xc0) kept.pop_back();
+  if (kept.size() >= kMaxLetters && static_cast<unsigned char>(kept.back()) >= 0xc0) kept.pop_back();
   while (!kept.empty() && kept.back() == ' ') kept.pop_back();
   return kept;
 }
@@ -66,7 +66,7 @@ std::vector<Library::Entry> Library::list() const {
   std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
     return a.changed_s != b.changed_s ? a.changed_s > b.changed_s : a.name < b.name;
   });
-  if (entries.size() > kMostListed) entries.resize(kMostListed);
+  if (entries.size() > kMaxListed) entries.resize(kMaxListed);
   return entries;
 }
 

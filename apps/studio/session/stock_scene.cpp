@@ -10,12 +10,12 @@
 namespace kibori {
 namespace {
 
-constexpr double kLeastMm = 0.1, kMostMm = 10000;
+constexpr double kMinMm = 0.1, kMaxMm = 10000;
 constexpr const char* kSize = "the size must be 0.1 to 10000 mm";
 
 Result<Scene> scene_of(const Stock& stock, double longest_mm, size_t material) {
-  if (!(longest_mm >= kLeastMm && longest_mm <= kMostMm)) return Error{kSize};
-  if (!(stock.pitch_mm > 0) || !(longest_mm <= kMostRays * stock.pitch_mm))
+  if (!(longest_mm >= kMinMm && longest_mm <= kMaxMm)) return Error{kSize};
+  if (!(stock.pitch_mm > 0) || !(longest_mm <= kMaxRays * stock.pitch_mm))
     return Error{"that is finer than can be shown; choose less detail"};
   if (!(longest_mm >= 8 * stock.pitch_mm)) return Error{"that is too coarse; choose more detail"};
   Scene scene;
@@ -38,20 +38,20 @@ Result<Scene> stock_scene(Stock::Kind kind, const Vec3& size_mm, double pitch_mm
   if (kind == Stock::Kind::cylinder) stock.size_mm.y() = size_mm.x();
   if (kind == Stock::Kind::sphere) stock.size_mm = Vec3::Constant(size_mm.x());
   stock.pitch_mm = pitch_mm;
-  if (!(stock.size_mm.minCoeff() >= kLeastMm)) return Error{kSize};
+  if (!(stock.size_mm.minCoeff() >= kMinMm)) return Error{kSize};
   return scene_of(stock, stock.size_mm.maxCoeff(), material);
 }
 
 Result<Scene> file_scene(const std::filesystem::path& file, const FileStock& how) {
-  if (!(how.rays >= 8 && how.rays <= kMostRays)) return Error{"the detail must be 8 to 1024 rays"};
-  if (!(how.longest_mm >= kLeastMm && how.longest_mm <= kMostMm)) return Error{kSize};
+  if (!(how.rays >= 8 && how.rays <= kMaxRays)) return Error{"the detail must be 8 to 1024 rays"};
+  if (!(how.longest_mm >= kMinMm && how.longest_mm <= kMaxMm)) return Error{kSize};
   Stock stock;
   stock.mesh_path = file;
   if (ending_of(file) == ".png") {
     const Result<GreyMap> picture = read_png_grey(file);
     if (!picture) return Error{picture.error()};
     for (const double height : {how.height_mm, how.base_mm})
-      if (!(height >= kLeastMm && height <= how.longest_mm))
+      if (!(height >= kMinMm && height <= how.longest_mm))
         return Error{
             "the relief's height and base must be at least 0.1 mm, and no more than its longest side"};
     stock.kind = Stock::Kind::relief;

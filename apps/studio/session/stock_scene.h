@@ -12,7 +12,7 @@
 namespace kibori {
 
 // So fine at most along a stock's longest side, so that a page can show it.
-inline constexpr double kMostRays = 1024;
+inline constexpr double kMaxRays = 1024;
 
 // A block, log (`cylinder`: x is its diameter, z its length) or ball (x is its diameter) of a size [mm] and
 // pitch [mm]. Errors: the size, the pitch, the material.

@@ -8,38 +8,43 @@
 #include <thread>
 
 #include <kibori/base/handover.h>
-#include <kibori/base/result.h>
 #include <kibori/batch/carving.h>
-#include <kibori/live/live_carving.h>
+#include "apps/studio/session/session.h"
 
 namespace kibori {
 
-class Experiment {
+class ExperimentSession final : public Session {
  public:
   // `pace`: 1 is the scene's own time, 0 as fast as it goes. Errors: those of the stock.
-  static Result<std::unique_ptr<Experiment>> start(const Scene& scene, double pace);
-  ~Experiment();
+  static Result<std::unique_ptr<Session>> start(const Scene& scene, double pace);
+  ~ExperimentSession() override;
+
+  ExperimentSession* experiment() override { return this; }
 
   const Scene& scene() const { return scene_; }
-  // Of the stock, before the first tick.
-  const Snapshot& stock() const { return stock_; }
-  // As of LiveCarving; one thread. Whoever falls behind is left out.
-  bool latest(Snapshot& snapshot) { return snapshots_.take(snapshot); }
-  bool next_tick(LiveTick& tick) { return ticks_.pop(tick); }
   // The tool, where it is another since the last call; one thread.
   bool next_tool(Tool& tool) { return tools_.take(tool); }
   // How much is done, 0 to 1.
   double share() const { return share_; }
   // No more ticks; what was done so far counts.
-  void stop() { stopping_ = true; }
+  void cancel() override { stopping_ = true; }
   bool stopped() const { return stopping_; }
   // Null while it runs; then all its ticks, or what was wrong.
   const Result<Carving>* outcome() const { return done_ ? &outcome_ : nullptr; }
 
+  // It has no document.
+  void thumbnail(StepId step, std::function<void(Bytes)> use) override;
+  void save_copy(const std::filesystem::path& path, std::function<void(Status)> done) override;
+
  private:
-  explicit Experiment(Scene scene) : scene_(std::move(scene)) {}
+  explicit ExperimentSession(Scene scene) : scene_(std::move(scene)) {}
+  // As of LiveCarving. Whoever falls behind is left out.
+  bool latest(Snapshot& snapshot) override { return snapshots_.take(snapshot); }
+  bool next_tick(LiveTick& tick) override { return ticks_.pop(tick); }
+  void update_history() override {}
+  bool busy() const override { return cutting_ && !done_; }
+
   Scene scene_;
-  Snapshot stock_;
   LatestValue<Snapshot> snapshots_;
   SmallQueue<LiveTick, 8192> ticks_;
   LatestValue<Tool> tools_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "apps/studio/session/experiment.h"
+#include "apps/studio/session/experiment_session.h"
 
 #include <algorithm>
 #include <chrono>
@@ -19,11 +19,15 @@ double seconds_since(Clock::time_point then) {
 
 }  // namespace
 
-Result<std::unique_ptr<Experiment>> Experiment::start(const Scene& scene, double pace) {
+Result<std::unique_ptr<Session>> ExperimentSession::start(const Scene& scene, double pace) {
   auto model = make_stock(scene.stock, scene.file, {});
   if (!model) return Error{model.error()};
-  std::unique_ptr<Experiment> experiment(new Experiment(scene));
-  experiment->stock_ = model.value()->snapshot();
+  std::unique_ptr<ExperimentSession> experiment(new ExperimentSession(scene));
+  experiment->name_ = scene.file;
+  experiment->materials_ = scene.materials;
+  experiment->stock_material_ = scene.stock.material;
+  experiment->rate_hz_ = scene.rate_hz;
+  experiment->begin(model.value()->snapshot(), 0);
   experiment->thread_ =
       std::thread([self = experiment.get(), pace, stock = std::move(model).value()]() mutable {
         const auto began = Clock::now();
@@ -59,12 +63,18 @@ Result<std::unique_ptr<Experiment>> Experiment::start(const Scene& scene, double
         self->share_ = 1;
         self->done_ = true;
       });
-  return experiment;
+  return std::unique_ptr<Session>(std::move(experiment));
 }
 
-Experiment::~Experiment() {
-  stop();
+ExperimentSession::~ExperimentSession() {
+  cancel();
   if (thread_.joinable()) thread_.join();
+}
+
+void ExperimentSession::thumbnail(StepId, std::function<void(Bytes)> use) { use({}); }
+
+void ExperimentSession::save_copy(const std::filesystem::path&, std::function<void(Status)> done) {
+  done(Error{"an experiment has no document; carve the scene as an example, or with 'kibori carve'"});
 }
 
 }  // namespace kibori

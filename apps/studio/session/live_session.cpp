@@ -1,0 +1,438 @@
+// SPDX-License-Identifier: MIT
+#include "apps/studio/session/live_session.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iterator>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include <kibori/batch/documents.h>
+#include <kibori/devices/registry.h>
+#include <kibori/devices/virtual_device.h>
+#include <kibori/document/rescue.h>
+#include "apps/studio/session/stock_scene.h"
+
+namespace kibori {
+namespace {
+
+constexpr double kMinStrengthN = 20, kMaxStrengthN = 1000;
+// Beyond so many things that wait for a stroke's end, more are refused.
+constexpr size_t kMaxLater = 4096;
+// With a device a stroke ends when it has not cut for so long.
+constexpr double kDeviceIdleS = 0.3;
+constexpr double kMinReach = 0.1, kMaxReach = 20;
+
+// s: the hand's whole strength is the most that the device can give. Without force nothing is felt, and s is
+// of no matter.
+double felt_share(const DeviceCapabilities& device, double strength_n) {
+  return device.dof_out > 0 && device.force_n > 0 ? device.force_n / strength_n : 1;
+}
+
+// A hand that goes about over the stock and dips into it now and then.
+std::unique_ptr<Device> simulated_hand(const Vec3& size_mm, double rate_hz) {
+  VirtualDeviceSettings settings;
+  settings.capabilities.name = "a simulated hand";
+  settings.capabilities.dof_in = settings.capabilities.dof_out = 6;
+  settings.capabilities.torque_nmm = 100;
+  settings.tick_s = 1 / rate_hz;
+  return std::make_unique<VirtualDevice>(settings, [size_mm](double t) -> VirtualDevice::Target {
+    return {Vec3(0.3 * size_mm.x() * std::sin(0.9 * t), 0.3 * size_mm.y() * std::sin(1.3 * t),
+                 3 * std::cos(0.7 * t)),
+            Mat3::Identity(), 0};
+  });
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> document,
+                                                   std::unique_ptr<TriDexel> model, const Scene& scene,
+                                                   const SessionOptions& options, const std::string& notice) {
+  std::unique_ptr<LiveSession> session(new LiveSession);
+  session->notice_ = notice;
+  session->name_ = document->name();
+  session->lattice_ = model->lattice();
+  session->materials_ = scene.materials;
+  // A document may name one that the materials of its last stroke don't hold.
+  if (scene.stock.material < scene.materials.size()) session->stock_material_ = scene.stock.material;
+  LiveSettings settings;
+  settings.material = session->stock_material_;
+  settings.tool = session->tool_ = scene.tools.front();
+  settings.materials = scene.materials;
+  settings.mode = Mode::off;
+  settings.log = settings.watched = true;
+  settings.snapshot_ticks = 4;                                // who looks sees what was cut soon
+  settings.idle_s = std::numeric_limits<double>::infinity();  // a press is a stroke
+  if (scene.force.series() && scene.force.spring.strength_n > 0)
+    session->hand_.strength_n = std::clamp(scene.force.spring.strength_n, kMinStrengthN, kMaxStrengthN);
+  settings.spring.strength_n = session->hand_.strength_n;
+  settings.spring.stiffness_n_mm = session->hand_.strength_n / kHandGiveMm;
+  settings.spring.hand_share = kPoweredShare;
+  settings.rate_hz = session->rate_hz_;
+  std::unique_ptr<Device> device;
+  if (options.device.empty()) {
+    auto pointer = std::make_unique<PointerDevice>(settings.rate_hz);
+    session->pointer_ = pointer.get();
+    device = std::move(pointer);
+  } else {
+    const Box& material = model->material_bounds();
+    const Vec3 size = (material.max - material.min) * session->lattice_.pitch_mm;
+    if (options.device == "virtual") {
+      device = simulated_hand(size, settings.rate_hz);
+    } else {
+      auto opened = open_device(options.device);
+      if (!opened) return Error{opened.error()};
+      device = std::move(opened).value();
+    }
+    const DeviceCapabilities& can = device->capabilities();
+    HapticDeviceState held;
+    held.name = can.name;
+    held.force_n = can.dof_out > 0 ? can.force_n : 0;
+    // The hand's workspace spans the stock, where that is known.
+    const Box& hand = can.workspace_mm;
+    if (hand.max.x() > hand.min.x())
+      held.scale = std::clamp(size.maxCoeff() / (hand.max - hand.min).maxCoeff(), kMinReach, kMaxReach);
+    // What the device can bear: k T/2 within its damping, whichever way it is rounded.
+    held.max_n_mm = 2 * session->rate_hz_ * can.damping_ns_mm * (1 - 1e-9);
+    held.stiffness_n_mm = std::min(can.stiffness_n_mm, held.max_n_mm);
+    held.share = felt_share(can, session->hand_.strength_n);
+    session->default_n_mm_ = held.stiffness_n_mm;
+    session->held_ = held;
+    settings.force_scale = held.share;
+    settings.spring.stiffness_n_mm = held.stiffness_n_mm / (held.share * held.scale);
+    Vec3 top = material.centre();
+    top.z() = material.max.z();
+    // The second button is the clutch: as one lifts a mouse.
+    settings.workspace = Workspace(session->lattice_.to_mm(top), held.scale, 1);
+    settings.idle_s = kDeviceIdleS;
+    settings.armed = false;
+  }
+  auto live = LiveCarving::make(std::move(model), std::move(device), settings);
+  if (!live) return Error{live.error()};
+  session->live_ = std::move(live).value();
+  session->begin(session->live_->model().snapshot(), removed_until(*document, document->head()));
+  session->writer_ = std::make_unique<DocumentWriter>(*session->live_, std::move(document));
+  session->writer_->start();
+  session->live_->start();
+  return std::unique_ptr<Session>(std::move(session));
+}
+
+std::string LiveSession::close_document() {
+  if (!live_ || !writer_) return {};
+  live_->stop();
+  writer_->stop();
+  Document& document = writer_->document();
+  // A picture that can't be drawn is no loss.
+  static_cast<void>(
+      kibori::keep_thumbnail(document, document.head(), live_->model().snapshot(), materials_, 1));
+  std::string where = settle(document);
+  writer_.reset();
+  live_.reset();
+  return where;
+}
+
+Status LiveSession::post(std::function<void(LiveCarving&)> command) {
+  if (later_.size() >= kMaxLater) return Error{"the servo is busy; try again"};
+  later_.push_back({0, [this, command = std::move(command)] { return live_->post(command); }});
+  go_on();
+  return Ok{};
+}
+
+void LiveSession::then(std::function<void()> what) {
+  later_.push_back({0, [what = std::move(what)] {
+                      what();
+                      return true;
+                    }});
+  go_on();
+}
+
+void LiveSession::go_on() {
+  if (pointer_) pointer_->pump();
+  while (!later_.empty()) {
+    Later& next = later_.front();
+    if (next.stroke != 0 ? pointer_->finished() < next.stroke : !next.run()) return;
+    later_.pop_front();
+  }
+}
+
+// ---- A pointer
+
+// How the tool stands there; `anew`: as it does upright, else it goes on from how it stood, so that it does
+// not spin. Nothing where that can't be.
+std::optional<Pose> LiveSession::pose_of(const Vec3& tip_mm, const Vec3& axis, bool anew) {
+  const double length = std::sqrt(axis.squaredNorm());
+  if (!pointer_ || !tip_mm.allFinite() || !(length > 1e-9) || !std::isfinite(length)) return {};
+  const Mat3 before = anew ? Mat3(Mat3::Identity()) : aimed_;
+  const Vec3 z = axis / length, was = before.col(2);
+  aimed_ = was.dot(z) > -1 + 1e-9 ? Mat3(rotation(shortest_turn(was, z)) * before) : frame_from_axis(z);
+  return Pose{tip_mm, aimed_ * rotation(Vec3(0, 0, roll_rad_))};
+}
+
+void LiveSession::aim(const Vec3& tip_mm, const Vec3& axis, double time_s) {
+  const std::optional<Pose> pose = pose_of(tip_mm, axis, !pressed_);
+  if (!pose) return;
+  if (!pressed_)
+    pointer_->hover(*pose);
+  else if (std::isfinite(time_s))
+    pointer_->move(*pose, time_s);
+}
+
+void LiveSession::turn(double roll_rad) {
+  // Turned so many times is not turned, and the sine of a large number is no sine.
+  if (std::isfinite(roll_rad)) roll_rad_ = std::remainder(roll_rad, 2 * std::numbers::pi);
+}
+
+void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode mode, double time_s) {
+  lift();
+  const std::optional<Pose> pose = std::isfinite(time_s) ? pose_of(tip_mm, axis, true) : std::nullopt;
+  if (!pose) return;
+  const Status posted =
+      post([pointer = pointer_, stroke = stroke_ + 1, place = *pose, mode](LiveCarving& live) {
+        if (pointer->finished() >= stroke) return;  // it was cancelled before it began
+        live.settings().mode = mode;
+        if (mode == Mode::deposit) live.place_at(place);
+        const std::optional<Pose> clear = mode == Mode::deposit ? place : live.place_clear(place);
+        pointer->follow(stroke, clear.value_or(place));
+      });
+  if (!posted) return notify(posted);
+  stroke_ = pointer_->begin(*pose, time_s);
+  pressed_ = true;
+}
+
+void LiveSession::lift() {
+  if (!pressed_) return;
+  pressed_ = false;
+  pointer_->end();
+  later_.push_back({stroke_, {}});
+  static_cast<void>(post([pointer = pointer_, stroke = stroke_](LiveCarving& live) {
+    live.settings().mode = Mode::off;
+    pointer->give_up(stroke);
+  }));
+}
+
+void LiveSession::strike() {
+  if (pressed_ || held_) notify(post([](LiveCarving& live) { live.strike(kMalletNmm); }));
+}
+
+// ---- A force device
+
+void LiveSession::work(Mode mode) {
+  if (held_) notify(post([mode](LiveCarving& live) { live.settings().mode = mode; }));
+}
+
+void LiveSession::arm(bool armed) {
+  if (!held_) return;
+  notify(post([armed](LiveCarving& live) {
+    if (armed)
+      live.safety().arm();
+    else
+      live.safety().disarm();
+  }));
+}
+
+void LiveSession::bring(const Vec3& tip_mm) {
+  if (!held_ || !tip_mm.allFinite()) return;
+  notify(post([tip_mm](LiveCarving& live) {
+    live.settings().workspace.bring(tip_mm);
+    live.place_again();
+  }));
+}
+
+Status LiveSession::choose_reach(double scale) {
+  if (!held_) return Error{"no force device holds the tool"};
+  if (!(scale >= kMinReach && scale <= kMaxReach)) return Error{"the reach must be 0.1 to 20"};
+  return give_hand(hand_, scale);
+}
+
+// ---- Both
+
+void LiveSession::cancel() {
+  if (!live_) return;
+  live_->cancel_stroke();
+  volume_known_ = false;
+  if (!pressed_) return;
+  lift();
+  // What is left of its path is not gone any more.
+  if (!live_->post([pointer = pointer_, stroke = stroke_](LiveCarving& live) {
+        live.settings().mode = Mode::off;
+        pointer->give_up(stroke);
+      }))
+    notify(Error{"the servo is busy; try again"});
+}
+
+void LiveSession::undo() {
+  lift();
+  if (writer_) then([this] { writer_->undo(); });
+}
+
+void LiveSession::redo() {
+  lift();
+  if (writer_) then([this] { writer_->redo(); });
+}
+
+void LiveSession::go(StepId step) {
+  lift();
+  if (writer_) then([this, step] { writer_->go(step); });
+}
+
+Status LiveSession::choose_tool(const Tool& tool) {
+  if (Status fits = check_tool(tool); !fits) return fits;
+  if (Status fits = check_symmetry(symmetry_, tool); !fits) return fits;
+  Status posted = post([tool](LiveCarving& live) { live.change_tool(tool); });
+  if (posted) tool_ = tool;
+  return posted;
+}
+
+Status LiveSession::choose_hand(const Hand& hand) {
+  if (!(hand.strength_n >= kMinStrengthN && hand.strength_n <= kMaxStrengthN))
+    return Error{"the strength must be 20 to 1000 N"};
+  if (!(hand.stiffness_n_mm == 0 || (hand.stiffness_n_mm >= 0.01 && hand.stiffness_n_mm <= 10000)))
+    return Error{"the stiffness must be 0.01 to 10000 N/mm, or 0 for what suits"};
+  if (held_ && hand.stiffness_n_mm > held_->max_n_mm) {
+    char text[200];
+    std::snprintf(text, sizeof text, "%s bears a stiffness of %.3g N/mm at most", held_->name.c_str(),
+                  held_->max_n_mm);
+    return Error{text};
+  }
+  return give_hand(hand, held_ ? held_->scale : 1);
+}
+
+// The hand as the servo's spring has it: by a pointer as stiff as it is strong; by a device as stiff as that
+// renders, at the wood, where a mm of the hand is `reach` mm and a newton of the wood `share` of one.
+Status LiveSession::give_hand(const Hand& hand, double reach) {
+  double stiffness = hand.stiffness_n_mm > 0 ? hand.stiffness_n_mm : hand.strength_n / kHandGiveMm, share = 1;
+  if (held_) {
+    share = held_->force_n > 0 ? held_->force_n / hand.strength_n : 1;
+    held_->stiffness_n_mm = hand.stiffness_n_mm > 0 ? hand.stiffness_n_mm : default_n_mm_;
+    stiffness = held_->stiffness_n_mm / (share * reach);
+  }
+  const double borne = hand.powered ? kPoweredShare : 1;
+  Status posted =
+      post([=, strength = hand.strength_n, moved = held_ && reach != held_->scale](LiveCarving& live) {
+        live.settings().workspace.set_scale(reach);
+        live.set_hand(stiffness, strength, borne, share);
+        if (moved) live.place_again();
+      });
+  if (!posted) return posted;
+  hand_ = hand;
+  if (held_) {
+    held_->scale = reach;
+    held_->share = share;
+  }
+  return posted;
+}
+
+Status LiveSession::choose_material(size_t material) {
+  if (material >= materials_.size()) return Error{"there is no such material"};
+  return post(
+      [number = static_cast<uint8_t>(material)](LiveCarving& live) { live.settings().material = number; });
+}
+
+Status LiveSession::choose_model(ForceModel model) {
+  return post([model](LiveCarving& live) {
+    live.settings().model = model;
+    live.place_again();
+  });
+}
+
+Status LiveSession::choose_symmetry(const std::array<bool, 3>& planes) {
+  const Symmetry symmetry{planes, centre_of(lattice_)};
+  if (Status fits = check_symmetry(symmetry, tool_); !fits) return fits;
+  Status posted = post([symmetry](LiveCarving& live) { live.set_symmetry(symmetry); });
+  if (posted) symmetry_ = symmetry;
+  return posted;
+}
+
+bool LiveSession::latest(Snapshot& snapshot) {
+  go_on();
+  return live_ && live_->latest(snapshot);
+}
+
+bool LiveSession::next_tick(LiveTick& tick) {
+  if (!live_ || !live_->next_tick(tick)) return false;
+  inside_ = tick.inside;
+  if (held_) {
+    held_->safety = tick.safety;
+    held_->trip = tick.trip;
+    held_->given_n = std::sqrt(tick.given.force.squaredNorm());
+  }
+  return true;
+}
+
+void LiveSession::update_history() {
+  if (!asked_.exchange(true))
+    writer_->with([this](Document& document) {
+      const std::lock_guard<std::mutex> lock(told_mutex_);
+      HistoryState& now = told_.history;
+      now.step = document.head();
+      now.steps = document.steps().size();
+      now.undo = document.before_head().ok();
+      now.redo = document.after_head().ok();
+      now.hash = document.steps().at(now.step).hash;
+      const auto& steps = document.steps();
+      for (auto at = steps.upper_bound(last_told_); at != steps.end(); ++at) {
+        // One that is being made may still be left off.
+        if (!at->second.finished && document.in_stroke() && std::next(at) == steps.end()) break;
+        last_told_ = at->first;
+        told_.steps.push_back(past_.of(document, at->second));
+      }
+      told_.versions = document.versions();
+      told_.fresh = true;
+      asked_ = false;
+    });
+  {
+    const std::lock_guard<std::mutex> lock(told_mutex_);
+    if (std::exchange(told_.fresh, false)) {
+      // Going back and forth is no cutting: the volume is then counted again.
+      if (told_.history.step != history_.step && !pressed()) volume_known_ = false;
+      history_ = told_.history;
+      steps_.insert(steps_.end(), told_.steps.begin(), told_.steps.end());
+      told_.steps.clear();
+      versions_ = told_.versions;
+    }
+  }
+  history_.trouble = writer_->trouble();
+}
+
+void LiveSession::name_version(const std::string& name) {
+  writer_->with([this, name](Document& document) {
+    if (const Status named = document.name_version(name, document.head()); !named) {
+      const std::lock_guard<std::mutex> lock(told_mutex_);
+      told_.notice = named.error();
+    }
+  });
+}
+
+std::string LiveSession::notice() {
+  if (!notice_.empty()) return std::exchange(notice_, {});
+  if (!writer_) return {};
+  std::string text = writer_->notice();
+  if (!text.empty()) return text;
+  const std::lock_guard<std::mutex> lock(told_mutex_);
+  return std::exchange(told_.notice, {});
+}
+
+void LiveSession::keep_thumbnail(StepId step, Bytes png) {
+  // A step that is gone needs none.
+  if (writer_)
+    writer_->with([step, png = std::move(png)](Document& document) {
+      static_cast<void>(document.set_thumbnail(step, png));
+    });
+}
+
+void LiveSession::thumbnail(StepId step, std::function<void(Bytes)> use) {
+  if (!writer_) return;
+  writer_->with([step, use = std::move(use)](Document& document) {
+    Result<Bytes> png = document.thumbnail(step);
+    use(png ? std::move(png).value() : Bytes());
+  });
+}
+
+void LiveSession::save_copy(const std::filesystem::path& path, std::function<void(Status)> done) {
+  if (!writer_) return;
+  writer_->with([path, done = std::move(done)](Document& document) { done(document.save_copy(path)); });
+}
+
+}  // namespace kibori

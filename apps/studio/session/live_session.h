@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: MIT
+// A document that a hand carves in by a pointer or a force device.
+//
+//   owner's thread:  aim, press, lift, undo ─► PointerDevice, commands ─► servo thread (LiveCarving)
+//                    follow()  ◄─ snapshots, ticks                              │ log
+//                    history() ◄─ where the document stands ◄── the document writer's threads ◄┘
+//
+// The servo and the document writer have threads of their own.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <deque>
+#include <mutex>
+
+#include <kibori/devices/pointer_device.h>
+#include <kibori/live/document_writer.h>
+#include "apps/studio/session/session.h"
+
+namespace kibori {
+
+// A blow of the mallet [N mm]: 3 J, a tap of a carver's mallet of half a kilogram at 3.5 m/s.
+inline constexpr double kMalletNmm = 3000;
+
+class LiveSession final : public Session {
+ public:
+  // The hand that pushes the tool.
+  struct Hand {
+    double strength_n = kHandStrengthN;  // S: it pushes with this at most
+    double stiffness_n_mm = 0;           // between hand and tool; 0: what suits a pointer, or the device
+    bool powered = true;  // a motor turns the tool, and the hand bears kPoweredShare of the cut
+  };
+  // Of the force device that holds the tool.
+  struct HapticDeviceState {
+    std::string name;
+    double force_n = 0;                       // the most it can give
+    double stiffness_n_mm = 0, max_n_mm = 0;  // at the hand: what is rendered, and what it can bear
+    double scale = 1;                         // so far the tool goes for a mm of the hand
+    double share = 1;                         // s: of the wood's force, what is felt: force_n / strength
+    SafetyStage::State safety = SafetyStage::State::off;
+    Trip trip = Trip::none;
+    double given_n = 0;
+  };
+
+  // With the tool and materials of `scene`. `notice`: what the person is told first. Errors: those of the
+  // device.
+  static Result<std::unique_ptr<Session>> make(std::unique_ptr<Document> document,
+                                               std::unique_ptr<TriDexel> model, const Scene& scene,
+                                               const SessionOptions& options, const std::string& notice);
+  // What could not be saved is then put elsewhere: see close().
+  ~LiveSession() override { static_cast<void>(close_document()); }
+
+  LiveSession* live() override { return this; }
+
+  // The pointer's hand: tip and axis (from the tip up; any length but zero) of the tool [mm], and when that
+  // was so [s], by whatever clock. While it is pressed, the tool follows these places one after another.
+  void aim(const Vec3& tip_mm, const Vec3& axis, double time_s);
+  // Begins a stroke at this place: the tool backs out from there along its axis until it is clear of
+  // material, comes in again, and cuts, fills or feels from then on.
+  void press(const Vec3& tip_mm, const Vec3& axis, Mode mode, double time_s);
+  // Ends the stroke, once the tool has been everywhere that it was aimed to.
+  void lift();
+  // A blow of the mallet on a tool that cuts: it is driven on along the aim by kMalletNmm of work.
+  void strike();
+  // How far the tool is turned about its own axis from then on [rad].
+  void turn(double roll_rad);
+  // Whether a stroke is being made, or has not come to its end yet.
+  bool pressed() const { return pressed_ || !later_.empty(); }
+  // Whether the tool, which is pressed, stands in material and can't back out: it cuts nothing there.
+  bool blocked() const { return pressed() && inside_; }
+  // The force device, as of the last ticks(); null: a pointer holds the tool.
+  const HapticDeviceState* held() const { return held_ ? &*held_ : nullptr; }
+  // What its tool does from now on.
+  void work(Mode mode);
+  void arm(bool armed);
+  // The tool is there from now on, wherever the hand is [mm].
+  void bring(const Vec3& tip_mm);
+  // Errors: a scale that can't be, or at which the device could not bear the spring; nothing has changed.
+  Status choose_reach(double scale);
+
+  // Errors: what the tool, or the spring, can't be; nothing has changed.
+  Status choose_tool(const Tool& tool);
+  // Errors: a strength that is not 20 to 1000 N, a stiffness that is not 0 or 0.01 to 10000 N/mm, or that the
+  // device can't bear.
+  Status choose_hand(const Hand& hand);
+  const Hand& hand() const { return hand_; }
+  Status choose_material(size_t material);  // of what is added
+  Status choose_model(ForceModel model);
+  Status choose_symmetry(const std::array<bool, 3>& planes);  // through the lattice's middle
+
+  void cancel() override;
+  void undo() override;
+  void redo() override;
+  void go(StepId step) override;
+  void name_version(const std::string& name) override;
+  void keep_thumbnail(StepId step, Bytes png) override;
+  void thumbnail(StepId step, std::function<void(Bytes)> use) override;
+  void save_copy(const std::filesystem::path& path, std::function<void(Status)> done) override;
+  std::string notice() override;
+  std::string close() override { return close_document(); }
+
+ private:
+  LiveSession() = default;
+  std::string close_document();
+  // In order, and not before all strokes that were lifted have come to their end.
+  Status post(std::function<void(LiveCarving&)> command);
+  void then(std::function<void()> what);
+  void go_on();
+  std::optional<Pose> pose_of(const Vec3& tip_mm, const Vec3& axis, bool anew);
+  Status give_hand(const Hand& hand, double reach);
+
+  bool latest(Snapshot& snapshot) override;
+  bool next_tick(LiveTick& tick) override;
+  void update_history() override;
+  bool busy() const override { return pressed() || cutting_; }
+
+  PointerDevice* pointer_ = nullptr;  // live_'s, if one holds the tool
+  uint32_t stroke_ = 0;               // the pointer's newest
+  // What waits for the end of a stroke: until it is finished, or for a command's room.
+  struct Later {
+    uint32_t stroke = 0;          // to wait for, or
+    std::function<bool()> run{};  // false: there was no room for it, and it is run again
+  };
+  std::deque<Later> later_;
+  Hand hand_;
+  double default_n_mm_ = 0;        // the stiffness that suits the device
+  Mat3 aimed_ = Mat3::Identity();  // the frame that was aimed at last, before the turn about its own axis
+  double roll_rad_ = 0;            // that turn
+  std::optional<HapticDeviceState> held_;
+  Tool tool_;
+  Symmetry symmetry_;
+  bool pressed_ = false, inside_ = false;
+  std::unique_ptr<LiveCarving> live_;
+  // From the document writer's thread.
+  std::atomic<bool> asked_{false};  // for what follows
+  std::mutex told_mutex_;
+  struct Told {
+    bool fresh = false;
+    HistoryState history;
+    std::vector<PastStep> steps;  // that were not told of yet
+    Versions versions;
+    std::string notice;
+  } told_;
+  StepId last_told_ = 0;  // of that thread, as is past_
+  PastSteps past_;
+  std::unique_ptr<DocumentWriter> writer_;  // gone before what it writes of
+};
+
+}  // namespace kibori

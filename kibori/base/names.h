@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+// Names of an enum's values, as files, messages and command lines have them. An enum that has names says them
+// in a function beside it, in its order:
+//
+//   enum class Mode { cut, deposit };
+//   constexpr Names<2> names_of(Mode) { return {"cut", "deposit"}; }
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string_view>
+
+namespace kibori {
+
+template <size_t N>
+using Names = std::array<std::string_view, N>;
+
+template <class Enum>
+concept Named = requires(Enum value) {
+  names_of(value).size();
+};
+
+// The name of a value.
+template <Named Enum>
+constexpr std::string_view name_of(Enum value) {
+  return names_of(value)[static_cast<size_t>(value)];
+}
+
+// The value of that name; none where there is no such name.
+template <Named Enum>
+constexpr std::optional<Enum> value_of(std::string_view name) {
+  const auto names = names_of(Enum{});
+  for (size_t i = 0; i < names.size(); i++)
+    if (names[i] == name) return static_cast<Enum>(i);
+  return std::nullopt;
+}
+
+}  // namespace kibori

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: MIT
+// Made by apps/studio/make_kinds.cpp from the library's own lists: change those.
+import type { Vec3 } from "./wire";
+
+/** A tool: its shape and its numbers [mm, degrees]; kibori/solid/tool.h says what they are. */
+export type Tool =
+  | { shape: "finger"; ks: number; length: number }
+  | { shape: "ball"; radius: number }
+  | { shape: "flat"; radius: number; length: number }
+  | { shape: "bull"; radius: number; corner: number; length: number }
+  | { shape: "cone"; angle_deg: number; radius: number; length: number }
+  | { shape: "capsule"; radius: number; length: number }
+  | { shape: "halfspace" }
+  | { shape: "box"; size: Vec3 }
+  | { shape: "ellipsoid"; radii: Vec3 }
+  | { shape: "mesh" }
+  | { shape: "drill"; angle_deg: number; radius: number; length: number }
+  | { shape: "tapered"; ball: number; angle_deg: number; radius: number; length: number };
+
+/** What a tool does (kibori/motion/tool_tick.h). */
+export const MODES = ["cut", "deposit", "touch", "off"] as const;
+export type Mode = (typeof MODES)[number];
+
+/** How motion becomes force (kibori/haptics/force.h). */
+export const MODELS = ["series", "energy", "paper"] as const;
+export type Model = (typeof MODELS)[number];
+
+/** A sentence on each. */
+export const MODEL_NOTES: Record<Model, string> = {
+  series:
+    "Series: what a hand feels that pushes the tool by a spring, F = k (hand − tool); it grows until the wood gives way, and stays while the hand rests.",
+  energy:
+    "Energy: what the cut costs, F = u × volume removed / way, against the motion; the same for any grid, rate and speed, and nothing at rest.",
+  paper:
+    "Paper: what vanishes, F = kf × grid points within a tick, against the motion; more at speed, uneven where they are few, and nothing at rest.",
+};

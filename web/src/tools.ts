@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: MIT
+// The tools a person can pick up: a row for each shape, with what the page says of it, how it is chosen and how it
+// is drawn. A shape of the library without a row here does not compile.
+import * as THREE from "three";
+import type { Tool } from "./kinds";
+import type { Vec3 } from "./wire";
+
+/** A mesh and a half-space are of scenes only. */
+export type HeldTool = Exclude<Tool, { shape: "mesh" | "halfspace" }>;
+export type Shape = HeldTool["shape"];
+type Of<S extends Shape> = Extract<HeldTool, { shape: S }>;
+
+/** The one number, besides its radius, that a person chooses of a tool. */
+interface Form {
+  name: string;
+  unit: string;
+  min: number;
+  max: number;
+  value: number;
+}
+interface Row<S extends Shape> {
+  name: string;
+  /** The inside of an SVG of 24 by 24. */
+  icon: string;
+  /** A motor turns it, unless that is switched off; a hand or a mallet drives the others. */
+  powered: boolean;
+  form?: Form;
+  /** Whether it matters how far it is turned about its axis. */
+  turns?: boolean;
+  make(radius: number, form: number): Of<S>;
+  /** From the tip to the other end [mm]. */
+  height(tool: Of<S>): number;
+  /** No higher than that, where its shape allows. */
+  shortened(tool: Of<S>, height: number): Of<S>;
+  /** What tells it from others of its shape. */
+  size(tool: Of<S>): string;
+  /** Its surface, the tip at the origin, the body along z. */
+  surface(tool: Of<S>): THREE.BufferGeometry;
+}
+
+/** From a tool's tip to its other end [mm], where its size does not say. */
+const LENGTH = 25, FINGER_LENGTH = 20;
+const SEGMENTS = 40;
+
+const compact = (value: number): string => String(Number(value.toPrecision(3)));
+const byRadius = (tool: { radius: number }): string => `${compact(tool.radius)} mm`;
+const length = (tool: { length: number }): number => tool.length;
+/** What turns about its axis: radii and heights from the tip. */
+const lathe = (...points: [number, number][]): THREE.BufferGeometry =>
+  new THREE.LatheGeometry(points.map(([r, z]) => new THREE.Vector2(r, z)), SEGMENTS).rotateX(Math.PI / 2);
+const ball = (radii: Vec3): THREE.BufferGeometry =>
+  new THREE.SphereGeometry(1, SEGMENTS, 28).rotateX(Math.PI / 2).scale(...radii).translate(0, 0, radii[2]);
+/** A quarter circle of the profile, from its lowest point on. */
+const arc = (r: number, z: number, radius: number, upTo = Math.PI / 2): [number, number][] =>
+  Array.from({ length: 9 }, (_, i) => {
+    const a = (i * upTo) / 8;
+    return [r + radius * Math.sin(a), z - radius * Math.cos(a)];
+  });
+const half = (degrees: number): number => (degrees * Math.PI) / 360;
+function pointed({ angle_deg, radius, length }: { angle_deg: number; radius: number; length: number }): THREE.BufferGeometry {
+  const slope = Math.tan(half(angle_deg)), wide = Math.min(radius, slope * length);
+  return lathe([0, 0], [wide, wide / slope], [wide, length], [0, length]);
+}
+
+export const TOOLS: { [S in Shape]: Row<S> } = {
+  ball: {
+    name: "Ball burr",
+    icon: '<circle cx="12" cy="12" r="9" />',
+    powered: true,
+    make: (radius) => ({ shape: "ball", radius }),
+    height: (tool) => 2 * tool.radius,
+    shortened: (tool) => tool,
+    size: byRadius,
+    surface: ({ radius }) => ball([radius, radius, radius]),
+  },
+  finger: {
+    name: "Finger",
+    icon: '<path d="M4 3h16Q12 41 4 3z" />',
+    powered: false,
+    // As wide as a ball would be, a radius above its tip.
+    make: (radius) => ({ shape: "finger", ks: 1 / radius, length: FINGER_LENGTH }),
+    height: length,
+    shortened: (tool, height) => ({ ...tool, length: Math.min(tool.length, height) }),
+    size: (tool) => `Ks ${compact(tool.ks)}/mm`,
+    surface({ ks, length }) {
+      const heights = Array.from({ length: 25 }, (_, i) => (length * i * i) / (24 * 24));
+      return lathe(...heights.map((z): [number, number] => [Math.sqrt(z / ks), z]));
+    },
+  },
+  flat: {
+    name: "End mill",
+    icon: '<path d="M6 2h12v19H6z" />',
+    powered: true,
+    make: (radius) => ({ shape: "flat", radius, length: LENGTH }),
+    height: length,
+    shortened: (tool, height) => ({ ...tool, length: Math.min(tool.length, height) }),
+    size: byRadius,
+    surface: ({ radius, length }) => lathe([0, 0], [radius, 0], [radius, length], [0, length]),
+  },
+  bull: {
+    name: "Bull nose",
+    icon: '<path d="M6 2h12v14a5 5 0 0 1-5 5h-2a5 5 0 0 1-5-5z" />',
+    powered: true,
+    form: { name: "Corner", unit: "mm", min: 0.1, max: 12, value: 1.5 },
+    make: (radius, corner) => ({ shape: "bull", radius, corner: Math.min(corner, radius), length: LENGTH }),
+    height: length,
+    shortened: (tool, height) => ({ ...tool, length: Math.min(tool.length, Math.max(height, 2 * tool.corner)) }),
+    size: byRadius,
+    surface: ({ radius, corner, length }) => lathe([0, 0], ...arc(radius - corner, corner, corner), [radius, length], [0, length]),
+  },
+  cone: {
+    name: "V cutter",
+    icon: '<path d="M6 2h12v8l-6 11-6-11z" />',
+    powered: true,
+    form: { name: "Angle", unit: "°", min: 20, max: 150, value: 90 },
+    make: (radius, angle_deg) => ({ shape: "cone", angle_deg, radius, length: LENGTH }),
+    height: length,
+    shortened: (tool, height) => ({ ...tool, length: Math.min(tool.length, height) }),
+    size: byRadius,
+    surface: pointed,
+  },
+  tapered: {
+    name: "Tapered ball nose",
+    icon: '<path d="M5 2h14v4l-4.5 13a2.6 2.6 0 0 1-5 0L5 6z" />',
+    powered: true,
+    form: { name: "Taper", unit: "°", min: 5, max: 120, value: 20 },
+    // A ball of a third of its shank, as such cutters are sold.
+    make: (radius, angle_deg) => ({ shape: "tapered", ball: radius / 3, angle_deg, radius, length: LENGTH }),
+    height: length,
+    shortened: (tool, height) => ({ ...tool, length: Math.min(tool.length, Math.max(height, 2 * tool.ball)) }),
+    size: (tool) => `${compact(tool.ball)} mm`,
+    surface({ ball, angle_deg, radius, length }) {
+      const a = half(angle_deg), apex = ball - ball / Math.sin(a), full = Math.min(length, apex + radius / Math.tan(a));
+      const wide = Math.min(radius, (full - apex) * Math.tan(a));
+      return lathe(...arc(0, ball, ball, Math.PI / 2 - a), [wide, full], [wide, length], [0, length]);
+    },
+  },
+  capsule: {
+    name: "Capsule",
+    icon: '<rect x="7" y="2" width="10" height="20" rx="5" />',
+    powered: false,
+    make: (radius) => ({ shape: "capsule", radius, length: LENGTH + 2 * radius }),
+    height: length,
+    shortened: (tool, height) => ({ ...tool, length: Math.min(tool.length, Math.max(height, 2 * tool.radius)) }),
+    size: byRadius,
+    surface: ({ radius, length }) =>
+      new THREE.CapsuleGeometry(radius, length - 2 * radius, 12, SEGMENTS).rotateX(Math.PI / 2).translate(0, 0, length / 2),
+  },
+  box: {
+    name: "Box",
+    icon: '<path d="M4 7l6-4h10v13l-6 5H4zM4 7h10v14M14 7l6-4" />',
+    powered: false,
+    turns: true,
+    form: { name: "Breadth", unit: "mm", min: 0.5, max: 24, value: 4 },
+    make: (radius, breadth) => ({ shape: "box", size: [2 * radius, breadth, LENGTH] }),
+    height: (tool) => tool.size[2],
+    shortened: ({ size }, height) => ({ shape: "box", size: [size[0], size[1], Math.min(size[2], height)] }),
+    size: (tool) => `${compact(tool.size[0])} mm`,
+    surface: ({ size }) => new THREE.BoxGeometry(...size).translate(0, 0, size[2] / 2),
+  },
+  ellipsoid: {
+    name: "Ellipsoid",
+    icon: '<ellipse cx="12" cy="12" rx="10" ry="6.5" />',
+    powered: false,
+    turns: true,
+    form: { name: "Breadth", unit: "mm", min: 1, max: 24, value: 12 },
+    make: (radius, breadth) => ({ shape: "ellipsoid", radii: [radius, breadth / 2, radius] }),
+    height: (tool) => 2 * tool.radii[2],
+    shortened: (tool) => tool,
+    size: (tool) => `${compact(tool.radii[0])} mm`,
+    surface: ({ radii }) => ball(radii),
+  },
+  drill: {
+    name: "Drill",
+    icon: '<path d="M8 2h8v17l-4 3-4-3zM8 9l8-4M8 14l8-4M8 19l8-4" />',
+    powered: true,
+    form: { name: "Point", unit: "°", min: 60, max: 150, value: 118 },
+    make: (radius, angle_deg) => ({ shape: "drill", angle_deg, radius, length: LENGTH }),
+    height: length,
+    shortened: (tool, height) => ({ ...tool, length: Math.min(tool.length, height) }),
+    size: byRadius,
+    surface: pointed,
+  },
+};
+export const SHAPES = Object.keys(TOOLS) as Shape[];
+
+/** The tool, if a person can hold it; null for those of scenes only. */
+export const held = (tool: Tool | null): HeldTool | null => (tool && tool.shape in TOOLS ? (tool as HeldTool) : null);
+
+// A row's functions take tools of its own shape: the row is found by that shape.
+const rowOf = (tool: HeldTool): Row<Shape> => TOOLS[tool.shape] as unknown as Row<Shape>;
+export const heightOf = (tool: HeldTool): number => rowOf(tool).height(tool);
+export const shortened = (tool: HeldTool, height: number): HeldTool => rowOf(tool).shortened(tool, height);
+export const sizeOf = (tool: HeldTool): string => rowOf(tool).size(tool);
+export const toolSurface = (tool: HeldTool): THREE.BufferGeometry => rowOf(tool).surface(tool);
+
+/** A picture of the shape. */
+export const iconOf = (shape: Shape): string => `<svg viewBox="0 0 24 24" aria-hidden="true">${TOOLS[shape].icon}</svg>`;
+/** A button for each, the first one chosen. */
+export const toolButtons = (): string =>
+  SHAPES.map((shape, i) => {
+    const { name } = TOOLS[shape];
+    const button = `<input type="radio" name="shape" value="${shape}" aria-label="${name}"${i === 0 ? " checked" : ""} />`;
+    return `<label title="${name}">${button}${iconOf(shape)}</label>`;
+  }).join("");
