@@ -95,20 +95,23 @@ TEST(Document, UndoRedoAndBranchesAgainstFullCopies) {
   std::vector<StepId> undone;  // by us, in order
   std::map<StepId, StepId> parent;
   for (int i = 0; i < steps; i++) {
-    const int what = random.integer(0, 9);
-    if (what < 4) {
+    enum Action { kStroke, kUndo, kRedo, kGo, kCancelledStroke };
+    constexpr Action kMix[] = {kStroke, kStroke, kStroke, kStroke, kUndo,
+                               kUndo,   kRedo,   kRedo,   kGo,     kCancelledStroke};
+    const Action action = kMix[random.integer(0, 9)];
+    if (action == kStroke) {
       const StepId before = document->head();
       carve(*document, *model, random, random.integer(1, 20));
       truth[document->head()] = model->content_hash();
       parent[document->head()] = before;
-    } else if (what < 6) {
+    } else if (action == kUndo) {
       const StepId at = document->head();
       const Status done = document->undo(*model);
       ASSERT_EQ(done.ok(), at != 1);
       if (done) {
         ASSERT_EQ(document->head(), parent[at]);
       }
-    } else if (what < 8) {
+    } else if (action == kRedo) {
       const StepId at = document->head();
       const bool any =
           std::any_of(parent.begin(), parent.end(), [&](const auto& p) { return p.second == at; });
@@ -116,7 +119,7 @@ TEST(Document, UndoRedoAndBranchesAgainstFullCopies) {
       if (any) {
         ASSERT_EQ(parent[document->head()], at);
       }
-    } else if (what == 8) {
+    } else if (action == kGo) {
       const StepId to =
           std::next(truth.begin(), random.integer(0, static_cast<int>(truth.size()) - 1))->first;
       ASSERT_TRUE(document->go(*model, to).ok());

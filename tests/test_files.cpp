@@ -380,7 +380,7 @@ TEST(ReadFile, RefusesWhatMayNeverEnd) {
   Folder folder;
   ASSERT_EQ(mkfifo((folder / "pipe.toml").c_str(), 0600), 0);
   for (const auto& path : {folder / "pipe.toml", std::filesystem::path("/dev/zero"), folder / "."})
-    EXPECT_NE(read_file(path).error().find("is no regular file"), std::string::npos);
+    EXPECT_NE(read_file(path).error().find("is not a regular file"), std::string::npos);
   EXPECT_NE(read_file(folder / "none").error().find("no such file"), std::string::npos);
   folder.write("long", std::string(100, 'x'));
   EXPECT_NE(read_file(folder / "long", 99).error().find("100 bytes; at most 99"), std::string::npos);

@@ -345,7 +345,7 @@ TEST(Touch, OfATurnInSeveralPiecesIsThatOfTheCut) {
 }
 
 // Whatever was held in between, the start pose counts as clear only right after this very ball's own cut.
-TEST(Stroke, AnotherToolInBetweenIsNotForgotten) {
+TEST(DirectTool, AnotherToolInBetweenIsNotForgotten) {
   Bench bench(Vec3(20, 20, 10), 0.25), plain(Vec3(20, 20, 10), 0.25);
   DirectTool stroke(bench.model, Pose{Vec3(10, 10, 6), Mat3::Identity()});
   const Tool ball = BallTool{3}, flat = Flat{1, 30};
@@ -360,7 +360,7 @@ TEST(Stroke, AnotherToolInBetweenIsNotForgotten) {
 }
 
 // One tick may be as long as it likes: 200 m past a block of 20 mm remove what a short scrape does.
-TEST(Stroke, ALongTickIsSweptInPieces) {
+TEST(DirectTool, ALongTickIsSweptInPieces) {
   double expected = 0;
   for (const double half : {100.0, 3000.0, 100000.0}) {
     Bench bench(Vec3(20, 20, 10), 0.25);
@@ -372,7 +372,7 @@ TEST(Stroke, ALongTickIsSweptInPieces) {
   }
 }
 
-TEST(Stroke, RefusesATickItCannotSplit) {
+TEST(DirectTool, RefusesATickItCannotSplit) {
   Bench bench(Vec3(10, 10, 10), 1);
   DirectTool stroke(bench.model, Pose{});
   const auto tick =

@@ -155,18 +155,20 @@ void run(const Index3& nodes, int rounds, Random& random, long& operations) {
   std::vector<std::pair<Snapshot, uint64_t>> snapshots;
   for (int round = 0; round < rounds; round++) {
     const RandomIntervals solid(nodes, random, random.integer(1, 4));
-    const int what = round == 0 ? 1 : random.integer(0, 5);
+    enum Step { kIntersect, kDeposit, kPaint, kCut };
+    constexpr Step kMix[] = {kIntersect, kDeposit, kDeposit, kPaint, kCut, kCut};
+    const Step step = round == 0 ? kDeposit : kMix[random.integer(0, 5)];
     const auto material = static_cast<uint8_t>(random.integer(0, 2));
     EditOptions options;
     options.threads = random.integer(1, 3);
     Removed removed, foreseen;
-    if (what == 0) {
+    if (step == kIntersect) {
       contact(model, Complement(solid), options, foreseen);
       intersect(model, solid, options, removed);
-    } else if (what == 1 || what == 2) {
+    } else if (step == kDeposit) {
       deposit_contact(model, solid, material, options, foreseen);
       deposit(model, solid, material, options, removed);
-    } else if (what == 3) {
+    } else if (step == kPaint) {
       paint(model, solid, 0xff0000ffu, options, removed);
     } else {
       contact(model, solid, options, foreseen);
@@ -185,11 +187,11 @@ void run(const Index3& nodes, int rounds, Random& random, long& operations) {
             while (at < list.size() && c >= list[at].second) at++;
             const bool in = at < list.size() && c >= list[at].first;
             uint8_t now = cells[c];
-            if (what == 0 && !in) now = 0;
-            if ((what == 1 || what == 2) && in && now == 0) now = static_cast<uint8_t>(material + 1);
-            if (what > 3 && in) now = 0;
+            if (step == kIntersect && !in) now = 0;
+            if (step == kDeposit && in && now == 0) now = static_cast<uint8_t>(material + 1);
+            if (step == kCut && in) now = 0;
             if (now == cells[c]) continue;
-            auto& e = expected[static_cast<size_t>((what == 1 || what == 2) ? material : cells[c] - 1)]
+            auto& e = expected[static_cast<size_t>(step == kDeposit ? material : cells[c] - 1)]
                               [static_cast<size_t>(axis)];
             e.length += 1.0 / kPerCell;
             if (c % kPerCell == kPerCell / 2) e.nodes++;  // the node stands at this cell's lower border
@@ -209,21 +211,21 @@ void run(const Index3& nodes, int rounds, Random& random, long& operations) {
               drawn[static_cast<size_t>(c)] = static_cast<uint8_t>(s.material + 1);
           });
           ASSERT_TRUE(std::equal(drawn.begin(), drawn.end(), cells))
-              << "round " << round << " operation " << what << " axis " << static_cast<int>(axis) << " ray "
+              << "round " << round << " operation " << step << " axis " << static_cast<int>(axis) << " ray "
               << u << ", " << v << " of " << nodes.transpose() << "; " << random.note();
         }
     for (Axis axis : kAxes) check_plane_bounds(model.field(axis).view());
     if (testing::Test::HasFatalFailure()) return;
-    if (what == 3) continue;
+    if (step == kPaint) continue;
     for (int m = 0; m < 3; m++)
       for (Axis axis : kAxes) {
         const auto& e = expected[static_cast<size_t>(m)][static_cast<size_t>(axis)];
         const double length = removed.has(m) ? removed.part(m).volume[static_cast<size_t>(axis)] : 0;
         ASSERT_NEAR(length, e.length, 1e-3)
-            << "material " << m << " operation " << what << "; " << random.note();
+            << "material " << m << " operation " << step << "; " << random.note();
         if (axis == Axis::z) {
           ASSERT_EQ(removed.has(m) ? removed.part(m).points : 0, e.nodes)
-              << "operation " << what << "; " << random.note();
+              << "operation " << step << "; " << random.note();
         }
         if (foreseen.has(m)) {
           ASSERT_EQ(foreseen.part(m).points, removed.part(m).points);
@@ -302,18 +304,20 @@ TEST(Spans, HowAModelIsStoredDoesNotMatter) {
       ASSERT_EQ(fresh.content_hash(), old.content_hash()) << random.note();
       for (int i = 0; i < 5; i++) {
         const RandomIntervals solid(nodes, random, 3);
-        const int what = random.integer(0, 4);
+        enum Step { kCut, kDeposit, kPaint };
+        constexpr Step kMix[] = {kCut, kCut, kDeposit, kDeposit, kPaint};
+        const Step step = kMix[random.integer(0, 4)];
         const auto material = static_cast<uint8_t>(random.integer(0, 3) == 0);
         for (TriDexel* model : {&old, &fresh}) {
           Removed removed;
-          if (what < 2)
+          if (step == kCut)
             cut(*model, solid, {}, removed);
-          else if (what < 4)
+          else if (step == kDeposit)
             deposit(*model, solid, material, {}, removed);
           else
             paint(*model, solid, 0xff0000ff, {}, removed);
         }
-        ASSERT_EQ(fresh.content_hash(), old.content_hash()) << "operation " << what << "; " << random.note();
+        ASSERT_EQ(fresh.content_hash(), old.content_hash()) << "operation " << step << "; " << random.note();
       }
     }
   }

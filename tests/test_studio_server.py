@@ -344,17 +344,19 @@ class Server(unittest.TestCase):
         """What the table of messages says of each field, from just within it and from just outside."""
         with open(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../protocol/messages.json"), encoding="utf-8") as file:
             messages = [m for m in json.load(file)["messages"] if m["from"] == "page" and m["name"] != "Hello"]
-        plain = {"u8": b"\0", "u16": b"\0\0", "u32": b"\0" * 4, "f64": b"\0" * 8, "vec3": b"\0" * 24, "text": b"\0" * 4, "bytes": b"\0" * 4}
+        plain = {"u8": b"\0", "u16": b"\0\0", "u32": b"\0" * 4, "f64": b"\0" * 8, "vec3": b"\0" * 24, "text": b"\0" * 4, "bytes": b"\0" * 4,
+                 "mode": b"\0", "model": b"\0", "tool": text("null")}
+        names = {"mode": 4, "model": 3}
         for message in messages:
             fields = message["fields"]
             for i, (name, kind, *between) in enumerate(fields):
                 if kind in ("f64", "vec3"):
                     self.assertTrue(between, f"{message['name']}.{name} has no range")
-                if not between:
+                if not between and kind not in names:
                     continue
-                low, high = between[0]
+                low, high = between[0] if between else (0, names[kind] - 1)
                 wrong = []
-                if kind == "u8":
+                if kind == "u8" or kind in names:
                     wrong = [bytes([high + 1])] if high < 255 else []
                 elif kind in ("f64", "vec3"):
                     for value in (low - abs(low) / 1e6 - 1e-6, high + abs(high) / 1e6 + 1e-6, float("inf"), float("nan")):

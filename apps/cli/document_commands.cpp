@@ -7,6 +7,7 @@
 #include <kibori/batch/documents.h>
 #include <kibori/batch/force_report.h>
 #include <kibori/document/rescue.h>
+#include <kibori/formats/endings.h>
 
 #include "apps/cli/common.h"
 #include "apps/cli/outputs.h"
@@ -38,7 +39,7 @@ DocumentCommands::DocumentCommands(CLI::App& app) {
       ->type_name("FILE.csv");
   replay_->add_option("--plot", plot_, "draw force and moment over time")->type_name("FILE.svg");
   replay_->add_option("--mesh", mesh_, "write the surface of what is left")
-      ->type_name("FILE.stl|ply|obj|3mf|glb");
+      ->type_name("FILE" + list_of(kMeshesWritten));
   replay_->add_flag("--json", json_, "summary as JSON on standard output");
   replay_->add_option("--threads", threads_, "threads to work with; the result does not depend on it")
       ->check(CLI::Range(1, 256))

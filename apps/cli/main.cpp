@@ -25,6 +25,7 @@
 #include <kibori/batch/export.h>
 #include <kibori/batch/force_report.h>
 #include <kibori/batch/mesh_report.h>
+#include <kibori/formats/endings.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/formats/surface_file.h>
@@ -443,6 +444,8 @@ int main(int argc, char** argv) {
       "  kibori carve examples/fig8-upright.toml --plot forces.svg\n"
       "Scenes are explained in docs/scenes.md; 'kibori COMMAND --help' explains a command.");
 
+  const std::string mesh_or_document =
+      "mesh: " + kibori::list_of(kibori::kMeshesRead) + "; or a document: .kibori";
   CarveArguments carve_arguments;
   CLI::App* carve = app.add_subcommand("carve", "Run a scripted carving session and report forces");
   carve->add_option("SCENE", carve_arguments.scene, "scene file (TOML)")->required();
@@ -458,7 +461,7 @@ int main(int argc, char** argv) {
   carve
       ->add_option("--mesh", carve_arguments.mesh,
                    "write the surface of what is left, closed and manifold, in mm")
-      ->type_name("FILE.stl|ply|obj|3mf|glb");
+      ->type_name("FILE" + kibori::list_of(kibori::kMeshesWritten));
   carve->add_option("--picture", carve_arguments.picture, "draw what is left, ray traced")
       ->type_name("FILE.png");
   add_picture_options(carve, carve_arguments.drawing);
@@ -477,7 +480,8 @@ int main(int argc, char** argv) {
       "  block = [80, 50, 30]     # mm; or mesh = \"part.stl\", sphere = r, cylinder = [r, height]\n"
       "  pitch = 0.25\n"
       "  [tool]\n"
-      "  shape = \"finger\"         # finger ball flat bull cone capsule halfspace box ellipsoid mesh\n"
+      "  shape = \"finger\"         # finger ball flat bull cone drill tapered capsule halfspace box "
+      "ellipsoid mesh\n"
       "  ks = 0.1                 # 1/mm\n"
       "  length = 40\n"
       "  [force]\n"
@@ -492,11 +496,9 @@ int main(int argc, char** argv) {
   ConvertArguments convert_arguments;
   CLI::App* convert =
       app.add_subcommand("convert", "Repair and remesh: a mesh into dexels and back, closed and manifold");
-  convert
-      ->add_option("IN", convert_arguments.in,
-                   "mesh to read: .stl, .ply, .obj, .off, .3mf, .glb; or a document: .kibori")
-      ->required();
-  convert->add_option("OUT", convert_arguments.out, "mesh to write: .stl, .ply, .obj, .3mf, .glb");
+  convert->add_option("IN", convert_arguments.in, "to read: a " + mesh_or_document)->required();
+  convert->add_option("OUT", convert_arguments.out,
+                      "mesh to write: " + kibori::list_of(kibori::kMeshesWritten));
   convert
       ->add_option("--relief", convert_arguments.relief,
                    "IN is a grey PNG: its width, the height of white above black, the base below black")
@@ -516,9 +518,7 @@ int main(int argc, char** argv) {
   InfoArguments info_arguments;
   CLI::App* info =
       app.add_subcommand("info", "Measure a mesh: size, volume, area, closed, manifold, thin walls");
-  info->add_option("FILE", info_arguments.file,
-                   "mesh: .stl, .ply, .obj, .off, .3mf, .glb; or a document: .kibori")
-      ->required();
+  info->add_option("FILE", info_arguments.file, mesh_or_document)->required();
   info->add_flag("--json", info_arguments.json, "as JSON");
   info->add_option("--wall", info_arguments.wall, "walls thinner than this are thin")
       ->type_name("MM")
@@ -535,14 +535,8 @@ int main(int argc, char** argv) {
   CompareArguments compare_arguments;
   CLI::App* compare =
       app.add_subcommand("compare", "Distance between two meshes, both ways: largest and root mean square");
-  compare
-      ->add_option("A", compare_arguments.a,
-                   "mesh: .stl, .ply, .obj, .off, .3mf, .glb; or a document: .kibori")
-      ->required();
-  compare
-      ->add_option("B", compare_arguments.b,
-                   "mesh: .stl, .ply, .obj, .off, .3mf, .glb; or a document: .kibori")
-      ->required();
+  compare->add_option("A", compare_arguments.a, mesh_or_document)->required();
+  compare->add_option("B", compare_arguments.b, mesh_or_document)->required();
   compare
       ->add_option("--samples", compare_arguments.samples,
                    "points spread over each surface, besides its vertices")
@@ -556,9 +550,7 @@ int main(int argc, char** argv) {
   PictureArguments picture_arguments;
   std::string picture_file, picture_out;
   CLI::App* picture = app.add_subcommand("picture", "Draw a mesh: ray traced, soft shadows, wood or plain");
-  picture
-      ->add_option("FILE", picture_file, "mesh: .stl, .ply, .obj, .off, .3mf, .glb; or a document: .kibori")
-      ->required();
+  picture->add_option("FILE", picture_file, mesh_or_document)->required();
   picture->add_option("OUT", picture_out, "picture to write: .png")->required();
   add_picture_options(picture, picture_arguments);
   picture->add_option("--threads", picture_arguments.threads, "threads to work with")

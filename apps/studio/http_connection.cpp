@@ -87,10 +87,6 @@ std::optional<double> number(const std::string& text) {
 
 std::string_view path_of(std::string_view target) { return target.substr(0, target.find('?')); }
 
-// What a file that is brought, or wanted, may be.
-constexpr const char* kImports[] = {".stl", ".ply", ".obj", ".3mf", ".glb", ".off", ".png", ".kibori"};
-constexpr const char* kMeshes[] = {"stl", "ply", "obj", "3mf", "glb"};
-
 Result<std::unique_ptr<Session>> open_copy(const std::filesystem::path& from, const std::filesystem::path& to,
                                            const SessionOptions& how) {
   {
@@ -109,11 +105,6 @@ Error said_of(const std::string& name, const std::filesystem::path& path, std::s
   for (size_t at = 0; (at = why.find(here, at)) != std::string::npos; at += there.size())
     why.replace(at, here.size(), there);
   return Error{why};
-}
-
-template <class List>
-bool is_in(const List& list, const std::string& what) {
-  return std::find(std::begin(list), std::end(list), what) != std::end(list);
 }
 
 }  // namespace
@@ -158,7 +149,7 @@ void HttpConnection::answer() {
   const bool enter = path_of(target) == "/enter" && method == http::verb::post;
   if (method != http::verb::get && !change && !enter)
     return respond(Status::method_not_allowed, "only GET, but for /enter, /import and /make\n");
-  if (body && !import) return respond(Status::bad_request, "nothing is to be brought here\n");
+  if (body && !import) return respond(Status::bad_request, "nothing can be sent to this address\n");
   // Another server on this machine counts as the same site, and is no more welcome.
   const std::string_view from = view(request["Sec-Fetch-Site"]);
   if (path_of(target) != "/" && !from.empty() && from != "same-origin" && from != "none")
@@ -208,10 +199,10 @@ void HttpConnection::take_import() {
   const std::string ending = ending_of(name_);
   if (parser_->chunked())
     return respond(Status::length_required, "say how many bytes come: Content-Length\n");
-  if (!is_in(kImports, ending))
+  if (!is_import(ending))
     return respond(
         Status::unsupported_media_type,
-        "that can't be carved; bring STL, PLY, OBJ, 3MF, GLB, OFF, a picture (PNG) or a .kibori\n");
+        "that can't be carved; bring a mesh (" + list_of(kMeshesRead) + "), a picture (.png) or a .kibori\n");
   server_.imports.drop(page);
   room_ = server_.imports.room(parser_->content_length().value_or(0));
   if (!room_)
@@ -326,7 +317,7 @@ void HttpConnection::make_import() {
              height = number_or("height", FileStock{}.height_mm),
              base = number_or("base", FileStock{}.base_mm);
   if (!size || !rays || !material || !(*material >= 0 && *material < 64) || !height || !base)
-    return respond(Status::bad_request, "the size, detail, material, height or base is no number\n");
+    return respond(Status::bad_request, "the size, detail, material, height or base is not a number\n");
   const auto axis = [&](const char* key, SignedAxis otherwise) {
     const std::string text = query(target_, key);
     return text.empty() ? std::optional<SignedAxis>(otherwise) : parse_signed_axis(text);
@@ -399,7 +390,7 @@ void HttpConnection::send_export() {
     return;
   }
   std::function<kibori::Status(const Snapshot&)> make;
-  if (is_in(kMeshes, format)) {
+  if (is_one_of(kMeshesWritten, "." + format)) {
     std::vector<Rgb> colors;
     for (const Material& m : server_.session->materials()) colors.push_back(m.color);
     make = [path, colors, tolerance](const Snapshot& model) -> kibori::Status {

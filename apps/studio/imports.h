@@ -12,10 +12,18 @@
 
 #include <kibori/base/file.h>
 #include <kibori/base/result.h>
+#include <kibori/formats/endings.h>
 
 namespace kibori::studio {
 
 class WebSocketClient;
+
+// What a page may bring, besides meshes: a picture, which becomes a relief, and a document, which opens at
+// once.
+inline constexpr std::array<std::string_view, 2> kOtherImports{".png", ".kibori"};
+constexpr bool is_import(std::string_view ending) {
+  return is_one_of(kMeshesRead, ending) || is_one_of(kOtherImports, ending);
+}
 
 struct Import {
   std::string id;

@@ -12,8 +12,10 @@
 #include <type_traits>
 
 #include <kibori/batch/force_report.h>
+#include <kibori/formats/endings.h>
 #include <kibori/motion/tool_tick.h>
 #include <kibori/solid/tool.h>
+#include "apps/studio/imports.h"
 
 namespace {
 
@@ -60,7 +62,11 @@ std::string kinds() {
          ";\nexport type Model = (typeof MODELS)[number];\n\n"
          "/** A sentence on each. */\n"
          "export const MODEL_NOTES: Record<Model, string> = {\n" +
-         models + "};\n";
+         models +
+         "};\n\n/** The files that can be brought, as <input accept> has them. */\nexport const IMPORTS = "
+         "\"" +
+         kibori::list_of(kibori::kMeshesRead, ", ") + ", " +
+         kibori::list_of(kibori::studio::kOtherImports, ", ") + "\";\n";
 }
 
 }  // namespace

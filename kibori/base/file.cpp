@@ -172,7 +172,7 @@ Result<std::vector<char>> read_file(const std::filesystem::path& path, uint64_t 
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return Error{path.string() + ": there is no such file"};
   if (!std::filesystem::is_regular_file(path, error))
-    return Error{path.string() + ": is no regular file, but a folder, a pipe or a device"};
+    return Error{path.string() + ": is not a regular file but a folder, a pipe or a device"};
   const uint64_t size = std::filesystem::file_size(path, error);
   if (!error && size > max)
     return Error{path.string() + ": has " + std::to_string(size) + " bytes; at most " + std::to_string(max) +

@@ -73,7 +73,8 @@ Result<VrpnAddress> parse_vrpn_address(const std::string& text) {
     const std::string port = address.host.substr(colon + 1);
     char* end = nullptr;
     const long number = std::strtol(port.c_str(), &end, 10);
-    if (port.empty() || *end != 0 || number < 1 || number > 65535) return wrong("has a port that is none");
+    if (port.empty() || *end != 0 || number < 1 || number > 65535)
+      return wrong("has a port that is not 1 to 65535");
     address.port = static_cast<uint16_t>(number);
     address.host.resize(colon);
   }

@@ -106,7 +106,7 @@ struct Fields {
     if (found->is_number() && std::isfinite(found->get<double>()))
       value = found->get<double>();
     else if (wrong.empty())
-      wrong = std::string(key) + " is no number";
+      wrong = std::string(key) + " is not a number";
   }
   void get(const char* key, int& value, int min, int max) {
     double read = 0;
@@ -120,12 +120,13 @@ struct Fields {
     if (found->is_string())
       value = found->get<std::string>();
     else if (wrong.empty())
-      wrong = std::string(key) + " is no text";
+      wrong = std::string(key) + " is not text";
   }
   void get(const char* key, Vec3& value) {
     const Json* found = find(key);
     if (!found) return;
-    if (!read_vec(*found, value) && wrong.empty()) wrong = std::string(key) + " is no vector";
+    if (!read_vec(*found, value) && wrong.empty())
+      wrong = std::string(key) + " is not a vector of three numbers";
   }
 };
 
@@ -158,11 +159,11 @@ Status read_tool_mesh(Fields& fields, MeshTool& tool) {
     return good;
   };
   for (const Json& v : *vertices) {
-    if (!three(v, false)) return Error{"the tool's mesh has a vertex that is none"};
+    if (!three(v, false)) return Error{"the tool's mesh has a vertex that is not three numbers"};
     mesh->vertices.emplace_back(v[0].get<double>(), v[1].get<double>(), v[2].get<double>());
   }
   for (const Json& v : *triangles) {
-    if (!three(v, true)) return Error{"the tool's mesh has a triangle that is none"};
+    if (!three(v, true)) return Error{"the tool's mesh has a triangle that is not three numbers of vertices"};
     const uint64_t a = v[0], b = v[1], c = v[2], max = mesh->vertices.size();
     if (a >= max || b >= max || c >= max)
       return Error{"the tool's mesh has a triangle of vertices that are not there"};
@@ -371,7 +372,7 @@ Result<Box> box_from_json(const std::string& text) {
   const Json json = Json::parse(text, nullptr, false);
   Box box;
   if (!json.is_array() || json.size() != 2 || !read_vec(json[0], box.min) || !read_vec(json[1], box.max))
-    return Error{"a box is none"};
+    return Error{"a box is not two corners of three numbers"};
   return box;
 }
 
@@ -402,7 +403,7 @@ Result<std::vector<StrokeTick>> decode_ticks(const Bytes& bytes) {
   reader.take(edits.data(), count);
   for (size_t i = 0; i < count; i++) ticks[i].edits = edits[i] != 0;
   if (!take_columns(reader, count, kColumns, [&](size_t i, int c) -> double& { return column(ticks[i], c); }))
-    return Error{"a stroke's ticks hold what is no number"};
+    return Error{"a stroke's ticks hold something that is not a number"};
   return ticks;
 }
 
@@ -424,7 +425,7 @@ Result<std::vector<Wrench>> decode_forces(const Bytes& bytes) {
   std::vector<Wrench> felt(count);
   if (!take_columns(reader, count, kForceColumns,
                     [&](size_t i, int c) -> double& { return column(felt[i], c); }))
-    return Error{"a stroke's forces hold what is no number"};
+    return Error{"a stroke's forces hold something that is not a number"};
   return felt;
 }
 
@@ -444,7 +445,7 @@ Result<Pose> decode_pose(const Bytes& bytes) {
     for (int j = 0; j < 3; j++) good = good && reader.take(&pose.frame(i, j), 1);
   good = good && reader.done() && pose.tip.allFinite() && pose.frame.allFinite() &&
          (pose.frame * pose.frame.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() < 1e-6;
-  if (!good) return Error{"a stroke's first pose is none"};
+  if (!good) return Error{"a stroke's first pose is not a place and a rotation"};
   return pose;
 }
 

@@ -243,7 +243,7 @@ Status Document::write_ticks(int64_t& sequence) {
   for (const StrokeTick& tick : waiting_)
     if (!tick.tip.allFinite() || !tick.turn.allFinite() || !tick.hand.allFinite() ||
         !tick.hand_turn.allFinite())
-      return Error{"a place that is no number"};
+      return Error{"a tick of the stroke has a number that is not finite"};
   Result<Statement> tick = storage_->database.prepare("INSERT INTO tick VALUES (?, ?, ?, ?)");
   if (!tick) return Error{tick.error()};
   Result<Statement> force = storage_->database.prepare("INSERT INTO force VALUES (?, ?, ?, ?)");

@@ -254,7 +254,7 @@ Result<std::unique_ptr<Document>> Document::open(const std::filesystem::path& pa
   std::error_code code;
   const std::string name = sanitize_message(path.string());
   if (!std::filesystem::exists(path, code)) return Error{name + ": there is no such file"};
-  if (!std::filesystem::is_regular_file(path, code)) return Error{name + ": is no file"};
+  if (!std::filesystem::is_regular_file(path, code)) return Error{name + ": is not a file"};
   std::unique_ptr<Document> document;
   if (access == Access::write) {
     Result<std::unique_ptr<Document>> attached = attach(path, vfs);
@@ -335,9 +335,9 @@ Status Document::check_kind() {
   if (!application)
     return wrong((storage_->database.disk_failed()
                       ? "can't be opened: its disk is full, or can't be read or written ("
-                      : "is no document of Kibori (") +
+                      : "is not a document of Kibori (") +
                  application.error() + ")");
-  if (application.value() != kApplication) return wrong("is no document of Kibori");
+  if (application.value() != kApplication) return wrong("is not a document of Kibori");
   const Result<int64_t> version = pragma("PRAGMA user_version");
   if (!version || version.value() < 1) return wrong("is a damaged document");
   if (version.value() > kVersion)
@@ -380,7 +380,7 @@ Status Document::check_tables() {
   if (!found) return wrong("is a damaged document (" + found.error() + ")");
   for (const auto& table : found.value())
     if (!ours.value().count(table))
-      return wrong("is no document of Kibori: its " +
+      return wrong("is not a document of Kibori: its " +
                    sanitize_message(std::get<0>(table) + " '" + std::get<1>(table)) +
                    "' is not as Kibori makes it");
   for (const auto& table : ours.value())

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include <kibori/base/file.h>
+#include <kibori/formats/endings.h>
 #include <kibori/base/tolerances.h>
 #include <kibori/formats/import_helper.h>
 
@@ -150,17 +151,16 @@ Result<TriangleMesh> read_mesh(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) return Error{path.string() + ": no such file"};
   if (!std::filesystem::is_regular_file(path, error))
-    return Error{path.string() + ": is no regular file, but a folder, a pipe or a device"};
+    return Error{path.string() + ": is not a regular file but a folder, a pipe or a device"};
   Result<TriangleMesh> mesh = Error{};
   if (ending == ".stl") {
     const Result<std::vector<char>> bytes = read_file(path);
     if (!bytes) return Error{bytes.error()};
     mesh = parse_stl(bytes.value().data(), bytes.value().size(), path.string());
-  } else if (ending == ".obj" || ending == ".ply" || ending == ".off" || ending == ".3mf" ||
-             ending == ".glb") {
+  } else if (is_one_of(kMeshesRead, ending)) {
     mesh = read_in_helper(path);
   } else {
-    return Error{path.string() + ": meshes are read from .stl, .obj, .ply, .off, .3mf and .glb files"};
+    return Error{path.string() + ": meshes are read from " + list_of(kMeshesRead, " and ") + " files"};
   }
   if (mesh)
     for (const Vec3& p : mesh.value().vertices)

@@ -98,7 +98,7 @@ Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& n
   if (reader.png) reader.info = png_create_info_struct(reader.png);
   if (!reader.info) return Error{name + ": no memory to read it"};
   if (setjmp(png_jmpbuf(reader.png)))
-    return Error{name + ": is no proper PNG picture: " + static_cast<const char*>(reader.reason)};
+    return Error{name + ": is not a proper PNG picture: " + static_cast<const char*>(reader.reason)};
   png_set_user_limits(reader.png, kMaxPixels, kMaxPixels);
   png_set_chunk_malloc_max(reader.png, 1 << 24);
   png_set_read_fn(reader.png, &reader, [](png_structp png, png_bytep to, png_size_t count) {

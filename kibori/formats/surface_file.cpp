@@ -8,6 +8,7 @@
 #include <limits>
 #include <string>
 
+#include <kibori/formats/endings.h>
 #include <kibori/formats/surface_writer.h>
 
 namespace kibori {
@@ -265,10 +266,8 @@ Rgb color_of(const SurfaceVertex& v, std::span<const Rgb> colors) {
 }
 
 Status check_surface_ending(const std::filesystem::path& path) {
-  const std::string ending = ending_of(path);
-  for (const char* known : {".stl", ".ply", ".obj", ".3mf", ".glb"})
-    if (ending == known) return Ok{};
-  return Error{path.string() + ": a surface can be written as .stl, .ply, .obj, .3mf or .glb"};
+  if (is_one_of(kMeshesWritten, ending_of(path))) return Ok{};
+  return Error{path.string() + ": a surface can be written as " + list_of(kMeshesWritten, " or ")};
 }
 
 Status write_surface(const std::filesystem::path& path, const SurfaceSource& surface,

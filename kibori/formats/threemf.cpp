@@ -225,11 +225,11 @@ class XmlReader {
     const Status read = zip_.read(entry_, [&](std::string_view data) {
       if (XML_Parse(parser_, data.data(), static_cast<int>(data.size()), 0) == XML_STATUS_ERROR &&
           wrong_.empty())
-        fail(std::string("is no proper XML: ") + XML_ErrorString(XML_GetErrorCode(parser_)));
+        fail(std::string("is not proper XML: ") + XML_ErrorString(XML_GetErrorCode(parser_)));
       return wrong_.empty();
     });
     if (read && wrong_.empty() && XML_Parse(parser_, "", 0, 1) == XML_STATUS_ERROR)
-      fail(std::string("is no proper XML: ") + XML_ErrorString(XML_GetErrorCode(parser_)));
+      fail(std::string("is not proper XML: ") + XML_ErrorString(XML_GetErrorCode(parser_)));
     XML_ParserFree(parser_);
     if (!wrong_.empty()) return Error{wrong_};
     return read;

@@ -132,7 +132,7 @@ async function everyToolBites() {
   await begun(page, "oak", "192");
   const first = await state(page);
   const names = await page.locator("#shapes input").evaluateAll((all) => all.map((one) => one.getAttribute("aria-label")));
-  check("there are nine tools", names.length === 9);
+  check("there are ten tools", names.length === 10);
   for (const name of names)
     for (const along of ["normal", "view", "pen"]) {
       await choose(page, name);

@@ -34,3 +34,6 @@ export const MODEL_NOTES: Record<Model, string> = {
   paper:
     "Paper: what vanishes, F = kf × grid points within a tick, against the motion; more at speed, uneven where they are few, and nothing at rest.",
 };
+
+/** The files that can be brought, as <input accept> has them. */
+export const IMPORTS = ".stl, .ply, .obj, .off, .3mf, .glb, .png, .kibori";

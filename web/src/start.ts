@@ -3,6 +3,7 @@
 import { element, input } from "./dom";
 import { request } from "./access";
 import { Importer } from "./import";
+import { IMPORTS } from "./kinds";
 import { write } from "./messages";
 import type { Vec3 } from "./wire";
 
@@ -36,6 +37,7 @@ export class Start {
       this.begin();
     });
     const file = element<HTMLInputElement>("file");
+    file.accept = IMPORTS;
     file.onchange = () => {
       const chosen = file.files?.[0];
       if (chosen) void this.importer.bring(chosen);

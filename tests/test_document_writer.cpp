@@ -62,21 +62,21 @@ TEST(DocumentWriter, KeepsWhatTheHandDoes) {
       auto document = Document::create(file, r.live->model(), "{}");
       ASSERT_TRUE(document.ok()) << document.error();
       {
-        DocumentWriter scribe(*r.live, std::move(document).value());
+        DocumentWriter writer(*r.live, std::move(document).value());
         int done = 0;
         const auto change = [&](LiveCarving& live) {
           live.settings().tool = BallTool{2.0 + 0.1 * done++};
           live.settings().materials[0].u = 0.03;
         };
         if (threads) {
-          scribe.start();
+          writer.start();
           r.live->start();
           for (int i = 0; i < 5; i++) {
             std::this_thread::sleep_for(std::chrono::milliseconds(200));
             EXPECT_TRUE(r.live->post(change));
           }
           r.live->stop();
-          scribe.stop();
+          writer.stop();
         } else {
           r.live->safety().arm();
           for (int i = 0; i < 3000; i++) {
@@ -84,14 +84,14 @@ TEST(DocumentWriter, KeepsWhatTheHandDoes) {
               EXPECT_TRUE(r.live->post(change));
             }
             r.live->tick(0.001);
-            if (i % 20 == 0) scribe.write();
+            if (i % 20 == 0) writer.write();
           }
           r.live->finish_stroke();
-          scribe.write();
+          writer.write();
         }
-        EXPECT_EQ(scribe.trouble(), "");
-        EXPECT_FALSE(scribe.document().in_stroke());
-        EXPECT_EQ(scribe.document().steps().at(scribe.document().head()).hash,
+        EXPECT_EQ(writer.trouble(), "");
+        EXPECT_FALSE(writer.document().in_stroke());
+        EXPECT_EQ(writer.document().steps().at(writer.document().head()).hash,
                   r.live->model().content_hash());
       }
       auto after = Document::open(file, Document::Access::read);
@@ -118,40 +118,41 @@ TEST(DocumentWriter, GoesBackAndForthWhileAHandCarves) {
     ASSERT_TRUE(document.ok()) << document.error();
     const int rounds = std::getenv("KIBORI_SHORT") ? 30 : 150;
     int undone = 0, cancelled = 0;
-    size_t scribed = 0;
+    size_t written = 0;
     {
-      DocumentWriter scribe(live, std::move(document).value(), true);
+      DocumentWriter writer(live, std::move(document).value(), true);
       live.safety().arm();
       const auto run = [&](int ticks) {
         for (int i = 0; i < ticks; i++) {
           live.tick(0.001);
-          if (i % 20 == 0) scribe.write();
+          if (i % 20 == 0) writer.write();
         }
       };
       const auto set_mode = [&](Mode mode) {
         ASSERT_TRUE(live.post([mode](LiveCarving& l) { l.settings().mode = mode; }));
       };
       const auto settled = [&] {
-        for (int i = 0; i < 100 && !scribe.idle(); i++) run(3);
-        ASSERT_TRUE(scribe.idle());
+        for (int i = 0; i < 100 && !writer.idle(); i++) run(3);
+        ASSERT_TRUE(writer.idle());
       };
       run(1200);
       for (int round = 0; round < rounds; round++) {
-        const int what = random.integer(0, 4);
-        if (what == 0) run(random.integer(1, 900));
+        enum Action { kRun, kUndo, kRedo, kGo, kCancel };
+        const auto action = static_cast<Action>(random.integer(kRun, kCancel));
+        if (action == kRun) run(random.integer(1, 900));
         // Half the time in the middle of a stroke, which then is finished first.
         const bool lifted = random.integer(0, 1) == 0;
         if (lifted) {
           set_mode(Mode::off);
           run(50);
         }
-        const StepId before = scribe.document().head();
-        const size_t steps = scribe.document().steps().size();
-        scribe.notice();
-        if (what == 1) scribe.undo();
-        if (what == 2) scribe.redo();
-        if (what == 3) scribe.go(random.integer(1, static_cast<int>(steps)));
-        if (what == 4) {
+        const StepId before = writer.document().head();
+        const size_t steps = writer.document().steps().size();
+        writer.notice();
+        if (action == kUndo) writer.undo();
+        if (action == kRedo) writer.redo();
+        if (action == kGo) writer.go(random.integer(1, static_cast<int>(steps)));
+        if (action == kCancel) {
           live.cancel_stroke();
           live.cancel_stroke();
           run(1);
@@ -159,31 +160,31 @@ TEST(DocumentWriter, GoesBackAndForthWhileAHandCarves) {
         }
         settled();
         if (lifted) {
-          EXPECT_FALSE(scribe.document().in_stroke());
-          EXPECT_EQ(scribe.document().steps().at(scribe.document().head()).hash, live.model().content_hash())
+          EXPECT_FALSE(writer.document().in_stroke());
+          EXPECT_EQ(writer.document().steps().at(writer.document().head()).hash, live.model().content_hash())
               << random.note();
-          EXPECT_EQ(scribe.document().steps().size(), steps);
-          if (what == 1) {
-            const StepId parent = scribe.document().steps().at(before).parent;
-            EXPECT_EQ(scribe.document().head(), parent == 0 ? before : parent);
-            EXPECT_EQ(scribe.notice().empty(), parent != 0);
+          EXPECT_EQ(writer.document().steps().size(), steps);
+          if (action == kUndo) {
+            const StepId parent = writer.document().steps().at(before).parent;
+            EXPECT_EQ(writer.document().head(), parent == 0 ? before : parent);
+            EXPECT_EQ(writer.notice().empty(), parent != 0);
             undone += parent != 0;
           }
           set_mode(Mode::cut);
         }
         run(random.integer(1, 300));
       }
-      scribe.go(4711);
+      writer.go(4711);
       settled();
-      EXPECT_NE(scribe.notice().find("has no step 4711"), std::string::npos);
+      EXPECT_NE(writer.notice().find("has no step 4711"), std::string::npos);
       live.finish_stroke();
-      scribe.write();
-      EXPECT_EQ(scribe.trouble(), "");
-      EXPECT_EQ(scribe.document().steps().at(scribe.document().head()).hash, live.model().content_hash());
-      scribed = scribe.document().steps().size();
+      writer.write();
+      EXPECT_EQ(writer.trouble(), "");
+      EXPECT_EQ(writer.document().steps().at(writer.document().head()).hash, live.model().content_hash());
+      written = writer.document().steps().size();
     }
     // So many rounds have some of everything.
-    EXPECT_TRUE(rounds < 100 || (undone > 0 && cancelled > 0 && scribed > 10));
+    EXPECT_TRUE(rounds < 100 || (undone > 0 && cancelled > 0 && written > 10));
     auto after = Document::open(file, Document::Access::read);
     ASSERT_TRUE(after.ok()) << after.error();
     // Every step is finished, and its ticks and forces are those it was made of.
@@ -200,20 +201,20 @@ TEST(DocumentWriter, CancelledBeforeAnythingElse) {
   LiveCarving& live = *r.live;
   auto document = Document::create(folder.path / "c.kibori", live.model(), "{}");
   ASSERT_TRUE(document.ok()) << document.error();
-  DocumentWriter scribe(live, std::move(document).value());
+  DocumentWriter writer(live, std::move(document).value());
   live.safety().arm();
-  for (int i = 0; i < 5000 && !scribe.document().in_stroke(); i++) {
+  for (int i = 0; i < 5000 && !writer.document().in_stroke(); i++) {
     live.tick(0.001);
-    scribe.write();
+    writer.write();
   }
-  ASSERT_TRUE(scribe.document().in_stroke());
+  ASSERT_TRUE(writer.document().in_stroke());
   live.cancel_stroke();
   ASSERT_TRUE(live.post([](LiveCarving& l) { l.settings().mode = Mode::off; }));
   live.tick(0.001);
-  scribe.write();
-  EXPECT_FALSE(scribe.document().in_stroke());
-  EXPECT_EQ(scribe.document().steps().size(), 1u);
-  EXPECT_EQ(live.model().content_hash(), scribe.document().steps().at(1).hash);
+  writer.write();
+  EXPECT_FALSE(writer.document().in_stroke());
+  EXPECT_EQ(writer.document().steps().size(), 1u);
+  EXPECT_EQ(live.model().content_hash(), writer.document().steps().at(1).hash);
 }
 
 // The same on three threads; the second time in a document that was just opened, whose states are made beside
@@ -237,40 +238,40 @@ TEST(DocumentWriter, HistoryFromAnotherThread) {
     LiveCarving& live = *r.live;
     if (!again) document = Document::create(file, live.model(), "{}");
     ASSERT_TRUE(document.ok()) << document.error();
-    DocumentWriter scribe(live, std::move(document).value());
-    scribe.start();
+    DocumentWriter writer(live, std::move(document).value());
+    writer.start();
     live.start();
     std::atomic<int> calls{0};
     for (int i = 0; i < 40; i++) {
       switch (random.integer(0, 4)) {
         case 0:
-          scribe.undo();
+          writer.undo();
           break;
         case 1:
-          scribe.redo();
+          writer.redo();
           break;
         case 2:
-          scribe.go(random.integer(1, 5));
+          writer.go(random.integer(1, 5));
           break;
         case 3:
           live.cancel_stroke();
           break;
         default:
-          scribe.with([&](Document& d) {
+          writer.with([&](Document& d) {
             const std::string name = (again ? "w" : "v") + std::to_string(calls);
             if (d.name_version(name, d.head()).ok()) calls++;
           });
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(random.integer(0, 80)));
     }
-    for (int i = 0; i < 6000 && !scribe.idle(); i++)
+    for (int i = 0; i < 6000 && !writer.idle(); i++)
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    EXPECT_TRUE(scribe.idle());
+    EXPECT_TRUE(writer.idle());
     live.stop();
-    scribe.stop();
-    EXPECT_EQ(scribe.trouble(), "");
-    EXPECT_EQ(scribe.document().versions().size(), versions + static_cast<size_t>(calls));
-    EXPECT_EQ(scribe.document().steps().at(scribe.document().head()).hash, live.model().content_hash());
+    writer.stop();
+    EXPECT_EQ(writer.trouble(), "");
+    EXPECT_EQ(writer.document().versions().size(), versions + static_cast<size_t>(calls));
+    EXPECT_EQ(writer.document().steps().at(writer.document().head()).hash, live.model().content_hash());
   }
   auto after = Document::open(file, Document::Access::read);
   ASSERT_TRUE(after.ok()) << after.error();
@@ -346,8 +347,8 @@ TEST(DocumentWriter, KilledWhileAHandCarves) {
                                     std::make_unique<WatchedDevice>(std::move(hand), *witness), settings);
       auto document = Document::create(file, live.value()->model(), "{}");
       if (!document) _exit(1);
-      DocumentWriter scribe(*live.value(), std::move(document).value());
-      scribe.start();
+      DocumentWriter writer(*live.value(), std::move(document).value());
+      writer.start();
       live.value()->start();
       // Whatever comes from elsewhere ends a stroke, and the next begins.
       for (int i = 0; i < 40; i++) {
@@ -404,31 +405,31 @@ TEST(DocumentWriter, AFullDiskIsToldAndNothingIsLost) {
   auto document = Document::create(file, live.model(), "{}", {}, FaultVfs::kName);
   ASSERT_TRUE(document.ok()) << document.error();
   {
-    DocumentWriter scribe(live, std::move(document).value());
+    DocumentWriter writer(live, std::move(document).value());
     live.safety().arm();
     const auto run = [&](int ticks) {
       for (int i = 0; i < ticks; i++) {
         live.tick(0.001);
-        if (i % 20 == 0) scribe.write();
+        if (i % 20 == 0) writer.write();
       }
     };
     run(1500);
-    EXPECT_EQ(scribe.trouble(), "");
+    EXPECT_EQ(writer.trouble(), "");
     vfs.error = SQLITE_FULL;
     vfs.fail_on = true;
     vfs.fail_at = vfs.count + 1;
     run(1500);
-    EXPECT_NE(scribe.trouble().find("full.kibori"), std::string::npos) << scribe.trouble();
-    scribe.undo();
+    EXPECT_NE(writer.trouble().find("full.kibori"), std::string::npos) << writer.trouble();
+    writer.undo();
     run(1500);
-    EXPECT_TRUE(scribe.idle());
+    EXPECT_TRUE(writer.idle());
     Status moved = Error{"not asked"};
-    scribe.with([&](Document& d) { moved = d.move_to(other); });
+    writer.with([&](Document& d) { moved = d.move_to(other); });
     run(500);
     EXPECT_TRUE(moved.ok()) << moved.error();
-    EXPECT_EQ(scribe.trouble(), "");
+    EXPECT_EQ(writer.trouble(), "");
     live.finish_stroke();
-    scribe.write();
+    writer.write();
   }
   vfs.reset();
   for (const auto& path : {file, other}) {

@@ -51,7 +51,7 @@ TEST(Rotation, BetweenFrames) {
   }
 }
 
-TEST(Series, FreeAirIsFree) {
+TEST(SpringTool, FreeAirIsFree) {
   TriDexel model = block(0.5);
   SpringTool tool(model, upright({20, 15, 25}), {});
   const std::vector<Material> materials{wood()};
@@ -65,7 +65,7 @@ TEST(Series, FreeAirIsFree) {
   }
 }
 
-TEST(Series, BelowYieldNothingIsCutAndItFeelsSolid) {
+TEST(SpringTool, BelowYieldNothingIsCutAndItFeelsSolid) {
   TriDexel model = block(0.5);
   const double before = model.volume_mm3();
   SeriesSpring spring;
@@ -86,7 +86,7 @@ TEST(Series, BelowYieldNothingIsCutAndItFeelsSolid) {
   EXPECT_EQ(model.volume_mm3(), before);
 }
 
-TEST(Series, PlungeOfAFlatFeelsYieldEnergyAndViscosity) {
+TEST(SpringTool, PlungeOfAFlatFeelsYieldEnergyAndViscosity) {
   for (const double viscosity : {0.0, 0.002}) {
     TriDexel model = block(0.25);
     SeriesSpring spring;
@@ -125,7 +125,7 @@ double ripple(const std::vector<double>& force) {
   return std::sqrt(sum / n) / mean;
 }
 
-TEST(Series, RipplesLittleWhereThePaperModelRipplesMuch) {
+TEST(SpringTool, RipplesLittleWhereThePaperModelRipplesMuch) {
   const double speed = 10, depth = 1.5;
   const Finger finger{0.5, 30};
   std::vector<Material> materials{wood()};
@@ -156,7 +156,7 @@ TEST(Series, RipplesLittleWhereThePaperModelRipplesMuch) {
   EXPECT_GT(ripple(paper), 0.2);
 }
 
-TEST(Series, DoesNotDependOnThePitch) {
+TEST(SpringTool, DoesNotDependOnThePitch) {
   // A ball of radius 5 mm: 20 and 40 cells.
   double mean[2] = {};
   for (const int fine : {0, 1}) {
@@ -175,7 +175,7 @@ TEST(Series, DoesNotDependOnThePitch) {
   EXPECT_NEAR(mean[0] / mean[1], 1, 0.05);
 }
 
-TEST(Series, TakesWorkFromTheHandAlways) {
+TEST(SpringTool, TakesWorkFromTheHandAlways) {
   Random random;
   for (int round = 0; round < 20; round++) {
     TriDexel model = block(0.5);
@@ -202,7 +202,7 @@ TEST(Series, TakesWorkFromTheHandAlways) {
   }
 }
 
-TEST(Series, SlidesOnAFaceBelowYield) {
+TEST(SpringTool, SlidesOnAFaceBelowYield) {
   TriDexel model = block(0.25);
   SpringTool tool(model, upright({10, 15, 20.5}), {1.0, 0, 0.1, 0.001});
   std::vector<Material> materials{wood()};
@@ -224,7 +224,7 @@ TEST(Series, SlidesOnAFaceBelowYield) {
   EXPECT_EQ(model.volume_mm3(), 40 * 30 * 20);
 }
 
-TEST(Series, DepositsAgainstResistance) {
+TEST(SpringTool, DepositsAgainstResistance) {
   TriDexel model = block(0.5);
   SpringTool tool(model, upright({20, 15, 23}), {1.0, 0, 0.2, 0.001});
   const std::vector<Material> materials{wood()};
@@ -244,7 +244,7 @@ TEST(Series, DepositsAgainstResistance) {
   EXPECT_NEAR(model.volume_mm3() - before, added, 1e-6 * before);
 }
 
-TEST(Series, ATorsionalSpringHoldsTheTurnBack) {
+TEST(SpringTool, ATorsionalSpringHoldsTheTurnBack) {
   // A box with one edge in the block's side: turning it presses a face against material.
   TriDexel model = block(0.25);
   std::vector<Material> materials{wood()};
@@ -270,7 +270,7 @@ TEST(Series, ATorsionalSpringHoldsTheTurnBack) {
 
 // Down through touch and yield into the wood, and out again, at 5 mm/s: from tick to tick the force changes
 // by no more than the spring is stretched or let go by the hand, and the tool never runs ahead of it.
-TEST(Series, TouchYieldAndReleaseAreContinuous) {
+TEST(SpringTool, TouchYieldAndReleaseAreContinuous) {
   for (const Tool& shape : {Tool(BallTool{4}), Tool(Finger{0.2, 15}), Tool(Flat{3, 15})}) {
     TriDexel model = block(0.25);
     const SeriesSpring spring{1.5, 0, 0.2, 0.001};
@@ -298,7 +298,7 @@ TEST(Series, TouchYieldAndReleaseAreContinuous) {
 }
 
 // The tool's path is what a recording holds: in 1, 10 or 1000 ticks it leaves the same volume.
-TEST(Series, SplittingTheToolsPathChangesNothing) {
+TEST(SpringTool, SplittingTheToolsPathChangesNothing) {
   double left[3];
   const int ticks[3] = {1, 10, 1000};
   for (size_t n = 0; n < 3; n++) {
@@ -321,7 +321,7 @@ TEST(Series, SplittingTheToolsPathChangesNothing) {
 }
 
 // What a cut left clear is nothing to fill, and not clear of a tool that turns.
-TEST(Series, AClearStartIsOfCutsThatDoNotTurn) {
+TEST(SpringTool, AClearStartIsOfCutsThatDoNotTurn) {
   std::vector<Material> materials{wood()};
   materials[0].u = 0.01;
   materials[0].yield_n = 0;
@@ -353,7 +353,7 @@ TEST(Series, AClearStartIsOfCutsThatDoNotTurn) {
 }
 
 // The tool's recorded steps, without device and spring, leave the model bit for bit as the hand left it.
-TEST(Series, ARecordedPathLeavesTheSameBytes) {
+TEST(SpringTool, ARecordedPathLeavesTheSameBytes) {
   Random random;
   int edits = 0;
   for (int round = 0; round < 40; round++) {
@@ -395,7 +395,7 @@ TEST(Series, ARecordedPathLeavesTheSameBytes) {
 
 // Giving the device's path in parts changes a little, as the spring then acts in between. By how much is
 // printed.
-TEST(Series, SplittingTheDevicesPathMattersLittle) {
+TEST(SpringTool, SplittingTheDevicesPathMattersLittle) {
   const std::vector<Material> materials{wood()};
   double removed[3];
   Vec3 tip[3];
@@ -420,7 +420,7 @@ TEST(Series, SplittingTheDevicesPathMattersLittle) {
   }
 }
 
-TEST(Series, WaitsUntilItIsOutside) {
+TEST(SpringTool, WaitsUntilItIsOutside) {
   TriDexel model = block(0.5);
   const std::vector<Material> materials{wood()};
   SpringTool tool(model, upright({20, 15, 10}), {});
