@@ -329,15 +329,18 @@ class Server(unittest.TestCase):
         page.frame(bytes([8]) + text('{"shape":"ellipsoid","radii":[1,1,0]}'))
         page.frame(bytes([8]) + text("[" * 4000))
         page.frame(bytes([8]) + text('{"shape":"spoon"}'))
+        page.frame(bytes([8]) + text('{"shape":"ball","radius":1e300}'))
+        page.frame(bytes([8]) + text('{"shape":"halfspace"}'))
+        page.frame(bytes([8]) + text('{"shape":"mesh","vertices":[[0,0,0],[1,0,0],[0,1,0]],"triangles":[[0,1,2]]}'))
         page.frame(bytes([9]) + struct.pack("<2dB", 0, -1, 1))
         page.frame(bytes([2]) + struct.pack("<7d", 1e12, -1e12, 0, 0, 0, 0, 1))
         page.frame(bytes([2]) + struct.pack("<7d", 1e12, -1e12, 0, 0, 0, 1, 1))
         page.frame(bytes([3]) + struct.pack("<6d", 1e12, -1e12, 0, 0, 0, 1) + b"\x02" + struct.pack("<d", 1e12))
         told = 0
         end = time.time() + 20
-        while told < 5 and time.time() < end:
+        while told < 8 and time.time() < end:
             told += page.message()[0] == 68
-        self.assertEqual(told, 5)
+        self.assertEqual(told, 8)
         self.carving()
 
     def test_every_number_has_its_range(self):

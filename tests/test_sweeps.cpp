@@ -251,6 +251,48 @@ TEST_P(Sweep, NormalsAreThoseOfTheSurface) {
   EXPECT_LE(wrong, checked / 30) << random.note();
 }
 
+// Between the end poses of a long motion a ray goes through the lower face of the cone, which the ball covers
+// only in its middle.
+TEST(SweptConvex, AFrustumIsSweptByItsLowerFaceToo) {
+  Lattice lattice;
+  lattice.pitch_mm = 0.5;
+  lattice.nodes = Index3(96, 64, 96);
+  const Box everything{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
+  const Tool tool = TaperedBall{1, 10, 4, 15};
+  for (const Vec3& axis : {Vec3(0, 0, 1), Vec3(0.3, 0.1, 1), Vec3(0.1, 0.6, 1), Vec3(-0.7, 0, 0.7)}) {
+    Pose pose;
+    pose.tip = Vec3(14, 16, 16);
+    pose.frame = frame_from_axis(axis.normalized());
+    const Vec3 motion(12, 0, 0);
+    const SweptTool sweep(tool, pose, motion, lattice, everything);
+    long held = 0;
+    for (const Axis ray_axis : kAxes)
+      for (int u0 = 16; u0 <= 48; u0 += 16)
+        for (int v0 = 16; v0 <= 48; v0 += 16) {
+          SpanLayer layer;
+          if (!sweep.spans({ray_axis, u0, v0}, 0, layer)) layer.rows = 0;
+          for (int slot = 0; slot < kTileRays; slot += 7) {
+            const bool hit = ((layer.rows >> (slot / 16)) & 1) && layer.lo[slot] < layer.hi[slot];
+            for (double t = 0.25; t < 96; t += 3.1) {
+              Vec3 p;
+              p[u_index(ray_axis)] = u0 + slot % 16 + 0.5;
+              p[v_index(ray_axis)] = v0 + slot / 16 + 0.5;
+              p[depth_index(ray_axis)] = t;
+              double depth = -1e30;
+              for (int i = 0; i <= 400; i++)
+                depth = std::max(depth, inside(tool, pose.frame.transpose() *
+                                                         (lattice.to_mm(p) - pose.tip - i / 400.0 * motion)));
+              if (std::abs(depth) < 0.03) continue;
+              held += depth > 0;
+              ASSERT_EQ(hit && t >= layer.lo[slot] && t<layer.hi[slot], depth> 0)
+                  << "axis " << axis.transpose() << " at " << p.transpose() << " depth " << depth;
+            }
+          }
+        }
+    EXPECT_GT(held, 100);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Tools, Sweep, testing::Range(0, static_cast<int>(kToolShapes.size())),
                          [](const auto& tool) {
                            return std::string(kToolShapes[static_cast<size_t>(tool.param)]);

@@ -39,7 +39,7 @@ DocumentCommands::DocumentCommands(CLI::App& app) {
       ->type_name("FILE.csv");
   replay_->add_option("--plot", plot_, "draw force and moment over time")->type_name("FILE.svg");
   replay_->add_option("--mesh", mesh_, "write the surface of what is left")
-      ->type_name("FILE" + list_of(kMeshesWritten));
+      ->type_name("FILE" + list_of(kMeshesWritten, "|"));
   replay_->add_flag("--json", json_, "summary as JSON on standard output");
   replay_->add_option("--threads", threads_, "threads to work with; the result does not depend on it")
       ->check(CLI::Range(1, 256))
@@ -84,7 +84,6 @@ int DocumentCommands::run_replay() const {
     if (const Status known = check_surface_ending(mesh_); !known) return bad_input(known.error());
   Result<std::unique_ptr<Document>> document = Document::open(file_, Document::Access::read);
   if (!document) return bad_input(document.error());
-  tell_missing(*document.value());
   tell_missing(*document.value());
   ReplayOptions options;
   options.to = to_;

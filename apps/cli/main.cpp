@@ -461,7 +461,7 @@ int main(int argc, char** argv) {
   carve
       ->add_option("--mesh", carve_arguments.mesh,
                    "write the surface of what is left, closed and manifold, in mm")
-      ->type_name("FILE" + kibori::list_of(kibori::kMeshesWritten));
+      ->type_name("FILE" + kibori::list_of(kibori::kMeshesWritten, "|"));
   carve->add_option("--picture", carve_arguments.picture, "draw what is left, ray traced")
       ->type_name("FILE.png");
   add_picture_options(carve, carve_arguments.drawing);

@@ -39,7 +39,7 @@ struct Import {
 
 class Imports {
  public:
-  // All files together may have `most_bytes`.
+  // All files together may have `max_bytes`.
   explicit Imports(uint64_t max_bytes) : max_bytes_(max_bytes) {}
 
   // For a file that comes, kept for it until what is returned goes. null: there is not so much left.

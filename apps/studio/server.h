@@ -43,9 +43,9 @@ class Server {
   // With the token, to be opened in a browser by whoever may; once.
   std::string url() const;
   // Told the next address when one that was used is opened by another browser, which the person may want.
-  void on_new_address(std::function<void(const std::string& url)> tell);
+  void on_new_address(std::function<void(const std::string& url)> notify);
   // The document that is carved.
-  void show(std::unique_ptr<Session> studio);
+  void show(std::unique_ptr<Session> session);
   // Until stop() says so, which is asked every few ms.
   void run(const std::function<bool()>& stop);
   // Saves and closes what is open. A sentence on where it is, if not where it belongs.

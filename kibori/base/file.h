@@ -91,7 +91,7 @@ class TemporaryFolder {
 };
 
 // A whole file. Errors: there is none, or it can't be read; it is no regular file (a pipe or a device may
-// never end); it has more bytes than `most`.
+// never end); it has more bytes than `max`.
 Result<std::vector<char>> read_file(const std::filesystem::path& path, uint64_t max = uint64_t{1} << 40);
 
 // The path's ending in lower case, with its dot.

@@ -200,10 +200,14 @@ class Field : private FieldSnapshot {
   }
   // The tile for writing; copied first if anyone else holds it.
   Tile& writable(int tu, int tv) {
-    Tile& tile = shared(tu, tv) ? copy_for_writing(tu, tv)
-                                : *root_->pages[shape_.page_of(tu, tv)]->tiles[shape_.slot_of(tu, tv)];
+    Tile& tile = maybe_writable(tu, tv);
     tile.hash.store(0, std::memory_order_relaxed);
     return tile;
+  }
+  // The same, where it may yet turn out that nothing is written: who writes clears the tile's hash.
+  Tile& maybe_writable(int tu, int tv) {
+    return shared(tu, tv) ? copy_for_writing(tu, tv)
+                          : *root_->pages[shape_.page_of(tu, tv)]->tiles[shape_.slot_of(tu, tv)];
   }
   // Puts the shared empty tile in place.
   void clear_tile(int tu, int tv);

@@ -536,7 +536,7 @@ HWY_INLINE void RunSummed(TileJob& job) {
     case Operation::cut:
       // Take the tile for writing only if there is something to write.
       if (job.request.field->shared(job.tu, job.tv) && !Meets(job)) return;
-      make_writable(job);
+      job.tile = job.writable = &job.request.field->maybe_writable(job.tu, job.tv);
       return CutTile<kSummed>(job);
     case Operation::contact:
       return ContactCut<kSummed>(job);

@@ -17,11 +17,11 @@ constexpr bool is_one_of(const auto& endings, std::string_view ending) {
   return std::find(endings.begin(), endings.end(), ending) != endings.end();
 }
 
-// ".stl, .ply and .glb", by `last` = " and ".
-std::string list_of(const auto& endings, std::string_view last = ", ") {
+// ".stl, .ply and .glb" by ", " and " and "; `last` is as `between` where it is left out.
+std::string list_of(const auto& endings, std::string_view between = ", ", std::string_view last = {}) {
   std::string text;
   for (const std::string_view& ending : endings) {
-    if (!text.empty()) text += &ending == &endings.back() ? last : std::string_view(", ");
+    if (!text.empty()) text += &ending == &endings.back() && !last.empty() ? last : between;
     text += ending;
   }
   return text;

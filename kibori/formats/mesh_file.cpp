@@ -160,7 +160,7 @@ Result<TriangleMesh> read_mesh(const std::filesystem::path& path) {
   } else if (is_one_of(kMeshesRead, ending)) {
     mesh = read_in_helper(path);
   } else {
-    return Error{path.string() + ": meshes are read from " + list_of(kMeshesRead, " and ") + " files"};
+    return Error{path.string() + ": meshes are read from " + list_of(kMeshesRead, ", ", " and ") + " files"};
   }
   if (mesh)
     for (const Vec3& p : mesh.value().vertices)

@@ -267,7 +267,7 @@ Rgb color_of(const SurfaceVertex& v, std::span<const Rgb> colors) {
 
 Status check_surface_ending(const std::filesystem::path& path) {
   if (is_one_of(kMeshesWritten, ending_of(path))) return Ok{};
-  return Error{path.string() + ": a surface can be written as " + list_of(kMeshesWritten, " or ")};
+  return Error{path.string() + ": a surface can be written as " + list_of(kMeshesWritten, ", ", " or ")};
 }
 
 Status write_surface(const std::filesystem::path& path, const SurfaceSource& surface,

@@ -10,7 +10,7 @@ namespace {
 
 double length(const Vec3& v) { return std::sqrt(v.squaredNorm()); }
 
-// v, shortened to at most `most`. Slightly below: rounding must not show above the limit.
+// v, shortened to at most `max`. Slightly below: rounding must not show above the limit.
 Vec3 within(const Vec3& v, double max) {
   const double l = length(v);
   return l > max ? Vec3(v * (max * (1 - 1e-12) / l)) : v;

@@ -220,7 +220,7 @@ struct RowSolver {
         OfferRim(by_quadric, t, gu, gv, gt, j, true, true);
         MF rest = hn::AndNot(by_quadric, valid);
         for (int i = 0; i < k.planes; i++) {
-          if (i == j || (k.cone && i == 0)) continue;
+          if (i == j || i < k.first_face) continue;
           const float slope = by_s ? k.slope[i] + k.nt[i] * step : k.nt[i] + k.slope[i] * step;
           if (std::abs(slope) < kParallel || (slope > 0) != low) continue;
           const VF offset = hn::Add(plane[i], hn::Mul(other0, F(by_s ? k.nt[i] : k.slope[i])));
@@ -266,7 +266,7 @@ struct RowSolver {
     if (!k.moving) return;
     AtPose(k.s_max);
     AtTangents();
-    for (int j = k.cone ? 1 : 0; j < k.planes; j++) OnPlane(j);
+    for (int j = k.first_face; j < k.planes; j++) OnPlane(j);
   }
 };
 
@@ -397,6 +397,7 @@ SweptConvex::SweptConvex(const ConvexBody& body, const Vec3& tip, const Mat3& fr
     k.s_max = 1;
     k.moving = length > kNoSweep;
     k.cone = body.cone;
+    k.first_face = body.cone && body.plane_offset[0] == 0 ? 1 : 0;
   }
   // A point comes in where some of q, l_j is negative at s = 0 and grows with s. q is concave in s, so it
   // must grow from the beginning: dq/ds = -2 (Q x + b)'motion > 0 at s = 0.

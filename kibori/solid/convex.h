@@ -29,8 +29,8 @@ struct ConvexBody {
   int planes = 0;
   std::array<Vec3, kMaxPlanes> plane_normal;
   std::array<double, kMaxPlanes> plane_offset;
-  // Set for a cone: q is not concave, and plane 0 (through the apex) picks the nappe; it has no face of its
-  // own.
+  // Set for a cone: q is not concave, and plane 0 picks the nappe. Through the apex it has no face of its
+  // own; above the apex it is the lower face of a frustum.
   bool cone = false;
   // Corners of a box in the tool frame that holds the body; infinite where the body is.
   Box local_bounds;
@@ -61,7 +61,7 @@ class SweptConvex final : public Solid {
     float tt, ts, ss;            // q(t, s) = tt t^2 + 2 ts t s + ss s^2 + ...
     float s_min, s_max;
     bool moving, cone;
-    int planes;
+    int planes, first_face;  // the plane through a cone's apex has no face
     float nu[ConvexBody::kMaxPlanes], nv[ConvexBody::kMaxPlanes], nt[ConvexBody::kMaxPlanes];
     float offset[ConvexBody::kMaxPlanes], slope[ConvexBody::kMaxPlanes];  // slope: d l_j / d s
   };

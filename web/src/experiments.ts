@@ -31,7 +31,7 @@ interface Run extends Summary {
 }
 
 const ROW = 7;
-const MOST_RUNS = 12;
+const MAX_RUNS = 12;
 // Okabe and Ito's colours, which people with any kind of colour vision tell apart; dashed the second time round.
 const COLOURS = ["#d55e00", "#0072b2", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"];
 const QUANTITIES: Record<string, { label: string; unit: string; of: (r: Float32Array, i: number, max: number) => number }> = {
@@ -85,7 +85,7 @@ export class Experiments {
     const summary = JSON.parse(json) as Summary;
     if (this.runs.some((run) => run.run === summary.run)) return;
     this.runs.push({ ...summary, rows: new Float32Array(data.slice().buffer), shown: true });
-    if (this.runs.length > MOST_RUNS) this.runs.shift();
+    if (this.runs.length > MAX_RUNS) this.runs.shift();
     this.count();
     this.compare();
   }

@@ -258,8 +258,7 @@ export class Hand {
   }
   /** The tool that is held: here, as it is chosen; elsewhere, as the studio says. */
   private draw(): void {
-    const tool = this.holds && !this.readOnly ? this.own() : this.shown;
-    if (tool) this.view.setTool(tool);
+    this.view.setTool(this.holds && !this.readOnly ? this.own() : this.shown);
   }
   private chooseTurn(): void {
     const degrees = Number(input("turn-by").value);

@@ -12,7 +12,7 @@ import type { Shading } from "./wood";
 const STORE = "kibori.look";
 const LIGHT: Vec3 = [-0.39, -0.25, 0.89], CLAY_LIGHT: Vec3 = [-0.45, 0.6, 0.66];
 const SIDE_PX = { min: 16, max: 8192 };
-const MOST_FRAMES = 3600;
+const MAX_FRAMES = 3600;
 const REFERENCE_PX = 2048; // its longer side at most
 const LIGHT_STEP = 0.08; // of the widget's radius, by an arrow key
 const PANEL_LEAST_PX = 120, PANEL_MARGIN_PX = 12;
@@ -330,7 +330,7 @@ export class Look {
     const of: Capture = { width: number("capture-width"), height: number("capture-height"), background: clear ? null : input("capture-color").value };
     if (![of.width, of.height].every((px) => px >= SIDE_PX.min && px <= SIDE_PX.max)) return this.notify(`A picture has ${SIDE_PX.min} to ${SIDE_PX.max} pixels a side; give other numbers.`);
     const rate = number("film-rate"), count = Math.round(Number(input("film-seconds").value) * rate);
-    if (filmed && !(count >= 2 && count <= MOST_FRAMES)) return this.notify(`A film has 2 to ${MOST_FRAMES} pictures (seconds × pictures a second), not ${count}; give other numbers.`);
+    if (filmed && !(count >= 2 && count <= MAX_FRAMES)) return this.notify(`A film has 2 to ${MAX_FRAMES} pictures (seconds × pictures a second), not ${count}; give other numbers.`);
     const run = (this.filming = { left: false });
     let made: Film | null = null;
     try {

@@ -22,7 +22,7 @@ function reach(sizes: number[]): number {
   return largest <= WORTH * usual ? 1.05 * largest : usual;
 }
 
-/** What the series need together: from 0, and to `least` at least; to 1 where there is nothing to show. */
+/** What the series need together: from 0, and to `min` at least; to 1 where there is nothing to show. */
 export function robustRange(series: ArrayLike<number | null | undefined>[], min: number): Range {
   const above: number[] = [], below: number[] = [];
   for (const values of series)

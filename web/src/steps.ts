@@ -9,7 +9,7 @@ export interface Step {
   parent: number;
   removed: number; // [mm^3]; negative: added
   made: number; // [s since 1970]; 0: not known
-  tool: Tool | null; // null: the stock, and tools that pages do not know
+  tool: Tool | null; // null: the stock, and tools that pages do not know; steps of one tool share it
   mode: Mode; // off: the tool only moved
   label: string;
   next: number[];
@@ -17,7 +17,8 @@ export interface Step {
   picture: number;
 }
 
-/** Steps along the way that one tool made within five minutes, all cutting or all filling; the stock, too, is a group. */
+/** Steps along the way that one tool, all its numbers alike, made within five minutes, all cutting or all filling; the stock,
+ * too, is a group. */
 export interface Group {
   steps: Step[];
   mode: Mode; // of those that did not only move
@@ -32,10 +33,10 @@ export interface Branch {
 const GROUP_S = 300;
 /** The mode of a step in which the tool only moved. */
 export const MOVED: Mode = "off";
-const same = (a: Tool | null, b: Tool | null): boolean => JSON.stringify(a) === JSON.stringify(b);
 
 export class StepTree {
   private steps = new Map<number, Step>();
+  private tools = new Map<string, Tool | null>(); // by their text
   /** Of a step that was gone back to: the one it was gone back from. */
   private last = new Map<number, number>();
   head = 0;
@@ -53,13 +54,21 @@ export class StepTree {
   add(data: Uint8Array): void {
     const read = new Reader(data.slice().buffer);
     while (read.more) {
-      const id = read.u32(), parent = read.u32(), removed = read.f32(), made = read.f64(), tool = read.tool();
+      const id = read.u32(), parent = read.u32(), removed = read.f32(), made = read.f64(), tool = this.toolOf(read.text());
       const mode = read.mode(), pictured = read.u8() === 1, label = read.text();
       const before = this.steps.get(parent);
       before?.next.push(id);
       this.last.delete(parent);
       this.steps.set(id, { id, parent, removed, made, tool, mode, label, next: [], picture: pictured ? id : (before?.picture ?? 0) });
     }
+  }
+
+  private toolOf(text: string): Tool | null {
+    const known = this.tools.get(text);
+    if (known !== undefined) return known;
+    const tool = JSON.parse(text) as Tool | null;
+    this.tools.set(text, tool);
+    return tool;
   }
 
   setHead(step: number): void {
@@ -99,7 +108,7 @@ export class StepTree {
     let ended = true;
     for (const step of way) {
       const last = groups.at(-1), first = last?.steps[0];
-      const alike = last && first && same(first.tool, step.tool) && (step.mode === last.mode || step.mode === MOVED || last.mode === MOVED);
+      const alike = last && first && first.tool === step.tool && (step.mode === last.mode || step.mode === MOVED || last.mode === MOVED);
       if (!alike || ended || step.made - first.made > GROUP_S) groups.push({ steps: [step], mode: step.mode });
       else {
         last.steps.push(step);

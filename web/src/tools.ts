@@ -128,7 +128,7 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     make: (radius, angle_deg) => ({ shape: "tapered", ball: radius / 3, angle_deg, radius, length: LENGTH }),
     height: length,
     shortened: (tool, height) => ({ ...tool, length: Math.min(tool.length, Math.max(height, 2 * tool.ball)) }),
-    size: (tool) => `${compact(tool.ball)} mm`,
+    size: (tool) => `${compact(tool.radius)} mm, ball ${compact(tool.ball)} mm`,
     surface({ ball, angle_deg, radius, length }) {
       const a = half(angle_deg), apex = ball - ball / Math.sin(a), full = Math.min(length, apex + radius / Math.tan(a));
       const wide = Math.min(radius, (full - apex) * Math.tan(a));

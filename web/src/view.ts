@@ -306,8 +306,8 @@ export class View {
   }
 
   private held = ""; // the tool that is drawn
-  /** The tool as it is. */
-  setTool(tool: HeldTool): void {
+  /** The tool as it is; null: none that can be drawn. */
+  setTool(tool: HeldTool | null): void {
     const told = JSON.stringify(tool);
     if (told === this.held) return;
     this.held = told;
@@ -316,6 +316,7 @@ export class View {
       (mesh.material as THREE.Material).dispose();
     }
     this.tool.clear();
+    if (!tool) return this.redraw();
     const color = this.red ? RED : STEEL;
     const steel = new THREE.MeshStandardMaterial({ color, roughness: 0.3, metalness: 0.6, transparent: true, opacity: 0.75 });
     this.tool.add(new THREE.Mesh(toolSurface(tool), steel));

@@ -7,8 +7,11 @@
 #include <iterator>
 #include <limits>
 #include <numbers>
+#include <string>
 #include <utility>
+#include <variant>
 
+#include <kibori/base/tolerances.h>
 #include <kibori/batch/documents.h>
 #include <kibori/devices/registry.h>
 #include <kibori/devices/virtual_device.h>
@@ -128,12 +131,16 @@ std::string LiveSession::close_document() {
   static_cast<void>(
       kibori::keep_thumbnail(document, document.head(), live_->model().snapshot(), materials_, 1));
   std::string where = settle(document);
+  later_.clear();
+  pressed_ = false;
+  pointer_ = nullptr;
   writer_.reset();
   live_.reset();
   return where;
 }
 
 Status LiveSession::post(std::function<void(LiveCarving&)> command) {
+  if (!live_) return Error{"this is closed"};
   if (later_.size() >= kMaxLater) return Error{"the servo is busy; try again"};
   later_.push_back({0, [this, command = std::move(command)] { return live_->post(command); }});
   go_on();
@@ -279,6 +286,9 @@ void LiveSession::go(StepId step) {
 
 Status LiveSession::choose_tool(const Tool& tool) {
   if (Status fits = check_tool(tool); !fits) return fits;
+  // What the servo can sweep within a tick: no mesh, and no farther than float32 can tell.
+  if (std::holds_alternative<MeshTool>(tool) || !(reach_mm(tool) <= kMaxToolReach * lattice_.pitch_mm))
+    return Error{std::string("a hand can't hold that ") + shape_of(tool)};
   if (Status fits = check_symmetry(symmetry_, tool); !fits) return fits;
   Status posted = post([tool](LiveCarving& live) { live.change_tool(tool); });
   if (posted) tool_ = tool;
@@ -362,6 +372,7 @@ bool LiveSession::next_tick(LiveTick& tick) {
 }
 
 void LiveSession::update_history() {
+  if (!writer_) return;
   if (!asked_.exchange(true))
     writer_->with([this](Document& document) {
       const std::lock_guard<std::mutex> lock(told_mutex_);
@@ -397,6 +408,7 @@ void LiveSession::update_history() {
 }
 
 void LiveSession::name_version(const std::string& name) {
+  if (!writer_) return;
   writer_->with([this, name](Document& document) {
     if (const Status named = document.name_version(name, document.head()); !named) {
       const std::lock_guard<std::mutex> lock(told_mutex_);
