@@ -280,11 +280,10 @@ class Parser {
         const Property& property = element.properties[p];
         if (property.count) {
           list.clear();
-          if (const Status read = read_list(element, row, property, p == corners ? &list : nullptr); !read)
+          if (Status read = read_list(element, row, property, p == corners ? &list : nullptr); !read)
             return read;
           if (p != corners) continue;
-          if (const Status added = strip ? add_strip(element, row, list) : add_face(element, row, list);
-              !added)
+          if (Status added = strip ? add_strip(element, row, list) : add_face(element, row, list); !added)
             return added;
           continue;
         }
@@ -308,7 +307,8 @@ class Parser {
     if (!numbers_.next(*property.count, count)) return stopped(element, row);
     if (!(count >= 0) || count != std::floor(count))
       return Error{place(element, row) + ": has a list of impossible length; export it again"};
-    if (count > static_cast<double>(numbers_.room() / numbers_.min_bytes(property.type)))
+    const size_t room = numbers_.room() / numbers_.min_bytes(property.type);
+    if (count > static_cast<double>(room))
       return Error{place(element, row) + ": has a list that the file is too short for; export it again"};
     if (into) into->reserve(static_cast<size_t>(count));
     for (double i = 0; i < count; i++) {

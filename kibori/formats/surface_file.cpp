@@ -272,8 +272,8 @@ Status check_surface_ending(const std::filesystem::path& path) {
 
 Status write_surface(const std::filesystem::path& path, const SurfaceSource& surface,
                      std::span<const Rgb> material_colors) {
-  if (const Status known = check_surface_ending(path); !known) return known;
-  if (const Status can = check_writable(path); !can) return can;
+  if (Status known = check_surface_ending(path); !known) return known;
+  if (Status can = check_writable(path); !can) return can;
   const std::string ending = ending_of(path);
   NewFile file(path);
   Spool spool(path), more(path);

@@ -222,7 +222,7 @@ class XmlReader {
         parser_, [](void* self, const XML_Char*, const XML_Char*, const XML_Char*, int) {
           static_cast<XmlReader*>(self)->fail("has a document type declaration, which 3MF forbids");
         });
-    const Status read = zip_.read(entry_, [&](std::string_view data) {
+    Status read = zip_.read(entry_, [&](std::string_view data) {
       if (XML_Parse(parser_, data.data(), static_cast<int>(data.size()), 0) == XML_STATUS_ERROR &&
           wrong_.empty())
         fail(std::string("is not proper XML: ") + XML_ErrorString(XML_GetErrorCode(parser_)));
@@ -278,7 +278,7 @@ class RelationshipReader final : public XmlReader {
   }
 };
 
-std::string without_slash(std::string path) { return path.starts_with('/') ? path.substr(1) : path; }
+std::string without_slash(const std::string& path) { return path.starts_with('/') ? path.substr(1) : path; }
 
 class ModelReader final : public XmlReader {
  public:
@@ -396,7 +396,7 @@ class Assembly {
     if (units_.contains(path)) return Ok{};
     if (units_.size() >= kMaxParts) return Error{"has more parts than can be taken"};
     ModelReader reader(zip_, path, objects_, total_, items_);
-    if (const Status read = reader.run(); !read) return read;
+    if (Status read = reader.run(); !read) return read;
     units_[path] = reader.unit_mm;
     if (units_.size() == 1) build_ = reader.build;
     return Ok{};
@@ -404,7 +404,7 @@ class Assembly {
 
   Status add(const Component& component, const Placement& outer, int depth) {
     if (depth > kMaxDepth) return Error{"has components inside each other without end"};
-    if (const Status read = load(component.path); !read) return read;
+    if (Status read = load(component.path); !read) return read;
     const auto found = objects_.find({component.path, component.object});
     if (found == objects_.end())
       return Error{"names an object " + component.object.substr(0, 30) + " that is not there"};
@@ -426,7 +426,7 @@ class Assembly {
       mesh_.triangles.push_back({first + t[0], first + t[1], first + t[2]});
     }
     for (const Component& inner : object.components)
-      if (const Status added = add(inner, at, depth + 1); !added) return added;
+      if (Status added = add(inner, at, depth + 1); !added) return added;
     return Ok{};
   }
 
