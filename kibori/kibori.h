@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// Start here. Everything that a program may call; link kibori::kibori, and kibori::kibori_tools for what is
-// marked so below. docs/architecture.md says how it hangs together.
+// Start here. The usual headers; every installed header is public. Link kibori::kibori, and
+// kibori::kibori_tools for scenes, files and pictures. docs/architecture.md says how it hangs together.
 //
 //   A model, carved tick by tick:   make_lattice, TriDexel, DirectTool::advance, Snapshot, Surface
 //   By hand, felt:                  SpringTool, Device, LiveCarving, DocumentWriter
 //   Kept, undone, replayed:         Document
 //   Scenes, files, pictures:        read_scene, carve, replay_document, into_dexels, write_model,
-//   draw_picture
+//                                   draw_picture
 //
 // Lengths are mm, angles rad, forces N, moments N mm. What can fail gives a Result or Status with one
 // sentence for the user. Unless a header says otherwise, an object belongs to one thread at a time; a

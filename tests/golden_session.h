@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A session of 1000 strokes with every tool, and the hash it must end in: on every compiler, optimisation
-// level, vector unit and number of threads. A change of the hash is a change of results: say so in
-// CHANGELOG.md.
+// A session of 1000 strokes with ten of the tools, and the hash it must end in: on every compiler,
+// optimisation level, vector unit and number of threads. A change of the hash is a change of results: say so
+// in CHANGELOG.md.
 #pragma once
 
 #include <algorithm>

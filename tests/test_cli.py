@@ -601,7 +601,7 @@ class CommandLine(unittest.TestCase):
         self.assertEqual(kibori("carve", scene, "-o", "d.kibori", cwd=self.folder).returncode, 0)
         self.refused("carve", scene, "-o", "d.kibori", says=["d.kibori", "there already"])
         self.refused("replay", "missing.kibori", says=["missing.kibori", "no such file"])
-        self.refused("replay", "scene.toml", says=["scene.toml", "no document"])
+        self.refused("replay", "scene.toml", says=["scene.toml", "not a document"])
         self.refused("replay", "d.kibori", "--to", "nothing", says=["nothing", "steps 1 to"])
         self.refused("info", "missing.kibori", says=["missing.kibori"])
         self.refused("history", "d.kibori", "--name", "5", says=["number"])

@@ -127,7 +127,7 @@ bool edits(long many) {
   const auto run = [&](long wanted) {
     for (long i = 0; i < wanted;) {
       const Vec3 from(random(2, 62), random(2, 46), random(33, 42));
-      const Tool& tool = tools[static_cast<size_t>(random(0, 6.999))];
+      const Tool& tool = tools[static_cast<size_t>(random(0, 7.999))];
       DirectTool stroke(model, Pose{from, frame_from_axis(Vec3(random(-1, 1), random(-1, 1), 1))});
       const Vec3 step(random(-0.4, 0.4), random(-0.4, 0.4), random(-0.1, 0.05));
       const Mode mode = random(0, 1) < 0.15 ? Mode::deposit : random(0, 1) < 0.1 ? Mode::touch : Mode::cut;

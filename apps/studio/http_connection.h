@@ -32,7 +32,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void take_import();
   void open_brought();
   void look_at_import();
-  // What waits of this page, by its id: how it looks, gone again, and made into a document.
+  // Requests on this page's import: preview, drop, make a document.
   void send_preview();
   void drop_import();
   void make_import();

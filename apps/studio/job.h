@@ -19,7 +19,7 @@ class Job {
   using Then = std::function<void(bool wanted)>;
 
   explicit Job(boost::asio::io_context& io) : io_(io) {}
-  // Waits for what is under way; what was to be done with it is not.
+  // Waits for running work; its Then is not called.
   ~Job();
 
   // Whether nothing more can be started: something is under way, or too much that was cancelled has not
@@ -34,7 +34,7 @@ class Job {
   void start(const std::string& what, bool cancellable, std::function<Then(std::atomic<double>&)> work);
   // Nothing is under way any more: work goes on, but its outcome is not wanted.
   void cancel();
-  // Until all threads have ended; what was to be done with what they made is not.
+  // Waits until all threads have ended; their Then is not called.
   void wait();
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What the server, its pages and its visits share. Internal to apps/studio; all of it is of the server's
+// What the server, its pages and its connections share. Internal to apps/studio; all of it is of the server's
 // thread.
 #pragma once
 
@@ -102,7 +102,7 @@ struct Server::State {
   Clock::time_point trouble_at{};
   Clock::time_point state_at{}, ticks_at{}, work_at{};
   std::function<bool()> stop;
-  // Gone first, and with it the pages and visits that wait for something, which know the rest.
+  // Destroyed first: its pending handlers use the members above.
   boost::asio::io_context io{1};
   boost::asio::ip::tcp::acceptor acceptor;
   boost::asio::steady_timer timer;

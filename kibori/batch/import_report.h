@@ -14,7 +14,7 @@
 
 namespace kibori {
 
-// A mesh whose size in mm is none that anyone would carve becomes so long [mm].
+// A mesh of an implausible size is scaled to this length [mm].
 inline constexpr double kUsualLongestMm = 80;
 
 struct SizeGuess {
@@ -29,7 +29,7 @@ struct UpGuess {
   Orientation orientation;  // of the mesh as read_mesh gives it
   std::string why;          // a sentence
 };
-// By the format's custom, and where it stands on a flat side the other way only, by that.
+// The format's usual up axis, or the other one if only that gives a flat base.
 UpGuess guess_up(const std::string& ending, const TriangleMesh& mesh);
 
 struct ImportReport {

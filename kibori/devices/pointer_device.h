@@ -82,8 +82,8 @@ class PointerDevice final : public Device {
   bool has_event_ = false;  // event_ is not used yet
   Event event_;
   Pose now_, from_, to_;
-  Vec3 turn_rad_ = Vec3::Zero();     // from from_ to to_,
-  int64_t readings_ = 0, read_ = 0;  // in so many readings, of which so many are read
+  Vec3 turn_rad_ = Vec3::Zero();     // by which from_ is turned to to_
+  int64_t readings_ = 0, read_ = 0;  // readings between from_ and to_: all of them, and those done
   double from_s_ = 0, to_s_ = 0;
 };
 

@@ -7,7 +7,7 @@
 //   take_shared() <───────────────── aside ◄── give_shared()      under a lock
 //
 // One thread takes; any thread gives back. The owner grabs the whole returned list at once, so there is no
-// ABA. Who makes states of the model beside the owner takes aside, and gives back there what it drops.
+// ABA. A second writer, which makes states of the model, takes blocks from `aside` and returns them there.
 #pragma once
 
 #include <atomic>

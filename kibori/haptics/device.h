@@ -19,8 +19,8 @@ struct DeviceCapabilities {
   int dof_out = 3;        // 0: none; 3: force; 5: moment but about the tool's axis; 6: force and moment
   double force_n = 3;     // the largest force it may be asked for
   double torque_nmm = 0;  // the largest moment
-  double force_rate_n_s = 1000;      // how fast either may change: the force,
-  double torque_rate_nmm_s = 20000;  // the moment
+  double force_rate_n_s = 1000;      // how fast the force may change
+  double torque_rate_nmm_s = 20000;  // how fast the moment may change
   double speed_mm_s = 1000;          // moving faster means that something is wrong
   double damping_ns_mm = 0.001;      // what its own mechanics take out, with a hand on it
   double stiffness_n_mm = 0.3;       // the stiffness to begin with

@@ -18,9 +18,9 @@
 namespace kibori {
 
 inline constexpr double kRampUpS = 1.0;    // from nothing to all
-inline constexpr double kStaleS = 0.002;   // a command older than this fades
-inline constexpr double kFadeS = 0.005;    // within this,
-inline constexpr double kDeadS = 0.020;    // and one older than this switches off
+inline constexpr double kStaleS = 0.002;   // the force of a command older than this fades
+inline constexpr double kFadeS = 0.005;    // a stale command's force has faded within this
+inline constexpr double kDeadS = 0.020;    // a command older than this switches the device off
 inline constexpr double kArmShare = 0.05;  // of the device's limits: what counts as small
 
 enum class Trip : uint8_t { none, command_stale, over_speed, device_failed, device_unplugged, not_finite };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// The thread that writes a hand's strokes into a document while it carves, and goes back and forth in its
+// Two threads that write a hand's strokes into a document while it carves, and go back and forth in its
 // history.
 //
 //   hand:    tick, tick, end ──► log ──► Document ──► file
@@ -26,13 +26,14 @@ namespace kibori {
 class DocumentWriter {
  public:
   // `live` must log (LiveSettings::log) and stand at the document's head; it must outlive the document
-  // writer. `forces`: what was felt is kept, too, tick by tick.
+  // writer. Made before live.start(), as it reads the model. `forces`: what was felt is kept, too, tick by
+  // tick.
   DocumentWriter(LiveCarving& live, std::unique_ptr<Document> document, bool forces = false);
   ~DocumentWriter() { stop(); }
 
-  // Writes what there is every 20 ms, and every ms while something was asked for, on a thread of its own, and
-  // empties the log on another, so that nothing is lost where writing or a way back takes long; stop() writes
-  // the rest. After LiveCarving::stop() that is all there was.
+  // One thread writes every 20 ms (every 1 ms during a request); another empties the log, so that nothing is
+  // lost while writing takes long. stop() writes the rest; call LiveCarving::stop() first. start(), stop()
+  // and write() are for the owner's thread.
   void start();
   void stop();
   // Without a thread: writes what there is.
@@ -43,7 +44,7 @@ class DocumentWriter {
   void undo() { ask(Kind::undo, 0); }
   void redo() { ask(Kind::redo, 0); }
   void go(StepId step) { ask(Kind::go, step); }
-  // Whether all that was asked for is done.
+  // Whether all that was asked for is done. Any thread.
   bool idle() const { return asked_.load() == answered_.load(); }
 
   // Calls f between two writes, on the document writer's thread: versions, copies, another place. Any thread.
@@ -52,7 +53,7 @@ class DocumentWriter {
   // Why the file holds only the beginning: a full disk, a log that ran over; empty if all is well. The
   // session goes on, and but for the log the document has all of it in memory. Any thread.
   std::string trouble() const;
-  // What the last request that could not be done came to; taken away by asking.
+  // Why the last request failed; empty if none did. Reading clears it. Any thread.
   std::string notice();
   // While no thread runs.
   Document& document() { return *document_; }

@@ -78,7 +78,9 @@ class LiveCarving {
                                                    const LiveSettings& settings);
   ~LiveCarving();
 
-  // Starts the servo thread, armed; stop() ends it. In between, only post() and latest() may be called.
+  // Starts the servo thread, which owns the model until stop(), and arms the safety stage if
+  // LiveSettings::armed. In between others may call only post(), latest(), next_tick() and cancel_stroke(),
+  // and one thread reads log().
   void start();
   void stop();
   // Without a thread: one tick, `elapsed_s` after the last.
@@ -86,15 +88,15 @@ class LiveCarving {
 
   // Runs `command` between two ticks, on the servo thread; false where 64 are waiting. Any thread.
   bool post(std::function<void(LiveCarving&)> command);
-  // The newest snapshot, if there is one that was not taken yet. One thread.
+  // The newest snapshot, if there is one that was not taken yet. Always the same thread.
   bool latest(Snapshot& snapshot) { return snapshots_.take(snapshot); }
 
   // Every tick in order, where LiveSettings::watched; those of whoever falls behind by two seconds are left
-  // out. One thread.
+  // out. Always the same thread.
   bool next_tick(LiveTick& tick) { return watched_ && watched_->pop(tick); }
 
-  // So many tiles a field can be touched between two refills without asking the system for memory. Who keeps
-  // snapshots refills now and then (Snapshot::keep_ready).
+  // Tiles per field that may be edited between two refills without asking the system for memory. Callers that
+  // keep snapshots must refill (Snapshot::keep_ready).
   static constexpr int kReadyTiles = 1024;
 
   // For commands, and while no thread runs.
@@ -110,9 +112,9 @@ class LiveCarving {
   void set_hand(double stiffness_n_mm, double strength_n, double hand_share, double force_scale);
   // From the next stroke on; check_symmetry has passed. For commands.
   void set_symmetry(const Symmetry& symmetry);
-  // Where the device is read next, the tool is put, without a way there. For commands.
+  // The next reading of the device puts the tool there at once; nothing is cut on the way. For commands.
   void place_again() { placed_ = false; }
-  // The model was changed from outside.
+  // The model was changed from outside. For commands.
   void model_changed() { series_.disengage(); }
   // Another tool from now on. Where it stands in material it backs out along its axis, and comes in again
   // from there; where it can't, it waits to be pulled out. For commands.
@@ -125,12 +127,11 @@ class LiveCarving {
   // A mallet's blow of so much work, in the next tick: see SpringTool::advance. For commands.
   void strike(double nmm) { strike_nmm_ = nmm; }
 
-  // The stroke that is being made is as if it had not been, if strokes are logged: at the next tick. Any
-  // thread.
+  // Discards the stroke that is being made, at the next tick, if strokes are logged. Any thread.
   void cancel_stroke() { cancel_.store(true, std::memory_order_relaxed); }
 
   // Strokes as they are made: one begins when the tool first cuts or fills, and ends when it has not for
-  // LiveSettings::idle_s, jumps, or a command comes.
+  // LiveSettings::idle_s, jumps, or a command comes. One thread reads it: the DocumentWriter's.
   StrokeLog& log() { return log_; }
   // Ends the stroke that is being made. For commands, and while no thread runs; stop() does it.
   void finish_stroke();

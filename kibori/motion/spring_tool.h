@@ -87,7 +87,7 @@ class SpringTool {
   // What a hand without a force device is shown: the resistance of the cut against the tool's way, where
   // depth gave way. A device gets the spring's own pull, which is stable at rest.
   void show_resistance(bool show) { show_resistance_ = show; }
-  // Whose images do the same; check_symmetry has passed.
+  // Mirrors every edit in these planes. Call check_symmetry first.
   void set_symmetry(const Symmetry& symmetry) { edit_.set_symmetry(symmetry); }
   // Puts the tool elsewhere, without a way there.
   void place(const Pose& pose) {

@@ -21,7 +21,7 @@ struct Symmetry {
   }
 };
 
-// Ok, or a sentence: a mesh has no image that is itself, turned; all other tools do.
+// Ok, or a sentence: mesh tools can't be mirrored, all others can.
 Status check_symmetry(const Symmetry& symmetry, const Tool& tool);
 
 // The middle of the lattice, where rays have rays for images.
