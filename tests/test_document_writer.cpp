@@ -96,7 +96,8 @@ TEST(DocumentWriter, KeepsWhatTheHandDoes) {
       }
       auto after = Document::open(file, Document::Access::read);
       ASSERT_TRUE(after.ok()) << after.error();
-      EXPECT_GT(after.value()->steps().size(), 2u);
+      // How many strokes a second of real time has, is the machine's.
+      EXPECT_GE(after.value()->steps().size(), threads ? 2u : 3u);
       EXPECT_EQ(after.value()->load().value()->content_hash(), r.live->model().content_hash());
       double removed = 0;
       for (const auto& [id, step] : after.value()->steps()) removed += step.removed_mm3;

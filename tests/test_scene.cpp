@@ -302,7 +302,7 @@ TEST(MeshFile, NamesWhatItCannotRead) {
     std::ofstream(folder / name, std::ios::binary) << text;
     return folder / name;
   };
-  EXPECT_NE(read_mesh(write("kibori_test.txt", "x")).error().find(".stl, .obj, .ply"), std::string::npos);
+  EXPECT_NE(read_mesh(write("kibori_test.txt", "x")).error().find(".stl, .ply, .obj"), std::string::npos);
   EXPECT_FALSE(read_mesh(write("kibori_test.obj", "nonsense")));
   EXPECT_FALSE(read_mesh(write("kibori_test.ply", "ply\nformat ascii 1.0\nelement vertex 99999999\n")));
   EXPECT_FALSE(read_mesh(write("kibori_empty.stl", "")));
