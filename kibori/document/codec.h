@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What a document holds, as bytes and back: tiles, ticks of a stroke, settings. Everything read is checked,
-// as files are hostile until parsed. docs/documents.md describes the formats. Internal to
-// `document`.
+// as files are hostile until parsed. docs/documents.md describes the formats. Internal:
+// not installed; the studio sends tools to its pages in the same form.
 #pragma once
 
 #include <string>

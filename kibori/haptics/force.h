@@ -42,8 +42,8 @@ struct Tick {
 inline constexpr double kPoweredShare = 0.1;
 
 struct ForceLaw {
-  ForceModel model =
-      ForceModel::paper;  // series: a tick has the wrench of `energy`, which the spring replaces
+  // With `series` a tick has the wrench of `energy`, and the spring's pull stands in for it.
+  ForceModel model = ForceModel::paper;
   int dof = 5;            // 5 or 6
   double hand_share = 1;  // model `energy`: of the cut's force, what the hand bears (see kPoweredShare)
 };

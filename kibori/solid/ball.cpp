@@ -81,9 +81,9 @@ HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, R
   const float max_dot0 = std::max(left0 * k.motion_u, right0 * k.motion_u);
   const float min_dot1 = std::min(left1 * k.motion_u, right1 * k.motion_u);
   const VF r2 = F(k.radius2), zero = hn::Zero(d);
-  const VF min0 = F(min_square(left0, right0)), least1 = F(min_square(left1, right1));
+  const VF min0 = F(min_square(left0, right0)), min1 = F(min_square(left1, right1));
   const float max0 = std::max(left0 * left0, right0 * right0),
-              most1 = std::max(left1 * left1, right1 * right1);
+              max1 = std::max(left1 * left1, right1 * right1);
   rows.live = rows.near = rows.old = rows.last = rows.deep = 0;
   for (size_t g = 0; g < kGroups; g++) {
     const size_t at = g * kLanes;
@@ -93,10 +93,10 @@ HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, R
     hn::Store(v1, d, rows.v1 + at);
     hn::Store(rest0, d, rows.rest0 + at);
     hn::Store(rest1, d, rows.rest1 + at);
-    const VF deepest0 = hn::Sub(rest0, min0), deepest1 = hn::Sub(rest1, least1);
+    const VF deepest0 = hn::Sub(rest0, min0), deepest1 = hn::Sub(rest1, min1);
     rows.live |= Bits(hn::Gt(deepest1, zero)) << at;
     rows.near |= Bits(hn::Gt(hn::Max(deepest0, deepest1), F(-k.widening))) << at;
-    rows.deep |= Bits(hn::Ge(hn::Min(hn::Sub(rest0, F(max0)), hn::Sub(rest1, F(most1))), F(k.overlap))) << at;
+    rows.deep |= Bits(hn::Ge(hn::Min(hn::Sub(rest0, F(max0)), hn::Sub(rest1, F(max1))), F(k.overlap))) << at;
     const VF dot0 = hn::Add(F(max_dot0), hn::Mul(v0, F(k.motion_v)));
     const VF dot1 = hn::Add(F(min_dot1), hn::Mul(v1, F(k.motion_v)));
     rows.old |= Bits(hn::Le(hn::Add(dot0, F(reach)), zero)) << at;

@@ -26,6 +26,10 @@ constexpr float kNoCurve = 1e-18f;
 constexpr float kMinDiscriminant = 1e-36f;
 // A quadric that curves less along the motion than this [1/lattice unit^2] has no silhouette of its own.
 constexpr float kNoSilhouette = 1e-20f;
+// A discriminant below this share of b^2 is float32 rounding (four times 2^-23): both roots are one, and
+// whether they are real at all is chance. Smaller, and a ray through the path of a cone's apex loses its end;
+// larger, and the apex cuts rays that pass it at more than a thousandth of their way.
+constexpr float kDoubleRoot = 5e-7f;
 
 struct Interval {
   VF lo, hi;
@@ -235,6 +239,20 @@ struct RowSolver {
     }
   }
 
+  // Lanes whose ray meets the path of a cone's apex, where its two silhouettes are one: the apex itself.
+  HWY_INLINE void AtApex(MF valid, VF b, float a) {
+    const DF d;
+    if (hn::AllFalse(d, valid)) return;
+    const VF t = hn::Mul(b, F(-1.0f / a));
+    const VF s = hn::Mul(hn::Add(hn::Mul(t, F(k.ts)), lin_s), F(-1.0f / k.ss));
+    valid = hn::And(valid, hn::And(hn::Ge(s, F(k.s_min)), hn::Le(s, F(k.s_max))));
+    for (int j = k.first_face; j < k.planes; j++) {
+      const VF value = hn::Add(plane[j], hn::Add(hn::Mul(t, F(k.nt[j])), hn::Mul(s, F(k.slope[j]))));
+      valid = hn::And(valid, hn::Ge(value, hn::Zero(d)));
+    }
+    OfferPlane(valid, t, 0, true, true);
+  }
+
   // Silhouettes: points of q = 0 where dq/ds = 0.
   HWY_INLINE void AtTangents() {
     const DF d;
@@ -246,6 +264,7 @@ struct RowSolver {
     // Both roots are wanted, whatever the sign of a.
     const float safe = std::abs(a) < kNoCurve ? -kNoCurve : a;
     const VF disc = hn::Sub(hn::Mul(b, b), hn::Mul(F(safe), c));
+    if (k.first_face == 1) AtApex(hn::Le(disc, hn::Mul(F(kDoubleRoot), hn::Mul(b, b))), b, safe);
     const MF real = hn::Ge(disc, hn::Zero(d));
     if (hn::AllFalse(d, real)) return;
     const VF root = hn::Sqrt(hn::Max(disc, F(kMinDiscriminant)));

@@ -188,7 +188,7 @@ function stl({ vertices: at, faces }, scale) {
 async function refused() {
   const at = await begun({ width: 1000, height: 700 }), { page } = at;
   const path = file("figure.obj", objText(figure(1, 2, 1)));
-  const made = () => (existsSync(join(folder, "kibori")) ? readdirSync(join(folder, "kibori")).length : 0), before = made();
+  const made = () => (existsSync(join(folder, "kibori")) ? readdirSync(join(folder, "kibori")).filter((name) => name.endsWith(".kibori")).length : 0), before = made();
   const dropped = page.waitForRequest((r) => r.method() === "DELETE" && r.url().includes("/import?"));
   await choose(page, path);
   await page.locator("#importing button[value=no]").click();

@@ -114,7 +114,8 @@ export class Experiments {
     } catch {
       return this.notify("The scene did not arrive; is 'kibori studio' still running?");
     }
-    this.send(write.RunExperiment({ name, scene: text, model: element<HTMLSelectElement>("run-model").value, pace: Number(element<HTMLSelectElement>("pace").value) }));
+    const model = element<HTMLSelectElement>("run-model").value, pace = Number(element<HTMLSelectElement>("pace").value);
+    this.send(write.RunExperiment({ name, scene: text, model, pace }));
   }
 
   private compare(): void {

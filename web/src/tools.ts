@@ -2,6 +2,7 @@
 // The tools a person can pick up: a row for each shape, with what the page says of it, how it is chosen and how it
 // is drawn. A shape of the library without a row here does not compile.
 import * as THREE from "three";
+import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import type { Tool } from "./kinds";
 import type { Vec3 } from "./wire";
 
@@ -41,13 +42,15 @@ interface Row<S extends Shape> {
 /** From a tool's tip to its other end [mm], where its size does not say. */
 const LENGTH = 25, FINGER_LENGTH = 20;
 const SEGMENTS = 40;
+/** Sharper than that, an edge is drawn as one [rad]. */
+const CREASE = 0.5;
 
 const compact = (value: number): string => String(Number(value.toPrecision(3)));
 const byRadius = (tool: { radius: number }): string => `${compact(tool.radius)} mm`;
 const length = (tool: { length: number }): number => tool.length;
 /** What turns about its axis: radii and heights from the tip. */
 const lathe = (...points: [number, number][]): THREE.BufferGeometry =>
-  new THREE.LatheGeometry(points.map(([r, z]) => new THREE.Vector2(r, z)), SEGMENTS).rotateX(Math.PI / 2);
+  toCreasedNormals(new THREE.LatheGeometry(points.map(([r, z]) => new THREE.Vector2(r, z)), SEGMENTS).rotateX(Math.PI / 2), CREASE);
 const ball = (radii: Vec3): THREE.BufferGeometry =>
   new THREE.SphereGeometry(1, SEGMENTS, 28).rotateX(Math.PI / 2).scale(...radii).translate(0, 0, radii[2]);
 /** A quarter circle of the profile, from its lowest point on. */
@@ -121,7 +124,7 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
   },
   tapered: {
     name: "Tapered ball nose",
-    icon: '<path d="M5 2h14v4l-4.5 13a2.6 2.6 0 0 1-5 0L5 6z" />',
+    icon: '<path d="M7 2h10v6l-2.8 12a2.3 2.3 0 0 1-4.4 0L7 8zM7 8h10" />',
     powered: true,
     form: { name: "Taper", unit: "°", min: 5, max: 120, value: 20 },
     // A ball of a third of its shank, as such cutters are sold.

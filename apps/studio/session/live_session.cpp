@@ -435,7 +435,7 @@ void LiveSession::keep_thumbnail(StepId step, Bytes png) {
 }
 
 void LiveSession::thumbnail(StepId step, std::function<void(Bytes)> use) {
-  if (!writer_) return;
+  if (!writer_) return use({});
   writer_->with([step, use = std::move(use)](Document& document) {
     Result<Bytes> png = document.thumbnail(step);
     use(png ? std::move(png).value() : Bytes());
@@ -443,7 +443,7 @@ void LiveSession::thumbnail(StepId step, std::function<void(Bytes)> use) {
 }
 
 void LiveSession::save_copy(const std::filesystem::path& path, std::function<void(Status)> done) {
-  if (!writer_) return;
+  if (!writer_) return done(Error{"this is closed"});
   writer_->with([path, done = std::move(done)](Document& document) { done(document.save_copy(path)); });
 }
 
