@@ -26,9 +26,9 @@ constexpr float kNoCurve = 1e-18f;
 constexpr float kMinDiscriminant = 1e-36f;
 // A quadric that curves less along the motion than this [1/lattice unit^2] has no silhouette of its own.
 constexpr float kNoSilhouette = 1e-20f;
-// A discriminant below this share of b^2 is float32 rounding (four times 2^-23): both roots are one, and
-// whether they are real at all is chance. Smaller, and a ray through the path of a cone's apex loses its end;
-// larger, and the apex cuts rays that pass it at more than a thousandth of their way.
+// A discriminant below this share of the terms that it is the difference of is float32 rounding (four times
+// 2^-23): both roots are one, and whether they are real at all is chance. Smaller, and a ray through the path of
+// a cone's apex loses its end; larger, and the apex cuts rays that pass it at more than a thousandth of their way.
 constexpr float kDoubleRoot = 5e-7f;
 
 struct Interval {
@@ -264,7 +264,13 @@ struct RowSolver {
     // Both roots are wanted, whatever the sign of a.
     const float safe = std::abs(a) < kNoCurve ? -kNoCurve : a;
     const VF disc = hn::Sub(hn::Mul(b, b), hn::Mul(F(safe), c));
-    if (k.first_face == 1) AtApex(hn::Le(disc, hn::Mul(F(kDoubleRoot), hn::Mul(b, b))), b, safe);
+    if (k.first_face == 1) {
+      const VF terms = hn::Add(
+          hn::Mul(hn::Abs(b), hn::Add(hn::Abs(lin_t), hn::Abs(hn::Mul(lin_s, F(k.ts * inverse))))),
+          hn::Mul(F(std::abs(safe)),
+                  hn::Add(hn::Abs(con), hn::Abs(hn::Mul(hn::Mul(lin_s, lin_s), F(inverse))))));
+      AtApex(hn::Le(disc, hn::Mul(F(kDoubleRoot), terms)), b, safe);
+    }
     const MF real = hn::Ge(disc, hn::Zero(d));
     if (hn::AllFalse(d, real)) return;
     const VF root = hn::Sqrt(hn::Max(disc, F(kMinDiscriminant)));
