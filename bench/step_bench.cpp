@@ -82,8 +82,9 @@ StepTimes carve_single_direction(int nodes, const std::vector<Point>& path, floa
     Removed removed;
     Motion motion;
     motion.reference = to;
-    cut_field(model->field(Axis::z), SweptBall(last, to - last, static_cast<double>(radius), i > 0), motion,
-              removed);
+    cut_field(model->field(Axis::z),
+              SweptBall(LatticePoint{last}, LatticeVector{to - last}, static_cast<double>(radius), i > 0),
+              motion, removed);
     result.us.push_back(now_us() - start);
     result.removed += static_cast<double>(removed.points());
     last = to;

@@ -106,7 +106,8 @@ int main(int argc, char** argv) {
   lattice.nodes = Index3::Constant(static_cast<int>(2 * middle));
   TriDexel model(lattice);
   Removed removed;
-  deposit(model, SweptBall(Vec3::Constant(middle), Vec3::Zero(), middle - 10), 0, {}, removed);
+  deposit(model, SweptBall(LatticePoint{Vec3::Constant(middle)}, LatticeVector(), middle - 10), 0, {},
+          removed);
   const Surface ball = extract_surface(model.snapshot());
   const std::filesystem::path folder =
       access("/dev/shm", W_OK) == 0 ? "/dev/shm" : std::filesystem::temp_directory_path();

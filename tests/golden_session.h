@@ -76,8 +76,9 @@ inline uint64_t golden_session(int threads) {
       Removed painted;
       EditOptions options;
       options.threads = threads;
-      paint(model, SweptBall(model.lattice().to_lattice(target), Vec3(1, 2, 3), 9), 0xff3366ffu, options,
-            painted);
+      paint(model,
+            SweptBall(LatticePoint{model.lattice().to_lattice(target)}, LatticeVector{Vec3(1, 2, 3)}, 9),
+            0xff3366ffu, options, painted);
     }
     // A trim now and then keeps some of everything: the half-space, and an intersection.
     if (stroke_index == 400) {
@@ -91,7 +92,8 @@ inline uint64_t golden_session(int threads) {
       Removed removed;
       EditOptions options;
       options.threads = threads;
-      intersect(model, SweptBall(Vec3(48, 40, 30), Vec3(3, -2, 1), 45), options, removed);
+      intersect(model, SweptBall(LatticePoint{Vec3(48, 40, 30)}, LatticeVector{Vec3(3, -2, 1)}, 45), options,
+                removed);
       hash.add(removed.mean_volume());
     }
   }

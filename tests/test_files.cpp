@@ -56,9 +56,10 @@ TEST(SurfaceFile, ComesBackFromEveryFormat) {
   lattice.pitch_mm = 0.37;
   lattice.origin_mm = Vec3(-3, 100, 7);
   TriDexel model(lattice);
-  model.fill_block({lattice.to_mm(Vec3(2, 2, 2)), lattice.to_mm(Vec3(28, 22, 17))}, 0);
+  model.fill_block(
+      {lattice.to_mm(LatticePoint{Vec3(2, 2, 2)}), lattice.to_mm(LatticePoint{Vec3(28, 22, 17)})}, 0);
   Removed removed;
-  cut(model, SweptBall(Vec3(5, 12, 18), Vec3(20, 3, -2), 5), {}, removed);
+  cut(model, SweptBall(LatticePoint{Vec3(5, 12, 18)}, LatticeVector{Vec3(20, 3, -2)}, 5), {}, removed);
   const Surface surface = extract_surface(model.snapshot());
   const SurfaceSource whole = [&](const SurfaceSink& sink) { stream_surface(model.snapshot(), 2, sink); };
   const Rgb oak{196, 154, 108};

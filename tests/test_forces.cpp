@@ -192,7 +192,7 @@ TEST(Paper, CountsExactlyTheNodesThatVanish) {
           for (int m = 0; m < n.x(); m++) {
             const auto index = static_cast<size_t>((k * n.y() + j) * n.x() + m);
             if (!there[index]) continue;
-            const Vec3 node = bench.model.lattice().to_mm(Vec3(m + 0.5, j + 0.5, k + 0.5));
+            const Vec3 node = bench.model.lattice().to_mm(LatticePoint{Vec3(m + 0.5, j + 0.5, k + 0.5)});
             // The largest f over the motion: f is concave in s.
             const Vec3 x = frame.transpose() * (node - at), v = frame.transpose() * p;
             const auto f = [&](double s) {
@@ -311,7 +311,7 @@ TEST(Materials, ResistEachByItsOwnConstants) {
   model.fill_block({Vec3(0, 0, 0), Vec3(20, 20, 10)}, 0);
   const std::vector<Material> materials{{"soft", 0.001, 1, 0, 0, {}}, {"hard", 0.01, 8, 0, 0, {}}};
   Removed removed;
-  const Box room{Vec3::Zero(), Vec3::Constant(80)};
+  const LatticeBox room{{Vec3::Zero(), Vec3::Constant(80)}};
   deposit(model,
           SweptTool(BoxTool{Vec3(20, 20, 10)}, Pose{Vec3(10, 10, 10), Mat3::Identity()}, Vec3::Zero(),
                     model.lattice(), room),

@@ -47,8 +47,8 @@ TEST(Layers, OfATube) {
   lattice.origin_mm = Vec3(-7, 3, 11);
   TriDexel model(lattice);
   Removed removed;
-  const Vec3 foot = lattice.to_mm(Vec3(33.2, 30.1, 4));
-  const Box everywhere{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
+  const Vec3 foot = lattice.to_mm(LatticePoint{Vec3(33.2, 30.1, 4)});
+  const LatticeBox everywhere = lattice.whole();
   deposit(model, SweptTool(Flat{12, 10}, Pose{foot, Mat3::Identity()}, Vec3::Zero(), lattice, everywhere), 0,
           {}, removed);
   cut(model,
@@ -88,8 +88,8 @@ TEST(Layers, OfNoise) {
     Removed removed;
     for (int i = 0; i < 60; i++)
       deposit(model,
-              SweptBall(random.in_box(0, 1).cwiseProduct(lattice.nodes.matrix().cast<double>()), Vec3::Zero(),
-                        random.uniform(0.6, 3)),
+              SweptBall(LatticePoint{random.in_box(0, 1).cwiseProduct(lattice.nodes.matrix().cast<double>())},
+                        LatticeVector(), random.uniform(0.6, 3)),
               0, {}, removed);
     const Snapshot snapshot = model.snapshot();
     const Layer layer = slice_layer(snapshot, 1);
@@ -137,7 +137,7 @@ TEST(HeightMap, OfARampAndBackThroughAFile) {
   for (int y = 0; y < map.height; y++)
     for (int x = 0; x < map.width; x++) {
       const uint16_t grey = map.pixels[static_cast<size_t>(y * map.width + x)];
-      const Vec3 p = lattice.to_mm(Vec3(x + 0.5, map.height - 1 - y + 0.5, 0));
+      const Vec3 p = lattice.to_mm(LatticePoint{Vec3(x + 0.5, map.height - 1 - y + 0.5, 0)});
       const bool over = p.x() > 0 && p.x() < 63 && p.y() > 0 && p.y() < 47;
       ASSERT_EQ(grey != 0, over);
       if (!over) continue;
@@ -151,7 +151,7 @@ Surface ball(double radius, const Vec3& centre = Vec3::Constant(40)) {
   lattice.nodes = Index3(80, 80, 80);
   TriDexel model(lattice);
   Removed removed;
-  deposit(model, SweptBall(centre, Vec3::Zero(), radius), 0, {}, removed);
+  deposit(model, SweptBall(LatticePoint{centre}, LatticeVector(), radius), 0, {}, removed);
   return extract_surface(model.snapshot());
 }
 
@@ -214,8 +214,11 @@ TEST(Simplify, StaysNearAndManifold) {
     model.fill_block({Vec3(3, 3, 3), Vec3(57, 47, 37)}, 0);
     Removed removed;
     for (int i = 0; i < 8; i++)
-      cut(model, SweptBall(random.in_box(0, 50), random.in_box(-10, 10), random.uniform(2, 12)), {}, removed);
-    deposit(model, SweptBall(Vec3(30, 25, 37), Vec3::Zero(), 8), 1, {}, removed);
+      cut(model,
+          SweptBall(LatticePoint{random.in_box(0, 50)}, LatticeVector{random.in_box(-10, 10)},
+                    random.uniform(2, 12)),
+          {}, removed);
+    deposit(model, SweptBall(LatticePoint{Vec3(30, 25, 37)}, LatticeVector(), 8), 1, {}, removed);
     const Surface whole = extract_surface(model.snapshot());
     for (const double tolerance : {0.05, 0.5, 3.0}) {
       const Surface less = simplify(whole, tolerance);
@@ -247,7 +250,7 @@ TEST(Simplify, BordersOfColoursStay) {
   TriDexel model(lattice);
   model.fill_block({Vec3(5, 5, 5), Vec3(25, 25, 25)}, 0);
   Removed removed;
-  const Box everywhere{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
+  const LatticeBox everywhere = lattice.whole();
   deposit(model,
           SweptTool(BoxTool{Vec3(20, 20, 20)}, Pose{Vec3(35, 15, 5), Mat3::Identity()}, Vec3::Zero(), lattice,
                     everywhere),

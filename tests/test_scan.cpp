@@ -208,7 +208,7 @@ TEST_P(RealMesh, AgreesWithTheWindingNumber) {
     ASSERT_EQ(z, inside(model.field(Axis::x).view(), node)) << random.note();
     ASSERT_EQ(z, inside(model.field(Axis::y).view(), node)) << random.note();
     if (i >= 400) continue;
-    const Vec3 p = lattice.to_mm(node.matrix().cast<double>() + Vec3::Constant(0.5));
+    const Vec3 p = lattice.to_mm(LatticePoint{node.matrix().cast<double>() + Vec3::Constant(0.5)});
     const double w = std::abs(winding_number(mesh, p));
     if (std::abs(w - 0.5) < 0.35) continue;  // near the surface, or in the mouth of a hole
     checked++;

@@ -58,7 +58,7 @@ class RandomIntervals final : public Solid {
   const std::vector<std::pair<int, int>>& ray(Axis axis, int u, int v) const {
     return fields_[static_cast<size_t>(axis)][static_cast<size_t>(v * nodes_[u_index(axis)] + u)];
   }
-  Box bounds() const override { return bounds_; }
+  LatticeBox bounds() const override { return {bounds_}; }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override {
     out.rows = 0;
     for (int row = 0; row < kTileSide; row++)
@@ -330,7 +330,7 @@ TEST(Spans, PaintMarksEndsInsideAndNothingElse) {
   model.fill_block({Vec3::Zero(), Vec3::Constant(20)}, 0);
   class Slab final : public Solid {
    public:
-    Box bounds() const override { return {Vec3::Zero(), Vec3::Constant(20)}; }
+    LatticeBox bounds() const override { return {{Vec3::Zero(), Vec3::Constant(20)}}; }
     bool spans(const RayTile&, int layer, SpanLayer& out) const override {
       std::fill_n(out.lo, kTileRays, 18.0f);
       std::fill_n(out.hi, kTileRays, 25.0f);
@@ -359,7 +359,7 @@ TEST(Spans, WhatMovesUpKeepsItsPaint) {
   class Slab final : public Solid {
    public:
     Slab(float lo, float hi) : lo_(lo), hi_(hi) {}
-    Box bounds() const override { return {Vec3::Zero(), Vec3::Constant(20)}; }
+    LatticeBox bounds() const override { return {{Vec3::Zero(), Vec3::Constant(20)}}; }
     bool spans(const RayTile&, int layer, SpanLayer& out) const override {
       std::fill_n(out.lo, kTileRays, lo_);
       std::fill_n(out.hi, kTileRays, hi_);

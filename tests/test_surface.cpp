@@ -38,7 +38,7 @@ class NodeBits final : public Solid {
  public:
   NodeBits(const Index3& nodes, uint64_t bits) : nodes_(nodes), bits_(bits) {}
   bool inside(const Index3& n) const { return (bits_ >> (n[0] + nodes_[0] * (n[1] + nodes_[1] * n[2]))) & 1; }
-  Box bounds() const override { return {Vec3::Zero(), nodes_.matrix().cast<double>()}; }
+  LatticeBox bounds() const override { return {{Vec3::Zero(), nodes_.matrix().cast<double>()}}; }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override {
     out.rows = 0;
     std::fill_n(out.lo, kTileRays, kFar);
@@ -136,13 +136,16 @@ TEST(Surface, RandomNodesAcrossChunksAreAManifold) {
     lattice.pitch_mm = random.uniform(0.01, 3);
     TriDexel model(lattice);
     Removed removed;
-    model.fill_block({lattice.to_mm(Vec3::Zero()), lattice.to_mm(lattice.nodes.matrix().cast<double>())}, 0);
+    model.fill_block(
+        {lattice.to_mm(LatticePoint()), lattice.to_mm(LatticePoint{lattice.nodes.matrix().cast<double>()})},
+        0);
     // Crumbs: a small ball taken out wherever a coin falls.
     for (int x = 0; x < lattice.nodes[0]; x++)
       for (int y = 0; y < lattice.nodes[1]; y++)
         for (int z = 0; z < lattice.nodes[2]; z++)
           if (random.integer(0, 1))
-            cut(model, SweptBall(Vec3(x + 0.5, y + 0.5, z + 0.5), Vec3::Zero(), 0.4), {}, removed);
+            cut(model, SweptBall(LatticePoint{Vec3(x + 0.5, y + 0.5, z + 0.5)}, LatticeVector(), 0.4), {},
+                removed);
     const Surface surface = extract_surface(model.snapshot());
     EXPECT_EQ(broken(surface), "") << random.note();
     EXPECT_GT(surface.triangles.size(), 100u);
@@ -231,7 +234,8 @@ TEST(Surface, LiveSurfaceFollowsEveryEdit) {
       if (what == 0) {
         model.restore(kept[static_cast<size_t>(random.integer(0, static_cast<int>(kept.size()) - 1))]);
       } else if (what == 1) {
-        paint(model, SweptBall(anywhere(), Vec3::Zero(), random.uniform(2, 12)), 0xff2040a0u, {}, removed);
+        paint(model, SweptBall(LatticePoint{anywhere()}, LatticeVector(), random.uniform(2, 12)), 0xff2040a0u,
+              {}, removed);
       } else {
         const Tool tool = random_tool(random, random.uniform(0.05, 0.4) * size.minCoeff());
         DirectTool stroke(model, Pose{anywhere(), frame_from_axis(random.direction(), 0)});
@@ -358,7 +362,7 @@ TEST(Surface, KeepsTheBestKernelsFromTheStart) {
   tile_kernel();
   EXPECT_TRUE(chosen.IsInitialized());
   chosen.DeInit();
-  const SweptBall ball(Vec3(0, 0, 0), Vec3(1, 0, 0), 2, false);
+  const SweptBall ball(LatticePoint{Vec3(0, 0, 0)}, LatticeVector{Vec3(1, 0, 0)}, 2, false);
   EXPECT_TRUE(chosen.IsInitialized());
 }
 
@@ -388,7 +392,7 @@ TEST(Surface, ChunksMakeTheSameVerticesForTheirNeighbours) {
   TriDexel model(lattice);
   model.fill_block({Vec3(2, 3, 4), Vec3(48, 36, 33)}, 0);
   Removed removed;
-  cut(model, SweptBall(Vec3(20, 20, 34), Vec3(15, 8, -5), 9), {}, removed);
+  cut(model, SweptBall(LatticePoint{Vec3(20, 20, 34)}, LatticeVector{Vec3(15, 8, -5)}, 9), {}, removed);
   const Snapshot snapshot = model.snapshot();
   const Index3 chunks = surface_chunks(lattice);
   std::map<std::array<int, 5>, SurfaceVertex> own;  // by cell and sheet
@@ -427,11 +431,13 @@ TEST(Surface, KnowsItsTopology) {
   EXPECT_EQ(components, 1);
   EXPECT_EQ(handles2, 0);
   Removed removed;
-  cut(model, SweptBall(Vec3(20, 20, -10), Vec3(0, 0, 60), 8), {}, removed);  // a hole through it
+  cut(model, SweptBall(LatticePoint{Vec3(20, 20, -10)}, LatticeVector{Vec3(0, 0, 60)}, 8), {},
+      removed);  // a hole through it
   EXPECT_EQ(broken(extract_surface(model.snapshot()), &components, &handles2), "");
   EXPECT_EQ(components, 1);
   EXPECT_EQ(handles2, 2);
-  cut(model, SweptBall(Vec3(6, 6, 6), Vec3::Zero(), 3), {}, removed);  // a bubble in a corner
+  cut(model, SweptBall(LatticePoint{Vec3(6, 6, 6)}, LatticeVector(), 3), {},
+      removed);  // a bubble in a corner
   EXPECT_EQ(broken(extract_surface(model.snapshot()), &components, &handles2), "");
   EXPECT_EQ(components, 2);
 }
@@ -450,7 +456,7 @@ TEST(Surface, DistanceToTheExactSolid) {
   Random random;
   Lattice lattice;
   lattice.nodes = Index3(64, 60, 56);
-  const Box everywhere{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
+  const LatticeBox everywhere = lattice.whole();
   const auto box_distance = [](const Vec3& p, const Vec3& low, const Vec3& high) {
     const Vec3 outside = (low - p).cwiseMax(p - high);
     return outside.maxCoeff() <= 0 ? outside.maxCoeff() : outside.cwiseMax(0.0).norm();
@@ -477,7 +483,7 @@ TEST(Surface, DistanceToTheExactSolid) {
       {"ball",
        [&](TriDexel& model) {
          Removed removed;
-         deposit(model, SweptBall(centre, Vec3::Zero(), 22.7), 0, {}, removed);
+         deposit(model, SweptBall(LatticePoint{centre}, LatticeVector(), 22.7), 0, {}, removed);
        },
        [&](const Vec3& p) { return (p - centre).norm() - 22.7; },
        [&](Random& r) { return Vec3(centre + 22.7 * r.direction()); }, 0.03, 0.01},
@@ -485,7 +491,7 @@ TEST(Surface, DistanceToTheExactSolid) {
        [&](TriDexel& model) {
          block(model);
          Removed removed;
-         cut(model, SweptBall(ball, Vec3::Zero(), 17.3), {}, removed);
+         cut(model, SweptBall(LatticePoint{ball}, LatticeVector(), 17.3), {}, removed);
        },
        [&](const Vec3& p) { return std::max(box_distance(p, low, high), 17.3 - (p - ball).norm()); },
        [&](Random& r) { return r.integer(0, 1) ? on_box(r) : Vec3(ball + 17.3 * r.direction()); }, 0.08,

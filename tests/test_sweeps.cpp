@@ -117,13 +117,14 @@ TEST_P(Sweep, AgreesWithDenseSampling) {
   lattice.pitch_mm = 0.5;
   lattice.nodes = Index3(96, 80, 112);
   lattice.origin_mm = Vec3(-3, 2, 1);
-  const Box everything{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
+  const LatticeBox everything = lattice.whole();
   long checked = 0, inside_count = 0, grazing = 0;
   for (int trial = 0; trial < 60; trial++) {
     const Tool tool = random_tool(GetParam(), random);
     ASSERT_TRUE(check_tool(tool)) << check_tool(tool).error();
     Pose pose;
-    pose.tip = lattice.to_mm(lattice.nodes.matrix().cast<double>().cwiseProduct(random.in_box(0.2, 0.8)));
+    pose.tip = lattice.to_mm(
+        LatticePoint{lattice.nodes.matrix().cast<double>().cwiseProduct(random.in_box(0.2, 0.8))});
     Vec3 axis = random.direction();
     if (trial % 4 == 0) axis = Vec3::Unit(random.integer(0, 2)) * (random.integer(0, 1) ? 1 : -1);
     pose.frame = frame_from_axis(axis, random.uniform(-3, 3));
@@ -160,7 +161,7 @@ TEST_P(Sweep, AgreesWithDenseSampling) {
             p[u_index(ray_axis)] = rays.u0 + i + 0.5;
             p[v_index(ray_axis)] = rays.v0 + j + 0.5;
             p[depth_index(ray_axis)] = t;
-            const double depth = depth_of(lattice.to_mm(p));
+            const double depth = depth_of(lattice.to_mm(LatticePoint{p}));
             const bool says_inside = hit && t >= layer.lo[slot] && t < layer.hi[slot];
             checked++;
             inside_count += says_inside ? 1 : 0;
@@ -190,7 +191,7 @@ TEST_P(Sweep, NormalsAreThoseOfTheSurface) {
   Lattice lattice;
   lattice.pitch_mm = 0.5;
   lattice.nodes = Index3(96, 96, 96);
-  const Box everything{Vec3::Zero(), Vec3::Constant(96)};
+  const LatticeBox everything{{Vec3::Zero(), Vec3::Constant(96)}};
   int checked = 0, wrong = 0;
   for (int trial = 0; trial < 60; trial++) {
     const Tool tool = random_tool(GetParam(), random);
@@ -218,7 +219,7 @@ TEST_P(Sweep, NormalsAreThoseOfTheSurface) {
           p[u_index(axis)] = rays.u0 + slot % 16 + 0.5;
           p[v_index(axis)] = rays.v0 + slot / 16 + 0.5;
           p[depth_index(axis)] = t;
-          const Vec3 world = lattice.to_mm(p);
+          const Vec3 world = lattice.to_mm(LatticePoint{p});
           double best = -1e30, best_s = 0;
           for (int i = 0; i <= 600; i++) {
             const double f = inside(tool, pose.frame.transpose() * (world - pose.tip - (i / 600.0) * motion));
@@ -257,7 +258,7 @@ TEST(SweptConvex, AFrustumIsSweptByItsLowerFaceToo) {
   Lattice lattice;
   lattice.pitch_mm = 0.5;
   lattice.nodes = Index3(96, 64, 96);
-  const Box everything{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
+  const LatticeBox everything = lattice.whole();
   const Tool tool = TaperedBall{1, 10, 4, 15};
   for (const Vec3& axis : {Vec3(0, 0, 1), Vec3(0.3, 0.1, 1), Vec3(0.1, 0.6, 1), Vec3(-0.7, 0, 0.7)}) {
     Pose pose;
@@ -280,8 +281,9 @@ TEST(SweptConvex, AFrustumIsSweptByItsLowerFaceToo) {
               p[depth_index(ray_axis)] = t;
               double depth = -1e30;
               for (int i = 0; i <= 400; i++)
-                depth = std::max(depth, inside(tool, pose.frame.transpose() *
-                                                         (lattice.to_mm(p) - pose.tip - i / 400.0 * motion)));
+                depth =
+                    std::max(depth, inside(tool, pose.frame.transpose() * (lattice.to_mm(LatticePoint{p}) -
+                                                                           pose.tip - i / 400.0 * motion)));
               if (std::abs(depth) < 0.03) continue;
               held += depth > 0;
               ASSERT_EQ(hit && t >= layer.lo[slot] && t<layer.hi[slot], depth> 0)
@@ -300,7 +302,7 @@ TEST(SweptConvex, ARayThroughTheApexsPathEndsThere) {
   lattice.pitch_mm = 0.5;
   lattice.nodes = Index3(96, 80, 112);
   lattice.origin_mm = Vec3(-3, 2, 1);
-  const Box everything{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
+  const LatticeBox everything = lattice.whole();
   Random random;
   for (int trial = 0; trial < 2000; trial++) {
     const Tool tool = Cone{random.uniform(10, 120), 6, 11};
@@ -310,7 +312,7 @@ TEST(SweptConvex, ARayThroughTheApexsPathEndsThere) {
     const Vec3 motion(random.uniform(-3, 3), random.uniform(1, 3), random.uniform(3, 6));
     const double slope = std::tan(std::get<Cone>(tool).angle_deg * std::acos(-1.0) / 360);
     if (std::hypot(motion.y(), motion.z()) < 1.2 * slope * std::abs(motion.x())) continue;  // into itself
-    const Vec3 meets = lattice.to_mm(Vec3(40.3, 24.5, 24.5));  // on the middle of a ray along x
+    const Vec3 meets = lattice.to_mm(LatticePoint{Vec3(40.3, 24.5, 24.5)});  // on the middle of a ray along x
     const double share = random.uniform(0.1, 0.9);
     pose.tip = meets - share * motion;
     const SweptTool sweep(tool, pose, motion, lattice, everything);
@@ -339,7 +341,7 @@ TEST(SweptBall, PlungesWithALittleDriftLoseNoRay) {
       const Vec3 centre(random.uniform(60, 70), random.uniform(60, 70), random.uniform(0, 10));
       const double angle = random.uniform(0, 6.28);
       const Vec3 motion(drift * std::cos(angle), drift * std::sin(angle), length);
-      const SweptBall ball(centre, motion, radius, trial % 2 == 0);
+      const SweptBall ball(LatticePoint{centre}, LatticeVector{motion}, radius, trial % 2 == 0);
       const double flat2 = drift * drift;
       for (int tv = 0; tv < 8; tv++)
         for (int tu = 0; tu < 8; tu++) {
@@ -389,7 +391,7 @@ TEST(SweptRim, GrazingRaysAreNotLost) {
                  corner = random.uniform(0.1, size / 2);
     const Vec3 centre = random.in_box(2, 14), axis = random.direction();
     const Vec3 motion = random.direction() * random.uniform(0, trial % 3 ? 2 : 20);
-    const SweptRim rim(centre, frame_from_axis(axis), disc, corner, motion);
+    const SweptRim rim(LatticePoint{centre}, frame_from_axis(axis), disc, corner, LatticeVector{motion});
     const auto depth = [&](const Vec3& p) {  // > 0 inside
       return corner - min(0, 1, 34, [&](double s) {
                const Vec3 x = p - centre - s * motion;
@@ -431,8 +433,10 @@ TEST(SweptBall, ClearStartGivesTheSameNewMaterial) {
     Vec3 motion = random.direction() * random.uniform(0, 3);
     if (trial % 3 == 0) motion[random.integer(0, 2)] *= 20;
     if (trial % 7 == 0) motion = Vec3::Unit(random.integer(0, 2)) * random.uniform(-2, 2);
-    const SweptBall plain(centre, motion, radius), clear(centre, motion, radius, true),
-        start(centre, Vec3::Zero(), radius);
+    const LatticePoint from{centre};
+    const LatticeVector by{motion};
+    const SweptBall plain(from, by, radius), clear(from, by, radius, true),
+        start(from, LatticeVector(), radius);
     const RayTile rays{kAxes[static_cast<size_t>(trial % 3)], random.integer(0, 5) * 16,
                        random.integer(0, 5) * 16};
     SpanLayer a, b, c;
@@ -469,7 +473,7 @@ TEST(SweptConvex, ClearStartGivesTheSameNewMaterial) {
     const Tool tools[] = {Finger{1 / (2 * radius), 50}, Flat{radius, 30}, Ellipsoid{Vec3(radius, 5, 9)},
                           BoxTool{Vec3(radius, 7, 20)}, Cone{60, radius, 30}};
     const Tool& tool = tools[trial % 5];
-    const Box everywhere{Vec3::Zero(), Vec3::Constant(100)};
+    const LatticeBox everywhere{{Vec3::Zero(), Vec3::Constant(100)}};
     const Pose pose{random.in_box(30, 60),
                     trial % 2 ? Mat3::Identity() : frame_from_axis(random.direction(), 0)};
     Vec3 motion = random.direction() * random.uniform(0, 3);

@@ -261,8 +261,7 @@ int run_carve(const CarveArguments& arguments) {
     picture.value().contrasts.push_back(ring_contrast(material.name));
   }
   const Snapshot model = carving.value().model->snapshot();
-  picture.value().plank =
-      Box{model.lattice.origin_mm, model.lattice.to_mm(model.lattice.nodes.matrix().cast<double>())};
+  picture.value().plank = model.lattice.to_mm(model.lattice.whole());
   if (!arguments.picture.empty())
     if (const Status ok = save_picture(arguments.picture, extract_surface(model, arguments.threads), colors,
                                        picture.value(), arguments.drawing.up);

@@ -75,7 +75,7 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
   EditOptions edit;
   edit.threads = options.threads;
   Removed added;
-  const Box everywhere{Vec3::Zero(), lattice.value().nodes.matrix().cast<double>()};
+  const LatticeBox everywhere = lattice.value().whole();
   const auto put = [&](const Tool& tool, const Vec3& tip) {
     const SweptTool solid(tool, Pose{tip, Mat3::Identity()}, Vec3::Zero(), lattice.value(), everywhere);
     deposit(*model, solid, stock.material, edit, added);

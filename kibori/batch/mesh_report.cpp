@@ -41,10 +41,10 @@ ThinWalls thin_walls(const Snapshot& model, double threshold_mm) {
           if (thickness < threshold_mm) thin += area;
           if (thickness >= walls.thinnest_mm) return;
           walls.thinnest_mm = thickness;
-          Vec3 p;
-          p[u_index(axis)] = u + 0.5;
-          p[v_index(axis)] = v + 0.5;
-          p[depth_index(axis)] = 0.5 * (static_cast<double>(s.in) + static_cast<double>(s.out));
+          LatticePoint p;
+          p.units[u_index(axis)] = u + 0.5;
+          p.units[v_index(axis)] = v + 0.5;
+          p.units[depth_index(axis)] = 0.5 * (static_cast<double>(s.in) + static_cast<double>(s.out));
           walls.at_mm = model.lattice.to_mm(p);
         });
   }

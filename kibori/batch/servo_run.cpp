@@ -162,7 +162,7 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
                               const ServoRunOptions& options) {
   Result<std::unique_ptr<TriDexel>> stock = make_stock(scene.stock, scene.file, {});
   if (!stock) return Error{stock.error()};
-  const Box& material = stock.value()->material_bounds();
+  const LatticeBox& material = stock.value()->material_bounds();
   const Vec3 centre = stock.value()->lattice().to_mm(material.centre());
   if (!device) {
     Result<HandPath> path = hand_path(scene);

@@ -41,7 +41,7 @@ TriDexel::TriDexel(const Lattice& lattice)
     : lattice_(lattice),
       fields_{Field(Axis::x, lattice.nodes), Field(Axis::y, lattice.nodes), Field(Axis::z, lattice.nodes)} {}
 
-TriDexel::TriDexel(const Snapshot& start, const Box& material_bounds)
+TriDexel::TriDexel(const Snapshot& start, const LatticeBox& material_bounds)
     : lattice_(start.lattice),
       fields_{Field(start.fields[0]), Field(start.fields[1]), Field(start.fields[2])},
       material_bounds_(material_bounds) {}
@@ -56,7 +56,8 @@ void TriDexel::restore(const Snapshot& snapshot) {
 }
 
 void TriDexel::fill_block(const Box& box_mm, uint8_t material) {
-  const Vec3 lo = lattice_.to_lattice(box_mm.min), hi = lattice_.to_lattice(box_mm.max);
+  const LatticeBox box = lattice_.to_lattice(box_mm);
+  const Vec3 &lo = box.units.min, &hi = box.units.max;
   const auto first_node = [&](double from, int index) {
     return std::clamp(static_cast<int>(std::ceil(from - 0.5)), 0, lattice_.nodes[index]);
   };
@@ -67,13 +68,14 @@ void TriDexel::fill_block(const Box& box_mm, uint8_t material) {
                      static_cast<float>(std::clamp(lo[d], 0.0, depth)),
                      static_cast<float>(std::clamp(hi[d], 0.0, depth)), material);
   }
-  include_material({lo, hi});
+  include_material(box);
   touch();
 }
 
-void TriDexel::include_material(const Box& lattice_box) {
+void TriDexel::include_material(const LatticeBox& box) {
+  const Box whole = lattice_.whole().units;
   material_bounds_.include(
-      Box{lattice_box.min.cwiseMax(0.0), lattice_box.max.cwiseMin(lattice_.nodes.matrix().cast<double>())});
+      LatticeBox{{box.units.min.cwiseMax(whole.min), box.units.max.cwiseMin(whole.max)}});
 }
 
 void TriDexel::reserve(int tiles) {

@@ -42,7 +42,7 @@ class TriDexel {
   explicit TriDexel(const Lattice& lattice);
   // A model beside the one `start` is of, for another thread: it begins as that was then, in the same memory,
   // and each can be restored to the other's snapshots. `material_bounds`: as of material_bounds().
-  TriDexel(const Snapshot& start, const Box& material_bounds);
+  TriDexel(const Snapshot& start, const LatticeBox& material_bounds);
 
   const Lattice& lattice() const { return lattice_; }
   Field& field(Axis axis) { return fields_[static_cast<size_t>(axis)]; }
@@ -62,8 +62,8 @@ class TriDexel {
   ModelCount count() const;
 
   // A box [lattice units] no material lies outside of; tools are clipped to it.
-  const Box& material_bounds() const { return material_bounds_; }
-  void include_material(const Box& lattice_box);
+  const LatticeBox& material_bounds() const { return material_bounds_; }
+  void include_material(const LatticeBox& box);
   // Counts edits and restores, so that a caller can tell whether the model is as it left it.
   uint64_t generation() const { return generation_; }
   void touch() { generation_++; }
@@ -71,7 +71,7 @@ class TriDexel {
  private:
   Lattice lattice_;
   std::array<Field, 3> fields_;
-  Box material_bounds_;
+  LatticeBox material_bounds_;
   uint64_t generation_ = 0;
 };
 

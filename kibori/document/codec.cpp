@@ -366,12 +366,13 @@ Result<Lattice> lattice_from_json(const std::string& text) {
   return lattice;
 }
 
-std::string box_to_json(const Box& box) { return Json{vec(box.min), vec(box.max)}.dump(); }
+std::string box_to_json(const LatticeBox& box) { return Json{vec(box.units.min), vec(box.units.max)}.dump(); }
 
-Result<Box> box_from_json(const std::string& text) {
+Result<LatticeBox> box_from_json(const std::string& text) {
   const Json json = Json::parse(text, nullptr, false);
-  Box box;
-  if (!json.is_array() || json.size() != 2 || !read_vec(json[0], box.min) || !read_vec(json[1], box.max))
+  LatticeBox box;
+  if (!json.is_array() || json.size() != 2 || !read_vec(json[0], box.units.min) ||
+      !read_vec(json[1], box.units.max))
     return Error{"a box is not two corners of three numbers"};
   return box;
 }

@@ -26,8 +26,8 @@ Result<StrokeSettings> settings_from_json(const std::string& text);
 // Where the rays are, and a box; both as JSON.
 std::string lattice_to_json(const Lattice& lattice);
 Result<Lattice> lattice_from_json(const std::string& text);
-std::string box_to_json(const Box& box);
-Result<Box> box_from_json(const std::string& text);
+std::string box_to_json(const LatticeBox& box);
+Result<LatticeBox> box_from_json(const std::string& text);
 // Of a tile's bytes, as it stands in documents.
 int64_t hash_of(const Bytes& bytes);
 

@@ -279,7 +279,7 @@ Status Document::flush() {
   return Ok{};
 }
 
-Status Document::finish(const Snapshot& now, const Box& material_bounds, double removed_mm3) {
+Status Document::finish(const Snapshot& now, const LatticeBox& material_bounds, double removed_mm3) {
   if (open_step_ == 0) return wrong("no stroke is being made");
   Step step = steps_[open_step_];
   step.ticks = saved_ticks_ + static_cast<int64_t>(waiting_.size());

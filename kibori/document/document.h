@@ -126,7 +126,7 @@ class Document {
   struct Checkout {
     StepId step = 0;
     Snapshot state;
-    Box material_bounds;                // lattice units
+    LatticeBox material_bounds;
     std::map<StepId, Snapshot> states;  // come upon on the way
 
     Checkout() = default;
@@ -163,7 +163,7 @@ class Document {
   Status finish(const TriDexel& model, double removed_mm3) {
     return finish(model.snapshot(), model.material_bounds(), removed_mm3);
   }
-  Status finish(const Snapshot& now, const Box& material_bounds, double removed_mm3);
+  Status finish(const Snapshot& now, const LatticeBox& material_bounds, double removed_mm3);
   // The stroke is as if it had not been; the caller's model goes back to the head's state (go, restore).
   Status cancel();
 
@@ -228,14 +228,14 @@ class Document {
   struct TileJob {
     StepId step = 0;
     Snapshot now;
-    Box bounds;  // of the material
+    LatticeBox bounds;  // of the material
     bool planned = false;
     std::vector<TilePlace> places;
     size_t next = 0;
     std::unordered_map<const Tile*, int64_t> ids;
     bool done = false;
   };
-  void wait_for_tiles(StepId step, const Snapshot& now, const Box& bounds);
+  void wait_for_tiles(StepId step, const Snapshot& now, const LatticeBox& bounds);
   Status plan_tiles(TileJob& job) const;
   // Within a transaction.
   Status keep_tiles(TileJob& job, std::chrono::steady_clock::time_point until);
@@ -259,7 +259,7 @@ class Document {
   // As `model` is to be at a step that has tiles.
   Status go_by_tiles(TriDexel& model, StepId step) const;
   bool is_checkpoint(StepId step) const { return checkpoints_.count(step) != 0; }
-  void add_checkpoint(StepId step, const Box& bounds);
+  void add_checkpoint(StepId step, const LatticeBox& bounds);
   const Snapshot* state_of(StepId step) const {
     const auto found = states_.find(step);
     return found == states_.end() ? nullptr : &found->second;
@@ -278,10 +278,10 @@ class Document {
   std::map<StepId, Step> steps_;
   std::map<std::string, StepId> versions_;
   std::map<StepId, StepId> last_child_;            // gone back from
-  std::map<StepId, Box> checkpoints_;              // and the material's bounds there
+  std::map<StepId, LatticeBox> checkpoints_;       // and the material's bounds there
   std::unordered_set<StepId> before_checkpoints_;  // steps that a checkpoint follows
   std::deque<TileJob> tiles_;                      // that are being kept
-  Box material_bounds_;                            // of all states
+  LatticeBox material_bounds_;                     // of all states
   StepId head_ = 0, open_step_ = 0;
   int64_t open_sequence_ = 0, saved_ticks_ = 0;
   std::vector<StrokeTick> waiting_;

@@ -448,7 +448,7 @@ Status Document::read_tree() {
     });
   if (done)
     done = for_rows("SELECT step, bounds FROM checkpoint", [&](Statement& s) -> Status {
-      const Result<Box> box = box_from_json(s.text(1));
+      const Result<LatticeBox> box = box_from_json(s.text(1));
       if (!steps_.count(s.integer(0))) return Ok{};
       if (!box) return Error{"step " + std::to_string(s.integer(0)) + " has tiles that lie nowhere"};
       add_checkpoint(s.integer(0), box.value());

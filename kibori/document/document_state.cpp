@@ -19,7 +19,7 @@ constexpr size_t kFarAway = 500;
 
 // ---- Tiles
 
-void Document::wait_for_tiles(StepId step, const Snapshot& now, const Box& bounds) {
+void Document::wait_for_tiles(StepId step, const Snapshot& now, const LatticeBox& bounds) {
   material_bounds_.include(bounds);
   // A step that others with tiles follow has none: theirs are those that differ from the ones before it.
   if (!writes_ || is_checkpoint(step) || before_checkpoints_.count(step) || tiles_.size() >= kMaxWaiting)
@@ -30,7 +30,7 @@ void Document::wait_for_tiles(StepId step, const Snapshot& now, const Box& bound
   job.bounds = bounds;
 }
 
-void Document::add_checkpoint(StepId step, const Box& bounds) {
+void Document::add_checkpoint(StepId step, const LatticeBox& bounds) {
   checkpoints_[step] = bounds;
   material_bounds_.include(bounds);
   for (StepId at = steps_.at(step).parent; at != 0 && before_checkpoints_.insert(at).second;)

@@ -62,7 +62,7 @@ struct FieldEdit {
 void edit_field(const FieldEdit& edit, Removed& removed) {
   const FieldSnapshot& view = edit.view;
   const Axis axis = view.axis();
-  const Box bounds = edit.solid.bounds();
+  const Box bounds = edit.solid.bounds().units;
   if (bounds.empty()) return;
   const int u = u_index(axis), v = v_index(axis), d = depth_index(axis);
   const Range tus = tiles_between(bounds.min[u], bounds.max[u], view.nodes_u());
@@ -129,7 +129,7 @@ void edit_fields(int threads, const std::array<bool, 3>& fields, Removed& remove
     int64_t tiles = 0;
     for (const Axis axis : kAxes) {
       const FieldEdit edit = make_edit(axis);
-      tiles += tiles_touched(edit.view, edit.solid.bounds());
+      tiles += tiles_touched(edit.view, edit.solid.bounds().units);
     }
     if (tiles <= kFewTiles) threads = 1;
   }

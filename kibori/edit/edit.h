@@ -20,12 +20,12 @@ namespace kibori {
 
 // How the tool moved, for sums that depend on it.
 struct Motion {
-  // First moments are taken about this point [lattice units]: the tool's tip at the end of the tick.
-  Vec3 reference = Vec3::Zero();
-  // While turning: displacement of a material point at r from the reference is shift + turn x r. [lattice
-  // units, rad]
+  // First moments are taken about this point: the tool's tip at the end of the tick.
+  LatticePoint reference;
+  // While turning: displacement of a material point at r from the reference is shift + turn x r,
+  // turn in rad.
   bool turning = false;
-  Vec3 shift = Vec3::Zero();
+  LatticeVector shift;
   Vec3 turn = Vec3::Zero();
   Vec3 tool_axis = Vec3::UnitZ();
 };

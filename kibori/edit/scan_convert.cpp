@@ -64,7 +64,7 @@ constexpr float kRounding = 1e-2f;
 // lattice's face then. Larger, and spans begin outside of it.
 constexpr double kFitSlack = 1e-6;
 
-RayTable make_table(const std::vector<Vec3>& points, const TriangleMesh& mesh, const Lattice& lattice,
+RayTable make_table(const std::vector<LatticePoint>& points, const TriangleMesh& mesh, const Lattice& lattice,
                     Axis axis) {
   RayTable table;
   table.axis = axis;
@@ -109,7 +109,7 @@ RayTable make_table(const std::vector<Vec3>& points, const TriangleMesh& mesh, c
 
   const auto code = [&](uint32_t face) {
     const auto& t = mesh.triangles[face / 2];
-    const Vec3 n = (points[t[1]] - points[t[0]]).cross(points[t[2]] - points[t[0]]);
+    const Vec3 n = (points[t[1]] - points[t[0]]).units.cross((points[t[2]] - points[t[0]]).units);
     return encode_normal(n[u_index(axis)], n[v_index(axis)], n[depth_index(axis)]);
   };
   table.first.resize(table.rays() + 1);
@@ -428,11 +428,11 @@ Result<ScanReport> scan_convert(TriDexel& model, const TriangleMesh& mesh, uint8
                                 const ScanOptions& options) {
   if (mesh.triangles.empty()) return Error{"the mesh has no triangles"};
   const Lattice& lattice = model.lattice();
-  std::vector<Vec3> points(mesh.vertices.size());
+  std::vector<LatticePoint> points(mesh.vertices.size());
   for (size_t i = 0; i < points.size(); i++) points[i] = lattice.to_lattice(mesh.vertices[i]);
   Box box;
   for (const auto& t : mesh.triangles)
-    for (uint32_t index : t) box.include(points[index]);
+    for (uint32_t index : t) box.include(points[index].units);
   const Vec3 room = lattice.nodes.matrix().cast<double>();
   if (!(box.min.array() >= -kFitSlack).all() || !((room - box.max).array() >= -kFitSlack).all())
     return Error{"the mesh does not fit the lattice"};
@@ -469,7 +469,7 @@ Result<ScanReport> scan_convert(TriDexel& model, const TriangleMesh& mesh, uint8
   const std::array<std::vector<Toggle>, 3> wrong = Vote(tables).count();
   for (size_t i = 0; i < 3; i++) apply_toggles(tables[i], wrong[i], report);
   on_fields([&](size_t i) { write_field(model.field(kAxes[i]), tables[i], material); });
-  model.include_material(box.grown(1));
+  model.include_material({box.grown(1)});
   model.touch();
   return report;
 }

@@ -618,7 +618,7 @@ void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t sp
     part.node_sum[static_cast<size_t>(ti)] += n * (k0 + k1 - 1) / 2;
   }
   if (!motion.turning) return;
-  const Vec3 s = motion.shift + motion.turn.cross(r);
+  const Vec3 s = motion.shift.units + motion.turn.cross(r);
   const double s2 = s.squaredNorm();
   if (!(s2 > 0)) return;
   const double weight = length * (s[ti] * s[ti]) / s2;
@@ -650,7 +650,7 @@ void flush_sums(TileJob& job) {
   LaneTotals sum;
   HWY_DYNAMIC_DISPATCH(ReduceSums)(job.sums, sum);
   const double volume = sum.of[S::length];
-  const Vec3& ref = job.request.motion->reference;
+  const LatticePoint& ref = job.request.motion->reference;
   part.volume[axis] += volume;
   part.moment[axis][u] += sum.by_lane[S::length] + sum.of[S::length_u0] + volume * (0.5 - ref[u]);
   part.moment[axis][v] += sum.of[S::length_v] + volume * (0.5 - ref[v]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Vectors, boxes and poses. Lengths are mm in the world and pitches ("lattice units") in the lattice.
+// Vectors, boxes and poses, in mm where nothing else is said; lattice.h has those in lattice units.
 #pragma once
 
 #include <cmath>

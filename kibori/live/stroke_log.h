@@ -27,8 +27,8 @@ class StrokeLog {
   };
   struct End {
     Snapshot state;
-    Snapshot before;  // the stroke; let go of by the reader, as that takes time
-    Box bounds;       // of the material
+    Snapshot before;    // the stroke; let go of by the reader, as that takes time
+    LatticeBox bounds;  // of the material
     double removed_mm3 = 0;
   };
   // cancel: the stroke is as if it had not been. fence: all before it was done before it was asked for.

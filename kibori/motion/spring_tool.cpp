@@ -85,11 +85,11 @@ void SpringTool::for_sweeps(const Tick& tick, double share, F&& f) const {
   const Result<int> counted = substeps_of(tick.tool, way, lattice);
   const int substeps = counted ? counted.value() : 1;  // advance() has refused what has too many
   EditOptions options;
-  options.motion = {lattice.to_lattice(way.at(1).tip), false, Vec3::Zero(), Vec3::Zero(), way.start.axis()};
-  const Box everywhere{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
+  options.motion = {lattice.to_lattice(way.at(1).tip), false, LatticeVector(), Vec3::Zero(),
+                    way.start.axis()};
   for (int i = 0; i < substeps; i++) {
     const SweptTool sweep(tick.tool, way.substep(i, substeps), way.travel_mm / substeps, lattice,
-                          tick.mode == Mode::deposit ? everywhere : model_.material_bounds(),
+                          tick.mode == Mode::deposit ? lattice.whole() : model_.material_bounds(),
                           tick.clear && substeps == 1);
     f(sweep.solid(), options);
   }

@@ -18,7 +18,7 @@ Status check_symmetry(const Symmetry& symmetry, const Tool& tool) {
   return Ok{};
 }
 
-Vec3 centre_of(const Lattice& lattice) { return lattice.to_mm(0.5 * lattice.nodes.matrix().cast<double>()); }
+Vec3 centre_of(const Lattice& lattice) { return lattice.to_mm(lattice.whole().centre()); }
 
 Pose image_of(const Pose& pose, const Vec3& centre_mm, unsigned planes) {
   const Vec3 signs = signs_of(planes);

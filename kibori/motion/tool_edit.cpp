@@ -4,7 +4,7 @@
 namespace kibori {
 
 Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice) {
-  return {lattice.to_lattice(end.tip), motion.turns(), motion.travel_mm * (1 / lattice.pitch_mm),
+  return {lattice.to_lattice(end.tip), motion.turns(), lattice.vector_to_lattice(motion.travel_mm),
           motion.turn_rad, end.axis()};
 }
 
@@ -12,10 +12,9 @@ void ToolEdit::sweep(const Tool& tool, const ToolMotion& motion, const Pose& end
                      uint8_t material, int threads, bool clear, Removed& removed) {
   const Lattice& lattice = model_.lattice();
   const EditOptions options{sums_of(motion, end, lattice), threads};
-  const Box everywhere{Vec3::Zero(), lattice.nodes.matrix().cast<double>()};
   for (int i = 0; i < substeps; i++) {
     const SweptTool sweep(tool, motion.substep(i, substeps), motion.travel_mm / substeps, lattice,
-                          deposits ? everywhere : model_.material_bounds(), clear && i == 0);
+                          deposits ? lattice.whole() : model_.material_bounds(), clear && i == 0);
     if (deposits)
       deposit(model_, sweep.solid(), material, options, removed);
     else

@@ -203,9 +203,10 @@ constexpr double kInUnit = 0.9999;
 // A shift along the ray that no clamp to an end pose can miss.
 constexpr double kBeyondClamp = 1e10;
 
-SweptBall::SweptBall(const Vec3& centre, const Vec3& motion, double radius, bool start_is_clear)
-    : centre_(centre), motion_(motion), radius_(radius) {
-  const double length2 = motion.squaredNorm(), length = std::sqrt(length2);
+SweptBall::SweptBall(const LatticePoint& centre, const LatticeVector& motion, double radius,
+                     bool start_is_clear)
+    : centre_(centre.units), motion_(motion.units), radius_(radius) {
+  const double length2 = motion_.squaredNorm(), length = std::sqrt(length2);
   recentre_ = length > kRecentreLength;
   choose_vector_unit();
   kernel_ = HWY_DYNAMIC_DISPATCH(BallSpans);
@@ -266,11 +267,11 @@ SweptBall::View SweptBall::view_at(const RayTile& rays) const {
   return k;
 }
 
-Box SweptBall::bounds() const {
+LatticeBox SweptBall::bounds() const {
   Box box;
   box.include(centre_);
   box.include(Vec3(centre_ + motion_));
-  return box.grown(radius_);
+  return {box.grown(radius_)};
 }
 
 bool SweptBall::spans(const RayTile& rays, int layer, SpanLayer& out) const {

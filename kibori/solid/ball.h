@@ -18,11 +18,12 @@ namespace kibori {
 
 class SweptBall final : public Solid {
  public:
-  // centre, motion, radius in lattice units. `start_is_clear` promises that the ball at the start pose holds
+  // `radius` in lattice units. `start_is_clear` promises that the ball at the start pose holds
   // no material; rays where the sweep adds nothing to it are then skipped, and a cut comes out the same.
-  SweptBall(const Vec3& centre, const Vec3& motion, double radius, bool start_is_clear = false);
+  SweptBall(const LatticePoint& centre, const LatticeVector& motion, double radius,
+            bool start_is_clear = false);
 
-  Box bounds() const override;
+  LatticeBox bounds() const override;
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
   // Nothing left to do: `spans` knows the normals too.
   void normals(const RayTile&, int, const EndMasks&, SpanLayer&) const override {}

@@ -27,8 +27,9 @@ constexpr float kMinDiscriminant = 1e-36f;
 // A quadric that curves less along the motion than this [1/lattice unit^2] has no silhouette of its own.
 constexpr float kNoSilhouette = 1e-20f;
 // A discriminant below this share of the terms that it is the difference of is float32 rounding (four times
-// 2^-23): both roots are one, and whether they are real at all is chance. Smaller, and a ray through the path of
-// a cone's apex loses its end; larger, and the apex cuts rays that pass it at more than a thousandth of their way.
+// 2^-23): both roots are one, and whether they are real at all is chance. Smaller, and a ray through the path
+// of a cone's apex loses its end; larger, and the apex cuts rays that pass it at more than a thousandth of
+// their way.
 constexpr float kDoubleRoot = 5e-7f;
 
 struct Interval {
@@ -265,10 +266,10 @@ struct RowSolver {
     const float safe = std::abs(a) < kNoCurve ? -kNoCurve : a;
     const VF disc = hn::Sub(hn::Mul(b, b), hn::Mul(F(safe), c));
     if (k.first_face == 1) {
-      const VF terms = hn::Add(
-          hn::Mul(hn::Abs(b), hn::Add(hn::Abs(lin_t), hn::Abs(hn::Mul(lin_s, F(k.ts * inverse))))),
-          hn::Mul(F(std::abs(safe)),
-                  hn::Add(hn::Abs(con), hn::Abs(hn::Mul(hn::Mul(lin_s, lin_s), F(inverse))))));
+      const VF terms =
+          hn::Add(hn::Mul(hn::Abs(b), hn::Add(hn::Abs(lin_t), hn::Abs(hn::Mul(lin_s, F(k.ts * inverse))))),
+                  hn::Mul(F(std::abs(safe)),
+                          hn::Add(hn::Abs(con), hn::Abs(hn::Mul(hn::Mul(lin_s, lin_s), F(inverse))))));
       AtApex(hn::Le(disc, hn::Mul(F(kDoubleRoot), terms)), b, safe);
     }
     const MF real = hn::Ge(disc, hn::Zero(d));
@@ -401,20 +402,20 @@ void set_view(SweptConvex::View& k, Axis axis, const Mat3& q, const Vec3& b, dou
 
 }  // namespace
 
-SweptConvex::SweptConvex(const ConvexBody& body, const Vec3& tip, const Mat3& frame, const Vec3& motion,
-                         bool start_is_clear)
-    : motion_(motion), tip_(tip), c_(body.c) {
+SweptConvex::SweptConvex(const ConvexBody& body, const LatticePoint& tip, const Mat3& frame,
+                         const LatticeVector& motion, bool start_is_clear)
+    : motion_(motion.units), tip_(tip.units), c_(body.c) {
   q_ = frame * body.q * frame.transpose();
   b_ = frame * body.b;
   for (int j = 0; j < body.planes; j++) {
     plane_normal_[static_cast<size_t>(j)] = frame * body.plane_normal[static_cast<size_t>(j)];
     plane_offset_[static_cast<size_t>(j)] = body.plane_offset[static_cast<size_t>(j)];
   }
-  const double length = std::sqrt(motion.squaredNorm());
+  const double length = std::sqrt(motion_.squaredNorm());
   recentre_ = length > kRecentreLength;
   for (Axis axis : kAxes) {
     View& k = views_[static_cast<size_t>(axis)];
-    set_view(k, axis, q_, b_, c_, motion, body.planes, plane_normal_, plane_offset_);
+    set_view(k, axis, q_, b_, c_, motion_, body.planes, plane_normal_, plane_offset_);
     k.tip_u = tip[u_index(axis)];
     k.tip_v = tip[v_index(axis)];
     k.tip_d = tip[depth_index(axis)];
@@ -429,21 +430,21 @@ SweptConvex::SweptConvex(const ConvexBody& body, const Vec3& tip, const Mat3& fr
   if (start_is_clear && !body.cone && length > 0) {
     only_ahead_ = true;
     for (int j = 0; j < body.planes; j++)
-      only_ahead_ &= plane_normal_[static_cast<size_t>(j)].dot(motion) >= 0;
-    ahead_ = -(q_ * motion);
-    ahead_offset_ = -b_.dot(motion);
+      only_ahead_ &= plane_normal_[static_cast<size_t>(j)].dot(motion_) >= 0;
+    ahead_ = -(q_ * motion_);
+    ahead_offset_ = -b_.dot(motion_);
   }
   const Vec3 size = body.local_bounds.size();
   for (int corner = 0; corner < 8; corner++) {
     Vec3 p = body.local_bounds.min;
     for (int i = 0; i < 3; i++)
       if ((corner >> i) & 1) p[i] += size[i];
-    Vec3 world = tip;
+    Vec3 at = tip_;
     for (int i = 0; i < 3; i++)
       for (int j = 0; j < 3; j++)
-        if (frame(i, j) != 0) world[i] += frame(i, j) * p[j];  // 0 x infinity would be NaN
-    bounds_.include(world);
-    bounds_.include(Vec3(world + motion));
+        if (frame(i, j) != 0) at[i] += frame(i, j) * p[j];  // 0 x infinity would be NaN
+    bounds_.include(at);
+    bounds_.include(Vec3(at + motion_));
   }
   if (!body.local_bounds.min.allFinite() || !body.local_bounds.max.allFinite()) {
     constexpr double inf = std::numeric_limits<double>::infinity();

@@ -42,12 +42,12 @@ struct ConvexBody {
 
 class SweptConvex final : public Solid {
  public:
-  // tip, frame: pose at the start; motion [lattice units]. start_is_clear: there is no material in the start
+  // tip, frame: pose at the start. start_is_clear: there is no material in the start
   // pose, so rays on which the sweep reaches nothing beyond it may be left out.
-  SweptConvex(const ConvexBody& body, const Vec3& tip, const Mat3& frame, const Vec3& motion,
+  SweptConvex(const ConvexBody& body, const LatticePoint& tip, const Mat3& frame, const LatticeVector& motion,
               bool start_is_clear = false);
 
-  Box bounds() const override { return bounds_; }
+  LatticeBox bounds() const override { return {bounds_}; }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
   void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 

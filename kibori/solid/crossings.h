@@ -13,7 +13,7 @@
 
 #include <kibori/base/tolerances.h>
 #include <kibori/geometry/axis.h>
-#include <kibori/geometry/vec.h>
+#include <kibori/geometry/lattice.h>
 
 namespace kibori {
 
@@ -28,10 +28,10 @@ struct SnappedPoint {
   double depth;
 };
 
-inline SnappedPoint snap(const Vec3& lattice_point, Axis axis) {
+inline SnappedPoint snap(const LatticePoint& point, Axis axis) {
   constexpr double kScale = 1 << kSnapBits;
-  return {std::llround(lattice_point[u_index(axis)] * kScale),
-          std::llround(lattice_point[v_index(axis)] * kScale), lattice_point[depth_index(axis)]};
+  return {std::llround(point[u_index(axis)] * kScale), std::llround(point[v_index(axis)] * kScale),
+          point[depth_index(axis)]};
 }
 
 // Calls f(u, v, depth, sign) for each ray of `rect` that crosses triangle abc; sign is +1 where the ray goes

@@ -33,14 +33,14 @@ void clip(double slope, double offset, double& lo, double& hi) {
 
 }  // namespace
 
-SweptMesh::SweptMesh(const TriangleMesh& mesh, const Pose& start, const Vec3& motion_mm,
+SweptMesh::SweptMesh(const TriangleMesh& mesh, const Pose& start, const LatticeVector& motion,
                      const Lattice& lattice)
-    : triangles_(mesh.triangles), motion_(motion_mm / lattice.pitch_mm) {
+    : triangles_(mesh.triangles), motion_(motion.units) {
   static std::atomic<uint64_t> next_id{1};
   id_ = next_id++;
   points_.reserve(mesh.vertices.size());
   for (const Vec3& p : mesh.vertices) {
-    points_.push_back(lattice.to_lattice(start.to_world(p)));
+    points_.push_back(lattice.to_lattice(start.to_world(p)).units);
     bounds_.include(points_.back());
     bounds_.include(Vec3(points_.back() + motion_));
   }
@@ -75,7 +75,7 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
       continue;
     const Vec3 normal = (b - a).cross(c - a);
     const uint32_t face_code = code_of(normal, axis);
-    for_crossings(snap(a, axis), snap(b, axis), snap(c, axis), axis, rect,
+    for_crossings(snap({a}, axis), snap({b}, axis), snap({c}, axis), axis, rect,
                   [&](int u, int v, double depth, int sign) {
                     const auto slot = static_cast<size_t>((v - rays.v0) * kTileSide + (u - rays.u0));
                     // The depth on the unsnapped plane, where the prism of this triangle begins.

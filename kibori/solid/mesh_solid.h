@@ -15,10 +15,10 @@ namespace kibori {
 
 class SweptMesh final : public Solid {
  public:
-  // mesh in tool coordinates [mm].
-  SweptMesh(const TriangleMesh& mesh, const Pose& start, const Vec3& motion_mm, const Lattice& lattice);
+  // `mesh` in tool coordinates [mm], `start` in the world.
+  SweptMesh(const TriangleMesh& mesh, const Pose& start, const LatticeVector& motion, const Lattice& lattice);
 
-  Box bounds() const override { return bounds_; }
+  LatticeBox bounds() const override { return {bounds_}; }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
   void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 

@@ -199,11 +199,11 @@ ConvexBody enclosing_cylinder(double disc_radius, double corner) {
 }
 }  // namespace
 
-SweptRim::SweptRim(const Vec3& centre, const Mat3& frame, double disc_radius, double corner,
-                   const Vec3& motion)
-    : centre_(centre),
+SweptRim::SweptRim(const LatticePoint& centre, const Mat3& frame, double disc_radius, double corner,
+                   const LatticeVector& motion)
+    : centre_(centre.units),
       axis_(frame.col(2)),
-      motion_(motion),
+      motion_(motion.units),
       disc_radius_(disc_radius),
       corner_(corner),
       hull_(enclosing_cylinder(disc_radius, corner), centre, frame, motion) {}

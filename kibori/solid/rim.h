@@ -15,10 +15,12 @@ namespace kibori {
 
 class SweptRim final : public Solid {
  public:
-  // centre of the disc at the start, unit axis, disc radius, corner radius, motion [lattice units].
-  SweptRim(const Vec3& centre, const Mat3& frame, double disc_radius, double corner, const Vec3& motion);
+  // Centre of the disc at the start, its frame (z: its axis), radii of disc and corner [lattice units],
+  // motion.
+  SweptRim(const LatticePoint& centre, const Mat3& frame, double disc_radius, double corner,
+           const LatticeVector& motion);
 
-  Box bounds() const override { return hull_.bounds(); }
+  LatticeBox bounds() const override { return hull_.bounds(); }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
   void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 

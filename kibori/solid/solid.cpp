@@ -12,9 +12,9 @@ bool row_filled(const SpanLayer& layer, int row) { return (layer.rows >> row) & 
 
 // ---- Complement: the gaps between the layers of `inside` ----
 
-Box Complement::bounds() const {
+LatticeBox Complement::bounds() const {
   constexpr double inf = std::numeric_limits<double>::infinity();
-  return {Vec3::Constant(-inf), Vec3::Constant(inf)};
+  return {{Vec3::Constant(-inf), Vec3::Constant(inf)}};
 }
 
 bool Complement::spans(const RayTile& rays, int layer, SpanLayer& out) const {

@@ -10,7 +10,7 @@
 
 #include <kibori/dexel/tile.h>
 #include <kibori/geometry/axis.h>
-#include <kibori/geometry/vec.h>
+#include <kibori/geometry/lattice.h>
 
 namespace kibori {
 
@@ -56,8 +56,8 @@ class Solid {
  public:
   virtual ~Solid() = default;
 
-  // A box [lattice units, x y z] that holds the solid; infinite where the solid is.
-  virtual Box bounds() const = 0;
+  // A box that holds the solid; infinite where the solid is.
+  virtual LatticeBox bounds() const = 0;
 
   // Fills layer `layer`, whose `normals_ready` and `last` come in as 0; false when no ray of the tile has so
   // many intervals. Layers come in order along each ray.
@@ -72,7 +72,7 @@ class Solid {
 class Complement final : public Solid {
  public:
   explicit Complement(const Solid& inside) : inside_(inside) {}
-  Box bounds() const override;
+  LatticeBox bounds() const override;
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
   void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
@@ -85,7 +85,7 @@ class Complement final : public Solid {
 class Difference final : public Solid {
  public:
   Difference(const Solid& whole, const Solid& part) : whole_(whole), part_(part) {}
-  Box bounds() const override { return whole_.bounds(); }
+  LatticeBox bounds() const override { return whole_.bounds(); }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
   void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 

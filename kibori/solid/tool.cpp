@@ -191,20 +191,24 @@ double reach_mm(const Tool& tool) {
 }
 
 SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm, const Lattice& lattice,
-                     const Box& material, bool start_is_clear) {
+                     const LatticeBox& material_bounds, bool start_is_clear) {
   const double scale = 1 / lattice.pitch_mm;
-  const Vec3 tip = lattice.to_lattice(start.tip), motion = motion_mm * scale, axis = start.axis();
+  const LatticePoint tip = lattice.to_lattice(start.tip);
+  const LatticeVector motion = lattice.vector_to_lattice(motion_mm);
+  const Vec3 axis = start.axis();
+  const auto above_tip = [&](double height) { return tip + LatticeVector{height * axis}; };
   const Mat3& frame = start.frame;
   // Height above the tip, along the axis, of the material's farthest corner: the body beyond it meets
   // nothing.
   const auto useful = [&] {
+    const Box& material = material_bounds.units;
     if (material.empty() || !material.min.allFinite() || !material.max.allFinite()) return kInfinity;
     double height = 0;
     for (int corner = 0; corner < 8; corner++) {
       Vec3 p = material.min;
       for (int i = 0; i < 3; i++)
         if ((corner >> i) & 1) p[i] = material.max[i];
-      height = std::max({height, (p - tip).dot(axis), (p - tip - motion).dot(axis)});
+      height = std::max({height, (p - tip.units).dot(axis), (p - tip.units - motion.units).dot(axis)});
     }
     return height + 1;
   };
@@ -223,25 +227,26 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
             convex(finger_body(t.ks * lattice.pitch_mm, Top(t.length * scale, useful())));
           },
           [&](const BallTool& t) {
-            add<SweptBall>(Vec3(tip + t.radius * scale * axis), motion, t.radius * scale, start_is_clear);
+            add<SweptBall>(above_tip(t.radius * scale), motion, t.radius * scale, start_is_clear);
           },
           [&](const Flat& t) { convex(cylinder(t.radius * scale, 0, Top(t.length * scale, useful()))); },
           [&](const Bull& t) {
             const double corner = t.corner * scale;
             convex(cylinder(t.radius * scale, corner, Top(t.length * scale, std::max(2 * corner, useful()))));
-            add<SweptRim>(Vec3(tip + corner * axis), frame, (t.radius - t.corner) * scale, corner, motion);
+            add<SweptRim>(above_tip(corner), frame, (t.radius - t.corner) * scale, corner, motion);
           },
           [&](const Cone& t) { pointed(t.angle_deg, t.radius, t.length); },
           [&](const Capsule& t) {
             const double radius = t.radius * scale;
-            const Vec3 base = tip + radius * axis, body = (t.length * scale - 2 * radius) * axis;
+            const LatticePoint base = above_tip(radius);
+            const LatticeVector body{(t.length * scale - 2 * radius) * axis};
             add<SweptBall>(base, motion, radius);
-            add<SweptBall>(Vec3(base + body), motion, radius);
+            add<SweptBall>(base + body, motion, radius);
             add<SweptBall>(base, body, radius);
-            add<SweptBall>(Vec3(base + motion), body, radius);
-            if (motion.cross(body).squaredNorm() > kNoArea * kNoArea)
-              add<SweptConvex>(thick_parallelogram(body, motion, radius), base, Mat3::Identity(),
-                               Vec3::Zero());
+            add<SweptBall>(base + motion, body, radius);
+            if (motion.units.cross(body.units).squaredNorm() > kNoArea * kNoArea)
+              add<SweptConvex>(thick_parallelogram(body.units, motion.units, radius), base, Mat3::Identity(),
+                               LatticeVector());
           },
           [&](const HalfSpace&) {
             ConvexBody body;
@@ -271,24 +276,28 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
             body.local_bounds = {Vec3(-r.x(), -r.y(), 0), Vec3(r.x(), r.y(), 2 * r.z())};
             convex(body);
           },
-          [&](const MeshTool& t) { add<SweptMesh>(*t.mesh, start, motion_mm, lattice); },
+          [&](const MeshTool& t) {
+            // Divided: documents carved with mesh tools replay to the same bits.
+            add<SweptMesh>(*t.mesh, start, LatticeVector{motion_mm / lattice.pitch_mm}, lattice);
+            ;
+          },
           [&](const Drill& t) { pointed(t.angle_deg, t.radius, t.length); },
           [&](const TaperedBall& t) {
             const TaperHeights at = taper_heights(t);
             const double ball = t.ball * scale, apex = at.apex * scale, full = std::min(at.full, t.length);
-            add<SweptBall>(Vec3(tip + ball * axis), motion, ball, start_is_clear);
+            add<SweptBall>(above_tip(ball), motion, ball, start_is_clear);
             if (useful() > at.tangent * scale)
               add<SweptConvex>(cone_body(cone_slope(t.angle_deg), at.tangent * scale - apex,
                                          Top(full * scale - apex, useful() - apex)),
-                               Vec3(tip + apex * axis), frame, motion, start_is_clear);
+                               above_tip(apex), frame, motion, start_is_clear);
             if (t.length > full && useful() > full * scale)
               convex(cylinder(t.radius * scale, full * scale, Top(t.length * scale, useful())));
           }},
       tool);
 }
 
-Box SweptTool::bounds() const {
-  Box box;
+LatticeBox SweptTool::bounds() const {
+  LatticeBox box;
   for (size_t i = 0; i < count_; i++) box.include(solids_[i]->bounds());
   return box;
 }

@@ -188,7 +188,7 @@ double reach_mm(const Tool& tool);
 class SweptTool final : public Solid {
  public:
   SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm, const Lattice& lattice,
-            const Box& material, bool start_is_clear = false);
+            const LatticeBox& material, bool start_is_clear = false);
 
   ~SweptTool() override {
     for (size_t i = 0; i < count_; i++) solids_[i]->~Solid();
@@ -199,7 +199,7 @@ class SweptTool final : public Solid {
   // The same solid, without the way through this one where there is a single piece.
   const Solid& solid() const { return *(count_ == 1 ? solids_[0] : this); }
 
-  Box bounds() const override;
+  LatticeBox bounds() const override;
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
   void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 

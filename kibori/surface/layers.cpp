@@ -68,7 +68,7 @@ class Plane2 {
 
 Layer slice_layer(const Snapshot& model, int k) {
   const Plane2 plane(model, k);
-  Layer layer{model.lattice.to_mm(Vec3(0, 0, k + 0.5)).z(), {}};
+  Layer layer{model.lattice.to_mm(LatticePoint{Vec3(0, 0, k + 0.5)}).z(), {}};
   // Crossed edges: 2 i + (0: along x, 1: along y) from node i. Around a cell, the outline goes from the side
   // where material ends (counter-clockwise) to the one where it begins, around the inside corners between;
   // where there are two such pairs, inside corners are kept apart.
@@ -95,7 +95,7 @@ Layer slice_layer(const Snapshot& model, int k) {
     for (uint32_t edge = first; next[edge] != ~0u;) {
       const int node = static_cast<int>(edge / 2), width = plane.nx() + 2;
       const auto p = plane.point(node % width - 1, node / width - 1, edge % 2 == 1);
-      const Vec3 mm = model.lattice.to_mm(Vec3(p[0], p[1], 0));
+      const Vec3 mm = model.lattice.to_mm(LatticePoint{Vec3(p[0], p[1], 0)});
       outline.push_back({mm.x(), mm.y()});
       const uint32_t after = next[edge];
       next[edge] = ~0u;
@@ -158,8 +158,8 @@ HeightMap height_map(const Snapshot& model) {
     }
   map.pixels.assign(tops.size(), 0);
   if (low > high) return map;
-  map.low_mm = model.lattice.to_mm(Vec3(0, 0, static_cast<double>(low))).z();
-  map.high_mm = model.lattice.to_mm(Vec3(0, 0, static_cast<double>(high))).z();
+  map.low_mm = model.lattice.to_mm(LatticePoint{Vec3(0, 0, static_cast<double>(low))}).z();
+  map.high_mm = model.lattice.to_mm(LatticePoint{Vec3(0, 0, static_cast<double>(high))}).z();
   const double scale = high > low ? 65534 / (static_cast<double>(high) - static_cast<double>(low)) : 0;
   for (size_t i = 0; i < tops.size(); i++)
     if (tops[i] != -kFar)

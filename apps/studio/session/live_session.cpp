@@ -80,8 +80,8 @@ Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> doc
     session->pointer_ = pointer.get();
     device = std::move(pointer);
   } else {
-    const Box& material = model->material_bounds();
-    const Vec3 size = (material.max - material.min) * session->lattice_.pitch_mm;
+    const Box material_mm = session->lattice_.to_mm(model->material_bounds());
+    const Vec3 size = material_mm.size();
     if (options.device == "virtual") {
       device = simulated_hand(size, settings.rate_hz);
     } else {
@@ -105,10 +105,10 @@ Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> doc
     session->held_ = held;
     settings.force_scale = held.share;
     settings.spring.stiffness_n_mm = held.stiffness_n_mm / (held.share * held.scale);
-    Vec3 top = material.centre();
-    top.z() = material.max.z();
+    Vec3 top = material_mm.centre();
+    top.z() = material_mm.max.z();
     // The second button is the clutch: as one lifts a mouse.
-    settings.workspace = Workspace(session->lattice_.to_mm(top), held.scale, 1);
+    settings.workspace = Workspace(top, held.scale, 1);
     settings.idle_s = kDeviceIdleS;
     settings.armed = false;
   }
