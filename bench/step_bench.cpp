@@ -81,7 +81,7 @@ StepTimes carve_single_direction(int nodes, const std::vector<Point>& path, floa
     const double start = now_us();
     Removed removed;
     Motion motion;
-    motion.reference = to;
+    motion.reference = {to};
     cut_field(model->field(Axis::z),
               SweptBall(LatticePoint{last}, LatticeVector{to - last}, static_cast<double>(radius), i > 0),
               motion, removed);

@@ -59,12 +59,12 @@ TEST(DocumentWriter, KeepsWhatTheHandDoes) {
       Folder folder;
       const std::filesystem::path file = folder.path / "live.kibori";
       Rig r = busy_rig(model);
-      auto document = Document::create(file, r.live->model(), "{}");
+      auto document = Document::create(file, r.live->context().model(), "{}");
       ASSERT_TRUE(document.ok()) << document.error();
       {
         DocumentWriter writer(*r.live, std::move(document).value());
         int done = 0;
-        const auto change = [&](LiveCarving& live) {
+        const auto change = [&](ServoContext& live) {
           live.settings().tool = BallTool{2.0 + 0.1 * done++};
           live.settings().materials[0].u = 0.03;
         };
@@ -78,7 +78,7 @@ TEST(DocumentWriter, KeepsWhatTheHandDoes) {
           r.live->stop();
           writer.stop();
         } else {
-          r.live->safety().arm();
+          r.live->context().safety().arm();
           for (int i = 0; i < 3000; i++) {
             if (i % 700 == 699) {
               EXPECT_TRUE(r.live->post(change));
@@ -86,19 +86,19 @@ TEST(DocumentWriter, KeepsWhatTheHandDoes) {
             r.live->tick(0.001);
             if (i % 20 == 0) writer.write();
           }
-          r.live->finish_stroke();
+          r.live->context().finish_stroke();
           writer.write();
         }
         EXPECT_EQ(writer.trouble(), "");
         EXPECT_FALSE(writer.document().in_stroke());
         EXPECT_EQ(writer.document().steps().at(writer.document().head()).hash,
-                  r.live->model().content_hash());
+                  r.live->context().model().content_hash());
       }
       auto after = Document::open(file, Document::Access::read);
       ASSERT_TRUE(after.ok()) << after.error();
       // How many strokes a second of real time has, is the machine's.
       EXPECT_GE(after.value()->steps().size(), threads ? 2u : 3u);
-      EXPECT_EQ(after.value()->load().value()->content_hash(), r.live->model().content_hash());
+      EXPECT_EQ(after.value()->load().value()->content_hash(), r.live->context().model().content_hash());
       double removed = 0;
       for (const auto& [id, step] : after.value()->steps()) removed += step.removed_mm3;
       EXPECT_NEAR(removed, r.live->totals().removed_mm3, 1e-6 * removed);
@@ -115,14 +115,14 @@ TEST(DocumentWriter, GoesBackAndForthWhileAHandCarves) {
     const std::filesystem::path file = folder.path / (model == ForceModel::series ? "s.kibori" : "p.kibori");
     Rig r = busy_rig(model);
     LiveCarving& live = *r.live;
-    auto document = Document::create(file, live.model(), "{}");
+    auto document = Document::create(file, live.context().model(), "{}");
     ASSERT_TRUE(document.ok()) << document.error();
     const int rounds = std::getenv("KIBORI_SHORT") ? 30 : 150;
     int undone = 0, cancelled = 0;
     size_t written = 0;
     {
       DocumentWriter writer(live, std::move(document).value(), true);
-      live.safety().arm();
+      live.context().safety().arm();
       const auto run = [&](int ticks) {
         for (int i = 0; i < ticks; i++) {
           live.tick(0.001);
@@ -130,7 +130,7 @@ TEST(DocumentWriter, GoesBackAndForthWhileAHandCarves) {
         }
       };
       const auto set_mode = [&](Mode mode) {
-        ASSERT_TRUE(live.post([mode](LiveCarving& l) { l.settings().mode = mode; }));
+        ASSERT_TRUE(live.post([mode](ServoContext& l) { l.settings().mode = mode; }));
       };
       const auto settled = [&] {
         for (int i = 0; i < 100 && !writer.idle(); i++) run(3);
@@ -162,7 +162,8 @@ TEST(DocumentWriter, GoesBackAndForthWhileAHandCarves) {
         settled();
         if (lifted) {
           EXPECT_FALSE(writer.document().in_stroke());
-          EXPECT_EQ(writer.document().steps().at(writer.document().head()).hash, live.model().content_hash())
+          EXPECT_EQ(writer.document().steps().at(writer.document().head()).hash,
+                    live.context().model().content_hash())
               << random.note();
           EXPECT_EQ(writer.document().steps().size(), steps);
           if (action == kUndo) {
@@ -178,10 +179,11 @@ TEST(DocumentWriter, GoesBackAndForthWhileAHandCarves) {
       writer.go(4711);
       settled();
       EXPECT_NE(writer.notice().find("has no step 4711"), std::string::npos);
-      live.finish_stroke();
+      live.context().finish_stroke();
       writer.write();
       EXPECT_EQ(writer.trouble(), "");
-      EXPECT_EQ(writer.document().steps().at(writer.document().head()).hash, live.model().content_hash());
+      EXPECT_EQ(writer.document().steps().at(writer.document().head()).hash,
+                live.context().model().content_hash());
       written = writer.document().steps().size();
     }
     // So many rounds have some of everything.
@@ -191,7 +193,7 @@ TEST(DocumentWriter, GoesBackAndForthWhileAHandCarves) {
     // Every step is finished, and its ticks and forces are those it was made of.
     for (const auto& [id, step] : after.value()->steps()) EXPECT_TRUE(step.finished);
     expect_sound(*after.value());
-    EXPECT_EQ(after.value()->load().value()->content_hash(), live.model().content_hash());
+    EXPECT_EQ(after.value()->load().value()->content_hash(), live.context().model().content_hash());
   }
 }
 
@@ -200,22 +202,22 @@ TEST(DocumentWriter, CancelledBeforeAnythingElse) {
   Folder folder;
   Rig r = busy_rig(ForceModel::series);
   LiveCarving& live = *r.live;
-  auto document = Document::create(folder.path / "c.kibori", live.model(), "{}");
+  auto document = Document::create(folder.path / "c.kibori", live.context().model(), "{}");
   ASSERT_TRUE(document.ok()) << document.error();
   DocumentWriter writer(live, std::move(document).value());
-  live.safety().arm();
+  live.context().safety().arm();
   for (int i = 0; i < 5000 && !writer.document().in_stroke(); i++) {
     live.tick(0.001);
     writer.write();
   }
   ASSERT_TRUE(writer.document().in_stroke());
   live.cancel_stroke();
-  ASSERT_TRUE(live.post([](LiveCarving& l) { l.settings().mode = Mode::off; }));
+  ASSERT_TRUE(live.post([](ServoContext& l) { l.settings().mode = Mode::off; }));
   live.tick(0.001);
   writer.write();
   EXPECT_FALSE(writer.document().in_stroke());
   EXPECT_EQ(writer.document().steps().size(), 1u);
-  EXPECT_EQ(live.model().content_hash(), writer.document().steps().at(1).hash);
+  EXPECT_EQ(live.context().model().content_hash(), writer.document().steps().at(1).hash);
 }
 
 // The same on three threads; the second time in a document that was just opened, whose states are made beside
@@ -237,7 +239,7 @@ TEST(DocumentWriter, HistoryFromAnotherThread) {
     }
     Rig r = busy_rig(ForceModel::series, again ? std::move(model).value() : nullptr);
     LiveCarving& live = *r.live;
-    if (!again) document = Document::create(file, live.model(), "{}");
+    if (!again) document = Document::create(file, live.context().model(), "{}");
     ASSERT_TRUE(document.ok()) << document.error();
     DocumentWriter writer(live, std::move(document).value());
     writer.start();
@@ -272,7 +274,8 @@ TEST(DocumentWriter, HistoryFromAnotherThread) {
     writer.stop();
     EXPECT_EQ(writer.trouble(), "");
     EXPECT_EQ(writer.document().versions().size(), versions + static_cast<size_t>(calls));
-    EXPECT_EQ(writer.document().steps().at(writer.document().head()).hash, live.model().content_hash());
+    EXPECT_EQ(writer.document().steps().at(writer.document().head()).hash,
+              live.context().model().content_hash());
   }
   auto after = Document::open(file, Document::Access::read);
   ASSERT_TRUE(after.ok()) << after.error();
@@ -346,7 +349,7 @@ TEST(DocumentWriter, KilledWhileAHandCarves) {
       });
       auto live = LiveCarving::make(test::block(0.25),
                                     std::make_unique<WatchedDevice>(std::move(hand), *witness), settings);
-      auto document = Document::create(file, live.value()->model(), "{}");
+      auto document = Document::create(file, live.value()->context().model(), "{}");
       if (!document) _exit(1);
       DocumentWriter writer(*live.value(), std::move(document).value());
       writer.start();
@@ -354,7 +357,7 @@ TEST(DocumentWriter, KilledWhileAHandCarves) {
       // Whatever comes from elsewhere ends a stroke, and the next begins.
       for (int i = 0; i < 40; i++) {
         std::this_thread::sleep_for(std::chrono::milliseconds(150));
-        live.value()->post([](LiveCarving&) {});
+        live.value()->post([](ServoContext&) {});
       }
       _exit(0);
     }
@@ -403,11 +406,11 @@ TEST(DocumentWriter, AFullDiskIsToldAndNothingIsLost) {
   const std::filesystem::path file = folder.path / "full.kibori", other = folder.path / "other.kibori";
   Rig r = busy_rig(ForceModel::series);
   LiveCarving& live = *r.live;
-  auto document = Document::create(file, live.model(), "{}", {}, FaultVfs::kName);
+  auto document = Document::create(file, live.context().model(), "{}", {}, FaultVfs::kName);
   ASSERT_TRUE(document.ok()) << document.error();
   {
     DocumentWriter writer(live, std::move(document).value());
-    live.safety().arm();
+    live.context().safety().arm();
     const auto run = [&](int ticks) {
       for (int i = 0; i < ticks; i++) {
         live.tick(0.001);
@@ -429,7 +432,7 @@ TEST(DocumentWriter, AFullDiskIsToldAndNothingIsLost) {
     run(500);
     EXPECT_TRUE(moved.ok()) << moved.error();
     EXPECT_EQ(writer.trouble(), "");
-    live.finish_stroke();
+    live.context().finish_stroke();
     writer.write();
   }
   vfs.reset();
@@ -438,7 +441,7 @@ TEST(DocumentWriter, AFullDiskIsToldAndNothingIsLost) {
     ASSERT_TRUE(after.ok()) << after.error();
     expect_sound(*after.value());
     if (path == other) {
-      EXPECT_EQ(after.value()->load().value()->content_hash(), live.model().content_hash());
+      EXPECT_EQ(after.value()->load().value()->content_hash(), live.context().model().content_hash());
     }
   }
 }

@@ -51,7 +51,9 @@ struct Bench {
     EXPECT_TRUE(made.ok()) << made.error();
     live = std::move(made).value();
   }
-  double u() const { return live->settings().materials.front().u * live->settings().spring.hand_share; }
+  double u() const {
+    return live->context().settings().materials.front().u * live->context().settings().spring.hand_share;
+  }
   const Vec3& tip() const { return tip_; }
 
   void tick(int ticks = 1) {
@@ -66,7 +68,7 @@ struct Bench {
   }
   void press(const Pose& pose, double time_s, Mode mode = Mode::cut) {
     stroke = pointer->begin(pose, time_s);
-    ASSERT_TRUE(live->post([this, pose, mode, number = stroke](LiveCarving& l) {
+    ASSERT_TRUE(live->post([this, pose, mode, number = stroke](ServoContext& l) {
       l.settings().mode = mode;
       pointer->follow(number, l.place_clear(pose).value_or(pose));
     }));
@@ -78,13 +80,13 @@ struct Bench {
     EXPECT_EQ(pointer->finished(), stroke);
   }
   void lift() {
-    ASSERT_TRUE(live->post([this, number = stroke](LiveCarving& l) {
+    ASSERT_TRUE(live->post([this, number = stroke](ServoContext& l) {
       l.settings().mode = Mode::off;
       pointer->give_up(number);
     }));
     tick(2);
   }
-  uint64_t hash() { return live->model().content_hash(); }
+  uint64_t hash() { return live->context().model().content_hash(); }
 
  private:
   Vec3 tip_ = Vec3::Zero();
@@ -290,7 +292,7 @@ TEST(Hand, ABlunterFingerGoesOnCutting) {
   straight(bench, 20, 40, 2, 200);
   bench.tick(400);
   const double before = bench.removed_mm3;
-  ASSERT_TRUE(bench.live->post([](LiveCarving& l) { l.change_tool(Finger{0.05, 20}); }));
+  ASSERT_TRUE(bench.live->post([](ServoContext& l) { l.change_tool(Finger{0.05, 20}); }));
   for (int i = 1; i <= 50; i++) bench.pointer->move(upright(40 + 0.4 * i, 20, 18), 5.2 + 0.004 * i);
   bench.finish();
   EXPECT_FALSE(bench.inside);
@@ -306,13 +308,13 @@ TEST(Hand, AMalletDrivesAHandTool) {
   EXPECT_LT(bench.removed_mm3, 1);  // 32 mm^2 of oak would take 800 N
   double last = bench.removed_mm3;
   for (int blow = 0; blow < 2; blow++) {
-    ASSERT_TRUE(bench.live->post([](LiveCarving& l) { l.strike(3000); }));
+    ASSERT_TRUE(bench.live->post([](ServoContext& l) { l.strike(3000); }));
     bench.tick(5);
     EXPECT_NEAR(bench.removed_mm3 - last, 3000 / 25.0, 0.03 * 120);
     last = bench.removed_mm3;
   }
   for (int blow = 0; blow < 3; blow++) {
-    ASSERT_TRUE(bench.live->post([](LiveCarving& l) { l.strike(3000); }));
+    ASSERT_TRUE(bench.live->post([](ServoContext& l) { l.strike(3000); }));
     bench.tick(5);
   }
   EXPECT_NEAR(bench.removed_mm3, 32 * 8, 2);

@@ -258,13 +258,13 @@ TEST(Live, PressingBelowYieldComesToRestOnTheFace) {
   settings.spring.stiffness_n_mm = 1;
   settings.materials[0].yield_n = 5;
   Rig r = rig(device, settings, [](double t) { return down(-std::min(6.0, 3 * t)); });
-  r.live->safety().arm();
+  r.live->context().safety().arm();
   LiveTick tick;
   for (int i = 0; i < 6000; i++) tick = r.live->tick(0.001);
   // Target 1 mm below the face, grip 0.5 N/mm against 1 N/mm: a third of a millimetre in.
   EXPECT_NEAR(tick.tool.tip.z(), 20, 0.05);  // a tenth of a cell
   EXPECT_NEAR(tick.given.force.z(), 1.0 / 3, 0.02);
-  EXPECT_EQ(r.live->model().volume_mm3(), 40 * 30 * 20);
+  EXPECT_EQ(r.live->context().model().volume_mm3(), 40 * 30 * 20);
 }
 
 TEST(Live, EveryFaultOfTheDeviceTakesTheForceAway) {
@@ -275,7 +275,7 @@ TEST(Live, EveryFaultOfTheDeviceTakesTheForceAway) {
     settings.spring.stiffness_n_mm = 1;
     settings.materials[0].yield_n = 5;
     Rig r = rig(device, settings, [](double t) { return down(-std::min(6.0, 6 * t)); });
-    r.live->safety().arm();
+    r.live->context().safety().arm();
     LiveTick tick;
     for (int i = 0; i < 2500; i++) tick = r.live->tick(0.001);
     EXPECT_GT(length(tick.given.force), 0.1);
@@ -284,8 +284,8 @@ TEST(Live, EveryFaultOfTheDeviceTakesTheForceAway) {
     EXPECT_EQ(length(tick.given.force), 0);
     for (int i = 0; i < 30; i++) tick = r.live->tick(0.001);
     EXPECT_EQ(length(tick.given.force), 0);
-    EXPECT_EQ(r.live->safety().state(), SafetyStage::State::off);
-    EXPECT_NE(r.live->safety().trip(), Trip::none);
+    EXPECT_EQ(r.live->context().safety().state(), SafetyStage::State::off);
+    EXPECT_NE(r.live->context().safety().trip(), Trip::none);
     EXPECT_FALSE(r.device->complaint().empty());
   }
 }
@@ -296,12 +296,12 @@ TEST(Live, StartsInsideMaterialWithoutForceAndWithoutCutting) {
   LiveSettings settings;
   settings.spring.stiffness_n_mm = 1;
   Rig r = rig(device, settings, [](double t) { return down(-15 + 20 * t); });
-  r.live->safety().arm();
+  r.live->context().safety().arm();
   for (int i = 0; i < 1500; i++) {
     const LiveTick tick = r.live->tick(0.001);
     EXPECT_EQ(length(tick.computed.force), 0);
   }
-  EXPECT_EQ(r.live->model().volume_mm3(), 40 * 30 * 20);
+  EXPECT_EQ(r.live->context().model().volume_mm3(), 40 * 30 * 20);
 }
 
 TEST(Live, AJumpIsNotCarved) {
@@ -317,14 +317,14 @@ TEST(Live, AJumpIsNotCarved) {
     Rig r = rig(device, settings, [](double t) {
       return VirtualDevice::Target{Vec3(t < 0.1 ? -28 : 28, 0, -15), Mat3::Identity(), 0};
     });
-    r.live->safety().arm();
+    r.live->context().safety().arm();
     for (int i = 0; i < 300; i++) {
       const LiveTick tick = r.live->tick(0.001);
       EXPECT_EQ(tick.removed_mm3, 0);
       EXPECT_EQ(length(tick.given.force), 0);
     }
     EXPECT_GE(r.live->totals().jumps, 1u);
-    EXPECT_EQ(r.live->model().volume_mm3(), 40 * 30 * 20);
+    EXPECT_EQ(r.live->context().model().volume_mm3(), 40 * 30 * 20);
   }
 }
 
@@ -414,7 +414,7 @@ TEST(Live, NoHandShakesOnAnyDevice) {
           // Down onto the face and 1.5 mm into it, then at rest.
           Rig r = rig(device, settings,
                       [speed](double t) { return down(-std::min(6.5, std::max(0.0, (t - 1.2) * speed))); });
-          r.live->safety().arm();
+          r.live->context().safety().arm();
           double low = 1e9, high = -1e9;
           // In every other run one tick in a hundred is missed: the force stands for one more.
           const bool misses = runs % 2 == 1;
@@ -428,7 +428,7 @@ TEST(Live, NoHandShakesOnAnyDevice) {
             low = std::min(low, r.device->hand().position_mm().z());
             high = std::max(high, r.device->hand().position_mm().z());
           }
-          EXPECT_EQ(r.live->safety().trip(), Trip::none);
+          EXPECT_EQ(r.live->context().safety().trip(), Trip::none);
           EXPECT_GE(r.device->hand().min_work_mj(), misses ? -1 : -0.1)
               << p.name << ", hand " << hand << ", " << speed << " mm/s, u " << w.u << ", yield " << w.yield;
           EXPECT_LT(high - low, 2 * p.count_mm)
@@ -455,7 +455,7 @@ TEST(Live, BeyondTheBoundItShakes) {
   settings.spring.stiffness_n_mm = 10;
   settings.materials[0].yield_n = 1000;
   Rig r = rig(device, settings, [](double t) { return down(-std::min(8.0, std::max(0.0, (t - 1.2) * 50))); });
-  r.live->safety().arm();
+  r.live->context().safety().arm();
   double low = 1e9, high = -1e9;
   for (int i = 0; i < 6000; i++) {
     r.live->tick(0.001);
@@ -478,13 +478,13 @@ TEST(Live, ASecondOnAThreadWithSnapshotsAndCommands) {
     return VirtualDevice::Target{Vec3(10 * std::sin(9 * t), 8 * std::cos(7 * t), std::max(-6.5, -4 - 10 * t)),
                                  Mat3::Identity(), 0};
   });
-  const double before = r.live->model().volume_mm3();
+  const double before = r.live->context().model().volume_mm3();
   r.live->start();
   std::atomic<int> done{0};
   int snapshots = 0;
   double last = before;
   for (int i = 0; i < 100; i++) {
-    EXPECT_TRUE(r.live->post([&](LiveCarving& live) {
+    EXPECT_TRUE(r.live->post([&](ServoContext& live) {
       live.settings().tool = BallTool{live.settings().tool.index() == 1 ? 3.5 : 3};
       done++;
     }));
@@ -518,7 +518,7 @@ TEST(Live, AStoppedProcessComesBackWithoutForce) {
     settings.spring.stiffness_n_mm = 1;
     settings.materials[0].yield_n = 5;
     Rig r = rig(device, settings, [](double t) { return down(-std::min(6.0, 10 * t)); });
-    SafetyStage& safety = r.live->safety();
+    SafetyStage& safety = r.live->context().safety();
     safety.arm();
     ServoClock clock(1000);
     int stopped_at = 0;

@@ -168,10 +168,11 @@ bool ticks(long many) {
   auto made = LiveCarving::make(std::move(model), std::make_unique<VirtualDevice>(device, script), settings);
   if (!made) return std::printf("%s\n", made.error().c_str()), false;
   LiveCarving& live = *made.value();
-  const Snapshot start = live.model().snapshot();
+  const Snapshot start = live.context().model().snapshot();
   char folder[] = "/tmp/kibori-servo-XXXXXX";
   if (!mkdtemp(folder)) return false;
-  auto document = Document::create(std::filesystem::path(folder) / "ticks.kibori", live.model(), "{}");
+  auto document =
+      Document::create(std::filesystem::path(folder) / "ticks.kibori", live.context().model(), "{}");
   if (!document) return std::printf("%s\n", document.error().c_str()), false;
   DocumentWriter scribe(live, std::move(document).value());
   scribe.start();
@@ -188,14 +189,14 @@ bool ticks(long many) {
         std::this_thread::sleep_for(std::chrono::milliseconds(1));
       }
   });
-  live.safety().arm();
+  live.context().safety().arm();
   long done = 0;
   const bool good = quiet("ticks", 20000, many, [&](long count) {
     for (long i = 0; i < count; i++) {
       if (++done % 20000 == 0) {
-        live.finish_stroke();
-        live.model().restore(start);
-        live.model_changed();
+        live.context().finish_stroke();
+        live.context().model().restore(start);
+        live.context().model_changed();
       }
       live.tick(0.001);
     }

@@ -217,7 +217,7 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
   if (!made) return Error{made.error()};
   LiveCarving& live = *made.value();
   std::optional<LiveSurface> surface;
-  if (options.surface) surface.emplace(live.model().snapshot());
+  if (options.surface) surface.emplace(live.context().model().snapshot());
 
   std::optional<DocumentWriter> writer;
   if (document) writer.emplace(live, std::move(document), options.keep_forces).start();
@@ -243,7 +243,8 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
     writer->stop();
     Document& written = writer->document();
     // A picture that can't be drawn is no loss.
-    static_cast<void>(keep_thumbnail(written, written.head(), live.model().snapshot(), scene.materials, 1));
+    static_cast<void>(
+        keep_thumbnail(written, written.head(), live.context().model().snapshot(), scene.materials, 1));
     const bool in_memory = !written.unsaved().empty();
     report.unsaved = settle(written);
     if (!in_memory) report.unsaved = writer->trouble();
@@ -258,7 +259,7 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
   report.servo = live.statistics();
   report.totals = live.totals();
   report.trip = live.totals().trip;
-  report.min_energy_mj = live.passivity().min_mj();
+  report.min_energy_mj = live.context().passivity().min_mj();
   return report;
 }
 

@@ -6,7 +6,10 @@
 namespace kibori {
 
 DocumentWriter::DocumentWriter(LiveCarving& live, std::unique_ptr<Document> document, bool forces)
-    : live_(live), document_(std::move(document)), forces_(forces), of_model_(live.model().snapshot()) {}
+    : live_(live),
+      document_(std::move(document)),
+      forces_(forces),
+      of_model_(live.context().model().snapshot()) {}
 
 void DocumentWriter::start() {
   if (writer_.joinable()) return;
@@ -66,7 +69,7 @@ void DocumentWriter::write() {
     if (!request_ && !requests_.empty()) {
       request_ = requests_.front();
       requests_.pop_front();
-      waiting_ = [](LiveCarving& live) { live.log().fence(); };
+      waiting_ = [](ServoContext& live) { live.log().fence(); };
     }
     calls.swap(calls_);
     for (Item& item : items_) unwritten_.push_back(std::move(item));
@@ -80,7 +83,7 @@ void DocumentWriter::write() {
     if (written) unwritten_.pop_front();
   }
   // The states that the document remembers hold on to theirs.
-  of_model_.keep_ready(LiveCarving::kReadyTiles);
+  of_model_.keep_ready(ServoContext::kReadyTiles);
   if (written) written = document_->flush();
   for (const auto& call : calls) call(*document_);
   std::string trouble = written ? document_->unsaved() : written.error();
@@ -132,7 +135,7 @@ Status DocumentWriter::resolve_request() {
   Result<Document::Checkout> found = document_->checkout(step.value());
   if (!found) return Error{found.error()};
   to_ = std::make_shared<Document::Checkout>(std::move(found).value());
-  waiting_ = [to = to_](LiveCarving& live) {
+  waiting_ = [to = to_](ServoContext& live) {
     live.model().include_material(to->material_bounds);
     live.model().restore(to->state);
     live.model_changed();

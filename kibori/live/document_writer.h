@@ -64,7 +64,7 @@ class DocumentWriter {
     Kind kind;
     StepId step;
   };
-  using Command = std::function<void(LiveCarving&)>;
+  using Command = std::function<void(ServoContext&)>;
 
   struct Item {
     StrokeLog::Event event;

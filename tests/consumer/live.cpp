@@ -43,7 +43,7 @@ int main() {
     const LiveTick tick = live.value()->tick(0.001);
     max = std::max(max, tick.computed.force.norm());
   }
-  const double removed = before - live.value()->model().snapshot().volume_mm3();
+  const double removed = before - live.value()->context().model().snapshot().volume_mm3();
   std::printf("live: removed %.3f mm3, largest force %.3f N\n", removed, max);
   return removed > 0 && max > 0 ? 0 : 1;
 }

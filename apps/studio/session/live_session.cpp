@@ -115,7 +115,7 @@ Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> doc
   auto live = LiveCarving::make(std::move(model), std::move(device), settings);
   if (!live) return Error{live.error()};
   session->live_ = std::move(live).value();
-  session->begin(session->live_->model().snapshot(), removed_until(*document, document->head()));
+  session->begin(session->live_->context().model().snapshot(), removed_until(*document, document->head()));
   session->writer_ = std::make_unique<DocumentWriter>(*session->live_, std::move(document));
   session->writer_->start();
   session->live_->start();
@@ -129,7 +129,7 @@ std::string LiveSession::close_document() {
   Document& document = writer_->document();
   // A picture that can't be drawn is no loss.
   static_cast<void>(
-      kibori::keep_thumbnail(document, document.head(), live_->model().snapshot(), materials_, 1));
+      kibori::keep_thumbnail(document, document.head(), live_->context().model().snapshot(), materials_, 1));
   std::string where = settle(document);
   later_.clear();
   pressed_ = false;
@@ -139,7 +139,7 @@ std::string LiveSession::close_document() {
   return where;
 }
 
-Status LiveSession::post(std::function<void(LiveCarving&)> command) {
+Status LiveSession::post(std::function<void(ServoContext&)> command) {
   if (!live_) return Error{"this is closed"};
   if (later_.size() >= kMaxLater) return Error{"the servo is busy; try again"};
   later_.push_back({0, [this, command = std::move(command)] { return live_->post(command); }});
@@ -196,7 +196,7 @@ void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode mode, double 
   const std::optional<Pose> pose = std::isfinite(time_s) ? pose_of(tip_mm, axis, true) : std::nullopt;
   if (!pose) return;
   const Status posted =
-      post([pointer = pointer_, stroke = stroke_ + 1, place = *pose, mode](LiveCarving& live) {
+      post([pointer = pointer_, stroke = stroke_ + 1, place = *pose, mode](ServoContext& live) {
         if (pointer->finished() >= stroke) return;  // it was cancelled before it began
         live.settings().mode = mode;
         if (mode == Mode::deposit) live.place_at(place);
@@ -213,25 +213,25 @@ void LiveSession::lift() {
   pressed_ = false;
   pointer_->end();
   later_.push_back({stroke_, {}});
-  static_cast<void>(post([pointer = pointer_, stroke = stroke_](LiveCarving& live) {
+  static_cast<void>(post([pointer = pointer_, stroke = stroke_](ServoContext& live) {
     live.settings().mode = Mode::off;
     pointer->give_up(stroke);
   }));
 }
 
 void LiveSession::strike() {
-  if (pressed_ || held_) notify(post([](LiveCarving& live) { live.strike(kMalletNmm); }));
+  if (pressed_ || held_) notify(post([](ServoContext& live) { live.strike(kMalletNmm); }));
 }
 
 // ---- A force device
 
 void LiveSession::work(Mode mode) {
-  if (held_) notify(post([mode](LiveCarving& live) { live.settings().mode = mode; }));
+  if (held_) notify(post([mode](ServoContext& live) { live.settings().mode = mode; }));
 }
 
 void LiveSession::arm(bool armed) {
   if (!held_) return;
-  notify(post([armed](LiveCarving& live) {
+  notify(post([armed](ServoContext& live) {
     if (armed)
       live.safety().arm();
     else
@@ -241,7 +241,7 @@ void LiveSession::arm(bool armed) {
 
 void LiveSession::bring(const Vec3& tip_mm) {
   if (!held_ || !tip_mm.allFinite()) return;
-  notify(post([tip_mm](LiveCarving& live) {
+  notify(post([tip_mm](ServoContext& live) {
     live.settings().workspace.bring(tip_mm);
     live.place_again();
   }));
@@ -262,7 +262,7 @@ void LiveSession::cancel() {
   if (!pressed_) return;
   lift();
   // What is left of its path is not gone any more.
-  if (!live_->post([pointer = pointer_, stroke = stroke_](LiveCarving& live) {
+  if (!live_->post([pointer = pointer_, stroke = stroke_](ServoContext& live) {
         live.settings().mode = Mode::off;
         pointer->give_up(stroke);
       }))
@@ -290,7 +290,7 @@ Status LiveSession::choose_tool(const Tool& tool) {
   if (std::holds_alternative<MeshTool>(tool) || !(reach_mm(tool) <= kMaxToolReach * lattice_.pitch_mm))
     return Error{std::string("a hand can't hold that ") + shape_of(tool)};
   if (Status fits = check_symmetry(symmetry_, tool); !fits) return fits;
-  Status posted = post([tool](LiveCarving& live) { live.change_tool(tool); });
+  Status posted = post([tool](ServoContext& live) { live.change_tool(tool); });
   if (posted) tool_ = tool;
   return posted;
 }
@@ -320,7 +320,7 @@ Status LiveSession::give_hand(const Hand& hand, double reach) {
   }
   const double borne = hand.powered ? kPoweredShare : 1;
   Status posted =
-      post([=, strength = hand.strength_n, moved = held_ && reach != held_->scale](LiveCarving& live) {
+      post([=, strength = hand.strength_n, moved = held_ && reach != held_->scale](ServoContext& live) {
         live.settings().workspace.set_scale(reach);
         live.set_hand(stiffness, strength, borne, share);
         if (moved) live.place_again();
@@ -337,11 +337,11 @@ Status LiveSession::give_hand(const Hand& hand, double reach) {
 Status LiveSession::choose_material(size_t material) {
   if (material >= materials_.size()) return Error{"there is no such material"};
   return post(
-      [number = static_cast<uint8_t>(material)](LiveCarving& live) { live.settings().material = number; });
+      [number = static_cast<uint8_t>(material)](ServoContext& live) { live.settings().material = number; });
 }
 
 Status LiveSession::choose_model(ForceModel model) {
-  return post([model](LiveCarving& live) {
+  return post([model](ServoContext& live) {
     live.settings().model = model;
     live.place_again();
   });
@@ -350,7 +350,7 @@ Status LiveSession::choose_model(ForceModel model) {
 Status LiveSession::choose_symmetry(const std::array<bool, 3>& planes) {
   const Symmetry symmetry{planes, centre_of(lattice_)};
   if (Status fits = check_symmetry(symmetry, tool_); !fits) return fits;
-  Status posted = post([symmetry](LiveCarving& live) { live.set_symmetry(symmetry); });
+  Status posted = post([symmetry](ServoContext& live) { live.set_symmetry(symmetry); });
   if (posted) symmetry_ = symmetry;
   return posted;
 }

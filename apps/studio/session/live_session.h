@@ -103,7 +103,7 @@ class LiveSession final : public Session {
   LiveSession() = default;
   std::string close_document();
   // In order, and not before all strokes that were lifted have come to their end.
-  Status post(std::function<void(LiveCarving&)> command);
+  Status post(std::function<void(ServoContext&)> command);
   void then(std::function<void()> what);
   void go_on();
   std::optional<Pose> pose_of(const Vec3& tip_mm, const Vec3& axis, bool anew);
