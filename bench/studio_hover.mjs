@@ -1,8 +1,8 @@
-// SPDX-License-Identifier: MIT
-// Frames a second, and processor time a frame (which other work on the machine does not change much), of the studio's
-// page while the pointer moves over the solid, while the camera turns, and while a stroke is carved, in Chromium without
-// a graphics card at 1280 x 720. The solid is a new block of medium detail, half a million triangles.
-// Usage: node bench/studio_hover.mjs KIBORI [SECONDS | --quick]
+// SPDX-License-Identifier: MIT Frames a second, and processor time a frame (which other work on the
+// machine does not change much), of the studio's page while the pointer moves over the solid, while
+// the camera turns, and while a stroke is carved, in Chromium without a graphics card at 1280 x
+// 720. The solid is a new block of medium detail, half a million triangles. Usage: node
+// bench/studio_hover.mjs KIBORI [SECONDS | --quick]
 import { spawn } from "node:child_process";
 import { mkdtempSync, readdirSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -12,12 +12,24 @@ import { chromium } from "../web/node_modules/playwright-core/index.mjs";
 const [kibori, asked = "8"] = process.argv.slice(2);
 const seconds = asked === "--quick" ? 2 : Number(asked);
 const folder = mkdtempSync(join(tmpdir(), "kibori-hover-"));
-const studio = spawn(kibori, ["studio", "--no-browser"], { env: { ...process.env, XDG_DATA_HOME: folder } });
-const url = await new Promise((found) => studio.stdout.on("data", (text) => /http:\S+/.exec(String(text)) && found(/http:\S+/.exec(String(text))[0])));
+const studio = spawn(kibori, ["studio", "--no-browser"], {
+  env: { ...process.env, XDG_DATA_HOME: folder },
+});
+const url = await new Promise((found) =>
+  studio.stdout.on(
+    "data",
+    (text) => /http:\S+/.exec(String(text)) && found(/http:\S+/.exec(String(text))[0]),
+  ),
+);
 const browser = await chromium.launch({
   executablePath: "/usr/bin/chromium",
   headless: true,
-  args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+  args: [
+    "--no-sandbox",
+    "--use-gl=angle",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+  ],
 });
 const page = await browser.newPage({ viewport: { width: 1280, height: 720 } });
 // A frame of the page is one in which it asked to draw.
@@ -33,12 +45,17 @@ await page.addInitScript(() => {
 await page.goto(url);
 await page.waitForURL(`${new URL(url).origin}/`);
 await page.locator("#go").click();
-while (!(await page.evaluate(() => document.body.dataset.shown === "solid" && window.kibori.whole()))) await page.waitForTimeout(200);
+while (
+  !(await page.evaluate(() => document.body.dataset.shown === "solid" && window.kibori.whole()))
+)
+  await page.waitForTimeout(200);
 const triangles = await page.evaluate(() => {
-  const bytes = window.kibori.surface(), view = new DataView(bytes.buffer);
+  const bytes = window.kibori.surface(),
+    view = new DataView(bytes.buffer);
   let sum = 0;
   for (let at = 0; at < bytes.length; ) {
-    const vertices = view.getUint32(at + 6, true), many = view.getUint32(at + 10, true);
+    const vertices = view.getUint32(at + 6, true),
+      many = view.getUint32(at + 10, true);
     sum += many;
     at += 14 + 10 * vertices + 6 * many;
   }
@@ -46,13 +63,20 @@ const triangles = await page.evaluate(() => {
 });
 console.log(`${triangles} triangles`);
 
-/** What the browser's processes have used [s]: those that descend from this one, but for the studio. */
+/**
+ * What the browser's processes have used [s]: those that descend from this one, but for the studio.
+ */
 function used() {
   const processes = new Map();
   for (const id of readdirSync("/proc").filter((name) => /^\d+$/.test(name))) {
     try {
-      const fields = readFileSync(`/proc/${id}/stat`, "utf8").replace(/^.*\) /, "").split(" ");
-      processes.set(Number(id), { parent: Number(fields[1]), ticks: Number(fields[11]) + Number(fields[12]) });
+      const fields = readFileSync(`/proc/${id}/stat`, "utf8")
+        .replace(/^.*\) /, "")
+        .split(" ");
+      processes.set(Number(id), {
+        parent: Number(fields[1]),
+        ticks: Number(fields[11]) + Number(fields[12]),
+      });
     } catch {
       // It has ended.
     }
@@ -69,17 +93,24 @@ async function measure(what, button) {
   if (button) await page.mouse.down({ button });
   await page.waitForTimeout(4000);
   await page.evaluate(() => (window.painted.length = 0));
-  const start = Date.now(), before = used();
+  const start = Date.now(),
+    before = used();
   for (let i = 0; Date.now() - start < 1000 * seconds; i++) {
     await page.mouse.move(700 + 90 * Math.sin(i / 13), 330 + 40 * Math.cos(i / 17));
     await page.waitForTimeout(8);
   }
-  const painted = await page.evaluate(() => window.painted), work = used() - before;
+  const painted = await page.evaluate(() => window.painted),
+    work = used() - before;
   if (button) await page.mouse.up({ button });
-  const gaps = painted.slice(1).map((at, i) => at - painted[i]).sort((a, b) => a - b);
+  const gaps = painted
+    .slice(1)
+    .map((at, i) => at - painted[i])
+    .sort((a, b) => a - b);
   if (gaps.length === 0) return console.log(`${what}: fewer than two frames in ${seconds} s`);
   const share = (x) => gaps[Math.min(gaps.length - 1, Math.floor(x * gaps.length))] ?? NaN;
-  console.log(`${what}: ${(gaps.length / ((painted.at(-1) - painted[0]) / 1000)).toFixed(1)} frames/s (between frames: p50 ${share(0.5).toFixed(0)} ms, p99 ${share(0.99).toFixed(0)} ms; ${gaps.length} frames, ${((1000 * work) / painted.length).toFixed(0)} ms of processor each)`);
+  console.log(
+    `${what}: ${(gaps.length / ((painted.at(-1) - painted[0]) / 1000)).toFixed(1)} frames/s (between frames: p50 ${share(0.5).toFixed(0)} ms, p99 ${share(0.99).toFixed(0)} ms; ${gaps.length} frames, ${((1000 * work) / painted.length).toFixed(0)} ms of processor each)`,
+  );
   await page.waitForTimeout(2000);
 }
 await measure("hover", null);

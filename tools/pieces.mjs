@@ -1,17 +1,31 @@
-// SPDX-License-Identifier: MIT
-// Three pieces carved through the page alone, by the strokes of a pen: a bowl, a relief with letters, an owl.
+// SPDX-License-Identifier: MIT Three pieces carved through the page alone, by the strokes of a pen:
+// a bowl, a relief with letters, an owl.
 //
 //     node tools/pieces.mjs KIBORI OUT_FOLDER [bowl|relief|figure ...]
 //
-// Each shape is a signed distance; the ball comes down along the line of sight until it touches it. From the place where
-// it stops follow the point of the window and the pressure of the pen: depth counts from a plane that was set, the tool
-// points along the view, and the view is orthographic, so that a pen can say any place exactly.
-// Into OUT_FOLDER go NAME.png, NAME.kibori, NAME.stl and NAME-forces.csv, and figure-page.png of the whole page. It fails
-// where a piece is not one body. The pictures of docs/: pngquant --force --speed 1 --output docs/NAME.png 256 NAME.png
+// Each shape is a signed distance; the ball comes down along the line of sight until it touches it.
+// From the place where it stops follow the point of the window and the pressure of the pen: depth
+// counts from a plane that was set, the tool points along the view, and the view is orthographic,
+// so that a pen can say any place exactly.
+// Into OUT_FOLDER go NAME.png, NAME.kibori, NAME.stl and NAME-forces.csv, and figure-page.png of
+// the whole page. It fails where a piece is not one body. The pictures of docs/: pngquant --force
+// --speed 1 --output docs/NAME.png 256 NAME.png
 import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
-import { check, enter, kibori, open, pictures as out, run, shown, started, state, Studio, until } from "../tests/page/harness.mjs";
+import {
+  check,
+  enter,
+  kibori,
+  open,
+  pictures as out,
+  run,
+  shown,
+  started,
+  state,
+  Studio,
+  until,
+} from "../tests/page/harness.mjs";
 
 const SIZE = { width: 1280, height: 800 };
 const SPEED = 300; // of a pen [mm/s]
@@ -23,7 +37,11 @@ const PICTURE = { width: 1200, height: 800 };
 const add = (a, b, k = 1) => [a[0] + k * b[0], a[1] + k * b[1], a[2] + k * b[2]];
 const minus = (a, b) => add(a, b, -1);
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const cross = (a, b) => [
+  a[1] * b[2] - a[2] * b[1],
+  a[2] * b[0] - a[0] * b[2],
+  a[0] * b[1] - a[1] * b[0],
+];
 const length = (a) => Math.hypot(...a);
 const unit = (a) => a.map((x) => x / length(a));
 const clamp = (x, low, high) => Math.min(high, Math.max(low, x));
@@ -74,10 +92,19 @@ class Bench {
     await page.locator("#view").focus();
     await page.keyboard.press("Home");
     await page.waitForTimeout(200);
-    const names = [["Left", "Right"], ["Front", "Back"], ["Bottom", "Top"]];
-    const said = [2, 1, 0].map((i) => (from[i] === 0 ? "" : names[i][from[i] > 0 ? 1 : 0])).filter((word) => word);
+    const names = [
+      ["Left", "Right"],
+      ["Front", "Back"],
+      ["Bottom", "Top"],
+    ];
+    const said = [2, 1, 0]
+      .map((i) => (from[i] === 0 ? "" : names[i][from[i] > 0 ? 1 : 0]))
+      .filter((word) => word);
     const title = `${said.join(" ")} view`;
-    await page.evaluate((wanted) => document.querySelector(`#cube button[title="${wanted}"]`).click(), title);
+    await page.evaluate(
+      (wanted) => document.querySelector(`#cube button[title="${wanted}"]`).click(),
+      title,
+    );
     await page.locator("#view").focus();
     const turned = async () => {
       const [eye, about] = await page.evaluate(() => [window.kibori.eye(), window.kibori.middle()]);
@@ -90,9 +117,19 @@ class Bench {
     await turned();
     // Nothing is drawn while it is carved: it would only take time.
     await page.evaluate(() => window.kibori.still(true));
-    const places = [[0, 0, 0], [10, 0, 0], [0, 10, 0], [0, 0, 10]].map((place) => add(this.middle, place));
-    const seen = await page.evaluate((all) => all.map((place) => window.kibori.onScreen(place)), places);
-    this.onto = seen.map((one, i) => (i === 0 ? [one.x, one.y] : [(one.x - seen[0].x) / 10, (one.y - seen[0].y) / 10]));
+    const places = [
+      [0, 0, 0],
+      [10, 0, 0],
+      [0, 10, 0],
+      [0, 0, 10],
+    ].map((place) => add(this.middle, place));
+    const seen = await page.evaluate(
+      (all) => all.map((place) => window.kibori.onScreen(place)),
+      places,
+    );
+    this.onto = seen.map((one, i) =>
+      i === 0 ? [one.x, one.y] : [(one.x - seen[0].x) / 10, (one.y - seen[0].y) / 10],
+    );
     // Across and up in the view.
     this.across = unit(cross(Math.abs(this.axis[2]) > 0.99 ? [0, 1, 0] : [0, 0, 1], this.axis));
     this.up = cross(this.axis, this.across);
@@ -119,12 +156,17 @@ class Bench {
 
   /** Depth counts from the wood that is seen at a place. */
   async setPlane(place) {
-    const { page } = this, { x, y } = this.onScreen(place);
-    for (let i = 0; i < 100 && !(await page.evaluate(() => window.kibori.whole())); i++) await page.waitForTimeout(100);
+    const { page } = this,
+      { x, y } = this.onScreen(place);
+    for (let i = 0; i < 100 && !(await page.evaluate(() => window.kibori.whole())); i++)
+      await page.waitForTimeout(100);
     await page.mouse.move(x, y);
     await page.waitForTimeout(100);
     const hit = await page.evaluate(([a, b]) => window.kibori.hit(a, b), [x, y]);
-    check(`there is wood at ${place}: ${JSON.stringify(hit)}`, hit !== null && length(minus(minus(hit.point, this.middle), place)) < 0.5);
+    check(
+      `there is wood at ${place}: ${JSON.stringify(hit)}`,
+      hit !== null && length(minus(minus(hit.point, this.middle), place)) < 0.5,
+    );
     await page.locator("#view").focus();
     await page.keyboard.press("p");
     this.plane = { point: minus(hit.point, this.middle), normal: hit.normal };
@@ -144,8 +186,19 @@ class Bench {
     const before = await state(page);
     const waiting = [];
     const send = (type, tip, buttons) => {
-      const { x, y } = this.onScreen(tip), force = clamp(deep(tip) / (2 * depth), 1e-6, 1);
-      const event = { type, x, y, button: "left", buttons, clickCount: 1, timestamp: this.clock, pointerType: "pen", force };
+      const { x, y } = this.onScreen(tip),
+        force = clamp(deep(tip) / (2 * depth), 1e-6, 1);
+      const event = {
+        type,
+        x,
+        y,
+        button: "left",
+        buttons,
+        clickCount: 1,
+        timestamp: this.clock,
+        pointerType: "pen",
+        force,
+      };
       waiting.push(this.cdp.send("Input.dispatchMouseEvent", event));
       this.events++;
     };
@@ -154,7 +207,9 @@ class Bench {
       this.clock = Math.max(this.clock + 0.05, Date.now() / 1000);
       send("mousePressed", stroke[0], 1);
       for (let i = 1; i < stroke.length; i++) {
-        const way = minus(stroke[i], stroke[i - 1]), far = length(way), parts = Math.max(1, Math.ceil(far / (0.08 * SPEED)));
+        const way = minus(stroke[i], stroke[i - 1]),
+          far = length(way),
+          parts = Math.max(1, Math.ceil(far / (0.08 * SPEED)));
         for (let k = 1; k <= parts; k++) {
           this.clock += Math.max(0.001, far / parts / SPEED);
           send("mouseMoved", add(stroke[i - 1], way, k / parts), 1);
@@ -167,14 +222,21 @@ class Bench {
     }
     await page.keyboard.up("b");
     // Once the last is a step, the tool rests.
-    await until(page, "a step; was anything cut?", (s) => Number(s.step) > Number(before.step) && !/^0*$/.test(s.hash), 60);
+    await until(
+      page,
+      "a step; was anything cut?",
+      (s) => Number(s.step) > Number(before.step) && !/^0*$/.test(s.hash),
+      60,
+    );
     for (let same = 0, last = ""; same < 4; ) {
       await page.waitForTimeout(250);
-      const { step, volume } = await state(page), now = `${step} ${volume}`;
+      const { step, volume } = await state(page),
+        now = `${step} ${volume}`;
       same = now === last ? same + 1 : 0;
       last = now;
     }
-    for (let i = 0; i < 600 && !(await page.evaluate(() => window.kibori.whole())); i++) await page.waitForTimeout(100);
+    for (let i = 0; i < 600 && !(await page.evaluate(() => window.kibori.whole())); i++)
+      await page.waitForTimeout(100);
     return state(page);
   }
 
@@ -213,12 +275,16 @@ class Bench {
   }
   /** The whole page, with a stroke just being made along some places; it is undone. */
   async pictureOfPage(places, depth) {
-    const { page } = this, { hash, step } = await state(page);
+    const { page } = this,
+      { hash, step } = await state(page);
     await page.locator("#axis").selectOption("normal");
     await page.locator("#depth-from").selectOption("began");
     await this.type("depth", depth);
     const there = places.map((place) => add(this.middle, place));
-    const seen = await page.evaluate((all) => all.map((place) => window.kibori.onScreen(place)), there);
+    const seen = await page.evaluate(
+      (all) => all.map((place) => window.kibori.onScreen(place)),
+      there,
+    );
     await page.mouse.move(seen[0].x, seen[0].y);
     await page.mouse.down();
     for (const { x, y } of seen) {
@@ -234,7 +300,10 @@ class Bench {
     await until(page, "undone", (s) => s.hash === hash, 60);
   }
   async download(press, name) {
-    const [file] = await Promise.all([this.page.waitForEvent("download", { timeout: 300000 }), press()]);
+    const [file] = await Promise.all([
+      this.page.waitForEvent("download", { timeout: 300000 }),
+      press(),
+    ]);
     await file.saveAs(join(out, name));
   }
   async picture(name = this.name) {
@@ -255,19 +324,27 @@ class Bench {
 
   /** The forces of the last ten minutes. */
   async forces(of = this.name) {
-    const { page, name } = this, file = `${of}-forces.csv`;
+    const { page, name } = this,
+      file = `${of}-forces.csv`;
     await this.download(() => page.locator("#csv").click(), file);
     const [head, ...rows] = readFileSync(join(out, file), "utf8").trim().split("\n");
     const at = ["fx_n", "fy_n", "fz_n"].map((title) => head.split(",").indexOf(title));
-    const sizes = rows.map((row) => Math.hypot(...at.map((i) => Number(row.split(",")[i])))).filter((f) => f > 0.01).sort((a, b) => a - b);
+    const sizes = rows
+      .map((row) => Math.hypot(...at.map((i) => Number(row.split(",")[i]))))
+      .filter((f) => f > 0.01)
+      .sort((a, b) => a - b);
     const share = (p) => (sizes[Math.floor(p * (sizes.length - 1))] ?? 0).toFixed(1);
     const said = `median ${share(0.5)}, 95 % ${share(0.95)}, most ${share(1)} N`;
     console.log(`${name}: forces in ${file}, of ${sizes.length} ticks that cut: ${said}`);
   }
 
-  /** What was made, against what was meant: one body, its volume, and how far its surface is from the shape. */
+  /**
+   * What was made, against what was meant: one body, its volume, and how far its surface is from
+   * the shape.
+   */
   async judge(meant, distance) {
-    const { page, name } = this, made = Number((await state(page)).volume);
+    const { page, name } = this,
+      made = Number((await state(page)).volume);
     await this.forces();
     await this.export("kibori", `${name}.kibori`);
     await this.export("stl", `${name}.stl`);
@@ -275,9 +352,11 @@ class Bench {
     const { bodies, vertices } = readStl(join(out, `${name}.stl`));
     const off = vertices.map((place) => distance(minus(place, this.middle))).sort((a, b) => a - b);
     const at = (p) => off[Math.floor(p * (off.length - 1))].toFixed(3);
-    console.log(`${name}: ${made.toFixed(0)} mm³ of ${meant.toFixed(0)} meant (${((100 * made) / meant - 100).toFixed(2)} %), ` +
-      `bodies of ${bodies.join(", ")} triangles; ` +
-      `surface off by ${[0, 0.01, 0.05, 0.5, 0.95, 0.99, 1].map(at).join(", ")} mm (least, 1 %, 5 %, median, 95 %, 99 %, most)`);
+    console.log(
+      `${name}: ${made.toFixed(0)} mm³ of ${meant.toFixed(0)} meant (${((100 * made) / meant - 100).toFixed(2)} %), ` +
+        `bodies of ${bodies.join(", ")} triangles; ` +
+        `surface off by ${[0, 0.01, 0.05, 0.5, 0.95, 0.99, 1].map(at).join(", ")} mm (least, 1 %, 5 %, median, 95 %, 99 %, most)`,
+    );
     console.log(`${name}: ${this.strokes} strokes of ${this.events} events`);
     // Undo and redo lead to the same bytes.
     const { hash } = await state(page);
@@ -296,7 +375,11 @@ class Bench {
 
 /** How many triangles each body has, and some of the vertices. */
 function readStl(path) {
-  const bytes = readFileSync(path), count = bytes.readUInt32LE(80), ids = new Map(), parent = [], corner = new Int32Array(3 * count);
+  const bytes = readFileSync(path),
+    count = bytes.readUInt32LE(80),
+    ids = new Map(),
+    parent = [],
+    corner = new Int32Array(3 * count);
   const root = (i) => {
     while (parent[i] !== i) i = parent[i] = parent[parent[i]];
     return i;
@@ -304,7 +387,8 @@ function readStl(path) {
   const vertices = [];
   for (let i = 0; i < count; i++) {
     for (let k = 0; k < 3; k++) {
-      const from = 84 + 50 * i + 12 + 12 * k, key = bytes.toString("latin1", from, from + 12);
+      const from = 84 + 50 * i + 12 + 12 * k,
+        key = bytes.toString("latin1", from, from + 12);
       let id = ids.get(key);
       if (id === undefined) {
         ids.set(key, (id = parent.length));
@@ -316,7 +400,8 @@ function readStl(path) {
     }
   }
   const bodies = new Map();
-  for (let i = 0; i < count; i++) bodies.set(root(corner[3 * i]), (bodies.get(root(corner[3 * i])) ?? 0) + 1);
+  for (let i = 0; i < count; i++)
+    bodies.set(root(corner[3 * i]), (bodies.get(root(corner[3 * i])) ?? 0) + 1);
   return { bodies: [...bodies.values()].sort((a, b) => b - a), vertices };
 }
 
@@ -325,7 +410,8 @@ function volumeOf(distance, half, step) {
   let sum = 0;
   for (let x = -half[0] + step / 2; x < half[0]; x += step)
     for (let y = -half[1] + step / 2; y < half[1]; y += step)
-      for (let z = -half[2] + step / 2; z < half[2]; z += step) sum += clamp(0.5 - distance([x, y, z]) / step, 0, 1);
+      for (let z = -half[2] + step / 2; z < half[2]; z += step)
+        sum += clamp(0.5 - distance([x, y, z]) / step, 0, 1);
   return sum * step ** 3;
 }
 
@@ -333,13 +419,18 @@ function volumeOf(distance, half, step) {
 
 /** Without the points that lie within a tolerance of the straight way between those that stay. */
 function simplified(path, tolerance) {
-  const keep = new Uint8Array(path.length), ranges = [[0, path.length - 1]];
+  const keep = new Uint8Array(path.length),
+    ranges = [[0, path.length - 1]];
   keep[0] = keep[path.length - 1] = 1;
   while (ranges.length > 0) {
-    const [from, to] = ranges.pop(), way = minus(path[to], path[from]), long = dot(way, way) || 1e-12;
-    let most = tolerance, at = -1;
+    const [from, to] = ranges.pop(),
+      way = minus(path[to], path[from]),
+      long = dot(way, way) || 1e-12;
+    let most = tolerance,
+      at = -1;
     for (let i = from + 1; i < to; i++) {
-      const off = minus(path[i], path[from]), away = length(add(off, way, -clamp(dot(off, way) / long, 0, 1)));
+      const off = minus(path[i], path[from]),
+        away = length(add(off, way, -clamp(dot(off, way) / long, 0, 1)));
       if (away > most) [most, at] = [away, i];
     }
     if (at < 0) continue;
@@ -349,9 +440,13 @@ function simplified(path, tolerance) {
   return path.filter((_, i) => keep[i]);
 }
 
-/** How far along the view, from the plane through the middle, a ball's tip comes down there; `floor` at the lowest. */
+/**
+ * How far along the view, from the plane through the middle, a ball's tip comes down there; `floor`
+ * at the lowest.
+ */
 function drop(bench, distance, radius, place, { allowance = 0, from, floor }) {
-  const { axis } = bench, clear = radius + allowance;
+  const { axis } = bench,
+    clear = radius + allowance;
   let high = from;
   for (;;) {
     const off = distance(add(place, axis, high + radius)) - clear;
@@ -362,24 +457,47 @@ function drop(bench, distance, radius, place, { allowance = 0, from, floor }) {
 }
 
 /**
- * To and fro over a rectangle of the view, `wide` by `high` about a place; rows `apart`. `layer`: no deeper at a time,
- * rows without work are left out. Each layer is one stroke.
+ * To and fro over a rectangle of the view, `wide` by `high` about a place; rows `apart`. `layer`:
+ * no deeper at a time, rows without work are left out. Each layer is one stroke.
  */
 function raster(bench, distance, how) {
-  const { about = [0, 0, 0], wide, high, apart, along = 0.3, radius, allowance = 0, from, floor, layer = 0, tolerance = 0.01 } = how;
-  const { axis, across, up } = bench, rows = [], middle = minus(about, axis.map((x) => x * dot(about, axis)));
-  const count = Math.ceil(high / apart), steps = Math.ceil(wide / along);
+  const {
+    about = [0, 0, 0],
+    wide,
+    high,
+    apart,
+    along = 0.3,
+    radius,
+    allowance = 0,
+    from,
+    floor,
+    layer = 0,
+    tolerance = 0.01,
+  } = how;
+  const { axis, across, up } = bench,
+    rows = [],
+    middle = minus(
+      about,
+      axis.map((x) => x * dot(about, axis)),
+    );
+  const count = Math.ceil(high / apart),
+    steps = Math.ceil(wide / along);
   for (let i = 0; i <= count; i++) {
     const row = [];
     for (let k = 0; k <= steps; k++) {
-      const place = add(add(middle, across, (k / steps - 0.5) * wide), up, (i / count - 0.5) * high);
+      const place = add(
+        add(middle, across, (k / steps - 0.5) * wide),
+        up,
+        (i / count - 0.5) * high,
+      );
       row.push({ place, deep: drop(bench, distance, radius, place, { allowance, from, floor }) });
     }
     rows.push(row);
   }
   const strokes = [];
   for (let top = from; top > floor; top -= layer || Infinity) {
-    const bottom = layer ? Math.max(floor, top - layer) : floor, path = [];
+    const bottom = layer ? Math.max(floor, top - layer) : floor,
+      path = [];
     rows.forEach((row) => {
       if (layer && !row.some(({ deep }) => deep < top - 0.01)) return;
       const tips = row.map(({ place, deep }) => add(place, axis, Math.max(deep, bottom)));
@@ -390,19 +508,30 @@ function raster(bench, distance, how) {
   return strokes;
 }
 
-/** Round the axis of the view, from outside in; rings as far apart along the surface. One stroke. */
-function spiral(bench, distance, { outer, inner = 0.05, apart, along = 0.4, radius, from, floor, tolerance = 0.006 }) {
-  const { axis, across, up } = bench, path = [];
+/**
+ * Round the axis of the view, from outside in; rings as far apart along the surface. One stroke.
+ */
+function spiral(
+  bench,
+  distance,
+  { outer, inner = 0.05, apart, along = 0.4, radius, from, floor, tolerance = 0.006 },
+) {
+  const { axis, across, up } = bench,
+    path = [];
   const at = (r, angle) => {
     const place = add(add([0, 0, 0], across, r * Math.cos(angle)), up, r * Math.sin(angle));
     return add(place, axis, drop(bench, distance, radius, place, { from, floor }));
   };
-  let r = outer, angle = 0, slope = 0, last = at(r, 0);
+  let r = outer,
+    angle = 0,
+    slope = 0,
+    last = at(r, 0);
   while (r > inner) {
     path.push(last);
     const turn = Math.min(0.3, along / Math.max(r, 0.2));
     // Half a step inwards says how steep it is.
-    const here = dot(at(r, angle), axis), next = dot(at(Math.max(inner, r - apart / 2), angle), axis);
+    const here = dot(at(r, angle), axis),
+      next = dot(at(Math.max(inner, r - apart / 2), angle), axis);
     slope = mix(slope, clamp(Math.abs(next - here) / (apart / 2), 0, 8), 0.1);
     angle += turn;
     r -= (apart / Math.hypot(1, slope)) * (turn / (2 * Math.PI));
@@ -413,13 +542,25 @@ function spiral(bench, distance, { outer, inner = 0.05, apart, along = 0.4, radi
 
 // ---- A bowl
 
-/** The distance to a closed line in the plane, negative within; and where on it is the nearest place. */
+/**
+ * The distance to a closed line in the plane, negative within; and where on it is the nearest
+ * place.
+ */
 function polygon(points) {
   return (x, y) => {
-    let near = Infinity, within = false, at = [0, 0];
+    let near = Infinity,
+      within = false,
+      at = [0, 0];
     for (let i = 0, j = points.length - 1; i < points.length; j = i++) {
-      const [ax, ay] = points[j], [bx, by] = points[i], ex = bx - ax, ey = by - ay, wx = x - ax, wy = y - ay;
-      const t = clamp((wx * ex + wy * ey) / (ex * ex + ey * ey), 0, 1), dx = wx - t * ex, dy = wy - t * ey;
+      const [ax, ay] = points[j],
+        [bx, by] = points[i],
+        ex = bx - ax,
+        ey = by - ay,
+        wx = x - ax,
+        wy = y - ay;
+      const t = clamp((wx * ex + wy * ey) / (ex * ex + ey * ey), 0, 1),
+        dx = wx - t * ex,
+        dy = wy - t * ey;
       if (dx * dx + dy * dy < near) [near, at] = [dx * dx + dy * dy, [x - dx, y - dy]];
       if (ay > y !== by > y && x < ax + ((y - ay) / (by - ay)) * ex) within = !within;
     }
@@ -427,16 +568,27 @@ function polygon(points) {
   };
 }
 
-const FLUTES = 18, FLUTE = 1.1;
+const FLUTES = 18,
+  FLUTE = 1.1;
 function bowlShape() {
   // The profile, beside the axis: foot, outside, lip, inside.
-  const foot = [[0, -13.6], [7.2, -13.6], [8.0, -14.9], [10.2, -14.9], [10.4, -12.9]], outside = [], lip = [], inside = [];
+  const foot = [
+      [0, -13.6],
+      [7.2, -13.6],
+      [8.0, -14.9],
+      [10.2, -14.9],
+      [10.4, -12.9],
+    ],
+    outside = [],
+    lip = [],
+    inside = [];
   for (let i = 0; i <= 24; i++) {
     const a = (i / 48) * Math.PI;
     outside.push([10.4 + 13.4 * Math.sin(a) ** 0.95, -12.9 + 27.1 * (1 - Math.cos(a)) ** 0.92]);
     inside.push([21.4 * Math.sin(a), -9.6 + 23.8 * (1 - Math.cos(a)) ** 0.86]);
   }
-  for (let i = 1; i < 8; i++) lip.push([22.6 + 1.2 * Math.cos((i * Math.PI) / 8), 14.2 + 0.75 * Math.sin((i * Math.PI) / 8)]);
+  for (let i = 1; i < 8; i++)
+    lip.push([22.6 + 1.2 * Math.cos((i * Math.PI) / 8), 14.2 + 0.75 * Math.sin((i * Math.PI) / 8)]);
   const plain = polygon([...foot, ...outside.slice(1), ...lip, ...inside.reverse()]);
   // A quarter turn of the profiles, by height; in the middle of both is within the wood.
   const turned = (share) => Math.sin(Math.acos(1 - clamp(share, 0, 1)));
@@ -447,23 +599,38 @@ function bowlShape() {
   return ([x, y, z]) => {
     const [base, r, high] = plain(Math.hypot(x, y), z);
     if (base > 9) return base - FLUTE;
-    // Flutes like those of a gouge, a little twisted, which run out below the lip and above the foot.
-    const turn = (Math.atan2(y, x) / (2 * Math.PI)) * FLUTES + 0.022 * (high + 15), part = 2 * (turn - Math.round(turn));
-    const end = Math.max(0, (high - 5.5) / 5, (-8.4 - high) / 3.2), deep = FLUTE * Math.max(0, 1 - part * part - end * end);
+    // Flutes like those of a gouge, a little twisted, which run out below the lip and above the
+    // foot.
+    const turn = (Math.atan2(y, x) / (2 * Math.PI)) * FLUTES + 0.022 * (high + 15),
+      part = 2 * (turn - Math.round(turn));
+    const end = Math.max(0, (high - 5.5) / 5, (-8.4 - high) / 3.2),
+      deep = FLUTE * Math.max(0, 1 - part * part - end * end);
     return r > between(high) ? base + deep : base;
   };
 }
 
 async function bowl() {
-  const bench = await Bench.begin("bowl", { stock: 0, wood: "oak", long: 80, detail: 512 }), shape = bowlShape(), lap = timer();
+  const bench = await Bench.begin("bowl", { stock: 0, wood: "oak", long: 80, detail: 512 }),
+    shape = bowlShape(),
+    lap = timer();
   // Inside, from above: what lies beside it, below the lip, stays for now.
-  const beside = ([x, y, z]) => Math.hypot(Math.max(0, 23 - Math.hypot(x, y)), Math.max(0, z - 13.6));
+  const beside = ([x, y, z]) =>
+    Math.hypot(Math.max(0, 23 - Math.hypot(x, y)), Math.max(0, z - 13.6));
   const hollow = (place) => Math.min(shape(place), beside(place));
   await bench.look([0, 0, 1]);
   await bench.setPlane([30, 0, 15]);
   await bench.choose({ radius: 5 });
   const room = { from: 15.2, floor: -15.6 };
-  const inside = { ...room, wide: 46, high: 46, apart: 3.2, radius: 5, allowance: 0.5, layer: 4, tolerance: 0.08 };
+  const inside = {
+    ...room,
+    wide: 46,
+    high: 46,
+    apart: 3.2,
+    radius: 5,
+    allowance: 0.5,
+    layer: 4,
+    tolerance: 0.08,
+  };
   await bench.carve(raster(bench, hollow, inside));
   lap("inside, rough");
   await bench.choose({ radius: 4 });
@@ -473,13 +640,26 @@ async function bowl() {
   await bench.look([0, 0, -1]);
   await bench.setPlane([0, 0, -15]);
   await bench.choose({ radius: 6 });
-  const outside = { ...room, wide: 84, high: 54, apart: 4, radius: 6, allowance: 0.4, layer: 4.5, tolerance: 0.08 };
+  const outside = {
+    ...room,
+    wide: 84,
+    high: 54,
+    apart: 4,
+    radius: 6,
+    allowance: 0.4,
+    layer: 4.5,
+    tolerance: 0.08,
+  };
   await bench.carve(raster(bench, shape, outside));
   await bench.choose({ radius: 3 });
-  await bench.carve(raster(bench, shape, { ...outside, wide: 56, apart: 2, radius: 3, allowance: 0.25 }));
+  await bench.carve(
+    raster(bench, shape, { ...outside, wide: 56, apart: 2, radius: 3, allowance: 0.25 }),
+  );
   lap("outside, rough");
   await bench.choose({ radius: 2 });
-  await bench.carve(spiral(bench, shape, { ...room, outer: 27, apart: 0.35, along: 0.3, radius: 2 }));
+  await bench.carve(
+    spiral(bench, shape, { ...room, outer: 27, apart: 0.35, along: 0.3, radius: 2 }),
+  );
   lap("outside, fine");
   await bench.stand(["+", "+", "+", "ArrowDown"]);
   await bench.light(-0.42, 0.4);
@@ -499,21 +679,29 @@ const timer = () => {
 
 const GRID = 0.05; // of the drawing [mm]
 const PANEL = { wide: 80, high: 50, top: 15, ground: 12.4, back: 1 };
-/** Leaves of the twig: where they begin, which way they point [degrees], how long and broad they are. */
+/**
+ * Leaves of the twig: where they begin, which way they point [degrees], how long and broad they
+ * are.
+ */
 const LEAVES = [];
 const stemAt = (t) => [mix(-29, 22.5, t), 6.2 + 4.5 * Math.sin(2.6 * t - 0.5)];
 for (let i = 0; i < 5; i++) {
-  const t = 0.1 + 0.185 * i, size = 1 - 0.07 * i;
+  const t = 0.1 + 0.185 * i,
+    size = 1 - 0.07 * i;
   LEAVES.push({ from: stemAt(t), turn: 52 - 6 * i, long: 14.5 * size, broad: 6.2 * size });
   LEAVES.push({ from: stemAt(t + 0.08), turn: -38 - 5 * i, long: 13 * size, broad: 5.8 * size });
 }
 LEAVES.push({ from: stemAt(0.985), turn: -8, long: 11, broad: 5 });
 
-/** What is drawn black on white in the browser, as signed distances [mm] on the grid: negative within. */
+/**
+ * What is drawn black on white in the browser, as signed distances [mm] on the grid: negative
+ * within.
+ */
 async function drawing(page, { word, leaves, frame }) {
   const text = await page.evaluate(
     async ([panel, grid, letters, all, edge]) => {
-      const canvas = new OffscreenCanvas(panel.wide / grid, panel.high / grid), c = canvas.getContext("2d", { willReadFrequently: true });
+      const canvas = new OffscreenCanvas(panel.wide / grid, panel.high / grid),
+        c = canvas.getContext("2d", { willReadFrequently: true });
       c.fillStyle = "#fff";
       c.fillRect(0, 0, canvas.width, canvas.height);
       c.setTransform(1 / grid, 0, 0, -1 / grid, canvas.width / 2, canvas.height / 2);
@@ -522,7 +710,13 @@ async function drawing(page, { word, leaves, frame }) {
         c.fillRect(-panel.wide / 2, -panel.high / 2, panel.wide, panel.high);
         c.fillStyle = "#fff";
         c.beginPath();
-        c.roundRect(-panel.wide / 2 + edge, -panel.high / 2 + edge, panel.wide - 2 * edge, panel.high - 2 * edge, 2);
+        c.roundRect(
+          -panel.wide / 2 + edge,
+          -panel.high / 2 + edge,
+          panel.wide - 2 * edge,
+          panel.high - 2 * edge,
+          2,
+        );
         c.fill();
         c.fillStyle = "#000";
       }
@@ -551,23 +745,46 @@ async function drawing(page, { word, leaves, frame }) {
         c.textAlign = "center";
         c.fillText(letters, 0.8, 16.6);
       }
-      const data = c.getImageData(0, 0, canvas.width, canvas.height).data, bytes = new Uint8Array(data.length / 4);
+      const data = c.getImageData(0, 0, canvas.width, canvas.height).data,
+        bytes = new Uint8Array(data.length / 4);
       for (let i = 0; i < bytes.length; i++) bytes[i] = data[4 * i] < 128 ? 1 : 0;
       let said = "";
-      for (let i = 0; i < bytes.length; i += 8192) said += String.fromCharCode(...bytes.subarray(i, i + 8192));
+      for (let i = 0; i < bytes.length; i += 8192)
+        said += String.fromCharCode(...bytes.subarray(i, i + 8192));
       return btoa(said);
     },
-    [PANEL, GRID, word ?? "", leaves ? { leaves: LEAVES, stem: Array.from({ length: 41 }, (_, i) => stemAt(i / 41)) } : null, frame ?? 0],
+    [
+      PANEL,
+      GRID,
+      word ?? "",
+      leaves
+        ? { leaves: LEAVES, stem: Array.from({ length: 41 }, (_, i) => stemAt(i / 41)) }
+        : null,
+      frame ?? 0,
+    ],
   );
-  const black = Buffer.from(text, "base64"), w = PANEL.wide / GRID, h = PANEL.high / GRID;
-  const away = (of) => squaredDistances(Float64Array.from(black, (b) => (b === of ? 0 : 1e12)), w, h);
-  const out = away(1), within = away(0);
-  return Float64Array.from(out, (d, i) => GRID * (d > 0 ? Math.sqrt(d) - 0.5 : 0.5 - Math.sqrt(within[i])));
+  const black = Buffer.from(text, "base64"),
+    w = PANEL.wide / GRID,
+    h = PANEL.high / GRID;
+  const away = (of) =>
+    squaredDistances(
+      Float64Array.from(black, (b) => (b === of ? 0 : 1e12)),
+      w,
+      h,
+    );
+  const out = away(1),
+    within = away(0);
+  return Float64Array.from(
+    out,
+    (d, i) => GRID * (d > 0 ? Math.sqrt(d) - 0.5 : 0.5 - Math.sqrt(within[i])),
+  );
 }
 /** To the nearest zero, by Felzenszwalb's parabolas: along columns, then rows. */
 function squaredDistances(f, w, h) {
   const line = (n, at) => {
-    const v = new Int32Array(n), z = new Float64Array(n + 1), g = Float64Array.from({ length: n }, (_, i) => f[at(i)]);
+    const v = new Int32Array(n),
+      z = new Float64Array(n + 1),
+      g = Float64Array.from({ length: n }, (_, i) => f[at(i)]);
     let k = 0;
     z[0] = -Infinity;
     z[1] = Infinity;
@@ -591,39 +808,65 @@ function squaredDistances(f, w, h) {
 }
 /** On the drawing's grid, between its points. */
 function reading(field) {
-  const w = PANEL.wide / GRID, h = PANEL.high / GRID;
+  const w = PANEL.wide / GRID,
+    h = PANEL.high / GRID;
   return (x, y) => {
-    const u = clamp((x + PANEL.wide / 2) / GRID - 0.5, 0, w - 1.001), v = clamp((PANEL.high / 2 - y) / GRID - 0.5, 0, h - 1.001);
-    const i = Math.floor(u), k = Math.floor(v), a = u - i, b = v - k, at = k * w + i;
-    return (1 - b) * ((1 - a) * field[at] + a * field[at + 1]) + b * ((1 - a) * field[at + w] + a * field[at + w + 1]);
+    const u = clamp((x + PANEL.wide / 2) / GRID - 0.5, 0, w - 1.001),
+      v = clamp((PANEL.high / 2 - y) / GRID - 0.5, 0, h - 1.001);
+    const i = Math.floor(u),
+      k = Math.floor(v),
+      a = u - i,
+      b = v - k,
+      at = k * w + i;
+    return (
+      (1 - b) * ((1 - a) * field[at] + a * field[at + 1]) +
+      b * ((1 - a) * field[at + w] + a * field[at + w + 1])
+    );
   };
 }
 /** The lines where it has a value, by marching squares: closed, or to the rim of the panel. */
 function contours(value, level, step = 0.1) {
-  const w = Math.round(PANEL.wide / step), h = Math.round(PANEL.high / step), f = new Float64Array((w + 1) * (h + 1));
+  const w = Math.round(PANEL.wide / step),
+    h = Math.round(PANEL.high / step),
+    f = new Float64Array((w + 1) * (h + 1));
   const place = (i, k) => [i * step - PANEL.wide / 2, k * step - PANEL.high / 2];
-  for (let k = 0; k <= h; k++) for (let i = 0; i <= w; i++) f[k * (w + 1) + i] = value(...place(i, k)) - level || 1e-9;
+  for (let k = 0; k <= h; k++)
+    for (let i = 0; i <= w; i++) f[k * (w + 1) + i] = value(...place(i, k)) - level || 1e-9;
   // An edge is named by its first node and its way.
   const from = new Map();
   const cut = (i, k, way) => 2 * (k * (w + 1) + i) + way;
   for (let k = 0; k < h; k++)
     for (let i = 0; i < w; i++) {
-      const corners = [[i, k], [i + 1, k], [i + 1, k + 1], [i, k + 1]].map(([a, b]) => f[b * (w + 1) + a] < 0);
+      const corners = [
+        [i, k],
+        [i + 1, k],
+        [i + 1, k + 1],
+        [i, k + 1],
+      ].map(([a, b]) => f[b * (w + 1) + a] < 0);
       const edges = [cut(i, k, 0), cut(i + 1, k, 1), cut(i, k + 1, 0), cut(i, k, 1)];
-      const enter = [], leave = [];
+      const enter = [],
+        leave = [];
       for (let e = 0; e < 4; e++) {
-        const a = corners[e], b = corners[(e + 1) % 4];
+        const a = corners[e],
+          b = corners[(e + 1) % 4];
         if (a && !b) leave.push(edges[e]);
         if (!a && b) enter.push(edges[e]);
       }
       enter.forEach((one, n) => from.set(one, leave[n]));
     }
   const point = (edge) => {
-    const way = edge & 1, node = edge >> 1, i = node % (w + 1), k = Math.floor(node / (w + 1));
-    const a = f[node], b = f[node + (way ? w + 1 : 1)], t = a / (a - b), [x, y] = place(i, k);
+    const way = edge & 1,
+      node = edge >> 1,
+      i = node % (w + 1),
+      k = Math.floor(node / (w + 1));
+    const a = f[node],
+      b = f[node + (way ? w + 1 : 1)],
+      t = a / (a - b),
+      [x, y] = place(i, k);
     return way ? [x, y + t * step] : [x + t * step, y];
   };
-  const lines = [], to = new Set(from.values());
+  const lines = [],
+    to = new Set(from.values());
   const starts = [...[...from.keys()].filter((edge) => !to.has(edge)), ...from.keys()];
   for (const start of starts) {
     if (!from.has(start)) continue;
@@ -640,17 +883,41 @@ function contours(value, level, step = 0.1) {
 }
 
 async function relief() {
-  const bench = await Bench.begin("relief", { stock: 0, wood: "limewood", long: 80, detail: 512 }), lap = timer();
-  const [hardGrid, leafGrid] = [await drawing(bench.page, { word: "KIBORI", frame: 4 }), await drawing(bench.page, { leaves: true })];
-  const hard = reading(hardGrid), leaf = reading(leafGrid), any = (x, y) => Math.min(hard(x, y), leaf(x, y));
-  const { top, ground, back } = PANEL, room = { from: top + 0.2, tolerance: 0.01 };
-  const flat = (lines, z) => lines.map((line) => simplified(line.map(([x, y]) => [x, y, z]), 0.006));
+  const bench = await Bench.begin("relief", { stock: 0, wood: "limewood", long: 80, detail: 512 }),
+    lap = timer();
+  const [hardGrid, leafGrid] = [
+    await drawing(bench.page, { word: "KIBORI", frame: 4 }),
+    await drawing(bench.page, { leaves: true }),
+  ];
+  const hard = reading(hardGrid),
+    leaf = reading(leafGrid),
+    any = (x, y) => Math.min(hard(x, y), leaf(x, y));
+  const { top, ground, back } = PANEL,
+    room = { from: top + 0.2, tolerance: 0.01 };
+  const flat = (lines, z) =>
+    lines.map((line) =>
+      simplified(
+        line.map(([x, y]) => [x, y, z]),
+        0.006,
+      ),
+    );
   lap("drawn");
   // The back comes off: a panel, no block.
   await bench.look([0, 0, -1]);
   await bench.setPlane([0, 0, -15]);
   await bench.choose({ tool: "End mill", radius: 8 });
-  await bench.carve(raster(bench, () => 1e3, { wide: 100, high: 66, apart: 11, along: 10, radius: 8, from: 15, floor: back, layer: 2.4 }));
+  await bench.carve(
+    raster(bench, () => 1e3, {
+      wide: 100,
+      high: 66,
+      apart: 11,
+      along: 10,
+      radius: 8,
+      from: 15,
+      floor: back,
+      layer: 2.4,
+    }),
+  );
   lap("back");
   // The ground, round what stands out of it: an end mill leaves it flat.
   await bench.look([0, 0, 1]);
@@ -669,47 +936,89 @@ async function relief() {
   // Leaves are the higher the farther from their edge, and a groove is their middle.
   const veins = LEAVES.map(({ from: [x, y], turn, long }) => {
     const angle = (turn * Math.PI) / 180;
-    return [[x, y], [x + long * Math.cos(angle), y + long * Math.sin(angle)]];
+    return [
+      [x, y],
+      [x + long * Math.cos(angle), y + long * Math.sin(angle)],
+    ];
   });
   const high = (x, y) => {
-    const d = -leaf(x, y), h = hard(x, y);
-    return h < 0 ? top : d <= 0 ? ground : ground + 0.8 + 1.7 * (1 - (1 - clamp(d / 2.6, 0, 1)) ** 2);
+    const d = -leaf(x, y),
+      h = hard(x, y);
+    return h < 0
+      ? top
+      : d <= 0
+        ? ground
+        : ground + 0.8 + 1.7 * (1 - (1 - clamp(d / 2.6, 0, 1)) ** 2);
   };
   const RADIUS = 1.2;
   const over = (x, y) => {
     let most = ground;
     for (let i = 0; i < 7; i++)
       for (let k = 0; k < 16; k++) {
-        const r = (RADIUS * (i + (k % 2) / 2)) / 6.6, a = (k * Math.PI) / 8;
-        most = Math.max(most, high(x + r * Math.cos(a), y + r * Math.sin(a)) + Math.sqrt(Math.max(0, RADIUS ** 2 - r * r)) - RADIUS);
+        const r = (RADIUS * (i + (k % 2) / 2)) / 6.6,
+          a = (k * Math.PI) / 8;
+        most = Math.max(
+          most,
+          high(x + r * Math.cos(a), y + r * Math.sin(a)) +
+            Math.sqrt(Math.max(0, RADIUS ** 2 - r * r)) -
+            RADIUS,
+        );
       }
     return most;
   };
   await bench.choose({ radius: RADIUS });
-  const domes = [], raised = (line) => simplified(line.map(([x, y]) => [x, y, over(x, y)]), 0.01);
+  const domes = [],
+    raised = (line) =>
+      simplified(
+        line.map(([x, y]) => [x, y, over(x, y)]),
+        0.01,
+      );
   for (let d = 0.5; d > -3.6; d -= 0.18) domes.push(...contours(leaf, d, 0.12).map(raised));
   await bench.carve(domes);
   lap("leaves");
   await bench.choose({ tool: "V cutter", radius: 2, angle: 70 });
-  const grooves = veins.map(([a, b]) => Array.from({ length: 25 }, (_, i) => {
-    const t = mix(0.02, 0.93, i / 24), x = mix(a[0], b[0], t), y = mix(a[1], b[1], t);
-    return [x, y, Math.min(high(x, y), ground + 2.5) - 0.75 * Math.sin(Math.PI * Math.min(1, t + 0.25)) ** 0.7];
-  }));
+  const grooves = veins.map(([a, b]) =>
+    Array.from({ length: 25 }, (_, i) => {
+      const t = mix(0.02, 0.93, i / 24),
+        x = mix(a[0], b[0], t),
+        y = mix(a[1], b[1], t);
+      return [
+        x,
+        y,
+        Math.min(high(x, y), ground + 2.5) -
+          0.75 * Math.sin(Math.PI * Math.min(1, t + 0.25)) ** 0.7,
+      ];
+    }),
+  );
   await bench.carve(grooves);
   lap("veins");
   // Edges of letters and frame, inside and out.
   await bench.choose({ tool: "V cutter", radius: 2, angle: 90 });
   await bench.carve(flat(contours(hard, 0.03), top - 0.32));
-  const rim = [[-40, -25], [40, -25], [40, 25], [-40, 25], [-40, -25], [-38, -25]].map(([x, y]) => [1.0005 * x, 1.0005 * y, top - 1.1]);
+  const rim = [
+    [-40, -25],
+    [40, -25],
+    [40, 25],
+    [-40, 25],
+    [-40, -25],
+    [-38, -25],
+  ].map(([x, y]) => [1.0005 * x, 1.0005 * y, top - 1.1]);
   await bench.carve([rim]);
   lap("edges");
   await bench.stand(["+", "+", "ArrowUp", "ArrowUp", "ArrowUp", "ArrowLeft", "ArrowLeft"]);
   await bench.light(-0.5, 0.55);
   await bench.picture();
   let meant = 0;
-  for (let x = -39.95; x < 40; x += 0.1) for (let y = -24.95; y < 25; y += 0.1) meant += 0.01 * (high(x, y) + back);
+  for (let x = -39.95; x < 40; x += 0.1)
+    for (let y = -24.95; y < 25; y += 0.1) meant += 0.01 * (high(x, y) + back);
   const beside = ([x, y, z]) =>
-    Math.min(Math.abs(z - high(x, y)), Math.abs(any(x, y)), Math.abs(z + back), 40 - Math.abs(x), 25 - Math.abs(y));
+    Math.min(
+      Math.abs(z - high(x, y)),
+      Math.abs(any(x, y)),
+      Math.abs(z + back),
+      40 - Math.abs(x),
+      25 - Math.abs(y),
+    );
   await bench.judge(meant, beside);
   await bench.end();
 }
@@ -717,20 +1026,25 @@ async function relief() {
 // ---- An owl
 
 const ellipsoid = (p, c, r) => {
-  const q = [(p[0] - c[0]) / r[0], (p[1] - c[1]) / r[1], (p[2] - c[2]) / r[2]], k = length(q);
+  const q = [(p[0] - c[0]) / r[0], (p[1] - c[1]) / r[1], (p[2] - c[2]) / r[2]],
+    k = length(q);
   const g = Math.hypot(q[0] / r[0], q[1] / r[1], q[2] / r[2]);
   return k < 1e-6 ? -Math.min(...r) : (k * (k - 1)) / g;
 };
 /** A cone between two balls. */
 const cone = (p, a, b, ra, rb) => {
-  const way = minus(b, a), off = minus(p, a), t = clamp(dot(off, way) / dot(way, way), 0, 1);
+  const way = minus(b, a),
+    off = minus(p, a),
+    t = clamp(dot(off, way) / dot(way, way), 0, 1);
   return length(add(off, way, -t)) - mix(ra, rb, t);
 };
 /** Feathers like tiles on a roof, each over the one below it: how much they stand out, 0 ... 1. */
 function feathers(u, v, wide, high, reach) {
   const row = Math.floor(v / high);
   for (let k = row + 2; k >= row - 1; k--) {
-    const shift = k & 1 ? 0.5 : 0, du = u - (Math.round(u / wide - shift) + shift) * wide, dv = v - k * high;
+    const shift = k & 1 ? 0.5 : 0,
+      du = u - (Math.round(u / wide - shift) + shift) * wide,
+      dv = v - k * high;
     const far = Math.hypot(du / (0.62 * wide), Math.min(0, dv) / reach);
     if (dv <= 0.5 * high && far < 1) return far ** 2.2 - 0.25 * Math.exp(-((du / 0.35) ** 2));
   }
@@ -742,10 +1056,12 @@ const smoothstep = (low, high, x) => {
 };
 /** Left and right are alike; the face looks to the front, -y. */
 function owlShape([px, y, z]) {
-  const x = Math.abs(px), p = [x, y, z];
+  const x = Math.abs(px),
+    p = [x, y, z];
   // On what is left of the log.
   const plinth = z + 33.5 + 0.02 * (x * x + y * y) * 0.1;
-  const body = ellipsoid(p, [0, 0.5, -12], [14.6, 13.2, 25]), head = ellipsoid(p, [0, -0.8, 18.5], [14.2, 12.4, 12.2]);
+  const body = ellipsoid(p, [0, 0.5, -12], [14.6, 13.2, 25]),
+    head = ellipsoid(p, [0, -0.8, 18.5], [14.2, 12.4, 12.2]);
   if (Math.min(body, head) > 20) return Math.min(plinth, Math.min(body, head) - 10);
   let d = smoothMin(body, head, 7);
   // Ears, and the brows that lead from the beak to them.
@@ -768,11 +1084,13 @@ function owlShape([px, y, z]) {
   const round = Math.atan2(px, -y) * 13.2;
   if (breast > 0 && Math.abs(d) < 4) d -= breast * 0.62 * feathers(round, z + 40, 5.2, 4.1, 4.6);
   const behind = smoothstep(1.9, 2.2, angle) * smoothstep(-20, -16, z) * smoothstep(27, 20, z);
-  if (behind > 0 && Math.abs(d) < 4) d -= behind * 0.55 * feathers(Math.atan2(px, y) * 13.2, z + 40, 6, 5, 5.4);
+  if (behind > 0 && Math.abs(d) < 4)
+    d -= behind * 0.55 * feathers(Math.atan2(px, y) * 13.2, z + 40, 6, 5, 5.4);
   if (wing < 8) {
     // Small feathers above, long ones below.
     const upper = feathers(q[1] + 0.9, q[2] + 40, 4.6, 4.2, 4.8) * smoothstep(-11, -8.5, q[2]);
-    const along = (q[1] - 1 + 0.12 * (q[2] + 20)) / 3.6, rib = 0.5 + 0.5 * Math.cos(2 * Math.PI * along);
+    const along = (q[1] - 1 + 0.12 * (q[2] + 20)) / 3.6,
+      rib = 0.5 + 0.5 * Math.cos(2 * Math.PI * along);
     const long = rib * smoothstep(-8.2, -10.5, q[2]);
     d = smoothMin(d, wing - 0.6 * upper - 0.5 * long, 1.6);
   } else d = Math.min(d, wing - 1);
@@ -783,20 +1101,55 @@ function owlShape([px, y, z]) {
   // No slits at the foot that no tool gets into; toes hold on to the wood.
   d = smoothMin(d, plinth, 4.5);
   for (const aside of [-2.9, 0, 2.9])
-    d = smoothMin(d, cone(p, [5.6 + 0.6 * aside, -10.5, -31.4], [5.6 + aside, -15.8 + 0.12 * aside * aside, -33], 1.9, 1.35), 0.4);
+    d = smoothMin(
+      d,
+      cone(
+        p,
+        [5.6 + 0.6 * aside, -10.5, -31.4],
+        [5.6 + aside, -15.8 + 0.12 * aside * aside, -33],
+        1.9,
+        1.35,
+      ),
+      0.4,
+    );
   return d;
 }
 
 async function figure() {
-  const bench = await Bench.begin("figure", { stock: 1, wood: "limewood", long: 80, detail: 512 }), lap = timer(), shape = owlShape;
-  const sides = [[0, -1, 0], [0, 1, 0], [-1, 0, 0], [1, 0, 0]], diagonals = [[-1, -1, 0], [1, -1, 0], [-1, 1, 0], [1, 1, 0]];
+  const bench = await Bench.begin("figure", { stock: 1, wood: "limewood", long: 80, detail: 512 }),
+    lap = timer(),
+    shape = owlShape;
+  const sides = [
+      [0, -1, 0],
+      [0, 1, 0],
+      [-1, 0, 0],
+      [1, 0, 0],
+    ],
+    diagonals = [
+      [-1, -1, 0],
+      [1, -1, 0],
+      [-1, 1, 0],
+      [1, 1, 0],
+    ];
   // From above first: there the end of the log says where depth counts from.
   await bench.look([0, 0, 1]);
   await bench.setPlane([0, 0, 40]);
-  for (const [radius, apart, allowance, layer] of [[5, 3.6, 0.5, 4.5], [2, 1, 0, 3.6]]) {
+  for (const [radius, apart, allowance, layer] of [
+    [5, 3.6, 0.5, 4.5],
+    [2, 1, 0, 3.6],
+  ]) {
     await bench.choose({ radius });
     const room = { wide: 42 + radius, high: 42 + radius, from: 40.2, floor: -36, layer };
-    await bench.carve(raster(bench, shape, { ...room, apart, along: 0.4, radius, allowance, tolerance: allowance > 0 ? 0.06 : 0.015 }));
+    await bench.carve(
+      raster(bench, shape, {
+        ...room,
+        apart,
+        along: 0.4,
+        radius,
+        allowance,
+        tolerance: allowance > 0 ? 0.06 : 0.015,
+      }),
+    );
     lap(`from above with ${radius} mm`);
   }
   await bench.forces("figure-above");
@@ -807,12 +1160,17 @@ async function figure() {
     await bench.setPlane([20 * Math.cos(angle), 20 * Math.sin(angle), -36.7]);
   };
   const all = { about: [0, 0, 3.5], wide: 44, high: 78, from: 21 };
-  for (const [radius, apart, allowance, layer, views] of [[5, 3.6, 0.5, 4.5, sides], [2.5, 2, 0.25, 3.6, [...sides, ...diagonals]]]) {
+  for (const [radius, apart, allowance, layer, views] of [
+    [5, 3.6, 0.5, 4.5, sides],
+    [2.5, 2, 0.25, 3.6, [...sides, ...diagonals]],
+  ]) {
     await bench.choose({ radius });
     for (const view of views) {
       await face(view);
       const room = { ...all, floor: radius > 3 ? -1 : 2, layer };
-      await bench.carve(raster(bench, shape, { ...room, apart, along: 0.7, radius, allowance, tolerance: 0.06 }));
+      await bench.carve(
+        raster(bench, shape, { ...room, apart, along: 0.7, radius, allowance, tolerance: 0.06 }),
+      );
     }
     lap(`round it with ${radius} mm`);
   }
@@ -821,21 +1179,28 @@ async function figure() {
   for (const view of [...sides, ...diagonals]) {
     await face(view);
     const room = { ...all, high: 74, about: [0, 0, 2.5], floor: 3 };
-    await bench.carve(raster(bench, shape, { ...room, apart: 0.3, along: 0.28, radius: 1, tolerance: 0.012 }));
+    await bench.carve(
+      raster(bench, shape, { ...room, apart: 0.3, along: 0.28, radius: 1, tolerance: 0.012 }),
+    );
     lap(`fine, from ${view}`);
   }
   const above = [...sides, ...diagonals].map(([x, y]) => [x, y, 1]);
   for (const view of above) {
     await face(view);
     const room = { about: [0, 0, 22], wide: 36, high: 42, from: 45, floor: 12 };
-    await bench.carve(raster(bench, shape, { ...room, apart: 0.3, along: 0.28, radius: 1, tolerance: 0.012 }));
+    await bench.carve(
+      raster(bench, shape, { ...room, apart: 0.3, along: 0.28, radius: 1, tolerance: 0.012 }),
+    );
     lap(`fine, from ${view}`);
   }
-  // Round the foot, where larger balls had no room: in layers, as a ball that goes deep leaves what is in front of it.
+  // Round the foot, where larger balls had no room: in layers, as a ball that goes deep leaves what
+  // is in front of it.
   for (const view of [...sides, ...diagonals]) {
     await face(view);
     const room = { ...all, about: [0, 0, -31.4], high: 4.8, floor: 2, layer: 1.5 };
-    await bench.carve(raster(bench, shape, { ...room, apart: 0.4, along: 0.3, radius: 1, tolerance: 0.012 }));
+    await bench.carve(
+      raster(bench, shape, { ...room, apart: 0.4, along: 0.3, radius: 1, tolerance: 0.012 }),
+    );
   }
   lap("the foot");
   await bench.stand(["+", "ArrowDown", "ArrowDown"]);
@@ -846,11 +1211,13 @@ async function figure() {
     return [20 * Math.cos(angle), 20 * Math.sin(angle), -37];
   });
   await bench.pictureOfPage(groove, 0.6);
-  const within = (place) => Math.max(shape(place), Math.hypot(place[0], place[1]) - 20, Math.abs(place[2]) - 40);
+  const within = (place) =>
+    Math.max(shape(place), Math.hypot(place[0], place[1]) - 20, Math.abs(place[2]) - 40);
   await bench.judge(volumeOf(within, [20, 20, 40], 0.25), within);
   await bench.end();
 }
 
 mkdirSync(out, { recursive: true });
-const wanted = process.argv.slice(4), all = [bowl, relief, figure];
+const wanted = process.argv.slice(4),
+  all = [bowl, relief, figure];
 await run(all.filter((piece) => wanted.length === 0 || wanted.includes(piece.name)));

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: MIT
 // Judges by other people's programs. Usage: node judge.mjs manifold FILE.stl | gltf FILE.glb
 // Prints one line of JSON; exit status 1 where the judge objects.
-import { readFileSync } from 'node:fs';
+import { readFileSync } from "node:fs";
 
 const [judge, file] = process.argv.slice(2);
 const bytes = readFileSync(file);
 
 async function manifold() {
-  const Module = (await import('manifold-3d')).default;
+  const Module = (await import("manifold-3d")).default;
   const wasm = await Module();
   wasm.setup();
   const count = bytes.readUInt32LE(80);
-  const index = new Map(), positions = [], triangles = new Uint32Array(3 * count);
+  const index = new Map(),
+    positions = [],
+    triangles = new Uint32Array(3 * count);
   for (let i = 0; i < 3 * count; i++) {
     const at = 84 + 50 * Math.floor(i / 3) + 12 + 12 * (i % 3);
     const p = [0, 4, 8].map((k) => bytes.readFloatLE(at + k));
@@ -22,17 +24,27 @@ async function manifold() {
     }
     triangles[i] = index.get(key);
   }
-  const mesh = new wasm.Mesh({ numProp: 3, vertProperties: new Float32Array(positions), triVerts: triangles });
+  const mesh = new wasm.Mesh({
+    numProp: 3,
+    vertProperties: new Float32Array(positions),
+    triVerts: triangles,
+  });
   const solid = new wasm.Manifold(mesh); // throws where the mesh is no manifold
   const volume = solid.volume ? solid.volume() : solid.getProperties().volume;
   console.log(JSON.stringify({ triangles: solid.numTri(), volume, genus: solid.genus() }));
 }
 
 async function gltf() {
-  const validator = (await import('gltf-validator')).default;
+  const validator = (await import("gltf-validator")).default;
   const { issues, info } = await validator.validateBytes(new Uint8Array(bytes));
   const found = issues.numErrors + issues.numWarnings + issues.numInfos + issues.numHints;
-  console.log(JSON.stringify({ issues: found, messages: issues.messages.slice(0, 3), triangles: info.totalTriangleCount }));
+  console.log(
+    JSON.stringify({
+      issues: found,
+      messages: issues.messages.slice(0, 3),
+      triangles: info.totalTriangleCount,
+    }),
+  );
   process.exit(found ? 1 : 0);
 }
 

@@ -1,7 +1,7 @@
-// SPDX-License-Identifier: MIT
-// What tests of the page in a real browser share: a studio as a process of its own, Chromium, and ways to wait.
-// A test calls run(parts): each part is a function whose name KIBORI_PART chooses. The program's arguments are
-// KIBORI [SCREENSHOTS' FOLDER]. The page's policy forbids eval, so what is waited for is asked again and again.
+// SPDX-License-Identifier: MIT What tests of the page in a real browser share: a studio as a
+// process of its own, Chromium, and ways to wait. A test calls run(parts): each part is a function
+// whose name KIBORI_PART chooses. The program's arguments are KIBORI [SCREENSHOTS' FOLDER]. The
+// page's policy forbids eval, so what is waited for is asked again and again.
 import { spawn } from "node:child_process";
 import { chmodSync, existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -16,11 +16,15 @@ try {
   // No matter why.
 }
 if (!chromium || !existsSync(chromiumPath)) {
-  console.log("skipped: there is no Chromium, or no playwright-core; './dev setup test' installs both");
+  console.log(
+    "skipped: there is no Chromium, or no playwright-core; './dev setup test' installs both",
+  );
   process.exit(77);
 }
 
-export const protocol = JSON.parse(readFileSync(new URL("../../protocol/messages.json", import.meta.url), "utf8"));
+export const protocol = JSON.parse(
+  readFileSync(new URL("../../protocol/messages.json", import.meta.url), "utf8"),
+);
 export const folder = mkdtempSync(join(tmpdir(), "kibori-page-"));
 let passed = 0;
 export const check = (what, holds) => {
@@ -35,8 +39,12 @@ export class Studio {
   static async start(...words) {
     const studio = new Studio();
     studios.push(studio);
-    studio.process = spawn(kibori, ["studio", "--no-browser", ...words], { env: { ...process.env, XDG_DATA_HOME: folder } });
-    studio.ended = new Promise((done) => studio.process.on("exit", (code, signal) => done(code ?? signal)));
+    studio.process = spawn(kibori, ["studio", "--no-browser", ...words], {
+      env: { ...process.env, XDG_DATA_HOME: folder },
+    });
+    studio.ended = new Promise((done) =>
+      studio.process.on("exit", (code, signal) => done(code ?? signal)),
+    );
     studio.url = await new Promise((found, failed) => {
       studio.process.stderr.on("data", (text) => (studio.said += text));
       studio.process.stdout.on("data", (text) => {
@@ -48,10 +56,17 @@ export class Studio {
     });
     return studio;
   }
-  /** The address for another browser, which the studio prints when one asks by the address that was used. */
+  /**
+   * The address for another browser, which the studio prints when one asks by the address that was
+   * used.
+   */
   async another() {
-    const used = new URL(this.url), before = this.printed.length;
-    await fetch(`${used.origin}/enter?token=${used.searchParams.get("token")}`, { method: "POST", headers: { Origin: used.origin } });
+    const used = new URL(this.url),
+      before = this.printed.length;
+    await fetch(`${used.origin}/enter?token=${used.searchParams.get("token")}`, {
+      method: "POST",
+      headers: { Origin: used.origin },
+    });
     for (;;) {
       const next = /http:\S+\n/.exec(this.printed.slice(before));
       if (next) return (this.url = next[0].trim());
@@ -68,7 +83,13 @@ export const launch = (more = []) =>
   chromium.launch({
     executablePath: chromiumPath,
     headless: true,
-    args: ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", ...more],
+    args: [
+      "--no-sandbox",
+      "--use-gl=angle",
+      "--use-angle=swiftshader",
+      "--enable-unsafe-swiftshader",
+      ...more,
+    ],
   });
 export const browser = await launch();
 
@@ -89,7 +110,18 @@ export async function enter(page, url, from = url) {
 /** The bytes of what the studio answers to the page's key. */
 export async function fetched(page, path) {
   return Buffer.from(
-    await page.evaluate(async (asked) => [...new Uint8Array(await (await fetch(asked, { headers: { Authorization: `Bearer ${localStorage.getItem("kibori-key")}` } })).arrayBuffer())], path),
+    await page.evaluate(
+      async (asked) => [
+        ...new Uint8Array(
+          await (
+            await fetch(asked, {
+              headers: { Authorization: `Bearer ${localStorage.getItem("kibori-key")}` },
+            })
+          ).arrayBuffer(),
+        ),
+      ],
+      path,
+    ),
   );
 }
 export const state = (page) => page.evaluate(() => ({ ...document.body.dataset }));
@@ -98,21 +130,35 @@ export async function until(page, what, holds, seconds = 60) {
   for (;;) {
     const now = await state(page);
     if (holds(now)) return now;
-    if (Date.now() > end) throw new Error(`not in ${seconds} s: ${what}; ${JSON.stringify(now)}; ${await page.locator("#notice").textContent()}`);
+    if (Date.now() > end)
+      throw new Error(
+        `not in ${seconds} s: ${what}; ${JSON.stringify(now)}; ${await page.locator("#notice").textContent()}`,
+      );
     await page.waitForTimeout(50);
   }
 }
-export const show = async (page, name) => pictures && page.screenshot({ path: join(pictures, `${name}.png`) });
+export const show = async (page, name) =>
+  pictures && page.screenshot({ path: join(pictures, `${name}.png`) });
 // All of it: before, the view is not where the pointer thinks.
 export async function shown(page) {
-  const now = await until(page, "a solid", (s) => s.shown === "solid" && Number(s.chunks) > 0 && Number(s.volume) > 0 && Number(s.step) > 0);
-  for (let i = 0; i < 600 && !(await page.evaluate(() => window.kibori.whole())); i++) await page.waitForTimeout(100);
+  const now = await until(
+    page,
+    "a solid",
+    (s) =>
+      s.shown === "solid" && Number(s.chunks) > 0 && Number(s.volume) > 0 && Number(s.step) > 0,
+  );
+  for (let i = 0; i < 600 && !(await page.evaluate(() => window.kibori.whole())); i++)
+    await page.waitForTimeout(100);
   await page.waitForTimeout(300);
   return now;
 }
-export const started = (page) => until(page, "the choice to begin with", (s) => s.shown === "start");
+export const started = (page) =>
+  until(page, "the choice to begin with", (s) => s.shown === "start");
 
-/** Runs the parts one after another, and ends the process: 0 if every check held and the page complained of nothing. */
+/**
+ * Runs the parts one after another, and ends the process: 0 if every check held and the page
+ * complained of nothing.
+ */
 export async function run(parts) {
   try {
     const only = process.env.KIBORI_PART;

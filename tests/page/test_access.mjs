@@ -1,11 +1,26 @@
-// SPDX-License-Identifier: MIT
-// The page for who can't see it, can't use a pointer, or needs it otherwise: axe finds nothing on any page, dialog and
-// layout, light and dark; keys alone do all but carve; the focus is seen, and goes back. Usage: as test_studio.mjs
+// SPDX-License-Identifier: MIT The page for who can't see it, can't use a pointer, or needs it
+// otherwise: axe finds nothing on any page, dialog and layout, light and dark; keys alone do all
+// but carve; the focus is seen, and goes back. Usage: as test_studio.mjs
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import { check, enter, folder, open, run, show, shown, started, state, Studio, until } from "./harness.mjs";
+import {
+  check,
+  enter,
+  folder,
+  open,
+  run,
+  show,
+  shown,
+  started,
+  state,
+  Studio,
+  until,
+} from "./harness.mjs";
 
-const AXE = readFileSync(new URL("../../web/node_modules/axe-core/axe.min.js", import.meta.url), "utf8");
+const AXE = readFileSync(
+  new URL("../../web/node_modules/axe-core/axe.min.js", import.meta.url),
+  "utf8",
+);
 const TAGS = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "best-practice"];
 // The page's own policy lets no other script in.
 const BESIDE = { bypassCSP: true };
@@ -13,8 +28,16 @@ const BESIDE = { bypassCSP: true };
 async function finds(page, where) {
   if (!(await page.evaluate(() => "axe" in window))) await page.addScriptTag({ content: AXE });
   const found = await page.evaluate(async (tags) => {
-    const { violations, passes } = await window.axe.run(document, { runOnly: { type: "tag", values: tags } });
-    return { rules: passes.length, wrong: violations.map((v) => `${v.id}: ${v.nodes.map((n) => `${n.html.slice(0, 120)} (${n.failureSummary?.split("\n")[1]?.trim()})`).join(", ")}`) };
+    const { violations, passes } = await window.axe.run(document, {
+      runOnly: { type: "tag", values: tags },
+    });
+    return {
+      rules: passes.length,
+      wrong: violations.map(
+        (v) =>
+          `${v.id}: ${v.nodes.map((n) => `${n.html.slice(0, 120)} (${n.failureSummary?.split("\n")[1]?.trim()})`).join(", ")}`,
+      ),
+    };
   }, TAGS);
   if (found.wrong.length) await show(page, "axe");
   check(`axe finds nothing on ${where}: ${found.wrong.join("\n")}`, found.wrong.length === 0);
@@ -26,8 +49,15 @@ async function tabTo(page, selector, key = "Tab") {
   for (let i = 0; i < 120; i++) {
     await page.keyboard.press(key);
     const at = await page.evaluate((wanted) => {
-      const one = document.activeElement, drawn = one.closest("#shapes label") ?? one, look = getComputedStyle(drawn);
-      return { there: one.matches(wanted), name: one.id || one.outerHTML.slice(0, 80), body: one === document.body, seen: look.outlineStyle !== "none" && parseFloat(look.outlineWidth) > 0 };
+      const one = document.activeElement,
+        drawn = one.closest("#shapes label") ?? one,
+        look = getComputedStyle(drawn);
+      return {
+        there: one.matches(wanted),
+        name: one.id || one.outerHTML.slice(0, 80),
+        body: one === document.body,
+        seen: look.outlineStyle !== "none" && parseFloat(look.outlineWidth) > 0,
+      };
     }, selector);
     check(`the focus is seen on ${at.name}`, at.seen || at.body);
     if (at.there) return;
@@ -52,13 +82,24 @@ async function keysAlone() {
   const atPiece = () => page.evaluate(() => document.activeElement.id === "view");
   check("the focus goes to the piece", await atPiece());
   await tabTo(page, ".skip", "Shift+Tab");
-  check("the way to the piece is shown", await page.locator(".skip").evaluate((link) => link.getBoundingClientRect().top >= 0));
+  check(
+    "the way to the piece is shown",
+    await page.locator(".skip").evaluate((link) => link.getBoundingClientRect().top >= 0),
+  );
   await page.keyboard.press("Enter");
   check("it leads there", await atPiece());
   const eye = () => page.evaluate(() => window.kibori.eye());
   const far = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
   let before = await eye();
-  for (const key of ["ArrowLeft", "ArrowUp", "Shift+ArrowRight", "Shift+ArrowDown", "+", "-", "-"]) {
+  for (const key of [
+    "ArrowLeft",
+    "ArrowUp",
+    "Shift+ArrowRight",
+    "Shift+ArrowDown",
+    "+",
+    "-",
+    "-",
+  ]) {
     await page.keyboard.press(key);
     const now = await eye();
     check(`${key} looks otherwise`, far(now, before) > 1);
@@ -75,7 +116,14 @@ async function keysAlone() {
   check("a size", (await page.locator("#size").inputValue()) === "3");
   // A cut, which needs a hand, is undone by keys, and that is said.
   const at = await page.evaluate(() => {
-    for (let x = 300; x < 900; x += 20) for (let y = 100; y < 600; y += 20) if (window.kibori.onPiece(x, y) && window.kibori.onPiece(x + 60, y + 20) && window.kibori.onPiece(x - 40, y)) return [x, y];
+    for (let x = 300; x < 900; x += 20)
+      for (let y = 100; y < 600; y += 20)
+        if (
+          window.kibori.onPiece(x, y) &&
+          window.kibori.onPiece(x + 60, y + 20) &&
+          window.kibori.onPiece(x - 40, y)
+        )
+          return [x, y];
   });
   await page.mouse.move(...at);
   await page.mouse.down();
@@ -98,7 +146,12 @@ async function keysAlone() {
   await page.keyboard.press("Enter");
   check("a dialog is open", await page.locator("#exporting").isVisible());
   await page.keyboard.press("Escape");
-  check("Escape closes it, and the focus is back", await page.evaluate(() => !document.querySelector("dialog[open]") && document.activeElement.id === "export"));
+  check(
+    "Escape closes it, and the focus is back",
+    await page.evaluate(
+      () => !document.querySelector("dialog[open]") && document.activeElement.id === "export",
+    ),
+  );
   await page.keyboard.press("Enter");
   const download = page.waitForEvent("download");
   await tabTo(page, "#exporting button[value=yes]");
@@ -130,37 +183,59 @@ async function axeFindsNothing() {
   await page.locator("#go").click();
   await shown(page);
   await page.evaluate(() => window.kibori.still(true)); // what is not looked at need not be drawn
-  for (const [width, height] of [[390, 844], [1024, 768], [1280, 720]]) {
+  for (const [width, height] of [
+    [390, 844],
+    [1024, 768],
+    [1280, 720],
+  ]) {
     await page.setViewportSize({ width, height });
     await page.waitForTimeout(300);
     await both(`the piece at ${width} x ${height}`);
     for (const fold of await page.locator(width < 600 ? ".tab" : ".fold").all()) {
       await fold.click();
       await page.waitForTimeout(200);
-      await finds(page, `the piece at ${width} x ${height} with ${await fold.textContent()} changed`);
+      await finds(
+        page,
+        `the piece at ${width} x ${height} with ${await fold.textContent()} changed`,
+      );
     }
   }
   for (const fold of await page.locator(".fold[aria-expanded=false]").all()) await fold.click();
-  // Every dialog of the page, also one that has no button yet; each fits into a small window, or scrolls.
-  for (const id of await page.evaluate(() => [...document.querySelectorAll("dialog")].map((dialog) => dialog.id))) {
-    for (const [width, height] of [[1280, 720], [320, 480]]) {
+  // Every dialog of the page, also one that has no button yet; each fits into a small window, or
+  // scrolls.
+  for (const id of await page.evaluate(() =>
+    [...document.querySelectorAll("dialog")].map((dialog) => dialog.id),
+  )) {
+    for (const [width, height] of [
+      [1280, 720],
+      [320, 480],
+    ]) {
       await page.setViewportSize({ width, height });
       await page.evaluate((which) => document.getElementById(which).showModal(), id);
       await (width > 600 ? both(`the dialog ${id}`) : finds(page, `the dialog ${id} of a phone`));
       const box = await page.locator(`#${id}`).boundingBox();
-      check(`${id} fits into ${width} x ${height}`, box.x >= 0 && box.y >= 0 && box.x + box.width <= width && box.y + box.height <= height);
+      check(
+        `${id} fits into ${width} x ${height}`,
+        box.x >= 0 && box.y >= 0 && box.x + box.width <= width && box.y + box.height <= height,
+      );
       const cut = await page.evaluate((which) => {
         const box = document.getElementById(which).getBoundingClientRect();
-        return [...document.getElementById(which).querySelectorAll("button, select, input")].filter((control) => {
-          control.scrollIntoView({ block: "center", inline: "center" });
-          const at = control.getBoundingClientRect();
-          return at.width > 0 && (at.bottom > box.bottom + 1 || at.top < box.top - 1 || at.right > box.right + 1);
-        }).map((control) => control.id || control.textContent);
+        return [...document.getElementById(which).querySelectorAll("button, select, input")]
+          .filter((control) => {
+            control.scrollIntoView({ block: "center", inline: "center" });
+            const at = control.getBoundingClientRect();
+            return (
+              at.width > 0 &&
+              (at.bottom > box.bottom + 1 || at.top < box.top - 1 || at.right > box.right + 1)
+            );
+          })
+          .map((control) => control.id || control.textContent);
       }, id);
       check(`all of ${id} can be reached at ${width} x ${height}: ${cut}`, cut.length === 0);
       await show(page, `dialog-${id}-${width}`);
       await page.keyboard.press("Escape");
-      if (await page.locator(`#${id}`).isVisible()) await page.evaluate((which) => document.getElementById(which).close(), id);
+      if (await page.locator(`#${id}`).isVisible())
+        await page.evaluate((which) => document.getElementById(which).close(), id);
     }
   }
   await page.setViewportSize({ width: 1280, height: 720 });

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT
-// The hand in a real browser: quick strokes keep their end, the same path leaves the same bytes at any frame rate, every
-// tool bites or says why not, and depth counts from where it is told to. Usage: node test_hand.mjs KIBORI [SCREENSHOTS]
+// SPDX-License-Identifier: MIT The hand in a real browser: quick strokes keep their end, the same
+// path leaves the same bytes at any frame rate, every tool bites or says why not, and depth counts
+// from where it is told to. Usage: node test_hand.mjs KIBORI [SCREENSHOTS]
 import { check, enter, open, run, show, shown, started, state, Studio, until } from "./harness.mjs";
 
 const SIZE = { width: 1280, height: 720 };
@@ -21,23 +21,39 @@ async function leave(page) {
   await page.locator("#view").focus();
   await page.keyboard.press("Control+o");
 }
-const choose = (page, name) => page.locator(`#shapes input[aria-label="${name}"]`).check({ force: true });
+const choose = (page, name) =>
+  page.locator(`#shapes input[aria-label="${name}"]`).check({ force: true });
 const at = (page, x, y) => page.evaluate(([a, b]) => window.kibori.at(a, b), [x, y]);
 /** Of flicks [ms]; KIBORI_CAMPAIGN: all of them. */
 const TIMES = process.env.KIBORI_CAMPAIGN ? [60, 100, 250, 1000] : [60, 250];
 /** Where the middle of the piece is in the window. */
 const mid = { x: 0, y: 0 };
 
-/** A straight stroke whose events have times of their own, 4 ms apart, however fast they are sent. */
+/**
+ * A straight stroke whose events have times of their own, 4 ms apart, however fast they are sent.
+ */
 async function flick(page, from, to, ms, { pressure = 0 } = {}) {
   const client = await page.context().newCDPSession(page);
-  const base = Date.now() / 1000, steps = Math.max(2, Math.round(ms / 4));
+  const base = Date.now() / 1000,
+    steps = Math.max(2, Math.round(ms / 4));
   const send = (type, share, more = {}) =>
     client.send("Input.dispatchMouseEvent", {
-      type, x: from.x + share * (to.x - from.x), y: from.y + share * (to.y - from.y), button: "left", buttons: type === "mouseReleased" ? 0 : 1, clickCount: 1,
-      timestamp: base + (share * ms) / 1000, ...(pressure > 0 ? { pointerType: "pen", force: pressure } : {}), ...more,
+      type,
+      x: from.x + share * (to.x - from.x),
+      y: from.y + share * (to.y - from.y),
+      button: "left",
+      buttons: type === "mouseReleased" ? 0 : 1,
+      clickCount: 1,
+      timestamp: base + (share * ms) / 1000,
+      ...(pressure > 0 ? { pointerType: "pen", force: pressure } : {}),
+      ...more,
     });
-  await client.send("Input.dispatchMouseEvent", { type: "mouseMoved", x: from.x, y: from.y, timestamp: base - 0.1 });
+  await client.send("Input.dispatchMouseEvent", {
+    type: "mouseMoved",
+    x: from.x,
+    y: from.y,
+    timestamp: base - 0.1,
+  });
   const all = [send("mousePressed", 0)];
   for (let i = 1; i <= steps; i++) all.push(send("mouseMoved", i / steps));
   all.push(send("mouseReleased", 1));
@@ -61,7 +77,8 @@ async function undone(page, hash) {
   await until(page, "undone", (s) => s.hash === hash, 30);
   // What is shown follows: depth counts from there.
   await page.waitForTimeout(500);
-  for (let i = 0; i < 100 && !(await page.evaluate(() => window.kibori.whole())); i++) await page.waitForTimeout(100);
+  for (let i = 0; i < 100 && !(await page.evaluate(() => window.kibori.whole())); i++)
+    await page.waitForTimeout(100);
 }
 
 // Of a groove 2 mm deep by a tool of 4 mm: its section, and what both ends together take.
@@ -73,7 +90,8 @@ const SECTIONS = {
 };
 // A bull nose's ends by slices: its radius at each height above the tip.
 SECTIONS["Bull nose"][1] = Array.from({ length: 2000 }, (_, i) => {
-  const z = (i + 0.5) / 1000, r = z < 1.5 ? 2.5 + Math.sqrt(2.25 - (1.5 - z) ** 2) : 4;
+  const z = (i + 0.5) / 1000,
+    r = z < 1.5 ? 2.5 + Math.sqrt(2.25 - (1.5 - z) ** 2) : 4;
   return (Math.PI * r * r) / 1000;
 }).reduce((a, b) => a + b);
 
@@ -88,23 +106,33 @@ async function quickStrokes() {
     for (const tool of Object.keys(SECTIONS)) {
       await choose(page, tool);
       for (const ms of TIMES) {
-        const from = { x: mid.x - 150, y: mid.y }, to = { x: mid.x + 150, y: mid.y };
+        const from = { x: mid.x - 150, y: mid.y },
+          to = { x: mid.x + 150, y: mid.y };
         const [a, b] = [await at(page, from.x, from.y), await at(page, to.x, to.y)];
         await page.evaluate((on) => window.kibori.slowFrames(on ? 33 : 0), slow);
         const before = await state(page);
         await flick(page, from, to, ms);
         const after = await stepAfter(page, before.step);
-        const [section, ends] = SECTIONS[tool], long = Math.hypot(b[0] - a[0], b[1] - a[1]), expected = section * long + ends;
+        const [section, ends] = SECTIONS[tool],
+          long = Math.hypot(b[0] - a[0], b[1] - a[1]),
+          expected = section * long + ends;
         const taken = Number(before.volume) - Number(after.volume);
-        check(`${tool}, ${wood}, ${ms} ms, ${slow ? 30 : 60} Hz: ${taken.toFixed(1)} of ${expected.toFixed(1)} mm³`, Math.abs(taken - expected) < 0.02 * expected);
-        let end = b, off = 1;
+        check(
+          `${tool}, ${wood}, ${ms} ms, ${slow ? 30 : 60} Hz: ${taken.toFixed(1)} of ${expected.toFixed(1)} mm³`,
+          Math.abs(taken - expected) < 0.02 * expected,
+        );
+        let end = b,
+          off = 1;
         // The surface is drawn a moment later.
         for (let i = 0; i < 50 && !(off < 0.3); i++) {
           if (i > 0) await page.waitForTimeout(100);
           end = await at(page, to.x, to.y);
           off = Math.abs(end[2] - (b[2] - 2));
         }
-        check(`${tool}, ${wood}, ${ms} ms: it ends where the pointer did (${end} for ${b})`, off < 0.3);
+        check(
+          `${tool}, ${wood}, ${ms} ms: it ends where the pointer did (${end} for ${b})`,
+          off < 0.3,
+        );
         await undone(page, first.hash);
         slow = !slow;
       }
@@ -113,7 +141,12 @@ async function quickStrokes() {
       for (const frames of [0, 33]) {
         await page.evaluate((ms) => window.kibori.slowFrames(ms), frames);
         const before = await state(page);
-        await flick(page, { x: mid.x - 120, y: mid.y - 60 }, { x: mid.x + 140, y: mid.y + 70 }, 120);
+        await flick(
+          page,
+          { x: mid.x - 120, y: mid.y - 60 },
+          { x: mid.x + 140, y: mid.y + 70 },
+          120,
+        );
         both.push((await stepAfter(page, before.step)).hash);
         await undone(page, first.hash);
       }
@@ -131,14 +164,18 @@ async function everyToolBites() {
   await enter(page, studio.url);
   await begun(page, "oak", "192");
   const first = await state(page);
-  const names = await page.locator("#shapes input").evaluateAll((all) => all.map((one) => one.getAttribute("aria-label")));
+  const names = await page
+    .locator("#shapes input")
+    .evaluateAll((all) => all.map((one) => one.getAttribute("aria-label")));
   check("there are ten tools", names.length === 10);
   for (const name of names)
     for (const along of ["normal", "view", "pen"]) {
       await choose(page, name);
       await page.locator("#axis").selectOption(along);
       const before = await state(page);
-      await flick(page, { x: mid.x - 100, y: mid.y }, { x: mid.x + 100, y: mid.y + 30 }, 400, { pressure: along === "pen" ? 0.5 : 0 });
+      await flick(page, { x: mid.x - 100, y: mid.y }, { x: mid.x + 100, y: mid.y + 30 }, 400, {
+        pressure: along === "pen" ? 0.5 : 0,
+      });
       const after = await stepAfter(page, before.step);
       check(`${name}, ${along}: it bites`, Number(before.volume) - Number(after.volume) > 5);
       const force = parseFloat(await page.locator("#n-force").textContent());
@@ -158,12 +195,28 @@ async function depthAndBeginnings() {
 
   // Crossing one's own stroke does not dig; from the surface as it is, it does.
   const across = async () => {
-    const client = await page.context().newCDPSession(page), base = Date.now() / 1000;
-    const send = (type, x, y, t) => client.send("Input.dispatchMouseEvent", { type, x, y, button: "left", buttons: 1, clickCount: 1, timestamp: base + t });
+    const client = await page.context().newCDPSession(page),
+      base = Date.now() / 1000;
+    const send = (type, x, y, t) =>
+      client.send("Input.dispatchMouseEvent", {
+        type,
+        x,
+        y,
+        button: "left",
+        buttons: 1,
+        clickCount: 1,
+        timestamp: base + t,
+      });
     await send("mousePressed", mid.x - 80, mid.y, 0);
-    // To and fro, at such a pace that the page has the groove's surface when the pointer comes back.
+    // To and fro, at such a pace that the page has the groove's surface when the pointer comes
+    // back.
     for (let i = 0; i < 80; i++) {
-      await send("mouseMoved", mid.x - 80 + 160 * (i % 40 < 20 ? (i % 20) / 20 : 1 - (i % 20) / 20), mid.y, 0.03 * (i + 1));
+      await send(
+        "mouseMoved",
+        mid.x - 80 + 160 * (i % 40 < 20 ? (i % 20) / 20 : 1 - (i % 20) / 20),
+        mid.y,
+        0.03 * (i + 1),
+      );
       await page.waitForTimeout(30);
     }
     await send("mouseReleased", mid.x - 80, mid.y, 2.6);
@@ -179,7 +232,10 @@ async function depthAndBeginnings() {
     await show(page, `hand-depth-${from}`);
     await undone(page, first.hash);
   }
-  check(`over one's own stroke it does not dig (${JSON.stringify(taken)})`, Math.abs(taken.began - taken.held) < 0.03 * taken.held);
+  check(
+    `over one's own stroke it does not dig (${JSON.stringify(taken)})`,
+    Math.abs(taken.began - taken.held) < 0.03 * taken.held,
+  );
   check("but from the surface as it is", taken.now > 1.3 * taken.began);
   await page.locator("#depth-from").selectOption("began");
 
@@ -191,8 +247,12 @@ async function depthAndBeginnings() {
   await page.keyboard.press("Escape");
   await page.mouse.up();
   await until(page, "as before", (s) => Number(s.volume) === volume, 20);
-  for (let i = 0; i < 40 && parseFloat(await page.locator("#n-removed").textContent()) !== 0; i++) await page.waitForTimeout(100);
-  check("nothing is removed after Esc", parseFloat(await page.locator("#n-removed").textContent()) === 0);
+  for (let i = 0; i < 40 && parseFloat(await page.locator("#n-removed").textContent()) !== 0; i++)
+    await page.waitForTimeout(100);
+  check(
+    "nothing is removed after Esc",
+    parseFloat(await page.locator("#n-removed").textContent()) === 0,
+  );
   await client.detach();
 
   // Beside the wood, within the tool's radius.
@@ -208,7 +268,10 @@ async function depthAndBeginnings() {
   const eye = await page.evaluate(() => window.kibori.eye());
   await page.mouse.dblclick(mid.x, mid.y);
   await page.waitForTimeout(600);
-  check("a double click on the wood does not turn it", JSON.stringify(await page.evaluate(() => window.kibori.eye())) === JSON.stringify(eye));
+  check(
+    "a double click on the wood does not turn it",
+    JSON.stringify(await page.evaluate(() => window.kibori.eye())) === JSON.stringify(eye),
+  );
 
   // What was removed is told after opening it again, too.
   await flick(page, { x: mid.x - 100, y: mid.y }, { x: mid.x + 100, y: mid.y }, 300);
@@ -219,8 +282,12 @@ async function depthAndBeginnings() {
   await started(page);
   await page.locator("#documents button").first().click();
   await shown(page);
-  for (let i = 0; i < 40 && (await page.locator("#n-removed").textContent()) !== removed; i++) await page.waitForTimeout(100);
-  check("what was removed is told again", (await page.locator("#n-removed").textContent()) === removed);
+  for (let i = 0; i < 40 && (await page.locator("#n-removed").textContent()) !== removed; i++)
+    await page.waitForTimeout(100);
+  check(
+    "what was removed is told again",
+    (await page.locator("#n-removed").textContent()) === removed,
+  );
   check("the studio ends well", (await studio.end()) === 0);
 }
 
@@ -236,7 +303,12 @@ async function mallet() {
   await page.locator("#notice").filter({ hasText: "mallet" }).waitFor({ timeout: 20000 });
   check("it says what helps", /200 N/.test(await page.locator("#notice").textContent()));
   await page.keyboard.press(" ");
-  await until(page, "the blow drives it in", (s) => Number(s.volume) < Number(before.volume) - 60, 10);
+  await until(
+    page,
+    "the blow drives it in",
+    (s) => Number(s.volume) < Number(before.volume) - 60,
+    10,
+  );
   await page.mouse.up();
   check("the studio ends well", (await studio.end()) === 0);
 }

@@ -1,40 +1,109 @@
-// SPDX-License-Identifier: MIT
-// The history strip and the force plots: groups, keys, branches, thousands of steps, thumbnails by one camera, scales that
-// a spike does not flatten. Usage: node test_history.mjs KIBORI [SCREENSHOTS' FOLDER]
+// SPDX-License-Identifier: MIT The history strip and the force plots: groups, keys, branches,
+// thousands of steps, thumbnails by one camera, scales that a spike does not flatten. Usage: node
+// test_history.mjs KIBORI [SCREENSHOTS' FOLDER]
 import { execFileSync } from "node:child_process";
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
-import { check, enter, fetched, folder, kibori, open, run, show, shown, state, Studio, until } from "./harness.mjs";
+import {
+  check,
+  enter,
+  fetched,
+  folder,
+  kibori,
+  open,
+  run,
+  show,
+  shown,
+  state,
+  Studio,
+  until,
+} from "./harness.mjs";
 
 /** A module of the page that needs no page; vite brings esbuild. */
 async function moduleOf(name) {
   const { build } = await import("../../web/node_modules/esbuild/lib/main.js");
   const out = join(folder, `${name}.mjs`);
-  await build({ entryPoints: [new URL(`../../web/src/${name}.ts`, import.meta.url).pathname], bundle: true, format: "esm", outfile: out, logLevel: "error" });
+  await build({
+    entryPoints: [new URL(`../../web/src/${name}.ts`, import.meta.url).pathname],
+    bundle: true,
+    format: "esm",
+    outfile: out,
+    logLevel: "error",
+  });
   return import(pathToFileURL(out));
 }
 
 async function scalesOfPlots() {
   const { robustRange, spikes } = await moduleOf("robust");
   const even = Array.from({ length: 5000 }, (_, i) => (i < 1000 ? 0 : 10 + Math.sin(i)));
-  const spiky = even.map((v, i) => (i === 2000 || i === 2003 ? 1000 - i / 1000 : i === 4000 ? -300 : v));
-  const calm = robustRange([even], 1), range = robustRange([spiky], 1);
-  check(`a spike of 1000 N leaves 10 N as high as they were (${calm.high}, ${range.high})`, calm.high < 13 && range.high < 13 && range.high > 11);
-  check("what has no spikes is shown whole", calm.low === 0 && Math.max(...even) <= calm.high && spikes(even.map((_, i) => i), even, calm, 50).length === 0);
-  const marked = spikes(spiky.map((_, i) => i), spiky, { low: 0, high: range.high }, 50);
-  check("spikes beside each other are marked once, with the largest", marked.length === 2 && marked[0].x === 2000 && marked[0].value === 998 && marked[1].value === -300);
+  const spiky = even.map((v, i) =>
+    i === 2000 || i === 2003 ? 1000 - i / 1000 : i === 4000 ? -300 : v,
+  );
+  const calm = robustRange([even], 1),
+    range = robustRange([spiky], 1);
+  check(
+    `a spike of 1000 N leaves 10 N as high as they were (${calm.high}, ${range.high})`,
+    calm.high < 13 && range.high < 13 && range.high > 11,
+  );
+  check(
+    "what has no spikes is shown whole",
+    calm.low === 0 &&
+      Math.max(...even) <= calm.high &&
+      spikes(
+        even.map((_, i) => i),
+        even,
+        calm,
+        50,
+      ).length === 0,
+  );
+  const marked = spikes(
+    spiky.map((_, i) => i),
+    spiky,
+    { low: 0, high: range.high },
+    50,
+  );
+  check(
+    "spikes beside each other are marked once, with the largest",
+    marked.length === 2 &&
+      marked[0].x === 2000 &&
+      marked[0].value === 998 &&
+      marked[1].value === -300,
+  );
   // A touch that is much shorter than what is shown is no spike.
   const touch = Array.from({ length: 5000 }, (_, i) => (i > 4000 && i < 4020 ? 5 : 0));
-  check("a short touch fills the scale", robustRange([touch], 1).high < 6 && robustRange([touch], 1).high > 5);
+  check(
+    "a short touch fills the scale",
+    robustRange([touch], 1).high < 6 && robustRange([touch], 1).high > 5,
+  );
   const ramp = Array.from({ length: 5000 }, (_, i) => i / 500);
   check("a ramp is shown whole", robustRange([ramp], 1).high >= ramp.at(-1));
-  check("nothing has a scale, too", robustRange([[]], 0).high === 1 && robustRange([[0, null]], 0).high === 1 && robustRange([[]], 10).high === 10);
+  check(
+    "nothing has a scale, too",
+    robustRange([[]], 0).high === 1 &&
+      robustRange([[0, null]], 0).high === 1 &&
+      robustRange([[]], 10).high === 10,
+  );
 
   const { figure } = await moduleOf("figure");
   const x = spiky.map((_, i) => i / 1000);
-  const svg = figure([{ name: "a <run>", colour: "#d55e00", dashed: false, x, y: spiky.map(Math.abs) }, { name: "another", colour: "#0072b2", dashed: true, x, y: even }], "Force |F| [N]", ["A sentence."]);
-  for (const words of [">Force |F| [N]<", ">Time [s]<", ">998 N<", ">300 N<", ">A sentence.<", ">a &#60;run&#62;<"]) check(`the figure says ${words}`, svg.includes(words));
+  const svg = figure(
+    [
+      { name: "a <run>", colour: "#d55e00", dashed: false, x, y: spiky.map(Math.abs) },
+      { name: "another", colour: "#0072b2", dashed: true, x, y: even },
+    ],
+    "Force |F| [N]",
+    ["A sentence."],
+  );
+  for (const words of [
+    ">Force |F| [N]<",
+    ">Time [s]<",
+    ">998 N<",
+    ">300 N<",
+    ">A sentence.<",
+    ">a &#60;run&#62;<",
+  ])
+    check(`the figure says ${words}`, svg.includes(words));
   check("its spikes are marked", svg.split('class="spike"').length === 3);
   if (process.argv[3]) writeFileSync(join(process.argv[3], "figure.svg"), svg);
 }
@@ -42,7 +111,8 @@ async function scalesOfPlots() {
 /** Rows of the message Steps. */
 function rows(steps) {
   const text = (words) => {
-    const bytes = Buffer.from(words), count = Buffer.alloc(4);
+    const bytes = Buffer.from(words),
+      count = Buffer.alloc(4);
     count.writeUInt32LE(bytes.length);
     return Buffer.concat([count, bytes]);
   };
@@ -52,7 +122,12 @@ function rows(steps) {
     row.writeUInt32LE(parent, 4);
     row.writeFloatLE(-2.5, 8);
     row.writeDoubleLE(made, 12);
-    return Buffer.concat([row, text(JSON.stringify(tool)), Buffer.from([["cut", "deposit", "touch", "off"].indexOf(mode), pictured]), text(label)]);
+    return Buffer.concat([
+      row,
+      text(JSON.stringify(tool)),
+      Buffer.from([["cut", "deposit", "touch", "off"].indexOf(mode), pictured]),
+      text(label),
+    ]);
   });
   return Uint8Array.from(Buffer.concat(all));
 }
@@ -60,22 +135,63 @@ function rows(steps) {
 async function theTreeOfSteps() {
   const { StepTree } = await moduleOf("steps");
   const tree = new StepTree();
-  const MOVED = "off", STOCK = null, ball = (radius) => ({ shape: "ball", radius }), mill = { shape: "flat", radius: 3, length: 25 };
-  tree.add(rows([[1, 0, 1000, STOCK], [2, 1, 1010, ball(4)], [3, 2, 1020, ball(4), MOVED], [4, 3, 1030, ball(4), "cut", 1], [5, 4, 1040, ball(5)]]));
-  tree.add(rows([[6, 5, 1050, ball(5), "deposit", 0, "fills ä"], [7, 6, 1400, ball(5), "deposit"]]));
-  tree.add(rows([[8, 2, 1500, mill], [9, 8, 1510, mill], [10, 8, 1520, mill], [11, 7, 1701, ball(5), "deposit"]]));
+  const MOVED = "off",
+    STOCK = null,
+    ball = (radius) => ({ shape: "ball", radius }),
+    mill = { shape: "flat", radius: 3, length: 25 };
+  tree.add(
+    rows([
+      [1, 0, 1000, STOCK],
+      [2, 1, 1010, ball(4)],
+      [3, 2, 1020, ball(4), MOVED],
+      [4, 3, 1030, ball(4), "cut", 1],
+      [5, 4, 1040, ball(5)],
+    ]),
+  );
+  tree.add(
+    rows([
+      [6, 5, 1050, ball(5), "deposit", 0, "fills ä"],
+      [7, 6, 1400, ball(5), "deposit"],
+    ]),
+  );
+  tree.add(
+    rows([
+      [8, 2, 1500, mill],
+      [9, 8, 1510, mill],
+      [10, 8, 1520, mill],
+      [11, 7, 1701, ball(5), "deposit"],
+    ]),
+  );
   tree.setHead(11);
   const way = tree.way();
   check("the way to the head", way.map((s) => s.id).join() === "1,2,3,4,5,6,7,11");
-  check("a label, a size", tree.get(6).label === "fills ä" && tree.get(5).tool.radius === 5 && tree.get(5).removed === -2.5);
-  const groups = (ends = () => false) => tree.groups(way, ends).map((g) => g.steps.map((s) => s.id).join());
-  check(`groups by tool, size, mode and five minutes: ${groups().join(" ")}`, groups().join(" ") === "1 2,3,4 5 6 7 11");
+  check(
+    "a label, a size",
+    tree.get(6).label === "fills ä" &&
+      tree.get(5).tool.radius === 5 &&
+      tree.get(5).removed === -2.5,
+  );
+  const groups = (ends = () => false) =>
+    tree.groups(way, ends).map((g) => g.steps.map((s) => s.id).join());
+  check(
+    `groups by tool, size, mode and five minutes: ${groups().join(" ")}`,
+    groups().join(" ") === "1 2,3,4 5 6 7 11",
+  );
   check("a name ends a group", groups((s) => s.id === 2).join(" ") === "1 2 3,4 5 6 7 11");
   const found = tree.branches(tree.get(2), new Set(way.map((s) => s.id)));
-  check("both ends of a branch that forks", found.map((b) => `${b.tip.id}:${b.strokes}`).join() === "9:2,10:2" && tree.forked);
-  check("the nearest earlier picture", [1, 3, 4, 7, 11, 9].map((id) => tree.get(id).picture).join() === "0,0,4,4,4,0");
+  check(
+    "both ends of a branch that forks",
+    found.map((b) => `${b.tip.id}:${b.strokes}`).join() === "9:2,10:2" && tree.forked,
+  );
+  check(
+    "the nearest earlier picture",
+    [1, 3, 4, 7, 11, 9].map((id) => tree.get(id).picture).join() === "0,0,4,4,4,0",
+  );
   tree.setPictured(2);
-  check("a new one stands for what follows it", [1, 2, 3, 4, 7, 9].map((id) => tree.get(id).picture).join() === "0,2,2,4,4,2");
+  check(
+    "a new one stands for what follows it",
+    [1, 2, 3, 4, 7, 9].map((id) => tree.get(id).picture).join() === "0,2,2,4,4,2",
+  );
   // Back where it forks, the way goes on where it came from.
   tree.setHead(2);
   check("redo's way", tree.way().at(-1).id === 11);
@@ -85,17 +201,26 @@ async function theTreeOfSteps() {
 }
 
 async function oneCamera() {
-  const pictureOf = (page) => page.evaluate(async () => [...new Uint8Array(await (await window.kibori.thumbnail()).arrayBuffer())].join());
+  const pictureOf = (page) =>
+    page.evaluate(async () =>
+      [...new Uint8Array(await (await window.kibori.thumbnail()).arrayBuffer())].join(),
+    );
   const studio = await Studio.start(join(folder, "camera.kibori"));
   const page = await open({ width: 900, height: 560 });
   await enter(page, studio.url);
   const first = await shown(page);
   const eye = await page.evaluate(() => window.kibori.eye());
   const whole = await pictureOf(page);
-  check("a thumbnail leaves the view alone", (await page.evaluate(() => window.kibori.eye())).join() === eye.join());
+  check(
+    "a thumbnail leaves the view alone",
+    (await page.evaluate(() => window.kibori.eye())).join() === eye.join(),
+  );
   await page.keyboard.press("3");
   await page.waitForTimeout(300);
-  check("another view", Math.hypot(...(await page.evaluate(() => window.kibori.eye())).map((v, i) => v - eye[i])) > 10);
+  check(
+    "another view",
+    Math.hypot(...(await page.evaluate(() => window.kibori.eye())).map((v, i) => v - eye[i])) > 10,
+  );
   check("the same picture from another view", (await pictureOf(page)) === whole);
   await page.keyboard.press("Home");
   await page.mouse.move(500, 240);
@@ -105,7 +230,9 @@ async function oneCamera() {
   await page.mouse.up();
   await until(page, "a step", (s) => Number(s.step) > 1);
   // At rest it is drawn, shown and kept.
-  await page.locator("#history [aria-current] .shown:not(.earlier) img").waitFor({ timeout: 60000 });
+  await page
+    .locator("#history [aria-current] .shown:not(.earlier) img")
+    .waitFor({ timeout: 60000 });
   const now = (await state(page)).step;
   let kept = "";
   for (let i = 0; i < 100 && kept === ""; i++) {
@@ -121,10 +248,12 @@ async function oneCamera() {
   }
   await until(page, "undone", (s) => s.step === "1" && s.hash === first.hash);
   await page.waitForTimeout(500);
-  for (let i = 0; i < 100 && !(await page.evaluate(() => window.kibori.whole())); i++) await page.waitForTimeout(100);
+  for (let i = 0; i < 100 && !(await page.evaluate(() => window.kibori.whole())); i++)
+    await page.waitForTimeout(100);
   check("the same picture of the same state", (await pictureOf(page)) === whole);
   const corner = await page.evaluate(async () => {
-    const canvas = document.createElement("canvas"), into = canvas.getContext("2d");
+    const canvas = document.createElement("canvas"),
+      into = canvas.getContext("2d");
     into.drawImage(await createImageBitmap(await window.kibori.thumbnail()), 0, 0);
     return [into.getImageData(0, 0, 1, 1).data[3], into.getImageData(64, 48, 1, 1).data[3]];
   });
@@ -135,21 +264,41 @@ async function oneCamera() {
   await shown(dark);
   check("the same picture in the dark", (await pictureOf(dark)) === whole);
   // What the plot says.
-  for (const words of ["size of the force, N", "size of the moment, N mm", "Fz, N"]) check(`the legend says ${words}`, (await dark.locator("#plot .u-legend").textContent()).includes(words));
-  check("a sentence on the model", /^Series: /.test(await dark.locator("#model-says").textContent()));
+  for (const words of ["size of the force, N", "size of the moment, N mm", "Fz, N"])
+    check(
+      `the legend says ${words}`,
+      (await dark.locator("#plot .u-legend").textContent()).includes(words),
+    );
+  check(
+    "a sentence on the model",
+    /^Series: /.test(await dark.locator("#model-says").textContent()),
+  );
   await dark.locator("#model").selectOption("energy");
-  check("a sentence on another model", /^Energy: /.test(await dark.locator("#model-says").textContent()));
+  check(
+    "a sentence on another model",
+    /^Energy: /.test(await dark.locator("#model-says").textContent()),
+  );
   await dark.context().close();
   check("the studio ends well", (await studio.end()) === 0);
 }
 
 // Moves in a block: four cuts and a way in the air; another tool every 200.
 function scene(moves) {
-  const tools = ['{ shape = "ball", radius = 1 }', '{ shape = "flat", radius = 1, length = 20 }', '{ shape = "cone", angle_deg = 90, radius = 3, length = 20 }'];
-  const out = ['[stock]\nblock = [60, 60, 10]\npitch = 1\n[tool]\nshape = "ball"\nradius = 1\n[force]\nmodel = "energy"\n[[move]]\nto = [2, 2, 14]'];
+  const tools = [
+    '{ shape = "ball", radius = 1 }',
+    '{ shape = "flat", radius = 1, length = 20 }',
+    '{ shape = "cone", angle_deg = 90, radius = 3, length = 20 }',
+  ];
+  const out = [
+    '[stock]\nblock = [60, 60, 10]\npitch = 1\n[tool]\nshape = "ball"\nradius = 1\n[force]\nmodel = "energy"\n[[move]]\nto = [2, 2, 14]',
+  ];
   for (let i = 0; i < moves; i++) {
-    const y = 2 + Math.floor(i / 50) * 0.9, x = 2 + (i % 50), air = i % 5 === 4;
-    out.push(`[[move]]\nto = [${x}, ${y}, ${air ? 12 : 9.2}]\nmode = "${air ? "off" : "cut"}"\nspeed = 1000${i % 200 === 0 ? `\ntool = ${tools[(i / 200) % 3]}` : ""}${i === 10 ? '\nlabel = "groove"' : ""}`);
+    const y = 2 + Math.floor(i / 50) * 0.9,
+      x = 2 + (i % 50),
+      air = i % 5 === 4;
+    out.push(
+      `[[move]]\nto = [${x}, ${y}, ${air ? 12 : 9.2}]\nmode = "${air ? "off" : "cut"}"\nspeed = 1000${i % 200 === 0 ? `\ntool = ${tools[(i / 200) % 3]}` : ""}${i === 10 ? '\nlabel = "groove"' : ""}`,
+    );
   }
   return out.join("\n") + "\n";
 }
@@ -192,16 +341,29 @@ async function thousandsOfSteps() {
   const blanks = () =>
     page.evaluate(() => {
       const seen = document.querySelector("#history .scroller").getBoundingClientRect();
-      const cells = [...document.querySelectorAll("#history .cells > button")].map((cell) => ({ cell, box: cell.getBoundingClientRect() })).filter(({ box }) => box.right > seen.left && box.left < seen.right);
-      const wrong = cells.filter(({ cell }) => !cell.querySelector(".shown img, .shown svg") || !cell.querySelector(".words").textContent.trim() || !cell.title).length;
-      let end = seen.left, gap = 0;
+      const cells = [...document.querySelectorAll("#history .cells > button")]
+        .map((cell) => ({ cell, box: cell.getBoundingClientRect() }))
+        .filter(({ box }) => box.right > seen.left && box.left < seen.right);
+      const wrong = cells.filter(
+        ({ cell }) =>
+          !cell.querySelector(".shown img, .shown svg") ||
+          !cell.querySelector(".words").textContent.trim() ||
+          !cell.title,
+      ).length;
+      let end = seen.left,
+        gap = 0;
       for (const { box } of cells.sort((a, b) => a.box.left - b.box.left)) {
         gap = Math.max(gap, box.left - end);
         end = box.right;
       }
       const { scrollWidth, clientWidth } = document.querySelector("#history .scroller");
       if (scrollWidth > clientWidth) gap = Math.max(gap, seen.right - end);
-      return { wrong, gap, cells: cells.length, all: document.querySelectorAll("#history .cells > button").length };
+      return {
+        wrong,
+        gap,
+        cells: cells.length,
+        all: document.querySelectorAll("#history .cells > button").length,
+      };
     });
   const at = async (share) => {
     await page.evaluate((to) => {
@@ -211,42 +373,68 @@ async function thousandsOfSteps() {
     // The cells follow with the next frame, whenever this machine comes to it.
     let found;
     const whole = () => found.wrong === 0 && found.gap < 8 && found.cells > 2 && found.all < 60;
-    for (let i = 0; i < 100 && (await page.waitForTimeout(200), (found = await blanks()), !whole()); i++);
+    for (
+      let i = 0;
+      i < 100 && (await page.waitForTimeout(200), (found = await blanks()), !whole());
+      i++
+    );
     check(`nothing is blank at ${share}: ${JSON.stringify(found)}`, whole());
   };
   await show(page, "history-long");
-  check("the group with the present is open", (await page.locator("#history .step[aria-current]").count()) === 1);
+  check(
+    "the group with the present is open",
+    (await page.locator("#history .step[aria-current]").count()) === 1,
+  );
   for (const share of [1, 0.7, 0.31, 0]) await at(share);
   await show(page, "history-begin");
 
   // Versions are told where they are, also in a closed group's place.
-  check("a version's name ends its group", await page.evaluate(async () => {
-    const box = document.querySelector("#history .scroller");
-    for (let at = 0; at < box.scrollWidth; at += box.clientWidth / 2) {
-      box.scrollLeft = at;
-      await new Promise((done) => setTimeout(done, 60));
-      if (document.querySelector("#history .named .name")?.textContent === "halfway") return true;
-    }
-    return false;
-  }));
+  check(
+    "a version's name ends its group",
+    await page.evaluate(async () => {
+      const box = document.querySelector("#history .scroller");
+      for (let at = 0; at < box.scrollWidth; at += box.clientWidth / 2) {
+        box.scrollLeft = at;
+        await new Promise((done) => setTimeout(done, 60));
+        if (document.querySelector("#history .named .name")?.textContent === "halfway") return true;
+      }
+      return false;
+    }),
+  );
 
   // By keys: to the first cell, along to a group, open it, into it, and close it.
-  const focused = () => page.evaluate(() => ({ ...document.activeElement.dataset, expanded: document.activeElement.getAttribute("aria-expanded"), title: document.activeElement.title }));
+  const focused = () =>
+    page.evaluate(() => ({
+      ...document.activeElement.dataset,
+      expanded: document.activeElement.getAttribute("aria-expanded"),
+      title: document.activeElement.title,
+    }));
   await at(0);
   await page.locator("#history [data-key='step 1']").focus();
   await page.keyboard.press("End");
-  check("End goes to the last cell", Number((await focused()).step) === Number(count) || (await focused()).key.startsWith("step"));
+  check(
+    "End goes to the last cell",
+    Number((await focused()).step) === Number(count) || (await focused()).key.startsWith("step"),
+  );
   await page.keyboard.press("Home");
   check("Home goes to the stock", (await focused()).step === "1");
   await page.keyboard.press("ArrowRight");
   const group = await focused();
-  check(`a group says its tool and strokes: ${group.title}`, group.expanded === "false" && /^Ball burr 1 mm: \d+ strokes, /.test(group.title));
+  check(
+    `a group says its tool and strokes: ${group.title}`,
+    group.expanded === "false" && /^Ball burr 1 mm: \d+ strokes, /.test(group.title),
+  );
   await page.keyboard.press("Enter");
   await page.locator(`#history [data-key="${group.key}"][aria-expanded=true]`).waitFor();
   await page.keyboard.press("ArrowRight");
   check("it opens into its steps", (await focused()).key === "step 2");
   for (let i = 0; i < 8; i++) await page.keyboard.press("ArrowRight");
-  check("a step has its label", /groove/.test(await page.locator("#history .cells > button", { hasText: "groove" }).getAttribute("title")));
+  check(
+    "a step has its label",
+    /groove/.test(
+      await page.locator("#history .cells > button", { hasText: "groove" }).getAttribute("title"),
+    ),
+  );
   await show(page, "history-open");
   for (const share of [0.02, 0.01, 0]) await at(share);
   await page.locator("#history [data-key='step 1']").focus();
@@ -254,12 +442,22 @@ async function thousandsOfSteps() {
   await page.keyboard.press("ArrowRight");
   await page.keyboard.press("Enter");
   await page.locator(`#history [data-key="${group.key}"][aria-expanded=false]`).waitFor();
-  check("tabulator comes to one cell only", (await page.locator("#history .cells [tabindex='0']").count()) === 1);
+  check(
+    "tabulator comes to one cell only",
+    (await page.locator("#history .cells [tabindex='0']").count()) === 1,
+  );
 
   // Branches: dots above the cells, by keys and by click.
   await page.keyboard.press("ArrowUp");
-  const branch = await page.evaluate(() => ({ tip: document.activeElement.dataset.tip, role: document.activeElement.getAttribute("role"), title: document.activeElement.querySelector("title")?.textContent }));
-  check(`a branch says what it is: ${branch.title}`, branch.role === "button" && /branch.*stroke.*go to its end/.test(branch.title));
+  const branch = await page.evaluate(() => ({
+    tip: document.activeElement.dataset.tip,
+    role: document.activeElement.getAttribute("role"),
+    title: document.activeElement.querySelector("title")?.textContent,
+  }));
+  check(
+    `a branch says what it is: ${branch.title}`,
+    branch.role === "button" && /branch.*stroke.*go to its end/.test(branch.title),
+  );
   await page.keyboard.press("Enter");
   await until(page, "the branch's end", (s) => s.step === branch.tip);
   await page.locator(`#history [aria-current][data-step="${branch.tip}"]`).waitFor();

@@ -1,15 +1,30 @@
-// SPDX-License-Identifier: MIT
-// Importing a file in the page: what is guessed, what is chosen, and that the piece stands so. See harness.mjs.
+// SPDX-License-Identifier: MIT Importing a file in the page: what is guessed, what is chosen, and
+// that the piece stands so. See harness.mjs.
 import { existsSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { check, enter, fetched, folder, open, run, show, shown, started, Studio } from "./harness.mjs";
+import {
+  check,
+  enter,
+  fetched,
+  folder,
+  open,
+  run,
+  show,
+  shown,
+  started,
+  Studio,
+} from "./harness.mjs";
 
 // ---- Files
 
-/** A standing figure about an axis (0 to 2), in metres, 0.156 high: feet, a body, and a nose that looks along `front`. */
+/**
+ * A standing figure about an axis (0 to 2), in metres, 0.156 high: feet, a body, and a nose that
+ * looks along `front`.
+ */
 function figure(up, front, nose) {
   const side = 3 - up - front;
-  const vertices = [], faces = [];
+  const vertices = [],
+    faces = [];
   const box = (low, high) => {
     const first = vertices.length;
     for (let i = 0; i < 8; i++) {
@@ -19,7 +34,14 @@ function figure(up, front, nose) {
       p[up] = i & 4 ? high[2] : low[2];
       vertices.push(p);
     }
-    const quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    const quads = [
+      [0, 2, 3, 1],
+      [4, 5, 7, 6],
+      [0, 1, 5, 4],
+      [2, 6, 7, 3],
+      [0, 4, 6, 2],
+      [1, 3, 7, 5],
+    ];
     // Outward, however the axes are numbered.
     const even = ((front - side + 3) % 3 === 1) === nose > 0;
     for (const q of quads) faces.push((even ? q : [...q].reverse()).map((i) => first + i));
@@ -29,7 +51,9 @@ function figure(up, front, nose) {
   box([-0.005, 0.01, 0.12], [0.005, 0.06, 0.13]); // the nose
   return { vertices, faces };
 }
-const objText = ({ vertices, faces }) => vertices.map((v) => `v ${v.join(" ")}\n`).join("") + faces.map((f) => `f ${f.map((i) => i + 1).join(" ")}\n`).join("");
+const objText = ({ vertices, faces }) =>
+  vertices.map((v) => `v ${v.join(" ")}\n`).join("") +
+  faces.map((f) => `f ${f.map((i) => i + 1).join(" ")}\n`).join("");
 function file(name, content) {
   const path = join(folder, name);
   writeFileSync(path, content);
@@ -45,17 +69,28 @@ async function choose(page, path) {
 }
 const text = (page, id) => page.locator(`#${id}`).textContent();
 const value = (page, id) => page.locator(`#${id}`).inputValue();
-const sizes = async (page) => (await text(page, "import-size")).split(" mm")[0].split(" × ").map(Number);
+const sizes = async (page) =>
+  (await text(page, "import-size")).split(" mm")[0].split(" × ").map(Number);
 /** How large the document's surface is, and where its vertices are. */
 async function vertices(page) {
-  const stl = await fetched(page, "/export?format=stl"), points = [];
+  const stl = await fetched(page, "/export?format=stl"),
+    points = [];
   for (let at = 84; at + 50 <= stl.length; at += 50)
-    for (let i = 0; i < 3; i++) points.push([0, 4, 8].map((k) => stl.readFloatLE(at + 12 + 12 * i + k)));
+    for (let i = 0; i < 3; i++)
+      points.push([0, 4, 8].map((k) => stl.readFloatLE(at + 12 + 12 * i + k)));
   return points;
 }
-const reach = (points) => [0, 1, 2].map((i) => [Math.min(...points.map((p) => p[i])), Math.max(...points.map((p) => p[i]))]);
+const reach = (points) =>
+  [0, 1, 2].map((i) => [
+    Math.min(...points.map((p) => p[i])),
+    Math.max(...points.map((p) => p[i])),
+  ]);
 // Math.min has no room for so many arguments at once.
-const bounds = (points) => points.reduce((b, p) => b.map(([low, high], i) => [Math.min(low, p[i]), Math.max(high, p[i])]), reach(points.slice(0, 1)));
+const bounds = (points) =>
+  points.reduce(
+    (b, p) => b.map(([low, high], i) => [Math.min(low, p[i]), Math.max(high, p[i])]),
+    reach(points.slice(0, 1)),
+  );
 const near = (a, b, within) => Math.abs(a - b) <= within;
 async function importIt(page) {
   await page.locator("#importing button[value=yes]").click();
@@ -68,10 +103,24 @@ async function close(page) {
 /** Whether all of it is within the window, and nothing is cut off sideways. */
 async function fits(page) {
   return page.evaluate(() => {
-    const box = document.getElementById("importing"), r = box.getBoundingClientRect();
+    const box = document.getElementById("importing"),
+      r = box.getBoundingClientRect();
     const inside = r.left >= 0 && r.top >= 0 && r.right <= innerWidth && r.bottom <= innerHeight;
-    const buttons = [...box.querySelectorAll("form > .buttons button")].every((b) => b.getBoundingClientRect().bottom <= innerHeight && b.getBoundingClientRect().top >= 0);
-    return inside && buttons && [box, ...box.querySelectorAll("*")].every((e) => e.tagName === "SELECT" || e.scrollWidth <= e.clientWidth + 1 || e.clientWidth === 0 || getComputedStyle(e).textOverflow === "ellipsis" || e.tagName === "INPUT");
+    const buttons = [...box.querySelectorAll("form > .buttons button")].every(
+      (b) => b.getBoundingClientRect().bottom <= innerHeight && b.getBoundingClientRect().top >= 0,
+    );
+    return (
+      inside &&
+      buttons &&
+      [box, ...box.querySelectorAll("*")].every(
+        (e) =>
+          e.tagName === "SELECT" ||
+          e.scrollWidth <= e.clientWidth + 1 ||
+          e.clientWidth === 0 ||
+          getComputedStyle(e).textOverflow === "ellipsis" ||
+          e.tagName === "INPUT",
+      )
+    );
   });
 }
 /** Whether something of the wood's colour is drawn there. */
@@ -82,7 +131,8 @@ async function drawn(page) {
     const image = new Image();
     image.src = `data:image/png;base64,${data}`;
     await image.decode();
-    const canvas = new OffscreenCanvas(image.width, image.height), pen = canvas.getContext("2d");
+    const canvas = new OffscreenCanvas(image.width, image.height),
+      pen = canvas.getContext("2d");
     pen.drawImage(image, 0, 0);
     const pixels = pen.getImageData(0, 0, image.width, image.height).data;
     let brown = 0;
@@ -105,19 +155,31 @@ async function ended({ studio, page }) {
 
 // ---- The parts
 
-// A figure in metres with y up, as scanned ones are: it stands, is 80 mm long, and of the wood that was chosen.
+// A figure in metres with y up, as scanned ones are: it stands, is 80 mm long, and of the wood that
+// was chosen.
 async function standing() {
-  const at = await begun({ width: 1280, height: 720 }), { page } = at;
+  const at = await begun({ width: 1280, height: 720 }),
+    { page } = at;
   const path = file("figure.obj", objText(figure(1, 2, 1)));
   await page.locator("#wood").selectOption("1"); // of a new piece, which is another matter
   await choose(page, path);
-  check("the unit can't be meant", (await value(page, "import-unit")) === "fit" && /80 mm/.test(await text(page, "import-unit-why")));
+  check(
+    "the unit can't be meant",
+    (await value(page, "import-unit")) === "fit" &&
+      /80 mm/.test(await text(page, "import-unit-why")),
+  );
   check("80 mm", (await value(page, "import-longest")) === "80");
   check("y is up", (await value(page, "import-up")) === "y");
-  check("limewood", (await page.locator("#import-wood option:checked").textContent()) === "limewood");
+  check(
+    "limewood",
+    (await page.locator("#import-wood option:checked").textContent()) === "limewood",
+  );
   check("its name", (await value(page, "import-name")) === "figure");
   const size = await sizes(page);
-  check(`it stands (${size})`, size[2] === 80 && near(size[0], (80 * 60) / 156, 0.1) && near(size[1], (80 * 80) / 156, 0.1));
+  check(
+    `it stands (${size})`,
+    size[2] === 80 && near(size[0], (80 * 60) / 156, 0.1) && near(size[1], (80 * 80) / 156, 0.1),
+  );
   check("pieces are said", /3 pieces/.test(await text(page, "import-notes")));
   check(`it is drawn (${await drawn(page)})`, (await drawn(page)) > 0.03);
   check("it fits the window", await fits(page));
@@ -136,10 +198,17 @@ async function standing() {
     const before = await sizes(page);
     for (let i = 0; i < 4; i++) {
       await page.getByRole("button", { name: `Turn about ${axis}` }).click();
-      const now = await sizes(page), other = "XYZ".indexOf(axis);
-      check("a turn changes two sides", now[other] === before[other] && (i % 2 === 1 || now.join() !== before.join()));
+      const now = await sizes(page),
+        other = "XYZ".indexOf(axis);
+      check(
+        "a turn changes two sides",
+        now[other] === before[other] && (i % 2 === 1 || now.join() !== before.join()),
+      );
     }
-    check("four turns", (await sizes(page)).join() === before.join() && (await value(page, "import-up")) === "y");
+    check(
+      "four turns",
+      (await sizes(page)).join() === before.join() && (await value(page, "import-up")) === "y",
+    );
   }
   await page.locator("#import-wood").selectOption({ label: "walnut" });
   await page.locator("#import-detail").selectOption("192");
@@ -147,25 +216,41 @@ async function standing() {
   await page.locator("#import-name").fill("a figure");
   await importIt(page);
   check("its title", (await page.title()).startsWith("a figure"));
-  const points = await vertices(page), box = bounds(points);
-  for (const [i, side] of [(80 * 60) / 156, (80 * 80) / 156, 80].entries()) check(`side ${i} (${box[i]})`, near(box[i][0], 0, 0.1) && near(box[i][1], side, 0.1));
+  const points = await vertices(page),
+    box = bounds(points);
+  for (const [i, side] of [(80 * 60) / 156, (80 * 80) / 156, 80].entries())
+    check(`side ${i} (${box[i]})`, near(box[i][0], 0, 0.1) && near(box[i][1], side, 0.1));
   const slice = (low, high) => bounds(points.filter((p) => p[2] > low && p[2] < high));
-  const feet = slice(-1, 5), head = slice(70, 90);
+  const feet = slice(-1, 5),
+    head = slice(70, 90);
   check("its broad feet are below", feet[0][1] - feet[0][0] > 1.4 * (head[0][1] - head[0][0]));
   // The nose looks to the front, which is -y: farther out there than the feet.
   check("its nose looks to the front", near(slice(60, 68)[1][0], 0, 0.2) && feet[1][0] > 8);
   await show(page, "import-carved");
-  const color = String(await fetched(page, "/export?format=obj")).match(/^v .*$/m)[0].split(" ").slice(4).map(Number);
-  check(`it is walnut (${color})`, near(color[0], 121 / 255, 0.02) && near(color[1], 83 / 255, 0.02) && near(color[2], 54 / 255, 0.02));
+  const color = String(await fetched(page, "/export?format=obj"))
+    .match(/^v .*$/m)[0]
+    .split(" ")
+    .slice(4)
+    .map(Number);
+  check(
+    `it is walnut (${color})`,
+    near(color[0], 121 / 255, 0.02) &&
+      near(color[1], 83 / 255, 0.02) &&
+      near(color[2], 54 / 255, 0.02),
+  );
   await close(page);
   await ended(at);
 }
 
 // Laid on a side, and once more by hand: what is seen is what is made.
 async function turned() {
-  const at = await begun({ width: 1000, height: 700 }), { page } = at;
+  const at = await begun({ width: 1000, height: 700 }),
+    { page } = at;
   await choose(page, file("z-up.stl", stl(figure(2, 1, -1), 1000)));
-  check("mm", (await value(page, "import-unit")) === "mm" && (await value(page, "import-longest")) === "156");
+  check(
+    "mm",
+    (await value(page, "import-unit")) === "mm" && (await value(page, "import-longest")) === "156",
+  );
   check("z is up", (await value(page, "import-up")) === "z");
   await page.getByRole("button", { name: "Turn about X" }).click();
   await page.getByRole("button", { name: "Turn about Z" }).click();
@@ -175,21 +260,36 @@ async function turned() {
   await page.locator("#import-detail").selectOption("192");
   await importIt(page);
   const box = bounds(await vertices(page));
-  for (let i = 0; i < 3; i++) check(`side ${i} (${box[i]} of ${want[i]})`, near(box[i][0], 0, 0.2) && near(box[i][1], want[i], 0.3));
+  for (let i = 0; i < 3; i++)
+    check(
+      `side ${i} (${box[i]} of ${want[i]})`,
+      near(box[i][0], 0, 0.2) && near(box[i][1], want[i], 0.3),
+    );
   await close(page);
   await ended(at);
 }
 function stl({ vertices: at, faces }, scale) {
-  const triangles = faces.flatMap((f) => [[f[0], f[1], f[2]], [f[0], f[2], f[3]]]);
+  const triangles = faces.flatMap((f) => [
+    [f[0], f[1], f[2]],
+    [f[0], f[2], f[3]],
+  ]);
   return `solid t\n${triangles.map((t) => `facet normal 0 0 0\nouter loop\n${t.map((i) => `vertex ${at[i].map((x) => x * scale).join(" ")}\n`).join("")}endloop\nendfacet\n`).join("")}endsolid t\n`;
 }
 
-// Cancel drops the file; what is none gets one sentence; too coarse or too fine a choice can be mended.
+// Cancel drops the file; what is none gets one sentence; too coarse or too fine a choice can be
+// mended.
 async function refused() {
-  const at = await begun({ width: 1000, height: 700 }), { page } = at;
+  const at = await begun({ width: 1000, height: 700 }),
+    { page } = at;
   const path = file("figure.obj", objText(figure(1, 2, 1)));
-  const made = () => (existsSync(join(folder, "kibori")) ? readdirSync(join(folder, "kibori")).filter((name) => name.endsWith(".kibori")).length : 0), before = made();
-  const dropped = page.waitForRequest((r) => r.method() === "DELETE" && r.url().includes("/import?"));
+  const made = () =>
+      existsSync(join(folder, "kibori"))
+        ? readdirSync(join(folder, "kibori")).filter((name) => name.endsWith(".kibori")).length
+        : 0,
+    before = made();
+  const dropped = page.waitForRequest(
+    (r) => r.method() === "DELETE" && r.url().includes("/import?"),
+  );
   await choose(page, path);
   await page.locator("#importing button[value=no]").click();
   check("the file is dropped", (await (await dropped).response()).status() === 204);
@@ -199,25 +299,42 @@ async function refused() {
   await page.keyboard.press("Escape");
   check("Escape drops it, too", (await (await escaped).response()).status() === 204);
   check("nothing was made", made() === before);
-  for (const [name, content] of [["none.stl", "no mesh at all"], ["none.obj", "v 0 0 0\n"], ["none.png", "no picture"], ["none.txt", "words"]]) {
+  for (const [name, content] of [
+    ["none.stl", "no mesh at all"],
+    ["none.obj", "v 0 0 0\n"],
+    ["none.png", "no picture"],
+    ["none.txt", "words"],
+  ]) {
     await page.locator("#file").setInputFiles(file(name, content));
-    const said = page.locator("#notice").filter({ hasText: name === "none.txt" ? /can't be carved/ : new RegExp(`(?<!Reading )${name}`) });
+    const said = page.locator("#notice").filter({
+      hasText: name === "none.txt" ? /can't be carved/ : new RegExp(`(?<!Reading )${name}`),
+    });
     await said.waitFor();
     const words = (await said.textContent()).trim();
-    check(`one sentence: ${words}`, !words.includes("\n") && !words.includes("import.") && words.length < 250);
+    check(
+      `one sentence: ${words}`,
+      !words.includes("\n") && !words.includes("import.") && words.length < 250,
+    );
     check("no dialog", !(await page.locator("#importing").isVisible()));
   }
   // A file that is chosen while another is read is the one that is asked about.
   await page.locator("#file").setInputFiles(file("none.stl", "no mesh at all"));
   await choose(page, path);
-  check("the file that was chosen last", (await page.locator("#import-title").textContent()) === "Import figure.obj");
+  check(
+    "the file that was chosen last",
+    (await page.locator("#import-title").textContent()) === "Import figure.obj",
+  );
   await page.locator("#import-longest").fill("20000");
   await page.locator("#importing button[value=yes]").click();
   check("a size that can't be is not sent", await page.locator("#importing").isVisible());
   await page.locator("#import-longest").fill("0.1");
   await page.locator("#import-name").fill("");
   // Something else is under way: the choices stay, and the sentence stands with them.
-  await page.route("**/make?**", (route) => route.fulfill({ status: 422, body: "that is too coarse; choose more detail\n" }), { times: 1 });
+  await page.route(
+    "**/make?**",
+    (route) => route.fulfill({ status: 422, body: "that is too coarse; choose more detail\n" }),
+    { times: 1 },
+  );
   await page.locator("#importing button[value=yes]").click();
   await page.locator("#import-trouble", { hasText: "too coarse" }).waitFor();
   check("what was chosen stays", (await value(page, "import-longest")) === "0.1");
@@ -231,12 +348,17 @@ async function refused() {
 
 // By keyboard alone, from the choice of the file's own button to the finished import.
 async function byKeyboard() {
-  const at = await begun({ width: 1280, height: 720 }), { page } = at;
+  const at = await begun({ width: 1280, height: 720 }),
+    { page } = at;
   const path = file("keys.obj", objText(figure(1, 2, 1)));
   await page.locator("#file").focus();
-  // On a busy machine Chromium sometimes opens its own dialog, which nobody sees, before it hands it to the test.
+  // On a busy machine Chromium sometimes opens its own dialog, which nobody sees, before it hands
+  // it to the test.
   let chooser = null;
-  void page.waitForEvent("filechooser", { timeout: 120000 }).then((found) => (chooser = found), () => undefined);
+  void page.waitForEvent("filechooser", { timeout: 120000 }).then(
+    (found) => (chooser = found),
+    () => undefined,
+  );
   for (let i = 0; i < 100 && !chooser; i++) {
     if (i % 10 === 0) await page.keyboard.press("Enter");
     check("the focus stays", (await page.evaluate(() => document.activeElement.id)) === "file");
@@ -245,13 +367,30 @@ async function byKeyboard() {
   check("Enter asks for a file", chooser !== null);
   await chooser.setFiles(path);
   await dialogOpen(page).waitFor();
-  const focused = () => page.evaluate(() => document.activeElement.id || document.activeElement.value || document.activeElement.tagName);
+  const focused = () =>
+    page.evaluate(
+      () =>
+        document.activeElement.id || document.activeElement.value || document.activeElement.tagName,
+    );
   const seen = [];
   for (let i = 0; i < 20; i++) {
     seen.push(await focused());
     await page.keyboard.press("Tab");
   }
-  for (const id of ["import-name", "import-unit", "import-longest", "import-up", "X", "Y", "Z", "import-wood", "import-detail", "no", "yes"]) check(`${id} is reached (${seen})`, seen.includes(id));
+  for (const id of [
+    "import-name",
+    "import-unit",
+    "import-longest",
+    "import-up",
+    "X",
+    "Y",
+    "Z",
+    "import-wood",
+    "import-detail",
+    "no",
+    "yes",
+  ])
+    check(`${id} is reached (${seen})`, seen.includes(id));
   const goTo = async (id) => {
     for (let i = 0; i < 30 && (await focused()) !== id; i++) await page.keyboard.press("Tab");
     check(`at ${id}`, (await focused()) === id);
@@ -270,15 +409,22 @@ async function byKeyboard() {
   await page.keyboard.press("Enter");
   await shown(page);
   const box = bounds(await vertices(page));
-  check(`40 mm high (${box[2]}), turned (${box[0]})`, near(box[2][1], 40, 0.1) && near(box[0][1], (40 * 80) / 156, 0.2));
+  check(
+    `40 mm high (${box[2]}), turned (${box[0]})`,
+    near(box[2][1], 40, 0.1) && near(box[0][1], (40 * 80) / 156, 0.2),
+  );
   await close(page);
   await ended(at);
 }
 
 // On a telephone and on a small laptop; a picture has other choices, and a document none.
 async function windows() {
-  for (const [name, size] of [["phone", { width: 390, height: 844 }], ["laptop", { width: 1280, height: 720 }]]) {
-    const at = await begun(size), { page } = at;
+  for (const [name, size] of [
+    ["phone", { width: 390, height: 844 }],
+    ["laptop", { width: 1280, height: 720 }],
+  ]) {
+    const at = await begun(size),
+      { page } = at;
     await choose(page, file("figure.obj", objText(figure(1, 2, 1))));
     check(`${name}: it fits the window`, await fits(page));
     check(`${name}: it is drawn`, (await drawn(page)) > 0.02);
@@ -288,7 +434,8 @@ async function windows() {
     const png = await page.evaluate(() => {
       const canvas = document.createElement("canvas");
       [canvas.width, canvas.height] = [64, 32];
-      const pen = canvas.getContext("2d"), slope = pen.createLinearGradient(0, 0, 64, 0);
+      const pen = canvas.getContext("2d"),
+        slope = pen.createLinearGradient(0, 0, 64, 0);
       slope.addColorStop(0, "black");
       slope.addColorStop(1, "white");
       pen.fillStyle = slope;
@@ -296,7 +443,11 @@ async function windows() {
       return canvas.toDataURL("image/png").split(",")[1];
     });
     await choose(page, file("slope.png", Buffer.from(png, "base64")));
-    check("no turns for a picture", !(await page.locator("#import-turns").isVisible()) && !(await page.locator("#import-unit").isVisible()));
+    check(
+      "no turns for a picture",
+      !(await page.locator("#import-turns").isVisible()) &&
+        !(await page.locator("#import-unit").isVisible()),
+    );
     await page.locator("#import-height").fill("12");
     await page.locator("#import-base").fill("3");
     await page.locator("#import-invert").check();
@@ -305,14 +456,22 @@ async function windows() {
     await show(page, `import-${name}-picture`);
     await page.locator("#import-detail").selectOption("192");
     await importIt(page);
-    const points = await vertices(page), left = bounds(points.filter((p) => p[0] < 5)), right = bounds(points.filter((p) => p[0] > 75));
-    check(`black is highest (${left[2]}, ${right[2]})`, near(left[2][1], 15, 0.5) && right[2][1] < 5);
+    const points = await vertices(page),
+      left = bounds(points.filter((p) => p[0] < 5)),
+      right = bounds(points.filter((p) => p[0] > 75));
+    check(
+      `black is highest (${left[2]}, ${right[2]})`,
+      near(left[2][1], 15, 0.5) && right[2][1] < 5,
+    );
     if (name === "laptop") {
       file("taken.kibori", await fetched(page, "/export?format=kibori"));
       await close(page);
       await page.locator("#file").setInputFiles(join(folder, "taken.kibori"));
       await shown(page);
-      check("a document opens at once", !(await page.locator("#importing").isVisible()) && (await page.title()).startsWith("taken"));
+      check(
+        "a document opens at once",
+        !(await page.locator("#importing").isVisible()) && (await page.title()).startsWith("taken"),
+      );
     }
     await close(page);
     await ended(at);
@@ -323,7 +482,8 @@ async function windows() {
 async function models() {
   const shared = new URL("../../../shared/models/", import.meta.url);
   if (!existsSync(shared)) return console.log("models: skipped, ../shared/models is not here");
-  const at = await begun({ width: 1280, height: 720 }), { page } = at;
+  const at = await begun({ width: 1280, height: 720 }),
+    { page } = at;
   for (const name of readdirSync(shared).filter((n) => n.endsWith(".obj"))) {
     await choose(page, file(name, readFileSync(new URL(name, shared))));
     check(`${name}: 80 mm`, Math.max(...(await sizes(page))) === 80);

@@ -1,17 +1,43 @@
-// SPDX-License-Identifier: MIT
-// The page's layout: at every size nothing covers anything else, all can be reached, and the piece is framed in what
-// is free; the sheet of narrow windows by touch; numbers that are typed; what is kept; the line to a studio that ends.
-// Usage: node test_layout.mjs KIBORI [SCREENSHOTS' FOLDER]
+// SPDX-License-Identifier: MIT The page's layout: at every size nothing covers anything else, all
+// can be reached, and the piece is framed in what is free; the sheet of narrow windows by touch;
+// numbers that are typed; what is kept; the line to a studio that ends. Usage: node test_layout.mjs
+// KIBORI [SCREENSHOTS' FOLDER]
 import { join } from "node:path";
-import { check, enter, folder, open, pictures, run, show, shown, started, state, Studio, until } from "./harness.mjs";
+import {
+  check,
+  enter,
+  folder,
+  open,
+  pictures,
+  run,
+  show,
+  shown,
+  started,
+  state,
+  Studio,
+  until,
+} from "./harness.mjs";
 
-const SIZES = [[320, 480], [390, 844], [599, 480], [640, 480], [800, 500], [1024, 768], [1280, 720], [1920, 1080]];
+const SIZES = [
+  [320, 480],
+  [390, 844],
+  [599, 480],
+  [640, 480],
+  [800, 500],
+  [1024, 768],
+  [1280, 720],
+  [1920, 1080],
+];
 const PANELS = ["tools", "force", "past"];
 const PARTS = ["bar", "grip", ...PANELS, "corner", "watching", "lost", "work", "notice", "hint"];
 // What is not looked at need not be drawn; pictures for people are.
 const draw = (page, drawn) => page.evaluate((still) => window.kibori.still(still), !drawn);
 // The page has laid itself out, and knows of it.
-const laidOut = (page) => page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(null)))));
+const laidOut = (page) =>
+  page.evaluate(
+    () =>
+      new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(null)))),
+  );
 const narrow = (page) => page.viewportSize().width < 600;
 
 // Names of parts that are shown and cover each other or reach out of the window.
@@ -21,14 +47,38 @@ const overlaps = (page) =>
     const view = document.getElementById("messages").getBoundingClientRect();
     const shown = (part) => {
       const { left, right, top, bottom, width, height } = part.getBoundingClientRect();
-      if (width === 0 || height === 0 || !part.closest("#messages")) return { left, right, top, bottom, width, height };
-      return { left, right, top: Math.max(top, view.top), bottom: Math.min(bottom, view.bottom), width, height: Math.min(bottom, view.bottom) - Math.max(top, view.top) };
+      if (width === 0 || height === 0 || !part.closest("#messages"))
+        return { left, right, top, bottom, width, height };
+      return {
+        left,
+        right,
+        top: Math.max(top, view.top),
+        bottom: Math.min(bottom, view.bottom),
+        width,
+        height: Math.min(bottom, view.bottom) - Math.max(top, view.top),
+      };
     };
-    const boxes = parts.map((id) => ({ id, box: shown(document.getElementById(id)) })).filter(({ box }) => box.width > 0 && box.height > 0);
-    const wrong = boxes.filter(({ box }) => box.left < 0 || box.top < 0 || box.right > innerWidth + 0.5 || box.bottom > innerHeight + 0.5).map(({ id }) => `${id} reaches out`);
+    const boxes = parts
+      .map((id) => ({ id, box: shown(document.getElementById(id)) }))
+      .filter(({ box }) => box.width > 0 && box.height > 0);
+    const wrong = boxes
+      .filter(
+        ({ box }) =>
+          box.left < 0 ||
+          box.top < 0 ||
+          box.right > innerWidth + 0.5 ||
+          box.bottom > innerHeight + 0.5,
+      )
+      .map(({ id }) => `${id} reaches out`);
     boxes.forEach((a, i) => {
       for (const b of boxes.slice(i + 1))
-        if (a.box.left < b.box.right - 0.5 && b.box.left < a.box.right - 0.5 && a.box.top < b.box.bottom - 0.5 && b.box.top < a.box.bottom - 0.5) wrong.push(`${a.id} and ${b.id}`);
+        if (
+          a.box.left < b.box.right - 0.5 &&
+          b.box.left < a.box.right - 0.5 &&
+          a.box.top < b.box.bottom - 0.5 &&
+          b.box.top < a.box.bottom - 0.5
+        )
+          wrong.push(`${a.id} and ${b.id}`);
     });
     return wrong;
   }, PARTS);
@@ -38,20 +88,26 @@ const unreachable = (page) =>
   page.evaluate((panels) => {
     const wrong = [];
     for (const id of ["bar", "grip", "messages", ...panels])
-      for (const control of document.getElementById(id).querySelectorAll("button, select, input:not(.unseen)")) {
+      for (const control of document
+        .getElementById(id)
+        .querySelectorAll("button, select, input:not(.unseen)")) {
         const target = control.closest("#shapes label") ?? control;
         if (target.getClientRects().length === 0) continue;
         target.scrollIntoView({ block: "center", inline: "center" });
-        const box = target.getBoundingClientRect(), met = document.elementFromPoint(box.left + box.width / 2, box.top + box.height / 2);
-        if (!met || !(target.contains(met) || met.contains(target))) wrong.push(`${id}: ${control.id || control.textContent || control.outerHTML}`);
+        const box = target.getBoundingClientRect(),
+          met = document.elementFromPoint(box.left + box.width / 2, box.top + box.height / 2);
+        if (!met || !(target.contains(met) || met.contains(target)))
+          wrong.push(`${id}: ${control.id || control.textContent || control.outerHTML}`);
       }
     return wrong;
   }, PANELS);
 
 // Whether the panel is open, and a press that changes it.
-const isOpen = async (page, id) => (await page.locator(`#${id}`).getAttribute("class")).includes("folded") === false;
+const isOpen = async (page, id) =>
+  (await page.locator(`#${id}`).getAttribute("class")).includes("folded") === false;
 async function turn(page, id, open) {
-  if ((await isOpen(page, id)) !== open) await page.locator(narrow(page) ? `.tab[data-panel=${id}]` : `#${id} .fold`).click();
+  if ((await isOpen(page, id)) !== open)
+    await page.locator(narrow(page) ? `.tab[data-panel=${id}]` : `#${id} .fold`).click();
   check(`${id} is ${open ? "open" : "folded"}`, (await isOpen(page, id)) === open);
 }
 
@@ -64,11 +120,15 @@ async function nothingCoversAnything() {
   const states = {
     carved: () => {},
     messages: () => {
-      for (const id of ["hint", "watching", "work", "lost"]) document.getElementById(id).hidden = false;
+      for (const id of ["hint", "watching", "work", "lost"])
+        document.getElementById(id).hidden = false;
       document.getElementById("again").hidden = false;
-      document.getElementById("work-what").textContent = "Reading a mesh with a rather long name.stl …";
-      document.getElementById("lost-why").textContent = "The studio does not answer: it has ended. Start 'kibori studio' again.";
-      document.getElementById("notice").textContent = "The wood holds the tool back with 3.2 N. Take less depth, or a smaller tool.";
+      document.getElementById("work-what").textContent =
+        "Reading a mesh with a rather long name.stl …";
+      document.getElementById("lost-why").textContent =
+        "The studio does not answer: it has ended. Start 'kibori studio' again.";
+      document.getElementById("notice").textContent =
+        "The wood holds the tool back with 3.2 N. Take less depth, or a smaller tool.";
     },
     device: () => {
       document.body.classList.add("device");
@@ -82,7 +142,8 @@ async function nothingCoversAnything() {
     experiment: () => document.body.classList.add("experiment"),
     again: () => {
       document.body.classList.remove("read-only", "experiment");
-      for (const id of ["hint", "watching", "work", "lost", "device"]) document.getElementById(id).hidden = true;
+      for (const id of ["hint", "watching", "work", "lost", "device"])
+        document.getElementById(id).hidden = true;
       document.getElementById("notice").textContent = "";
     },
   };
@@ -93,10 +154,24 @@ async function nothingCoversAnything() {
       await page.evaluate(make);
       for (const opened of narrow(page) ? [...PANELS, ""] : ["all", ""]) {
         const there = [];
-        for (const id of PANELS) if (await page.evaluate((i) => getComputedStyle(document.getElementById(i)).display !== "none", id)) there.push(id);
+        for (const id of PANELS)
+          if (
+            await page.evaluate(
+              (i) => getComputedStyle(document.getElementById(i)).display !== "none",
+              id,
+            )
+          )
+            there.push(id);
         if (narrow(page)) {
-          if (opened && !(name === "experiment" && opened === "past") && !(name === "reading" && opened === "force")) await turn(page, opened, true);
-          if (!opened) for (const id of PANELS) if (await isOpen(page, id)) await page.locator("#handle").press("Enter");
+          if (
+            opened &&
+            !(name === "experiment" && opened === "past") &&
+            !(name === "reading" && opened === "force")
+          )
+            await turn(page, opened, true);
+          if (!opened)
+            for (const id of PANELS)
+              if (await isOpen(page, id)) await page.locator("#handle").press("Enter");
         } else {
           for (const id of there) await turn(page, id, opened === "all");
         }
@@ -121,21 +196,34 @@ async function nothingCoversAnything() {
       await show(page, `layout-${width}x${height}`);
       await draw(page, false);
     }
-    const behind = await page.evaluate((parts) => {
-      const hits = [];
-      for (const id of parts) {
-        const box = document.getElementById(id).getBoundingClientRect();
-        for (let x = box.left + 2; x < box.right; x += 17) for (let y = box.top + 2; y < box.bottom; y += 17) if (window.kibori.onPiece(x, y)) hits.push(id);
-      }
-      return [...new Set(hits)];
-    }, ["bar", "grip", ...PANELS]);
-    check(`the piece is in what is free at ${width} x ${height}, not behind ${behind}`, behind.length === 0);
+    const behind = await page.evaluate(
+      (parts) => {
+        const hits = [];
+        for (const id of parts) {
+          const box = document.getElementById(id).getBoundingClientRect();
+          for (let x = box.left + 2; x < box.right; x += 17)
+            for (let y = box.top + 2; y < box.bottom; y += 17)
+              if (window.kibori.onPiece(x, y)) hits.push(id);
+        }
+        return [...new Set(hits)];
+      },
+      ["bar", "grip", ...PANELS],
+    );
+    check(
+      `the piece is in what is free at ${width} x ${height}, not behind ${behind}`,
+      behind.length === 0,
+    );
   }
   // Folded stays folded.
   await turn(page, "tools", false);
   await page.reload();
   await shown(page);
-  check("panels are as they were", !(await isOpen(page, "tools")) && (await isOpen(page, "past")) && !(await isOpen(page, "force")));
+  check(
+    "panels are as they were",
+    !(await isOpen(page, "tools")) &&
+      (await isOpen(page, "past")) &&
+      !(await isOpen(page, "force")),
+  );
   await page.context().close();
   check("the studio ends well", (await studio.end()) === 0);
 }
@@ -147,7 +235,11 @@ async function sheetByTouch() {
   const first = await shown(page);
   await draw(page, false);
   const finger = await page.context().newCDPSession(page);
-  const say = (type, x, y) => finger.send("Input.dispatchTouchEvent", { type, touchPoints: type === "touchEnd" ? [] : [{ x, y }] });
+  const say = (type, x, y) =>
+    finger.send("Input.dispatchTouchEvent", {
+      type,
+      touchPoints: type === "touchEnd" ? [] : [{ x, y }],
+    });
   const drag = async (x, y, toX, toY) => {
     await say("touchStart", x, y);
     for (let i = 1; i <= 12; i++) {
@@ -158,40 +250,71 @@ async function sheetByTouch() {
     await page.waitForTimeout(200);
   };
   const top = async () => (await page.locator("#grip").boundingBox()).y;
-  check("the tool and its size are told", /Ball burr\s*4 mm/.test(await page.locator(".tab[data-panel=tools]").textContent()));
+  check(
+    "the tool and its size are told",
+    /Ball burr\s*4 mm/.test(await page.locator(".tab[data-panel=tools]").textContent()),
+  );
   const closed = await top();
   check("closed, the sheet leaves most to the piece", closed > 0.85 * 844);
   await drag(195, closed + 8, 195, closed - 250);
   const drawn = await top();
-  check(`drawn by its handle, it opens (${closed}, ${drawn})`, Math.abs(closed - 250 - drawn) < 40 && (await page.locator("#size-typed").isVisible()));
+  check(
+    `drawn by its handle, it opens (${closed}, ${drawn})`,
+    Math.abs(closed - 250 - drawn) < 40 && (await page.locator("#size-typed").isVisible()),
+  );
   for (const id of PANELS) {
     await page.locator(`.tab[data-panel=${id}]`).tap();
     if (!(await isOpen(page, id))) await page.locator(`.tab[data-panel=${id}]`).tap();
     await page.waitForTimeout(300);
     await show(page, `phone-${id}`);
     const small = await page.evaluate(() =>
-      [...document.querySelectorAll("#carving :is(button, select, input:not(.unseen)), .u-legend [role=button]")]
-        .map((control) => control.closest("#modes label, #symmetry label, #shapes label, #motor, #mallet label") ?? control)
-        .filter((target) => target.getClientRects().length > 0 && (target.getBoundingClientRect().height < 43.5 || target.getBoundingClientRect().width < 43.5))
-        .map((target) => `${target.id || target.textContent} ${target.getBoundingClientRect().width} x ${target.getBoundingClientRect().height}`),
+      [
+        ...document.querySelectorAll(
+          "#carving :is(button, select, input:not(.unseen)), .u-legend [role=button]",
+        ),
+      ]
+        .map(
+          (control) =>
+            control.closest(
+              "#modes label, #symmetry label, #shapes label, #motor, #mallet label",
+            ) ?? control,
+        )
+        .filter(
+          (target) =>
+            target.getClientRects().length > 0 &&
+            (target.getBoundingClientRect().height < 43.5 ||
+              target.getBoundingClientRect().width < 43.5),
+        )
+        .map(
+          (target) =>
+            `${target.id || target.textContent} ${target.getBoundingClientRect().width} x ${target.getBoundingClientRect().height}`,
+        ),
     );
     check(`a finger meets all of ${id}: ${small.join("; ")}`, small.length === 0);
   }
   // The sheet scrolls under a finger.
   await page.locator(".tab[data-panel=tools]").tap();
   await drag(195, 760, 195, 560);
-  check("the sheet scrolls", (await page.locator("#tools").evaluate((panel) => panel.scrollTop)) > 50);
+  check(
+    "the sheet scrolls",
+    (await page.locator("#tools").evaluate((panel) => panel.scrollTop)) > 50,
+  );
   const now = await top();
   await drag(195, now + 8, 195, 830);
   check("drawn down, it closes", (await top()) > 0.85 * 844);
   // And above it one carves.
   const at = await page.evaluate(() => {
-    for (let y = 200; y < 700; y += 10) if (window.kibori.onPiece(195, y) && window.kibori.onPiece(195, y + 40)) return y + 20;
+    for (let y = 200; y < 700; y += 10)
+      if (window.kibori.onPiece(195, y) && window.kibori.onPiece(195, y + 40)) return y + 20;
     return 0;
   });
   check("the piece is there", at > 0);
   await drag(180, at, 220, at);
-  await until(page, "a finger's cut", (s) => Number(s.step) > Number(first.step) && Number(s.volume) < Number(first.volume));
+  await until(
+    page,
+    "a finger's cut",
+    (s) => Number(s.step) > Number(first.step) && Number(s.volume) < Number(first.volume),
+  );
   await page.locator("#undo").tap();
   await until(page, "undone", (s) => s.hash === first.hash);
   await page.context().close();
@@ -219,11 +342,20 @@ async function numbersAndWhatIsKept() {
   await typed.press("Enter");
   const wrong = page.locator(".row:has(#size) .wrong");
   const said = await wrong.textContent();
-  check(`what can't be is told: ${said}`, Number(/^Size can be 0\.5 to ([\d.]+) mm; it stays 4\.25 mm\.$/.exec(said)?.[1]) >= 120);
-  check("and has changed nothing", (await page.locator("#size").inputValue()) === "4.25" && (await typed.inputValue()) === "4.25");
+  check(
+    `what can't be is told: ${said}`,
+    Number(/^Size can be 0\.5 to ([\d.]+) mm; it stays 4\.25 mm\.$/.exec(said)?.[1]) >= 120,
+  );
+  check(
+    "and has changed nothing",
+    (await page.locator("#size").inputValue()) === "4.25" && (await typed.inputValue()) === "4.25",
+  );
   await typed.fill("120");
   await typed.press("Enter");
-  check("a tool may be as large as the piece", (await page.locator("#size").inputValue()) === "120" && (await wrong.textContent()) === "");
+  check(
+    "a tool may be as large as the piece",
+    (await page.locator("#size").inputValue()) === "120" && (await wrong.textContent()) === "",
+  );
   // Along the slider equal ways are equal ratios.
   const slider = page.locator("#size ~ input[type=range], input[type=range]:has(~ #size)").first();
   await slider.focus();
@@ -236,7 +368,10 @@ async function numbersAndWhatIsKept() {
   // Keys set the slider, and the number follows.
   await page.locator("#view").focus();
   await page.keyboard.press("]");
-  check("the number follows the keys", Math.abs(Number(await typed.inputValue()) - 1.15 * middle) < 0.1);
+  check(
+    "the number follows the keys",
+    Math.abs(Number(await typed.inputValue()) - 1.15 * middle) < 0.1,
+  );
 
   await page.locator("#shapes label[title=Box]").click();
   await page.locator("#turn-by-typed").fill("45");
@@ -248,9 +383,15 @@ async function numbersAndWhatIsKept() {
   const size = await page.locator("#size").inputValue();
   await page.reload();
   await shown(page);
-  const kept = await page.evaluate(() => ["size", "depth", "turn-by"].map((id) => document.getElementById(id).value));
+  const kept = await page.evaluate(() =>
+    ["size", "depth", "turn-by"].map((id) => document.getElementById(id).value),
+  );
   check(`numbers are kept (${kept})`, kept.join() === [size, "1.5", "45"].join());
-  check("shape and work are kept", (await page.locator("#shape-out").textContent()) === "Box" && (await page.locator("input[name=mode][value='deposit']").isChecked()));
+  check(
+    "shape and work are kept",
+    (await page.locator("#shape-out").textContent()) === "Box" &&
+      (await page.locator("input[name=mode][value='deposit']").isChecked()),
+  );
   check("mirrors are off", (await page.locator("#symmetry input:checked").count()) === 0);
   check("the wood is the piece's, still", (await adds()) === "walnut");
   await page.context().close();
@@ -268,7 +409,11 @@ async function whoHoldsTheToolAndWhoIsGone() {
   await watcher.goto(new URL(studio.url).origin);
   await until(watcher, "a solid", (s) => s.shown === "solid" && Number(s.volume) > 0);
   await watcher.locator("#watching").waitFor();
-  check("who watches is told so", /Another window holds the tool/.test(await watcher.locator("#watching").textContent()) && !(await page.locator("#watching").isVisible()));
+  check(
+    "who watches is told so",
+    /Another window holds the tool/.test(await watcher.locator("#watching").textContent()) &&
+      !(await page.locator("#watching").isVisible()),
+  );
   await show(watcher, "watching");
   await watcher.locator("#take").click();
   await page.locator("#watching").waitFor();
@@ -278,14 +423,19 @@ async function whoHoldsTheToolAndWhoIsGone() {
   const port = new URL(studio.url).port;
   await studio.end("SIGKILL");
   const lost = page.locator("#lost");
-  await lost.filter({ hasText: /Start 'kibori studio' again .* open the address .* Trying again/ }).waitFor();
+  await lost
+    .filter({ hasText: /Start 'kibori studio' again .* open the address .* Trying again/ })
+    .waitFor();
   await show(page, "lost");
   check("it tries by itself at first", !(await page.locator("#again").isVisible()));
   for (let i = 0; i < 40 && !(await page.locator("#again").isVisible()); i++) {
     await page.clock.fastForward(9000);
     await page.waitForTimeout(150);
   }
-  check("and after a minute when it is asked to", (await page.locator("#again").isVisible()) && !/Trying/.test(await lost.textContent()));
+  check(
+    "and after a minute when it is asked to",
+    (await page.locator("#again").isVisible()) && !/Trying/.test(await lost.textContent()),
+  );
   let tries = 0;
   page.on("request", () => tries++);
   page.on("websocket", () => tries++);
@@ -296,7 +446,11 @@ async function whoHoldsTheToolAndWhoIsGone() {
   // Another studio at the same address does not know this page.
   const anew = await Studio.start(file, "--port", port);
   await page.locator("#again").click();
-  await lost.filter({ hasText: "The studio was started anew: open the address it printed in the terminal." }).waitFor();
+  await lost
+    .filter({
+      hasText: "The studio was started anew: open the address it printed in the terminal.",
+    })
+    .waitFor();
   await show(page, "anew");
   // Once its address was opened here, this page is known, too.
   const other = await page.context().newPage();

@@ -1,25 +1,46 @@
-// SPDX-License-Identifier: MIT
-// How the solid is looked at: every control of the View panel changes the picture as it says, by mouse and by keyboard
-// alone, and picking knows the section. Usage: node test_look.mjs KIBORI [SCREENSHOTS' FOLDER]
+// SPDX-License-Identifier: MIT How the solid is looked at: every control of the View panel changes
+// the picture as it says, by mouse and by keyboard alone, and picking knows the section. Usage:
+// node test_look.mjs KIBORI [SCREENSHOTS' FOLDER]
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { browser, check, enter, folder, open, run, show, shown, started, state, Studio, until } from "./harness.mjs";
+import {
+  browser,
+  check,
+  enter,
+  folder,
+  open,
+  run,
+  show,
+  shown,
+  started,
+  state,
+  Studio,
+  until,
+} from "./harness.mjs";
 
 const blank = await browser.newPage(); // reads pictures
 
-/** Of two pictures: the mean difference of their channels, and the share of pixels that differ by more than 10. */
+/**
+ * Of two pictures: the mean difference of their channels, and the share of pixels that differ by
+ * more than 10.
+ */
 const compare = (a, b) =>
   blank.evaluate(
     async (pictures) => {
       const [one, other] = await Promise.all(
         pictures.map(async (text) => {
-          const bitmap = await createImageBitmap(new Blob([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))]));
-          const canvas = new OffscreenCanvas(bitmap.width, bitmap.height), context = canvas.getContext("2d");
+          const bitmap = await createImageBitmap(
+            new Blob([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))]),
+          );
+          const canvas = new OffscreenCanvas(bitmap.width, bitmap.height),
+            context = canvas.getContext("2d");
           context.drawImage(bitmap, 0, 0);
           return context.getImageData(0, 0, bitmap.width, bitmap.height).data;
         }),
       );
-      let sum = 0, signed = 0, differ = 0;
+      let sum = 0,
+        signed = 0,
+        differ = 0;
       for (let i = 0; i < one.length; i += 4) {
         let most = 0;
         for (let k = 0; k < 3; k++) {
@@ -29,7 +50,11 @@ const compare = (a, b) =>
         }
         if (most > 10) differ++;
       }
-      return { mean: sum / one.length, signed: signed / one.length, share: (4 * differ) / one.length };
+      return {
+        mean: sum / one.length,
+        signed: signed / one.length,
+        share: (4 * differ) / one.length,
+      };
     },
     [a.toString("base64"), b.toString("base64")],
   );
@@ -41,8 +66,8 @@ const settle = async (page) => {
   }
   throw new Error("the view did not settle in 30 s");
 };
-// The mean difference of pictures of the same: a view that is slow draws fewer pixels from then on, so edges are softer.
-// What the checks change differs by 6 and more.
+// The mean difference of pictures of the same: a view that is slow draws fewer pixels from then on,
+// so edges are softer. What the checks change differs by 6 and more.
 const SAME = 2;
 const CLIP = { x: 240, y: 110, width: 390, height: 300 }; // the solid, beside the panels
 async function picture(page) {
@@ -89,7 +114,8 @@ async function finish({ studio, page }) {
 async function speciesDiffer() {
   const grain = {};
   for (const wood of ["limewood", "oak", "walnut", "wax"]) {
-    const visit = await begin(wood), { page } = visit;
+    const visit = await begin(wood),
+      { page } = visit;
     const wooden = await picture(page);
     await show(page, `look-${wood}`);
     await page.locator("#look-box summary").click();
@@ -99,12 +125,19 @@ async function speciesDiffer() {
     await finish(visit);
   }
   check(`wax has less than any wood: ${JSON.stringify(grain)}`, grain.wax < 0.7 * grain.limewood);
-  check(`limewood almost none: ${JSON.stringify(grain)}`, grain.limewood > 0.05 && grain.limewood < 0.35 * grain.oak);
-  check(`walnut less than oak: ${JSON.stringify(grain)}`, grain.walnut < grain.oak && grain.walnut > grain.limewood);
+  check(
+    `limewood almost none: ${JSON.stringify(grain)}`,
+    grain.limewood > 0.05 && grain.limewood < 0.35 * grain.oak,
+  );
+  check(
+    `walnut less than oak: ${JSON.stringify(grain)}`,
+    grain.walnut < grain.oak && grain.walnut > grain.limewood,
+  );
 }
 
 async function shading() {
-  const visit = await begin("oak"), { page } = visit;
+  const visit = await begin("oak"),
+    { page } = visit;
   // Something to see hollows in.
   const MIDDLE = await middleOf(page);
   await page.mouse.move(MIDDLE.x - 50, MIDDLE.y - 20);
@@ -124,7 +157,10 @@ async function shading() {
   await page.locator("#hollows").uncheck();
   const open = await picture(page);
   const hollows = await compare(wood, open);
-  check(`ambient occlusion darkens, a little: ${JSON.stringify(hollows)}`, hollows.signed < -0.02 && hollows.mean < 12);
+  check(
+    `ambient occlusion darkens, a little: ${JSON.stringify(hollows)}`,
+    hollows.signed < -0.02 && hollows.mean < 12,
+  );
   await page.locator("#hollows").check();
 
   await page.locator("#cavity").uncheck();
@@ -133,7 +169,10 @@ async function shading() {
   await page.locator("#cavity").check();
   await slide(page, "cavity-strength", 1);
   const more = await compare(await picture(page), flat);
-  check(`cavity shading is the stronger the more of it is wanted: ${some.mean}, ${more.mean}`, some.mean > 0.02 && more.mean > 1.3 * some.mean);
+  check(
+    `cavity shading is the stronger the more of it is wanted: ${some.mean}, ${more.mean}`,
+    some.mean > 0.02 && more.mean > 1.3 * some.mean,
+  );
   await slide(page, "cavity-strength", 0.5);
 
   await choose(page, "shading", "clay");
@@ -159,7 +198,10 @@ async function shading() {
   await clayLight();
   const lit = await picture(page);
   check("the sun can be dragged", (await compare(wood, lit)).mean > 2);
-  check("and says where it is", /from the right.*from below/.test(await page.locator("#light").getAttribute("aria-valuetext")));
+  check(
+    "and says where it is",
+    /from the right.*from below/.test(await page.locator("#light").getAttribute("aria-valuetext")),
+  );
 
   // L and a drag on the wood move the light, and carve nothing.
   const before = await state(page);
@@ -172,7 +214,10 @@ async function shading() {
   await page.keyboard.up("l");
   await rest(page);
   check("L + drag moves the light", (await compare(lit, await picture(page))).mean > 2);
-  check("and carves nothing", (await state(page)).volume === before.volume && before.hash !== first.hash);
+  check(
+    "and carves nothing",
+    (await state(page)).volume === before.volume && before.hash !== first.hash,
+  );
   await page.locator("#light-reset").click();
   await rest(page);
   check("as it was", (await compare(wood, await picture(page))).mean < SAME);
@@ -182,18 +227,31 @@ async function shading() {
 const unit = (v) => v.map((x) => x / Math.hypot(...v));
 const minus = (a, b) => ({ x: a.x - b.x, y: a.y - b.y });
 async function viewsAndSection() {
-  const visit = await begin("walnut"), { page } = visit;
-  const middle = await page.evaluate(() => window.kibori.middle()), MIDDLE = await middleOf(page);
+  const visit = await begin("walnut"),
+    { page } = visit;
+  const middle = await page.evaluate(() => window.kibori.middle()),
+    MIDDLE = await middleOf(page);
   const view = async () => {
     await settle(page);
-    return unit(await page.evaluate(() => window.kibori.eye().map((x, i) => x - window.kibori.middle()[i])));
+    return unit(
+      await page.evaluate(() => window.kibori.eye().map((x, i) => x - window.kibori.middle()[i])),
+    );
   };
   // Two edges along x, one behind the other.
   const edges = async () => {
     await settle(page);
-    const corners = [[-40, -25, 15], [40, -25, 15], [-40, 25, 15], [40, 25, 15]].map((place) => place.map((x, i) => x + middle[i]));
-    const at = await page.evaluate((places) => places.map((place) => window.kibori.onScreen(place)), corners);
-    const one = minus(at[1], at[0]), other = minus(at[3], at[2]);
+    const corners = [
+      [-40, -25, 15],
+      [40, -25, 15],
+      [-40, 25, 15],
+      [40, 25, 15],
+    ].map((place) => place.map((x, i) => x + middle[i]));
+    const at = await page.evaluate(
+      (places) => places.map((place) => window.kibori.onScreen(place)),
+      corners,
+    );
+    const one = minus(at[1], at[0]),
+      other = minus(at[3], at[2]);
     return Math.hypot(one.x - other.x, one.y - other.y);
   };
   check("in perspective what is farther is smaller", (await edges()) > 5);
@@ -209,7 +267,9 @@ async function viewsAndSection() {
   const away = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
   const go = async (name, to) => {
     await settle(page);
-    await page.locator(`#cube button[title="${name} view"]:not([aria-hidden])`).click({ force: true });
+    await page
+      .locator(`#cube button[title="${name} view"]:not([aria-hidden])`)
+      .click({ force: true });
     await page.waitForTimeout(500);
     check(`the cube's ${name}: ${await view()}`, away(await view(), unit(to)) < 0.02);
   };
@@ -221,60 +281,96 @@ async function viewsAndSection() {
   await go("Front Left", [-1, -1, 0]);
   // By keyboard: Tab leads to it, arrows on to the next views.
   await page.locator('#cube button[tabindex="0"]').focus();
-  for (const [key, to] of [["ArrowRight", [0, -1, 0]], ["ArrowRight", [1, -1, 0]], ["ArrowUp", [1, -1, 1]], ["ArrowUp", [0, 0, 1]], ["ArrowDown", [0, -1, 1]]]) {
+  for (const [key, to] of [
+    ["ArrowRight", [0, -1, 0]],
+    ["ArrowRight", [1, -1, 0]],
+    ["ArrowUp", [1, -1, 1]],
+    ["ArrowUp", [0, 0, 1]],
+    ["ArrowDown", [0, -1, 1]],
+  ]) {
     await page.keyboard.press(key);
     await page.waitForTimeout(500);
     check(`${key} on the cube: ${await view()}`, away(await view(), unit(to)) < 0.02);
   }
-  check("the focus goes along", (await page.evaluate(() => document.activeElement.title)) === "Top Front view");
+  check(
+    "the focus goes along",
+    (await page.evaluate(() => document.activeElement.title)) === "Top Front view",
+  );
   await page.locator("#view").focus();
   await page.keyboard.press("Home");
   await settle(page);
 
   // A section: what is cut away is neither shown nor picked.
-  const whole = await picture(page), surface = await hit(page, MIDDLE.x, MIDDLE.y);
-  check("there is a surface in the middle", surface.point[2] > middle[2] + 14 || surface.point[1] < middle[1] - 24);
+  const whole = await picture(page),
+    surface = await hit(page, MIDDLE.x, MIDDLE.y);
+  check(
+    "there is a surface in the middle",
+    surface.point[2] > middle[2] + 14 || surface.point[1] < middle[1] - 24,
+  );
   await page.locator("#look-box summary").click();
   await choose(page, "section", "y");
   check("the section shows", (await compare(whole, await picture(page))).share > 0.1);
   const inside = await hit(page, MIDDLE.x - 20, MIDDLE.y + 5);
-  check(`a pick meets the cut: ${JSON.stringify(inside)}`, Math.abs(inside.point[1] - middle[1]) < 0.5 && inside.normal[1] < -0.99);
+  check(
+    `a pick meets the cut: ${JSON.stringify(inside)}`,
+    Math.abs(inside.point[1] - middle[1]) < 0.5 && inside.normal[1] < -0.99,
+  );
   await show(page, "look-section");
   await slide(page, "section-at", 0.5);
   // The slider spans the wood and the room around it, where material may be added.
-  const cut = await hit(page, MIDDLE.x - 20, MIDDLE.y), by = parseFloat(await page.locator("#section-out").textContent());
-  check(`it can be moved by ${by} mm: ${JSON.stringify(cut)}`, by > 10 && Math.abs(cut.point[1] - inside.point[1] - by) < 0.2);
+  const cut = await hit(page, MIDDLE.x - 20, MIDDLE.y),
+    by = parseFloat(await page.locator("#section-out").textContent());
+  check(
+    `it can be moved by ${by} mm: ${JSON.stringify(cut)}`,
+    by > 10 && Math.abs(cut.point[1] - inside.point[1] - by) < 0.2,
+  );
   await page.locator("#section-flip").check();
   const kept = await hit(page, MIDDLE.x, MIDDLE.y);
-  check(`on the other side all is as before: ${JSON.stringify(kept)}`, away(kept.point, surface.point) < 1e-6);
+  check(
+    `on the other side all is as before: ${JSON.stringify(kept)}`,
+    away(kept.point, surface.point) < 1e-6,
+  );
   await page.locator("#section-flip").uncheck();
   await slide(page, "section-at", 0);
   await choose(page, "section", "view");
   const seen = await hit(page, MIDDLE.x, MIDDLE.y);
-  check("a section as seen looks at the eye", Math.abs(seen.normal.reduce((sum, n, i) => sum + n * unit([-0.55, -1, 0.75])[i], 0)) > 0.98);
+  check(
+    "a section as seen looks at the eye",
+    Math.abs(seen.normal.reduce((sum, n, i) => sum + n * unit([-0.55, -1, 0.75])[i], 0)) > 0.98,
+  );
   await choose(page, "section", "off");
   check("off, all is there", (await compare(whole, await picture(page))).mean < SAME);
   await finish(visit);
 }
 
 async function reference() {
-  const visit = await begin("limewood"), { page } = visit;
+  const visit = await begin("limewood"),
+    { page } = visit;
   const text = await blank.evaluate(async () => {
-    const canvas = new OffscreenCanvas(64, 64), context = canvas.getContext("2d");
+    const canvas = new OffscreenCanvas(64, 64),
+      context = canvas.getContext("2d");
     context.fillStyle = "#00c030";
     context.fillRect(0, 0, 64, 64);
     const bytes = new Uint8Array(await (await canvas.convertToBlob()).arrayBuffer());
     return btoa(String.fromCharCode(...bytes));
   });
-  const file = join(folder, "reference.png"), broken = join(folder, "broken.png");
+  const file = join(folder, "reference.png"),
+    broken = join(folder, "broken.png");
   writeFileSync(file, Buffer.from(text, "base64"));
   writeFileSync(broken, "no picture");
-  const bare = await picture(page), places = [[450, 300], [300, 180], [620, 200]];
+  const bare = await picture(page),
+    places = [
+      [450, 300],
+      [300, 180],
+      [620, 200],
+    ];
   const hits = await Promise.all(places.map(([x, y]) => hit(page, x, y)));
   await page.locator("#look-box summary").click();
   await page.locator("#reference").setInputFiles(broken);
   await until(page, "what is wrong with it", () => true);
-  await page.locator("#notice", { hasText: "broken.png is no picture" }).waitFor({ state: "attached" });
+  await page
+    .locator("#notice", { hasText: "broken.png is no picture" })
+    .waitFor({ state: "attached" });
   await page.locator("#reference").setInputFiles(file);
   await page.locator("#reference-remove").waitFor();
   await slide(page, "reference-size", 2.5);
@@ -284,7 +380,10 @@ async function reference() {
   const again = await Promise.all(places.map(([x, y]) => hit(page, x, y)));
   check("and takes no picks", JSON.stringify(hits) === JSON.stringify(again));
   await slide(page, "reference-deep", -1);
-  check("it can be brought to the front", (await compare(beside, await picture(page))).share > 0.05);
+  check(
+    "it can be brought to the front",
+    (await compare(beside, await picture(page))).share > 0.05,
+  );
   await page.locator("#reference-plane").selectOption("top");
   check("and laid under it", (await compare(beside, await picture(page))).share > 0.02);
   await page.locator("#reference-remove").click();
@@ -293,20 +392,29 @@ async function reference() {
 }
 
 async function picturesAndFilms() {
-  const visit = await begin("oak", 1), { page } = visit;
+  const visit = await begin("oak", 1),
+    { page } = visit;
   await show(page, "look-log");
   const save = async () => {
-    const [download] = await Promise.all([page.waitForEvent("download"), page.locator("#capture-save").click()]);
+    const [download] = await Promise.all([
+      page.waitForEvent("download"),
+      page.locator("#capture-save").click(),
+    ]);
     const to = join(folder, download.suggestedFilename());
     await download.saveAs(to);
     return to;
   };
   const corner = (path) =>
     blank.evaluate(async (text) => {
-      const bitmap = await createImageBitmap(new Blob([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))]));
+      const bitmap = await createImageBitmap(
+        new Blob([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))]),
+      );
       const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
       context.drawImage(bitmap, 0, 0);
-      return { corner: [...context.getImageData(0, 0, 1, 1).data], middle: [...context.getImageData(bitmap.width / 2, bitmap.height / 2, 1, 1).data] };
+      return {
+        corner: [...context.getImageData(0, 0, 1, 1).data],
+        middle: [...context.getImageData(bitmap.width / 2, bitmap.height / 2, 1, 1).data],
+      };
     }, readFileSync(path).toString("base64"));
   await page.locator("#look-box summary").click();
   for (const clear of [false, true]) {
@@ -314,16 +422,29 @@ async function picturesAndFilms() {
     await page.locator("#capture-width").fill("431");
     await page.locator("#capture-height").fill("275");
     await page.locator("#capture-clear").setChecked(clear);
-    const path = await save(), png = readFileSync(path);
-    check("the picture has the size that was asked for", png.readUInt32BE(16) === 431 && png.readUInt32BE(20) === 275);
+    const path = await save(),
+      png = readFileSync(path);
+    check(
+      "the picture has the size that was asked for",
+      png.readUInt32BE(16) === 431 && png.readUInt32BE(20) === 275,
+    );
     const is = await corner(path);
-    check(`its background: ${JSON.stringify(is)}`, clear ? is.corner[3] === 0 : is.corner.join() === "255,255,255,255");
-    check(`and the wood in the middle: ${JSON.stringify(is)}`, is.middle[3] === 255 && is.middle[0] > is.middle[2] + 20);
+    check(
+      `its background: ${JSON.stringify(is)}`,
+      clear ? is.corner[3] === 0 : is.corner.join() === "255,255,255,255",
+    );
+    check(
+      `and the wood in the middle: ${JSON.stringify(is)}`,
+      is.middle[3] === 255 && is.middle[0] > is.middle[2] + 20,
+    );
   }
   await page.locator("#picture").click();
   await page.locator("#capture-width").fill("9");
   await page.locator("#capture-save").click();
-  check("a width that is none keeps the question open", await page.locator("#capturing").isVisible());
+  check(
+    "a width that is none keeps the question open",
+    await page.locator("#capturing").isVisible(),
+  );
   await page.keyboard.press("Escape");
 
   await page.locator("#turn").click();
@@ -334,7 +455,9 @@ async function picturesAndFilms() {
   const film = readFileSync(await save());
   const about = await blank.evaluate(async (text) => {
     const video = document.createElement("video");
-    video.src = URL.createObjectURL(new Blob([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))], { type: "video/webm" }));
+    video.src = URL.createObjectURL(
+      new Blob([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))], { type: "video/webm" }),
+    );
     await new Promise((done, failed) => {
       video.onloadeddata = done;
       video.onerror = () => failed(new Error(video.error.message));
@@ -348,31 +471,59 @@ async function picturesAndFilms() {
       return context.getImageData(0, 0, 160, 120).data;
     };
     const [one, other] = [await see(0), await see(1.1)];
-    return { duration: video.duration, width: video.videoWidth, height: video.videoHeight, turned: one.reduce((sum, x, i) => sum + Math.abs(x - other[i]), 0) / one.length };
+    return {
+      duration: video.duration,
+      width: video.videoWidth,
+      height: video.videoHeight,
+      turned: one.reduce((sum, x, i) => sum + Math.abs(x - other[i]), 0) / one.length,
+    };
   }, film.toString("base64"));
-  check(`the film: ${JSON.stringify(about)}`, Math.abs(about.duration - 1.5) < 0.01 && about.width === 160 && about.height === 120 && about.turned > 0.3);
+  check(
+    `the film: ${JSON.stringify(about)}`,
+    Math.abs(about.duration - 1.5) < 0.01 &&
+      about.width === 160 &&
+      about.height === 120 &&
+      about.turned > 0.3,
+  );
   await settle(page);
-  // Where drawing is slow the view has fewer pixels than the window, down to 0.75 of each side; its shape is the window's.
-  const drawn = await page.evaluate(() => [document.getElementById("view").width, document.getElementById("view").height]);
+  // Where drawing is slow the view has fewer pixels than the window, down to 0.75 of each side; its
+  // shape is the window's.
+  const drawn = await page.evaluate(() => [
+    document.getElementById("view").width,
+    document.getElementById("view").height,
+  ]);
   const ratio = drawn[0] / SIZE.width;
-  check(`afterwards the window is as it was: ${drawn}`, ratio > 0.74 && ratio <= 1 && Math.abs(drawn[1] - ratio * SIZE.height) <= 1);
+  check(
+    `afterwards the window is as it was: ${drawn}`,
+    ratio > 0.74 && ratio <= 1 && Math.abs(drawn[1] - ratio * SIZE.height) <= 1,
+  );
   await finish(visit);
 }
 
 async function byKeyboardAlone() {
-  const visit = await begin("limewood"), { page } = visit;
+  const visit = await begin("limewood"),
+    { page } = visit;
   const wood = await picture(page);
-  for (let i = 0; i < 60 && (await page.evaluate(() => document.activeElement.tagName)) !== "SUMMARY"; i++) await page.keyboard.press("Tab");
+  for (
+    let i = 0;
+    i < 60 && (await page.evaluate(() => document.activeElement.tagName)) !== "SUMMARY";
+    i++
+  )
+    await page.keyboard.press("Tab");
   await page.keyboard.press("Enter");
   await page.locator("#shadings").waitFor();
   await page.keyboard.press("Tab");
   await page.keyboard.press("ArrowRight");
   await page.keyboard.press("ArrowRight");
-  check("arrows choose the shading", await page.locator("input[name=shading][value=clay]").isChecked());
+  check(
+    "arrows choose the shading",
+    await page.locator("input[name=shading][value=clay]").isChecked(),
+  );
   const difference = await compare(wood, await picture(page));
   check(`and it shows: ${JSON.stringify(difference)}`, difference.mean > 6);
   await show(page, "look-keys");
-  for (let i = 0; i < 20 && (await page.evaluate(() => document.activeElement.id)) !== "light"; i++) await page.keyboard.press("Tab");
+  for (let i = 0; i < 20 && (await page.evaluate(() => document.activeElement.id)) !== "light"; i++)
+    await page.keyboard.press("Tab");
   const clay = await picture(page);
   for (let i = 0; i < 6; i++) await page.keyboard.press("ArrowRight");
   const chosen = await picture(page);
@@ -385,7 +536,8 @@ async function byKeyboardAlone() {
   check("the shading is kept", await page.locator("input[name=shading][value=clay]").isChecked());
   const again = await compare(chosen, await picture(page));
   check(`and is what is drawn, with its light: ${JSON.stringify(again)}`, again.mean < SAME);
-  const frames = () => page.evaluate(() => window.kibori.frames()), before = await frames();
+  const frames = () => page.evaluate(() => window.kibori.frames()),
+    before = await frames();
   await page.waitForTimeout(2000);
   check("at rest nothing is drawn", (await frames()) === before);
   await finish(visit);

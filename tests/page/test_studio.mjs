@@ -1,19 +1,37 @@
-// SPDX-License-Identifier: MIT
-// The page in a real browser: from the first look to the first cut and back, pen and finger, files, what goes wrong, and
-// that what it shows is what there is. Usage: node test_studio.mjs KIBORI [SCREENSHOTS' FOLDER]
+// SPDX-License-Identifier: MIT The page in a real browser: from the first look to the first cut and
+// back, pen and finger, files, what goes wrong, and that what it shows is what there is. Usage:
+// node test_studio.mjs KIBORI [SCREENSHOTS' FOLDER]
 import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
 import { readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { dirname, join } from "node:path";
-import { browser, check, complaints, enter, folder, kibori, launch, open, protocol, run, show, shown as allShown, started, state, Studio, until } from "./harness.mjs";
+import {
+  browser,
+  check,
+  complaints,
+  enter,
+  folder,
+  kibori,
+  launch,
+  open,
+  protocol,
+  run,
+  show,
+  shown as allShown,
+  started,
+  state,
+  Studio,
+  until,
+} from "./harness.mjs";
 
-// The places of presses below are those of a piece in the middle of what is right of the tools; they are moved to where it
-// is shown.
+// The places of presses below are those of a piece in the middle of what is right of the tools;
+// they are moved to where it is shown.
 const moved = new WeakMap();
 async function shown(page) {
   const now = await allShown(page);
-  const { width, height } = page.viewportSize(), at = await page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
+  const { width, height } = page.viewportSize(),
+    at = await page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
   if (!moved.has(page)) {
     const move = page.mouse.move.bind(page.mouse);
     page.mouse.move = (x, y, how) => move(x + moved.get(page).x, y + moved.get(page).y, how);
@@ -24,8 +42,18 @@ async function shown(page) {
 // Pens and fingers, moved alike.
 async function glass(page) {
   const session = await page.context().newCDPSession(page);
-  const to = (point) => ({ ...point, x: point.x + moved.get(page).x, y: point.y + moved.get(page).y });
-  return { send: (what, said) => session.send(what, said.touchPoints ? { ...said, touchPoints: said.touchPoints.map(to) } : to(said)) };
+  const to = (point) => ({
+    ...point,
+    x: point.x + moved.get(page).x,
+    y: point.y + moved.get(page).y,
+  });
+  return {
+    send: (what, said) =>
+      session.send(
+        what,
+        said.touchPoints ? { ...said, touchPoints: said.touchPoints.map(to) } : to(said),
+      ),
+  };
 }
 
 async function firstCutAndBack() {
@@ -111,7 +139,19 @@ async function penAndFinger() {
   // A pen that presses twice as hard takes more away.
   const touch = await glass(page);
   const pen = async (force) => {
-    const say = (type, x, more) => touch.send("Input.dispatchMouseEvent", { type, x, y: 250, button: "left", buttons: 1, pointerType: "pen", force, tiltX: 20, tiltY: -10, ...more });
+    const say = (type, x, more) =>
+      touch.send("Input.dispatchMouseEvent", {
+        type,
+        x,
+        y: 250,
+        button: "left",
+        buttons: 1,
+        pointerType: "pen",
+        force,
+        tiltX: 20,
+        tiltY: -10,
+        ...more,
+      });
     await say("mouseMoved", 470, { button: "none", buttons: 0, force: 0 });
     await say("mousePressed", 470, { clickCount: 1 });
     for (let i = 0; i <= 20; i++) {
@@ -123,11 +163,18 @@ async function penAndFinger() {
   };
   await show(page, "hands");
   const removed = [];
-  for (const [pressure, axis] of [[0.25, "normal"], [0.9, "pen"]]) {
+  for (const [pressure, axis] of [
+    [0.25, "normal"],
+    [0.9, "pen"],
+  ]) {
     await page.locator("#axis").selectOption(axis);
     const before = await state(page);
     await pen(pressure);
-    const cut = await until(page, "a pen's cut", (s) => Number(s.step) > Number(before.step) && Number(s.volume) < Number(before.volume));
+    const cut = await until(
+      page,
+      "a pen's cut",
+      (s) => Number(s.step) > Number(before.step) && Number(s.volume) < Number(before.volume),
+    );
     await page.waitForTimeout(500);
     removed.push(Number(before.volume) - Number((await state(page)).volume));
     await page.keyboard.press("Control+z");
@@ -140,36 +187,74 @@ async function penAndFinger() {
   const resting = await state(page);
   const palm = pen(0.5);
   await page.waitForTimeout(200);
-  await touch.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: [{ x: 600, y: 400 }] });
-  await touch.send("Input.dispatchTouchEvent", { type: "touchMove", touchPoints: [{ x: 560, y: 380 }] });
+  await touch.send("Input.dispatchTouchEvent", {
+    type: "touchStart",
+    touchPoints: [{ x: 600, y: 400 }],
+  });
+  await touch.send("Input.dispatchTouchEvent", {
+    type: "touchMove",
+    touchPoints: [{ x: 560, y: 380 }],
+  });
   await palm;
   await touch.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
-  await until(page, "a cut beside the palm", (s) => Number(s.step) > Number(resting.step) && Number(s.volume) < Number(resting.volume));
-  check("a palm does not move the view", Math.hypot(...(await page.evaluate(() => window.kibori.eye())).map((x, i) => x - steady[i])) < 1e-6);
+  await until(
+    page,
+    "a cut beside the palm",
+    (s) => Number(s.step) > Number(resting.step) && Number(s.volume) < Number(resting.volume),
+  );
+  check(
+    "a palm does not move the view",
+    Math.hypot(...(await page.evaluate(() => window.kibori.eye())).map((x, i) => x - steady[i])) <
+      1e-6,
+  );
   await page.waitForTimeout(500);
   await page.keyboard.press("Control+z");
   await until(page, "undone", (s) => s.hash === first.hash);
-  check(`pressing harder takes more away (${removed.map((v) => v.toFixed(1)).join(" and ")} mm³)`, removed[1] > 1.5 * removed[0]);
+  check(
+    `pressing harder takes more away (${removed.map((v) => v.toFixed(1)).join(" and ")} mm³)`,
+    removed[1] > 1.5 * removed[0],
+  );
 
   // A finger on glass.
   await page.locator("#axis").selectOption("view");
   const before = await state(page);
-  await touch.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: [{ x: 470, y: 240 }] });
+  await touch.send("Input.dispatchTouchEvent", {
+    type: "touchStart",
+    touchPoints: [{ x: 470, y: 240 }],
+  });
   for (let i = 0; i < 10; i++) {
-    await touch.send("Input.dispatchTouchEvent", { type: "touchMove", touchPoints: [{ x: 470 + 3 * i, y: 240 }] });
+    await touch.send("Input.dispatchTouchEvent", {
+      type: "touchMove",
+      touchPoints: [{ x: 470 + 3 * i, y: 240 }],
+    });
     await page.waitForTimeout(30);
   }
   await touch.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
-  await until(page, "a finger's cut", (s) => Number(s.step) > Number(before.step) && Number(s.volume) < Number(before.volume) - 1);
+  await until(
+    page,
+    "a finger's cut",
+    (s) => Number(s.step) > Number(before.step) && Number(s.volume) < Number(before.volume) - 1,
+  );
 
   // Two fingers look, even where the first had begun to cut.
   const whole = await until(page, "at rest", (s) => s.hash !== before.hash);
   const eye = await page.evaluate(() => window.kibori.eye());
-  const fingers = (apart, type = "touchMove") => touch.send("Input.dispatchTouchEvent", { type, touchPoints: [{ x: 470 - apart, y: 240 }, { x: 470 + apart, y: 240 }] });
-  await touch.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: [{ x: 460, y: 240 }] });
+  const fingers = (apart, type = "touchMove") =>
+    touch.send("Input.dispatchTouchEvent", {
+      type,
+      touchPoints: [
+        { x: 470 - apart, y: 240 },
+        { x: 470 + apart, y: 240 },
+      ],
+    });
+  await touch.send("Input.dispatchTouchEvent", {
+    type: "touchStart",
+    touchPoints: [{ x: 460, y: 240 }],
+  });
   await page.waitForTimeout(100);
   await fingers(10, "touchStart");
-  let last = eye, leap = 0;
+  let last = eye,
+    leap = 0;
   for (let i = 1; i <= 10; i++) {
     await fingers(10 + 4 * i);
     await page.waitForTimeout(30);
@@ -195,7 +280,8 @@ async function penAndFinger() {
   await page.waitForTimeout(500);
   check("feeling cuts nothing", (await state(page)).hash === felt.hash);
 
-  // Killed in the middle and started again at the same place: the page comes back by itself, and nothing is lost.
+  // Killed in the middle and started again at the same place: the page comes back by itself, and
+  // nothing is lost.
   const port = new URL(studio.url).port;
   await studio.end("SIGKILL");
   await page.locator("#lost", { hasText: "Start 'kibori studio' again" }).waitFor();
@@ -208,8 +294,8 @@ async function penAndFinger() {
   check("the studio ends well", (await again.end()) === 0);
 }
 
-// The address opens the studio in one browser, at any time there; another one is told where the next stands. What the
-// browser keeps goes to no other port.
+// The address opens the studio in one browser, at any time there; another one is told where the
+// next stands. What the browser keeps goes to no other port.
 async function whoHasTheKey() {
   const studio = await Studio.start(join(folder, "key.kibori"));
   const page = await open({ width: 800, height: 500 });
@@ -229,7 +315,13 @@ async function whoHasTheKey() {
   await new Promise((done) => other.on("listening", done));
   const there = await page.context().newPage();
   await there.goto(`http://127.0.0.1:${other.address().port}/`);
-  check("another port hears and reads nothing of it", heard.length > 0 && !heard.join().includes(key) && !heard.join().toLowerCase().includes('"cookie"') && (await there.evaluate(() => localStorage.length)) === 0);
+  check(
+    "another port hears and reads nothing of it",
+    heard.length > 0 &&
+      !heard.join().includes(key) &&
+      !heard.join().toLowerCase().includes('"cookie"') &&
+      (await there.evaluate(() => localStorage.length)) === 0,
+  );
   other.close();
 
   const stranger = await open({ width: 800, height: 500 });
@@ -239,7 +331,10 @@ async function whoHasTheKey() {
   await stranger.goto(studio.url);
   await lost.filter({ hasText: "open the newest one in the terminal" }).waitFor();
   await show(stranger, "stranger");
-  check("and sees nothing", (await state(stranger)).shown === undefined && !(await stranger.url()).includes("token"));
+  check(
+    "and sees nothing",
+    (await state(stranger)).shown === undefined && !(await stranger.url()).includes("token"),
+  );
   const next = /once.*\n\s*(http:\S+)/.exec(studio.printed)[1];
   await enter(stranger, next);
   await shown(stranger);
@@ -249,8 +344,9 @@ async function whoHasTheKey() {
   check("the studio ends well", (await studio.end()) === 0);
 }
 
-// A page whose computer is slow, that stands still for seconds, whose line breaks and that is loaded anew shows in the end
-// the same triangles that the document's surface has, extracted by another process.
+// A page whose computer is slow, that stands still for seconds, whose line breaks and that is
+// loaded anew shows in the end the same triangles that the document's surface has, extracted by
+// another process.
 async function whatIsShownIsTheModel() {
   const strokes = Number(process.env.KIBORI_STROKES ?? (process.env.KIBORI_SHORT ? 100 : 1000));
   const seed = Number(process.env.KIBORI_SEED ?? Date.now() % 1e9);
@@ -280,7 +376,8 @@ async function whatIsShownIsTheModel() {
         line.binaryType = "arraybuffer";
         // Aim, or Press with its mode: tip, axis and now.
         const say = (kind, numbers, byte) => {
-          const mode = byte === undefined ? 0 : 1, view = new DataView(new ArrayBuffer(1 + 8 * numbers.length + mode + 8));
+          const mode = byte === undefined ? 0 : 1,
+            view = new DataView(new ArrayBuffer(1 + 8 * numbers.length + mode + 8));
           view.setUint8(0, kind);
           numbers.forEach((n, i) => view.setFloat64(1 + 8 * i, n, true));
           if (mode) view.setUint8(1 + 8 * numbers.length, byte);
@@ -293,8 +390,10 @@ async function whatIsShownIsTheModel() {
           line.send(new Uint8Array([11]));
           for (let i = 0; i < count; i++) {
             const axis = [random(-1, 1), random(-1, 1), random(0.2, 1)];
-            const at = [random(0, 80), random(0, 50), random(20, 33)], to = at.map((a) => a + random(-6, 6));
-            const size = random(0.4, 3), length = 20;
+            const at = [random(0, 80), random(0, 50), random(20, 33)],
+              to = at.map((a) => a + random(-6, 6));
+            const size = random(0.4, 3),
+              length = 20;
             const tools = [
               { shape: "ball", radius: size },
               { shape: "finger", ks: size, length },
@@ -307,7 +406,9 @@ async function whatIsShownIsTheModel() {
               { shape: "box", size: [size, random(1, 4), random(1, 4)] },
               { shape: "ellipsoid", radii: [size, random(1, 4), random(1, 4)] },
             ];
-            const tool = new TextEncoder().encode(JSON.stringify(tools[Math.floor(random(0, tools.length))]));
+            const tool = new TextEncoder().encode(
+              JSON.stringify(tools[Math.floor(random(0, tools.length))]),
+            );
             line.send(new Uint8Array([8, tool.length, 0, 0, 0, ...tool]));
             say(3, [at[0], at[1], at[2] + 8, ...axis], random(0, 1) < 0.75 ? 0 : 1);
             say(2, [...at, ...axis]);
@@ -326,7 +427,10 @@ async function whatIsShownIsTheModel() {
   void carving.then(() => (over = true));
   for (let i = 0; !over && i < 1000; i++) {
     if (i % 3 === 0) await watcher.evaluate(() => window.kibori.breakLine());
-    if (i % 3 === 1) await watcher.evaluate(() => { for (const end = performance.now() + 1500; performance.now() < end; ); });
+    if (i % 3 === 1)
+      await watcher.evaluate(() => {
+        for (const end = performance.now() + 1500; performance.now() < end; );
+      });
     if (i === 5) {
       await watcher.reload();
       await shown(watcher);
@@ -357,10 +461,19 @@ async function whatIsShownIsTheModel() {
   check(`strokes were made (${end.step})`, Number(end.step) > strokes / 20);
   await watcher.context().close();
   check("the studio ends well", (await studio.end()) === 0);
-  const chunks = execFileSync(join(dirname(kibori), "kibori_chunks"), [join(folder, "shown.kibori")], { maxBuffer: 1 << 29 });
+  const chunks = execFileSync(
+    join(dirname(kibori), "kibori_chunks"),
+    [join(folder, "shown.kibori")],
+    { maxBuffer: 1 << 29 },
+  );
   const native = createHash("sha256").update(chunks).digest("hex");
-  console.log(`  ${strokes} strokes, ${end.step} steps, ${(chunks.length / 1e6).toFixed(1)} MB of surface, KIBORI_SEED=${seed}`);
-  check(`the pages show the model's surface (${seen} and ${native}, KIBORI_SEED=${seed})`, seen[0] === native && seen[1] === native);
+  console.log(
+    `  ${strokes} strokes, ${end.step} steps, ${(chunks.length / 1e6).toFixed(1)} MB of surface, KIBORI_SEED=${seed}`,
+  );
+  check(
+    `the pages show the model's surface (${seen} and ${native}, KIBORI_SEED=${seed})`,
+    seen[0] === native && seen[1] === native,
+  );
 }
 
 async function mirrorsDevicesAndExperiments() {
@@ -378,7 +491,11 @@ async function mirrorsDevicesAndExperiments() {
       await page.waitForTimeout(60);
     }
     await page.mouse.up();
-    return until(page, "a cut", (s) => s.hash !== before.hash && Number(s.step) > Number(before.step));
+    return until(
+      page,
+      "a cut",
+      (s) => s.hash !== before.hash && Number(s.step) > Number(before.step),
+    );
   };
   // Every tool there is, and who watches sees it.
   const others = await page.context().newPage();
@@ -386,14 +503,35 @@ async function mirrorsDevicesAndExperiments() {
   await until(others, "the same block", (s) => s.hash === first.hash);
   await others.evaluate(() => window.kibori.still(true));
   await page.bringToFront();
-  let last = first, y = 260;
+  let last = first,
+    y = 260;
   await page.locator("#model").selectOption("energy");
-  for (const [name, form, value] of [["Finger"], ["End mill"], ["Bull nose", "Corner", "3"], ["V cutter", "Angle", "60"], ["Capsule"], ["Box", "Breadth", "2"], ["Ellipsoid", "Breadth", "6"], ["Drill", "Point", "118"], ["Tapered ball nose", "Taper", "30"], ["Ball burr"]]) {
+  for (const [name, form, value] of [
+    ["Finger"],
+    ["End mill"],
+    ["Bull nose", "Corner", "3"],
+    ["V cutter", "Angle", "60"],
+    ["Capsule"],
+    ["Box", "Breadth", "2"],
+    ["Ellipsoid", "Breadth", "6"],
+    ["Drill", "Point", "118"],
+    ["Tapered ball nose", "Taper", "30"],
+    ["Ball burr"],
+  ]) {
     await page.locator(`#shapes input[aria-label="${name}"]`).check({ force: true });
-    check(`${name} is held`, (await page.locator("#shape-out").textContent()) === name && (await page.locator("#form").isVisible()) === Boolean(form));
-    if (form) check(`${name} has its ${form}`, (await page.locator("#form-name").textContent()) === form);
+    check(
+      `${name} is held`,
+      (await page.locator("#shape-out").textContent()) === name &&
+        (await page.locator("#form").isVisible()) === Boolean(form),
+    );
+    if (form)
+      check(`${name} has its ${form}`, (await page.locator("#form-name").textContent()) === form);
     if (form) await page.locator("#form").fill(value);
-    if (name === "Finger") check("the finger's Ks is told", /Ks 0.25/.test(await page.locator("#size-out").textContent()));
+    if (name === "Finger")
+      check(
+        "the finger's Ks is told",
+        /Ks 0.25/.test(await page.locator("#size-out").textContent()),
+      );
     last = await cutOnce(last, (y += 10));
     await until(others, `the cut of the ${name}`, (s) => s.hash === last.hash);
   }
@@ -409,22 +547,37 @@ async function mirrorsDevicesAndExperiments() {
   const mirrored = await cutOnce(first);
   await page.waitForTimeout(500);
   await show(page, "mirrored");
-  const chunksOf = (which) => createHash("sha256").update(execFileSync(join(dirname(kibori), "kibori_chunks"), [which], { maxBuffer: 1 << 30 })).digest("hex");
+  const chunksOf = (which) =>
+    createHash("sha256")
+      .update(execFileSync(join(dirname(kibori), "kibori_chunks"), [which], { maxBuffer: 1 << 30 }))
+      .digest("hex");
   const beside = chunksOf(file);
   // Beside it, another looks on.
   const reader = await Studio.start(file, "--read-only");
   const looks = await open({ width: 1000, height: 640 });
   await enter(looks, reader.url);
   await until(looks, "the same", (s) => s.hash === mirrored.hash);
-  check("who only looks has no tools", (await looks.locator("#reading").isVisible()) && !(await looks.locator("#shapes").isVisible()) && !(await looks.locator("#force").isVisible()));
+  check(
+    "who only looks has no tools",
+    (await looks.locator("#reading").isVisible()) &&
+      !(await looks.locator("#shapes").isVisible()) &&
+      !(await looks.locator("#force").isVisible()),
+  );
   const seen = await shown(looks);
   await looks.mouse.move(510, 300);
   await looks.mouse.down();
   await looks.mouse.move(530, 330, { steps: 5 });
   await looks.mouse.up();
   await looks.locator("#undo").click();
-  const back = await until(looks, "the step before", (s) => s.step === "1" && s.hash === first.hash);
-  check("it changed nothing", seen.hash === mirrored.hash && back.hash === first.hash && chunksOf(file) === beside);
+  const back = await until(
+    looks,
+    "the step before",
+    (s) => s.step === "1" && s.hash === first.hash,
+  );
+  check(
+    "it changed nothing",
+    seen.hash === mirrored.hash && back.hash === first.hash && chunksOf(file) === beside,
+  );
   await looks.context().close();
   check("the one that looks ends well", (await reader.end()) === 0);
   check("the studio with mirrors ends well", (await studio.end()) === 0);
@@ -434,15 +587,23 @@ async function mirrorsDevicesAndExperiments() {
   const held = await Studio.start("--device", "virtual", join(folder, "held.kibori"));
   await enter(page, held.url);
   await shown(page);
-  check("the device is named", /simulated hand/.test(await page.locator("#device-name").textContent()));
-  check("it does not push by itself", /^Off/.test(await page.locator("#device-state").textContent()));
+  check(
+    "the device is named",
+    /simulated hand/.test(await page.locator("#device-name").textContent()),
+  );
+  check(
+    "it does not push by itself",
+    /^Off/.test(await page.locator("#device-state").textContent()),
+  );
   await page.locator("#arm").click();
   await until(page, "the hand carves", (s) => Number(s.step) > 1, 90);
-  for (let i = 0; i < 200 && !/^On/.test(await page.locator("#device-state").textContent()); i++) await page.waitForTimeout(100);
+  for (let i = 0; i < 200 && !/^On/.test(await page.locator("#device-state").textContent()); i++)
+    await page.waitForTimeout(100);
   check("armed it pushes", /^On/.test(await page.locator("#device-state").textContent()));
   await show(page, "device");
   await page.locator("#arm").click();
-  for (let i = 0; i < 100 && !/^Off/.test(await page.locator("#device-state").textContent()); i++) await page.waitForTimeout(100);
+  for (let i = 0; i < 100 && !/^Off/.test(await page.locator("#device-state").textContent()); i++)
+    await page.waitForTimeout(100);
   check("disarmed it does not", /^Off/.test(await page.locator("#device-state").textContent()));
   check("the studio with a device ends well", (await held.end()) === 0);
 
@@ -465,25 +626,52 @@ async function mirrorsDevicesAndExperiments() {
     await page.locator("#leave").click();
     await started(page);
   }
-  check("the runs are there", (await page.locator("#runs tr").count()) === 3 && (await page.locator("#runs-plot canvas").count()) === 1);
+  check(
+    "the runs are there",
+    (await page.locator("#runs tr").count()) === 3 &&
+      (await page.locator("#runs-plot canvas").count()) === 1,
+  );
   await show(page, "compare");
-  const [figure] = await Promise.all([page.waitForEvent("download"), page.locator("#runs-svg").click()]);
+  const [figure] = await Promise.all([
+    page.waitForEvent("download"),
+    page.locator("#runs-svg").click(),
+  ]);
   await figure.saveAs(join(folder, "forces.svg"));
-  check("the figure has a line for each", readFileSync(join(folder, "forces.svg"), "utf8").split("<polyline").length === 4);
-  const [table] = await Promise.all([page.waitForEvent("download"), page.locator("#runs-csv").click()]);
+  check(
+    "the figure has a line for each",
+    readFileSync(join(folder, "forces.svg"), "utf8").split("<polyline").length === 4,
+  );
+  const [table] = await Promise.all([
+    page.waitForEvent("download"),
+    page.locator("#runs-csv").click(),
+  ]);
   await table.saveAs(join(folder, "forces.csv"));
   const most = [0, 0, 0];
   for (const line of readFileSync(join(folder, "forces.csv"), "utf8").trim().split("\n").slice(1)) {
-    const cells = line.split(","), f = Math.hypot(...cells.slice(4, 7).map(Number));
+    const cells = line.split(","),
+      f = Math.hypot(...cells.slice(4, 7).map(Number));
     most[Number(cells[0]) - 1] = Math.max(most[Number(cells[0]) - 1], f);
   }
   // As the command line has it; the scene itself says paper.
-  const said = execFileSync(kibori, ["carve", join(dirname(new URL(import.meta.url).pathname), "../../examples/fig8-upright.toml"), "--json"]);
+  const said = execFileSync(kibori, [
+    "carve",
+    join(dirname(new URL(import.meta.url).pathname), "../../examples/fig8-upright.toml"),
+    "--json",
+  ]);
   const told = JSON.parse(said).max_force_N;
-  check(`the table has the forces of 'kibori carve': ${most} and ${told}`, Math.abs(most[2] - told) < 1e-4 * told && most[0] > 100 * most[2]);
-  // A scene without a spring is felt by a person's hand: no more than 200 N, and that takes something away.
-  const [, removed] = /series\s+(?:[\d.,]+\s+){3}([\d.,]+)/.exec(await page.locator("#runs").innerText());
-  check(`a hand of 200 N: ${most[1]} N, ${removed} mm^3`, most[1] > 150 && most[1] < 201 && Number(removed.replace(",", "")) > 20);
+  check(
+    `the table has the forces of 'kibori carve': ${most} and ${told}`,
+    Math.abs(most[2] - told) < 1e-4 * told && most[0] > 100 * most[2],
+  );
+  // A scene without a spring is felt by a person's hand: no more than 200 N, and that takes
+  // something away.
+  const [, removed] = /series\s+(?:[\d.,]+\s+){3}([\d.,]+)/.exec(
+    await page.locator("#runs").innerText(),
+  );
+  check(
+    `a hand of 200 N: ${most[1]} N, ${removed} mm^3`,
+    most[1] > 150 && most[1] < 201 && Number(removed.replace(",", "")) > 20,
+  );
   await page.context().close();
   check("the studio of the runs ends well", (await runs.end()) === 0);
 }
@@ -494,7 +682,14 @@ async function files() {
   await enter(page, studio.url);
   await started(page);
   // An octahedron of 40 mm, as text.
-  const corners = [[20, 0, 0], [-20, 0, 0], [0, 20, 0], [0, -20, 0], [0, 0, 20], [0, 0, -20]];
+  const corners = [
+    [20, 0, 0],
+    [-20, 0, 0],
+    [0, 20, 0],
+    [0, -20, 0],
+    [0, 0, 20],
+    [0, 0, -20],
+  ];
   let text = "solid octahedron\n";
   for (const x of [0, 1])
     for (const y of [2, 3])
@@ -509,7 +704,10 @@ async function files() {
   await page.locator("#importing button[value=yes]").click();
   const brought = await shown(page);
   const exact = (4 / 3) * 20 ** 3;
-  check(`the octahedron's volume (${brought.volume} of ${exact})`, Math.abs(Number(brought.volume) - exact) < 0.01 * exact);
+  check(
+    `the octahedron's volume (${brought.volume} of ${exact})`,
+    Math.abs(Number(brought.volume) - exact) < 0.01 * exact,
+  );
   for (const format of ["stl", "3mf", "kibori"]) {
     await page.keyboard.press("Control+e");
     await page.locator("#format").selectOption(format);
@@ -533,7 +731,10 @@ async function files() {
   await started(page);
   writeFileSync(mesh, "no mesh at all");
   await page.locator("#file").setInputFiles(mesh);
-  await page.locator("#notice").filter({ hasText: /octahedron|import|STL|mesh/ }).waitFor();
+  await page
+    .locator("#notice")
+    .filter({ hasText: /octahedron|import|STL|mesh/ })
+    .waitFor();
   await page.locator("#documents button", { hasText: "octahedron" }).first().waitFor();
   await page.locator("#documents button", { hasText: "octahedron" }).first().click();
   await shown(page);
@@ -569,8 +770,15 @@ async function fullDisk() {
       await page.waitForTimeout(300);
       await page.mouse.up();
     }
-    await page.locator("#notice").filter({ hasText: /full|can't be written|could not/ }).waitFor({ timeout: 60000 });
-    const now = await until(page, "carved all the same", (s) => Number(s.volume) < Number(first.volume) - 1);
+    await page
+      .locator("#notice")
+      .filter({ hasText: /full|can't be written|could not/ })
+      .waitFor({ timeout: 60000 });
+    const now = await until(
+      page,
+      "carved all the same",
+      (s) => Number(s.volume) < Number(first.volume) - 1,
+    );
     check("it goes on in memory", Number(now.step) > 1);
     // Elsewhere there is room.
     await page.keyboard.press("Control+e");
@@ -581,7 +789,10 @@ async function fullDisk() {
     execFileSync(kibori, ["verify", join(folder, "rescued.kibori")]);
     await page.context().close();
     const status = await studio.end();
-    check(`the end says where the rest is (${status}; ${studio.said})`, status === 2 && /rescued/.test(studio.said));
+    check(
+      `the end says where the rest is (${status}; ${studio.said})`,
+      status === 2 && /rescued/.test(studio.said),
+    );
     const rescued = /(\/\S*rescued\S*\.kibori)/.exec(studio.said);
     if (rescued) rmSync(rescued[1], { force: true });
   } finally {
@@ -596,10 +807,19 @@ async function noWebGl() {
   const page = await open({ width: 640, height: 480 }, {}, without);
   await enter(page, studio.url);
   await page.locator("#notice").filter({ hasText: "WebGL" }).waitFor();
-  complaints.length = before;  // here it has reason to
+  complaints.length = before; // here it has reason to
   check("the page says that WebGL is missing", true);
   await without.close();
   check("the studio ends well", (await studio.end()) === 0);
 }
 
-await run([firstCutAndBack, penAndFinger, whatIsShownIsTheModel, mirrorsDevicesAndExperiments, whoHasTheKey, files, fullDisk, noWebGl]);
+await run([
+  firstCutAndBack,
+  penAndFinger,
+  whatIsShownIsTheModel,
+  mirrorsDevicesAndExperiments,
+  whoHasTheKey,
+  files,
+  fullDisk,
+  noWebGl,
+]);

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT
-// The key to the studio. The address that it printed has a token, which is exchanged for the key once. The key is kept
-// by this page's origin, port included, for other windows and for reloading; it is of no use once the studio has ended.
+// SPDX-License-Identifier: MIT The key to the studio. The address that it printed has a token,
+// which is exchanged for the key once. The key is kept by this page's origin, port included, for
+// other windows and for reloading; it is of no use once the studio has ended.
 const KEPT = "kibori-key";
 
 let given = ""; // where the browser keeps nothing
@@ -16,7 +16,8 @@ export function key(): string {
 }
 
 /** As fetch, with the key. */
-export const request = (path: string, how: RequestInit = {}): Promise<Response> => fetch(path, { ...how, headers: { Authorization: `Bearer ${key()}` } });
+export const request = (path: string, how: RequestInit = {}): Promise<Response> =>
+  fetch(path, { ...how, headers: { Authorization: `Bearer ${key()}` } });
 
 /** Done when the token of the address, if there is one, was exchanged. */
 export const entered = enter();
@@ -25,7 +26,9 @@ async function enter(): Promise<void> {
   const token = new URLSearchParams(location.search).get("token");
   if (token === null) return;
   history.replaceState(null, "", "/");
-  const answer = await request(`/enter?token=${encodeURIComponent(token)}`, { method: "POST" }).catch(() => null);
+  const answer = await request(`/enter?token=${encodeURIComponent(token)}`, {
+    method: "POST",
+  }).catch(() => null);
   refused = answer?.status === 403;
   if (!answer?.ok) return;
   given = await answer.text();
@@ -38,7 +41,8 @@ async function enter(): Promise<void> {
 
 /** What to do where the studio does not take the key. */
 export function whyRefused(): string {
-  if (refused) return "An address opens the studio once, in one browser: open the newest one in the terminal.";
+  if (refused)
+    return "An address opens the studio once, in one browser: open the newest one in the terminal.";
   if (key()) return "The studio was started anew: open the address it printed in the terminal.";
   return "This window does not have the key to the studio: open the address it printed in the terminal.";
 }

@@ -17,7 +17,11 @@ export function cornerOf(place: string, { origin, pitch }: Lattice): number[] {
 }
 
 /** Calls use(place, geometry) for each chunk; null where nothing is left of it. */
-export function unpack(data: Uint8Array, lattice: Lattice, use: (place: string, made: THREE.BufferGeometry | null) => void): void {
+export function unpack(
+  data: Uint8Array,
+  lattice: Lattice,
+  use: (place: string, made: THREE.BufferGeometry | null) => void,
+): void {
   const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
   let at = 0;
   const u16 = (): number => {
@@ -58,9 +62,18 @@ export function unpack(data: Uint8Array, lattice: Lattice, use: (place: string, 
 
 /** The chunks as they were sent, in the order of their places. */
 export function pack(chunks: Map<string, THREE.BufferGeometry>, lattice: Lattice): Uint8Array {
-  const placed = [...chunks].map(([name, geometry]) => ({ place: name.split(",").map(Number), geometry }));
-  placed.sort((a, b) => a.place[0] - b.place[0] || a.place[1] - b.place[1] || a.place[2] - b.place[2]);
-  const size = placed.reduce((sum, { geometry }) => sum + 14 + 10 * geometry.attributes.position.count + 2 * geometry.index!.count, 0);
+  const placed = [...chunks].map(([name, geometry]) => ({
+    place: name.split(",").map(Number),
+    geometry,
+  }));
+  placed.sort(
+    (a, b) => a.place[0] - b.place[0] || a.place[1] - b.place[1] || a.place[2] - b.place[2],
+  );
+  const size = placed.reduce(
+    (sum, { geometry }) =>
+      sum + 14 + 10 * geometry.attributes.position.count + 2 * geometry.index!.count,
+    0,
+  );
   const bytes = new Uint8Array(size);
   const view = new DataView(bytes.buffer);
   let at = 0;
@@ -76,7 +89,8 @@ export function pack(chunks: Map<string, THREE.BufferGeometry>, lattice: Lattice
     view.setUint32(at + 4, geometry.index!.count / 3, true);
     at += 8;
     for (let v = 0; v < position.count; v++) {
-      for (let i = 0; i < 3; i++) u16(Math.round(((position.array[3 * v + i] - from[i]) * STEPS) / lattice.pitch));
+      for (let i = 0; i < 3; i++)
+        u16(Math.round(((position.array[3 * v + i] - from[i]) * STEPS) / lattice.pitch));
       for (let i = 0; i < 3; i++) view.setInt8(at + i, normal.array[3 * v + i]);
       view.setUint8(at + 3, kind.array[v]);
       at += 4;

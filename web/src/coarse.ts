@@ -1,21 +1,31 @@
-// SPDX-License-Identifier: MIT
-// The solid with fewer triangles, for machines without a graphics card while the camera moves: of each chunk, vertices
-// near each other give way to one of them. Those at its edge stay, since the neighbour has them, too: no crack opens.
+// SPDX-License-Identifier: MIT The solid with fewer triangles, for machines without a graphics card
+// while the camera moves: of each chunk, vertices near each other give way to one of them. Those at
+// its edge stay, since the neighbour has them, too: no crack opens.
 import * as THREE from "three";
 import { CELLS, cornerOf, type Lattice } from "./chunks";
 
 const WIDE = 3; // cells along each side of what is drawn as one vertex
 const PLACES = Math.ceil((CELLS + 1) / WIDE); // along each side; the neighbours' cells reach in
 
-/** `corner` is that of the chunk's first cell, `pitch` a cell's side [mm]. Attributes are those of `fine`. */
-function coarser(fine: THREE.BufferGeometry, corner: number[], pitch: number): THREE.BufferGeometry {
-  const position = fine.attributes.position.array, index = fine.index!.array;
+/**
+ * `corner` is that of the chunk's first cell, `pitch` a cell's side [mm]. Attributes are those of
+ * `fine`.
+ */
+function coarser(
+  fine: THREE.BufferGeometry,
+  corner: number[],
+  pitch: number,
+): THREE.BufferGeometry {
+  const position = fine.attributes.position.array,
+    index = fine.index!.array;
   const stands = new Uint16Array(fine.attributes.position.count); // for each vertex the one that is drawn
   const first = new Int32Array(PLACES ** 3).fill(-1);
-  // Around a vertex that triangles surround, each neighbour comes once as the next and once as the one before.
+  // Around a vertex that triangles surround, each neighbour comes once as the next and once as the
+  // one before.
   const open = new Int32Array(stands.length);
   for (let i = 0; i < index.length; i += 3)
-    for (let k = 0; k < 3; k++) open[index[i + k]] += index[i + ((k + 1) % 3)] - index[i + ((k + 2) % 3)];
+    for (let k = 0; k < 3; k++)
+      open[index[i + k]] += index[i + ((k + 1) % 3)] - index[i + ((k + 2) % 3)];
   for (let v = 0; v < stands.length; v++) {
     if (open[v] !== 0) {
       stands[v] = v;
@@ -31,11 +41,14 @@ function coarser(fine: THREE.BufferGeometry, corner: number[], pitch: number): T
   }
   const corners: number[] = [];
   for (let i = 0; i < index.length; i += 3) {
-    const a = stands[index[i]], b = stands[index[i + 1]], c = stands[index[i + 2]];
+    const a = stands[index[i]],
+      b = stands[index[i + 1]],
+      c = stands[index[i + 2]];
     if (a !== b && b !== c && c !== a) corners.push(a, b, c);
   }
   const made = new THREE.BufferGeometry();
-  for (const [name, attribute] of Object.entries(fine.attributes)) made.setAttribute(name, attribute);
+  for (const [name, attribute] of Object.entries(fine.attributes))
+    made.setAttribute(name, attribute);
   made.setIndex(new THREE.BufferAttribute(new Uint16Array(corners), 1));
   made.boundingSphere = fine.boundingSphere;
   return made;

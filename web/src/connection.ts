@@ -1,13 +1,16 @@
-// SPDX-License-Identifier: MIT
-// The line to the studio: comes back by itself when it breaks, for a minute, and then when it is asked to.
+// SPDX-License-Identifier: MIT The line to the studio: comes back by itself when it breaks, for a
+// minute, and then when it is asked to.
 import { entered, key, whyRefused } from "./access";
 import { read, write, PROTOCOL_VERSION, type FromStudio } from "./messages";
 
-const FIRST_WAIT_MS = 250, LONGEST_WAIT_MS = 8000;
+const FIRST_WAIT_MS = 250,
+  LONGEST_WAIT_MS = 8000;
 const TRIES_MS = 60000; // after so long without an answer, only the person tries again
-const GONE = "The studio does not answer: it has ended, or this computer slept. Start 'kibori studio' again in a terminal and open the address that it prints.";
+const GONE =
+  "The studio does not answer: it has ended, or this computer slept. Start 'kibori studio' again in a terminal and open the address that it prints.";
 const FULL = "Too many windows of the studio are open: close some, and try again.";
-const REFUSED = 1008, TOO_MANY = 1013; // as the studio closes the line
+const REFUSED = 1008,
+  TOO_MANY = 1013; // as the studio closes the line
 
 export class Connection {
   private socket: WebSocket | null = null;
@@ -15,7 +18,10 @@ export class Connection {
   private lostAt = 0; // 0: it is there
   private timer = 0;
 
-  /** `lost`: told what to do where the line is broken, and whether it is tried again by itself; null: it is there. */
+  /**
+   * `lost`: told what to do where the line is broken, and whether it is tried again by itself;
+   * null: it is there.
+   */
   constructor(
     private onMessage: (message: FromStudio) => void,
     private lost: (why: { text: string; trying: boolean } | null) => void,

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT
-// The view cube: turns with the camera; its faces, edges and corners are buttons that lead to the view from there.
-// By keyboard it is one stop: the arrows go to the next view, 45 degrees on.
+// SPDX-License-Identifier: MIT The view cube: turns with the camera; its faces, edges and corners
+// are buttons that lead to the view from there. By keyboard it is one stop: the arrows go to the
+// next view, 45 degrees on.
 import type * as THREE from "three";
 import type { Vec3 } from "./wire";
 
@@ -15,7 +15,13 @@ const FACES: { name: string; normal: Vec3; right: Vec3; up: Vec3 }[] = [
 const HALF = 30; // of its side [px]
 
 const nameOf = (from: Vec3): string =>
-  [["Bottom", "", "Top"][from[2] + 1], ["Front", "", "Back"][from[1] + 1], ["Left", "", "Right"][from[0] + 1]].filter(Boolean).join(" ");
+  [
+    ["Bottom", "", "Top"][from[2] + 1],
+    ["Front", "", "Back"][from[1] + 1],
+    ["Left", "", "Right"][from[0] + 1],
+  ]
+    .filter(Boolean)
+    .join(" ");
 
 export class ViewCube {
   private body = document.createElement("div");
@@ -36,7 +42,8 @@ export class ViewCube {
   /** As the camera stands: its right, up and backward are the columns. */
   turn(camera: THREE.Matrix4): void {
     // CSS has Y down: the world's x, -z, y are the cube's axes.
-    const m = camera.elements, row = (k: number): number[] => [m[4 * k], m[4 * k + 1], m[4 * k + 2]];
+    const m = camera.elements,
+      row = (k: number): number[] => [m[4 * k], m[4 * k + 1], m[4 * k + 2]];
     const [r, u, b] = [row(0), row(1), row(2)];
     this.body.style.transform = `matrix3d(${[0, 1, 2].map((axis) => [r[axis], -u[axis], b[axis], 0].map((x) => x.toFixed(5)).join()).join()},0,0,0,1)`;
   }
@@ -48,7 +55,9 @@ export class ViewCube {
     face.style.transform = `matrix3d(${right.join()},0,${up.map((x) => -x).join()},0,${normal.join()},0,${normal.map((x) => HALF * x).join()},1)`;
     for (let row = 1; row >= -1; row--)
       for (let column = -1; column <= 1; column++) {
-        const from = normal.map((n, i) => n + column * right[i] + row * up[i]) as Vec3, key = from.join(), button = document.createElement("button");
+        const from = normal.map((n, i) => n + column * right[i] + row * up[i]) as Vec3,
+          key = from.join(),
+          button = document.createElement("button");
         button.type = "button";
         button.tabIndex = -1;
         if (row === 0 && column === 0) button.textContent = name;
@@ -74,7 +83,8 @@ export class ViewCube {
   }
 
   private key(event: KeyboardEvent): void {
-    const around = { ArrowLeft: -1, ArrowRight: 1 }[event.key] ?? 0, up = { ArrowUp: 1, ArrowDown: -1 }[event.key] ?? 0;
+    const around = { ArrowLeft: -1, ArrowRight: 1 }[event.key] ?? 0,
+      up = { ArrowUp: 1, ArrowDown: -1 }[event.key] ?? 0;
     if (around === 0 && up === 0) return;
     event.preventDefault();
     event.stopPropagation();
@@ -87,7 +97,8 @@ export class ViewCube {
     } else if (up !== 0 && z === up) to = [0, 0, up];
     else if (up !== 0) to = [x, y, z + up];
     else {
-      const turn = (Math.atan2(y, x) * 4) / Math.PI + around, angle = (turn * Math.PI) / 4;
+      const turn = (Math.atan2(y, x) * 4) / Math.PI + around,
+        angle = (turn * Math.PI) / 4;
       to = [Math.round(Math.cos(angle)), Math.round(Math.sin(angle)), z];
     }
     this.reach(to);

@@ -10,11 +10,15 @@ export const dialog = (id: string): HTMLDialogElement => element<HTMLDialogEleme
 export function ask(id: string): void {
   const box = dialog(id);
   box.returnValue = "";
-  for (const button of box.querySelectorAll<HTMLButtonElement>("button[value=no]")) button.onclick = () => box.close();
+  for (const button of box.querySelectorAll<HTMLButtonElement>("button[value=no]"))
+    button.onclick = () => box.close();
   box.showModal();
 }
 
-/** Says it there. What stands there already is left alone: writing it again would lay out and draw the page again. */
+/**
+ * Says it there. What stands there already is left alone: writing it again would lay out and draw
+ * the page again.
+ */
 export function put(id: string, text: string): void {
   const at = element(id);
   if (at.textContent !== text) at.textContent = text;

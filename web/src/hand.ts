@@ -4,7 +4,16 @@ import * as THREE from "three";
 import { element, input, put, select } from "./dom";
 import type { Mode, Model, Tool } from "./kinds";
 import { write } from "./messages";
-import { TOOLS, held, heightOf, shortened, sizeOf, toolButtons, type HeldTool, type Shape } from "./tools";
+import {
+  TOOLS,
+  held,
+  heightOf,
+  shortened,
+  sizeOf,
+  toolButtons,
+  type HeldTool,
+  type Shape,
+} from "./tools";
 import type { Hit, View } from "./view";
 import type { Vec3 } from "./wire";
 
@@ -16,7 +25,10 @@ const HOVER = 2;
 /** A path that leaves the wood goes on along the plane it left, so many radii of the tool. */
 const BEYOND = 3;
 
-/** So long after a press the mallet strikes, where every press is a blow [ms]: the tool has come in by then. */
+/**
+ * So long after a press the mallet strikes, where every press is a blow [ms]: the tool has come in
+ * by then.
+ */
 const BLOW_AFTER_MS = 120;
 
 /** From what depth counts. */
@@ -26,7 +38,9 @@ export class Hand {
   axis = new THREE.Vector3(0, 0, 1);
   /** Whether it has pointed anywhere since the document was opened. */
   there = false;
-  /** Whether a force device holds the tool; then the pointer only looks, and brings it to a place. */
+  /**
+   * Whether a force device holds the tool; then the pointer only looks, and brings it to a place.
+   */
   device = false;
   /** Whether the document is only looked at. */
   readOnly = false;
@@ -63,27 +77,45 @@ export class Hand {
   ) {
     element("shapes").insertAdjacentHTML("beforeend", toolButtons());
     element("shapes").addEventListener("change", () => this.chooseShape());
-    for (const id of ["size", "depth", "form"]) input(id).addEventListener("input", () => this.chooseTool());
+    for (const id of ["size", "depth", "form"])
+      input(id).addEventListener("input", () => this.chooseTool());
     input("turn-by").addEventListener("input", () => this.chooseTurn());
-    for (const id of ["strength", "stiffness", "powered"]) input(id).addEventListener("input", () => this.chooseHand());
+    for (const id of ["strength", "stiffness", "powered"])
+      input(id).addEventListener("input", () => this.chooseHand());
     select("depth-from").addEventListener("change", () => this.chooseDepthFrom());
     element("set-plane").onclick = () => this.setPlane();
     element("strike").onclick = () => this.strike();
     element("modes").addEventListener("change", () => this.chooseWork());
     element("symmetry").addEventListener("change", () => this.chooseSymmetry());
-    select("material").onchange = () => this.send(write.ChooseMaterial({ material: Number(select("material").value) }));
-    select("model").onchange = () => this.send(write.ChooseModel({ model: select("model").value as Model }));
+    select("material").onchange = () =>
+      this.send(write.ChooseMaterial({ material: Number(select("material").value) }));
+    select("model").onchange = () =>
+      this.send(write.ChooseModel({ model: select("model").value as Model }));
     canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
     canvas.addEventListener("pointermove", (event) => this.move(event));
-    // Where the browser tells of the pointer before the next frame, the tool need not wait for that.
-    canvas.addEventListener("pointerrawupdate", (event) => this.stroke && this.follow(event as PointerEvent));
-    canvas.addEventListener("pointerup", (event) => event.pointerId === this.stroke?.pointer && this.lift());
+    // Where the browser tells of the pointer before the next frame, the tool need not wait for
+    // that.
+    canvas.addEventListener(
+      "pointerrawupdate",
+      (event) => this.stroke && this.follow(event as PointerEvent),
+    );
+    canvas.addEventListener(
+      "pointerup",
+      (event) => event.pointerId === this.stroke?.pointer && this.lift(),
+    );
     for (const end of ["pointercancel", "lostpointercapture"] as const)
-      canvas.addEventListener(end, (event) => event.pointerId === this.stroke?.pointer && this.lift());
+      canvas.addEventListener(
+        end,
+        (event) => event.pointerId === this.stroke?.pointer && this.lift(),
+      );
     window.addEventListener("blur", () => this.lift());
-    for (const [kind, down] of [["keydown", true], ["keyup", false]] as const)
+    for (const [kind, down] of [
+      ["keydown", true],
+      ["keyup", false],
+    ] as const)
       window.addEventListener(kind, (event) => {
-        if (event.key.toLowerCase() === "b" && !event.ctrlKey && !event.metaKey) this.anywhere = down;
+        if (event.key.toLowerCase() === "b" && !event.ctrlKey && !event.metaKey)
+          this.anywhere = down;
       });
   }
 
@@ -116,12 +148,18 @@ export class Hand {
   }
   /** Whether the tool, whose tip is there, is to cut and far from where it is wanted. */
   heldBack(tip: Vec3): boolean {
-    return this.stroke?.mode === "cut" && Math.hypot(...tip.map((x, i) => x - this.aimed[i])) > this.depth() / 2;
+    return (
+      this.stroke?.mode === "cut" &&
+      Math.hypot(...tip.map((x, i) => x - this.aimed[i])) > this.depth() / 2
+    );
   }
   /** What to do where wood holds the tool back. */
   get help(): string {
-    const strength = Number(input("strength").value).toFixed(0), name = TOOLS[this.shape].name.toLowerCase();
-    const more = this.powered ? "Raise Strength, or take a smaller tool." : "Strike it with the mallet (Space), move it sideways, raise Strength, or take a smaller tool or one with a motor.";
+    const strength = Number(input("strength").value).toFixed(0),
+      name = TOOLS[this.shape].name.toLowerCase();
+    const more = this.powered
+      ? "Raise Strength, or take a smaller tool."
+      : "Strike it with the mallet (Space), move it sideways, raise Strength, or take a smaller tool or one with a motor.";
     return `The wood holds the ${name} back: the hand pushes with all its ${strength} N. ${more}`;
   }
   /** Whether a motor turns the tool. */
@@ -169,8 +207,11 @@ export class Hand {
   nudge(id: "size" | "depth", factor: number): void {
     if (this.readOnly) return;
     // At least by what the slider goes at once.
-    const now = Number(input(id).value), step = Number(input(id).step);
-    input(id).value = String(factor > 1 ? Math.max(now * factor, now + step) : Math.min(now * factor, now - step));
+    const now = Number(input(id).value),
+      step = Number(input(id).step);
+    input(id).value = String(
+      factor > 1 ? Math.max(now * factor, now + step) : Math.min(now * factor, now - step),
+    );
     this.chooseTool();
   }
 
@@ -181,7 +222,10 @@ export class Hand {
     this.chooseTurn();
   }
 
-  /** From now on, the pointer's way to the right is the tool's size, or its depth; until it is pressed. */
+  /**
+   * From now on, the pointer's way to the right is the tool's size, or its depth; until it is
+   * pressed.
+   */
   startSliding(id: "size" | "depth"): void {
     if (!this.readOnly) this.sliding = { id, x: this.at.x, from: Number(input(id).value) };
   }
@@ -240,9 +284,13 @@ export class Hand {
     if (!this.readOnly) this.chooseHand();
   }
   private chooseTool(): void {
-    const tool = this.own(), { name, form } = TOOLS[this.shape];
+    const tool = this.own(),
+      { name, form } = TOOLS[this.shape];
     put("shape-out", name);
-    put("size-out", `${this.radius().toFixed(1)} mm${tool.shape === "finger" ? `, ${sizeOf(tool)}` : ""}`);
+    put(
+      "size-out",
+      `${this.radius().toFixed(1)} mm${tool.shape === "finger" ? `, ${sizeOf(tool)}` : ""}`,
+    );
     put("depth-out", `${this.depth().toFixed(1)} mm`);
     // A corner is no wider than the tool.
     const said = tool.shape === "bull" ? tool.corner : (form?.value ?? 0);
@@ -267,7 +315,10 @@ export class Hand {
   }
   /** As bits: 1 normal to x, 2 to y, 4 to z. */
   private planes(): number {
-    return [...element("symmetry").querySelectorAll("input")].reduce((all, box) => all + (box.checked ? Number(box.value) : 0), 0);
+    return [...element("symmetry").querySelectorAll("input")].reduce(
+      (all, box) => all + (box.checked ? Number(box.value) : 0),
+      0,
+    );
   }
   private chooseSymmetry(): void {
     this.view.mirrored = this.planes();
@@ -279,7 +330,8 @@ export class Hand {
     if (this.device) this.send(write.ChooseWork({ mode: this.mode }));
   }
   private chooseHand(): void {
-    const strength = Number(input("strength").value), stiffness = Number(input("stiffness").value) || 0;
+    const strength = Number(input("strength").value),
+      stiffness = Number(input("stiffness").value) || 0;
     put("strength-out", `${strength.toFixed(0)} N`);
     this.send(write.ChooseHand({ strength, stiffness, powered: this.powered ? 1 : 0 }));
   }
@@ -287,12 +339,20 @@ export class Hand {
   /** Which way the tool points there: away from the wood. */
   private axisAt(hit: Hit, event: PointerEvent): THREE.Vector3 {
     const how = select("axis").value;
-    const axis = how === "view" ? this.view.towardsEye(hit.point) : how === "pen" ? this.view.alongPen(event.tiltX, event.tiltY) : hit.normal;
+    const axis =
+      how === "view"
+        ? this.view.towardsEye(hit.point)
+        : how === "pen"
+          ? this.view.alongPen(event.tiltX, event.tiltY)
+          : hit.normal;
     // Flatter than that it would go through the wood with its side.
     return axis.dot(hit.normal) > 0.15 ? axis.clone() : hit.normal.clone();
   }
 
-  /** The tip, the tool's lowest point, that presses so deep at a place; above it for a depth below zero. */
+  /**
+   * The tip, the tool's lowest point, that presses so deep at a place; above it for a depth below
+   * zero.
+   */
   private tipAt(hit: Hit, deep: number): Vec3 {
     return hit.point.clone().addScaledVector(this.axis, -deep).toArray() as Vec3;
   }
@@ -312,15 +372,24 @@ export class Hand {
     return pen ? 2 * event.pressure * this.depth() : this.depth();
   }
 
-  /** Where a point of the window meets the plane through a place; null where it looks along the plane. */
+  /**
+   * Where a point of the window meets the plane through a place; null where it looks along the
+   * plane.
+   */
   private onPlane(x: number, y: number, plane: Hit): Hit | null {
     const ray = this.view.rayAt(x, y);
     if (Math.abs(ray.direction.dot(plane.normal)) < 0.05) return null;
-    const point = ray.intersectPlane(new THREE.Plane().setFromNormalAndCoplanarPoint(plane.normal, plane.point), new THREE.Vector3());
+    const point = ray.intersectPlane(
+      new THREE.Plane().setFromNormalAndCoplanarPoint(plane.normal, plane.point),
+      new THREE.Vector3(),
+    );
     return point && { point, normal: plane.normal.clone() };
   }
 
-  /** Where a stroke begins that is pressed there: on the wood, beside it within the tool's radius, or anywhere. */
+  /**
+   * Where a stroke begins that is pressed there: on the wood, beside it within the tool's radius,
+   * or anywhere.
+   */
   private beginning(x: number, y: number): Hit | null {
     const on = this.view.hit(x, y, true);
     if (on) return on;
@@ -335,7 +404,8 @@ export class Hand {
     const max = this.radius() / this.view.perPixel(this.over?.point ?? this.view.target);
     for (let ring = 1; ring <= 4; ring++)
       for (let i = 0; i < 16; i++) {
-        const angle = (2 * Math.PI * i) / 16, r = (max * ring) / 4;
+        const angle = (2 * Math.PI * i) / 16,
+          r = (max * ring) / 4;
         const hit = this.view.hit(x + r * Math.cos(angle), y + r * Math.sin(angle), true);
         if (hit) return hit;
       }
@@ -353,7 +423,16 @@ export class Hand {
       this.send(write.Cancel());
       this.lift();
       this.handing = true;
-      this.canvas.dispatchEvent(new PointerEvent("pointerdown", { pointerId: pointer, pointerType: "touch", isPrimary: true, buttons: 1, clientX: x, clientY: y }));
+      this.canvas.dispatchEvent(
+        new PointerEvent("pointerdown", {
+          pointerId: pointer,
+          pointerType: "touch",
+          isPrimary: true,
+          buttons: 1,
+          clientX: x,
+          clientY: y,
+        }),
+      );
       this.handing = false;
       return;
     }
@@ -362,7 +441,10 @@ export class Hand {
       return event.stopImmediatePropagation();
     }
     const first = event.pointerType !== "touch" || event.isPrimary; // another finger looks
-    const hit = first && event.button === 0 && this.holds && !this.stroke && !this.readOnly ? this.beginning(event.clientX, event.clientY) : null;
+    const hit =
+      first && event.button === 0 && this.holds && !this.stroke && !this.readOnly
+        ? this.beginning(event.clientX, event.clientY)
+        : null;
     if (!hit) return; // beside it: the view turns
     if (this.device) {
       // Clear of the wood; the view may turn.
@@ -377,19 +459,39 @@ export class Hand {
     const mode = this.mode === "cut" && (event.ctrlKey || event.altKey) ? "deposit" : this.mode;
     const plane = this.depthFrom === "held" ? hit : this.depthFrom === "set" ? this.plane : null;
     const at = plane ? (this.onPlane(event.clientX, event.clientY, plane) ?? hit) : hit;
-    this.stroke = { pointer: event.pointerId, type: event.pointerType, x: event.clientX, y: event.clientY, last: at, wood: hit, plane, mode, time: event.timeStamp };
+    this.stroke = {
+      pointer: event.pointerId,
+      type: event.pointerType,
+      x: event.clientX,
+      y: event.clientY,
+      last: at,
+      wood: hit,
+      plane,
+      mode,
+      time: event.timeStamp,
+    };
     if (mode !== this.mode) this.chooseTool();
     this.axis = this.axisAt(at, event);
     this.aimed = this.tipAt(at, this.pressed(event));
     this.there = true;
-    this.send(write.Press({ tip: this.aimed, axis: this.axis.toArray() as Vec3, mode, time: event.timeStamp / 1000 }));
-    if (input("blows").checked) setTimeout(() => this.stroke?.time === event.timeStamp && this.strike(), BLOW_AFTER_MS);
+    this.send(
+      write.Press({
+        tip: this.aimed,
+        axis: this.axis.toArray() as Vec3,
+        mode,
+        time: event.timeStamp / 1000,
+      }),
+    );
+    if (input("blows").checked)
+      setTimeout(() => this.stroke?.time === event.timeStamp && this.strike(), BLOW_AFTER_MS);
   }
 
   private move(event: PointerEvent): void {
     this.at = { x: event.clientX, y: event.clientY };
     if (this.sliding) {
-      input(this.sliding.id).value = String(this.sliding.from * 1.01 ** (event.clientX - this.sliding.x));
+      input(this.sliding.id).value = String(
+        this.sliding.from * 1.01 ** (event.clientX - this.sliding.x),
+      );
       return this.chooseTool();
     }
     if (this.stroke) return this.follow(event);
@@ -401,7 +503,10 @@ export class Hand {
     this.aim(this.over, -HOVER, event.timeStamp);
   }
 
-  /** A stroke goes where the pointer was, by every event that the browser has put together, each at its own time. */
+  /**
+   * A stroke goes where the pointer was, by every event that the browser has put together, each at
+   * its own time.
+   */
   private follow(event: PointerEvent): void {
     const stroke = this.stroke!;
     if (event.pointerId !== stroke.pointer) return;
@@ -416,7 +521,8 @@ export class Hand {
     this.view.showRing(stroke.last, this.radius());
   }
   private followTo(event: PointerEvent): void {
-    const stroke = this.stroke!, { clientX: x, clientY: y } = event;
+    const stroke = this.stroke!,
+      { clientX: x, clientY: y } = event;
     let at: Hit | null;
     if (stroke.plane) {
       at = this.onPlane(x, y, stroke.plane);
@@ -425,14 +531,23 @@ export class Hand {
       if (at) stroke.wood = at;
       // Beside the wood the path goes on along the plane it left, so that the tool comes out of it.
       else at = this.onPlane(x, y, stroke.wood);
-      if (at && at !== stroke.wood && at.point.distanceTo(stroke.wood.point) > BEYOND * this.radius()) at = null;
+      if (
+        at &&
+        at !== stroke.wood &&
+        at.point.distanceTo(stroke.wood.point) > BEYOND * this.radius()
+      )
+        at = null;
     }
     if (at) {
       const way = at.point.distanceTo(stroke.last.point);
       stroke.last = at;
-      // A hand does not turn at once where the surface does: over half the tool's radius, however fast it goes.
+      // A hand does not turn at once where the surface does: over half the tool's radius, however
+      // fast it goes.
       const share = 1 - Math.exp((-2 * way) / this.radius());
-      this.axis = select("axis").value === "normal" ? this.axis.lerp(this.axisAt(at, event), share).normalize() : this.axisAt(at, event);
+      this.axis =
+        select("axis").value === "normal"
+          ? this.axis.lerp(this.axisAt(at, event), share).normalize()
+          : this.axisAt(at, event);
     }
     this.aim(stroke.last, this.pressed(event), event.timeStamp);
   }

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT
-// A file becomes a stock: the studio says what it seems to be, a dialog shows it as it will stand, and what is chosen
-// there is made. The file waits at the studio meanwhile; Cancel drops it.
+// SPDX-License-Identifier: MIT A file becomes a stock: the studio says what it seems to be, a
+// dialog shows it as it will stand, and what is chosen there is made. The file waits at the studio
+// meanwhile; Cancel drops it.
 import * as THREE from "three";
 import { request } from "./access";
 import { dialog, element, input, put, select } from "./dom";
@@ -44,16 +44,25 @@ const along = (name: string): Vec3 => {
   return v;
 };
 const named = (v: Vec3): string => UPS.find((name) => along(name).every((x, i) => x === v[i]))!;
-const cross = (a: Vec3, b: Vec3): Vec3 => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const cross = (a: Vec3, b: Vec3): Vec3 => [
+  a[1] * b[2] - a[2] * b[1],
+  a[2] * b[0] - a[0] * b[2],
+  a[0] * b[1] - a[1] * b[0],
+];
 const less = (v: Vec3): Vec3 => v.map((x) => (x === 0 ? 0 : -x)) as Vec3;
 /** As in kibori/geometry/orientation.h. */
 const usualFront = (up: string): string => (up.endsWith("y") ? "z" : "-y");
 /** The rows of the rotation from the file's axes to those of the piece. */
-const rows = (up: string, front: string): [Vec3, Vec3, Vec3] => [cross(along(up), along(front)), less(along(front)), along(up)];
+const rows = (up: string, front: string): [Vec3, Vec3, Vec3] => [
+  cross(along(up), along(front)),
+  less(along(front)),
+  along(up),
+];
 
 const short = (x: number): string => String(Number(x.toPrecision(x >= 100 ? 4 : 3)));
 const rounded = new Intl.NumberFormat("en", { maximumSignificantDigits: 2 });
-const many = (x: number): string => (x >= 1e6 ? `${(x / 1e6).toPrecision(2)} million` : rounded.format(x).replace(",", " "));
+const many = (x: number): string =>
+  x >= 1e6 ? `${(x / 1e6).toPrecision(2)} million` : rounded.format(x).replace(",", " ");
 
 export class Importer {
   private page = ""; // what the studio calls this page
@@ -89,16 +98,20 @@ export class Importer {
       if (this.brought?.kind === "mesh") select("import-unit").value = this.unitOf(value);
       this.show();
     };
-    select("import-up").onchange = () => this.turnTo(select("import-up").value, usualFront(select("import-up").value));
-    for (const button of element("import-turns").querySelectorAll("button")) button.onclick = () => this.turnAbout("XYZ".indexOf(button.value));
-    for (const id of ["import-height", "import-base", "import-invert"]) input(id).oninput = () => this.show();
+    select("import-up").onchange = () =>
+      this.turnTo(select("import-up").value, usualFront(select("import-up").value));
+    for (const button of element("import-turns").querySelectorAll("button"))
+      button.onclick = () => this.turnAbout("XYZ".indexOf(button.value));
+    for (const id of ["import-height", "import-base", "import-invert"])
+      input(id).oninput = () => this.show();
     select("import-wood").onchange = () => this.showWood();
     select("import-detail").onchange = () => this.showDetail();
   }
 
   /** The studio can be brought files; what it calls this page, and the woods there are. */
   offer(page: string, materials: Material[]): void {
-    if (page !== this.page && this.leave()) this.notify("The connection was lost, and with it the file; choose it again.");
+    if (page !== this.page && this.leave())
+      this.notify("The connection was lost, and with it the file; choose it again.");
     this.page = page;
     this.materials = materials;
   }
@@ -112,9 +125,13 @@ export class Importer {
     return waited;
   }
 
-  /** The file that was chosen last is asked about; one that is still being read is forgotten when that is done. */
+  /**
+   * The file that was chosen last is asked about; one that is still being read is forgotten when
+   * that is done.
+   */
   bring(file: File): Promise<void> {
-    const turn = ++this.turns, bringing = `Reading ${file.name} …`;
+    const turn = ++this.turns,
+      bringing = `Reading ${file.name} …`;
     this.notify(bringing);
     this.reading = this.reading.then(() => this.read(file, turn, bringing));
     return this.reading;
@@ -123,7 +140,10 @@ export class Importer {
   private async read(file: File, turn: number, bringing: string): Promise<void> {
     if (turn !== this.turns) return;
     try {
-      const answer = await request(this.address("import", { name: file.name }), { method: "POST", body: file });
+      const answer = await request(this.address("import", { name: file.name }), {
+        method: "POST",
+        body: file,
+      });
       if (turn !== this.turns) return;
       this.clearNotice(bringing);
       if (answer.status === 202) return; // a document, which is opened
@@ -137,7 +157,8 @@ export class Importer {
       const data = await look.arrayBuffer();
       if (turn === this.turns) this.ask(brought, data, file.name);
     } catch {
-      if (turn === this.turns) this.notify(`${file.name} did not arrive; is 'kibori studio' still running?`);
+      if (turn === this.turns)
+        this.notify(`${file.name} did not arrive; is 'kibori studio' still running?`);
     }
   }
 
@@ -161,7 +182,9 @@ export class Importer {
     this.trouble("");
     if (brought.kind === "mesh") {
       this.shape = meshShape(data);
-      const units = UNITS.map(([unit, text, mm]) => new Option(`${text} (${short(this.inUnit(mm))} mm)`, unit));
+      const units = UNITS.map(
+        ([unit, text, mm]) => new Option(`${text} (${short(this.inUnit(mm))} mm)`, unit),
+      );
       select("import-unit").replaceChildren(...units, new Option("none: a size is chosen", "fit"));
       select("import-unit").value = brought.unit;
       this.longest = brought.longest_mm;
@@ -192,7 +215,9 @@ export class Importer {
     return (Math.max(...size_mm) / unit_mm) * mm;
   }
   private unitOf(longest: number): string {
-    return UNITS.find(([, , mm]) => Math.abs(this.inUnit(mm) - longest) <= 1e-4 * longest)?.[0] ?? "fit";
+    return (
+      UNITS.find(([, , mm]) => Math.abs(this.inUnit(mm) - longest) <= 1e-4 * longest)?.[0] ?? "fit"
+    );
   }
   private chooseUnit(name: string): void {
     const unit = UNITS.find(([known]) => known === name);
@@ -210,7 +235,10 @@ export class Importer {
     this.show();
   }
   private turnAbout(axis: number): void {
-    const u = (axis + 1) % 3, v = (axis + 2) % 3, old = rows(this.up, this.front), turned = rows(this.up, this.front);
+    const u = (axis + 1) % 3,
+      v = (axis + 2) % 3,
+      old = rows(this.up, this.front),
+      turned = rows(this.up, this.front);
     [turned[u], turned[v]] = [less(old[v]), old[u]];
     this.turnTo(named(turned[2]), named(less(turned[1])));
   }
@@ -220,10 +248,16 @@ export class Importer {
     const brought = this.brought!;
     if (brought.kind === "mesh") {
       const scale = this.longest / Math.max(...brought.size_mm);
-      return rows(this.up, this.front).map((row) => scale * Math.abs(row.reduce((sum, x, i) => sum + x * brought.size_mm[i], 0))) as Vec3;
+      return rows(this.up, this.front).map(
+        (row) => scale * Math.abs(row.reduce((sum, x, i) => sum + x * brought.size_mm[i], 0)),
+      ) as Vec3;
     }
     const max = Math.max(brought.width, brought.height);
-    return [(this.longest * brought.width) / max, (this.longest * brought.height) / max, input("import-height").valueAsNumber + input("import-base").valueAsNumber];
+    return [
+      (this.longest * brought.width) / max,
+      (this.longest * brought.height) / max,
+      input("import-height").valueAsNumber + input("import-base").valueAsNumber,
+    ];
   }
 
   private show(again = false): void {
@@ -232,12 +266,40 @@ export class Importer {
     if (!size.every((x) => x > 0 && x < Infinity)) return; // a number is being written
     let apart: number;
     if (this.picture) {
-      const shape = reliefShape(this.picture, size, input("import-base").valueAsNumber, input("import-invert").checked);
+      const shape = reliefShape(
+        this.picture,
+        size,
+        input("import-base").valueAsNumber,
+        input("import-invert").checked,
+      );
       apart = this.view.show(shape, new THREE.Matrix4(), again);
       shape.dispose();
     } else {
-      const [x, y, z] = rows(this.up, this.front).map((row) => row.map((entry) => entry * this.longest));
-      apart = this.view.show(this.shape!, new THREE.Matrix4().set(x[0], x[1], x[2], 0, y[0], y[1], y[2], 0, z[0], z[1], z[2], 0, 0, 0, 0, 1), again);
+      const [x, y, z] = rows(this.up, this.front).map((row) =>
+        row.map((entry) => entry * this.longest),
+      );
+      apart = this.view.show(
+        this.shape!,
+        new THREE.Matrix4().set(
+          x[0],
+          x[1],
+          x[2],
+          0,
+          y[0],
+          y[1],
+          y[2],
+          0,
+          z[0],
+          z[1],
+          z[2],
+          0,
+          0,
+          0,
+          0,
+          1,
+        ),
+        again,
+      );
     }
     put("import-size", `${size.map(short).join(" × ")} mm; lines ${short(apart)} mm apart`);
     this.showDetail();
@@ -251,17 +313,39 @@ export class Importer {
   /** What the chosen detail comes to: an estimate. */
   private showDetail(): void {
     if (!this.brought) return;
-    const size = this.size(), pitch = this.longest / Number(select("import-detail").value);
+    const size = this.size(),
+      pitch = this.longest / Number(select("import-detail").value);
     const nodes = size.map((x) => (x + (ROOM - 1) * this.longest) / pitch);
     const rays = nodes[0] * nodes[1] + nodes[1] * nodes[2] + nodes[2] * nodes[0];
     const brought = this.brought;
-    const area = brought.kind === "mesh" ? brought.area_mm2 * (this.longest / Math.max(...brought.size_mm)) ** 2 : 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]);
+    const area =
+      brought.kind === "mesh"
+        ? brought.area_mm2 * (this.longest / Math.max(...brought.size_mm)) ** 2
+        : 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]);
     const bytes = rays * brought.ray_bytes;
-    const tight = brought.free_bytes > 0 && bytes > brought.free_bytes ? " More than there is free: choose less." : "";
-    // A surface crosses 1.5 edges of the lattice for each square of the pitch, as a mean over its directions, and each becomes two triangles.
-    put("import-detail-out", `${short(pitch)} mm a ray, about ${many(rays)} rays and ${many((3 * area) / pitch ** 2)} triangles, up to ${Math.ceil(bytes / 1e6)} MB.${tight}`);
-    const notes = brought.kind === "mesh" ? [...(brought.repairs.length ? brought.repairs : ["It is closed and sound: nothing is repaired."])] : [];
-    notes.push(brought.kind === "mesh" ? `Left out: colours, and what is thinner than ${short(pitch)} mm.` : `${brought.width} × ${brought.height} pixels; what is finer than ${short(pitch)} mm is averaged.`);
+    const tight =
+      brought.free_bytes > 0 && bytes > brought.free_bytes
+        ? " More than there is free: choose less."
+        : "";
+    // A surface crosses 1.5 edges of the lattice for each square of the pitch, as a mean over its
+    // directions, and each becomes two triangles.
+    put(
+      "import-detail-out",
+      `${short(pitch)} mm a ray, about ${many(rays)} rays and ${many((3 * area) / pitch ** 2)} triangles, up to ${Math.ceil(bytes / 1e6)} MB.${tight}`,
+    );
+    const notes =
+      brought.kind === "mesh"
+        ? [
+            ...(brought.repairs.length
+              ? brought.repairs
+              : ["It is closed and sound: nothing is repaired."]),
+          ]
+        : [];
+    notes.push(
+      brought.kind === "mesh"
+        ? `Left out: colours, and what is thinner than ${short(pitch)} mm.`
+        : `${brought.width} × ${brought.height} pixels; what is finer than ${short(pitch)} mm is averaged.`,
+    );
     element("import-notes").replaceChildren(
       ...notes.map((text) => {
         const item = document.createElement("li");
@@ -277,10 +361,22 @@ export class Importer {
   }
 
   private async make(): Promise<void> {
-    const brought = this.brought!, turn = this.turns;
-    const about: Record<string, string> = { import: brought.import, name: input("import-name").value.trim(), size: String(this.longest), rays: select("import-detail").value, material: select("import-wood").value };
+    const brought = this.brought!,
+      turn = this.turns;
+    const about: Record<string, string> = {
+      import: brought.import,
+      name: input("import-name").value.trim(),
+      size: String(this.longest),
+      rays: select("import-detail").value,
+      material: select("import-wood").value,
+    };
     if (brought.kind === "mesh") Object.assign(about, { up: this.up, front: this.front });
-    else Object.assign(about, { height: input("import-height").value, base: input("import-base").value, invert: input("import-invert").checked ? "1" : "0" });
+    else
+      Object.assign(about, {
+        height: input("import-height").value,
+        base: input("import-base").value,
+        invert: input("import-invert").checked ? "1" : "0",
+      });
     try {
       const answer = await request(this.address("make", about), { method: "POST" });
       if (turn !== this.turns || answer.ok) return;
@@ -289,7 +385,8 @@ export class Importer {
       this.trouble(await answer.text());
       this.reopen();
     } catch {
-      if (turn === this.turns) this.notify("The studio does not answer; is 'kibori studio' still running?");
+      if (turn === this.turns)
+        this.notify("The studio does not answer; is 'kibori studio' still running?");
     }
   }
 
@@ -298,10 +395,13 @@ export class Importer {
     this.brought = null;
     if (!brought) return;
     const address = this.address("import", { import: brought.import });
-    // Before the next file comes, which takes its place. Where the studio has ended, the file is gone with it.
-    this.reading = this.reading.then(() => request(address, { method: "DELETE" })).then(
-      () => undefined,
-      () => undefined,
-    );
+    // Before the next file comes, which takes its place. Where the studio has ended, the file is
+    // gone with it.
+    this.reading = this.reading
+      .then(() => request(address, { method: "DELETE" }))
+      .then(
+        () => undefined,
+        () => undefined,
+      );
   }
 }

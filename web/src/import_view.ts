@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: MIT
-// What a file will become, as it will stand: a small picture of its own, with a floor of mm. Z is up, lengths are mm.
+// SPDX-License-Identifier: MIT What a file will become, as it will stand: a small picture of its
+// own, with a floor of mm. Z is up, lengths are mm.
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
@@ -9,12 +9,19 @@ import { Wood } from "./wood";
 
 const CREASE = (35 * Math.PI) / 180; // edges sharper than this are drawn sharp
 
-/** A mesh as the studio sends it: its longest side is 1, the lower corner of its bounds the origin. */
+/**
+ * A mesh as the studio sends it: its longest side is 1, the lower corner of its bounds the origin.
+ */
 export function meshShape(data: ArrayBuffer): THREE.BufferGeometry {
   const [vertices, triangles] = new Uint32Array(data, 0, 2);
   const shape = new THREE.BufferGeometry();
-  shape.setAttribute("position", new THREE.BufferAttribute(new Float32Array(data, 8, 3 * vertices), 3));
-  shape.setIndex(new THREE.BufferAttribute(new Uint32Array(data, 8 + 12 * vertices, 3 * triangles), 1));
+  shape.setAttribute(
+    "position",
+    new THREE.BufferAttribute(new Float32Array(data, 8, 3 * vertices), 3),
+  );
+  shape.setIndex(
+    new THREE.BufferAttribute(new Uint32Array(data, 8 + 12 * vertices, 3 * triangles), 1),
+  );
   return toCreasedNormals(shape, CREASE);
 }
 
@@ -29,17 +36,29 @@ export function readPicture(data: ArrayBuffer): Picture {
 }
 
 /** A relief of this size [mm], closed like the stock that is made of it. */
-export function reliefShape(picture: Picture, size: Vec3, base: number, invert: boolean): THREE.BufferGeometry {
+export function reliefShape(
+  picture: Picture,
+  size: Vec3,
+  base: number,
+  invert: boolean,
+): THREE.BufferGeometry {
   const { width: w, height: h, pixels } = picture;
-  const at: number[] = [], corners: number[] = [];
+  const at: number[] = [],
+    corners: number[] = [];
   for (const floor of [false, true])
     for (let y = 0; y < h; y++)
       for (let x = 0; x < w; x++) {
         const grey = pixels[(h - 1 - y) * w + x];
-        at.push((x / (w - 1)) * size[0], (y / (h - 1)) * size[1], floor ? 0 : base + (size[2] - base) * (invert ? 1 - grey : grey));
+        at.push(
+          (x / (w - 1)) * size[0],
+          (y / (h - 1)) * size[1],
+          floor ? 0 : base + (size[2] - base) * (invert ? 1 - grey : grey),
+        );
       }
-  const quad = (a: number, b: number, c: number, d: number): number => corners.push(a, b, c, a, c, d);
-  const top = (x: number, y: number): number => y * w + x, below = (x: number, y: number): number => w * h + top(x, y);
+  const quad = (a: number, b: number, c: number, d: number): number =>
+    corners.push(a, b, c, a, c, d);
+  const top = (x: number, y: number): number => y * w + x,
+    below = (x: number, y: number): number => w * h + top(x, y);
   for (let y = 0; y + 1 < h; y++)
     for (let x = 0; x + 1 < w; x++) {
       quad(top(x, y), top(x + 1, y), top(x + 1, y + 1), top(x, y + 1));
@@ -79,7 +98,13 @@ export class ImportView {
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enablePan = false;
     this.controls.addEventListener("change", () => this.redraw());
-    this.scene.add(this.piece, this.axes, this.sun, this.sun.target, new THREE.HemisphereLight(0xf6f8ff, 0xc4bbb0, 1.75));
+    this.scene.add(
+      this.piece,
+      this.axes,
+      this.sun,
+      this.sun.target,
+      new THREE.HemisphereLight(0xf6f8ff, 0xc4bbb0, 1.75),
+    );
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
 
@@ -88,22 +113,33 @@ export class ImportView {
     this.redraw();
   }
 
-  /** Shows a shape turned and scaled so, put down on the floor; it is disposed of with the next. The mm between two lines. */
+  /**
+   * Shows a shape turned and scaled so, put down on the floor; it is disposed of with the next. The
+   * mm between two lines.
+   */
   show(shape: THREE.BufferGeometry, turn: THREE.Matrix4, again: boolean): number {
     this.piece.geometry.dispose();
     const piece = shape.clone().applyMatrix4(turn);
     piece.computeBoundingBox();
-    const box = piece.boundingBox!, size = box.getSize(new THREE.Vector3());
+    const box = piece.boundingBox!,
+      size = box.getSize(new THREE.Vector3());
     const middle = box.getCenter(new THREE.Vector3());
     piece.translate(-middle.x, -middle.y, -box.min.z);
-    piece.setAttribute("kind", new THREE.BufferAttribute(new Float32Array(piece.attributes.position.count), 1));
+    piece.setAttribute(
+      "kind",
+      new THREE.BufferAttribute(new Float32Array(piece.attributes.position.count), 1),
+    );
     piece.computeBoundingSphere();
     this.piece.geometry = piece;
-    const longest = Math.max(size.x, size.y, size.z), r = 0.5 * size.length();
+    const longest = Math.max(size.x, size.y, size.z),
+      r = 0.5 * size.length();
     this.wood.place(new THREE.Vector3(-0.5 * size.x, -0.5 * size.y, 0), size);
     const target = new THREE.Vector3(0, 0, 0.5 * size.z);
-    const from = again ? new THREE.Vector3(-0.55, -1, 0.6) : this.camera.position.clone().sub(this.controls.target);
-    const far = (1.08 * r) / Math.sin((this.camera.fov * Math.PI) / 360) / Math.min(1, this.aspect());
+    const from = again
+      ? new THREE.Vector3(-0.55, -1, 0.6)
+      : this.camera.position.clone().sub(this.controls.target);
+    const far =
+      (1.08 * r) / Math.sin((this.camera.fov * Math.PI) / 360) / Math.min(1, this.aspect());
     this.camera.position.copy(target).addScaledVector(from.normalize(), far);
     this.camera.near = far / 100;
     this.camera.far = far * 10;
@@ -137,7 +173,8 @@ export class ImportView {
     this.drawn = false;
     requestAnimationFrame(() => {
       this.drawn = true;
-      const wide = this.canvas.clientWidth, high = this.canvas.clientHeight;
+      const wide = this.canvas.clientWidth,
+        high = this.canvas.clientHeight;
       if (wide === 0 || high === 0) return; // its dialog is closed
       this.renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
       this.renderer.setSize(wide, high, false);

@@ -51,10 +51,15 @@ export class Keys {
 
   private load(): void {
     this.bound.clear();
-    for (const [name, action] of Object.entries(this.actions)) for (const key of action.keys) this.bound.set(key, name);
+    for (const [name, action] of Object.entries(this.actions))
+      for (const key of action.keys) this.bound.set(key, name);
     try {
-      const kept = JSON.parse(localStorage.getItem(STORE) ?? "null") as Record<string, string> | null;
-      for (const [key, name] of Object.entries(kept ?? {})) if (name in this.actions) this.assign(asNamed(key), name);
+      const kept = JSON.parse(localStorage.getItem(STORE) ?? "null") as Record<
+        string,
+        string
+      > | null;
+      for (const [key, name] of Object.entries(kept ?? {}))
+        if (name in this.actions) this.assign(asNamed(key), name);
     } catch {
       // What can't be read is as if it were not there.
     }
@@ -87,7 +92,9 @@ export class Keys {
       return this.stopWaiting();
     }
     const field = event.target instanceof HTMLInputElement ? event.target.type : "";
-    const typing = ["text", "number"].includes(field) || (field === "range" && /^(Home|End|Page|Arrow)/.test(event.key));
+    const typing =
+      ["text", "number"].includes(field) ||
+      (field === "range" && /^(Home|End|Page|Arrow)/.test(event.key));
     if (typing || event.target instanceof HTMLSelectElement || this.blocked()) return;
     const action = this.actions[this.bound.get(key) ?? ""];
     if (!action) return;
@@ -98,10 +105,16 @@ export class Keys {
   private draw(): void {
     this.table.replaceChildren(
       ...Object.entries(this.actions).map(([name, action]) => {
-        const row = document.createElement("tr"), keys = document.createElement("td"), what = document.createElement("td");
+        const row = document.createElement("tr"),
+          keys = document.createElement("td"),
+          what = document.createElement("td");
         const button = document.createElement("button");
         button.type = "button";
-        button.textContent = [...this.bound].filter(([, to]) => to === name).map(([key]) => key).join(" or ") || "none";
+        button.textContent =
+          [...this.bound]
+            .filter(([, to]) => to === name)
+            .map(([key]) => key)
+            .join(" or ") || "none";
         if (this.waiting === name) button.textContent = "press a key";
         button.onclick = () => {
           this.waiting = name;

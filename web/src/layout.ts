@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT
-// Where panels stand is the style sheet's matter. Here: which of them are folded to a button, or lie in the sheet at
-// the lower edge of a narrow window, and what they leave free for the piece.
+// SPDX-License-Identifier: MIT Where panels stand is the style sheet's matter. Here: which of them
+// are folded to a button, or lie in the sheet at the lower edge of a narrow window, and what they
+// leave free for the piece.
 import { element } from "./dom";
 
 /** So many pixels at each edge of the window. */
@@ -13,7 +13,8 @@ export interface Insets {
 
 const STORE = "kibori.panels";
 const NARROW = "(max-width: 599.98px)"; // as in style.css
-const SHEET_LEAST = 110, SHEET_USUAL = 320; // [px] of the sheet's panel; dragged lower, it closes
+const SHEET_LEAST = 110,
+  SHEET_USUAL = 320; // [px] of the sheet's panel; dragged lower, it closes
 const DRAGGED = 6; // less than so far [px] is a click
 /** What the piece is shown beside. */
 const COVERS = "#bar, #grip, #corner, .panel";
@@ -23,20 +24,32 @@ interface Kept {
   height: number;
 }
 
-/** The largest part of a window that none of `taken` reaches into, by its shorter side, then by its area. */
+/**
+ * The largest part of a window that none of `taken` reaches into, by its shorter side, then by its
+ * area.
+ */
 export function freeOf(width: number, height: number, taken: DOMRect[]): Insets {
   const shown = taken.filter((r) => r.width > 0 && r.height > 0);
   const within = (x: number, max: number): number => Math.max(0, Math.min(max, x));
-  const lefts = [0, ...shown.map((r) => within(r.right, width))], rights = [width, ...shown.map((r) => within(r.left, width))];
-  const tops = [0, ...shown.map((r) => within(r.bottom, height))], bottoms = [height, ...shown.map((r) => within(r.top, height))];
-  let best: Insets = { left: 0, right: 0, top: 0, bottom: 0 }, side = 0, area = 0;
+  const lefts = [0, ...shown.map((r) => within(r.right, width))],
+    rights = [width, ...shown.map((r) => within(r.left, width))];
+  const tops = [0, ...shown.map((r) => within(r.bottom, height))],
+    bottoms = [height, ...shown.map((r) => within(r.top, height))];
+  let best: Insets = { left: 0, right: 0, top: 0, bottom: 0 },
+    side = 0,
+    area = 0;
   for (const left of lefts)
     for (const right of rights)
       for (const top of tops)
         for (const bottom of bottoms) {
-          const w = right - left, h = bottom - top, short = Math.min(w, h);
+          const w = right - left,
+            h = bottom - top,
+            short = Math.min(w, h);
           if (short < side || short <= 0 || (short === side && w * h <= area)) continue;
-          if (shown.some((r) => r.left < right && r.right > left && r.top < bottom && r.bottom > top)) continue;
+          if (
+            shown.some((r) => r.left < right && r.right > left && r.top < bottom && r.bottom > top)
+          )
+            continue;
           best = { left, right: width - right, top, bottom: height - bottom };
           side = short;
           area = w * h;
@@ -57,8 +70,10 @@ export class Layout {
     this.kept = { folded: { force: innerWidth < 1100 }, height: SHEET_USUAL };
     try {
       const kept = JSON.parse(localStorage.getItem(STORE) ?? "{}") as Partial<Kept>;
-      for (const { id } of this.panels) if (typeof kept.folded?.[id] === "boolean") this.kept.folded[id] = kept.folded[id];
-      if (typeof kept.height === "number" && kept.height >= SHEET_LEAST) this.kept.height = kept.height;
+      for (const { id } of this.panels)
+        if (typeof kept.folded?.[id] === "boolean") this.kept.folded[id] = kept.folded[id];
+      if (typeof kept.height === "number" && kept.height >= SHEET_LEAST)
+        this.kept.height = kept.height;
     } catch {
       // What can't be read is as if it were not there.
     }
@@ -82,14 +97,20 @@ export class Layout {
     // The tool and its size on their tab, whoever changes them.
     const tools = element("tools");
     for (const kind of ["input", "change"]) tools.addEventListener(kind, () => this.name());
-    new MutationObserver(() => this.name()).observe(tools, { childList: true, characterData: true, subtree: true });
+    new MutationObserver(() => this.name()).observe(tools, {
+      childList: true,
+      characterData: true,
+      subtree: true,
+    });
     this.name();
     this.show();
   }
 
   /** What the panels leave free, told at once. */
   measure(): void {
-    const taken = [...document.querySelectorAll(COVERS)].map((cover) => cover.getBoundingClientRect());
+    const taken = [...document.querySelectorAll(COVERS)].map((cover) =>
+      cover.getBoundingClientRect(),
+    );
     this.free(freeOf(innerWidth, innerHeight, taken));
   }
 
@@ -106,7 +127,11 @@ export class Layout {
     };
     handle.onpointerdown = (event) => {
       handle.setPointerCapture(event.pointerId);
-      from = { y: event.clientY, height: this.open ? panel().getBoundingClientRect().height : 0, moved: false };
+      from = {
+        y: event.clientY,
+        height: this.open ? panel().getBoundingClientRect().height : 0,
+        moved: false,
+      };
     };
     handle.onpointermove = (event) => {
       if (!from || !handle.hasPointerCapture(event.pointerId)) return;
@@ -122,15 +147,25 @@ export class Layout {
       this.open = this.kept.height >= SHEET_LEAST;
       if (!this.open) this.kept.height = SHEET_USUAL;
       this.show();
-      this.kept.height = Math.max(SHEET_LEAST, this.open ? panel().getBoundingClientRect().height : this.kept.height);
+      this.kept.height = Math.max(
+        SHEET_LEAST,
+        this.open ? panel().getBoundingClientRect().height : this.kept.height,
+      );
       this.keep();
     };
   }
 
   private name(): void {
-    const shape = document.querySelector<HTMLInputElement>("#shapes input:checked")?.getAttribute("aria-label") ?? "";
-    const texts: [string, string][] = [["tab-tool", shape], ["tab-size", `${Number(Number(element<HTMLInputElement>("size").value).toFixed(1))} mm`]];
-    for (const [id, text] of texts) if (element(id).textContent !== text) element(id).textContent = text;
+    const shape =
+      document
+        .querySelector<HTMLInputElement>("#shapes input:checked")
+        ?.getAttribute("aria-label") ?? "";
+    const texts: [string, string][] = [
+      ["tab-tool", shape],
+      ["tab-size", `${Number(Number(element<HTMLInputElement>("size").value).toFixed(1))} mm`],
+    ];
+    for (const [id, text] of texts)
+      if (element(id).textContent !== text) element(id).textContent = text;
   }
 
   private keep(): void {
@@ -147,7 +182,9 @@ export class Layout {
       const shown = sheet ? this.open && this.tab === panel.id : !this.kept.folded[panel.id];
       panel.classList.toggle("folded", !shown);
       panel.querySelector(".fold")!.setAttribute("aria-expanded", String(shown));
-      document.querySelector(`.tab[data-panel="${panel.id}"]`)!.setAttribute("aria-expanded", String(shown));
+      document
+        .querySelector(`.tab[data-panel="${panel.id}"]`)!
+        .setAttribute("aria-expanded", String(shown));
     }
     element("handle").setAttribute("aria-expanded", String(this.open));
     element("carving").style.setProperty("--sheet-height", `${this.kept.height}px`);

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT
-// How the solid is looked at: shading, light, section, a picture to carve after, the view cube, and pictures and films
-// of it. What is chosen of the look is kept in this browser; section and reference belong to the open document.
+// SPDX-License-Identifier: MIT How the solid is looked at: shading, light, section, a picture to
+// carve after, the view cube, and pictures and films of it. What is chosen of the look is kept in
+// this browser; section and reference belong to the open document.
 import * as THREE from "three";
 import { ViewCube } from "./cube";
 import { ask, dialog, element, input, put, select } from "./dom";
@@ -10,12 +10,14 @@ import type { Vec3 } from "./wire";
 import type { Shading } from "./wood";
 
 const STORE = "kibori.look";
-const LIGHT: Vec3 = [-0.39, -0.25, 0.89], CLAY_LIGHT: Vec3 = [-0.45, 0.6, 0.66];
+const LIGHT: Vec3 = [-0.39, -0.25, 0.89],
+  CLAY_LIGHT: Vec3 = [-0.45, 0.6, 0.66];
 const SIDE_PX = { min: 16, max: 8192 };
 const MAX_FRAMES = 3600;
 const REFERENCE_PX = 2048; // its longer side at most
 const LIGHT_STEP = 0.08; // of the widget's radius, by an arrow key
-const PANEL_LEAST_PX = 120, PANEL_MARGIN_PX = 12;
+const PANEL_LEAST_PX = 120,
+  PANEL_MARGIN_PX = 12;
 const LIGHT_DRAG_PX = 160; // on the view, from the widget's middle to its rim
 
 interface Settings {
@@ -27,16 +29,31 @@ interface Settings {
   clayLight: Vec3;
   orthographic: boolean;
 }
-const isLight = (a: unknown): a is Vec3 => Array.isArray(a) && a.length === 3 && a.every((x) => Number.isFinite(x)) && Math.hypot(...a) > 0.1;
+const isLight = (a: unknown): a is Vec3 =>
+  Array.isArray(a) &&
+  a.length === 3 &&
+  a.every((x) => Number.isFinite(x)) &&
+  Math.hypot(...a) > 0.1;
 
 function kept(): Settings {
-  const settings: Settings = { shading: "wood", cavity: true, strength: 0.5, hollows: true, light: LIGHT, clayLight: CLAY_LIGHT, orthographic: false };
+  const settings: Settings = {
+    shading: "wood",
+    cavity: true,
+    strength: 0.5,
+    hollows: true,
+    light: LIGHT,
+    clayLight: CLAY_LIGHT,
+    orthographic: false,
+  };
   try {
     const was = JSON.parse(localStorage.getItem(STORE) ?? "{}") as Partial<Settings>;
     if (was.shading === "plain" || was.shading === "clay") settings.shading = was.shading;
-    if (typeof was.strength === "number" && was.strength >= 0 && was.strength <= 1) settings.strength = was.strength;
-    for (const name of ["cavity", "hollows", "orthographic"] as const) if (typeof was[name] === "boolean") settings[name] = was[name];
-    for (const name of ["light", "clayLight"] as const) if (isLight(was[name])) settings[name] = was[name];
+    if (typeof was.strength === "number" && was.strength >= 0 && was.strength <= 1)
+      settings.strength = was.strength;
+    for (const name of ["cavity", "hollows", "orthographic"] as const)
+      if (typeof was[name] === "boolean") settings[name] = was[name];
+    for (const name of ["light", "clayLight"] as const)
+      if (isLight(was[name])) settings[name] = was[name];
   } catch {
     // What can't be read is as if it were not there.
   }
@@ -60,13 +77,16 @@ export class Look {
     this.cube = new ViewCube(element("cube"), (from) => view.turnTo(from));
     view.onCamera = () => this.turned();
     const { settings } = this;
-    document.querySelector<HTMLInputElement>(`input[name=shading][value=${settings.shading}]`)!.checked = true;
+    document.querySelector<HTMLInputElement>(
+      `input[name=shading][value=${settings.shading}]`,
+    )!.checked = true;
     input("cavity").checked = settings.cavity;
     input("cavity-strength").value = String(settings.strength);
     input("hollows").checked = settings.hollows;
     input("orthographic").checked = settings.orthographic;
     element("shadings").onchange = () => {
-      settings.shading = document.querySelector<HTMLInputElement>("input[name=shading]:checked")!.value as Shading;
+      settings.shading = document.querySelector<HTMLInputElement>("input[name=shading]:checked")!
+        .value as Shading;
       this.apply();
     };
     for (const id of ["cavity", "hollows", "orthographic"] as const)
@@ -84,7 +104,14 @@ export class Look {
     input("section-at").oninput = () => this.section(false);
     input("section-flip").onchange = () => this.section(false);
     input("reference").onchange = () => void this.bring();
-    for (const id of ["reference-size", "reference-across", "reference-up", "reference-deep", "reference-opacity"]) input(id).oninput = () => this.place();
+    for (const id of [
+      "reference-size",
+      "reference-across",
+      "reference-up",
+      "reference-deep",
+      "reference-opacity",
+    ])
+      input(id).oninput = () => this.place();
     select("reference-plane").onchange = () => this.place();
     element("reference-remove").onclick = () => this.remove();
     this.listenForPictures();
@@ -94,9 +121,11 @@ export class Look {
 
   /** The panel ends where the window does. */
   private makeRoom(): void {
-    const box = element<HTMLDetailsElement>("look-box"), panel = element("look-panel");
+    const box = element<HTMLDetailsElement>("look-box"),
+      panel = element("look-panel");
     const fit = (): void => {
-      if (box.open) panel.style.maxHeight = `${Math.max(PANEL_LEAST_PX, innerHeight - panel.getBoundingClientRect().top - PANEL_MARGIN_PX)}px`;
+      if (box.open)
+        panel.style.maxHeight = `${Math.max(PANEL_LEAST_PX, innerHeight - panel.getBoundingClientRect().top - PANEL_MARGIN_PX)}px`;
     };
     box.ontoggle = fit;
     window.addEventListener("resize", fit);
@@ -137,14 +166,18 @@ export class Look {
   /** The camera stands elsewhere. */
   private turned(): void {
     this.cube.turn(this.view.turned);
-    const light = this.light, dot = element("light-dot");
+    const light = this.light,
+      dot = element("light-dot");
     dot.style.left = `${50 + 46 * light.x}%`;
     dot.style.top = `${50 - 46 * light.y}%`;
     dot.classList.toggle("behind", light.z < 0);
-    const degrees = (x: number): number => Math.round((180 * Math.asin(Math.max(-1, Math.min(1, x)))) / Math.PI);
-    const aside = degrees(light.x), up = degrees(light.y);
+    const degrees = (x: number): number =>
+      Math.round((180 * Math.asin(Math.max(-1, Math.min(1, x)))) / Math.PI);
+    const aside = degrees(light.x),
+      up = degrees(light.y);
     element("light").ariaValueNow = String(aside);
-    element("light").ariaValueText = `${Math.abs(aside)}° from the ${aside < 0 ? "left" : "right"}, ${Math.abs(up)}° from ${up < 0 ? "below" : "above"}${light.z < 0 ? ", from behind" : ""}`;
+    element("light").ariaValueText =
+      `${Math.abs(aside)}° from the ${aside < 0 ? "left" : "right"}, ${Math.abs(up)}° from ${up < 0 ? "below" : "above"}${light.z < 0 ? ", from behind" : ""}`;
   }
 
   // ---- Light
@@ -157,8 +190,13 @@ export class Look {
   }
   /** To a point of the widget's disc; beyond its rim: to the rim. */
   private setLight(x: number, y: number): void {
-    const far = Math.hypot(x, y), shrunk = far > 0.995 ? 0.995 / far : 1;
-    const light = new THREE.Vector3(shrunk * x, shrunk * y, Math.sqrt(1 - Math.min(far, 0.995) ** 2));
+    const far = Math.hypot(x, y),
+      shrunk = far > 0.995 ? 0.995 / far : 1;
+    const light = new THREE.Vector3(
+      shrunk * x,
+      shrunk * y,
+      Math.sqrt(1 - Math.min(far, 0.995) ** 2),
+    );
     if (this.settings.shading === "clay") this.settings.clayLight = light.toArray();
     else this.settings.light = light.applyMatrix4(this.view.turned).toArray();
     this.apply();
@@ -167,7 +205,10 @@ export class Look {
     const widget = element("light");
     const follow = (event: PointerEvent): void => {
       const r = widget.getBoundingClientRect();
-      this.setLight((2 * (event.clientX - r.left)) / r.width - 1, 1 - (2 * (event.clientY - r.top)) / r.height);
+      this.setLight(
+        (2 * (event.clientX - r.left)) / r.width - 1,
+        1 - (2 * (event.clientY - r.top)) / r.height,
+      );
     };
     widget.onpointerdown = (event) => {
       widget.setPointerCapture(event.pointerId);
@@ -175,8 +216,14 @@ export class Look {
     };
     widget.onpointermove = (event) => widget.hasPointerCapture(event.pointerId) && follow(event);
     widget.onkeydown = (event) => {
-      const ways: Record<string, [number, number]> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-      const way = ways[event.key], { x, y } = this.light;
+      const ways: Record<string, [number, number]> = {
+        ArrowLeft: [-1, 0],
+        ArrowRight: [1, 0],
+        ArrowUp: [0, 1],
+        ArrowDown: [0, -1],
+      };
+      const way = ways[event.key],
+        { x, y } = this.light;
       if (!way) return;
       event.preventDefault();
       event.stopPropagation();
@@ -187,11 +234,23 @@ export class Look {
       this.apply();
     };
     // The key that is held says that the pointer moves the light: before the tool hears of it.
-    const typing = (target: EventTarget | null): boolean => target instanceof HTMLInputElement && ["text", "number"].includes(target.type);
+    const typing = (target: EventTarget | null): boolean =>
+      target instanceof HTMLInputElement && ["text", "number"].includes(target.type);
     window.addEventListener("keydown", (event) => {
-      if (event.key.toLowerCase() === "l" && !event.ctrlKey && !event.metaKey && !event.altKey && !typing(event.target) && !document.querySelector("dialog[open]")) this.lightKey = true;
+      if (
+        event.key.toLowerCase() === "l" &&
+        !event.ctrlKey &&
+        !event.metaKey &&
+        !event.altKey &&
+        !typing(event.target) &&
+        !document.querySelector("dialog[open]")
+      )
+        this.lightKey = true;
     });
-    window.addEventListener("keyup", (event) => event.key.toLowerCase() === "l" && (this.lightKey = false));
+    window.addEventListener(
+      "keyup",
+      (event) => event.key.toLowerCase() === "l" && (this.lightKey = false),
+    );
     window.addEventListener("blur", () => (this.lightKey = false));
     let last: { pointer: number; x: number; y: number } | null = null;
     const mine = (event: PointerEvent): void => {
@@ -214,7 +273,10 @@ export class Look {
         if (event.pointerId !== last?.pointer) return;
         mine(event);
         const { x, y } = this.light;
-        this.setLight(x + (event.clientX - last.x) / LIGHT_DRAG_PX, y - (event.clientY - last.y) / LIGHT_DRAG_PX);
+        this.setLight(
+          x + (event.clientX - last.x) / LIGHT_DRAG_PX,
+          y - (event.clientY - last.y) / LIGHT_DRAG_PX,
+        );
         last = { ...last, x: event.clientX, y: event.clientY };
       },
       { capture: true },
@@ -238,16 +300,24 @@ export class Look {
     const how = document.querySelector<HTMLInputElement>("input[name=section]:checked")!.value;
     element("section-more").hidden = how === "off";
     if (how === "off") return void (this.view.section = null);
-    const { min, max } = this.view.bounds, middle = min.clone().add(max).multiplyScalar(0.5), half = max.clone().sub(middle);
+    const { min, max } = this.view.bounds,
+      middle = min.clone().add(max).multiplyScalar(0.5),
+      half = max.clone().sub(middle);
     // So that what is left is what is behind the cut, as one looks at first.
-    if (chosen && how !== "view") this.sectionNormal.set(how === "x" ? 1 : 0, how === "y" ? 1 : 0, how === "z" ? -1 : 0);
-    if (chosen && how === "view") this.sectionNormal.setFromMatrixColumn(this.view.turned, 2).negate();
-    const out = this.sectionNormal, along = how === "view" ? 1 : Math.sign(out.x + out.y + out.z);
+    if (chosen && how !== "view")
+      this.sectionNormal.set(how === "x" ? 1 : 0, how === "y" ? 1 : 0, how === "z" ? -1 : 0);
+    if (chosen && how === "view")
+      this.sectionNormal.setFromMatrixColumn(this.view.turned, 2).negate();
+    const out = this.sectionNormal,
+      along = how === "view" ? 1 : Math.sign(out.x + out.y + out.z);
     const reach = Math.abs(out.x) * half.x + Math.abs(out.y) * half.y + Math.abs(out.z) * half.z;
     const at = Number(input("section-at").value) * reach;
     put("section-out", `${at.toFixed(1)} mm`);
     const normal = out.clone().multiplyScalar(input("section-flip").checked ? -1 : 1);
-    this.view.section = new THREE.Plane().setFromNormalAndCoplanarPoint(normal, middle.addScaledVector(out, along * at));
+    this.view.section = new THREE.Plane().setFromNormalAndCoplanarPoint(
+      normal,
+      middle.addScaledVector(out, along * at),
+    );
   }
 
   // ---- Reference
@@ -258,7 +328,8 @@ export class Look {
     if (!file) return;
     try {
       const bitmap = await createImageBitmap(file);
-      const shrunk = Math.min(1, REFERENCE_PX / Math.max(bitmap.width, bitmap.height)), picture = document.createElement("canvas");
+      const shrunk = Math.min(1, REFERENCE_PX / Math.max(bitmap.width, bitmap.height)),
+        picture = document.createElement("canvas");
       picture.width = Math.max(1, Math.round(shrunk * bitmap.width));
       picture.height = Math.max(1, Math.round(shrunk * bitmap.height));
       picture.getContext("2d")!.drawImage(bitmap, 0, 0, picture.width, picture.height);
@@ -266,27 +337,60 @@ export class Look {
       this.remove();
       const map = new THREE.CanvasTexture(picture);
       map.colorSpace = THREE.SRGBColorSpace;
-      this.reference = new THREE.Mesh(new THREE.PlaneGeometry(picture.width / picture.height, 1), new THREE.MeshBasicMaterial({ map, side: THREE.DoubleSide, transparent: true, depthWrite: false, toneMapped: false }));
+      this.reference = new THREE.Mesh(
+        new THREE.PlaneGeometry(picture.width / picture.height, 1),
+        new THREE.MeshBasicMaterial({
+          map,
+          side: THREE.DoubleSide,
+          transparent: true,
+          depthWrite: false,
+          toneMapped: false,
+        }),
+      );
       this.reference.renderOrder = -1;
       element("reference-more").hidden = false;
       this.view.showBeside(this.reference);
       this.place();
     } catch {
-      this.notify(`${file.name} is no picture that this browser can read; choose a PNG, JPEG or WebP file.`);
+      this.notify(
+        `${file.name} is no picture that this browser can read; choose a PNG, JPEG or WebP file.`,
+      );
     }
   }
   private place(): void {
     const picture = this.reference;
     if (!picture) return;
-    const { min, max } = this.view.bounds, size = max.clone().sub(min), middle = min.clone().add(max).multiplyScalar(0.5);
-    const plane = select("reference-plane").value, value = (id: string): number => Number(input(id).value);
+    const { min, max } = this.view.bounds,
+      size = max.clone().sub(min),
+      middle = min.clone().add(max).multiplyScalar(0.5);
+    const plane = select("reference-plane").value,
+      value = (id: string): number => Number(input(id).value);
     // Its right, its up and where it looks to.
-    const axes = { front: [[1, 0, 0], [0, 0, 1], [0, -1, 0]], right: [[0, 1, 0], [0, 0, 1], [1, 0, 0]], top: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] }[plane]!;
+    const axes = {
+      front: [
+        [1, 0, 0],
+        [0, 0, 1],
+        [0, -1, 0],
+      ],
+      right: [
+        [0, 1, 0],
+        [0, 0, 1],
+        [1, 0, 0],
+      ],
+      top: [
+        [1, 0, 0],
+        [0, 1, 0],
+        [0, 0, 1],
+      ],
+    }[plane]!;
     const [right, up, out] = axes.map((axis) => new THREE.Vector3(...(axis as Vec3)));
     const along = (axis: THREE.Vector3): number => Math.abs(axis.dot(size));
     picture.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(right, up, out));
     picture.scale.setScalar(value("reference-size") * along(up));
-    picture.position.copy(middle).addScaledVector(right, value("reference-across") * along(right)).addScaledVector(up, value("reference-up") * along(up));
+    picture.position
+      .copy(middle)
+      .addScaledVector(right, value("reference-across") * along(right))
+      .addScaledVector(up, value("reference-up") * along(up));
     picture.position.addScaledVector(out, -0.51 * value("reference-deep") * along(out));
     picture.material.opacity = value("reference-opacity");
     this.view.redraw();
@@ -307,16 +411,25 @@ export class Look {
     const open = (film: boolean): void => {
       const ratio = Math.min(2, devicePixelRatio);
       put("capture-title", film ? "Turntable" : "Picture");
-      for (const part of document.querySelectorAll<HTMLElement>("#capturing .film")) part.hidden = !film;
+      for (const part of document.querySelectorAll<HTMLElement>("#capturing .film"))
+        part.hidden = !film;
       input("capture-clear").parentElement!.hidden = film;
       element("capture-progress").hidden = true;
       element("capture-save").dataset.what = film ? "film" : "picture";
-      for (const [id, px] of [["capture-width", this.canvas.clientWidth], ["capture-height", this.canvas.clientHeight]] as const)
+      for (const [id, px] of [
+        ["capture-width", this.canvas.clientWidth],
+        ["capture-height", this.canvas.clientHeight],
+      ] as const)
         if (!input(id).value) input(id).value = String(Math.round(ratio * px));
       ask("capturing");
     };
     element("picture").onclick = () => open(false);
-    element("turn").onclick = () => (canFilm() ? open(true) : this.notify("This browser can't make films: it has no WebCodecs. Use a recent Chromium or Firefox."));
+    element("turn").onclick = () =>
+      canFilm()
+        ? open(true)
+        : this.notify(
+            "This browser can't make films: it has no WebCodecs. Use a recent Chromium or Firefox.",
+          );
     dialog("capturing").querySelector("form")!.onsubmit = (event) => {
       event.preventDefault();
       if (!this.filming) void this.capture(element("capture-save").dataset.what === "film");
@@ -327,10 +440,21 @@ export class Look {
   private async capture(filmed: boolean): Promise<void> {
     const number = (id: string): number => Math.round(Number(input(id).value));
     const clear = !filmed && input("capture-clear").checked;
-    const of: Capture = { width: number("capture-width"), height: number("capture-height"), background: clear ? null : input("capture-color").value };
-    if (![of.width, of.height].every((px) => px >= SIDE_PX.min && px <= SIDE_PX.max)) return this.notify(`A picture has ${SIDE_PX.min} to ${SIDE_PX.max} pixels a side; give other numbers.`);
-    const rate = number("film-rate"), count = Math.round(Number(input("film-seconds").value) * rate);
-    if (filmed && !(count >= 2 && count <= MAX_FRAMES)) return this.notify(`A film has 2 to ${MAX_FRAMES} pictures (seconds × pictures a second), not ${count}; give other numbers.`);
+    const of: Capture = {
+      width: number("capture-width"),
+      height: number("capture-height"),
+      background: clear ? null : input("capture-color").value,
+    };
+    if (![of.width, of.height].every((px) => px >= SIDE_PX.min && px <= SIDE_PX.max))
+      return this.notify(
+        `A picture has ${SIDE_PX.min} to ${SIDE_PX.max} pixels a side; give other numbers.`,
+      );
+    const rate = number("film-rate"),
+      count = Math.round(Number(input("film-seconds").value) * rate);
+    if (filmed && !(count >= 2 && count <= MAX_FRAMES))
+      return this.notify(
+        `A film has 2 to ${MAX_FRAMES} pictures (seconds × pictures a second), not ${count}; give other numbers.`,
+      );
     const run = (this.filming = { left: false });
     let made: Film | null = null;
     try {
@@ -339,7 +463,8 @@ export class Look {
         if (picture) this.save("png", picture);
         else this.notify("This browser can't make so large a picture; give a smaller size.");
       } else {
-        const bar = element<HTMLProgressElement>("capture-progress"), film = (made = new Film(of.width, of.height, rate));
+        const bar = element<HTMLProgressElement>("capture-progress"),
+          film = (made = new Film(of.width, of.height, rate));
         bar.hidden = false;
         await this.view.turntable(of, count, async (picture, index) => {
           await film.add(picture, index);
@@ -349,7 +474,9 @@ export class Look {
         if (!run.left) this.save("webm", await film.end());
       }
     } catch (error) {
-      this.notify(`The ${filmed ? "film" : "picture"} could not be made: ${(error as Error).message}. A smaller size may do.`);
+      this.notify(
+        `The ${filmed ? "film" : "picture"} could not be made: ${(error as Error).message}. A smaller size may do.`,
+      );
     }
     made?.leave();
     this.filming = null;

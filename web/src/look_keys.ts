@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: MIT
-// Looking by keys: the arrows turn the piece, with Shift they move it; plus and minus go nearer and farther.
+// SPDX-License-Identifier: MIT Looking by keys: the arrows turn the piece, with Shift they move it;
+// plus and minus go nearer and farther.
 import * as THREE from "three";
 import type { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
@@ -8,29 +8,53 @@ const MOVE = 0.08; // of the window's height
 const NEARER = 1 / 1.15;
 const STEEPEST = 0.02; // radians from looking straight down
 
-const WAYS: Record<string, [number, number]> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+const WAYS: Record<string, [number, number]> = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, 1],
+  ArrowDown: [0, -1],
+};
 
 export function lookByKeys(canvas: HTMLElement, controls: OrbitControls): void {
   canvas.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || !controls.enabled) return;
     // The one that is looked through now.
     const camera = controls.object as THREE.PerspectiveCamera | THREE.OrthographicCamera;
-    const eye = camera.position, from = eye.clone().sub(controls.target), way = WAYS[event.key];
+    const eye = camera.position,
+      from = eye.clone().sub(controls.target),
+      way = WAYS[event.key];
     if (!way && !["+", "=", "-"].includes(event.key)) return;
     event.preventDefault();
     controls.dispatchEvent({ type: "start" }); // what else turns the camera leaves off
     if (way && event.shiftKey) {
-      const right = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 0), up = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 1);
+      const right = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 0),
+        up = new THREE.Vector3().setFromMatrixColumn(camera.matrix, 1);
       // At the middle, a projection's sixth number is 2 / height, in perspective at distance 1.
-      const high = 2 / camera.projectionMatrix.elements[5], far = camera instanceof THREE.OrthographicCamera ? 1 : from.length();
-      const by = right.multiplyScalar(-way[0]).addScaledVector(up, -way[1]).multiplyScalar(MOVE * high * far);
+      const high = 2 / camera.projectionMatrix.elements[5],
+        far = camera instanceof THREE.OrthographicCamera ? 1 : from.length();
+      const by = right
+        .multiplyScalar(-way[0])
+        .addScaledVector(up, -way[1])
+        .multiplyScalar(MOVE * high * far);
       eye.add(by);
       controls.target.add(by);
     } else if (way) {
       // The piece turns the way of the arrow.
-      const distance = from.length(), around = Math.atan2(from.y, from.x) - TURN_RAD * way[0];
-      const down = Math.max(STEEPEST, Math.min(Math.PI - STEEPEST, Math.acos(from.z / distance) - TURN_RAD * way[1]));
-      eye.copy(controls.target).add(new THREE.Vector3(Math.sin(down) * Math.cos(around), Math.sin(down) * Math.sin(around), Math.cos(down)).multiplyScalar(distance));
+      const distance = from.length(),
+        around = Math.atan2(from.y, from.x) - TURN_RAD * way[0];
+      const down = Math.max(
+        STEEPEST,
+        Math.min(Math.PI - STEEPEST, Math.acos(from.z / distance) - TURN_RAD * way[1]),
+      );
+      eye
+        .copy(controls.target)
+        .add(
+          new THREE.Vector3(
+            Math.sin(down) * Math.cos(around),
+            Math.sin(down) * Math.sin(around),
+            Math.cos(down),
+          ).multiplyScalar(distance),
+        );
     } else {
       const factor = event.key === "-" ? 1 / NEARER : NEARER;
       if (camera instanceof THREE.OrthographicCamera) {

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: MIT
-// The page: what the studio says to surface, plot, history and numbers; buttons and keys to the studio.
+// SPDX-License-Identifier: MIT The page: what the studio says to surface, plot, history and
+// numbers; buttons and keys to the studio.
 import * as THREE from "three";
 import { request } from "./access";
 import { Connection } from "./connection";
@@ -25,12 +25,20 @@ import { TICK_NUMBERS, type Vec3 } from "./wire";
 const canvas = element<HTMLCanvasElement>("view");
 // The view has a frame where the Tab key came to it, and none for a pointer's sake.
 document.addEventListener("pointerdown", () => document.body.classList.add("by-pointer"), true);
-document.addEventListener("keydown", (event) => event.key === "Tab" && document.body.classList.remove("by-pointer"), true);
+document.addEventListener(
+  "keydown",
+  (event) => event.key === "Tab" && document.body.classList.remove("by-pointer"),
+  true,
+);
 let view: View;
 try {
   view = new View(canvas);
 } catch {
-  notify("This browser can't draw in three dimensions: WebGL 2 is off or missing. Turn it on, or use another browser.", Infinity, true);
+  notify(
+    "This browser can't draw in three dimensions: WebGL 2 is off or missing. Turn it on, or use another browser.",
+    Infinity,
+    true,
+  );
   throw new Error("no WebGL 2");
 }
 
@@ -53,7 +61,8 @@ function notify(text: string, forSeconds = 8, trouble = false): void {
   const box = element("notice");
   box.setAttribute("role", trouble ? "alert" : "status");
   box.textContent = text;
-  if (forSeconds < Infinity) setTimeout(() => box.textContent === text && (box.textContent = ""), 1000 * forSeconds);
+  if (forSeconds < Infinity)
+    setTimeout(() => box.textContent === text && (box.textContent = ""), 1000 * forSeconds);
 }
 
 const line = new Connection(onMessage, (why) => {
@@ -69,8 +78,25 @@ const layout = new Layout((insets) => view.cover(insets));
 const look = new Look(canvas, view, notify, (ending, what) => save(`${title}.${ending}`, what));
 lookByKeys(canvas, view.controls);
 // Not kept are what a document says itself (its wood), and mirrors, which would surprise.
-const settings = new Settings(["shape", "mode", "size", "form", "turn-by", "depth", "strength", "axis", "model", "sound", "rumble", "pressure"]);
-const start = new Start(send, notify, (text) => element("notice").textContent === text && notify(""));
+const settings = new Settings([
+  "shape",
+  "mode",
+  "size",
+  "form",
+  "turn-by",
+  "depth",
+  "strength",
+  "axis",
+  "model",
+  "sound",
+  "rumble",
+  "pressure",
+]);
+const start = new Start(
+  send,
+  notify,
+  (text) => element("notice").textContent === text && notify(""),
+);
 const plot = new ForcePlot(element("plot"), () => rate);
 const senses = new Senses();
 const experiments = new Experiments(send, notify, save);
@@ -108,16 +134,21 @@ function onMessage(said: FromStudio): void {
       document.body.dataset.shown = "solid";
       notify("");
       // The focus was where there is nothing any more; keys go on at the piece.
-      const lost = document.activeElement === document.body || element("start").contains(document.activeElement);
+      const lost =
+        document.activeElement === document.body ||
+        element("start").contains(document.activeElement);
       start.hide();
       if (lost) canvas.focus();
       element("hint").hidden = !firstTime;
       firstTime = false;
       const kinds = JSON.parse(w.materials) as Material[];
       view.wood.setKinds(kinds);
-      element("material").replaceChildren(...kinds.map((m, i) => new Option(m.name, String(i), i === w.material, i === w.material)));
+      element("material").replaceChildren(
+        ...kinds.map((m, i) => new Option(m.name, String(i), i === w.material, i === w.material)),
+      );
       // A tool may be as large as the piece and the room around it.
-      for (const id of ["size", "depth"]) input(id).max = String(Math.ceil(Math.max(...w.nodes) * w.pitch));
+      for (const id of ["size", "depth"])
+        input(id).max = String(Math.ceil(Math.max(...w.nodes) * w.pitch));
       view.begin({ origin: w.origin, pitch: w.pitch }, w.nodes);
       look.begin(w.document);
       plot.clear();
@@ -152,10 +183,20 @@ function onMessage(said: FromStudio): void {
       senses.feel(rows, rate);
       const last = rows.subarray(rows.length - TICK_NUMBERS);
       tip = [last[0], last[1], last[2]];
-      const pushed: Vec3 = [last[3], last[4], last[5]], axis: Vec3 = [last[9], last[10], last[11]], side: Vec3 = [last[12], last[13], last[14]];
-      view.showTool(hand.there || hand.device || hand.readOnly || !hand.holds ? tip : null, axis, side, pushed);
+      const pushed: Vec3 = [last[3], last[4], last[5]],
+        axis: Vec3 = [last[9], last[10], last[11]],
+        side: Vec3 = [last[12], last[13], last[14]];
+      view.showTool(
+        hand.there || hand.device || hand.readOnly || !hand.holds ? tip : null,
+        axis,
+        side,
+        pushed,
+      );
       force = Math.hypot(...pushed);
-      read("n-force", share > 0 ? `${newtons(force)} · at your hand ${newtons(share * force)}` : newtons(force));
+      read(
+        "n-force",
+        share > 0 ? `${newtons(force)} · at your hand ${newtons(share * force)}` : newtons(force),
+      );
       read("n-moment", `${Math.hypot(last[6], last[7], last[8]).toFixed(1)} N mm`);
       read("n-tip", tip.map((x) => x.toFixed(1)).join(" "));
       break;
@@ -173,7 +214,10 @@ function onMessage(said: FromStudio): void {
       document.body.classList.add("device");
       element("hint").hidden = true;
       element("device").hidden = false;
-      element("device-name").textContent = d.force > 0 ? `${d.name}: at most ${d.force.toPrecision(2)} N` : `${d.name}: gives no force`;
+      element("device-name").textContent =
+        d.force > 0
+          ? `${d.name}: at most ${d.force.toPrecision(2)} N`
+          : `${d.name}: gives no force`;
       element("arm").hidden = d.force === 0;
       const reach = element<HTMLInputElement>("reach");
       reach.value = String(Math.log10(d.scale));
@@ -194,9 +238,13 @@ function onMessage(said: FromStudio): void {
       element<HTMLButtonElement>("leave").disabled = !hand.holds;
       showDevice(s.safety, s.trip, s.given);
       view.blocked = s.blocked !== 0;
-      if (s.blocked !== 0 && !blocked) notify("The tool stands in wood there and can't back out along its axis, so it cuts nothing. Lift it, and begin where it has room, point it another way, or take a smaller one.");
+      if (s.blocked !== 0 && !blocked)
+        notify(
+          "The tool stands in wood there and can't back out along its axis, so it cuts nothing. Lift it, and begin where it has room, point it another way, or take a smaller one.",
+        );
       blocked = s.blocked !== 0;
-      if (s.removed !== stuck.removed || !hand.heldBack(tip)) stuck = { removed: s.removed, since: performance.now() };
+      if (s.removed !== stuck.removed || !hand.heldBack(tip))
+        stuck = { removed: s.removed, since: performance.now() };
       else if (performance.now() - stuck.since > STILL_MS) {
         notify(hand.help);
         stuck.since = Infinity;
@@ -209,7 +257,11 @@ function onMessage(said: FromStudio): void {
         if (step !== 0) announce(`Step ${s.step} of ${s.steps}`);
         pictureSoon((step = s.step));
       }
-      Object.assign(document.body.dataset, { hash: s.hash, step: String(s.step), volume: String(s.volume) });
+      Object.assign(document.body.dataset, {
+        hash: s.hash,
+        step: String(s.step),
+        volume: String(s.volume),
+      });
       break;
     }
     case "Steps":
@@ -239,7 +291,12 @@ function showDevice(safety: number, trip: string, given: number): void {
   if (!hand.device) return;
   armed = safety !== 0;
   put("arm", armed ? "Stop the force" : "Let it push");
-  put("device-state", ["Off: it gives no force.", "Waiting: move it clear of the wood.", "On: it gives the force."][safety] + (trip ? ` ${trip}` : ""));
+  put(
+    "device-state",
+    ["Off: it gives no force.", "Waiting: move it clear of the wood.", "On: it gives the force."][
+      safety
+    ] + (trip ? ` ${trip}` : ""),
+  );
   read("device-given", safety === 2 ? `${given.toFixed(2)} N given` : "");
 }
 
@@ -293,7 +350,11 @@ element("help").onclick = help;
 element("settings").onclick = () => dialog("settings-box").showModal();
 element("work").querySelector("button")!.onclick = () => send(write.CancelWork());
 dialog("exporting").onclose = () => {
-  if (dialog("exporting").returnValue === "yes") void exportAs(element<HTMLSelectElement>("format").value, element<HTMLInputElement>("tolerance").value || "0");
+  if (dialog("exporting").returnValue === "yes")
+    void exportAs(
+      element<HTMLSelectElement>("format").value,
+      element<HTMLInputElement>("tolerance").value || "0",
+    );
 };
 dialog("naming").onclose = () => {
   const name = element<HTMLInputElement>("version").value.trim();
@@ -308,12 +369,14 @@ element("pause").onclick = () => {
   plot.paused = !plot.paused;
   element("pause").textContent = plot.paused ? "Go on" : "Pause";
 };
-const sayModel = (): void => put("model-says", MODEL_NOTES[element<HTMLSelectElement>("model").value as Model]);
+const sayModel = (): void =>
+  put("model-says", MODEL_NOTES[element<HTMLSelectElement>("model").value as Model]);
 element("model").addEventListener("change", sayModel);
 sayModel();
 element("csv").onclick = () => save("forces.csv", plot.csv());
 element("arm").onclick = () => send(write.Arm({ armed: armed ? 0 : 1 }));
-element("reach").oninput = () => send(write.ChooseReach({ scale: 10 ** Number(element<HTMLInputElement>("reach").value) }));
+element("reach").oninput = () =>
+  send(write.ChooseReach({ scale: 10 ** Number(element<HTMLInputElement>("reach").value) }));
 canvas.addEventListener("contextmenu", (event) => event.preventDefault());
 canvas.addEventListener("dblclick", (event) => {
   if (!view.hit(event.clientX, event.clientY)) view.frame();
@@ -323,14 +386,30 @@ const keys = new Keys(
   {
     smaller: { label: "smaller tool", keys: ["["], run: () => hand.nudge("size", 1 / 1.15) },
     larger: { label: "larger tool", keys: ["]"], run: () => hand.nudge("size", 1.15) },
-    size: { label: "size by moving the pointer, until it is pressed", keys: ["f"], run: () => hand.startSliding("size") },
-    depth: { label: "depth by moving the pointer, until it is pressed", keys: ["Shift+f"], run: () => hand.startSliding("depth") },
+    size: {
+      label: "size by moving the pointer, until it is pressed",
+      keys: ["f"],
+      run: () => hand.startSliding("size"),
+    },
+    depth: {
+      label: "depth by moving the pointer, until it is pressed",
+      keys: ["Shift+f"],
+      run: () => hand.startSliding("depth"),
+    },
     shallower: { label: "shallower", keys: ["{"], run: () => hand.nudge("depth", 1 / 1.15) },
     deeper: { label: "deeper", keys: ["}"], run: () => hand.nudge("depth", 1.15) },
     turn: { label: "turn the tool by 15°", keys: ["t"], run: () => hand.turn() },
     strike: { label: "strike with the mallet", keys: ["Space"], run: () => hand.strike() },
-    plane: { label: "depth from the plane of the wood under the pointer", keys: ["p"], run: () => hand.setPlane() },
-    mirror: { label: "mirror left and right, or nothing", keys: ["x"], run: () => hand.toggleSymmetry() },
+    plane: {
+      label: "depth from the plane of the wood under the pointer",
+      keys: ["p"],
+      run: () => hand.setPlane(),
+    },
+    mirror: {
+      label: "mirror left and right, or nothing",
+      keys: ["x"],
+      run: () => hand.toggleSymmetry(),
+    },
     undo: { label: "undo", keys: ["Ctrl+z"], run: undo },
     redo: { label: "redo", keys: ["Ctrl+Shift+z", "Ctrl+y"], run: redo },
     cancel: {
@@ -341,10 +420,26 @@ const keys = new Keys(
         hand.lift();
       },
     },
-    front: { label: "from the front", keys: ["1"], run: () => view.frame(new THREE.Vector3(0, -1, 0.001)) },
-    right: { label: "from the right", keys: ["3"], run: () => view.frame(new THREE.Vector3(1, 0, 0.001)) },
-    above: { label: "from above", keys: ["7"], run: () => view.frame(new THREE.Vector3(0, -0.001, 1)) },
-    orthographic: { label: "orthographic or perspective", keys: ["5"], run: () => look.toggleOrthographic() },
+    front: {
+      label: "from the front",
+      keys: ["1"],
+      run: () => view.frame(new THREE.Vector3(0, -1, 0.001)),
+    },
+    right: {
+      label: "from the right",
+      keys: ["3"],
+      run: () => view.frame(new THREE.Vector3(1, 0, 0.001)),
+    },
+    above: {
+      label: "from above",
+      keys: ["7"],
+      run: () => view.frame(new THREE.Vector3(0, -0.001, 1)),
+    },
+    orthographic: {
+      label: "orthographic or perspective",
+      keys: ["5"],
+      run: () => look.toggleOrthographic(),
+    },
     all: { label: "show all", keys: ["Home"], run: () => view.frame() },
     export: { label: "export", keys: ["Ctrl+e"], run: askExport },
     close: { label: "close the document, and begin another", keys: ["Ctrl+o"], run: leave },
@@ -355,7 +450,8 @@ const keys = new Keys(
 );
 element("keys-again").onclick = () => keys.reset();
 dialog("keys").onclose = () => keys.stopWaiting();
-// For tests: from now on every frame takes at least so long [ms], as on a slow computer; 0: as it comes.
+// For tests: from now on every frame takes at least so long [ms], as on a slow computer; 0: as it
+// comes.
 let frameTakes = 0;
 function slowFrames(ms: number): void {
   const runs = frameTakes > 0;

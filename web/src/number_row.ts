@@ -1,7 +1,10 @@
-// SPDX-License-Identifier: MIT
-// A row of a slider: its number can be typed beside it, a screen reader hears its name and unit, and sizes go by
-// ratios along the slider. The slider keeps the id and the value that others read, set and listen to.
-/** What a slider's value is: the number shown, the same along a slider of ratios, or the number's logarithm. */
+// SPDX-License-Identifier: MIT A row of a slider: its number can be typed beside it, a screen
+// reader hears its name and unit, and sizes go by ratios along the slider. The slider keeps the id
+// and the value that others read, set and listen to.
+/**
+ * What a slider's value is: the number shown, the same along a slider of ratios, or the number's
+ * logarithm.
+ */
 export type Scale = "linear" | "ratio" | "exponent";
 
 const VALUE = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value")!;
@@ -19,14 +22,19 @@ class NumberRow {
   private sliding = false;
   private timer = 0;
 
-  /** `label`: a name, an output that others write (a number, its unit, and after a comma what it means), and a slider. */
+  /**
+   * `label`: a name, an output that others write (a number, its unit, and after a comma what it
+   * means), and a slider.
+   */
   constructor(
     label: HTMLLabelElement,
     private slider: HTMLInputElement,
     private scale: Scale,
   ) {
     const { typed, unit, more, wrong } = this;
-    const row = document.createElement("div"), name = document.createElement("label"), said = label.querySelector("output")!;
+    const row = document.createElement("div"),
+      name = document.createElement("label"),
+      said = label.querySelector("output")!;
     row.className = label.className;
     row.id = label.id;
     row.title = label.title;
@@ -58,16 +66,24 @@ class NumberRow {
     });
     slider.addEventListener("input", () => this.show());
     new MutationObserver(() => this.show()).observe(slider, { attributeFilter: ["min", "max"] });
-    new MutationObserver(() => this.explain(said.textContent ?? "")).observe(said, { childList: true, characterData: true, subtree: true });
+    new MutationObserver(() => this.explain(said.textContent ?? "")).observe(said, {
+      childList: true,
+      characterData: true,
+      subtree: true,
+    });
     typed.addEventListener("change", () => this.take(name.textContent!.trim()));
     typed.addEventListener("keydown", (event) => event.key === "Escape" && this.show());
     this.explain(said.textContent ?? "");
     this.show();
   }
 
-  /** A slider along which equal ways are equal ratios; the row's own keeps the value, and is not seen. */
+  /**
+   * A slider along which equal ways are equal ratios; the row's own keeps the value, and is not
+   * seen.
+   */
   private byRatio(labelledBy: string): HTMLInputElement {
-    const { slider } = this, ratio = (this.ratio = document.createElement("input"));
+    const { slider } = this,
+      ratio = (this.ratio = document.createElement("input"));
     ratio.type = "range";
     ratio.min = "0";
     ratio.max = "1";
@@ -78,7 +94,8 @@ class NumberRow {
     slider.classList.add("unseen");
     slider.setAttribute("aria-hidden", "true");
     const put = (kind: string): void => {
-      const low = Number(slider.min), value = low * (Number(slider.max) / low) ** Number(VALUE.get!.call(ratio));
+      const low = Number(slider.min),
+        value = low * (Number(slider.max) / low) ** Number(VALUE.get!.call(ratio));
       const fine = value < 2 ? 0.05 : value < 10 ? 0.1 : value < 50 ? 0.5 : 1;
       this.sliding = true;
       slider.value = String(Math.round(value / fine) * fine);
@@ -95,7 +112,8 @@ class NumberRow {
   }
 
   private show(): void {
-    const { slider, typed, ratio } = this, now = this.number(slider.value);
+    const { slider, typed, ratio } = this,
+      now = this.number(slider.value);
     typed.min = written(this.number(slider.min));
     typed.max = written(this.number(slider.max));
     typed.value = written(now);
@@ -106,26 +124,37 @@ class NumberRow {
 
   /** Of "4.0 mm, Ks 0.25/mm" the unit, and what it means. */
   private explain(said: string): void {
-    const [first, ...rest] = said.split(", "), unit = /^[-\d.]+\s*(.*)$/.exec(first)?.[1] ?? "";
+    const [first, ...rest] = said.split(", "),
+      unit = /^[-\d.]+\s*(.*)$/.exec(first)?.[1] ?? "";
     this.unit.textContent = unit;
     this.more.textContent = rest.join(", ");
     for (const at of [this.slider, this.ratio]) at?.setAttribute("aria-valuetext", said);
   }
 
   private take(name: string): void {
-    const { slider, typed, wrong } = this, wanted = typed.valueAsNumber, unit = this.unit.textContent;
-    const low = Number(typed.min), high = Number(typed.max), fits = wanted >= low && wanted <= high;
+    const { slider, typed, wrong } = this,
+      wanted = typed.valueAsNumber,
+      unit = this.unit.textContent;
+    const low = Number(typed.min),
+      high = Number(typed.max),
+      fits = wanted >= low && wanted <= high;
     window.clearTimeout(this.timer);
-    wrong.textContent = fits ? "" : `${name} can be ${low} to ${high} ${unit}; it stays ${written(this.number(slider.value))} ${unit}.`;
+    wrong.textContent = fits
+      ? ""
+      : `${name} can be ${low} to ${high} ${unit}; it stays ${written(this.number(slider.value))} ${unit}.`;
     this.timer = window.setTimeout(() => (wrong.textContent = ""), WRONG_MS);
     if (!fits) return this.show();
     if (written(this.number(slider.value)) === written(wanted)) return;
     slider.value = String(this.scale === "exponent" ? Math.log10(wanted) : wanted);
-    for (const kind of ["input", "change"]) slider.dispatchEvent(new Event(kind, { bubbles: true }));
+    for (const kind of ["input", "change"])
+      slider.dispatchEvent(new Event(kind, { bubbles: true }));
   }
 }
 
-/** Every slider of the page becomes a row with its number; `scales`: of those that are not linear, by their ids. */
+/**
+ * Every slider of the page becomes a row with its number; `scales`: of those that are not linear,
+ * by their ids.
+ */
 export function makeNumberRows(scales: Record<string, Scale>): void {
   for (const label of document.querySelectorAll<HTMLLabelElement>("label.row")) {
     const slider = label.querySelector<HTMLInputElement>("input[type=range]");

@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: MIT
-// Where a ray meets the chunks of a surface first: chunks by their bounds, from the nearest on, and no further than
-// what has been met.
+// SPDX-License-Identifier: MIT Where a ray meets the chunks of a surface first: chunks by their
+// bounds, from the nearest on, and no further than what has been met.
 import * as THREE from "three";
 
 export interface Hit {
@@ -8,7 +7,10 @@ export interface Hit {
   normal: THREE.Vector3;
 }
 
-/** Of a ray that is to be looked at from `near` to `far` [multiples of its direction]: what it meets first. */
+/**
+ * Of a ray that is to be looked at from `near` to `far` [multiples of its direction]: what it meets
+ * first.
+ */
 interface Met {
   at: number;
   geometry: THREE.BufferGeometry;
@@ -21,21 +23,40 @@ interface Met {
 // Of a triangle's sides: each is rounded for itself, and a ray between two must meet one of them.
 const SLACK = 1e-9;
 
-function meet(geometry: THREE.BufferGeometry, ray: THREE.Ray, near: number, far: number): Met | null {
-  const p = geometry.attributes.position.array, index = geometry.index!.array;
-  const { x: ox, y: oy, z: oz } = ray.origin, { x: dx, y: dy, z: dz } = ray.direction;
+function meet(
+  geometry: THREE.BufferGeometry,
+  ray: THREE.Ray,
+  near: number,
+  far: number,
+): Met | null {
+  const p = geometry.attributes.position.array,
+    index = geometry.index!.array;
+  const { x: ox, y: oy, z: oz } = ray.origin,
+    { x: dx, y: dy, z: dz } = ray.direction;
   let met: Met | null = null;
   for (let i = 0; i < index.length; i += 3) {
-    const a = 3 * index[i], b = 3 * index[i + 1], c = 3 * index[i + 2];
-    const e1x = p[b] - p[a], e1y = p[b + 1] - p[a + 1], e1z = p[b + 2] - p[a + 2];
-    const e2x = p[c] - p[a], e2y = p[c + 1] - p[a + 1], e2z = p[c + 2] - p[a + 2];
-    const hx = dy * e2z - dz * e2y, hy = dz * e2x - dx * e2z, hz = dx * e2y - dy * e2x;
+    const a = 3 * index[i],
+      b = 3 * index[i + 1],
+      c = 3 * index[i + 2];
+    const e1x = p[b] - p[a],
+      e1y = p[b + 1] - p[a + 1],
+      e1z = p[b + 2] - p[a + 2];
+    const e2x = p[c] - p[a],
+      e2y = p[c + 1] - p[a + 1],
+      e2z = p[c + 2] - p[a + 2];
+    const hx = dy * e2z - dz * e2y,
+      hy = dz * e2x - dx * e2z,
+      hz = dx * e2y - dy * e2x;
     const det = e1x * hx + e1y * hy + e1z * hz; // above zero where the ray goes in
     if (det === 0) continue;
-    const sx = ox - p[a], sy = oy - p[a + 1], sz = oz - p[a + 2];
+    const sx = ox - p[a],
+      sy = oy - p[a + 1],
+      sz = oz - p[a + 2];
     const u = (sx * hx + sy * hy + sz * hz) / det;
     if (u < -SLACK || u > 1 + SLACK) continue;
-    const qx = sy * e1z - sz * e1y, qy = sz * e1x - sx * e1z, qz = sx * e1y - sy * e1x;
+    const qx = sy * e1z - sz * e1y,
+      qy = sz * e1x - sx * e1z,
+      qz = sx * e1y - sy * e1x;
     const v = (dx * qx + dy * qy + dz * qz) / det;
     if (v < -SLACK || u + v > 1 + SLACK) continue;
     const at = (e2x * qx + e2y * qy + e2z * qz) / det;
@@ -46,11 +67,19 @@ function meet(geometry: THREE.BufferGeometry, ray: THREE.Ray, near: number, far:
   return met;
 }
 
-/** Section: what lies on the side its normal points away from is not there, and the cut is a face. */
-export function firstHit(surface: Iterable<THREE.BufferGeometry>, ray: THREE.Ray, section: THREE.Plane | null): Hit | null {
-  let near = 0, far = Infinity;
+/**
+ * Section: what lies on the side its normal points away from is not there, and the cut is a face.
+ */
+export function firstHit(
+  surface: Iterable<THREE.BufferGeometry>,
+  ray: THREE.Ray,
+  section: THREE.Plane | null,
+): Hit | null {
+  let near = 0,
+    far = Infinity;
   if (section) {
-    const height = section.distanceToPoint(ray.origin), climb = section.normal.dot(ray.direction);
+    const height = section.distanceToPoint(ray.origin),
+      climb = section.normal.dot(ray.direction);
     if (height < 0 && climb <= 0) return null;
     if (height < 0) near = -height / climb;
     else if (climb < 0) far = -height / climb;
@@ -59,11 +88,16 @@ export function firstHit(surface: Iterable<THREE.BufferGeometry>, ray: THREE.Ray
   const candidates: { from: number; geometry: THREE.BufferGeometry }[] = [];
   for (const geometry of surface) {
     const { center: c, radius } = geometry.boundingSphere!;
-    const x = c.x - o.x, y = c.y - o.y, z = c.z - o.z, along = x * d.x + y * d.y + z * d.z;
-    const aside = x * x + y * y + z * z - along * along, half = radius * radius - aside;
+    const x = c.x - o.x,
+      y = c.y - o.y,
+      z = c.z - o.z,
+      along = x * d.x + y * d.y + z * d.z;
+    const aside = x * x + y * y + z * z - along * along,
+      half = radius * radius - aside;
     if (half < 0) continue;
     const reach = Math.sqrt(half);
-    if (along + reach >= near && along - reach < far) candidates.push({ from: along - reach, geometry });
+    if (along + reach >= near && along - reach < far)
+      candidates.push({ from: along - reach, geometry });
   }
   candidates.sort((a, b) => a.from - b.from);
   let met: Met | null = null;
@@ -74,10 +108,14 @@ export function firstHit(surface: Iterable<THREE.BufferGeometry>, ray: THREE.Ray
   }
   if (!met) return null;
   // The first it meets is a way out: it was inside where it came through the section.
-  if (section && near > 0 && met.leaves) return { point: ray.at(near, new THREE.Vector3()), normal: section.normal.clone().negate() };
-  const normals = met.geometry.attributes.normal, weights = [1 - met.u - met.v, met.u, met.v];
+  if (section && near > 0 && met.leaves)
+    return { point: ray.at(near, new THREE.Vector3()), normal: section.normal.clone().negate() };
+  const normals = met.geometry.attributes.normal,
+    weights = [1 - met.u - met.v, met.u, met.v];
   const normal = new THREE.Vector3();
-  met.corners.forEach((corner, k) => normal.add(new THREE.Vector3().fromBufferAttribute(normals, corner).multiplyScalar(weights[k])));
+  met.corners.forEach((corner, k) =>
+    normal.add(new THREE.Vector3().fromBufferAttribute(normals, corner).multiplyScalar(weights[k])),
+  );
   normal.normalize();
   if (normal.dot(d) > 0) normal.negate();
   return { point: ray.at(met.at, new THREE.Vector3()), normal };

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: MIT
-// The force over time, every servo tick of it, and as CSV. The scale is that of most ticks: spikes are cut off and marked.
+// SPDX-License-Identifier: MIT The force over time, every servo tick of it, and as CSV. The scale
+// is that of most ticks: spikes are cut off and marked.
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import { robustRange, spikes, type Range } from "./robust";
@@ -16,12 +16,20 @@ interface Clipped {
   unit: string;
 }
 
-/** Marks them where the plot ends, with their sizes where there is room. The sizes of all of them. */
+/**
+ * Marks them where the plot ends, with their sizes where there is room. The sizes of all of them.
+ */
 export function markSpikes(plot: uPlot, curves: Clipped[]): string[] {
-  const { ctx, bbox } = plot, pixel = uPlot.pxRatio, told: [number, number][] = [];
+  const { ctx, bbox } = plot,
+    pixel = uPlot.pxRatio,
+    told: [number, number][] = [];
   const marks = curves.flatMap((curve) => {
     const width = (plot.scales.x.max ?? 0) - (plot.scales.x.min ?? 0);
-    return spikes(curve.x, curve.y, curve.range, (8 * pixel * width) / bbox.width).map((spike) => ({ ...spike, curve, at: plot.valToPos(spike.x, "x", true) }));
+    return spikes(curve.x, curve.y, curve.range, (8 * pixel * width) / bbox.width).map((spike) => ({
+      ...spike,
+      curve,
+      at: plot.valToPos(spike.x, "x", true),
+    }));
   });
   marks.sort((a, b) => Math.abs(b.value) - Math.abs(a.value));
   ctx.save();
@@ -29,15 +37,19 @@ export function markSpikes(plot: uPlot, curves: Clipped[]): string[] {
   ctx.textAlign = "left";
   ctx.textBaseline = "alphabetic";
   for (const { at, value, curve } of marks) {
-    const top = value > 0, edge = top ? bbox.top : bbox.top + bbox.height, in_ = (top ? 1 : -1) * pixel;
+    const top = value > 0,
+      edge = top ? bbox.top : bbox.top + bbox.height,
+      in_ = (top ? 1 : -1) * pixel;
     ctx.fillStyle = curve.colour;
     ctx.beginPath();
     ctx.moveTo(at, edge);
     ctx.lineTo(at - 4 * pixel, edge + 7 * in_);
     ctx.lineTo(at + 4 * pixel, edge + 7 * in_);
     ctx.fill();
-    const words = `${rounded.format(value)} ${curve.unit}`.trim(), wide = ctx.measureText(words).width;
-    const from = at + 6 * pixel + wide > bbox.left + bbox.width ? at - 6 * pixel - wide : at + 6 * pixel;
+    const words = `${rounded.format(value)} ${curve.unit}`.trim(),
+      wide = ctx.measureText(words).width;
+    const from =
+      at + 6 * pixel + wide > bbox.left + bbox.width ? at - 6 * pixel - wide : at + 6 * pixel;
     if (told.some(([a, b]) => from < b + 6 * pixel && from + wide > a - 6 * pixel)) continue;
     told.push([from, from + wide]);
     ctx.fillText(words, from, edge + (top ? 9 : -2) * pixel);
@@ -51,11 +63,47 @@ const KEPT = 600000; // ten minutes
 
 // Okabe and Ito's colours, which people with any kind of colour vision tell apart.
 const SERIES = [
-  { label: "|F|: size of the force, N", about: "How large the force on the hand is, in newtons: an apple weighs about one", stroke: "#d55e00", show: true, scale: "y", unit: "N" },
-  { label: "Fx, N", about: "The force's part along x, to the right in the view from the front, in newtons", stroke: "#0072b2", show: false, scale: "y", unit: "N" },
-  { label: "Fy, N", about: "The force's part along y, away from you in the view from the front, in newtons", stroke: "#009e73", show: false, scale: "y", unit: "N" },
-  { label: "Fz, N", about: "The force's part along z, upwards, in newtons", stroke: "#cc79a7", show: false, scale: "y", unit: "N" },
-  { label: "|M|: size of the moment, N mm", about: "How strongly the force wants to turn the tool about its tip, in newton millimetres", stroke: "#56b4e9", show: true, scale: "m", dash: [4, 3], unit: "N mm" },
+  {
+    label: "|F|: size of the force, N",
+    about: "How large the force on the hand is, in newtons: an apple weighs about one",
+    stroke: "#d55e00",
+    show: true,
+    scale: "y",
+    unit: "N",
+  },
+  {
+    label: "Fx, N",
+    about: "The force's part along x, to the right in the view from the front, in newtons",
+    stroke: "#0072b2",
+    show: false,
+    scale: "y",
+    unit: "N",
+  },
+  {
+    label: "Fy, N",
+    about: "The force's part along y, away from you in the view from the front, in newtons",
+    stroke: "#009e73",
+    show: false,
+    scale: "y",
+    unit: "N",
+  },
+  {
+    label: "Fz, N",
+    about: "The force's part along z, upwards, in newtons",
+    stroke: "#cc79a7",
+    show: false,
+    scale: "y",
+    unit: "N",
+  },
+  {
+    label: "|M|: size of the moment, N mm",
+    about: "How strongly the force wants to turn the tool about its tip, in newton millimetres",
+    stroke: "#56b4e9",
+    show: true,
+    scale: "m",
+    dash: [4, 3],
+    unit: "N mm",
+  },
 ];
 
 export class ForcePlot {
@@ -75,12 +123,25 @@ export class ForcePlot {
     private rate: () => number,
   ) {
     const style = getComputedStyle(document.documentElement);
-    const text = style.getPropertyValue("--quiet"), line = style.getPropertyValue("--line");
-    const font = "11px system-ui, sans-serif", labelFont = "12px system-ui, sans-serif";
-    const axis = { stroke: text, grid: { stroke: line, width: 1 }, ticks: { stroke: line }, font, labelFont };
+    const text = style.getPropertyValue("--quiet"),
+      line = style.getPropertyValue("--line");
+    const font = "11px system-ui, sans-serif",
+      labelFont = "12px system-ui, sans-serif";
+    const axis = {
+      stroke: text,
+      grid: { stroke: line, width: 1 },
+      ticks: { stroke: line },
+      font,
+      labelFont,
+    };
     // Of the series of a scale that are shown.
     const range = (plot: uPlot, scale: string, min: number): Range =>
-      robustRange(plot.series.flatMap((s, i) => (i > 0 && s.show && (s.scale ?? "y") === scale ? [plot.data[i]] : [])), min);
+      robustRange(
+        plot.series.flatMap((s, i) =>
+          i > 0 && s.show && (s.scale ?? "y") === scale ? [plot.data[i]] : [],
+        ),
+        min,
+      );
     const scaled = (scale: string, min: number) => ({
       range: (plot: uPlot): [number, number] => {
         const { low, high } = range(plot, scale, min);
@@ -89,7 +150,8 @@ export class ForcePlot {
     });
     this.plot = new uPlot(
       {
-        width: 354, height: 190,
+        width: 354,
+        height: 190,
         scales: {
           x: { time: false },
           y: scaled("y", 1),
@@ -98,11 +160,26 @@ export class ForcePlot {
         axes: [
           { ...axis, label: "Time [s]", size: 28, labelSize: 16, labelGap: 0 },
           { ...axis, label: "Force [N]", size: 42, labelSize: 16 },
-          { ...axis, label: "Moment [N mm]", side: 1, scale: "m", size: 42, labelSize: 16, grid: { show: false } },
+          {
+            ...axis,
+            label: "Moment [N mm]",
+            side: 1,
+            scale: "m",
+            size: 42,
+            labelSize: 16,
+            grid: { show: false },
+          },
         ],
         series: [
           { label: "Time [s]" },
-          ...SERIES.map(({ label, stroke, show, scale, dash }) => ({ label, stroke, show, scale, dash, width: 1.5 })),
+          ...SERIES.map(({ label, stroke, show, scale, dash }) => ({
+            label,
+            stroke,
+            show,
+            scale,
+            dash,
+            width: 1.5,
+          })),
         ],
         hooks: {
           draw: [
@@ -111,10 +188,23 @@ export class ForcePlot {
                 plot,
                 SERIES.flatMap(({ scale, stroke, unit }, i) => {
                   const { min = 0, max = 0 } = plot.scales[scale];
-                  return plot.series[i + 1].show ? [{ x: plot.data[0], y: plot.data[i + 1], range: { low: min, high: max }, colour: stroke, unit }] : [];
+                  return plot.series[i + 1].show
+                    ? [
+                        {
+                          x: plot.data[0],
+                          y: plot.data[i + 1],
+                          range: { low: min, high: max },
+                          colour: stroke,
+                          unit,
+                        },
+                      ]
+                    : [];
                 }),
               );
-              this.picture.setAttribute("aria-label", `Force and moment over the last seconds${beyond.length > 0 ? `; beyond the scale: ${beyond.slice(0, 5).join(", ")}` : ""}`);
+              this.picture.setAttribute(
+                "aria-label",
+                `Force and moment over the last seconds${beyond.length > 0 ? `; beyond the scale: ${beyond.slice(0, 5).join(", ")}` : ""}`,
+              );
             },
           ],
         },
@@ -133,7 +223,14 @@ export class ForcePlot {
       name.tabIndex = 0;
       name.setAttribute("role", "button");
       name.setAttribute("aria-pressed", String(!name.parentElement!.classList.contains("u-off")));
-      name.addEventListener("click", () => setTimeout(() => name.setAttribute("aria-pressed", String(!name.parentElement!.classList.contains("u-off")))));
+      name.addEventListener("click", () =>
+        setTimeout(() =>
+          name.setAttribute(
+            "aria-pressed",
+            String(!name.parentElement!.classList.contains("u-off")),
+          ),
+        ),
+      );
       name.addEventListener("keydown", (event) => {
         if (event.key !== "Enter" && event.key !== " ") return;
         event.preventDefault();
@@ -160,7 +257,8 @@ export class ForcePlot {
 
   private draw(): void {
     const max = SHOWN_S * this.rate();
-    let from = this.rows.length, ticks = 0;
+    let from = this.rows.length,
+      ticks = 0;
     while (from > 0 && ticks < max) ticks += this.rows[--from].length / TICK_NUMBERS;
     const columns: number[][] = [[], [], [], [], [], []];
     for (let b = from; b < this.rows.length; b++) {
@@ -172,7 +270,8 @@ export class ForcePlot {
         columns[5].push(Math.hypot(r[i + 6], r[i + 7], r[i + 8]));
       }
     }
-    if (this.into.clientWidth > 0 && this.plot.width !== this.into.clientWidth) this.plot.setSize({ width: this.into.clientWidth, height: 190 });
+    if (this.into.clientWidth > 0 && this.plot.width !== this.into.clientWidth)
+      this.plot.setSize({ width: this.into.clientWidth, height: 190 });
     this.plot.setData(columns as uPlot.AlignedData);
   }
 

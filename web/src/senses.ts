@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: MIT
-// The force to the ear and the hand, where there is no force device: sound of the cut, vibration of a phone or a game controller.
+// SPDX-License-Identifier: MIT The force to the ear and the hand, where there is no force device:
+// sound of the cut, vibration of a phone or a game controller.
 
 import { TICK_NUMBERS } from "./wire";
 
@@ -13,7 +13,9 @@ export class Senses {
   feel(rows: Float32Array, rate: number): void {
     const ticks = rows.length / TICK_NUMBERS;
     if (ticks === 0) return;
-    let sum = 0, change = 0, way = 0;
+    let sum = 0,
+      change = 0,
+      way = 0;
     for (let i = 0; i < rows.length; i += TICK_NUMBERS) {
       const f = Math.hypot(rows[i + 3], rows[i + 4], rows[i + 5]);
       sum += f;
@@ -23,7 +25,8 @@ export class Senses {
         way += Math.hypot(rows[i] - rows[b], rows[i + 1] - rows[b + 1], rows[i + 2] - rows[b + 2]);
       }
     }
-    const force = sum / ticks, speed = ticks > 1 ? (way / (ticks - 1)) * rate : 0;
+    const force = sum / ticks,
+      speed = ticks > 1 ? (way / (ticks - 1)) * rate : 0;
     if (this.sound) this.play(force, change / ticks, speed);
     if (this.rumble) this.shake(force);
   }
@@ -41,7 +44,11 @@ export class Senses {
     gain.gain.cancelScheduledValues(now);
     gain.gain.setTargetAtTime(0.35 * (1 - Math.exp(-force / 1.5)) * moving, now, 0.02);
     gain.gain.setTargetAtTime(0, now + 0.25, 0.03); // where no tick follows
-    filter.frequency.setTargetAtTime(300 + 20 * Math.min(150, speed) + 4000 * Math.min(0.3, rough), context.currentTime, 0.03);
+    filter.frequency.setTargetAtTime(
+      300 + 20 * Math.min(150, speed) + 4000 * Math.min(0.3, rough),
+      context.currentTime,
+      0.03,
+    );
   }
 
   private make(): { context: AudioContext; gain: GainNode; filter: BiquadFilterNode } {
@@ -65,6 +72,12 @@ export class Senses {
     // A phone knows only on and off: longer is stronger.
     if ("vibrate" in navigator) navigator.vibrate(Math.round(8 + 60 * strong));
     for (const pad of navigator.getGamepads())
-      void pad?.vibrationActuator?.playEffect("dual-rumble", { duration: 120, strongMagnitude: strong, weakMagnitude: 0.6 * strong }).catch(() => undefined);
+      void pad?.vibrationActuator
+        ?.playEffect("dual-rumble", {
+          duration: 120,
+          strongMagnitude: strong,
+          weakMagnitude: 0.6 * strong,
+        })
+        .catch(() => undefined);
   }
 }

@@ -1,5 +1,5 @@
-// SPDX-License-Identifier: MIT
-// What is chosen in controls, kept in this browser: by their ids, and groups of radio buttons by their name.
+// SPDX-License-Identifier: MIT What is chosen in controls, kept in this browser: by their ids, and
+// groups of radio buttons by their name.
 const STORE = "kibori.settings";
 
 type Control = HTMLInputElement | HTMLSelectElement;
@@ -27,30 +27,43 @@ export class Settings {
   restore(): void {
     if (this.restored) return;
     this.restored = true;
-    // Each that is put back tells of a change, and all of them are kept again: the rest as it still is.
+    // Each that is put back tells of a change, and all of them are kept again: the rest as it still
+    // is.
     const kept = { ...this.kept };
     for (const name of this.names) {
       const value = kept[name];
-      const control = value === undefined ? undefined : this.controls(name).find((one) => one.type !== "radio" || one.value === value);
+      const control =
+        value === undefined
+          ? undefined
+          : this.controls(name).find((one) => one.type !== "radio" || one.value === value);
       if (!control) continue;
       if (control.type === "radio") (control as HTMLInputElement).checked = true;
       else if (control.type === "checkbox") (control as HTMLInputElement).checked = value === "1";
       else control.value = value;
       // A choice that is no longer there.
-      if (control instanceof HTMLSelectElement && control.selectedIndex < 0) control.selectedIndex = 0;
-      for (const kind of ["input", "change"]) control.dispatchEvent(new Event(kind, { bubbles: true }));
+      if (control instanceof HTMLSelectElement && control.selectedIndex < 0)
+        control.selectedIndex = 0;
+      for (const kind of ["input", "change"])
+        control.dispatchEvent(new Event(kind, { bubbles: true }));
     }
   }
 
   private controls(name: string): Control[] {
-    return [...document.querySelectorAll<Control>(`#${name}, input[type=radio][name=${name}]`)].filter((one) => "value" in one);
+    return [
+      ...document.querySelectorAll<Control>(`#${name}, input[type=radio][name=${name}]`),
+    ].filter((one) => "value" in one);
   }
 
   private keep(): void {
     if (!this.restored) return;
     for (const name of this.names) {
-      const all = this.controls(name), one = all.find((control) => control.type !== "radio" || (control as HTMLInputElement).checked);
-      if (one) this.kept[name] = one.type === "checkbox" ? ((one as HTMLInputElement).checked ? "1" : "0") : one.value;
+      const all = this.controls(name),
+        one = all.find(
+          (control) => control.type !== "radio" || (control as HTMLInputElement).checked,
+        );
+      if (one)
+        this.kept[name] =
+          one.type === "checkbox" ? ((one as HTMLInputElement).checked ? "1" : "0") : one.value;
     }
     try {
       localStorage.setItem(STORE, JSON.stringify(this.kept));

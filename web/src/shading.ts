@@ -1,7 +1,6 @@
-// SPDX-License-Identifier: MIT
-// The solid as an image. It is drawn into buffers (light, normals, depth), each pixel is shaded by what lies around it
-// (ambient occlusion, cavity), and the outcome is kept: while solid and camera rest, a frame is this image and what
-// moves over it.
+// SPDX-License-Identifier: MIT The solid as an image. It is drawn into buffers (light, normals,
+// depth), each pixel is shaded by what lies around it (ambient occlusion, cavity), and the outcome
+// is kept: while solid and camera rest, a frame is this image and what moves over it.
 //
 //     draw: chunks ─► light, normals, depth ─► hollows ─► image, depth        show: image, depth ─► the canvas
 //
@@ -14,15 +13,17 @@ const VERTEX = /* glsl */ `
 varying vec2 vUv;
 void main() { vUv = uv; gl_Position = vec4(position.xy, 0.0, 1.0); }`;
 
-// Places in the camera's frame. The normals' fourth component says what a pixel shows: 0 nothing, 0.5 the surface,
-// 1 the inside, seen through the section; this counts as lying in the section's plane.
+// Places in the camera's frame. The normals' fourth component says what a pixel shows: 0 nothing,
+// 0.5 the surface, 1 the inside, seen through the section; this counts as lying in the section's
+// plane.
 const PLACES = /* glsl */ `
 varying vec2 vUv;
 uniform sampler2D tDepth, tNormal;
 uniform mat4 unproject;
 uniform bool perspective, cut;
 uniform vec4 section;
-// Of the surface, however the section cuts it: on an axis of the camera, so that uv does not matter.
+// Of the surface, however the section cuts it: on an axis of the camera, so that uv does not
+// matter.
 float farAt(float depth) {
   float z = 2.0 * depth - 1.0;
   return (unproject[2].z * z + unproject[3].z) / (unproject[2].w * z + unproject[3].w);
@@ -36,7 +37,8 @@ vec3 placeAt(vec2 uv) {
 }`;
 
 const SAMPLES = 14;
-// How much of the sky above a point is hidden by what is nearer than the reach: the mean over a spiral of points.
+// How much of the sky above a point is hidden by what is nearer than the reach: the mean over a
+// spiral of points.
 const HOLLOWS = /* glsl */ `
 ${PLACES}
 uniform vec2 size;
@@ -46,7 +48,8 @@ void main() {
   if (said.a == 0.0) { gl_FragColor = vec4(1.0); return; }
   vec3 at = placeAt(vUv), normal = normalize(said.xyz);
   float wide = min(reach * scale / (perspective ? -at.z : 1.0), 0.1 * size.y);
-  // Sixteen turns of the spiral, one for each pixel of a square of four; their mean is taken when it is shown.
+  // Sixteen turns of the spiral, one for each pixel of a square of four; their mean is taken when
+  // it is shown.
   ivec2 pixel = ivec2(gl_FragCoord.xy) & 3;
   float turn = float((pixel.x * 5 + pixel.y * 7 + (pixel.x ^ pixel.y) * 4) & 15) / 16.0;
   float hidden = 0.0;
@@ -139,13 +142,26 @@ function depthTexture(): THREE.DepthTexture {
 }
 function pass(fragmentShader: string, uniforms: Uniforms, depth: boolean): FullScreenQuad {
   return new FullScreenQuad(
-    new THREE.ShaderMaterial({ vertexShader: VERTEX, fragmentShader, uniforms, depthTest: depth, depthWrite: depth, depthFunc: THREE.AlwaysDepth, blending: THREE.NoBlending, toneMapped: false }),
+    new THREE.ShaderMaterial({
+      vertexShader: VERTEX,
+      fragmentShader,
+      uniforms,
+      depthTest: depth,
+      depthWrite: depth,
+      depthFunc: THREE.AlwaysDepth,
+      blending: THREE.NoBlending,
+      toneMapped: false,
+    }),
   );
 }
 
 export class SolidImage {
   private solid: THREE.WebGLRenderTarget;
-  private hollows = new THREE.WebGLRenderTarget(1, 1, { depthBuffer: false, minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter });
+  private hollows = new THREE.WebGLRenderTarget(1, 1, {
+    depthBuffer: false,
+    minFilter: THREE.NearestFilter,
+    magFilter: THREE.NearestFilter,
+  });
   private image = new THREE.WebGLRenderTarget(1, 1, { depthTexture: depthTexture() });
   private every: number;
   private shared: Uniforms;
@@ -156,14 +172,22 @@ export class SolidImage {
   private smoothPass: FullScreenQuad | null = null;
 
   /**
-   * Against jagged edges: `samples` of each pixel, or, cheaper without a graphics card, the edges in the image `smoothed`. Hollows are found for every so-manyth pixel of a row and column.
+   * Against jagged edges: `samples` of each pixel, or, cheaper without a graphics card, the edges
+   * in the image `smoothed`. Hollows are found for every so-manyth pixel of a row and column.
    */
   constructor(
     private renderer: THREE.WebGLRenderer,
     { samples, smoothed, every }: { samples: number; smoothed: boolean; every: number },
   ) {
     this.every = every;
-    this.solid = new THREE.WebGLRenderTarget(1, 1, { count: 2, type: THREE.HalfFloatType, minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter, samples, depthTexture: depthTexture() });
+    this.solid = new THREE.WebGLRenderTarget(1, 1, {
+      count: 2,
+      type: THREE.HalfFloatType,
+      minFilter: THREE.NearestFilter,
+      magFilter: THREE.NearestFilter,
+      samples,
+      depthTexture: depthTexture(),
+    });
     const [light, normals] = this.solid.textures;
     this.shared = {
       tDepth: { value: this.solid.depthTexture },
@@ -175,17 +199,41 @@ export class SolidImage {
       section: { value: new THREE.Vector4() },
       reach: { value: 1 },
     };
-    this.hollowsPass = pass(HOLLOWS, { ...this.shared, size: { value: new THREE.Vector2() }, scale: { value: 1 } }, false);
+    this.hollowsPass = pass(
+      HOLLOWS,
+      { ...this.shared, size: { value: new THREE.Vector2() }, scale: { value: 1 } },
+      false,
+    );
     this.composePass = pass(
       COMPOSE,
-      { ...this.shared, tLight: { value: light }, tHollows: { value: this.hollows.texture }, size: { value: new THREE.Vector2() }, hollows: { value: false }, toned: { value: true }, cavity: { value: 0 }, toneMappingExposure: { value: 1 } },
+      {
+        ...this.shared,
+        tLight: { value: light },
+        tHollows: { value: this.hollows.texture },
+        size: { value: new THREE.Vector2() },
+        hollows: { value: false },
+        toned: { value: true },
+        cavity: { value: 0 },
+        toneMappingExposure: { value: 1 },
+      },
       true,
     );
     if (smoothed) {
       this.smoothed = new THREE.WebGLRenderTarget(1, 1, { depthBuffer: false });
-      this.smoothPass = pass(FXAAShader.fragmentShader, { tDiffuse: { value: this.image.texture }, resolution: { value: new THREE.Vector2() } }, false);
+      this.smoothPass = pass(
+        FXAAShader.fragmentShader,
+        { tDiffuse: { value: this.image.texture }, resolution: { value: new THREE.Vector2() } },
+        false,
+      );
     }
-    this.showPass = pass(SHOW, { tImage: { value: (this.smoothed ?? this.image).texture }, tDepth: { value: this.image.depthTexture } }, true);
+    this.showPass = pass(
+      SHOW,
+      {
+        tImage: { value: (this.smoothed ?? this.image).texture },
+        tDepth: { value: this.image.depthTexture },
+      },
+      true,
+    );
   }
 
   /** In pixels. */
@@ -199,14 +247,20 @@ export class SolidImage {
 
   /** All of the scene, or what of it lies in a part of the image [pixels, from the lower left]. */
   draw(scene: THREE.Scene, camera: THREE.Camera, shades: Shades, part: THREE.Box2 | null): void {
-    const { width, height } = this.solid, around = new THREE.Box2();
+    const { width, height } = this.solid,
+      around = new THREE.Box2();
     const restrict = (target: THREE.WebGLRenderTarget, share: number, by: number): void => {
       target.scissorTest = part !== null;
       if (!part) return;
       around.copy(part).expandByScalar(by);
       around.min.multiplyScalar(share).floor().clampScalar(0, Infinity);
       around.max.multiplyScalar(share).ceil().min(new THREE.Vector2(target.width, target.height));
-      target.scissor.set(around.min.x, around.min.y, Math.max(0, around.max.x - around.min.x), Math.max(0, around.max.y - around.min.y));
+      target.scissor.set(
+        around.min.x,
+        around.min.y,
+        Math.max(0, around.max.x - around.min.x),
+        Math.max(0, around.max.y - around.min.y),
+      );
     };
     const shared = this.shared;
     shared.unproject.value.copy(camera.projectionMatrixInverse);
@@ -244,7 +298,10 @@ export class SolidImage {
     this.renderer.setRenderTarget(this.image);
     this.composePass.render(this.renderer);
     if (this.smoothed && this.smoothPass) {
-      (this.smoothPass.material as THREE.ShaderMaterial).uniforms.resolution.value.set(1 / width, 1 / height);
+      (this.smoothPass.material as THREE.ShaderMaterial).uniforms.resolution.value.set(
+        1 / width,
+        1 / height,
+      );
       restrict(this.smoothed, 1, beside + 8);
       this.renderer.setRenderTarget(this.smoothed);
       this.smoothPass.render(this.renderer);
@@ -252,7 +309,10 @@ export class SolidImage {
     this.renderer.setRenderTarget(null);
   }
 
-  /** On the canvas, with its depth, so that what is drawn next is hidden by the solid where it should be. */
+  /**
+   * On the canvas, with its depth, so that what is drawn next is hidden by the solid where it
+   * should be.
+   */
   show(): void {
     this.renderer.setRenderTarget(null);
     this.showPass.render(this.renderer);

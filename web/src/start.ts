@@ -54,7 +54,12 @@ export class Start {
 
   /** Gives the examples there are. */
   show(json: string): Example[] {
-    const { documents, materials, examples, page } = JSON.parse(json) as { documents: Listed[]; materials: Material[]; examples: Example[]; page: string };
+    const { documents, materials, examples, page } = JSON.parse(json) as {
+      documents: Listed[];
+      materials: Material[];
+      examples: Example[];
+      page: string;
+    };
     this.importer.offer(page, materials);
     const wood = element<HTMLSelectElement>("wood");
     const before = wood.selectedIndex;
@@ -75,14 +80,29 @@ export class Start {
   }
 
   private begin(): void {
-    const shape = Number((document.querySelector("input[name=stock]:checked") as HTMLInputElement).value);
+    const shape = Number(
+      (document.querySelector("input[name=stock]:checked") as HTMLInputElement).value,
+    );
     const long = Number(value("length"));
-    const size: Vec3 = [[long, 0.625 * long, 0.375 * long] as Vec3, [0.5 * long, 0.5 * long, long] as Vec3, [long, long, long] as Vec3][shape];
-    this.send(write.Begin({ shape, size, pitch: long / Number(value("detail")), material: Number(value("wood")), name: value("name").trim() }));
+    const size: Vec3 = [
+      [long, 0.625 * long, 0.375 * long] as Vec3,
+      [0.5 * long, 0.5 * long, long] as Vec3,
+      [long, long, long] as Vec3,
+    ][shape];
+    this.send(
+      write.Begin({
+        shape,
+        size,
+        pitch: long / Number(value("detail")),
+        material: Number(value("wood")),
+        name: value("name").trim(),
+      }),
+    );
   }
 
   private example(example: Example): HTMLElement {
-    const button = document.createElement("button"), item = document.createElement("li");
+    const button = document.createElement("button"),
+      item = document.createElement("li");
     button.textContent = example.about;
     button.onclick = () => this.send(write.CarveExample({ name: example.name }));
     item.append(button);
@@ -91,8 +111,12 @@ export class Start {
 
   private row(listed: Listed): HTMLElement {
     const button = document.createElement("button");
-    const when = new Date(1000 * listed.changed).toLocaleString(undefined, { dateStyle: "medium", timeStyle: "short" });
-    const name = document.createElement("strong"), about = document.createElement("span");
+    const when = new Date(1000 * listed.changed).toLocaleString(undefined, {
+      dateStyle: "medium",
+      timeStyle: "short",
+    });
+    const name = document.createElement("strong"),
+      about = document.createElement("span");
     name.textContent = listed.name;
     about.textContent = `${when}, ${(listed.bytes / 1e6).toFixed(1)} MB`;
     button.append(name, about);

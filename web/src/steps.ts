@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT
-// The tree of what was done, as Steps tells it: the way through it that is shown, the groups of strokes along that
-// way, and the branches beside it. Nothing here knows the page.
+// SPDX-License-Identifier: MIT The tree of what was done, as Steps tells it: the way through it
+// that is shown, the groups of strokes along that way, and the branches beside it. Nothing here
+// knows the page.
 import type { Mode, Tool } from "./kinds";
 import { Reader } from "./wire";
 
@@ -54,12 +54,28 @@ export class StepTree {
   add(data: Uint8Array): void {
     const read = new Reader(data.slice().buffer);
     while (read.more) {
-      const id = read.u32(), parent = read.u32(), removed = read.f32(), made = read.f64(), tool = this.toolOf(read.text());
-      const mode = read.mode(), pictured = read.u8() === 1, label = read.text();
+      const id = read.u32(),
+        parent = read.u32(),
+        removed = read.f32(),
+        made = read.f64(),
+        tool = this.toolOf(read.text());
+      const mode = read.mode(),
+        pictured = read.u8() === 1,
+        label = read.text();
       const before = this.steps.get(parent);
       before?.next.push(id);
       this.last.delete(parent);
-      this.steps.set(id, { id, parent, removed, made, tool, mode, label, next: [], picture: pictured ? id : (before?.picture ?? 0) });
+      this.steps.set(id, {
+        id,
+        parent,
+        removed,
+        made,
+        tool,
+        mode,
+        label,
+        next: [],
+        picture: pictured ? id : (before?.picture ?? 0),
+      });
     }
   }
 
@@ -87,7 +103,9 @@ export class StepTree {
     const before = own.picture;
     own.picture = step;
     // Parents come before what follows them.
-    for (const other of this.steps.values()) if (other.id > step && other.picture === before) other.picture = this.steps.get(other.parent)?.picture ?? 0;
+    for (const other of this.steps.values())
+      if (other.id > step && other.picture === before)
+        other.picture = this.steps.get(other.parent)?.picture ?? 0;
   }
 
   /** From the stock to the head, and on to where the document was last. */
@@ -107,9 +125,15 @@ export class StepTree {
     const groups: Group[] = [];
     let ended = true;
     for (const step of way) {
-      const last = groups.at(-1), first = last?.steps[0];
-      const alike = last && first && first.tool === step.tool && (step.mode === last.mode || step.mode === MOVED || last.mode === MOVED);
-      if (!alike || ended || step.made - first.made > GROUP_S) groups.push({ steps: [step], mode: step.mode });
+      const last = groups.at(-1),
+        first = last?.steps[0];
+      const alike =
+        last &&
+        first &&
+        first.tool === step.tool &&
+        (step.mode === last.mode || step.mode === MOVED || last.mode === MOVED);
+      if (!alike || ended || step.made - first.made > GROUP_S)
+        groups.push({ steps: [step], mode: step.mode });
       else {
         last.steps.push(step);
         if (last.mode === MOVED) last.mode = step.mode;

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT
-// Small pictures of the piece, all by one camera and one light, so that those of two steps differ where the steps do.
-// They are drawn beside the canvas, and leave what is shown there alone.
+// SPDX-License-Identifier: MIT Small pictures of the piece, all by one camera and one light, so
+// that those of two steps differ where the steps do. They are drawn beside the canvas, and leave
+// what is shown there alone.
 import * as THREE from "three";
 import { OutputPass } from "three/examples/jsm/postprocessing/OutputPass.js";
 
@@ -16,14 +16,16 @@ export class Thumbnails {
   private box = new THREE.Box3();
   private from = new THREE.Vector3();
 
-  /** Of what of the scene has `layer`, which a sky has to have, too. Its sun shines as `like` does. */
+  /**
+   * Of what of the scene has `layer`, which a sky has to have, too. Its sun shines as `like` does.
+   */
   constructor(
     private scene: THREE.Scene,
     like: THREE.DirectionalLight,
     layer: number,
   ) {
-    // A sun of its own: shadows of the one that is seen by stay as they are. One sun for a camera each, so
-    // that materials need no second program.
+    // A sun of its own: shadows of the one that is seen by stay as they are. One sun for a camera
+    // each, so that materials need no second program.
     this.sun = new THREE.DirectionalLight(like.color, like.intensity);
     this.sun.layers.set(layer);
     this.sun.castShadow = true;
@@ -41,7 +43,9 @@ export class Thumbnails {
     this.box.copy(box);
     this.from.copy(from).normalize();
     const { center, radius } = box.getBoundingSphere(new THREE.Sphere());
-    this.sun.position.copy(center).add(new THREE.Vector3(-0.7, -0.45, 1.6).multiplyScalar(3 * radius));
+    this.sun.position
+      .copy(center)
+      .add(new THREE.Vector3(-0.7, -0.45, 1.6).multiplyScalar(3 * radius));
     this.sun.target.position.copy(center);
     const shadow = this.sun.shadow.camera;
     shadow.left = shadow.bottom = -1.2 * radius;
@@ -53,11 +57,13 @@ export class Thumbnails {
 
   draw(renderer: THREE.WebGLRenderer, width: number, height: number): Promise<Blob | null> {
     if (this.box.isEmpty()) return Promise.resolve(null);
-    const w = FINER * width, h = FINER * height;
+    const w = FINER * width,
+      h = FINER * height;
     this.light.setSize(w, h);
     this.colours.setSize(w, h);
     this.aim(width / height);
-    const { needsUpdate } = renderer.shadowMap, { toneMapping } = renderer;
+    const { needsUpdate } = renderer.shadowMap,
+      { toneMapping } = renderer;
     renderer.shadowMap.needsUpdate = true; // of the lights that this camera sees
     renderer.setRenderTarget(this.light);
     renderer.clear();
@@ -83,10 +89,17 @@ export class Thumbnails {
     this.camera.position.copy(center).add(this.from);
     this.camera.lookAt(center);
     this.camera.updateMatrixWorld();
-    const up = Math.tan((this.camera.fov * Math.PI) / 360) / MARGIN, right = up * aspect;
+    const up = Math.tan((this.camera.fov * Math.PI) / 360) / MARGIN,
+      right = up * aspect;
     let far = 0;
     for (let i = 0; i < 8; i++) {
-      const corner = new THREE.Vector3(...([0, 1, 2].map((k) => (i & (1 << k) ? this.box.max : this.box.min).getComponent(k)) as [number, number, number]));
+      const corner = new THREE.Vector3(
+        ...([0, 1, 2].map((k) => (i & (1 << k) ? this.box.max : this.box.min).getComponent(k)) as [
+          number,
+          number,
+          number,
+        ]),
+      );
       const seen = corner.sub(center).applyQuaternion(this.camera.quaternion.clone().invert());
       far = Math.max(far, Math.abs(seen.x) / right + seen.z, Math.abs(seen.y) / up + seen.z);
     }
@@ -106,7 +119,8 @@ function smaller(pixels: Uint8Array, width: number, height: number): ImageData {
       const sum = [0, 0, 0, 0];
       for (let v = 0; v < FINER; v++)
         for (let u = 0; u < FINER; u++) {
-          const at = 4 * ((FINER * (height - 1 - y) + v) * FINER * width + FINER * x + u), alpha = pixels[at + 3];
+          const at = 4 * ((FINER * (height - 1 - y) + v) * FINER * width + FINER * x + u),
+            alpha = pixels[at + 3];
           for (let k = 0; k < 3; k++) sum[k] += alpha * pixels[at + k];
           sum[3] += alpha;
         }

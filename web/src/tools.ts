@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT
-// The tools a person can pick up: a row for each shape, with what the page says of it, how it is chosen and how it
-// is drawn. A shape of the library without a row here does not compile.
+// SPDX-License-Identifier: MIT The tools a person can pick up: a row for each shape, with what the
+// page says of it, how it is chosen and how it is drawn. A shape of the library without a row here
+// does not compile.
 import * as THREE from "three";
 import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import type { Tool } from "./kinds";
@@ -40,7 +40,8 @@ interface Row<S extends Shape> {
 }
 
 /** From a tool's tip to its other end [mm], where its size does not say. */
-const LENGTH = 25, FINGER_LENGTH = 20;
+const LENGTH = 25,
+  FINGER_LENGTH = 20;
 const SEGMENTS = 40;
 /** Sharper than that, an edge is drawn as one [rad]. */
 const CREASE = 0.5;
@@ -50,9 +51,18 @@ const byRadius = (tool: { radius: number }): string => `${compact(tool.radius)} 
 const length = (tool: { length: number }): number => tool.length;
 /** What turns about its axis: radii and heights from the tip. */
 const lathe = (...points: [number, number][]): THREE.BufferGeometry =>
-  toCreasedNormals(new THREE.LatheGeometry(points.map(([r, z]) => new THREE.Vector2(r, z)), SEGMENTS).rotateX(Math.PI / 2), CREASE);
+  toCreasedNormals(
+    new THREE.LatheGeometry(
+      points.map(([r, z]) => new THREE.Vector2(r, z)),
+      SEGMENTS,
+    ).rotateX(Math.PI / 2),
+    CREASE,
+  );
 const ball = (radii: Vec3): THREE.BufferGeometry =>
-  new THREE.SphereGeometry(1, SEGMENTS, 28).rotateX(Math.PI / 2).scale(...radii).translate(0, 0, radii[2]);
+  new THREE.SphereGeometry(1, SEGMENTS, 28)
+    .rotateX(Math.PI / 2)
+    .scale(...radii)
+    .translate(0, 0, radii[2]);
 /** A quarter circle of the profile, from its lowest point on. */
 const arc = (r: number, z: number, radius: number, upTo = Math.PI / 2): [number, number][] =>
   Array.from({ length: 9 }, (_, i) => {
@@ -60,8 +70,17 @@ const arc = (r: number, z: number, radius: number, upTo = Math.PI / 2): [number,
     return [r + radius * Math.sin(a), z - radius * Math.cos(a)];
   });
 const half = (degrees: number): number => (degrees * Math.PI) / 360;
-function pointed({ angle_deg, radius, length }: { angle_deg: number; radius: number; length: number }): THREE.BufferGeometry {
-  const slope = Math.tan(half(angle_deg)), wide = Math.min(radius, slope * length);
+function pointed({
+  angle_deg,
+  radius,
+  length,
+}: {
+  angle_deg: number;
+  radius: number;
+  length: number;
+}): THREE.BufferGeometry {
+  const slope = Math.tan(half(angle_deg)),
+    wide = Math.min(radius, slope * length);
   return lathe([0, 0], [wide, wide / slope], [wide, length], [0, length]);
 }
 
@@ -105,11 +124,20 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     icon: '<path d="M6 2h12v14a5 5 0 0 1-5 5h-2a5 5 0 0 1-5-5z" />',
     powered: true,
     form: { name: "Corner", unit: "mm", min: 0.1, max: 12, value: 1.5 },
-    make: (radius, corner) => ({ shape: "bull", radius, corner: Math.min(corner, radius), length: LENGTH }),
+    make: (radius, corner) => ({
+      shape: "bull",
+      radius,
+      corner: Math.min(corner, radius),
+      length: LENGTH,
+    }),
     height: length,
-    shortened: (tool, height) => ({ ...tool, length: Math.min(tool.length, Math.max(height, 2 * tool.corner)) }),
+    shortened: (tool, height) => ({
+      ...tool,
+      length: Math.min(tool.length, Math.max(height, 2 * tool.corner)),
+    }),
     size: byRadius,
-    surface: ({ radius, corner, length }) => lathe([0, 0], ...arc(radius - corner, corner, corner), [radius, length], [0, length]),
+    surface: ({ radius, corner, length }) =>
+      lathe([0, 0], ...arc(radius - corner, corner, corner), [radius, length], [0, length]),
   },
   cone: {
     name: "V cutter",
@@ -128,14 +156,30 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     powered: true,
     form: { name: "Taper", unit: "°", min: 5, max: 120, value: 20 },
     // A ball of a third of its shank, as such cutters are sold.
-    make: (radius, angle_deg) => ({ shape: "tapered", ball: radius / 3, angle_deg, radius, length: LENGTH }),
+    make: (radius, angle_deg) => ({
+      shape: "tapered",
+      ball: radius / 3,
+      angle_deg,
+      radius,
+      length: LENGTH,
+    }),
     height: length,
-    shortened: (tool, height) => ({ ...tool, length: Math.min(tool.length, Math.max(height, 2 * tool.ball)) }),
+    shortened: (tool, height) => ({
+      ...tool,
+      length: Math.min(tool.length, Math.max(height, 2 * tool.ball)),
+    }),
     size: (tool) => `${compact(tool.radius)} mm, ball ${compact(tool.ball)} mm`,
     surface({ ball, angle_deg, radius, length }) {
-      const a = half(angle_deg), apex = ball - ball / Math.sin(a), full = Math.min(length, apex + radius / Math.tan(a));
+      const a = half(angle_deg),
+        apex = ball - ball / Math.sin(a),
+        full = Math.min(length, apex + radius / Math.tan(a));
       const wide = Math.min(radius, (full - apex) * Math.tan(a));
-      return lathe(...arc(0, ball, ball, Math.PI / 2 - a), [wide, full], [wide, length], [0, length]);
+      return lathe(
+        ...arc(0, ball, ball, Math.PI / 2 - a),
+        [wide, full],
+        [wide, length],
+        [0, length],
+      );
     },
   },
   capsule: {
@@ -144,10 +188,15 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     powered: false,
     make: (radius) => ({ shape: "capsule", radius, length: LENGTH + 2 * radius }),
     height: length,
-    shortened: (tool, height) => ({ ...tool, length: Math.min(tool.length, Math.max(height, 2 * tool.radius)) }),
+    shortened: (tool, height) => ({
+      ...tool,
+      length: Math.min(tool.length, Math.max(height, 2 * tool.radius)),
+    }),
     size: byRadius,
     surface: ({ radius, length }) =>
-      new THREE.CapsuleGeometry(radius, length - 2 * radius, 12, SEGMENTS).rotateX(Math.PI / 2).translate(0, 0, length / 2),
+      new THREE.CapsuleGeometry(radius, length - 2 * radius, 12, SEGMENTS)
+        .rotateX(Math.PI / 2)
+        .translate(0, 0, length / 2),
   },
   box: {
     name: "Box",
@@ -157,7 +206,10 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     form: { name: "Breadth", unit: "mm", min: 0.5, max: 24, value: 4 },
     make: (radius, breadth) => ({ shape: "box", size: [2 * radius, breadth, LENGTH] }),
     height: (tool) => tool.size[2],
-    shortened: ({ size }, height) => ({ shape: "box", size: [size[0], size[1], Math.min(size[2], height)] }),
+    shortened: ({ size }, height) => ({
+      shape: "box",
+      size: [size[0], size[1], Math.min(size[2], height)],
+    }),
     size: (tool) => `${compact(tool.size[0])} mm`,
     surface: ({ size }) => new THREE.BoxGeometry(...size).translate(0, 0, size[2] / 2),
   },
@@ -188,17 +240,20 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
 export const SHAPES = Object.keys(TOOLS) as Shape[];
 
 /** The tool, if a person can hold it; null for those of scenes only. */
-export const held = (tool: Tool | null): HeldTool | null => (tool && tool.shape in TOOLS ? (tool as HeldTool) : null);
+export const held = (tool: Tool | null): HeldTool | null =>
+  tool && tool.shape in TOOLS ? (tool as HeldTool) : null;
 
 // A row's functions take tools of its own shape: the row is found by that shape.
 const rowOf = (tool: HeldTool): Row<Shape> => TOOLS[tool.shape] as unknown as Row<Shape>;
 export const heightOf = (tool: HeldTool): number => rowOf(tool).height(tool);
-export const shortened = (tool: HeldTool, height: number): HeldTool => rowOf(tool).shortened(tool, height);
+export const shortened = (tool: HeldTool, height: number): HeldTool =>
+  rowOf(tool).shortened(tool, height);
 export const sizeOf = (tool: HeldTool): string => rowOf(tool).size(tool);
 export const toolSurface = (tool: HeldTool): THREE.BufferGeometry => rowOf(tool).surface(tool);
 
 /** A picture of the shape. */
-export const iconOf = (shape: Shape): string => `<svg viewBox="0 0 24 24" aria-hidden="true">${TOOLS[shape].icon}</svg>`;
+export const iconOf = (shape: Shape): string =>
+  `<svg viewBox="0 0 24 24" aria-hidden="true">${TOOLS[shape].icon}</svg>`;
 /** A button for each, the first one chosen. */
 export const toolButtons = (): string =>
   SHAPES.map((shape, i) => {

@@ -23,7 +23,8 @@ function drawnBySoftware(): boolean {
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }
 
-const STEEL = 0xb8bcc2, RED = 0xc62828;
+const STEEL = 0xb8bcc2,
+  RED = 0xc62828;
 const PICTURED = 1; // the layer of what thumbnails show
 /** Where one looks from when a document is opened. */
 const HOME = new THREE.Vector3(-0.55, -1, 0.75);
@@ -52,13 +53,18 @@ export class View {
   private shown = new Map<string, THREE.Mesh>();
   private lattice: Lattice = { origin: [0, 0, 0], pitch: 1 };
   private coarse = new Coarse(); // the chunks, for rough images
-  // What a chunk was when the stroke began: depth is taken from there, so that the tool does not sink by itself.
-  // null: there was none.
+  // What a chunk was when the stroke began: depth is taken from there, so that the tool does not
+  // sink by itself. null: there was none.
   private before: Map<string, THREE.Mesh | null> | null = null;
   readonly wood = new Wood();
   private tool = new THREE.Group();
   private ring: THREE.Mesh;
-  private arrow = new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), new THREE.Vector3(), 1, 0xd55e00);
+  private arrow = new THREE.ArrowHelper(
+    new THREE.Vector3(0, 0, 1),
+    new THREE.Vector3(),
+    1,
+    0xd55e00,
+  );
   private sun = new THREE.DirectionalLight(0xfff8ee, 2.3);
   private sunFrom = new THREE.Vector3();
   private grid: THREE.GridHelper | null = null;
@@ -82,7 +88,16 @@ export class View {
   private resting = 0;
   private drawn = false;
   private planes = new THREE.Group();
-  private level = new THREE.Mesh(new THREE.PlaneGeometry(1, 1), new THREE.MeshBasicMaterial({ color: 0x0072b2, transparent: true, opacity: 0.14, side: THREE.DoubleSide, depthWrite: false }));
+  private level = new THREE.Mesh(
+    new THREE.PlaneGeometry(1, 1),
+    new THREE.MeshBasicMaterial({
+      color: 0x0072b2,
+      transparent: true,
+      opacity: 0.14,
+      side: THREE.DoubleSide,
+      depthWrite: false,
+    }),
+  );
   private shades: Shades = { hollows: true, cavity: 0.5, toned: true, reach: 1, section: null };
   private best: SolidImage;
   private rough: SolidImage;
@@ -104,12 +119,20 @@ export class View {
     if (this.slow) this.ratio = 1;
     // Shadows are drawn anew when what throws them changes, not when the camera moves.
     this.renderer.shadowMap.autoUpdate = false;
-    this.best = new SolidImage(this.renderer, { samples: this.slow ? 0 : 4, smoothed: this.slow, every: this.slow ? 2 : 1 });
+    this.best = new SolidImage(this.renderer, {
+      samples: this.slow ? 0 : 4,
+      smoothed: this.slow,
+      every: this.slow ? 2 : 1,
+    });
     this.rough = new SolidImage(this.renderer, { samples: 0, smoothed: false, every: 2 });
     this.image = this.best;
     for (const camera of [this.perspective, this.parallel]) camera.up.set(0, 0, 1);
     this.controls = new OrbitControls(this.camera, canvas);
-    this.controls.mouseButtons = { LEFT: THREE.MOUSE.ROTATE, MIDDLE: THREE.MOUSE.ROTATE, RIGHT: THREE.MOUSE.ROTATE };
+    this.controls.mouseButtons = {
+      LEFT: THREE.MOUSE.ROTATE,
+      MIDDLE: THREE.MOUSE.ROTATE,
+      RIGHT: THREE.MOUSE.ROTATE,
+    };
     this.controls.zoomToCursor = true;
     this.controls.addEventListener("start", () => this.turning++);
     this.controls.addEventListener("change", () => this.redraw());
@@ -118,7 +141,15 @@ export class View {
     this.sun.shadow.bias = -0.0004;
     this.sun.shadow.normalBias = 0.15;
     const ringShape = new THREE.RingGeometry(0.94, 1, 64);
-    this.ring = new THREE.Mesh(ringShape, new THREE.MeshBasicMaterial({ color: 0x0072b2, side: THREE.DoubleSide, depthTest: false, transparent: true }));
+    this.ring = new THREE.Mesh(
+      ringShape,
+      new THREE.MeshBasicMaterial({
+        color: 0x0072b2,
+        side: THREE.DoubleSide,
+        depthTest: false,
+        transparent: true,
+      }),
+    );
     this.ring.visible = this.arrow.visible = false;
     this.ring.renderOrder = 2;
     this.chunks.matrixWorldAutoUpdate = false;
@@ -128,7 +159,15 @@ export class View {
     lamp.position.set(-0.7, -0.45, 1.6);
     this.level.visible = false;
     sky.layers.enable(PICTURED);
-    this.over.add(this.planes, this.level, this.tool, this.ring, this.arrow, lamp, new THREE.HemisphereLight(0xffffff, 0xb5a48f, 1.7));
+    this.over.add(
+      this.planes,
+      this.level,
+      this.tool,
+      this.ring,
+      this.arrow,
+      lamp,
+      new THREE.HemisphereLight(0xffffff, 0xb5a48f, 1.7),
+    );
     this.thumbnails = new Thumbnails(this.scene, this.sun, PICTURED);
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
@@ -152,10 +191,21 @@ export class View {
     for (let i = 0; i < 3; i++) {
       const [u, v] = [size[(i + 1) % 3], size[(i + 2) % 3]];
       const frame = new THREE.LineLoop(
-        new THREE.BufferGeometry().setFromPoints([[-u, -v], [u, -v], [u, v], [-u, v]].map(([a, b]) => new THREE.Vector3().setComponent((i + 1) % 3, a / 2).setComponent((i + 2) % 3, b / 2))),
+        new THREE.BufferGeometry().setFromPoints(
+          [
+            [-u, -v],
+            [u, -v],
+            [u, v],
+            [-u, v],
+          ].map(([a, b]) =>
+            new THREE.Vector3().setComponent((i + 1) % 3, a / 2).setComponent((i + 2) % 3, b / 2),
+          ),
+        ),
         new THREE.LineBasicMaterial({ color: 0x0072b2 }),
       );
-      frame.position.set(...(lattice.origin.map((o, k) => o + (lattice.pitch * nodes[k]) / 2) as Vec3));
+      frame.position.set(
+        ...(lattice.origin.map((o, k) => o + (lattice.pitch * nodes[k]) / 2) as Vec3),
+      );
       frame.visible = false;
       this.planes.add(frame);
     }
@@ -202,17 +252,31 @@ export class View {
   whole = false;
   /** Whether it is shown as well as it can be. */
   get settled(): boolean {
-    return !this.drawn && !this.stale && this.changed.length === 0 && this.image === this.best && !(this.slow && this.moved);
+    return (
+      !this.drawn &&
+      !this.stale &&
+      this.changed.length === 0 &&
+      this.image === this.best &&
+      !(this.slow && this.moved)
+    );
   }
 
   /** The chunks that are shown, as they were sent, by their places. */
   surface(): Uint8Array {
-    return pack(new Map([...this.shown].map(([place, mesh]) => [place, mesh.geometry])), this.lattice);
+    return pack(
+      new Map([...this.shown].map(([place, mesh]) => [place, mesh.geometry])),
+      this.lattice,
+    );
   }
 
   frame(from = HOME): void {
     this.box.makeEmpty();
-    for (const mesh of this.shown.values()) this.box.union(new THREE.Box3().setFromBufferAttribute(mesh.geometry.attributes.position as THREE.BufferAttribute));
+    for (const mesh of this.shown.values())
+      this.box.union(
+        new THREE.Box3().setFromBufferAttribute(
+          mesh.geometry.attributes.position as THREE.BufferAttribute,
+        ),
+      );
     if (this.box.isEmpty()) return;
     this.turning++;
     this.fit();
@@ -237,7 +301,11 @@ export class View {
     const half = Math.ceil((1.6 * r) / apart) * apart;
     this.grid = new THREE.GridHelper(2 * half, (2 * half) / apart, 0x8a7a68, 0xb9aca0);
     this.grid.rotation.x = Math.PI / 2;
-    this.grid.position.set(Math.round(sphere.center.x / apart) * apart, Math.round(sphere.center.y / apart) * apart, this.box.min.z - 0.001 * r);
+    this.grid.position.set(
+      Math.round(sphere.center.x / apart) * apart,
+      Math.round(sphere.center.y / apart) * apart,
+      this.box.min.z - 0.001 * r,
+    );
     (this.grid.material as THREE.Material).transparent = true;
     (this.grid.material as THREE.Material).opacity = 0.45;
     this.over.add(this.grid);
@@ -266,7 +334,8 @@ export class View {
   }
   endStroke(): void {
     if (!this.before) return;
-    for (const [place, mesh] of this.before) if (mesh && this.shown.get(place) !== mesh) mesh.geometry.dispose();
+    for (const [place, mesh] of this.before)
+      if (mesh && this.shown.get(place) !== mesh) mesh.geometry.dispose();
     this.before = null;
     this.redraw();
   }
@@ -275,12 +344,17 @@ export class View {
   rayAt(x: number, y: number): THREE.Ray {
     const r = this.canvas.getBoundingClientRect();
     this.camera.updateMatrixWorld();
-    this.ray.setFromCamera(new THREE.Vector2((2 * (x - r.left)) / r.width - 1, 1 - (2 * (y - r.top)) / r.height), this.camera);
+    this.ray.setFromCamera(
+      new THREE.Vector2((2 * (x - r.left)) / r.width - 1, 1 - (2 * (y - r.top)) / r.height),
+      this.camera,
+    );
     return this.ray.ray;
   }
   /** How many mm a pixel of the window is wide at a place. */
   perPixel(at: THREE.Vector3): number {
-    const r = this.canvas.getBoundingClientRect(), seen = at.clone().project(this.camera), beside = seen.clone();
+    const r = this.canvas.getBoundingClientRect(),
+      seen = at.clone().project(this.camera),
+      beside = seen.clone();
     beside.x += 2 / r.width;
     return seen.unproject(this.camera).distanceTo(beside.unproject(this.camera));
   }
@@ -289,9 +363,13 @@ export class View {
     return this.controls.target;
   }
 
-  /** Where a point of the window meets the surface: as it was before the stroke that is being made, or as it is. */
+  /**
+   * Where a point of the window meets the surface: as it was before the stroke that is being made,
+   * or as it is.
+   */
   hit(x: number, y: number, began = true): Hit | null {
-    const ray = this.rayAt(x, y), before = began ? this.before : null;
+    const ray = this.rayAt(x, y),
+      before = began ? this.before : null;
     const surface: THREE.BufferGeometry[] = [];
     for (const [place, mesh] of this.shown) if (!before?.has(place)) surface.push(mesh.geometry);
     if (before) for (const mesh of before.values()) if (mesh) surface.push(mesh.geometry);
@@ -318,15 +396,29 @@ export class View {
     this.tool.clear();
     if (!tool) return this.redraw();
     const color = this.red ? RED : STEEL;
-    const steel = new THREE.MeshStandardMaterial({ color, roughness: 0.3, metalness: 0.6, transparent: true, opacity: 0.75 });
+    const steel = new THREE.MeshStandardMaterial({
+      color,
+      roughness: 0.3,
+      metalness: 0.6,
+      transparent: true,
+      opacity: 0.75,
+    });
     this.tool.add(new THREE.Mesh(toolSurface(tool), steel));
     this.redraw();
   }
 
-  /** So many pixels at each edge are covered by something: the rest is what the solid is shown in. */
+  /**
+   * So many pixels at each edge are covered by something: the rest is what the solid is shown in.
+   */
   cover(insets: Insets): void {
     const { left, right, top, bottom } = this.covered;
-    if (insets.left === left && insets.right === right && insets.top === top && insets.bottom === bottom) return;
+    if (
+      insets.left === left &&
+      insets.right === right &&
+      insets.top === top &&
+      insets.bottom === bottom
+    )
+      return;
     this.covered = insets;
     this.fit();
     this.redraw();
@@ -348,8 +440,11 @@ export class View {
     this.arrow.visible = false;
     if (!tip) return;
     this.tool.position.set(...tip);
-    const x = new THREE.Vector3(...side), z = new THREE.Vector3(...axis);
-    this.tool.quaternion.setFromRotationMatrix(new THREE.Matrix4().makeBasis(x, z.clone().cross(x), z));
+    const x = new THREE.Vector3(...side),
+      z = new THREE.Vector3(...axis);
+    this.tool.quaternion.setFromRotationMatrix(
+      new THREE.Matrix4().makeBasis(x, z.clone().cross(x), z),
+    );
     const f = new THREE.Vector3(...force);
     const n = f.length();
     this.arrow.visible = n > 0.01;
@@ -362,11 +457,15 @@ export class View {
   }
   private told = ""; // where the tool was said to be
 
-  /** Whether the tool stands where it can't work. It is told again and again, and only a change is drawn. */
+  /**
+   * Whether the tool stands where it can't work. It is told again and again, and only a change is
+   * drawn.
+   */
   set blocked(now: boolean) {
     if (now === this.red) return;
     this.red = now;
-    for (const mesh of this.tool.children as THREE.Mesh[]) (mesh.material as THREE.MeshStandardMaterial).color.set(now ? RED : STEEL);
+    for (const mesh of this.tool.children as THREE.Mesh[])
+      (mesh.material as THREE.MeshStandardMaterial).color.set(now ? RED : STEEL);
     this.redraw();
   }
   private red = false; // the tool is drawn as one that can't work
@@ -377,7 +476,9 @@ export class View {
     if (plane) {
       this.level.position.copy(plane.point);
       this.level.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), plane.normal);
-      this.level.scale.setScalar(this.box.isEmpty() ? 20 : this.box.getSize(new THREE.Vector3()).length() / 2);
+      this.level.scale.setScalar(
+        this.box.isEmpty() ? 20 : this.box.getSize(new THREE.Vector3()).length() / 2,
+      );
     }
     this.redraw();
   }
@@ -397,13 +498,17 @@ export class View {
   }
   /** From a point towards who looks. */
   towardsEye(point: THREE.Vector3): THREE.Vector3 {
-    if (this.orthographic) return new THREE.Vector3(0, 0, 1).applyQuaternion(this.camera.quaternion);
+    if (this.orthographic)
+      return new THREE.Vector3(0, 0, 1).applyQuaternion(this.camera.quaternion);
     return this.camera.position.clone().sub(point).normalize();
   }
   /** Along a pen that is tilted so from upright on the screen [degrees]. */
   alongPen(tiltX: number, tiltY: number): THREE.Vector3 {
-    const tangent = (degrees: number): number => Math.tan((Math.max(-80, Math.min(80, degrees)) * Math.PI) / 180);
-    return new THREE.Vector3(tangent(tiltX), -tangent(tiltY), 1).normalize().applyQuaternion(this.camera.quaternion);
+    const tangent = (degrees: number): number =>
+      Math.tan((Math.max(-80, Math.min(80, degrees)) * Math.PI) / 180);
+    return new THREE.Vector3(tangent(tiltX), -tangent(tiltY), 1)
+      .normalize()
+      .applyQuaternion(this.camera.quaternion);
   }
 
   // ---- The look
@@ -446,7 +551,9 @@ export class View {
   set orthographic(on: boolean) {
     if (on === this.orthographic) return;
     this.turning++;
-    const about = this.controls.target, way = this.camera.position.clone().sub(about), half = Math.tan((FIELD * Math.PI) / 360);
+    const about = this.controls.target,
+      way = this.camera.position.clone().sub(about),
+      half = Math.tan((FIELD * Math.PI) / 360);
     let far = way.length() || 1;
     if (on) {
       this.half = half * this.share * far;
@@ -462,20 +569,34 @@ export class View {
     this.redrawSolid();
   }
 
-  /** Looks at the middle from there, as far away as before; turned there in a moment, unless the person wants no motion. */
+  /**
+   * Looks at the middle from there, as far away as before; turned there in a moment, unless the
+   * person wants no motion.
+   */
   turnTo(from: Vec3): void {
-    const turn = ++this.turning, about = this.controls.target, start = performance.now();
-    const begin = new THREE.Spherical().setFromVector3(asUp(this.camera.position.clone().sub(about)));
+    const turn = ++this.turning,
+      about = this.controls.target,
+      start = performance.now();
+    const begin = new THREE.Spherical().setFromVector3(
+      asUp(this.camera.position.clone().sub(about)),
+    );
     const end = new THREE.Spherical().setFromVector3(asUp(new THREE.Vector3(...from)));
     end.phi = Math.min(Math.PI - 0.001, Math.max(0.001, end.phi));
     // From above and below, the side that is nearer is kept in front.
-    if (Math.abs(from[2]) > 0 && from[0] === 0 && from[1] === 0) end.theta = Math.round(begin.theta / (Math.PI / 2)) * (Math.PI / 2);
-    const around = THREE.MathUtils.euclideanModulo(end.theta - begin.theta + Math.PI, 2 * Math.PI) - Math.PI;
+    if (Math.abs(from[2]) > 0 && from[0] === 0 && from[1] === 0)
+      end.theta = Math.round(begin.theta / (Math.PI / 2)) * (Math.PI / 2);
+    const around =
+      THREE.MathUtils.euclideanModulo(end.theta - begin.theta + Math.PI, 2 * Math.PI) - Math.PI;
     const lasts = matchMedia("(prefers-reduced-motion: reduce)").matches ? 0 : TURN_MS;
     const step = (): void => {
       if (turn !== this.turning) return;
-      const share = lasts === 0 ? 1 : Math.min(1, (performance.now() - start) / lasts), smooth = share * share * (3 - 2 * share);
-      const now = new THREE.Spherical(begin.radius, begin.phi + smooth * (end.phi - begin.phi), begin.theta + smooth * around);
+      const share = lasts === 0 ? 1 : Math.min(1, (performance.now() - start) / lasts),
+        smooth = share * share * (3 - 2 * share);
+      const now = new THREE.Spherical(
+        begin.radius,
+        begin.phi + smooth * (end.phi - begin.phi),
+        begin.theta + smooth * around,
+      );
       this.camera.position.copy(asStands(new THREE.Vector3().setFromSpherical(now))).add(about);
       this.controls.update();
       this.redraw();
@@ -506,7 +627,10 @@ export class View {
 
   // ---- Pictures
 
-  /** The whole piece from where one looks first, on no ground, whatever is shown now; null where the browser can't. */
+  /**
+   * The whole piece from where one looks first, on no ground, whatever is shown now; null where the
+   * browser can't.
+   */
   thumbnail(width: number, height: number): Promise<Blob | null> {
     // Of wood and uncut, whatever it is shown like.
     for (const mesh of this.shown.values()) mesh.material = this.wood.pictured;
@@ -527,14 +651,25 @@ export class View {
     return picture;
   }
 
-  /** One turn about the upright axis: so many pictures, each given to use() before the next is drawn. */
-  async turntable(of: Capture, count: number, use: (picture: HTMLCanvasElement, index: number) => Promise<boolean>): Promise<void> {
-    const about = this.controls.target.clone(), from = this.camera.position.clone().sub(about);
+  /**
+   * One turn about the upright axis: so many pictures, each given to use() before the next is
+   * drawn.
+   */
+  async turntable(
+    of: Capture,
+    count: number,
+    use: (picture: HTMLCanvasElement, index: number) => Promise<boolean>,
+  ): Promise<void> {
+    const about = this.controls.target.clone(),
+      from = this.camera.position.clone().sub(about);
     this.turning++;
     const turn = async (): Promise<void> => {
       const { canvas, context } = surfaceOf(of.width, of.height, of.background);
       for (let i = 0, wanted = true; i < count && wanted; i++) {
-        this.camera.position.copy(from).applyAxisAngle(new THREE.Vector3(0, 0, 1), (2 * Math.PI * i) / count).add(about);
+        this.camera.position
+          .copy(from)
+          .applyAxisAngle(new THREE.Vector3(0, 0, 1), (2 * Math.PI * i) / count)
+          .add(about);
         this.camera.lookAt(about);
         this.drawWhole();
         if (of.background) context.fillRect(0, 0, of.width, of.height);
@@ -586,8 +721,10 @@ export class View {
     requestAnimationFrame(() => {
       this.drawn = false;
       if (this.size) return;
-      const now = performance.now(), took = now - this.began;
-      // Only where one frame was asked for right after the other does the time between them tell how long they take.
+      const now = performance.now(),
+        took = now - this.began;
+      // Only where one frame was asked for right after the other does the time between them tell
+      // how long they take.
       this.late = asked - this.ended < 25 && took > 60 && took < 400 ? this.late + 1 : 0;
       if (this.late >= 4) {
         this.late = 0;
@@ -600,8 +737,10 @@ export class View {
       if (!this.slow || (this.image === this.best && !this.moved)) return;
       window.clearTimeout(this.resting);
       const rest = (): void => {
-        // A stroke is drawn into the image that it began with; a rough one is first drawn as well as can be.
-        if ((this.before && this.image === this.best) || this.still || this.size) this.resting = window.setTimeout(rest, REST_MS);
+        // A stroke is drawn into the image that it began with; a rough one is first drawn as well
+        // as can be.
+        if ((this.before && this.image === this.best) || this.still || this.size)
+          this.resting = window.setTimeout(rest, REST_MS);
         else this.render(true);
       };
       this.resting = window.setTimeout(rest, REST_MS);
@@ -615,17 +754,26 @@ export class View {
 
   /** The solid in the middle of what is not covered. */
   private fit(): void {
-    const w = this.size?.width ?? this.canvas.clientWidth, h = this.size?.height ?? this.canvas.clientHeight;
+    const w = this.size?.width ?? this.canvas.clientWidth,
+      h = this.size?.height ?? this.canvas.clientHeight;
     const { left, right, top, bottom } = this.size ? NOTHING : this.covered;
-    const wide = w - left - right, high = h - top - bottom;
+    const wide = w - left - right,
+      high = h - top - bottom;
     if (wide <= 0 || high <= 0) return;
-    // A turn of the wrist, or a sheet, that leaves less breadth for the height: what was all shown still is. A picture
-    // of another shape is for a moment only: there the camera stays where it is.
-    const share = Math.min(1, wide / high), { perspective, parallel } = this;
+    // A turn of the wrist, or a sheet, that leaves less breadth for the height: what was all shown
+    // still is. A picture of another shape is for a moment only: there the camera stays where it
+    // is.
+    const share = Math.min(1, wide / high),
+      { perspective, parallel } = this;
     perspective.zoom = this.size ? share / this.share : 1;
     if (!this.size) {
-      const { position } = perspective, about = this.controls.target;
-      if (this.framed && !this.orthographic && share !== this.share) position.sub(about).multiplyScalar(this.share / share).add(about);
+      const { position } = perspective,
+        about = this.controls.target;
+      if (this.framed && !this.orthographic && share !== this.share)
+        position
+          .sub(about)
+          .multiplyScalar(this.share / share)
+          .add(about);
       this.share = share;
     }
     if (this.orthographic) {
@@ -642,7 +790,8 @@ export class View {
   /** Whole: as well as can be, with shadows as they now are. */
   private render(whole: boolean): void {
     const ratio = this.size ? 1 : this.ratio;
-    const w = Math.floor((this.size?.width ?? this.canvas.clientWidth) * ratio), h = Math.floor((this.size?.height ?? this.canvas.clientHeight) * ratio);
+    const w = Math.floor((this.size?.width ?? this.canvas.clientWidth) * ratio),
+      h = Math.floor((this.size?.height ?? this.canvas.clientHeight) * ratio);
     if (w === 0 || h === 0) return;
     if (this.canvas.width !== w || this.canvas.height !== h) {
       this.renderer.setPixelRatio(1);
@@ -651,7 +800,9 @@ export class View {
     }
     this.fit();
     this.camera.updateMatrixWorld();
-    const turned = !this.seen.camera.equals(this.camera.matrixWorld) || !this.seen.lens.equals(this.camera.projectionMatrix);
+    const turned =
+      !this.seen.camera.equals(this.camera.matrixWorld) ||
+      !this.seen.lens.equals(this.camera.projectionMatrix);
     // While a stroke is made on a slow machine, they stay as they were.
     const shadows = this.moved && whole;
     if (shadows) {
@@ -681,28 +832,57 @@ export class View {
 
   /** The part of the image that shows chunks that have changed. */
   private drawChanged(w: number, h: number): void {
-    const share = this.image === this.best ? 1 : ROUGH, part = new THREE.Box2();
-    const at = new THREE.Vector3(), half = new THREE.Vector3();
+    const share = this.image === this.best ? 1 : ROUGH,
+      part = new THREE.Box2();
+    const at = new THREE.Vector3(),
+      half = new THREE.Vector3();
     for (const { center, radius } of this.changed)
       for (let corner = 0; corner < 8; corner++) {
-        half.set(corner & 1 ? radius : -radius, corner & 2 ? radius : -radius, corner & 4 ? radius : -radius);
+        half.set(
+          corner & 1 ? radius : -radius,
+          corner & 2 ? radius : -radius,
+          corner & 4 ? radius : -radius,
+        );
         at.copy(center).add(half).applyMatrix4(this.camera.matrixWorldInverse);
         // What is behind the eye has no place in the window.
-        if (!this.orthographic && at.z > -this.camera.near) return this.image.draw(this.scene, this.camera, this.shades, null);
+        if (!this.orthographic && at.z > -this.camera.near)
+          return this.image.draw(this.scene, this.camera, this.shades, null);
         at.applyMatrix4(this.camera.projectionMatrix);
-        part.expandByPoint(new THREE.Vector2(((1 + at.x) / 2) * w * share, ((1 + at.y) / 2) * h * share));
+        part.expandByPoint(
+          new THREE.Vector2(((1 + at.x) / 2) * w * share, ((1 + at.y) / 2) * h * share),
+        );
       }
     part.expandByScalar(3);
     part.intersect(new THREE.Box2(new THREE.Vector2(), new THREE.Vector2(w * share, h * share)));
     if (part.isEmpty()) return;
     // Only what may be seen there is handed to the renderer.
     const lens = new THREE.Matrix4();
-    const size = part.getSize(new THREE.Vector2()), middle = part.getCenter(new THREE.Vector2());
-    const sx = (w * share) / size.x, sy = (h * share) / size.y;
-    lens.set(sx, 0, 0, -sx * ((2 * middle.x) / (w * share) - 1), 0, sy, 0, -sy * ((2 * middle.y) / (h * share) - 1), 0, 0, 1, 0, 0, 0, 0, 1);
+    const size = part.getSize(new THREE.Vector2()),
+      middle = part.getCenter(new THREE.Vector2());
+    const sx = (w * share) / size.x,
+      sy = (h * share) / size.y;
+    lens.set(
+      sx,
+      0,
+      0,
+      -sx * ((2 * middle.x) / (w * share) - 1),
+      0,
+      sy,
+      0,
+      -sy * ((2 * middle.y) / (h * share) - 1),
+      0,
+      0,
+      1,
+      0,
+      0,
+      0,
+      0,
+      1,
+    );
     lens.multiply(this.camera.projectionMatrix).multiply(this.camera.matrixWorldInverse);
     const frustum = new THREE.Frustum().setFromProjectionMatrix(lens);
-    for (const mesh of this.shown.values()) mesh.visible = frustum.intersectsSphere(mesh.geometry.boundingSphere!);
+    for (const mesh of this.shown.values())
+      mesh.visible = frustum.intersectsSphere(mesh.geometry.boundingSphere!);
     this.image.draw(this.scene, this.camera, this.shades, part);
     for (const mesh of this.shown.values()) mesh.visible = true;
   }
@@ -712,7 +892,11 @@ export class View {
 const asUp = (v: THREE.Vector3): THREE.Vector3 => v.set(v.x, v.z, -v.y);
 const asStands = (v: THREE.Vector3): THREE.Vector3 => v.set(v.x, -v.z, v.y);
 
-function surfaceOf(width: number, height: number, background: string | null): { canvas: HTMLCanvasElement; context: CanvasRenderingContext2D } {
+function surfaceOf(
+  width: number,
+  height: number,
+  background: string | null,
+): { canvas: HTMLCanvasElement; context: CanvasRenderingContext2D } {
   const canvas = document.createElement("canvas");
   canvas.width = width;
   canvas.height = height;

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT
-// What the solid is made of: wood through and through (rings about the pith, fibres along it), so that a cut shows what
-// was inside, or clay. The same wood as in kibori/picture/wood.cpp: what is changed here is changed there.
+// SPDX-License-Identifier: MIT What the solid is made of: wood through and through (rings about the
+// pith, fibres along it), so that a cut shows what was inside, or clay. The same wood as in
+// kibori/picture/wood.cpp: what is changed here is changed there.
 import * as THREE from "three";
 
 const MOST = 16; // materials that are told apart
@@ -62,11 +62,18 @@ vec3 woodAt(vec3 place, int kind) {
 }
 `;
 
-// Places of the solid's own frame; and normals into the second buffer (shading.ts says what the fourth number is).
+// Places of the solid's own frame; and normals into the second buffer (shading.ts says what the
+// fourth number is).
 const VERTEX = (shader: string): string =>
   shader
-    .replace("#include <common>", "#include <common>\nattribute float kind;\nvarying vec3 vPlace;\nflat varying int vKind;")
-    .replace("#include <begin_vertex>", `#include <begin_vertex>\nvPlace = position;\nvKind = min(int(kind + 0.5), ${MOST - 1});`);
+    .replace(
+      "#include <common>",
+      "#include <common>\nattribute float kind;\nvarying vec3 vPlace;\nflat varying int vKind;",
+    )
+    .replace(
+      "#include <begin_vertex>",
+      `#include <begin_vertex>\nvPlace = position;\nvKind = min(int(kind + 0.5), ${MOST - 1});`,
+    );
 const FRAGMENT = (shader: string): string =>
   shader
     .replace(
@@ -85,7 +92,10 @@ const FRAGMENT = (shader: string): string =>
       #endif
       ${SHADER}`,
     )
-    .replace("#include <normal_fragment_maps>", "#include <normal_fragment_maps>\noutNormal = vec4(normal, 0.5);");
+    .replace(
+      "#include <normal_fragment_maps>",
+      "#include <normal_fragment_maps>\noutNormal = vec4(normal, 0.5);",
+    );
 
 export type Shading = "wood" | "plain" | "clay";
 
@@ -107,7 +117,13 @@ export class Wood {
 
   constructor() {
     // Into a buffer of light alone, the normals that a shader writes are dropped.
-    const uniforms = { pith: { value: this.pith }, along: { value: this.along }, ring: this.ring, woodColors: { value: this.colors }, sectionPlane: { value: this.plane } };
+    const uniforms = {
+      pith: { value: this.pith },
+      along: { value: this.along },
+      ring: this.ring,
+      woodColors: { value: this.colors },
+      sectionPlane: { value: this.plane },
+    };
     const inside = (color: string): string => `#include <opaque_fragment>
       #ifdef SECTION
       if (!gl_FrontFacing) { gl_FragColor.rgb = ${color}; outNormal.a = 1.0; }
@@ -117,27 +133,39 @@ export class Wood {
       material.shadowSide = THREE.BackSide;
     }
     // The same text for both, so that they have one program.
-    const wooden = (contrasts: Float32Array) => (shader: { uniforms: Record<string, THREE.IUniform>; vertexShader: string; fragmentShader: string }): void => {
-      Object.assign(shader.uniforms, uniforms, { contrasts: { value: contrasts } });
-      shader.vertexShader = VERTEX(shader.vertexShader);
-      shader.fragmentShader = FRAGMENT(shader.fragmentShader)
-        .replace(
-          "#include <color_fragment>",
-          `vec3 place = vPlace;
+    const wooden =
+      (contrasts: Float32Array) =>
+      (shader: {
+        uniforms: Record<string, THREE.IUniform>;
+        vertexShader: string;
+        fragmentShader: string;
+      }): void => {
+        Object.assign(shader.uniforms, uniforms, { contrasts: { value: contrasts } });
+        shader.vertexShader = VERTEX(shader.vertexShader);
+        shader.fragmentShader = FRAGMENT(shader.fragmentShader)
+          .replace(
+            "#include <color_fragment>",
+            `vec3 place = vPlace;
           #ifdef SECTION
           if (!gl_FrontFacing) place = cutPlace();
           #endif
           diffuseColor.rgb *= woodAt(place, vKind);`,
-        )
-        // What is cut is flat, and told from a face by being a little redder.
-        .replace("#include <opaque_fragment>", inside("0.82 * diffuseColor.rgb * vec3(1.06, 0.97, 0.92)"));
-    };
+          )
+          // What is cut is flat, and told from a face by being a little redder.
+          .replace(
+            "#include <opaque_fragment>",
+            inside("0.82 * diffuseColor.rgb * vec3(1.06, 0.97, 0.92)"),
+          );
+      };
     this.woodMaterial.onBeforeCompile = wooden(this.contrasts);
     this.pictured.onBeforeCompile = wooden(this.own);
     this.clayMaterial.onBeforeCompile = (shader) => {
       Object.assign(shader.uniforms, uniforms);
       shader.vertexShader = VERTEX(shader.vertexShader);
-      shader.fragmentShader = FRAGMENT(shader.fragmentShader).replace("#include <opaque_fragment>", inside("vec3(0.42, 0.16, 0.09)"));
+      shader.fragmentShader = FRAGMENT(shader.fragmentShader).replace(
+        "#include <opaque_fragment>",
+        inside("vec3(0.42, 0.16, 0.09)"),
+      );
     };
   }
 
@@ -171,16 +199,26 @@ export class Wood {
     }
   }
 
-  /** The piece it is cut from. Its grain runs along its longest side; where the other two are equal, it is a log. */
+  /**
+   * The piece it is cut from. Its grain runs along its longest side; where the other two are equal,
+   * it is a log.
+   */
   place(low: THREE.Vector3, size: THREE.Vector3): void {
-    const sides = size.toArray(), longest = sides.indexOf(Math.max(...sides));
+    const sides = size.toArray(),
+      longest = sides.indexOf(Math.max(...sides));
     const [u, v] = [sides[(longest + 1) % 3], sides[(longest + 2) % 3]];
-    this.along.copy(new THREE.Vector3(0.05, 0.09, 0.06)).setComponent(longest, this.along.getComponent(longest) + 1).normalize();
+    this.along
+      .copy(new THREE.Vector3(0.05, 0.09, 0.06))
+      .setComponent(longest, this.along.getComponent(longest) + 1)
+      .normalize();
     const aside = new THREE.Vector3(0.31, 0.55, -0.77);
     aside.addScaledVector(this.along, -aside.dot(this.along)).normalize();
     const log = Math.abs(u - v) < 0.02 * u;
     this.pith.copy(low).addScaledVector(size, 0.5);
-    this.pith.addScaledVector(aside, log ? 0.06 * u : 0.45 * Math.min(...sides) + 0.12 * size.length());
+    this.pith.addScaledVector(
+      aside,
+      log ? 0.06 * u : 0.45 * Math.min(...sides) + 0.12 * size.length(),
+    );
     this.ring.value = sides[longest] / 26;
   }
 
@@ -188,7 +226,12 @@ export class Wood {
   setKinds(kinds: { name: string; color: [number, number, number] }[]): void {
     for (let i = 0; i < MOST && kinds.length > 0; i++) {
       const kind = kinds[Math.min(i, kinds.length - 1)];
-      this.colors[i].setRGB(kind.color[0] / 255, kind.color[1] / 255, kind.color[2] / 255, THREE.SRGBColorSpace);
+      this.colors[i].setRGB(
+        kind.color[0] / 255,
+        kind.color[1] / 255,
+        kind.color[2] / 255,
+        THREE.SRGBColorSpace,
+      );
       this.own[i] = contrastOf(kind.name);
     }
     this.shading = this.chosen;
@@ -199,9 +242,17 @@ const SIDE = 256; // pixels of a matcap
 
 /** Warm clay under a soft key light, a cool fill from the other side, and a rim. */
 function clay(key: THREE.Vector3): THREE.DataTexture {
-  const pixels = new Uint8Array(4 * SIDE * SIDE), n = new THREE.Vector3();
-  const fill = new THREE.Vector3(-key.x, 0.3 - 0.5 * key.y, 0.6).normalize(), half = key.clone().add(new THREE.Vector3(0, 0, 1)).normalize();
-  const encode = (light: number): number => Math.round(255 * Math.min(1, light <= 0.0031308 ? 12.92 * light : 1.055 * light ** (1 / 2.4) - 0.055));
+  const pixels = new Uint8Array(4 * SIDE * SIDE),
+    n = new THREE.Vector3();
+  const fill = new THREE.Vector3(-key.x, 0.3 - 0.5 * key.y, 0.6).normalize(),
+    half = key
+      .clone()
+      .add(new THREE.Vector3(0, 0, 1))
+      .normalize();
+  const encode = (light: number): number =>
+    Math.round(
+      255 * Math.min(1, light <= 0.0031308 ? 12.92 * light : 1.055 * light ** (1 / 2.4) - 0.055),
+    );
   for (let y = 0; y < SIDE; y++)
     for (let x = 0; x < SIDE; x++) {
       n.set((2 * x + 1) / SIDE - 1, (2 * y + 1) / SIDE - 1, 0).divideScalar(0.99);
@@ -209,11 +260,17 @@ function clay(key: THREE.Vector3): THREE.DataTexture {
       n.z = Math.sqrt(1 - flat);
       n.normalize();
       // The key light wraps around a little, as in what light enters.
-      const lit = Math.max(0, (n.dot(key) + 0.25) / 1.25) ** 1.3, filled = Math.max(0, n.dot(fill)), shine = Math.max(0, n.dot(half)) ** 28;
-      const rim = (1 - n.z) ** 3 * Math.max(0, 0.4 + 0.6 * n.y), sky = 0.5 + 0.5 * n.y;
+      const lit = Math.max(0, (n.dot(key) + 0.25) / 1.25) ** 1.3,
+        filled = Math.max(0, n.dot(fill)),
+        shine = Math.max(0, n.dot(half)) ** 28;
+      const rim = (1 - n.z) ** 3 * Math.max(0, 0.4 + 0.6 * n.y),
+        sky = 0.5 + 0.5 * n.y;
       const at = 4 * (y * SIDE + x);
       [0.56, 0.235, 0.145].forEach((own, k) => {
-        const light = own * (1.12 * lit + [0.1, 0.13, 0.17][k] * filled + [0.1, 0.12, 0.15][k] * sky + 0.06) + 0.07 * shine + 0.1 * rim;
+        const light =
+          own * (1.12 * lit + [0.1, 0.13, 0.17][k] * filled + [0.1, 0.12, 0.15][k] * sky + 0.06) +
+          0.07 * shine +
+          0.1 * rim;
         pixels[at + k] = encode(light);
       });
       pixels[at + 3] = 255;
