@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// An hour of carving as a document: 10 000 strokes of 0.36 s in a lattice of 1024^3. What a stroke takes on
-// disk and in memory, how long saving, undo, redo and opening take.
+// An hour of carving as a document: 10 000 strokes of 0.36 s in a lattice of 1024^3. What a stroke
+// takes on disk and in memory, how long saving, undo, redo and opening take.
 //
 //   document_bench [--json] [--quick] [--strokes N] [--nodes N]     quick: 20 strokes in 512^3
 #include <sys/resource.h>
@@ -32,11 +32,14 @@ double resident_mb() {
 
 double share(std::vector<double> v, double below) {
   if (v.empty()) return 0;
-  const auto at = v.begin() + static_cast<std::ptrdiff_t>(below * static_cast<double>(v.size() - 1));
+  const auto at =
+      v.begin() + static_cast<std::ptrdiff_t>(below * static_cast<double>(v.size() - 1));
   std::nth_element(v.begin(), at, v.end());
   return *at;
 }
-double largest(const std::vector<double>& v) { return v.empty() ? 0 : *std::max_element(v.begin(), v.end()); }
+double largest(const std::vector<double>& v) {
+  return v.empty() ? 0 : *std::max_element(v.begin(), v.end());
+}
 
 }  // namespace
 
@@ -78,12 +81,14 @@ int main(int argc, char** argv) {
     for (int i = 0; i < kTicks; i++) {
       const double turn = a + 0.004 * i, noise = 1e-4 * std::sin(917.0 * i);
       StrokeTick tick;
-      tip += Vec3(0.1 * std::cos(turn) + noise, 0.1 * std::sin(turn) - noise, 5e-4 * std::sin(0.05 * i));
+      tip += Vec3(0.1 * std::cos(turn) + noise, 0.1 * std::sin(turn) - noise,
+                  5e-4 * std::sin(0.05 * i));
       tick.tip = tip;
       tick.edits = true;
       tick.hand = Vec3(0.01 * std::sin(313.0 * i), noise, -0.2);
       const double from = now_us();
-      if (!stroke.advance(settings.tool, tip, Vec3::Zero(), Mode::cut, {}, settings.materials)) return 2;
+      if (!stroke.advance(settings.tool, tip, Vec3::Zero(), Mode::cut, {}, settings.materials))
+        return 2;
       carve_us += now_us() - from;
       document.add(tick);
       if (i % 50 == 49) {
@@ -99,7 +104,8 @@ int main(int argc, char** argv) {
   const double memory_kb = (resident_mb() - memory_before) * 1000 / strokes;
   // All the way back and forth again: the states in memory are soon used up.
   const uint64_t first = document.steps().begin()->second.hash;
-  const auto all_the_way = [&](Document& through, TriDexel& on, bool back, std::vector<double>& ms) {
+  const auto all_the_way = [&](Document& through, TriDexel& on, bool back,
+                               std::vector<double>& ms) {
     for (int i = 0; i < strokes; i++) {
       const double at = now_us();
       if (!(back ? through.undo(on) : through.redo(on))) return false;
@@ -126,19 +132,24 @@ int main(int argc, char** argv) {
       loaded.value()->content_hash() != first)
     return std::fprintf(stderr, "document_bench: undone after opening it is not the same\n"), 2;
   if (!std::getenv("KIBORI_KEEP")) std::filesystem::remove_all(folder);
-  std::printf(
-      json ? "{\"strokes\":%d,\"nodes\":%d,\"disk_kb_per_stroke\":%.2f,\"memory_kb_per_stroke\":%.2f,\"carve_"
-             "us_per_tick\":%.2f,\"flush_ms\":%.3f,\"flush_max_ms\":%.1f,\"finish_ms\":%.3f,\"finish_max_"
-             "ms\":%.1f,"
-             "\"undo_ms\":%.3f,\"undo_p99_ms\":%.2f,\"undo_max_ms\":%.1f,"
-             "\"redo_ms\":%.3f,\"redo_p99_ms\":%.2f,\"redo_max_ms\":%.1f,\"open_s\":%.2f,"
-             "\"cold_undo_ms\":%.3f,\"cold_undo_p99_ms\":%.2f,\"cold_undo_max_ms\":%.1f}\n"
-           : "%d strokes in %d^3: %.2f kB of disk and %.2f kB of memory a stroke; carving %.2f us a tick\n"
-             "saving 50 ms of a stroke %.3f ms (at most %.1f), finishing one %.3f ms (at most %.1f)\n"
-             "undo of every stroke %.3f ms (p99 %.2f, at most %.1f), redo %.3f ms (p99 %.2f, at most %.1f)\n"
-             "opening and loading %.2f s; undo of every stroke then %.3f ms (p99 %.2f, at most %.1f)\n",
-      strokes, nodes, disk_kb, memory_kb, carve_us / strokes / kTicks, median(flush_ms), largest(flush_ms),
-      median(finish_ms), largest(finish_ms), median(undo_ms), share(undo_ms, 0.99), largest(undo_ms),
-      median(redo_ms), share(redo_ms, 0.99), largest(redo_ms), open_s, median(cold_ms), share(cold_ms, 0.99),
-      largest(cold_ms));
+  std::printf(json ? "{\"strokes\":%d,\"nodes\":%d,\"disk_kb_per_stroke\":%.2f,\"memory_kb_per_"
+                     "stroke\":%.2f,\"carve_"
+                     "us_per_tick\":%.2f,\"flush_ms\":%.3f,\"flush_max_ms\":%.1f,\"finish_ms\":%."
+                     "3f,\"finish_max_"
+                     "ms\":%.1f,"
+                     "\"undo_ms\":%.3f,\"undo_p99_ms\":%.2f,\"undo_max_ms\":%.1f,"
+                     "\"redo_ms\":%.3f,\"redo_p99_ms\":%.2f,\"redo_max_ms\":%.1f,\"open_s\":%.2f,"
+                     "\"cold_undo_ms\":%.3f,\"cold_undo_p99_ms\":%.2f,\"cold_undo_max_ms\":%.1f}\n"
+                   : "%d strokes in %d^3: %.2f kB of disk and %.2f kB of memory a stroke; carving "
+                     "%.2f us a tick\n"
+                     "saving 50 ms of a stroke %.3f ms (at most %.1f), finishing one %.3f ms (at "
+                     "most %.1f)\n"
+                     "undo of every stroke %.3f ms (p99 %.2f, at most %.1f), redo %.3f ms (p99 "
+                     "%.2f, at most %.1f)\n"
+                     "opening and loading %.2f s; undo of every stroke then %.3f ms (p99 %.2f, at "
+                     "most %.1f)\n",
+              strokes, nodes, disk_kb, memory_kb, carve_us / strokes / kTicks, median(flush_ms),
+              largest(flush_ms), median(finish_ms), largest(finish_ms), median(undo_ms),
+              share(undo_ms, 0.99), largest(undo_ms), median(redo_ms), share(redo_ms, 0.99),
+              largest(redo_ms), open_s, median(cold_ms), share(cold_ms, 0.99), largest(cold_ms));
 }

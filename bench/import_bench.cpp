@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A mesh into 512^3 and 1024^3 (128^3, once, when quick) and out again: scan conversion and surface
-// extraction against OpenVDB's meshToVolume and volumeToMesh, one thread, in turn; extraction also on two.
+// extraction against OpenVDB's meshToVolume and volumeToMesh, one thread, in turn; extraction also
+// on two.
 //
 //   import_bench [--json] [--quick] [MESH]     without MESH: a bumpy ball of 60 k triangles
 #include <cstdio>
@@ -104,20 +105,24 @@ int main(int argc, char** argv) {
     const double s1 = static_cast<double>(triangles) / median(out_own) / 1000,
                  s2 = static_cast<double>(triangles) / median(out_two) / 1000,
                  // An open mesh is hollow to OpenVDB, and there is no surface to extract.
-        sp = triangles_peer < triangles / 2 ? 0
-                                            : static_cast<double>(triangles_peer) / median(out_peer) / 1000;
+        sp = triangles_peer < triangles / 2
+                 ? 0
+                 : static_cast<double>(triangles_peer) / median(out_peer) / 1000;
     char text[512];
-    std::snprintf(
-        text, sizeof text,
-        json ? "%s{\"nodes\":%d,\"triangles\":%zu,\"kibori_ms\":%.1f,\"openvdb_ms\":%.1f,\"ratio\":%.2f,"
-               "\"spans\":%lld,\"surface_triangles\":%zu,\"surface_mtriangles_s\":%.2f,\"surface_two_threads_"
-               "mtriangles_s\":%.2f,"
-               "\"openvdb_surface_mtriangles_s\":%.2f,\"surface_ratio\":%.2f}"
-             : "%s%d^3, %zu triangles: kibori %.1f ms, OpenVDB meshToVolume %.1f ms, ratio %.1f, %lld spans\n"
-               "        surface of %zu triangles: %.2f M/s, on two threads %.2f; OpenVDB volumeToMesh %.2f, "
-               "ratio %.2f\n",
-        json && !out.empty() ? ",\n " : "", n, mesh.triangles.size(), k, p, p / k,
-        static_cast<long long>(spans), triangles, s1, s2, sp, sp > 0 ? s1 / sp : 0);
+    std::snprintf(text, sizeof text,
+                  json ? "%s{\"nodes\":%d,\"triangles\":%zu,\"kibori_ms\":%.1f,\"openvdb_ms\":%.1f,"
+                         "\"ratio\":%.2f,"
+                         "\"spans\":%lld,\"surface_triangles\":%zu,\"surface_mtriangles_s\":%.2f,"
+                         "\"surface_two_threads_"
+                         "mtriangles_s\":%.2f,"
+                         "\"openvdb_surface_mtriangles_s\":%.2f,\"surface_ratio\":%.2f}"
+                       : "%s%d^3, %zu triangles: kibori %.1f ms, OpenVDB meshToVolume %.1f ms, "
+                         "ratio %.1f, %lld spans\n"
+                         "        surface of %zu triangles: %.2f M/s, on two threads %.2f; OpenVDB "
+                         "volumeToMesh %.2f, "
+                         "ratio %.2f\n",
+                  json && !out.empty() ? ",\n " : "", n, mesh.triangles.size(), k, p, p / k,
+                  static_cast<long long>(spans), triangles, s1, s2, sp, sp > 0 ? s1 / sp : 0);
     out += text;
   }
   std::printf(json ? "[%s]\n" : "%s", out.c_str());

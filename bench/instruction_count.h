@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Counts instructions by single-stepping a forked copy of this process: exact, on the machine's own vector
-// unit, and deaf to other work. A repeated string instruction counts once a repetition. About 10^6 a second,
-// so for short work.
+// Counts instructions by single-stepping a forked copy of this process: exact, on the machine's own
+// vector unit, and deaf to other work. A repeated string instruction counts once a repetition.
+// About 10^6 a second, so for short work.
 #pragma once
 
 #include <csignal>
@@ -32,8 +32,8 @@ int64_t count_instructions(F&& f) {
   int64_t count = -1;
   if (waitpid(child, &status, 0) == child && WIFSTOPPED(status)) {
     count = 0;
-    while (ptrace(PTRACE_SINGLESTEP, child, nullptr, nullptr) == 0 && waitpid(child, &status, 0) == child &&
-           WIFSTOPPED(status) && WSTOPSIG(status) == SIGTRAP)
+    while (ptrace(PTRACE_SINGLESTEP, child, nullptr, nullptr) == 0 &&
+           waitpid(child, &status, 0) == child && WIFSTOPPED(status) && WSTOPSIG(status) == SIGTRAP)
       count++;
   }
   kill(child, SIGKILL);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The servo loop in real time: ball and finger of 16, 32 and 64 cells scrape a block by a simulated hand,
-// half their radius deep, with the surface followed on the other core.
+// The servo loop in real time: ball and finger of 16, 32 and 64 cells scrape a block by a simulated
+// hand, half their radius deep, with the surface followed on the other core.
 //
-//   servo_bench [--json] [--quick] [--seconds S]      S for each of the six, by default 10, quick 0.5
+//   servo_bench [--json] [--quick] [--seconds S]    S for each of the six, 10 by default, quick 0.5
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -70,7 +70,8 @@ int main(int argc, char** argv) {
       };
       const double missed = static_cast<double>(r.servo.missed) /
                             static_cast<double>(r.servo.ticks + r.servo.missed),
-                   cutting = static_cast<double>(r.totals.cutting_ticks) / static_cast<double>(r.servo.ticks);
+                   cutting = static_cast<double>(r.totals.cutting_ticks) /
+                             static_cast<double>(r.servo.ticks);
       // Shares, for programs; for people in percent.
       const auto told = [&](double share, int decimals) {
         if (!json) return percent(share);
@@ -81,14 +82,17 @@ int main(int argc, char** argv) {
       char text[600];
       std::snprintf(
           text, sizeof text,
-          json ? "%s{\"tool\":\"%s\",\"radius_cells\":%d,\"compute_p50_us\":%.1f,\"compute_p99_us\":%.1f,"
-                 "\"compute_p999_us\":%.1f,\"compute_max_us\":%.1f,\"missed\":%s,\"late_p99_us\":%.1f,"
+          json ? "%s{\"tool\":\"%s\",\"radius_cells\":%d,\"compute_p50_us\":%.1f,\"compute_p99_"
+                 "us\":%.1f,"
+                 "\"compute_p999_us\":%.1f,\"compute_max_us\":%.1f,\"missed\":%s,\"late_p99_us\":%."
+                 "1f,"
                  "\"empty_late_p99_us\":%.1f,\"cutting_share\":%s,\"surface_chunks\":%llu}"
-               : "%s%-6s R = %d: tick p50 %.1f, p99 %.1f, p99.9 %.1f, max %.1f us; missed %s; late p99 "
+               : "%s%-6s R = %d: tick p50 %.1f, p99 %.1f, p99.9 %.1f, max %.1f us; missed %s; late "
+                 "p99 "
                  "%.1f us "
                  "(empty loop %.1f); %s of the ticks cut; %llu chunks of surface\n",
-          json && !out.empty() ? ",\n " : "", finger ? "finger" : "ball", cells, us(r.servo.compute_ns, 0.5),
-          us(r.servo.compute_ns, 0.99), us(r.servo.compute_ns, 0.999),
+          json && !out.empty() ? ",\n " : "", finger ? "finger" : "ball", cells,
+          us(r.servo.compute_ns, 0.5), us(r.servo.compute_ns, 0.99), us(r.servo.compute_ns, 0.999),
           static_cast<double>(r.servo.compute_ns.max_ns()) / 1000, told(missed, 5).c_str(),
           us(r.servo.late_ns, 0.99), us(r.empty_late_ns, 0.99), told(cutting, 3).c_str(),
           static_cast<unsigned long long>(r.surface_chunks));

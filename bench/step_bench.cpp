@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-// One step of a ball that scrapes a block: Kibori (cut in three directions, normals, removed volume and
-// moments, wrench) against OpenVDB's level-set and bit-mask stamps, in turn in one process, one thread.
+// One step of a ball that scrapes a block: Kibori (cut in three directions, normals, removed volume
+// and moments, wrench) against OpenVDB's level-set and bit-mask stamps, in turn in one process, one
+// thread.
 //
-//   step_bench [--json] [--quick] [--reps N] [--steps N] [--nodes N] [--radius R] [--only kibori] [--memory |
-//   --instructions]
+//   step_bench [--json] [--quick] [--reps N] [--steps N] [--nodes N] [--radius R]
+//              [--only kibori] [--memory | --instructions]
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -30,7 +31,8 @@ struct Options {
 };
 
 Vec3 centre(const Point& p) {  // voxel i of the workload is the lattice node at i + 1/2
-  return {static_cast<double>(p.x) + 0.5, static_cast<double>(p.y) + 0.5, static_cast<double>(p.z) + 0.5};
+  return {static_cast<double>(p.x) + 0.5, static_cast<double>(p.y) + 0.5,
+          static_cast<double>(p.z) + 0.5};
 }
 
 std::unique_ptr<TriDexel> block(int nodes) {
@@ -59,7 +61,8 @@ StepTimes carve_steps(int nodes, const std::vector<Point>& path, float radius, i
     if (jump_every > 0 && i > 0 && i % static_cast<size_t>(jump_every) == 0)
       stroke.place(Pose{centre(path[i]) - up, Mat3::Identity()});
     const double start = now_us();
-    if (snapshot_every > 0 && i % static_cast<size_t>(snapshot_every) == 0) kept = model->snapshot();
+    if (snapshot_every > 0 && i % static_cast<size_t>(snapshot_every) == 0)
+      kept = model->snapshot();
     const auto tick = stroke.advance(ball, centre(path[i]) - up, Vec3::Zero(), Mode::cut,
                                      {ForceModel::energy, 6}, materials);
     result.us.push_back(now_us() - start);
@@ -82,9 +85,10 @@ StepTimes carve_single_direction(int nodes, const std::vector<Point>& path, floa
     Removed removed;
     Motion motion;
     motion.reference = {to};
-    cut_field(model->field(Axis::z),
-              SweptBall(LatticePoint{last}, LatticeVector{to - last}, static_cast<double>(radius), i > 0),
-              motion, removed);
+    cut_field(
+        model->field(Axis::z),
+        SweptBall(LatticePoint{last}, LatticeVector{to - last}, static_cast<double>(radius), i > 0),
+        motion, removed);
     result.us.push_back(now_us() - start);
     result.removed += static_cast<double>(removed.points());
     last = to;
@@ -115,10 +119,11 @@ std::vector<Point> scrape(const Options& o, float radius, int jump_every) {
 void step(const Options& o) {
   if (!o.json)
     std::printf(
-        "%d^3 lattice, %d steps, median of %d runs, us a step\n%-6s %8s %8s %9s %8s %8s %7s %7s %7s %9s %8s "
+        "%d^3 lattice, %d steps, median of %d runs, us a step\n%-6s %8s %8s %9s %8s %8s %7s %7s "
+        "%7s %9s %8s "
         "%8s %10s\n",
-        o.nodes, o.steps, o.reps, "R", "kibori", "p99.9", "levelset", "bitmask", "csg", "x level", "x bits",
-        "x csg", "jumps", "z only", "tri/z", "removed");
+        o.nodes, o.steps, o.reps, "R", "kibori", "p99.9", "levelset", "bitmask", "csg", "x level",
+        "x bits", "x csg", "jumps", "z only", "tri/z", "removed");
   std::string json;
   for (const float radius : {16.f, 32.f, 64.f}) {
     if (o.radius > 0 && radius != o.radius) continue;
@@ -138,28 +143,32 @@ void step(const Options& o) {
 #ifdef KIBORI_HAVE_OPENVDB
     // Milliseconds a step, so only some.
     if (!o.kibori_only)
-      csg.add(openvdb_csg_difference(o.nodes, {path.begin(), path.begin() + std::min(o.steps, 50)}, radius));
+      csg.add(openvdb_csg_difference(o.nodes, {path.begin(), path.begin() + std::min(o.steps, 50)},
+                                     radius));
 #endif
     const bool peers = !level.medians.empty();
     const double l = peers ? level.us() : 0, b = peers ? bits.us() : 0, c = peers ? csg.us() : 0;
     const double off = peers ? own.last.removed / bits.last.removed - 1 : 0;
     if (o.json) {
       char text[512];
-      std::snprintf(
-          text, sizeof text,
-          "%s{\"radius_cells\":%g,\"kibori_us\":%.3f,\"kibori_p999_us\":%.3f,\"levelset_us\":%.3f,\"bitmask_"
-          "us\":%.3f,\"csg_difference_us\":%.1f,"
-          "\"ratio\":%.3f,\"ratio_bitmask\":%.3f,\"ratio_csg_difference\":%.0f,\"jumps_snapshots_us\":%.3f,"
-          "\"single_direction_us\":%.3f,"
-          "\"removed_nodes\":%.0f,\"removed_difference\":%.6f}",
-          json.empty() ? "" : ",\n ", static_cast<double>(radius), own.us(), own.us_p999(), l, b, c,
-          l / own.us(), b / own.us(), c / own.us(), jumping.us(), single.us(), own.last.removed, off);
+      std::snprintf(text, sizeof text,
+                    "%s{\"radius_cells\":%g,\"kibori_us\":%.3f,\"kibori_p999_us\":%.3f,\"levelset_"
+                    "us\":%.3f,\"bitmask_"
+                    "us\":%.3f,\"csg_difference_us\":%.1f,"
+                    "\"ratio\":%.3f,\"ratio_bitmask\":%.3f,\"ratio_csg_difference\":%.0f,\"jumps_"
+                    "snapshots_us\":%.3f,"
+                    "\"single_direction_us\":%.3f,"
+                    "\"removed_nodes\":%.0f,\"removed_difference\":%.6f}",
+                    json.empty() ? "" : ",\n ", static_cast<double>(radius), own.us(),
+                    own.us_p999(), l, b, c, l / own.us(), b / own.us(), c / own.us(), jumping.us(),
+                    single.us(), own.last.removed, off);
       json += text;
     } else {
-      std::printf("%-6g %8.2f %8.1f %9.2f %8.2f %8.0f %6.2fx %6.2fx %6.0fx %9.2f %8.2f %7.2fx %10s\n",
-                  static_cast<double>(radius), own.us(), own.us_p999(), l, b, c, l / own.us(), b / own.us(),
-                  c / own.us(), jumping.us(), single.us(), own.us() / single.us(),
-                  peers ? percent(off).c_str() : "-");
+      std::printf(
+          "%-6g %8.2f %8.1f %9.2f %8.2f %8.0f %6.2fx %6.2fx %6.0fx %9.2f %8.2f %7.2fx %10s\n",
+          static_cast<double>(radius), own.us(), own.us_p999(), l, b, c, l / own.us(), b / own.us(),
+          c / own.us(), jumping.us(), single.us(), own.us() / single.us(),
+          peers ? percent(off).c_str() : "-");
     }
     std::fflush(stdout);
   }
@@ -176,11 +185,13 @@ void memory(const Options& o) {
 #endif
   if (o.json)
     std::printf(
-        "{\"plain_block_bytes\":%.0f,\"after_scrape_bytes\":%.0f,\"levelset_bytes\":%.0f,\"ratio\":%.1f}\n",
+        "{\"plain_block_bytes\":%.0f,\"after_scrape_bytes\":%.0f,\"levelset_bytes\":%.0f,\"ratio\":"
+        "%.1f}\n",
         plain, carved, level, level / carved);
   else
     std::printf(
-        "%d^3 block: plain %.3f MB, after the scrape %.3f MB; OpenVDB level set %.1f MB, ratio %.1f\n",
+        "%d^3 block: plain %.3f MB, after the scrape %.3f MB; OpenVDB level set %.1f MB, ratio "
+        "%.1f\n",
         o.nodes, plain / 1e6, carved / 1e6, level / 1e6, level / carved);
 }
 
@@ -204,15 +215,16 @@ void instructions(const Options& o) {
       for (size_t i = from; i < from + steps; i++) step(i);
     });
     if (count < 0) {
-      std::puts(o.json ? "[]" : "skipped: instructions can't be counted where no process may be traced");
+      std::puts(o.json ? "[]"
+                       : "skipped: instructions can't be counted where no process may be traced");
       return;
     }
     const double each = static_cast<double>(count) / static_cast<double>(steps);
     char text[160];
-    std::snprintf(
-        text, sizeof text,
-        o.json ? "%s{\"radius_cells\":%g,\"instructions\":%.0f}" : "%sR = %-3g %8.0f instructions a step\n",
-        o.json && !json.empty() ? ",\n " : "", static_cast<double>(radius), each);
+    std::snprintf(text, sizeof text,
+                  o.json ? "%s{\"radius_cells\":%g,\"instructions\":%.0f}"
+                         : "%sR = %-3g %8.0f instructions a step\n",
+                  o.json && !json.empty() ? ",\n " : "", static_cast<double>(radius), each);
     json += text;
   }
   std::printf(o.json ? "[%s]\n" : "%s", json.c_str());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The surface in use: chunks made anew after one step of a ball that scrapes a block, writing STL, and a mesh
-// through dexels into a file.
+// The surface in use: chunks made anew after one step of a ball that scrapes a block, writing STL,
+// and a mesh through dexels into a file.
 //
 //   surface_bench [--json] [--quick] [MESH]     without MESH: nothing through dexels into a file
 #include <cstdio>
@@ -44,8 +44,8 @@ Remesh remesh(int nodes, float radius, int steps, int from) {
   const Tool ball = BallTool{static_cast<double>(radius)};
   DirectTool stroke(model, Pose{centre(0) - up, Mat3::Identity()});
   const auto step = [&](size_t i) {
-    const auto tick =
-        stroke.advance(ball, centre(i) - up, Vec3::Zero(), Mode::cut, {ForceModel::energy, 6}, materials);
+    const auto tick = stroke.advance(ball, centre(i) - up, Vec3::Zero(), Mode::cut,
+                                     {ForceModel::energy, 6}, materials);
     if (!tick.ok()) std::abort();
   };
   for (size_t i = 0; i < static_cast<size_t>(from); i++) step(i);
@@ -85,19 +85,20 @@ int main(int argc, char** argv) {
     const Remesh own = remesh(nodes, radius, steps, before);
     double peer = 0, peer_triangles = 0;
 #ifdef KIBORI_HAVE_OPENVDB
-    const StepTimes times =
-        openvdb_local_remesh(nodes, scrape_path(nodes, radius, before + 20), radius, before, &peer_triangles);
+    const StepTimes times = openvdb_local_remesh(nodes, scrape_path(nodes, radius, before + 20),
+                                                 radius, before, &peer_triangles);
     peer = median(times.us) / 1000;
 #endif
-    std::snprintf(text, sizeof text,
-                  json ? "{\"radius_cells\":%g,\"remesh_ms\":%.3f,\"chunks\":%.0f,\"triangles\":%.0f,"
-                         "\"openvdb_ms\":%.3f,"
-                         "\"openvdb_triangles\":%.0f,\"ratio\":%.2f},\n "
-                       : "R = %g: remesh after a step %.3f ms (%.0f chunks, %.0f triangles); OpenVDB around "
-                         "the ball %.3f "
-                         "ms (%.0f triangles), ratio %.2f\n",
-                  static_cast<double>(radius), own.ms, own.chunks, own.triangles, peer, peer_triangles,
-                  peer / own.ms);
+    std::snprintf(
+        text, sizeof text,
+        json ? "{\"radius_cells\":%g,\"remesh_ms\":%.3f,\"chunks\":%.0f,\"triangles\":%.0f,"
+               "\"openvdb_ms\":%.3f,"
+               "\"openvdb_triangles\":%.0f,\"ratio\":%.2f},\n "
+             : "R = %g: remesh after a step %.3f ms (%.0f chunks, %.0f triangles); OpenVDB around "
+               "the ball %.3f "
+               "ms (%.0f triangles), ratio %.2f\n",
+        static_cast<double>(radius), own.ms, own.chunks, own.triangles, peer, peer_triangles,
+        peer / own.ms);
     out += text;
   }
   // Writing alone: a sphere's surface, to memory where there is such a folder.
@@ -106,8 +107,8 @@ int main(int argc, char** argv) {
   lattice.nodes = Index3::Constant(static_cast<int>(2 * middle));
   TriDexel model(lattice);
   Removed removed;
-  deposit(model, SweptBall(LatticePoint{Vec3::Constant(middle)}, LatticeVector(), middle - 10), 0, {},
-          removed);
+  deposit(model, SweptBall(LatticePoint{Vec3::Constant(middle)}, LatticeVector(), middle - 10), 0,
+          {}, removed);
   const Surface ball = extract_surface(model.snapshot());
   const std::filesystem::path folder =
       access("/dev/shm", W_OK) == 0 ? "/dev/shm" : std::filesystem::temp_directory_path();
@@ -115,7 +116,8 @@ int main(int argc, char** argv) {
   std::vector<double> rates;
   for (int i = 0; i < reps; i++) {
     const double start = now_us();
-    if (!write_surface(file, [&](const SurfaceSink& sink) { send_surface(ball, sink); }, {}).ok()) return 2;
+    if (!write_surface(file, [&](const SurfaceSink& sink) { send_surface(ball, sink); }, {}).ok())
+      return 2;
     rates.push_back(static_cast<double>(std::filesystem::file_size(file)) / (now_us() - start));
   }
   std::vector<double> through;
@@ -132,10 +134,12 @@ int main(int argc, char** argv) {
     }
   }
   std::filesystem::remove(file);
-  std::snprintf(text, sizeof text, json ? "{\"stl_mb_s\":%.0f" : "STL to memory %.0f MB/s", median(rates));
+  std::snprintf(text, sizeof text, json ? "{\"stl_mb_s\":%.0f" : "STL to memory %.0f MB/s",
+                median(rates));
   out += text;
   if (!through.empty()) {
-    std::snprintf(text, sizeof text, json ? ",\"convert_512_ms\":%.0f" : "; mesh to 512^3 to STL %.0f ms",
+    std::snprintf(text, sizeof text,
+                  json ? ",\"convert_512_ms\":%.0f" : "; mesh to 512^3 to STL %.0f ms",
                   median(through));
     out += text;
   }

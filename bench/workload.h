@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The step benchmark's workload: a ball scrapes the top of a solid cube, half its depth, one cell a step.
+// The step benchmark's workload: a ball scrapes the top of a solid cube, half its depth, one cell a
+// step.
 #pragma once
 
 #include <algorithm>
@@ -13,8 +14,8 @@ struct Point {
   float x, y, z;  // ball centre; voxel (lattice node) i stands at coordinate i
 };
 
-// Zig-zag over the +z face of a cube of n nodes: rows `radius` apart, a sub-cell wobble so that no position
-// is lattice-aligned. jump_every > 0: every so many steps the ball jumps to another place.
+// Zig-zag over the +z face of a cube of n nodes: rows `radius` apart, a sub-cell wobble so that no
+// position is lattice-aligned. jump_every > 0: every so many steps the ball jumps to another place.
 inline std::vector<Point> scrape_path(int n, float radius, int steps, int jump_every = 0) {
   std::vector<Point> path;
   const float low = radius + 10, high = static_cast<float>(n) - radius - 10;
@@ -63,7 +64,8 @@ inline double percentile(std::vector<double> values, double share) {
 inline double median(const std::vector<double>& values) { return percentile(values, 0.5); }
 
 inline double now_us() {
-  return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now().time_since_epoch())
+  return std::chrono::duration<double, std::micro>(
+             std::chrono::steady_clock::now().time_since_epoch())
       .count();
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Mutated files of the formats that others' parsers read, through the helper program: whatever happens over
-// there, read_mesh must answer with a sound mesh or with one sentence, in time.
+// Mutated files of the formats that others' parsers read, through the helper program: whatever
+// happens over there, read_mesh must answer with a sound mesh or with one sentence, in time.
 //
 //   fuzz_foreign SECONDS CORPUS_FOLDER     (CORPUS_FOLDER/obj, ply, off, glb)
 #include <chrono>
@@ -31,11 +31,21 @@ double seconds_since(Clock::time_point start) {
 class Mutator {
  public:
   explicit Mutator(unsigned seed) : engine_(seed) {}
-  size_t below(size_t count) { return std::uniform_int_distribution<size_t>(0, count - 1)(engine_); }
+  size_t below(size_t count) {
+    return std::uniform_int_distribution<size_t>(0, count - 1)(engine_);
+  }
   std::string operator()(std::string bytes) {
-    static const std::vector<std::string> words = {
-        "-1",          "4294967295", "1e999", "nan",      "0", "\xff\xff\xff\xff", std::string(4, '\0'),
-        "99999999999", "\n",         "//",    "f 1 2 3\n"};
+    static const std::vector<std::string> words = {"-1",
+                                                   "4294967295",
+                                                   "1e999",
+                                                   "nan",
+                                                   "0",
+                                                   "\xff\xff\xff\xff",
+                                                   std::string(4, '\0'),
+                                                   "99999999999",
+                                                   "\n",
+                                                   "//",
+                                                   "f 1 2 3\n"};
     for (size_t times = 1 + below(6); times > 0 && !bytes.empty(); times--) {
       const size_t at = below(bytes.size());
       switch (below(6)) {
@@ -79,12 +89,14 @@ int main(int argc, char** argv) {
   Mutator mutate(seed);
   std::vector<std::pair<std::string, std::string>> corpus;  // ending, bytes
   for (const char* ending : {"obj", "ply", "off", "glb"})
-    for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(argv[2]) / ending)) {
+    for (const auto& entry :
+         std::filesystem::directory_iterator(std::filesystem::path(argv[2]) / ending)) {
       const auto bytes = read_file(entry.path()).value();
       corpus.emplace_back(ending, std::string(bytes.begin(), bytes.end()));
     }
   if (corpus.empty()) return std::fprintf(stderr, "no corpus in %s\n", argv[2]), 2;
-  const auto folder = std::filesystem::temp_directory_path() / ("kibori-fuzz-" + std::to_string(getpid()));
+  const auto folder =
+      std::filesystem::temp_directory_path() / ("kibori-fuzz-" + std::to_string(getpid()));
   std::filesystem::create_directory(folder);
   std::map<std::string, int> ends;  // how they ended
   double slowest = 0;
@@ -107,15 +119,17 @@ int main(int argc, char** argv) {
       ends["read"]++;
     } else {
       good &= !mesh.error().empty() && mesh.error().find('\n') == std::string::npos;
-      const auto says = [&](const char* what) { return mesh.error().find(what) != std::string::npos; };
+      const auto says = [&](const char* what) {
+        return mesh.error().find(what) != std::string::npos;
+      };
       ends[says("crashes")                ? "parser crashed"
            : says("too long or too much") ? "parser stopped"
                                           : "refused"]++;
     }
     if (good) continue;
     findings++;
-    const auto kept =
-        std::filesystem::current_path() / ("foreign-finding-" + std::to_string(findings) + "." + ending);
+    const auto kept = std::filesystem::current_path() /
+                      ("foreign-finding-" + std::to_string(findings) + "." + ending);
     std::ofstream(kept, std::ios::binary) << mutant;
     std::printf("finding: %s (%.1f s): %s\n", kept.c_str(), took,
                 mesh ? "unsound mesh" : mesh.error().c_str());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// libFuzzer on a reader of our own, chosen when compiling by KIBORI_FUZZ_<READER>. Anything but an answer or
-// a sentence is a finding.
+// libFuzzer on a reader of our own, chosen when compiling by KIBORI_FUZZ_<READER>. Anything but an
+// answer or a sentence is a finding.
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -28,7 +28,8 @@ namespace {
 
 template <class T>
 void one_sentence(const Result<T>& result) {
-  if (!result && (result.error().empty() || result.error().find('\n') != std::string::npos)) std::abort();
+  if (!result && (result.error().empty() || result.error().find('\n') != std::string::npos))
+    std::abort();
 }
 
 [[maybe_unused]] void sound(const Result<TriangleMesh>& mesh) {
@@ -42,15 +43,18 @@ void one_sentence(const Result<T>& result) {
 }
 
 [[maybe_unused]] void one_sentence(const Status& status) {
-  if (!status && (status.error().empty() || status.error().find('\n') != std::string::npos)) std::abort();
+  if (!status && (status.error().empty() || status.error().find('\n') != std::string::npos))
+    std::abort();
 }
 
 // All that can be asked of a document.
 [[maybe_unused]] void document(const std::span<const char> bytes) {
-  static const std::filesystem::path file =
-      std::filesystem::temp_directory_path() / ("kibori-fuzz-" + std::to_string(getpid()) + ".kibori");
-  for (const char* rest : {"-wal", "-shm", "-journal"}) std::filesystem::remove(file.string() + rest);
-  std::ofstream(file, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  static const std::filesystem::path file = std::filesystem::temp_directory_path() /
+                                            ("kibori-fuzz-" + std::to_string(getpid()) + ".kibori");
+  for (const char* rest : {"-wal", "-shm", "-journal"})
+    std::filesystem::remove(file.string() + rest);
+  std::ofstream(file, std::ios::binary)
+      .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   const auto opened = Document::open(file, Document::Access::read);
   one_sentence(opened);
   if (opened) {
@@ -77,13 +81,13 @@ void one_sentence(const Result<T>& result) {
   DirectTool stroke(model, Pose{Vec3(-4, 8, 6), Mat3::Identity()});
   const std::vector<Material> materials(2);
   for (const Mode mode : {Mode::touch, Mode::cut, Mode::deposit})
-    one_sentence(stroke.advance(BallTool{3}, Vec3(mode == Mode::cut ? 20 : 4, 8, 7), Vec3(0, 0.1, 0), mode,
-                                {}, materials));
+    one_sentence(stroke.advance(BallTool{3}, Vec3(mode == Mode::cut ? 20 : 4, 8, 7),
+                                Vec3(0, 0.1, 0), mode, {}, materials));
   extract_surface(model.snapshot(), 1);
 }
 
-// What stands in a document's cells; the first byte says what it is. Compressed here, as no fuzzer finds its
-// way through that.
+// What stands in a document's cells; the first byte says what it is. Compressed here, as no fuzzer
+// finds its way through that.
 [[maybe_unused]] void cell(const uint8_t* data, size_t size) {
   if (size == 0) return;
   Bytes packed(ZSTD_compressBound(size));

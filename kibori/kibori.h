@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Start here. The usual headers; every installed header is public. Link kibori::kibori, and
-// kibori::kibori_tools for scenes, files and pictures. docs/architecture.md says how it hangs together.
+// kibori::kibori_tools for scenes, files and pictures. docs/architecture.md says how it hangs
+// together.
 //
 //   A model, carved tick by tick:   make_lattice, TriDexel, DirectTool::advance, Snapshot, Surface
 //   By hand, felt:                  SpringTool, Device, LiveCarving, DocumentWriter
@@ -8,9 +9,9 @@
 //   Scenes, files, pictures:        read_scene, carve, replay_document, into_dexels, write_model,
 //                                   draw_picture
 //
-// Lengths are mm, angles rad, forces N, moments N mm. What can fail gives a Result or Status with one
-// sentence for the user. Unless a header says otherwise, an object belongs to one thread at a time; a
-// Snapshot may be read by any.
+// Lengths are mm, angles rad, forces N, moments N mm. What can fail gives a Result or Status with
+// one sentence for the user. Unless a header says otherwise, an object belongs to one thread at a
+// time; a Snapshot may be read by any.
 #pragma once
 
 #include <kibori/base/result.h>

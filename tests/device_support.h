@@ -75,7 +75,8 @@ class TcpServer {
   }
   uint16_t port() const { return listener_.port; }
   void send_now(const std::string& bytes) {
-    EXPECT_EQ(send(client_, bytes.data(), bytes.size(), MSG_NOSIGNAL), static_cast<ssize_t>(bytes.size()));
+    EXPECT_EQ(send(client_, bytes.data(), bytes.size(), MSG_NOSIGNAL),
+              static_cast<ssize_t>(bytes.size()));
   }
   void hang_up() {
     if (client_ >= 0) shutdown(client_, SHUT_RDWR);

@@ -64,7 +64,8 @@ inline StrokeSettings some_settings(Random& random) {
 }
 
 // A stroke of some ticks through the block, told to the document as it is carved.
-inline void carve(Document& document, TriDexel& model, Random& random, int ticks, bool finish = true) {
+inline void carve(Document& document, TriDexel& model, Random& random, int ticks,
+                  bool finish = true) {
   const StrokeSettings s = some_settings(random);
   const Pose start{random.in_box(0, 30), frame_from_axis(random.direction(), 0)};
   ASSERT_TRUE(document.begin(s, start, "by chance").ok());

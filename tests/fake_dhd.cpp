@@ -26,8 +26,8 @@ int dhdGetOrientationFrame(double m[3][3], char) {
   return fake.frame_result;
 }
 unsigned dhdGetButtonMask(char) { return fake.buttons; }
-int dhdSetForceAndTorqueAndGripperForce(double fx, double fy, double fz, double tx, double ty, double tz,
-                                        double, char) {
+int dhdSetForceAndTorqueAndGripperForce(double fx, double fy, double fz, double tx, double ty,
+                                        double tz, double, char) {
   fake.force[0] = fx, fake.force[1] = fy, fake.force[2] = fz;
   fake.torque[0] = tx, fake.torque[1] = ty, fake.torque[2] = tz;
   fake.writes++;

@@ -3,8 +3,8 @@
 #pragma once
 
 struct FakeDhd {
-  int devices = 1, open_result = 0, enable_result = 0, read_result = 0, velocity_result = 0, frame_result = 0,
-      write_result = 0, error = 0;
+  int devices = 1, open_result = 0, enable_result = 0, read_result = 0, velocity_result = 0,
+      frame_result = 0, write_result = 0, error = 0;
   bool wrist = true, active_wrist = true;
   double max_force = 12;
   double position[3] = {0, 0, 0};  // m

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A stand-in for OpenHaptics' libHD, by its documented interface: a scheduler thread at about 1 kHz.
+// A stand-in for OpenHaptics' libHD, by its documented interface: a scheduler thread at about 1
+// kHz.
 #include "tests/fake_hd.h"
 
 #include <chrono>

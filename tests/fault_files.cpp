@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Stands before a program's calls that make files last (LD_PRELOAD), and writes them down: what was synced,
-// how large it then was, and what was given a name. KIBORI_FILES_LOG: where to. KIBORI_FAIL_FSYNC: which
-// fsync fails.
+// Stands before a program's calls that make files last (LD_PRELOAD), and writes them down: what was
+// synced, how large it then was, and what was given a name. KIBORI_FILES_LOG: where to.
+// KIBORI_FAIL_FSYNC: which fsync fails.
 #include <atomic>
 #include <cerrno>
 #include <climits>
@@ -21,8 +21,8 @@ void note(const char* what, const char* path, const char* to) {
   struct stat about = {};
   const long long size = stat(path, &about) == 0 ? static_cast<long long>(about.st_size) : -1;
   char line[2 * PATH_MAX + 100];
-  const int length = std::snprintf(line, sizeof line, "%s\t%s\t%s\t%lld\t%d\n", what, path, to, size,
-                                   S_ISDIR(about.st_mode) ? 1 : 0);
+  const int length = std::snprintf(line, sizeof line, "%s\t%s\t%s\t%lld\t%d\n", what, path, to,
+                                   size, S_ISDIR(about.st_mode) ? 1 : 0);
   const int file = open(name, O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600);
   if (file < 0) return;
   static_cast<void>(!write(file, line, static_cast<size_t>(length)));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A SQLite file system that fails where it is told to, and remembers every write and sync so that a loss of
-// power can be played: over the machine's own, for tests.
+// A SQLite file system that fails where it is told to, and remembers every write and sync so that a
+// loss of power can be played: over the machine's own, for tests.
 #pragma once
 
 #include <atomic>
@@ -26,8 +26,8 @@ class FaultVfs {
     std::vector<char> data;
   };
 
-  // Operations that change a file are counted from 1. The first to fail (0: none), whether those after it
-  // fail too, and how.
+  // Operations that change a file are counted from 1. The first to fail (0: none), whether those
+  // after it fail too, and how.
   std::atomic<int64_t> fail_at = 0;
   std::atomic<bool> fail_on = false;
   std::atomic<int> error = SQLITE_IOERR_WRITE;
@@ -111,8 +111,12 @@ class FaultVfs {
     methods_.xFileSize = [](sqlite3_file* f, sqlite3_int64* size) {
       return real(f)->pMethods->xFileSize(real(f), size);
     };
-    methods_.xLock = [](sqlite3_file* f, int lock) { return real(f)->pMethods->xLock(real(f), lock); };
-    methods_.xUnlock = [](sqlite3_file* f, int lock) { return real(f)->pMethods->xUnlock(real(f), lock); };
+    methods_.xLock = [](sqlite3_file* f, int lock) {
+      return real(f)->pMethods->xLock(real(f), lock);
+    };
+    methods_.xUnlock = [](sqlite3_file* f, int lock) {
+      return real(f)->pMethods->xUnlock(real(f), lock);
+    };
     methods_.xCheckReservedLock = [](sqlite3_file* f, int* out) {
       return real(f)->pMethods->xCheckReservedLock(real(f), out);
     };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Prints "TARGET THREADS HASH" for every vector unit of this machine and the numbers of threads given.
+// Prints "TARGET THREADS HASH" for every vector unit of this machine and the numbers of threads
+// given.
 #include <cstdio>
 #include <cstdlib>
 

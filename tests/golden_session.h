@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A session of 1000 strokes with ten of the tools, and the hash it must end in: on every compiler,
-// optimisation level, vector unit and number of threads. A change of the hash is a change of results: say so
-// in CHANGELOG.md.
+// optimisation level, vector unit and number of threads. A change of the hash is a change of
+// results: say so in CHANGELOG.md.
 #pragma once
 
 #include <algorithm>
@@ -43,9 +43,10 @@ inline uint64_t golden_session(int threads) {
   auto mesh = std::make_shared<TriangleMesh>();
   mesh->vertices = {{0, 0, 0}, {3, 0, 1}, {0, 3, 2}, {1, 1, 4}};
   mesh->triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  const Tool tools[] = {Finger{0.3, 20},          BallTool{3},     Flat{2, 12}, Bull{3, 1, 12},
-                        Cone{50, 3, 14},          Capsule{1.5, 9}, HalfSpace{}, BoxTool{Vec3(4, 3, 5)},
-                        Ellipsoid{Vec3(3, 2, 4)}, MeshTool{mesh}};
+  const Tool tools[] = {
+      Finger{0.3, 20},          BallTool{3},     Flat{2, 12}, Bull{3, 1, 12},
+      Cone{50, 3, 14},          Capsule{1.5, 9}, HalfSpace{}, BoxTool{Vec3(4, 3, 5)},
+      Ellipsoid{Vec3(3, 2, 4)}, MeshTool{mesh}};
   Hash hash;
   const Snapshot start = model.snapshot();
   for (int stroke_index = 0; stroke_index < 1000; stroke_index++) {
@@ -63,9 +64,10 @@ inline uint64_t golden_session(int threads) {
     const int ticks = 2 + sequence.below(4);
     for (int i = 0; i < ticks; i++) {
       at += sequence.in_box(-0.6, 0.6);
-      const Vec3 turn = sequence.below(4) == 0 ? Vec3(0.05 * sequence.in_box(-1, 1)) : Vec3(Vec3::Zero());
-      const auto tick =
-          stroke.advance(tool, at, turn, mode, law, materials, static_cast<uint8_t>(stroke_index % 2));
+      const Vec3 turn =
+          sequence.below(4) == 0 ? Vec3(0.05 * sequence.in_box(-1, 1)) : Vec3(Vec3::Zero());
+      const auto tick = stroke.advance(tool, at, turn, mode, law, materials,
+                                       static_cast<uint8_t>(stroke_index % 2));
       for (int a = 0; a < 3; a++) {
         hash.add(tick.value().wrench.force[a]);
         hash.add(tick.value().wrench.moment[a]);
@@ -77,7 +79,8 @@ inline uint64_t golden_session(int threads) {
       EditOptions options;
       options.threads = threads;
       paint(model,
-            SweptBall(LatticePoint{model.lattice().to_lattice(target)}, LatticeVector{Vec3(1, 2, 3)}, 9),
+            SweptBall(LatticePoint{model.lattice().to_lattice(target)},
+                      LatticeVector{Vec3(1, 2, 3)}, 9),
             0xff3366ffu, options, painted);
     }
     // A trim now and then keeps some of everything: the half-space, and an intersection.
@@ -92,8 +95,8 @@ inline uint64_t golden_session(int threads) {
       Removed removed;
       EditOptions options;
       options.threads = threads;
-      intersect(model, SweptBall(LatticePoint{Vec3(48, 40, 30)}, LatticeVector{Vec3(3, -2, 1)}, 45), options,
-                removed);
+      intersect(model, SweptBall(LatticePoint{Vec3(48, 40, 30)}, LatticeVector{Vec3(3, -2, 1)}, 45),
+                options, removed);
       hash.add(removed.mean_volume());
     }
   }

@@ -35,9 +35,10 @@ struct Rig {
   std::unique_ptr<LiveCarving> live;
 };
 
-// A virtual device over the block, or `model` as it was left: its centre 5 mm above the middle of the top.
-inline Rig rig(const VirtualDeviceSettings& device, LiveSettings settings, VirtualDevice::Script script,
-               std::unique_ptr<TriDexel> model = nullptr) {
+// A virtual device over the block, or `model` as it was left: its centre 5 mm above the middle of
+// the top.
+inline Rig rig(const VirtualDeviceSettings& device, LiveSettings settings,
+               VirtualDevice::Script script, std::unique_ptr<TriDexel> model = nullptr) {
   auto made = std::make_unique<VirtualDevice>(device, std::move(script));
   VirtualDevice* const kept = made.get();
   settings.workspace = Workspace(Vec3(20, 15, 25));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Shared by the tests: seeded randomness (the seed is printed with every failure) and the shared data folder.
+// Shared by the tests: seeded randomness (the seed is printed with every failure) and the shared
+// data folder.
 #pragma once
 
 #include <cstdlib>

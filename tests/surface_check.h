@@ -13,9 +13,10 @@
 
 namespace kibori::test {
 
-// Empty if the promise holds, else what is wrong. Counts the surface's closed components and twice their
-// handles.
-inline std::string broken(const Surface& surface, int* components = nullptr, int* handles2 = nullptr) {
+// Empty if the promise holds, else what is wrong. Counts the surface's closed components and twice
+// their handles.
+inline std::string broken(const Surface& surface, int* components = nullptr,
+                          int* handles2 = nullptr) {
   const auto& vertices = surface.vertices;
   std::set<std::array<float, 3>> places;
   for (const SurfaceVertex& v : vertices)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The ground floor: percentages, trigonometry against the C library, normal codes, the block pool under two
-// threads.
+// The ground floor: percentages, trigonometry against the C library, normal codes, the block pool
+// under two threads.
 #include <cmath>
 #include <cstring>
 #include <set>
@@ -75,7 +75,8 @@ TEST(NormalCode, ErrorStaysBelowThePromise) {
       const double error = std::acos(std::min(1.0, normal.dot(decode_normal(code, axis, at_out))));
       ASSERT_LT(error, (std::abs(normal[depth_index(axis)]) < 0.01 ? 0.4 : 0.2) * 3.14159265 / 180)
           << random.note();
-      ASSERT_EQ(decode_normal(negate_normal(code), axis, !at_out), -decode_normal(code, axis, at_out));
+      ASSERT_EQ(decode_normal(negate_normal(code), axis, !at_out),
+                -decode_normal(code, axis, at_out));
     }
   }
 }

@@ -22,10 +22,11 @@ TEST(Codec, SettingsOfEveryToolComeBack) {
   auto mesh = std::make_shared<TriangleMesh>();
   mesh->vertices = {Vec3(0, 0, 0), Vec3(1.0 / 3, 0, 0), Vec3(0, 1e-7, 0), Vec3(0, 0, 5)};
   mesh->triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  const Tool tools[] = {Finger{0.1, 1.0 / 3}, BallTool{2.2},          Flat{1, 2},
-                        Bull{3, 1.1, 12},     Cone{61, 3, 15},        Capsule{2, 9},
-                        HalfSpace{},          BoxTool{Vec3(3, 4, 5)}, Ellipsoid{Vec3(3, 2, 4)},
-                        MeshTool{mesh},       Drill{118, 2, 12},      TaperedBall{1, 1.0 / 0.07, 3, 12}};
+  const Tool tools[] = {
+      Finger{0.1, 1.0 / 3}, BallTool{2.2},          Flat{1, 2},
+      Bull{3, 1.1, 12},     Cone{61, 3, 15},        Capsule{2, 9},
+      HalfSpace{},          BoxTool{Vec3(3, 4, 5)}, Ellipsoid{Vec3(3, 2, 4)},
+      MeshTool{mesh},       Drill{118, 2, 12},      TaperedBall{1, 1.0 / 0.07, 3, 12}};
   static_assert(std::size(tools) == std::variant_size_v<Tool>);
   for (const Tool& tool : tools) {
     StrokeSettings s;
@@ -49,7 +50,8 @@ TEST(Codec, SettingsOfEveryToolComeBack) {
     EXPECT_EQ(b.mode, s.mode);
     EXPECT_EQ(b.materials[1].u, 1.0 / 7);
     EXPECT_EQ(b.force.law.model, s.force.law.model);
-    EXPECT_EQ(b.force.spring.stiffness_n_mm, s.force.series() ? 1.5 : SeriesSpring{}.stiffness_n_mm);
+    EXPECT_EQ(b.force.spring.stiffness_n_mm,
+              s.force.series() ? 1.5 : SeriesSpring{}.stiffness_n_mm);
   }
   for (const char* bad :
        {"", "[]", "{}", R"({"tool":{"shape":"ball","radius":-1}})", R"({"tool":{"shape":"spoon"}})",
@@ -59,7 +61,8 @@ TEST(Codec, SettingsOfEveryToolComeBack) {
 }
 
 std::array<uint64_t, 3> bits_of(const Vec3& v) {
-  return {std::bit_cast<uint64_t>(v.x()), std::bit_cast<uint64_t>(v.y()), std::bit_cast<uint64_t>(v.z())};
+  return {std::bit_cast<uint64_t>(v.x()), std::bit_cast<uint64_t>(v.y()),
+          std::bit_cast<uint64_t>(v.z())};
 }
 
 TEST(Codec, TicksComeBackBitForBit) {
@@ -149,8 +152,8 @@ TEST(Document, UndoRedoAndBranchesAgainstFullCopies) {
   EXPECT_EQ(wrongs(*document), std::vector<std::string>());
 }
 
-// Every step has its tiles once there was time to keep them, so that no way needs a stroke carved again: here
-// none could be, as their ticks are gone.
+// Every step has its tiles once there was time to keep them, so that no way needs a stroke carved
+// again: here none could be, as their ticks are gone.
 TEST(Document, GoesAnywhereByTiles) {
   Random random;
   Folder folder;
@@ -182,8 +185,8 @@ TEST(Document, GoesAnywhereByTiles) {
   }
 }
 
-// A step that fills beyond all that was there, and a tall tool through it, both without tiles and on another
-// branch than the head: what is known of where material can be grows on the way.
+// A step that fills beyond all that was there, and a tall tool through it, both without tiles and
+// on another branch than the head: what is known of where material can be grows on the way.
 TEST(Document, FillsThatAreCarvedAgainBesideTheModel) {
   Folder folder;
   const auto file = folder / "b.kibori";
@@ -202,17 +205,19 @@ TEST(Document, FillsThatAreCarvedAgainBesideTheModel) {
         StrokeTick tick;
         tick.tip = stroke.pose().tip + Vec3(0.5, 0, 0);
         tick.edits = true;
-        ASSERT_TRUE(stroke.advance(s.tool, tick.tip, tick.turn, s.mode, s.force.law, s.materials).ok());
+        ASSERT_TRUE(
+            stroke.advance(s.tool, tick.tip, tick.turn, s.mode, s.force.law, s.materials).ok());
         document->add(tick);
       }
       ASSERT_TRUE(document->finish(model, 0).ok());
     }
   }
   auto database = Database::open(file, Database::Access::write);
-  ASSERT_TRUE(database.ok() && database.value()
-                                   .run("DELETE FROM checkpoint_tile WHERE step > 1; DELETE FROM checkpoint "
-                                        "WHERE step > 1; UPDATE meta SET value = 1 WHERE key = 'head'")
-                                   .ok());
+  ASSERT_TRUE(database.ok() &&
+              database.value()
+                  .run("DELETE FROM checkpoint_tile WHERE step > 1; DELETE FROM checkpoint "
+                       "WHERE step > 1; UPDATE meta SET value = 1 WHERE key = 'head'")
+                  .ok());
   database = Database();
   for (const bool elsewhere : {true, false}) {
     auto document = opened(file);
@@ -238,14 +243,15 @@ TEST(Document, FillsThatAreCarvedAgainBesideTheModel) {
 // Rows of tiles that belong to no step, to none that has tiles, or lie nowhere: passed by, or told.
 TEST(Document, TilesOfNoStep) {
   Random random;
-  for (const char* const harm : {"PRAGMA foreign_keys = OFF; INSERT INTO checkpoint_tile SELECT -1, field, "
-                                 "u, v, NULL FROM checkpoint_tile WHERE "
-                                 "step = 5",
-                                 "PRAGMA foreign_keys = OFF; INSERT INTO checkpoint_tile SELECT 0, field, u, "
-                                 "v, NULL FROM checkpoint_tile WHERE step "
-                                 "= 5",
-                                 "PRAGMA foreign_keys = OFF; DELETE FROM checkpoint WHERE step = 7",
-                                 "UPDATE checkpoint SET bounds = 'x' WHERE step = 4"}) {
+  for (const char* const harm :
+       {"PRAGMA foreign_keys = OFF; INSERT INTO checkpoint_tile SELECT -1, field, "
+        "u, v, NULL FROM checkpoint_tile WHERE "
+        "step = 5",
+        "PRAGMA foreign_keys = OFF; INSERT INTO checkpoint_tile SELECT 0, field, u, "
+        "v, NULL FROM checkpoint_tile WHERE step "
+        "= 5",
+        "PRAGMA foreign_keys = OFF; DELETE FROM checkpoint WHERE step = 7",
+        "UPDATE checkpoint SET bounds = 'x' WHERE step = 4"}) {
     Folder folder;
     {
       TriDexel model = stock();
@@ -308,7 +314,8 @@ TEST(Document, DestinationsForAModelElsewhere) {
     ASSERT_TRUE(document->commit_checkout(to.value()).ok());
     EXPECT_EQ(live.content_hash(), truth[step]) << step;
   };
-  for (const StepId step : {StepId{206}, StepId{205}, StepId{5}, StepId{1}, StepId{190}, StepId{204}})
+  for (const StepId step :
+       {StepId{206}, StepId{205}, StepId{5}, StepId{1}, StepId{190}, StepId{204}})
     go(step);
   for (int i = 0; i < 300; i++) go(random.integer(1, 206));
   // A stroke after that, and back; one whose state is of another model is not mixed with these.
@@ -378,7 +385,8 @@ TEST(Document, ForcesAreKeptWhereAskedForAndVerified) {
   {
     auto database = Database::open(folder / "f.kibori", Database::Access::write);
     ASSERT_TRUE(database.ok());
-    auto change = database.value().prepare("UPDATE force SET data = ?, count = 40 WHERE sequence = 0");
+    auto change =
+        database.value().prepare("UPDATE force SET data = ?, count = 40 WHERE sequence = 0");
     ASSERT_TRUE(change.value().bind(encode_forces(felt.data(), felt.size())).run().ok());
     ASSERT_TRUE(database.value().run("DELETE FROM force WHERE sequence > 0").ok());
   }
@@ -476,7 +484,8 @@ TEST(Document, CopiesAreWholeAndIndependent) {
   TriDexel model = stock();
   auto document = created(folder / "a.kibori", model);
   for (int i = 0; i < 3; i++) carve(*document, model, random, 10);
-  carve(*document, model, random, 14, false);  // a stroke that is being made goes as far as it was flushed
+  // a stroke that is being made goes as far as it was flushed.
+  carve(*document, model, random, 14, false);
   ASSERT_TRUE(document->save_copy(folder / "b.kibori").ok());
   EXPECT_FALSE(document->save_copy(folder / "b.kibori").ok());
   EXPECT_FALSE(document->save_copy(folder / "no/such/b.kibori").ok());
@@ -491,12 +500,14 @@ TEST(Document, CopiesAreWholeAndIndependent) {
 
 // A document of each version that there was opens and is what it was.
 TEST(Document, OldVersionsOpen) {
-  for (const auto& [name, hash, steps] : {std::tuple{"v1.kibori", uint64_t{0xdc65b2b1f2342f8d}, 5u},
-                                          std::tuple{"v2.kibori", uint64_t{0xcd2533db3542f74d}, 5u},
-                                          std::tuple{"v3.kibori", uint64_t{0xcd2533db3542f74d}, 5u},
-                                          std::tuple{"v4.kibori", uint64_t{0xb3b36bf741014dd7}, 6u}}) {
+  for (const auto& [name, hash, steps] :
+       {std::tuple{"v1.kibori", uint64_t{0xdc65b2b1f2342f8d}, 5u},
+        std::tuple{"v2.kibori", uint64_t{0xcd2533db3542f74d}, 5u},
+        std::tuple{"v3.kibori", uint64_t{0xcd2533db3542f74d}, 5u},
+        std::tuple{"v4.kibori", uint64_t{0xb3b36bf741014dd7}, 6u}}) {
     Folder folder;
-    std::filesystem::copy(std::filesystem::path(KIBORI_SOURCE_DIR) / "tests/documents" / name, folder / name);
+    std::filesystem::copy(std::filesystem::path(KIBORI_SOURCE_DIR) / "tests/documents" / name,
+                          folder / name);
     auto document = opened(folder / name, Document::Access::read);
     ASSERT_NE(document, nullptr);
     EXPECT_EQ(wrongs(*document), std::vector<std::string>());
@@ -516,7 +527,8 @@ TEST(Document, OldVersionsOpen) {
     EXPECT_EQ(document->find("before the turn").value(), 3);
     for (const StepId step : {2, 5, 1, 3, 4}) {
       EXPECT_TRUE(document->go(*model.value(), step).ok());
-      EXPECT_EQ(model.value()->content_hash(), document->steps().at(step).hash) << name << " " << step;
+      EXPECT_EQ(model.value()->content_hash(), document->steps().at(step).hash)
+          << name << " " << step;
     }
   }
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Documents where something fails: damaged files, killed processes, disks that fail, losses of power.
+// Documents where something fails: damaged files, killed processes, disks that fail, losses of
+// power.
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -28,7 +29,8 @@ namespace {
 
 using namespace test;
 
-// A tile whose material is none, and one that no list of a stroke's has: refused, or as the last of the list.
+// A tile whose material is none, and one that no list of a stroke's has: refused, or as the last of
+// the list.
 TEST(Document, MaterialsThatAreNone) {
   for (const uint8_t material : {uint8_t{64}, uint8_t{200}, uint8_t{63}}) {
     Random random;
@@ -60,8 +62,9 @@ TEST(Document, MaterialsThatAreNone) {
   }
 }
 
-// Bits flipped and files cut anywhere: refused with a sentence, or read, and then as it was at one of its
-// steps, by the hash that was taken before. Where the head is refused, an earlier step may be whole.
+// Bits flipped and files cut anywhere: refused with a sentence, or read, and then as it was at one
+// of its steps, by the hash that was taken before. Where the head is refused, an earlier step may
+// be whole.
 TEST(Document, DamageIsToldAndNeverCrashes) {
   Random random;
   Folder folder;
@@ -99,7 +102,8 @@ TEST(Document, DamageIsToldAndNeverCrashes) {
     }
     const auto model = document.value()->load();
     if (model) {
-      ASSERT_TRUE(hashes.count(model.value()->content_hash())) << i << ": silently wrong" << random.note();
+      ASSERT_TRUE(hashes.count(model.value()->content_hash()))
+          << i << ": silently wrong" << random.note();
     } else if (const auto step = document.value()->last_whole()) {
       const auto earlier = document.value()->load_at(step.value());
       ASSERT_TRUE(earlier.ok()) << earlier.error() << random.note();
@@ -114,8 +118,8 @@ TEST(Document, DamageIsToldAndNeverCrashes) {
       unharmed++;
     }
   }
-  std::printf("%d refused, %d told by verify, %d unharmed; %d open at an earlier step\n", refused, told,
-              unharmed, salvaged);
+  std::printf("%d refused, %d told by verify, %d unharmed; %d open at an earlier step\n", refused,
+              told, unharmed, salvaged);
   EXPECT_GT(refused + told, rounds / 10);
 }
 
@@ -149,7 +153,8 @@ TEST(Document, KilledProcessesLeaveAPrefix) {
           StrokeTick tick;
           tick.tip = stroke.pose().tip + Vec3(0.4, 0, -0.01);
           tick.edits = true;
-          if (!stroke.advance(settings.tool, tick.tip, tick.turn, settings.mode, {}, settings.materials))
+          if (!stroke.advance(settings.tool, tick.tip, tick.turn, settings.mode, {},
+                              settings.materials))
             _exit(1);
           made.value()->add(tick);
           ticks++;
@@ -189,9 +194,9 @@ TEST(Document, KilledProcessesLeaveAPrefix) {
   }
 }
 
-// Every write, sync, truncation and removal fails in turn, once or from then on: it is told, what was there
-// stays, what follows is in memory, and all of it can be saved where it belongs once the disk is well again,
-// or elsewhere.
+// Every write, sync, truncation and removal fails in turn, once or from then on: it is told, what
+// was there stays, what follows is in memory, and all of it can be saved where it belongs once the
+// disk is well again, or elsewhere.
 TEST(Document, FailingDisksLoseNothing) {
   FaultVfs& vfs = FaultVfs::get();
   Folder folder;
@@ -201,7 +206,8 @@ TEST(Document, FailingDisksLoseNothing) {
     for (const int how : {0, 1, 2}) {
       vfs.reset();
       for (const char* name : {"f.kibori", "g.kibori"})
-        for (const char* rest : {"", "-wal", "-shm"}) std::filesystem::remove(folder / name += rest);
+        for (const char* rest : {"", "-wal", "-shm"})
+          std::filesystem::remove(folder / name += rest);
       TriDexel model = stock();
       { created(folder / "f.kibori", model); }
       auto open = Document::open(folder / "f.kibori", Document::Access::write, FaultVfs::kName);
@@ -223,8 +229,8 @@ TEST(Document, FailingDisksLoseNothing) {
           StrokeTick tick;
           tick.tip = stroke.pose().tip + Vec3(0.7, 0, -0.1);
           tick.edits = true;
-          const auto felt =
-              stroke.advance(settings.tool, tick.tip, tick.turn, settings.mode, {}, settings.materials);
+          const auto felt = stroke.advance(settings.tool, tick.tip, tick.turn, settings.mode, {},
+                                           settings.materials);
           ASSERT_TRUE(felt.ok());
           document.add(tick, &felt.value().wrench);
           if (i % 4 == 3) {
@@ -252,7 +258,8 @@ TEST(Document, FailingDisksLoseNothing) {
         ASSERT_EQ(after->steps().size(), truth.size()) << at << " " << how;
         for (const auto& [step, hash] : truth) EXPECT_EQ(after->steps().at(step).hash, hash);
         std::vector<std::string> wrong = wrongs(*after);
-        if (after->missing().size() > 0) std::erase(wrong, after->missing());  // closing it failed, too
+        // Closing it failed, too.
+        if (after->missing().size() > 0) std::erase(wrong, after->missing());
         EXPECT_EQ(wrong, std::vector<std::string>()) << at << " " << how;
       };
       if (!document.unsaved().empty()) {
@@ -300,8 +307,8 @@ TEST(Document, FailingDisksLoseNothing) {
   vfs.reset();
 }
 
-// Power is lost after any operation: what was synced is there, of what came later any part, torn anywhere.
-// The file then holds an exact prefix, and all that was synced of it.
+// Power is lost after any operation: what was synced is there, of what came later any part, torn
+// anywhere. The file then holds an exact prefix, and all that was synced of it.
 TEST(Document, LossOfPowerLeavesAPrefix) {
   FaultVfs& vfs = FaultVfs::get();
   vfs.reset();
@@ -350,7 +357,8 @@ TEST(Document, LossOfPowerLeavesAPrefix) {
       size_t length = op.data.size();
       if (!sure && random.integer(0, 3) == 0)
         length = static_cast<size_t>(random.integer(0, static_cast<int>(length)));
-      if (file.size() < static_cast<size_t>(op.at) + length) file.resize(static_cast<size_t>(op.at) + length);
+      if (file.size() < static_cast<size_t>(op.at) + length)
+        file.resize(static_cast<size_t>(op.at) + length);
       std::copy_n(op.data.begin(), length, file.begin() + op.at);
     }
     for (const char* rest : {"q.kibori", "q.kibori-wal", "q.kibori-shm"})
@@ -474,12 +482,16 @@ TEST(Document, RowsThatAreOthersAreTold) {
   for (const auto& [change, says] : std::vector<std::pair<std::string, std::string>>{
            {"UPDATE step SET label = 'mine' WHERE id = 3", "step 3"},
            {"UPDATE step SET made_at = '2020-01-01T00:00:00.000Z' WHERE id = 2", "step 2"},
-           {"UPDATE step SET removed_mm3 = removed_mm3 * (1 + 1e-15) + 1e-15 WHERE id = 4", "step 4"},
+           {"UPDATE step SET removed_mm3 = removed_mm3 * (1 + 1e-15) + 1e-15 WHERE id = 4",
+            "step 4"},
            {"UPDATE step SET parent = 2 WHERE id = 4", "step 4"},
-           {"UPDATE setting SET json = replace(json, '\"rate_hz\":1000', '\"rate_hz\":999')", "step 2"},
-           {"DELETE FROM tick WHERE step = 5; DELETE FROM seal WHERE step = 5; DELETE FROM checkpoint_tile "
+           {"UPDATE setting SET json = replace(json, '\"rate_hz\":1000', '\"rate_hz\":999')",
+            "step 2"},
+           {"DELETE FROM tick WHERE step = 5; DELETE FROM seal WHERE step = 5; DELETE FROM "
+            "checkpoint_tile "
             "WHERE "
-            "step = 5; DELETE FROM checkpoint WHERE step = 5; DELETE FROM step WHERE id = 5; UPDATE meta SET "
+            "step = 5; DELETE FROM checkpoint WHERE step = 5; DELETE FROM step WHERE id = 5; "
+            "UPDATE meta SET "
             "value "
             "= 4 WHERE key = 'head'",
             "has 4 finished steps of 5"},
@@ -496,7 +508,8 @@ TEST(Document, RowsThatAreOthersAreTold) {
       for (int i = 0; i < 4; i++) carve(*document, model, random, 8);
       ASSERT_TRUE(document->name_version("the third", 3).ok());
     }
-    EXPECT_EQ(wrongs(*opened(folder / "a.kibori", Document::Access::read)), std::vector<std::string>());
+    EXPECT_EQ(wrongs(*opened(folder / "a.kibori", Document::Access::read)),
+              std::vector<std::string>());
     {
       auto file = Database::open(folder / "a.kibori", Database::Access::write);
       ASSERT_TRUE(file.ok());

@@ -42,8 +42,9 @@ Rig busy_rig(ForceModel hand, std::unique_ptr<TriDexel> model = nullptr) {
   settings.spring.torsion_nmm_rad = 20;
   settings.materials[0].u = 0.02;
   const auto script = [](double t) {
-    return VirtualDevice::Target{Vec3(8 * std::sin(5 * t), 6 * std::cos(4 * t), -5 + 3 * std::cos(6 * t)),
-                                 rotation(Vec3(0.2 * std::sin(3 * t), 0, 0)), 0};
+    return VirtualDevice::Target{
+        Vec3(8 * std::sin(5 * t), 6 * std::cos(4 * t), -5 + 3 * std::cos(6 * t)),
+        rotation(Vec3(0.2 * std::sin(3 * t), 0, 0)), 0};
   };
   return rig(device, settings, script, std::move(model));
 }
@@ -52,7 +53,8 @@ void expect_sound(const Document& document) {
   EXPECT_TRUE(document.verify([](const std::string& wrong) { ADD_FAILURE() << wrong; }).ok());
 }
 
-// What a hand carved is in the document, stroke by stroke, and carving it again leaves the same bytes.
+// What a hand carved is in the document, stroke by stroke, and carving it again leaves the same
+// bytes.
 TEST(DocumentWriter, KeepsWhatTheHandDoes) {
   for (const ForceModel model : {ForceModel::series, ForceModel::energy})
     for (const bool threads : {false, true}) {
@@ -98,7 +100,8 @@ TEST(DocumentWriter, KeepsWhatTheHandDoes) {
       ASSERT_TRUE(after.ok()) << after.error();
       // How many strokes a second of real time has, is the machine's.
       EXPECT_GE(after.value()->steps().size(), threads ? 2u : 3u);
-      EXPECT_EQ(after.value()->load().value()->content_hash(), r.live->context().model().content_hash());
+      EXPECT_EQ(after.value()->load().value()->content_hash(),
+                r.live->context().model().content_hash());
       double removed = 0;
       for (const auto& [id, step] : after.value()->steps()) removed += step.removed_mm3;
       EXPECT_NEAR(removed, r.live->totals().removed_mm3, 1e-6 * removed);
@@ -106,13 +109,14 @@ TEST(DocumentWriter, KeepsWhatTheHandDoes) {
     }
 }
 
-// Back and forth and elsewhere while the hand goes on, and strokes left off midway: the model is always that
-// of the step where the document stands, and all of it can be carved again.
+// Back and forth and elsewhere while the hand goes on, and strokes left off midway: the model is
+// always that of the step where the document stands, and all of it can be carved again.
 TEST(DocumentWriter, GoesBackAndForthWhileAHandCarves) {
   Random random;
   Folder folder;
   for (const ForceModel model : {ForceModel::series, ForceModel::paper}) {
-    const std::filesystem::path file = folder.path / (model == ForceModel::series ? "s.kibori" : "p.kibori");
+    const std::filesystem::path file =
+        folder.path / (model == ForceModel::series ? "s.kibori" : "p.kibori");
     Rig r = busy_rig(model);
     LiveCarving& live = *r.live;
     auto document = Document::create(file, live.context().model(), "{}");
@@ -220,8 +224,8 @@ TEST(DocumentWriter, CancelledBeforeAnythingElse) {
   EXPECT_EQ(live.context().model().content_hash(), writer.document().steps().at(1).hash);
 }
 
-// The same on three threads; the second time in a document that was just opened, whose states are made beside
-// the hand.
+// The same on three threads; the second time in a document that was just opened, whose states are
+// made beside the hand.
 TEST(DocumentWriter, HistoryFromAnotherThread) {
   Random random;
   Folder folder;
@@ -282,8 +286,8 @@ TEST(DocumentWriter, HistoryFromAnotherThread) {
   expect_sound(*after.value());
 }
 
-// Where the hand was at each tick, and when: what a killed process leaves to those who look for what was
-// lost.
+// Where the hand was at each tick, and when: what a killed process leaves to those who look for
+// what was lost.
 struct Witness {
   std::atomic<int64_t> ticks;
   double x_mm[20000];
@@ -317,8 +321,8 @@ class WatchedDevice final : public Device {
   Witness& witness_;
 };
 
-// kill -9 while a hand carves in real time: the file opens to an exact prefix. How long before the end that
-// prefix ends is printed.
+// kill -9 while a hand carves in real time: the file opens to an exact prefix. How long before the
+// end that prefix ends is printed.
 TEST(DocumentWriter, KilledWhileAHandCarves) {
   Random random;
   Folder folder;
@@ -345,10 +349,11 @@ TEST(DocumentWriter, KilledWhileAHandCarves) {
       settings.workspace = Workspace(Vec3(20, 15, 25));
       // Along the block, always in it.
       auto hand = std::make_unique<VirtualDevice>(device, [](double t) {
-        return VirtualDevice::Target{Vec3(-25 + 8 * t, 0, -6.5 + std::cos(7 * t)), Mat3::Identity(), 0};
+        return VirtualDevice::Target{Vec3(-25 + 8 * t, 0, -6.5 + std::cos(7 * t)), Mat3::Identity(),
+                                     0};
       });
-      auto live = LiveCarving::make(test::block(0.25),
-                                    std::make_unique<WatchedDevice>(std::move(hand), *witness), settings);
+      auto live = LiveCarving::make(
+          test::block(0.25), std::make_unique<WatchedDevice>(std::move(hand), *witness), settings);
       auto document = Document::create(file, live.value()->context().model(), "{}");
       if (!document) _exit(1);
       DocumentWriter writer(*live.value(), std::move(document).value());
@@ -397,13 +402,14 @@ TEST(DocumentWriter, KilledWhileAHandCarves) {
                 lost_ms[lost_ms.size() / 2], lost_ms.back());
 }
 
-// The disk fills up while a hand carves: it is told, the hand goes on, back and forth too, and all of it can
-// be had elsewhere.
+// The disk fills up while a hand carves: it is told, the hand goes on, back and forth too, and all
+// of it can be had elsewhere.
 TEST(DocumentWriter, AFullDiskIsToldAndNothingIsLost) {
   FaultVfs& vfs = FaultVfs::get();
   vfs.reset();
   Folder folder;
-  const std::filesystem::path file = folder.path / "full.kibori", other = folder.path / "other.kibori";
+  const std::filesystem::path file = folder.path / "full.kibori",
+                              other = folder.path / "other.kibori";
   Rig r = busy_rig(ForceModel::series);
   LiveCarving& live = *r.live;
   auto document = Document::create(file, live.context().model(), "{}", {}, FaultVfs::kName);
@@ -441,7 +447,8 @@ TEST(DocumentWriter, AFullDiskIsToldAndNothingIsLost) {
     ASSERT_TRUE(after.ok()) << after.error();
     expect_sound(*after.value());
     if (path == other) {
-      EXPECT_EQ(after.value()->load().value()->content_hash(), live.context().model().content_hash());
+      EXPECT_EQ(after.value()->load().value()->content_hash(),
+                live.context().model().content_hash());
     }
   }
 }

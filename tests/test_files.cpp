@@ -33,7 +33,9 @@ using test::Random;
 
 class Folder {
  public:
-  Folder() : path_(std::filesystem::temp_directory_path() / ("kibori-files-" + std::to_string(getpid()))) {
+  Folder()
+      : path_(std::filesystem::temp_directory_path() /
+              ("kibori-files-" + std::to_string(getpid()))) {
     std::filesystem::create_directories(path_);
   }
   ~Folder() { std::filesystem::remove_all(path_); }
@@ -48,8 +50,8 @@ class Folder {
   std::filesystem::path path_;
 };
 
-// What is written is read back: the same corners to the bit, triangle by triangle, and a file that welds by
-// position has the same vertices again.
+// What is written is read back: the same corners to the bit, triangle by triangle, and a file that
+// welds by position has the same vertices again.
 TEST(SurfaceFile, ComesBackFromEveryFormat) {
   Lattice lattice;
   lattice.nodes = Index3(30, 25, 20);
@@ -57,11 +59,15 @@ TEST(SurfaceFile, ComesBackFromEveryFormat) {
   lattice.origin_mm = Vec3(-3, 100, 7);
   TriDexel model(lattice);
   model.fill_block(
-      {lattice.to_mm(LatticePoint{Vec3(2, 2, 2)}), lattice.to_mm(LatticePoint{Vec3(28, 22, 17)})}, 0);
+      {lattice.to_mm(LatticePoint{Vec3(2, 2, 2)}), lattice.to_mm(LatticePoint{Vec3(28, 22, 17)})},
+      0);
   Removed removed;
-  cut(model, SweptBall(LatticePoint{Vec3(5, 12, 18)}, LatticeVector{Vec3(20, 3, -2)}, 5), {}, removed);
+  cut(model, SweptBall(LatticePoint{Vec3(5, 12, 18)}, LatticeVector{Vec3(20, 3, -2)}, 5), {},
+      removed);
   const Surface surface = extract_surface(model.snapshot());
-  const SurfaceSource whole = [&](const SurfaceSink& sink) { stream_surface(model.snapshot(), 2, sink); };
+  const SurfaceSource whole = [&](const SurfaceSink& sink) {
+    stream_surface(model.snapshot(), 2, sink);
+  };
   const Rgb oak{196, 154, 108};
   const Folder folder;
   for (const char* name : {"a.stl", "a.PLY", "a.obj", "a.3mf", "a.glb"}) {
@@ -99,16 +105,16 @@ TEST(SurfaceFile, ComesBackFromEveryFormat) {
 
 // A cube of 10 mm as 3MF, by hand. `model`: replaces the whole model part.
 std::string model_part(const std::string& more = "", const std::string& head = "") {
-  std::string text =
-      "<?xml version=\"1.0\"?>" + head +
-      "<model unit=\"centimeter\" xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\">"
-      "<resources><object id=\"1\"><mesh><vertices>";
+  std::string text = "<?xml version=\"1.0\"?>" + head +
+                     "<model unit=\"centimeter\" "
+                     "xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\">"
+                     "<resources><object id=\"1\"><mesh><vertices>";
   for (int i = 0; i < 8; i++)
-    text += "<vertex x=\"" + std::to_string(i & 1) + "\" y=\"" + std::to_string(i >> 1 & 1) + "\" z=\"" +
-            std::to_string(i >> 2) + "\"/>";
+    text += "<vertex x=\"" + std::to_string(i & 1) + "\" y=\"" + std::to_string(i >> 1 & 1) +
+            "\" z=\"" + std::to_string(i >> 2) + "\"/>";
   text += "</vertices><triangles>";
-  for (const auto& t : {"0 2 1", "1 2 3", "4 5 6", "5 7 6", "0 1 4", "1 5 4", "2 6 3", "3 6 7", "0 4 2",
-                        "2 4 6", "1 3 5", "3 7 5"}) {
+  for (const auto& t : {"0 2 1", "1 2 3", "4 5 6", "5 7 6", "0 1 4", "1 5 4", "2 6 3", "3 6 7",
+                        "0 4 2", "2 4 6", "1 3 5", "3 7 5"}) {
     int a, b, c;
     std::sscanf(t, "%d %d %d", &a, &b, &c);
     text += "<triangle v1=\"" + std::to_string(a) + "\" v2=\"" + std::to_string(b) + "\" v3=\"" +
@@ -117,7 +123,8 @@ std::string model_part(const std::string& more = "", const std::string& head = "
   return text + "</triangles></mesh></object>" + more +
          "</resources><build><item objectid=\"1\"/></build></model>";
 }
-std::string archive(const Folder& folder, const std::vector<std::pair<std::string, std::string>>& entries) {
+std::string archive(const Folder& folder,
+                    const std::vector<std::pair<std::string, std::string>>& entries) {
   NewFile file(folder / "a.zip");
   ZipWriter zip(file);
   for (const auto& [name, content] : entries) {
@@ -154,7 +161,8 @@ TEST(ThreeMf, UnitsTransformsAndComponents) {
   // Twice in another object, once mirrored; that object twice as large and moved in the build.
   std::string text = model_part(
       "<object id=\"2\"><components><component objectid=\"1\"/>"
-      "<component objectid=\"1\" transform=\"-1 0 0  0 1 0  0 0 1  5 0 0\"/></components></object>");
+      "<component objectid=\"1\" transform=\"-1 0 0  0 1 0  0 0 1  5 0 "
+      "0\"/></components></object>");
   text = replaced(text, kItem, "<item objectid=\"2\" transform=\"2 0 0 0 2 0 0 0 2 1 2 3\"/>");
   mesh = parse_3mf(with_model(folder, text), "a");
   ASSERT_TRUE(mesh.ok()) << mesh.error();
@@ -179,8 +187,9 @@ TEST(ThreeMf, HostileArchivesAreRefused) {
   refused(archive(folder, {{"/etc/passwd", "x"}}), "leaves");
   refused(archive(folder, {{"readme.txt", "x"}}), "3D/3dmodel.model");
   refused(
-      with_model(folder,
-                 model_part("", "<!DOCTYPE model [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;\">]>")),
+      with_model(
+          folder,
+          model_part("", "<!DOCTYPE model [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;\">]>")),
       "document type");
   refused(with_model(folder, "<model"), "XML");
   refused(with_model(folder, model_part("<object id=\"1\"/>")), "two objects");
@@ -191,13 +200,15 @@ TEST(ThreeMf, HostileArchivesAreRefused) {
   text = replaced(model_part(), "centimeter", "furlong");
   refused(with_model(folder, text), "furlong");
   // Components without end, and as a bomb: 10 in each of 30 levels.
-  text = model_part("<object id=\"2\"><components><component objectid=\"2\"/></components></object>");
+  text =
+      model_part("<object id=\"2\"><components><component objectid=\"2\"/></components></object>");
   text = replaced(text, kItem, "<item objectid=\"2\"/>");
   refused(with_model(folder, text), "without end");
   std::string levels;
   for (int i = 2; i < 32; i++) {
     levels += "<object id=\"" + std::to_string(i) + "\"><components>";
-    for (int k = 0; k < 10; k++) levels += "<component objectid=\"" + std::to_string(i - 1) + "\"/>";
+    for (int k = 0; k < 10; k++)
+      levels += "<component objectid=\"" + std::to_string(i - 1) + "\"/>";
     levels += "</components></object>";
   }
   text = model_part(levels);
@@ -268,18 +279,20 @@ class HelperTest : public ::testing::Test {
 TEST_F(HelperTest, CrashesAndNonsenseAreOneSentence) {
   EXPECT_NE(said("kill -SEGV $$").find("crashes the importer"), std::string::npos);
   EXPECT_NE(said("kill -KILL $$").find("too long or too much"), std::string::npos);
-  EXPECT_NE(said("echo 'a.obj: is odd' >&2; echo more >&2; exit 2").find("a.obj: is odd"), std::string::npos);
+  EXPECT_NE(said("echo 'a.obj: is odd' >&2; echo more >&2; exit 2").find("a.obj: is odd"),
+            std::string::npos);
   EXPECT_NE(said("exit 0").find("no proper mesh"), std::string::npos);
   EXPECT_NE(said("echo KIBMESH1 >&3").find("no proper mesh"), std::string::npos);
   // A head that promises 2^60 vertices, and one that holds an index out of range.
-  EXPECT_NE(
-      said("printf 'KIBMESH1\\0\\0\\0\\0\\0\\0\\0\\020\\1\\0\\0\\0\\0\\0\\0\\0' >&3").find("more triangles"),
-      std::string::npos);
-  EXPECT_NE(
-      said("(printf 'KIBMESH1\\0\\0\\0\\0\\0\\0\\0\\0\\1\\0\\0\\0\\0\\0\\0\\0'; head -c 12 /dev/zero) >&3")
-          .find("no proper mesh"),
-      std::string::npos);
-  EXPECT_NE(said("head -c 300000 /dev/zero | tr '\\0' 'x' >&2; exit 2").find("xxx"), std::string::npos);
+  EXPECT_NE(said("printf 'KIBMESH1\\0\\0\\0\\0\\0\\0\\0\\020\\1\\0\\0\\0\\0\\0\\0\\0' >&3")
+                .find("more triangles"),
+            std::string::npos);
+  EXPECT_NE(said("(printf 'KIBMESH1\\0\\0\\0\\0\\0\\0\\0\\0\\1\\0\\0\\0\\0\\0\\0\\0'; head -c 12 "
+                 "/dev/zero) >&3")
+                .find("no proper mesh"),
+            std::string::npos);
+  EXPECT_NE(said("head -c 300000 /dev/zero | tr '\\0' 'x' >&2; exit 2").find("xxx"),
+            std::string::npos);
   setenv("KIBORI_IMPORT", "/no/such/program", 1);
   EXPECT_NE(read_mesh(folder_ / "a.obj").error().find("does not start"), std::string::npos);
 }
@@ -292,7 +305,8 @@ TEST_F(HelperTest, HostileFilesOfOtherFormats) {
     EXPECT_EQ(mesh.error().find('\n'), std::string::npos);
   };
   refused("a.ply",
-          "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float x\nend_header\n");
+          "ply\nformat binary_little_endian 1.0\nelement vertex 4000000000\nproperty float "
+          "x\nend_header\n");
   refused("b.ply", "ply\nformat ascii 1.0\n");
   refused("c.obj", "f 1 2 3\n");
   refused("d.glb", std::string("glTF\2\0\0\0\xff\xff\xff\x7f", 12));
@@ -353,7 +367,8 @@ TEST(NewFile, FourWritersLeaveOneWhole) {
   EXPECT_EQ(read_file(folder / "u.bin.part").value().size(), 14u);
   // Nothing is left beside it.
   size_t files = 0;
-  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder / ".")) files++;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder / "."))
+    files++;
   EXPECT_EQ(files, 3u);
 }
 TEST(NewFile, KeepsWhoMayReadWhatWasThere) {
@@ -384,7 +399,8 @@ TEST(ReadFile, RefusesWhatMayNeverEnd) {
     EXPECT_NE(read_file(path).error().find("is not a regular file"), std::string::npos);
   EXPECT_NE(read_file(folder / "none").error().find("no such file"), std::string::npos);
   folder.write("long", std::string(100, 'x'));
-  EXPECT_NE(read_file(folder / "long", 99).error().find("100 bytes; at most 99"), std::string::npos);
+  EXPECT_NE(read_file(folder / "long", 99).error().find("100 bytes; at most 99"),
+            std::string::npos);
   EXPECT_TRUE(read_file(folder / "long", 100).ok());
 }
 

@@ -78,8 +78,8 @@ TEST_F(ForceDimension, ReadsAndWritesInOurAxes) {
 
 TEST_F(ForceDimension, EveryErrorCodeIsAFaultThatStays) {
   for (int code = 0; code <= 21; code++)
-    for (int FakeDhd::*where :
-         {&FakeDhd::read_result, &FakeDhd::velocity_result, &FakeDhd::frame_result, &FakeDhd::write_result}) {
+    for (int FakeDhd::*where : {&FakeDhd::read_result, &FakeDhd::velocity_result,
+                                &FakeDhd::frame_result, &FakeDhd::write_result}) {
       *fake_ = FakeDhd();
       auto opened = ForceDimensionDevice::open();
       ASSERT_TRUE(opened.ok()) << opened.error();
@@ -90,7 +90,8 @@ TEST_F(ForceDimension, EveryErrorCodeIsAFaultThatStays) {
       fake_->error = code;
       const bool gone = code == 2 || code == 5 || code == 6 || code == 12;
       const DeviceStatus expected = gone ? DeviceStatus::unplugged : DeviceStatus::failed;
-      EXPECT_EQ(where == &FakeDhd::write_result ? opened.value()->write({}) : opened.value()->read(reading),
+      EXPECT_EQ(where == &FakeDhd::write_result ? opened.value()->write({})
+                                                : opened.value()->read(reading),
                 expected);
       fake_->*where = 0;
       EXPECT_EQ(opened.value()->read(reading), expected);

@@ -18,15 +18,16 @@ constexpr double kPi = 3.14159265358979323846;
 struct Bench {
   TriDexel model;
   std::vector<Material> materials{Material{"test", 0.001, 2.0, 0, 0, {}}};
-  Bench(const Vec3& size, double pitch, double room = 0) : model(make_lattice(size, pitch, room).value()) {
+  Bench(const Vec3& size, double pitch, double room = 0)
+      : model(make_lattice(size, pitch, room).value()) {
     model.fill_block({Vec3::Zero(), size}, 0);
   }
 };
 
 const Tool kFinger = Finger{0.1, 60};
 
-ToolTick go(DirectTool& stroke, const Tool& tool, const Vec3& to, const Bench& bench, ForceModel law,
-            int dof = 5, Mode mode = Mode::cut, const Vec3& turn = Vec3::Zero()) {
+ToolTick go(DirectTool& stroke, const Tool& tool, const Vec3& to, const Bench& bench,
+            ForceModel law, int dof = 5, Mode mode = Mode::cut, const Vec3& turn = Vec3::Zero()) {
   Result<ToolTick> tick = stroke.advance(tool, to, turn, mode, {law, dof}, bench.materials);
   EXPECT_TRUE(tick) << tick.error();
   return tick.value();
@@ -58,7 +59,8 @@ TEST(Energy, UprightScrapeHasTheClosedForm) {
     const double expected = step * (4.0 / 3) * std::pow(depth, 1.5) / std::sqrt(ks);
     EXPECT_NEAR(volume / count, expected, 0.01 * expected);
     EXPECT_NEAR(force / count, 2.0 * expected / step, 0.01 * 2 * expected / step);
-    EXPECT_NEAR(moment / count, 0.6 * depth * 2 * expected / step, 0.01 * 0.6 * depth * 2 * expected / step);
+    EXPECT_NEAR(moment / count, 0.6 * depth * 2 * expected / step,
+                0.01 * 0.6 * depth * 2 * expected / step);
   }
 }
 
@@ -74,14 +76,14 @@ TEST(Energy, PlungeHasTheClosedFormAndNoMoment) {
     const double deep = 20 - z;
     if (deep > 1.5 * step) {
       const double expected = step * kPi * (deep - step / 2) / 0.1;
-      worst = std::max(worst,
-                       std::abs(tick.wrench.force.z() / (2.0 * expected / step) - 1) * (deep > 10 ? 1 : 0));
+      worst = std::max(worst, std::abs(tick.wrench.force.z() / (2.0 * expected / step) - 1) *
+                                  (deep > 10 ? 1 : 0));
       EXPECT_GT(tick.wrench.force.z(), 0);
     } else if (deep <= 0) {
       EXPECT_EQ(tick.wrench.force.norm(), 0);
     }
-    // The finger stands off the lattice's symmetry, so the lever is zero only to rounding of what a node
-    // sees.
+    // The finger stands off the lattice's symmetry, so the lever is zero only to rounding of what a
+    // node sees.
     EXPECT_NEAR(tick.wrench.moment.norm(), 0, 1e-6 * (1 + tick.wrench.force.norm()));
   }
   EXPECT_LT(worst, 0.01);
@@ -156,17 +158,18 @@ TEST(Energy, TurningOnTheSpotGivesAMomentAndStaysFinite) {
   DirectTool stroke(bench.model, Pose{Vec3(20, 20, 8), Mat3::Identity()});
   go(stroke, kFinger, Vec3(20, 20, 8), bench, ForceModel::energy);
   for (int i = 0; i < 50; i++) {
-    const ToolTick tick =
-        go(stroke, kFinger, Vec3(20, 20, 8), bench, ForceModel::energy, 6, Mode::cut, Vec3(0, 0.01, 0));
+    const ToolTick tick = go(stroke, kFinger, Vec3(20, 20, 8), bench, ForceModel::energy, 6,
+                             Mode::cut, Vec3(0, 0.01, 0));
     EXPECT_TRUE(tick.wrench.moment.allFinite());
     EXPECT_LT(tick.wrench.moment.y(), 0);
-    EXPECT_EQ(
-        go(stroke, kFinger, Vec3(20, 20, 8), bench, ForceModel::paper, 6, Mode::off).wrench.force.norm(), 0);
+    EXPECT_EQ(go(stroke, kFinger, Vec3(20, 20, 8), bench, ForceModel::paper, 6, Mode::off)
+                  .wrench.force.norm(),
+              0);
   }
 }
 
-// |F| = Kf K, antiparallel to p; M = -Kf (sum z) e_z x p; the counts are those of a bitmap carved by the
-// definition.
+// |F| = Kf K, antiparallel to p; M = -Kf (sum z) e_z x p; the counts are those of a bitmap carved
+// by the definition.
 TEST(Paper, CountsExactlyTheNodesThatVanish) {
   Random random;
   const double h = 0.5;
@@ -192,12 +195,14 @@ TEST(Paper, CountsExactlyTheNodesThatVanish) {
           for (int m = 0; m < n.x(); m++) {
             const auto index = static_cast<size_t>((k * n.y() + j) * n.x() + m);
             if (!there[index]) continue;
-            const Vec3 node = bench.model.lattice().to_mm(LatticePoint{Vec3(m + 0.5, j + 0.5, k + 0.5)});
+            const Vec3 node =
+                bench.model.lattice().to_mm(LatticePoint{Vec3(m + 0.5, j + 0.5, k + 0.5)});
             // The largest f over the motion: f is concave in s.
             const Vec3 x = frame.transpose() * (node - at), v = frame.transpose() * p;
             const auto f = [&](double s) {
               const Vec3 y = x - s * v;
-              return std::min(y.z() - finger.ks * (y.x() * y.x() + y.y() * y.y()), finger.length - y.z());
+              return std::min(y.z() - finger.ks * (y.x() * y.x() + y.y() * y.y()),
+                              finger.length - y.z());
             };
             double low = 0, high = 1;
             for (int it = 0; it < 45; it++) {
@@ -227,7 +232,8 @@ TEST(Paper, CountsExactlyTheNodesThatVanish) {
     }
     int64_t missing = 0;
     for (bool b : there) missing += b ? 0 : 1;
-    EXPECT_NEAR(static_cast<double>(total), static_cast<double>(missing), static_cast<double>(borderline));
+    EXPECT_NEAR(static_cast<double>(total), static_cast<double>(missing),
+                static_cast<double>(borderline));
   }
 }
 
@@ -235,7 +241,8 @@ TEST(Paper, GoingTheSameWayAgainOrRetractingRemovesNothing) {
   Bench bench(Vec3(40, 40, 20), 0.25);
   const Vec3 a(-12, 20.3, 16), b(52, 19.7, 13.5);
   DirectTool stroke(bench.model, Pose{a, Mat3::Identity()});
-  for (int i = 1; i <= 40; i++) go(stroke, kFinger, a + (b - a) * (i / 40.0), bench, ForceModel::paper);
+  for (int i = 1; i <= 40; i++)
+    go(stroke, kFinger, a + (b - a) * (i / 40.0), bench, ForceModel::paper);
   int64_t again = 0;
   double again_mm3 = 0;
   for (int i = 39; i >= 0; i--) {
@@ -261,7 +268,8 @@ TEST(Touch, ForeseesTheCut) {
       const ToolTick t = go(feel, kFinger, to, touched, law, 6, Mode::touch);
       const ToolTick c = go(carve, kFinger, to, cut_bench, law, 6, Mode::cut);
       // A cut rounds what it leaves to float32; the touch compares with the exact start pose.
-      EXPECT_NEAR((t.wrench.force - c.wrench.force).norm(), 0, 1e-3 * (1 + c.wrench.force.norm())) << i;
+      EXPECT_NEAR((t.wrench.force - c.wrench.force).norm(), 0, 1e-3 * (1 + c.wrench.force.norm()))
+          << i;
       EXPECT_NEAR(static_cast<double>(t.points), static_cast<double>(c.points), 2) << i;
     }
     EXPECT_EQ(touched.model.content_hash(), before);
@@ -313,8 +321,8 @@ TEST(Materials, ResistEachByItsOwnConstants) {
   Removed removed;
   const LatticeBox room{{Vec3::Zero(), Vec3::Constant(80)}};
   deposit(model,
-          SweptTool(BoxTool{Vec3(20, 20, 10)}, Pose{Vec3(10, 10, 10), Mat3::Identity()}, Vec3::Zero(),
-                    model.lattice(), room),
+          SweptTool(BoxTool{Vec3(20, 20, 10)}, Pose{Vec3(10, 10, 10), Mat3::Identity()},
+                    Vec3::Zero(), model.lattice(), room),
           1, {}, removed);
   EXPECT_NEAR(model.volume_mm3(), 8000, 1e-6);
   // A flat cutter through both, half in each: the force is the area times the mean of the two.
@@ -322,8 +330,8 @@ TEST(Materials, ResistEachByItsOwnConstants) {
   const Tool flat = Flat{4, 6};
   double force = 0;
   for (int i = 1; i <= 200; i++) {
-    const Result<ToolTick> tick = stroke.advance(flat, Vec3(-6 + 0.1 * i, 10, 7), Vec3::Zero(), Mode::cut,
-                                                 {ForceModel::energy, 5}, materials);
+    const Result<ToolTick> tick = stroke.advance(flat, Vec3(-6 + 0.1 * i, 10, 7), Vec3::Zero(),
+                                                 Mode::cut, {ForceModel::energy, 5}, materials);
     if (i > 150) force -= tick.value().wrench.force.x() / 50;
   }
   EXPECT_NEAR(force, 8 * 6 * 0.5 * (1 + 8), 0.02 * 8 * 6 * 4.5);
@@ -334,7 +342,8 @@ TEST(Touch, OfATurnInSeveralPiecesIsThatOfTheCut) {
   const Tool tool = BoxTool{Vec3(1, 9, 9)};
   const Pose start{Vec3(10, 10, 3), Mat3::Identity()};
   DirectTool feel(touched.model, start), carve(cut_bench.model, start);
-  go(carve, tool, start.tip, cut_bench, ForceModel::paper);  // the start pose is empty, as a touch takes it
+  // The start pose is empty, as a touch takes it.
+  go(carve, tool, start.tip, cut_bench, ForceModel::paper);
   const uint64_t before = touched.model.content_hash();
   const Vec3 turn(0, 0, 1.5);
   const ToolTick t = go(feel, tool, start.tip, touched, ForceModel::paper, 5, Mode::touch, turn);
@@ -344,13 +353,15 @@ TEST(Touch, OfATurnInSeveralPiecesIsThatOfTheCut) {
   EXPECT_EQ(touched.model.content_hash(), before);
 }
 
-// Whatever was held in between, the start pose counts as clear only right after this very ball's own cut.
+// Whatever was held in between, the start pose counts as clear only right after this very ball's
+// own cut.
 TEST(DirectTool, AnotherToolInBetweenIsNotForgotten) {
   Bench bench(Vec3(20, 20, 10), 0.25), plain(Vec3(20, 20, 10), 0.25);
   DirectTool stroke(bench.model, Pose{Vec3(10, 10, 6), Mat3::Identity()});
   const Tool ball = BallTool{3}, flat = Flat{1, 30};
   double from = 6;
-  for (const auto& [tool, to] : {std::pair{ball, 5.0}, std::pair{flat, 2.0}, std::pair{ball, 1.9}}) {
+  for (const auto& [tool, to] :
+       {std::pair{ball, 5.0}, std::pair{flat, 2.0}, std::pair{ball, 1.9}}) {
     go(stroke, tool, Vec3(10, 10, to), bench, ForceModel::energy);
     DirectTool fresh(plain.model, Pose{Vec3(10, 10, from), Mat3::Identity()});
     go(fresh, tool, Vec3(10, 10, to), plain, ForceModel::energy);
@@ -382,11 +393,14 @@ TEST(DirectTool, RefusesATickItCannotSplit) {
   for (const Mode mode : {Mode::cut, Mode::off})
     for (const double turn : {1e3, 1e300, std::nan("")})
       EXPECT_FALSE(
-          stroke.advance(BallTool{1}, Vec3(1, 0, 0), Vec3(0, turn, 0), mode, {}, bench.materials).ok());
-  EXPECT_FALSE(
-      stroke.advance(BallTool{1}, Vec3(std::nan(""), 0, 0), Vec3::Zero(), Mode::off, {}, bench.materials)
-          .ok());
-  EXPECT_TRUE(stroke.advance(HalfSpace{}, Vec3(0, 0, 5), Vec3(0, 0.1, 0), Mode::cut, {}, bench.materials))
+          stroke.advance(BallTool{1}, Vec3(1, 0, 0), Vec3(0, turn, 0), mode, {}, bench.materials)
+              .ok());
+  EXPECT_FALSE(stroke
+                   .advance(BallTool{1}, Vec3(std::nan(""), 0, 0), Vec3::Zero(), Mode::off, {},
+                            bench.materials)
+                   .ok());
+  EXPECT_TRUE(
+      stroke.advance(HalfSpace{}, Vec3(0, 0, 5), Vec3(0, 0.1, 0), Mode::cut, {}, bench.materials))
       << "a half-space may turn";
 }
 

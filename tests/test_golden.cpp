@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The short form of ./dev golden: this compiler and level, every vector unit of this machine, 1, 2 and 8
-// threads.
+// The short form of ./dev golden: this compiler and level, every vector unit of this machine, 1, 2
+// and 8 threads.
 #include <cstdlib>
 #include <vector>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A pointer's hand: what its strength drives into which wood, against closed forms; and that what it carves
-// is a function of the pointer's path alone.
+// A pointer's hand: what its strength drives into which wood, against closed forms; and that what
+// it carves is a function of the pointer's path alone.
 #include <cmath>
 #include <deque>
 #include <functional>
@@ -52,7 +52,8 @@ struct Bench {
     live = std::move(made).value();
   }
   double u() const {
-    return live->context().settings().materials.front().u * live->context().settings().spring.hand_share;
+    return live->context().settings().materials.front().u *
+           live->context().settings().spring.hand_share;
   }
   const Vec3& tip() const { return tip_; }
 
@@ -101,7 +102,8 @@ double groove_mm2(double r, double d) {
 
 // A straight stroke along x, `deep`, of so many ms; `each` is called between its events.
 void straight(
-    Bench& bench, double from, double to, double deep, double ms, const std::function<void()>& each = [] {}) {
+    Bench& bench, double from, double to, double deep, double ms,
+    const std::function<void()>& each = [] {}) {
   bench.press(upright(from, 20, 20 - deep), 5);
   for (double t = 4; t < ms; t += 4) {
     bench.pointer->move(upright(from + (to - from) * t / ms, 20, 20 - deep), 5 + t / 1000);
@@ -149,8 +151,8 @@ TEST(Hand, DepthGivesWayBeforeTheWayDoes) {
   EXPECT_LT(before, 1.1 * area * (from - 15) + 2 * kPi * 16);
 }
 
-// The section of a groove so deep of a tool of revolution whose radius at a height above its tip is r(z), and
-// what both ends together take; by slices.
+// The section of a groove so deep of a tool of revolution whose radius at a height above its tip is
+// r(z), and what both ends together take; by slices.
 template <class R>
 std::pair<double, double> groove_of(double deep, R&& r) {
   double section = 0, ends = 0;
@@ -163,7 +165,8 @@ std::pair<double, double> groove_of(double deep, R&& r) {
   return {section, ends};
 }
 
-// A flick takes all of its groove, and ends where the pointer did: whatever its speed, place and direction.
+// A flick takes all of its groove, and ends where the pointer did: whatever its speed, place and
+// direction.
 TEST(Hand, AFlickIsAllOfItsGroove) {
   const struct {
     Tool tool;
@@ -171,8 +174,11 @@ TEST(Hand, AFlickIsAllOfItsGroove) {
   } kTools[] = {
       {BallTool{4}, groove_of(2, [](double z) { return std::sqrt(z * (8 - z)); })},
       {Flat{4, 25}, groove_of(2, [](double) { return 4.0; })},
-      {Bull{4, 1.5, 25},
-       groove_of(2, [](double z) { return z < 1.5 ? 2.5 + std::sqrt(2.25 - (1.5 - z) * (1.5 - z)) : 4; })},
+      {Bull{4, 1.5, 25}, groove_of(2,
+                                   [](double z) {
+                                     return z < 1.5 ? 2.5 + std::sqrt(2.25 - (1.5 - z) * (1.5 - z))
+                                                    : 4;
+                                   })},
       {Cone{90, 4, 25}, groove_of(2, [](double z) { return z; })},
   };
   Random random;
@@ -190,7 +196,8 @@ TEST(Hand, AFlickIsAllOfItsGroove) {
         const double expected = (to - from).norm() * groove.first + groove.second;
         EXPECT_NEAR(bench.removed_mm3, expected, 0.02 * expected)
             << tool.index() << " in " << wood << ", " << ms << " ms" << random.note();
-        EXPECT_LT((bench.tip() - to).norm(), 0.3) << tool.index() << " in " << wood << ", " << ms << " ms";
+        EXPECT_LT((bench.tip() - to).norm(), 0.3)
+            << tool.index() << " in " << wood << ", " << ms << " ms";
       }
 }
 
@@ -241,7 +248,8 @@ const std::vector<std::pair<Tool, bool>>& tools() {
   return list;
 }
 
-// Every tool bites in every wood, whichever way it points, at the depth that the studio begins with.
+// Every tool bites in every wood, whichever way it points, at the depth that the studio begins
+// with.
 TEST(Hand, EveryToolBitesInEveryWood) {
   for (const auto& [tool, powered] : tools())
     for (const char* wood : {"limewood", "oak", "walnut", "wax"})
@@ -254,7 +262,8 @@ TEST(Hand, EveryToolBitesInEveryWood) {
         for (int i = 1; i <= 50; i++) bench.pointer->move(at(25 + 0.6 * i), 1 + 0.008 * i);
         bench.finish();
         EXPECT_FALSE(bench.inside);
-        EXPECT_GT(bench.removed_mm3, 20) << tool.index() << " in " << wood << " along " << axis.transpose();
+        EXPECT_GT(bench.removed_mm3, 20)
+            << tool.index() << " in " << wood << " along " << axis.transpose();
         EXPECT_LE(bench.felt.force.norm(), 201);
         // Depth may give way, along the axis; the way does not.
         const Vec3 off = bench.tip() - at(55).tip;

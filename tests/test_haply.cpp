@@ -106,7 +106,9 @@ TEST(Haply, ReadsTheStateAndSendsForces) {
     nlohmann::json command;
     for (int i = 0; i < 400; i++) {
       std::this_thread::sleep_for(milliseconds(2));
-      command = service.last()["inverse3"][0]["commands"]["set_cursor_force"][newer ? "vector" : "values"];
+      command =
+          service
+              .last()["inverse3"][0]["commands"]["set_cursor_force"][newer ? "vector" : "values"];
       if (command.is_object() && command["z"] == 3) break;
     }
     EXPECT_EQ(command, (nlohmann::json{{"x", 1}, {"y", -2}, {"z", 3}}));
@@ -129,16 +131,19 @@ TEST(Haply, SaysWhatIsWrong) {
             std::string::npos);
   {
     HaplyService service(nlohmann::json::parse(R"({"inverse3":[]})"));
-    EXPECT_NE(HaplyDevice::open("127.0.0.1", service.port()).error().find("no Inverse3"), std::string::npos);
+    EXPECT_NE(HaplyDevice::open("127.0.0.1", service.port()).error().find("no Inverse3"),
+              std::string::npos);
   }
   {
     HaplyService service(nlohmann::json::array({1, 2}));
     EXPECT_FALSE(HaplyDevice::open("127.0.0.1", service.port()).ok());
   }
   {
-    test::TcpServer other("not a web socket at all, but something else that goes on and on\r\n\r\n");
-    EXPECT_NE(HaplyDevice::open("127.0.0.1", std::to_string(other.port())).error().find("WebSocket"),
-              std::string::npos);
+    test::TcpServer other(
+        "not a web socket at all, but something else that goes on and on\r\n\r\n");
+    EXPECT_NE(
+        HaplyDevice::open("127.0.0.1", std::to_string(other.port())).error().find("WebSocket"),
+        std::string::npos);
   }
   // States that are none.
   for (const char* bad :

@@ -110,7 +110,8 @@ TEST(Safety, ALateCommandComesBackByTheRamp) {
 }
 
 TEST(Safety, EveryFaultIsNothingAtOnceAndLatches) {
-  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  const double nan = std::numeric_limits<double>::quiet_NaN(),
+               inf = std::numeric_limits<double>::infinity();
   struct Case {
     SafetyInput input;
     Trip trip;
@@ -196,7 +197,8 @@ TEST(Safety, RefusesWhatTheDeviceCanNotDamp) {
   EXPECT_TRUE(check_stability({2 * 0.99, 0.001, 0.001}, device).ok());
   const Status refused = check_stability({2 * 1.01, -0.001, 0.001}, device);
   ASSERT_FALSE(refused.ok());
-  EXPECT_NE(refused.error().find("lower the stiffness to 2 N/mm or raise the rate"), std::string::npos)
+  EXPECT_NE(refused.error().find("lower the stiffness to 2 N/mm or raise the rate"),
+            std::string::npos)
       << refused.error();
   EXPECT_NE(check_stability({0.1, 0.003, 0.001}, device).error().find("lower the viscosity"),
             std::string::npos);
@@ -213,7 +215,8 @@ TEST(HistogramTest, QuantilesAreThoseOfTheSortedList) {
   std::sort(all.begin(), all.end());
   for (const double share : {0.0, 0.1, 0.5, 0.9, 0.99, 0.999}) {
     const double exact = static_cast<double>(all[static_cast<size_t>(share * 10000)]);
-    EXPECT_NEAR(static_cast<double>(histogram.quantile_ns(share)), exact, 0.04 * exact + 1) << random.note();
+    EXPECT_NEAR(static_cast<double>(histogram.quantile_ns(share)), exact, 0.04 * exact + 1)
+        << random.note();
   }
   EXPECT_EQ(histogram.max_ns(), static_cast<uint64_t>(all.back()));
   EXPECT_EQ(histogram.quantile_ns(1), histogram.max_ns());
@@ -268,7 +271,8 @@ TEST(Live, PressingBelowYieldComesToRestOnTheFace) {
 }
 
 TEST(Live, EveryFaultOfTheDeviceTakesTheForceAway) {
-  for (const DeviceStatus fault : {DeviceStatus::stale, DeviceStatus::failed, DeviceStatus::unplugged}) {
+  for (const DeviceStatus fault :
+       {DeviceStatus::stale, DeviceStatus::failed, DeviceStatus::unplugged}) {
     VirtualDeviceSettings device;
     device.capabilities = arm();
     LiveSettings settings;
@@ -356,7 +360,8 @@ TEST(Live, RefusesWhatCanNotBe) {
     settings.spring.stiffness_n_mm = 1;
     change(settings);
     auto made = LiveCarving::make(
-        block(1), std::make_unique<VirtualDevice>(device, [](double) { return down(0); }), settings);
+        block(1), std::make_unique<VirtualDevice>(device, [](double) { return down(0); }),
+        settings);
     return made.ok() ? std::string() : made.error();
   };
   EXPECT_EQ(make([](LiveSettings&) {}), "");
@@ -369,8 +374,8 @@ TEST(Live, RefusesWhatCanNotBe) {
   EXPECT_NE(make([](LiveSettings& s) { s.materials.clear(); }), "");
 }
 
-// Four devices, 27 hands, three speeds, five materials, against a wall and while carving: no energy is made,
-// and what comes to rest stays at rest.
+// Four devices, 27 hands, three speeds, five materials, against a wall and while carving: no energy
+// is made, and what comes to rest stays at rest.
 TEST(Live, NoHandShakesOnAnyDevice) {
   struct Profile {
     const char* name;
@@ -386,7 +391,8 @@ TEST(Live, NoHandShakesOnAnyDevice) {
   };
   const Wood woods[] = {{0.02, 0.1, 0}, {0.1, 0.3, 0}, {0.3, 1, 0.0005}, {1, 2, 0}, {0.1, 50, 0}};
   // KIBORI_HANDS: all of them.
-  const bool brief = std::getenv("KIBORI_SHORT") != nullptr, all = std::getenv("KIBORI_HANDS") != nullptr;
+  const bool brief = std::getenv("KIBORI_SHORT") != nullptr,
+             all = std::getenv("KIBORI_HANDS") != nullptr;
   double min = 0, max_swing = 0;
   int runs = 0;
   for (const Profile& p : profiles)
@@ -406,14 +412,16 @@ TEST(Live, NoHandShakesOnAnyDevice) {
           device.hand.device_damping_ns_mm = p.damping;
           device.hand.hand_mass_kg = std::array{0.03, 0.1, 0.3}[static_cast<size_t>(hand % 3)];
           device.hand.grip_n_mm = std::array{0.1, 0.4, 1.0}[static_cast<size_t>(hand / 3 % 3)];
-          device.hand.grip_damping_ns_mm = std::array{0.001, 0.003, 0.01}[static_cast<size_t>(hand / 9)];
+          device.hand.grip_damping_ns_mm =
+              std::array{0.001, 0.003, 0.01}[static_cast<size_t>(hand / 9)];
           LiveSettings settings;
           settings.tool = BallTool{3};
           settings.spring.stiffness_n_mm = p.stiffness;
           settings.materials[0] = {"wood", 0.001, w.u, w.c, w.yield, {0, 0, 0}};
           // Down onto the face and 1.5 mm into it, then at rest.
-          Rig r = rig(device, settings,
-                      [speed](double t) { return down(-std::min(6.5, std::max(0.0, (t - 1.2) * speed))); });
+          Rig r = rig(device, settings, [speed](double t) {
+            return down(-std::min(6.5, std::max(0.0, (t - 1.2) * speed)));
+          });
           r.live->context().safety().arm();
           double low = 1e9, high = -1e9;
           // In every other run one tick in a hundred is missed: the force stands for one more.
@@ -430,9 +438,10 @@ TEST(Live, NoHandShakesOnAnyDevice) {
           }
           EXPECT_EQ(r.live->context().safety().trip(), Trip::none);
           EXPECT_GE(r.device->hand().min_work_mj(), misses ? -1 : -0.1)
-              << p.name << ", hand " << hand << ", " << speed << " mm/s, u " << w.u << ", yield " << w.yield;
-          EXPECT_LT(high - low, 2 * p.count_mm)
-              << p.name << ", hand " << hand << ", " << speed << " mm/s, u " << w.u << ", yield " << w.yield;
+              << p.name << ", hand " << hand << ", " << speed << " mm/s, u " << w.u << ", yield "
+              << w.yield;
+          EXPECT_LT(high - low, 2 * p.count_mm) << p.name << ", hand " << hand << ", " << speed
+                                                << " mm/s, u " << w.u << ", yield " << w.yield;
           min = std::min(min, r.device->hand().min_work_mj());
           max_swing = std::max(max_swing, (high - low) / p.count_mm);
         }
@@ -454,7 +463,8 @@ TEST(Live, BeyondTheBoundItShakes) {
   settings.tool = BallTool{3};
   settings.spring.stiffness_n_mm = 10;
   settings.materials[0].yield_n = 1000;
-  Rig r = rig(device, settings, [](double t) { return down(-std::min(8.0, std::max(0.0, (t - 1.2) * 50))); });
+  Rig r = rig(device, settings,
+              [](double t) { return down(-std::min(8.0, std::max(0.0, (t - 1.2) * 50))); });
   r.live->context().safety().arm();
   double low = 1e9, high = -1e9;
   for (int i = 0; i < 6000; i++) {
@@ -475,8 +485,9 @@ TEST(Live, ASecondOnAThreadWithSnapshotsAndCommands) {
   settings.spring.stiffness_n_mm = 1;
   settings.materials[0].u = 0.02;  // soft: most ticks cut
   Rig r = rig(device, settings, [](double t) {
-    return VirtualDevice::Target{Vec3(10 * std::sin(9 * t), 8 * std::cos(7 * t), std::max(-6.5, -4 - 10 * t)),
-                                 Mat3::Identity(), 0};
+    return VirtualDevice::Target{
+        Vec3(10 * std::sin(9 * t), 8 * std::cos(7 * t), std::max(-6.5, -4 - 10 * t)),
+        Mat3::Identity(), 0};
   });
   const double before = r.live->context().model().volume_mm3();
   r.live->start();

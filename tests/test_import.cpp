@@ -38,7 +38,8 @@ void add_box(TriangleMesh& mesh, const Vec3& low, const Vec3& high) {
   }
 }
 
-// A block of three different sides, and a smaller one at one of its corners that tells where that went.
+// A block of three different sides, and a smaller one at one of its corners that tells where that
+// went.
 constexpr double kMarkX = 8, kMarkY = 3, kMarkZ = 4;
 TriangleMesh marked_block() {
   TriangleMesh mesh;
@@ -58,7 +59,8 @@ void write_stl(const std::filesystem::path& path, const TriangleMesh& mesh, doub
   file << "endsolid t\n";
 }
 
-// An upright figure along an axis: a broad block to stand on, and a narrow one on it off the middle.
+// An upright figure along an axis: a broad block to stand on, and a narrow one on it off the
+// middle.
 TriangleMesh figure(int up) {
   TriangleMesh mesh;
   const auto place = [up](double u, double v, double w) {
@@ -80,7 +82,8 @@ std::vector<Orientation> all_turns() {
   std::vector<Orientation> turns;
   for (int up = 0; up < 6; up++)
     for (int front = 0; front < 6; front++)
-      if (const Orientation o{static_cast<SignedAxis>(up), static_cast<SignedAxis>(front)}; is_turn(o))
+      if (const Orientation o{static_cast<SignedAxis>(up), static_cast<SignedAxis>(front)};
+          is_turn(o))
         turns.push_back(o);
   return turns;
 }
@@ -99,7 +102,8 @@ bool has_corner(const Surface& surface, const Vec3& at, double within) {
 }
 
 // The block lies at the origin, as large as it was, with its marker where the turn takes it.
-void expect_turned(const TriDexel& model, const Orientation& orientation, double scale, double pitch) {
+void expect_turned(const TriDexel& model, const Orientation& orientation, double scale,
+                   double pitch) {
   const Surface surface = extract_surface(model.snapshot(), 1);
   const Mat3 turn = rotation(orientation);
   const Vec3 low = (turn * Vec3::Zero()).cwiseMin(turn * Vec3(kMarkX, 10, 16)),
@@ -186,9 +190,10 @@ TEST(Orientation, AScenesKeysTurnItsStock) {
   Folder folder;
   write_stl(folder / "block.stl", marked_block());
   const auto model_of = [&](const std::string& keys) {
-    const auto scene = parse_scene("[stock]\nmesh = \"block.stl\"\npitch = 0.25\n" + keys +
-                                       "[tool]\nshape = \"ball\"\nradius = 1\n[[move]]\nto = [0, 0, 99]\n",
-                                   "t.toml", folder.path);
+    const auto scene =
+        parse_scene("[stock]\nmesh = \"block.stl\"\npitch = 0.25\n" + keys +
+                        "[tool]\nshape = \"ball\"\nradius = 1\n[[move]]\nto = [0, 0, 99]\n",
+                    "t.toml", folder.path);
     EXPECT_TRUE(scene.ok()) << scene.error();
     auto model = make_stock(scene.value().stock, "t.toml", {});
     EXPECT_TRUE(model.ok()) << model.error();
@@ -197,8 +202,8 @@ TEST(Orientation, AScenesKeysTurnItsStock) {
   expect_turned(*model_of(""), {}, 1, 0.25);
   expect_turned(*model_of("up = \"y\"\n"), {SignedAxis::plus_y, SignedAxis::plus_z}, 1, 0.25);
   expect_turned(*model_of("up = \"-x\"\n"), {SignedAxis::minus_x, SignedAxis::minus_y}, 1, 0.25);
-  expect_turned(*model_of("up = \"-z\"\nfront = \"x\"\n"), {SignedAxis::minus_z, SignedAxis::plus_x}, 1,
-                0.25);
+  expect_turned(*model_of("up = \"-z\"\nfront = \"x\"\n"),
+                {SignedAxis::minus_z, SignedAxis::plus_x}, 1, 0.25);
   expect_turned(*model_of("front = \"-x\"\n"), {SignedAxis::plus_z, SignedAxis::minus_x}, 1, 0.25);
 }
 

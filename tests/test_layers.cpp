@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What is made of models and meshes besides the surface: layers, height maps, simplification, measures,
-// pictures.
+// What is made of models and meshes besides the surface: layers, height maps, simplification,
+// measures, pictures.
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -49,10 +49,12 @@ TEST(Layers, OfATube) {
   Removed removed;
   const Vec3 foot = lattice.to_mm(LatticePoint{Vec3(33.2, 30.1, 4)});
   const LatticeBox everywhere = lattice.whole();
-  deposit(model, SweptTool(Flat{12, 10}, Pose{foot, Mat3::Identity()}, Vec3::Zero(), lattice, everywhere), 0,
-          {}, removed);
+  deposit(model,
+          SweptTool(Flat{12, 10}, Pose{foot, Mat3::Identity()}, Vec3::Zero(), lattice, everywhere),
+          0, {}, removed);
   cut(model,
-      SweptTool(Flat{5, 20}, Pose{foot - Vec3(1, 0, 5), Mat3::Identity()}, Vec3::Zero(), lattice, everywhere),
+      SweptTool(Flat{5, 20}, Pose{foot - Vec3(1, 0, 5), Mat3::Identity()}, Vec3::Zero(), lattice,
+                everywhere),
       {}, removed);
   const Snapshot snapshot = model.snapshot();
   const Layer layer = slice_layer(snapshot, 12);
@@ -64,7 +66,8 @@ TEST(Layers, OfATube) {
     (area > 0 ? outer : inner) = area;
     const double radius = area > 0 ? 12 : 5;
     const Vec3 centre = area > 0 ? foot : Vec3(foot - Vec3(1, 0, 0));
-    for (const auto& p : outline) EXPECT_NEAR(std::hypot(p[0] - centre.x(), p[1] - centre.y()), radius, 2e-5);
+    for (const auto& p : outline)
+      EXPECT_NEAR(std::hypot(p[0] - centre.x(), p[1] - centre.y()), radius, 2e-5);
   }
   // Chords between points a cell apart on a circle.
   EXPECT_NEAR(outer, M_PI * 144, 144 * 0.01);
@@ -78,7 +81,8 @@ TEST(Layers, OfATube) {
   EXPECT_EQ(layers.front(), 5);  // the middle of the first is z = 5, between nodes 4 and 5
 }
 
-// Noise of nodes: outlines are closed, as many crossings as there are, and their area is near the mask's.
+// Noise of nodes: outlines are closed, as many crossings as there are, and their area is near the
+// mask's.
 TEST(Layers, OfNoise) {
   Random random;
   for (int round = 0; round < 50; round++) {
@@ -87,20 +91,24 @@ TEST(Layers, OfNoise) {
     TriDexel model(lattice);
     Removed removed;
     for (int i = 0; i < 60; i++)
-      deposit(model,
-              SweptBall(LatticePoint{random.in_box(0, 1).cwiseProduct(lattice.nodes.matrix().cast<double>())},
-                        LatticeVector(), random.uniform(0.6, 3)),
-              0, {}, removed);
+      deposit(
+          model,
+          SweptBall(
+              LatticePoint{random.in_box(0, 1).cwiseProduct(lattice.nodes.matrix().cast<double>())},
+              LatticeVector(), random.uniform(0.6, 3)),
+          0, {}, removed);
     const Snapshot snapshot = model.snapshot();
     const Layer layer = slice_layer(snapshot, 1);
     const std::vector<uint8_t> mask = mask_layer(snapshot, 1);
     const int nx = lattice.nodes.x(), ny = lattice.nodes.y();
     const auto at = [&](int x, int y) {
-      return x >= 0 && y >= 0 && x < nx && y < ny && mask[static_cast<size_t>((ny - 1 - y) * nx + x)] != 0;
+      return x >= 0 && y >= 0 && x < nx && y < ny &&
+             mask[static_cast<size_t>((ny - 1 - y) * nx + x)] != 0;
     };
     size_t crossings = 0, points = 0;
     for (int y = -1; y < ny; y++)
-      for (int x = -1; x < nx; x++) crossings += (at(x, y) != at(x + 1, y)) + (at(x, y) != at(x, y + 1));
+      for (int x = -1; x < nx; x++)
+        crossings += (at(x, y) != at(x + 1, y)) + (at(x, y) != at(x, y + 1));
     for (const auto& outline : layer.outlines) {
       points += outline.size();
       EXPECT_GE(outline.size(), 4u);
@@ -115,8 +123,8 @@ TEST(Layers, OfNoise) {
 }
 
 TEST(HeightMap, OfARampAndBackThroughAFile) {
-  const auto file =
-      std::filesystem::temp_directory_path() / ("kibori-height-" + std::to_string(getpid()) + ".png");
+  const auto file = std::filesystem::temp_directory_path() /
+                    ("kibori-height-" + std::to_string(getpid()) + ".png");
   GreyMap ramp{64, 48, {}};
   for (int y = 0; y < 48; y++)
     for (int x = 0; x < 64; x++) ramp.pixels.push_back(static_cast<uint16_t>(x * 900 + y * 60));
@@ -168,8 +176,8 @@ TEST(Distance, BetweenBalls) {
   EXPECT_FALSE(two_sided_distance(a, Surface{}, 10).ok());
 }
 
-// Simplification and all distances stand on this one function: against the nearest of many points of the
-// triangle.
+// Simplification and all distances stand on this one function: against the nearest of many points
+// of the triangle.
 TEST(Distance, ToTrianglesBySampling) {
   Random random;
   for (int i = 0; i < 300; i++) {
@@ -181,8 +189,8 @@ TEST(Distance, ToTrianglesBySampling) {
       for (int v = 0; u + v <= kSteps; v++)
         min = std::min(min, (p - (a + (u * (b - a) + v * (c - a)) / kSteps)).norm());
     const double d = distance_to_triangle(p, a, b, c);
-    // A sample is never nearer than the triangle, and one is within a step (sides of at most 3.5) of its
-    // nearest point.
+    // A sample is never nearer than the triangle, and one is within a step (sides of at most 3.5)
+    // of its nearest point.
     EXPECT_LE(d, min + 1e-12) << random.note();
     EXPECT_GE(d, min - 3.5 / kSteps) << random.note();
   }
@@ -243,7 +251,8 @@ TEST(Simplify, ABlockBecomesABlock) {
   EXPECT_NEAR(test::volume(less), 40 * 30 * 20, 40 * 30 * 20 * 1e-3);
 }
 
-// Two boxes side by side, of two materials: the border between them stays where it is, and straight.
+// Two boxes side by side, of two materials: the border between them stays where it is, and
+// straight.
 TEST(Simplify, BordersOfColoursStay) {
   Lattice lattice;
   lattice.nodes = Index3(50, 30, 30);
@@ -252,8 +261,8 @@ TEST(Simplify, BordersOfColoursStay) {
   Removed removed;
   const LatticeBox everywhere = lattice.whole();
   deposit(model,
-          SweptTool(BoxTool{Vec3(20, 20, 20)}, Pose{Vec3(35, 15, 5), Mat3::Identity()}, Vec3::Zero(), lattice,
-                    everywhere),
+          SweptTool(BoxTool{Vec3(20, 20, 20)}, Pose{Vec3(35, 15, 5), Mat3::Identity()},
+                    Vec3::Zero(), lattice, everywhere),
           1, {}, removed);
   const Surface whole = extract_surface(model.snapshot()), less = simplify(whole, 0.2);
   EXPECT_EQ(broken(less), "");
@@ -282,7 +291,8 @@ TriangleMesh tetrahedron(const Vec3& at) {
 TriangleMesh both(TriangleMesh a, const TriangleMesh& b) {
   const auto first = static_cast<uint32_t>(a.vertices.size());
   a.vertices.insert(a.vertices.end(), b.vertices.begin(), b.vertices.end());
-  for (const auto& t : b.triangles) a.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  for (const auto& t : b.triangles)
+    a.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
   return a;
 }
 

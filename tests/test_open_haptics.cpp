@@ -82,7 +82,8 @@ TEST_F(OpenHaptics, EveryErrorCodeIsAFaultThatStays) {
     const DeviceStatus expected =
         code == 0x0302 || code == 0x0303 ? DeviceStatus::unplugged : DeviceStatus::failed;
     DeviceStatus status = DeviceStatus::ok;
-    for (int i = 0; i < 1000 && (status == DeviceStatus::ok || status == DeviceStatus::stale); i++) {
+    for (int i = 0; i < 1000 && (status == DeviceStatus::ok || status == DeviceStatus::stale);
+         i++) {
       std::this_thread::sleep_for(milliseconds(1));
       status = opened.value()->read(reading);
     }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// PLY with triangle strips: the same triangles as from a file of faces, in every form; hostile files.
+// PLY with triangle strips: the same triangles as from a file of faces, in every form; hostile
+// files.
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
@@ -61,7 +62,8 @@ int at(int i, int j) { return j * kColumns + i; }
 std::vector<Vec3> grid() {
   std::vector<Vec3> points;
   for (int j = 0; j < kRows; j++)
-    for (int i = 0; i < kColumns; i++) points.emplace_back(i + 0.1 * j, j, 0.125 * ((i * 5 + j * 3) % 7));
+    for (int i = 0; i < kColumns; i++)
+      points.emplace_back(i + 0.1 * j, j, 0.125 * ((i * 5 + j * 3) % 7));
   return points;
 }
 
@@ -76,9 +78,9 @@ std::vector<std::array<int, 3>> faces(int from_row, int to_row) {
   return all;
 }
 
-// The same cells as strips: a row each, broken off and begun again anywhere. Where a piece begins with what
-// is a second triangle, its first vertex is named twice. Rows follow each other by a restart, or by triangles
-// without extent.
+// The same cells as strips: a row each, broken off and begun again anywhere. Where a piece begins
+// with what is a second triangle, its first vertex is named twice. Rows follow each other by a
+// restart, or by triangles without extent.
 std::vector<int> strips(int from_row, int to_row, Random& random) {
   std::vector<int> list;
   for (int j = from_row; j < to_row; j++) {
@@ -104,7 +106,8 @@ std::vector<int> strips(int from_row, int to_row, Random& random) {
   return list;
 }
 
-// A file of the grid, rows [0, split) as faces and the others as strips, among much that is of no interest.
+// A file of the grid, rows [0, split) as faces and the others as strips, among much that is of no
+// interest.
 template <class Float, class Index>
 std::string file_of(Form form, int split, Random& random) {
   const auto points = grid();
@@ -113,9 +116,10 @@ std::string file_of(Form form, int split, Random& random) {
                     index = std::is_signed_v<Index> ? "int" : "uint";
   const auto list = strips(split, kRows - 1, random);
   const size_t half = std::min<size_t>(
-      list.size(), static_cast<size_t>(std::find(list.begin() + static_cast<std::ptrdiff_t>(list.size() / 2),
-                                                 list.end(), -1) -
-                                       list.begin()));
+      list.size(),
+      static_cast<size_t>(
+          std::find(list.begin() + static_cast<std::ptrdiff_t>(list.size() / 2), list.end(), -1) -
+          list.begin()));
   Writer file(form);
   const bool plain = split == kRows - 1;
   if (!plain) file.line("element camera 1\nproperty float fov\nproperty list uchar short pixels");
@@ -125,7 +129,8 @@ std::string file_of(Form form, int split, Random& random) {
   file.line("property " + real + " y\nproperty " + real + " z");
   if (split > 0) {
     file.line("element face " + std::to_string(some.size()));
-    file.line("property uchar flags\nproperty list uchar int vertex_indices\nproperty int material");
+    file.line(
+        "property uchar flags\nproperty list uchar int vertex_indices\nproperty int material");
   }
   if (!plain)
     file.line("element tristrips 2\nproperty list int " + index +
@@ -163,7 +168,8 @@ std::vector<std::array<std::array<double, 3>, 3>> triangles_of(const TriangleMes
     std::array<std::array<double, 3>, 3> corners;
     for (size_t i = 0; i < 3; i++)
       for (int k = 0; k < 3; k++)
-        corners[i][static_cast<size_t>(k)] = static_cast<double>(static_cast<float>(mesh.vertices[t[i]][k]));
+        corners[i][static_cast<size_t>(k)] =
+            static_cast<double>(static_cast<float>(mesh.vertices[t[i]][k]));
     std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
     all.push_back(corners);
   }
@@ -197,9 +203,10 @@ TEST_F(PlyTest, StripsAreTheTrianglesOfTheSameFaces) {
     EXPECT_EQ(triangles_of(mesh.value()), triangles_of(wanted)) << what << "; " << random.note();
   };
   for (const Form form : kForms)
-    for (const int split : {kRows - 1, 0, 3}) {  // faces alone (another reader's), strips alone, both
-      const std::string what =
-          "form " + std::to_string(static_cast<int>(form)) + ", " + std::to_string(split) + " rows as faces";
+    // Faces alone (another reader's), strips alone, both.
+    for (const int split : {kRows - 1, 0, 3}) {
+      const std::string what = "form " + std::to_string(static_cast<int>(form)) + ", " +
+                               std::to_string(split) + " rows as faces";
       check(file_of<float, int32_t>(form, split, random), what);
       check(file_of<double, int32_t>(form, split, random), what + ", double");
       check(file_of<float, uint32_t>(form, split, random), what + ", restart in a list of uint");
@@ -208,7 +215,8 @@ TEST_F(PlyTest, StripsAreTheTrianglesOfTheSameFaces) {
 
 TEST(Ply, OneStripAroundATetrahedronFacesOutwards) {
   const std::string head =
-      "ply\r\nformat ascii 1.0\r\nelement vertex 4\r\nproperty float x\r\nproperty float y\r\nproperty float "
+      "ply\r\nformat ascii 1.0\r\nelement vertex 4\r\nproperty float x\r\nproperty float "
+      "y\r\nproperty float "
       "z\r\n"
       "element tristrips 1\r\nproperty list int int vertex_index\r\nend_header\r\n"
       "0 0 0\r\n0 1 0\r\n1 0 0\r\n0 0 1\r\n";
@@ -225,20 +233,23 @@ TEST(Ply, OneStripAroundATetrahedronFacesOutwards) {
 }
 
 TEST(Ply, PolygonsBesideStripsBecomeFans) {
-  const auto mesh = parse_ply(
-      std::string(
-          "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
-          "element empty 99999999999999\nelement face 3\nproperty list uchar int vertex_index\nelement "
-          "tristrips 1\n"
-          "property list int int vertex_indices\nend_header\n"
-          "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n5 0 1 2 3 4\n2 0 1\n0\n0\n"),
-      "a");
+  const auto mesh =
+      parse_ply(std::string("ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty "
+                            "float y\nproperty float z\n"
+                            "element empty 99999999999999\nelement face 3\nproperty list uchar int "
+                            "vertex_index\nelement "
+                            "tristrips 1\n"
+                            "property list int int vertex_indices\nend_header\n"
+                            "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0 0 1\n5 0 1 2 3 4\n2 0 1\n0\n0\n"),
+                "a");
   ASSERT_TRUE(mesh.ok()) << mesh.error();
-  EXPECT_EQ(mesh.value().triangles, (std::vector<std::array<uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}}));
+  EXPECT_EQ(mesh.value().triangles,
+            (std::vector<std::array<uint32_t, 3>>{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}}));
 }
 
 TEST_F(PlyTest, BadFilesAreOneSentenceThatSaysWhat) {
-  const std::string head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n";
+  const std::string head =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n";
   const std::string rest =
       "property float z\nelement tristrips 2\nproperty list int int vertex_indices\nend_header\n";
   const std::string points = "0 0 0\n1 0 0\n0 1 0\n";
@@ -253,22 +264,28 @@ TEST_F(PlyTest, BadFilesAreOneSentenceThatSaysWhat) {
           ":14: 'tristrips' 2: names vertex 3, and there are 3");
   refused(head + rest + points + "3 0 1 2\n4 0 1 -2 2\n", "names vertex -2");
   refused(head + rest + points + "3 0 1 2\n4 0 1 1.5 2\n", "names vertex 1.5");
-  refused(head + rest + points + "3 0 1 2\n4 0 1 2\n", "'tristrips' 2: the file ends in the middle");
+  refused(head + rest + points + "3 0 1 2\n4 0 1 2\n",
+          "'tristrips' 2: the file ends in the middle");
   refused(head + rest + points + "3 0 1 2\n400 0 1 2\n", "the file is too short for");
   refused(head + rest + points + "3 0 1 2\n-1 0 1 2\n", "a list of impossible length");
-  refused(head + rest + points + "3 0 1 2\n3 0 x 2\n", ":14: 'tristrips' 2: expected a number, found 'x'");
+  refused(head + rest + points + "3 0 1 2\n3 0 x 2\n",
+          ":14: 'tristrips' 2: expected a number, found 'x'");
   refused(head + rest + "0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n0\n",
           "'vertex' 2: has a coordinate that is not a finite");
   refused(head + rest + points, "too short for the 2 of element 'tristrips'");
-  refused(head + "element tristrips 0\nend_header\n" + points, "element 'vertex' has no property 'z'");
+  refused(head + "element tristrips 0\nend_header\n" + points,
+          "element 'vertex' has no property 'z'");
   refused(head + "property float z\nelement tristrips 1\nend_header\n" + points,
           "has no list 'vertex_indices'");
-  refused(head + "property word z\nelement tristrips 1\nend_header\n" + points, ":6: unknown type 'word'");
+  refused(head + "property word z\nelement tristrips 1\nend_header\n" + points,
+          ":6: unknown type 'word'");
   refused(head + "property z\nelement tristrips 1\nend_header\n" + points,
           ":6: the header has a line that means");
-  refused(head + "element tristrips -1\nend_header\n" + points, "there can't be '-1' of element 'tristrips'");
+  refused(head + "element tristrips -1\nend_header\n" + points,
+          "there can't be '-1' of element 'tristrips'");
   refused(head + "element tristrips 1\n" + points, "end_header");
-  refused("ply\nformat ascii 1.0\nelement tristrips 0\nend_header\n", "names element 'vertex' 0 times");
+  refused("ply\nformat ascii 1.0\nelement tristrips 0\nend_header\n",
+          "names element 'vertex' 0 times");
   refused("ply\nelement tristrips 0\nend_header\n", "does not say the format");
   refused("ply\nformat utf-8 1.0\nelement tristrips 0\nend_header\n", "unknown format 'utf-8'");
   refused(head + rest + points + "2 0 1\n2 1 2\n", "holds no triangles");

@@ -22,7 +22,8 @@ namespace {
 TEST(Recording, PlaysBackWhatWasRead) {
   VirtualDeviceSettings settings;
   const auto script = [](double t) {
-    return VirtualDevice::Target{Vec3(std::sin(t), t, 0), rotation(Vec3(0, 0, t)), t > 0.01 ? 1u : 0u};
+    return VirtualDevice::Target{Vec3(std::sin(t), t, 0), rotation(Vec3(0, 0, t)),
+                                 t > 0.01 ? 1u : 0u};
   };
   RecordingDevice recorder(std::make_unique<VirtualDevice>(settings, script), 0.001, 40);
   std::vector<DeviceReading> seen;
@@ -32,8 +33,8 @@ TEST(Recording, PlaysBackWhatWasRead) {
     seen.push_back(reading);
   }
   ASSERT_EQ(recorder.readings().size(), 40u);
-  const auto path =
-      std::filesystem::temp_directory_path() / ("kibori-recording-" + std::to_string(getpid()) + ".csv");
+  const auto path = std::filesystem::temp_directory_path() /
+                    ("kibori-recording-" + std::to_string(getpid()) + ".csv");
   ASSERT_TRUE(recorder.save(path).ok());
   auto opened = open_device("replay:" + path.string());
   ASSERT_TRUE(opened.ok()) << opened.error();
@@ -54,8 +55,9 @@ TEST(Recording, RefusesWhatIsNone) {
   const std::string kHead = "t_s,x_mm,y_mm,z_mm,r11,r12,r13,r21,r22,r23,r31,r32,r33,buttons\n";
   const std::string good = "0.001,1,2,3,1,0,0,0,1,0,0,0,1,0";
   for (const std::string& bad : std::vector<std::string>{
-           std::string(), std::string("heading\n"), kHead + good + ",7\n", kHead + good.substr(0, 20) + "\n",
-           "h\nnan" + good.substr(5) + "\n", "h\n0.001,1,2,3,1,0,0,0,1,0,0,0,-1,0\n", kHead + good + "1e99\n",
+           std::string(), std::string("heading\n"), kHead + good + ",7\n",
+           kHead + good.substr(0, 20) + "\n", "h\nnan" + good.substr(5) + "\n",
+           "h\n0.001,1,2,3,1,0,0,0,1,0,0,0,-1,0\n", kHead + good + "1e99\n",
            kHead + good.substr(0, good.size() - 1) + "-1\n", std::string("h\n\0\0\0", 5),
            kHead + good + "\n" + std::string(1, 0) + good, kHead + good + "\n\n"}) {
     {

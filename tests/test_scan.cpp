@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Scan conversion against winding numbers summed from solid angles (van Oosterom and Strackee 1983).
+// Scan conversion against winding numbers summed from solid angles (van Oosterom and Strackee
+// 1983).
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -17,9 +18,11 @@ using test::Random;
 double winding_number(const TriangleMesh& mesh, const Vec3& at) {
   double sum = 0;
   for (const auto& t : mesh.triangles) {
-    const Vec3 a = mesh.vertices[t[0]] - at, b = mesh.vertices[t[1]] - at, c = mesh.vertices[t[2]] - at;
+    const Vec3 a = mesh.vertices[t[0]] - at, b = mesh.vertices[t[1]] - at,
+               c = mesh.vertices[t[2]] - at;
     const double la = a.norm(), lb = b.norm(), lc = c.norm();
-    sum += 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+    sum += 2 * std::atan2(a.dot(b.cross(c)),
+                          la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
   }
   return sum / (4 * 3.14159265358979323846);
 }
@@ -36,7 +39,8 @@ double distance_to(const TriangleMesh& mesh, const Vec3& p) {
         best = std::min(best, (p - q).norm());
     }
     for (const auto& [e, f] : {std::pair{a, b}, std::pair{b, c}, std::pair{c, a}}) {
-      const double s = std::clamp((p - e).dot(f - e) / std::max(1e-300, (f - e).squaredNorm()), 0.0, 1.0);
+      const double s =
+          std::clamp((p - e).dot(f - e) / std::max(1e-300, (f - e).squaredNorm()), 0.0, 1.0);
       best = std::min(best, (p - e - s * (f - e)).norm());
     }
   }
@@ -52,8 +56,8 @@ bool inside(const FieldSnapshot& field, const Index3& node) {
   return in;
 }
 
-// The boundary of a random chain of tetrahedra over shared vertices: closed, self-intersecting, full of
-// shared edges and vertices, and (on a coarse grid) of coincident and ray-aligned ones.
+// The boundary of a random chain of tetrahedra over shared vertices: closed, self-intersecting,
+// full of shared edges and vertices, and (on a coarse grid) of coincident and ray-aligned ones.
 TriangleMesh random_soup(Random& random, bool aligned) {
   TriangleMesh mesh;
   for (int i = 0; i < 14; i++) {
@@ -93,8 +97,10 @@ TEST(Scan, SoupsAgreeWithTheWindingNumber) {
         for (int i = 0; i < 20; i++) {
           const Index3 node(i, j, k);
           const bool z = inside(model.field(Axis::z).view(), node);
-          ASSERT_EQ(z, inside(model.field(Axis::x).view(), node)) << "fields disagree; " << random.note();
-          ASSERT_EQ(z, inside(model.field(Axis::y).view(), node)) << "fields disagree; " << random.note();
+          ASSERT_EQ(z, inside(model.field(Axis::x).view(), node))
+              << "fields disagree; " << random.note();
+          ASSERT_EQ(z, inside(model.field(Axis::y).view(), node))
+              << "fields disagree; " << random.note();
           if ((i + j + k) % 3 != 0) continue;
           const Vec3 p(i + 0.5, j + 0.5, k + 0.5);
           if (distance_to(mesh, p) < 1e-3) continue;
@@ -133,8 +139,8 @@ TEST(Scan, HolesCloseWhereTwoDirectionsAgree) {
   for (int i = 0; i <= rings; i++)
     for (int j = 0; j < sides; j++) {
       const double a = 3.14159265358979 * i / rings, b = 2 * 3.14159265358979 * j / sides;
-      mesh.vertices.emplace_back(20 + 15 * std::sin(a) * std::cos(b), 20 + 15 * std::sin(a) * std::sin(b),
-                                 20 - 15 * std::cos(a));
+      mesh.vertices.emplace_back(20 + 15 * std::sin(a) * std::cos(b),
+                                 20 + 15 * std::sin(a) * std::sin(b), 20 - 15 * std::cos(a));
     }
   int skipped = 0;
   for (int i = 0; i < rings; i++)
@@ -186,7 +192,8 @@ class RealMesh : public testing::TestWithParam<const char*> {};
 TEST_P(RealMesh, AgreesWithTheWindingNumber) {
   const std::filesystem::path path =
       std::filesystem::path(KIBORI_SOURCE_DIR) / "../shared/models" / GetParam();
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << "../shared/models is not here; nothing to test with";
+  if (!std::filesystem::exists(path))
+    GTEST_SKIP() << "../shared/models is not here; nothing to test with";
   Result<TriangleMesh> read = read_mesh(path);
   ASSERT_TRUE(read) << read.error();
   TriangleMesh mesh = std::move(read).value();
@@ -202,7 +209,8 @@ TEST_P(RealMesh, AgreesWithTheWindingNumber) {
   Random random;
   int checked = 0, wrong = 0;
   for (int i = 0; i < 300000; i++) {
-    const Index3 node(random.integer(0, lattice.nodes.x() - 1), random.integer(0, lattice.nodes.y() - 1),
+    const Index3 node(random.integer(0, lattice.nodes.x() - 1),
+                      random.integer(0, lattice.nodes.y() - 1),
                       random.integer(0, lattice.nodes.z() - 1));
     const bool z = inside(model.field(Axis::z).view(), node);
     ASSERT_EQ(z, inside(model.field(Axis::x).view(), node)) << random.note();
@@ -219,8 +227,8 @@ TEST_P(RealMesh, AgreesWithTheWindingNumber) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Models, RealMesh,
-                         testing::Values("stanford-bunny.obj", "fandisk.obj", "rocker-arm.obj", "spot.obj",
-                                         "teapot.obj"),
+                         testing::Values("stanford-bunny.obj", "fandisk.obj", "rocker-arm.obj",
+                                         "spot.obj", "teapot.obj"),
                          [](const auto& model) {
                            std::string name = model.param;
                            name.resize(name.find('.'));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Scenes and mesh files: what is read, and that every malformed one gets a sentence that says where.
+// Scenes and mesh files: what is read, and that every malformed one gets a sentence that says
+// where.
 #include <cstring>
 #include <fstream>
 
@@ -74,11 +75,13 @@ INSTANTIATE_TEST_SUITE_P(
     Scenes, BadScene,
     testing::Values(
         Bad{"pitch = 0.5", "pitch = 0", ":3:|pitch|greater than 0"},
-        Bad{"pitch = 0.5", "pitch = nan", ":3:|finite"}, Bad{"pitch = 0.5", "pitch = -1", ":3:|pitch"},
+        Bad{"pitch = 0.5", "pitch = nan", ":3:|finite"},
+        Bad{"pitch = 0.5", "pitch = -1", ":3:|pitch"},
         Bad{"pitch = 0.5", "pitch = 1e-9", "pitch|lattice nodes"},
-        Bad{"pitch = 0.5", "pitch = \"fine\"", ":3:|number"}, Bad{"pitch = 0.5", "", "pitch is missing"},
-        Bad{"ks = 0.4", "ks = -0.4", ":6:|ks"}, Bad{"ks = 0.4", "ks = inf", ":6:|ks"},
-        Bad{"ks = 0.4", "kz = 0.4", ":6:|kz|'ks'"}, Bad{"length = 15", "length = 0", ":7:|length"},
+        Bad{"pitch = 0.5", "pitch = \"fine\"", ":3:|number"},
+        Bad{"pitch = 0.5", "", "pitch is missing"}, Bad{"ks = 0.4", "ks = -0.4", ":6:|ks"},
+        Bad{"ks = 0.4", "ks = inf", ":6:|ks"}, Bad{"ks = 0.4", "kz = 0.4", ":6:|kz|'ks'"},
+        Bad{"length = 15", "length = 0", ":7:|length"},
         Bad{"block = [20, 12, 10]", "block = [20, 12]", ":2:|3 numbers"},
         Bad{"block = [20, 12, 10]", "block = [20, 0, 10]", ":2:|positive"},
         Bad{"block = [20, 12, 10]", "block = [20, 12, 10]\nsphere = 4", "exactly one"},
@@ -93,10 +96,12 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"block = [20, 12, 10]", "block = [20, 12, 10]\nup = \"y\"", ":3:|up goes with mesh"},
         Bad{"shape = \"finger\"", "shape = \"fingr\"", ":5:|finger"},
         Bad{"shape = \"finger\"", "", "shape is missing"}, Bad{"kf = 0.001", "kf = -1", ":9:|kf"},
-        Bad{"kf = 0.001", "model = \"spring\"", ":9:|paper"}, Bad{"kf = 0.001", "dof = 4", ":9:|5 or 6"},
+        Bad{"kf = 0.001", "model = \"spring\"", ":9:|paper"},
+        Bad{"kf = 0.001", "dof = 4", ":9:|5 or 6"},
         Bad{"to = [25, 6, 6]", "to = [25, nan, 6]", ":14:|finite"},
-        Bad{"to = [25, 6, 6]", "too = [25, 6, 6]", ":14:|'to'"}, Bad{"speed = 40", "", ":13:|speed"},
-        Bad{"speed = 40", "speed = 0", ":15:|speed"}, Bad{"speed = 40", "speed = 1e-9", ":13:|ticks"},
+        Bad{"to = [25, 6, 6]", "too = [25, 6, 6]", ":14:|'to'"},
+        Bad{"speed = 40", "", ":13:|speed"}, Bad{"speed = 40", "speed = 0", ":15:|speed"},
+        Bad{"speed = 40", "speed = 1e-9", ":13:|ticks"},
         Bad{"speed = 40", "speed = 40\naxis = [0, 0, -1]", ":13:|reverses"},
         Bad{"speed = 40", "speed = 40\naxis = [0, 0, 0]", "axis|zero"},
         Bad{"speed = 40", "speed = 40\nroll_deg = 1e300", ":16:|roll_deg"},
@@ -107,7 +112,8 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"speed = 40", "speed = 40\ntool = 3", "table"},
         Bad{"speed = 40", "speed = 40\ntool = { radius = 3 }", "radius"},
         Bad{"[tool]", "schema = 2\n[tool]", "schema"}, Bad{"[tool]", "[tol]", "'tol'|'tool'"},
-        Bad{"[force]", "[force", ":8:"}, Bad{"[force]", "[motion]\nrate_hz = 0\n[force]", "rate_hz"}));
+        Bad{"[force]", "[force", ":8:"},
+        Bad{"[force]", "[motion]\nrate_hz = 0\n[force]", "rate_hz"}));
 
 TEST(Scene, KeysAreInheritedAndTicksCounted) {
   const std::string text = kGood + R"([[move]]
@@ -126,13 +132,15 @@ tool = { ks = 2 }
   const Scene& s = scene.value();
   ASSERT_EQ(s.moves.size(), 5u);
   EXPECT_EQ(s.moves[2].speed_mm_s, 40);
-  EXPECT_EQ(plan_move(s, s.moves[0], s.moves[1]).value().ticks, 752);  // |(30, 0, -2)| / 40 s, rounded up
+  // |(30, 0, -2)| / 40 s, rounded up.
+  EXPECT_EQ(plan_move(s, s.moves[0], s.moves[1]).value().ticks, 752);
   EXPECT_EQ(plan_move(s, s.moves[1], s.moves[2]).value().ticks, 500);
   EXPECT_EQ(plan_move(s, s.moves[2], s.moves[3]).value().ticks, 1000);
   EXPECT_EQ(plan_move(s, s.moves[2], s.moves[3]).value().dwell_ticks, 250);
   EXPECT_EQ(s.moves[4].mode, Mode::touch);
   EXPECT_EQ(std::get<Finger>(s.tools[s.moves[4].tool]).ks, 2);
-  EXPECT_EQ(std::get<Finger>(s.tools[s.moves[4].tool]).length, 15) << "keys of the tool before are kept";
+  EXPECT_EQ(std::get<Finger>(s.tools[s.moves[4].tool]).length, 15)
+      << "keys of the tool before are kept";
   const auto carving = carve(s, {});
   ASSERT_TRUE(carving) << carving.error();
   EXPECT_EQ(carving.value().summary.ticks, 752 + 500 + 1250 + 375);
@@ -175,7 +183,8 @@ TEST(Scene, SummaryAddsUp) {
   }
 }
 
-// One tick of 1000 N among others of 10 N: it is marked, and the others are as high as if it were not there.
+// One tick of 1000 N among others of 10 N: it is marked, and the others are as high as if it were
+// not there.
 TEST(Scene, ASpikeDoesNotFlattenThePlot) {
   const auto plot = [](double spike_n) {
     Carving carving;
@@ -221,7 +230,8 @@ TEST(Scene, StocksHaveTheirVolume) {
 }
 
 TEST(Scene, DepositBeyondTheRoomWarns) {
-  const auto scene = parse_scene(replaced("speed = 40", "speed = 40\nmode = \"deposit\""), "scene.toml", ".");
+  const auto scene =
+      parse_scene(replaced("speed = 40", "speed = 40\nmode = \"deposit\""), "scene.toml", ".");
   ASSERT_TRUE(scene) << scene.error();
   std::vector<std::string> warnings;
   CarveOptions options;
@@ -231,7 +241,8 @@ TEST(Scene, DepositBeyondTheRoomWarns) {
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("room_mm"), std::string::npos);
   EXPECT_GT(carving.value().summary.deposited_mm3, 0);
-  EXPECT_NEAR(carving.value().summary.volume_mm3, 2400 + carving.value().summary.deposited_mm3, 1e-2);
+  EXPECT_NEAR(carving.value().summary.volume_mm3, 2400 + carving.value().summary.deposited_mm3,
+              1e-2);
 }
 
 // ---- STL ----
@@ -256,7 +267,8 @@ TEST(Stl, ReadsBothKinds) {
   std::memcpy(solid.data(), "solid facet", 11);  // binary that looks like text at first
   EXPECT_TRUE(parse_stl(solid.data(), solid.size(), "a.stl"));
   const std::string text =
-      "solid x\n facet normal 0 0 1\n outer loop\n vertex 0 0 0\n vertex +1.5e0 0 0\n vertex 0 1 0\n "
+      "solid x\n facet normal 0 0 1\n outer loop\n vertex 0 0 0\n vertex +1.5e0 0 0\n vertex 0 1 "
+      "0\n "
       "endloop\n endfacet\nendsolid x\n";
   const auto b = parse_stl(text.data(), text.size(), "b.stl");
   ASSERT_TRUE(b) << b.error();
@@ -269,7 +281,8 @@ TEST(Stl, RefusesWhatLies) {
     const auto mesh = parse_stl(bytes.data(), bytes.size(), "x.stl");
     return mesh ? std::string("accepted") : mesh.error();
   };
-  EXPECT_NE(message(binary_stl(6, 5)).find("promises 6 triangles, but the file holds 5"), std::string::npos);
+  EXPECT_NE(message(binary_stl(6, 5)).find("promises 6 triangles, but the file holds 5"),
+            std::string::npos);
   EXPECT_NE(message(binary_stl(0xffffffffu, 5)).find("promises"), std::string::npos);
   EXPECT_NE(message("short").find("at least 84 bytes"), std::string::npos);
   EXPECT_NE(message("").find("84"), std::string::npos);
@@ -279,8 +292,10 @@ TEST(Stl, RefusesWhatLies) {
   EXPECT_NE(message(nan).find("byte 96"), std::string::npos);
   const std::string head = "solid x\nfacet normal 0 0 1\nouter loop\n";
   EXPECT_NE(message(head + "vertex 0 0 zero\n").find("x.stl:4:"), std::string::npos);
-  EXPECT_NE(message(head + "vertex 0 0 0\nendfacet\n").find("vertices instead of three"), std::string::npos);
-  EXPECT_NE(message(head + "vertex 0 0 0\nvertex 0 0 0\nvertex 0 0 0\nendloop\nendfacet\n").find("endsolid"),
+  EXPECT_NE(message(head + "vertex 0 0 0\nendfacet\n").find("vertices instead of three"),
+            std::string::npos);
+  EXPECT_NE(message(head + "vertex 0 0 0\nvertex 0 0 0\nvertex 0 0 0\nendloop\nendfacet\n")
+                .find("endsolid"),
             std::string::npos);
   test::Random random;  // any cut of a good file is refused, none crashes
   const std::string good = binary_stl(9, 9);
@@ -302,12 +317,15 @@ TEST(MeshFile, NamesWhatItCannotRead) {
     std::ofstream(folder / name, std::ios::binary) << text;
     return folder / name;
   };
-  EXPECT_NE(read_mesh(write("kibori_test.txt", "x")).error().find(".stl, .ply, .obj"), std::string::npos);
+  EXPECT_NE(read_mesh(write("kibori_test.txt", "x")).error().find(".stl, .ply, .obj"),
+            std::string::npos);
   EXPECT_FALSE(read_mesh(write("kibori_test.obj", "nonsense")));
-  EXPECT_FALSE(read_mesh(write("kibori_test.ply", "ply\nformat ascii 1.0\nelement vertex 99999999\n")));
+  EXPECT_FALSE(
+      read_mesh(write("kibori_test.ply", "ply\nformat ascii 1.0\nelement vertex 99999999\n")));
   EXPECT_FALSE(read_mesh(write("kibori_empty.stl", "")));
-  const auto box = read_mesh(
-      write("kibori_good.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"));
+  const auto box =
+      read_mesh(write("kibori_good.obj",
+                      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"));
   ASSERT_TRUE(box) << box.error();
   EXPECT_EQ(box.value().triangles.size(), 4u);
 }

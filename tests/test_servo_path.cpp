@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// The servo path: 10^6 edits with snapshots taken and dropped beside them, and 10^6 ticks of carving by hand
-// while other threads follow with the surface and write a document. Once the pools are ready, no allocation,
-// no lock, no page fault on the servo's thread. A program of its own, since it replaces malloc and friends.
+// The servo path: 10^6 edits with snapshots taken and dropped beside them, and 10^6 ticks of
+// carving by hand while other threads follow with the surface and write a document. Once the pools
+// are ready, no allocation, no lock, no page fault on the servo's thread. A program of its own,
+// since it replaces malloc and friends.
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
@@ -84,8 +85,8 @@ template <class F>
 bool quiet(const char* what, long rehearsal, long many, F&& work) {
   work(rehearsal);
   long faults = 0;
-  // Where memory can't be locked, the kernel may take a page away that was not used for a while. That does
-  // not come again; what the work itself does comes every time.
+  // Where memory can't be locked, the kernel may take a page away that was not used for a while.
+  // That does not come again; what the work itself does comes every time.
   for (int tries = 0; tries < 2; tries++) {
     rusage before{}, after{};
     getrusage(RUSAGE_THREAD, &before);
@@ -95,8 +96,8 @@ bool quiet(const char* what, long rehearsal, long many, F&& work) {
     counting = false;
     getrusage(RUSAGE_THREAD, &after);
     faults = after.ru_minflt - before.ru_minflt + after.ru_majflt - before.ru_majflt;
-    std::printf("%ld %s: %ld allocations, %ld locks, %ld page faults\n", many, what, allocations, locks,
-                faults);
+    std::printf("%ld %s: %ld allocations, %ld locks, %ld page faults\n", many, what, allocations,
+                locks, faults);
     if (faults == 0 || allocations + locks > 0) break;
   }
   return allocations == 0 && locks == 0 && faults == 0;
@@ -130,7 +131,9 @@ bool edits(long many) {
       const Tool& tool = tools[static_cast<size_t>(random(0, 7.999))];
       DirectTool stroke(model, Pose{from, frame_from_axis(Vec3(random(-1, 1), random(-1, 1), 1))});
       const Vec3 step(random(-0.4, 0.4), random(-0.4, 0.4), random(-0.1, 0.05));
-      const Mode mode = random(0, 1) < 0.15 ? Mode::deposit : random(0, 1) < 0.1 ? Mode::touch : Mode::cut;
+      const Mode mode = random(0, 1) < 0.15  ? Mode::deposit
+                        : random(0, 1) < 0.1 ? Mode::touch
+                                             : Mode::cut;
       const Vec3 turn = random(0, 1) < 0.1 ? Vec3(0.002, 0.001, 0) : Vec3(0, 0, 0);
       for (int k = 1; k <= 40 && i < wanted; k++, i++, done++) {
         const auto tick = stroke.advance(tool, from + step * k, turn, mode, {ForceModel::energy, 6},
@@ -165,14 +168,15 @@ bool ticks(long many) {
   settings.spring = {0.3, 200, 0.2, 0.001};
   settings.workspace = Workspace(Vec3(32, 24, 20));
   settings.log = true;
-  auto made = LiveCarving::make(std::move(model), std::make_unique<VirtualDevice>(device, script), settings);
+  auto made = LiveCarving::make(std::move(model), std::make_unique<VirtualDevice>(device, script),
+                                settings);
   if (!made) return std::printf("%s\n", made.error().c_str()), false;
   LiveCarving& live = *made.value();
   const Snapshot start = live.context().model().snapshot();
   char folder[] = "/tmp/kibori-servo-XXXXXX";
   if (!mkdtemp(folder)) return false;
-  auto document =
-      Document::create(std::filesystem::path(folder) / "ticks.kibori", live.context().model(), "{}");
+  auto document = Document::create(std::filesystem::path(folder) / "ticks.kibori",
+                                   live.context().model(), "{}");
   if (!document) return std::printf("%s\n", document.error().c_str()), false;
   DocumentWriter scribe(live, std::move(document).value());
   scribe.start();
@@ -207,9 +211,11 @@ bool ticks(long many) {
   const size_t strokes = scribe.document().steps().size();
   if (!scribe.trouble().empty()) std::printf("%s\n", scribe.trouble().c_str());
   std::filesystem::remove_all(folder);
-  std::printf("  (%zu strokes written; %.0f mm3 removed, %ld chunks of surface made anew, %llu ticks cut)\n",
-              strokes, live.totals().removed_mm3, chunks,
-              static_cast<unsigned long long>(live.totals().cutting_ticks));
+  std::printf(
+      "  (%zu strokes written; %.0f mm3 removed, %ld chunks of surface made anew, %llu ticks "
+      "cut)\n",
+      strokes, live.totals().removed_mm3, chunks,
+      static_cast<unsigned long long>(live.totals().cutting_ticks));
   return good && chunks > 0 && strokes > 1 && scribe.trouble().empty() &&
          live.totals().cutting_ticks > static_cast<uint64_t>(many / 10);
 }
@@ -220,7 +226,8 @@ int main(int argc, char** argv) {
   // Of "edits" or "ticks", or both, so many.
   const std::string what = argc > 1 ? argv[1] : "both";
   const long many = argc > 2 ? std::atol(argv[2]) : 1'000'000;
-  mlockall(MCL_CURRENT | MCL_FUTURE);  // as the servo does; where not permitted the pools' touching suffices
+  // As the servo does; where not permitted the pools' touching suffices.
+  mlockall(MCL_CURRENT | MCL_FUTURE);
   const bool first = what == "ticks" || edits(many), second = what == "edits" || ticks(many);
   return first && second ? 0 : 1;
 }

@@ -42,8 +42,8 @@ TEST(Snapshots, ReadersSeeOneMomentWhileTheWriterCarves) {
     const double angle = 0.05 * i;
     const Vec3 to(20 + (18 - 0.05 * i) * std::cos(angle), 20 + (18 - 0.05 * i) * std::sin(angle),
                   14 - 0.02 * i);
-    ASSERT_TRUE(stroke.advance(BallTool{2.5}, to, Vec3::Zero(), i % 5 == 4 ? Mode::deposit : Mode::cut, {},
-                               materials));
+    ASSERT_TRUE(stroke.advance(BallTool{2.5}, to, Vec3::Zero(),
+                               i % 5 == 4 ? Mode::deposit : Mode::cut, {}, materials));
     if (i % 3 == 0) {
       Snapshot fresh = model.snapshot();
       const uint64_t hash = fresh.content_hash();
@@ -66,9 +66,9 @@ TEST(Snapshots, GoingBackAndForthRestoresEveryByte) {
   const std::vector<Material> materials{Material{}};
   for (int i = 0; i < 200; i++) {
     DirectTool stroke(model, Pose{random.in_box(0, 25), frame_from_axis(random.direction())});
-    ASSERT_TRUE(stroke.advance(BallTool{random.uniform(1, 4)}, stroke.pose().tip + random.direction(),
-                               Vec3::Zero(), random.integer(0, 2) ? Mode::cut : Mode::deposit, {},
-                               materials));
+    ASSERT_TRUE(stroke.advance(BallTool{random.uniform(1, 4)},
+                               stroke.pose().tip + random.direction(), Vec3::Zero(),
+                               random.integer(0, 2) ? Mode::cut : Mode::deposit, {}, materials));
     past.emplace_back(model.snapshot(), model.content_hash());
     if (i % 4 == 0) {
       const auto& [snapshot, hash] =
@@ -77,7 +77,8 @@ TEST(Snapshots, GoingBackAndForthRestoresEveryByte) {
       ASSERT_EQ(model.content_hash(), hash) << random.note();
     }
     if (past.size() > 20) past.erase(past.begin() + random.integer(0, 19));
-    for (const auto& [snapshot, hash] : past) ASSERT_EQ(snapshot.content_hash(), hash) << random.note();
+    for (const auto& [snapshot, hash] : past)
+      ASSERT_EQ(snapshot.content_hash(), hash) << random.note();
   }
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Interval operations against a bitmap: every ray is also a row of small cells holding a material each.
+// Interval operations against a bitmap: every ray is also a row of small cells holding a material
+// each.
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -16,8 +17,8 @@ using test::Random;
 
 constexpr int kPerCell = 4;  // bitmap cells per lattice unit; interval ends fall on their borders
 
-// Random intervals on every ray, one or several layers, some rays without any; every other solid keeps to a
-// random box, so that edits pass by what lies beyond.
+// Random intervals on every ray, one or several layers, some rays without any; every other solid
+// keeps to a random box, so that edits pass by what lies beyond.
 class RandomIntervals final : public Solid {
  public:
   RandomIntervals(const Index3& nodes, Random& random, int layers) : nodes_(nodes) {
@@ -41,8 +42,9 @@ class RandomIntervals final : public Solid {
       for (size_t at = 0; at < field.size(); at++) {
         auto& ray = field[at];
         const double u = static_cast<int>(at) % nu + 0.5, v = static_cast<int>(at) / nu + 0.5;
-        if (random.integer(0, 2) == 0 || u < bounds_.min[u_index(axis)] || u > bounds_.max[u_index(axis)] ||
-            v < bounds_.min[v_index(axis)] || v > bounds_.max[v_index(axis)])
+        if (random.integer(0, 2) == 0 || u < bounds_.min[u_index(axis)] ||
+            u > bounds_.max[u_index(axis)] || v < bounds_.min[v_index(axis)] ||
+            v > bounds_.max[v_index(axis)])
           continue;
         std::vector<int> ends;
         for (int i = 0; i < 2 * random.integer(1, layers); i++)
@@ -93,7 +95,8 @@ class RandomIntervals final : public Solid {
   // A code that tells where the end was: the depth itself, turned round for cuts.
   static void tell(int slot, SpanLayer& layer) {
     const auto code = [&](float depth) {
-      const auto q = static_cast<uint32_t>(static_cast<int64_t>(depth * kPerCell) & 0x3fff) | 0x4000u;
+      const auto q =
+          static_cast<uint32_t>(static_cast<int64_t>(depth * kPerCell) & 0x3fff) | 0x4000u;
       return layer.flip ? q | 0x10000u : q;
     };
     layer.codes.lo[slot] = code(layer.lo[slot]);
@@ -194,7 +197,8 @@ void run(const Index3& nodes, int rounds, Random& random, long& operations) {
             auto& e = expected[static_cast<size_t>(step == kDeposit ? material : cells[c] - 1)]
                               [static_cast<size_t>(axis)];
             e.length += 1.0 / kPerCell;
-            if (c % kPerCell == kPerCell / 2) e.nodes++;  // the node stands at this cell's lower border
+            // The node stands at this cell's lower border.
+            if (c % kPerCell == kPerCell / 2) e.nodes++;
             cells[c] = now;
           }
           // The spans, cell by cell.
@@ -204,15 +208,17 @@ void run(const Index3& nodes, int rounds, Random& random, long& operations) {
           model.field(axis).view().for_spans(u, v, [&](const Span& s) {
             ASSERT_LT(s.in, s.out);
             ASSERT_GE(s.in, last) << "spans overlap";
-            ASSERT_TRUE(s.in > last || s.material != last_material) << "touching spans of one material";
+            ASSERT_TRUE(s.in > last || s.material != last_material)
+                << "touching spans of one material";
             last = s.out;
             last_material = s.material;
-            for (int c = static_cast<int>(s.in * kPerCell); c < static_cast<int>(s.out * kPerCell); c++)
+            for (int c = static_cast<int>(s.in * kPerCell); c < static_cast<int>(s.out * kPerCell);
+                 c++)
               drawn[static_cast<size_t>(c)] = static_cast<uint8_t>(s.material + 1);
           });
           ASSERT_TRUE(std::equal(drawn.begin(), drawn.end(), cells))
-              << "round " << round << " operation " << step << " axis " << static_cast<int>(axis) << " ray "
-              << u << ", " << v << " of " << nodes.transpose() << "; " << random.note();
+              << "round " << round << " operation " << step << " axis " << static_cast<int>(axis)
+              << " ray " << u << ", " << v << " of " << nodes.transpose() << "; " << random.note();
         }
     for (Axis axis : kAxes) check_plane_bounds(model.field(axis).view());
     if (testing::Test::HasFatalFailure()) return;
@@ -220,7 +226,8 @@ void run(const Index3& nodes, int rounds, Random& random, long& operations) {
     for (int m = 0; m < 3; m++)
       for (Axis axis : kAxes) {
         const auto& e = expected[static_cast<size_t>(m)][static_cast<size_t>(axis)];
-        const double length = removed.has(m) ? removed.part(m).volume[static_cast<size_t>(axis)] : 0;
+        const double length =
+            removed.has(m) ? removed.part(m).volume[static_cast<size_t>(axis)] : 0;
         ASSERT_NEAR(length, e.length, 1e-3)
             << "material " << m << " operation " << step << "; " << random.note();
         if (axis == Axis::z) {
@@ -235,15 +242,17 @@ void run(const Index3& nodes, int rounds, Random& random, long& operations) {
     // Snapshots keep what they saw, whatever happens after; going back restores it.
     if (round % 7 == 3) snapshots.emplace_back(model.snapshot(), model.content_hash());
     if (snapshots.size() > 3) snapshots.erase(snapshots.begin());
-    for (const auto& [snapshot, hash] : snapshots) ASSERT_EQ(snapshot.content_hash(), hash) << random.note();
+    for (const auto& [snapshot, hash] : snapshots)
+      ASSERT_EQ(snapshot.content_hash(), hash) << random.note();
   }
 }
 
 TEST(Spans, AgreeWithABitmapInBoxesOfEveryShape) {
   Random random;
   long operations = 0;
-  const Index3 shapes[] = {{1, 1, 1},   {1, 7, 40},   {40, 1, 7},   {7, 40, 1}, {33, 17, 5}, {5, 33, 17},
-                           {17, 5, 33}, {16, 16, 16}, {18, 31, 16}, {1, 1, 50}, {50, 1, 1},  {1, 50, 1}};
+  const Index3 shapes[] = {{1, 1, 1},    {1, 7, 40},  {40, 1, 7},  {7, 40, 1},
+                           {33, 17, 5},  {5, 33, 17}, {17, 5, 33}, {16, 16, 16},
+                           {18, 31, 16}, {1, 1, 50},  {50, 1, 1},  {1, 50, 1}};
   // KIBORI_SHORT: under a sanitiser, where everything takes twenty times as long.
   const long wanted = std::getenv("KIBORI_SHORT") ? 400'000 : 10'000'000;
   while (operations < wanted)
@@ -274,16 +283,18 @@ TEST(Spans, EndsCarryTheNormalOfWhatMadeThem) {
       for (int v = 0; v < nodes[v_index(axis)]; v++)
         for (int u = 0; u < nodes[u_index(axis)]; u++)
           model.field(axis).view().for_spans(u, v, [&](const Span& s) {
-            for (const auto& [depth, code] : {std::pair{s.in, s.normal_in}, std::pair{s.out, s.normal_out}}) {
+            for (const auto& [depth, code] :
+                 {std::pair{s.in, s.normal_in}, std::pair{s.out, s.normal_out}}) {
               if (depth == 0 || depth == static_cast<float>(nodes[depth_index(axis)])) continue;
-              ASSERT_EQ(code & 0x3fffu, static_cast<uint32_t>(depth * kPerCell) & 0x3fffu) << random.note();
+              ASSERT_EQ(code & 0x3fffu, static_cast<uint32_t>(depth * kPerCell) & 0x3fffu)
+                  << random.note();
             }
           });
   }
 }
 
-// Written to a document and read again, a model is stored otherwise; all that is done to it must come to the
-// same.
+// Written to a document and read again, a model is stored otherwise; all that is done to it must
+// come to the same.
 TEST(Spans, HowAModelIsStoredDoesNotMatter) {
   Random random;
   const Index3 nodes(18, 20, 24);
@@ -317,7 +328,8 @@ TEST(Spans, HowAModelIsStoredDoesNotMatter) {
           else
             paint(*model, solid, 0xff0000ff, {}, removed);
         }
-        ASSERT_EQ(fresh.content_hash(), old.content_hash()) << "operation " << step << "; " << random.note();
+        ASSERT_EQ(fresh.content_hash(), old.content_hash())
+            << "operation " << step << "; " << random.note();
       }
     }
   }

@@ -43,7 +43,8 @@ TEST(Rotation, BetweenFrames) {
   Random random;
   for (int i = 0; i < 1000; i++) {
     const Mat3 from = frame_from_axis(random.direction(), random.uniform(-3, 3));
-    const Vec3 turn = random.direction() * (i % 10 == 0 ? kPi : std::pow(10, random.uniform(-12, 0.49)));
+    const Vec3 turn =
+        random.direction() * (i % 10 == 0 ? kPi : std::pow(10, random.uniform(-12, 0.49)));
     const Mat3 to = rotation(turn) * from;
     const Vec3 back = rotation_between(from, to);
     EXPECT_LT((rotation(back) * from - to).norm(), 1e-7) << random.note();
@@ -99,8 +100,8 @@ TEST(SpringTool, PlungeOfAFlatFeelsYieldEnergyAndViscosity) {
     Vec3 force = Vec3::Zero();
     double volume = 0, depth = 0;
     for (int i = 0; i < 1200; i++) {
-      const auto felt =
-          tool.advance(Flat{3, 30}, upright({20, 15, 20.05 - 0.001 * speed * i}), Mode::cut, materials);
+      const auto felt = tool.advance(Flat{3, 30}, upright({20, 15, 20.05 - 0.001 * speed * i}),
+                                     Mode::cut, materials);
       ASSERT_TRUE(felt.ok());
       force = felt.value().wrench.force;
       volume += felt.value().removed_mm3;
@@ -134,8 +135,8 @@ TEST(SpringTool, RipplesLittleWhereThePaperModelRipplesMuch) {
     TriDexel model = block(0.25);
     SpringTool tool(model, upright({-4, 15, 20 - depth}), {1.0, 0, 0.2, 0.001});
     for (int i = 0; i < 3000; i++) {
-      const auto felt =
-          tool.advance(finger, upright({-4 + 0.001 * speed * i, 15, 20 - depth}), Mode::cut, materials);
+      const auto felt = tool.advance(finger, upright({-4 + 0.001 * speed * i, 15, 20 - depth}),
+                                     Mode::cut, materials);
       ASSERT_TRUE(felt.ok());
       series.push_back(length(felt.value().wrench.force));
     }
@@ -144,8 +145,8 @@ TEST(SpringTool, RipplesLittleWhereThePaperModelRipplesMuch) {
     TriDexel model = block(0.25);
     DirectTool stroke(model, upright({-4, 15, 20 - depth}));
     for (int i = 0; i < 3000; i++) {
-      const auto tick = stroke.advance(finger, {-4 + 0.001 * speed * i, 15, 20 - depth}, Vec3::Zero(),
-                                       Mode::cut, {ForceModel::paper, 6}, materials);
+      const auto tick = stroke.advance(finger, {-4 + 0.001 * speed * i, 15, 20 - depth},
+                                       Vec3::Zero(), Mode::cut, {ForceModel::paper, 6}, materials);
       ASSERT_TRUE(tick.ok());
       paper.push_back(length(tick.value().wrench.force));
     }
@@ -165,7 +166,8 @@ TEST(SpringTool, DoesNotDependOnThePitch) {
     const std::vector<Material> materials{wood()};
     double sum = 0;
     for (int i = 0; i < 2400; i++) {
-      const auto felt = tool.advance(BallTool{5}, upright({-6 + 0.01 * i, 15, 18}), Mode::cut, materials);
+      const auto felt =
+          tool.advance(BallTool{5}, upright({-6 + 0.01 * i, 15, 18}), Mode::cut, materials);
       ASSERT_TRUE(felt.ok());
       if (i >= 1600) sum += length(felt.value().wrench.force) / 800;
     }
@@ -188,7 +190,8 @@ TEST(SpringTool, TakesWorkFromTheHandAlways) {
     double removed = 0;
     const double before = model.volume_mm3();
     for (int i = 0; i < 400; i++) {
-      velocity = 0.95 * velocity + 0.01 * random.in_box(-1, 1) + 0.002 * (Vec3(20, 15, 17) - device.tip);
+      velocity =
+          0.95 * velocity + 0.01 * random.in_box(-1, 1) + 0.002 * (Vec3(20, 15, 17) - device.tip);
       device.tip += velocity;
       device.frame = rotation(random.in_box(-0.01, 0.01)) * device.frame;
       const Vec3 from = tool.pose().tip;
@@ -231,7 +234,8 @@ TEST(SpringTool, DepositsAgainstResistance) {
   const double before = model.volume_mm3();
   double added = 0;
   for (int i = 0; i < 800; i++) {
-    const auto felt = tool.advance(BallTool{2}, upright({20 + 0.01 * i, 15, 23}), Mode::deposit, materials);
+    const auto felt =
+        tool.advance(BallTool{2}, upright({20 + 0.01 * i, 15, 23}), Mode::deposit, materials);
     ASSERT_TRUE(felt.ok());
     added -= felt.value().removed_mm3;
     if (i > 600) {
@@ -268,8 +272,9 @@ TEST(SpringTool, ATorsionalSpringHoldsTheTurnBack) {
   EXPECT_EQ(model.volume_mm3(), 40 * 30 * 20);
 }
 
-// Down through touch and yield into the wood, and out again, at 5 mm/s: from tick to tick the force changes
-// by no more than the spring is stretched or let go by the hand, and the tool never runs ahead of it.
+// Down through touch and yield into the wood, and out again, at 5 mm/s: from tick to tick the force
+// changes by no more than the spring is stretched or let go by the hand, and the tool never runs
+// ahead of it.
 TEST(SpringTool, TouchYieldAndReleaseAreContinuous) {
   for (const Tool& shape : {Tool(BallTool{4}), Tool(Finger{0.2, 15}), Tool(Flat{3, 15})}) {
     TriDexel model = block(0.25);
@@ -308,14 +313,16 @@ TEST(SpringTool, SplittingTheToolsPathChangesNothing) {
       const Vec3 from = stroke.pose().tip;
       for (int i = 1; i <= ticks[n]; i++)
         ASSERT_TRUE(stroke
-                        .advance(Finger{0.2, 15}, from + (to - from) * (static_cast<double>(i) / ticks[n]),
+                        .advance(Finger{0.2, 15},
+                                 from + (to - from) * (static_cast<double>(i) / ticks[n]),
                                  Vec3::Zero(), Mode::cut, {}, {wood()})
                         .ok());
     }
     left[n] = model.volume_mm3();
   }
   for (size_t n = 1; n < 3; n++) {
-    std::printf("the tool's path in %d ticks: %.1g of the volume\n", ticks[n], left[n] / left[0] - 1);
+    std::printf("the tool's path in %d ticks: %.1g of the volume\n", ticks[n],
+                left[n] / left[0] - 1);
     EXPECT_NEAR(left[n] / left[0], 1, 1e-6);
   }
 }
@@ -340,7 +347,8 @@ TEST(SpringTool, AClearStartIsOfCutsThatDoNotTurn) {
         if (fresh) tool.begin_stroke();
         device.tip = tool.pose().tip + (turns ? Vec3(0, 0, 0.02) : Vec3(0.5, 0, 0.5));
         if (turns) device.frame = rotation(Vec3(0, 0.003, 0));
-        const auto felt = tool.advance(shape, device, turns ? Mode::touch : Mode::deposit, materials);
+        const auto felt =
+            tool.advance(shape, device, turns ? Mode::touch : Mode::deposit, materials);
         ASSERT_TRUE(felt.ok());
         added[fresh] = felt.value().removed_mm3;
         way[fresh] = felt.value().motion.travel.norm();
@@ -352,12 +360,14 @@ TEST(SpringTool, AClearStartIsOfCutsThatDoNotTurn) {
   EXPECT_LT(max, -1);
 }
 
-// The tool's recorded steps, without device and spring, leave the model bit for bit as the hand left it.
+// The tool's recorded steps, without device and spring, leave the model bit for bit as the hand
+// left it.
 TEST(SpringTool, ARecordedPathLeavesTheSameBytes) {
   Random random;
   int edits = 0;
   for (int round = 0; round < 40; round++) {
-    const Tool tools[] = {BallTool{3}, Finger{0.2, 15}, Flat{2, 15}, Cone{60, 3, 15}, Capsule{2, 9}};
+    const Tool tools[] = {BallTool{3}, Finger{0.2, 15}, Flat{2, 15}, Cone{60, 3, 15},
+                          Capsule{2, 9}};
     const Tool& shape = tools[round % 5];
     TriDexel live = block(0.5), again = block(0.5);
     const Pose start{{20, 15, 24}, frame_from_axis(Vec3(0.2, 0.1, 1).normalized(), 0)};
@@ -379,8 +389,8 @@ TEST(SpringTool, ARecordedPathLeavesTheSameBytes) {
       ASSERT_TRUE(felt.ok()) << felt.error();
       const ToolTick& f = felt.value();
       edits += f.edited;
-      const auto tick =
-          stroke.advance(shape, f.pose.tip, f.motion.turn, f.edited ? mode : Mode::off, {}, materials);
+      const auto tick = stroke.advance(shape, f.pose.tip, f.motion.turn,
+                                       f.edited ? mode : Mode::off, {}, materials);
       ASSERT_TRUE(tick.ok()) << tick.error();
       ASSERT_EQ(stroke.pose().tip, f.pose.tip);
       ASSERT_EQ(stroke.pose().frame, f.pose.frame) << i << random.note();
@@ -393,8 +403,8 @@ TEST(SpringTool, ARecordedPathLeavesTheSameBytes) {
   EXPECT_GT(edits, 2000);
 }
 
-// Giving the device's path in parts changes a little, as the spring then acts in between. By how much is
-// printed.
+// Giving the device's path in parts changes a little, as the spring then acts in between. By how
+// much is printed.
 TEST(SpringTool, SplittingTheDevicesPathMattersLittle) {
   const std::vector<Material> materials{wood()};
   double removed[3];
@@ -407,14 +417,15 @@ TEST(SpringTool, SplittingTheDevicesPathMattersLittle) {
     SpringTool tool(model, upright({8, 15, 22}), spring);
     const auto at = [](double t) { return Vec3(8 + 20 * t, 15, std::max(18.5, 22 - 20 * t)); };
     for (int i = 1; i <= 500 * parts[n]; i++)
-      ASSERT_TRUE(tool.advance(BallTool{4}, upright(at(0.002 * i / parts[n])), Mode::cut, materials).ok());
+      ASSERT_TRUE(
+          tool.advance(BallTool{4}, upright(at(0.002 * i / parts[n])), Mode::cut, materials).ok());
     removed[n] = before - model.volume_mm3();
     tip[n] = tool.pose().tip;
   }
   for (size_t n = 1; n < 3; n++) {
     const double share = removed[n] / removed[0] - 1, moved = length(tip[n] - tip[0]);
-    std::printf("the device's path in %d parts: %s of the volume, %.2g mm of the tool's place\n", parts[n],
-                percent(share).c_str(), moved);
+    std::printf("the device's path in %d parts: %s of the volume, %.2g mm of the tool's place\n",
+                parts[n], percent(share).c_str(), moved);
     EXPECT_LT(std::abs(share), 0.05);
     EXPECT_LT(moved, 0.05);
   }
@@ -426,7 +437,8 @@ TEST(SpringTool, WaitsUntilItIsOutside) {
   SpringTool tool(model, upright({20, 15, 10}), {});
   const double before = model.volume_mm3();
   for (int i = 0; i < 300; i++) {
-    const auto felt = tool.advance(BallTool{2}, upright({20, 15, 10 + 0.05 * i}), Mode::cut, materials);
+    const auto felt =
+        tool.advance(BallTool{2}, upright({20, 15, 10 + 0.05 * i}), Mode::cut, materials);
     ASSERT_TRUE(felt.ok());
     EXPECT_EQ(length(felt.value().wrench.force), 0);
     const double z = 10 + 0.05 * i;

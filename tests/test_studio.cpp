@@ -89,11 +89,12 @@ TEST(Studio, PressedItCutsAndUndoneItIsAsBefore) {
   auto document = Document::open(file, Document::Access::read);
   ASSERT_TRUE(document.ok()) << document.error();
   EXPECT_EQ(document.value()->steps().at(document.value()->head()).hash, hash);
-  EXPECT_TRUE(document.value()->verify([](const std::string& wrong) { ADD_FAILURE() << wrong; }).ok());
+  EXPECT_TRUE(
+      document.value()->verify([](const std::string& wrong) { ADD_FAILURE() << wrong; }).ok());
 }
 
-// The tool's side, as a box shows it: turned as it is told to, and never at once while a stroke goes on,
-// wherever the axis points to.
+// The tool's side, as a box shows it: turned as it is told to, and never at once while a stroke
+// goes on, wherever the axis points to.
 TEST(Studio, ItTurnsButDoesNotSpin) {
   Folder folder;
   auto opened = create_session(folder.path / "a.kibori", servo_scene(), {});
@@ -157,7 +158,8 @@ TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
     ASSERT_TRUE(opened.ok()) << opened.error();
     LiveSession& studio = *opened.value()->live();
     ASSERT_EQ(studio.materials().size(), known_materials().size());
-    ASSERT_TRUE(follow(studio, 20, [&] { return studio.history().step == 1 && studio.steps().size() == 1; }));
+    ASSERT_TRUE(follow(studio, 20,
+                       [&] { return studio.history().step == 1 && studio.steps().size() == 1; }));
     const double volume = studio.volume_mm3();
     EXPECT_TRUE(studio.choose_material(2).ok());
     EXPECT_FALSE(studio.choose_material(99).ok());
@@ -233,7 +235,8 @@ TEST(Studio, ScenesOfStockAlone) {
     EXPECT_NEAR(model.value()->volume_mm3(), exact, 0.01 * exact);
   }
   const double nan = std::nan("");
-  for (const Vec3& size : {Vec3(0, 1, 1), Vec3(-1, 1, 1), Vec3(nan, 1, 1), Vec3(1e9, 1, 1), Vec3(1, 1, 1e-9)})
+  for (const Vec3& size :
+       {Vec3(0, 1, 1), Vec3(-1, 1, 1), Vec3(nan, 1, 1), Vec3(1e9, 1, 1), Vec3(1, 1, 1e-9)})
     EXPECT_FALSE(stock_scene(Stock::Kind::block, size, 0.1, 0).ok());
   for (const double pitch : {0.0, -1.0, nan, 1e-9, 1e9})
     EXPECT_FALSE(stock_scene(Stock::Kind::block, Vec3(10, 10, 10), pitch, 0).ok());
@@ -241,16 +244,18 @@ TEST(Studio, ScenesOfStockAlone) {
   EXPECT_TRUE(file_scene("/nowhere.stl", {10, 100}).ok());  // read when it is made
   EXPECT_FALSE(file_scene("/nowhere.png", {10, 100}).ok());
   EXPECT_FALSE(file_scene("/nowhere.stl", {10, 100, 60}).ok());
-  for (const double rays : {0.0, 1e9, nan, -5.0}) EXPECT_FALSE(file_scene("/nowhere.stl", {10, rays}).ok());
-  for (const double size : {0.0, 1e9, nan, -5.0}) EXPECT_FALSE(file_scene("/nowhere.stl", {size, 100}).ok());
+  for (const double rays : {0.0, 1e9, nan, -5.0})
+    EXPECT_FALSE(file_scene("/nowhere.stl", {10, rays}).ok());
+  for (const double size : {0.0, 1e9, nan, -5.0})
+    EXPECT_FALSE(file_scene("/nowhere.stl", {size, 100}).ok());
 }
 
 TEST(Studio, NamesLeadNowhereElse) {
   Folder folder;
   const Library library(folder.path / "documents");
   EXPECT_TRUE(library.list().empty());
-  for (const std::string name : {"../x", "/etc/passwd", "..", ".", "", "a/../../b", "x y", "\\..\\z",
-                                 ".hidden", "   ", "\x01\x7f", "a\nb"}) {
+  for (const std::string name : {"../x", "/etc/passwd", "..", ".", "", "a/../../b", "x y",
+                                 "\\..\\z", ".hidden", "   ", "\x01\x7f", "a\nb"}) {
     const auto place = library.place_for(name);
     ASSERT_TRUE(place.ok()) << place.error();
     EXPECT_EQ(place.value().parent_path(), folder.path / "documents") << name;
@@ -264,7 +269,9 @@ TEST(Studio, NamesLeadNowhereElse) {
   for (int i = 0; i < 60; i++) umlauts += "\xc3\xa4";
   const std::string kept = library.place_for("a" + umlauts).value().stem().string();
   EXPECT_EQ((kept.size() - 1) % 2, 0u);
-  const auto put = [&](const std::string& name) { std::ofstream(folder.path / "documents" / name) << "x"; };
+  const auto put = [&](const std::string& name) {
+    std::ofstream(folder.path / "documents" / name) << "x";
+  };
   put("one.kibori");
   put("notes.txt");
   std::filesystem::create_directory(folder.path / "documents" / "folder.kibori");
@@ -401,7 +408,8 @@ TEST(Studio, MirroredStrokesAndOneThatIsOnlyLookedAt) {
   auto document = Document::open(file, Document::Access::read);
   ASSERT_TRUE(document.ok()) << document.error();
   EXPECT_TRUE(document.value()->settings(2).value().symmetry.planes[0]);
-  EXPECT_TRUE(document.value()->verify([](const std::string& wrong) { ADD_FAILURE() << wrong; }).ok());
+  EXPECT_TRUE(
+      document.value()->verify([](const std::string& wrong) { ADD_FAILURE() << wrong; }).ok());
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The surface's promise, checked on triangles alone: closed, oriented, two-manifold, nothing degenerate, no
-// two vertices in one place.
+// The surface's promise, checked on triangles alone: closed, oriented, two-manifold, nothing
+// degenerate, no two vertices in one place.
 #include <atomic>
 #include <cstring>
 #include <map>
@@ -37,7 +37,9 @@ using test::volume;
 class NodeBits final : public Solid {
  public:
   NodeBits(const Index3& nodes, uint64_t bits) : nodes_(nodes), bits_(bits) {}
-  bool inside(const Index3& n) const { return (bits_ >> (n[0] + nodes_[0] * (n[1] + nodes_[1] * n[2]))) & 1; }
+  bool inside(const Index3& n) const {
+    return (bits_ >> (n[0] + nodes_[0] * (n[1] + nodes_[1] * n[2]))) & 1;
+  }
   LatticeBox bounds() const override { return {{Vec3::Zero(), nodes_.matrix().cast<double>()}}; }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override {
     out.rows = 0;
@@ -111,7 +113,8 @@ TEST(CellTable, FlippingAFaceNeverMakesAnotherTwice) {
 
 TEST(Surface, EveryCellAndPairOfCellsIsAManifold) {
   Bench one({2, 2, 2});
-  for (uint64_t bits = 0; bits < (1u << 8); bits++) ASSERT_EQ(one.broken_at(bits), "") << "corners " << bits;
+  for (uint64_t bits = 0; bits < (1u << 8); bits++)
+    ASSERT_EQ(one.broken_at(bits), "") << "corners " << bits;
   for (const Index3& nodes : {Index3(3, 2, 2), Index3(2, 3, 2), Index3(2, 2, 3)}) {
     Bench pair(nodes);
     for (uint64_t bits = 0; bits < (1u << 12); bits++)
@@ -136,15 +139,16 @@ TEST(Surface, RandomNodesAcrossChunksAreAManifold) {
     lattice.pitch_mm = random.uniform(0.01, 3);
     TriDexel model(lattice);
     Removed removed;
-    model.fill_block(
-        {lattice.to_mm(LatticePoint()), lattice.to_mm(LatticePoint{lattice.nodes.matrix().cast<double>()})},
-        0);
+    model.fill_block({lattice.to_mm(LatticePoint()),
+                      lattice.to_mm(LatticePoint{lattice.nodes.matrix().cast<double>()})},
+                     0);
     // Crumbs: a small ball taken out wherever a coin falls.
     for (int x = 0; x < lattice.nodes[0]; x++)
       for (int y = 0; y < lattice.nodes[1]; y++)
         for (int z = 0; z < lattice.nodes[2]; z++)
           if (random.integer(0, 1))
-            cut(model, SweptBall(LatticePoint{Vec3(x + 0.5, y + 0.5, z + 0.5)}, LatticeVector(), 0.4), {},
+            cut(model,
+                SweptBall(LatticePoint{Vec3(x + 0.5, y + 0.5, z + 0.5)}, LatticeVector(), 0.4), {},
                 removed);
     const Surface surface = extract_surface(model.snapshot());
     EXPECT_EQ(broken(surface), "") << random.note();
@@ -185,7 +189,8 @@ TEST(Surface, RandomCarvesAreManifoldsOfTheModelsVolume) {
     TriDexel model(lattice);
     const Vec3 size = lattice.pitch_mm * lattice.nodes.matrix().cast<double>();
     // Faces halfway between nodes: there the dexels' volume is the block's.
-    model.fill_block({lattice.pitch_mm * Vec3(2, 3, 1), size - lattice.pitch_mm * Vec3(1, 2, 3)}, 0);
+    model.fill_block({lattice.pitch_mm * Vec3(2, 3, 1), size - lattice.pitch_mm * Vec3(1, 2, 3)},
+                     0);
     const std::vector<Material> materials{Material{}, Material{}};
     for (int i = random.integer(1, 8); i > 0; i--) {
       const auto anywhere = [&] { return Vec3(random.in_box(0, 1).cwiseProduct(size)); };
@@ -207,13 +212,15 @@ TEST(Surface, RandomCarvesAreManifoldsOfTheModelsVolume) {
   }
   // In cells, over the surface's area: what the tools left thinner than a cell is lost or filled.
   std::sort(off.begin(), off.end());
-  std::printf("volume off by, in cells of thickness over the whole surface: median %.4f, worst %.4f\n",
-              off[off.size() / 2], off.back());
+  std::printf(
+      "volume off by, in cells of thickness over the whole surface: median %.4f, worst %.4f\n",
+      off[off.size() / 2], off.back());
   EXPECT_LT(off[off.size() / 2], 0.01) << random.note();
   EXPECT_LT(off.back(), 0.2) << random.note();
 }
 
-// After every edit, however it came about, each chunk of the live surface is what a fresh extraction makes.
+// After every edit, however it came about, each chunk of the live surface is what a fresh
+// extraction makes.
 TEST(Surface, LiveSurfaceFollowsEveryEdit) {
   Random random;
   const int rounds = std::getenv("KIBORI_SHORT") ? 4 : 40;
@@ -232,17 +239,19 @@ TEST(Surface, LiveSurfaceFollowsEveryEdit) {
       const int what = random.integer(0, 9);
       Removed removed;
       if (what == 0) {
-        model.restore(kept[static_cast<size_t>(random.integer(0, static_cast<int>(kept.size()) - 1))]);
+        model.restore(
+            kept[static_cast<size_t>(random.integer(0, static_cast<int>(kept.size()) - 1))]);
       } else if (what == 1) {
-        paint(model, SweptBall(LatticePoint{anywhere()}, LatticeVector(), random.uniform(2, 12)), 0xff2040a0u,
-              {}, removed);
+        paint(model, SweptBall(LatticePoint{anywhere()}, LatticeVector(), random.uniform(2, 12)),
+              0xff2040a0u, {}, removed);
       } else {
         const Tool tool = random_tool(random, random.uniform(0.05, 0.4) * size.minCoeff());
         DirectTool stroke(model, Pose{anywhere(), frame_from_axis(random.direction(), 0)});
         const Vec3 to = stroke.pose().tip + random.in_box(-3, 3);
-        ASSERT_TRUE(
-            stroke.advance(tool, to, Vec3::Zero(), what < 8 ? Mode::cut : Mode::deposit, {}, materials, 1)
-                .ok());
+        ASSERT_TRUE(stroke
+                        .advance(tool, to, Vec3::Zero(), what < 8 ? Mode::cut : Mode::deposit, {},
+                                 materials, 1)
+                        .ok());
       }
       const Snapshot now = model.snapshot();
       kept.push_back(now);
@@ -267,12 +276,13 @@ TEST(Surface, LiveSurfaceFollowsEveryEdit) {
           }
     }
   }
-  std::printf("%lld of %lld chunks made anew\n", static_cast<long long>(made), static_cast<long long>(all));
+  std::printf("%lld of %lld chunks made anew\n", static_cast<long long>(made),
+              static_cast<long long>(all));
   EXPECT_LT(made, all);
 }
 
-// One thread carves and hands out snapshots, another follows them with the surface; nobody waits for the
-// other.
+// One thread carves and hands out snapshots, another follows them with the surface; nobody waits
+// for the other.
 TEST(Surface, LiveSurfaceFollowsWhileCarvingGoesOn) {
   Lattice lattice;
   lattice.nodes = Index3(64, 64, 48);
@@ -289,7 +299,8 @@ TEST(Surface, LiveSurfaceFollowsWhileCarvingGoesOn) {
     for (int i = 0; i < steps; i++) {
       const double a = 0.05 * i;
       const Vec3 to(32 + 25 * std::cos(a), 32 + 25 * std::sin(1.3 * a), 40 - 0.02 * i);
-      if (!stroke.advance(BallTool{4}, to, Vec3::Zero(), Mode::cut, {}, materials).ok()) std::abort();
+      if (!stroke.advance(BallTool{4}, to, Vec3::Zero(), Mode::cut, {}, materials).ok())
+        std::abort();
       Snapshot now = model.snapshot();
       const std::lock_guard lock(guard);
       std::swap(latest, now);
@@ -333,7 +344,9 @@ TEST(Surface, SameBytesOnEveryVectorUnit) {
     const auto anywhere = [&] { return Vec3(lattice.origin_mm + random.in_box(0, 14)); };
     DirectTool stroke(model, Pose{anywhere(), frame_from_axis(random.direction(), 0)});
     ASSERT_TRUE(
-        stroke.advance(random_tool(random, 6), anywhere(), Vec3::Zero(), Mode::cut, {}, materials, 1).ok());
+        stroke
+            .advance(random_tool(random, 6), anywhere(), Vec3::Zero(), Mode::cut, {}, materials, 1)
+            .ok());
   }
   const Snapshot snapshot = model.snapshot();
   std::optional<Surface> first;
@@ -343,7 +356,8 @@ TEST(Surface, SameBytesOnEveryVectorUnit) {
     hwy::SetSupportedTargetsForTest(0);
     if (!first) first = surface;
     EXPECT_GT(surface.triangles.size(), 1000u);
-    ASSERT_EQ(surface.triangles, first->triangles) << hwy::TargetName(targets & -targets) << random.note();
+    ASSERT_EQ(surface.triangles, first->triangles)
+        << hwy::TargetName(targets & -targets) << random.note();
     for (size_t i = 0; i < surface.vertices.size(); i++) {
       ASSERT_EQ(surface.vertices[i].position, first->vertices[i].position) << random.note();
       ASSERT_EQ(surface.vertices[i].normal, first->vertices[i].normal) << random.note();
@@ -369,7 +383,8 @@ TEST(Surface, KeepsTheBestKernelsFromTheStart) {
 // Ends next to the middle between two nodes, which rounding could put on either side.
 TEST(Surface, ChunksAgreeAboutEndsBesideANode) {
   for (const float middle : {14.5f, 15.5f, 16.5f, 30.5f, 31.5f, 62.5f, 63.5f, 126.5f, 127.5f})
-    for (const float end : {std::nextafter(middle, 0.0f), middle, std::nextafter(middle, 1000.0f)}) {
+    for (const float end :
+         {std::nextafter(middle, 0.0f), middle, std::nextafter(middle, 1000.0f)}) {
       Lattice lattice;
       lattice.nodes = Index3(20, 20, 140);
       TriDexel model(lattice);
@@ -392,7 +407,8 @@ TEST(Surface, ChunksMakeTheSameVerticesForTheirNeighbours) {
   TriDexel model(lattice);
   model.fill_block({Vec3(2, 3, 4), Vec3(48, 36, 33)}, 0);
   Removed removed;
-  cut(model, SweptBall(LatticePoint{Vec3(20, 20, 34)}, LatticeVector{Vec3(15, 8, -5)}, 9), {}, removed);
+  cut(model, SweptBall(LatticePoint{Vec3(20, 20, 34)}, LatticeVector{Vec3(15, 8, -5)}, 9), {},
+      removed);
   const Snapshot snapshot = model.snapshot();
   const Index3 chunks = surface_chunks(lattice);
   std::map<std::array<int, 5>, SurfaceVertex> own;  // by cell and sheet
@@ -404,9 +420,10 @@ TEST(Surface, ChunksMakeTheSameVerticesForTheirNeighbours) {
           const SurfaceChunk chunk = extract_chunk(snapshot, {x, y, z});
           for (uint32_t v = 0; v < chunk.vertices.size(); v++) {
             if (chunk.cell[v] == kNoCell) continue;
-            const int cell = static_cast<int>(chunk.cell[v] / 4), sheet = static_cast<int>(chunk.cell[v] % 4);
-            const std::array<int, 5> key{x * 16 + cell / 17 % 17, y * 16 + cell / 289, z * 16 + cell % 17,
-                                         sheet, 0};
+            const int cell = static_cast<int>(chunk.cell[v] / 4),
+                      sheet = static_cast<int>(chunk.cell[v] % 4);
+            const std::array<int, 5> key{x * 16 + cell / 17 % 17, y * 16 + cell / 289,
+                                         z * 16 + cell % 17, sheet, 0};
             if (v < chunk.own) {
               own[key] = chunk.vertices[v];
             } else if (pass == 1) {
@@ -442,15 +459,16 @@ TEST(Surface, KnowsItsTopology) {
   EXPECT_EQ(components, 2);
 }
 
-// What the surface loses: the distance, both ways, between it and the exact solid that was carved. The exact
-// solid knows its own signed distance (exact on faces, a lower bound beside edges) and points on its own
-// surface.
+// What the surface loses: the distance, both ways, between it and the exact solid that was carved.
+// The exact solid knows its own signed distance (exact on faces, a lower bound beside edges) and
+// points on its own surface.
 struct Exact {
   const char* name;
   std::function<void(TriDexel&)> carve;
   std::function<double(const Vec3&)> distance;  // [lattice units], positive outside
-  std::function<Vec3(Random&)> point;           // anywhere on the surface; may be rejected by distance()
-  double max, rms;                              // bounds in cells, with room over what was seen
+  // Anywhere on the surface; may be rejected by distance().
+  std::function<Vec3(Random&)> point;
+  double max, rms;  // bounds in cells, with room over what was seen
 };
 TEST(Surface, DistanceToTheExactSolid) {
   Random random;
@@ -474,12 +492,13 @@ TEST(Surface, DistanceToTheExactSolid) {
   const Mat3 frame = frame_from_axis(Vec3(1, 2, 3.3).normalized(), 0.4);
   const auto turned = [&](TriDexel& model) {
     Removed removed;
-    const SweptTool body(BoxTool{Vec3(24, 28, 32)}, Pose{centre - 16 * frame.col(2), frame}, Vec3::Zero(),
-                         lattice, everywhere);
+    const SweptTool body(BoxTool{Vec3(24, 28, 32)}, Pose{centre - 16 * frame.col(2), frame},
+                         Vec3::Zero(), lattice, everywhere);
     deposit(model, body, 0, {}, removed);
   };
   const std::vector<Exact> solids = {
-      {"block", block, [&](const Vec3& p) { return box_distance(p, low, high); }, on_box, 0.001, 0.0002},
+      {"block", block, [&](const Vec3& p) { return box_distance(p, low, high); }, on_box, 0.001,
+       0.0002},
       {"ball",
        [&](TriDexel& model) {
          Removed removed;
@@ -493,12 +512,15 @@ TEST(Surface, DistanceToTheExactSolid) {
          Removed removed;
          cut(model, SweptBall(LatticePoint{ball}, LatticeVector(), 17.3), {}, removed);
        },
-       [&](const Vec3& p) { return std::max(box_distance(p, low, high), 17.3 - (p - ball).norm()); },
-       [&](Random& r) { return r.integer(0, 1) ? on_box(r) : Vec3(ball + 17.3 * r.direction()); }, 0.08,
-       0.01},
+       [&](const Vec3& p) {
+         return std::max(box_distance(p, low, high), 17.3 - (p - ball).norm());
+       },
+       [&](Random& r) { return r.integer(0, 1) ? on_box(r) : Vec3(ball + 17.3 * r.direction()); },
+       0.08, 0.01},
       {"turned block", turned,
        [&](const Vec3& p) {
-         return box_distance(frame.transpose() * (p - centre), Vec3(-12, -14, -16), Vec3(12, 14, 16));
+         return box_distance(frame.transpose() * (p - centre), Vec3(-12, -14, -16),
+                             Vec3(12, 14, 16));
        },
        [&](Random& r) {
          Vec3 p(r.uniform(-12, 12), r.uniform(-14, 14), r.uniform(-16, 16));
@@ -512,7 +534,8 @@ TEST(Surface, DistanceToTheExactSolid) {
     solid.carve(model);
     const Surface surface = extract_surface(model.snapshot());
     ASSERT_EQ(broken(surface), "");
-    // There: points of the surface, evenly spread, and its vertices. Back: points of the exact surface.
+    // There: points of the surface, evenly spread, and its vertices. Back: points of the exact
+    // surface.
     double max[2] = {0, 0}, squares[2] = {0, 0};
     int count[2] = {0, 0};
     const auto take = [&](int way, double distance) {
@@ -557,18 +580,18 @@ TEST(Surface, ObliqueEdgesStaySharp) {
     for (int i = 0; i < 3; i++)
       for (const double sign : {-1.0, 1.0}) {
         const Vec3 axis = sign * frame.col(i);
-        const SweptTool half(HalfSpace{}, Pose{centre + 9.3 * axis, frame_from_axis(axis, 0)}, Vec3::Zero(),
-                             lattice, {Vec3::Zero(), Vec3::Constant(40)});
+        const SweptTool half(HalfSpace{}, Pose{centre + 9.3 * axis, frame_from_axis(axis, 0)},
+                             Vec3::Zero(), lattice, {Vec3::Zero(), Vec3::Constant(40)});
         cut(model, half, {}, removed);
       }
     const Surface surface = extract_surface(model.snapshot());
     ASSERT_EQ(broken(surface), "") << random.note();
     double farthest = 0;
     for (const SurfaceVertex& v : surface.vertices) {
-      const Vec3 p =
-          frame.transpose() * (Vec3(static_cast<double>(v.position[0]), static_cast<double>(v.position[1]),
-                                    static_cast<double>(v.position[2])) -
-                               centre);
+      const Vec3 p = frame.transpose() *
+                     (Vec3(static_cast<double>(v.position[0]), static_cast<double>(v.position[1]),
+                           static_cast<double>(v.position[2])) -
+                      centre);
       // On the box: the largest coordinate is 9.3.
       worst = std::max(worst, std::abs(p.cwiseAbs().maxCoeff() - 9.3));
       farthest = std::max(farthest, p.norm());
@@ -577,8 +600,8 @@ TEST(Surface, ObliqueEdgesStaySharp) {
     EXPECT_NEAR(farthest, 9.3 * std::sqrt(3.0), 0.05) << random.note();
   }
   std::printf("oblique box: farthest vertex from the box's faces %.4f cells\n", worst);
-  // A cell that an edge passes, but with ends of one face alone, puts its vertex on that face, somewhat
-  // beyond the edge.
+  // A cell that an edge passes, but with ends of one face alone, puts its vertex on that face,
+  // somewhat beyond the edge.
   EXPECT_LT(worst, 0.2) << random.note();
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Sweeps against dense sampling: the oracle asks an implicit function, written from the tools' definitions
-// alone, at many poses of the motion.
+// Sweeps against dense sampling: the oracle asks an implicit function, written from the tools'
+// definitions alone, at many poses of the motion.
 #include <cmath>
 #include <functional>
 
@@ -37,8 +37,8 @@ double inside(const Tool& tool, const Vec3& p) {
   if (auto t = std::get_if<Cone>(&tool)) return pointed(*t);
   if (auto t = std::get_if<Drill>(&tool)) return pointed(*t);
   if (auto t = std::get_if<TaperedBall>(&tool)) {
-    // A cone rounded at its tip: the distance from the ball's centre, along the normal of the cone's side
-    // where that is nearest, else along the line to the centre.
+    // A cone rounded at its tip: the distance from the ball's centre, along the normal of the
+    // cone's side where that is nearest, else along the line to the centre.
     const double half = t->angle_deg * std::acos(-1.0) / 360, z = p.z() - t->ball;
     const bool beside = z * std::cos(half) > -r * std::sin(half);
     const double side =
@@ -51,8 +51,8 @@ double inside(const Tool& tool, const Vec3& p) {
   }
   if (std::get_if<HalfSpace>(&tool)) return p.z();
   if (auto t = std::get_if<BoxTool>(&tool))
-    return std::min(
-        {t->size.x() / 2 - std::abs(p.x()), t->size.y() / 2 - std::abs(p.y()), p.z(), t->size.z() - p.z()});
+    return std::min({t->size.x() / 2 - std::abs(p.x()), t->size.y() / 2 - std::abs(p.y()), p.z(),
+                     t->size.z() - p.z()});
   if (auto t = std::get_if<Ellipsoid>(&tool)) {
     const Vec3 q = (p - Vec3(0, 0, t->radii.z())).cwiseQuotient(t->radii);
     return (1 - q.norm()) * t->radii.minCoeff();
@@ -138,7 +138,8 @@ TEST_P(Sweep, AgreesWithDenseSampling) {
       double best = -1e30;
       for (int i = 0; i < samples; i++) {
         const double s = samples == 1 ? 0 : i / (samples - 1.0);
-        best = std::max(best, inside(tool, pose.frame.transpose() * (world - pose.tip - s * motion)));
+        best =
+            std::max(best, inside(tool, pose.frame.transpose() * (world - pose.tip - s * motion)));
       }
       return best;
     };
@@ -146,7 +147,8 @@ TEST_P(Sweep, AgreesWithDenseSampling) {
       const int nu = lattice.nodes[u_index(ray_axis)], nv = lattice.nodes[v_index(ray_axis)],
                 nd = lattice.nodes[depth_index(ray_axis)];
       for (int probe = 0; probe < 6; probe++) {
-        RayTile rays{ray_axis, random.integer(0, nu / 16 - 1) * 16, random.integer(0, nv / 16 - 1) * 16};
+        RayTile rays{ray_axis, random.integer(0, nu / 16 - 1) * 16,
+                     random.integer(0, nv / 16 - 1) * 16};
         SpanLayer layer;
         const bool any = sweep.spans(rays, 0, layer);
         if (!any) layer.rows = 0;
@@ -155,8 +157,10 @@ TEST_P(Sweep, AgreesWithDenseSampling) {
           const bool hit = ((layer.rows >> j) & 1) && layer.lo[slot] < layer.hi[slot];
           for (int k = 0; k < 3; k++) {
             double t = random.uniform(0, nd);
-            if (hit && k == 1) t = std::clamp(layer.lo[slot] + random.uniform(-0.3, 0.3), 0.0, 1.0 * nd);
-            if (hit && k == 2) t = std::clamp(layer.hi[slot] + random.uniform(-0.3, 0.3), 0.0, 1.0 * nd);
+            if (hit && k == 1)
+              t = std::clamp(layer.lo[slot] + random.uniform(-0.3, 0.3), 0.0, 1.0 * nd);
+            if (hit && k == 2)
+              t = std::clamp(layer.hi[slot] + random.uniform(-0.3, 0.3), 0.0, 1.0 * nd);
             Vec3 p;
             p[u_index(ray_axis)] = rays.u0 + i + 0.5;
             p[v_index(ray_axis)] = rays.v0 + j + 0.5;
@@ -196,7 +200,8 @@ TEST_P(Sweep, NormalsAreThoseOfTheSurface) {
   for (int trial = 0; trial < 60; trial++) {
     const Tool tool = random_tool(GetParam(), random);
     Pose pose{Vec3::Constant(24), frame_from_axis(random.direction(), 0.3)};
-    const Vec3 motion = trial % 3 == 0 ? Vec3(Vec3::Zero()) : Vec3(random.direction() * random.uniform(0, 6));
+    const Vec3 motion =
+        trial % 3 == 0 ? Vec3(Vec3::Zero()) : Vec3(random.direction() * random.uniform(0, 6));
     const SweptTool sweep(tool, pose, motion, lattice, everything);
     for (Axis axis : kAxes) {
       RayTile rays{axis, random.integer(1, 4) * 16, random.integer(1, 4) * 16};
@@ -222,27 +227,31 @@ TEST_P(Sweep, NormalsAreThoseOfTheSurface) {
           const Vec3 world = lattice.to_mm(LatticePoint{p});
           double best = -1e30, best_s = 0;
           for (int i = 0; i <= 600; i++) {
-            const double f = inside(tool, pose.frame.transpose() * (world - pose.tip - (i / 600.0) * motion));
+            const double f =
+                inside(tool, pose.frame.transpose() * (world - pose.tip - (i / 600.0) * motion));
             if (f > best) best = f, best_s = i / 600.0;
           }
           Vec3 gradient;
           const double h = 1e-3;
           for (int d = 0; d < 3; d++) {
             const auto at = [&](double sign) {
-              return inside(tool, pose.frame.transpose() *
-                                      (world + sign * h * Vec3::Unit(d) - pose.tip - best_s * motion));
+              return inside(tool, pose.frame.transpose() * (world + sign * h * Vec3::Unit(d) -
+                                                            pose.tip - best_s * motion));
             };
             gradient[d] = (at(1) - at(-1)) / (2 * h);
           }
           if (gradient.norm() < 0.16) continue;
           Vec3 expected = -gradient.normalized();
-          // Between the end poses the surface runs along the motion; an edge of the tool sweeps a face whose
-          // normal the finite difference at one pose can't know.
-          if (best_s > 0.005 && best_s < 0.995 && std::abs(expected.dot(motion.normalized())) > 0.02)
+          // Between the end poses the surface runs along the motion; an edge of the tool sweeps a
+          // face whose normal the finite difference at one pose can't know.
+          if (best_s > 0.005 && best_s < 0.995 &&
+              std::abs(expected.dot(motion.normalized())) > 0.02)
             continue;
-          const Vec3 actual = decode_normal(at_hi ? layer.codes.hi[slot] : layer.codes.lo[slot], axis, at_hi);
+          const Vec3 actual =
+              decode_normal(at_hi ? layer.codes.hi[slot] : layer.codes.lo[slot], axis, at_hi);
           checked++;
-          // Within half a degree, but for points so near an edge that the finite difference straddles it.
+          // Within half a degree, but for points so near an edge that the finite difference
+          // straddles it.
           if (actual.dot(expected) < std::cos(0.05)) wrong++;
         }
       }
@@ -252,15 +261,16 @@ TEST_P(Sweep, NormalsAreThoseOfTheSurface) {
   EXPECT_LE(wrong, checked / 30) << random.note();
 }
 
-// Between the end poses of a long motion a ray goes through the lower face of the cone, which the ball covers
-// only in its middle.
+// Between the end poses of a long motion a ray goes through the lower face of the cone, which the
+// ball covers only in its middle.
 TEST(SweptConvex, AFrustumIsSweptByItsLowerFaceToo) {
   Lattice lattice;
   lattice.pitch_mm = 0.5;
   lattice.nodes = Index3(96, 64, 96);
   const LatticeBox everything = lattice.whole();
   const Tool tool = TaperedBall{1, 10, 4, 15};
-  for (const Vec3& axis : {Vec3(0, 0, 1), Vec3(0.3, 0.1, 1), Vec3(0.1, 0.6, 1), Vec3(-0.7, 0, 0.7)}) {
+  for (const Vec3& axis :
+       {Vec3(0, 0, 1), Vec3(0.3, 0.1, 1), Vec3(0.1, 0.6, 1), Vec3(-0.7, 0, 0.7)}) {
     Pose pose;
     pose.tip = Vec3(14, 16, 16);
     pose.frame = frame_from_axis(axis.normalized());
@@ -281,9 +291,9 @@ TEST(SweptConvex, AFrustumIsSweptByItsLowerFaceToo) {
               p[depth_index(ray_axis)] = t;
               double depth = -1e30;
               for (int i = 0; i <= 400; i++)
-                depth =
-                    std::max(depth, inside(tool, pose.frame.transpose() * (lattice.to_mm(LatticePoint{p}) -
-                                                                           pose.tip - i / 400.0 * motion)));
+                depth = std::max(
+                    depth, inside(tool, pose.frame.transpose() * (lattice.to_mm(LatticePoint{p}) -
+                                                                  pose.tip - i / 400.0 * motion)));
               if (std::abs(depth) < 0.03) continue;
               held += depth > 0;
               ASSERT_EQ(hit && t >= layer.lo[slot] && t<layer.hi[slot], depth> 0)
@@ -295,8 +305,8 @@ TEST(SweptConvex, AFrustumIsSweptByItsLowerFaceToo) {
   }
 }
 
-// A ray through the path of a cone's apex ends there, whatever rounding makes of the two silhouettes that are
-// one for it. (Found by a random round: 12 cells short.)
+// A ray through the path of a cone's apex ends there, whatever rounding makes of the two
+// silhouettes that are one for it. (Found by a random round: 12 cells short.)
 TEST(SweptConvex, ARayThroughTheApexsPathEndsThere) {
   Lattice lattice;
   lattice.pitch_mm = 0.5;
@@ -311,8 +321,10 @@ TEST(SweptConvex, ARayThroughTheApexsPathEndsThere) {
     pose.frame = frame_from_axis(axis);
     const Vec3 motion(random.uniform(-3, 3), random.uniform(1, 3), random.uniform(3, 6));
     const double slope = std::tan(std::get<Cone>(tool).angle_deg * std::acos(-1.0) / 360);
-    if (std::hypot(motion.y(), motion.z()) < 1.2 * slope * std::abs(motion.x())) continue;  // into itself
-    const Vec3 meets = lattice.to_mm(LatticePoint{Vec3(40.3, 24.5, 24.5)});  // on the middle of a ray along x
+    // Into itself.
+    if (std::hypot(motion.y(), motion.z()) < 1.2 * slope * std::abs(motion.x())) continue;
+    // On the middle of a ray along x.
+    const Vec3 meets = lattice.to_mm(LatticePoint{Vec3(40.3, 24.5, 24.5)});
     const double share = random.uniform(0.1, 0.9);
     pose.tip = meets - share * motion;
     const SweptTool sweep(tool, pose, motion, lattice, everything);
@@ -327,8 +339,8 @@ INSTANTIATE_TEST_SUITE_P(Tools, Sweep, testing::Range(0, static_cast<int>(kToolS
                            return std::string(kToolShapes[static_cast<size_t>(tool.param)]);
                          });
 
-// Motions nearly along the rays: both ends of a ray near the sweep's rim are on the ball's own rim, where
-// rounding is largest, and the interval is nearly as long as the motion.
+// Motions nearly along the rays: both ends of a ray near the sweep's rim are on the ball's own rim,
+// where rounding is largest, and the interval is nearly as long as the motion.
 TEST(SweptBall, PlungesWithALittleDriftLoseNoRay) {
   Random random;
   int long_ones = 0;
@@ -349,7 +361,8 @@ TEST(SweptBall, PlungesWithALittleDriftLoseNoRay) {
           SpanLayer layer;
           if (!ball.spans(rays, 0, layer)) layer.rows = 0;
           for (int slot = 0; slot < kTileRays; slot++) {
-            const double x = rays.u0 + slot % 16 + 0.5 - centre[0], y = rays.v0 + slot / 16 + 0.5 - centre[1];
+            const double x = rays.u0 + slot % 16 + 0.5 - centre[0],
+                         y = rays.v0 + slot / 16 + 0.5 - centre[1];
             const double s0 = (x * motion[0] + y * motion[1]) / flat2;
             const double across = (x * motion[1] - y * motion[0]) / drift,
                          rest = radius * radius - across * across;
@@ -360,21 +373,23 @@ TEST(SweptBall, PlungesWithALittleDriftLoseNoRay) {
             if (to - from < 0.05 || (trial % 2 == 0 && from == 0)) continue;
             long_ones++;
             ASSERT_TRUE(((layer.rows >> (slot / 16)) & 1) && layer.lo[slot] < layer.hi[slot])
-                << "length " << length << " drift " << drift << " R " << radius << " share " << to - from
-                << "; " << random.note();
+                << "length " << length << " drift " << drift << " R " << radius << " share "
+                << to - from << "; " << random.note();
           }
         }
     }
   EXPECT_GT(long_ones, 5000);
 }
 
-// The rim of a bull nose is searched for, not solved. The oracle is the definition, minimised along the ray
-// and the motion by golden sections: a ray that passes deep enough is not lost, and ends are where it says.
+// The rim of a bull nose is searched for, not solved. The oracle is the definition, minimised along
+// the ray and the motion by golden sections: a ray that passes deep enough is not lost, and ends
+// are where it says.
 TEST(SweptRim, GrazingRaysAreNotLost) {
   Random random;
   const auto min = [](double low, double high, int steps, const auto& of) {
     constexpr double kShare = 0.6180339887498949;
-    double a = high - kShare * (high - low), b = low + kShare * (high - low), at_a = of(a), at_b = of(b);
+    double a = high - kShare * (high - low), b = low + kShare * (high - low), at_a = of(a),
+           at_b = of(b);
     for (int i = 0; i < steps; i++)
       if (at_a < at_b) {
         high = b, b = a, at_b = at_a;
@@ -391,7 +406,8 @@ TEST(SweptRim, GrazingRaysAreNotLost) {
                  corner = random.uniform(0.1, size / 2);
     const Vec3 centre = random.in_box(2, 14), axis = random.direction();
     const Vec3 motion = random.direction() * random.uniform(0, trial % 3 ? 2 : 20);
-    const SweptRim rim(LatticePoint{centre}, frame_from_axis(axis), disc, corner, LatticeVector{motion});
+    const SweptRim rim(LatticePoint{centre}, frame_from_axis(axis), disc, corner,
+                       LatticeVector{motion});
     const auto depth = [&](const Vec3& p) {  // > 0 inside
       return corner - min(0, 1, 34, [&](double s) {
                const Vec3 x = p - centre - s * motion;
@@ -450,14 +466,14 @@ TEST(SweptBall, ClearStartGivesTheSameNewMaterial) {
       if (!filled(layer)) return 0.0;
       double length = layer.hi[slot] - layer.lo[slot];
       if (filled(less))
-        length -=
-            std::max(0.0f, std::min(layer.hi[slot], less.hi[slot]) - std::max(layer.lo[slot], less.lo[slot]));
+        length -= std::max(0.0f, std::min(layer.hi[slot], less.hi[slot]) -
+                                     std::max(layer.lo[slot], less.lo[slot]));
       return length;
     };
     for (int slot = 0; slot < 256; slot++)
       ASSERT_NEAR(measure(a, c, slot), measure(b, c, slot), 2e-3)
-          << "trial " << trial << " slot " << slot << " R " << radius << " motion " << motion.transpose()
-          << "; " << random.note();
+          << "trial " << trial << " slot " << slot << " R " << radius << " motion "
+          << motion.transpose() << "; " << random.note();
   }
 }
 
@@ -470,8 +486,9 @@ TEST(SweptConvex, ClearStartGivesTheSameNewMaterial) {
     lattice.nodes = Index3(100, 100, 100);
     lattice.pitch_mm = 1;
     const double radius = random.uniform(2, 20);
-    const Tool tools[] = {Finger{1 / (2 * radius), 50}, Flat{radius, 30}, Ellipsoid{Vec3(radius, 5, 9)},
-                          BoxTool{Vec3(radius, 7, 20)}, Cone{60, radius, 30}};
+    const Tool tools[] = {Finger{1 / (2 * radius), 50}, Flat{radius, 30},
+                          Ellipsoid{Vec3(radius, 5, 9)}, BoxTool{Vec3(radius, 7, 20)},
+                          Cone{60, radius, 30}};
     const Tool& tool = tools[trial % 5];
     const LatticeBox everywhere{{Vec3::Zero(), Vec3::Constant(100)}};
     const Pose pose{random.in_box(30, 60),
@@ -498,10 +515,12 @@ TEST(SweptConvex, ClearStartGivesTheSameNewMaterial) {
     const auto fresh = [&](const SpanLayer& layer, int slot) {
       if (!filled(layer, slot)) return 0.0f;
       const float lo = std::max(layer.lo[slot], 0.0f), hi = std::min(layer.hi[slot], 100.0f);
-      const float old = filled(c, slot) ? std::min(hi, c.hi[slot]) - std::max(lo, c.lo[slot]) : 0.0f;
+      const float old =
+          filled(c, slot) ? std::min(hi, c.hi[slot]) - std::max(lo, c.lo[slot]) : 0.0f;
       return std::max(0.0f, hi - lo) - std::max(0.0f, old);
     };
-    for (int slot = 0; slot < 256; slot++) touching += std::abs(fresh(a, slot) - fresh(b, slot)) > 2e-3;
+    for (int slot = 0; slot < 256; slot++)
+      touching += std::abs(fresh(a, slot) - fresh(b, slot)) > 2e-3;
   }
   // A ray may touch a flat side within rounding: in one pose it is in, in the other out.
   EXPECT_LE(touching, 2) << random.note();

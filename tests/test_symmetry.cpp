@@ -50,8 +50,8 @@ std::vector<Piece> pieces(const FieldSnapshot& field, int u, int v) {
   return all;
 }
 
-// How far any end of any ray is from its image in the middle plane normal to `plane` [cells]; rays that a
-// face grazes may have a piece more or less than their images, and are counted.
+// How far any end of any ray is from its image in the middle plane normal to `plane` [cells]; rays
+// that a face grazes may have a piece more or less than their images, and are counted.
 struct Unlike {
   double farthest = 0;
   int64_t odd = 0, rays = 0;
@@ -80,8 +80,8 @@ Unlike compare(const TriDexel& model, int plane) {
         }
         for (size_t i = 0; i < here.size(); i++) {
           EXPECT_EQ(here[i].material, there[i].material);
-          unlike.farthest = std::max(
-              {unlike.farthest, std::abs(here[i].in - there[i].in), std::abs(here[i].out - there[i].out)});
+          unlike.farthest = std::max({unlike.farthest, std::abs(here[i].in - there[i].in),
+                                      std::abs(here[i].out - there[i].out)});
         }
       }
   }
@@ -96,7 +96,8 @@ TEST(Symmetry, WhatIsLeftIsItsOwnImage) {
     symmetry.centre_mm = centre_of(model.lattice());
     const int planes = random.integer(1, 7);
     for (size_t i = 0; i < 3; i++) symmetry.planes[i] = (planes >> i) & 1;
-    // One after the other: compilers differ in the order of a call's arguments, and a seed shall repeat.
+    // One after the other: compilers differ in the order of a call's arguments, and a seed shall
+    // repeat.
     const Vec3 tip = random.in_box(0, 20), axis = random.direction();
     DirectTool stroke(model, Pose{tip, frame_from_axis(axis, random.uniform(0, 6))});
     stroke.set_symmetry(symmetry);
@@ -108,17 +109,20 @@ TEST(Symmetry, WhatIsLeftIsItsOwnImage) {
       const Vec3 way = random.direction();
       for (int i = 0; i < 12; i++) {
         const Vec3 turn = i % 3 ? Vec3(Vec3::Zero()) : Vec3(0.05 * random.direction());
-        const auto done = stroke.advance(tool, stroke.pose().tip + 0.7 * way, turn, mode, {}, kMaterials, 1);
+        const auto done =
+            stroke.advance(tool, stroke.pose().tip + 0.7 * way, turn, mode, {}, kMaterials, 1);
         ASSERT_TRUE(done.ok()) << done.error();
         removed += done.value().removed_mm3;
       }
     }
-    EXPECT_NEAR(before - model.volume_mm3(), removed, 0.03 * std::abs(removed) + 2) << random.note();
+    EXPECT_NEAR(before - model.volume_mm3(), removed, 0.03 * std::abs(removed) + 2)
+        << random.note();
     for (int plane = 0; plane < 3; plane++) {
       if (!symmetry.planes[static_cast<size_t>(plane)]) continue;
       const Unlike unlike = compare(model, plane);
       EXPECT_LT(unlike.farthest, 0.02) << random.note();
-      EXPECT_LT(static_cast<double>(unlike.odd), 0.002 * static_cast<double>(unlike.rays)) << random.note();
+      EXPECT_LT(static_cast<double>(unlike.odd), 0.002 * static_cast<double>(unlike.rays))
+          << random.note();
     }
   }
 }
@@ -127,7 +131,8 @@ TEST(Symmetry, WhatIsLeftIsItsOwnImage) {
 TEST(Symmetry, NoneIsAsymmetric) {
   TriDexel model = block();
   DirectTool stroke(model, Pose{Vec3(5, 12, 19), Mat3::Identity()});
-  ASSERT_TRUE(stroke.advance(BallTool{3}, Vec3(9, 12, 17), Vec3::Zero(), Mode::cut, {}, kMaterials).ok());
+  ASSERT_TRUE(
+      stroke.advance(BallTool{3}, Vec3(9, 12, 17), Vec3::Zero(), Mode::cut, {}, kMaterials).ok());
   const Unlike unlike = compare(model, 0);
   EXPECT_TRUE(unlike.odd > 0 || unlike.farthest > 1);
 }
@@ -143,7 +148,8 @@ TEST(Symmetry, ForceIsTheHandsOwn) {
     ASSERT_TRUE(a.ok() && b.ok());
     EXPECT_EQ(a.value().wrench.force, b.value().wrench.force);
     EXPECT_EQ(a.value().wrench.moment, b.value().wrench.moment);
-    EXPECT_NEAR(b.value().removed_mm3, 2 * a.value().removed_mm3, 1e-6 + 1e-3 * a.value().removed_mm3);
+    EXPECT_NEAR(b.value().removed_mm3, 2 * a.value().removed_mm3,
+                1e-6 + 1e-3 * a.value().removed_mm3);
   }
 }
 
@@ -152,8 +158,9 @@ TEST(Symmetry, AMeshHasNoImage) {
   EXPECT_FALSE(check_symmetry({{true, false, false}, Vec3::Zero()}, MeshTool{mesh}).ok());
   EXPECT_TRUE(check_symmetry({}, MeshTool{mesh}).ok());
   EXPECT_FALSE(check_symmetry({{true, false, false}, Vec3::Constant(NAN)}, BallTool{1}).ok());
-  for (const char* bad : {R"("x")", R"({"planes":[true,false],"centre_mm":[0,0,0]})",
-                          R"({"planes":[1,0,0],"centre_mm":[0,0,0]})", R"({"planes":[true,false,false]})"}) {
+  for (const char* bad :
+       {R"("x")", R"({"planes":[true,false],"centre_mm":[0,0,0]})",
+        R"({"planes":[1,0,0],"centre_mm":[0,0,0]})", R"({"planes":[true,false,false]})"}) {
     std::string text = settings_to_json({});
     text.replace(text.rfind('}'), 1, std::string(",\"symmetry\":") + bad + "}");
     EXPECT_FALSE(settings_from_json(text).ok()) << text;
@@ -178,11 +185,13 @@ TEST(Symmetry, ReplaysAreTheSame) {
   ASSERT_TRUE(document.value()->begin(s, start).ok());
   double removed = 0;
   for (int i = 0; i < 200; i++) {
-    const Pose hand{start.tip + Vec3(0.02 * i, 0.01 * i, -0.06 * i), rotation(Vec3(0, 0.001 * i, 0))};
+    const Pose hand{start.tip + Vec3(0.02 * i, 0.01 * i, -0.06 * i),
+                    rotation(Vec3(0, 0.001 * i, 0))};
     const auto felt = tool.advance(s.tool, hand, s.mode, s.materials);
     ASSERT_TRUE(felt.ok()) << felt.error();
     const ToolTick& f = felt.value();
-    document.value()->add({f.pose.tip, f.motion.turn, f.edited, hand.tip - f.pose.tip, Vec3::Zero()});
+    document.value()->add(
+        {f.pose.tip, f.motion.turn, f.edited, hand.tip - f.pose.tip, Vec3::Zero()});
     removed += f.removed_mm3;
   }
   EXPECT_GT(removed, 0) << random.note();
@@ -190,9 +199,10 @@ TEST(Symmetry, ReplaysAreTheSame) {
   const auto back = document.value()->settings(document.value()->head());
   ASSERT_TRUE(back.ok()) << back.error();
   EXPECT_EQ(back.value().symmetry, s.symmetry);
-  EXPECT_TRUE(document.value()
-                  ->verify([&](const std::string& wrong) { ADD_FAILURE() << wrong << random.note(); })
-                  .ok());
+  EXPECT_TRUE(
+      document.value()
+          ->verify([&](const std::string& wrong) { ADD_FAILURE() << wrong << random.note(); })
+          .ok());
 }
 
 }  // namespace

@@ -32,7 +32,9 @@ inline int bad_input(const std::string& what) {
   return kBadInput;
 }
 
-inline int written() { return std::fflush(stdout) == 0 ? 0 : bad_input("standard output can't be written"); }
+inline int written() {
+  return std::fflush(stdout) == 0 ? 0 : bad_input("standard output can't be written");
+}
 
 inline void show_progress(const char* what, double share) {
   static const bool terminal = isatty(STDERR_FILENO) != 0;

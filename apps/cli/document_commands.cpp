@@ -17,40 +17,47 @@ using namespace kibori;
 namespace {
 
 void tell_missing(const Document& document) {
-  if (!document.missing().empty()) std::fprintf(stderr, "kibori: warning: %s\n", document.missing().c_str());
+  if (!document.missing().empty())
+    std::fprintf(stderr, "kibori: warning: %s\n", document.missing().c_str());
 }
 
 }  // namespace
 
 DocumentCommands::DocumentCommands(CLI::App& app) {
-  replay_ = app.add_subcommand("replay",
-                               "Carve what a document holds again, bit for bit, or finer, or felt otherwise");
+  replay_ = app.add_subcommand(
+      "replay", "Carve what a document holds again, bit for bit, or finer, or felt otherwise");
   replay_->add_option("FILE", file_, "document: .kibori")->required();
   replay_
-      ->add_option("--to", to_, "a version's name or a step's number; by default where the document stands")
+      ->add_option("--to", to_,
+                   "a version's name or a step's number; by default where the document stands")
       ->type_name("VERSION|STEP");
   replay_->add_option("--pitch", pitch_, "carve the same strokes at another pitch")
       ->type_name("MM")
       ->check(kPositive);
   replay_->add_option("--model", model_, "feel the same motion by another force model")
       ->check(CLI::IsMember({"paper", "energy"}));
-  replay_->add_option("--dof", dof_, "of --model")->check(CLI::IsMember({5, 6}))->capture_default_str();
+  replay_->add_option("--dof", dof_, "of --model")
+      ->check(CLI::IsMember({5, 6}))
+      ->capture_default_str();
   replay_->add_option("--forces", forces_, "write force and moment of every tick as CSV")
       ->type_name("FILE.csv");
   replay_->add_option("--plot", plot_, "draw force and moment over time")->type_name("FILE.svg");
   replay_->add_option("--mesh", mesh_, "write the surface of what is left")
       ->type_name("FILE" + list_of(kMeshesWritten, "|"));
   replay_->add_flag("--json", json_, "summary as JSON on standard output");
-  replay_->add_option("--threads", threads_, "threads to work with; the result does not depend on it")
+  replay_
+      ->add_option("--threads", threads_, "threads to work with; the result does not depend on it")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   replay_->footer("Exit status: 0 the same model as recorded, 1 another one, 2 bad input.");
 
   verify_ = app.add_subcommand(
-      "verify", "Check everything in a document: its structure, tiles, and every stroke carved again");
+      "verify",
+      "Check everything in a document: its structure, tiles, and every stroke carved again");
   verify_->add_option("FILE", file_, "document: .kibori")->required();
   verify_->footer(
-      "Exit status: 0 all is as it was written, 1 something is not (a line each says what and where), 2 bad "
+      "Exit status: 0 all is as it was written, 1 something is not (a line each says what and "
+      "where), 2 bad "
       "input.");
 
   history_ = app.add_subcommand("history", "List the steps and named versions of a document");
@@ -62,8 +69,9 @@ DocumentCommands::DocumentCommands(CLI::App& app) {
   history_->add_option("--copy", copy_, "write all of it, packed, into a new document")
       ->type_name("FILE.kibori");
   history_
-      ->add_option("--salvage", salvage_,
-                   "of a damaged document: carve what is whole, up to where it stands, again as a new one")
+      ->add_option(
+          "--salvage", salvage_,
+          "of a damaged document: carve what is whole, up to where it stands, again as a new one")
       ->type_name("FILE.kibori");
   history_->add_flag("--json", json_, "as JSON");
 }
@@ -99,7 +107,8 @@ int DocumentCommands::run_replay() const {
   if (!replayed) return bad_input(replayed.error());
   const Replay& replay = replayed.value();
   if (!forces_.empty())
-    if (const Status ok = write_text(forces_, forces_csv(replay.carving)); !ok) return bad_input(ok.error());
+    if (const Status ok = write_text(forces_, forces_csv(replay.carving)); !ok)
+      return bad_input(ok.error());
   if (!plot_.empty()) {
     const std::string title =
         std::filesystem::path(file_).stem().string() + ": force and moment, model " + replay.title;
@@ -113,15 +122,17 @@ int DocumentCommands::run_replay() const {
       if (!settings) return bad_input(settings.error());
       for (const Material& material : settings.value().materials) colors.push_back(material.color);
     }
-    const Result<size_t> out = write_model(mesh_, replay.carving.model->snapshot(), colors, 0, threads_);
+    const Result<size_t> out =
+        write_model(mesh_, replay.carving.model->snapshot(), colors, 0, threads_);
     if (!out) return bad_input(out.error());
   }
   const CarveSummary& summary = replay.carving.summary;
   std::fputs((json_ ? summary_json(summary) : summary_text(summary)).c_str(), stdout);
   if (replay.differs != 0) {
-    std::fprintf(stderr,
-                 "kibori: %s: step %lld carved again is not what was recorded; 'kibori verify' says more\n",
-                 file_.c_str(), static_cast<long long>(replay.differs));
+    std::fprintf(
+        stderr,
+        "kibori: %s: step %lld carved again is not what was recorded; 'kibori verify' says more\n",
+        file_.c_str(), static_cast<long long>(replay.differs));
     return 1;
   }
   return written();
@@ -139,8 +150,8 @@ int DocumentCommands::run_verify() const {
       [](double share) { show_progress("verifying", share); });
   if (!done) return bad_input(done.error());
   if (wrongs == 0)
-    std::printf("all is as it was written: %zu steps, %zu versions\n", document.value()->steps().size(),
-                document.value()->versions().size());
+    std::printf("all is as it was written: %zu steps, %zu versions\n",
+                document.value()->steps().size(), document.value()->versions().size());
   const int status = written();
   return status != 0 ? status : wrongs != 0;
 }
@@ -163,7 +174,8 @@ int DocumentCommands::run_history() const {
       if (!found) return bad_input(found.error());
       at = found.value();
     }
-    if (const Status named = document.name_version(name_, at); !named) return bad_input(named.error());
+    if (const Status named = document.name_version(name_, at); !named)
+      return bad_input(named.error());
     if (const std::string where = settle(document); !where.empty()) return bad_input(where);
   }
   if (!copy_.empty()) {
@@ -174,8 +186,9 @@ int DocumentCommands::run_history() const {
     if (!is_document(salvage_)) return bad_input(salvage_ + ": documents are written as .kibori");
     const Result<StepId> saved = salvage(document, salvage_);
     if (!saved) return bad_input(saved.error());
-    std::fprintf(stderr, "%s: holds the way to step %lld of %lld\n", sanitize_message(salvage_).c_str(),
-                 static_cast<long long>(saved.value()), static_cast<long long>(document.head()));
+    std::fprintf(stderr, "%s: holds the way to step %lld of %lld\n",
+                 sanitize_message(salvage_).c_str(), static_cast<long long>(saved.value()),
+                 static_cast<long long>(document.head()));
   }
   std::fputs((json_ ? history_json(document) : history_text(document)).c_str(), stdout);
   return written();

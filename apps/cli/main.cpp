@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The command line: a thin face on the library. Data on stdout, everything else on stderr; exit 2 for bad
-// input.
+// The command line: a thin face on the library. Data on stdout, everything else on stderr; exit 2
+// for bad input.
 #include <array>
 #include <cmath>
 #include <csignal>
@@ -63,7 +63,9 @@ void add_picture_options(CLI::App* command, PictureArguments& arguments) {
                    "wood: rings and grain in the material's colour; plain: its colour alone")
       ->check(CLI::IsMember({"wood", "plain"}))
       ->capture_default_str();
-  command->add_option("--samples", arguments.samples, "paths a pixel; four times as many halve the noise")
+  command
+      ->add_option("--samples", arguments.samples,
+                   "paths a pixel; four times as many halve the noise")
       ->check(CLI::Range(1, 65536))
       ->capture_default_str();
 }
@@ -77,12 +79,14 @@ kibori::Result<kibori::PictureOptions> picture_options(const PictureArguments& a
   Vec3 way;
   if (const std::optional<Vec3> view = view_named(arguments.view)) {
     options.view = *view;
-  } else if (std::sscanf(arguments.view.c_str(), "%lf,%lf,%lf%c", &way.x(), &way.y(), &way.z(), &rest) == 3 &&
+  } else if (std::sscanf(arguments.view.c_str(), "%lf,%lf,%lf%c", &way.x(), &way.y(), &way.z(),
+                         &rest) == 3 &&
              way.allFinite() && way.norm() > 1e-9 && way.norm() < 1e9) {
     options.view = way;
   } else {
-    return Error{"--view '" + arguments.view +
-                 "' must be iso, front, back, left, right, top, bottom or a direction like -1,1,-0.8"};
+    return Error{
+        "--view '" + arguments.view +
+        "' must be iso, front, back, left, right, top, bottom or a direction like -1,1,-0.8"};
   }
   options.look = arguments.look == "wood" ? Look::wood : Look::plain;
   options.samples = arguments.samples;
@@ -122,7 +126,8 @@ kibori::Status save_picture(const std::string& path, kibori::Surface surface,
 }
 
 kibori::Status check_picture(const std::string& path) {
-  if (kibori::ending_of(path) != ".png") return kibori::Error{path + ": pictures are written as .png"};
+  if (kibori::ending_of(path) != ".png")
+    return kibori::Error{path + ": pictures are written as .png"};
   return kibori::Ok{};
 }
 
@@ -138,7 +143,9 @@ void add_export_options(CLI::App* command, ExportArguments& arguments) {
                    "let the mesh have fewer triangles, as long as it stays this near")
       ->type_name("MM")
       ->check(kPositive);
-  command->add_option("--height-map", arguments.height_map, "write heights seen from above as 16-bit grey")
+  command
+      ->add_option("--height-map", arguments.height_map,
+                   "write heights seen from above as 16-bit grey")
       ->type_name("FILE.png");
   command->add_option("--layers", arguments.layers, "write cross-sections from below into a folder")
       ->type_name("FOLDER");
@@ -164,21 +171,25 @@ kibori::Status check_exports(const ExportArguments& arguments) {
   std::filesystem::path there = std::filesystem::absolute(arguments.layers, error);
   if (std::filesystem::exists(there, error) && !std::filesystem::is_directory(there, error))
     return Error{arguments.layers + ": is a file; name a folder for the layers"};
-  while (!std::filesystem::exists(there, error) && there.has_relative_path()) there = there.parent_path();
-  if (access(there.c_str(), W_OK) != 0) return Error{arguments.layers + ": the folder can't be written to"};
+  while (!std::filesystem::exists(there, error) && there.has_relative_path())
+    there = there.parent_path();
+  if (access(there.c_str(), W_OK) != 0)
+    return Error{arguments.layers + ": the folder can't be written to"};
   return Ok{};
 }
 
 // What was written is said on standard error.
-kibori::Status write_exports(const ExportArguments& arguments, const kibori::Snapshot& model, int threads) {
+kibori::Status write_exports(const ExportArguments& arguments, const kibori::Snapshot& model,
+                             int threads) {
   using namespace kibori;
   if (!arguments.height_map.empty()) {
     const Result<HeightMapSummary> map = write_height_map(arguments.height_map, model);
     if (!map) return Error{map.error()};
-    std::fprintf(stderr,
-                 "%s: %d x %d pixels, %g mm each; grey 1 is z = %g mm, 65535 is %g mm, 0 is nothing\n",
-                 arguments.height_map.c_str(), map.value().width, map.value().height, model.lattice.pitch_mm,
-                 map.value().low_mm, map.value().high_mm);
+    std::fprintf(
+        stderr,
+        "%s: %d x %d pixels, %g mm each; grey 1 is z = %g mm, 65535 is %g mm, 0 is nothing\n",
+        arguments.height_map.c_str(), map.value().width, map.value().height, model.lattice.pitch_mm,
+        map.value().low_mm, map.value().high_mm);
   }
   if (!arguments.layers.empty()) {
     LayerOptions options;
@@ -219,7 +230,8 @@ int run_carve(const CarveArguments& arguments) {
   if (const Status can = outputs.check(); !can) return bad_input(can.error());
   if (const Status can = check_exports(arguments.exports); !can) return bad_input(can.error());
   if (!arguments.mesh.empty())
-    if (const Status known = check_surface_ending(arguments.mesh); !known) return bad_input(known.error());
+    if (const Status known = check_surface_ending(arguments.mesh); !known)
+      return bad_input(known.error());
 
   CarveOptions options;
   options.threads = arguments.threads;
@@ -263,8 +275,8 @@ int run_carve(const CarveArguments& arguments) {
   const Snapshot model = carving.value().model->snapshot();
   picture.value().plank = model.lattice.to_mm(model.lattice.whole());
   if (!arguments.picture.empty())
-    if (const Status ok = save_picture(arguments.picture, extract_surface(model, arguments.threads), colors,
-                                       picture.value(), arguments.drawing.up);
+    if (const Status ok = save_picture(arguments.picture, extract_surface(model, arguments.threads),
+                                       colors, picture.value(), arguments.drawing.up);
         !ok)
       return bad_input(ok.error());
   if (!arguments.mesh.empty()) {
@@ -274,8 +286,8 @@ int run_carve(const CarveArguments& arguments) {
   }
   if (const Status ok = write_exports(arguments.exports, model, arguments.threads); !ok)
     return bad_input(ok.error());
-  const std::string summary =
-      arguments.json ? summary_json(carving.value().summary) : summary_text(carving.value().summary);
+  const std::string summary = arguments.json ? summary_json(carving.value().summary)
+                                             : summary_text(carving.value().summary);
   std::fputs(summary.c_str(), stdout);
   if (!carving.value().unsaved.empty()) return bad_input(carving.value().unsaved);
   return written();
@@ -291,10 +303,12 @@ struct ConvertArguments {
 
 int run_convert(const ConvertArguments& arguments) {
   using namespace kibori;
-  if (arguments.out.empty() && arguments.exports.height_map.empty() && arguments.exports.layers.empty())
+  if (arguments.out.empty() && arguments.exports.height_map.empty() &&
+      arguments.exports.layers.empty())
     return bad_input("convert: nothing to write; name a mesh, or use --height-map or --layers");
   if (!arguments.out.empty())
-    if (const Status known = check_surface_ending(arguments.out); !known) return bad_input(known.error());
+    if (const Status known = check_surface_ending(arguments.out); !known)
+      return bad_input(known.error());
   Outputs outputs;
   outputs.reads(arguments.in);
   outputs.writes("OUT", arguments.out);
@@ -311,11 +325,12 @@ int run_convert(const ConvertArguments& arguments) {
   if (!arguments.relief.empty() || ending_of(arguments.in) == ".png") {
     ReliefSize size;
     char rest = 0;
-    if (std::sscanf(arguments.relief.c_str(), "%lf,%lf,%lf%c", &size.width_mm, &size.height_mm, &size.base_mm,
-                    &rest) != 3 ||
+    if (std::sscanf(arguments.relief.c_str(), "%lf,%lf,%lf%c", &size.width_mm, &size.height_mm,
+                    &size.base_mm, &rest) != 3 ||
         !(size.width_mm > 0 && size.height_mm > 0 && size.base_mm > 0) ||
         !std::isfinite(size.width_mm + size.height_mm + size.base_mm))
-      return bad_input("--relief must be three positive numbers of mm, width,height,base, like 80,5,3");
+      return bad_input(
+          "--relief must be three positive numbers of mm, width,height,base, like 80,5,3");
     options.relief = size;
   }
   const Result<Converted> converted = into_dexels(arguments.in, options);
@@ -327,7 +342,8 @@ int run_convert(const ConvertArguments& arguments) {
     const Result<size_t> triangles =
         write_model(arguments.out, model, {}, arguments.exports.tolerance, arguments.threads);
     if (!triangles) return bad_input(triangles.error());
-    std::printf("triangles    %zu in, %zu out\n", converted.value().triangles_in, triangles.value());
+    std::printf("triangles    %zu in, %zu out\n", converted.value().triangles_in,
+                triangles.value());
   }
   if (const Status ok = write_exports(arguments.exports, model, arguments.threads); !ok)
     return bad_input(ok.error());
@@ -349,7 +365,8 @@ int run_info(const InfoArguments& arguments) {
   if (arguments.pitch != 0) options.pitch_mm = arguments.pitch;
   const Result<MeshReport> report = report_mesh(arguments.file, options);
   if (!report) return bad_input(report.error());
-  std::fputs((arguments.json ? mesh_report_json(report.value()) : mesh_report_text(report.value())).c_str(),
+  std::fputs((arguments.json ? mesh_report_json(report.value()) : mesh_report_text(report.value()))
+                 .c_str(),
              stdout);
   return written();
 }
@@ -381,14 +398,16 @@ int run_compare(const CompareArguments& arguments) {
         d.max(), d.rms(), d.there.max, d.there.rms, d.back.max, d.back.rms);
   else
     std::printf(
-        "distance     max %.4g mm, rms %.4g mm\nA to B       max %.4g mm at %.6g, %.6g, %.6g; rms %.4g mm\n"
+        "distance     max %.4g mm, rms %.4g mm\nA to B       max %.4g mm at %.6g, %.6g, %.6g; rms "
+        "%.4g mm\n"
         "B to A       max %.4g mm at %.6g, %.6g, %.6g; rms %.4g mm\n",
         d.max(), d.rms(), d.there.max, d.there.at.x(), d.there.at.y(), d.there.at.z(), d.there.rms,
         d.back.max, d.back.at.x(), d.back.at.y(), d.back.at.z(), d.back.rms);
   return written();
 }
 
-int run_picture(const std::string& file, const std::string& out, const PictureArguments& arguments) {
+int run_picture(const std::string& file, const std::string& out,
+                const PictureArguments& arguments) {
   using namespace kibori;
   if (const Status can = check_picture(out); !can) return bad_input(can.error());
   Outputs outputs;
@@ -399,16 +418,16 @@ int run_picture(const std::string& file, const std::string& out, const PictureAr
   if (!options) return bad_input(options.error());
   const Result<TriangleMesh> mesh = read_mesh_or_document(file, arguments.threads);
   if (!mesh) return bad_input(mesh.error());
-  const Status saved =
-      save_picture(out, surface_of_mesh(mesh.value()), {{196, 150, 100}}, options.value(), arguments.up);
+  const Status saved = save_picture(out, surface_of_mesh(mesh.value()), {{196, 150, 100}},
+                                    options.value(), arguments.up);
   return saved ? 0 : bad_input(saved.error());
 }
 
 // Every thread has as much; what carves and parses takes a part of it.
 constexpr rlim_t kMinStackBytes = rlim_t{1} << 20;
 
-// Where no one else caught it: a thread that found no memory, or could not be made. A document holds all up
-// to the last flush, as if the process had been killed.
+// Where no one else caught it: a thread that found no memory, or could not be made. A document
+// holds all up to the last flush, as if the process had been killed.
 [[noreturn]] void end_with_a_sentence() {
   const char* said = "an error that it does not know";
   try {
@@ -416,7 +435,9 @@ constexpr rlim_t kMinStackBytes = rlim_t{1} << 20;
   } catch (const std::bad_alloc&) {
     said = "out of memory; a document that was open holds what was done until now";
   } catch (const std::system_error&) {
-    said = "the system gave it no more threads; a document that was open holds what was done until now";
+    said =
+        "the system gave it no more threads; a document that was open holds what was done until "
+        "now";
   } catch (...) {
     // Said as it is.
   }
@@ -434,7 +455,8 @@ int main(int argc, char** argv) {
     return bad_input("the stack may have " + std::to_string(stack.rlim_cur / 1024) +
                      " kB only, and at least 1024 are needed; raise it with 'ulimit -s'");
   CLI::App app{
-      "Kibori carves virtual solids with a virtual finger or cutter and feels every removal as force."};
+      "Kibori carves virtual solids with a virtual finger or cutter and feels every removal as "
+      "force."};
   app.name("kibori");
   app.set_version_flag("--version", std::string("kibori ") + KIBORI_VERSION);
   app.require_subcommand(1);
@@ -449,14 +471,18 @@ int main(int argc, char** argv) {
   CLI::App* carve = app.add_subcommand("carve", "Run a scripted carving session and report forces");
   carve->add_option("SCENE", carve_arguments.scene, "scene file (TOML)")->required();
   carve
-      ->add_option(
-          "-o,--output", carve_arguments.document,
-          "write a document: stock, strokes and history, as it is carved; see 'kibori replay --help'")
+      ->add_option("-o,--output", carve_arguments.document,
+                   "write a document: stock, strokes and history, as it is carved; see 'kibori "
+                   "replay --help'")
       ->type_name("FILE.kibori");
-  carve->add_flag("--keep-forces", carve_arguments.keep_forces, "in the document, too")->needs("-o");
-  carve->add_option("--forces", carve_arguments.forces, "write force and moment of every tick as CSV")
+  carve->add_flag("--keep-forces", carve_arguments.keep_forces, "in the document, too")
+      ->needs("-o");
+  carve
+      ->add_option("--forces", carve_arguments.forces,
+                   "write force and moment of every tick as CSV")
       ->type_name("FILE.csv");
-  carve->add_option("--plot", carve_arguments.plot, "draw force and moment over time")->type_name("FILE.svg");
+  carve->add_option("--plot", carve_arguments.plot, "draw force and moment over time")
+      ->type_name("FILE.svg");
   carve
       ->add_option("--mesh", carve_arguments.mesh,
                    "write the surface of what is left, closed and manifold, in mm")
@@ -476,10 +502,12 @@ int main(int argc, char** argv) {
   carve->footer(
       "A scene in short:\n"
       "  [stock]\n"
-      "  block = [80, 50, 30]     # mm; or mesh = \"part.stl\", sphere = r, cylinder = [r, height]\n"
+      "  block = [80, 50, 30]     # mm; or mesh = \"part.stl\", sphere = r, cylinder = [r, "
+      "height]\n"
       "  pitch = 0.25\n"
       "  [tool]\n"
-      "  shape = \"finger\"         # finger ball flat bull cone drill tapered capsule halfspace box "
+      "  shape = \"finger\"         # finger ball flat bull cone drill tapered capsule halfspace "
+      "box "
       "ellipsoid mesh\n"
       "  ks = 0.1                 # 1/mm\n"
       "  length = 40\n"
@@ -493,18 +521,20 @@ int main(int argc, char** argv) {
       "Exit status: 0 done, 2 bad input (one sentence on standard error says what and where).");
 
   ConvertArguments convert_arguments;
-  CLI::App* convert =
-      app.add_subcommand("convert", "Repair and remesh: a mesh into dexels and back, closed and manifold");
+  CLI::App* convert = app.add_subcommand(
+      "convert", "Repair and remesh: a mesh into dexels and back, closed and manifold");
   convert->add_option("IN", convert_arguments.in, "to read: a " + mesh_or_document)->required();
   convert->add_option("OUT", convert_arguments.out,
                       "mesh to write: " + kibori::list_of(kibori::kMeshesWritten));
   convert
-      ->add_option("--relief", convert_arguments.relief,
-                   "IN is a grey PNG: its width, the height of white above black, the base below black")
+      ->add_option(
+          "--relief", convert_arguments.relief,
+          "IN is a grey PNG: its width, the height of white above black, the base below black")
       ->type_name("W,H,B");
   add_export_options(convert, convert_arguments.exports);
   convert
-      ->add_option("--pitch", convert_arguments.pitch, "size of a cell; by default the longest side by 256")
+      ->add_option("--pitch", convert_arguments.pitch,
+                   "size of a cell; by default the longest side by 256")
       ->type_name("MM")
       ->check(kPositive);
   convert
@@ -512,11 +542,12 @@ int main(int argc, char** argv) {
                    "threads to work with; the result does not depend on it")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
-  convert->add_flag("--force", convert_arguments.force, "take a mesh even if most of its rays find it open");
+  convert->add_flag("--force", convert_arguments.force,
+                    "take a mesh even if most of its rays find it open");
 
   InfoArguments info_arguments;
-  CLI::App* info =
-      app.add_subcommand("info", "Measure a mesh: size, volume, area, closed, manifold, thin walls");
+  CLI::App* info = app.add_subcommand(
+      "info", "Measure a mesh: size, volume, area, closed, manifold, thin walls");
   info->add_option("FILE", info_arguments.file, mesh_or_document)->required();
   info->add_flag("--json", info_arguments.json, "as JSON");
   info->add_option("--wall", info_arguments.wall, "walls thinner than this are thin")
@@ -532,8 +563,8 @@ int main(int argc, char** argv) {
       ->capture_default_str();
 
   CompareArguments compare_arguments;
-  CLI::App* compare =
-      app.add_subcommand("compare", "Distance between two meshes, both ways: largest and root mean square");
+  CLI::App* compare = app.add_subcommand(
+      "compare", "Distance between two meshes, both ways: largest and root mean square");
   compare->add_option("A", compare_arguments.a, mesh_or_document)->required();
   compare->add_option("B", compare_arguments.b, mesh_or_document)->required();
   compare
@@ -548,7 +579,8 @@ int main(int argc, char** argv) {
 
   PictureArguments picture_arguments;
   std::string picture_file, picture_out;
-  CLI::App* picture = app.add_subcommand("picture", "Draw a mesh: ray traced, soft shadows, wood or plain");
+  CLI::App* picture =
+      app.add_subcommand("picture", "Draw a mesh: ray traced, soft shadows, wood or plain");
   picture->add_option("FILE", picture_file, mesh_or_document)->required();
   picture->add_option("OUT", picture_out, "picture to write: .png")->required();
   add_picture_options(picture, picture_arguments);
@@ -562,7 +594,8 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error, std::cout, std::cerr);  // --help, --version
+    // --help, --version.
+    if (error.get_exit_code() == 0) return app.exit(error, std::cout, std::cerr);
     return bad_input(std::string(error.what()) + "; see 'kibori --help'");
   }
   try {

@@ -24,7 +24,8 @@ bool holds_document(const fs::path& path) {
   if (!fs::is_regular_file(path, error)) return false;
   std::array<char, 72> head{};
   std::ifstream file(path, std::ios::binary);
-  return file.read(head.data(), head.size()) && std::memcmp(head.data(), "SQLite format 3", 16) == 0 &&
+  return file.read(head.data(), head.size()) &&
+         std::memcmp(head.data(), "SQLite format 3", 16) == 0 &&
          std::memcmp(head.data() + 68, "KIBO", 4) == 0;
 }
 
@@ -61,7 +62,8 @@ Status Outputs::check() const {
       if (same_file(outputs_[k].path, out.path) && !fs::is_character_file(out.path, error))
         return Error{name + ": is named by " + outputs_[k].option + " and by " + out.option +
                      "; give each a file of its own"};
-    if (!out.document && (is_document(name) || beside_document(out.path) || holds_document(out.path)))
+    if (!out.document &&
+        (is_document(name) || beside_document(out.path) || holds_document(out.path)))
       return Error{name + ": is a document of Kibori, or its name is one's; " + out.option +
                    " writes no documents, name another file"};
     if (Status can = check_writable(out.path); !can) return can;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a command reads and what it writes: nothing may be both, and documents are only written by -o.
+// What a command reads and what it writes: nothing may be both, and documents are only written by
+// -o.
 #pragma once
 
 #include <filesystem>

@@ -23,19 +23,22 @@ volatile std::sig_atomic_t interrupted = 0;
 }  // namespace
 
 ServoCommands::ServoCommands(CLI::App& app) {
-  devices_ = app.add_subcommand("devices", "List force-feedback devices, and why others are not there");
+  devices_ =
+      app.add_subcommand("devices", "List force-feedback devices, and why others are not there");
   devices_->add_flag("--json", json_, "as JSON");
 
-  servo_ =
-      app.add_subcommand("servo", "Carve by a simulated hand in real time and say how the loop kept time");
-  servo_->add_option(
-      "SCENE", scene_,
-      "scene whose stock is carved with its first tool, and along whose moves the hand goes to and fro; "
-      "without one, a ball scrapes over a block");
-  servo_->add_option("--device", device_, "a name that 'kibori devices' lists")->capture_default_str();
+  servo_ = app.add_subcommand(
+      "servo", "Carve by a simulated hand in real time and say how the loop kept time");
+  servo_->add_option("SCENE", scene_,
+                     "scene whose stock is carved with its first tool, and along whose moves the "
+                     "hand goes to and fro; "
+                     "without one, a ball scrapes over a block");
+  servo_->add_option("--device", device_, "a name that 'kibori devices' lists")
+      ->capture_default_str();
   servo_->add_option("--record", record_, "keep what the device read, for --device replay:FILE.csv")
       ->type_name("FILE.csv");
-  servo_->add_option("-o,--output", document_, "write a document, stroke by stroke, as it is carved")
+  servo_
+      ->add_option("-o,--output", document_, "write a document, stroke by stroke, as it is carved")
       ->type_name("FILE.kibori");
   servo_->add_flag("--keep-forces", keep_forces_, "in the document, too")->needs("-o");
   servo_->add_option("--seconds", seconds_, "how long")->check(kPositive)->capture_default_str();
@@ -44,14 +47,18 @@ ServoCommands::ServoCommands(CLI::App& app) {
       ->check(CLI::Range(100.0, 4000.0))
       ->capture_default_str();
   servo_
-      ->add_option("--model", model_,
-                   "series: the tool hangs on a spring; energy, paper: it is where the hand is; by default "
-                   "the scene's")
+      ->add_option(
+          "--model", model_,
+          "series: the tool hangs on a spring; energy, paper: it is where the hand is; by default "
+          "the scene's")
       ->check(CLI::IsMember(names_of(ForceModel{})));
-  servo_->add_option("--stiffness", stiffness_n_mm_, "of the spring; by default what suits the device")
+  servo_
+      ->add_option("--stiffness", stiffness_n_mm_,
+                   "of the spring; by default what suits the device")
       ->type_name("N/MM")
       ->check(kPositive);
-  servo_->add_flag("--no-surface", no_surface_, "without a second thread that follows with the surface");
+  servo_->add_flag("--no-surface", no_surface_,
+                   "without a second thread that follows with the surface");
   servo_->add_flag("--json", json_, "as JSON, with all histograms");
 }
 
@@ -59,7 +66,8 @@ int ServoCommands::run_devices() const {
   const std::vector<DeviceFound> found = find_devices();
   if (json_) {
     nlohmann::json all = nlohmann::json::array();
-    for (const auto& d : found) all.push_back({{"name", d.name}, {"present", d.present}, {"text", d.text}});
+    for (const auto& d : found)
+      all.push_back({{"name", d.name}, {"present", d.present}, {"text", d.text}});
     std::printf("%s\n", all.dump(2).c_str());
     return written();
   }
@@ -109,7 +117,8 @@ int ServoCommands::run_servo() const {
   options.cancelled = [] { return interrupted != 0; };
   const Result<ServoReport> report = kibori::run_servo(scene, std::move(device), options);
   if (!report) return bad_input(report.error());
-  std::fputs((json_ ? servo_report_json(report.value()) + "\n" : servo_report_text(report.value())).c_str(),
+  std::fputs((json_ ? servo_report_json(report.value()) + "\n" : servo_report_text(report.value()))
+                 .c_str(),
              stdout);
   if (!report.value().unsaved.empty()) return bad_input(report.value().unsaved);
   return written();

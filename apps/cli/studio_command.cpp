@@ -27,11 +27,13 @@ namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
 
-// By way of a file in `folder`, which only this user can read: what stands in a command line, everyone can.
+// By way of a file in `folder`, which only this user can read: what stands in a command line,
+// everyone can.
 void open_browser(const std::string& url, const std::filesystem::path& folder) {
   if (!std::getenv("DISPLAY") && !std::getenv("WAYLAND_DISPLAY")) return;
   std::string program = "xdg-open", file = (folder / "kibori-studio.html").string();
-  std::ofstream(file) << "<!doctype html><meta http-equiv=\"refresh\" content=\"0;url=" << url << "\">";
+  std::ofstream(file) << "<!doctype html><meta http-equiv=\"refresh\" content=\"0;url=" << url
+                      << "\">";
   char* arguments[] = {program.data(), file.data(), nullptr};
   pid_t child = 0;
   static_cast<void>(posix_spawnp(&child, "xdg-open", nullptr, nullptr, arguments, environ));
@@ -40,19 +42,22 @@ void open_browser(const std::string& url, const std::filesystem::path& folder) {
 }  // namespace
 
 StudioCommand::StudioCommand(CLI::App& app) {
-  studio_ = app.add_subcommand("studio", "Carve by hand in the browser, and see and feel the force");
-  studio_->add_option(
-      "FILE", file_,
-      "document: .kibori; made if it is not there yet. Without one, the page asks what to begin with");
-  studio_->add_option("--stock", stock_, "scene whose stock and materials a new document begins with")
+  studio_ =
+      app.add_subcommand("studio", "Carve by hand in the browser, and see and feel the force");
+  studio_->add_option("FILE", file_,
+                      "document: .kibori; made if it is not there yet. Without one, the page asks "
+                      "what to begin with");
+  studio_
+      ->add_option("--stock", stock_, "scene whose stock and materials a new document begins with")
       ->type_name("SCENE.toml");
   studio_->add_option("--port", port_, "of 127.0.0.1; 0: any that is free")->capture_default_str();
   studio_->add_option(
       "--device", device_,
       "what holds the tool: a name that 'kibori devices' lists; by default mouse, pen or touch");
-  studio_->add_flag("--read-only", read_only_,
-                    "only look at the document and its history; while another process writes it, as it was "
-                    "when this began");
+  studio_->add_flag(
+      "--read-only", read_only_,
+      "only look at the document and its history; while another process writes it, as it was "
+      "when this began");
   studio_->add_flag("--no-browser", no_browser_, "only print the address");
 }
 
@@ -84,8 +89,9 @@ int StudioCommand::run() const {
   const SessionOptions how{read_only_, device_};
   std::unique_ptr<Session> session;
   if (!file_.empty() || !stock_.empty()) {
-    Result<Scene> scene =
-        stock_.empty() ? stock_scene(Stock::Kind::block, Vec3(80, 50, 30), 0.25, 0) : read_scene(stock_);
+    Result<Scene> scene = stock_.empty()
+                              ? stock_scene(Stock::Kind::block, Vec3(80, 50, 30), 0.25, 0)
+                              : read_scene(stock_);
     if (!scene) return bad_input(scene.error());
     const Result<std::filesystem::path> place =
         file_.empty() ? library.value().place_for(std::filesystem::path(stock_).stem().string())
@@ -102,7 +108,8 @@ int StudioCommand::run() const {
   if (!server) return bad_input(server.error());
   const std::string url = server.value()->url();
   server.value()->on_new_address([](const std::string& another) {
-    std::printf("An address opens the studio once. For another browser there is\n  %s\n", another.c_str());
+    std::printf("An address opens the studio once. For another browser there is\n  %s\n",
+                another.c_str());
     std::fflush(stdout);
   });
   std::printf("%s at\n  %s\nCtrl-C ends it; all is saved as you carve.\n",

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// kibori-import FILE: reads a mesh by parsers that are not to be trusted with a session, and hands it to the
-// program that started it (formats/import_helper.h). Exit 2 and one sentence for a bad file; nobody calls it
-// by hand.
+// kibori-import FILE: reads a mesh by parsers that are not to be trusted with a session, and hands
+// it to the program that started it (formats/import_helper.h). Exit 2 and one sentence for a bad
+// file; nobody calls it by hand.
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
@@ -32,12 +32,14 @@ using namespace kibori;
 // The one file that parsers may open, in memory: whatever else it names, is not there.
 class OneFile : public Assimp::IOSystem {
  public:
-  OneFile(std::string name, const std::vector<char>& bytes) : name_(std::move(name)), bytes_(bytes) {}
+  OneFile(std::string name, const std::vector<char>& bytes)
+      : name_(std::move(name)), bytes_(bytes) {}
   bool Exists(const char* name) const override { return name_ == name; }
   char getOsSeparator() const override { return '/'; }
   Assimp::IOStream* Open(const char* name, const char* mode) override {
     if (name_ != name || mode[0] != 'r') return nullptr;
-    return new Assimp::MemoryIOStream(reinterpret_cast<const uint8_t*>(bytes_.data()), bytes_.size());
+    return new Assimp::MemoryIOStream(reinterpret_cast<const uint8_t*>(bytes_.data()),
+                                      bytes_.size());
   }
   void Close(Assimp::IOStream* stream) override { delete stream; }
 
@@ -51,9 +53,9 @@ std::istringstream head_of(const std::vector<char>& bytes) {
   return std::istringstream(std::string(bytes.data(), std::min(bytes.size(), size_t{1} << 20)));
 }
 
-// Whether a PLY file has triangle strips, of which Assimp reads one triangle each. Errors: a header without
-// its end, which Assimp looks for forever, or whose counts can't fit the file: every element takes a byte at
-// least.
+// Whether a PLY file has triangle strips, of which Assimp reads one triangle each. Errors: a header
+// without its end, which Assimp looks for forever, or whose counts can't fit the file: every
+// element takes a byte at least.
 Result<bool> has_strips(const std::vector<char>& bytes, const std::string& name) {
   std::istringstream head = head_of(bytes);
   std::string line;
@@ -71,9 +73,9 @@ Result<bool> has_strips(const std::vector<char>& bytes, const std::string& name)
   return Error{name + ": has no end of its header (end_header); export it again"};
 }
 
-// An OFF file without comments and empty lines, as Assimp's own parser takes those for vertices and faces.
-// Errors: counts that the file can't hold, and faces of vertices that are not there, which Assimp takes for
-// others.
+// An OFF file without comments and empty lines, as Assimp's own parser takes those for vertices and
+// faces. Errors: counts that the file can't hold, and faces of vertices that are not there, which
+// Assimp takes for others.
 Result<std::vector<char>> checked_off(const std::vector<char>& bytes, const std::string& name) {
   // Lines may end by any of the three customs.
   std::string text;
@@ -108,7 +110,8 @@ Result<std::vector<char>> checked_off(const std::vector<char>& bytes, const std:
   while (vertices < 0) {
     if (!next() || number >= 1000) return Error{name + ": has no counts of vertices and faces"};
     const size_t digits = line.find_first_of("0123456789-");
-    if (line.starts_with("OFF") && (line.size() == 3 || std::isspace(static_cast<unsigned char>(line[3]))))
+    if (line.starts_with("OFF") &&
+        (line.size() == 3 || std::isspace(static_cast<unsigned char>(line[3]))))
       plain = line.find("BINARY") == std::string::npos;
     if (digits == std::string::npos) continue;
     if (std::sscanf(line.c_str() + digits, "%lf %lf", &vertices, &faces) != 2 ||
@@ -127,20 +130,23 @@ Result<std::vector<char>> checked_off(const std::vector<char>& bytes, const std:
       at = end;
       const double vertex = std::strtod(at, &end);
       if (end == at) return wrong("a face of " + std::to_string(corners) + " corners names fewer");
-      if (!(vertex >= 0 && vertex < vertices)) return wrong("a face names a vertex that is not there");
+      if (!(vertex >= 0 && vertex < vertices))
+        return wrong("a face names a vertex that is not there");
     }
   }
   return clean;
 }
 
 // glb: metres and Y up.
-Result<TriangleMesh> read_with_assimp(const std::vector<char>& bytes, const std::filesystem::path& path,
-                                      bool glb) {
+Result<TriangleMesh> read_with_assimp(const std::vector<char>& bytes,
+                                      const std::filesystem::path& path, bool glb) {
   Assimp::Importer importer;
   importer.SetIOHandler(new OneFile(path.string(), bytes));  // which owns it
   // Points and lines are of no use here; positions alone matter.
-  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  const aiScene* scene = importer.ReadFile(path.string(), aiProcess_Triangulate | aiProcess_SortByPType);
+  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE,
+                              aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+  const aiScene* scene =
+      importer.ReadFile(path.string(), aiProcess_Triangulate | aiProcess_SortByPType);
   if (!scene || !scene->mRootNode) {
     std::string reason = importer.GetErrorString();
     std::replace(reason.begin(), reason.end(), '\n', ' ');
@@ -165,10 +171,12 @@ Result<TriangleMesh> read_with_assimp(const std::vector<char>& bytes, const std:
         if (face.mIndices[k] >= part.mNumVertices)
           return Error{path.string() + ": face " + std::to_string(i + 1) +
                        " names a vertex that is not there"};
-      mesh.triangles.push_back({base + face.mIndices[0], base + face.mIndices[1], base + face.mIndices[2]});
+      mesh.triangles.push_back(
+          {base + face.mIndices[0], base + face.mIndices[1], base + face.mIndices[2]});
       if (mirrored) std::swap(mesh.triangles.back()[1], mesh.triangles.back()[2]);
     }
-    if (mesh.triangles.size() > kMaxImportTriangles || mesh.vertices.size() > 3 * kMaxImportTriangles)
+    if (mesh.triangles.size() > kMaxImportTriangles ||
+        mesh.vertices.size() > 3 * kMaxImportTriangles)
       return Error{path.string() + ": holds more triangles than can be taken"};
     return Ok{};
   };
@@ -180,12 +188,14 @@ Result<TriangleMesh> read_with_assimp(const std::vector<char>& bytes, const std:
     const aiMatrix4x4 to_world = before * node->mTransformation;
     for (unsigned i = 0; i < node->mNumMeshes; i++)
       if (Status s = put(*scene->mMeshes[node->mMeshes[i]], to_world); !s) return Error{s.error()};
-    for (unsigned i = node->mNumChildren; i > 0; i--) nodes.emplace_back(node->mChildren[i - 1], to_world);
+    for (unsigned i = node->mNumChildren; i > 0; i--)
+      nodes.emplace_back(node->mChildren[i - 1], to_world);
   }
   return mesh;
 }
 
-Result<TriangleMesh> parse_foreign(const std::vector<char>& bytes, const std::filesystem::path& path) {
+Result<TriangleMesh> parse_foreign(const std::vector<char>& bytes,
+                                   const std::filesystem::path& path) {
   const std::string ending = ending_of(path), name = path.string();
   if (ending == ".3mf") return parse_3mf(bytes, name);
   if (ending == ".ply") {
@@ -222,8 +232,9 @@ int main(int argc, char** argv) {
       return fail(path.string() + ": holds more triangles than can be taken");
     return send_mesh(mesh.value()) ? 0 : fail(path.string() + ": no memory for its triangles");
   } catch (const std::bad_alloc&) {
-    return fail(path.string() +
-                ": takes more memory to read than a file of its size can need; it is damaged or hostile");
+    return fail(
+        path.string() +
+        ": takes more memory to read than a file of its size can need; it is damaged or hostile");
   } catch (const std::exception& error) {
     return fail(path.string() + ": can't be read: " + error.what());
   }

@@ -27,7 +27,8 @@ void put_chunk(std::vector<uint8_t>& to, const SurfaceChunk& chunk, const Index3
   for (const SurfaceVertex& v : chunk.vertices) {
     for (int i = 0; i < 3; i++) {
       const double cells =
-          (static_cast<double>(v.position[static_cast<size_t>(i)]) - lattice.origin_mm[i]) / lattice.pitch_mm;
+          (static_cast<double>(v.position[static_cast<size_t>(i)]) - lattice.origin_mm[i]) /
+          lattice.pitch_mm;
       const double step = std::round(cells * kSteps) - (kChunkCells * at[i] - 1) * kSteps;
       put(to, static_cast<uint16_t>(std::clamp(step, 0.0, 65535.0)));
     }

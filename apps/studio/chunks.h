@@ -9,7 +9,9 @@
 
 namespace kibori::studio {
 
-// Appends a chunk. Positions are rounded to 1/2048 of the pitch, all chunks' alike, so that they fit.
-void put_chunk(std::vector<uint8_t>& to, const SurfaceChunk& chunk, const Index3& at, const Lattice& lattice);
+// Appends a chunk. Positions are rounded to 1/2048 of the pitch, all chunks' alike, so that they
+// fit.
+void put_chunk(std::vector<uint8_t>& to, const SurfaceChunk& chunk, const Index3& at,
+               const Lattice& lattice);
 
 }  // namespace kibori::studio

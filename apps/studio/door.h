@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Who may come in. The token of the address that is printed is exchanged, once, for a key, which is shown
-// from then on. Internal to apps/studio.
+// Who may come in. The token of the address that is printed is exchanged, once, for a key, which is
+// shown from then on. Internal to apps/studio.
 #pragma once
 
 #include <cstddef>
@@ -23,9 +23,9 @@ class Door {
       : max_known_(known), max_strangers_(strangers), token_(random_hex()), key_(random_hex()) {}
 
   const std::string& token() const { return token_; }
-  // The key for the token, which is then used, or for the key itself; empty where both are wrong. A token
-  // that was used gets nothing, but `on_new_token` hears the next one: whoever has it could read the
-  // terminal.
+  // The key for the token, which is then used, or for the key itself; empty where both are wrong. A
+  // token that was used gets nothing, but `on_new_token` hears the next one: whoever has it could
+  // read the terminal.
   std::string enter(std::string_view token, std::string_view key);
   bool is_key(std::string_view key) const;
 
@@ -41,8 +41,8 @@ class Door {
   size_t known_ = 0;
 };
 
-// A connection while it is there: a stranger until it has shown the key. Where strangers are too many, the
-// one that came first goes: who only connects keeps nobody out.
+// A connection while it is there: a stranger until it has shown the key. Where strangers are too
+// many, the one that came first goes: who only connects keeps nobody out.
 class Guest {
  public:
   // `leave` ends the connection.

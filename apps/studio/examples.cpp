@@ -21,7 +21,8 @@ std::string first_comment(const std::string& text) {
   }
   for (size_t i = 0; i < about.size(); i++) {
     const bool sentence =
-        about[i] == '.' && (i + 2 >= about.size() || std::isupper(static_cast<unsigned char>(about[i + 2])));
+        about[i] == '.' &&
+        (i + 2 >= about.size() || std::isupper(static_cast<unsigned char>(about[i + 2])));
     if (sentence || about[i] == ':') return about.substr(0, i);
   }
   return about;

@@ -51,15 +51,18 @@ const char* mime(std::string_view path) {
   return "application/octet-stream";
 }
 
-// The value of `name` in the target's query, unescaped; empty where it is not there, or is escaped wrongly.
+// The value of `name` in the target's query, unescaped; empty where it is not there, or is escaped
+// wrongly.
 std::string query(std::string_view target, std::string_view name) {
   const size_t mark = target.find('?');
-  std::string_view rest = mark == std::string_view::npos ? std::string_view() : target.substr(mark + 1);
+  std::string_view rest =
+      mark == std::string_view::npos ? std::string_view() : target.substr(mark + 1);
   while (!rest.empty()) {
     const size_t end = std::min(rest.find('&'), rest.size());
     const std::string_view one = rest.substr(0, end);
     rest.remove_prefix(std::min(end + 1, rest.size()));
-    if (one.size() <= name.size() || one.substr(0, name.size()) != name || one[name.size()] != '=') continue;
+    if (one.size() <= name.size() || one.substr(0, name.size()) != name || one[name.size()] != '=')
+      continue;
     std::string value;
     for (size_t i = name.size() + 1; i < one.size(); i++) {
       if (one[i] != '%') {
@@ -81,18 +84,21 @@ std::string query(std::string_view target, std::string_view name) {
 std::optional<double> number(const std::string& text) {
   double value = 0;
   const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (text.empty() || read.ec != std::errc() || read.ptr != text.data() + text.size()) return std::nullopt;
+  if (text.empty() || read.ec != std::errc() || read.ptr != text.data() + text.size())
+    return std::nullopt;
   return value;
 }
 
 std::string_view path_of(std::string_view target) { return target.substr(0, target.find('?')); }
 
-Result<std::unique_ptr<Session>> open_copy(const std::filesystem::path& from, const std::filesystem::path& to,
+Result<std::unique_ptr<Session>> open_copy(const std::filesystem::path& from,
+                                           const std::filesystem::path& to,
                                            const SessionOptions& how) {
   {
     auto document = Document::open(from, Document::Access::read);
     if (!document) return Error{document.error()};
-    if (const kibori::Status copied = document.value()->save_copy(to); !copied) return Error{copied.error()};
+    if (const kibori::Status copied = document.value()->save_copy(to); !copied)
+      return Error{copied.error()};
   }
   auto opened = open_session(to, how);
   if (!opened) remove_document(to);
@@ -118,8 +124,8 @@ void HttpConnection::read() {
   parser_.emplace();
   parser_->header_limit(32768);  // cookies of other ports of this machine come along
   parser_->body_limit(server_.limits.import_bytes);
-  stream_.expires_after(
-      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(server_.limits.header_s)));
+  stream_.expires_after(std::chrono::duration_cast<Clock::duration>(
+      std::chrono::duration<double>(server_.limits.header_s)));
   http::async_read_header(
       stream_, buffer_, *parser_, [self = shared_from_this()](beast::error_code failed, size_t) {
         if (failed == http::error::body_limit)
@@ -159,7 +165,8 @@ void HttpConnection::answer() {
     if (!websocket::is_upgrade(request)) return respond(Status::upgrade_required, "a WebSocket\n");
     if (!own) return respond(Status::forbidden, "asked for by another site\n");
     stream_.expires_never();
-    std::make_shared<WebSocketClient>(std::move(stream_), server_, std::move(guest_))->accept(request);
+    std::make_shared<WebSocketClient>(std::move(stream_), server_, std::move(guest_))
+        ->accept(request);
     return;
   }
   if (method == http::verb::get) {
@@ -169,7 +176,8 @@ void HttpConnection::answer() {
         return say_bundled({reinterpret_cast<const char*>(file.data), file.size}, mime(path));
   }
   if (!server_.door.is_key(bearer(view(request[http::field::authorization]))))
-    return respond(Status::forbidden, "open the address that 'kibori studio' printed, with its token\n");
+    return respond(Status::forbidden,
+                   "open the address that 'kibori studio' printed, with its token\n");
   if (!guest_->welcome())
     return respond(Status::service_unavailable, "too many windows are open at once; close some\n");
   if (change && !own) return respond(Status::forbidden, "asked for by another site\n");
@@ -182,11 +190,12 @@ void HttpConnection::answer() {
 }
 
 void HttpConnection::let_in() {
-  const std::string key =
-      server_.door.enter(query(target_, "token"), bearer(view(parser_->get()[http::field::authorization])));
+  const std::string key = server_.door.enter(
+      query(target_, "token"), bearer(view(parser_->get()[http::field::authorization])));
   if (key.empty())
-    return respond(Status::forbidden,
-                   "that address does not open the studio any more; use the last one that it printed\n");
+    return respond(
+        Status::forbidden,
+        "that address does not open the studio any more; use the last one that it printed\n");
   respond(Status::ok, key);
 }
 
@@ -200,49 +209,51 @@ void HttpConnection::take_import() {
   if (parser_->chunked())
     return respond(Status::length_required, "say how many bytes come: Content-Length\n");
   if (!is_import(ending))
-    return respond(
-        Status::unsupported_media_type,
-        "that can't be carved; bring a mesh (" + list_of(kMeshesRead) + "), a picture (.png) or a .kibori\n");
+    return respond(Status::unsupported_media_type, "that can't be carved; bring a mesh (" +
+                                                       list_of(kMeshesRead) +
+                                                       "), a picture (.png) or a .kibori\n");
   server_.imports.drop(page);
   room_ = server_.imports.room(parser_->content_length().value_or(0));
   if (!room_)
-    return respond(Status::insufficient_storage,
-                   "other windows have files that wait to be imported; import or cancel those first\n");
+    return respond(
+        Status::insufficient_storage,
+        "other windows have files that wait to be imported; import or cancel those first\n");
   const auto folder = TemporaryFolder::make();
   if (!folder) return respond(Status::insufficient_storage, folder.error() + "\n");
   folder_ = folder.value();
   import_.emplace(std::move(*parser_));
   beast::error_code failed;
-  import_->get().body().open((folder_->path() / ("import" + ending)).c_str(), beast::file_mode::write,
-                             failed);
-  if (failed) return respond(Status::insufficient_storage, "the temporary folder can't be written\n");
+  import_->get().body().open((folder_->path() / ("import" + ending)).c_str(),
+                             beast::file_mode::write, failed);
+  if (failed)
+    return respond(Status::insufficient_storage, "the temporary folder can't be written\n");
   stream_.expires_after(kTransfer);
-  http::async_read(stream_, buffer_, *import_,
-                   [self = shared_from_this()](beast::error_code stopped, size_t) {
-                     if (stopped == http::error::body_limit)
-                       return self->respond(Status::payload_too_large, "that is larger than is taken\n");
-                     if (stopped == beast::errc::no_space_on_device)
-                       return self->respond(Status::insufficient_storage, "the temporary folder is full\n");
-                     if (stopped) return self->close();
-                     self->import_->get().body().close();
-                     if (ending_of(self->name_) == ".kibori") return self->open_brought();
-                     self->look_at_import();
-                   });
+  http::async_read(
+      stream_, buffer_, *import_, [self = shared_from_this()](beast::error_code stopped, size_t) {
+        if (stopped == http::error::body_limit)
+          return self->respond(Status::payload_too_large, "that is larger than is taken\n");
+        if (stopped == beast::errc::no_space_on_device)
+          return self->respond(Status::insufficient_storage, "the temporary folder is full\n");
+        if (stopped) return self->close();
+        self->import_->get().body().close();
+        if (ending_of(self->name_) == ".kibori") return self->open_brought();
+        self->look_at_import();
+      });
 }
 
 void HttpConnection::open_brought() {
   const Result<std::filesystem::path> place =
       server_.library.place_for(std::filesystem::path(name_).stem().string());
   if (!place) return respond(Status::insufficient_storage, place.error() + "\n");
-  const kibori::Status opened =
-      server_.open("Reading " + sanitize_message(name_), place.value(),
-                   [folder = folder_, name = name_, to = place.value(),
-                    how = server_.how](std::atomic<double>&) -> Result<std::unique_ptr<Session>> {
-                     const std::filesystem::path from = folder->path() / ("import" + ending_of(name));
-                     auto made = open_copy(from, to, how);
-                     if (!made) return said_of(name, from, made.error());
-                     return made;
-                   });
+  const kibori::Status opened = server_.open(
+      "Reading " + sanitize_message(name_), place.value(),
+      [folder = folder_, name = name_, to = place.value(),
+       how = server_.how](std::atomic<double>&) -> Result<std::unique_ptr<Session>> {
+        const std::filesystem::path from = folder->path() / ("import" + ending_of(name));
+        auto made = open_copy(from, to, how);
+        if (!made) return said_of(name, from, made.error());
+        return made;
+      });
   if (!opened) return respond(Status::conflict, opened.error() + "\n");
   folder_.reset();
   room_.reset();
@@ -253,42 +264,46 @@ void HttpConnection::open_brought() {
 void HttpConnection::look_at_import() {
   if (server_.session || server_.job.busy())
     return respond(Status::conflict, "a document is open, or something is under way\n");
-  server_.work(
-      "Reading " + sanitize_message(name_),
-      [self = shared_from_this(), folder = folder_, name = name_](std::atomic<double>&) -> Job::Then {
-        Import import{random_hex(), name, folder, 0, {}, {}};
-        std::error_code unknown;
-        import.bytes = std::filesystem::file_size(import.path(), unknown);
-        const Result<ImportReport> report = report_import(import.path());
-        kibori::Status read = Ok{};
-        std::string json;
-        if (report) {
-          import.preview = import_preview(report.value());
-          nlohmann::json about = nlohmann::json::parse(import_report_json(report.value()));
-          about["import"] = import.id;
-          json = about.dump();
-        } else {
-          read = said_of(name, import.path(), report.error());
-        }
-        return [self, import, read, json](bool wanted) mutable {
-          self->stream_.expires_after(kTransfer);
-          self->folder_.reset();
-          self->room_.reset();
-          if (!wanted) return self->respond(Status::gone, "");
-          if (!read) return self->respond(Status::unprocessable_entity, read.error() + "\n");
-          const WebSocketClient* const page = self->server_.page_of(query(self->target_, "page"));
-          if (!page) return self->respond(Status::gone, "");
-          import.since = Clock::now();
-          const kibori::Status added = self->server_.imports.add(page, std::move(import));
-          if (!added) return self->respond(Status::insufficient_storage, added.error() + "\n");
-          self->respond(Status::ok, json, "application/json");
-        };
-      });
+  server_.work("Reading " + sanitize_message(name_),
+               [self = shared_from_this(), folder = folder_,
+                name = name_](std::atomic<double>&) -> Job::Then {
+                 Import import{random_hex(), name, folder, 0, {}, {}};
+                 std::error_code unknown;
+                 import.bytes = std::filesystem::file_size(import.path(), unknown);
+                 const Result<ImportReport> report = report_import(import.path());
+                 kibori::Status read = Ok{};
+                 std::string json;
+                 if (report) {
+                   import.preview = import_preview(report.value());
+                   nlohmann::json about = nlohmann::json::parse(import_report_json(report.value()));
+                   about["import"] = import.id;
+                   json = about.dump();
+                 } else {
+                   read = said_of(name, import.path(), report.error());
+                 }
+                 return [self, import, read, json](bool wanted) mutable {
+                   self->stream_.expires_after(kTransfer);
+                   self->folder_.reset();
+                   self->room_.reset();
+                   if (!wanted) return self->respond(Status::gone, "");
+                   if (!read)
+                     return self->respond(Status::unprocessable_entity, read.error() + "\n");
+                   const WebSocketClient* const page =
+                       self->server_.page_of(query(self->target_, "page"));
+                   if (!page) return self->respond(Status::gone, "");
+                   import.since = Clock::now();
+                   const kibori::Status added = self->server_.imports.add(page, std::move(import));
+                   if (!added)
+                     return self->respond(Status::insufficient_storage, added.error() + "\n");
+                   self->respond(Status::ok, json, "application/json");
+                 };
+               });
 }
 
 const Import* HttpConnection::waiting() {
   const WebSocketClient* const page = server_.page_of(query(target_, "page"));
-  const Import* const import = page ? server_.imports.find(page, query(target_, "import")) : nullptr;
+  const Import* const import =
+      page ? server_.imports.find(page, query(target_, "import")) : nullptr;
   if (!import) respond(Status::not_found, "that file is not here any more; choose it again\n");
   return import;
 }
@@ -317,7 +332,8 @@ void HttpConnection::make_import() {
              height = number_or("height", FileStock{}.height_mm),
              base = number_or("base", FileStock{}.base_mm);
   if (!size || !rays || !material || !(*material >= 0 && *material < 64) || !height || !base)
-    return respond(Status::bad_request, "the size, detail, material, height or base is not a number\n");
+    return respond(Status::bad_request,
+                   "the size, detail, material, height or base is not a number\n");
   const auto axis = [&](const char* key, SignedAxis otherwise) {
     const std::string text = query(target_, key);
     return text.empty() ? std::optional<SignedAxis>(otherwise) : parse_signed_axis(text);
@@ -330,8 +346,8 @@ void HttpConnection::make_import() {
   const FileStock how{*size,   *rays, static_cast<size_t>(*material), {*up, *front},
                       *height, *base, query(target_, "invert") == "1"};
   const std::string called = query(target_, "name"), name = import->name;
-  const Result<std::filesystem::path> place =
-      server_.library.place_for(called.empty() ? std::filesystem::path(name).stem().string() : called);
+  const Result<std::filesystem::path> place = server_.library.place_for(
+      called.empty() ? std::filesystem::path(name).stem().string() : called);
   if (!place) return respond(Status::insufficient_storage, place.error() + "\n");
   // Who begins where nothing is held holds it.
   server_.hold(server_.page_of(query(target_, "page")));
@@ -366,7 +382,8 @@ void HttpConnection::send_export() {
   if (!made) return respond(Status::insufficient_storage, made.error() + "\n");
   const auto& folder = made.value();
   const std::filesystem::path path = folder->path() / ("model." + format);
-  const auto sent = [self = shared_from_this(), folder, path](const kibori::Status& written, bool wanted) {
+  const auto sent = [self = shared_from_this(), folder, path](const kibori::Status& written,
+                                                              bool wanted) {
     if (!wanted) return self->respond(Status::gone, "cancelled\n");
     if (!written) return self->respond(Status::internal_server_error, written.error() + "\n");
     self->send_file(path);
@@ -385,8 +402,8 @@ void HttpConnection::send_export() {
                    }
                    return [sent, outcome](bool wanted) { sent(outcome, wanted); };
                  });
-    server_.session->save_copy(path,
-                               [promise](const kibori::Status& written) { promise->set_value(written); });
+    server_.session->save_copy(
+        path, [promise](const kibori::Status& written) { promise->set_value(written); });
     return;
   }
   std::function<kibori::Status(const Snapshot&)> make;
@@ -407,10 +424,11 @@ void HttpConnection::send_export() {
   } else {
     return respond(Status::bad_request, "there is no such format\n");
   }
-  server_.work("Writing " + format,
-               [model = server_.session->snapshot(), make, sent](std::atomic<double>&) -> Job::Then {
-                 return [sent, written = make(model)](bool wanted) { sent(written, wanted); };
-               });
+  server_.work(
+      "Writing " + format,
+      [model = server_.session->snapshot(), make, sent](std::atomic<double>&) -> Job::Then {
+        return [sent, written = make(model)](bool wanted) { sent(written, wanted); };
+      });
 }
 
 void HttpConnection::send_thumbnail() {
@@ -422,16 +440,17 @@ void HttpConnection::send_thumbnail() {
   if (!document.empty()) return sent(server_.library.thumbnail(document));
   const std::optional<double> step = number(query(target_, "step"));
   if (!server_.session || !step || !(*step >= 1 && *step < 4e9)) return sent({});
-  server_.session->thumbnail(static_cast<StepId>(*step), [&io = server_.io, sent](const Bytes& png) {
-    asio::post(io, [sent, png] { sent(png); });
-  });
+  server_.session->thumbnail(
+      static_cast<StepId>(*step),
+      [&io = server_.io, sent](const Bytes& png) { asio::post(io, [sent, png] { sent(png); }); });
 }
 
 void HttpConnection::send_file(const std::filesystem::path& path) {
   file_response_ = {};
   beast::error_code failed;
   file_response_.body().open(path.c_str(), beast::file_mode::scan, failed);
-  if (failed) return respond(Status::internal_server_error, "what was written can't be read again\n");
+  if (failed)
+    return respond(Status::internal_server_error, "what was written can't be read again\n");
   file_response_.result(Status::ok);
   file_response_.set(http::field::content_type, "application/octet-stream");
   stream_.expires_after(kTransfer);
@@ -459,10 +478,10 @@ void HttpConnection::say_bundled(std::string_view body, const char* type) {
 template <class Body>
 void HttpConnection::write(http::response<Body>& response) {
   response.version(11);
-  response.set(
-      "Content-Security-Policy",
-      "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data: "
-      "blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
+  response.set("Content-Security-Policy",
+               "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
+               "img-src 'self' data: "
+               "blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'");
   response.set("X-Content-Type-Options", "nosniff");
   response.set("Cross-Origin-Opener-Policy", "same-origin");
   response.set("Cross-Origin-Resource-Policy", "same-origin");
@@ -470,11 +489,12 @@ void HttpConnection::write(http::response<Body>& response) {
   response.set(http::field::cache_control, "no-store");
   response.keep_alive(keep_alive_);
   response.prepare_payload();
-  http::async_write(stream_, response, [self = shared_from_this()](beast::error_code failed, size_t) {
-    self->file_response_ = {};
-    if (failed || !self->keep_alive_) return self->close();
-    self->read();
-  });
+  http::async_write(stream_, response,
+                    [self = shared_from_this()](beast::error_code failed, size_t) {
+                      self->file_response_ = {};
+                      if (failed || !self->keep_alive_) return self->close();
+                      self->read();
+                    });
 }
 
 void HttpConnection::close() {
@@ -484,7 +504,8 @@ void HttpConnection::close() {
   drain();
 }
 
-// What is still on its way here is read and dropped for a moment: else the answer would be lost with it.
+// What is still on its way here is read and dropped for a moment: else the answer would be lost
+// with it.
 void HttpConnection::drain() {
   buffer_.clear();
   stream_.async_read_some(buffer_.prepare(8192),

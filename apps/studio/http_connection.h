@@ -27,8 +27,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void answer();
   // The key, for who has the token.
   void let_in();
-  // A file to carve, into the temporary folder. A document is opened at once; of anything else the answer
-  // says what it seems to be (JSON of import_report.h, and its id), and it waits there.
+  // A file to carve, into the temporary folder. A document is opened at once; of anything else the
+  // answer says what it seems to be (JSON of import_report.h, and its id), and it waits there.
   void take_import();
   void open_brought();
   void look_at_import();

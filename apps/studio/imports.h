@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Files that pages have brought and that are not documents yet: one a page, while its dialog asks what to
-// make of it. Internal to apps/studio.
+// Files that pages have brought and that are not documents yet: one a page, while its dialog asks
+// what to make of it. Internal to apps/studio.
 #pragma once
 
 #include <chrono>
@@ -18,8 +18,8 @@ namespace kibori::studio {
 
 class WebSocketClient;
 
-// What a page may bring, besides meshes: a picture, which becomes a relief, and a document, which opens at
-// once.
+// What a page may bring, besides meshes: a picture, which becomes a relief, and a document, which
+// opens at once.
 inline constexpr std::array<std::string_view, 2> kOtherImports{".png", ".kibori"};
 constexpr bool is_import(std::string_view ending) {
   return is_one_of(kMeshesRead, ending) || is_one_of(kOtherImports, ending);
@@ -42,7 +42,8 @@ class Imports {
   // All files together may have `max_bytes`.
   explicit Imports(uint64_t max_bytes) : max_bytes_(max_bytes) {}
 
-  // For a file that comes, kept for it until what is returned goes. null: there is not so much left.
+  // For a file that comes, kept for it until what is returned goes. null: there is not so much
+  // left.
   std::shared_ptr<void> room(uint64_t bytes);
   // In place of the page's last one. Errors: too many files wait, or too many bytes.
   Status add(const WebSocketClient* page, Import import);

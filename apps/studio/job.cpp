@@ -12,7 +12,8 @@ void Job::wait() {
   threads_.clear();
 }
 
-void Job::start(const std::string& what, bool cancellable, std::function<Then(std::atomic<double>&)> work) {
+void Job::start(const std::string& what, bool cancellable,
+                std::function<Then(std::atomic<double>&)> work) {
   what_ = what;
   cancellable_ = cancellable;
   wanted_ = std::make_shared<bool>(true);

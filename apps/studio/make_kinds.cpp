@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Writes web/src/kinds.ts: what pages must know of tools, modes and force models, from the library's own
-// lists.
+// Writes web/src/kinds.ts: what pages must know of tools, modes and force models, from the
+// library's own lists.
 //
-// Usage: make_kinds FILE writes it; make_kinds --check FILE writes nothing, and exits 1 where FILE is not
-// what would be written.
+// Usage: make_kinds FILE writes it; make_kinds --check FILE writes nothing, and exits 1 where FILE
+// is not what would be written.
 #include <cstdio>
 #include <fstream>
 #include <iterator>
@@ -23,10 +23,11 @@ std::string tools() {
   std::string text;
   for (const char* shape : kibori::kToolShapes) {
     text += "  | { shape: \"" + std::string(shape) + "\"";
-    kibori::for_tool_numbers(*kibori::default_tool(shape), [&](const char* name, const auto& number) {
-      constexpr bool one = std::is_same_v<decltype(number), const double&>;
-      text += "; " + std::string(name) + (one ? ": number" : ": Vec3");
-    });
+    kibori::for_tool_numbers(*kibori::default_tool(shape),
+                             [&](const char* name, const auto& number) {
+                               constexpr bool one = std::is_same_v<decltype(number), const double&>;
+                               text += "; " + std::string(name) + (one ? ": number" : ": Vec3");
+                             });
     text += " }\n";
   }
   text.insert(text.size() - 1, ";");
@@ -49,7 +50,8 @@ std::string kinds() {
   return "// SPDX-License-Identifier: MIT\n"
          "// Made by apps/studio/make_kinds.cpp from the library's own lists: change those.\n"
          "import type { Vec3 } from \"./wire\";\n\n"
-         "/** A tool: its shape and its numbers [mm, degrees]; kibori/solid/tool.h says what they are. */\n"
+         "/** A tool: its shape and its numbers [mm, degrees]; kibori/solid/tool.h says what they "
+         "are. */\n"
          "export type Tool =\n" +
          tools() +
          "\n/** What a tool does (kibori/motion/tool_tick.h). */\n"
@@ -63,7 +65,8 @@ std::string kinds() {
          "/** A sentence on each. */\n"
          "export const MODEL_NOTES: Record<Model, string> = {\n" +
          models +
-         "};\n\n/** The files that can be brought, as <input accept> has them. */\nexport const IMPORTS = "
+         "};\n\n/** The files that can be brought, as <input accept> has them. */\nexport const "
+         "IMPORTS = "
          "\"" +
          kibori::list_of(kibori::kMeshesRead, ", ") + ", " +
          kibori::list_of(kibori::studio::kOtherImports, ", ") + "\";\n";

@@ -30,7 +30,8 @@ using tcp = asio::ip::tcp;
 constexpr size_t kTickNumbers = 15;  // tip, force, moment, axis, side
 constexpr auto kFollowEvery = std::chrono::milliseconds(2);
 constexpr auto kStateEvery = std::chrono::milliseconds(50);
-constexpr auto kTicksEvery = std::chrono::milliseconds(15);  // every one of them, a frame's worth at a time
+// Every one of them, a frame's worth at a time.
+constexpr auto kTicksEvery = std::chrono::milliseconds(15);
 constexpr auto kWorkEvery = std::chrono::milliseconds(200);
 constexpr auto kTroubleEvery = std::chrono::seconds(15);  // other sentences are to be read, too
 // Ticks are left out for a page that has not read so much of what was sent before.
@@ -84,14 +85,15 @@ void Server::State::show(std::unique_ptr<Session> opened) {
     if (pages.count(page)) page->restart();
 }
 
-void Server::State::work(const std::string& what, std::function<Job::Then(std::atomic<double>&)> work,
-                         bool cancellable) {
-  job.start(what, cancellable, [this, work = std::move(work)](std::atomic<double>& share) -> Job::Then {
-    return [this, then = work(share)](bool wanted) {
-      if (wanted) send_work();
-      then(wanted);
-    };
-  });
+void Server::State::work(const std::string& what,
+                         std::function<Job::Then(std::atomic<double>&)> work, bool cancellable) {
+  job.start(what, cancellable,
+            [this, work = std::move(work)](std::atomic<double>& share) -> Job::Then {
+              return [this, then = work(share)](bool wanted) {
+                if (wanted) send_work();
+                then(wanted);
+              };
+            });
   send_work();
 }
 
@@ -100,33 +102,34 @@ void Server::State::send_work() {
   send(encode(Work{job.what(), job.share(), job.cancellable()}));
 }
 
-Status Server::State::open(const std::string& what, const std::filesystem::path& fresh,
-                           std::function<Result<std::unique_ptr<Session>>(std::atomic<double>&)> make,
-                           std::function<void(const Status&)> done) {
+Status Server::State::open(
+    const std::string& what, const std::filesystem::path& fresh,
+    std::function<Result<std::unique_ptr<Session>>(std::atomic<double>&)> make,
+    std::function<void(const Status&)> done) {
   if (session) return Error{"a document is open already"};
   if (how.read_only && !fresh.empty())
     return Error{"this studio only reads: nothing new can be begun; start it without --read-only"};
   if (job.busy()) return Error{"something is under way; wait for it, or cancel it"};
-  work(
-      what,
-      [this, fresh, make = std::move(make), done = std::move(done)](std::atomic<double>& share) -> Job::Then {
-        // Shared, as a function must be copied.
-        const auto made = std::make_shared<Result<std::unique_ptr<Session>>>(make(share));
-        return [this, made, fresh, done](bool wanted) {
-          if (wanted && *made) {
-            show(std::move(*made).value());
-            if (done) done(Ok{});
-            return;
-          }
-          if (done)
-            done(Error{wanted ? made->error() : ""});
-          else if (wanted)
-            notify(made->error());
-          const bool ours = made->ok();  // what is there otherwise, others made
-          *made = Error{""};             // closed before it is removed
-          if (ours && !fresh.empty()) remove_document(fresh);
-        };
-      });
+  work(what,
+       [this, fresh, make = std::move(make),
+        done = std::move(done)](std::atomic<double>& share) -> Job::Then {
+         // Shared, as a function must be copied.
+         const auto made = std::make_shared<Result<std::unique_ptr<Session>>>(make(share));
+         return [this, made, fresh, done](bool wanted) {
+           if (wanted && *made) {
+             show(std::move(*made).value());
+             if (done) done(Ok{});
+             return;
+           }
+           if (done)
+             done(Error{wanted ? made->error() : ""});
+           else if (wanted)
+             notify(made->error());
+           const bool ours = made->ok();  // what is there otherwise, others made
+           *made = Error{""};             // closed before it is removed
+           if (ours && !fresh.empty()) remove_document(fresh);
+         };
+       });
   return Ok{};
 }
 
@@ -137,18 +140,19 @@ void Server::State::begin(WebSocketClient& page, const Begin& begin) {
   if (!scene) return page.notify(scene.error());
   const Result<std::filesystem::path> place = library.place_for(begin.name);
   if (!place) return page.notify(place.error());
-  const Status opened = open("Making the stock", place.value(),
-                             [scene = std::move(scene).value(), to = place.value(), options = how](
-                                 std::atomic<double>&) { return create_session(to, scene, options); });
+  const Status opened =
+      open("Making the stock", place.value(),
+           [scene = std::move(scene).value(), to = place.value(),
+            options = how](std::atomic<double>&) { return create_session(to, scene, options); });
   if (!opened) page.notify(opened.error());
 }
 
 void Server::State::open_named(WebSocketClient& page, const std::string& name) {
   const Result<std::filesystem::path> path = library.find(name);
   if (!path) return page.notify(path.error());
-  const Status opened =
-      open("Opening " + sanitize_message(name), {},
-           [from = path.value(), how = how](std::atomic<double>&) { return open_session(from, how); });
+  const Status opened = open(
+      "Opening " + sanitize_message(name), {},
+      [from = path.value(), how = how](std::atomic<double>&) { return open_session(from, how); });
   if (!opened) page.notify(opened.error());
 }
 
@@ -160,14 +164,15 @@ void Server::State::carve_example(WebSocketClient& page, const std::string& name
     const Result<std::filesystem::path> place = library.place_for(name);
     if (!place) return page.notify(place.error());
     const Status opened = open("Carving the example", place.value(),
-                               [scene = std::move(scene).value(), to = place.value(),
-                                how = how](std::atomic<double>& share) -> Result<std::unique_ptr<Session>> {
+                               [scene = std::move(scene).value(), to = place.value(), how = how](
+                                   std::atomic<double>& share) -> Result<std::unique_ptr<Session>> {
                                  CarveOptions options;
                                  options.document = to;
                                  options.progress = [&share](double done) { share = done; };
                                  const Result<Carving> carved = carve(scene, options);
                                  if (!carved) return Error{carved.error()};
-                                 if (!carved.value().unsaved.empty()) return Error{carved.value().unsaved};
+                                 if (!carved.value().unsaved.empty())
+                                   return Error{carved.value().unsaved};
                                  return open_session(to, how);
                                });
     if (!opened) page.notify(opened.error());
@@ -182,8 +187,9 @@ void Server::State::run_experiment(WebSocketClient& page, const RunExperiment& r
   Scene& s = scene.value();
   const double longest = s.stock.size_mm.maxCoeff(), room = s.stock.room_mm.value_or(0.1 * longest);
   if (!((longest + 2 * room) / s.stock.pitch_mm <= 1.25 * kMaxRays))
-    return page.notify("that is too fine, or has too much room, to be shown: its longest side may have " +
-                       std::to_string(static_cast<int>(kMaxRays)) + " rays");
+    return page.notify(
+        "that is too fine, or has too much room, to be shown: its longest side may have " +
+        std::to_string(static_cast<int>(kMaxRays)) + " rays");
   if (!run.model.empty()) {
     const std::optional<ForceModel> model = value_of<ForceModel>(run.model);
     if (!model) return page.notify("there is no such force model");
@@ -192,9 +198,10 @@ void Server::State::run_experiment(WebSocketClient& page, const RunExperiment& r
     s.force.law.model = *model;
   }
   const double pace = run.pace > 0 ? std::clamp(run.pace, 0.01, 100.0) : 0;
-  const Status opened = open("Making the stock", {}, [scene = std::move(s), pace](std::atomic<double>&) {
-    return ExperimentSession::start(scene, pace);
-  });
+  const Status opened =
+      open("Making the stock", {}, [scene = std::move(s), pace](std::atomic<double>&) {
+        return ExperimentSession::start(scene, pace);
+      });
   if (!opened) page.notify(opened.error());
 }
 
@@ -244,10 +251,12 @@ WebSocketClient* Server::State::page_of(const std::string& key) const {
 std::string Server::State::start_json(const std::string& key) const {
   nlohmann::json documents = nlohmann::json::array(), materials = documents, scenes = documents;
   for (const Library::Entry& entry : library.list())
-    documents.push_back({{"name", entry.name}, {"changed", entry.changed_s}, {"bytes", entry.bytes}});
+    documents.push_back(
+        {{"name", entry.name}, {"changed", entry.changed_s}, {"bytes", entry.bytes}});
   for (const Example& example : examples())
     scenes.push_back({{"name", example.name}, {"about", example.about}});
-  for (const Material& m : known_materials()) materials.push_back({{"name", m.name}, {"color", m.color}});
+  for (const Material& m : known_materials())
+    materials.push_back({{"name", m.name}, {"color", m.color}});
   return nlohmann::json{
       {"documents", documents}, {"materials", materials}, {"examples", scenes}, {"page", key}}
       .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
@@ -260,8 +269,9 @@ void Server::State::send_ticks() {
   const LiveSession::HapticDeviceState* const device = haptic_device();
   const double wood = device ? 1 / device->share : 1;
   for (const LiveTick& tick : session->ticks())
-    for (const Vec3& v : {tick.tool.tip, Vec3(wood * tick.computed.force), Vec3(wood * tick.computed.moment),
-                          tick.tool.axis(), Vec3(tick.tool.frame.col(0))})
+    for (const Vec3& v :
+         {tick.tool.tip, Vec3(wood * tick.computed.force), Vec3(wood * tick.computed.moment),
+          tick.tool.axis(), Vec3(tick.tool.frame.col(0))})
       for (int i = 0; i < 3; i++) tick_rows.push_back(static_cast<float>(v[i]));
   const auto now = Clock::now();
   if (tick_rows.empty() || now - ticks_at < kTicksEvery) return;
@@ -314,8 +324,8 @@ void Server::State::send_state() {
 void Server::State::send_device(WebSocketClient* page) {
   const LiveSession::HapticDeviceState* const held = haptic_device();
   if (!held) return;
-  const std::vector<uint8_t> message = encode(
-      Device{held->name, held->force_n, held->stiffness_n_mm, held->max_n_mm, held->scale, held->share});
+  const std::vector<uint8_t> message = encode(Device{
+      held->name, held->force_n, held->stiffness_n_mm, held->max_n_mm, held->scale, held->share});
   if (page)
     page->send(message);
   else
@@ -348,8 +358,8 @@ void Server::State::follow() {
   });
 }
 
-Result<std::unique_ptr<Server>> Server::listen(Library library, uint16_t port, const SessionOptions& how,
-                                               const Limits& limits) {
+Result<std::unique_ptr<Server>> Server::listen(Library library, uint16_t port,
+                                               const SessionOptions& how, const Limits& limits) {
   auto state = std::make_unique<State>(std::move(library), how, limits);
   beast::error_code failed;
   const tcp::endpoint here(asio::ip::make_address_v4("127.0.0.1"), port);
@@ -370,9 +380,13 @@ Result<std::unique_ptr<Server>> Server::listen(Library library, uint16_t port, c
 Server::Server(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Server::~Server() = default;
 uint16_t Server::port() const { return state_->acceptor.local_endpoint().port(); }
-std::string Server::url() const { return "http://" + state_->host + "/?token=" + state_->door.token(); }
+std::string Server::url() const {
+  return "http://" + state_->host + "/?token=" + state_->door.token();
+}
 void Server::on_new_address(std::function<void(const std::string&)> notify) {
-  state_->door.on_new_token = [this, notify = std::move(notify)](const std::string&) { notify(url()); };
+  state_->door.on_new_token = [this, notify = std::move(notify)](const std::string&) {
+    notify(url());
+  };
 }
 void Server::show(std::unique_ptr<Session> session) { state_->show(std::move(session)); }
 

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: MIT
-// The studio on the loopback interface: the page over HTTP, and one WebSocket for each page that is open. One
-// document at a time is carved, or none, and then the page asks what to begin with.
+// The studio on the loopback interface: the page over HTTP, and one WebSocket for each page that is
+// open. One document at a time is carved, or none, and then the page asks what to begin with.
 //
-// Who may come in: the token of the address that is printed is exchanged, once, for a key. The page keeps it
-// by its origin, port included, and shows it in its first message and with every request; there is no cookie,
-// which a browser would send to every other port as well. Host and Origin must be this server's own. Without
-// the key there is the page's program, the same for everyone, and nothing else. Everything happens on the
-// thread that calls run(): every few ms the studio is followed, and what changed is offered to the pages. A
-// page gets the next chunks when it has drawn the last, and then the newest: so one that is slow or stands
-// still holds up nobody.
+// Who may come in: the token of the address that is printed is exchanged, once, for a key. The page
+// keeps it by its origin, port included, and shows it in its first message and with every request;
+// there is no cookie, which a browser would send to every other port as well. Host and Origin must
+// be this server's own. Without the key there is the page's program, the same for everyone, and
+// nothing else. Everything happens on the thread that calls run(): every few ms the studio is
+// followed, and what changed is offered to the pages. A page gets the next chunks when it has drawn
+// the last, and then the newest: so one that is slow or stands still holds up nobody.
 #pragma once
 
 #include <cstdint>
@@ -33,16 +33,18 @@ struct Limits {
 
 class Server {
  public:
-  // Listens on 127.0.0.1; port 0: any that is free. `how` documents are opened that pages ask for. Errors:
-  // the port is taken.
+  // Listens on 127.0.0.1; port 0: any that is free. `how` documents are opened that pages ask for.
+  // Errors: the port is taken.
   static Result<std::unique_ptr<Server>> listen(Library library, uint16_t port,
-                                                const SessionOptions& how = {}, const Limits& limits = {});
+                                                const SessionOptions& how = {},
+                                                const Limits& limits = {});
   ~Server();
 
   uint16_t port() const;
   // With the token, to be opened in a browser by whoever may; once.
   std::string url() const;
-  // Told the next address when one that was used is opened by another browser, which the person may want.
+  // Told the next address when one that was used is opened by another browser, which the person may
+  // want.
   void on_new_address(std::function<void(const std::string& url)> notify);
   // The document that is carved.
   void show(std::unique_ptr<Session> session);

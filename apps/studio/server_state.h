@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the server, its pages and its connections share. Internal to apps/studio; all of it is of the server's
-// thread.
+// What the server, its pages and its connections share. Internal to apps/studio; all of it is of
+// the server's thread.
 #pragma once
 
 #include <chrono>
@@ -54,9 +54,9 @@ struct Server::State {
   void notify(const std::string& text);
   // From now on this document, or none.
   void show(std::unique_ptr<Session> opened);
-  // Makes or opens a document, on a thread of its own, and shows it. `fresh`: where it is made, and removed
-  // again if it is not to be; else empty. `done`: gets the outcome, which is told to every page otherwise; an
-  // empty error if it was cancelled.
+  // Makes or opens a document, on a thread of its own, and shows it. `fresh`: where it is made, and
+  // removed again if it is not to be; else empty. `done`: gets the outcome, which is told to every
+  // page otherwise; an empty error if it was cancelled.
   // Error: one is open, or something is under way.
   Status open(const std::string& what, const std::filesystem::path& fresh,
               std::function<Result<std::unique_ptr<Session>>(std::atomic<double>&)> make,
@@ -82,7 +82,9 @@ struct Server::State {
   std::unique_ptr<Session> session;  // null: nothing is open
   // The session, where a hand carves in it; else null.
   LiveSession* live() const { return session ? session->live() : nullptr; }
-  const LiveSession::HapticDeviceState* haptic_device() const { return live() ? live()->held() : nullptr; }
+  const LiveSession::HapticDeviceState* haptic_device() const {
+    return live() ? live()->held() : nullptr;
+  }
   const Library library;
   const SessionOptions how;  // documents are opened
   const Limits limits;

@@ -19,7 +19,8 @@ constexpr size_t kMaxRows = 100000;
 Trace trace_of(const ExperimentSession& run, const Carving& carving) {
   const CarveSummary& summary = carving.summary;
   nlohmann::json marks = nlohmann::json::array();
-  for (const Mark& mark : carving.marks) marks.push_back({{"label", mark.label}, {"time_s", mark.time_s}});
+  for (const Mark& mark : carving.marks)
+    marks.push_back({{"label", mark.label}, {"time_s", mark.time_s}});
   double sum = 0;
   int64_t felt = 0;
   for (const TraceRow& row : carving.trace) {
@@ -48,7 +49,8 @@ Trace trace_of(const ExperimentSession& run, const Carving& carving) {
   for (size_t i = 0; i < carving.trace.size(); i += each) {
     const TraceRow* max = &carving.trace[i];
     for (size_t j = i; j < std::min(i + each, carving.trace.size()); j++)
-      if (carving.trace[j].result.wrench.force.squaredNorm() > max->result.wrench.force.squaredNorm())
+      if (carving.trace[j].result.wrench.force.squaredNorm() >
+          max->result.wrench.force.squaredNorm())
         max = &carving.trace[j];
     rows.put(static_cast<float>(max->time_s));
     for (const Vec3& v : {max->result.wrench.force, max->result.wrench.moment})

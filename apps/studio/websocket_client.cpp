@@ -78,14 +78,16 @@ void WebSocketClient::restart() {
   Session& session = *server_.session;
   const Lattice& lattice = session.lattice();
   nlohmann::json materials = nlohmann::json::array();
-  for (const Material& m : session.materials()) materials.push_back({{"name", m.name}, {"color", m.color}});
-  send(encode(Welcome{
-      kProtocolVersion, lattice.origin_mm, lattice.nodes.matrix().cast<double>(), lattice.pitch_mm,
-      session.rate_hz(), std::filesystem::path(session.name()).filename().string(),
-      materials.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace), session.stock_material(),
-      static_cast<uint8_t>(session.experiment() ? 2
-                           : !session.live()    ? 1
-                                                : 0)}));
+  for (const Material& m : session.materials())
+    materials.push_back({{"name", m.name}, {"color", m.color}});
+  send(encode(Welcome{kProtocolVersion, lattice.origin_mm, lattice.nodes.matrix().cast<double>(),
+                      lattice.pitch_mm, session.rate_hz(),
+                      std::filesystem::path(session.name()).filename().string(),
+                      materials.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace),
+                      session.stock_material(),
+                      static_cast<uint8_t>(session.experiment() ? 2
+                                           : !session.live()    ? 1
+                                                                : 0)}));
   server_.send_device(this);
   if (server_.shown) send(encode(*server_.shown));
   if (!server_.trace_sent.empty()) send(server_.trace_sent);
@@ -137,8 +139,8 @@ void WebSocketClient::offer_history() {
   }
   if (told_versions_ == server_.session->versions()) return;
   told_versions_ = server_.session->versions();
-  send(encode(Versions{
-      nlohmann::json(told_versions_).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)}));
+  send(encode(Versions{nlohmann::json(told_versions_)
+                           .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)}));
 }
 
 void WebSocketClient::read() {
@@ -146,14 +148,16 @@ void WebSocketClient::read() {
     if (failed) return self->leave();
     const auto data = self->buffer_.cdata();
     const std::optional<FromPage> message =
-        self->socket_.got_binary() ? decode<FromPage>(static_cast<const uint8_t*>(data.data()), data.size())
-                                   : std::nullopt;
+        self->socket_.got_binary()
+            ? decode<FromPage>(static_cast<const uint8_t*>(data.data()), data.size())
+            : std::nullopt;
     self->buffer_.consume(self->buffer_.size());
     if (!message) return self->drop();
     if (!self->greeted_) {
       const auto* const hello = std::get_if<Hello>(&*message);
       if (!hello) return self->drop();
-      if (!self->server_.door.is_key(hello->key)) return self->refuse(websocket::close_code::policy_error);
+      if (!self->server_.door.is_key(hello->key))
+        return self->refuse(websocket::close_code::policy_error);
       if (!self->guest_->welcome()) return self->refuse(websocket::close_code::try_again_later);
       if (hello->version != kProtocolVersion) {
         self->notify("this page is of another version of Kibori; reload it");

@@ -21,7 +21,8 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
  public:
   using Request = boost::beast::http::request<boost::beast::http::empty_body>;
 
-  WebSocketClient(boost::beast::tcp_stream stream, Server::State& server, std::shared_ptr<Guest> guest);
+  WebSocketClient(boost::beast::tcp_stream stream, Server::State& server,
+                  std::shared_ptr<Guest> guest);
   ~WebSocketClient();
 
   void accept(const Request& request);

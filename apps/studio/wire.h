@@ -87,8 +87,8 @@ class Reader {
   const uint8_t *at_, *end_;
 };
 
-// One of the messages of a variant; nothing where it is none of them, too short or too long, or says what its
-// fields can't be (in_range).
+// One of the messages of a variant; nothing where it is none of them, too short or too long, or
+// says what its fields can't be (in_range).
 template <class Messages, size_t kIndex = 0>
 std::optional<Messages> decode(const uint8_t* bytes, size_t count) {
   if constexpr (kIndex == std::variant_size_v<Messages>) {

@@ -28,7 +28,8 @@ FloatGrid::Ptr solid_levelset(int n) {
   auto& tree = grid->tree();
   tree.fill(openvdb::CoordBBox(Coord(kOffset), Coord(kOffset + n - 1)), -kBand, false);
   FloatGrid::Accessor access(tree);
-  const float centre = kOffset + static_cast<float>(n - 1) * 0.5f, half = static_cast<float>(n) * 0.5f;
+  const float centre = kOffset + static_cast<float>(n - 1) * 0.5f,
+              half = static_cast<float>(n) * 0.5f;
   const auto distance = [&](int i, int j, int k) {
     const float x = std::fabs(static_cast<float>(i) - centre) - half,
                 y = std::fabs(static_cast<float>(j) - centre) - half,
@@ -63,14 +64,17 @@ FloatGrid::Ptr solid_levelset(int n) {
 }
 
 struct Near {
-  float min2, max2;  // squared distances from the ball's centre to the nearest and farthest voxel of a leaf
+  // Squared distances from the ball's centre to the nearest and farthest voxel of a leaf.
+  float min2, max2;
 };
 Near leaf_distance(const Coord& origin, Point c) {
   Near d{0, 0};
   const float p[3] = {c.x, c.y, c.z};
   for (int a = 0; a < 3; a++) {
-    const float lo = static_cast<float>(origin[a]) - p[a], hi = p[a] - static_cast<float>(origin[a] + 7);
-    const float nearest = std::max({lo, hi, 0.f}), farthest = std::max(std::fabs(lo), std::fabs(hi));
+    const float lo = static_cast<float>(origin[a]) - p[a],
+                hi = p[a] - static_cast<float>(origin[a] + 7);
+    const float nearest = std::max({lo, hi, 0.f}),
+                farthest = std::max(std::fabs(lo), std::fabs(hi));
     d.min2 += nearest * nearest;
     d.max2 += farthest * farthest;
   }
@@ -87,7 +91,8 @@ void for_leaves(Point c, float reach, F&& f) {
 }
 
 void stamp_levelset(FloatGrid::Accessor& access, Point c, float radius) {
-  const float outside2 = (radius + kBand) * (radius + kBand), inside2 = (radius - kBand) * (radius - kBand);
+  const float outside2 = (radius + kBand) * (radius + kBand),
+              inside2 = (radius - kBand) * (radius - kBand);
   for_leaves(c, radius + kBand, [&](const Coord& origin) {
     const Near d = leaf_distance(origin, c);
     if (d.min2 >= outside2) return;
@@ -101,11 +106,13 @@ void stamp_levelset(FloatGrid::Accessor& access, Point c, float radius) {
       leaf = access.touchLeaf(origin);
     }
     float* values = leaf->buffer().data();
-    auto& active = const_cast<openvdb::FloatTree::LeafNodeType::NodeMaskType&>(leaf->getValueMask());
+    auto& active =
+        const_cast<openvdb::FloatTree::LeafNodeType::NodeMaskType&>(leaf->getValueMask());
     uint64_t any = 0;
     bool dead = false;
 #ifdef __AVX512F__
-    const __m512 r = _mm512_set1_ps(radius), band = _mm512_set1_ps(kBand), minus = _mm512_set1_ps(-kBand);
+    const __m512 r = _mm512_set1_ps(radius), band = _mm512_set1_ps(kBand),
+                 minus = _mm512_set1_ps(-kBand);
     float z2[16];
     for (int q = 0; q < 16; q++) {
       const float dz = static_cast<float>(origin[2] + (q & 7)) - c.z;
@@ -118,8 +125,8 @@ void stamp_levelset(FloatGrid::Accessor& access, Point c, float radius) {
       uint64_t word = 0;
       for (int b = 0; b < 8; b += 2) {
         const float d0 = static_cast<float>(origin[1] + b) - c.y, d1 = d0 + 1;
-        const __m512 rr =
-            _mm512_mask_blend_ps(0xFF00, _mm512_set1_ps(dx2 + d0 * d0), _mm512_set1_ps(dx2 + d1 * d1));
+        const __m512 rr = _mm512_mask_blend_ps(0xFF00, _mm512_set1_ps(dx2 + d0 * d0),
+                                               _mm512_set1_ps(dx2 + d1 * d1));
         __m512 s = _mm512_min_ps(_mm512_sub_ps(r, _mm512_sqrt_ps(_mm512_add_ps(rr, vz))), band);
         const __m512 v = _mm512_max_ps(_mm512_loadu_ps(values + a * 64 + b * 8), s);
         _mm512_storeu_ps(values + a * 64 + b * 8, v);
@@ -180,7 +187,8 @@ void stamp_bitmask(MaskGrid::Accessor& access, Point c, float radius) {
       for (int b = 0; b < 8; b++) {
         const float dy = static_cast<float>(origin[1] + b) - c.y, rest = left - dy * dy;
 #if defined(__AVX512F__) && defined(__AVX512VL__)
-        const __mmask8 in = _mm256_cmp_ps_mask(_mm256_loadu_ps(z2), _mm256_set1_ps(rest), _CMP_LE_OQ);
+        const __mmask8 in =
+            _mm256_cmp_ps_mask(_mm256_loadu_ps(z2), _mm256_set1_ps(rest), _CMP_LE_OQ);
         word |= static_cast<uint64_t>(static_cast<uint8_t>(in)) << (b * 8);
 #else
         for (int q = 0; q < 8; q++) word |= static_cast<uint64_t>(z2[q] <= rest) << (b * 8 + q);
@@ -244,8 +252,8 @@ StepTimes openvdb_csg_difference(int n, const std::vector<Point>& path, float ra
   tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   auto grid = solid_levelset(n);
   StepTimes result = timed(path, [&](Point c) {
-    auto ball = openvdb::tools::createLevelSetSphere<FloatGrid>(radius, openvdb::Vec3f(c.x, c.y, c.z), 1.f,
-                                                                kBand, false);
+    auto ball = openvdb::tools::createLevelSetSphere<FloatGrid>(
+        radius, openvdb::Vec3f(c.x, c.y, c.z), 1.f, kBand, false);
     openvdb::tools::csgDifference(*grid, *ball);
   });
   result.bytes = static_cast<double>(grid->memUsage());
@@ -280,8 +288,8 @@ StepTimes openvdb_local_remesh(int n, const std::vector<Point>& path, float radi
   return result;
 }
 
-MeshTimes openvdb_mesh_through_volume(const std::vector<float>& xyz, const std::vector<unsigned>& triangles,
-                                      int n) {
+MeshTimes openvdb_mesh_through_volume(const std::vector<float>& xyz,
+                                      const std::vector<unsigned>& triangles, int n) {
   openvdb::initialize();
   tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
   std::vector<openvdb::Vec3s> points;
@@ -297,7 +305,8 @@ MeshTimes openvdb_mesh_through_volume(const std::vector<float>& xyz, const std::
   for (size_t i = 0; i + 2 < triangles.size(); i += 3)
     faces.emplace_back(triangles[i], triangles[i + 1], triangles[i + 2]);
   const float longest = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
-  const auto transform = openvdb::math::Transform::createLinearTransform(static_cast<double>(longest) / n);
+  const auto transform =
+      openvdb::math::Transform::createLinearTransform(static_cast<double>(longest) / n);
   const double start = now_us();
   const auto grid = openvdb::tools::meshToLevelSet<FloatGrid>(*transform, points, faces, kBand);
   MeshTimes times;

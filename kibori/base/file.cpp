@@ -17,8 +17,8 @@ namespace kibori {
 
 namespace {
 
-// The user's own choice of what others may not do with new files; asked of the kernel, as umask() can only
-// be read by setting it, for all threads.
+// The user's own choice of what others may not do with new files; asked of the kernel, as umask()
+// can only be read by setting it, for all threads.
 mode_t umask_of_process() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);)
@@ -32,7 +32,9 @@ bool synced(int handle) {
 }
 
 // As a new file has them by the user's own choice.
-void permit_as_new(const std::filesystem::path& path) { chmod(path.c_str(), 0666 & ~umask_of_process()); }
+void permit_as_new(const std::filesystem::path& path) {
+  chmod(path.c_str(), 0666 & ~umask_of_process());
+}
 
 }  // namespace
 
@@ -40,7 +42,8 @@ Result<std::filesystem::path> make_beside(const std::filesystem::path& path) {
   std::string name = path.string() + ".XXXXXX.part";
   const int handle = mkostemps(name.data(), 5, O_CLOEXEC);
   if (handle < 0)
-    return Error{path.string() + ": can't be written (no such folder, no permission, or no space left)"};
+    return Error{path.string() +
+                 ": can't be written (no such folder, no permission, or no space left)"};
   close(handle);
   return std::filesystem::path(name);
 }
@@ -62,7 +65,9 @@ bool sync_to_disk(const std::filesystem::path& path) {
   return done;
 }
 
-bool sync_name(const std::filesystem::path& path) { return sync_to_disk(place_of(path).parent_path()); }
+bool sync_name(const std::filesystem::path& path) {
+  return sync_to_disk(place_of(path).parent_path());
+}
 
 NewFile::NewFile(const std::filesystem::path& path) : path_(path) {
   std::error_code error;
@@ -104,7 +109,8 @@ Status NewFile::commit() {
   if (file_ && std::fclose(std::exchange(file_, nullptr)) != 0) failed_ = true;
   if (failed_) {
     if (!direct_) std::filesystem::remove(part_, error);
-    return Error{path_.string() + ": can't be written (no such folder, no permission, or no space left)"};
+    return Error{path_.string() +
+                 ": can't be written (no such folder, no permission, or no space left)"};
   }
   if (direct_) return Ok{};
   // Who may read what was there may read what stands in its place.
@@ -170,13 +176,14 @@ TemporaryFolder::~TemporaryFolder() {
 
 Result<std::vector<char>> read_file(const std::filesystem::path& path, uint64_t max) {
   std::error_code error;
-  if (!std::filesystem::exists(path, error)) return Error{path.string() + ": there is no such file"};
+  if (!std::filesystem::exists(path, error))
+    return Error{path.string() + ": there is no such file"};
   if (!std::filesystem::is_regular_file(path, error))
     return Error{path.string() + ": is not a regular file but a folder, a pipe or a device"};
   const uint64_t size = std::filesystem::file_size(path, error);
   if (!error && size > max)
-    return Error{path.string() + ": has " + std::to_string(size) + " bytes; at most " + std::to_string(max) +
-                 " are read"};
+    return Error{path.string() + ": has " + std::to_string(size) + " bytes; at most " +
+                 std::to_string(max) + " are read"};
   std::ifstream file(path, std::ios::binary);
   std::vector<char> bytes(error ? 0 : size);
   if (!file || error || !file.read(bytes.data(), static_cast<std::streamsize>(bytes.size())))
@@ -193,7 +200,8 @@ std::string ending_of(const std::filesystem::path& path) {
 Status check_writable(const std::filesystem::path& path) {
   std::error_code error;
   const auto there = std::filesystem::status(path, error);
-  if (std::filesystem::is_directory(there)) return Error{path.string() + ": is a folder; name a file"};
+  if (std::filesystem::is_directory(there))
+    return Error{path.string() + ": is a folder; name a file"};
   // Devices and pipes are written to as they are.
   if (std::filesystem::exists(there) && !std::filesystem::is_regular_file(there))
     return access(path.c_str(), W_OK) == 0 ? Status(Ok{})
@@ -201,7 +209,8 @@ Status check_writable(const std::filesystem::path& path) {
   const std::filesystem::path folder = place_of(path).parent_path();
   if (!std::filesystem::is_directory(folder, error))
     return Error{path.string() + ": the folder " + folder.string() + " does not exist"};
-  if (access(folder.c_str(), W_OK) != 0) return Error{path.string() + ": the folder can't be written to"};
+  if (access(folder.c_str(), W_OK) != 0)
+    return Error{path.string() + ": the folder can't be written to"};
   return Ok{};
 }
 

@@ -16,19 +16,20 @@
 
 namespace kibori {
 
-// A new, empty file beside `path`, in a name that nobody can foresee, for this user only. Error: one sentence
-// that names `path`.
+// A new, empty file beside `path`, in a name that nobody can foresee, for this user only. Error:
+// one sentence that names `path`.
 Result<std::filesystem::path> make_beside(const std::filesystem::path& path);
-// Where a file is, or would be made: absolute, with links followed, also those to what is not there yet.
+// Where a file is, or would be made: absolute, with links followed, also those to what is not there
+// yet.
 std::filesystem::path place_of(const std::filesystem::path& path);
 // Waits until a file is on the disk; false where that failed.
 bool sync_to_disk(const std::filesystem::path& path);
 // The same for its name, which is its folder's.
 bool sync_name(const std::filesystem::path& path);
 
-// Writes beside the file and moves it into place on commit, when it is on the disk; without a commit, what
-// was there stays. Of several who write the same file at once, the last to commit has all of it. Links are
-// followed; devices and pipes are written to as they are.
+// Writes beside the file and moves it into place on commit, when it is on the disk; without a
+// commit, what was there stays. Of several who write the same file at once, the last to commit has
+// all of it. Links are followed; devices and pipes are written to as they are.
 class NewFile {
  public:
   explicit NewFile(const std::filesystem::path& path);
@@ -63,8 +64,8 @@ class Spool {
 
   void write(const void* data, size_t bytes);
   uint64_t size() const { return size_; }
-  // Calls f(data, bytes) for all that was written, in order, in blocks of whole multiples of `unit` bytes;
-  // false where writing or reading failed.
+  // Calls f(data, bytes) for all that was written, in order, in blocks of whole multiples of `unit`
+  // bytes; false where writing or reading failed.
   bool read_back(size_t unit, const std::function<void(const char*, size_t)>& f);
 
  private:
@@ -73,8 +74,8 @@ class Spool {
   bool failed_ = false;
 };
 
-// A new folder in the temporary one that only this user can look into; gone with the object, and all that is
-// in it.
+// A new folder in the temporary one that only this user can look into; gone with the object, and
+// all that is in it.
 class TemporaryFolder {
  public:
   // Error: there is none that can be written.
@@ -90,9 +91,10 @@ class TemporaryFolder {
   const std::filesystem::path path_;
 };
 
-// A whole file. Errors: there is none, or it can't be read; it is no regular file (a pipe or a device may
-// never end); it has more bytes than `max`.
-Result<std::vector<char>> read_file(const std::filesystem::path& path, uint64_t max = uint64_t{1} << 40);
+// A whole file. Errors: there is none, or it can't be read; it is no regular file (a pipe or a
+// device may never end); it has more bytes than `max`.
+Result<std::vector<char>> read_file(const std::filesystem::path& path,
+                                    uint64_t max = uint64_t{1} << 40);
 
 // The path's ending in lower case, with its dot.
 std::string ending_of(const std::filesystem::path& path);

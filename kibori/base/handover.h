@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// From one thread to another without a lock: the newest value (LatestValue), or a few things in order
-// (SmallQueue).
+// From one thread to another without a lock: the newest value (LatestValue), or a few things in
+// order (SmallQueue).
 #pragma once
 
 #include <array>
@@ -11,15 +11,16 @@
 
 namespace kibori {
 
-// One writer, one reader; the reader gets the newest value, and older ones are lost. Three places: the
-// writer's, the reader's, and one between that they exchange.
+// One writer, one reader; the reader gets the newest value, and older ones are lost. Three places:
+// the writer's, the reader's, and one between that they exchange.
 template <class T>
 class LatestValue {
  public:
   // Writer.
   void put(T value) {
     places_[mine_] = std::move(value);
-    mine_ = between_.exchange(static_cast<uint8_t>(mine_ | kNew), std::memory_order_acq_rel) & kPlace;
+    mine_ =
+        between_.exchange(static_cast<uint8_t>(mine_ | kNew), std::memory_order_acq_rel) & kPlace;
     // What was not read in time is in `mine_` now, and dropped by the next put.
   }
   // Reader: true if there was something new, which is then in `value`.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A 64-bit content hash: order matters, platforms agree (values are mixed as integers). Not cryptographic.
+// A 64-bit content hash: order matters, platforms agree (values are mixed as integers). Not
+// cryptographic.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +28,8 @@ class Hash {
     add(uint64_t{count});
     for (size_t i = 0; i < count; i += 8) {
       uint64_t word = 0;
-      for (size_t j = i; j < std::min(i + 8, count); j++) word |= uint64_t{bytes[j]} << (8 * (j - i));
+      for (size_t j = i; j < std::min(i + 8, count); j++)
+        word |= uint64_t{bytes[j]} << (8 * (j - i));
       add(word);
     }
   }

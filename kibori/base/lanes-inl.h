@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // Vector helpers shared by the kernels; included once per Highway target.
 //
-// Rows are always 16 lanes: one AVX-512 vector, two of AVX2, four of SSE. Every operation here is IEEE +, -,
-// *, /, sqrt or integer work on each lane alone, so a lane's bits do not depend on the target. No MulAdd: it
-// fuses on some.
+// Rows are always 16 lanes: one AVX-512 vector, two of AVX2, four of SSE. Every operation here is
+// IEEE +, -, *, /, sqrt or integer work on each lane alone, so a lane's bits do not depend on the
+// target. No MulAdd: it fuses on some.
 
 #if defined(KIBORI_BASE_LANES_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef KIBORI_BASE_LANES_INL_H_
@@ -37,7 +37,8 @@ inline constexpr unsigned kGroupMask = (1u << kLanes) - 1;
 
 HWY_INLINE VF F(float x) { return hn::Set(DF(), x); }
 
-// base + lane for the lanes of a group. One rounding each: (base + 8) + 3 is not base + 11 in the last bit.
+// base + lane for the lanes of a group. One rounding each: (base + 8) + 3 is not base + 11 in the
+// last bit.
 HWY_INLINE VF LanesFrom(float base, size_t group) {
   return hn::Add(F(base), hn::Iota(DF(), static_cast<float>(group * kLanes)));
 }
@@ -49,11 +50,13 @@ HWY_INLINE unsigned Bits(MF m) {
   return kLanes == 16 ? bits : bits & kGroupMask;
 }
 HWY_INLINE MF FromBits(unsigned bits) {
-  alignas(64) const uint8_t bytes[8] = {static_cast<uint8_t>(bits), static_cast<uint8_t>(bits >> 8)};
+  alignas(64)
+      const uint8_t bytes[8] = {static_cast<uint8_t>(bits), static_cast<uint8_t>(bits >> 8)};
   return hn::LoadMaskBits(DF(), bytes);
 }
 
-// 1/sqrt(x) for x > 0 to about 5e-6: an integer first guess and two Newton steps, so equal on every target.
+// 1/sqrt(x) for x > 0 to about 5e-6: an integer first guess and two Newton steps, so equal on every
+// target.
 HWY_INLINE VF RoughRsqrt(VF x) {
   const DF d;
   const DI di;
@@ -67,12 +70,15 @@ HWY_INLINE VF RoughRsqrt(VF x) {
 // Scale of a unit normal's components in normal_code.h; turned round if `flip`.
 HWY_INLINE float NormalScale(bool flip) { return flip ? -32767.0f : 32767.0f; }
 
-// The code of normal_code.h for the (u, v) part of a vector; `scale` is NormalScale over its length.
+// The code of normal_code.h for the (u, v) part of a vector; `scale` is NormalScale over its
+// length.
 HWY_INLINE VU EncodeScaled(VF u, VF v, VF scale) {
   const DU du;
   // Adding 1.5 x 2^23 rounds to a whole number and leaves it in the low mantissa bits.
-  const VF e = hn::Add(hn::Mul(u, scale), F(12582912.0f)), f = hn::Add(hn::Mul(v, scale), F(12582912.0f));
-  return hn::Or(hn::And(hn::BitCast(du, e), hn::Set(du, 0xffffu)), hn::ShiftLeft<16>(hn::BitCast(du, f)));
+  const VF e = hn::Add(hn::Mul(u, scale), F(12582912.0f)),
+           f = hn::Add(hn::Mul(v, scale), F(12582912.0f));
+  return hn::Or(hn::And(hn::BitCast(du, e), hn::Set(du, 0xffffu)),
+                hn::ShiftLeft<16>(hn::BitCast(du, f)));
 }
 
 // The same for a vector of any length > 0.

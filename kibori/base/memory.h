@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How much memory there is, so that work which can't fit is refused before it starts; and large pages.
+// How much memory there is, so that work which can't fit is refused before it starts; and large
+// pages.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +10,8 @@ namespace kibori {
 // Bytes the system can still give; 0 where it does not say.
 double available_bytes();
 
-// Asks for large pages where a block of memory is not in use yet: a block that is filled once costs a fault a
-// page. Only a hint.
+// Asks for large pages where a block of memory is not in use yet: a block that is filled once costs
+// a fault a page. Only a hint.
 void prefer_large_pages(void* block, size_t bytes);
 
 }  // namespace kibori

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Names of an enum's values, as files, messages and command lines have them. An enum that has names says them
-// in a function beside it, in its order:
+// Names of an enum's values, as files, messages and command lines have them. An enum that has names
+// says them in a function beside it, in its order:
 //
 //   enum class Mode { cut, deposit };
 //   constexpr Names<2> names_of(Mode) { return {"cut", "deposit"}; }

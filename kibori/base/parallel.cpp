@@ -11,7 +11,8 @@ namespace kibori::detail {
 
 void run_on_pool(int threads, size_t count, void (*call)(void*, size_t), void* context) {
   oneapi::tbb::task_arena arena(std::min(threads, oneapi::tbb::info::default_concurrency()));
-  arena.execute([&] { oneapi::tbb::parallel_for(size_t{0}, count, [&](size_t i) { call(context, i); }); });
+  arena.execute(
+      [&] { oneapi::tbb::parallel_for(size_t{0}, count, [&](size_t i) { call(context, i); }); });
 }
 
 }  // namespace kibori::detail

@@ -12,16 +12,16 @@ namespace detail {
 void run_on_pool(int threads, size_t count, void (*call)(void*, size_t), void* context);
 }  // namespace detail
 
-// Runs f(0) ... f(count - 1) on up to `threads` threads and returns when all are done; on the caller's alone,
-// in order and without allocation, if threads <= 1.
+// Runs f(0) ... f(count - 1) on up to `threads` threads and returns when all are done; on the
+// caller's alone, in order and without allocation, if threads <= 1.
 template <class F>
 void run_parallel(int threads, size_t count, F&& f) {
   if (threads <= 1 || count <= 1) {
     for (size_t i = 0; i < count; i++) f(i);
     return;
   }
-  // What is before happens before every f, and every f before what is after. The pool sees to that; said once
-  // more for the thread sanitiser, which can't see into it.
+  // What is before happens before every f, and every f before what is after. The pool sees to that;
+  // said once more for the thread sanitiser, which can't see into it.
   struct Job {
     F& f;
     std::atomic<size_t> order{0};

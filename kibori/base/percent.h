@@ -9,9 +9,9 @@
 
 namespace kibori {
 
-// A share (1 is all) in percent: one decimal, or as many as give two digits of what is there or of what is
-// missing, so that 100 % means all and 0 % none (to a millionth of a percent); no exponents, no trailing
-// zeros.
+// A share (1 is all) in percent: one decimal, or as many as give two digits of what is there or of
+// what is missing, so that 100 % means all and 0 % none (to a millionth of a percent); no
+// exponents, no trailing zeros.
 inline std::string percent(double share) {
   const double value = 100 * share, smaller = std::min(std::abs(value), std::abs(100 - value));
   const int decimals = smaller > 0 && std::isfinite(smaller)

@@ -21,7 +21,8 @@ inline std::string sanitize_message(std::string text) {
   return text;
 }
 
-// A value or an Error. Reading the one that is not there is a programming mistake and stops the program.
+// A value or an Error. Reading the one that is not there is a programming mistake and stops the
+// program.
 template <class T>
 class [[nodiscard]] Result {
  public:

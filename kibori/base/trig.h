@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// sin, cos and arc cosine whose bits do not depend on the C library: results kept in a model must replay
-// anywhere. Accurate to 1e-15 within a turn (1e-14 within ten); checked against the C library in
-// tests/test_base.cpp.
+// sin, cos and arc cosine whose bits do not depend on the C library: results kept in a model must
+// replay anywhere. Accurate to 1e-15 within a turn (1e-14 within ten); checked against the C
+// library in tests/test_base.cpp.
 #pragma once
 
 #include <cmath>

@@ -18,7 +18,8 @@ namespace kibori {
 namespace {
 
 double microseconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count();
+  return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start)
+      .count();
 }
 
 // A stroke reaches the file at least so often.
@@ -41,9 +42,11 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
   };
   if (stock.kind == Stock::Kind::mesh || stock.kind == Stock::Kind::relief) {
     const bool relief = stock.kind == Stock::Kind::relief;
-    const std::string what = relief ? "relief " : "mesh ", name = what + stock.mesh_path.string() + ": ";
+    const std::string what = relief ? "relief " : "mesh ",
+                      name = what + stock.mesh_path.string() + ": ";
     Result<TriangleMesh> read =
-        relief ? read_relief(stock.mesh_path, {stock.width_mm, stock.height_mm, stock.base_mm, stock.invert},
+        relief ? read_relief(stock.mesh_path,
+                             {stock.width_mm, stock.height_mm, stock.base_mm, stock.invert},
                              stock.pitch_mm)
                : read_mesh(stock.mesh_path);
     if (!read) return wrong(what + read.error());
@@ -56,8 +59,8 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
     const double scale = stock.fit_mm ? *stock.fit_mm / longest : 1;
     for (Vec3& p : mesh.vertices) p = (p - box.min) * scale;
     Result<MeshStock> made =
-        stock_of_mesh(mesh, stock.pitch_mm, stock.room_mm.value_or(0.1 * longest * scale), stock.material,
-                      options.threads, options.force);
+        stock_of_mesh(mesh, stock.pitch_mm, stock.room_mm.value_or(0.1 * longest * scale),
+                      stock.material, options.threads, options.force);
     if (!made) return wrong(name + made.error());
     const ScanReport& report = made.value().report;
     if (report.repaired() && options.warning)
@@ -67,7 +70,8 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
     return std::move(made.value().model);
   }
   const Vec3 size = stock.size_mm;
-  Result<Lattice> lattice = make_lattice(size, stock.pitch_mm, stock.room_mm.value_or(0.1 * size.maxCoeff()));
+  Result<Lattice> lattice =
+      make_lattice(size, stock.pitch_mm, stock.room_mm.value_or(0.1 * size.maxCoeff()));
   if (!lattice) return wrong(lattice.error());
   if (stock.kind != Stock::Kind::block)
     if (const Status fits = check_memory(lattice.value(), false); !fits) return wrong(fits.error());
@@ -77,7 +81,8 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
   Removed added;
   const LatticeBox everywhere = lattice.value().whole();
   const auto put = [&](const Tool& tool, const Vec3& tip) {
-    const SweptTool solid(tool, Pose{tip, Mat3::Identity()}, Vec3::Zero(), lattice.value(), everywhere);
+    const SweptTool solid(tool, Pose{tip, Mat3::Identity()}, Vec3::Zero(), lattice.value(),
+                          everywhere);
     deposit(*model, solid, stock.material, edit, added);
   };
   switch (stock.kind) {
@@ -104,7 +109,8 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
   return carve(scene, std::move(stock).value(), options);
 }
 
-Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock, const CarveOptions& options) {
+Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
+                      const CarveOptions& options) {
   Carving carving;
   carving.model = std::move(stock);
   TriDexel& model = *carving.model;
@@ -128,12 +134,14 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock, const
   }
 
   for (const Tool& tool : scene.tools)
-    if (!std::holds_alternative<HalfSpace>(tool) && reach_mm(tool) > kMaxToolReach * scene.stock.pitch_mm) {
+    if (!std::holds_alternative<HalfSpace>(tool) &&
+        reach_mm(tool) > kMaxToolReach * scene.stock.pitch_mm) {
       char text[240];
-      std::snprintf(text, sizeof text,
-                    ": [tool] reaches %.4g mm from its tip, and at pitch %g mm at most %.4g mm can be told "
-                    "apart; use a smaller tool",
-                    reach_mm(tool), scene.stock.pitch_mm, kMaxToolReach * scene.stock.pitch_mm);
+      std::snprintf(
+          text, sizeof text,
+          ": [tool] reaches %.4g mm from its tip, and at pitch %g mm at most %.4g mm can be told "
+          "apart; use a smaller tool",
+          reach_mm(tool), scene.stock.pitch_mm, kMaxToolReach * scene.stock.pitch_mm);
       return Error{scene.file + text};
     }
   const Move& first = scene.moves.front();
@@ -143,8 +151,8 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock, const
   SpringTool series(model, hand, scene.force.spring);
   std::unique_ptr<Document> document;
   auto flushed = std::chrono::steady_clock::now();
-  // Where the file can't be written any more the document goes on in memory, and that is told once; where it
-  // can't be had there either, the file keeps what it has.
+  // Where the file can't be written any more the document goes on in memory, and that is told once;
+  // where it can't be had there either, the file keeps what it has.
   bool told = false;
   const auto keep = [&](const Status& kept) {
     if (!document) return;
@@ -176,26 +184,28 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock, const
     const MovePlan& plan = plans[i - 1];
     const Tool& tool = scene.tools[to.tool];
     if (to.tool != from.tool) series.disengage();
-    // Each move is a stroke, which does not depend on what the tool did before: so it can be carved again
-    // alone.
+    // Each move is a stroke, which does not depend on what the tool did before: so it can be carved
+    // again alone.
     stroke.place(stroke.pose());
     series.begin_stroke();
     if (document)
-      keep(document->begin(stroke_settings(scene, to), scene.force.series() ? series.pose() : stroke.pose(),
-                           to.label));
+      keep(document->begin(stroke_settings(scene, to),
+                           scene.force.series() ? series.pose() : stroke.pose(), to.label));
     const double removed_before = summary.removed_mm3 - summary.deposited_mm3;
     for (int64_t k = 1; k <= plan.ticks + plan.dwell_ticks && going; k++) {
       const bool moving = k <= plan.ticks;
       const double share = static_cast<double>(k) / static_cast<double>(plan.ticks);
-      const Vec3 tip = k < plan.ticks ? Vec3(from.to_mm + (to.to_mm - from.to_mm) * share) : to.to_mm;
-      const Vec3 turn = moving ? Vec3(plan.turn_rad / static_cast<double>(plan.ticks)) : Vec3(Vec3::Zero());
+      const Vec3 tip =
+          k < plan.ticks ? Vec3(from.to_mm + (to.to_mm - from.to_mm) * share) : to.to_mm;
+      const Vec3 turn =
+          moving ? Vec3(plan.turn_rad / static_cast<double>(plan.ticks)) : Vec3(Vec3::Zero());
       StrokeTick recorded{tip, turn, to.mode != Mode::off};
       const auto start = std::chrono::steady_clock::now();
       if (scene.force.series() && moving) hand = {tip, rotation(turn) * hand.frame};
       Result<ToolTick> tick =
-          scene.force.series()
-              ? series.advance(tool, hand, to.mode, scene.materials, to.material)
-              : stroke.advance(tool, tip, turn, to.mode, scene.force.law, scene.materials, to.material);
+          scene.force.series() ? series.advance(tool, hand, to.mode, scene.materials, to.material)
+                               : stroke.advance(tool, tip, turn, to.mode, scene.force.law,
+                                                scene.materials, to.material);
       step_us.push_back(microseconds_since(start));
       if (!tick) {
         settle_document();
@@ -208,9 +218,10 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock, const
                     rotation_between(result.pose.frame, hand.frame)};
       add_tick(summary, to.mode, result);
       if (result.clipped && !std::exchange(clipped, true) && options.warning)
-        options.warning(scene.file + ":" + std::to_string(to.line) +
-                        ": a deposit reached beyond the stock's room, and what was outside is dropped; raise "
-                        "[stock] room_mm");
+        options.warning(
+            scene.file + ":" + std::to_string(to.line) +
+            ": a deposit reached beyond the stock's room, and what was outside is dropped; raise "
+            "[stock] room_mm");
       carving.trace.push_back({static_cast<double>(summary.ticks) / scene.rate_hz, result});
       if (document) {
         document->add(recorded, options.keep_forces ? &result.wrench : nullptr);
@@ -222,16 +233,18 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock, const
       if (options.progress && summary.ticks % 64 == 0)
         options.progress(static_cast<double>(summary.ticks) / static_cast<double>(total));
       if (options.each)
-        going = options.each(model, tool, scene.force.series() ? series.pose() : stroke.pose(), result);
+        going =
+            options.each(model, tool, scene.force.series() ? series.pose() : stroke.pose(), result);
     }
-    if (document) keep(document->finish(model, summary.removed_mm3 - summary.deposited_mm3 - removed_before));
+    if (document)
+      keep(document->finish(model, summary.removed_mm3 - summary.deposited_mm3 - removed_before));
     if (!to.label.empty())
       carving.marks.push_back({to.label, static_cast<double>(summary.ticks) / scene.rate_hz});
   }
   summarize(carving, std::move(step_us));
   if (document)
-    if (const Status drawn =
-            keep_thumbnail(*document, document->head(), model.snapshot(), scene.materials, options.threads);
+    if (const Status drawn = keep_thumbnail(*document, document->head(), model.snapshot(),
+                                            scene.materials, options.threads);
         !drawn && options.warning)
       options.warning(drawn.error());
   settle_document();
@@ -247,7 +260,8 @@ void add_tick(CarveSummary& summary, Mode mode, ToolTick& result) {
   }
   if (mode == Mode::deposit) summary.deposited_mm3 -= result.removed_mm3;
   summary.max_force_N = std::max(summary.max_force_N, std::sqrt(result.wrench.force.squaredNorm()));
-  summary.max_moment_Nmm = std::max(summary.max_moment_Nmm, std::sqrt(result.wrench.moment.squaredNorm()));
+  summary.max_moment_Nmm =
+      std::max(summary.max_moment_Nmm, std::sqrt(result.wrench.moment.squaredNorm()));
   summary.ticks++;
 }
 
@@ -259,8 +273,8 @@ void summarize(Carving& carving, std::vector<double> step_us) {
   summary.pitch_mm = model.lattice().pitch_mm;
   summary.stock = model.count();
   std::sort(step_us.begin(), step_us.end());
-  summary.step_us = {percentile(step_us, 0.5), percentile(step_us, 0.99), percentile(step_us, 0.999),
-                     step_us.empty() ? 0 : step_us.back()};
+  summary.step_us = {percentile(step_us, 0.5), percentile(step_us, 0.99),
+                     percentile(step_us, 0.999), step_us.empty() ? 0 : step_us.back()};
 }
 
 }  // namespace kibori

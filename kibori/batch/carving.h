@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs a scene: makes the stock, then moves the tool tick by tick and hands each tick's result to the caller.
+// Runs a scene: makes the stock, then moves the tool tick by tick and hands each tick's result to
+// the caller.
 #pragma once
 
 #include <filesystem>
@@ -56,8 +57,8 @@ struct Carving {
   std::vector<TraceRow> trace;
   std::vector<Mark> marks;
   CarveSummary summary;
-  std::string
-      unsaved;  // why the document holds only the beginning, and where the rest is; empty: all is there
+  // Why the document holds only the beginning, and where the rest is; empty: all is there.
+  std::string unsaved;
 };
 
 // Errors: what the stock or a move can't be, or a stock that needs more memory than there is.
@@ -65,7 +66,8 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
                                              const CarveOptions& options);
 Result<Carving> carve(const Scene& scene, const CarveOptions& options);
 // As above, of a stock that make_stock made.
-Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock, const CarveOptions& options);
+Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
+                      const CarveOptions& options);
 // Counts a tick in; what was touched only was not removed.
 void add_tick(CarveSummary& summary, Mode mode, ToolTick& result);
 // Fills in what of a summary comes from the model and the times of its steps.

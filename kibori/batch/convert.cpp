@@ -15,7 +15,8 @@ namespace {
 Result<Converted> of_document(const std::filesystem::path& in, const ConvertOptions& options) {
   const Result<std::unique_ptr<Document>> document = Document::open(in, Document::Access::read);
   if (!document) return Error{document.error()};
-  if (options.warning && !document.value()->missing().empty()) options.warning(document.value()->missing());
+  if (options.warning && !document.value()->missing().empty())
+    options.warning(document.value()->missing());
   ReplayOptions replay;
   replay.pitch_mm = options.pitch_mm;
   replay.carve.threads = options.threads;
@@ -51,8 +52,8 @@ Result<Converted> into_dexels(const std::filesystem::path& in, const ConvertOpti
   Converted converted;
   converted.pitch_mm = options.pitch_mm.value_or(longest / 256);
   converted.triangles_in = mesh.value().triangles.size();
-  Result<MeshStock> stock = stock_of_mesh(mesh.value(), converted.pitch_mm, 2 * converted.pitch_mm, 0,
-                                          options.threads, options.force);
+  Result<MeshStock> stock = stock_of_mesh(mesh.value(), converted.pitch_mm, 2 * converted.pitch_mm,
+                                          0, options.threads, options.force);
   if (!stock) return Error{in.string() + ": " + stock.error()};
   if (stock.value().report.repaired() && options.warning)
     options.warning(in.string() + ": " + stock.value().report.warning());
@@ -75,7 +76,8 @@ Result<size_t> write_model(const std::filesystem::path& out, const Snapshot& mod
     else
       stream_surface(model, threads, counting);
   };
-  if (const Status written = write_surface(out, source, colors); !written) return Error{written.error()};
+  if (const Status written = write_surface(out, source, colors); !written)
+    return Error{written.error()};
   return triangles;
 }
 

@@ -31,12 +31,12 @@ struct Converted {
   std::unique_ptr<TriDexel> model;
 };
 
-// Reads a mesh or a relief into dexels, in place and in mm. Errors: those of reading, of a mesh that is no
-// solid at this pitch.
+// Reads a mesh or a relief into dexels, in place and in mm. Errors: those of reading, of a mesh
+// that is no solid at this pitch.
 Result<Converted> into_dexels(const std::filesystem::path& in, const ConvertOptions& options);
 
-// Writes the surface of a model, simplified by tolerance_mm if that is not 0 (see simplify.h). The number of
-// triangles. Errors: those of write_surface.
+// Writes the surface of a model, simplified by tolerance_mm if that is not 0 (see simplify.h). The
+// number of triangles. Errors: those of write_surface.
 Result<size_t> write_model(const std::filesystem::path& out, const Snapshot& model,
                            std::span<const Rgb> colors, double tolerance_mm, int threads);
 

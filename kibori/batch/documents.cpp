@@ -43,7 +43,8 @@ std::string stock_to_json(const Stock& stock, const std::string& label) {
   }
   if (has_file(stock)) json["file"] = stock.mesh_path.filename().string();
   if (stock.kind == Stock::Kind::relief)
-    json.update({{"width_mm", stock.width_mm}, {"height_mm", stock.height_mm}, {"base_mm", stock.base_mm}});
+    json.update(
+        {{"width_mm", stock.width_mm}, {"height_mm", stock.height_mm}, {"base_mm", stock.base_mm}});
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -75,7 +76,8 @@ Result<Stock> stock_from_json(const Json& json) {
        {std::pair{"up", &stock.orientation.up}, {"front", &stock.orientation.front}}) {
     const auto found = json.find(key);
     if (found == json.end()) continue;
-    const auto read = found->is_string() ? parse_signed_axis(found->get<std::string>()) : std::nullopt;
+    const auto read =
+        found->is_string() ? parse_signed_axis(found->get<std::string>()) : std::nullopt;
     if (!read) return none;
     *axis = *read;
   }
@@ -83,8 +85,8 @@ Result<Stock> stock_from_json(const Json& json) {
   return stock;
 }
 
-Result<std::unique_ptr<TriDexel>> stock_again(const Document& document, const Json& json, double pitch_mm,
-                                              const CarveOptions& options) {
+Result<std::unique_ptr<TriDexel>> stock_again(const Document& document, const Json& json,
+                                              double pitch_mm, const CarveOptions& options) {
   Result<Stock> stock = stock_from_json(json);
   if (!stock) return Error{document.name() + ": " + stock.error()};
   stock.value().pitch_mm = pitch_mm;
@@ -99,7 +101,8 @@ Result<std::unique_ptr<TriDexel>> stock_again(const Document& document, const Js
   file.write(reinterpret_cast<const char*>(source.value().data()),
              static_cast<std::streamsize>(source.value().size()));
   file.close();
-  if (!file) return Error{document.name() + ": its stock's file can't be put into the temporary folder"};
+  if (!file)
+    return Error{document.name() + ": its stock's file can't be put into the temporary folder"};
   stock.value().mesh_path = path;
   return make_stock(stock.value(), document.name(), options);
 }
@@ -108,21 +111,22 @@ Result<std::unique_ptr<TriDexel>> stock_again(const Document& document, const Js
 
 bool is_document(const std::filesystem::path& path) { return ending_of(path) == ".kibori"; }
 
-Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path, const Scene& scene,
-                                               const TriDexel& model) {
+Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path,
+                                               const Scene& scene, const TriDexel& model) {
   Bytes source;
   if (has_file(scene.stock)) {
     const Result<std::vector<char>> file = read_file(scene.stock.mesh_path);
     if (!file) return Error{file.error()};
     source.assign(file.value().begin(), file.value().end());
   }
-  return Document::create(path, model, stock_to_json(scene.stock, scene.moves.front().label), source);
+  return Document::create(path, model, stock_to_json(scene.stock, scene.moves.front().label),
+                          source);
 }
 
 uint8_t document_material(const Document& document) {
   const Result<std::string> text = document.stock();
-  const Result<Stock> stock =
-      stock_from_json(Json::parse(text ? text.value() : std::string(), nullptr, /*allow_exceptions=*/false));
+  const Result<Stock> stock = stock_from_json(
+      Json::parse(text ? text.value() : std::string(), nullptr, /*allow_exceptions=*/false));
   return stock ? stock.value().material : uint8_t{0};
 }
 
@@ -148,8 +152,8 @@ Result<std::unique_ptr<TriDexel>> model_at_head(const Document& document) {
   if (model) return model;
   const Result<StepId> whole = document.last_whole();
   if (!whole || whole.value() == document.head()) return model;
-  return Error{model.error() + "; it is whole up to step " + std::to_string(whole.value()) + " of " +
-               std::to_string(document.head()) + ": 'kibori history " + document.name() +
+  return Error{model.error() + "; it is whole up to step " + std::to_string(whole.value()) +
+               " of " + std::to_string(document.head()) + ": 'kibori history " + document.name() +
                " --salvage NEW.kibori' saves that"};
 }
 
@@ -165,7 +169,8 @@ Result<StepId> salvage(const Document& document, const std::filesystem::path& in
   const Result<Bytes> source = document.source();
   if (!stock) return Error{stock.error()};
   if (!source) return Error{source.error()};
-  Result<std::unique_ptr<Document>> made = Document::create(into, model, stock.value(), source.value());
+  Result<std::unique_ptr<Document>> made =
+      Document::create(into, model, stock.value(), source.value());
   if (!made) return Error{made.error()};
   // A step of the damaged one, if all of it is whole; the model is then as it was after it.
   struct Kept {
@@ -193,7 +198,8 @@ Result<StepId> salvage(const Document& document, const std::filesystem::path& in
       });
     if (done) done = document.replay(step, model, std::nullopt, {});
     const Step& was = document.steps().at(step);
-    if (done && was.finished && model.content_hash() != was.hash) done = Error{"it is not what it was"};
+    if (done && was.finished && model.content_hash() != was.hash)
+      done = Error{"it is not what it was"};
     return done ? Result<Kept>(std::move(kept)) : Result<Kept>(Error{done.error()});
   };
   StepId saved = way.value().front();
@@ -252,7 +258,8 @@ Status keep_thumbnail(Document& document, StepId step, const Snapshot& model,
   options.threads = threads;
   const Result<Image> image = draw_picture(surface, colors, options);
   if (!image) return Error{image.error()};
-  const Result<Bytes> png = png_rgb(image.value().width, image.value().height, image.value().pixels);
+  const Result<Bytes> png =
+      png_rgb(image.value().width, image.value().height, image.value().pixels);
   if (!png) return Error{png.error()};
   return document.set_thumbnail(step, png.value());
 }
@@ -277,7 +284,8 @@ Result<Replay> replay_document(const Document& document, const ReplayOptions& op
                   : stock_again(document, stock, *options.pitch_mm, options.carve);
   if (!model) return Error{model.error()};
   carving.model = std::move(model).value();
-  if (stock.is_object() && stock.contains("label") && stock["label"].is_string() && stock["label"] != "")
+  if (stock.is_object() && stock.contains("label") && stock["label"].is_string() &&
+      stock["label"] != "")
     carving.marks.push_back({stock["label"].get<std::string>(), 0});
 
   int64_t total = 0, of_rate = 0;
@@ -300,20 +308,22 @@ Result<Replay> replay_document(const Document& document, const ReplayOptions& op
     replay.title = model_title(law);
     replay.note = model_note(law.model);
     auto last = std::chrono::steady_clock::now();
-    const Status done = document.replay(id, *carving.model, options.law, [&](const ReplayedTick& tick) {
-      const auto now = std::chrono::steady_clock::now();
-      step_us.push_back(std::chrono::duration<double, std::micro>(now - last).count());
-      ToolTick result = tick.result;
-      of_rate++;
-      add_tick(summary, s.mode, result);
-      carving.trace.push_back({time(), result});
-      if (options.carve.progress && summary.ticks % 64 == 0)
-        options.carve.progress(static_cast<double>(summary.ticks) / static_cast<double>(total));
-      last = std::chrono::steady_clock::now();
-    });
+    const Status done =
+        document.replay(id, *carving.model, options.law, [&](const ReplayedTick& tick) {
+          const auto now = std::chrono::steady_clock::now();
+          step_us.push_back(std::chrono::duration<double, std::micro>(now - last).count());
+          ToolTick result = tick.result;
+          of_rate++;
+          add_tick(summary, s.mode, result);
+          carving.trace.push_back({time(), result});
+          if (options.carve.progress && summary.ticks % 64 == 0)
+            options.carve.progress(static_cast<double>(summary.ticks) / static_cast<double>(total));
+          last = std::chrono::steady_clock::now();
+        });
     if (!done) return Error{done.error()};
     if (!step.label.empty()) carving.marks.push_back({step.label, time()});
-    if (as_recorded && replay.differs == 0 && step.finished && carving.model->content_hash() != step.hash)
+    if (as_recorded && replay.differs == 0 && step.finished &&
+        carving.model->content_hash() != step.hash)
       replay.differs = id;
   }
   summarize(carving, std::move(step_us));
@@ -325,8 +335,9 @@ std::string history_text(const Document& document) {
   std::string text = "   step  after      ticks  removed mm3  label\n";
   for (const auto& [id, step] : document.steps()) {
     char line[200];
-    std::snprintf(line, sizeof line, "%c %5lld  %5s %10lld %12.6g  ", id == document.head() ? '*' : ' ',
-                  static_cast<long long>(id), step.stock ? "-" : std::to_string(step.parent).c_str(),
+    std::snprintf(line, sizeof line, "%c %5lld  %5s %10lld %12.6g  ",
+                  id == document.head() ? '*' : ' ', static_cast<long long>(id),
+                  step.stock ? "-" : std::to_string(step.parent).c_str(),
                   static_cast<long long>(step.ticks), step.removed_mm3);
     text += line + sanitize_message(step.stock ? "the stock" : step.label);
     for (const auto& [name, at] : document.versions())

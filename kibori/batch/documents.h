@@ -18,19 +18,20 @@ namespace kibori {
 bool is_document(const std::filesystem::path& path);
 
 // A document of the stock, before the first move; the stock's own file goes in with it.
-Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path, const Scene& scene,
-                                               const TriDexel& model);
+Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path,
+                                               const Scene& scene, const TriDexel& model);
 // What the document's stock is of: a number of its materials; 0 where it does not say.
 uint8_t document_material(const Document& document);
 // What a stroke of a move is carved with.
 StrokeSettings stroke_settings(const Scene& scene, const Move& move);
 
-// The model at a document's head. Errors: damage, with the last step that is whole and how to save up to it.
+// The model at a document's head. Errors: damage, with the last step that is whole and how to save
+// up to it.
 Result<std::unique_ptr<TriDexel>> document_model(const std::filesystem::path& path);
 Result<std::unique_ptr<TriDexel>> model_at_head(const Document& document);
-// Carves what is whole on the way to a document's head again, as a new one, with forces and versions; without
-// pictures. Up to which step: the last whose stroke, and all before it, are whole. Errors: the path; not even
-// the stock is whole.
+// Carves what is whole on the way to a document's head again, as a new one, with forces and
+// versions; without pictures. Up to which step: the last whose stroke, and all before it, are
+// whole. Errors: the path; not even the stock is whole.
 Result<StepId> salvage(const Document& document, const std::filesystem::path& into);
 // A mesh file, or the surface of a document at its head.
 Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, int threads);
@@ -50,7 +51,8 @@ struct Replay {
   std::string title;  // the force model
   std::string note;   // on it: see model_note()
   StepId to = 0;
-  StepId differs = 0;  // the first step whose model is not what it was; only looked for at the recorded pitch
+  // The first step whose model is not what it was; only looked for at the recorded pitch.
+  StepId differs = 0;
 };
 
 // Errors: those of the document; a stock that can't be made at another pitch.

@@ -23,16 +23,19 @@ std::string layer_name(size_t number, const char* ending) {
 }
 
 Status write_svg(const std::filesystem::path& path, const Lattice& lattice, const Layer& layer) {
-  const double width = lattice.nodes.x() * lattice.pitch_mm, height = lattice.nodes.y() * lattice.pitch_mm;
+  const double width = lattice.nodes.x() * lattice.pitch_mm,
+               height = lattice.nodes.y() * lattice.pitch_mm;
   NewFile file(path);
   char text[400];
   const auto put = [&](int length) { file.write(text, static_cast<size_t>(length)); };
-  put(std::snprintf(
-      text, sizeof text,
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.6gmm\" height=\"%.6gmm\" viewBox=\"0 0 %.6g "
-      "%.6g\">\n<desc>Kibori layer at z = %.6g mm; lower left corner at x = %.6g, y = %.6g mm</desc>\n"
-      "<path fill=\"black\" fill-rule=\"evenodd\" d=\"",
-      width, height, width, height, layer.z_mm, lattice.origin_mm.x(), lattice.origin_mm.y()));
+  put(std::snprintf(text, sizeof text,
+                    "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.6gmm\" height=\"%.6gmm\" "
+                    "viewBox=\"0 0 %.6g "
+                    "%.6g\">\n<desc>Kibori layer at z = %.6g mm; lower left corner at x = %.6g, y "
+                    "= %.6g mm</desc>\n"
+                    "<path fill=\"black\" fill-rule=\"evenodd\" d=\"",
+                    width, height, width, height, layer.z_mm, lattice.origin_mm.x(),
+                    lattice.origin_mm.y()));
   for (const auto& outline : layer.outlines) {
     char move = 'M';
     for (const auto& p : outline) {
@@ -48,7 +51,8 @@ Status write_svg(const std::filesystem::path& path, const Lattice& lattice, cons
 
 }  // namespace
 
-Result<HeightMapSummary> write_height_map(const std::filesystem::path& path, const Snapshot& model) {
+Result<HeightMapSummary> write_height_map(const std::filesystem::path& path,
+                                          const Snapshot& model) {
   const HeightMap map = height_map(model);
   if (map.low_mm > map.high_mm || *std::max_element(map.pixels.begin(), map.pixels.end()) == 0)
     return Error{path.string() + ": there is no material to map"};
@@ -71,18 +75,21 @@ Result<int> write_layers(const std::filesystem::path& folder, const Snapshot& mo
   run_parallel(options.threads, layers.size(), [&](size_t i) {
     const bool svg = options.format == LayerFormat::svg;
     const std::string name = layer_name(i + 1, svg ? "svg" : "png");
-    const Status written = svg ? write_svg(folder / name, model.lattice, slice_layer(model, layers[i]))
-                               : write_png_grey8(folder / name, model.lattice.nodes.x(),
-                                                 model.lattice.nodes.y(), mask_layer(model, layers[i]));
+    const Status written =
+        svg ? write_svg(folder / name, model.lattice, slice_layer(model, layers[i]))
+            : write_png_grey8(folder / name, model.lattice.nodes.x(), model.lattice.nodes.y(),
+                              mask_layer(model, layers[i]));
     const std::lock_guard lock(guard);
     if (!written && wrong) wrong = written;
-    if (options.progress) options.progress(static_cast<double>(++done) / static_cast<double>(layers.size()));
+    if (options.progress)
+      options.progress(static_cast<double>(++done) / static_cast<double>(layers.size()));
   });
   if (!wrong) return Error{wrong.error()};
   // Of an earlier stack with more layers, or in the other format, nothing must stay.
   for (size_t i = 1; i <= kMaxStale; i++)
     for (const char* ending : {"svg", "png"}) {
-      const bool ours = i <= layers.size() && (ending[0] == 's') == (options.format == LayerFormat::svg);
+      const bool ours =
+          i <= layers.size() && (ending[0] == 's') == (options.format == LayerFormat::svg);
       if (!ours) std::filesystem::remove(folder / layer_name(i, ending), error);
     }
   return static_cast<int>(layers.size());

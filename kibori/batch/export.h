@@ -25,13 +25,14 @@ struct LayerOptions {
   int threads = 1;
   std::function<void(double)> progress;
 };
-// layer-0001.svg or .png, from below, into `folder`, which is made if need be; SVG in mm, a path with
-// even-odd filling, PNG black and white, one pixel a node. The number of layers. Errors: a folder that can't
-// be written, no material.
+// layer-0001.svg or .png, from below, into `folder`, which is made if need be; SVG in mm, a path
+// with even-odd filling, PNG black and white, one pixel a node. The number of layers. Errors: a
+// folder that can't be written, no material.
 Result<int> write_layers(const std::filesystem::path& folder, const Snapshot& model,
                          const LayerOptions& options);
 
-// The same as one ZIP archive. Errors: the file, no material, a temporary folder that can't be written.
+// The same as one ZIP archive. Errors: the file, no material, a temporary folder that can't be
+// written.
 Status write_layers_zip(const std::filesystem::path& path, const Snapshot& model,
                         const LayerOptions& options);
 

@@ -56,7 +56,8 @@ struct Series {
 };
 
 // Colour-blind-safe (Okabe and Ito).
-constexpr const char *kBlack = "#222222", *kOrange = "#d55e00", *kBlue = "#0072b2", *kGreen = "#009e73";
+constexpr const char *kBlack = "#222222", *kOrange = "#d55e00", *kBlue = "#0072b2",
+                     *kGreen = "#009e73";
 
 struct Panel {
   const char* title;
@@ -65,15 +66,16 @@ struct Panel {
   std::vector<Series> series;
 };
 
-// As web/src/robust.ts: of the ticks with any force so many fit in, with some room above; a largest value
-// that is not much higher is shown whole.
+// As web/src/robust.ts: of the ticks with any force so many fit in, with some room above; a largest
+// value that is not much higher is shown whole.
 constexpr double kShare = 0.99, kRoom = 1.15, kWorth = 1.5;
 
 // How far a scale goes that shows these sizes and is not flattened by a few spikes.
 double reach(std::vector<double>& sizes) {
   if (sizes.empty()) return 0;
   const double largest = *std::max_element(sizes.begin(), sizes.end());
-  const auto at = sizes.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(sizes.size() - 1));
+  const auto at =
+      sizes.begin() + static_cast<std::ptrdiff_t>(kShare * static_cast<double>(sizes.size() - 1));
   std::nth_element(sizes.begin(), at, sizes.end());
   const double usual = kRoom * *at;
   return largest <= kWorth * usual ? largest : usual;
@@ -85,10 +87,12 @@ class Plot {
       : carving_(carving), note_(std::move(note)) {
     const double end = carving.trace.empty() ? 1 : carving.trace.back().time_s;
     t_max_ = std::max(end, 1e-6);
-    // Ticks that fall on one point of the picture are drawn as their mean, with their range as a pale band.
+    // Ticks that fall on one point of the picture are drawn as their mean, with their range as a
+    // pale band.
     window_ = std::max<size_t>(1, carving.trace.size() / 700);
     append(svg_,
-           "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" width=\"%d\" height=\"%d\" "
+           "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 %d %d\" width=\"%d\" "
+           "height=\"%d\" "
            "font-family=\"Helvetica, Arial, sans-serif\" font-size=\"13\" fill=\"%s\">\n"
            "<rect width=\"100%%\" height=\"100%%\" fill=\"#ffffff\"/>\n",
            kWidth, kHeight, kWidth, kHeight, kBlack);
@@ -113,32 +117,37 @@ class Plot {
     high = std::ceil(high / step - 1e-9) * step;
     const auto y_of = [&](double v) { return top + height * (high - v) / (high - low); };
     for (double v = low; v <= high + step / 2; v += step) {
-      append(svg_, "<line x1=\"%d\" x2=\"%d\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"%s\"/>\n", kLeft, kRight,
-             y_of(v), y_of(v), std::abs(v) < step / 1e6 ? "#999999" : "#e6e6e6");
-      append(svg_, "<text x=\"%d\" y=\"%.1f\" text-anchor=\"end\" fill=\"#555555\">%s</text>\n", kLeft - 8,
-             y_of(v) + 4.5, number_text(v, step).c_str());
+      append(svg_, "<line x1=\"%d\" x2=\"%d\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"%s\"/>\n", kLeft,
+             kRight, y_of(v), y_of(v), std::abs(v) < step / 1e6 ? "#999999" : "#e6e6e6");
+      append(svg_, "<text x=\"%d\" y=\"%.1f\" text-anchor=\"end\" fill=\"#555555\">%s</text>\n",
+             kLeft - 8, y_of(v) + 4.5, number_text(v, step).c_str());
     }
     for (const Mark& mark : marks_)
       append(svg_,
-             "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"#888888\" stroke-dasharray=\"2 "
+             "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"#888888\" "
+             "stroke-dasharray=\"2 "
              "3\"/>\n",
              x_of(mark.time_s), x_of(mark.time_s), top, top + height);
-    append(svg_, "<text x=\"%d\" y=\"%.1f\" font-weight=\"bold\">%s</text>\n", kLeft, top - 9, panel.title);
-    append(
-        svg_,
-        "<text x=\"22\" y=\"%.1f\" transform=\"rotate(-90 22 %.1f)\" text-anchor=\"middle\">%s [%s]</text>\n",
-        top + height / 2, top + height / 2, panel.quantity, panel.unit);
+    append(svg_, "<text x=\"%d\" y=\"%.1f\" font-weight=\"bold\">%s</text>\n", kLeft, top - 9,
+           panel.title);
+    append(svg_,
+           "<text x=\"22\" y=\"%.1f\" transform=\"rotate(-90 22 %.1f)\" text-anchor=\"middle\">%s "
+           "[%s]</text>\n",
+           top + height / 2, top + height / 2, panel.quantity, panel.unit);
     double key = kRight;
     for (auto s = panel.series.rbegin(); s != panel.series.rend() && panel.series.size() > 1; ++s) {
-      append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"end\" font-style=\"italic\">%s</text>", key,
+      append(svg_,
+             "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"end\" font-style=\"italic\">%s</text>", key,
              top - 9, s->name);
       append(svg_,
-             "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"%s\" stroke-width=\"2.5\"/>\n",
+             "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"%s\" "
+             "stroke-width=\"2.5\"/>\n",
              key - 58, key - 34, top - 13, top - 13, s->colour);
       key -= 84;
     }
     append(svg_,
-           "<clipPath id=\"panel%.0f\"><rect x=\"%d\" y=\"%.1f\" width=\"%d\" height=\"%.1f\"/></clipPath>\n",
+           "<clipPath id=\"panel%.0f\"><rect x=\"%d\" y=\"%.1f\" width=\"%d\" "
+           "height=\"%.1f\"/></clipPath>\n",
            top, kLeft, top, kRight - kLeft, height);
     append(svg_, "<g clip-path=\"url(#panel%.0f)\">\n", top);
     for (const Series& s : panel.series) curve(s, y_of);
@@ -149,8 +158,9 @@ class Plot {
   std::string finish(double bottom) {
     const double step = nice_step(t_max_, 10);
     for (double t = 0; t <= t_max_ + step * 1e-6; t += step)
-      append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\" fill=\"#555555\">%s</text>\n", x_of(t),
-             bottom + 20, number_text(t, step).c_str());
+      append(svg_,
+             "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\" fill=\"#555555\">%s</text>\n",
+             x_of(t), bottom + 20, number_text(t, step).c_str());
     append(svg_, "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\">Time [s]</text>\n",
            (kLeft + kRight) / 2.0, bottom + 42);
     append(svg_, "<text x=\"%d\" y=\"%.1f\" font-size=\"12\" fill=\"#555555\">%s</text>\n", kLeft,
@@ -158,8 +168,8 @@ class Plot {
     return std::move(svg_) + "</svg>\n";
   }
 
-  // Labels over the first panel, spread where they would run into each other: to the right first, then back
-  // from the edge.
+  // Labels over the first panel, spread where they would run into each other: to the right first,
+  // then back from the edge.
   void marks(double y) {
     marks_ = contact_marks(carving_);
     struct Label {
@@ -168,7 +178,8 @@ class Plot {
     std::vector<Label> labels;
     double free = -1e9;  // where the label before ends
     for (const Mark& mark : marks_) {
-      const double half = std::max(10.5, kLetterWidth / 2 * static_cast<double>(letters(mark.label)) + 2);
+      const double half =
+          std::max(10.5, kLetterWidth / 2 * static_cast<double>(letters(mark.label)) + 2);
       labels.push_back({std::max(x_of(mark.time_s), free + half), half});
       free = labels.back().x + half;
     }
@@ -182,8 +193,8 @@ class Plot {
              "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"middle\" font-size=\"15\" "
              "font-style=\"italic\">%s</text>\n",
              labels[i].x, y, marks_[i].label.c_str());
-      append(svg_, "<path d=\"M%.1f %.1f L%.1f %.1f\" stroke=\"#888888\" fill=\"none\"/>\n", labels[i].x,
-             y + 5, x_of(marks_[i].time_s), y + 14);
+      append(svg_, "<path d=\"M%.1f %.1f L%.1f %.1f\" stroke=\"#888888\" fill=\"none\"/>\n",
+             labels[i].x, y + 5, x_of(marks_[i].time_s), y + 14);
     }
   }
 
@@ -218,11 +229,13 @@ class Plot {
     if (window_ > 1)
       append_long("<path d=\"" + upper + lower + " Z\" fill=\"" + s.colour +
                   "\" fill-opacity=\"0.16\" stroke=\"none\"/>\n");
-    append_long("<path d=\"" + line + "\" fill=\"none\" stroke=\"" + s.colour + "\" stroke-width=\"" +
-                number_text(s.width, 0.1) + "\" stroke-linejoin=\"round\"/>\n");
+    append_long("<path d=\"" + line + "\" fill=\"none\" stroke=\"" + s.colour +
+                "\" stroke-width=\"" + number_text(s.width, 0.1) +
+                "\" stroke-linejoin=\"round\"/>\n");
   }
   // What leaves the scale: a triangle where the panel ends, with the largest of what is near it.
-  void spikes(const Series& s, double low, double high, double top, double bottom, const char* unit) {
+  void spikes(const Series& s, double low, double high, double top, double bottom,
+              const char* unit) {
     constexpr double kApart = 8, kNumber = 56;  // of spikes, and of their numbers [px]
     struct Spike {
       double x, value;
@@ -240,8 +253,10 @@ class Plot {
     for (const Spike& spike : found) {
       const bool up = spike.value > 0;
       append(svg_,
-             "<path class=\"spike\" d=\"M%.1f %.1fl4 %dh-8z\" fill=\"%s\"><title>%s %s</title></path>\n",
-             spike.x, up ? top - 7 : bottom + 7, up ? 7 : -7, s.colour, size_text(spike.value).c_str(), unit);
+             "<path class=\"spike\" d=\"M%.1f %.1fl4 %dh-8z\" fill=\"%s\"><title>%s "
+             "%s</title></path>\n",
+             spike.x, up ? top - 7 : bottom + 7, up ? 7 : -7, s.colour,
+             size_text(spike.value).c_str(), unit);
       const bool left = spike.x + 6 + kNumber > kRight;
       const double from = left ? spike.x - 6 - kNumber : spike.x + 6;
       if (from < free) continue;
@@ -288,17 +303,19 @@ std::vector<Mark> contact_marks(const Carving& carving) {
 }
 
 std::string forces_csv(const Carving& carving) {
-  std::string csv = "time_s,x_mm,y_mm,z_mm,ax,ay,az,removed_mm3,points,fx_N,fy_N,fz_N,mx_Nmm,my_Nmm,mz_Nmm\n";
+  std::string csv =
+      "time_s,x_mm,y_mm,z_mm,ax,ay,az,removed_mm3,points,fx_N,fy_N,fz_N,mx_Nmm,my_Nmm,mz_Nmm\n";
   csv.reserve(csv.size() + carving.trace.size() * 160);
   for (const TraceRow& row : carving.trace) {
     const Tick& tick = row.result.motion;
     const Wrench& w = row.result.wrench;
     // + 0.0 turns -0 into 0.
-    append(csv, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%lld,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", row.time_s,
-           tick.tip.x() + 0.0, tick.tip.y() + 0.0, tick.tip.z() + 0.0, tick.axis.x() + 0.0,
-           tick.axis.y() + 0.0, tick.axis.z() + 0.0, row.result.removed_mm3 + 0.0,
-           static_cast<long long>(row.result.points), w.force.x() + 0.0, w.force.y() + 0.0, w.force.z() + 0.0,
-           w.moment.x() + 0.0, w.moment.y() + 0.0, w.moment.z() + 0.0);
+    append(csv, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%lld,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n",
+           row.time_s, tick.tip.x() + 0.0, tick.tip.y() + 0.0, tick.tip.z() + 0.0,
+           tick.axis.x() + 0.0, tick.axis.y() + 0.0, tick.axis.z() + 0.0,
+           row.result.removed_mm3 + 0.0, static_cast<long long>(row.result.points),
+           w.force.x() + 0.0, w.force.y() + 0.0, w.force.z() + 0.0, w.moment.x() + 0.0,
+           w.moment.y() + 0.0, w.moment.z() + 0.0);
   }
   return csv;
 }
@@ -311,14 +328,17 @@ std::string model_title(const ForceLaw& law) {
 const char* model_note(ForceModel model) {
   switch (model) {
     case ForceModel::series:
-      return "Series: what a hand feels that pushes the tool by a spring, F = k (hand − tool); it grows "
+      return "Series: what a hand feels that pushes the tool by a spring, F = k (hand − tool); it "
+             "grows "
              "until "
              "the wood gives way, and stays while the hand rests.";
     case ForceModel::energy:
-      return "Energy: what the cut costs, F = u × volume removed / way, against the motion; the same for any "
+      return "Energy: what the cut costs, F = u × volume removed / way, against the motion; the "
+             "same for any "
              "grid, rate and speed, and nothing at rest.";
     case ForceModel::paper:
-      return "Paper: what vanishes, F = kf × grid points within a tick, against the motion; more at speed, "
+      return "Paper: what vanishes, F = kf × grid points within a tick, against the motion; more "
+             "at speed, "
              "uneven where they are few, and nothing at rest.";
   }
   return "";
@@ -328,29 +348,38 @@ std::string forces_svg(const Carving& carving, const std::string& title, const s
   Plot plot(carving, title, note);
   plot.marks(62);
   const double top = 112, height = 150, gap = 46;
-  const auto force = [](int i) { return [i](const TraceRow& r) { return r.result.wrench.force[i]; }; };
-  const auto moment = [](int i) { return [i](const TraceRow& r) { return r.result.wrench.moment[i]; }; };
-  plot.panel({"|F|: size of the force on the hand",
-              "Force",
-              "N",
-              {{"|F|", kBlack, 1.8, [](const TraceRow& r) { return size_of(r.result.wrench.force); }}}},
-             top, height);
+  const auto force = [](int i) {
+    return [i](const TraceRow& r) { return r.result.wrench.force[i]; };
+  };
+  const auto moment = [](int i) {
+    return [i](const TraceRow& r) { return r.result.wrench.moment[i]; };
+  };
+  plot.panel(
+      {"|F|: size of the force on the hand",
+       "Force",
+       "N",
+       {{"|F|", kBlack, 1.8, [](const TraceRow& r) { return size_of(r.result.wrench.force); }}}},
+      top, height);
   plot.panel({"Its parts along x, y and z",
               "Force",
               "N",
-              {{"Fx", kOrange, 1.4, force(0)}, {"Fy", kGreen, 1.4, force(1)}, {"Fz", kBlue, 1.4, force(2)}}},
+              {{"Fx", kOrange, 1.4, force(0)},
+               {"Fy", kGreen, 1.4, force(1)},
+               {"Fz", kBlue, 1.4, force(2)}}},
              top + height + gap, height);
-  plot.panel({"|M|: size of the moment about the tip",
-              "Moment",
-              "N mm",
-              {{"|M|", kBlack, 1.8, [](const TraceRow& r) { return size_of(r.result.wrench.moment); }}}},
-             top + 2 * (height + gap), height);
   plot.panel(
-      {"Its parts about x, y and z",
+      {"|M|: size of the moment about the tip",
        "Moment",
        "N mm",
-       {{"Mx", kOrange, 1.4, moment(0)}, {"My", kGreen, 1.4, moment(1)}, {"Mz", kBlue, 1.4, moment(2)}}},
-      top + 3 * (height + gap), height);
+       {{"|M|", kBlack, 1.8, [](const TraceRow& r) { return size_of(r.result.wrench.moment); }}}},
+      top + 2 * (height + gap), height);
+  plot.panel({"Its parts about x, y and z",
+              "Moment",
+              "N mm",
+              {{"Mx", kOrange, 1.4, moment(0)},
+               {"My", kGreen, 1.4, moment(1)},
+               {"Mz", kBlue, 1.4, moment(2)}}},
+             top + 3 * (height + gap), height);
   return plot.finish(top + 4 * height + 3 * gap);
 }
 
@@ -366,10 +395,14 @@ std::string summary_json(const CarveSummary& s) {
   json["max_force_N"] = s.max_force_N;
   json["max_moment_Nmm"] = s.max_moment_Nmm;
   json["state_hash"] = hash;
-  json["step_us"] = {
-      {"median", s.step_us.median}, {"p99", s.step_us.p99}, {"p999", s.step_us.p999}, {"max", s.step_us.max}};
-  json["stock"] = {
-      {"pitch_mm", s.pitch_mm}, {"rays", s.stock.rays}, {"spans", s.stock.spans}, {"bytes", s.stock.bytes}};
+  json["step_us"] = {{"median", s.step_us.median},
+                     {"p99", s.step_us.p99},
+                     {"p999", s.step_us.p999},
+                     {"max", s.step_us.max}};
+  json["stock"] = {{"pitch_mm", s.pitch_mm},
+                   {"rays", s.stock.rays},
+                   {"spans", s.stock.spans},
+                   {"bytes", s.stock.bytes}};
   return json.dump(2) + "\n";
 }
 

@@ -18,7 +18,8 @@
 namespace kibori {
 namespace {
 
-// Shorter than the studio's first tool is wide, or longer than a workbench: hardly meant in that unit.
+// Shorter than the studio's first tool is wide, or longer than a workbench: hardly meant in that
+// unit.
 constexpr double kMinMeantMm = 10, kMaxMeantMm = 1000;
 constexpr size_t kPreviewTriangles = 30000;
 constexpr int kPreviewPixels = 160;
@@ -43,7 +44,8 @@ double support(const TriangleMesh& mesh, const Box& box, int up) {
   double touching = 0;
   for (const auto& t : mesh.triangles) {
     const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
-    if (std::max({a[up], b[up], c[up]}) <= floor) touching += 0.5 * std::abs((b - a).cross(c - a)[up]);
+    if (std::max({a[up], b[up], c[up]}) <= floor)
+      touching += 0.5 * std::abs((b - a).cross(c - a)[up]);
   }
   return std::min(1.0, touching / footprint);
 }
@@ -82,7 +84,8 @@ std::vector<std::string> repairs_of(const TriangleMesh& mesh) {
     repairs.push_back("It has " + std::to_string(info.components) +
                       " pieces: they are united where they overlap.");
   if (info.degenerate)
-    repairs.push_back(number(info.degenerate, "triangle", "triangles") + " without area: left out.");
+    repairs.push_back(number(info.degenerate, "triangle", "triangles") +
+                      " without area: left out.");
   return repairs;
 }
 
@@ -95,7 +98,8 @@ GreyMap shrunk(const GreyMap& map) {
   small.height = std::max(2, static_cast<int>(map.height / step));
   for (int y = 0; y < small.height; y++)
     for (int x = 0; x < small.width; x++) {
-      const int64_t x0 = int64_t{x} * map.width / small.width, y0 = int64_t{y} * map.height / small.height;
+      const int64_t x0 = int64_t{x} * map.width / small.width,
+                    y0 = int64_t{y} * map.height / small.height;
       const int64_t x1 = std::max(x0 + 1, int64_t{x + 1} * map.width / small.width),
                     y1 = std::max(y0 + 1, int64_t{y + 1} * map.height / small.height);
       uint64_t sum = 0, count = 0;
@@ -110,7 +114,8 @@ GreyMap shrunk(const GreyMap& map) {
 class Bytes32 {
  public:
   void put(uint32_t value) {
-    for (int shift = 0; shift < 32; shift += 8) bytes_.push_back(static_cast<uint8_t>(value >> shift));
+    for (int shift = 0; shift < 32; shift += 8)
+      bytes_.push_back(static_cast<uint8_t>(value >> shift));
   }
   void put(double value) {
     const auto single = static_cast<float>(value);
@@ -143,7 +148,9 @@ UpGuess guess_up(const std::string& ending, const TriangleMesh& mesh) {
   const Box box = mesh.bounds();
   const bool custom_y = ending == ".obj";
   const int custom = custom_y ? 1 : 2, other = 3 - custom;
-  const auto up = [](int axis) { return standing(axis == 1 ? SignedAxis::plus_y : SignedAxis::plus_z); };
+  const auto up = [](int axis) {
+    return standing(axis == 1 ? SignedAxis::plus_y : SignedAxis::plus_z);
+  };
   const std::string name[] = {"x", "y", "z"};
   const double here = support(mesh, box, custom), there = support(mesh, box, other);
   if (there > kFlat && there > 3 * here)
@@ -152,8 +159,9 @@ UpGuess guess_up(const std::string& ending, const TriangleMesh& mesh) {
   if (custom_is_weak && here < kFlat &&
       middle_height(mesh, box, other) + 0.08 < middle_height(mesh, box, custom))
     return {up(other), "Its weight lies lower when " + name[other] + " is up."};
-  return {up(custom), (custom_y ? "OBJ files mostly have y up" : "Files like this one mostly have z up") +
-                          std::string(here > kFlat ? ", and it has a flat base so." : ".")};
+  return {up(custom),
+          (custom_y ? "OBJ files mostly have y up" : "Files like this one mostly have z up") +
+              std::string(here > kFlat ? ", and it has a flat base so." : ".")};
 }
 
 Result<ImportReport> report_import(const std::filesystem::path& path) {
@@ -176,9 +184,9 @@ Result<ImportReport> report_import(const std::filesystem::path& path) {
   const double longest = report.size_mm.maxCoeff();
   if (!(longest > 0)) return Error{path.string() + ": has no extent"};
   for (const auto& t : mesh.triangles)
-    report.area_mm2 +=
-        0.5 *
-        (mesh.vertices[t[1]] - mesh.vertices[t[0]]).cross(mesh.vertices[t[2]] - mesh.vertices[t[0]]).norm();
+    report.area_mm2 += 0.5 * (mesh.vertices[t[1]] - mesh.vertices[t[0]])
+                                 .cross(mesh.vertices[t[2]] - mesh.vertices[t[0]])
+                                 .norm();
   report.unit_mm = ending == ".glb" ? 1000 : 1;
   report.size = guess_size(ending, longest);
   report.up = guess_up(ending, mesh);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a file that someone wants to carve seems to be: how large, which way up, and what must be repaired.
+// What a file that someone wants to carve seems to be: how large, which way up, and what must be
+// repaired.
 #pragma once
 
 #include <cstdint>
@@ -50,9 +51,9 @@ struct ImportReport {
 Result<ImportReport> report_import(const std::filesystem::path& path);
 
 std::string import_report_json(const ImportReport& report);
-// Little-endian. Mesh: counts of vertices and triangles (u32), coordinates (f32; the longest side is 1, the
-// lower corner of the bounds the origin), corners (u32). Picture: width, height (u32), pixels from the top
-// (f32, 0 to 1).
+// Little-endian. Mesh: counts of vertices and triangles (u32), coordinates (f32; the longest side
+// is 1, the lower corner of the bounds the origin), corners (u32). Picture: width, height (u32),
+// pixels from the top (f32, 0 to 1).
 std::vector<uint8_t> import_preview(const ImportReport& report);
 
 }  // namespace kibori

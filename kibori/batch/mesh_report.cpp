@@ -19,7 +19,8 @@ namespace {
 
 // Faces this nearly parallel (170 degrees) are the two sides of a wall; a wedge's are not.
 constexpr double kOpposite = -0.985;
-// Walls are measured by the field that sees them least obliquely: within acos(1/sqrt 3) of its axis.
+// Walls are measured by the field that sees them least obliquely: within acos(1/sqrt 3) of its
+// axis.
 constexpr double kFacing = 0.577;
 
 ThinWalls thin_walls(const Snapshot& model, double threshold_mm) {
@@ -35,7 +36,8 @@ ThinWalls thin_walls(const Snapshot& model, double threshold_mm) {
                      far = decode_normal(s.normal_out, axis, true);
           const double cosine = std::abs(near[depth_index(axis)]);
           if (near.dot(far) > kOpposite || cosine < kFacing) return;
-          const double thickness = (static_cast<double>(s.out) - static_cast<double>(s.in)) * cosine * pitch;
+          const double thickness =
+              (static_cast<double>(s.out) - static_cast<double>(s.in)) * cosine * pitch;
           const double area = 1 / cosine;
           all += area;
           if (thickness < threshold_mm) thin += area;
@@ -44,7 +46,8 @@ ThinWalls thin_walls(const Snapshot& model, double threshold_mm) {
           LatticePoint p;
           p.units[u_index(axis)] = u + 0.5;
           p.units[v_index(axis)] = v + 0.5;
-          p.units[depth_index(axis)] = 0.5 * (static_cast<double>(s.in) + static_cast<double>(s.out));
+          p.units[depth_index(axis)] =
+              0.5 * (static_cast<double>(s.in) + static_cast<double>(s.out));
           walls.at_mm = model.lattice.to_mm(p);
         });
   }
@@ -54,7 +57,8 @@ ThinWalls thin_walls(const Snapshot& model, double threshold_mm) {
 
 }  // namespace
 
-Result<MeshReport> report_mesh(const std::filesystem::path& path, const MeshReportOptions& options) {
+Result<MeshReport> report_mesh(const std::filesystem::path& path,
+                               const MeshReportOptions& options) {
   const Result<TriangleMesh> mesh = read_mesh_or_document(path, options.threads);
   if (!mesh) return Error{mesh.error()};
   const Surface surface = surface_of_mesh(mesh.value());
@@ -63,7 +67,8 @@ Result<MeshReport> report_mesh(const std::filesystem::path& path, const MeshRepo
   const double longest = mesh.value().bounds().size().maxCoeff();
   const double pitch = options.pitch_mm.value_or(longest / 256);
   if (!(pitch > 0)) return report;
-  const Result<MeshStock> stock = stock_of_mesh(mesh.value(), pitch, 2 * pitch, 0, options.threads, false);
+  const Result<MeshStock> stock =
+      stock_of_mesh(mesh.value(), pitch, 2 * pitch, 0, options.threads, false);
   if (stock)
     report.walls = thin_walls(stock.value().model->snapshot(), options.wall_mm);
   else
@@ -76,15 +81,15 @@ std::string mesh_report_text(const MeshReport& report) {
   const Vec3 size = i.triangles ? i.bounds.size() : Vec3(Vec3::Zero()),
              low = i.triangles ? i.bounds.min : size;
   char text[1400];
-  int length =
-      std::snprintf(text, sizeof text,
-                    "size         %.6g x %.6g x %.6g mm\nlower corner %.6g, %.6g, %.6g mm\nvolume       %.6g "
-                    "mm3\narea         %.6g "
-                    "mm2\ncentroid     %.6g, %.6g, %.6g mm\ntriangles    %zu\ncomponents   %zu\nclosed       "
-                    "%s\nmanifold     %s\n",
-                    size.x(), size.y(), size.z(), low.x(), low.y(), low.z(), i.volume_mm3, i.area_mm2,
-                    i.centroid_mm.x(), i.centroid_mm.y(), i.centroid_mm.z(), i.triangles, i.components,
-                    i.closed ? "yes" : "no", i.manifold ? "yes" : "no");
+  int length = std::snprintf(
+      text, sizeof text,
+      "size         %.6g x %.6g x %.6g mm\nlower corner %.6g, %.6g, %.6g mm\nvolume       %.6g "
+      "mm3\narea         %.6g "
+      "mm2\ncentroid     %.6g, %.6g, %.6g mm\ntriangles    %zu\ncomponents   %zu\nclosed       "
+      "%s\nmanifold     %s\n",
+      size.x(), size.y(), size.z(), low.x(), low.y(), low.z(), i.volume_mm3, i.area_mm2,
+      i.centroid_mm.x(), i.centroid_mm.y(), i.centroid_mm.z(), i.triangles, i.components,
+      i.closed ? "yes" : "no", i.manifold ? "yes" : "no");
   const auto add = [&](auto... values) {
     length += std::snprintf(text + length, sizeof text - static_cast<size_t>(length), values...);
   };
@@ -98,27 +103,30 @@ std::string mesh_report_text(const MeshReport& report) {
     add("walls        %s\n", "none with parallel sides");
   else
     add("walls        thinnest %.3g mm, at %.6g, %.6g, %.6g mm; %s thinner than %g mm\n",
-        report.walls->thinnest_mm, report.walls->at_mm.x(), report.walls->at_mm.y(), report.walls->at_mm.z(),
-        percent(report.walls->share).c_str(), report.walls->threshold_mm);
+        report.walls->thinnest_mm, report.walls->at_mm.x(), report.walls->at_mm.y(),
+        report.walls->at_mm.z(), percent(report.walls->share).c_str(), report.walls->threshold_mm);
   return text;
 }
 
 std::string mesh_report_json(const MeshReport& report) {
   const MeshInfo& i = report.info;
-  const auto list = [](const Vec3& v) { return nlohmann::ordered_json::array({v.x(), v.y(), v.z()}); };
-  nlohmann::ordered_json json = {{"size_mm", list(i.triangles ? i.bounds.size() : Vec3(Vec3::Zero()))},
-                                 {"lower_corner_mm", list(i.triangles ? i.bounds.min : Vec3(Vec3::Zero()))},
-                                 {"volume_mm3", i.volume_mm3},
-                                 {"area_mm2", i.area_mm2},
-                                 {"centroid_mm", list(i.centroid_mm)},
-                                 {"triangles", i.triangles},
-                                 {"components", i.components},
-                                 {"closed", i.closed},
-                                 {"manifold", i.manifold},
-                                 {"open_edges", i.open_edges},
-                                 {"overfull_edges", i.overfull_edges},
-                                 {"degenerate_triangles", i.degenerate},
-                                 {"thin_walls", nullptr}};
+  const auto list = [](const Vec3& v) {
+    return nlohmann::ordered_json::array({v.x(), v.y(), v.z()});
+  };
+  nlohmann::ordered_json json = {
+      {"size_mm", list(i.triangles ? i.bounds.size() : Vec3(Vec3::Zero()))},
+      {"lower_corner_mm", list(i.triangles ? i.bounds.min : Vec3(Vec3::Zero()))},
+      {"volume_mm3", i.volume_mm3},
+      {"area_mm2", i.area_mm2},
+      {"centroid_mm", list(i.centroid_mm)},
+      {"triangles", i.triangles},
+      {"components", i.components},
+      {"closed", i.closed},
+      {"manifold", i.manifold},
+      {"open_edges", i.open_edges},
+      {"overfull_edges", i.overfull_edges},
+      {"degenerate_triangles", i.degenerate},
+      {"thin_walls", nullptr}};
   if (report.walls) {
     const ThinWalls& w = *report.walls;
     const bool any = std::isfinite(w.thinnest_mm);

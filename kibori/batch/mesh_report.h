@@ -11,8 +11,8 @@
 
 namespace kibori {
 
-// Where opposite faces come nearer to each other than `threshold_mm`, seen along the three directions of
-// dexels.
+// Where opposite faces come nearer to each other than `threshold_mm`, seen along the three
+// directions of dexels.
 struct ThinWalls {
   double threshold_mm, pitch_mm;  // walls thinner than the pitch may be missed
   double thinnest_mm;             // infinite where no two faces are opposite
@@ -28,7 +28,8 @@ struct MeshReport {
 
 struct MeshReportOptions {
   double wall_mm = 1;
-  std::optional<double> pitch_mm;  // of the dexels that look for thin walls; default: the longest side by 256
+  // Of the dexels that look for thin walls; default: the longest side by 256.
+  std::optional<double> pitch_mm;
   int threads = 1;
 };
 

@@ -43,10 +43,12 @@ Result<TriangleMesh> read_relief(const std::filesystem::path& picture, const Rel
       !fits)
     return Error{picture.string() + ": " + fits.error()};
   const auto too_fine = [&] {
-    return size.width_mm / map.width < 0.5 * pitch_mm || int64_t{map.width} * map.height > kMaxPixels;
+    return size.width_mm / map.width < 0.5 * pitch_mm ||
+           int64_t{map.width} * map.height > kMaxPixels;
   };
   while (map.width >= 4 && map.height >= 4 && too_fine()) map = halved(map);
-  if (map.width < 2 || map.height < 2) return Error{picture.string() + ": a relief needs two pixels a side"};
+  if (map.width < 2 || map.height < 2)
+    return Error{picture.string() + ": a relief needs two pixels a side"};
   const double step = size.width_mm / (map.width - 1);
   const auto w = static_cast<uint32_t>(map.width), h = static_cast<uint32_t>(map.height);
   TriangleMesh mesh;
@@ -55,10 +57,10 @@ Result<TriangleMesh> read_relief(const std::filesystem::path& picture, const Rel
   for (const bool floor : {false, true})
     for (uint32_t y = 0; y < h; y++)
       for (uint32_t x = 0; x < w; x++) {
-        const double z = floor ? 0
-                               : size.base_mm + size.height_mm *
-                                                    map.pixels[static_cast<size_t>(h - 1 - y) * w + x] /
-                                                    65535.0;
+        const double z =
+            floor ? 0
+                  : size.base_mm + size.height_mm *
+                                       map.pixels[static_cast<size_t>(h - 1 - y) * w + x] / 65535.0;
         mesh.vertices.emplace_back(x * step, y * step, z);
       }
   const auto quad = [&](uint32_t a, uint32_t b, uint32_t c, uint32_t d) {

@@ -16,9 +16,9 @@ struct ReliefSize {
   bool invert = false;   // black above white
 };
 
-// A closed mesh with its lower corner at the origin: the picture's pixels as points of its upper side, first
-// row at the far y. Pixels finer than half of `pitch_mm`, or beyond four million, are averaged. Errors: those
-// of reading the picture and of make_lattice, under 2 pixels a side.
+// A closed mesh with its lower corner at the origin: the picture's pixels as points of its upper
+// side, first row at the far y. Pixels finer than half of `pitch_mm`, or beyond four million, are
+// averaged. Errors: those of reading the picture and of make_lattice, under 2 pixels a side.
 Result<TriangleMesh> read_relief(const std::filesystem::path& picture, const ReliefSize& size,
                                  double pitch_mm);
 

@@ -26,7 +26,8 @@ size_t distance(std::string_view a, std::string_view b) {
   for (size_t i = 1; i <= a.size(); i++) {
     size_t diagonal = row[0]++;
     for (size_t j = 1; j <= b.size(); j++) {
-      const size_t next = std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] != b[j - 1] ? 1u : 0u)});
+      const size_t next =
+          std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] != b[j - 1] ? 1u : 0u)});
       diagonal = std::exchange(row[j], next);
     }
   }
@@ -49,7 +50,8 @@ std::vector<std::string> strings(const auto& names) { return {names.begin(), nam
 // Reads one scene; the first error stops it.
 class Reader {
  public:
-  Reader(std::string name, std::optional<std::filesystem::path> folder) : folder_(std::move(folder)) {
+  Reader(std::string name, std::optional<std::filesystem::path> folder)
+      : folder_(std::move(folder)) {
     scene_.file = std::move(name);
   }
 
@@ -72,20 +74,25 @@ class Reader {
     const std::string name = text(t, section, key);
     if (folder_) return scene_.files.emplace_back(*folder_ / name);
     fail(t.get(key),
-         std::string(key) + " names a file, and this scene came without any; carve it with 'kibori carve'");
+         std::string(key) +
+             " names a file, and this scene came without any; carve it with 'kibori carve'");
     return {};
   }
-  void fail(const toml::node* where, const std::string& what) { fail(where ? line_of(*where) : 0, what); }
+  void fail(const toml::node* where, const std::string& what) {
+    fail(where ? line_of(*where) : 0, what);
+  }
   void fail(int line, const std::string& what) {
     if (error_.empty())
-      error_ = sanitize_message(scene_.file + (line > 0 ? ":" + std::to_string(line) : "") + ": " + what);
+      error_ = sanitize_message(scene_.file + (line > 0 ? ":" + std::to_string(line) : "") + ": " +
+                                what);
   }
   static int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
   static std::string full(std::string_view table, std::string_view key) {
     return table.empty() ? std::string(key) : "[" + std::string(table) + "] " + std::string(key);
   }
 
-  void only(const toml::table& table, std::string_view name, const std::vector<std::string>& known) {
+  void only(const toml::table& table, std::string_view name,
+            const std::vector<std::string>& known) {
     for (const auto& [key, node] : table)
       if (std::find(known.begin(), known.end(), key.str()) == known.end())
         fail(static_cast<int>(key.source().begin.line),
@@ -111,7 +118,8 @@ class Reader {
     }
     return as_number(node, full(name, key));
   }
-  double number_or(const toml::table& table, std::string_view name, std::string_view key, double otherwise) {
+  double number_or(const toml::table& table, std::string_view name, std::string_view key,
+                   double otherwise) {
     return table.contains(key) ? number(table, name, key) : otherwise;
   }
   double positive(const toml::table& table, std::string_view name, std::string_view key) {
@@ -119,7 +127,8 @@ class Reader {
     if (!(value > 0)) fail(table.get(key), full(name, key) + " must be greater than 0");
     return value;
   }
-  void at_least_zero(const toml::table& table, std::string_view name, std::string_view key, double& value) {
+  void at_least_zero(const toml::table& table, std::string_view name, std::string_view key,
+                     double& value) {
     if (!table.contains(key)) return;
     value = number(table, name, key);
     if (!(value >= 0)) fail(table.get(key), full(name, key) + " must not be negative");
@@ -181,7 +190,8 @@ class Reader {
       if (force->contains(key) && !scene_.force.series())
         fail(force->get(key), "[force] " + std::string(key) + " is of model = \"series\"");
     if (scene_.force.series()) {
-      if (force->contains("stiffness")) spring.stiffness_n_mm = positive(*force, "force", "stiffness");
+      if (force->contains("stiffness"))
+        spring.stiffness_n_mm = positive(*force, "force", "stiffness");
       at_least_zero(*force, "force", "torsion", spring.torsion_nmm_rad);
       at_least_zero(*force, "force", "friction", spring.friction);
       if (force->contains("strength")) {
@@ -212,7 +222,8 @@ class Reader {
       only(t, "material", {"name", "kf", "u", "c", "yield_n", "color"});
       Material material = defaults(text(t, "material", "name"));
       for (const Material& other : scene_.materials)
-        if (other.name == material.name) fail(&t, "material \"" + material.name + "\" is defined twice");
+        if (other.name == material.name)
+          fail(&t, "material \"" + material.name + "\" is defined twice");
       at_least_zero(t, "material", "kf", material.kf);
       at_least_zero(t, "material", "u", material.u);
       at_least_zero(t, "material", "c", material.c);
@@ -225,8 +236,8 @@ class Reader {
     const std::string color = text(t, "material", "color");
     unsigned rgb = 0;
     char rest = 0;
-    const bool hex =
-        color.size() == 7 && color.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
+    const bool hex = color.size() == 7 &&
+                     color.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
     if (!hex || std::sscanf(color.c_str(), "#%6x%c", &rgb, &rest) != 1)
       return fail(t.get("color"), "[material] color must look like \"#c49a6c\"");
     material.color = {static_cast<uint8_t>(rgb >> 16), static_cast<uint8_t>(rgb >> 8),
@@ -276,7 +287,8 @@ class Reader {
     int kinds = 0;
     for (const char* kind : {"block", "mesh", "sphere", "cylinder", "relief"})
       kinds += t->contains(kind) ? 1 : 0;
-    if (kinds != 1) fail(t, "[stock] needs exactly one of block, mesh, sphere, cylinder and relief");
+    if (kinds != 1)
+      fail(t, "[stock] needs exactly one of block, mesh, sphere, cylinder and relief");
     if (t->contains("block")) {
       stock.kind = Stock::Kind::block;
       stock.size_mm = vector(*t, "stock", "block");
@@ -305,7 +317,8 @@ class Reader {
       if (t->contains(key) && stock.kind != Stock::Kind::relief)
         fail(t->get(key), std::string("[stock] ") + key + " goes with relief");
     if (t->contains("invert")) {
-      if (stock.kind != Stock::Kind::relief) fail(t->get("invert"), "[stock] invert goes with relief");
+      if (stock.kind != Stock::Kind::relief)
+        fail(t->get("invert"), "[stock] invert goes with relief");
       const auto invert = t->get("invert")->value_exact<bool>();
       if (!invert) fail(t->get("invert"), "[stock] invert must be true or false");
       stock.invert = invert.value_or(false);
@@ -349,7 +362,8 @@ class Reader {
     scene_.force.spring.tick_s = 1 / scene_.rate_hz;
   }
 
-  void read_tool_number(const toml::table& t, std::string_view name, const char* key, double& value) {
+  void read_tool_number(const toml::table& t, std::string_view name, const char* key,
+                        double& value) {
     value = positive(t, name, key);
   }
   void read_tool_number(const toml::table& t, std::string_view name, const char* key, Vec3& value) {
@@ -401,9 +415,11 @@ class Reader {
     if (const toml::table* t = table(root, "tool", true))
       scene_.tools.push_back(read_tool(*t, "tool", nullptr));
     const toml::node* node = root.get("move");
-    if (!node) return fail(0, "a scene needs [[move]] tables; the first says where the tool starts");
+    if (!node)
+      return fail(0, "a scene needs [[move]] tables; the first says where the tool starts");
     const toml::array* list = node->as_array();
-    if (!list || !list->is_array_of_tables()) return fail(node, "moves are written as [[move]] tables");
+    if (!list || !list->is_array_of_tables())
+      return fail(node, "moves are written as [[move]] tables");
     if (!error_.empty()) return;
     Move move;
     move.material = scene_.stock.material;
@@ -411,7 +427,8 @@ class Reader {
       const toml::table& t = *element.as_table();
       const bool first = scene_.moves.empty();
       only(t, "move",
-           {"to", "axis", "roll_deg", "speed", "turn_deg_s", "wait_s", "mode", "material", "label", "tool"});
+           {"to", "axis", "roll_deg", "speed", "turn_deg_s", "wait_s", "mode", "material", "label",
+            "tool"});
       move.line = line_of(t);
       move.label.clear();
       move.wait_s = 0;
@@ -430,7 +447,8 @@ class Reader {
         move.roll_rad = roll * kRadPerDeg;
       }
       if (t.contains("speed")) move.speed_mm_s = positive(t, "move", "speed");
-      if (t.contains("turn_deg_s")) move.turn_rad_s = positive(t, "move", "turn_deg_s") * kRadPerDeg;
+      if (t.contains("turn_deg_s"))
+        move.turn_rad_s = positive(t, "move", "turn_deg_s") * kRadPerDeg;
       at_least_zero(t, "move", "wait_s", move.wait_s);
       if (t.contains("mode")) {
         const std::string mode = text(t, "move", "mode");
@@ -440,10 +458,12 @@ class Reader {
           fail(t.get("mode"), "unknown mode \"" + mode + "\"; did you mean \"" +
                                   nearest(mode, strings(names_of(Mode{}))) + "\"?");
       }
-      if (t.contains("material")) move.material = material(t.get("material"), text(t, "move", "material"));
+      if (t.contains("material"))
+        move.material = material(t.get("material"), text(t, "move", "material"));
       if (t.contains("label")) move.label = text(t, "move", "label");
       if (const toml::node* tool = t.get("tool")) {
-        if (!tool->is_table()) return fail(tool, "[move] tool must be a table, as in tool = { ks = 0.2 }");
+        if (!tool->is_table())
+          return fail(tool, "[move] tool must be a table, as in tool = { ks = 0.2 }");
         scene_.tools.push_back(read_tool(*tool->as_table(), "tool", &scene_.tools[move.tool]));
         move.tool = scene_.tools.size() - 1;
       }
@@ -467,8 +487,8 @@ class Reader {
 constexpr int kMaxDepth = 32;  // tables in tables, lists in lists; scenes need four
 constexpr uint64_t kMaxSceneBytes = uint64_t{256} << 20;  // some millions of moves
 
-// Before it is parsed: what is parsed, and what frees it again, goes as deep into the stack as tables lie in
-// tables. A dotted key is as deep as it has dots.
+// Before it is parsed: what is parsed, and what frees it again, goes as deep into the stack as
+// tables lie in tables. A dotted key is as deep as it has dots.
 Status check_depth(std::string_view text, const std::string& name) {
   int line = 1, depth = 0, dots = 0;
   for (size_t i = 0; i < text.size(); i++) {
@@ -501,8 +521,9 @@ Status check_depth(std::string_view text, const std::string& name) {
       dots = 0;
     }
     if (depth + dots > kMaxDepth)
-      return Error{sanitize_message(name + ":" + std::to_string(line) + ": tables or lists lie more than " +
-                                    std::to_string(kMaxDepth) + " deep in each other; no scene needs that")};
+      return Error{sanitize_message(name + ":" + std::to_string(line) +
+                                    ": tables or lists lie more than " + std::to_string(kMaxDepth) +
+                                    " deep in each other; no scene needs that")};
   }
   return Ok{};
 }
@@ -533,18 +554,21 @@ Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to)
   };
   MovePlan plan;
   Vec3 turn = shortest_turn(from.axis, to.axis);
-  if (turn.squaredNorm() < kNoTurn * kNoTurn) turn = Vec3::Zero();  // the same axis, but for the last bit
+  // The same axis, but for the last bit.
+  if (turn.squaredNorm() < kNoTurn * kNoTurn) turn = Vec3::Zero();
   const double roll = to.roll_rad - from.roll_rad;
   if (from.axis.dot(to.axis) < -1 + 1e-9)
     return wrong(
-        "[move] axis reverses exactly, so the way round is open; add a move with an axis in between");
+        "[move] axis reverses exactly, so the way round is open; add a move with an axis in "
+        "between");
   if (turn.squaredNorm() > 0 && roll != 0)
     return wrong("[move] changes axis and roll_deg together; use two moves");
   plan.turn_rad = roll != 0 ? Vec3(roll * to.axis) : turn;
   const double length = std::sqrt((to.to_mm - from.to_mm).squaredNorm());
   const double angle = std::sqrt(plan.turn_rad.squaredNorm());
   double ticks = 0;
-  // A hair less before rounding up: 100 mm at 40 mm/s and 1000 Hz are 2500 ticks, whatever the last bit says.
+  // A hair less before rounding up: 100 mm at 40 mm/s and 1000 Hz are 2500 ticks, whatever the last
+  // bit says.
   const auto whole = [](double x) { return std::max(1.0, std::ceil(x * (1 - 1e-12))); };
   if (length > 0) {
     if (!(to.speed_mm_s > 0)) return wrong("[move] needs a speed (mm/s)");

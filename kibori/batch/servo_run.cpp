@@ -55,7 +55,8 @@ Result<HandPath> hand_path(const Scene& scene) {
   for (size_t i = 1; i < scene.moves.size(); i++) {
     const Result<MovePlan> plan = plan_move(scene, scene.moves[i - 1], scene.moves[i]);
     if (!plan) return Error{plan.error()};
-    const double length = static_cast<double>(plan.value().ticks + plan.value().dwell_ticks) / scene.rate_hz;
+    const double length =
+        static_cast<double>(plan.value().ticks + plan.value().dwell_ticks) / scene.rate_hz;
     path.legs.push_back(
         {time, time + length, pose, Vec3(scene.moves[i].to_mm - pose.tip), plan.value().turn_rad});
     pose = ToolMotion{pose, path.legs.back().travel_mm, plan.value().turn_rad}.at(1);
@@ -109,20 +110,22 @@ nlohmann::json quantiles(const Histogram& h) {
 void draw(std::string& text, const char* name, const Histogram& h) {
   char line[200];
   const auto us = [&](double share) { return static_cast<double>(h.quantile_ns(share)) / 1000; };
-  std::snprintf(line, sizeof line, "%-10s p50 %8.1f   p99 %8.1f   p99.9 %8.1f   max %8.1f us\n", name,
-                us(0.5), us(0.99), us(0.999), static_cast<double>(h.max_ns()) / 1000);
+  std::snprintf(line, sizeof line, "%-10s p50 %8.1f   p99 %8.1f   p99.9 %8.1f   max %8.1f us\n",
+                name, us(0.5), us(0.99), us(0.999), static_cast<double>(h.max_ns()) / 1000);
   text += line;
   std::array<uint64_t, 40> octaves{};
   h.for_bins([&](uint64_t from, uint64_t, uint64_t count) {
-    octaves[std::min<size_t>(octaves.size() - 1, static_cast<size_t>(std::bit_width(from)))] += count;
+    octaves[std::min<size_t>(octaves.size() - 1, static_cast<size_t>(std::bit_width(from)))] +=
+        count;
   });
   for (size_t i = 0; i < octaves.size(); i++) {
     if (octaves[i] == 0) continue;
     // Logarithmic, so that the rare ones show.
     const auto stars = static_cast<int>(4 * std::log10(static_cast<double>(octaves[i])) + 1);
     std::snprintf(line, sizeof line, "  below %10.1f us %10llu  %.*s\n",
-                  std::ldexp(1.0, static_cast<int>(i)) / 1000, static_cast<unsigned long long>(octaves[i]),
-                  std::min(stars, 40), "########################################");
+                  std::ldexp(1.0, static_cast<int>(i)) / 1000,
+                  static_cast<unsigned long long>(octaves[i]), std::min(stars, 40),
+                  "########################################");
     text += line;
   }
 }
@@ -180,11 +183,12 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
   }
   RecordingDevice* recording = nullptr;
   if (!options.record.empty()) {
-    if (const Status writable = check_writable(options.record); !writable) return Error{writable.error()};
+    if (const Status writable = check_writable(options.record); !writable)
+      return Error{writable.error()};
     // Whoever is told to stop may be told a little late.
-    auto wrapped =
-        std::make_unique<RecordingDevice>(std::move(device), 1 / options.rate_hz,
-                                          static_cast<size_t>((options.seconds + 1) * options.rate_hz) + 1);
+    auto wrapped = std::make_unique<RecordingDevice>(
+        std::move(device), 1 / options.rate_hz,
+        static_cast<size_t>((options.seconds + 1) * options.rate_hz) + 1);
     recording = wrapped.get();
     device = std::move(wrapped);
   }
@@ -199,13 +203,15 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
     }
   settings.model = options.model.value_or(scene.force.law.model);
   if (scene.force.series()) settings.spring = scene.force.spring;
-  settings.spring.stiffness_n_mm = options.stiffness_n_mm.value_or(
-      scene.force.series() ? scene.force.spring.stiffness_n_mm : device->capabilities().stiffness_n_mm);
+  settings.spring.stiffness_n_mm =
+      options.stiffness_n_mm.value_or(scene.force.series() ? scene.force.spring.stiffness_n_mm
+                                                           : device->capabilities().stiffness_n_mm);
   settings.workspace = Workspace(centre);
   settings.log = !options.document.empty();
   std::unique_ptr<Document> document;
   if (settings.log) {
-    Result<std::unique_ptr<Document>> created = new_document(options.document, scene, *stock.value());
+    Result<std::unique_ptr<Document>> created =
+        new_document(options.document, scene, *stock.value());
     if (!created) return Error{created.error()};
     document = std::move(created).value();
   }
@@ -243,8 +249,8 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
     writer->stop();
     Document& written = writer->document();
     // A picture that can't be drawn is no loss.
-    static_cast<void>(
-        keep_thumbnail(written, written.head(), live.context().model().snapshot(), scene.materials, 1));
+    static_cast<void>(keep_thumbnail(written, written.head(), live.context().model().snapshot(),
+                                     scene.materials, 1));
     const bool in_memory = !written.unsaved().empty();
     report.unsaved = settle(written);
     if (!in_memory) report.unsaved = writer->trouble();
@@ -266,11 +272,13 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
 std::string servo_report_text(const ServoReport& r) {
   std::string text;
   char line[400];
-  std::snprintf(line, sizeof line, "device     %s\nthread     %s\n", r.device.c_str(), r.scheduling.c_str());
+  std::snprintf(line, sizeof line, "device     %s\nthread     %s\n", r.device.c_str(),
+                r.scheduling.c_str());
   text += line;
   std::snprintf(line, sizeof line, "ticks      %llu at %g Hz in %.1f s, %llu missed (%s)\n",
                 static_cast<unsigned long long>(r.servo.ticks), r.rate_hz, r.servo.seconds,
-                static_cast<unsigned long long>(r.servo.missed), percent(miss_ratio(r.servo)).c_str());
+                static_cast<unsigned long long>(r.servo.missed),
+                percent(miss_ratio(r.servo)).c_str());
   text += line;
   draw(text, "compute", r.servo.compute_ns);
   draw(text, "period", r.servo.period_ns);

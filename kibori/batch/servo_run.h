@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Runs the servo loop for a while with a simulated hand (or a real device) and says how it kept time.
+// Runs the servo loop for a while with a simulated hand (or a real device) and says how it kept
+// time.
 #pragma once
 
 #include <filesystem>
@@ -21,12 +22,14 @@ struct ServoRunOptions {
   std::optional<ForceModel> model;       // else the scene's
   std::optional<double> stiffness_n_mm;  // else the device's
   bool surface = true;                   // a second thread follows with the surface
-  bool empty_loop = true;                // a thread that only wakes, to tell the machine's jitter from ours
-  std::filesystem::path record;          // keep the device's readings here, for replay:FILE
-  std::filesystem::path document;        // keep what is carved here
-  bool keep_forces = false;              // and what was felt
+  // a thread that only wakes, to tell the machine's jitter from ours.
+  bool empty_loop = true;
+  std::filesystem::path record;    // keep the device's readings here, for replay:FILE
+  std::filesystem::path document;  // keep what is carved here
+  bool keep_forces = false;        // and what was felt
   std::function<void(double share)> progress;
-  std::function<bool()> cancelled;  // asked now and then; true ends the run as if the time were over
+  // Asked now and then; true ends the run as if the time were over.
+  std::function<bool()> cancelled;
 };
 
 struct ServoReport {
@@ -39,13 +42,14 @@ struct ServoReport {
   double min_energy_mj = 0;  // what the program gave back beyond what it got, at worst
   uint64_t snapshots = 0, surface_chunks = 0;
   uint64_t left_out = 0;  // ticks that the recording had no room for
-  std::string
-      unsaved;  // why the document holds only the beginning, and where the rest is; empty: all is there
+  // Why the document holds only the beginning, and where the rest is; empty: all is there.
+  std::string unsaved;
 };
 
-// Carves the scene's stock (or fills, or only touches, as its first move that is not off) with its first
-// tool; the virtual device's hand goes to and fro along the scene's moves. device: null for the virtual one.
-// Errors: those of make_stock, plan_move and LiveCarving::make, or a recording that can't be written.
+// Carves the scene's stock (or fills, or only touches, as its first move that is not off) with its
+// first tool; the virtual device's hand goes to and fro along the scene's moves. device: null for
+// the virtual one. Errors: those of make_stock, plan_move and LiveCarving::make, or a recording
+// that can't be written.
 Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device,
                               const ServoRunOptions& options);
 

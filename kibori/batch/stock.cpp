@@ -18,15 +18,16 @@ Status check_memory(const Lattice& lattice, bool mesh) {
   const double there = available_bytes();
   if (!(there > 0 && need > there)) return Ok{};
   char text[200];
-  std::snprintf(
-      text, sizeof text,
-      "pitch %g mm would take about %.1f GB and %.1f GB are free; use a coarser pitch (%.3g mm fits)",
-      lattice.pitch_mm, need / 1e9, there / 1e9, lattice.pitch_mm * std::sqrt(need / (0.8 * there)));
+  std::snprintf(text, sizeof text,
+                "pitch %g mm would take about %.1f GB and %.1f GB are free; use a coarser pitch "
+                "(%.3g mm fits)",
+                lattice.pitch_mm, need / 1e9, there / 1e9,
+                lattice.pitch_mm * std::sqrt(need / (0.8 * there)));
   return Error{text};
 }
 
-Result<MeshStock> stock_of_mesh(const TriangleMesh& mesh, double pitch_mm, double room_mm, uint8_t material,
-                                int threads, bool force) {
+Result<MeshStock> stock_of_mesh(const TriangleMesh& mesh, double pitch_mm, double room_mm,
+                                uint8_t material, int threads, bool force) {
   const Box box = mesh.bounds();
   Result<Lattice> lattice = make_lattice(box.size(), pitch_mm, room_mm);
   if (!lattice) return Error{lattice.error()};
@@ -35,11 +36,12 @@ Result<MeshStock> stock_of_mesh(const TriangleMesh& mesh, double pitch_mm, doubl
   const double farthest = std::max(box.min.cwiseAbs().maxCoeff(), box.max.cwiseAbs().maxCoeff());
   if (farthest > kMaxFromOrigin * pitch_mm) {
     char text[200];
-    std::snprintf(text, sizeof text,
-                  "reaches %.4g mm from the origin, and at pitch %g mm only %.4g mm can be told apart; move "
-                  "it nearer or "
-                  "use a coarser pitch",
-                  farthest, pitch_mm, kMaxFromOrigin * pitch_mm);
+    std::snprintf(
+        text, sizeof text,
+        "reaches %.4g mm from the origin, and at pitch %g mm only %.4g mm can be told apart; move "
+        "it nearer or "
+        "use a coarser pitch",
+        farthest, pitch_mm, kMaxFromOrigin * pitch_mm);
     return Error{text};
   }
   if (const Status fits = check_memory(placed, true); !fits) return Error{fits.error()};

@@ -8,11 +8,12 @@
 namespace kibori {
 namespace {
 
-// DHD answers -1 for an error, of which dhdErrorGetLast tells the kind, and else 0, 1 (too soon after the
-// last call: the value is the last one) or 2 (a motor gives all it can). Metres, N, N m, radians; x points to
-// the user, y right, z up.
+// DHD answers -1 for an error, of which dhdErrorGetLast tells the kind, and else 0, 1 (too soon
+// after the last call: the value is the last one) or 2 (a motor gives all it can). Metres, N, N m,
+// radians; x points to the user, y right, z up.
 constexpr int kTooSoon = 1;
-constexpr int kErrorCommunication = 2, kErrorNoDevice = 5, kErrorNotAvailable = 6, kErrorNotReady = 12;
+constexpr int kErrorCommunication = 2, kErrorNoDevice = 5, kErrorNotAvailable = 6,
+              kErrorNotReady = 12;
 // If we fall silent for 20 ms the device lets go by itself. In steps of 125 us.
 constexpr unsigned char kWatchdogSteps = 160;
 
@@ -48,11 +49,13 @@ Result<std::unique_ptr<ForceDimensionDevice>> ForceDimensionDevice::open() {
     for (const char* folder : {"/lib/release/lin-x86_64-gcc/", "/lib/", "/"})
       for (const char* file : {"libdrd.so.3", "libdhd.so.3", "libdrd.so", "libdhd.so"})
         names.push_back(std::string(sdk) + folder + file);
-  for (const char* file : {"libdrd.so.3", "libdhd.so.3", "libdrd.so", "libdhd.so"}) names.emplace_back(file);
+  for (const char* file : {"libdrd.so.3", "libdhd.so.3", "libdrd.so", "libdhd.so"})
+    names.emplace_back(file);
   Result<SharedLibrary> library = SharedLibrary::open(names);
   if (!library)
     return Error{
-        "Force Dimension's library was not found; install its SDK and set FORCEDIM_SDK to its folder"};
+        "Force Dimension's library was not found; install its SDK and set FORCEDIM_SDK to its "
+        "folder"};
   std::unique_ptr<ForceDimensionDevice> device(new ForceDimensionDevice);
   device->library_ = std::move(library).value();
   Functions& dhd = *device->dhd_;
@@ -78,11 +81,13 @@ Result<std::unique_ptr<ForceDimensionDevice>> ForceDimensionDevice::open() {
   need("dhdErrorGetLastStr", dhd.error_get_last_str);
   need("dhdErrorGetLast", dhd.error_get_last);
   if (missing)
-    return Error{std::string("Force Dimension's library has no ") + missing + "; install a newer SDK"};
+    return Error{std::string("Force Dimension's library has no ") + missing +
+                 "; install a newer SDK"};
 
   const auto said = [&](const char* what) {
     const char* reason = dhd.error_get_last_str();
-    return Error{std::string("Force Dimension device: ") + what + (reason ? std::string(": ") + reason : "")};
+    return Error{std::string("Force Dimension device: ") + what +
+                 (reason ? std::string(": ") + reason : "")};
   };
   if (dhd.get_device_count() <= 0)
     return Error{"no Force Dimension device or Falcon is plugged in (or no permission to use it)"};
@@ -118,8 +123,8 @@ ForceDimensionDevice::~ForceDimensionDevice() {
 DeviceStatus ForceDimensionDevice::judge(int result) {
   if (result >= 0) return result == kTooSoon ? DeviceStatus::stale : DeviceStatus::ok;
   const int kind = dhd_->error_get_last();
-  unplugged_ |= kind == kErrorCommunication || kind == kErrorNoDevice || kind == kErrorNotAvailable ||
-                kind == kErrorNotReady;
+  unplugged_ |= kind == kErrorCommunication || kind == kErrorNoDevice ||
+                kind == kErrorNotAvailable || kind == kErrorNotReady;
   failed_ = true;
   return unplugged_ ? DeviceStatus::unplugged : DeviceStatus::failed;
 }
@@ -144,7 +149,8 @@ DeviceStatus ForceDimensionDevice::read(DeviceReading& reading) {
     reading.frame = turn * theirs * turn.transpose();
   }
   reading.buttons = dhd_->get_button_mask(ID);
-  if (!reading.position_mm.allFinite() || !reading.velocity_mm_s.allFinite() || !reading.frame.allFinite()) {
+  if (!reading.position_mm.allFinite() || !reading.velocity_mm_s.allFinite() ||
+      !reading.frame.allFinite()) {
     failed_ = true;
     return DeviceStatus::failed;
   }
@@ -162,8 +168,8 @@ DeviceStatus ForceDimensionDevice::write(const Wrench& wrench) {
   }
   // Back into its axes: x = -y', y = x'. N mm to N m.
   const Vec3 &f = wrench.force, m = wrench.moment / 1000;
-  const DeviceStatus status = judge(
-      dhd_->set_force_and_torque(-f.y(), f.x(), f.z(), -m.y(), m.x(), m.z(), 0, static_cast<char>(id_)));
+  const DeviceStatus status = judge(dhd_->set_force_and_torque(-f.y(), f.x(), f.z(), -m.y(), m.x(),
+                                                               m.z(), 0, static_cast<char>(id_)));
   return status == DeviceStatus::stale ? DeviceStatus::ok : status;
 }
 

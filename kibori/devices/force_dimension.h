@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Force Dimension's devices (omega, delta, sigma, lambda) and the Novint Falcon, through the vendor's DHD
-// library, which is looked for in $FORCEDIM_SDK and where the system looks.
+// Force Dimension's devices (omega, delta, sigma, lambda) and the Novint Falcon, through the
+// vendor's DHD library, which is looked for in $FORCEDIM_SDK and where the system looks.
 #pragma once
 
 #include <chrono>
@@ -13,7 +13,8 @@ namespace kibori {
 
 class ForceDimensionDevice final : public Device {
  public:
-  // The first device. Errors: no library, a library without what is needed, no device, or what DHD says.
+  // The first device. Errors: no library, a library without what is needed, no device, or what DHD
+  // says.
   static Result<std::unique_ptr<ForceDimensionDevice>> open();
   ~ForceDimensionDevice() override;
 

@@ -38,9 +38,12 @@ struct Sdl {
 
   bool find_in(const SharedLibrary& library) {
     return library.find("SDL_InitSubSystem", init) && library.find("SDL_QuitSubSystem", quit) &&
-           library.find("SDL_SetHint", set_hint) && library.find("SDL_JoystickEventState", event_state) &&
-           library.find("SDL_NumJoysticks", count) && library.find("SDL_IsGameController", is_controller) &&
-           library.find("SDL_GameControllerOpen", open) && library.find("SDL_GameControllerClose", close) &&
+           library.find("SDL_SetHint", set_hint) &&
+           library.find("SDL_JoystickEventState", event_state) &&
+           library.find("SDL_NumJoysticks", count) &&
+           library.find("SDL_IsGameController", is_controller) &&
+           library.find("SDL_GameControllerOpen", open) &&
+           library.find("SDL_GameControllerClose", close) &&
            library.find("SDL_GameControllerName", name) &&
            library.find("SDL_GameControllerGetAttached", attached) &&
            library.find("SDL_GameControllerUpdate", update) &&
@@ -121,8 +124,10 @@ struct GamepadDevice::Link {
     const auto axis = [&](int i) { return static_cast<double>(sdl.axis(pad, i)) / 32767; };
     Sticks now;
     const double speed = kSpeed_mm_s * (axis(kLeftTrigger) > 0.6 ? kFineShare : 1);
-    now.velocity_mm_s = speed * Vec3(stick(axis(kLeftX)), -stick(axis(kLeftY)), -stick(axis(kRightY)));
-    for (int i = 0; i < kButtons; i++) now.buttons |= static_cast<uint32_t>(sdl.button(pad, i) != 0) << i;
+    now.velocity_mm_s =
+        speed * Vec3(stick(axis(kLeftX)), -stick(axis(kLeftY)), -stick(axis(kRightY)));
+    for (int i = 0; i < kButtons; i++)
+      now.buttons |= static_cast<uint32_t>(sdl.button(pad, i) != 0) << i;
     now.at = Clock::now();
     return now;
   }
@@ -205,7 +210,8 @@ DeviceStatus GamepadDevice::read(DeviceReading& reading) {
   if (link.lost.load(std::memory_order_relaxed)) return DeviceStatus::unplugged;
   link.seen |= link.readings.take(link.sticks);
   const Clock::time_point now = Clock::now();
-  const double age = link.seen ? std::chrono::duration<double>(now - link.sticks.at).count() : kUnknownAge;
+  const double age =
+      link.seen ? std::chrono::duration<double>(now - link.sticks.at).count() : kUnknownAge;
   const double passed = std::chrono::duration<double>(now - link.last_read).count();
   link.last_read = now;
   reading.position_mm = link.hand.position_mm();

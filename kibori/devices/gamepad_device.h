@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A game controller, through SDL2 (opened while running). It has no force, so it moves a simulated hand,
-// which the force holds back as it would a real one, and rumbles: the slow motor with the force, the quick
-// one with its roughness.
+// A game controller, through SDL2 (opened while running). It has no force, so it moves a simulated
+// hand, which the force holds back as it would a real one, and rumbles: the slow motor with the
+// force, the quick one with its roughness.
 //
 //   left stick    x and y: speed, up to 80 mm/s        A, B, X, Y    buttons 0 ... 3
 //   right stick   z                                    left trigger  slower, for fine work

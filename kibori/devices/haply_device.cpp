@@ -60,7 +60,8 @@ uint32_t buttons_of(const Json& state) {
   return bits;
 }
 
-// Metres, and x right, y forward, z up: as here but for the unit. False where the frame says no position.
+// Metres, and x right, y forward, z up: as here but for the unit. False where the frame says no
+// position.
 bool read_frame(const Json& frame, DeviceReading& reading) {
   const Json* arm = first_of(frame, "inverse3");
   if (!arm) return false;
@@ -184,7 +185,8 @@ struct HaplyDevice::Link {
 
 HaplyDevice::HaplyDevice(std::unique_ptr<Link> link) : link_(std::move(link)) {}
 
-Result<std::unique_ptr<HaplyDevice>> HaplyDevice::open(const std::string& host, const std::string& port) {
+Result<std::unique_ptr<HaplyDevice>> HaplyDevice::open(const std::string& host,
+                                                       const std::string& port) {
   auto link = std::make_unique<Link>();
   link->where = "Haply service at " + host + ":" + port;
   const auto wrong = [&](const std::string& what) { return Error{link->where + ": " + what}; };
@@ -217,7 +219,8 @@ Result<std::unique_ptr<HaplyDevice>> HaplyDevice::open(const std::string& host, 
   link->newer = arm->contains("config");
   DeviceCapabilities& c = link->capabilities;
   c.name = "Haply Inverse3 " + id->get<std::string>();
-  c.dof_in = first_of(inventory, "wireless_verse_grip") || first_of(inventory, "verse_grip") ? 6 : 3;
+  c.dof_in =
+      first_of(inventory, "wireless_verse_grip") || first_of(inventory, "verse_grip") ? 6 : 3;
   c.dof_out = 3;
   c.force_n = 8;
   c.damping_ns_mm = 0.002;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Haply Inverse3 (and a VerseGrip, where there is one) through the Haply service: JSON over WebSocket. The
-// service answers each frame with one, so it is spoken to on a thread of its own, and the servo loop
-// exchanges the newest values with that.
+// Haply Inverse3 (and a VerseGrip, where there is one) through the Haply service: JSON over
+// WebSocket. The service answers each frame with one, so it is spoken to on a thread of its own,
+// and the servo loop exchanges the newest values with that.
 #pragma once
 
 #include <memory>
@@ -13,8 +13,8 @@ namespace kibori {
 
 class HaplyDevice final : public Device {
  public:
-  // Errors: nobody answers at that address within two seconds, it is not the Haply service, or no Inverse3 is
-  // plugged in.
+  // Errors: nobody answers at that address within two seconds, it is not the Haply service, or no
+  // Inverse3 is plugged in.
   static Result<std::unique_ptr<HaplyDevice>> open(const std::string& host = "localhost",
                                                    const std::string& port = "10001");
   ~HaplyDevice() override;

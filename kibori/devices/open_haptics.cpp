@@ -25,7 +25,8 @@ struct HdError {
 using HdCallback = unsigned (*)(void*);
 constexpr unsigned kContinue = 1, kInvalidHandle = 0xffffffffu;
 constexpr unsigned kButtons = 0x2000, kPosition = 0x2050, kVelocity = 0x2051, kTransform = 0x2052,
-                   kForce = 0x2700, kTorque = 0x2701, kForceOutput = 0x4000, kNominalMaxForce = 0x2603;
+                   kForce = 0x2700, kTorque = 0x2701, kForceOutput = 0x4000,
+                   kNominalMaxForce = 0x2603;
 constexpr unsigned kCommunication = 0x0302, kCommunicationSettings = 0x0303;
 constexpr unsigned short kHighest = 0xffff;
 // A force that nobody renewed for so long is let go.
@@ -92,8 +93,8 @@ struct OpenHapticsDevice::Link {
     turn << 1, 0, 0, 0, 0, -1, 0, 1, 0;
     now.reading.frame = turn * theirs * turn.transpose();
     now.at = Clock::now();
-    const bool good = now.reading.position_mm.allFinite() && now.reading.velocity_mm_s.allFinite() &&
-                      now.reading.frame.allFinite();
+    const bool good = now.reading.position_mm.allFinite() &&
+                      now.reading.velocity_mm_s.allFinite() && now.reading.frame.allFinite();
 
     commands.take(command);
     Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
@@ -101,7 +102,8 @@ struct OpenHapticsDevice::Link {
       force = command.wrench.force;
       torque = command.wrench.moment;  // N mm are mN m
     }
-    const double f[3] = {force.x(), force.z(), -force.y()}, t[3] = {torque.x(), torque.z(), -torque.y()};
+    const double f[3] = {force.x(), force.z(), -force.y()},
+                 t[3] = {torque.x(), torque.z(), -torque.y()};
     set_doubles(kForce, f);
     if (capabilities.dof_out == 6) set_doubles(kTorque, t);
     end_frame(device);
@@ -132,7 +134,8 @@ Result<std::unique_ptr<OpenHapticsDevice>> OpenHapticsDevice::open() {
   Result<SharedLibrary> library = SharedLibrary::open(names);
   if (!library)
     return Error{
-        "OpenHaptics' libHD.so was not found; install OpenHaptics and the driver from 3D Systems, or set "
+        "OpenHaptics' libHD.so was not found; install OpenHaptics and the driver from 3D Systems, "
+        "or set "
         "OH_SDK_BASE to its folder"};
   auto link = std::make_unique<Link>();
   link->library = std::move(library).value();
@@ -154,13 +157,15 @@ Result<std::unique_ptr<OpenHapticsDevice>> OpenHapticsDevice::open() {
   need("hdSetDoublev", link->set_doubles);
   need("hdGetError", link->get_error);
   need("hdGetErrorString", link->error_string);
-  if (missing) return Error{std::string("OpenHaptics' library has no ") + missing + "; install a newer one"};
+  if (missing)
+    return Error{std::string("OpenHaptics' library has no ") + missing + "; install a newer one"};
 
   std::unique_ptr<OpenHapticsDevice> device(new OpenHapticsDevice(std::move(link)));
   Link& l = *device->link_;
   const auto said = [&](const char* what, unsigned code) {
     const char* reason = l.error_string(code);
-    return Error{std::string("OpenHaptics device: ") + what + (reason ? std::string(": ") + reason : "")};
+    return Error{std::string("OpenHaptics device: ") + what +
+                 (reason ? std::string(": ") + reason : "")};
   };
   l.device = l.init_device(nullptr);
   if (const HdError error = l.get_error(); error.code != 0 || l.device == kInvalidHandle) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// 3D Systems' Touch family through the vendor's OpenHaptics library (libHD), which runs a scheduler thread of
-// its own: that and the servo loop exchange the newest values.
+// 3D Systems' Touch family through the vendor's OpenHaptics library (libHD), which runs a scheduler
+// thread of its own: that and the servo loop exchange the newest values.
 #pragma once
 
 #include <memory>

@@ -7,17 +7,19 @@
 namespace kibori {
 namespace {
 
-// How fast the hand goes from where the tool is clear of the wood to a stroke's first place. Faster, and the
-// force of the plunge is a mean over more than a quarter of a mm.
+// How fast the hand goes from where the tool is clear of the wood to a stroke's first place.
+// Faster, and the force of the plunge is a mean over more than a quarter of a mm.
 constexpr double kPlungeMmS = 250;
-// The surface's normal turns at once at an edge, a hand does not: turning faster than this takes more
-// readings. At 1000 readings a second and the finest lattice of the studio, a tool of 25 mm then takes some
-// 20 pieces.
+// The surface's normal turns at once at an edge, a hand does not: turning faster than this takes
+// more readings. At 1000 readings a second and the finest lattice of the studio, a tool of 25 mm
+// then takes some 20 pieces.
 constexpr double kFastestTurn = 8;  // rad/s
-// Events farther apart are a rest, of which only the last moment counts as the way to the next place. Longer
-// than the events of the slowest screens (30 Hz) are apart, so that no motion is taken for a rest.
+// Events farther apart are a rest, of which only the last moment counts as the way to the next
+// place. Longer than the events of the slowest screens (30 Hz) are apart, so that no motion is
+// taken for a rest.
 constexpr double kRestS = 0.1, kAfterRestS = 0.016;
-// A path that is known for longer than this is followed faster: what is seen is not to trail the pointer.
+// A path that is known for longer than this is followed faster: what is seen is not to trail the
+// pointer.
 constexpr double kBehindS = 0.03;
 
 }  // namespace
@@ -82,7 +84,8 @@ void PointerDevice::follow(uint32_t stroke, const Pose& from) {
 
 void PointerDevice::give_up(uint32_t stroke) {
   if (stroke_ <= stroke) stroke_ = 0;
-  if (finished_.load(std::memory_order_relaxed) < stroke) finished_.store(stroke, std::memory_order_release);
+  if (finished_.load(std::memory_order_relaxed) < stroke)
+    finished_.store(stroke, std::memory_order_release);
 }
 
 void PointerDevice::lead_to(const Pose& pose, double seconds) {
@@ -123,7 +126,8 @@ bool PointerDevice::next() {
 
 bool PointerDevice::behind() const {
   if (stroke_ == 0 || ended_ || !began_) return false;
-  const double share = readings_ > 0 ? static_cast<double>(read_) / static_cast<double>(readings_) : 1;
+  const double share =
+      readings_ > 0 ? static_cast<double>(read_) / static_cast<double>(readings_) : 1;
   return told_s_.load(std::memory_order_relaxed) - (from_s_ + share * (to_s_ - from_s_)) > kBehindS;
 }
 

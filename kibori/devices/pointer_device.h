@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A mouse, a pen or a finger on glass: someone else says where the hand wants to be, and nothing pushes back.
+// A mouse, a pen or a finger on glass: someone else says where the hand wants to be, and nothing
+// pushes back.
 //
 //   hover      the hand is there at once
 //   a stroke   its path is followed, place by place as its events' own times say:
@@ -7,9 +8,9 @@
 //     event    ●─────────●──●────────────●            times [s] of whoever aims, not of arrival
 //     reading  ··························             one a tick, equally far apart in time
 //
-// So what is read is a function of the path alone: neither how late an event comes, nor how many come at
-// once, changes any reading, and no part of the path is left out. Where the path is not known yet, the hand
-// waits; where it lies far behind, several readings are due in one tick.
+// So what is read is a function of the path alone: neither how late an event comes, nor how many
+// come at once, changes any reading, and no part of the path is left out. Where the path is not
+// known yet, the hand waits; where it lies far behind, several readings are due in one tick.
 #pragma once
 
 #include <atomic>
@@ -29,9 +30,9 @@ class PointerDevice final : public Device {
 
   // Where the hand is while no stroke is followed.
   void hover(const Pose& pose);
-  // A stroke's path: its first place, further ones, and that it is over. Times [s] count from anywhere; one
-  // that goes back counts as the one before. Gives the stroke's number. Nothing is read of it before
-  // follow().
+  // A stroke's path: its first place, further ones, and that it is over. Times [s] count from
+  // anywhere; one that goes back counts as the one before. Gives the stroke's number. Nothing is
+  // read of it before follow().
   uint32_t begin(const Pose& pose, double time_s);
   void move(const Pose& pose, double time_s);
   void end();

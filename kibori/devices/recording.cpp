@@ -30,7 +30,8 @@ Result<std::vector<RecordedReading>> read_recording(const std::filesystem::path&
       return Error{path.string() + ":" + std::to_string(line) + ": " + what};
     };
     if (line == 1) {
-      if (text.rfind(kHeading, 0) != 0) return wrong("a recording begins with the heading t_s,x_mm,...");
+      if (text.rfind(kHeading, 0) != 0)
+        return wrong("a recording begins with the heading t_s,x_mm,...");
       p = end;
     } else {
       double v[kNumbers];
@@ -42,20 +43,23 @@ Result<std::vector<RecordedReading>> read_recording(const std::filesystem::path&
         p = after;
         if (i + 1 < kNumbers && *p++ != ',') return wrong("a recording has 14 numbers a line");
       }
-      if (p != end && !(p + 1 == end && *p == '\r')) return wrong("a recording has 14 numbers a line");
+      if (p != end && !(p + 1 == end && *p == '\r'))
+        return wrong("a recording has 14 numbers a line");
       if (!(v[13] >= 0 && v[13] <= 4294967295.0)) return wrong("buttons must be 0 to 4294967295");
       RecordedReading r;
       r.time_s = v[0];
       r.position_mm = {v[1], v[2], v[3]};
       for (int i = 0; i < 9; i++) r.frame(i / 3, i % 3) = v[4 + i];
-      if (!((r.frame * r.frame.transpose() - Mat3::Identity()).norm() < 1e-3 && r.frame.determinant() > 0))
+      if (!((r.frame * r.frame.transpose() - Mat3::Identity()).norm() < 1e-3 &&
+            r.frame.determinant() > 0))
         return wrong("the nine numbers of the frame are no rotation");
       r.buttons = static_cast<uint32_t>(v[13]);
       readings.push_back(r);
     }
     p = *end ? end + 1 : end;
   }
-  if (p != text.c_str() + text.size()) return Error{path.string() + ": holds bytes that are no text"};
+  if (p != text.c_str() + text.size())
+    return Error{path.string() + ": holds bytes that are no text"};
   if (readings.empty()) return Error{path.string() + ": holds no readings"};
   return readings;
 }
@@ -86,14 +90,16 @@ Status RecordingDevice::save(const std::filesystem::path& path) const {
     int n = std::snprintf(line, sizeof line, "%.6f,%.17g,%.17g,%.17g", r.time_s, r.position_mm.x(),
                           r.position_mm.y(), r.position_mm.z());
     for (int i = 0; i < 9; i++)
-      n += std::snprintf(line + n, sizeof line - static_cast<size_t>(n), ",%.17g", r.frame(i / 3, i % 3));
+      n += std::snprintf(line + n, sizeof line - static_cast<size_t>(n), ",%.17g",
+                         r.frame(i / 3, i % 3));
     std::snprintf(line + n, sizeof line - static_cast<size_t>(n), ",%u\n", r.buttons);
     file.write(std::string_view(line));
   }
   return file.commit();
 }
 
-ReplayDevice::ReplayDevice(std::vector<RecordedReading> readings, const DeviceCapabilities& capabilities)
+ReplayDevice::ReplayDevice(std::vector<RecordedReading> readings,
+                           const DeviceCapabilities& capabilities)
     : readings_(std::move(readings)), capabilities_(capabilities) {
   KIBORI_CHECK(!readings_.empty());
 }
@@ -105,8 +111,9 @@ DeviceStatus ReplayDevice::read(DeviceReading& reading) {
   reading.frame = now.frame;
   reading.buttons = now.buttons;
   const double since = now.time_s - before.time_s;
-  reading.velocity_mm_s =
-      since > 0 && !finished() ? Vec3((now.position_mm - before.position_mm) / since) : Vec3(Vec3::Zero());
+  reading.velocity_mm_s = since > 0 && !finished()
+                              ? Vec3((now.position_mm - before.position_mm) / since)
+                              : Vec3(Vec3::Zero());
   reading.age_s = 0;
   if (!finished()) next_++;
   return DeviceStatus::ok;

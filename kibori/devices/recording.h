@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // A device's readings kept, and played back as a device: to repeat a session without the hand.
 //
-// Files are CSV, one reading a line: t [s], x y z [mm], the frame's nine numbers row by row, buttons.
+// Files are CSV, one reading a line: t [s], x y z [mm], the frame's nine numbers row by row,
+// buttons.
 #pragma once
 
 #include <filesystem>
@@ -22,7 +23,8 @@ struct RecordedReading {
 // Errors: what can't be read, with file and line.
 Result<std::vector<RecordedReading>> read_recording(const std::filesystem::path& path);
 
-// Passes everything on to the device it wraps, and keeps its readings in memory that was there before.
+// Passes everything on to the device it wraps, and keeps its readings in memory that was there
+// before.
 class RecordingDevice final : public Device {
  public:
   // Keeps the first `room` readings.

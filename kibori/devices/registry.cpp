@@ -26,7 +26,8 @@ Result<std::unique_ptr<Device>> open_device(const std::string& name) {
   if (name == "haply") return as_device(HaplyDevice::open());
   if (name.rfind("haply:", 0) == 0) {
     const size_t colon = name.rfind(':');
-    if (colon == 5 || colon + 1 == name.size()) return Error{"'" + name + "' must be like haply:HOST:PORT"};
+    if (colon == 5 || colon + 1 == name.size())
+      return Error{"'" + name + "' must be like haply:HOST:PORT"};
     return as_device(HaplyDevice::open(name.substr(6, colon - 6), name.substr(colon + 1)));
   }
   if (name.rfind("vrpn:", 0) == 0) {
@@ -41,7 +42,8 @@ Result<std::unique_ptr<Device>> open_device(const std::string& name) {
     capabilities.name = name.substr(7) + " (replayed)";
     capabilities.dof_in = 6;
     capabilities.dof_out = 0;
-    return std::unique_ptr<Device>(std::make_unique<ReplayDevice>(std::move(readings).value(), capabilities));
+    return std::unique_ptr<Device>(
+        std::make_unique<ReplayDevice>(std::move(readings).value(), capabilities));
   }
   return Error{"no kind of device is called '" + name +
                "'; there are virtual, forcedim, haply[:HOST:PORT], openhaptics, gamepad, "
@@ -52,7 +54,8 @@ std::vector<DeviceFound> find_devices() {
   std::vector<DeviceFound> found{{"virtual", true, "a simulated hand"}};
   for (const char* name : {"forcedim", "haply", "openhaptics", "gamepad"}) {
     const Result<std::unique_ptr<Device>> device = open_device(name);
-    found.push_back({name, device.ok(), device ? device.value()->capabilities().name : device.error()});
+    found.push_back(
+        {name, device.ok(), device ? device.value()->capabilities().name : device.error()});
   }
   found.push_back({"vrpn:NAME@HOST[:PORT]", false, "is not looked for: say which server"});
   return found;

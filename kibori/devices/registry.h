@@ -3,7 +3,7 @@
 //
 //   virtual                    a simulated hand (the session makes it: it needs a script)
 //   forcedim                   Force Dimension devices and the Novint Falcon
-//   haply                      Haply Inverse3, through its service on this machine; haply:HOST:PORT elsewhere
+//   haply[:HOST:PORT]          Haply Inverse3, through its service on this machine or another
 //   openhaptics                3D Systems' Touch family
 //   gamepad                    a game controller that rumbles
 //   vrpn:NAME@HOST[:PORT]      anything behind a VRPN server

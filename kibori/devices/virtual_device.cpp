@@ -7,7 +7,9 @@
 namespace kibori {
 
 VirtualDevice::VirtualDevice(const VirtualDeviceSettings& settings, Script script)
-    : settings_(settings), script_(std::move(script)), hand_(settings.hand, script_(0).position_mm) {
+    : settings_(settings),
+      script_(std::move(script)),
+      hand_(settings.hand, script_(0).position_mm) {
   settings_.delay_ticks = std::clamp(settings.delay_ticks, 0, kMaxDelay);
   forces_.fill(Vec3::Zero());
 }
@@ -33,8 +35,10 @@ DeviceStatus VirtualDevice::read(DeviceReading& reading) {
   reading.position_mm = hand_.position_mm();
   if (settings_.count_mm > 0)
     for (int i = 0; i < 3; i++)
-      reading.position_mm[i] = std::round(reading.position_mm[i] / settings_.count_mm) * settings_.count_mm;
-  reading.velocity_mm_s = started_ ? Vec3((reading.position_mm - last_read_) / T) : Vec3(Vec3::Zero());
+      reading.position_mm[i] =
+          std::round(reading.position_mm[i] / settings_.count_mm) * settings_.count_mm;
+  reading.velocity_mm_s =
+      started_ ? Vec3((reading.position_mm - last_read_) / T) : Vec3(Vec3::Zero());
   reading.frame = target_.frame;
   reading.buttons = target_.buttons;
   reading.age_s = 0;

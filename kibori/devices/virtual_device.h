@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A device that is not there: a simulated hand holds it and follows a target, which a script or a pointer
-// moves. Everything that a real one gets, this one gets.
+// A device that is not there: a simulated hand holds it and follows a target, which a script or a
+// pointer moves. Everything that a real one gets, this one gets.
 #pragma once
 
 #include <array>

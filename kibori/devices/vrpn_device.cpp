@@ -18,8 +18,8 @@
 namespace kibori {
 namespace {
 
-// Both sides begin with this: version, and that nothing is logged. Only the part before the minor version
-// must be the same.
+// Both sides begin with this: version, and that nothing is logged. Only the part before the minor
+// version must be the same.
 constexpr char kCookie[24] = "vrpn: ver. 07.36  0";
 constexpr size_t kCookieSame = 13;  // "vrpn: ver. 07"
 constexpr size_t kHeader = 24;
@@ -118,7 +118,8 @@ Result<std::unique_ptr<VrpnDevice>> VrpnDevice::open(const VrpnAddress& address)
   device->capabilities_.name = address.device + " at " + address.host + " (VRPN)";
   device->capabilities_.dof_in = 6;
   device->capabilities_.dof_out = 3;
-  if (!device->send_all(kCookie, sizeof kCookie)) return Error{where + ": the connection was closed"};
+  if (!device->send_all(kCookie, sizeof kCookie))
+    return Error{where + ": the connection was closed"};
   char cookie[sizeof kCookie];
   for (size_t got = 0; got < sizeof cookie;) {
     pollfd ready{socket, POLLIN, 0};
@@ -175,7 +176,8 @@ void VrpnDevice::take(const unsigned char* message, size_t size) {
                                                                    : Known::other;
     return;
   }
-  if (type < 0 || type >= kMaxIds || sender < 0 || sender >= kMaxIds || !ours_[static_cast<size_t>(sender)])
+  if (type < 0 || type >= kMaxIds || sender < 0 || sender >= kMaxIds ||
+      !ours_[static_cast<size_t>(sender)])
     return;
   const Known known = names_[static_cast<size_t>(type)];
   if (known == Known::pose && length >= 8 + 7 * 8) {
@@ -218,7 +220,8 @@ DeviceStatus VrpnDevice::read(DeviceReading& reading) {
   if (lost_) return DeviceStatus::unplugged;
   // At most so many messages a tick, however fast the server talks.
   for (int rounds = 0; rounds < 8; rounds++) {
-    const ssize_t n = recv(socket_, buffer_.data() + filled_, buffer_.size() - filled_, MSG_DONTWAIT);
+    const ssize_t n =
+        recv(socket_, buffer_.data() + filled_, buffer_.size() - filled_, MSG_DONTWAIT);
     if (n == 0) return lost("the server closed the connection");
     if (n < 0 && (errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR)) break;
     if (n < 0) return lost("the connection broke");
@@ -248,25 +251,27 @@ DeviceStatus VrpnDevice::write(const Wrench& wrench) {
   float values[16] = {};
   // No stiffer than that the server's force at most doubles within the radius.
   const double force = std::sqrt(wrench.force.squaredNorm());
-  const double stiffness = std::min(
-      {stiffness_n_mm_, force / kRadiusMm, std::max(0.0, capabilities_.force_n - force) / kRadiusMm});
+  const double stiffness = std::min({stiffness_n_mm_, force / kRadiusMm,
+                                     std::max(0.0, capabilities_.force_n - force) / kRadiusMm});
   for (int i = 0; i < 3; i++) {
     values[i] = static_cast<float>(last_.position_mm[i] / 1000);
     values[3 + i] = static_cast<float>(wrench.force[i]);
     if (force > 0)
       for (int j = 0; j < 3; j++)
-        values[6 + 3 * i + j] =
-            static_cast<float>(-1000 * stiffness * wrench.force[i] * wrench.force[j] / (force * force));
+        values[6 + 3 * i + j] = static_cast<float>(-1000 * stiffness * wrench.force[i] *
+                                                   wrench.force[j] / (force * force));
   }
   values[15] = static_cast<float>(kRadiusMm / 1000);
-  for (size_t i = 0; i < 16; i++) put32(message + kHeader + 4 * i, std::bit_cast<uint32_t>(values[i]));
+  for (size_t i = 0; i < 16; i++)
+    put32(message + kHeader + 4 * i, std::bit_cast<uint32_t>(values[i]));
   if (!send_all(message, sizeof message)) return lost("the server does not take forces any more");
   return DeviceStatus::ok;
 }
 
 std::string VrpnDevice::complaint() const {
   if (lost_) return capabilities_.name + ": " + lost_;
-  if (!seen_) return capabilities_.name + ": the server has sent no position of it yet; is the name right?";
+  if (!seen_)
+    return capabilities_.name + ": the server has sent no position of it yet; is the name right?";
   return {};
 }
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// A device behind a VRPN server (tracker, buttons, force device), on any machine: VRPN's own wire protocol
-// over TCP, no library needed.
+// A device behind a VRPN server (tracker, buttons, force device), on any machine: VRPN's own wire
+// protocol over TCP, no library needed.
 //
-// The server is sent a field of force around where the device was, F + J (x - x0), which it renders at its
-// own rate: so it stays smooth where we are slower.
+// The server is sent a field of force around where the device was, F + J (x - x0), which it renders
+// at its own rate: so it stays smooth where we are slower.
 #pragma once
 
 #include <array>

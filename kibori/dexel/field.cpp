@@ -53,7 +53,9 @@ bool drop(T* object) {
   return object->refs.fetch_sub(1, std::memory_order_acq_rel) == 1;
 }
 
-void* take(BlockPool& pool, Side side) { return side == Side::owner ? pool.take() : pool.take_shared(); }
+void* take(BlockPool& pool, Side side) {
+  return side == Side::owner ? pool.take() : pool.take_shared();
+}
 void give(BlockPool& pool, void* block, Side side) {
   if (side == Side::owner)
     pool.give(block);
@@ -174,7 +176,8 @@ double FieldSnapshot::volume() const {
       if (fresh)
         for (const Plane* p = &t.first; p; p = p->next)
           for (int slot = 0; slot < kTileRays; slot++)
-            if (!p->empty_at(slot)) entry->second += static_cast<double>(p->out[slot]) - p->in[slot];
+            if (!p->empty_at(slot))
+              entry->second += static_cast<double>(p->out[slot]) - p->in[slot];
       total += entry->second;
     }
   return total;
@@ -316,7 +319,8 @@ void Field::clear_tile(int tu, int tv) {
 }
 
 void Field::share_tile(int tu, int tv, int from_tu, int from_tv) {
-  Tile* tile = root_->pages[shape_.page_of(from_tu, from_tv)]->tiles[shape_.slot_of(from_tu, from_tv)];
+  Tile* tile =
+      root_->pages[shape_.page_of(from_tu, from_tv)]->tiles[shape_.slot_of(from_tu, from_tv)];
   hold(tile);
   set_tile(tu, tv, tile);
 }
@@ -351,7 +355,9 @@ void Field::fill(int u0, int u1, int v0, int v1, float in, float out, uint8_t ma
   if (u0 >= u1 || v0 >= v1 || !(in < out)) return;
   // A tile's content depends only on which of its rays are inside, so that is the key to share by.
   std::map<std::tuple<int, int, int, int>, Tile*> made;
-  const auto clip = [](int value, int tile) { return std::clamp(value - tile * kTileSide, 0, kTileSide); };
+  const auto clip = [](int value, int tile) {
+    return std::clamp(value - tile * kTileSide, 0, kTileSide);
+  };
   for (int tv = v0 / kTileSide; tv * kTileSide < v1; tv++)
     for (int tu = u0 / kTileSide; tu * kTileSide < u1; tu++) {
       const int a = clip(u0, tu), b = clip(u1, tu), c = clip(v0, tv), d = clip(v1, tv);
@@ -383,8 +389,8 @@ void Field::reserve(int tiles) {
 
 size_t FieldSnapshot::memory_bytes() const {
   const Pools& p = *pools_;
-  return p.tiles.bytes_in_use() + p.planes.bytes_in_use() + p.paints.bytes_in_use() + p.pages.bytes_in_use() +
-         p.roots.bytes_in_use();
+  return p.tiles.bytes_in_use() + p.planes.bytes_in_use() + p.paints.bytes_in_use() +
+         p.pages.bytes_in_use() + p.roots.bytes_in_use();
 }
 
 void FieldSnapshot::keep_ready(int tiles) const {

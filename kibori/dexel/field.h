@@ -4,8 +4,9 @@
 //   Snapshot ──► Root ──► Page (8 x 8 tiles) ──► Tile          each counted by the references to it
 //   Field    ──►  │
 //
-// A snapshot is one more reference to the root. The writer copies a root, page or tile only when someone else
-// holds it too, so a snapshot costs what changes after it. Readers may sit on any thread; one thread writes.
+// A snapshot is one more reference to the root. The writer copies a root, page or tile only when
+// someone else holds it too, so a snapshot costs what changes after it. Readers may sit on any
+// thread; one thread writes.
 #pragma once
 
 #include <atomic>
@@ -56,11 +57,13 @@ struct FieldShape {
   int pages() const { return pages_u * pages_v; }
   // Tile indices are never negative.
   size_t page_of(int tu, int tv) const {
-    return static_cast<size_t>(static_cast<unsigned>(tv) / kPageSide * static_cast<unsigned>(pages_u) +
+    return static_cast<size_t>(static_cast<unsigned>(tv) / kPageSide *
+                                   static_cast<unsigned>(pages_u) +
                                static_cast<unsigned>(tu) / kPageSide);
   }
   static size_t slot_of(int tu, int tv) {
-    return static_cast<unsigned>(tv) % kPageSide * kPageSide + static_cast<unsigned>(tu) % kPageSide;
+    return static_cast<unsigned>(tv) % kPageSide * kPageSide +
+           static_cast<unsigned>(tu) % kPageSide;
   }
 };
 
@@ -103,12 +106,13 @@ class FieldSnapshot {
   template <class F>
   void for_spans(int u, int v, F&& f) const {
     const int slot = (v % kTileSide) * kTileSide + u % kTileSide;
-    for (const Plane* p = &tile(u / kTileSide, v / kTileSide).first; p && !p->empty_at(slot); p = p->next)
+    for (const Plane* p = &tile(u / kTileSide, v / kTileSide).first; p && !p->empty_at(slot);
+         p = p->next)
       f(span_at(*p, slot));
   }
 
-  // Calls f(tu, tv, was, is) for the tiles that are not the very same in an earlier snapshot of this field;
-  // what the two share is passed over, so the cost is that of what changed.
+  // Calls f(tu, tv, was, is) for the tiles that are not the very same in an earlier snapshot of
+  // this field; what the two share is passed over, so the cost is that of what changed.
   template <class F>
   void for_changed_tiles(const FieldSnapshot& before, F&& f) const {
     if (root_ == before.root_) return;
@@ -126,11 +130,13 @@ class FieldSnapshot {
       }
   }
 
-  // Makes memory for as many tiles as it takes for `tiles` to be ready, in the field it is of. Any thread.
+  // Makes memory for as many tiles as it takes for `tiles` to be ready, in the field it is of. Any
+  // thread.
   void keep_ready(int tiles) const;
   // Of the field it is of, with all its snapshots. Any thread.
   size_t memory_bytes() const;
-  // Lets go of it, and gives the memory that no one else holds to those who write beside the field's owner.
+  // Lets go of it, and gives the memory that no one else holds to those who write beside the
+  // field's owner.
   void drop_shared();
   // Whether it is of the same field, which then can be restored to it.
   bool of_same_field(const FieldSnapshot& other) const { return pools_ == other.pools_; }
@@ -170,8 +176,8 @@ class Field : private FieldSnapshot {
  public:
   // An empty field for the rays of `axis` through a lattice of `nodes`.
   Field(Axis axis, const Index3& nodes);
-  // Another writer beside the field that `start` is of, on another thread: begins as it was then, in the same
-  // memory, so that each can be restored to the other's snapshots.
+  // Another writer beside the field that `start` is of, on another thread: begins as it was then,
+  // in the same memory, so that each can be restored to the other's snapshots.
   explicit Field(const FieldSnapshot& start) : FieldSnapshot(start), side_(detail::Side::aside) {}
   ~Field() {
     if (side_ == detail::Side::aside) drop_shared();

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// A surface normal at a span's end in 32 bits: its u and v components (the field's frame) as 16-bit snorm
-// numbers.
+// A surface normal at a span's end in 32 bits: its u and v components (the field's frame) as 16-bit
+// snorm numbers.
 //
-// The depth component follows: its size from the unit length, its sign from the end, since a normal that
-// points out of the material is <= 0 along the ray at an `in` end and >= 0 at an `out` end. Typical error
-// 0.002 degrees; at worst 0.4 where the surface is within half a degree of parallel to the ray, and there the
-// other two fields see it well. (An octahedral code spreads its error evenly, and costs three times as much
-// on the servo path.) Code 0 is the ray's own direction.
+// The depth component follows: its size from the unit length, its sign from the end, since a normal
+// that points out of the material is <= 0 along the ray at an `in` end and >= 0 at an `out` end.
+// Typical error 0.002 degrees; at worst 0.4 where the surface is within half a degree of parallel
+// to the ray, and there the other two fields see it well. (An octahedral code spreads its error
+// evenly, and costs three times as much on the servo path.) Code 0 is the ray's own direction.
 #pragma once
 
 #include <cmath>

@@ -40,8 +40,8 @@ void BlockPool::give_chain(Free* first, Free* last, size_t count) {
   Free* head = returned_.load(std::memory_order_relaxed);
   do {
     last->next = head;
-  } while (
-      !returned_.compare_exchange_weak(head, first, std::memory_order_release, std::memory_order_relaxed));
+  } while (!returned_.compare_exchange_weak(head, first, std::memory_order_release,
+                                            std::memory_order_relaxed));
   given_.fetch_add(count, std::memory_order_relaxed);
 }
 

@@ -6,8 +6,9 @@
 //                                    ▲ reserve()
 //   take_shared() <───────────────── aside ◄── give_shared()      under a lock
 //
-// One thread takes; any thread gives back. The owner grabs the whole returned list at once, so there is no
-// ABA. A second writer, which makes states of the model, takes blocks from `aside` and returns them there.
+// One thread takes; any thread gives back. The owner grabs the whole returned list at once, so
+// there is no ABA. A second writer, which makes states of the model, takes blocks from `aside` and
+// returns them there.
 #pragma once
 
 #include <atomic>
@@ -20,7 +21,8 @@ namespace kibori {
 
 class BlockPool {
  public:
-  // Blocks of `bytes` bytes, 64-byte aligned; the system is asked for about `chunk_bytes` at a time.
+  // Blocks of `bytes` bytes, 64-byte aligned; the system is asked for about `chunk_bytes` at a
+  // time.
   explicit BlockPool(size_t bytes, size_t chunk_bytes = size_t{1} << 20);
   ~BlockPool();
   BlockPool(const BlockPool&) = delete;
@@ -37,14 +39,16 @@ class BlockPool {
   void reserve(size_t blocks);
   // Makes as many more as it takes for `blocks` to be ready. Any thread.
   void keep_ready(size_t blocks) {
-    const size_t ready = given_.load(std::memory_order_relaxed) - taken_.load(std::memory_order_relaxed);
+    const size_t ready =
+        given_.load(std::memory_order_relaxed) - taken_.load(std::memory_order_relaxed);
     if (ready < blocks) reserve(blocks - ready);
   }
 
   // Of the blocks that were taken and not given back. Any thread.
   size_t bytes_in_use() const {
-    return bytes_ * (made_.load(std::memory_order_relaxed) + taken_.load(std::memory_order_relaxed) -
-                     given_.load(std::memory_order_relaxed) - lying_aside_.load(std::memory_order_relaxed));
+    return bytes_ *
+           (made_.load(std::memory_order_relaxed) + taken_.load(std::memory_order_relaxed) -
+            given_.load(std::memory_order_relaxed) - lying_aside_.load(std::memory_order_relaxed));
   }
 
  private:

@@ -5,10 +5,10 @@
 //   plane 1   second span of every ray   (exists only where some ray has two)
 //   ...
 //
-// Ray (i, j) of a tile is slot j * 16 + i; i runs along u, so one row of 16 rays is one vector. A slot
-// without a span has in = +kFar, out = -kFar. The spans of a ray fill planes from 0 without gaps, sorted and
-// disjoint (they may touch where the material changes). Depths are float32 lattice units from the lattice's
-// lower corner; spans are half-open [in, out).
+// Ray (i, j) of a tile is slot j * 16 + i; i runs along u, so one row of 16 rays is one vector. A
+// slot without a span has in = +kFar, out = -kFar. The spans of a ray fill planes from 0 without
+// gaps, sorted and disjoint (they may touch where the material changes). Depths are float32 lattice
+// units from the lattice's lower corner; spans are half-open [in, out).
 #pragma once
 
 #include <algorithm>
@@ -34,7 +34,8 @@ struct PaintPlane {
 struct Plane {
   alignas(64) float in[kTileRays];
   alignas(64) float out[kTileRays];
-  alignas(64) uint32_t normal_in[kTileRays];  // see normal_code.h; always pointing out of the material
+  // See normal_code.h; always pointing out of the material.
+  alignas(64) uint32_t normal_in[kTileRays];
   alignas(64) uint32_t normal_out[kTileRays];
   alignas(64) uint8_t material[kTileRays];
   float near, far;  // every span here lies in [near, far]: so an edit can pass the plane by

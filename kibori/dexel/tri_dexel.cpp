@@ -39,7 +39,8 @@ void Snapshot::keep_ready(int tiles) const {
 
 TriDexel::TriDexel(const Lattice& lattice)
     : lattice_(lattice),
-      fields_{Field(Axis::x, lattice.nodes), Field(Axis::y, lattice.nodes), Field(Axis::z, lattice.nodes)} {}
+      fields_{Field(Axis::x, lattice.nodes), Field(Axis::y, lattice.nodes),
+              Field(Axis::z, lattice.nodes)} {}
 
 TriDexel::TriDexel(const Snapshot& start, const LatticeBox& material_bounds)
     : lattice_(start.lattice),
@@ -64,8 +65,8 @@ void TriDexel::fill_block(const Box& box_mm, uint8_t material) {
   for (Axis axis : kAxes) {
     const int u = u_index(axis), v = v_index(axis), d = depth_index(axis);
     const double depth = lattice_.nodes[d];
-    field(axis).fill(first_node(lo[u], u), first_node(hi[u], u), first_node(lo[v], v), first_node(hi[v], v),
-                     static_cast<float>(std::clamp(lo[d], 0.0, depth)),
+    field(axis).fill(first_node(lo[u], u), first_node(hi[u], u), first_node(lo[v], v),
+                     first_node(hi[v], v), static_cast<float>(std::clamp(lo[d], 0.0, depth)),
                      static_cast<float>(std::clamp(hi[d], 0.0, depth)), material);
   }
   include_material(box);
@@ -95,7 +96,8 @@ ModelCount TriDexel::count() const {
 
 Result<Lattice> make_lattice(const Vec3& size_mm, double pitch_mm, double room_mm) {
   char text[256];
-  if (!(pitch_mm > 0) || !std::isfinite(pitch_mm)) return Error{"pitch must be a positive number of mm"};
+  if (!(pitch_mm > 0) || !std::isfinite(pitch_mm))
+    return Error{"pitch must be a positive number of mm"};
   Lattice lattice;
   lattice.pitch_mm = pitch_mm;
   const double room = std::ceil(room_mm / pitch_mm - 1e-9);
@@ -103,11 +105,12 @@ Result<Lattice> make_lattice(const Vec3& size_mm, double pitch_mm, double room_m
     const double nodes = std::fmax(1.0, std::ceil(size_mm[i] / pitch_mm - 1e-9)) + 2 * room;
     if (!(nodes <= kMaxNodesPerAxis)) {
       const double longest = size_mm.maxCoeff() + 2 * room_mm;
-      std::snprintf(
-          text, sizeof text,
-          "pitch %g mm needs %.4g lattice nodes along %c and at most %d are possible; use a pitch of at "
-          "least %.3g mm",
-          pitch_mm, nodes, "xyz"[i], kMaxNodesPerAxis, longest * 1.001 / kMaxNodesPerAxis);
+      std::snprintf(text, sizeof text,
+                    "pitch %g mm needs %.4g lattice nodes along %c and at most %d are possible; "
+                    "use a pitch of at "
+                    "least %.3g mm",
+                    pitch_mm, nodes, "xyz"[i], kMaxNodesPerAxis,
+                    longest * 1.001 / kMaxNodesPerAxis);
       return Error{text};
     }
     lattice.nodes[i] = static_cast<int>(nodes);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The model: three dexel fields over one lattice. Inside at a lattice node is decided by the z field alone; x
-// and y give positions, normals and unbiased volumes. An edit writes all three.
+// The model: three dexel fields over one lattice. Inside at a lattice node is decided by the z
+// field alone; x and y give positions, normals and unbiased volumes. An edit writes all three.
 #pragma once
 
 #include <array>
@@ -21,15 +21,18 @@ struct Snapshot {
   double volume_mm3() const;
   // Hash of the whole content, not of how it is stored.
   uint64_t content_hash() const;
-  // Refills the pools of its model for edits that touch up to `tiles` tiles a field, where snapshots are
-  // kept. Any thread.
+  // Refills the pools of its model for edits that touch up to `tiles` tiles a field, where
+  // snapshots are kept. Any thread.
   void keep_ready(int tiles) const;
   // Memory of its model with all its snapshots. Any thread.
   size_t memory_bytes() const;
-  // Lets go of it, and gives the memory that no one else holds to models beside its own (see TriDexel).
+  // Lets go of it, and gives the memory that no one else holds to models beside its own (see
+  // TriDexel).
   void drop_shared();
   // Whether both are of one model, or of models beside it.
-  bool of_same_model(const Snapshot& other) const { return fields[2].of_same_field(other.fields[2]); }
+  bool of_same_model(const Snapshot& other) const {
+    return fields[2].of_same_field(other.fields[2]);
+  }
 };
 
 struct ModelCount {
@@ -38,10 +41,12 @@ struct ModelCount {
 
 class TriDexel {
  public:
-  // An empty model. The lattice must have 1..kMaxNodesPerAxis nodes on each axis: see check_lattice.
+  // An empty model. The lattice must have 1..kMaxNodesPerAxis nodes on each axis: see
+  // check_lattice.
   explicit TriDexel(const Lattice& lattice);
-  // A model beside the one `start` is of, for another thread: it begins as that was then, in the same memory,
-  // and each can be restored to the other's snapshots. `material_bounds`: as of material_bounds().
+  // A model beside the one `start` is of, for another thread: it begins as that was then, in the
+  // same memory, and each can be restored to the other's snapshots. `material_bounds`: as of
+  // material_bounds().
   TriDexel(const Snapshot& start, const LatticeBox& material_bounds);
 
   const Lattice& lattice() const { return lattice_; }
@@ -75,8 +80,9 @@ class TriDexel {
   uint64_t generation_ = 0;
 };
 
-// The lattice over the box [0, size_mm] with `room_mm` of space around it; nodes at (i + 1/2) * pitch from
-// the box's lower corner. Errors: pitch not positive, or more than kMaxNodesPerAxis nodes along an axis.
+// The lattice over the box [0, size_mm] with `room_mm` of space around it; nodes at (i + 1/2) *
+// pitch from the box's lower corner. Errors: pitch not positive, or more than kMaxNodesPerAxis
+// nodes along an axis.
 Result<Lattice> make_lattice(const Vec3& size_mm, double pitch_mm, double room_mm);
 
 }  // namespace kibori

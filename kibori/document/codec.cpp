@@ -28,8 +28,10 @@ Bytes compress(const Bytes& raw) {
   thread_local const std::unique_ptr<ZSTD_CCtx, size_t (*)(ZSTD_CCtx*)> context(ZSTD_createCCtx(),
                                                                                 ZSTD_freeCCtx);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, kLevel);
-  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);  // who unpacks it sees a flipped bit
-  const size_t size = ZSTD_compress2(context.get(), packed.data(), packed.size(), raw.data(), raw.size());
+  // Who unpacks it sees a flipped bit.
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_checksumFlag, 1);
+  const size_t size =
+      ZSTD_compress2(context.get(), packed.data(), packed.size(), raw.data(), raw.size());
   KIBORI_CHECK(!ZSTD_isError(size));
   packed.resize(size);
   return packed;
@@ -42,7 +44,8 @@ Result<Bytes> decompress(const Bytes& packed, size_t max) {
   Bytes raw(static_cast<size_t>(size));
   thread_local const std::unique_ptr<ZSTD_DCtx, size_t (*)(ZSTD_DCtx*)> context(ZSTD_createDCtx(),
                                                                                 ZSTD_freeDCtx);
-  const size_t got = ZSTD_decompressDCtx(context.get(), raw.data(), raw.size(), packed.data(), packed.size());
+  const size_t got =
+      ZSTD_decompressDCtx(context.get(), raw.data(), raw.size(), packed.data(), packed.size());
   if (ZSTD_isError(got) || got != raw.size()) return Error{"is damaged"};
   return raw;
 }
@@ -111,7 +114,8 @@ struct Fields {
   void get(const char* key, int& value, int min, int max) {
     double read = 0;
     get(key, read);
-    if (wrong.empty() && !(read >= min && read <= max)) wrong = std::string(key) + " is out of range";
+    if (wrong.empty() && !(read >= min && read <= max))
+      wrong = std::string(key) + " is out of range";
     if (wrong.empty()) value = static_cast<int>(read);
   }
   void get(const char* key, std::string& value) {
@@ -155,7 +159,8 @@ Status read_tool_mesh(Fields& fields, MeshTool& tool) {
     return Error{"the tool's mesh is missing"};
   const auto three = [](const Json& v, bool whole) {
     bool good = v.is_array() && v.size() == 3;
-    for (size_t i = 0; good && i < 3; i++) good = whole ? v[i].is_number_unsigned() : v[i].is_number();
+    for (size_t i = 0; good && i < 3; i++)
+      good = whole ? v[i].is_number_unsigned() : v[i].is_number();
     return good;
   };
   for (const Json& v : *vertices) {
@@ -163,11 +168,13 @@ Status read_tool_mesh(Fields& fields, MeshTool& tool) {
     mesh->vertices.emplace_back(v[0].get<double>(), v[1].get<double>(), v[2].get<double>());
   }
   for (const Json& v : *triangles) {
-    if (!three(v, true)) return Error{"the tool's mesh has a triangle that is not three numbers of vertices"};
+    if (!three(v, true))
+      return Error{"the tool's mesh has a triangle that is not three numbers of vertices"};
     const uint64_t a = v[0], b = v[1], c = v[2], max = mesh->vertices.size();
     if (a >= max || b >= max || c >= max)
       return Error{"the tool's mesh has a triangle of vertices that are not there"};
-    mesh->triangles.push_back({static_cast<uint32_t>(a), static_cast<uint32_t>(b), static_cast<uint32_t>(c)});
+    mesh->triangles.push_back(
+        {static_cast<uint32_t>(a), static_cast<uint32_t>(b), static_cast<uint32_t>(c)});
   }
   tool.mesh = std::move(mesh);
   return Ok{};
@@ -237,8 +244,10 @@ Result<Tool> tool_from_json(const std::string& text) {
 }
 
 std::string settings_to_json(const StrokeSettings& s) {
-  Json json{
-      {"tool", json_of(s.tool)}, {"mode", name_of(s.mode)}, {"material", s.material}, {"rate_hz", s.rate_hz}};
+  Json json{{"tool", json_of(s.tool)},
+            {"mode", name_of(s.mode)},
+            {"material", s.material},
+            {"rate_hz", s.rate_hz}};
   if (s.force.series())
     json["force"] = {{"model", name_of(s.force.law.model)},
                      {"stiffness_n_mm", s.force.spring.stiffness_n_mm},
@@ -255,8 +264,12 @@ std::string settings_to_json(const StrokeSettings& s) {
     json["symmetry"] = {{"planes", s.symmetry.planes}, {"centre_mm", vec(s.symmetry.centre_mm)}};
   Json& materials = json["materials"] = Json::array();
   for (const Material& m : s.materials)
-    materials.push_back(
-        {{"name", m.name}, {"kf", m.kf}, {"u", m.u}, {"c", m.c}, {"yield_n", m.yield_n}, {"color", m.color}});
+    materials.push_back({{"name", m.name},
+                         {"kf", m.kf},
+                         {"u", m.u},
+                         {"c", m.c},
+                         {"yield_n", m.yield_n},
+                         {"color", m.color}});
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -301,7 +314,8 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
     if (!f.wrong.empty()) return Error{"the force " + f.wrong};
   }
   if (const auto symmetry = json.find("symmetry"); symmetry != json.end()) {
-    const Error none{"a stroke's symmetry must have planes (three times true or false) and centre_mm"};
+    const Error none{
+        "a stroke's symmetry must have planes (three times true or false) and centre_mm"};
     const Json planes = symmetry->is_object() ? symmetry->value("planes", Json()) : Json();
     if (!planes.is_array() || planes.size() != 3) return none;
     for (size_t i = 0; i < 3; i++) {
@@ -366,7 +380,9 @@ Result<Lattice> lattice_from_json(const std::string& text) {
   return lattice;
 }
 
-std::string box_to_json(const LatticeBox& box) { return Json{vec(box.units.min), vec(box.units.max)}.dump(); }
+std::string box_to_json(const LatticeBox& box) {
+  return Json{vec(box.units.min), vec(box.units.max)}.dump();
+}
 
 Result<LatticeBox> box_from_json(const std::string& text) {
   const Json json = Json::parse(text, nullptr, false);
@@ -403,7 +419,8 @@ Result<std::vector<StrokeTick>> decode_ticks(const Bytes& bytes) {
   Bytes edits(count);
   reader.take(edits.data(), count);
   for (size_t i = 0; i < count; i++) ticks[i].edits = edits[i] != 0;
-  if (!take_columns(reader, count, kColumns, [&](size_t i, int c) -> double& { return column(ticks[i], c); }))
+  if (!take_columns(reader, count, kColumns,
+                    [&](size_t i, int c) -> double& { return column(ticks[i], c); }))
     return Error{"a stroke's ticks hold something that is not a number"};
   return ticks;
 }
@@ -501,7 +518,8 @@ Status decode_tile(const Bytes& bytes, Field& field, int tu, int tv) {
     if (k > 0) plane = &field.next_plane(*plane);
     uint8_t painted = 0;
     bool good = reader.take(plane->in, kTileRays) && reader.take(plane->out, kTileRays) &&
-                reader.take(plane->normal_in, kTileRays) && reader.take(plane->normal_out, kTileRays) &&
+                reader.take(plane->normal_in, kTileRays) &&
+                reader.take(plane->normal_out, kTileRays) &&
                 reader.take(plane->material, kTileRays) && reader.take(&painted, 1);
     if (good && painted) {
       PaintPlane& paint = field.paint_of(*plane);
@@ -522,12 +540,14 @@ Status decode_tile(const Bytes& bytes, Field& field, int tu, int tv) {
         continue;
       }
       // Sorted, disjoint, in the lattice, on rays that are there.
-      good = good && !ended[j] && in >= last[j] && out <= deepest && plane->material[j] < kMaxMaterials &&
+      good = good && !ended[j] && in >= last[j] && out <= deepest &&
+             plane->material[j] < kMaxMaterials &&
              tu * kTileSide + j % kTileSide < field.nodes_u() &&
              tv * kTileSide + j / kTileSide < field.nodes_v();
       last[j] = out;
       plane->include(in, out);
-      material = material < 0 || material == plane->material[j] ? plane->material[j] : int{kMixedMaterial};
+      material =
+          material < 0 || material == plane->material[j] ? plane->material[j] : int{kMixedMaterial};
       any = true;
     }
     if (!good) {

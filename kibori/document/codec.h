@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a document holds, as bytes and back: tiles, ticks of a stroke, settings. Everything read is checked,
-// as files are hostile until parsed. docs/documents.md describes the formats. Internal:
+// What a document holds, as bytes and back: tiles, ticks of a stroke, settings. Everything read is
+// checked, as files are hostile until parsed. docs/documents.md describes the formats. Internal:
 // not installed; the studio sends tools to its pages in the same form.
 #pragma once
 
@@ -15,8 +15,8 @@
 
 namespace kibori {
 
-// A tool as it stands in settings, and in the studio's messages: {"shape":"ball","radius":3}. Errors: what is
-// no JSON, no tool, or refused by check_tool.
+// A tool as it stands in settings, and in the studio's messages: {"shape":"ball","radius":3}.
+// Errors: what is no JSON, no tool, or refused by check_tool.
 std::string tool_to_json(const Tool& tool);
 Result<Tool> tool_from_json(const std::string& text);
 
@@ -31,7 +31,8 @@ Result<LatticeBox> box_from_json(const std::string& text);
 // Of a tile's bytes, as it stands in documents.
 int64_t hash_of(const Bytes& bytes);
 
-// zstd over columns: each coordinate's doubles XORed with the one before, byte by byte of significance.
+// zstd over columns: each coordinate's doubles XORed with the one before, byte by byte of
+// significance.
 Bytes encode_ticks(const StrokeTick* ticks, size_t count);
 Result<std::vector<StrokeTick>> decode_ticks(const Bytes& bytes);
 

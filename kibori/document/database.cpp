@@ -30,15 +30,15 @@ Statement& Statement::bind(double value) {
   return *this;
 }
 Statement& Statement::bind(std::string_view text) {
-  const int code =
-      sqlite3_bind_text64(statement_, next(), text.data(), text.size(), SQLITE_TRANSIENT, SQLITE_UTF8);
+  const int code = sqlite3_bind_text64(statement_, next(), text.data(), text.size(),
+                                       SQLITE_TRANSIENT, SQLITE_UTF8);
   if (!failed_) failed_ = code;
   return *this;
 }
 Statement& Statement::bind(const Bytes& bytes) {
-  const int code =
-      bytes.empty() ? sqlite3_bind_zeroblob(statement_, next(), 0)
-                    : sqlite3_bind_blob64(statement_, next(), bytes.data(), bytes.size(), SQLITE_TRANSIENT);
+  const int code = bytes.empty() ? sqlite3_bind_zeroblob(statement_, next(), 0)
+                                 : sqlite3_bind_blob64(statement_, next(), bytes.data(),
+                                                       bytes.size(), SQLITE_TRANSIENT);
   if (!failed_) failed_ = code;
   return *this;
 }
@@ -57,7 +57,8 @@ Result<bool> Statement::row() {
       return false;
     }
   }
-  const std::string said = sanitize_message(sqlite3_errmsg(db_));  // it may quote what the file holds
+  // It may quote what the file holds.
+  const std::string said = sanitize_message(sqlite3_errmsg(db_));
   sqlite3_reset(statement_);
   failed_ = bound_ = 0;
   return Error{said};
@@ -71,7 +72,9 @@ Status Statement::run() {
 
 int64_t Statement::integer(int column) const { return sqlite3_column_int64(statement_, column); }
 double Statement::real(int column) const { return sqlite3_column_double(statement_, column); }
-bool Statement::null(int column) const { return sqlite3_column_type(statement_, column) == SQLITE_NULL; }
+bool Statement::null(int column) const {
+  return sqlite3_column_type(statement_, column) == SQLITE_NULL;
+}
 std::string Statement::text(int column) const {
   const auto* text = reinterpret_cast<const char*>(sqlite3_column_text(statement_, column));
   return text ? std::string(text, static_cast<size_t>(sqlite3_column_bytes(statement_, column)))
@@ -88,8 +91,8 @@ void Database::Close::operator()(sqlite3* db) const { sqlite3_close_v2(db); }
 Result<Database> Database::open(const std::filesystem::path& path, Access access, const char* vfs) {
   Database database;
   database.name_ = sanitize_message(path.string());
-  // Readers open for writing, too: who only may read can't put away the files beside the database when it is
-  // the last to close it. Where the file can't be written SQLite opens it for reading.
+  // Readers open for writing, too: who only may read can't put away the files beside the database
+  // when it is the last to close it. Where the file can't be written SQLite opens it for reading.
   const int flags = SQLITE_OPEN_READWRITE | (access == Access::create ? SQLITE_OPEN_CREATE : 0);
   // A name that begins with "file:" would be an address to SQLite.
   std::error_code none;
@@ -97,11 +100,12 @@ Result<Database> Database::open(const std::filesystem::path& path, Access access
   const std::filesystem::path file = memory ? path : std::filesystem::absolute(path, none);
   if (!database.connect(file.string(), flags, vfs)) return database.error("can't be opened");
   if (access != Access::read) return database;
-  if (const Status s = database.run("SELECT 1 FROM sqlite_master; PRAGMA query_only = 1"); s) return database;
+  if (const Status s = database.run("SELECT 1 FROM sqlite_master; PRAGMA query_only = 1"); s)
+    return database;
   const bool folder_failed = database.disk_failed();
   if (!folder_failed) return database;  // what is wrong with it is told by whoever reads it
-  // Nothing can be made beside it: the folder is read-only, or the disk is full. So nobody writes there, and
-  // it is whole as it is; with the end of what was done beside it, a copy of both is.
+  // Nothing can be made beside it: the folder is read-only, or the disk is full. So nobody writes
+  // there, and it is whole as it is; with the end of what was done beside it, a copy of both is.
   const std::filesystem::path log = file.string() + "-wal";
   if (std::filesystem::exists(log, none) && std::filesystem::file_size(log, none) > 0) {
     const auto folder = TemporaryFolder::make();
@@ -178,7 +182,9 @@ Result<Statement> Database::prepare(const char* sql) {
 
 bool Database::read_only() const { return sqlite3_db_readonly(db_.get(), "main") == 1; }
 
-void Database::keep_log() { sqlite3_db_config(db_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr); }
+void Database::keep_log() {
+  sqlite3_db_config(db_.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
+}
 
 bool Database::disk_failed() const {
   switch (sqlite3_errcode(db_.get()) & 0xff) {

@@ -18,8 +18,8 @@ struct sqlite3_stmt;
 
 namespace kibori {
 
-// A prepared statement: bind in order, step through rows, read columns in order. Reset by its first bind
-// after a step.
+// A prepared statement: bind in order, step through rows, read columns in order. Reset by its first
+// bind after a step.
 class Statement {
  public:
   Statement() = default;
@@ -75,7 +75,8 @@ class Database {
  public:
   enum class Access { create, write, read };
   // `vfs`: of a registered SQLite file system, for tests. Errors name the file.
-  static Result<Database> open(const std::filesystem::path& path, Access access, const char* vfs = nullptr);
+  static Result<Database> open(const std::filesystem::path& path, Access access,
+                               const char* vfs = nullptr);
 
   // A database in memory with all that another one holds.
   static Result<Database> in_memory(const Database& from);
@@ -101,7 +102,8 @@ class Database {
   struct Close {
     void operator()(sqlite3* db) const;
   };
-  std::shared_ptr<TemporaryFolder> copied_;  // in which the file is that is read; none: where it belongs
+  // In which the file is that is read; none: where it belongs.
+  std::shared_ptr<TemporaryFolder> copied_;
   std::unique_ptr<sqlite3, Close> db_;
   std::string name_;
 };

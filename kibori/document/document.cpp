@@ -13,8 +13,8 @@ namespace {
 // So long a flush keeps tiles, so that ticks never wait long behind them.
 constexpr auto kTilesAtOnce = std::chrono::milliseconds(10);
 constexpr size_t kTicksABlock = 65536;
-// States held in memory, and the memory that the model then may take; those not visited for longest go first,
-// and are made again from the file when asked for.
+// States held in memory, and the memory that the model then may take; those not visited for longest
+// go first, and are made again from the file when asked for.
 constexpr size_t kMinStates = 64, kMaxStates = 2048, kMaxBytes = size_t{512} << 20;
 
 }  // namespace
@@ -40,7 +40,8 @@ Result<StepId> Document::find(const std::string& name) const {
 Status Document::check_finished(StepId step) const {
   const auto found = steps_.find(step);
   if (found == steps_.end()) return wrong("has no step " + std::to_string(step));
-  if (!found->second.finished) return wrong("step " + std::to_string(step) + " is still being made");
+  if (!found->second.finished)
+    return wrong("step " + std::to_string(step) + " is still being made");
   return Ok{};
 }
 
@@ -49,7 +50,8 @@ Status Document::name_version(const std::string& name, StepId step) {
     return wrong("a version's name can't be a number or nothing");
   if (Status s = check_finished(step); !s) return s;
   Status kept = commit("naming a version", [&]() -> Status {
-    Result<Statement> put = storage_->database.prepare("INSERT OR REPLACE INTO version VALUES (?, ?)");
+    Result<Statement> put =
+        storage_->database.prepare("INSERT OR REPLACE INTO version VALUES (?, ?)");
     if (!put) return Error{put.error()};
     if (Status s = put.value().bind(name).bind(step).run(); !s) return s;
     return seal_versions();
@@ -59,7 +61,8 @@ Status Document::name_version(const std::string& name, StepId step) {
 }
 
 Status Document::write_head(StepId step) {
-  Result<Statement> put = storage_->database.prepare("UPDATE meta SET value = ? WHERE key = 'head'");
+  Result<Statement> put =
+      storage_->database.prepare("UPDATE meta SET value = ? WHERE key = 'head'");
   return put ? put.value().bind(step).run() : Status(Error{put.error()});
 }
 
@@ -72,11 +75,13 @@ Status Document::set_head(StepId step) {
 }
 
 void Document::remember(StepId step, const Snapshot& state) {
-  if (!states_.empty() && !states_.begin()->second.of_same_model(state)) return;  // of another model
+  // Of another model.
+  if (!states_.empty() && !states_.begin()->second.of_same_model(state)) return;
   states_[step] = state;
   std::erase(visited_, step);
   visited_.push_back(step);
-  while (visited_.size() > kMaxStates || (visited_.size() > kMinStates && state.memory_bytes() > kMaxBytes)) {
+  while (visited_.size() > kMaxStates ||
+         (visited_.size() > kMinStates && state.memory_bytes() > kMaxBytes)) {
     const auto oldest = states_.find(visited_.front());
     oldest->second.drop_shared();
     states_.erase(oldest);
@@ -169,7 +174,8 @@ Status Document::go(TriDexel& model, StepId step) {
   const Snapshot before = model.snapshot();
   Checkout to;
   to.step = step;
-  Status done = rebuild(model, step, [&](StepId at, const Snapshot& state) { to.states[at] = state; });
+  Status done =
+      rebuild(model, step, [&](StepId at, const Snapshot& state) { to.states[at] = state; });
   to.material_bounds = model.material_bounds();
   if (done) done = commit_checkout(to);
   if (!done) model.restore(before);
@@ -201,24 +207,30 @@ Status Document::redo(TriDexel& model) {
 
 // ---- Strokes
 
-Status Document::begin(const StrokeSettings& settings, const Pose& start, const std::string& label) {
+Status Document::begin(const StrokeSettings& settings, const Pose& start,
+                       const std::string& label) {
   if (!writes_) return wrong("is open for reading only");
   if (open_step_ != 0) return wrong("a stroke is being made already");
   // What could not be read again is not written.
   const std::string json = settings_to_json(settings);
   if (const auto pose = decode_pose(encode_pose(start)); !pose)
     return wrong("keeping a stroke: " + pose.error());
-  if (const auto read = settings_from_json(json); !read) return wrong("keeping a stroke: " + read.error());
+  if (const auto read = settings_from_json(json); !read)
+    return wrong("keeping a stroke: " + read.error());
   Step begun;
   Status kept = commit("beginning a stroke", [&]() -> Status {
-    Result<Statement> setting = storage_->database.prepare("INSERT OR IGNORE INTO setting (json) VALUES (?)");
+    Result<Statement> setting =
+        storage_->database.prepare("INSERT OR IGNORE INTO setting (json) VALUES (?)");
     if (!setting) return Error{setting.error()};
     if (Status s = setting.value().bind(json).run(); !s) return s;
     Result<Statement> step = storage_->database.prepare(
-        "INSERT INTO step (parent, kind, label, setting, start) VALUES (?, 'stroke', ?, (SELECT id FROM "
-        "setting WHERE json = ?), ?) RETURNING id, setting, CAST(strftime('%s', made_at) AS INTEGER)");
+        "INSERT INTO step (parent, kind, label, setting, start) VALUES (?, 'stroke', ?, (SELECT id "
+        "FROM "
+        "setting WHERE json = ?), ?) RETURNING id, setting, CAST(strftime('%s', made_at) AS "
+        "INTEGER)");
     if (!step) return Error{step.error()};
-    const Result<bool> row = step.value().bind(head_).bind(label).bind(json).bind(encode_pose(start)).row();
+    const Result<bool> row =
+        step.value().bind(head_).bind(label).bind(json).bind(encode_pose(start)).row();
     if (!row) return Error{row.error()};
     begun.id = step.value().integer(0);
     begun.setting = step.value().integer(1);
@@ -255,7 +267,8 @@ Status Document::write_ticks(int64_t& sequence) {
     const size_t count = std::min(kTicksABlock, waiting_.size() - from);
     if (Status s = put(tick.value(), count, encode_ticks(&waiting_[from], count)); !s) return s;
     if (!all_felt_) continue;
-    if (Status s = put(force.value(), count, encode_forces(&waiting_forces_[from], count)); !s) return s;
+    if (Status s = put(force.value(), count, encode_forces(&waiting_forces_[from], count)); !s)
+      return s;
   }
   if (all_felt_ || open_sequence_ == 0) return Ok{};
   // Some were felt, and others not.
@@ -279,7 +292,8 @@ Status Document::flush() {
   return Ok{};
 }
 
-Status Document::finish(const Snapshot& now, const LatticeBox& material_bounds, double removed_mm3) {
+Status Document::finish(const Snapshot& now, const LatticeBox& material_bounds,
+                        double removed_mm3) {
   if (open_step_ == 0) return wrong("no stroke is being made");
   Step step = steps_[open_step_];
   step.ticks = saved_ticks_ + static_cast<int64_t>(waiting_.size());
@@ -292,8 +306,12 @@ Status Document::finish(const Snapshot& now, const LatticeBox& material_bounds, 
     Result<Statement> update = storage_->database.prepare(
         "UPDATE step SET finished = 1, ticks = ?, removed_mm3 = ?, hash = ? WHERE id = ?");
     if (!update) return Error{update.error()};
-    if (Status s =
-            update.value().bind(step.ticks).bind(removed_mm3).bind(hash_text(step.hash)).bind(step.id).run();
+    if (Status s = update.value()
+                       .bind(step.ticks)
+                       .bind(removed_mm3)
+                       .bind(hash_text(step.hash))
+                       .bind(step.id)
+                       .run();
         !s)
       return s;
     if (Status s = seal(step.id); !s) return s;
@@ -334,7 +352,8 @@ Status Document::cancel() {
 Status Document::set_thumbnail(StepId step, const Bytes& png) {
   if (Status s = check_finished(step); !s) return s;
   Status kept = commit("keeping a thumbnail", [&]() -> Status {
-    Result<Statement> put = storage_->database.prepare("INSERT OR REPLACE INTO thumbnail VALUES (?, ?)");
+    Result<Statement> put =
+        storage_->database.prepare("INSERT OR REPLACE INTO thumbnail VALUES (?, ?)");
     if (!put) return Error{put.error()};
     return put.value().bind(step).bind(png).run();
   });

@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: MIT
-// One file: the stock, every stroke as the tool's own path, the tree of what was done, and the model's state
-// at some of its steps. SQLite, so that anyone can read it (docs/documents.md has the tables).
+// One file: the stock, every stroke as the tool's own path, the tree of what was done, and the
+// model's state at some of its steps. SQLite, so that anyone can read it (docs/documents.md has the
+// tables).
 //
-//   stock ── stroke ── stroke ── stroke*          every step knows the one before it
-//                 └─── stroke ── stroke           going back and doing otherwise keeps the other branch
+//   stock ── stroke ── stroke ── stroke*   every step knows the one before it
+//                 └─── stroke ── stroke    going back and doing otherwise keeps the other
 //
-// Every step keeps the tiles that it changed, soon after it is finished: so going from one to another reads
-// just what is different there. A step without any (its process ended, an older Kibori made it) is the
-// nearest one before it that has some, and the strokes from there carved again: the same bytes, as a recorded
-// path leaves them. States that were visited stay in memory, where they share what they have in common.
+// Every step keeps the tiles that it changed, soon after it is finished: so going from one to
+// another reads just what is different there. A step without any (its process ended, an older
+// Kibori made it) is the nearest one before it that has some, and the strokes from there carved
+// again: the same bytes, as a recorded path leaves them. States that were visited stay in memory,
+// where they share what they have in common.
 //
-// What is added reaches the file at every flush(): a process that is killed then leaves an exact prefix.
-// Where the file can't be written any more (a full disk), the document goes on in memory
-// and says so; it can be saved again or elsewhere. A document belongs to one thread; one process writes a
-// file, any number may read it meanwhile, as it was when they opened it.
+// What is added reaches the file at every flush(): a process that is killed then leaves an exact
+// prefix. Where the file can't be written any more (a full disk), the document goes on in memory
+// and says so; it can be saved again or elsewhere. A document belongs to one thread; one process
+// writes a file, any number may read it meanwhile, as it was when they opened it.
 #pragma once
 
 #include <chrono>
@@ -49,8 +51,9 @@ struct Step {
   double removed_mm3 = 0;  // negative: added
   uint64_t hash = 0;       // of the whole model after it
   int64_t made_s = 0;      // when it was begun [s since 1970]; 0: not known
-  int64_t setting = 0;     // strokes with the same number have the same settings(); 0: the stock has none
-  bool pictured = false;   // there is a thumbnail of it
+  // Strokes with the same number have the same settings(); 0: the stock has none.
+  int64_t setting = 0;
+  bool pictured = false;  // there is a thumbnail of it
 };
 
 // A tick as a replay felt it.
@@ -65,13 +68,15 @@ class Document {
  public:
   enum class Access { write, read };
 
-  // A new file; one that is there already is refused. `stock` says how the stock can be made again (JSON);
-  // `source` is the file it came from, if any. Errors: the path, or another process writes it.
-  static Result<std::unique_ptr<Document>> create(const std::filesystem::path& path, const TriDexel& model,
-                                                  const std::string& stock, const Bytes& source = {},
+  // A new file; one that is there already is refused. `stock` says how the stock can be made again
+  // (JSON); `source` is the file it came from, if any. Errors: the path, or another process writes
+  // it.
+  static Result<std::unique_ptr<Document>> create(const std::filesystem::path& path,
+                                                  const TriDexel& model, const std::string& stock,
+                                                  const Bytes& source = {},
                                                   const char* vfs = nullptr);
-  // Errors: no document, one of a newer version, damage, or another process writes it (open it for reading
-  // then). A stroke that was being made when its process ended is kept as far as it came.
+  // Errors: no document, one of a newer version, damage, or another process writes it (open it for
+  // reading then). A stroke that was being made when its process ended is kept as far as it came.
   static Result<std::unique_ptr<Document>> open(const std::filesystem::path& path, Access access,
                                                 const char* vfs = nullptr);
   ~Document();
@@ -79,12 +84,13 @@ class Document {
   const std::string& name() const;
   // Why the file holds only the beginning, and all the rest is in memory; empty if all is well.
   const std::string& unsaved() const { return unsaved_; }
-  // What may be missing of it, as a sentence: whoever wrote it did not close it, and the log that then stands
-  // beside it, with the last steps, is not there. Empty if all is well.
+  // What may be missing of it, as a sentence: whoever wrote it did not close it, and the log that
+  // then stands beside it, with the last steps, is not there. Empty if all is well.
   const std::string& missing() const { return missing_; }
   // Into the file again. Errors: it still can't be written; nothing has changed.
   Status save_again();
-  // All of it into a new file, where the document then goes on. Errors: as of save_copy; nothing has changed.
+  // All of it into a new file, where the document then goes on. Errors: as of save_copy; nothing
+  // has changed.
   Status move_to(const std::filesystem::path& path);
   const Lattice& lattice() const { return lattice_; }
   // As given to create().
@@ -103,26 +109,26 @@ class Document {
 
   // A model at the head; what go, undo and redo work on from then on.
   Result<std::unique_ptr<TriDexel>> load();
-  // A model at any step; the document goes on at its head. Errors, here and of load, go, undo and redo: what
-  // the file holds is not what was written there, by its hash; no model is made of that.
+  // A model at any step; the document goes on at its head. Errors, here and of load, go, undo and
+  // redo: what the file holds is not what was written there, by its hash; no model is made of that.
   Result<std::unique_ptr<TriDexel>> load_at(StepId step) const;
   // The last step on the way to the head that is what was written. Error: not even the stock is.
   Result<StepId> last_whole() const;
   // Of a document that is only read: it is as if its head were there.
   Status stand_at(StepId step);
-  // Makes `model` (from load() or given to create()) that of another step, which becomes the head. Errors
-  // leave it as it was.
+  // Makes `model` (from load() or given to create()) that of another step, which becomes the head.
+  // Errors leave it as it was.
   Status go(TriDexel& model, StepId step);
   Status undo(TriDexel& model);
   Status redo(TriDexel& model);
-  // Where undo and redo go: redo to the step last gone back from, or else the newest that follows. Errors:
-  // nothing is there.
+  // Where undo and redo go: redo to the step last gone back from, or else the newest that follows.
+  // Errors: nothing is there.
   Result<StepId> before_head() const;
   Result<StepId> after_head() const;
 
-  // For a model (from load() or given to create()) that is on another thread: what to restore there, and the
-  // box its material is in; commit_checkout() once that is done. Where it can't be written, it can be tried
-  // again.
+  // For a model (from load() or given to create()) that is on another thread: what to restore
+  // there, and the box its material is in; commit_checkout() once that is done. Where it can't be
+  // written, it can be tried again.
   struct Checkout {
     StepId step = 0;
     Snapshot state;
@@ -145,9 +151,9 @@ class Document {
   Status set_thumbnail(StepId step, const Bytes& png);
   Result<Bytes> thumbnail(StepId step) const;
 
-  // A stroke from the head on. Ticks are kept until flush(), which is worth calling every 50 ms. Errors, here
-  // and of flush and finish: neither file nor memory can be written; nothing is dropped, and it can be tried
-  // again.
+  // A stroke from the head on. Ticks are kept until flush(), which is worth calling every 50 ms.
+  // Errors, here and of flush and finish: neither file nor memory can be written; nothing is
+  // dropped, and it can be tried again.
   Status begin(const StrokeSettings& settings, const Pose& start, const std::string& label = {});
   // `felt`: by the stroke's own force model; kept too where every tick of the stroke has one.
   void add(const StrokeTick& tick, const Wrench* felt = nullptr) {
@@ -164,26 +170,31 @@ class Document {
     return finish(model.snapshot(), model.material_bounds(), removed_mm3);
   }
   Status finish(const Snapshot& now, const LatticeBox& material_bounds, double removed_mm3);
-  // The stroke is as if it had not been; the caller's model goes back to the head's state (go, restore).
+  // The stroke is as if it had not been; the caller's model goes back to the head's state (go,
+  // restore).
   Status cancel();
 
-  // All of it, packed, into a new file, whole or not at all: another place when this one fails, or a copy.
-  // This document goes on where it is. Errors: the path, or a file that is there already.
+  // All of it, packed, into a new file, whole or not at all: another place when this one fails, or
+  // a copy. This document goes on where it is. Errors: the path, or a file that is there already.
   Status save_copy(const std::filesystem::path& path) const;
 
   // The settings and ticks of a stroke.
   Result<StrokeSettings> settings(StepId step) const;
   Result<Pose> start(StepId step) const;
   // Calls f(ticks of one flush) for all of them.
-  Status for_ticks(StepId step, const std::function<Status(const std::vector<StrokeTick>&)>& f) const;
-  // Calls f(force and moment of the ticks of one flush) for all of them, if they were kept: see add().
+  Status for_ticks(StepId step,
+                   const std::function<Status(const std::vector<StrokeTick>&)>& f) const;
+  // Calls f(force and moment of the ticks of one flush) for all of them, if they were kept: see
+  // add().
   Status for_forces(StepId step, const std::function<Status(const std::vector<Wrench>&)>& f) const;
-  // Carves a stroke again on `model`, which stands where it began (at any pitch). `law`: another force model.
+  // Carves a stroke again on `model`, which stands where it began (at any pitch). `law`: another
+  // force model.
   Status replay(StepId step, TriDexel& model, const std::optional<ForceLaw>& law,
                 const std::function<void(const ReplayedTick&)>& use) const;
 
-  // Looks at everything there is: tables, tiles, ticks, and every step carved again. Calls wrong(sentence)
-  // for all that is not as it should be; progress(share) now and then. Errors: can't be read at all.
+  // Looks at everything there is: tables, tiles, ticks, and every step carved again. Calls
+  // wrong(sentence) for all that is not as it should be; progress(share) now and then. Errors:
+  // can't be read at all.
   Status verify(const std::function<void(const std::string&)>& wrong,
                 const std::function<void(double)>& progress = {}) const;
 
@@ -195,7 +206,8 @@ class Document {
     return wrong(doing + " failed: " + said);
   }
   // Opens and locks the file for writing.
-  static Result<std::unique_ptr<Document>> attach(const std::filesystem::path& path, const char* vfs);
+  static Result<std::unique_ptr<Document>> attach(const std::filesystem::path& path,
+                                                  const char* vfs);
   Status check_kind();
   Status check_tables();
   Status read_tree();
@@ -218,8 +230,9 @@ class Document {
   Status check_finished(StepId step) const;
   Status for_blocks(const char* table, StepId step,
                     const std::function<Status(const Bytes&, int64_t)>& f) const;
-  // The tiles to keep of the state `now` of a step: those that are not as at the last step before it that has
-  // any. They are kept little by little, as it takes time; all places in the end, at once.
+  // The tiles to keep of the state `now` of a step: those that are not as at the last step before
+  // it that has any. They are kept little by little, as it takes time; all places in the end, at
+  // once.
   struct TilePlace {
     Axis axis;
     int tu, tv;
@@ -240,8 +253,8 @@ class Document {
   // Within a transaction.
   Status keep_tiles(TileJob& job, std::chrono::steady_clock::time_point until);
   void keep_some_tiles(std::chrono::milliseconds at_most);
-  // Which tile stands where at a step that has any; 0: none. Of all places, or of those that may be others
-  // than at step `from`.
+  // Which tile stands where at a step that has any; 0: none. Of all places, or of those that may be
+  // others than at step `from`.
   using Place = std::tuple<int64_t, int64_t, int64_t>;  // field, u, v
   using TileMap = std::map<Place, int64_t>;
   Result<TileMap> all_tiles(StepId step) const;
@@ -252,8 +265,8 @@ class Document {
   Status make_state(TriDexel& model, StepId step) const;
   // Whether the state of a finished step is what was written.
   Status check_state(StepId step, const Snapshot& now) const;
-  // Makes `model` that of a step, by the states in memory and the tiles kept; remember(step, state) is told
-  // of those on the way.
+  // Makes `model` that of a step, by the states in memory and the tiles kept; remember(step, state)
+  // is told of those on the way.
   Status rebuild(TriDexel& model, StepId step,
                  const std::function<void(StepId, const Snapshot&)>& remember) const;
   // As `model` is to be at a step that has tiles.

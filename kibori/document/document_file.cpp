@@ -64,8 +64,8 @@ bool has_log(const std::filesystem::path& path) {
   return std::filesystem::exists(path.string() + "-wal", none);
 }
 
-// Where a new document can be. What a killed process left beside one that is no longer there would be taken
-// for the new one's.
+// Where a new document can be. What a killed process left beside one that is no longer there would
+// be taken for the new one's.
 Status check_free(const std::filesystem::path& path) {
   std::error_code code;
   const std::string name = sanitize_message(path.string());
@@ -74,25 +74,27 @@ Status check_free(const std::filesystem::path& path) {
   for (const char* rest : {"-wal", "-journal"}) {
     const std::filesystem::path log = path.string() + rest;
     if (std::filesystem::exists(log, code) && std::filesystem::file_size(log, code) > 0)
-      return Error{name + rest +
-                   ": is there without its document, and holds the end of its last stroke; put the document "
-                   "back beside it, or remove it"};
+      return Error{
+          name + rest +
+          ": is there without its document, and holds the end of its last stroke; put the document "
+          "back beside it, or remove it"};
     std::filesystem::remove(log, code);
   }
   std::filesystem::remove(path.string() + "-shm", code);
   return Ok{};
 }
 
-// Once it is on the disk. A link, unlike a renaming, fails where the name was taken meanwhile; some file
-// systems have none.
+// Once it is on the disk. A link, unlike a renaming, fails where the name was taken meanwhile; some
+// file systems have none.
 bool put_in_place(const std::filesystem::path& part, const std::filesystem::path& path) {
   std::error_code code;
   if (!sync_to_disk(part)) {
     clear_away(part);
     return false;
   }
-  const bool there = ::link(part.c_str(), path.c_str()) == 0 ||
-                     (!std::filesystem::exists(path, code) && ::rename(part.c_str(), path.c_str()) == 0);
+  const bool there =
+      ::link(part.c_str(), path.c_str()) == 0 ||
+      (!std::filesystem::exists(path, code) && ::rename(part.c_str(), path.c_str()) == 0);
   std::filesystem::remove(part, code);
   sync_name(path);
   return there;
@@ -113,7 +115,8 @@ const std::string& Document::name() const { return storage_->database.name(); }
 Document::~Document() {
   if (unsaved_.empty()) keep_some_tiles(std::chrono::minutes(1));
   storage_->keeper.reset();
-  // All of it is in the file, which needs no log any more; but where it could not be written, that is lost.
+  // All of it is in the file, which needs no log any more; but where it could not be written, that
+  // is lost.
   if (marked_ && unsaved_.empty()) static_cast<void>(mark(false));
 }
 
@@ -164,7 +167,8 @@ Status Document::move_to(const std::filesystem::path& path) {
   return Ok{};
 }
 
-Status Document::try_commit(const char* doing, const std::function<Status()>& change, bool& disk_failed) {
+Status Document::try_commit(const char* doing, const std::function<Status()>& change,
+                            bool& disk_failed) {
   if (Status s = storage_->database.run("BEGIN IMMEDIATE"); !s) {
     disk_failed = storage_->database.disk_failed();
     return failed(doing, s.error());
@@ -183,9 +187,9 @@ Status Document::try_commit(const char* doing, const std::function<Status()>& ch
   return done;
 }
 
-Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& path, const TriDexel& model,
-                                                   const std::string& stock, const Bytes& source,
-                                                   const char* vfs) {
+Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& path,
+                                                   const TriDexel& model, const std::string& stock,
+                                                   const Bytes& source, const char* vfs) {
   const std::string name = sanitize_message(path.string());
   if (Status s = check_free(path); !s) return Error{s.error()};
   // All of it or nothing: made beside, and put in place when it is a document.
@@ -206,9 +210,11 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
       const std::string first = "PRAGMA application_id=" + std::to_string(kApplication);
       if (Status s = document->storage_->database.run(first.c_str()); !s) return s;
       return document->commit("making it", [&]() -> Status {
-        for (const char* tables : {kSchema, kSchemaSince2, kSchemaSince3, kSchemaSince5, kThisVersion})
+        for (const char* tables :
+             {kSchema, kSchemaSince2, kSchemaSince3, kSchemaSince5, kThisVersion})
           if (Status s = document->storage_->database.run(tables); !s) return s;
-        Result<Statement> meta = document->storage_->database.prepare("INSERT INTO meta VALUES (?, ?)");
+        Result<Statement> meta =
+            document->storage_->database.prepare("INSERT INTO meta VALUES (?, ?)");
         if (!meta) return Error{meta.error()};
         Statement& m = meta.value();
         for (const auto& [key, value] :
@@ -278,7 +284,8 @@ Result<std::unique_ptr<Document>> Document::open(const std::filesystem::path& pa
   return document;
 }
 
-Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& path, const char* vfs) {
+Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& path,
+                                                   const char* vfs) {
   Result<FileLock> lock = FileLock::take(path);
   if (!lock) return Error{lock.error()};
   const bool log = has_log(path);
@@ -347,13 +354,15 @@ Status Document::check_kind() {
   return check_tables();
 }
 
-// The tables are those that Kibori makes, to the word: a table of the same name may be a view, have columns
-// that are worked out when they are read, or be a program's (virtual), and take the machine.
+// The tables are those that Kibori makes, to the word: a table of the same name may be a view, have
+// columns that are worked out when they are read, or be a program's (virtual), and take the
+// machine.
 Status Document::check_tables() {
   using Tables = std::set<std::tuple<std::string, std::string, std::string, std::string>>;
   constexpr size_t kMaxTables = 64;
   const auto tables_of = [](Database& database) -> Result<Tables> {
-    Result<Statement> read = database.prepare("SELECT type, name, tbl_name, sql FROM sqlite_master");
+    Result<Statement> read =
+        database.prepare("SELECT type, name, tbl_name, sql FROM sqlite_master");
     if (!read) return Error{read.error()};
     Tables tables;
     Statement& r = read.value();
@@ -385,8 +394,8 @@ Status Document::check_tables() {
                    "' is not as Kibori makes it");
   for (const auto& table : ours.value())
     if (!found.value().count(table))
-      return wrong("is a damaged document: it has no " + std::get<0>(table) + " '" + std::get<1>(table) +
-                   "'");
+      return wrong("is a damaged document: it has no " + std::get<0>(table) + " '" +
+                   std::get<1>(table) + "'");
   return Ok{};
 }
 
@@ -412,8 +421,10 @@ Status Document::read_tree() {
   if (done && !placed) done = Error{"it does not say where its rays are"};
   if (done)
     done = for_rows(
-        "SELECT id, parent, kind, label, ticks, removed_mm3, hash, finished, (SELECT coalesce(sum(count), 0) "
-        "FROM tick WHERE tick.step = step.id AND step.finished = 0), CAST(strftime('%s', made_at) AS "
+        "SELECT id, parent, kind, label, ticks, removed_mm3, hash, finished, (SELECT "
+        "coalesce(sum(count), 0) "
+        "FROM tick WHERE tick.step = step.id AND step.finished = 0), CAST(strftime('%s', made_at) "
+        "AS "
         "INTEGER), setting FROM step ORDER BY id",
         [&](Statement& s) -> Status {
           Step step;
@@ -427,7 +438,8 @@ Status Document::read_tree() {
           step.hash = std::strtoull(s.text(6).c_str(), nullptr, 16);
           step.made_s = s.integer(9);
           step.setting = s.integer(10);
-          const bool known = step.stock ? step.parent == 0 && steps_.empty() : steps_.count(step.parent) != 0;
+          const bool known =
+              step.stock ? step.parent == 0 && steps_.empty() : steps_.count(step.parent) != 0;
           // Each once, and after the one before it: so there is no way around in circles.
           if (step.id < 1 || step.id > kMaxSteps || !known || steps_.count(step.id))
             return Error{"step " + std::to_string(step.id) + " follows none that is there"};
@@ -443,23 +455,26 @@ Status Document::read_tree() {
     });
   if (done && version_ >= 2)
     done = for_rows("SELECT step FROM thumbnail", [&](Statement& s) -> Status {
-      if (const auto found = steps_.find(s.integer(0)); found != steps_.end()) found->second.pictured = true;
+      if (const auto found = steps_.find(s.integer(0)); found != steps_.end())
+        found->second.pictured = true;
       return Ok{};
     });
   if (done)
     done = for_rows("SELECT step, bounds FROM checkpoint", [&](Statement& s) -> Status {
       const Result<LatticeBox> box = box_from_json(s.text(1));
       if (!steps_.count(s.integer(0))) return Ok{};
-      if (!box) return Error{"step " + std::to_string(s.integer(0)) + " has tiles that lie nowhere"};
+      if (!box)
+        return Error{"step " + std::to_string(s.integer(0)) + " has tiles that lie nowhere"};
       add_checkpoint(s.integer(0), box.value());
       return Ok{};
     });
-  if (done && !checkpoints_.count(steps_.begin()->first)) done = Error{"the stock's tiles are missing"};
+  if (done && !checkpoints_.count(steps_.begin()->first))
+    done = Error{"the stock's tiles are missing"};
   return done ? done : Status(wrong("is a damaged document: " + done.error()));
 }
 
-// Strokes that were being made when their process ended are finished as far as they came; they are the
-// newest.
+// Strokes that were being made when their process ended are finished as far as they came; they are
+// the newest.
 Status Document::recover() {
   for (auto& entry : steps_) {
     const StepId id = entry.first;
@@ -508,7 +523,8 @@ Result<std::string> Document::stock() const {
 }
 
 Result<Bytes> Document::source() const {
-  Result<Statement> read = storage_->database.prepare("SELECT value FROM meta WHERE key = 'source'");
+  Result<Statement> read =
+      storage_->database.prepare("SELECT value FROM meta WHERE key = 'source'");
   if (!read) return failed("reading the stock's file", read.error());
   const Result<bool> row = read.value().row();
   if (!row) return failed("reading the stock's file", row.error());

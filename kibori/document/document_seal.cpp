@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What tells that a row was changed or is missing. Each finished step has a seal, a hash over its row and the
-// seal of the one before it; `meta` has the number of them, a hash over all in their order, and one over the
-// versions. And where a document is being written, `meta` says so in the file itself: if the log beside it is
-// lost, with the last steps in it, that is told.
+// What tells that a row was changed or is missing. Each finished step has a seal, a hash over its
+// row and the seal of the one before it; `meta` has the number of them, a hash over all in their
+// order, and one over the versions. And where a document is being written, `meta` says so in the
+// file itself: if the log beside it is lost, with the last steps in it, that is told.
 #include <kibori/base/file.h>
 #include <kibori/base/hash.h>
 #include <kibori/document/codec.h>
@@ -48,8 +48,10 @@ Result<std::string> seal_of_versions(Database& database) {
 // Of a step's row as it stands there, and the seal of the one before it.
 Result<uint64_t> seal_of_step(Database& database, StepId step) {
   Result<Statement> read = database.prepare(
-      "SELECT parent, kind, label, json, start, ticks, removed_mm3, hash, made_at, (SELECT value FROM seal "
-      "WHERE seal.step = parent) FROM step LEFT JOIN setting ON setting.id = setting WHERE step.id = ?");
+      "SELECT parent, kind, label, json, start, ticks, removed_mm3, hash, made_at, (SELECT value "
+      "FROM seal "
+      "WHERE seal.step = parent) FROM step LEFT JOIN setting ON setting.id = setting WHERE step.id "
+      "= ?");
   if (!read) return Error{read.error()};
   Statement& row = read.value();
   const Result<bool> there = row.bind(step).row();
@@ -84,7 +86,8 @@ Result<std::string> meta(Database& database, const char* key) {
 
 Status set_meta(Database& database, const char* key, const std::string& value) {
   Result<Statement> put = database.prepare("INSERT OR REPLACE INTO meta VALUES (?, ?)");
-  return put ? put.value().bind(std::string_view(key)).bind(value).run() : Status(Error{put.error()});
+  return put ? put.value().bind(std::string_view(key)).bind(value).run()
+             : Status(Error{put.error()});
 }
 
 }  // namespace
@@ -101,7 +104,9 @@ Status Document::seal(StepId step) {
   Result<Statement> put = storage_->database.prepare("INSERT OR REPLACE INTO seal VALUES (?, ?)");
   if (!put) return Error{put.error()};
   if (Status s = put.value().bind(step).bind(hash_text(sealed.value())).run(); !s) return s;
-  if (Status s = set_meta(storage_->database, "seal", hash_text(chained(chain.value(), sealed.value()))); !s)
+  if (Status s =
+          set_meta(storage_->database, "seal", hash_text(chained(chain.value(), sealed.value())));
+      !s)
     return s;
   return set_meta(storage_->database, "sealed_steps",
                   std::to_string(std::strtoll(count.value().c_str(), nullptr, 10) + 1));
@@ -110,7 +115,8 @@ Status Document::seal(StepId step) {
 Status Document::seal_all() {
   std::vector<StepId> finished;
   {
-    Result<Statement> read = storage_->database.prepare("SELECT id FROM step WHERE finished = 1 ORDER BY id");
+    Result<Statement> read =
+        storage_->database.prepare("SELECT id FROM step WHERE finished = 1 ORDER BY id");
     if (!read) return Error{read.error()};
     Status done = read.value().for_rows([&]() -> Status {
       finished.push_back(read.value().integer(0));
@@ -125,7 +131,8 @@ Status Document::seal_all() {
 
 Status Document::seal_versions() {
   const Result<std::string> now = seal_of_versions(storage_->database);
-  return now ? set_meta(storage_->database, "version_seal", now.value()) : Status(Error{now.error()});
+  return now ? set_meta(storage_->database, "version_seal", now.value())
+             : Status(Error{now.error()});
 }
 
 Status Document::verify_seals(const std::function<void(const std::string&)>& wrong_at) const {
@@ -134,7 +141,8 @@ Status Document::verify_seals(const std::function<void(const std::string&)>& wro
   Result<uint64_t> chain = seal_of_stock(database);
   if (!chain) return Error{chain.error()};
   Result<Statement> read = database.prepare(
-      "SELECT step.id, seal.value FROM step LEFT JOIN seal ON seal.step = step.id WHERE finished = 1 ORDER "
+      "SELECT step.id, seal.value FROM step LEFT JOIN seal ON seal.step = step.id WHERE finished = "
+      "1 ORDER "
       "BY "
       "step.id");
   if (!read) return Error{read.error()};
@@ -146,8 +154,9 @@ Status Document::verify_seals(const std::function<void(const std::string&)>& wro
     if (!sealed) return Error{sealed.error()};
     if (hash_text(sealed.value()) != read.value().text(1)) {
       rows_hold = false;
-      wrong_at("step " + std::to_string(step) +
-               ": its label, time, settings, figures or the step before it are not what was written");
+      wrong_at(
+          "step " + std::to_string(step) +
+          ": its label, time, settings, figures or the step before it are not what was written");
     }
     chain = chained(chain.value(), sealed.value());
     count++;
@@ -155,7 +164,8 @@ Status Document::verify_seals(const std::function<void(const std::string&)>& wro
   });
   if (!done) return done;
   const Result<std::string> sealed = meta(database, "sealed_steps"), last = meta(database, "seal"),
-                            versions = meta(database, "version_seal"), now = seal_of_versions(database);
+                            versions = meta(database, "version_seal"),
+                            now = seal_of_versions(database);
   if (!sealed || !last || !versions || !now) return Error{"the seals can't be read"};
   const long long written = std::strtoll(sealed.value().c_str(), nullptr, 10);
   if (count != written)
@@ -186,9 +196,10 @@ Status Document::look_for_log(bool there) {
   // Whoever writes it next puts the log away.
   if (there && !writes_) storage_->database.keep_log();
   if (!there)
-    missing_ = name() +
-               ": its last steps may be missing: what wrote it did not close it, and its -wal file is not "
-               "beside it; look for that and put it there before the document is opened for writing";
+    missing_ =
+        name() +
+        ": its last steps may be missing: what wrote it did not close it, and its -wal file is not "
+        "beside it; look for that and put it there before the document is opened for writing";
   return Ok{};
 }
 

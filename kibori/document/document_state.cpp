@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What a step's model is: its tiles, its strokes carved again, and whether both are what was written.
+// What a step's model is: its tiles, its strokes carved again, and whether both are what was
+// written.
 #include <unordered_set>
 
 #include <kibori/document/codec.h>
@@ -10,7 +11,8 @@
 namespace kibori {
 namespace {
 
-// Steps whose tiles wait to be kept. Beyond so many they are carved so fast that they are left without.
+// Steps whose tiles wait to be kept. Beyond so many they are carved so fast that they are left
+// without.
 constexpr size_t kMaxWaiting = 256;
 // Steps that change tiles, on a way of which just these are read; on longer ones all of them are.
 constexpr size_t kFarAway = 500;
@@ -21,8 +23,10 @@ constexpr size_t kFarAway = 500;
 
 void Document::wait_for_tiles(StepId step, const Snapshot& now, const LatticeBox& bounds) {
   material_bounds_.include(bounds);
-  // A step that others with tiles follow has none: theirs are those that differ from the ones before it.
-  if (!writes_ || is_checkpoint(step) || before_checkpoints_.count(step) || tiles_.size() >= kMaxWaiting)
+  // A step that others with tiles follow has none: theirs are those that differ from the ones
+  // before it.
+  if (!writes_ || is_checkpoint(step) || before_checkpoints_.count(step) ||
+      tiles_.size() >= kMaxWaiting)
     return;
   TileJob& job = tiles_.emplace_back();
   job.step = step;
@@ -49,9 +53,10 @@ Status Document::plan_tiles(TileJob& job) const {
   job.planned = true;
   if (const Snapshot* const state = state_of(at); state && state->of_same_model(now)) {
     for (const Axis axis : kAxes)
-      now.field(axis).for_changed_tiles(
-          state->field(axis),
-          [&](int tu, int tv, const Tile& was, const Tile& is) { consider(axis, tu, tv, was, is); });
+      now.field(axis).for_changed_tiles(state->field(axis),
+                                        [&](int tu, int tv, const Tile& was, const Tile& is) {
+                                          consider(axis, tu, tv, was, is);
+                                        });
     return Ok{};
   }
   TriDexel before(lattice_);
@@ -61,7 +66,8 @@ Status Document::plan_tiles(TileJob& job) const {
   for (const Axis axis : kAxes) {
     const FieldSnapshot &is = now.field(axis), &was = then.field(axis);
     for (int tv = 0; tv < is.tiles_v(); tv++)
-      for (int tu = 0; tu < is.tiles_u(); tu++) consider(axis, tu, tv, was.tile(tu, tv), is.tile(tu, tv));
+      for (int tu = 0; tu < is.tiles_u(); tu++)
+        consider(axis, tu, tv, was.tile(tu, tv), is.tile(tu, tv));
   }
   return Ok{};
 }
@@ -92,16 +98,22 @@ Status Document::keep_tiles(TileJob& job, std::chrono::steady_clock::time_point 
   }
   Result<Statement> checkpoint = storage_->database.prepare("INSERT INTO checkpoint VALUES (?, ?)");
   if (!checkpoint) return Error{checkpoint.error()};
-  if (Status s = checkpoint.value().bind(job.step).bind(box_to_json(job.bounds)).run(); !s) return s;
+  if (Status s = checkpoint.value().bind(job.step).bind(box_to_json(job.bounds)).run(); !s)
+    return s;
   Result<Statement> drop = storage_->database.prepare("DELETE FROM checkpoint_tile WHERE step = ?");
   if (!drop) return Error{drop.error()};
   if (Status s = drop.value().bind(job.step).run(); !s) return s;
-  Result<Statement> put = storage_->database.prepare("INSERT INTO checkpoint_tile VALUES (?, ?, ?, ?, ?)");
+  Result<Statement> put =
+      storage_->database.prepare("INSERT INTO checkpoint_tile VALUES (?, ?, ?, ?, ?)");
   if (!put) return Error{put.error()};
   for (const TilePlace& place : job.places) {
     Statement& p = put.value();
-    p.bind(job.step).bind(static_cast<int64_t>(place.axis)).bind(int64_t{place.tu}).bind(int64_t{place.tv});
-    if (Status s = (place.tile ? p.bind(job.ids.at(place.tile)) : p.bind_null()).run(); !s) return s;
+    p.bind(job.step)
+        .bind(static_cast<int64_t>(place.axis))
+        .bind(int64_t{place.tu})
+        .bind(int64_t{place.tv});
+    if (Status s = (place.tile ? p.bind(job.ids.at(place.tile)) : p.bind_null()).run(); !s)
+      return s;
   }
   job.done = true;
   return Ok{};
@@ -120,7 +132,8 @@ void Document::keep_some_tiles(std::chrono::milliseconds at_most) {
         return keep_tiles(job, until);
       });
     if (!kept) {
-      // A damaged file may have no place for them. Without, the step is carved again when it is gone to.
+      // A damaged file may have no place for them. Without, the step is carved again when it is
+      // gone to.
       tiles_.pop_front();
     } else if (job.done) {
       add_checkpoint(job.step, job.bounds);
@@ -151,11 +164,14 @@ Result<Document::TileMap> Document::all_tiles(StepId step) const {
   return tiles;
 }
 
-// Of the places that steps of the way from there to here changed, the newest tile on the way from the stock.
-Result<Document::TileMap> Document::other_tiles(StepId step, const std::vector<StepId>& way_from) const {
+// Of the places that steps of the way from there to here changed, the newest tile on the way from
+// the stock.
+Result<Document::TileMap> Document::other_tiles(StepId step,
+                                                const std::vector<StepId>& way_from) const {
   TileMap tiles;
   auto& database = storage_->database;
-  Result<Statement> places = database.prepare("SELECT field, u, v FROM checkpoint_tile WHERE step = ?");
+  Result<Statement> places =
+      database.prepare("SELECT field, u, v FROM checkpoint_tile WHERE step = ?");
   if (!places) return failed("reading tiles", places.error());
   Statement& p = places.value();
   for (const StepId id : way_from) {
@@ -194,7 +210,8 @@ Result<Document::TileMap> Document::other_tiles(StepId step, const std::vector<S
 }
 
 Status Document::go_by_tiles(TriDexel& model, StepId step) const {
-  // From where the hand is, or the last step before it with tiles, if that is known and not too far.
+  // From where the hand is, or the last step before it with tiles, if that is known and not too
+  // far.
   StepId from = head_;
   while (from != 0 && !is_checkpoint(from)) from = steps_.at(from).parent;
   const Snapshot* const start = state_of(from);
@@ -239,7 +256,8 @@ Status Document::read_tiles(StepId step, TriDexel& model) const {
 Status Document::put_tiles(const TileMap& tiles, StepId step, TriDexel& model) const {
   Result<Statement> read = storage_->database.prepare("SELECT hash, data FROM tile WHERE id = ?");
   if (!read) return failed("reading tiles", read.error());
-  std::map<std::pair<int64_t, int64_t>, std::pair<int, int>> first;  // field and tile: where it stands
+  // Field and tile: where it stands.
+  std::map<std::pair<int64_t, int64_t>, std::pair<int, int>> first;
   for (const auto& [place, tile] : tiles) {
     const auto& [axis, u, v] = place;
     if (axis < 0 || axis > 2)
@@ -258,13 +276,15 @@ Status Document::put_tiles(const TileMap& tiles, StepId step, TriDexel& model) c
     }
     const Result<bool> row = read.value().bind(tile).row();
     if (!row) return failed("reading tiles", row.error());
-    if (!row.value()) return wrong("is a damaged document: tile " + std::to_string(tile) + " is missing");
+    if (!row.value())
+      return wrong("is a damaged document: tile " + std::to_string(tile) + " is missing");
     const Bytes data = read.value().bytes(1);
     if (hash_of(data) != read.value().integer(0))
       return wrong("is a damaged document: at step " + std::to_string(step) + ", tile " +
                    std::to_string(tile) + " is not what was written");
     const Status put = decode_tile(data, field, tu, tv);
-    if (!put) return wrong("is a damaged document: at step " + std::to_string(step) + ", " + put.error());
+    if (!put)
+      return wrong("is a damaged document: at step " + std::to_string(step) + ", " + put.error());
     first[{axis, tile}] = {tu, tv};
   }
   model.touch();
@@ -285,7 +305,8 @@ Result<StepId> Document::last_whole() const {
     TriDexel model(lattice_);
     return make_state(model, way[i]).ok();
   };
-  // What is damaged stands in all later steps, until it is cut away: back by ever longer ways, then between.
+  // What is damaged stands in all later steps, until it is cut away: back by ever longer ways, then
+  // between.
   size_t good = 0, bad = way.size();
   for (size_t back = 1;; back *= 2) {
     const size_t at = back < way.size() ? way.size() - back : 0;
@@ -344,16 +365,18 @@ Result<Pose> Document::start(StepId step) const {
   const Result<bool> row = read.value().bind(step).row();
   if (!row) return failed("reading a stroke", row.error());
   Result<Pose> pose = decode_pose(row.value() ? read.value().bytes(0) : Bytes());
-  if (!pose) return wrong("is a damaged document: step " + std::to_string(step) + ": " + pose.error());
+  if (!pose)
+    return wrong("is a damaged document: step " + std::to_string(step) + ": " + pose.error());
   return pose;
 }
 
 // The rows of `table` that belong to a step, in order: f(data, count).
 Status Document::for_blocks(const char* table, StepId step,
                             const std::function<Status(const Bytes&, int64_t)>& f) const {
-  Result<Statement> read = storage_->database.prepare(
-      (std::string("SELECT sequence, count, data FROM ") + table + " WHERE step = ? ORDER BY sequence")
-          .c_str());
+  Result<Statement> read =
+      storage_->database.prepare((std::string("SELECT sequence, count, data FROM ") + table +
+                                  " WHERE step = ? ORDER BY sequence")
+                                     .c_str());
   if (!read) return failed("reading a stroke", read.error());
   Statement& s = read.value();
   int64_t sequence = 0;
@@ -370,17 +393,20 @@ Status Document::for_ticks(StepId step,
   return for_blocks("tick", step, [&](const Bytes& data, int64_t count) -> Status {
     const Result<std::vector<StrokeTick>> ticks = decode_ticks(data);
     if (!ticks) return Error{ticks.error()};
-    if (static_cast<int64_t>(ticks.value().size()) != count) return Error{"some of its ticks are missing"};
+    if (static_cast<int64_t>(ticks.value().size()) != count)
+      return Error{"some of its ticks are missing"};
     return f(ticks.value());
   });
 }
 
-Status Document::for_forces(StepId step, const std::function<Status(const std::vector<Wrench>&)>& f) const {
+Status Document::for_forces(StepId step,
+                            const std::function<Status(const std::vector<Wrench>&)>& f) const {
   if (version_ < 2) return Ok{};
   return for_blocks("force", step, [&](const Bytes& data, int64_t count) -> Status {
     const Result<std::vector<Wrench>> felt = decode_forces(data);
     if (!felt) return Error{felt.error()};
-    if (static_cast<int64_t>(felt.value().size()) != count) return Error{"some of its forces are missing"};
+    if (static_cast<int64_t>(felt.value().size()) != count)
+      return Error{"some of its forces are missing"};
     return f(felt.value());
   });
 }
@@ -400,14 +426,15 @@ Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceL
   return for_ticks(step, [&](const std::vector<StrokeTick>& ticks) -> Status {
     for (const StrokeTick& tick : ticks) {
       const Mode mode = tick.edits ? s.mode : Mode::off;
-      Result<ToolTick> done = stroke.advance(s.tool, tick.tip, tick.turn, mode, law.value_or(s.force.law),
-                                             s.materials, s.material);
+      Result<ToolTick> done = stroke.advance(s.tool, tick.tip, tick.turn, mode,
+                                             law.value_or(s.force.law), s.materials, s.material);
       if (!done) return Error{done.error()};
       count++;
       if (!use) continue;
       out.recorded = &tick;
       out.result = done.value();
-      if (s.force.series() && !law) out.result.wrench = pull_of(s.force.spring, tick.hand, tick.hand_turn);
+      if (s.force.series() && !law)
+        out.result.wrench = pull_of(s.force.spring, tick.hand, tick.hand_turn);
       out.time_s = static_cast<double>(count) / s.rate_hz;
       use(out);
     }
@@ -436,8 +463,8 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
   if (!read) return failed("checking", read.error());
   if (!missing_.empty()) wrong_at(missing_);
   if (Status s = verify_seals(wrong_at); !s) return failed("checking", s.error());
-  // Every way from the stock to an end of the tree, each step carved once: from the state of the one before
-  // it.
+  // Every way from the stock to an end of the tree, each step carved once: from the state of the
+  // one before it.
   std::map<StepId, Snapshot> states;
   std::map<StepId, int> children;
   for (const auto& [id, step] : steps_) children[step.parent]++;
@@ -477,7 +504,8 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
         wrong_at(which + ": the forces kept of " + std::to_string(other_forces) +
                  " ticks are not those felt when carved again");
       if (made && ticks != step.ticks)
-        wrong_at(which + " has " + std::to_string(ticks) + " ticks of " + std::to_string(step.ticks));
+        wrong_at(which + " has " + std::to_string(ticks) + " ticks of " +
+                 std::to_string(step.ticks));
       if (--children[step.parent] == 0) states.erase(before);
     }
     if (!made) {

@@ -25,13 +25,16 @@ Result<FileLock> FileLock::take(const std::filesystem::path& path) {
     if (file < 0) return Error{name + ": can't be opened for writing"};
     // Who may write the document may hold its lock.
     struct stat document = {};
-    if (::stat(path.c_str(), &document) == 0) static_cast<void>(::fchmod(file, document.st_mode & 0666));
+    if (::stat(path.c_str(), &document) == 0)
+      static_cast<void>(::fchmod(file, document.st_mode & 0666));
     if (::flock(file, LOCK_EX | LOCK_NB) != 0) {
       ::close(file);
-      return Error{name + ": is being written by another process; open it for reading, or close it there"};
+      return Error{name +
+                   ": is being written by another process; open it for reading, or close it there"};
     }
     struct stat held = {}, there = {};
-    if (::fstat(file, &held) == 0 && ::stat(lock.path_.c_str(), &there) == 0 && held.st_ino == there.st_ino) {
+    if (::fstat(file, &held) == 0 && ::stat(lock.path_.c_str(), &there) == 0 &&
+        held.st_ino == there.st_ino) {
       lock.file_ = file;
       return lock;
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One writer a document: a lock on a file beside it. SQLite's own locks are for moments, and closing any
-// other descriptor of a database would drop them. Internal to `document`.
+// One writer a document: a lock on a file beside it. SQLite's own locks are for moments, and
+// closing any other descriptor of a database would drop them. Internal to `document`.
 #pragma once
 
 #include <filesystem>
@@ -20,8 +20,8 @@ class FileLock {
     return *this;
   }
 
-  // Holds `path`-lock, which is gone again when this is. Errors: another holds it; it can't be made. They
-  // name `path`.
+  // Holds `path`-lock, which is gone again when this is. Errors: another holds it; it can't be
+  // made. They name `path`.
   static Result<FileLock> take(const std::filesystem::path& path);
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The thread that brings what a document's log holds onto the disk and into the file itself. It has its own
-// connection, so that whoever writes never waits for the disk. Internal to `document`.
+// The thread that brings what a document's log holds onto the disk and into the file itself. It has
+// its own connection, so that whoever writes never waits for the disk. Internal to `document`.
 #pragma once
 
 #include <atomic>
@@ -15,7 +15,8 @@ namespace kibori {
 class LogKeeper {
  public:
   // `database`: another connection to the file that is written.
-  explicit LogKeeper(Database database) : database_(std::move(database)), thread_([this] { run(); }) {}
+  explicit LogKeeper(Database database)
+      : database_(std::move(database)), thread_([this] { run(); }) {}
   ~LogKeeper();
   LogKeeper(const LogKeeper&) = delete;
 

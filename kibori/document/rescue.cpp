@@ -36,7 +36,8 @@ std::string settle(Document& document) {
     }
     const Status moved = document.move_to(other);
     if (moved)
-      return why + "; the file holds the beginning, and all of it is in " + sanitize_message(other.string());
+      return why + "; the file holds the beginning, and all of it is in " +
+             sanitize_message(other.string());
     tried += (tried.empty() ? "" : "; ") + moved.error();
   }
   return why + "; the file holds the beginning, and the rest is lost (" + tried + ")";

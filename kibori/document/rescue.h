@@ -9,9 +9,9 @@
 
 namespace kibori {
 
-// Saves what could not be saved while it was made: where it belongs, or else into the temporary folder or,
-// where that is full, too, the home folder, the current one or /var/tmp. A sentence on where it is; empty if
-// all is where it belongs.
+// Saves what could not be saved while it was made: where it belongs, or else into the temporary
+// folder or, where that is full, too, the home folder, the current one or /var/tmp. A sentence on
+// where it is; empty if all is where it belongs.
 std::string settle(Document& document);
 
 // Removes the file of a document that is not open, and what SQLite may have left beside it.

@@ -10,10 +10,12 @@
 
 namespace kibori {
 
-// Members are destroyed from the last to the first: the lock is released after the files are closed.
+// Members are destroyed from the last to the first: the lock is released after the files are
+// closed.
 struct DocumentStorage {
   FileLock lock;
-  Database database;                  // the file, or all of it in memory while the file can't be written
+  // The file, or all of it in memory while the file can't be written.
+  Database database;
   Database file;                      // the file, while `database` is in memory
   std::unique_ptr<LogKeeper> keeper;  // null: the document is only read
 };

@@ -67,9 +67,10 @@ void edit_field(const FieldEdit& edit, Removed& removed) {
   const int u = u_index(axis), v = v_index(axis), d = depth_index(axis);
   const Range tus = tiles_between(bounds.min[u], bounds.max[u], view.nodes_u());
   const Range tvs = tiles_between(bounds.min[v], bounds.max[v], view.nodes_v());
-  const bool growing = edit.operation == Operation::deposit || edit.operation == Operation::deposit_contact;
-  if (growing &&
-      ((bounds.min.array() < 0).any() || bounds.max[u] > view.nodes_u() || bounds.max[v] > view.nodes_v()))
+  const bool growing =
+      edit.operation == Operation::deposit || edit.operation == Operation::deposit_contact;
+  if (growing && ((bounds.min.array() < 0).any() || bounds.max[u] > view.nodes_u() ||
+                  bounds.max[v] > view.nodes_v()))
     removed.clipped = true;
   const double depth = view.nodes_depth();
   TileJob job(
@@ -80,9 +81,10 @@ void edit_field(const FieldEdit& edit, Removed& removed) {
        .motion = &edit.motion,
        .depth_min = bounds.min[d] - kBoundsSlack,
        .depth_max = bounds.max[d] + kBoundsSlack,
-       .t_ref = static_cast<float>(
-           std::floor(0.5 * (std::clamp(bounds.min[d], 0.0, depth) + std::clamp(bounds.max[d], 0.0, depth)))),
-       // Node sums of a tile stay whole in float32 while (half the tool's depth)^2 x 16 rows x 2 < 2^24.
+       .t_ref = static_cast<float>(std::floor(
+           0.5 * (std::clamp(bounds.min[d], 0.0, depth) + std::clamp(bounds.max[d], 0.0, depth)))),
+       // Node sums of a tile stay whole in float32 while (half the tool's depth)^2 x 16 rows x 2 <
+       // 2^24.
        .deep = std::min(bounds.max[d], depth) - std::max(bounds.min[d], 0.0) > 1000,
        .material = growing ? edit.material : kMixedMaterial,
        .color = edit.color},
@@ -96,7 +98,8 @@ void edit_field(const FieldEdit& edit, Removed& removed) {
       for (job.layer = 0;; job.layer++) {
         job.tile = &view.tile(tu, tv);
         if (!growing) {
-          if (job.tile->empty || !job.tile->reaches(job.request.depth_min, job.request.depth_max)) break;
+          if (job.tile->empty || !job.tile->reaches(job.request.depth_min, job.request.depth_max))
+            break;
         }
         job.spans.normals_ready = 0;
         job.spans.last = false;
@@ -121,10 +124,11 @@ int64_t tiles_touched(const FieldSnapshot& view, const Box& bounds) {
 // Waking threads takes as long as about so many tiles do.
 constexpr int64_t kFewTiles = 300;
 
-// Runs the edit on all three fields, or on some of them, on up to `threads` threads. The fields share
-// nothing, so neither do the threads.
+// Runs the edit on all three fields, or on some of them, on up to `threads` threads. The fields
+// share nothing, so neither do the threads.
 template <class MakeEdit>
-void edit_fields(int threads, const std::array<bool, 3>& fields, Removed& removed, MakeEdit&& make_edit) {
+void edit_fields(int threads, const std::array<bool, 3>& fields, Removed& removed,
+                 MakeEdit&& make_edit) {
   if (threads > 1) {
     int64_t tiles = 0;
     for (const Axis axis : kAxes) {
@@ -133,7 +137,8 @@ void edit_fields(int threads, const std::array<bool, 3>& fields, Removed& remove
     }
     if (tiles <= kFewTiles) threads = 1;
   }
-  // Each field sums on its own, so that the order of additions does not depend on the number of threads.
+  // Each field sums on its own, so that the order of additions does not depend on the number of
+  // threads.
   std::array<Removed, 3> parts;
   run_parallel(threads, 3, [&](size_t i) {
     if (fields[i]) edit_field(make_edit(kAxes[i]), parts[i]);
@@ -153,7 +158,8 @@ void write(TriDexel& model, Operation operation, const Solid& solid, uint8_t mat
 void read(const TriDexel& model, Operation operation, const Solid& solid, uint8_t material,
           const EditOptions& options, Removed& removed) {
   edit_fields(options.threads, options.fields, removed, [&](Axis axis) {
-    return FieldEdit{operation, model.field(axis).view(), nullptr, solid, options.motion, material, 0};
+    return FieldEdit{operation, model.field(axis).view(), nullptr, solid, options.motion, material,
+                     0};
   });
 }
 
@@ -173,16 +179,18 @@ void intersect(TriDexel& model, const Solid& solid, const EditOptions& options, 
   cut(model, Complement(solid), options, removed);
 }
 
-void paint(TriDexel& model, const Solid& solid, Color color, const EditOptions& options, Removed& removed) {
+void paint(TriDexel& model, const Solid& solid, Color color, const EditOptions& options,
+           Removed& removed) {
   write(model, Operation::paint, solid, 0, color, options, removed);
 }
 
-void contact(const TriDexel& model, const Solid& solid, const EditOptions& options, Removed& removed) {
+void contact(const TriDexel& model, const Solid& solid, const EditOptions& options,
+             Removed& removed) {
   read(model, Operation::contact, solid, 0, options, removed);
 }
 
-void deposit_contact(const TriDexel& model, const Solid& solid, uint8_t material, const EditOptions& options,
-                     Removed& removed) {
+void deposit_contact(const TriDexel& model, const Solid& solid, uint8_t material,
+                     const EditOptions& options, Removed& removed) {
   read(model, Operation::deposit_contact, solid, material, options, removed);
 }
 

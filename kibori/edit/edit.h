@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Edits: one interval operation between a solid and the model, over the touched tiles of all three fields.
+// Edits: one interval operation between a solid and the model, over the touched tiles of all three
+// fields.
 //
 //   cut        model less solid
 //   deposit    model and solid, the new part in a given material (what is there stays)
@@ -7,7 +8,8 @@
 //   paint      colours the surface inside the solid
 //   contact    what a cut would remove, and no write
 //
-// On the servo path none of them allocates, locks or faults, once TriDexel::reserve has readied the pools.
+// On the servo path none of them allocates, locks or faults, once TriDexel::reserve has readied the
+// pools.
 #pragma once
 
 #include <array>
@@ -30,12 +32,13 @@ struct Motion {
   Vec3 tool_axis = Vec3::UnitZ();
 };
 
-// Results do not depend on `threads`: the three fields share nothing, so each may have a thread of its own
-// (1..3).
+// Results do not depend on `threads`: the three fields share nothing, so each may have a thread of
+// its own (1..3).
 struct EditOptions {
   Motion motion;
   int threads = 1;
-  std::array<bool, 3> fields{true, true, true};  // of contact and deposit_contact: those that are asked
+  // Of contact and deposit_contact: those that are asked.
+  std::array<bool, 3> fields{true, true, true};
 };
 
 // Each adds what it did to `removed` (deposits count as positive there too).
@@ -43,14 +46,16 @@ void cut(TriDexel& model, const Solid& solid, const EditOptions& options, Remove
 void deposit(TriDexel& model, const Solid& solid, uint8_t material, const EditOptions& options,
              Removed& removed);
 void intersect(TriDexel& model, const Solid& solid, const EditOptions& options, Removed& removed);
-void paint(TriDexel& model, const Solid& solid, Color color, const EditOptions& options, Removed& removed);
-void contact(const TriDexel& model, const Solid& solid, const EditOptions& options, Removed& removed);
+void paint(TriDexel& model, const Solid& solid, Color color, const EditOptions& options,
+           Removed& removed);
+void contact(const TriDexel& model, const Solid& solid, const EditOptions& options,
+             Removed& removed);
 // What depositing would add, without doing so.
-void deposit_contact(const TriDexel& model, const Solid& solid, uint8_t material, const EditOptions& options,
-                     Removed& removed);
+void deposit_contact(const TriDexel& model, const Solid& solid, uint8_t material,
+                     const EditOptions& options, Removed& removed);
 
-// One field alone: for tests, benchmarks and single-direction models. The solid's bounds and `removed` as
-// above.
+// One field alone: for tests, benchmarks and single-direction models. The solid's bounds and
+// `removed` as above.
 void cut_field(Field& field, const Solid& solid, const Motion& motion, Removed& removed);
 
 }  // namespace kibori

@@ -84,7 +84,8 @@ void cut_ray(Field& field, Tile& tile, int slot, float a, float b) {
 }
 
 void deposit_ray(Field& field, Tile& tile, int slot, float a, float b, uint8_t material) {
-  // `a` moves up through the ray; each gap before a span is filled, joining spans of the same material.
+  // `a` moves up through the ray; each gap before a span is filled, joining spans of the same
+  // material.
   Plane* p = &tile.first;
   Plane* before = nullptr;  // the span that ends at or before a, if it is right there
   while (p && !p->empty_at(slot) && p->out[slot] < a) p = p->next ? p->next : &field.next_plane(*p);
@@ -98,30 +99,35 @@ void deposit_ray(Field& field, Tile& tile, int slot, float a, float b, uint8_t m
       continue;
     }
     const float gap_end = there ? std::min(b, p->in[slot]) : b;
-    const bool joins_before = before && before->out[slot] == a && before->material[slot] == material;
+    const bool joins_before =
+        before && before->out[slot] == a && before->material[slot] == material;
     const bool joins_after = there && p->in[slot] == gap_end && p->material[slot] == material;
     if (joins_before && joins_after) {
       before->out[slot] = p->out[slot];
       before->include(p->in[slot], p->out[slot]);
       before->normal_out[slot] = p->normal_out[slot];
-      if (before->paint || p->paint) field.paint_of(*before).out[slot] = p->paint ? p->paint->out[slot] : 0;
+      if (before->paint || p->paint)
+        field.paint_of(*before).out[slot] = p->paint ? p->paint->out[slot] : 0;
       a = std::max(gap_end, before->out[slot]);
       erase_span(field, *p, slot);
     } else if (joins_before) {
       before->out[slot] = gap_end;
       before->include(a, gap_end);
-      before->normal_out[slot] = there && p->in[slot] == gap_end ? negate_normal(p->normal_in[slot]) : 0;
+      before->normal_out[slot] =
+          there && p->in[slot] == gap_end ? negate_normal(p->normal_in[slot]) : 0;
       if (before->paint) before->paint->out[slot] = 0;
       a = gap_end;
     } else if (joins_after) {
       p->in[slot] = a;
       p->include(a, gap_end);
-      p->normal_in[slot] = before && before->out[slot] == a ? negate_normal(before->normal_out[slot]) : 0;
+      p->normal_in[slot] =
+          before && before->out[slot] == a ? negate_normal(before->normal_out[slot]) : 0;
       if (p->paint) p->paint->in[slot] = 0;
       a = gap_end;
     } else {
       Span fresh{a, gap_end, material, 0, 0, 0, 0};
-      if (before && before->out[slot] == a) fresh.normal_in = negate_normal(before->normal_out[slot]);
+      if (before && before->out[slot] == a)
+        fresh.normal_in = negate_normal(before->normal_out[slot]);
       if (there && p->in[slot] == gap_end) fresh.normal_out = negate_normal(p->normal_in[slot]);
       insert_span(field, *p, slot, fresh);
       before = p;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT
-// Edits of a single ray: what the vectors of tile_kernel.cpp leave over, such as a deposit that joins two
-// spans. Internal to `edit`.
+// Edits of a single ray: what the vectors of tile_kernel.cpp leave over, such as a deposit that
+// joins two spans. Internal to `edit`.
 #pragma once
 
 #include <kibori/dexel/field.h>
 
 namespace kibori {
 
-// Takes [a, b) away from the ray in `slot`. New ends keep the normals that were there; the caller sets them.
+// Takes [a, b) away from the ray in `slot`. New ends keep the normals that were there; the caller
+// sets them.
 void cut_ray(Field& field, Tile& tile, int slot, float a, float b);
 
 // Fills what is empty of [a, b) with `material`; spans of the same material that touch become one.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What an edit took away (or put there), by material, in lattice units: enough to compute any of the force
-// models without looking at the model again.
+// What an edit took away (or put there), by material, in lattice units: enough to compute any of
+// the force models without looking at the model again.
 #pragma once
 
 #include <array>
@@ -13,19 +13,20 @@
 
 namespace kibori {
 
-// Sums over the removed part of one material. Positions are lattice coordinates (lattice units from the
-// lattice's lower corner); volumes are lattice units^3.
+// Sums over the removed part of one material. Positions are lattice coordinates (lattice units from
+// the lattice's lower corner); volumes are lattice units^3.
 struct RemovedPart {
-  // By field (x, y, z): volume as that field measures it, and first moment about the reference point.
+  // By field (x, y, z): volume as that field measures it, and first moment about the reference
+  // point.
   std::array<double, 3> volume;
   std::array<Vec3, 3> moment;
   int64_t points;                   // lattice nodes, decided by the z field
   std::array<int64_t, 3> node_sum;  // sums of their indices
   bool turning;                     // whether there are turn sums
   struct TurnSums {
-    // Every element resists against its own displacement s. By field, sums of f = dV w s/|s|^2 with w =
-    // (component of s along the field's rays)^2 / |s|^2, of its moments about the reference point, and of dV
-    // w.
+    // Every element resists against its own displacement s. By field, sums of f = dV w s/|s|^2 with
+    // w = (component of s along the field's rays)^2 / |s|^2, of its moments about the reference
+    // point, and of dV w.
     std::array<Vec3, 3> force;
     std::array<Vec3, 3> moment;       // r x f
     std::array<Vec3, 3> moment_axis;  // (height along the tool) e_z x f: the five-DOF part

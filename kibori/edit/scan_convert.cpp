@@ -27,7 +27,8 @@ struct RaySpan {
   uint32_t normal_in, normal_out;
 };
 
-// One field before it has tiles: the spans of ray v * nu + u are spans[first[ray]] .. spans[first[ray + 1]].
+// One field before it has tiles: the spans of ray v * nu + u are spans[first[ray]] ..
+// spans[first[ray + 1]].
 struct RayTable {
   Axis axis;
   int nu, nv, nd;
@@ -56,16 +57,16 @@ double crossing_bytes(uint64_t count) {
   return static_cast<double>(count) * (sizeof(Crossing) + sizeof(RaySpan) / 2.0);
 }
 
-// How far [cells] a span's end may lie from a node before losing that node's vote counts as more than
-// rounding.
+// How far [cells] a span's end may lie from a node before losing that node's vote counts as more
+// than rounding.
 constexpr float kRounding = 1e-2f;
 
-// What a mesh may stand out of its lattice [cells], as rounding of its placement leaves it; snapped to the
-// lattice's face then. Larger, and spans begin outside of it.
+// What a mesh may stand out of its lattice [cells], as rounding of its placement leaves it; snapped
+// to the lattice's face then. Larger, and spans begin outside of it.
 constexpr double kFitSlack = 1e-6;
 
-RayTable make_table(const std::vector<LatticePoint>& points, const TriangleMesh& mesh, const Lattice& lattice,
-                    Axis axis) {
+RayTable make_table(const std::vector<LatticePoint>& points, const TriangleMesh& mesh,
+                    const Lattice& lattice, Axis axis) {
   RayTable table;
   table.axis = axis;
   table.nu = lattice.nodes[u_index(axis)];
@@ -76,14 +77,16 @@ RayTable make_table(const std::vector<LatticePoint>& points, const TriangleMesh&
   std::vector<SnappedPoint> snapped(points.size());
   for (size_t i = 0; i < points.size(); i++) snapped[i] = snap(points[i], axis);
 
-  // Two passes over the triangles: count, then fill. Scanning twice is cheaper than growing a list per ray.
+  // Two passes over the triangles: count, then fill. Scanning twice is cheaper than growing a list
+  // per ray.
   std::vector<uint32_t> start(table.rays() + 1, 0);
   const uint64_t max = std::min(kMaxCrossings, kMaxCrossingsARay * table.rays());
   const auto scan = [&](auto&& f) {
     for (size_t i = 0; i < mesh.triangles.size() && table.crossings <= max; i++) {
       const auto& t = mesh.triangles[i];
-      for_crossings(snapped[t[0]], snapped[t[1]], snapped[t[2]], axis, all,
-                    [&](int u, int v, double depth, int sign) { f(i, table.ray(u, v), depth, sign); });
+      for_crossings(
+          snapped[t[0]], snapped[t[1]], snapped[t[2]], axis, all,
+          [&](int u, int v, double depth, int sign) { f(i, table.ray(u, v), depth, sign); });
     }
   };
   scan([&](size_t, size_t ray, double, int) {
@@ -137,7 +140,8 @@ RayTable make_table(const std::vector<LatticePoint>& points, const TriangleMesh&
     for (auto it = begin; it != end; ++it) {
       const int before = winding;
       winding = closed ? winding + (it->face & 1 ? 1 : -1) : 1 - winding;
-      // The code's depth sign follows from the end; a face seen from behind (an inside-out part) turns round.
+      // The code's depth sign follows from the end; a face seen from behind (an inside-out part)
+      // turns round.
       const bool faces_ray = (it->face & 1) != 0;
       if (before == 0) {
         span.in = it->depth;
@@ -182,7 +186,8 @@ class Vote {
     std::array<std::vector<Toggle>, 3> wrong;
     const size_t slice = words_ * static_cast<size_t>(nz_);
     bool any_open = x_.rays_open + y_.rays_open + z_.rays_open > 0;
-    std::vector<uint64_t> in_x(slice), in_y(slice), in_z(slice + words_), open_y(slice), open_z(words_);
+    std::vector<uint64_t> in_x(slice), in_y(slice), in_z(slice + words_), open_y(slice),
+        open_z(words_);
     std::vector<uint64_t> wrong_y(slice + words_), wrong_z(words_);
     // The y field runs across the slices: where its spans begin and end, by slice.
     std::vector<uint32_t> toggle_start(static_cast<size_t>(ny_) + 2, 0);
@@ -203,7 +208,8 @@ class Vote {
     std::vector<uint32_t> toggles(toggle_start.back());
     std::vector<uint32_t> at(toggle_start.begin(), toggle_start.end() - 1);
     y_ends([&](int y, int x, int z) {
-      toggles[at[static_cast<size_t>(y)]++] = static_cast<uint32_t>(z) << 16 | static_cast<uint32_t>(x);
+      toggles[at[static_cast<size_t>(y)]++] =
+          static_cast<uint32_t>(z) << 16 | static_cast<uint32_t>(x);
     });
     if (any_open)
       for (int x = 0; x < nx_; x++)
@@ -211,8 +217,8 @@ class Vote {
           if (y_.open[y_.ray(z, x)]) set(open_y, z, x);
 
     for (int y = 0; y < ny_; y++) {
-      for (uint32_t i = toggle_start[static_cast<size_t>(y)]; i < toggle_start[static_cast<size_t>(y) + 1];
-           i++)
+      for (uint32_t i = toggle_start[static_cast<size_t>(y)];
+           i < toggle_start[static_cast<size_t>(y) + 1]; i++)
         flip(in_y, static_cast<int>(toggles[i] >> 16), static_cast<int>(toggles[i] & 0xffff));
       std::fill(in_x.begin(), in_x.end(), 0);
       std::fill(in_z.begin(), in_z.end(), 0);
@@ -245,9 +251,11 @@ class Vote {
             uint64_t inside = (a & b) | (b & c) | (a & c);
             if (any_open) {
               // Where one closed ray stands against two open ones, it alone knows.
-              const uint64_t ox = x_.open[x_.ray(y, z)] ? ~uint64_t{0} : 0, oy = open_y[i], oz = open_z[w];
+              const uint64_t ox = x_.open[x_.ray(y, z)] ? ~uint64_t{0} : 0, oy = open_y[i],
+                             oz = open_z[w];
               const uint64_t only_x = ~ox & oy & oz, only_y = ox & ~oy & oz, only_z = ox & oy & ~oz;
-              inside = (inside & ~(only_x | only_y | only_z)) | (a & only_x) | (b & only_y) | (c & only_z);
+              inside = (inside & ~(only_x | only_y | only_z)) | (a & only_x) | (b & only_y) |
+                       (c & only_z);
             }
             wx = a ^ inside;
             wy = b ^ inside;
@@ -256,10 +264,14 @@ class Vote {
               return Toggle{ray_x(y, z), short_of(x)};
             });
             carry = wx >> 63;
-            note(wrong[1], wy ^ wrong_y[i], w, [&](int x) { return Toggle{ray_y(z, x), short_of(y)}; });
+            note(wrong[1], wy ^ wrong_y[i], w, [&](int x) {
+              return Toggle{ray_y(z, x), short_of(y)};
+            });
             wrong_y[i] = wy;
           }
-          note(wrong[2], wz ^ wrong_z[w], w, [&](int x) { return Toggle{ray_z(x, y), short_of(z)}; });
+          note(wrong[2], wz ^ wrong_z[w], w, [&](int x) {
+            return Toggle{ray_z(x, y), short_of(z)};
+          });
           wrong_z[w] = wz;
         }
         if (carry) wrong[0].push_back({ray_x(y, z), short_of(nx_)});
@@ -415,12 +427,12 @@ void write_field(Field& field, const RayTable& table, uint8_t material) {
 std::string ScanReport::warning() const {
   if (!repaired()) return {};
   char text[256];
-  std::snprintf(
-      text, sizeof text,
-      "the mesh is not closed: %lld of %lld rays stay open; repaired by vote of the three directions, %lld "
-      "nodes outvoted, %lld ends placed between nodes",
-      static_cast<long long>(open_rays), static_cast<long long>(rays), static_cast<long long>(outvoted),
-      static_cast<long long>(placed_ends));
+  std::snprintf(text, sizeof text,
+                "the mesh is not closed: %lld of %lld rays stay open; repaired by vote of the "
+                "three directions, %lld "
+                "nodes outvoted, %lld ends placed between nodes",
+                static_cast<long long>(open_rays), static_cast<long long>(rays),
+                static_cast<long long>(outvoted), static_cast<long long>(placed_ends));
   return text;
 }
 
@@ -444,27 +456,31 @@ Result<ScanReport> scan_convert(TriDexel& model, const TriangleMesh& mesh, uint8
   ScanReport report;
   for (const RayTable& table : tables) {
     if (table.too_often)
-      return Error{"its surfaces cross the rays " + std::to_string(kMaxCrossingsARay) +
-                   " times and more on average, as where many copies lie in one place; remove those"};
+      return Error{
+          "its surfaces cross the rays " + std::to_string(kMaxCrossingsARay) +
+          " times and more on average, as where many copies lie in one place; remove those"};
     if (table.too_many) {
       char text[240];
-      std::snprintf(text, sizeof text,
-                    "its surfaces cross the rays %.3g times, which takes about %.1f GB and %.1f GB are free; "
-                    "use a coarser pitch or "
-                    "a simpler mesh",
-                    static_cast<double>(table.crossings), crossing_bytes(table.crossings) / 1e9,
-                    available_bytes() / 1e9);
+      std::snprintf(
+          text, sizeof text,
+          "its surfaces cross the rays %.3g times, which takes about %.1f GB and %.1f GB are free; "
+          "use a coarser pitch or "
+          "a simpler mesh",
+          static_cast<double>(table.crossings), crossing_bytes(table.crossings) / 1e9,
+          available_bytes() / 1e9);
       return Error{text};
     }
     report.rays += table.rays_met;
     report.open_rays += table.rays_open;
   }
   const double broken =
-      report.rays > 0 ? static_cast<double>(report.open_rays) / static_cast<double>(report.rays) : 0;
+      report.rays > 0 ? static_cast<double>(report.open_rays) / static_cast<double>(report.rays)
+                      : 0;
   if (broken > kMaxBrokenShare && !options.force) {
-    return Error{percent(broken) +
-                 " of the rays that meet the mesh find it open (holes, or triangles that face both ways); "
-                 "close it first, or take what a vote makes of it with --force"};
+    return Error{
+        percent(broken) +
+        " of the rays that meet the mesh find it open (holes, or triangles that face both ways); "
+        "close it first, or take what a vote makes of it with --force"};
   }
   const std::array<std::vector<Toggle>, 3> wrong = Vote(tables).count();
   for (size_t i = 0; i < 3; i++) apply_toggles(tables[i], wrong[i], report);

@@ -4,13 +4,13 @@
 //
 //   a══in══b── out        front     masked store: in = b
 //   in ──a══out══b        back      masked store: out = a
-//   in ──a══════b── out   split     masked stores, here and in the next plane if it has room; else scalar
+//   in ──a══════b── out   split     masked stores, here and in the next plane with room, or scalar
 //   a══in══out══b         vanish    masked store; later planes then move up
 //
-// so vectors do nearly all of it. What was removed is summed by the vectors row by row, before the row is
-// written, in an order that does not depend on the vector's width. For tools of one interval a ray, cut and
-// contact give the same answer to the bit; where a solid has several layers, the second finds what the first
-// has left, and the order of additions differs.
+// so vectors do nearly all of it. What was removed is summed by the vectors row by row, before the
+// row is written, in an order that does not depend on the vector's width. For tools of one interval
+// a ray, cut and contact give the same answer to the bit; where a solid has several layers, the
+// second finds what the first has left, and the order of additions differs.
 #include <kibori/edit/tile_kernel.h>
 
 #include <cmath>
@@ -41,10 +41,12 @@ inline void make_writable(TileJob& job) {
   job.tile = job.writable = &job.request.field->writable(job.tu, job.tv);
 }
 // A row's number as a float, so that vectors can load it.
-inline constexpr float kRowNumber[kTileSide] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+inline constexpr float kRowNumber[kTileSide] = {0, 1, 2,  3,  4,  5,  6,  7,
+                                                8, 9, 10, 11, 12, 13, 14, 15};
 
 // Scalar sums for tiles of mixed material and for turning tools: one overlap [lo, hi) of one ray.
-void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t material, double sign);
+void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t material,
+                 double sign);
 
 }  // namespace kibori
 #endif
@@ -62,9 +64,11 @@ HWY_INLINE void AddDoubles(double* to, VF x, double factor) {
   const hn::Rebind<double, decltype(half)> d64;
   const auto f = hn::Set(d64, factor);
   const size_t n = kLanes / 2;
-  hn::StoreU(hn::Add(hn::LoadU(d64, to), hn::Mul(f, hn::PromoteTo(d64, hn::LowerHalf(half, x)))), d64, to);
-  hn::StoreU(hn::Add(hn::LoadU(d64, to + n), hn::Mul(f, hn::PromoteTo(d64, hn::UpperHalf(half, x)))), d64,
-             to + n);
+  hn::StoreU(hn::Add(hn::LoadU(d64, to), hn::Mul(f, hn::PromoteTo(d64, hn::LowerHalf(half, x)))),
+             d64, to);
+  hn::StoreU(
+      hn::Add(hn::LoadU(d64, to + n), hn::Mul(f, hn::PromoteTo(d64, hn::UpperHalf(half, x)))), d64,
+      to + n);
 #endif
 }
 
@@ -85,8 +89,8 @@ struct Sums {
     length_v = hn::Add(length_v, hn::Mul(len, row));
     length_t2 = hn::Add(length_t2, hn::Mul(len, hn::Sub(hn::Add(lo, hi), twice_ref)));
     if constexpr (kSummed == Summed::lengths_and_nodes) {
-      // Nodes k with lo <= k + 1/2 < hi. Whole numbers below 2^24 all along, as `deep` tools take the scalar
-      // path.
+      // Nodes k with lo <= k + 1/2 < hi. Whole numbers below 2^24 all along, as `deep` tools take
+      // the scalar path.
       const VF k0 = hn::Ceil(hn::Sub(lo, F(0.5f))), k1 = hn::Ceil(hn::Sub(hi, F(0.5f)));
       const VF n = hn::IfThenElseZero(hit, hn::Sub(k1, k0));
       nodes = hn::Add(nodes, n);
@@ -117,8 +121,9 @@ struct Sums {
   }
 };
 
-// The sums of tiles that scalar_sums() names: overlaps of cuts, or what a deposit adds. Row by row, plane by
-// plane and lane by lane, so that the order of additions does not depend on the vector's width.
+// The sums of tiles that scalar_sums() names: overlaps of cuts, or what a deposit adds. Row by row,
+// plane by plane and lane by lane, so that the order of additions does not depend on the vector's
+// width.
 void AddScalarSums(TileJob& job, bool growing) {
   const DF d;
   alignas(64) float los[kRow], his[kRow];
@@ -127,7 +132,8 @@ void AddScalarSums(TileJob& job, bool growing) {
     const float *a = job.spans.lo + row * kTileSide, *b = job.spans.hi + row * kTileSide;
     if (growing)
       for (int lane = 0; lane < kTileSide; lane++)
-        if (a[lane] < b[lane]) add_overlap(job, row, lane, a[lane], b[lane], job.request.material, 1);
+        if (a[lane] < b[lane])
+          add_overlap(job, row, lane, a[lane], b[lane], job.request.material, 1);
     for (const Plane* p = &job.tile->first; p; p = p->next) {
       unsigned hits = 0;
       for (size_t g = 0; g < kGroups; g++) {
@@ -180,7 +186,8 @@ bool Meets(const TileJob& job) {
       const size_t slot = static_cast<size_t>(__builtin_ctz(left)) * kTileSide + g * kLanes;
       const VF a = hn::Load(d, job.spans.lo + slot), b = hn::Load(d, job.spans.hi + slot);
       for (const Plane* p = &job.tile->first; p; p = p->next) {
-        const VF lo = hn::Max(hn::Load(d, p->in + slot), a), hi = hn::Min(hn::Load(d, p->out + slot), b);
+        const VF lo = hn::Max(hn::Load(d, p->in + slot), a),
+                 hi = hn::Min(hn::Load(d, p->out + slot), b);
         if (!hn::AllFalse(d, hn::Lt(lo, hi))) return true;
       }
     }
@@ -188,10 +195,10 @@ bool Meets(const TileJob& job) {
   return false;
 }
 
-// The ends that `lanes` of a row got from the tool: their normals now where the row is in `normals_ready`,
-// else by name for later.
-HWY_INLINE void GiveNormals(TileJob& job, Plane& plane, unsigned normals_ready, size_t row, size_t g,
-                            MF lanes, bool at_in) {
+// The ends that `lanes` of a row got from the tool: their normals now where the row is in
+// `normals_ready`, else by name for later.
+HWY_INLINE void GiveNormals(TileJob& job, Plane& plane, unsigned normals_ready, size_t row,
+                            size_t g, MF lanes, bool at_in) {
   const DU du;
   const size_t slot = row * kTileSide + g * kLanes;
   if ((normals_ready >> row) & 1) {
@@ -284,8 +291,9 @@ HWY_NOINLINE void CloseGaps(TileJob& job, Plane& first, size_t row) {
   const DF d;
   for (size_t g = 0; g < kGroups; g++) {
     const size_t slot = row * kTileSide + g * kLanes;
-    const auto filled = [&](const Plane& p)
-                            HWY_ATTR { return hn::Lt(hn::Load(d, p.in + slot), hn::Load(d, p.out + slot)); };
+    const auto filled = [&](const Plane& p) HWY_ATTR {
+      return hn::Lt(hn::Load(d, p.in + slot), hn::Load(d, p.out + slot));
+    };
     for (Plane* to = &first; to->next; to = to->next)
       for (Plane* from = to->next; from; from = from->next) {
         const MF lanes = hn::AndNot(filled(*to), filled(*from));
@@ -297,7 +305,8 @@ HWY_NOINLINE void CloseGaps(TileJob& job, Plane& first, size_t row) {
 bool HasSpans(const Plane& plane) {
   const DF d;
   for (size_t slot = 0; slot < kTileRays; slot += kLanes)
-    if (!hn::AllFalse(d, hn::Lt(hn::Load(d, plane.in + slot), hn::Load(d, plane.out + slot)))) return true;
+    if (!hn::AllFalse(d, hn::Lt(hn::Load(d, plane.in + slot), hn::Load(d, plane.out + slot))))
+      return true;
   return false;
 }
 
@@ -373,7 +382,8 @@ void CutTile(TileJob& job) {
   // Planes that were visited in vain: the next edit may be spared.
   uint64_t number = 1;
   for (Plane* p = first; p; p = p->next, number = number << 1 | number >> 63 << 63)
-    if (!p->tight && !(met_planes & number) && p->reaches(job.request.depth_min, job.request.depth_max))
+    if (!p->tight && !(met_planes & number) &&
+        p->reaches(job.request.depth_min, job.request.depth_max))
       Tighten(*p);
 }
 
@@ -411,7 +421,8 @@ void DepositTile(TileJob& job) {
       met = true;
       sum.Add(adds, a, b, F(kRowNumber[row]), F(2 * job.request.t_ref));
       for (const Plane* p = first; p; p = p->next) {
-        const VF lo = hn::Max(hn::Load(d, p->in + slot), a), hi = hn::Min(hn::Load(d, p->out + slot), b);
+        const VF lo = hn::Max(hn::Load(d, p->in + slot), a),
+                 hi = hn::Min(hn::Load(d, p->out + slot), b);
         const MF hit = hn::And(adds, hn::Lt(lo, hi));
         if (hn::AllFalse(d, hit)) continue;
         less.Add(hit, lo, hi, F(kRowNumber[row]), F(2 * job.request.t_ref));
@@ -437,7 +448,8 @@ void DepositTile(TileJob& job) {
             hn::Store(hn::IfThenElse(fresh, b, out0), d, own->out + slot);
             for (unsigned bits = Bits(fresh); bits; bits &= bits - 1)
               own->material[slot + static_cast<size_t>(__builtin_ctz(bits))] = job.request.material;
-            job.ends.mark(static_cast<size_t>(row), Bits(fresh) << (g * kLanes), Bits(fresh) << (g * kLanes));
+            job.ends.mark(static_cast<size_t>(row), Bits(fresh) << (g * kLanes),
+                          Bits(fresh) << (g * kLanes));
           }
           const MF grow = hn::AndNot(empty, easy);
           if (!hn::AllFalse(d, grow)) {
@@ -448,7 +460,8 @@ void DepositTile(TileJob& job) {
               grown(*p);
               hn::Store(hn::IfThenElse(down, a, in), d, p->in + slot);
               hn::Store(hn::IfThenElse(up, b, out), d, p->out + slot);
-              job.ends.mark(static_cast<size_t>(row), Bits(down) << (g * kLanes), Bits(up) << (g * kLanes));
+              job.ends.mark(static_cast<size_t>(row), Bits(down) << (g * kLanes),
+                            Bits(up) << (g * kLanes));
             }
           }
         }
@@ -489,16 +502,19 @@ void PaintTile(TileJob& job) {
         Plane& own = plane_at(*job.writable, index);
         p = &own;
         PaintPlane& paint = job.request.field->paint_of(own);
-        hn::BlendedStore(hn::Set(du, job.request.color), hn::RebindMask(du, at_in), du, paint.in + slot);
-        hn::BlendedStore(hn::Set(du, job.request.color), hn::RebindMask(du, at_out), du, paint.out + slot);
-        job.removed->ends_painted += __builtin_popcount(Bits(at_in)) + __builtin_popcount(Bits(at_out));
+        hn::BlendedStore(hn::Set(du, job.request.color), hn::RebindMask(du, at_in), du,
+                         paint.in + slot);
+        hn::BlendedStore(hn::Set(du, job.request.color), hn::RebindMask(du, at_out), du,
+                         paint.out + slot);
+        job.removed->ends_painted +=
+            __builtin_popcount(Bits(at_in)) + __builtin_popcount(Bits(at_out));
       }
     }
   }
 }
 
-// Gives the ends that `ends` names their normals. cutting: material ends where the tool begins; growing: it
-// begins there.
+// Gives the ends that `ends` names their normals. cutting: material ends where the tool begins;
+// growing: it begins there.
 void StoreNormals(TileJob& job, bool cutting) {
   const DF d;
   const DU du;
@@ -518,9 +534,10 @@ void StoreNormals(TileJob& job, bool cutting) {
         for (Plane* p = first; p; p = p->next) {
           MF here = mask;
           if (first->next)
-            here =
-                hn::And(mask, hn::Eq(hn::Load(d, (is_in ? p->in : p->out) + slot), hn::Load(d, made + slot)));
-          hn::BlendedStore(code, hn::RebindMask(du, here), du, (is_in ? p->normal_in : p->normal_out) + slot);
+            here = hn::And(mask, hn::Eq(hn::Load(d, (is_in ? p->in : p->out) + slot),
+                                        hn::Load(d, made + slot)));
+          hn::BlendedStore(code, hn::RebindMask(du, here), du,
+                           (is_in ? p->normal_in : p->normal_out) + slot);
           if (p->paint)
             hn::BlendedStore(hn::Zero(du), hn::RebindMask(du, here), du,
                              (is_in ? p->paint->in : p->paint->out) + slot);
@@ -552,10 +569,12 @@ HWY_INLINE void RunSummed(TileJob& job) {
 void ClearSums(LaneSums& sums) {
   const hn::CappedTag<double, 8> d;
   for (auto& lanes : sums.of)
-    for (size_t at = 0; at < kTileSide; at += hn::MaxLanes(d)) hn::StoreU(hn::Zero(d), d, lanes + at);
+    for (size_t at = 0; at < kTileSide; at += hn::MaxLanes(d))
+      hn::StoreU(hn::Zero(d), d, lanes + at);
 }
 
-// All lanes together. Fixed pairwise trees, so that the order does not depend on the vector's width.
+// All lanes together. Fixed pairwise trees, so that the order does not depend on the vector's
+// width.
 void ReduceSums(const LaneSums& sums, LaneTotals& totals) {
   for (size_t i = 0; i < LaneSums::kCount; i++) {
     double x[kTileSide / 2], by_lane[kTileSide / 2];
@@ -595,11 +614,13 @@ HWY_EXPORT(StoreNormals);
 HWY_EXPORT(ClearSums);
 HWY_EXPORT(ReduceSums);
 
-void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t span_material, double sign) {
+void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t span_material,
+                 double sign) {
   const auto axis = static_cast<size_t>(job.rays.axis);
-  const int ui = u_index(job.rays.axis), vi = v_index(job.rays.axis), ti = depth_index(job.rays.axis);
-  RemovedPart& part =
-      job.removed->part(job.request.material == kMixedMaterial ? span_material : job.request.material);
+  const int ui = u_index(job.rays.axis), vi = v_index(job.rays.axis),
+            ti = depth_index(job.rays.axis);
+  RemovedPart& part = job.removed->part(
+      job.request.material == kMixedMaterial ? span_material : job.request.material);
   const Motion& motion = *job.request.motion;
   const double length = sign * (static_cast<double>(hi) - lo);
   Vec3 r;
@@ -630,8 +651,8 @@ void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t sp
   turn.volume[axis] += weight;
 }
 
-// A deposit that was cut off at the lattice's border ends in a face square to the ray, whatever the tool's
-// surface.
+// A deposit that was cut off at the lattice's border ends in a face square to the ray, whatever the
+// tool's surface.
 static void face_lattice(TileJob& job) {
   const auto depth = static_cast<float>(job.request.field->nodes_depth());
   for (int slot = 0; slot < kTileRays; slot++) {
@@ -662,8 +683,8 @@ void flush_sums(TileJob& job) {
     part.node_sum[static_cast<size_t>(u)] +=
         static_cast<int64_t>(sum.by_lane[S::nodes] + sum.of[S::nodes_u0]);
     part.node_sum[static_cast<size_t>(v)] += static_cast<int64_t>(sum.of[S::nodes_v]);
-    part.node_sum[static_cast<size_t>(t)] +=
-        static_cast<int64_t>(0.5 * sum.of[S::nodes_t2] + n * static_cast<double>(job.request.t_ref));
+    part.node_sum[static_cast<size_t>(t)] += static_cast<int64_t>(
+        0.5 * sum.of[S::nodes_t2] + n * static_cast<double>(job.request.t_ref));
   }
 }
 
@@ -724,7 +745,8 @@ void run_tile(TileJob& job) {
   job.met = job.shrank = false;
   job.gaps = 0;
   job.request.kernel(job);
-  if (!job.met || operation == Operation::contact || operation == Operation::deposit_contact) return;
+  if (!job.met || operation == Operation::contact || operation == Operation::deposit_contact)
+    return;
 
   Tile& tile = *job.writable;
   tile.hash.store(0, std::memory_order_relaxed);

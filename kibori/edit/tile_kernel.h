@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The inner loop of every edit: one layer of a solid's intervals against one tile. Internal to `edit`.
+// The inner loop of every edit: one layer of a solid's intervals against one tile. Internal to
+// `edit`.
 #pragma once
 
 #include <kibori/dexel/field.h>
@@ -30,11 +31,13 @@ struct TileRequest {
   Color color = 0;                    // of paint
 };
 
-// Sums over the tiles of one field, by lane; lattice units. Doubles, so that whole numbers stay exact.
+// Sums over the tiles of one field, by lane; lattice units. Doubles, so that whole numbers stay
+// exact.
 struct LaneSums {
   enum Of { length, length_u0, length_v, length_t2, nodes, nodes_u0, nodes_v, nodes_t2, kCount };
-  // length: of what was removed; _u0: weighted by the tile's first u; _v: by v; _t2: by twice (depth -
-  // t_ref); nodes: the same of lattice nodes, for the z field. Meaningful once `material` is set.
+  // length: of what was removed; _u0: weighted by the tile's first u; _v: by v; _t2: by twice
+  // (depth - t_ref); nodes: the same of lattice nodes, for the z field. Meaningful once `material`
+  // is set.
   alignas(64) double of[kCount][kTileSide];
   uint8_t material = kMixedMaterial;  // whose sums these are; kMixedMaterial: nothing summed yet
 };
@@ -77,8 +80,8 @@ void run_tile(TileJob& job);
 // Adds what `job.sums` holds to `job.removed`; to be called after the last tile.
 void flush_sums(TileJob& job);
 
-// Readies `job.sums` for sums of `job.sums_material`. Only called where the tool met something, so that
-// nothing else shows in `job.removed`.
+// Readies `job.sums` for sums of `job.sums_material`. Only called where the tool met something, so
+// that nothing else shows in `job.removed`.
 void take_sums(TileJob& job);
 
 }  // namespace kibori

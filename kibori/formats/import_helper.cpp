@@ -51,7 +51,8 @@ double seconds_for(const std::filesystem::path& path) {
 std::string helper_program() {
   if (const char* named = std::getenv("KIBORI_IMPORT")) return named;
   std::error_code error;
-  const auto here = std::filesystem::read_symlink("/proc/self/exe", error).parent_path() / "kibori-import";
+  const auto here =
+      std::filesystem::read_symlink("/proc/self/exe", error).parent_path() / "kibori-import";
   if (!error && access(here.c_str(), X_OK) == 0) return here;
   return "kibori-import";
 }
@@ -128,8 +129,8 @@ Result<TriangleMesh> receive_mesh(int handle, const std::string& name) {
 bool listen(int handle, double seconds, std::string& said) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
   for (;;) {
-    const auto left =
-        std::chrono::duration_cast<std::chrono::milliseconds>(end - std::chrono::steady_clock::now());
+    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
+        end - std::chrono::steady_clock::now());
     if (left.count() <= 0) return false;
     pollfd one{handle, POLLIN, 0};
     const int ready = poll(&one, 1, static_cast<int>(std::min<int64_t>(left.count(), 1 << 30)));
@@ -139,8 +140,8 @@ bool listen(int handle, double seconds, std::string& said) {
     const ssize_t got = read(handle, text, sizeof text);
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return true;
-    said.append(text,
-                static_cast<size_t>(std::min<ssize_t>(got, static_cast<ssize_t>(4096 - said.size() % 4096))));
+    said.append(text, static_cast<size_t>(
+                          std::min<ssize_t>(got, static_cast<ssize_t>(4096 - said.size() % 4096))));
     if (said.size() > 4096) said.resize(4096);
   }
 }
@@ -153,10 +154,12 @@ Result<TriangleMesh> read_in_helper(const std::filesystem::path& path) {
   int ends[2] = {-1, -1};
   const bool piped = pipe2(ends, O_CLOEXEC) == 0;
   Handle from(ends[0]), pipe_end(ends[1]), memory(memfd_create("mesh", MFD_CLOEXEC));
-  // Out of the way of the helper's own numbers: dup2 onto itself would leave a handle to be closed by exec.
+  // Out of the way of the helper's own numbers: dup2 onto itself would leave a handle to be closed
+  // by exec.
   Handle to(fcntl(pipe_end.get(), F_DUPFD_CLOEXEC, kMeshHandle + 1)),
       mesh(fcntl(memory.get(), F_DUPFD_CLOEXEC, kMeshHandle + 1));
-  if (!piped || to.get() < 0 || mesh.get() < 0) return Error{name + ": no handles left to read it with"};
+  if (!piped || to.get() < 0 || mesh.get() < 0)
+    return Error{name + ": no handles left to read it with"};
 
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
@@ -185,7 +188,8 @@ Result<TriangleMesh> read_in_helper(const std::filesystem::path& path) {
   while (ended < 0 && errno == EINTR);
   // Where SIGCHLD is ignored nobody knows how it ended, but for what it said.
   if (ended < 0 && !said.empty()) status = 2 << 8;
-  if (!in_time || (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)))
+  if (!in_time ||
+      (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)))
     return Error{name + ": takes too long or too much memory to read; it is damaged or hostile"};
   if (WIFSIGNALED(status))
     return Error{name + ": crashes the importer (signal " + std::to_string(WTERMSIG(status)) +
@@ -226,7 +230,8 @@ void confine_helper() {
 #ifndef KIBORI_SANITIZED  // sanitisers open files when they have something to tell
   if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) return;
   landlock_ruleset_attr nothing = {};
-  nothing.handled_access_fs = (LANDLOCK_ACCESS_FS_MAKE_SYM << 1) - 1;  // all that its first version knows
+  // All that its first version knows.
+  nothing.handled_access_fs = (LANDLOCK_ACCESS_FS_MAKE_SYM << 1) - 1;
   const long rules = syscall(SYS_landlock_create_ruleset, &nothing, sizeof nothing, 0);
   if (rules >= 0) {
     syscall(SYS_landlock_restrict_self, rules, 0);
@@ -260,13 +265,15 @@ void confine_helper() {
       SYS_io_uring_setup,
       SYS_kill,
       SYS_tkill};
-  // Of another machine's calls none are known: they are refused, and so are x86-64's with short pointers.
-  std::vector<sock_filter> filter = {BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, arch)),
-                                     BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kMachine, 1, 0),
-                                     BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM),
-                                     BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
-                                     BPF_JUMP(BPF_JMP | BPF_JGE | BPF_K, 0x40000000, 0, 1),
-                                     BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM)};
+  // Of another machine's calls none are known: they are refused, and so are x86-64's with short
+  // pointers.
+  std::vector<sock_filter> filter = {
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, arch)),
+      BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, kMachine, 1, 0),
+      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM),
+      BPF_STMT(BPF_LD | BPF_W | BPF_ABS, offsetof(seccomp_data, nr)),
+      BPF_JUMP(BPF_JMP | BPF_JGE | BPF_K, 0x40000000, 0, 1),
+      BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM)};
   for (const uint32_t call : refused) {
     filter.push_back(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, call, 0, 1));
     filter.push_back(BPF_STMT(BPF_RET | BPF_K, SECCOMP_RET_ERRNO | EPERM));

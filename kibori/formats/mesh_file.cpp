@@ -35,8 +35,9 @@ Result<TriangleMesh> parse_binary_stl(const char* data, size_t size, const std::
   const uint64_t count = little_endian(data + 80);
   const uint64_t there = (size - kStlHeader) / kStlTriangle;
   if (size != kStlHeader + count * kStlTriangle)
-    return Error{name + ": byte 80 promises " + std::to_string(count) + " triangles, but the file holds " +
-                 std::to_string(there) + (there < count ? " (cut short?)" : "") + "; export it again"};
+    return Error{name + ": byte 80 promises " + std::to_string(count) +
+                 " triangles, but the file holds " + std::to_string(there) +
+                 (there < count ? " (cut short?)" : "") + "; export it again"};
   TriangleMesh mesh;
   mesh.vertices.reserve(count * 3);
   mesh.triangles.reserve(count);
@@ -80,8 +81,9 @@ class Words {
 };
 
 bool is_word(std::string_view word, std::string_view expected) {
-  return std::equal(word.begin(), word.end(), expected.begin(), expected.end(),
-                    [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; });
+  return std::equal(word.begin(), word.end(), expected.begin(), expected.end(), [](char a, char b) {
+    return std::tolower(static_cast<unsigned char>(a)) == b;
+  });
 }
 
 Result<TriangleMesh> parse_ascii_stl(const char* data, size_t size, const std::string& name) {
@@ -110,7 +112,8 @@ Result<TriangleMesh> parse_ascii_stl(const char* data, size_t size, const std::s
       }
       corners++;
     } else if (is_word(word, "endfacet")) {
-      if (corners != 3) return wrong("a facet has " + std::to_string(corners) + " vertices instead of three");
+      if (corners != 3)
+        return wrong("a facet has " + std::to_string(corners) + " vertices instead of three");
       add_triangle(mesh, corner);
       corners = 0;
     } else if (is_word(word, "facet")) {
@@ -123,10 +126,12 @@ Result<TriangleMesh> parse_ascii_stl(const char* data, size_t size, const std::s
       ended = false;
       words.skip_line();
     } else if (!is_word(word, "outer") && !is_word(word, "loop") && !is_word(word, "endloop")) {
-      return wrong("expected facet, vertex or endsolid, found '" + std::string(word.substr(0, 20)) + "'");
+      return wrong("expected facet, vertex or endsolid, found '" + std::string(word.substr(0, 20)) +
+                   "'");
     }
   }
-  if (corners != 0 || !ended) return wrong("the file ends in the middle (no endsolid); export it again");
+  if (corners != 0 || !ended)
+    return wrong("the file ends in the middle (no endsolid); export it again");
   return mesh;
 }
 
@@ -137,12 +142,13 @@ Result<TriangleMesh> parse_stl(const char* data, size_t size, const std::string&
   const bool exact =
       size >= kStlHeader && size == kStlHeader + uint64_t{little_endian(data + 80)} * kStlTriangle;
   const std::string_view head(data, std::min<size_t>(size, 1024));
-  const bool text =
-      head.starts_with("solid") && head.find('\0') == std::string_view::npos &&
-      (head.find("facet") != std::string_view::npos || head.find("endsolid") != std::string_view::npos);
+  const bool text = head.starts_with("solid") && head.find('\0') == std::string_view::npos &&
+                    (head.find("facet") != std::string_view::npos ||
+                     head.find("endsolid") != std::string_view::npos);
   if (!exact && text) return parse_ascii_stl(data, size, name);
   if (size < kStlHeader)
-    return Error{name + ": an STL file has at least 84 bytes, this one has " + std::to_string(size)};
+    return Error{name + ": an STL file has at least 84 bytes, this one has " +
+                 std::to_string(size)};
   return parse_binary_stl(data, size, name);
 }
 
@@ -160,7 +166,8 @@ Result<TriangleMesh> read_mesh(const std::filesystem::path& path) {
   } else if (is_one_of(kMeshesRead, ending)) {
     mesh = read_in_helper(path);
   } else {
-    return Error{path.string() + ": meshes are read from " + list_of(kMeshesRead, ", ", " and ") + " files"};
+    return Error{path.string() + ": meshes are read from " + list_of(kMeshesRead, ", ", " and ") +
+                 " files"};
   }
   if (mesh)
     for (const Vec3& p : mesh.value().vertices)

@@ -48,7 +48,8 @@ struct Element {
   // npos: there is none.
   size_t find(bool list, std::initializer_list<std::string_view> names) const {
     for (size_t i = 0; i < properties.size(); i++)
-      if (properties[i].count.has_value() == list && std::ranges::count(names, properties[i].name) > 0)
+      if (properties[i].count.has_value() == list &&
+          std::ranges::count(names, properties[i].name) > 0)
         return i;
     return std::string::npos;
   }
@@ -97,7 +98,8 @@ Result<Header> parse_header(std::string_view text, const std::string& name) {
       if (!form_given) return wrong("the header does not say the format (ascii or binary)");
       return header;
     } else if (words[0] == "format" && words.size() >= 2) {
-      if (words[1] != "ascii" && words[1] != "binary_little_endian" && words[1] != "binary_big_endian")
+      if (words[1] != "ascii" && words[1] != "binary_little_endian" &&
+          words[1] != "binary_big_endian")
         return wrong("unknown format " + quoted(words[1]));
       header.form = words[1] == "ascii"                  ? Form::ascii
                     : words[1] == "binary_little_endian" ? Form::little_endian
@@ -105,7 +107,8 @@ Result<Header> parse_header(std::string_view text, const std::string& name) {
       form_given = true;
     } else if (words[0] == "element" && words.size() == 3) {
       uint64_t rows = 0;
-      const auto [rest, error] = std::from_chars(words[2].data(), words[2].data() + words[2].size(), rows);
+      const auto [rest, error] =
+          std::from_chars(words[2].data(), words[2].data() + words[2].size(), rows);
       if (error != std::errc() || rest != words[2].data() + words[2].size())
         return wrong("there can't be " + quoted(words[2]) + " of element " + quoted(words[1]));
       header.elements.push_back({std::string(words[1]), rows, {}});
@@ -158,7 +161,8 @@ class Numbers {
     std::array<char, 8> raw{};
     std::copy_n(at_, size, raw.data());
     at_ += size;
-    if (form_ == Form::big_endian) std::reverse(raw.begin(), raw.begin() + static_cast<std::ptrdiff_t>(size));
+    if (form_ == Form::big_endian)
+      std::reverse(raw.begin(), raw.begin() + static_cast<std::ptrdiff_t>(size));
     const auto as = [&](auto number) {
       std::memcpy(&number, raw.data(), sizeof number);
       return static_cast<double>(number);
@@ -231,10 +235,11 @@ class Parser {
       return std::ranges::count(header_.elements, what, &Element::name);
     };
     if (named("vertex") != 1)
-      return Error{name_ + ": its header names element 'vertex' " + std::to_string(named("vertex")) +
-                   " times instead of once"};
+      return Error{name_ + ": its header names element 'vertex' " +
+                   std::to_string(named("vertex")) + " times instead of once"};
     vertices_ = std::ranges::find(header_.elements, "vertex", &Element::name)->rows;
-    if (vertices_ > 3 * kMaxImportTriangles) return Error{name_ + ": holds more vertices than can be taken"};
+    if (vertices_ > 3 * kMaxImportTriangles)
+      return Error{name_ + ": holds more vertices than can be taken"};
     for (const Element& element : header_.elements)
       if (const Status read = read_element(element); !read) return Error{read.error()};
     return std::move(mesh_);
@@ -266,11 +271,12 @@ class Parser {
       return Error{name_ + ": element 'tristrips' has no list 'vertex_indices'"};
     if (element.properties.empty()) return Ok{};  // its rows take no bytes, however many they are
     size_t min = 0;
-    for (const Property& p : element.properties) min += numbers_.min_bytes(p.count.value_or(p.type));
+    for (const Property& p : element.properties)
+      min += numbers_.min_bytes(p.count.value_or(p.type));
     if (element.rows > numbers_.room() / min)
-      return Error{sanitize_message(name_ + ": is too short for the " + std::to_string(element.rows) +
-                                    " of element " + quoted(element.name) +
-                                    " that its header promises; export it again")};
+      return Error{sanitize_message(
+          name_ + ": is too short for the " + std::to_string(element.rows) + " of element " +
+          quoted(element.name) + " that its header promises; export it again")};
     if (vertex) mesh_.vertices.reserve(static_cast<size_t>(element.rows));
 
     std::vector<double> list;
@@ -280,10 +286,12 @@ class Parser {
         const Property& property = element.properties[p];
         if (property.count) {
           list.clear();
-          if (Status read = read_list(element, row, property, p == corners ? &list : nullptr); !read)
+          if (Status read = read_list(element, row, property, p == corners ? &list : nullptr);
+              !read)
             return read;
           if (p != corners) continue;
-          if (Status added = strip ? add_strip(element, row, list) : add_face(element, row, list); !added)
+          if (Status added = strip ? add_strip(element, row, list) : add_face(element, row, list);
+              !added)
             return added;
           continue;
         }
@@ -309,7 +317,8 @@ class Parser {
       return Error{place(element, row) + ": has a list of impossible length; export it again"};
     const size_t room = numbers_.room() / numbers_.min_bytes(property.type);
     if (count > static_cast<double>(room))
-      return Error{place(element, row) + ": has a list that the file is too short for; export it again"};
+      return Error{place(element, row) +
+                   ": has a list that the file is too short for; export it again"};
     if (into) into->reserve(static_cast<size_t>(count));
     for (double i = 0; i < count; i++) {
       double value = 0;
@@ -330,7 +339,8 @@ class Parser {
     return index >= 0 && index < static_cast<double>(vertices_) && index == std::floor(index);
   }
   void add(double a, double b, double c) {
-    mesh_.triangles.push_back({static_cast<uint32_t>(a), static_cast<uint32_t>(b), static_cast<uint32_t>(c)});
+    mesh_.triangles.push_back(
+        {static_cast<uint32_t>(a), static_cast<uint32_t>(b), static_cast<uint32_t>(c)});
   }
 
   Status add_strip(const Element& element, uint64_t row, const std::vector<double>& list) {

@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kMaxPixels = 8192;  // a side
 
-// libpng leaves its functions by longjmp on errors, so nothing with a destructor is made after setjmp.
+// libpng leaves its functions by longjmp on errors, so nothing with a destructor is made after
+// setjmp.
 struct Writer {
   png_structp png = nullptr;
   png_infop info = nullptr;
@@ -35,8 +36,9 @@ Status write_png(const std::filesystem::path& path, int width, int height, int d
         static_cast<NewFile*>(png_get_io_ptr(png))->write(data, bytes);
       },
       [](png_structp) {});
-  png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height),
-               depth, color, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_set_IHDR(writer.png, writer.info, static_cast<png_uint_32>(width),
+               static_cast<png_uint_32>(height), depth, color, PNG_INTERLACE_NONE,
+               PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_write_info(writer.png, writer.info);
   if (depth == 16) png_set_swap(writer.png);  // PNG is big-endian
   const auto* row = static_cast<const unsigned char*>(pixels);
@@ -57,9 +59,11 @@ struct Reader {
 
 Status write_png_rgb(const std::filesystem::path& path, int width, int height,
                      std::span<const std::array<uint8_t, 3>> pixels) {
-  return write_png(path, width, height, 8, PNG_COLOR_TYPE_RGB, pixels.data(), static_cast<size_t>(width) * 3);
+  return write_png(path, width, height, 8, PNG_COLOR_TYPE_RGB, pixels.data(),
+                   static_cast<size_t>(width) * 3);
 }
-Result<std::vector<uint8_t>> png_rgb(int width, int height, std::span<const std::array<uint8_t, 3>> pixels) {
+Result<std::vector<uint8_t>> png_rgb(int width, int height,
+                                     std::span<const std::array<uint8_t, 3>> pixels) {
   png_image image = {};
   image.version = PNG_IMAGE_VERSION;
   image.width = static_cast<png_uint_32>(width);
@@ -74,7 +78,8 @@ Result<std::vector<uint8_t>> png_rgb(int width, int height, std::span<const std:
 }
 Status write_png_grey8(const std::filesystem::path& path, int width, int height,
                        std::span<const uint8_t> pixels) {
-  return write_png(path, width, height, 8, PNG_COLOR_TYPE_GRAY, pixels.data(), static_cast<size_t>(width));
+  return write_png(path, width, height, 8, PNG_COLOR_TYPE_GRAY, pixels.data(),
+                   static_cast<size_t>(width));
 }
 Status write_png_grey16(const std::filesystem::path& path, int width, int height,
                         std::span<const uint16_t> pixels) {
@@ -98,7 +103,8 @@ Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& n
   if (reader.png) reader.info = png_create_info_struct(reader.png);
   if (!reader.info) return Error{name + ": no memory to read it"};
   if (setjmp(png_jmpbuf(reader.png)))
-    return Error{name + ": is not a proper PNG picture: " + static_cast<const char*>(reader.reason)};
+    return Error{name +
+                 ": is not a proper PNG picture: " + static_cast<const char*>(reader.reason)};
   png_set_user_limits(reader.png, kMaxPixels, kMaxPixels);
   png_set_chunk_malloc_max(reader.png, 1 << 24);
   png_set_read_fn(reader.png, &reader, [](png_structp png, png_bytep to, png_size_t count) {
@@ -123,10 +129,13 @@ Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& n
   map.width = static_cast<int>(png_get_image_width(reader.png, reader.info));
   map.height = static_cast<int>(png_get_image_height(reader.png, reader.info));
   if (png_get_rowbytes(reader.png, reader.info) != static_cast<size_t>(map.width) * 2)
-    return Error{name + ": is a kind of PNG picture that can't be read as grey; save it as 8 or 16 bit grey"};
+    return Error{
+        name +
+        ": is a kind of PNG picture that can't be read as grey; save it as 8 or 16 bit grey"};
   map.pixels.resize(static_cast<size_t>(map.width) * static_cast<size_t>(map.height));
   for (size_t y = 0; y < static_cast<size_t>(map.height); y++)
-    rows.push_back(reinterpret_cast<png_bytep>(map.pixels.data() + y * static_cast<size_t>(map.width)));
+    rows.push_back(
+        reinterpret_cast<png_bytep>(map.pixels.data() + y * static_cast<size_t>(map.width)));
   png_read_image(reader.png, rows.data());
   png_read_end(reader.png, nullptr);
   return map;

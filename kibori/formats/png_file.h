@@ -16,7 +16,8 @@ namespace kibori {
 Status write_png_rgb(const std::filesystem::path& path, int width, int height,
                      std::span<const std::array<uint8_t, 3>> pixels);
 // The same in memory.
-Result<std::vector<uint8_t>> png_rgb(int width, int height, std::span<const std::array<uint8_t, 3>> pixels);
+Result<std::vector<uint8_t>> png_rgb(int width, int height,
+                                     std::span<const std::array<uint8_t, 3>> pixels);
 Status write_png_grey8(const std::filesystem::path& path, int width, int height,
                        std::span<const uint8_t> pixels);
 Status write_png_grey16(const std::filesystem::path& path, int width, int height,
@@ -24,11 +25,12 @@ Status write_png_grey16(const std::filesystem::path& path, int width, int height
 
 struct GreyMap {
   int width = 0, height = 0;
-  std::vector<uint16_t> pixels;  // rows from the top; 0 black, 65535 white, whatever the file's depth
+  // Rows from the top; 0 black, 65535 white, whatever the file's depth.
+  std::vector<uint16_t> pixels;
 };
 
-// Any PNG as grey: colours by their luminance, transparency over black. Errors: no PNG, damaged, more than
-// 8192 pixels a side.
+// Any PNG as grey: colours by their luminance, transparency over black. Errors: no PNG, damaged,
+// more than 8192 pixels a side.
 Result<GreyMap> read_png_grey(const std::filesystem::path& path);
 Result<GreyMap> parse_png_grey(std::span<const char> bytes, const std::string& name);
 

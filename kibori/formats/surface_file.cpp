@@ -14,7 +14,8 @@
 namespace kibori {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "binary files are written as they are in memory");
+static_assert(std::endian::native == std::endian::little,
+              "binary files are written as they are in memory");
 
 class StlWriter final : public SurfaceWriter {
  public:
@@ -28,7 +29,8 @@ class StlWriter final : public SurfaceWriter {
       constexpr size_t kFacet = 50, kMany = 256;
       char bytes[kFacet * kMany];
       const size_t count = std::min(kMany, part.triangles.size() - done);
-      for (size_t i = 0; i < count; i++) put_facet(part, part.triangles[done + i], bytes + kFacet * i);
+      for (size_t i = 0; i < count; i++)
+        put_facet(part, part.triangles[done + i], bytes + kFacet * i);
       file_.write(bytes, kFacet * count);
       done += count;
     }
@@ -52,7 +54,8 @@ class StlWriter final : public SurfaceWriter {
       u[i] = static_cast<double>(b[i]) - static_cast<double>(a[i]);
       v[i] = static_cast<double>(c[i]) - static_cast<double>(a[i]);
     }
-    const double n[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
+    const double n[3] = {u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2],
+                         u[0] * v[1] - u[1] * v[0]};
     const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
     const double scale = length > 0 ? 1 / length : 0;
     float facet[12];
@@ -77,7 +80,8 @@ class IndexedWriter : public SurfaceWriter {
       : file_(file), triangles_(triangles), colors_(colors) {}
 
   void put(const SurfacePart& part) override {
-    for (const SurfaceVertex& v : part.vertices.first(part.own)) put_vertex(v, color_of(v, colors_));
+    for (const SurfaceVertex& v : part.vertices.first(part.own))
+      put_vertex(v, color_of(v, colors_));
     vertex_count_ += part.own;
     for (const SurfaceTriangle& t : part.triangles) {
       const SurfaceTriangle numbers{part.number[t[0]], part.number[t[1]], part.number[t[2]]};
@@ -92,13 +96,14 @@ class IndexedWriter : public SurfaceWriter {
   // Calls f(triangle) for all of them.
   template <class F>
   Status for_triangles(F&& f) {
-    const bool read = triangles_.read_back(sizeof(SurfaceTriangle), [&](const char* data, size_t bytes) {
-      for (size_t at = 0; at < bytes; at += sizeof(SurfaceTriangle)) {
-        SurfaceTriangle t;
-        std::memcpy(t.data(), data + at, sizeof t);
-        f(t);
-      }
-    });
+    const bool read =
+        triangles_.read_back(sizeof(SurfaceTriangle), [&](const char* data, size_t bytes) {
+          for (size_t at = 0; at < bytes; at += sizeof(SurfaceTriangle)) {
+            SurfaceTriangle t;
+            std::memcpy(t.data(), data + at, sizeof t);
+            f(t);
+          }
+        });
     if (!read) return Error{"no space for temporary data beside the file"};
     return Ok{};
   }
@@ -111,7 +116,8 @@ class IndexedWriter : public SurfaceWriter {
 
 class PlyWriter final : public IndexedWriter {
  public:
-  PlyWriter(NewFile& file, Spool& spool, std::span<const Rgb> colors) : IndexedWriter(file, spool, colors) {
+  PlyWriter(NewFile& file, Spool& spool, std::span<const Rgb> colors)
+      : IndexedWriter(file, spool, colors) {
     file_.write(header());
   }
   Status finish() override {
@@ -128,14 +134,15 @@ class PlyWriter final : public IndexedWriter {
   // Always of the same length: the counts are known at the end.
   std::string header() const {
     char text[500];
-    std::snprintf(text, sizeof text,
-                  "ply\nformat binary_little_endian 1.0\ncomment Kibori, mm, Z up\nelement vertex %-10llu\n"
-                  "property float x\nproperty float y\nproperty float z\n"
-                  "property float nx\nproperty float ny\nproperty float nz\n"
-                  "property uchar red\nproperty uchar green\nproperty uchar blue\n"
-                  "element face %-10llu\nproperty list uchar uint vertex_indices\nend_header\n",
-                  static_cast<unsigned long long>(vertex_count_),
-                  static_cast<unsigned long long>(triangle_count_));
+    std::snprintf(
+        text, sizeof text,
+        "ply\nformat binary_little_endian 1.0\ncomment Kibori, mm, Z up\nelement vertex %-10llu\n"
+        "property float x\nproperty float y\nproperty float z\n"
+        "property float nx\nproperty float ny\nproperty float nz\n"
+        "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+        "element face %-10llu\nproperty list uchar uint vertex_indices\nend_header\n",
+        static_cast<unsigned long long>(vertex_count_),
+        static_cast<unsigned long long>(triangle_count_));
     return text;
   }
   void put_vertex(const SurfaceVertex& v, const Rgb& color) override {
@@ -149,14 +156,15 @@ class PlyWriter final : public IndexedWriter {
 
 class ObjWriter final : public IndexedWriter {
  public:
-  ObjWriter(NewFile& file, Spool& spool, std::span<const Rgb> colors) : IndexedWriter(file, spool, colors) {
+  ObjWriter(NewFile& file, Spool& spool, std::span<const Rgb> colors)
+      : IndexedWriter(file, spool, colors) {
     file_.write("# Kibori, mm, Z up\n");
   }
   Status finish() override {
     return for_triangles([&](const SurfaceTriangle& t) {
       char line[100];
-      const int length = std::snprintf(line, sizeof line, "f %u//%u %u//%u %u//%u\n", t[0] + 1, t[0] + 1,
-                                       t[1] + 1, t[1] + 1, t[2] + 1, t[2] + 1);
+      const int length = std::snprintf(line, sizeof line, "f %u//%u %u//%u %u//%u\n", t[0] + 1,
+                                       t[0] + 1, t[1] + 1, t[1] + 1, t[2] + 1, t[2] + 1);
       file_.write(line, static_cast<size_t>(length));
     });
   }
@@ -165,10 +173,10 @@ class ObjWriter final : public IndexedWriter {
   void put_vertex(const SurfaceVertex& v, const Rgb& c) override {
     char lines[300];
     const auto real = [](float x) { return static_cast<double>(x); };
-    const int length =
-        std::snprintf(lines, sizeof lines, "v %.9g %.9g %.9g %.4g %.4g %.4g\nvn %.5g %.5g %.5g\n",
-                      real(v.position[0]), real(v.position[1]), real(v.position[2]), c[0] / 255.0,
-                      c[1] / 255.0, c[2] / 255.0, real(v.normal[0]), real(v.normal[1]), real(v.normal[2]));
+    const int length = std::snprintf(
+        lines, sizeof lines, "v %.9g %.9g %.9g %.4g %.4g %.4g\nvn %.5g %.5g %.5g\n",
+        real(v.position[0]), real(v.position[1]), real(v.position[2]), c[0] / 255.0, c[1] / 255.0,
+        c[2] / 255.0, real(v.normal[0]), real(v.normal[1]), real(v.normal[2]));
     file_.write(lines, static_cast<size_t>(length));
   }
 };
@@ -176,7 +184,8 @@ class ObjWriter final : public IndexedWriter {
 // Binary glTF 2.0: metres and Y up, so (x, y, z) mm becomes (x, z, -y) / 1000.
 class GlbWriter final : public IndexedWriter {
  public:
-  GlbWriter(NewFile& file, Spool& spool, std::span<const Rgb> colors) : IndexedWriter(file, spool, colors) {
+  GlbWriter(NewFile& file, Spool& spool, std::span<const Rgb> colors)
+      : IndexedWriter(file, spool, colors) {
     const std::string nothing(kBinary, ' ');
     file_.write(nothing);
     least_.fill(std::numeric_limits<float>::infinity());
@@ -188,7 +197,8 @@ class GlbWriter final : public IndexedWriter {
                    binary = vertex_bytes + index_bytes;
     if (kBinary + binary > std::numeric_limits<uint32_t>::max())
       return Error{
-          "a GLB file can hold 4 GB, and this surface takes more; use a coarser pitch or a tolerance"};
+          "a GLB file can hold 4 GB, and this surface takes more; use a coarser pitch or a "
+          "tolerance"};
     char json[kJson + 1];
     const auto real = [](float x) { return static_cast<double>(x); };
     const int length = std::snprintf(
@@ -203,11 +213,12 @@ class GlbWriter final : public IndexedWriter {
         R"({"bufferView":0,"byteOffset":24,"componentType":5121,"normalized":true,"count":%llu,"type":"VEC4"},)"
         R"({"bufferView":1,"componentType":5125,"count":%llu,"type":"SCALAR"}]})",
         number(binary), number(vertex_bytes), static_cast<unsigned>(kStride), number(vertex_bytes),
-        number(index_bytes), number(vertex_count_), real(least_[0]), real(least_[1]), real(least_[2]),
-        real(most_[0]), real(most_[1]), real(most_[2]), number(vertex_count_), number(vertex_count_),
-        number(3 * triangle_count_));
+        number(index_bytes), number(vertex_count_), real(least_[0]), real(least_[1]),
+        real(least_[2]), real(most_[0]), real(most_[1]), real(most_[2]), number(vertex_count_),
+        number(vertex_count_), number(3 * triangle_count_));
     std::memset(json + length, ' ', kJson - static_cast<size_t>(length));
-    const uint32_t head[5] = {0x46546c67, 2, static_cast<uint32_t>(kBinary + binary), kJson, 0x4e4f534a};
+    const uint32_t head[5] = {0x46546c67, 2, static_cast<uint32_t>(kBinary + binary), kJson,
+                              0x4e4f534a};
     const uint32_t chunk[2] = {static_cast<uint32_t>(binary), 0x004e4942};
     file_.overwrite(0, head, sizeof head);
     file_.overwrite(sizeof head, json, kJson);
@@ -224,7 +235,8 @@ class GlbWriter final : public IndexedWriter {
 
   void put_vertex(const SurfaceVertex& v, const Rgb& color) override {
     const auto metres = [](float mm) { return static_cast<float>(static_cast<double>(mm) / 1000); };
-    const std::array<float, 3> at{metres(v.position[0]), metres(v.position[2]), metres(-v.position[1])};
+    const std::array<float, 3> at{metres(v.position[0]), metres(v.position[2]),
+                                  metres(-v.position[1])};
     const std::array<float, 3> normal{v.normal[0], v.normal[2], -v.normal[1]};
     char bytes[kStride];
     std::memcpy(bytes, at.data(), 12);
@@ -239,7 +251,8 @@ class GlbWriter final : public IndexedWriter {
   }
   // glTF's vertex colours are linear, ours sRGB.
   static uint8_t linear(uint8_t srgb) {
-    const double x = srgb / 255.0, y = x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
+    const double x = srgb / 255.0,
+                 y = x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
     return static_cast<uint8_t>(std::lround(255 * y));
   }
 
@@ -252,7 +265,8 @@ Status write_pieces(SurfaceWriter& writer, const SurfaceSource& surface) {
     any |= !part.triangles.empty();
     writer.put(part);
   });
-  if (!any) return Error{"there is no surface to write: no material, or none as thick as the pitch"};
+  if (!any)
+    return Error{"there is no surface to write: no material, or none as thick as the pitch"};
   return writer.finish();
 }
 
@@ -267,7 +281,8 @@ Rgb color_of(const SurfaceVertex& v, std::span<const Rgb> colors) {
 
 Status check_surface_ending(const std::filesystem::path& path) {
   if (is_one_of(kMeshesWritten, ending_of(path))) return Ok{};
-  return Error{path.string() + ": a surface can be written as " + list_of(kMeshesWritten, ", ", " or ")};
+  return Error{path.string() + ": a surface can be written as " +
+               list_of(kMeshesWritten, ", ", " or ")};
 }
 
 Status write_surface(const std::filesystem::path& path, const SurfaceSource& surface,

@@ -15,8 +15,8 @@ namespace kibori {
 
 using Rgb = std::array<uint8_t, 3>;
 
-// The colour of a vertex: the one it was painted, else that of its material, white for a material without
-// one.
+// The colour of a vertex: the one it was painted, else that of its material, white for a material
+// without one.
 Rgb color_of(const SurfaceVertex& vertex, std::span<const Rgb> material_colors);
 
 // Calls its sink with the surface, piece by piece.
@@ -28,9 +28,10 @@ using SurfaceSource = std::function<void(const SurfaceSink&)>;
 //   .obj  text; normals, and colours after the positions, as most programs read them; mm
 //   .3mf  colours; mm
 //   .glb  normals and colours; metres, Y up
-// Every coordinate in mm comes back to the bit from the first four. Needs little memory: what must wait is
-// spooled beside the file. Errors: unknown ending, a surface without triangles, more triangles or bytes than
-// the format can count, a file that can't be written; nothing is half-written.
+// Every coordinate in mm comes back to the bit from the first four. Needs little memory: what must
+// wait is spooled beside the file. Errors: unknown ending, a surface without triangles, more
+// triangles or bytes than the format can count, a file that can't be written; nothing is
+// half-written.
 Status write_surface(const std::filesystem::path& path, const SurfaceSource& surface,
                      std::span<const Rgb> material_colors);
 

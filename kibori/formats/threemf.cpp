@@ -35,7 +35,8 @@ class ThreeMfWriter final : public SurfaceWriter {
       : zip_(file), vertices_(vertices), triangles_(triangles), colors_(colors) {}
 
   void put(const SurfacePart& part) override {
-    for (const SurfaceVertex& v : part.vertices.first(part.own)) vertices_.write(v.position.data(), 12);
+    for (const SurfaceVertex& v : part.vertices.first(part.own))
+      vertices_.write(v.position.data(), 12);
     for (const SurfaceTriangle& t : part.triangles) {
       uint32_t row[6];  // vertices and their colours
       for (size_t i = 0; i < 3; i++) {
@@ -59,9 +60,10 @@ class ThreeMfWriter final : public SurfaceWriter {
     zip_.end();
     zip_.begin("_rels/.rels");
     zip_.write(
-        std::string("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
-                    "<Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">"
-                    "<Relationship Target=\"/") +
+        std::string(
+            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+            "<Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">"
+            "<Relationship Target=\"/") +
         kModelPath + "\" Id=\"model\" Type=\"" + kModelType + "\"/></Relationships>\n");
     zip_.end();
     zip_.begin(kModelPath);
@@ -76,7 +78,9 @@ class ThreeMfWriter final : public SurfaceWriter {
       std::snprintf(line, sizeof line, "<m:color color=\"#%02X%02X%02X\"/>\n", c[0], c[1], c[2]);
       text += line;
     }
-    text += "</m:colorgroup>\n<object id=\"2\" type=\"model\" pid=\"1\" pindex=\"0\">\n<mesh>\n<vertices>\n";
+    text +=
+        "</m:colorgroup>\n<object id=\"2\" type=\"model\" pid=\"1\" "
+        "pindex=\"0\">\n<mesh>\n<vertices>\n";
     bool read = vertices_.read_back(12, [&](const char* data, size_t bytes) {
       for (size_t at = 0; at < bytes; at += 12) {
         float p[3];
@@ -199,7 +203,8 @@ std::optional<T> number_of(std::string_view text) {
   return value;
 }
 
-// One XML entry of the archive through expat. Derived classes see elements; an error stops the reading.
+// One XML entry of the archive through expat. Derived classes see elements; an error stops the
+// reading.
 class XmlReader {
  public:
   XmlReader(const ZipReader& zip, std::string entry) : zip_(zip), entry_(std::move(entry)) {}
@@ -278,7 +283,9 @@ class RelationshipReader final : public XmlReader {
   }
 };
 
-std::string without_slash(const std::string& path) { return path.starts_with('/') ? path.substr(1) : path; }
+std::string without_slash(const std::string& path) {
+  return path.starts_with('/') ? path.substr(1) : path;
+}
 
 class ModelReader final : public XmlReader {
  public:
@@ -301,11 +308,14 @@ class ModelReader final : public XmlReader {
       if (!fresh) return fail("two objects have the id " + std::string(id).substr(0, 30));
       object_ = &made->second;
       const char* type = a.find("type");
-      object_->support = type && (std::string_view(type) == "support" || std::string_view(type) == "other");
+      object_->support =
+          type && (std::string_view(type) == "support" || std::string_view(type) == "other");
     } else if (name == "vertex" && object_) {
-      const double x = number<double>(a, "x"), y = number<double>(a, "y"), z = number<double>(a, "z");
+      const double x = number<double>(a, "x"), y = number<double>(a, "y"),
+                   z = number<double>(a, "z");
       object_->mesh.vertices.emplace_back(x, y, z);
-      if (object_->mesh.vertices.size() > 3 * kMaxImportTriangles) fail("more vertices than can be taken");
+      if (object_->mesh.vertices.size() > 3 * kMaxImportTriangles)
+        fail("more vertices than can be taken");
     } else if (name == "triangle" && object_) {
       const uint32_t v1 = number<uint32_t>(a, "v1"), v2 = number<uint32_t>(a, "v2"),
                      v3 = number<uint32_t>(a, "v3");
@@ -390,7 +400,9 @@ class Assembly {
   }
 
  private:
-  Error wrong(const std::string& what) const { return Error{sanitize_message(name_ + ": " + what)}; }
+  Error wrong(const std::string& what) const {
+    return Error{sanitize_message(name_ + ": " + what)};
+  }
 
   Status load(const std::string& path) {
     if (units_.contains(path)) return Ok{};
@@ -412,13 +424,15 @@ class Assembly {
     if (object.support) return Ok{};
     const Placement at{outer.linear * component.placement.linear,
                        outer.linear * component.placement.shift + outer.shift};
-    if (++visits_ > kMaxItems || mesh_.triangles.size() + object.mesh.triangles.size() > kMaxImportTriangles)
+    if (++visits_ > kMaxItems ||
+        mesh_.triangles.size() + object.mesh.triangles.size() > kMaxImportTriangles)
       return Error{"comes to more objects or triangles than can be taken"};
     const double unit = units_.at(component.path);
     const auto first = static_cast<uint32_t>(mesh_.vertices.size());
     for (const Vec3& p : object.mesh.vertices) {
       mesh_.vertices.push_back(unit * (at.linear * p + at.shift));
-      if (!mesh_.vertices.back().allFinite()) return Error{"places a vertex where no finite number reaches"};
+      if (!mesh_.vertices.back().allFinite())
+        return Error{"places a vertex where no finite number reaches"};
     }
     const bool mirrored = at.linear.determinant() < 0;
     for (auto t : object.mesh.triangles) {

@@ -24,7 +24,8 @@ void put(std::string& to, uint64_t value, int bytes) {
 uint32_t get(std::span<const char> bytes, size_t at, int count) {
   uint32_t value = 0;
   for (int i = 0; i < count; i++)
-    value |= static_cast<uint32_t>(static_cast<unsigned char>(bytes[at + static_cast<size_t>(i)])) << (8 * i);
+    value |= static_cast<uint32_t>(static_cast<unsigned char>(bytes[at + static_cast<size_t>(i)]))
+             << (8 * i);
   return value;
 }
 
@@ -79,8 +80,8 @@ void ZipWriter::write(std::string_view data) {
     const std::string_view some = data.substr(0, 1 << 30);
     Entry& entry = entries_.back();
     entry.whole += some.size();
-    entry.crc = static_cast<uint32_t>(
-        crc32(entry.crc, reinterpret_cast<const Bytef*>(some.data()), static_cast<uInt>(some.size())));
+    entry.crc = static_cast<uint32_t>(crc32(entry.crc, reinterpret_cast<const Bytef*>(some.data()),
+                                            static_cast<uInt>(some.size())));
     deflate_some(some, Z_NO_FLUSH);
     data.remove_prefix(some.size());
   }
@@ -145,7 +146,8 @@ Result<ZipReader> ZipReader::open(std::span<const char> bytes) {
       return Error{"has a damaged directory (cut short?)"};
     const size_t name_size = get(bytes, at + 28, 2);
     const size_t extras = size_t{get(bytes, at + 30, 2)} + get(bytes, at + 32, 2);
-    if (end - at - kCentralSize < name_size + extras) return Error{"has a damaged directory (cut short?)"};
+    if (end - at - kCentralSize < name_size + extras)
+      return Error{"has a damaged directory (cut short?)"};
     Entry e;
     e.name.assign(bytes.data() + at + kCentralSize, name_size);
     const std::string shown = "has an entry '" + e.name.substr(0, 60) + "' ";
@@ -153,7 +155,8 @@ Result<ZipReader> ZipReader::open(std::span<const char> bytes) {
     if (e.name.empty() || e.name[0] == '/' || e.name.find('\\') != std::string::npos ||
         e.name.find('\0') != std::string::npos || framed.find("/../") != std::string::npos)
       return Error{"has an entry whose name leaves the archive's folder; it is not to be trusted"};
-    if (get(bytes, at + 8, 2) & 1) return Error{shown + "that is encrypted; save it without a password"};
+    if (get(bytes, at + 8, 2) & 1)
+      return Error{shown + "that is encrypted; save it without a password"};
     e.method = static_cast<uint16_t>(get(bytes, at + 10, 2));
     e.crc = get(bytes, at + 16, 4);
     e.packed = get(bytes, at + 20, 4);
@@ -162,7 +165,8 @@ Result<ZipReader> ZipReader::open(std::span<const char> bytes) {
     if (local > bytes.size() || bytes.size() - local < kLocalSize || get(bytes, local, 4) != kLocal)
       return Error{shown + "that is not where the directory says"};
     e.at = local + kLocalSize + get(bytes, local + 26, 2) + get(bytes, local + 28, 2);
-    if (e.at > bytes.size() || bytes.size() - e.at < e.packed) return Error{shown + "that is cut short"};
+    if (e.at > bytes.size() || bytes.size() - e.at < e.packed)
+      return Error{shown + "that is cut short"};
     if (e.whole > kFreeBytes + kMaxRatio * e.packed)
       return Error{shown + "that claims to unpack to more than " + std::to_string(kMaxRatio) +
                    " times its size; it is not to be trusted"};
@@ -178,13 +182,15 @@ const ZipReader::Entry* ZipReader::find(const std::string& name) const {
   return nullptr;
 }
 
-Status ZipReader::read(const std::string& name, const std::function<bool(std::string_view)>& f) const {
+Status ZipReader::read(const std::string& name,
+                       const std::function<bool(std::string_view)>& f) const {
   const Entry* entry = find(name);
   if (!entry) return Error{"has no entry '" + name.substr(0, 60) + "'"};
   const std::string shown = "entry '" + name.substr(0, 60) + "' ";
   if (entry->method == 0) {
     if (entry->packed != entry->whole) return Error{shown + "has two sizes"};
-    if (crc32_z(0, reinterpret_cast<const Bytef*>(bytes_.data() + entry->at), entry->whole) != entry->crc)
+    if (crc32_z(0, reinterpret_cast<const Bytef*>(bytes_.data() + entry->at), entry->whole) !=
+        entry->crc)
       return Error{shown + "is damaged (its checksum is wrong)"};
     f({bytes_.data() + entry->at, entry->whole});
     return Ok{};

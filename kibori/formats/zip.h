@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// ZIP archives, as far as 3MF needs them: stored and deflated entries, no encryption, under 4 GB. Internal to
-// `formats`.
+// ZIP archives, as far as 3MF needs them: stored and deflated entries, no encryption, under 4 GB.
+// Internal to `formats`.
 #pragma once
 
 #include <cstdint>
@@ -45,16 +45,18 @@ class ZipWriter {
   std::vector<Entry> entries_;
 };
 
-// Reads an archive that may be hostile: nothing is believed before it is checked against the bytes there are.
+// Reads an archive that may be hostile: nothing is believed before it is checked against the bytes
+// there are.
 class ZipReader {
  public:
-  // `bytes` must outlive the reader. Errors: no archive, cut short, entry names that leave the archive's
-  // folder, encrypted or oversized entries.
+  // `bytes` must outlive the reader. Errors: no archive, cut short, entry names that leave the
+  // archive's folder, encrypted or oversized entries.
   static Result<ZipReader> open(std::span<const char> bytes);
 
   bool has(const std::string& name) const { return find(name) != nullptr; }
-  // Sends the entry's content piece by piece; `f` returns false to stop. Errors: no such entry, damaged
-  // content, more of it than promised, or so much more than its packed size that it is no honest file.
+  // Sends the entry's content piece by piece; `f` returns false to stop. Errors: no such entry,
+  // damaged content, more of it than promised, or so much more than its packed size that it is no
+  // honest file.
   Status read(const std::string& name, const std::function<bool(std::string_view)>& f) const;
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The direction of a dexel field as a type. Rays of axis a run along a; their feet lie on the (u, v) plane,
-// where (a, u, v) is the cyclic permutation of (x, y, z) that starts at a.
+// The direction of a dexel field as a type. Rays of axis a run along a; their feet lie on the (u,
+// v) plane, where (a, u, v) is the cyclic permutation of (x, y, z) that starts at a.
 #pragma once
 
 #include <array>

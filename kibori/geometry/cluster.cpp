@@ -18,11 +18,14 @@ std::optional<TriangleMesh> cluster_at(const TriangleMesh& mesh, const Box& box,
                                        size_t max_triangles) {
   const Vec3 size = box.size();
   const double cell = size.maxCoeff() / cells;
-  const Index3 count =
-      (size.array() / cell).ceil().cast<int>().max(Index3::Constant(1)).min(Index3::Constant(cells));
-  std::vector<uint32_t> number(
-      static_cast<size_t>(count.x()) * static_cast<size_t>(count.y()) * static_cast<size_t>(count.z()),
-      kNone);
+  const Index3 count = (size.array() / cell)
+                           .ceil()
+                           .cast<int>()
+                           .max(Index3::Constant(1))
+                           .min(Index3::Constant(cells));
+  std::vector<uint32_t> number(static_cast<size_t>(count.x()) * static_cast<size_t>(count.y()) *
+                                   static_cast<size_t>(count.z()),
+                               kNone);
   TriangleMesh result;
   std::vector<double> weight;
   std::unordered_set<uint64_t> seen;
@@ -30,7 +33,8 @@ std::optional<TriangleMesh> cluster_at(const TriangleMesh& mesh, const Box& box,
     std::array<uint32_t, 3> corner;
     for (size_t i = 0; i < 3; i++) {
       const Vec3& p = mesh.vertices[triangle[i]];
-      const Index3 at = ((p - box.min).array() / cell).cast<int>().min(count - 1).max(Index3::Constant(0));
+      const Index3 at =
+          ((p - box.min).array() / cell).cast<int>().min(count - 1).max(Index3::Constant(0));
       uint32_t& vertex = number[(static_cast<size_t>(at.z()) * static_cast<size_t>(count.y()) +
                                  static_cast<size_t>(at.y())) *
                                     static_cast<size_t>(count.x()) +
@@ -47,7 +51,8 @@ std::optional<TriangleMesh> cluster_at(const TriangleMesh& mesh, const Box& box,
     if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0]) continue;
     // Once, whichever corner it begins with; 21 bits a corner, as there are 2^21 cells.
     std::rotate(corner.begin(), std::min_element(corner.begin(), corner.end()), corner.end());
-    if (!seen.insert((uint64_t{corner[0]} << 42) | (uint64_t{corner[1]} << 21) | corner[2]).second) continue;
+    if (!seen.insert((uint64_t{corner[0]} << 42) | (uint64_t{corner[1]} << 21) | corner[2]).second)
+      continue;
     if (result.triangles.size() == max_triangles) return std::nullopt;
     result.triangles.push_back(corner);
   }

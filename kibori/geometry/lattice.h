@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Where a model's rays are. Places are millimetres in the world (Vec3, Box) or lattice units, which are
-// pitches (LatticePoint, LatticeVector, LatticeBox). A Lattice converts one into the other; the types keep
-// them apart.
+// Where a model's rays are. Places are millimetres in the world (Vec3, Box) or lattice units, which
+// are pitches (LatticePoint, LatticeVector, LatticeBox). A Lattice converts one into the other; the
+// types keep them apart.
 #pragma once
 
 #include <kibori/geometry/vec.h>
@@ -45,11 +45,15 @@ struct Lattice {
   Vec3 origin_mm = Vec3::Zero();  // lower corner of the lattice's box
   double pitch_mm = 1;            // between two rays
 
-  LatticePoint to_lattice(const Vec3& point_mm) const { return {(point_mm - origin_mm) / pitch_mm}; }
+  LatticePoint to_lattice(const Vec3& point_mm) const {
+    return {(point_mm - origin_mm) / pitch_mm};
+  }
   LatticeBox to_lattice(const Box& box_mm) const {
     return {{to_lattice(box_mm.min).units, to_lattice(box_mm.max).units}};
   }
-  LatticeVector vector_to_lattice(const Vec3& vector_mm) const { return {vector_mm * (1 / pitch_mm)}; }
+  LatticeVector vector_to_lattice(const Vec3& vector_mm) const {
+    return {vector_mm * (1 / pitch_mm)};
+  }
   Vec3 to_mm(const LatticePoint& point) const { return origin_mm + pitch_mm * point.units; }
   Box to_mm(const LatticeBox& box) const {
     return {to_mm(LatticePoint{box.units.min}), to_mm(LatticePoint{box.units.max})};

@@ -10,8 +10,9 @@ namespace kibori {
 
 struct Material {
   std::string name = "material";
-  double kf = 0.001;   // N per point, force model `paper`
-  double u = 0.5;      // specific cutting energy [N/mm^2 = N mm / mm^3], force models `energy` and `series`
+  double kf = 0.001;  // N per point, force model `paper`
+  // Specific cutting energy [N/mm^2 = N mm / mm^3], force models `energy` and `series`.
+  double u = 0.5;
   double c = 0;        // viscous part of the force [N s/mm^3], force model `series`
   double yield_n = 0;  // least force that cuts [N], force model `series`
   std::array<uint8_t, 3> color{196, 154, 108};

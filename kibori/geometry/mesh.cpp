@@ -16,7 +16,8 @@ Surface surface_of_mesh(const TriangleMesh& mesh) {
     }
   std::vector<uint32_t> order(places.size()), number(places.size());
   std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) { return places[a] < places[b]; });
+  std::sort(order.begin(), order.end(),
+            [&](uint32_t a, uint32_t b) { return places[a] < places[b]; });
   for (size_t i = 0; i < order.size(); i++) {
     if (i == 0 || places[order[i]] != places[order[i - 1]])
       surface.vertices.push_back({places[order[i]], {0, 0, 1}, 0, 0});
@@ -42,7 +43,8 @@ Surface surface_of_mesh(const TriangleMesh& mesh) {
     const double length = normals[v].norm();
     if (length > 1e-12)
       for (size_t k = 0; k < 3; k++)
-        surface.vertices[v].normal[k] = static_cast<float>(normals[v][static_cast<int>(k)] / length);
+        surface.vertices[v].normal[k] =
+            static_cast<float>(normals[v][static_cast<int>(k)] / length);
   }
   return surface;
 }

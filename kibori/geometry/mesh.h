@@ -37,9 +37,9 @@ struct Surface {
   std::vector<SurfaceTriangle> triangles;
 };
 
-// A piece of a surface on its way to somewhere. Its first `own` vertices are new and numbered on from those
-// of the pieces before; the others belong to other pieces, earlier or later. `number` has each vertex's
-// number in the whole surface.
+// A piece of a surface on its way to somewhere. Its first `own` vertices are new and numbered on
+// from those of the pieces before; the others belong to other pieces, earlier or later. `number`
+// has each vertex's number in the whole surface.
 struct SurfacePart {
   std::span<const SurfaceVertex> vertices;
   std::span<const SurfaceTriangle> triangles;  // of `vertices`
@@ -48,8 +48,8 @@ struct SurfacePart {
 };
 using SurfaceSink = std::function<void(const SurfacePart&)>;
 
-// A mesh as a surface: corners in one float32 place become one vertex, normals are the mean of the faces
-// around, by angle; material 0. Triangles that so lose a corner are left out.
+// A mesh as a surface: corners in one float32 place become one vertex, normals are the mean of the
+// faces around, by angle; material 0. Triangles that so lose a corner are left out.
 Surface surface_of_mesh(const TriangleMesh& mesh);
 
 // Sends a surface in one piece.

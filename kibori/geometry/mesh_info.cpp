@@ -10,7 +10,9 @@ namespace {
 
 class Sets {  // union-find
  public:
-  explicit Sets(size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), size_t{0}); }
+  explicit Sets(size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), size_t{0});
+  }
   size_t find(size_t a) {
     while (parent_[a] != a) a = parent_[a] = parent_[parent_[a]];
     return a;
@@ -67,7 +69,9 @@ MeshInfo mesh_info(const Surface& surface, size_t degenerate) {
       sides.push_back({std::min(a, b), std::max(a, b), a < b, i, k});
     }
   std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
-    return a.low != b.low ? a.low < b.low : a.high != b.high ? a.high < b.high : a.triangle < b.triangle;
+    return a.low != b.low     ? a.low < b.low
+           : a.high != b.high ? a.high < b.high
+                              : a.triangle < b.triangle;
   });
   Sets pieces(surface.triangles.size());
   Sets fans(3 * surface.triangles.size());  // corners of triangles, united across edges
@@ -75,8 +79,8 @@ MeshInfo mesh_info(const Surface& surface, size_t degenerate) {
   size_t fan_count = 3 * surface.triangles.size();
   for (size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
     size_t forward = 0;
-    for (end = begin;
-         end < sides.size() && sides[end].low == sides[begin].low && sides[end].high == sides[begin].high;
+    for (end = begin; end < sides.size() && sides[end].low == sides[begin].low &&
+                      sides[end].high == sides[begin].high;
          end++) {
       forward += sides[end].forward;
       info.components -= pieces.unite(sides[begin].triangle, sides[end].triangle);
@@ -97,7 +101,8 @@ MeshInfo mesh_info(const Surface& surface, size_t degenerate) {
     for (const uint32_t v : t) used[v] = true;
   const auto vertices = static_cast<size_t>(std::count(used.begin(), used.end(), true));
   info.closed = info.open_edges == 0;
-  info.manifold = info.closed && info.overfull_edges == 0 && fan_count == vertices && degenerate == 0;
+  info.manifold =
+      info.closed && info.overfull_edges == 0 && fan_count == vertices && degenerate == 0;
   info.centroid_mm =
       middle + (info.closed && std::abs(info.volume_mm3) > 0 ? Vec3(by_volume / info.volume_mm3)
                 : info.area_mm2 > 0                          ? Vec3(by_area / info.area_mm2)

@@ -33,7 +33,8 @@ inline double distance_to_triangle(const Vec3& p, const Vec3& a, const Vec3& b, 
   const double vb = d5 * d2 - d1 * d6;
   if (vb <= 0 && d2 >= 0 && d6 <= 0) return (ap - d2 / (d2 - d6) * ac).norm();
   const double va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0) return (bp - (d4 - d3) / (d4 - d3 + d5 - d6) * (c - b)).norm();
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0)
+    return (bp - (d4 - d3) / (d4 - d3 + d5 - d6) * (c - b)).norm();
   return std::abs(n.dot(ap)) / n.norm();
 }
 

@@ -39,7 +39,8 @@ Mat3 rotation(const Vec3& rotation_vector) {
 Vec3 rotation_between(const Mat3& from, const Mat3& to) {
   const Mat3 r = to * from.transpose();
   Vec3 sine_axis = 0.5 * Vec3(r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1));
-  const double sine = std::sqrt(sine_axis.squaredNorm()), cosine = 0.5 * (r(0, 0) + r(1, 1) + r(2, 2) - 1);
+  const double sine = std::sqrt(sine_axis.squaredNorm()),
+               cosine = 0.5 * (r(0, 0) + r(1, 1) + r(2, 2) - 1);
   if (!(sine > 1e-9)) {
     if (cosine > 0) return sine_axis;  // tiny turns: the sine is the angle
     // Half a turn: R = 2 a a^T - 1.

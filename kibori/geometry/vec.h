@@ -33,8 +33,8 @@ struct Box {
   Vec3 centre() const { return 0.5 * (min + max); }
 };
 
-// Where a tool is: its tip (origin of the tool frame) and its frame; frame.col(2) points from the tip into
-// the body.
+// Where a tool is: its tip (origin of the tool frame) and its frame; frame.col(2) points from the
+// tip into the body.
 struct Pose {
   Vec3 tip = Vec3::Zero();
   Mat3 frame = Mat3::Identity();
@@ -43,12 +43,12 @@ struct Pose {
   Vec3 to_world(const Vec3& in_tool) const { return tip + frame * in_tool; }
 };
 
-// A frame whose third column is `axis` (any length > 0); the first is turned by roll_rad about it from a
-// fixed reference: the world x axis, or y where x is nearly parallel.
+// A frame whose third column is `axis` (any length > 0); the first is turned by roll_rad about it
+// from a fixed reference: the world x axis, or y where x is nearly parallel.
 Mat3 frame_from_axis(const Vec3& axis, double roll_rad = 0);
 
-// Rotation vector (direction = axis, length = angle [rad], shortest arc) that takes direction a to b, both
-// unit. For opposite directions it is zero: the caller refuses those.
+// Rotation vector (direction = axis, length = angle [rad], shortest arc) that takes direction a to
+// b, both unit. For opposite directions it is zero: the caller refuses those.
 Vec3 shortest_turn(const Vec3& from, const Vec3& to);
 
 // Rotation matrix of a rotation vector [rad] (Rodrigues).

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A force-feedback device as the servo loop sees it: pose and buttons in, wrench out. Errors are values; on
-// the servo path nothing allocates, locks or throws. One file a device, in kibori/devices.
+// A force-feedback device as the servo loop sees it: pose and buttons in, wrench out. Errors are
+// values; on the servo path nothing allocates, locks or throws. One file a device, in
+// kibori/devices.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +15,12 @@ namespace kibori {
 
 // What a device can do and bear. Limits it does not report are those of its data sheet.
 struct DeviceCapabilities {
-  std::string name;       // as a user knows it
-  int dof_in = 3;         // 3: position; 6: orientation too
-  int dof_out = 3;        // 0: none; 3: force; 5: moment but about the tool's axis; 6: force and moment
-  double force_n = 3;     // the largest force it may be asked for
-  double torque_nmm = 0;  // the largest moment
+  std::string name;  // as a user knows it
+  int dof_in = 3;    // 3: position; 6: orientation too
+  // 0: none; 3: force; 5: moment but about the tool's axis; 6: force and moment.
+  int dof_out = 3;
+  double force_n = 3;                // the largest force it may be asked for
+  double torque_nmm = 0;             // the largest moment
   double force_rate_n_s = 1000;      // how fast the force may change
   double torque_rate_nmm_s = 20000;  // how fast the moment may change
   double speed_mm_s = 1000;          // moving faster means that something is wrong
@@ -50,7 +52,8 @@ class Device {
   virtual ~Device() = default;
   virtual const DeviceCapabilities& capabilities() const = 0;
   virtual DeviceStatus read(DeviceReading& reading) = 0;
-  // Whether more readings are due in this tick: of a device that plays a path back and has fallen behind.
+  // Whether more readings are due in this tick: of a device that plays a path back and has fallen
+  // behind.
   virtual bool behind() const { return false; }
   // The wrench to give from now on: N and N mm about the grip, in the device's axes.
   virtual DeviceStatus write(const Wrench& wrench) = 0;

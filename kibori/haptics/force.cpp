@@ -4,8 +4,8 @@
 namespace kibori {
 namespace {
 
-// Every point resists with -per_point p/|p|; sum_r is the sum of the points' positions relative to the tip
-// [mm].
+// Every point resists with -per_point p/|p|; sum_r is the sum of the points' positions relative to
+// the tip [mm].
 Wrench paper(int dof, const RemovedPart& part, double kf, const Tick& tick, double pitch_mm,
              const Vec3& origin_mm) {
   const double length = std::sqrt(tick.travel.squaredNorm());
@@ -14,8 +14,9 @@ Wrench paper(int dof, const RemovedPart& part, double kf, const Tick& tick, doub
   const auto count = static_cast<double>(part.points);
   Vec3 sum_r;
   for (int i = 0; i < 3; i++)
-    sum_r[i] = (static_cast<double>(part.node_sum[static_cast<size_t>(i)]) + 0.5 * count) * pitch_mm +
-               count * (origin_mm[i] - tick.tip[i]);
+    sum_r[i] =
+        (static_cast<double>(part.node_sum[static_cast<size_t>(i)]) + 0.5 * count) * pitch_mm +
+        count * (origin_mm[i] - tick.tip[i]);
   const Vec3 lever = dof == 6 ? sum_r : Vec3(sum_r.dot(tick.axis) * tick.axis);
   return {-kf * count * direction, -kf * lever.cross(direction)};
 }
@@ -36,8 +37,8 @@ Wrench energy(int dof, const RemovedPart& part, double u, const Tick& tick, doub
   const double length = std::sqrt(tick.travel.squaredNorm());
   if (!(length > 0)) return {};
   const Vec3 direction = tick.travel / length;
-  // Fields weighted by the motion's direction cosines squared: rays along the motion carry no sampling
-  // ripple.
+  // Fields weighted by the motion's direction cosines squared: rays along the motion carry no
+  // sampling ripple.
   double volume = 0;
   Vec3 moment = Vec3::Zero();
   for (int i = 0; i < 3; i++) {
@@ -53,8 +54,8 @@ Wrench energy(int dof, const RemovedPart& part, double u, const Tick& tick, doub
 
 }  // namespace
 
-Wrench part_wrench(const ForceLaw& law, const RemovedPart& part, const Material& material, const Tick& tick,
-                   double pitch_mm, const Vec3& origin_mm) {
+Wrench part_wrench(const ForceLaw& law, const RemovedPart& part, const Material& material,
+                   const Tick& tick, double pitch_mm, const Vec3& origin_mm) {
   switch (law.model) {
     case ForceModel::paper:
       return paper(law.dof, part, material.kf, tick, pitch_mm, origin_mm);

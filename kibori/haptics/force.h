@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 // Force models: from what a motion removed to force and moment at the tool's tip. Units: N, N mm.
 //
-//   paper    F = -Kf K p/|p|          M = sum z_i x F_i            (the paper's eqs. 4 and 5, to the letter)
+//   paper    F = -Kf K p/|p|          M = sum z_i x F_i; the paper's eqs. 4 and 5, to the letter
 //   energy   F = -u dV/|p| p/|p|      M likewise; u [N/mm^2] the material's specific cutting energy
 //
-// p is the tip's displacement over the tick and e_z the tool's axis at its end. Five degrees of freedom (eq.
-// 5) keep only the lever along the tool; six keep the whole lever r_i x F_i.
+// p is the tip's displacement over the tick and e_z the tool's axis at its end. Five degrees of
+// freedom (eq. 5) keep only the lever along the tool; six keep the whole lever r_i x F_i.
 #pragma once
 
 #include <algorithm>
@@ -17,8 +17,8 @@
 
 namespace kibori {
 
-// series: what pushes the tool is felt, a spring between hand and tool (motion/spring_tool.h); energy and
-// paper: the laws above.
+// series: what pushes the tool is felt, a spring between hand and tool (motion/spring_tool.h);
+// energy and paper: the laws above.
 enum class ForceModel { series, energy, paper };
 constexpr Names<3> names_of(ForceModel) { return {"series", "energy", "paper"}; }
 
@@ -35,35 +35,37 @@ struct Tick {
   Vec3 turn = Vec3::Zero();    // rotation vector [rad]; zero when the tool only shifts
 };
 
-// Of the force of a cut, what the hand bears where a motor turns the tool: the motor gives the cutting speed,
-// the hand the feed, and feed forces of routers and burrs are of the order of a tenth of what a knife of the
-// same chip would need. More, and a ball burr in oak is harder to push than a carver can; less, and hard and
-// soft wood feel alike.
+// Of the force of a cut, what the hand bears where a motor turns the tool: the motor gives the
+// cutting speed, the hand the feed, and feed forces of routers and burrs are of the order of a
+// tenth of what a knife of the same chip would need. More, and a ball burr in oak is harder to push
+// than a carver can; less, and hard and soft wood feel alike.
 inline constexpr double kPoweredShare = 0.1;
 
 struct ForceLaw {
   // With `series` a tick has the wrench of `energy`, and the spring's pull stands in for it.
   ForceModel model = ForceModel::paper;
-  int dof = 5;            // 5 or 6
-  double hand_share = 1;  // model `energy`: of the cut's force, what the hand bears (see kPoweredShare)
+  int dof = 5;  // 5 or 6
+  // Model `energy`: of the cut's force, what the hand bears (see kPoweredShare).
+  double hand_share = 1;
 };
 
-// The wrench that `removed` causes. `removed` must have its moments about tick.tip (Motion::reference), and,
-// while turning, its element sums (Motion::turning). `material(i)` gives the properties of material i.
+// The wrench that `removed` causes. `removed` must have its moments about tick.tip
+// (Motion::reference), and, while turning, its element sums (Motion::turning). `material(i)` gives
+// the properties of material i.
 template <class Materials>
 Wrench wrench(const ForceLaw& law, const Removed& removed, const Tick& tick, double pitch_mm,
               const Vec3& origin_mm, const Materials& materials);
 
-// Material i of a list that is not empty; one that is not in it is as the last, so that no file of somebody's
-// can ask beyond it.
+// Material i of a list that is not empty; one that is not in it is as the last, so that no file of
+// somebody's can ask beyond it.
 template <class Materials>
 const auto& material_of(const Materials& materials, int i) {
   return materials[std::min(static_cast<size_t>(i), std::size(materials) - 1)];
 }
 
 // The part of one material: see wrench.
-Wrench part_wrench(const ForceLaw& law, const RemovedPart& part, const Material& material, const Tick& tick,
-                   double pitch_mm, const Vec3& origin_mm);
+Wrench part_wrench(const ForceLaw& law, const RemovedPart& part, const Material& material,
+                   const Tick& tick, double pitch_mm, const Vec3& origin_mm);
 
 template <class Materials>
 Wrench wrench(const ForceLaw& law, const Removed& removed, const Tick& tick, double pitch_mm,

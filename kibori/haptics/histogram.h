@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// How often which duration came up: bins a 32nd of an octave wide, so quantiles are true to 2 %. Fixed in
-// size; adding is a few instructions.
+// How often which duration came up: bins a 32nd of an octave wide, so quantiles are true to 2 %.
+// Fixed in size; adding is a few instructions.
 #pragma once
 
 #include <array>
@@ -27,7 +27,8 @@ class Histogram {
     uint64_t seen = 0;
     for (size_t i = 0; i < bins_.size(); i++) {
       seen += bins_[i];
-      if (seen > wanted || (seen == count_ && seen > 0)) return end_of(i) < most_ ? end_of(i) : most_;
+      if (seen > wanted || (seen == count_ && seen > 0))
+        return end_of(i) < most_ ? end_of(i) : most_;
     }
     return 0;
   }
@@ -43,7 +44,8 @@ class Histogram {
   // Values below kParts have a bin each; then kParts an octave.
   static size_t bin_of(uint64_t value) {
     if (value < kParts) return static_cast<size_t>(value);
-    const int octave = static_cast<int>(std::bit_width(value)) - 6;  // value >> octave is in [32, 64)
+    // value >> octave is in [32, 64).
+    const int octave = static_cast<int>(std::bit_width(value)) - 6;
     const auto bin = static_cast<size_t>(octave) * kParts + static_cast<size_t>(value >> octave);
     return bin < kBins ? bin : kBins - 1;
   }

@@ -4,19 +4,20 @@
 namespace kibori {
 
 // Sources.
-//  - Density of the woods: Forest Products Laboratory, Wood Handbook, FPL-GTR-282 (2021), table 5-3b
-//    (basswood, black walnut, white oak, balsa), and EN 350:2016 (lime, Scots pine).
-//  - Specific cutting energy u: E. Kivimaa, Cutting Force in Woodworking (Helsinki 1950), and P. Koch, Wood
-//    Machining Processes (1964): for chips of some tenths of a mm the main cutting force across the grain
-//    (90-90) is 10 ... 40 N for each mm^2 of chip in woods of 500 ... 700 kg/m^3, rises about in proportion
-//    to the density and falls by half along the grain (90-0). The values here are rounded from that; a single
-//    wood differs from them by a third.
-//  - Yield (the least force at which a carver's tool begins to cut): of the order of the edge's length (some
-//    mm) times what a sharp edge needs for each mm of it, 0.1 ... 0.2 N in these woods (Koch).
-//  - Wax, clay and foam: indentation and cutting tests of modelling materials scatter by an order of
-//    magnitude; these are values of the middle.
-// kf (force model `paper`, N for each point) has no counterpart in nature: the paper leaves it open. It is in
-// proportion to u.
+//  - Density of the woods: Forest Products Laboratory, Wood Handbook, FPL-GTR-282 (2021), table
+//    5-3b (basswood, black walnut, white oak, balsa), and EN 350:2016 (lime, Scots pine).
+//  - Specific cutting energy u: E. Kivimaa, Cutting Force in Woodworking (Helsinki 1950), and P.
+//    Koch, Wood Machining Processes (1964): for chips of some tenths of a mm the main cutting force
+//    across the grain (90-90) is 10 ... 40 N for each mm^2 of chip in woods of 500 ... 700 kg/m^3,
+//    rises about in proportion to the density and falls by half along the grain (90-0). The values
+//    here are rounded from that; a single wood differs from them by a third.
+//  - Yield (the least force at which a carver's tool begins to cut): of the order of the edge's
+//    length (some mm) times what a sharp edge needs for each mm of it, 0.1 ... 0.2 N in these woods
+//    (Koch).
+//  - Wax, clay and foam: indentation and cutting tests of modelling materials scatter by an order
+//    of magnitude; these are values of the middle.
+// kf (force model `paper`, N for each point) has no counterpart in nature: the paper leaves it
+// open. It is in proportion to u.
 const std::vector<Species>& known_species() {
   static const std::vector<Species> list = {
       {{"limewood", 0.0005, 11, 0.00002, 0.5, {214, 178, 130}}, 5.5, 530},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The materials that Kibori knows by name, with their physics: one table for scenes, documents and the
-// studio.
+// The materials that Kibori knows by name, with their physics: one table for scenes, documents and
+// the studio.
 #pragma once
 
 #include <string>
@@ -10,8 +10,8 @@
 
 namespace kibori {
 
-// A material and what its species is known for. Force models use `material`; its u is the one across the
-// grain, as nothing feels the grain's direction yet.
+// A material and what its species is known for. Force models use `material`; its u is the one
+// across the grain, as nothing feels the grain's direction yet.
 struct Species {
   Material material;
   double u_along_n_mm2;  // specific cutting energy along the grain; of what has none, as across

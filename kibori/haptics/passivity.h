@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Watches the energy that passes between hand and program, and can put a capped damping against what the
-// program makes of its own (Hannaford and Ryu 2002).
+// Watches the energy that passes between hand and program, and can put a capped damping against
+// what the program makes of its own (Hannaford and Ryu 2002).
 #pragma once
 
 #include <algorithm>
@@ -12,8 +12,8 @@ namespace kibori {
 
 class PassivityObserver {
  public:
-  // cap_ns_mm: the most damping the controller may add; 0: it only watches. It is part of the viscosity that
-  // check_stability counts.
+  // cap_ns_mm: the most damping the controller may add; 0: it only watches. It is part of the
+  // viscosity that check_stability counts.
   explicit PassivityObserver(double cap_ns_mm = 0) : cap_ns_mm_(cap_ns_mm) {}
 
   // The device moved to `position` under the force of the tick before; `wanted` comes out with the

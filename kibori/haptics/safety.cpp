@@ -34,9 +34,11 @@ std::string trip_text(Trip trip) {
     case Trip::none:
       return "no trip";
     case Trip::command_stale:
-      return "forces were off because none had been computed for 20 ms; arm again when the program keeps up";
+      return "forces were off because none had been computed for 20 ms; arm again when the program "
+             "keeps up";
     case Trip::over_speed:
-      return "forces were off because the device moved faster than its limit; hold it still and arm again";
+      return "forces were off because the device moved faster than its limit; hold it still and "
+             "arm again";
     case Trip::device_failed:
       return "forces were off because the device reported an error";
     case Trip::device_unplugged:
@@ -88,7 +90,8 @@ Wrench SafetyStage::pass(const SafetyInput& input) {
   if (!(length(input.velocity_mm_s) <= speed_mm_s_)) return latch(Trip::over_speed);
 
   if (state_ == State::waiting) {
-    if (force > kArmShare * force_n_ || (torque_nmm_ > 0 && torque > kArmShare * torque_nmm_)) return {};
+    if (force > kArmShare * force_n_ || (torque_nmm_ > 0 && torque > kArmShare * torque_nmm_))
+      return {};
     state_ = State::on;
   }
   if (input.command_age_s > kStaleS)
@@ -108,17 +111,19 @@ Status check_stability(const Rendering& r, const DeviceCapabilities& device) {
   const double left = device.damping_ns_mm - std::abs(r.viscosity_ns_mm);
   char text[400];
   if (left > 0)
+    std::snprintf(text, sizeof text,
+                  "stiffness %.4g N/mm at %.4g Hz with viscosity %.4g N s/mm needs %.4g N s/mm of "
+                  "damping and "
+                  "%s brings %.4g; lower the stiffness to %.4g N/mm or raise the rate to %.4g Hz",
+                  r.stiffness_n_mm, 1 / r.tick_s, r.viscosity_ns_mm, used, device.name.c_str(),
+                  device.damping_ns_mm, std::floor(left / half * 1000) / 1000,
+                  std::ceil(r.stiffness_n_mm / (2 * left)));
+  else
     std::snprintf(
         text, sizeof text,
-        "stiffness %.4g N/mm at %.4g Hz with viscosity %.4g N s/mm needs %.4g N s/mm of damping and "
-        "%s brings %.4g; lower the stiffness to %.4g N/mm or raise the rate to %.4g Hz",
-        r.stiffness_n_mm, 1 / r.tick_s, r.viscosity_ns_mm, used, device.name.c_str(), device.damping_ns_mm,
-        std::floor(left / half * 1000) / 1000, std::ceil(r.stiffness_n_mm / (2 * left)));
-  else
-    std::snprintf(text, sizeof text,
-                  "viscosity %.4g N s/mm alone is more than the %.4g N s/mm of damping that %s brings; lower "
-                  "the viscosity",
-                  r.viscosity_ns_mm, device.damping_ns_mm, device.name.c_str());
+        "viscosity %.4g N s/mm alone is more than the %.4g N s/mm of damping that %s brings; lower "
+        "the viscosity",
+        r.viscosity_ns_mm, device.damping_ns_mm, device.name.c_str());
   return Error{text};
 }
 

@@ -4,7 +4,8 @@
 //        arm()          wanted force small         1 s
 //   off ──────▶ waiting ──────────────────▶ ramp up ─────▶ full
 //    ▲             command older than 2 ms: down to nothing within 5 ms, up again when it is fresh
-//    └── latched: older than 20 ms, too fast, device error, unplugged, not a number   (nothing at once)
+//    └── latched: older than 20 ms, too fast, device error, unplugged, not a number (nothing at
+//    once)
 //
 // Off until armed, and again after every trip, with the reason kept.
 #pragma once
@@ -23,7 +24,14 @@ inline constexpr double kFadeS = 0.005;    // a stale command's force has faded 
 inline constexpr double kDeadS = 0.020;    // a command older than this switches the device off
 inline constexpr double kArmShare = 0.05;  // of the device's limits: what counts as small
 
-enum class Trip : uint8_t { none, command_stale, over_speed, device_failed, device_unplugged, not_finite };
+enum class Trip : uint8_t {
+  none,
+  command_stale,
+  over_speed,
+  device_failed,
+  device_unplugged,
+  not_finite
+};
 // One sentence for a user.
 std::string trip_text(Trip trip);
 
@@ -44,8 +52,8 @@ class SafetyStage {
   void arm();
   // Nothing at once, without a reason.
   void disarm();
-  // One tick. What comes out is within the device's force, moment and rate limits; going to nothing is never
-  // held back. Neither allocates nor fails.
+  // One tick. What comes out is within the device's force, moment and rate limits; going to nothing
+  // is never held back. Neither allocates nor fails.
   Wrench pass(const SafetyInput& input);
 
   State state() const { return state_; }
@@ -68,8 +76,8 @@ struct Rendering {
   double viscosity_ns_mm = 0;  // B: all viscosity that is rendered
   double tick_s = 0.001;       // T
 };
-// Ok if k T/2 + |B| is within the device's own damping (Colgate and Schenkel 1997); else one sentence saying
-// what to change, and to what.
+// Ok if k T/2 + |B| is within the device's own damping (Colgate and Schenkel 1997); else one
+// sentence saying what to change, and to what.
 Status check_stability(const Rendering& rendering, const DeviceCapabilities& device);
 
 }  // namespace kibori

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// The loop that keeps time: wakes at every period of an absolute clock, runs one tick, and keeps statistics.
-// It sleeps between ticks and never spins: a busy real-time thread is throttled by the system.
+// The loop that keeps time: wakes at every period of an absolute clock, runs one tick, and keeps
+// statistics. It sleeps between ticks and never spins: a busy real-time thread is throttled by the
+// system.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +20,8 @@ struct ServoStatistics {
   double seconds = 0;
 };
 
-// Asks for SCHED_FIFO and locked memory for the calling thread and says in one sentence what was permitted.
+// Asks for SCHED_FIFO and locked memory for the calling thread and says in one sentence what was
+// permitted.
 std::string enter_real_time();
 
 // The time between ticks [ns] of a rate; rates are 1 ... 4000 Hz.
@@ -29,8 +31,8 @@ int64_t period_of(double rate_hz);
 class ServoClock {
  public:
   explicit ServoClock(double rate_hz);
-  // Sleeps until the next tick is due, skipping those that are past; returns the seconds since the last one
-  // began (0 the first time).
+  // Sleeps until the next tick is due, skipping those that are past; returns the seconds since the
+  // last one began (0 the first time).
   double wait();
   void done();
   const ServoStatistics& statistics() const { return statistics_; }

@@ -8,13 +8,13 @@ namespace kibori {
 
 class Workspace {
  public:
-  // The device's centre stands at centre_mm; a mm there is `scale` mm here. clutch_button: 0 is the first;
-  // negative: none.
+  // The device's centre stands at centre_mm; a mm there is `scale` mm here. clutch_button: 0 is the
+  // first; negative: none.
   explicit Workspace(const Vec3& centre_mm = Vec3::Zero(), double scale = 1, int clutch_button = -1)
       : centre_mm_(centre_mm), scale_(scale), clutch_button_(clutch_button) {}
 
-  // Where the tool is wanted. While the clutch is held it stays where it was, and goes on from there
-  // afterwards; it turns with the hand all the time.
+  // Where the tool is wanted. While the clutch is held it stays where it was, and goes on from
+  // there afterwards; it turns with the hand all the time.
   Pose pose_of(const DeviceReading& reading) {
     const Vec3 there = centre_mm_ + scale_ * reading.position_mm;
     clutched_ = clutch_button_ >= 0 && ((reading.buttons >> clutch_button_) & 1);

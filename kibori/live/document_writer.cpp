@@ -27,7 +27,8 @@ void DocumentWriter::start() {
       if (request_)
         was_asked_.wait_for(lock, std::chrono::milliseconds(1));
       else
-        was_asked_.wait_for(lock, std::chrono::milliseconds(20), [this] { return !requests_.empty(); });
+        was_asked_.wait_for(lock, std::chrono::milliseconds(20),
+                            [this] { return !requests_.empty(); });
     }
   });
 }
@@ -100,8 +101,8 @@ Status DocumentWriter::take(const Item& item) {
   switch (item.event.kind) {
     case StrokeLog::Kind::begin: {
       const StrokeLog::Begin& b = *item.begin;
-      return document_->begin({b.tool, b.mode, b.material, *b.materials, b.force, b.rate_hz, b.symmetry},
-                              b.start);
+      return document_->begin(
+          {b.tool, b.mode, b.material, *b.materials, b.force, b.rate_hz, b.symmetry}, b.start);
     }
     case StrokeLog::Kind::tick:
       document_->add(item.event.tick, forces_ ? &item.event.felt : nullptr);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-// Two threads that write a hand's strokes into a document while it carves, and go back and forth in its
-// history.
+// Two threads that write a hand's strokes into a document while it carves, and go back and forth in
+// its history.
 //
 //   hand:    tick, tick, end ──► log ──► Document ──► file
 //   anyone:  undo() ──► fence between two ticks ──► log: all before it is written
-//                       state of the step before ──► restored between two ticks ──► log: the document is
-//                       there
+//            state of the step before ──► restored between two ticks ──► log: the document is there
 #pragma once
 
 #include <atomic>
@@ -25,33 +24,34 @@ namespace kibori {
 
 class DocumentWriter {
  public:
-  // `live` must log (LiveSettings::log) and stand at the document's head; it must outlive the document
-  // writer. Made before live.start(), as it reads the model. `forces`: what was felt is kept, too, tick by
-  // tick.
+  // `live` must log (LiveSettings::log) and stand at the document's head; it must outlive the
+  // document writer. Made before live.start(), as it reads the model. `forces`: what was felt is
+  // kept, too, tick by tick.
   DocumentWriter(LiveCarving& live, std::unique_ptr<Document> document, bool forces = false);
   ~DocumentWriter() { stop(); }
 
-  // One thread writes every 20 ms (every 1 ms during a request); another empties the log, so that nothing is
-  // lost while writing takes long. stop() writes the rest; call LiveCarving::stop() first. start(), stop()
-  // and write() are for the owner's thread.
+  // One thread writes every 20 ms (every 1 ms during a request); another empties the log, so that
+  // nothing is lost while writing takes long. stop() writes the rest; call LiveCarving::stop()
+  // first. start(), stop() and write() are for the owner's thread.
   void start();
   void stop();
   // Without a thread: writes what there is.
   void write();
 
-  // History. A stroke that is being made is finished first; what can't be done is told by notice(). Any
-  // thread. (LiveCarving::cancel_stroke() leaves a stroke off.)
+  // History. A stroke that is being made is finished first; what can't be done is told by notice().
+  // Any thread. (LiveCarving::cancel_stroke() leaves a stroke off.)
   void undo() { ask(Kind::undo, 0); }
   void redo() { ask(Kind::redo, 0); }
   void go(StepId step) { ask(Kind::go, step); }
   // Whether all that was asked for is done. Any thread.
   bool idle() const { return asked_.load() == answered_.load(); }
 
-  // Calls f between two writes, on the document writer's thread: versions, copies, another place. Any thread.
+  // Calls f between two writes, on the document writer's thread: versions, copies, another place.
+  // Any thread.
   void with(std::function<void(Document&)> f);
 
-  // Why the file holds only the beginning: a full disk, a log that ran over; empty if all is well. The
-  // session goes on, and but for the log the document has all of it in memory. Any thread.
+  // Why the file holds only the beginning: a full disk, a log that ran over; empty if all is well.
+  // The session goes on, and but for the log the document has all of it in memory. Any thread.
   std::string trouble() const;
   // Why the last request failed; empty if none did. Reading clears it. Any thread.
   std::string notice();

@@ -16,22 +16,24 @@ Result<std::unique_ptr<LiveCarving>> LiveCarving::make(std::unique_ptr<TriDexel>
   if (!(settings.force_scale > 0) || !std::isfinite(settings.force_scale))
     return Error{"the force's scale must be positive"};
   if (const Status fits = check_tool(settings.tool); !fits) return Error{fits.error()};
-  if (const Status fits = check_symmetry(settings.symmetry, settings.tool); !fits) return Error{fits.error()};
+  if (const Status fits = check_symmetry(settings.symmetry, settings.tool); !fits)
+    return Error{fits.error()};
   if (settings.materials.empty() || settings.materials.size() > kMaxMaterials)
     return Error{"there must be 1 to 64 materials"};
   const SeriesSpring& spring = settings.spring;
   if (!(spring.stiffness_n_mm > 0) || !std::isfinite(spring.stiffness_n_mm) ||
-      !(spring.torsion_nmm_rad >= 0) || !std::isfinite(spring.torsion_nmm_rad) || !(spring.friction >= 0) ||
-      !std::isfinite(spring.friction))
+      !(spring.torsion_nmm_rad >= 0) || !std::isfinite(spring.torsion_nmm_rad) ||
+      !(spring.friction >= 0) || !std::isfinite(spring.friction))
     return Error{"the spring's stiffness must be positive, its torsion and friction zero or more"};
   if (settings.model == ForceModel::series) {
     const double felt = spring.stiffness_n_mm * settings.workspace.scale() * settings.force_scale;
-    const Status stable =
-        check_stability({felt, settings.passivity_ns_mm, 1 / settings.rate_hz}, device->capabilities());
+    const Status stable = check_stability({felt, settings.passivity_ns_mm, 1 / settings.rate_hz},
+                                          device->capabilities());
     if (!stable) return Error{stable.error()};
   }
   model->reserve(ServoContext::kReadyTiles);
-  return std::unique_ptr<LiveCarving>(new LiveCarving(std::move(model), std::move(device), settings));
+  return std::unique_ptr<LiveCarving>(
+      new LiveCarving(std::move(model), std::move(device), settings));
 }
 
 LiveCarving::~LiveCarving() {

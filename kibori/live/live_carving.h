@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
 // Carving by hand: device, tool, model and safety stage in one tick, and the thread that runs it.
 //
-//   servo thread:   device.read ─► workspace ─► series tool (cut) ─► passivity ─► safety ─► device.write
-//                                                     │
-//   other threads:  post(command) ─► between ticks    └─► snapshot ─► latest()
+//   servo thread:   read ─► workspace ─► spring tool (cut) ─► passivity ─► safety ─► write
+//                                              │
+//   other threads:  post(command) ─► between ticks ─► snapshot ─► latest()
 //
-// The servo thread owns the model and all else that a ServoContext holds. A tick neither allocates, locks,
-// faults nor throws; commands are run between ticks and freed elsewhere.
+// The servo thread owns the model and all else that a ServoContext holds. A tick neither allocates,
+// locks, faults nor throws; commands are run between ticks and freed elsewhere.
 #pragma once
 
 #include <atomic>
@@ -32,8 +32,8 @@ class LiveCarving {
   ~LiveCarving();
 
   // Starts the servo thread, which owns the model until stop(), and arms the safety stage if
-  // LiveSettings::armed. In between others may call only post(), latest(), next_tick() and cancel_stroke(),
-  // and one thread reads log().
+  // LiveSettings::armed. In between others may call only post(), latest(), next_tick() and
+  // cancel_stroke(), and one thread reads log().
   void start();
   void stop();
   // Without a thread: one tick, `elapsed_s` after the last.
@@ -44,19 +44,20 @@ class LiveCarving {
   // The newest snapshot, if there is one that was not taken yet. Always the same thread.
   bool latest(Snapshot& snapshot) { return snapshots_.take(snapshot); }
 
-  // Every tick in order, where LiveSettings::watched; those of whoever falls behind by two seconds are left
-  // out. Always the same thread.
+  // Every tick in order, where LiveSettings::watched; those of whoever falls behind by two seconds
+  // are left out. Always the same thread.
   bool next_tick(LiveTick& tick) { return context_.watched_ && context_.watched_->pop(tick); }
 
-  // What the servo thread owns, while it does not run: before start() and after stop(), which is checked.
-  // While it runs, commands get it.
+  // What the servo thread owns, while it does not run: before start() and after stop(), which is
+  // checked. While it runs, commands get it.
   ServoContext& context();
 
   // Discards the stroke that is being made, at the next tick, if strokes are logged. Any thread.
   void cancel_stroke() { cancel_.store(true, std::memory_order_relaxed); }
 
-  // Strokes as they are made: one begins when the tool first cuts or fills, and ends when it has not for
-  // LiveSettings::idle_s, jumps, or a command comes. One thread reads it: the DocumentWriter's.
+  // Strokes as they are made: one begins when the tool first cuts or fills, and ends when it has
+  // not for LiveSettings::idle_s, jumps, or a command comes. One thread reads it: the
+  // DocumentWriter's.
   StrokeLog& log() { return context_.log_; }
   // After stop().
   const ServoStatistics& statistics() const { return statistics_; }
@@ -65,7 +66,8 @@ class LiveCarving {
 
  private:
   using Command = std::function<void(ServoContext&)>;
-  LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device> device, const LiveSettings& settings)
+  LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device> device,
+              const LiveSettings& settings)
       : context_(std::move(model), std::move(device), settings) {}
   void run_command();
 

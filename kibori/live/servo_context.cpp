@@ -10,8 +10,8 @@ namespace {
 
 // Substeps of one tick's motion: a hand takes one or two, and each costs as much as a tick.
 constexpr double kMaxSubsteps = 64;
-// Readings of a device that has fallen behind, at most, beside the tick's own: so a path that lies back is
-// followed nine times as fast as it was made, and a tick stays short.
+// Readings of a device that has fallen behind, at most, beside the tick's own: so a path that lies
+// back is followed nine times as fast as it was made, and a tick stays short.
 constexpr int kMaxReadings = 8;
 
 }  // namespace
@@ -38,18 +38,20 @@ ServoContext::ServoContext(std::unique_ptr<TriDexel> model, std::unique_ptr<Devi
 
 void ServoContext::set_stiffness(double n_mm) {
   const double felt = n_mm * settings_.workspace.scale() * settings_.force_scale;
-  if (!(n_mm > 0) ||
-      !check_stability({felt, settings_.passivity_ns_mm, 1 / settings_.rate_hz}, device_->capabilities()))
+  if (!(n_mm > 0) || !check_stability({felt, settings_.passivity_ns_mm, 1 / settings_.rate_hz},
+                                      device_->capabilities()))
     return;
   settings_.spring.stiffness_n_mm = n_mm;
   series_.set_spring(settings_.spring);
   device_->expect_stiffness(felt);
 }
 
-void ServoContext::set_hand(double stiffness_n_mm, double strength_n, double hand_share, double force_scale) {
+void ServoContext::set_hand(double stiffness_n_mm, double strength_n, double hand_share,
+                            double force_scale) {
   const double felt = stiffness_n_mm * settings_.workspace.scale() * force_scale;
   if (!(stiffness_n_mm > 0) ||
-      !check_stability({felt, settings_.passivity_ns_mm, 1 / settings_.rate_hz}, device_->capabilities()))
+      !check_stability({felt, settings_.passivity_ns_mm, 1 / settings_.rate_hz},
+                       device_->capabilities()))
     return;
   settings_.spring.stiffness_n_mm = stiffness_n_mm;
   settings_.spring.strength_n = strength_n;
@@ -92,7 +94,8 @@ void ServoContext::set_symmetry(const Symmetry& symmetry) {
 }
 
 ForceLaw ServoContext::law() const {
-  return {settings_.model, device_->capabilities().dof_out == 6 ? 6 : 5, settings_.spring.hand_share};
+  return {settings_.model, device_->capabilities().dof_out == 6 ? 6 : 5,
+          settings_.spring.hand_share};
 }
 
 // Where the tool was before the tick, and what it did. Strokes begin with an edit.
@@ -122,7 +125,8 @@ void ServoContext::log_tick(const Pose& before, const StrokeTick& tick, const Wr
 void ServoContext::finish_stroke() {
   if (!std::exchange(in_stroke_, false)) return;
   if (settings_.log)
-    log_.end({model_->snapshot(), std::move(before_stroke_), model_->material_bounds(), stroke_removed_mm3_});
+    log_.end({model_->snapshot(), std::move(before_stroke_), model_->material_bounds(),
+              stroke_removed_mm3_});
 }
 
 void ServoContext::discard_stroke() {
@@ -147,14 +151,16 @@ LiveTick ServoContext::advance(DeviceStatus& status) {
   Pose wanted = series_.pose();
   if (status == DeviceStatus::ok || (status == DeviceStatus::stale && placed_))
     wanted = settings_.workspace.pose_of(reading_);
-  // Where the hand was not seen for a while, or is not seen yet, there is no way that the tool could have
-  // gone.
+  // Where the hand was not seen for a while, or is not seen yet, there is no way that the tool
+  // could have gone.
   if (status == DeviceStatus::stale && reading_.age_s > kDeadS) placed_ = false;
   const double jump = kDeadS * device_->capabilities().speed_mm_s * settings_.workspace.scale();
   // The hand's own motion: how far the tool hangs behind it is no jump.
-  const ToolMotion moved{wanted_, wanted.tip - wanted_.tip, rotation_between(wanted_.frame, wanted.frame)};
-  const bool jumped = placed_ && !(moved.travel_mm.norm() <= jump &&
-                                   pieces_needed(settings_.tool, moved, model_->lattice()) <= kMaxSubsteps);
+  const ToolMotion moved{wanted_, wanted.tip - wanted_.tip,
+                         rotation_between(wanted_.frame, wanted.frame)};
+  const bool jumped =
+      placed_ && !(moved.travel_mm.norm() <= jump &&
+                   pieces_needed(settings_.tool, moved, model_->lattice()) <= kMaxSubsteps);
   if (status == DeviceStatus::ok && (!placed_ || jumped)) {
     totals_.jumps += jumped;
     placed_ = true;
@@ -172,15 +178,15 @@ LiveTick ServoContext::advance(DeviceStatus& status) {
   }
   if (settings_.model == ForceModel::series) {
     const Pose before = series_.pose();
-    const auto felt = series_.advance(settings_.tool, wanted, mode, settings_.materials, settings_.material,
-                                      std::exchange(strike_nmm_, 0.0));
+    const auto felt = series_.advance(settings_.tool, wanted, mode, settings_.materials,
+                                      settings_.material, std::exchange(strike_nmm_, 0.0));
     if (felt) {
       const ToolTick& f = felt.value();
       result = {f.pose, f.wrench, {}, f.removed_mm3, f.touching, f.cutting, f.inside};
-      log_tick(
-          before,
-          {f.pose.tip, f.motion.turn, f.edited, f.stretch_mm, rotation_between(f.pose.frame, wanted.frame)},
-          f.wrench, f.removed_mm3);
+      log_tick(before,
+               {f.pose.tip, f.motion.turn, f.edited, f.stretch_mm,
+                rotation_between(f.pose.frame, wanted.frame)},
+               f.wrench, f.removed_mm3);
     } else {
       series_.place(wanted);
       finish_stroke();
@@ -188,14 +194,15 @@ LiveTick ServoContext::advance(DeviceStatus& status) {
   } else {
     const Pose before = stroke_.pose();
     const Vec3 turn = rotation_between(before.frame, wanted.frame);
-    const auto felt = stroke_.advance(settings_.tool, wanted.tip, turn, mode, law(), settings_.materials,
-                                      settings_.material);
+    const auto felt = stroke_.advance(settings_.tool, wanted.tip, turn, mode, law(),
+                                      settings_.materials, settings_.material);
     if (felt) {
       const ToolTick& r = felt.value();
       const bool edits = mode == Mode::cut || mode == Mode::deposit;
       const double removed_mm3 = edits ? r.removed_mm3 : 0;  // what is only felt is still there
       result = {stroke_.pose(), r.wrench, {}, removed_mm3, r.points > 0, removed_mm3 > 0, false};
-      log_tick(before, {wanted.tip, turn, edits, Vec3::Zero(), Vec3::Zero()}, r.wrench, removed_mm3);
+      log_tick(before, {wanted.tip, turn, edits, Vec3::Zero(), Vec3::Zero()}, r.wrench,
+               removed_mm3);
     } else {
       stroke_.place(wanted);
       finish_stroke();
@@ -205,8 +212,10 @@ LiveTick ServoContext::advance(DeviceStatus& status) {
 }
 
 void ServoContext::note(const LiveTick& tick) {
-  (tick.removed_mm3 < 0 ? totals_.deposited_mm3 : totals_.removed_mm3) += std::abs(tick.removed_mm3);
-  totals_.max_computed_n = std::max(totals_.max_computed_n, std::sqrt(tick.computed.force.squaredNorm()));
+  (tick.removed_mm3 < 0 ? totals_.deposited_mm3 : totals_.removed_mm3) +=
+      std::abs(tick.removed_mm3);
+  totals_.max_computed_n =
+      std::max(totals_.max_computed_n, std::sqrt(tick.computed.force.squaredNorm()));
   totals_.max_given_n = std::max(totals_.max_given_n, std::sqrt(tick.given.force.squaredNorm()));
   totals_.cutting_ticks += tick.cutting;
   if (watched_) watched_->push(tick);
@@ -224,11 +233,11 @@ LiveTick ServoContext::tick(double elapsed_s) {
   result.computed.moment *= settings_.force_scale;
   result.computed.force = passivity_.tick(reading_.position_mm, result.computed.force, tick_s);
 
-  // What is computed now is fresh, however late; but a loop that stood still for longer than a command may be
-  // old does not go on as if nothing had been.
+  // What is computed now is fresh, however late; but a loop that stood still for longer than a
+  // command may be old does not go on as if nothing had been.
   const double stood_still = elapsed_s > kDeadS ? elapsed_s : 0;
-  result.given =
-      safety_.pass({result.computed, std::max(reading_.age_s, stood_still), status, reading_.velocity_mm_s});
+  result.given = safety_.pass(
+      {result.computed, std::max(reading_.age_s, stood_still), status, reading_.velocity_mm_s});
   const DeviceStatus written = device_->write(result.given);
   if (written == DeviceStatus::unplugged || written == DeviceStatus::failed)
     safety_.pass({{}, 0, written, Vec3::Zero()});

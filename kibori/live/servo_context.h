@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// What the servo thread owns, and what a command may do with it between two ticks: model, tool, device,
-// spring, safety stage and the stroke that is being made. LiveCarving gives it to the commands that others
-// post, and to its owner while no thread runs; so whoever holds one may call everything here.
+// What the servo thread owns, and what a command may do with it between two ticks: model, tool,
+// device, spring, safety stage and the stroke that is being made. LiveCarving gives it to the
+// commands that others post, and to its owner while no thread runs; so whoever holds one may call
+// everything here.
 #pragma once
 
 #include <memory>
@@ -54,14 +55,15 @@ struct LiveTotals {
   double removed_mm3 = 0, deposited_mm3 = 0;
   double max_computed_n = 0, max_given_n = 0;
   uint64_t cutting_ticks = 0;
-  uint64_t jumps = 0;      // ticks in which the device moved farther than a hand can; the tool was put there
+  // Ticks in which the device moved farther than a hand can; the tool was put there.
+  uint64_t jumps = 0;
   Trip trip = Trip::none;  // the first
 };
 
 class ServoContext {
  public:
-  // Tiles per field that may be edited between two refills without asking the system for memory. Callers that
-  // keep snapshots must refill (Snapshot::keep_ready).
+  // Tiles per field that may be edited between two refills without asking the system for memory.
+  // Callers that keep snapshots must refill (Snapshot::keep_ready).
   static constexpr int kReadyTiles = 1024;
 
   TriDexel& model() { return *model_; }
@@ -71,8 +73,8 @@ class ServoContext {
   LiveSettings& settings() { return settings_; }
   // The spring's stiffness [N/mm]; where the device could not bear it, nothing changes.
   void set_stiffness(double n_mm);
-  // The hand's strength [N] and stiffness, and the share of the cut's force that it bears; a device is given
-  // the pull times `force_scale`. Where it could not bear that, nothing changes.
+  // The hand's strength [N] and stiffness, and the share of the cut's force that it bears; a device
+  // is given the pull times `force_scale`. Where it could not bear that, nothing changes.
   void set_hand(double stiffness_n_mm, double strength_n, double hand_share, double force_scale);
   // From the next stroke on; check_symmetry has passed.
   void set_symmetry(const Symmetry& symmetry);
@@ -80,11 +82,11 @@ class ServoContext {
   void place_again() { placed_ = false; }
   // The model was changed from outside.
   void model_changed() { series_.disengage(); }
-  // Another tool from now on. Where it stands in material it backs out along its axis, and comes in again
-  // from there; where it can't, it waits to be pulled out.
+  // Another tool from now on. Where it stands in material it backs out along its axis, and comes in
+  // again from there; where it can't, it waits to be pulled out.
   void change_tool(const Tool& tool);
-  // The tool is at `pose`, or backed out from there along its axis until it is clear of material, and works
-  // from now on. Gives where it is; nothing where it can't be clear: it then waits there.
+  // The tool is at `pose`, or backed out from there along its axis until it is clear of material,
+  // and works from now on. Gives where it is; nothing where it can't be clear: it then waits there.
   std::optional<Pose> place_clear(const Pose& pose);
   // The same, without looking whether it is clear: where material is put down.
   void place_at(const Pose& pose);
@@ -100,7 +102,8 @@ class ServoContext {
   friend class LiveCarving;
   using Watched = SmallQueue<LiveTick, 8192>;
   // `settings` have passed LiveCarving::make.
-  ServoContext(std::unique_ptr<TriDexel> model, std::unique_ptr<Device> device, const LiveSettings& settings);
+  ServoContext(std::unique_ptr<TriDexel> model, std::unique_ptr<Device> device,
+               const LiveSettings& settings);
   ServoContext(const ServoContext&) = delete;
 
   // One tick, `elapsed_s` after the last.

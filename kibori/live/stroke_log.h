@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// From the servo thread to the document writer: strokes as they are made, without a lock. If the reader falls
-// behind by eight seconds, the log is lost from there on, and says so.
+// From the servo thread to the document writer: strokes as they are made, without a lock. If the
+// reader falls behind by eight seconds, the log is lost from there on, and says so.
 #pragma once
 
 #include <atomic>
@@ -31,8 +31,8 @@ class StrokeLog {
     LatticeBox bounds;  // of the material
     double removed_mm3 = 0;
   };
-  // cancel: the stroke is as if it had not been. fence: all before it was done before it was asked for.
-  // moved: the model is now that of another step.
+  // cancel: the stroke is as if it had not been. fence: all before it was done before it was asked
+  // for. moved: the model is now that of another step.
   enum class Kind : uint8_t { begin, tick, end, cancel, fence, moved };
   struct Event {
     Kind kind = Kind::tick;

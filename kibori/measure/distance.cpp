@@ -19,7 +19,8 @@ Vec3 at(const Surface& surface, uint32_t v) {
   return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
 }
 
-// Points spread evenly over the area: triangles in order, a low-discrepancy pair for the place in each.
+// Points spread evenly over the area: triangles in order, a low-discrepancy pair for the place in
+// each.
 std::vector<Vec3> spread(const Surface& surface, int64_t samples) {
   double area = 0;
   const auto area_of = [&](const SurfaceTriangle& t) {
@@ -35,7 +36,8 @@ std::vector<Vec3> spread(const Surface& surface, int64_t samples) {
     passed += area_of(t);
     for (; next < passed; next += each) {
       const auto i = static_cast<double>(points.size());
-      double u = std::fmod(0.5 + i * 0.7548776662466927, 1), v = std::fmod(0.5 + i * 0.5698402909980532, 1);
+      double u = std::fmod(0.5 + i * 0.7548776662466927, 1),
+             v = std::fmod(0.5 + i * 0.5698402909980532, 1);
       if (u + v > 1) u = 1 - u, v = 1 - v;
       const Vec3 a = at(surface, t[0]);
       points.push_back(a + u * (at(surface, t[1]) - a) + v * (at(surface, t[2]) - a));
@@ -106,21 +108,22 @@ double DistanceTree::distance(const Vec3& p) const {
       [](RTCPointQueryFunctionArguments* arguments) {
         auto& found = *static_cast<Search*>(arguments->userPtr);
         const SurfaceTriangle& t = found.surface.triangles[arguments->primID];
-        const double d = distance_to_triangle(found.point, at(found.surface, t[0]), at(found.surface, t[1]),
-                                              at(found.surface, t[2]));
+        const double d = distance_to_triangle(found.point, at(found.surface, t[0]),
+                                              at(found.surface, t[1]), at(found.surface, t[2]));
         if (!(d < found.min)) return false;
         found.min = d;
         // A little more than it is, as the point was rounded for the tree.
-        arguments->query->radius = static_cast<float>(d) * 1.0001f + 1e-6f * std::abs(arguments->query->x) +
-                                   1e-6f * std::abs(arguments->query->y) +
-                                   1e-6f * std::abs(arguments->query->z);
+        arguments->query->radius =
+            static_cast<float>(d) * 1.0001f + 1e-6f * std::abs(arguments->query->x) +
+            1e-6f * std::abs(arguments->query->y) + 1e-6f * std::abs(arguments->query->z);
         return true;
       },
       &search);
   return search.min;
 }
 
-Result<Distance> distance_from_to(const Surface& from, const Surface& to, int64_t samples, int threads) {
+Result<Distance> distance_from_to(const Surface& from, const Surface& to, int64_t samples,
+                                  int threads) {
   if (from.triangles.empty() || to.triangles.empty())
     return Error{"there is no surface to measure from or to"};
   const DistanceTree tree(to);
@@ -157,9 +160,12 @@ Result<Distance> distance_from_to(const Surface& from, const Surface& to, int64_
 }
 
 double TwoSided::max() const { return std::max(there.max, back.max); }
-double TwoSided::rms() const { return std::sqrt((there.rms * there.rms + back.rms * back.rms) / 2); }
+double TwoSided::rms() const {
+  return std::sqrt((there.rms * there.rms + back.rms * back.rms) / 2);
+}
 
-Result<TwoSided> two_sided_distance(const Surface& a, const Surface& b, int64_t samples, int threads) {
+Result<TwoSided> two_sided_distance(const Surface& a, const Surface& b, int64_t samples,
+                                    int threads) {
   const Result<Distance> there = distance_from_to(a, b, samples, threads);
   if (!there) return Error{there.error()};
   const Result<Distance> back = distance_from_to(b, a, samples, threads);

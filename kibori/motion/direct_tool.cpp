@@ -12,7 +12,8 @@ constexpr double kMaxTurn = 63;  // [rad] in one tick
 
 }  // namespace
 
-void DirectTool::touch(const Tool& tool, const ToolMotion& motion, int substeps, const EditOptions& options) {
+void DirectTool::touch(const Tool& tool, const ToolMotion& motion, int substeps,
+                       const EditOptions& options) {
   const Lattice& lattice = model_.lattice();
   const SweptTool start(tool, motion.start, Vec3::Zero(), lattice, model_.material_bounds());
   if (substeps > 1) {
@@ -24,7 +25,8 @@ void DirectTool::touch(const Tool& tool, const ToolMotion& motion, int substeps,
     model_.restore(before);
     return;
   }
-  const SweptTool sweep(tool, motion.substep(0, 1), motion.travel_mm, lattice, model_.material_bounds());
+  const SweptTool sweep(tool, motion.substep(0, 1), motion.travel_mm, lattice,
+                        model_.material_bounds());
   if (std::holds_alternative<MeshTool>(tool)) {
     // Not convex, but the start pose is part of the sweep: its share is taken away.
     Removed before;
@@ -36,12 +38,13 @@ void DirectTool::touch(const Tool& tool, const ToolMotion& motion, int substeps,
   contact(model_, Difference(sweep, start), options, removed_);
 }
 
-Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const Vec3& turn_rad, Mode mode,
-                                     const ForceLaw& law, const std::vector<Material>& materials,
-                                     uint8_t material) {
+Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const Vec3& turn_rad,
+                                     Mode mode, const ForceLaw& law,
+                                     const std::vector<Material>& materials, uint8_t material) {
   const Lattice& lattice = model_.lattice();
   if (!tip_mm.allFinite() || !(turn_rad.squaredNorm() <= kMaxTurn * kMaxTurn))
-    return Error{"one tick moves the tool to no place at all, or turns it more than ten times around"};
+    return Error{
+        "one tick moves the tool to no place at all, or turns it more than ten times around"};
   ToolTick result;
   const ToolMotion motion{pose_, tip_mm - pose_.tip, turn_rad};
   const bool turning = motion.turns();
@@ -60,7 +63,8 @@ Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const
       edit_.run(tool, motion, end, substeps, mode == Mode::deposit, material, threads_, removed_);
     const double cell = lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm;
     const double sign = mode == Mode::deposit ? -1 : 1;
-    result.wrench = wrench(law, removed_, result.motion, lattice.pitch_mm, lattice.origin_mm, materials);
+    result.wrench =
+        wrench(law, removed_, result.motion, lattice.pitch_mm, lattice.origin_mm, materials);
     result.points = removed_.points();
     if (mode != Mode::touch) removed_.add(edit_.images());
     result.removed_mm3 = sign * removed_.mean_volume() * cell;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // A tool in motion: the one way a tick of movement becomes an edit of the model and a wrench.
 //
-// A DirectTool remembers where the tool was. Each advance() sweeps the tool exactly from there to the new
-// pose; a turn is split into substeps that shift without turning, each at its middle orientation, short
-// enough that no point of the tool strays further than kTurnTolerance from its true arc.
+// A DirectTool remembers where the tool was. Each advance() sweeps the tool exactly from there to
+// the new pose; a turn is split into substeps that shift without turning, each at its middle
+// orientation, short enough that no point of the tool strays further than kTurnTolerance from its
+// true arc.
 #pragma once
 
 #include <vector>
@@ -34,11 +35,12 @@ class DirectTool {
   // What the last advance removed or added, by material, images included.
   const Removed& removed() const { return removed_; }
 
-  // Moves the tool to tip_mm and turns it by turn_rad (rotation vector). `material` is what a deposit puts
-  // down. Errors: a place or turn that is none, a turn of more substeps than kMaxTurnSubsteps, or of a tool
-  // without bounds.
+  // Moves the tool to tip_mm and turns it by turn_rad (rotation vector). `material` is what a
+  // deposit puts down. Errors: a place or turn that is none, a turn of more substeps than
+  // kMaxTurnSubsteps, or of a tool without bounds.
   Result<ToolTick> advance(const Tool& tool, const Vec3& tip_mm, const Vec3& turn_rad, Mode mode,
-                           const ForceLaw& law, const std::vector<Material>& materials, uint8_t material = 0);
+                           const ForceLaw& law, const std::vector<Material>& materials,
+                           uint8_t material = 0);
 
  private:
   // What the tool newly reaches along `motion`, and no edit.

@@ -9,36 +9,39 @@
 namespace kibori {
 namespace {
 
-// The tool touches where it would reach more than this volume [cells^3] and this area [cells^2] over the way
-// there. Less is rounding: where a ray grazes the tool, float32 tells its end to a hundredth of a cell.
+// The tool touches where it would reach more than this volume [cells^3] and this area [cells^2]
+// over the way there. Less is rounding: where a ray grazes the tool, float32 tells its end to a
+// hundredth of a cell.
 constexpr double kTouchVolume = 0.1, kTouchArea = 0.02;
-// Where it stands in such rounding already, it touches if it would reach this much more: so it does not sink,
-// and can be pulled out.
+// Where it stands in such rounding already, it touches if it would reach this much more: so it does
+// not sink, and can be pulled out.
 constexpr double kMoreVolume = 0.01;
-// The shortest way [cells] that is tried: shorter ones count as rest. Over it, rounding resists like a few
-// cells' faces at most.
+// The shortest way [cells] that is tried: shorter ones count as rest. Over it, rounding resists
+// like a few cells' faces at most.
 constexpr double kMinStep = 0.01;
-// Resistance is a mean over at least this way [cells]: rays that graze a wall beside a slightly oblique way
-// come in all at once, and over less the tool would stick and slip on them.
+// Resistance is a mean over at least this way [cells]: rays that graze a wall beside a slightly
+// oblique way come in all at once, and over less the tool would stick and slip on them.
 constexpr double kWindow = 0.25;
-// The balance is solved to this share of the pull, or to this way [cells], or to a thousandth of the way.
+// The balance is solved to this share of the pull, or to this way [cells], or to a thousandth of
+// the way.
 constexpr double kBalanceShare = 3e-4;
 constexpr double kBalanceError = 1e-4;
 constexpr int kMaxTrials = 24;
-// A tool that slides is lifted by this share of its way, so that rounding of the normal does not run it into
-// the material; the spring takes it back in the next tick.
+// A tool that slides is lifted by this share of its way, so that rounding of the normal does not
+// run it into the material; the spring takes it back in the next tick.
 constexpr double kLift = 0.02;
 constexpr double kNormalStep = 0.25;  // cells: how far to feel around for the normal
-// A depth that gives way is found to this share of the strength, from below: less would show as steps of the
-// groove's ground (a hundredth of the force is some hundredths of a mm of depth).
+// A depth that gives way is found to this share of the strength, from below: less would show as
+// steps of the groove's ground (a hundredth of the force is some hundredths of a mm of depth).
 constexpr double kRiseShare = 0.02;
 constexpr int kMaxRises = 32;
-// Work that the hand could have done and did not is spared for what comes in lumps: a flat face that sinks
-// aslant meets a whole layer of rays at once. So much at most, as a way [cells] at full strength: a face of
-// 32 mm^2 in oak needs three of them. More would run the tool deeper into a wall that it meets.
+// Work that the hand could have done and did not is spared for what comes in lumps: a flat face
+// that sinks aslant meets a whole layer of rays at once. So much at most, as a way [cells] at full
+// strength: a face of 32 mm^2 in oak needs three of them. More would run the tool deeper into a
+// wall that it meets.
 constexpr double kSpareWay = 4;
-// Steps of the search for a clear place: the first in cells, each longer than the last by this factor, so
-// that a place is overshot by a fifth of the way at most.
+// Steps of the search for a clear place: the first in cells, each longer than the last by this
+// factor, so that a place is overshot by a fifth of the way at most.
 constexpr double kFirstBack = 1, kBackFactor = 1.2;
 
 }  // namespace
@@ -54,8 +57,8 @@ struct SpringTool::Tick {
   double inside = 0;   // [cells^3] what the tool stands in at the start
   bool clear = false;  // the tool stands in nothing at the start, in the frame it keeps
 
-  // What each field counts: the motion's direction cosines squared, see haptics/force.h. At any share of the
-  // way the same, so that what is reached can be compared.
+  // What each field counts: the motion's direction cosines squared, see haptics/force.h. At any
+  // share of the way the same, so that what is reached can be compared.
   Vec3 weights() const {
     const double length2 = motion.travel_mm.squaredNorm();
     if (!(length2 > 0) || motion.turns()) return Vec3::Constant(1.0 / 3);
@@ -120,7 +123,8 @@ SpringTool::Resistance SpringTool::resistance(const Tick& tick, double share, bo
   r.reached = std::max(0.0, all_of_it - tick.inside);
   const double volume = r.reached * cell;
   const double grazed = kTouchArea * h * h * way;
-  r.room = std::max(kTouchVolume * cell + grazed - all_of_it * cell, kMoreVolume * cell + grazed - volume);
+  r.room = std::max(kTouchVolume * cell + grazed - all_of_it * cell,
+                    kMoreVolume * cell + grazed - volume);
   r.touching = r.room < 0;
   if (!r.touching) return r;
   double all = 0, yield = 0, u = 0, c = 0;
@@ -139,17 +143,19 @@ SpringTool::Resistance SpringTool::resistance(const Tick& tick, double share, bo
   return r;
 }
 
-// The share of the way at which the spring's pull equals what resists: the first such place from where the
-// last tick ended. Resistance seldom changes much from tick to tick, so one or two trials are the rule.
+// The share of the way at which the spring's pull equals what resists: the first such place from
+// where the last tick ended. Resistance seldom changes much from tick to tick, so one or two trials
+// are the rule.
 SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) {
   const double h = model_.lattice().pitch_mm, whole_pull = pull(tick.length);
   const double min = std::min(1.0, kMinStep * h / tick.length);
   const auto excess = [&](double share, const Resistance& r) {
-    return tick.mode == Mode::touch && r.touching ? -whole_pull : pull(tick.length * (1 - share)) - r.force;
+    return tick.mode == Mode::touch && r.touching ? -whole_pull
+                                                  : pull(tick.length * (1 - share)) - r.force;
   };
-  // At `low` the spring still pulls harder than the material resists; at `high` it does not. Where it does
-  // not touch yet at `low`, the place where it begins to is looked for first: the pull may jump there, but
-  // what is reached grows steadily.
+  // At `low` the spring still pulls harder than the material resists; at `high` it does not. Where
+  // it does not touch yet at `low`, the place where it begins to is looked for first: the pull may
+  // jump there, but what is reached grows steadily.
   Balance low{0, false};
   double high = 1, low_excess = whole_pull, high_excess = 0, low_room = kTouchVolume * h * h * h,
          high_room = 0;
@@ -164,7 +170,8 @@ SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) 
   double probe = std::clamp(last_step_mm_ / tick.length, min, likely_touching ? 1.0 : 0.5);
   int kept = 0;
   for (int trials = 0; trials < kMaxTrials; trials++) {
-    // A tool that cuts looks a little ahead (kWindow); but what it does not reach yet can't stop it.
+    // A tool that cuts looks a little ahead (kWindow); but what it does not reach yet can't stop
+    // it.
     const bool ahead = touched_ && tick.mode == Mode::cut && probe * tick.length < kWindow * h;
     Resistance r = resistance(tick, probe, ahead);
     double e = excess(probe, r);
@@ -179,7 +186,8 @@ SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) 
       high_excess = e;
       high_room = r.room;
       bracketed = true;
-      if (kept < 0) low_excess *= 0.5, low_room *= 0.5;  // Illinois: the end that is kept twice counts half
+      // Illinois: the end that is kept twice counts half.
+      if (kept < 0) low_excess *= 0.5, low_room *= 0.5;
       kept = -1;
     } else {
       if (probe >= 1) return {1, r.touching};
@@ -189,7 +197,9 @@ SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) 
       if (kept > 0) high_excess *= 0.5, high_room *= 0.5;
       kept = 1;
     }
-    if (bracketed && high - low.share <= std::max(kBalanceError * h / tick.length, 1e-3 * low.share)) break;
+    if (bracketed &&
+        high - low.share <= std::max(kBalanceError * h / tick.length, 1e-3 * low.share))
+      break;
     if (high <= min) break;
     // Were the resistance the same elsewhere, the balance would be here.
     const double even = 1 - r.force / (spring_.stiffness_n_mm * tick.length);
@@ -218,12 +228,13 @@ double SpringTool::pull(double length_mm) const {
 // The way, the turn included as the spring's energy weighs it.
 double SpringTool::length_of(const ToolMotion& motion) const {
   const double k = spring_.stiffness_n_mm, kt = spring_.torsion_nmm_rad;
-  return std::sqrt(motion.travel_mm.squaredNorm() + (k > 0 ? kt / k : 0) * motion.turn_rad.squaredNorm());
+  return std::sqrt(motion.travel_mm.squaredNorm() +
+                   (k > 0 ? kt / k : 0) * motion.turn_rad.squaredNorm());
 }
 
-// Raises the end of the way along `up` to where the hand, which is as far away then, just drives the tool
-// there; all of the way is too hard by too_hard_n. False where the way does not lead sideways, or no height
-// helps; the tick is then as it was.
+// Raises the end of the way along `up` to where the hand, which is as far away then, just drives
+// the tool there; all of the way is too hard by too_hard_n. False where the way does not lead
+// sideways, or no height helps; the tick is then as it was.
 bool SpringTool::give_way(Tick& tick, const Vec3& up, double too_hard_n) {
   const double h = model_.lattice().pitch_mm, strength = spring_.strength_n;
   const ToolMotion wanted = tick.motion;
@@ -245,7 +256,8 @@ bool SpringTool::give_way(Tick& tick, const Vec3& up, double too_hard_n) {
     tick.motion.turn_rad = wanted.turn_rad;
     return too_hard;
   };
-  // At `low` it is too hard, at `high` it is not. Begun where the last tick ended up, or else on the level.
+  // At `low` it is too hard, at `high` it is not. Begun where the last tick ended up, or else on
+  // the level.
   double low = 0, low_excess = too_hard_n, high = -1, high_excess = 0;
   double rise = rise_mm_ > 0 ? rise_mm_ : std::max(sinks, 0.05 * h),
          step = std::max(0.25 * sideways, 0.05 * h);
@@ -283,12 +295,14 @@ bool SpringTool::give_way(Tick& tick, const Vec3& up, double too_hard_n) {
 
 // How far a hand of a strength pushes the tool. `up`: the way out of the wood.
 SpringTool::Balance SpringTool::push(Tick& tick, const Vec3& up, bool likely_touching) {
-  const double h = model_.lattice().pitch_mm, k = spring_.stiffness_n_mm, strength = spring_.strength_n;
+  const double h = model_.lattice().pitch_mm, k = spring_.stiffness_n_mm,
+               strength = spring_.strength_n;
   if (k * tick.length > strength) {
     const double force = resistance(tick, 1).force;
     if (force > strength + spare_nmm_ / tick.length && give_way(tick, up, force)) {
       const Resistance r = resistance(tick, 1);
-      spare_nmm_ = std::clamp(spare_nmm_ + (strength - r.force) * tick.length, 0.0, kSpareWay * h * strength);
+      spare_nmm_ = std::clamp(spare_nmm_ + (strength - r.force) * tick.length, 0.0,
+                              kSpareWay * h * strength);
       resisted_mm_ = tick.motion.travel_mm * (r.force / (k * tick.length));
       return {1, r.touching};
     }
@@ -306,7 +320,9 @@ SpringTool::Balance SpringTool::push(Tick& tick, const Vec3& up, bool likely_tou
 
 // The share of the way along which a blow of so much work drives the tool.
 double SpringTool::struck_share(const Tick& tick, double strike_nmm) {
-  const auto work = [&](double share) { return resistance(tick, share).force * share * tick.length; };
+  const auto work = [&](double share) {
+    return resistance(tick, share).force * share * tick.length;
+  };
   if (work(1) <= strike_nmm) return 1;
   double low = 0, high = 1;
   for (int i = 0; i < kMaxTrials && high - low > 1e-3; i++) {
@@ -344,13 +360,15 @@ Wrench pull_of(const SeriesSpring& spring, const Vec3& stretch_mm, const Vec3& s
   return w;
 }
 
-// The direction out of the material where the tool touches: against the growth of what it would reach.
+// The direction out of the material where the tool touches: against the growth of what it would
+// reach.
 const Vec3& SpringTool::contact_normal(const Tick& tick) {
   if (normal_generation_ == model_.generation() && normal_pose_.tip == tool_pose_.tip &&
       normal_pose_.frame == tool_pose_.frame)
     return normal_;
   const double step = kNormalStep * model_.lattice().pitch_mm;
-  Tick feel{tick.tool, {tool_pose_, Vec3::Zero(), Vec3::Zero()}, step, Mode::touch, 0, tick.materials};
+  Tick feel{tick.tool,     {tool_pose_, Vec3::Zero(), Vec3::Zero()}, step, Mode::touch, 0,
+            tick.materials};
   Vec3 growth = Vec3::Zero();
   for (int i = 0; i < 3; i++)
     for (const double sign : {1.0, -1.0}) {
@@ -365,8 +383,8 @@ const Vec3& SpringTool::contact_normal(const Tick& tick) {
   return normal_;
 }
 
-// Along the surface, as far as friction lets the spring pull it and nothing is in the way: the share of that
-// way that it went.
+// Along the surface, as far as friction lets the spring pull it and nothing is in the way: the
+// share of that way that it went.
 double SpringTool::slide(const Tick& tick, const Vec3& residual) {
   const Vec3 normal = contact_normal(tick);
   const double pressed = -residual.dot(normal);
@@ -401,15 +419,19 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
   ToolTick felt;
 
   Tick tick{
-      tool,     {tool_pose_, device.tip - tool_pose_.tip, rotation_between(tool_pose_.frame, device.frame)},
-      0,        mode,
-      material, materials};
+      tool,
+      {tool_pose_, device.tip - tool_pose_.tip, rotation_between(tool_pose_.frame, device.frame)},
+      0,
+      mode,
+      material,
+      materials};
   tick.length = length_of(tick.motion);
   const Result<int> substeps = substeps_of(tool, tick.motion, lattice);
   if (!substeps) return Error{substeps.error()};
 
   resisted_mm_.reset();
-  // The tool goes a share of the way. All of it: to where the device is, its turn made as a replay makes it.
+  // The tool goes a share of the way. All of it: to where the device is, its turn made as a replay
+  // makes it.
   const auto go = [&](double share) {
     ToolMotion way = tick.motion.part(share);
     Pose end = way.at(1);
@@ -418,7 +440,8 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
     felt.motion.turn = way.turns() ? way.turn_rad : Vec3(Vec3::Zero());
     if (felt.edited) {
       const Result<int> counted = substeps_of(tool, way, lattice);
-      edit_.run(tool, way, end, counted ? counted.value() : 1, mode == Mode::deposit, material, 1, removed_);
+      edit_.run(tool, way, end, counted ? counted.value() : 1, mode == Mode::deposit, material, 1,
+                removed_);
       removed_.add(edit_.images());
     }
     tool_pose_ = end;
@@ -439,8 +462,8 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
     Balance at{resting ? 0.0 : 1.0, false};
     if (!resting) {
       // Where our own last cut ended the tool stands clear; elsewhere it may stand in something.
-      tick.clear =
-          mode != Mode::deposit && !tick.motion.turns() && engaged_ && edit_.stands_clear(tool, tool_pose_);
+      tick.clear = mode != Mode::deposit && !tick.motion.turns() && engaged_ &&
+                   edit_.stands_clear(tool, tool_pose_);
       bool touches = touched_;
       if (mode == Mode::deposit) {
         tick.inside = reach_volume(tick, 0);  // what standing there would put down is for free
@@ -489,10 +512,12 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
   const double cell = h * h * h;
   felt.removed_mm3 = (mode == Mode::deposit ? -1 : 1) * removed_.mean_volume() * cell;
   felt.clipped = removed_.clipped;
-  felt.stretch_mm = resisted_mm_ && show_resistance_ ? *resisted_mm_ : Vec3(device.tip - tool_pose_.tip);
-  felt.wrench = pull_of(
-      spring_, felt.stretch_mm,
-      spring_.torsion_nmm_rad > 0 ? rotation_between(tool_pose_.frame, device.frame) : Vec3(Vec3::Zero()));
+  felt.stretch_mm =
+      resisted_mm_ && show_resistance_ ? *resisted_mm_ : Vec3(device.tip - tool_pose_.tip);
+  felt.wrench =
+      pull_of(spring_, felt.stretch_mm,
+              spring_.torsion_nmm_rad > 0 ? rotation_between(tool_pose_.frame, device.frame)
+                                          : Vec3(Vec3::Zero()));
   if (mode == Mode::off) felt.wrench = {};
   last_ = {true, tool, device, mode, model_.generation(), felt};
   last_.felt.removed_mm3 = 0;

@@ -7,15 +7,17 @@
 //
 //   k (L - d) = yield + u dV(d)/d + c dV(d)/T            (smallest root)
 //
-// where dV(d) is what it would newly reach; yield, u and c are the materials' means over that. Below yield
-// nothing is cut: the tool stops where it touches and slides there against Coulomb friction. With a torsional
-// spring, way and turn are one motion of length L^2 = |x_d - x_p|^2 + (kt/k) |theta|^2.
+// where dV(d) is what it would newly reach; yield, u and c are the materials' means over that.
+// Below yield nothing is cut: the tool stops where it touches and slides there against Coulomb
+// friction. With a torsional spring, way and turn are one motion of length L^2 = |x_d - x_p|^2 +
+// (kt/k) |theta|^2.
 //
 // Stiffness as felt never exceeds k, whatever the material, so stability is one inequality (see
 // haptics/safety.h).
 //
-// A hand has strength, too: it pulls with min(S, k L). Where S can't drive the tool along all of its way,
-// depth gives way before the way does: the tool follows sideways at the greatest depth that S affords.
+// A hand has strength, too: it pulls with min(S, k L). Where S can't drive the tool along all of
+// its way, depth gives way before the way does: the tool follows sideways at the greatest depth
+// that S affords.
 //
 //   hand   ────────────────▶   wanted: 2 mm deep
 //   tool  ──╲________________   what S affords in this wood: 1.4 mm
@@ -43,11 +45,12 @@ struct SeriesSpring {
   double hand_share = 1;        // of the cut's force, what the hand bears (see kPoweredShare)
 };
 
-// How far a pointer's hand is from its tool when it pulls with all its strength: nothing is fed back to a
-// pointer, so k = S / this, whatever the tick. Less, and rounding of the rays shows in the force; more, and a
-// groove ends visibly before the pointer does.
+// How far a pointer's hand is from its tool when it pulls with all its strength: nothing is fed
+// back to a pointer, so k = S / this, whatever the tick. Less, and rounding of the rays shows in
+// the force; more, and a groove ends visibly before the pointer does.
 inline constexpr double kHandGiveMm = 0.25;
-// With how much a hand pushes unless it is said otherwise: a carver who leans on a gouge without a mallet.
+// With how much a hand pushes unless it is said otherwise: a carver who leans on a gouge without a
+// mallet.
 inline constexpr double kHandStrengthN = 200;
 // A pointer's hand: so strong, and as stiff as that makes it.
 inline SeriesSpring spring_of_hand(double strength_n = kHandStrengthN) {
@@ -62,18 +65,18 @@ Wrench pull_of(const SeriesSpring& spring, const Vec3& stretch_mm, const Vec3& s
 
 class SpringTool {
  public:
-  // `start`: where device and tool are. Nothing is felt or cut until the tool has once been clear of
-  // material.
+  // `start`: where device and tool are. Nothing is felt or cut until the tool has once been clear
+  // of material.
   SpringTool(TriDexel& model, const Pose& start, const SeriesSpring& spring)
       : model_(model), edit_(model), tool_pose_(start), spring_(spring) {}
 
-  // The device moved to `device`. `material` is what a deposit puts down. Mode::touch never cuts. Errors: a
-  // jump or turn of more substeps than kMaxTurnSubsteps; nothing has moved then. Neither allocates, locks nor
-  // faults.
+  // The device moved to `device`. `material` is what a deposit puts down. Mode::touch never cuts.
+  // Errors: a jump or turn of more substeps than kMaxTurnSubsteps; nothing has moved then. Neither
+  // allocates, locks nor faults.
   //
-  // A device that is where it was in the last tick moves nothing, if the spring has a strength: so what a
-  // pointer carves depends on its path alone, not on how long it rests. `strike_nmm`: a mallet's blow drives
-  // a tool that cuts towards the device until it has done this work.
+  // A device that is where it was in the last tick moves nothing, if the spring has a strength: so
+  // what a pointer carves depends on its path alone, not on how long it rests. `strike_nmm`: a
+  // mallet's blow drives a tool that cuts towards the device until it has done this work.
   Result<ToolTick> advance(const Tool& tool, const Pose& device, Mode mode,
                            const std::vector<Material>& materials, uint8_t material = 0,
                            double strike_nmm = 0);
@@ -84,8 +87,8 @@ class SpringTool {
     spring_ = spring;
     last_.known = false;
   }
-  // What a hand without a force device is shown: the resistance of the cut against the tool's way, where
-  // depth gave way. A device gets the spring's own pull, which is stable at rest.
+  // What a hand without a force device is shown: the resistance of the cut against the tool's way,
+  // where depth gave way. A device gets the spring's own pull, which is stable at rest.
   void show_resistance(bool show) { show_resistance_ = show; }
   // Mirrors every edit in these planes. Call check_symmetry first.
   void set_symmetry(const Symmetry& symmetry) { edit_.set_symmetry(symmetry); }
@@ -94,11 +97,14 @@ class SpringTool {
     tool_pose_ = pose;
     disengage();
   }
-  // What was known from before is forgotten, so that the stroke that begins can be carved again alone.
+  // What was known from before is forgotten, so that the stroke that begins can be carved again
+  // alone.
   void begin_stroke() { edit_.forget(); }
-  // Where `tool` that stands at `pose` is clear of material, backed out along its axis just as far as it
-  // takes; nothing if that is farther than twice the tool's reach. Neither allocates nor locks.
-  std::optional<Pose> clear_place(const Tool& tool, const Pose& pose, const std::vector<Material>& materials);
+  // Where `tool` that stands at `pose` is clear of material, backed out along its axis just as far
+  // as it takes; nothing if that is farther than twice the tool's reach. Neither allocates nor
+  // locks.
+  std::optional<Pose> clear_place(const Tool& tool, const Pose& pose,
+                                  const std::vector<Material>& materials);
   // Puts the tool there; it stands in no material (see clear_place).
   void place_clear(const Pose& pose) {
     place(pose);
@@ -148,9 +154,10 @@ class SpringTool {
   Pose normal_pose_;
   Removed removed_, trial_;
   bool show_resistance_ = false;
-  std::optional<Vec3> resisted_mm_;  // the stretch of the cut's resistance, where depth gave way in this tick
-  double rise_mm_ = 0;               // by which depth gave way in the last tick
-  double spare_nmm_ = 0;             // work that the hand could have done while depth gave way
+  // The stretch of the cut's resistance, where depth gave way in this tick.
+  std::optional<Vec3> resisted_mm_;
+  double rise_mm_ = 0;    // by which depth gave way in the last tick
+  double spare_nmm_ = 0;  // work that the hand could have done while depth gave way
   // The last tick, for one that asks for the same again.
   struct Last {
     bool known = false;

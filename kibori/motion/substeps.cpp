@@ -25,7 +25,8 @@ Pose ToolMotion::substep(int i, int substeps) const {
 }
 
 double pieces_needed(const Tool& tool, const ToolMotion& motion, const Lattice& lattice) {
-  if (!motion.start.tip.allFinite() || !motion.travel_mm.allFinite() || !motion.turn_rad.allFinite())
+  if (!motion.start.tip.allFinite() || !motion.travel_mm.allFinite() ||
+      !motion.turn_rad.allFinite())
     return std::numeric_limits<double>::infinity();
   const double scale = 1 / lattice.pitch_mm, angle = std::sqrt(motion.turn_rad.squaredNorm());
   double stray = 0;
@@ -35,23 +36,26 @@ double pieces_needed(const Tool& tool, const ToolMotion& motion, const Lattice& 
     for (int corner = 0; corner < 8; corner++) {
       Vec3 p = Vec3::Zero();
       for (int i = 0; i < 3; i++) p[i] = (corner >> i) & 1 ? lattice.nodes[i] : 0;
-      reach = std::fmax(reach, std::sqrt((lattice.to_mm(LatticePoint{p}) - motion.start.tip).squaredNorm()));
+      reach = std::fmax(
+          reach, std::sqrt((lattice.to_mm(LatticePoint{p}) - motion.start.tip).squaredNorm()));
     }
     stray = std::fmin(reach, reach_mm(tool)) * scale * angle / 2;
   }
   const double length = std::sqrt(motion.travel_mm.squaredNorm()) * scale;
-  return std::fmax(1, std::fmax(std::ceil(stray / kTurnTolerance), std::ceil(length / kMaxPieceLength)));
+  return std::fmax(
+      1, std::fmax(std::ceil(stray / kTurnTolerance), std::ceil(length / kMaxPieceLength)));
 }
 
 Result<int> substeps_of(const Tool& tool, const ToolMotion& motion, const Lattice& lattice) {
   const double wanted = pieces_needed(tool, motion, lattice);
   if (wanted <= kMaxTurnSubsteps) return static_cast<int>(wanted);
   char text[200];
-  std::snprintf(
-      text, sizeof text,
-      "one tick moves the tool by %.3g mm and %.3g degrees, which takes more than %d substeps; go slower",
-      std::sqrt(motion.travel_mm.squaredNorm()),
-      std::sqrt(motion.turn_rad.squaredNorm()) * 180 / 3.14159265358979, kMaxTurnSubsteps);
+  std::snprintf(text, sizeof text,
+                "one tick moves the tool by %.3g mm and %.3g degrees, which takes more than %d "
+                "substeps; go slower",
+                std::sqrt(motion.travel_mm.squaredNorm()),
+                std::sqrt(motion.turn_rad.squaredNorm()) * 180 / 3.14159265358979,
+                kMaxTurnSubsteps);
   return Error{text};
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A motion that turns, as straight substeps: each shifts without turning, at its middle orientation, short
-// enough that no point of the tool strays further than kTurnTolerance from its true arc.
+// A motion that turns, as straight substeps: each shifts without turning, at its middle
+// orientation, short enough that no point of the tool strays further than kTurnTolerance from its
+// true arc.
 #pragma once
 
 #include <kibori/base/result.h>
@@ -10,7 +11,8 @@
 
 namespace kibori {
 
-// From `start`, the tip shifts by travel_mm while the tool turns about it by turn_rad (rotation vector).
+// From `start`, the tip shifts by travel_mm while the tool turns about it by turn_rad (rotation
+// vector).
 struct ToolMotion {
   Pose start;
   Vec3 travel_mm = Vec3::Zero();

@@ -12,7 +12,8 @@ Vec3 signs_of(unsigned planes) {
 }  // namespace
 
 Status check_symmetry(const Symmetry& symmetry, const Tool& tool) {
-  if (!symmetry.centre_mm.allFinite()) return Error{"the planes of symmetry pass through no place at all"};
+  if (!symmetry.centre_mm.allFinite())
+    return Error{"the planes of symmetry pass through no place at all"};
   if (symmetry.any() && std::holds_alternative<MeshTool>(tool))
     return Error{"a tool that is a mesh can't be mirrored; choose another, or no symmetry"};
   return Ok{};

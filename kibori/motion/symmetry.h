@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Planes of symmetry: what the tool does on one side, its images do on the others, tick by tick. Force is
-// felt by the hand's own tool alone.
+// Planes of symmetry: what the tool does on one side, its images do on the others, tick by tick.
+// Force is felt by the hand's own tool alone.
 #pragma once
 
 #include <array>
@@ -27,8 +27,8 @@ Status check_symmetry(const Symmetry& symmetry, const Tool& tool);
 // The middle of the lattice, where rays have rays for images.
 Vec3 centre_of(const Lattice& lattice);
 
-// A pose of the tool, and its motion, seen in the planes whose bits are set (1: normal to x, 2: y, 4: z), one
-// after the other. The tool must be its own image in its local yz plane.
+// A pose of the tool, and its motion, seen in the planes whose bits are set (1: normal to x, 2: y,
+// 4: z), one after the other. The tool must be its own image in its local yz plane.
 Pose image_of(const Pose& pose, const Vec3& centre_mm, unsigned planes);
 ToolMotion image_of(const ToolMotion& motion, const Vec3& centre_mm, unsigned planes);
 

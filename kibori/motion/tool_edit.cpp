@@ -8,8 +8,8 @@ Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice
           motion.turn_rad, end.axis()};
 }
 
-void ToolEdit::sweep(const Tool& tool, const ToolMotion& motion, const Pose& end, int substeps, bool deposits,
-                     uint8_t material, int threads, bool clear, Removed& removed) {
+void ToolEdit::sweep(const Tool& tool, const ToolMotion& motion, const Pose& end, int substeps,
+                     bool deposits, uint8_t material, int threads, bool clear, Removed& removed) {
   const Lattice& lattice = model_.lattice();
   const EditOptions options{sums_of(motion, end, lattice), threads};
   for (int i = 0; i < substeps; i++) {
@@ -22,14 +22,16 @@ void ToolEdit::sweep(const Tool& tool, const ToolMotion& motion, const Pose& end
   }
 }
 
-void ToolEdit::run(const Tool& tool, const ToolMotion& motion, const Pose& end, int substeps, bool deposits,
-                   uint8_t material, int threads, Removed& removed) {
-  const bool turns = motion.turns(), clear = !deposits && !turns && stands_clear(tool, motion.start);
+void ToolEdit::run(const Tool& tool, const ToolMotion& motion, const Pose& end, int substeps,
+                   bool deposits, uint8_t material, int threads, Removed& removed) {
+  const bool turns = motion.turns(),
+             clear = !deposits && !turns && stands_clear(tool, motion.start);
   sweep(tool, motion, end, substeps, deposits, material, threads, clear, removed);
   images_.reset();
   for_images(symmetry_, [&](unsigned planes) {
-    sweep(tool, image_of(motion, symmetry_.centre_mm, planes), image_of(end, symmetry_.centre_mm, planes),
-          substeps, deposits, material, threads, false, images_);
+    sweep(tool, image_of(motion, symmetry_.centre_mm, planes),
+          image_of(end, symmetry_.centre_mm, planes), substeps, deposits, material, threads, false,
+          images_);
   });
   if (deposits || turns) return forget();
   clear_generation_ = model_.generation();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The one way a motion of the tool becomes an edit of the model, by a hand, a script or a replay: the same
-// motions in the same order leave the same bytes.
+// The one way a motion of the tool becomes an edit of the model, by a hand, a script or a replay:
+// the same motions in the same order leave the same bytes.
 #pragma once
 
 #include <kibori/dexel/tri_dexel.h>
@@ -11,8 +11,8 @@
 
 namespace kibori {
 
-// How sums over an edit are taken: about the tip at the end, and where the tool turns by each element's own
-// way.
+// How sums over an edit are taken: about the tip at the end, and where the tool turns by each
+// element's own way.
 Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice);
 
 class ToolEdit {
@@ -22,27 +22,29 @@ class ToolEdit {
   // Whose images do the same; check_symmetry has passed.
   void set_symmetry(const Symmetry& symmetry) { symmetry_ = symmetry; }
 
-  // Sweeps the tool along `motion` to `end` in so many substeps (see substeps_of) and cuts, or where
-  // `deposits` is set puts down `material`. Adds to `removed`; what the images did is in images().
+  // Sweeps the tool along `motion` to `end` in so many substeps (see substeps_of) and cuts, or
+  // where `deposits` is set puts down `material`. Adds to `removed`; what the images did is in
+  // images().
   void run(const Tool& tool, const ToolMotion& motion, const Pose& end, int substeps, bool deposits,
            uint8_t material, int threads, Removed& removed);
 
   // What the images of the last run removed or added.
   const Removed& images() const { return images_; }
 
-  // Whether the tool there is known to stand in no material: where its own last cut ended, and nothing has
-  // changed since.
+  // Whether the tool there is known to stand in no material: where its own last cut ended, and
+  // nothing has changed since.
   bool stands_clear(const Tool& tool, const Pose& pose) const {
-    return clear_generation_ == model_.generation() && tool == clear_tool_ && pose.tip == clear_pose_.tip &&
-           pose.frame == clear_pose_.frame;
+    return clear_generation_ == model_.generation() && tool == clear_tool_ &&
+           pose.tip == clear_pose_.tip && pose.frame == clear_pose_.frame;
   }
-  // Nothing is known any more: at the beginning of a stroke, so that it does not depend on what was before.
+  // Nothing is known any more: at the beginning of a stroke, so that it does not depend on what was
+  // before.
   void forget() { clear_generation_ = kNever; }
 
  private:
   static constexpr uint64_t kNever = ~uint64_t{0};
-  void sweep(const Tool& tool, const ToolMotion& motion, const Pose& end, int substeps, bool deposits,
-             uint8_t material, int threads, bool clear, Removed& removed);
+  void sweep(const Tool& tool, const ToolMotion& motion, const Pose& end, int substeps,
+             bool deposits, uint8_t material, int threads, bool clear, Removed& removed);
 
   TriDexel& model_;
   Symmetry symmetry_;

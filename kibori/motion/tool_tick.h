@@ -10,23 +10,27 @@
 
 namespace kibori {
 
-// cut: takes material away. deposit: puts material down. touch: feels what a cut would take away, and takes
-// nothing. off: moves through material, feels nothing.
+// cut: takes material away. deposit: puts material down. touch: feels what a cut would take away,
+// and takes nothing. off: moves through material, feels nothing.
 enum class Mode { cut, deposit, touch, off };
 constexpr Names<4> names_of(Mode) { return {"cut", "deposit", "touch", "off"}; }
 
 struct ToolTick {
-  Tick motion;                     // of the tool: where its tip ended, and by how much it moved and turned
-  Pose pose;                       // of the tool, at the end
-  Wrench wrench;                   // N, N mm about the tip: DirectTool: on the tool. SpringTool: on the hand
+  // Of the tool: where its tip ended, and by how much it moved and turned.
+  Tick motion;
+  Pose pose;  // of the tool, at the end
+  // N, N mm about the tip: DirectTool: on the tool. SpringTool: on the hand.
+  Wrench wrench;
   Vec3 stretch_mm = Vec3::Zero();  // SpringTool: of the spring that makes the wrench (see pull_of)
   double removed_mm3 = 0;          // negative: deposited
-  int64_t points = 0;              // lattice nodes that were removed or added: K of force model `paper`
-  bool edited = false;             // the way was cut or filled: replayed, it must be again
-  bool touching = false;           // SpringTool: material holds the tool back
-  bool cutting = false;            // SpringTool: material was cut
-  bool inside = false;             // SpringTool: the tool stands in material and waits to be pulled out
-  bool clipped = false;            // a deposit reached beyond the lattice
+  // Lattice nodes that were removed or added: K of force model `paper`.
+  int64_t points = 0;
+  bool edited = false;    // the way was cut or filled: replayed, it must be again
+  bool touching = false;  // SpringTool: material holds the tool back
+  bool cutting = false;   // SpringTool: material was cut
+  // SpringTool: the tool stands in material and waits to be pulled out.
+  bool inside = false;
+  bool clipped = false;  // a deposit reached beyond the lattice
 };
 
 }  // namespace kibori

@@ -26,7 +26,9 @@ constexpr double kSmoothCosine =
     0.9;                  // vertex normals farther from the face than this belong to another face
 constexpr int kRows = 8;  // of a piece of work
 
-double linear(double srgb) { return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4); }
+double linear(double srgb) {
+  return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
+}
 double srgb(double light) {
   return light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
 }
@@ -86,7 +88,8 @@ class Scene {
     device_ = rtcNewDevice(nullptr);
     scene_ = rtcNewScene(device_);
     const RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    // Embree reads 16 bytes at each vertex, which the stride covers but for the last one: copies are padded.
+    // Embree reads 16 bytes at each vertex, which the stride covers but for the last one: copies
+    // are padded.
     auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, surface.vertices.size()));
     auto* triangles = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(
@@ -167,8 +170,8 @@ class Painter {
     const Vec3 side = right_, up = Vec3::UnitZ();
     // From the left, above, a little from the camera's side.
     light_ = (-0.75 * side - 0.55 * forward_flat() + 1.15 * up).normalized();
-    // The grain runs along the plank's longest side; the pith lies below and beside it, but in a log, whose
-    // other two sides are equal, near the middle.
+    // The grain runs along the plank's longest side; the pith lies below and beside it, but in a
+    // log, whose other two sides are equal, near the middle.
     const Box plank = options.plank.value_or(box_);
     int longest = 0;
     plank.size().maxCoeff(&longest);
@@ -177,8 +180,9 @@ class Painter {
     aside = Vec3(aside - aside.dot(log_.along) * log_.along).normalized();
     const double u = plank.size()[(longest + 1) % 3], v = plank.size()[(longest + 2) % 3];
     const bool log = std::abs(u - v) < 0.02 * u;
-    log_.pith = plank.centre() +
-                (log ? 0.06 * u : 0.45 * plank.size().minCoeff() + 0.12 * plank.size().norm()) * aside;
+    log_.pith =
+        plank.centre() +
+        (log ? 0.06 * u : 0.45 * plank.size().minCoeff() + 0.12 * plank.size().norm()) * aside;
     log_.ring = plank.size().maxCoeff() / 26;
   }
 
@@ -192,8 +196,8 @@ class Painter {
         sum += shown(light_along(x + p.x, y + p.y, sampler, i));
       }
       for (int c = 0; c < 3; c++)
-        pixels[x][static_cast<size_t>(c)] =
-            static_cast<uint8_t>(std::lround(255 * srgb(std::clamp(sum[c] / options_.samples, 0.0, 1.0))));
+        pixels[x][static_cast<size_t>(c)] = static_cast<uint8_t>(
+            std::lround(255 * srgb(std::clamp(sum[c] / options_.samples, 0.0, 1.0))));
     }
   }
 
@@ -215,9 +219,10 @@ class Painter {
     up_ = right_.cross(forward_);
     const double shorter = std::min(options_.width, options_.height);
     scale_ = 2 * std::tan(kHalfAngle) / shorter;
-    const double half_x = 0.9 * scale_ * options_.width / 2, half_y = 0.9 * scale_ * options_.height / 2;
-    // What must be in the frame: all vertices. Each side of the frame is a plane through the eye; the eye is
-    // where the planes of both pairs meet, at the distance of the farther pair.
+    const double half_x = 0.9 * scale_ * options_.width / 2,
+                 half_y = 0.9 * scale_ * options_.height / 2;
+    // What must be in the frame: all vertices. Each side of the frame is a plane through the eye;
+    // the eye is where the planes of both pairs meet, at the distance of the farther pair.
     double max[4];
     std::fill_n(max, 4, -std::numeric_limits<double>::infinity());
     for (const SurfaceTriangle& t : surface_.triangles)
@@ -229,7 +234,8 @@ class Painter {
         max[2] = std::max(max[2], y - half_y * z);
         max[3] = std::max(max[3], -y - half_y * z);
       }
-    const double back = std::min(-(max[0] + max[1]) / (2 * half_x), -(max[2] + max[3]) / (2 * half_y));
+    const double back =
+        std::min(-(max[0] + max[1]) / (2 * half_x), -(max[2] + max[3]) / (2 * half_y));
     eye_ = (max[0] - max[1]) / 2 * right_ + (max[2] - max[3]) / 2 * up_ + back * forward_;
   }
 
@@ -238,9 +244,9 @@ class Painter {
   }
 
   Rgb3 light_along(double x, double y, const Sampler& sampler, int i) const {
-    const Vec3 way =
-        (forward_ + scale_ * (x - options_.width / 2.0) * right_ - scale_ * (y - options_.height / 2.0) * up_)
-            .normalized();
+    const Vec3 way = (forward_ + scale_ * (x - options_.width / 2.0) * right_ -
+                      scale_ * (y - options_.height / 2.0) * up_)
+                         .normalized();
     const auto hit = scene_.first(eye_, way);
     if (hit) return surface_light(*hit, way, sampler, i);
     return ground_light(way, sampler, i);
@@ -265,7 +271,8 @@ class Painter {
     if (near < 0.004) return Rgb3::Ones();
     const Vec3 up = Vec3::UnitZ();
     const double key = sees_light(point, up, sampler, i) / light_.z();
-    const bool sky = !scene_.blocked(point, on_hemisphere(Frame(up), sampler.get(i, 2)), 1e-5 * size_);
+    const bool sky =
+        !scene_.blocked(point, on_hemisphere(Frame(up), sampler.get(i, 2)), 1e-5 * size_);
     const double lit = 0.45 * std::min(key, 1.2) + 0.55 * (sky ? 1 : 0);
     return Rgb3::Constant(1 - near * (1 - lit));
   }
@@ -286,14 +293,16 @@ class Painter {
                    static_cast<double>(v.normal[2]));
       normal += weights[k] * (n.dot(face) > kSmoothCosine ? n : face);
       if (v.paint) {
-        base += weights[k] * linear({static_cast<uint8_t>(v.paint), static_cast<uint8_t>(v.paint >> 8),
-                                     static_cast<uint8_t>(v.paint >> 16)});
+        base +=
+            weights[k] * linear({static_cast<uint8_t>(v.paint), static_cast<uint8_t>(v.paint >> 8),
+                                 static_cast<uint8_t>(v.paint >> 16)});
       } else {
-        base += weights[k] * linear(v.material < colors_.size() ? colors_[v.material]
-                                                                : std::array<uint8_t, 3>{200, 160, 112});
+        base += weights[k] * linear(v.material < colors_.size()
+                                        ? colors_[v.material]
+                                        : std::array<uint8_t, 3>{200, 160, 112});
         wooden += weights[k];
-        contrast +=
-            weights[k] * (v.material < options_.contrasts.size() ? options_.contrasts[v.material] : 1);
+        contrast += weights[k] *
+                    (v.material < options_.contrasts.size() ? options_.contrasts[v.material] : 1);
       }
     }
     normal.normalize();
@@ -314,15 +323,18 @@ class Painter {
     Rgb3 around = sky_light(above, sky, albedo);
     // A thin varnish: what of the light and the sky it mirrors.
     const Vec3 half = (light_ - way).normalized();
-    const double shine = std::pow(std::max(0.0, half.dot(normal)), 38) * 0.22 * gloss * (key > 0 ? 1 : 0);
+    const double shine =
+        std::pow(std::max(0.0, half.dot(normal)), 38) * 0.22 * gloss * (key > 0 ? 1 : 0);
     const Vec3 mirrored = way - 2 * way.dot(normal) * normal;
     const double fresnel = 0.04 + 0.5 * std::pow(1 - std::min(1.0, -way.dot(normal)), 5);
-    const double sheen = fresnel * gloss *
-                         (mirrored.z() > -0.2 && !scene_.blocked(above, mirrored, 1e-5 * size_) ? 0.5 : 0.06);
+    const double sheen =
+        fresnel * gloss *
+        (mirrored.z() > -0.2 && !scene_.blocked(above, mirrored, 1e-5 * size_) ? 0.5 : 0.06);
     return albedo * (1.35 * key * Rgb3(1.0, 0.97, 0.92) + around) + shine + sheen;
   }
 
-  // From the sky, or from what is in its way: the ground, or the object itself in about the same colour.
+  // From the sky, or from what is in its way: the ground, or the object itself in about the same
+  // colour.
   Rgb3 sky_light(const Vec3& from, const Vec3& way, const Rgb3& albedo) const {
     if (scene_.blocked(from, way, 1e-5 * size_)) return 0.22 * albedo;
     if (way.z() < 0) return Rgb3::Constant(0.34);
@@ -370,7 +382,8 @@ Result<Image> draw_picture(const Surface& surface, std::span<const std::array<ui
   run_parallel(options.threads, static_cast<size_t>(bands), [&](size_t band) {
     const int begin = static_cast<int>(band) * kRows, end = std::min(begin + kRows, options.height);
     for (int y = begin; y < end; y++)
-      painter.row(y, image.pixels.data() + static_cast<size_t>(y) * static_cast<size_t>(options.width));
+      painter.row(
+          y, image.pixels.data() + static_cast<size_t>(y) * static_cast<size_t>(options.width));
     const std::lock_guard lock(guard);
     done++;
     if (options.progress) options.progress(static_cast<double>(done) / bands);

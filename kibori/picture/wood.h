@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Wood as a solid texture, the same as in web/src/wood.ts: what is changed here is changed there. Internal to
-// `picture`.
+// Wood as a solid texture, the same as in web/src/wood.ts: what is changed here is changed there.
+// Internal to `picture`.
 #pragma once
 
 #include <kibori/geometry/vec.h>

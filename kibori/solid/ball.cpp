@@ -15,7 +15,8 @@ HWY_BEFORE_NAMESPACE();
 namespace kibori {
 namespace HWY_NAMESPACE {
 
-// The formula of ball.h for one row of lanes; `old` are those that belong to the first pose at both ends.
+// The formula of ball.h for one row of lanes; `old` are those that belong to the first pose at both
+// ends.
 struct Ends {
   VF lo, hi;
   MF live, old;
@@ -27,7 +28,8 @@ HWY_INLINE Ends SweepEnds(const SweptBall::View& k, VF u, float v_row, VF code_s
   const VF zero = hn::Zero(d), centre = F(k.centre_depth);
   const VF s0 = hn::Add(hn::Mul(u, F(k.step_u)), F(v_row * k.step_v));
   const VF across = hn::Sub(hn::Mul(u, F(k.normal_v)), F(v_row * k.normal_u));
-  const VF turn = hn::Mul(hn::Sqrt(hn::Max(hn::Sub(r2, hn::Mul(across, across)), zero)), F(k.shift));
+  const VF turn =
+      hn::Mul(hn::Sqrt(hn::Max(hn::Sub(r2, hn::Mul(across, across)), zero)), F(k.shift));
   const VF s_lo = hn::Min(hn::Max(hn::Sub(s0, turn), s_min), s_max);
   const VF s_hi = hn::Min(hn::Max(hn::Add(s0, turn), s_min), s_max);
   // From the ball's centre at s to the ray, and R^2 less that distance squared.
@@ -39,37 +41,41 @@ HWY_INLINE Ends SweepEnds(const SweptBall::View& k, VF u, float v_row, VF code_s
     return Pose{pu, pv, hn::Sub(hn::Sub(r2, hn::Mul(pv, pv)), hn::Mul(pu, pu))};
   };
   const Pose lo = at(s_lo), hi = at(s_hi);
-  // Whether the ray is met at all shows at the pose nearest to it. (The rests at s_lo and s_hi may drown in
-  // rounding: where the motion is nearly along the ray, both ends are on the ball's rim.)
+  // Whether the ray is met at all shows at the pose nearest to it. (The rests at s_lo and s_hi may
+  // drown in rounding: where the motion is nearly along the ray, both ends are on the ball's rim.)
   const Pose nearest = at(hn::Min(hn::Max(s0, s_min), s_max));
   Ends ends;
   ends.live = hn::Gt(nearest.rest, zero);
   ends.old = hn::Eq(hn::Max(s_lo, s_hi), s_min);
-  ends.lo = hn::Sub(hn::Add(centre, hn::Mul(s_lo, F(k.motion_d))), hn::Sqrt(hn::Max(lo.rest, zero)));
-  ends.hi = hn::Add(hn::Add(centre, hn::Mul(s_hi, F(k.motion_d))), hn::Sqrt(hn::Max(hi.rest, zero)));
+  ends.lo =
+      hn::Sub(hn::Add(centre, hn::Mul(s_lo, F(k.motion_d))), hn::Sqrt(hn::Max(lo.rest, zero)));
+  ends.hi =
+      hn::Add(hn::Add(centre, hn::Mul(s_hi, F(k.motion_d))), hn::Sqrt(hn::Max(hi.rest, zero)));
   ends.code_lo = EncodeScaled(lo.u, lo.v, code_scale);
   ends.code_hi = EncodeScaled(hi.u, hi.v, code_scale);
   return ends;
 }
 
-// What one field's rays see of the ball's two end poses in a tile, row by row. Which way a row is computed
-// must not depend on the vector's width: it is decided here, for the 16 lanes together.
+// What one field's rays see of the ball's two end poses in a tile, row by row. Which way a row is
+// computed must not depend on the vector's width: it is decided here, for the 16 lanes together.
 struct RowClasses {
-  alignas(64) float v[kTileSide],
-      v1[kTileSide];  // the row's distance from the centre at s = 0, at the last pose
+  // The row's distance from the centre at s = 0, and at the last pose.
+  alignas(64) float v[kTileSide], v1[kTileSide];
   alignas(64) float rest0[kTileSide], rest1[kTileSide];  // R^2 - v^2
-  unsigned live;                                         // some lane meets the ball at the last pose
-  unsigned near;                                         // some lane may meet the sweep
-  unsigned old;                                          // all lanes have the first pose nearest
-  unsigned last;                                         // all lanes have the last pose nearest
-  unsigned deep;                                         // all lanes have View::overlap in both poses
+  // Some lane meets the ball at the last pose.
+  unsigned live;
+  unsigned near;  // some lane may meet the sweep
+  unsigned old;   // all lanes have the first pose nearest
+  unsigned last;  // all lanes have the last pose nearest
+  // All lanes have View::overlap in both poses.
+  unsigned deep;
 };
 
 HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, RowClasses& rows) {
   const DF d;
-  // With w the ray's offset from the ball's centre at a pose, dot = w.p and q = half the chord, an exit
-  // belongs to the last pose where md q + dot >= 0 and to the first where md q + dot <= 0; an entry where md
-  // q <= dot and md q >= dot. q <= R settles it for a whole row.
+  // With w the ray's offset from the ball's centre at a pose, dot = w.p and q = half the chord, an
+  // exit belongs to the last pose where md q + dot >= 0 and to the first where md q + dot <= 0; an
+  // entry where md q <= dot and md q >= dot. q <= R settles it for a whole row.
   const float reach = k.reach;
   const float v_first = k.motion_v * k.s_min, v_last = k.motion_v * k.s_max, u_end = u_base + 15.0f;
   const float shift0 = k.s_min * k.motion_u, shift1 = k.s_max * k.motion_u;
@@ -96,7 +102,8 @@ HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, R
     const VF deepest0 = hn::Sub(rest0, min0), deepest1 = hn::Sub(rest1, min1);
     rows.live |= Bits(hn::Gt(deepest1, zero)) << at;
     rows.near |= Bits(hn::Gt(hn::Max(deepest0, deepest1), F(-k.widening))) << at;
-    rows.deep |= Bits(hn::Ge(hn::Min(hn::Sub(rest0, F(max0)), hn::Sub(rest1, F(max1))), F(k.overlap))) << at;
+    rows.deep |=
+        Bits(hn::Ge(hn::Min(hn::Sub(rest0, F(max0)), hn::Sub(rest1, F(max1))), F(k.overlap))) << at;
     const VF dot0 = hn::Add(F(max_dot0), hn::Mul(v0, F(k.motion_v)));
     const VF dot1 = hn::Add(F(min_dot1), hn::Mul(v1, F(k.motion_v)));
     rows.old |= Bits(hn::Le(hn::Add(dot0, F(reach)), zero)) << at;
@@ -104,9 +111,9 @@ HWY_INLINE void Classify(const SweptBall::View& k, float u_base, float v_base, R
   }
 }
 
-// In short motions nearly every row has both ends at one of the end poses (RowClasses), which is a short
-// formula; the others take SweepEnds. A ball's normal is the way from its centre to the ray, so it comes
-// along.
+// In short motions nearly every row has both ends at one of the end poses (RowClasses), which is a
+// short formula; the others take SweepEnds. A ball's normal is the way from its centre to the ray,
+// so it comes along.
 void BallSpans(const SweptBall::View& view, float u_base, float v_base, SpanLayer& out) {
   const DF d;
   const DU du;
@@ -120,8 +127,8 @@ void BallSpans(const SweptBall::View& view, float u_base, float v_base, SpanLaye
     out.rows = 0;
     return;
   }
-  // Head on, where the poses overlap on the rays, what is behind the last one is inside the first: the last
-  // will do alone.
+  // Head on, where the poses overlap on the rays, what is behind the last one is inside the first:
+  // the last will do alone.
   const unsigned head_on = k.head_on ? fresh & ~row_class.deep : 0;
   const unsigned last = fresh & (k.head_on ? row_class.deep : row_class.last & row_class.live);
   const VF zero = hn::Zero(d), far = F(kFar), minus_far = F(-kFar);
@@ -149,7 +156,8 @@ void BallSpans(const SweptBall::View& view, float u_base, float v_base, SpanLaye
       hn::Store(code, du, out.codes.hi + slot);
     }
     for (unsigned left = head_on; left; left &= left - 1) {
-      // Moving along the rays from a clear start: one end is new, the other anywhere inside the start pose.
+      // Moving along the rays from a clear start: one end is new, the other anywhere inside the
+      // start pose.
       const auto row = static_cast<size_t>(__builtin_ctz(left));
       const size_t slot = row * kTileSide + g * kLanes;
       const VF rest0 = hn::Sub(F(row_class.rest0[row]), u0_squared);
@@ -194,9 +202,9 @@ HWY_AFTER_NAMESPACE();
 namespace kibori {
 HWY_EXPORT(BallSpans);
 
-// What float32 rounding can take from a bound: a thousandth of it, and so much besides, of squares [lattice
-// units^2] and of products with a motion. Smaller, and rays at a tool's rim flicker between two ways of
-// finding their ends; larger, and more rays take the slower way.
+// What float32 rounding can take from a bound: a thousandth of it, and so much besides, of squares
+// [lattice units^2] and of products with a motion. Smaller, and rays at a tool's rim flicker
+// between two ways of finding their ends; larger, and more rays take the slower way.
 constexpr double kWider = 1.001, kWider2 = 1e-3, kReachSlack = 1e-5;
 // A normal's length over the ball's radius, so that rounding leaves no component above 1.
 constexpr double kInUnit = 0.9999;
@@ -212,7 +220,8 @@ SweptBall::SweptBall(const LatticePoint& centre, const LatticeVector& motion, do
   kernel_ = HWY_DYNAMIC_DISPATCH(BallSpans);
   for (Axis axis : kAxes) {
     View& k = views_[static_cast<size_t>(axis)];
-    const double mu = motion[u_index(axis)], mv = motion[v_index(axis)], md = motion[depth_index(axis)];
+    const double mu = motion[u_index(axis)], mv = motion[v_index(axis)],
+                 md = motion[depth_index(axis)];
     k.centre_u = centre[u_index(axis)];
     k.centre_v = centre[v_index(axis)];
     k.centre_d = centre[depth_index(axis)];
@@ -236,11 +245,11 @@ SweptBall::SweptBall(const LatticePoint& centre, const LatticeVector& motion, do
     k.code_scale = static_cast<float>(kInUnit / radius);
     k.reach = static_cast<float>(std::abs(md) * radius * kWider + kReachSlack);
     k.centre_depth = static_cast<float>(k.centre_d);
-    // Between the poses the squared half chord is at most this much larger than at the nearer one: (R +
-    // |p|)^2 - R^2.
+    // Between the poses the squared half chord is at most this much larger than at the nearer one:
+    // (R + |p|)^2 - R^2.
     k.widening = static_cast<float>((2 * radius * flat + flat2) * kWider + kWider2);
-    // Moving along the rays, an end belongs to its pose for sure where md q >= R |p|: squared half chords
-    // from here up.
+    // Moving along the rays, an end belongs to its pose for sure where md q >= R |p|: squared half
+    // chords from here up.
     const double rim = md != 0 ? radius * flat / md : 0;
     k.rim = static_cast<float>(rim * rim * kWider + kWider2);
     k.overlap = std::max(k.rim, static_cast<float>(0.2501 * md * md + kWider2));
@@ -256,7 +265,8 @@ SweptBall::View SweptBall::view_at(const RayTile& rays) const {
   if (recentre_) {
     const double half = 0.5 * kTileSide;
     const double s = std::clamp(
-        (rays.u0 + half - k.centre_u) * k.along_u + (rays.v0 + half - k.centre_v) * k.along_v, 0.0, 1.0);
+        (rays.u0 + half - k.centre_u) * k.along_u + (rays.v0 + half - k.centre_v) * k.along_v, 0.0,
+        1.0);
     k.centre_u += s * motion_[u_index(rays.axis)];
     k.centre_v += s * motion_[v_index(rays.axis)];
     k.centre_d += s * motion_[depth_index(rays.axis)];
@@ -278,8 +288,8 @@ bool SweptBall::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   if (layer != 0) return false;
   out.last = true;
   const auto run = [&](const View& k) {
-    kernel_(k, static_cast<float>(rays.u0 + 0.5 - k.centre_u), static_cast<float>(rays.v0 + 0.5 - k.centre_v),
-            out);
+    kernel_(k, static_cast<float>(rays.u0 + 0.5 - k.centre_u),
+            static_cast<float>(rays.v0 + 0.5 - k.centre_v), out);
   };
   if (recentre_)
     run(view_at(rays));

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-// A ball swept along a straight line: a capsule, one closed-form interval per ray. The fastest tool, and a
-// building block of the capsule tool.
+// A ball swept along a straight line: a capsule, one closed-form interval per ray. The fastest
+// tool, and a building block of the capsule tool.
 //
-// On a ray, the exit g(s) of the ball at motion parameter s is concave in s, so the exit of the sweep is g at
-// its unconstrained maximum s*, clamped to the motion. With w the ray's offset in the (u, v) plane, p the
-// motion's part in that plane and m = R^2 - dist(w, line)^2:
+// On a ray, the exit g(s) of the ball at motion parameter s is concave in s, so the exit of the
+// sweep is g at its unconstrained maximum s*, clamped to the motion. With w the ray's offset in the
+// (u, v) plane, p the motion's part in that plane and m = R^2 - dist(w, line)^2:
 //
 //   s* = w.p/|p|^2 +- (v_depth / (|p| |v|)) sqrt(m)       (+ exit, - entry)
 //
@@ -18,8 +18,9 @@ namespace kibori {
 
 class SweptBall final : public Solid {
  public:
-  // `radius` in lattice units. `start_is_clear` promises that the ball at the start pose holds
-  // no material; rays where the sweep adds nothing to it are then skipped, and a cut comes out the same.
+  // `radius` in lattice units. `start_is_clear` promises that the ball at the start pose holds no
+  // material; rays where the sweep adds nothing to it are then skipped, and a cut comes out the
+  // same.
   SweptBall(const LatticePoint& centre, const LatticeVector& motion, double radius,
             bool start_is_clear = false);
 
@@ -37,9 +38,10 @@ class SweptBall final : public Solid {
     float normal_u, normal_v;  // unit vector across p in the (u, v) plane; 0 where there is no p
     float shift;               // v_depth / (|p| |v|)
     float centre_depth, radius2;
-    float code_scale;    // of a normal's code, from lengths
-    float reach;         // |v_depth| R: dot products beyond it settle to which pose an end belongs
-    float widening;      // how much larger than at the end poses the squared half chord can be in between
+    float code_scale;  // of a normal's code, from lengths
+    float reach;       // |v_depth| R: dot products beyond it settle to which pose an end belongs
+    // How much larger than at the end poses the squared half chord can be in between.
+    float widening;
     float rim;           // for head_on: squared half chords from here up have their end at a pose
     float overlap;       // for head_on: from here up, moreover, the two poses overlap on the ray
     float s_min, s_max;  // the motion, relative to the centre above

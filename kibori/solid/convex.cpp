@@ -14,30 +14,32 @@ HWY_BEFORE_NAMESPACE();
 namespace kibori {
 namespace HWY_NAMESPACE {
 
-// A plane whose depth changes by less than this a lattice unit along a line runs along it: it clips the line
-// nowhere or everywhere. Unit normals have float32 rounding of 1e-7, so none is met by chance. Larger, and
-// steep faces are passed by; smaller, and their bounds overflow.
+// A plane whose depth changes by less than this a lattice unit along a line runs along it: it clips
+// the line nowhere or everywhere. Unit normals have float32 rounding of 1e-7, so none is met by
+// chance. Larger, and steep faces are passed by; smaller, and their bounds overflow.
 constexpr float kParallel = 1e-12f;
-// Curvature [1/lattice unit^2] that stands for none, so that a quadratic without one still has two roots, the
-// second at infinity. Smaller, and its product with an offset underflows.
+// Curvature [1/lattice unit^2] that stands for none, so that a quadratic without one still has two
+// roots, the second at infinity. Smaller, and its product with an offset underflows.
 constexpr float kNoCurve = 1e-18f;
-// The least discriminant: its root keeps c / w from being 0 / 0 where a ray touches. A cell^2 of it would
-// show.
+// The least discriminant: its root keeps c / w from being 0 / 0 where a ray touches. A cell^2 of it
+// would show.
 constexpr float kMinDiscriminant = 1e-36f;
-// A quadric that curves less along the motion than this [1/lattice unit^2] has no silhouette of its own.
+// A quadric that curves less along the motion than this [1/lattice unit^2] has no silhouette of its
+// own.
 constexpr float kNoSilhouette = 1e-20f;
-// A discriminant below this share of the terms that it is the difference of is float32 rounding (four times
-// 2^-23): both roots are one, and whether they are real at all is chance. Smaller, and a ray through the path
-// of a cone's apex loses its end; larger, and the apex cuts rays that pass it at more than a thousandth of
-// their way.
+// A discriminant below this share of the terms that it is the difference of is float32 rounding
+// (four times 2^-23): both roots are one, and whether they are real at all is chance. Smaller, and
+// a ray through the path of a cone's apex loses its end; larger, and the apex cuts rays that pass
+// it at more than a thousandth of their way.
 constexpr float kDoubleRoot = 5e-7f;
 
 struct Interval {
   VF lo, hi;
 };
 
-// Where a x^2 + 2 b x + c >= 0, as the one interval the convex body has there. `a` is the same for all lanes.
-// a < 0 (always, for a concave quadric): between the roots. a > 0 (cone): one side of them, up if `upward`.
+// Where a x^2 + 2 b x + c >= 0, as the one interval the convex body has there. `a` is the same for
+// all lanes. a < 0 (always, for a concave quadric): between the roots. a > 0 (cone): one side of
+// them, up if `upward`.
 HWY_INLINE Interval Solve(float a, VF b, VF c, bool cone, bool upward) {
   const DF d;
   if (!cone || std::abs(a) < kParallel) a = std::min(a, -kNoCurve);
@@ -68,12 +70,14 @@ HWY_INLINE void Clip(Interval& x, float slope, VF offset) {
     x.hi = hn::Min(x.hi, bound);
 }
 
-// One ray's (row of rays') problem; kNormals also carries the outward normal of whatever made each end.
+// One ray's (row of rays') problem; kNormals also carries the outward normal of whatever made each
+// end.
 template <bool kNormals>
 struct RowSolver {
   const SweptConvex::View& k;
-  VF u, v;                           // ray position relative to the tip
-  VF lin_t, lin_s, con;              // q(t,s) = tt t^2 + 2 ts t s + ss s^2 + 2 lin_t t + 2 lin_s s + con
+  VF u, v;  // ray position relative to the tip
+  // q(t,s) = tt t^2 + 2 ts t s + ss s^2 + 2 lin_t t + 2 lin_s s + con.
+  VF lin_t, lin_s, con;
   VF plane[ConvexBody::kMaxPlanes];  // l_j at t = s = 0
   VF lo, hi;
   VF lo_nu, lo_nv, lo_nt, hi_nu, hi_nv, hi_nt;
@@ -82,8 +86,8 @@ struct RowSolver {
     const VF two = F(2.0f);
     lin_t = hn::Add(hn::Add(hn::Mul(u, F(k.qut)), hn::Mul(v, F(k.qvt))), F(k.bt));
     lin_s = hn::Neg(hn::Add(hn::Add(hn::Mul(u, F(k.qm_u)), hn::Mul(v, F(k.qm_v))), F(k.bm)));
-    const VF uu =
-        hn::Add(hn::Add(hn::Mul(u, F(k.quu)), hn::Mul(v, hn::Mul(two, F(k.quv)))), hn::Mul(two, F(k.bu)));
+    const VF uu = hn::Add(hn::Add(hn::Mul(u, F(k.quu)), hn::Mul(v, hn::Mul(two, F(k.quv)))),
+                          hn::Mul(two, F(k.bu)));
     const VF vv = hn::Add(hn::Mul(v, F(k.qvv)), hn::Mul(two, F(k.bv)));
     con = hn::Add(hn::Add(hn::Mul(u, uu), hn::Mul(v, vv)), F(k.c));
     for (int j = 0; j < k.planes; j++)
@@ -98,7 +102,8 @@ struct RowSolver {
     const VF x = hn::Sub(u, hn::Mul(s, F(k.mu))), y = hn::Sub(v, hn::Mul(s, F(k.mv))),
              z = hn::Sub(t, hn::Mul(s, F(k.mt)));
     const auto row = [&](float a, float b, float c, float e) HWY_ATTR {
-      return hn::Neg(hn::Add(hn::Add(hn::Mul(x, F(a)), hn::Mul(y, F(b))), hn::Add(hn::Mul(z, F(c)), F(e))));
+      return hn::Neg(
+          hn::Add(hn::Add(hn::Mul(x, F(a)), hn::Mul(y, F(b))), hn::Add(hn::Mul(z, F(c)), F(e))));
     };
     nu = row(k.quu, k.quv, k.qut, k.bu);
     nv = row(k.quv, k.qvv, k.qvt, k.bv);
@@ -134,11 +139,12 @@ struct RowSolver {
     }
   }
 
-  // A point of the rim where faces g and p meet, swept: the normal is the mix of theirs that is square to the
-  // motion.
+  // A point of the rim where faces g and p meet, swept: the normal is the mix of theirs that is
+  // square to the motion.
   HWY_INLINE void OfferRim(MF valid, VF t, VF gu, VF gv, VF gt, int j, bool for_lo, bool for_hi) {
     const VF pu = F(-k.nu[j]), pv = F(-k.nv[j]), pt = F(-k.nt[j]);
-    const VF gm = hn::Abs(hn::Add(hn::Add(hn::Mul(gu, F(k.mu)), hn::Mul(gv, F(k.mv))), hn::Mul(gt, F(k.mt))));
+    const VF gm =
+        hn::Abs(hn::Add(hn::Add(hn::Mul(gu, F(k.mu)), hn::Mul(gv, F(k.mv))), hn::Mul(gt, F(k.mt))));
     const VF pm = F(std::abs(k.slope[j]));
     Offer(valid, t, for_lo, for_hi, hn::Add(hn::Mul(pm, gu), hn::Mul(gm, pu)),
           hn::Add(hn::Mul(pm, gv), hn::Mul(gm, pv)), hn::Add(hn::Mul(pm, gt), hn::Mul(gm, pt)));
@@ -186,13 +192,17 @@ struct RowSolver {
     Interval x;
     if (by_s) {
       const float a = k.tt * step * step + 2 * k.ts * step + k.ss;
-      const VF b = hn::Add(hn::Add(hn::Mul(other0, F(k.tt * step + k.ts)), hn::Mul(lin_t, F(step))), lin_s);
-      const VF c = hn::Add(hn::Mul(other0, hn::Add(hn::Mul(other0, F(k.tt)), hn::Mul(F(2.0f), lin_t))), con);
+      const VF b =
+          hn::Add(hn::Add(hn::Mul(other0, F(k.tt * step + k.ts)), hn::Mul(lin_t, F(step))), lin_s);
+      const VF c =
+          hn::Add(hn::Mul(other0, hn::Add(hn::Mul(other0, F(k.tt)), hn::Mul(F(2.0f), lin_t))), con);
       x = Solve(a, b, c, k.cone, k.cone && k.slope[0] + k.nt[0] * step > 0);
     } else {
       const float a = k.tt + 2 * k.ts * step + k.ss * step * step;
-      const VF b = hn::Add(hn::Add(hn::Mul(other0, F(k.ts + k.ss * step)), hn::Mul(lin_s, F(step))), lin_t);
-      const VF c = hn::Add(hn::Mul(other0, hn::Add(hn::Mul(other0, F(k.ss)), hn::Mul(F(2.0f), lin_s))), con);
+      const VF b =
+          hn::Add(hn::Add(hn::Mul(other0, F(k.ts + k.ss * step)), hn::Mul(lin_s, F(step))), lin_t);
+      const VF c =
+          hn::Add(hn::Mul(other0, hn::Add(hn::Mul(other0, F(k.ss)), hn::Mul(F(2.0f), lin_s))), con);
       x = Solve(a, b, c, k.cone, k.cone && k.nt[0] + k.slope[0] * step > 0);
     }
     const Interval quadric = x;
@@ -240,7 +250,8 @@ struct RowSolver {
     }
   }
 
-  // Lanes whose ray meets the path of a cone's apex, where its two silhouettes are one: the apex itself.
+  // Lanes whose ray meets the path of a cone's apex, where its two silhouettes are one: the apex
+  // itself.
   HWY_INLINE void AtApex(MF valid, VF b, float a) {
     const DF d;
     if (hn::AllFalse(d, valid)) return;
@@ -248,7 +259,8 @@ struct RowSolver {
     const VF s = hn::Mul(hn::Add(hn::Mul(t, F(k.ts)), lin_s), F(-1.0f / k.ss));
     valid = hn::And(valid, hn::And(hn::Ge(s, F(k.s_min)), hn::Le(s, F(k.s_max))));
     for (int j = k.first_face; j < k.planes; j++) {
-      const VF value = hn::Add(plane[j], hn::Add(hn::Mul(t, F(k.nt[j])), hn::Mul(s, F(k.slope[j]))));
+      const VF value =
+          hn::Add(plane[j], hn::Add(hn::Mul(t, F(k.nt[j])), hn::Mul(s, F(k.slope[j]))));
       valid = hn::And(valid, hn::Ge(value, hn::Zero(d)));
     }
     OfferPlane(valid, t, 0, true, true);
@@ -266,10 +278,10 @@ struct RowSolver {
     const float safe = std::abs(a) < kNoCurve ? -kNoCurve : a;
     const VF disc = hn::Sub(hn::Mul(b, b), hn::Mul(F(safe), c));
     if (k.first_face == 1) {
-      const VF terms =
-          hn::Add(hn::Mul(hn::Abs(b), hn::Add(hn::Abs(lin_t), hn::Abs(hn::Mul(lin_s, F(k.ts * inverse))))),
-                  hn::Mul(F(std::abs(safe)),
-                          hn::Add(hn::Abs(con), hn::Abs(hn::Mul(hn::Mul(lin_s, lin_s), F(inverse))))));
+      const VF terms = hn::Add(
+          hn::Mul(hn::Abs(b), hn::Add(hn::Abs(lin_t), hn::Abs(hn::Mul(lin_s, F(k.ts * inverse))))),
+          hn::Mul(F(std::abs(safe)),
+                  hn::Add(hn::Abs(con), hn::Abs(hn::Mul(hn::Mul(lin_s, lin_s), F(inverse))))));
       AtApex(hn::Le(disc, hn::Mul(F(kDoubleRoot), terms)), b, safe);
     }
     const MF real = hn::Ge(disc, hn::Zero(d));
@@ -280,7 +292,8 @@ struct RowSolver {
       const VF s = hn::Mul(hn::Add(hn::Mul(t, F(k.ts)), lin_s), F(-inverse));
       MF valid = hn::And(real, hn::And(hn::Ge(s, F(k.s_min)), hn::Le(s, F(k.s_max))));
       for (int j = 0; j < k.planes; j++) {
-        const VF value = hn::Add(plane[j], hn::Add(hn::Mul(t, F(k.nt[j])), hn::Mul(s, F(k.slope[j]))));
+        const VF value =
+            hn::Add(plane[j], hn::Add(hn::Mul(t, F(k.nt[j])), hn::Mul(s, F(k.slope[j]))));
         valid = hn::And(valid, hn::Ge(value, hn::Zero(d)));
       }
       if (!hn::AllFalse(d, valid)) OfferQuadric(valid, t, s, true, true);
@@ -329,8 +342,10 @@ void ConvexNormals(const SweptConvex::View& k, float u_base, float v_base, const
       RowSolver<true> solver(k, LanesFrom(u_base, g), F(v_base + static_cast<float>(row)));
       solver.Run();
       const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
-      hn::Store(EncodeNormal(solver.lo_nu, solver.lo_nv, solver.lo_nt, scale), du, of.codes.lo + slot);
-      hn::Store(EncodeNormal(solver.hi_nu, solver.hi_nv, solver.hi_nt, scale), du, of.codes.hi + slot);
+      hn::Store(EncodeNormal(solver.lo_nu, solver.lo_nv, solver.lo_nt, scale), du,
+                of.codes.lo + slot);
+      hn::Store(EncodeNormal(solver.hi_nu, solver.hi_nv, solver.hi_nt, scale), du,
+                of.codes.hi + slot);
     }
   }
 }
@@ -363,8 +378,9 @@ ConvexBody ConvexBody::scaled(double factor) const {
 namespace {
 
 // The view of one field with the tip at `tip`; s runs over [s_min, s_max].
-void set_view(SweptConvex::View& k, Axis axis, const Mat3& q, const Vec3& b, double c, const Vec3& motion,
-              int planes, const std::array<Vec3, ConvexBody::kMaxPlanes>& normal,
+void set_view(SweptConvex::View& k, Axis axis, const Mat3& q, const Vec3& b, double c,
+              const Vec3& motion, int planes,
+              const std::array<Vec3, ConvexBody::kMaxPlanes>& normal,
               const std::array<double, ConvexBody::kMaxPlanes>& offset) {
   const int u = u_index(axis), v = v_index(axis), t = depth_index(axis);
   const auto f = [](double x) { return static_cast<float>(x); };
@@ -425,8 +441,8 @@ SweptConvex::SweptConvex(const ConvexBody& body, const LatticePoint& tip, const 
     k.cone = body.cone;
     k.first_face = body.cone && body.plane_offset[0] == 0 ? 1 : 0;
   }
-  // A point comes in where some of q, l_j is negative at s = 0 and grows with s. q is concave in s, so it
-  // must grow from the beginning: dq/ds = -2 (Q x + b)'motion > 0 at s = 0.
+  // A point comes in where some of q, l_j is negative at s = 0 and grows with s. q is concave in s,
+  // so it must grow from the beginning: dq/ds = -2 (Q x + b)'motion > 0 at s = 0.
   if (start_is_clear && !body.cone && length > 0) {
     only_ahead_ = true;
     for (int j = 0; j < body.planes; j++)
@@ -459,8 +475,9 @@ SweptConvex::View SweptConvex::view_at(const RayTile& rays) const {
     const double mu = motion_[u_index(rays.axis)], mv = motion_[v_index(rays.axis)];
     const double half = 0.5 * kTileSide, flat2 = mu * mu + mv * mv;
     const double s =
-        flat2 > 0 ? std::clamp(((rays.u0 + half - k.tip_u) * mu + (rays.v0 + half - k.tip_v) * mv) / flat2,
-                               0.0, 1.0)
+        flat2 > 0 ? std::clamp(
+                        ((rays.u0 + half - k.tip_u) * mu + (rays.v0 + half - k.tip_v) * mv) / flat2,
+                        0.0, 1.0)
                   : 0;
     k.tip_u += s * mu;
     k.tip_v += s * mv;
@@ -505,7 +522,8 @@ bool SweptConvex::spans(const RayTile& rays, int layer, SpanLayer& out) const {
 void SweptConvex::normals(const RayTile& rays, int, const EndMasks& ends, SpanLayer& of) const {
   const View k = view_at(rays);
   HWY_DYNAMIC_DISPATCH(ConvexNormals)
-  (k, static_cast<float>(rays.u0 + 0.5 - k.tip_u), static_cast<float>(rays.v0 + 0.5 - k.tip_v), ends, of);
+  (k, static_cast<float>(rays.u0 + 0.5 - k.tip_u), static_cast<float>(rays.v0 + 0.5 - k.tip_v),
+   ends, of);
 }
 
 }  // namespace kibori

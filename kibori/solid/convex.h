@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// A convex solid {q >= 0} with {l_j >= 0}, one quadric and up to six half-spaces, swept along a straight
-// line: the finger, flat cutter, cone, ellipsoid, box and half-space are all of this kind. Exact, one
-// interval per ray.
+// A convex solid {q >= 0} with {l_j >= 0}, one quadric and up to six half-spaces, swept along a
+// straight line: the finger, flat cutter, cone, ellipsoid, box and half-space are all of this kind.
+// Exact, one interval per ray.
 //
-// Put the body at motion parameter s; depth t along the ray is in the sweep when some s in [0, 1] has
-// q(t, s) >= 0 and all l_j(t, s) >= 0. In the (t, s) plane that is a convex region, and the sweep's interval
-// is its shadow on the t axis. The shadow's ends lie
+// Put the body at motion parameter s; depth t along the ray is in the sweep when some s in [0, 1]
+// has q(t, s) >= 0 and all l_j(t, s) >= 0. In the (t, s) plane that is a convex region, and the
+// sweep's interval is its shadow on the t axis. The shadow's ends lie
 //   - on s = 0 or s = 1 (the end poses),                      s
 //   - on a line l_j = 0 (the swept rim of a cap), or        1 ┼──╭────╮──  <- end pose
 //   - where q = 0 has a vertical tangent (silhouette).        │ ╭╯    │
@@ -29,8 +29,8 @@ struct ConvexBody {
   int planes = 0;
   std::array<Vec3, kMaxPlanes> plane_normal;
   std::array<double, kMaxPlanes> plane_offset;
-  // Set for a cone: q is not concave, and plane 0 picks the nappe. Through the apex it has no face of its
-  // own; above the apex it is the lower face of a frustum.
+  // Set for a cone: q is not concave, and plane 0 picks the nappe. Through the apex it has no face
+  // of its own; above the apex it is the lower face of a frustum.
   bool cone = false;
   // Corners of a box in the tool frame that holds the body; infinite where the body is.
   Box local_bounds;
@@ -44,8 +44,8 @@ class SweptConvex final : public Solid {
  public:
   // tip, frame: pose at the start. start_is_clear: there is no material in the start
   // pose, so rays on which the sweep reaches nothing beyond it may be left out.
-  SweptConvex(const ConvexBody& body, const LatticePoint& tip, const Mat3& frame, const LatticeVector& motion,
-              bool start_is_clear = false);
+  SweptConvex(const ConvexBody& body, const LatticePoint& tip, const Mat3& frame,
+              const LatticeVector& motion, bool start_is_clear = false);
 
   LatticeBox bounds() const override { return {bounds_}; }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
@@ -73,8 +73,8 @@ class SweptConvex final : public Solid {
   Vec3 motion_;
   Box bounds_;
   bool recentre_;
-  // Set where a point that the start pose does not hold can only be reached through the quadric, at places
-  // where `ahead_`(x - tip) + ahead_offset_ > 0.
+  // Set where a point that the start pose does not hold can only be reached through the quadric, at
+  // places where `ahead_`(x - tip) + ahead_offset_ > 0.
   bool only_ahead_ = false;
   Vec3 tip_, ahead_;
   double ahead_offset_ = 0;

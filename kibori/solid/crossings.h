@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
-// Where the rays of a field cross a triangle, exactly: vertices snap to a sub-cell integer grid seen along
-// the rays, and whether a ray passes inside is decided by integer edge functions. A ray that meets an edge or
-// a vertex is moved, in thought, by (eps_u, eps_v) with the x shift far larger than y's and y's than z's, so
-// every closed surface is crossed as often inwards as outwards, and the three fields agree on who owns an
-// edge.
+// Where the rays of a field cross a triangle, exactly: vertices snap to a sub-cell integer grid
+// seen along the rays, and whether a ray passes inside is decided by integer edge functions. A ray
+// that meets an edge or a vertex is moved, in thought, by (eps_u, eps_v) with the x shift far
+// larger than y's and y's than z's, so every closed surface is crossed as often inwards as
+// outwards, and the three fields agree on who owns an edge.
 #pragma once
 
 #include <algorithm>
@@ -34,8 +34,8 @@ inline SnappedPoint snap(const LatticePoint& point, Axis axis) {
           point[depth_index(axis)]};
 }
 
-// Calls f(u, v, depth, sign) for each ray of `rect` that crosses triangle abc; sign is +1 where the ray goes
-// in (against the outward normal), -1 where it comes out.
+// Calls f(u, v, depth, sign) for each ray of `rect` that crosses triangle abc; sign is +1 where the
+// ray goes in (against the outward normal), -1 where it comes out.
 template <class F>
 void for_crossings(const SnappedPoint& a, const SnappedPoint& b, const SnappedPoint& c, Axis axis,
                    const RayRect& rect, F&& f) {
@@ -60,13 +60,15 @@ void for_crossings(const SnappedPoint& a, const SnappedPoint& b, const SnappedPo
     dv[e] = turn * (to.v - from.v);
     const int64_t pu = (int64_t{u0} << kSnapBits) + kHalf, pv = (int64_t{v0} << kSnapBits) + kHalf;
     start[e] = du[e] * (pv - from.v) - dv[e] * (pu - from.u);
-    // On the edge: owned if the shifted ray is inside. The shift along the lower-numbered axis wins.
+    // On the edge: owned if the shifted ray is inside. The shift along the lower-numbered axis
+    // wins.
     const bool u_first = u_index(axis) < v_index(axis);
-    const bool owned =
-        u_first ? (dv[e] < 0 || (dv[e] == 0 && du[e] > 0)) : (du[e] > 0 || (du[e] == 0 && dv[e] < 0));
+    const bool owned = u_first ? (dv[e] < 0 || (dv[e] == 0 && du[e] > 0))
+                               : (du[e] > 0 || (du[e] == 0 && dv[e] < 0));
     if (!owned) start[e] -= 1;  // then `inside` is >= 0 for every edge
   }
-  const int sign = area > 0 ? -1 : 1;  // counter-clockwise seen against the ray's direction: coming out
+  // Counter-clockwise seen against the ray's direction: coming out.
+  const int sign = area > 0 ? -1 : 1;
   const double inverse = 1.0 / static_cast<double>(turn * area);
   const auto [d_min, d_max] = std::minmax({a.depth, b.depth, c.depth});
   for (int v = v0; v <= v1; v++) {

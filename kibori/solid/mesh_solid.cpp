@@ -11,7 +11,8 @@
 namespace kibori {
 namespace {
 
-// Neighbouring prisms meet to rounding; a gap this thin [lattice units] between two of them is no gap.
+// Neighbouring prisms meet to rounding; a gap this thin [lattice units] between two of them is no
+// gap.
 constexpr float kSeam = 1e-3f;
 // A triangle whose prism a ray sees edge-on, sine below this, has no interval of its own there: its
 // neighbours have it. Larger, and thin slits open; smaller, and the interval is rounding.
@@ -54,7 +55,8 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
     std::array<std::vector<std::pair<float, std::pair<int, uint32_t>>>, kTileRays> crossings;
   };
   thread_local Cache cache;
-  if (cache.id == id_ && cache.rays.axis == rays.axis && cache.rays.u0 == rays.u0 && cache.rays.v0 == rays.v0)
+  if (cache.id == id_ && cache.rays.axis == rays.axis && cache.rays.u0 == rays.u0 &&
+      cache.rays.v0 == rays.v0)
     return cache.intervals;
   cache.id = id_;
   cache.rays = rays;
@@ -77,7 +79,8 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
     const uint32_t face_code = code_of(normal, axis);
     for_crossings(snap({a}, axis), snap({b}, axis), snap({c}, axis), axis, rect,
                   [&](int u, int v, double depth, int sign) {
-                    const auto slot = static_cast<size_t>((v - rays.v0) * kTileSide + (u - rays.u0));
+                    const auto slot =
+                        static_cast<size_t>((v - rays.v0) * kTileSide + (u - rays.u0));
                     // The depth on the unsnapped plane, where the prism of this triangle begins.
                     Vec3 o = Vec3::Zero();
                     o[ui] = u + 0.5;
@@ -88,8 +91,8 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
                     cache.crossings[slot].push_back({static_cast<float>(depth), {sign, face_code}});
                   });
     if (!moving) continue;
-    // The prism: over the (t, s) plane of a ray, the triangle is a line (its plane) clipped by three edges
-    // and 0 <= s <= 1; the prism's interval is the shadow of that segment on t.
+    // The prism: over the (t, s) plane of a ray, the triangle is a line (its plane) clipped by
+    // three edges and 0 <= s <= 1; the prism's interval is the shadow of that segment on t.
     const double alpha = normal[di], beta = -normal.dot(motion_);
     if (std::abs(alpha) + std::abs(beta) < kEdgeOn * normal.norm()) continue;
     const bool by_s = std::abs(alpha) >= std::abs(beta);
@@ -100,9 +103,11 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
     for (int e = 0; e < 3; e++)
       if (side[e].dot(*corner[(e + 2) % 3] - *corner[e]) > 0) side[e] = -side[e];
     const int u0 = std::max(rect.u0, static_cast<int>(std::floor(u_lo + std::min(mu, 0.0) - 0.5)));
-    const int u1 = std::min(rect.u1 - 1, static_cast<int>(std::ceil(u_hi + std::max(mu, 0.0) - 0.5)));
+    const int u1 =
+        std::min(rect.u1 - 1, static_cast<int>(std::ceil(u_hi + std::max(mu, 0.0) - 0.5)));
     const int v0 = std::max(rect.v0, static_cast<int>(std::floor(v_lo + std::min(mv, 0.0) - 0.5)));
-    const int v1 = std::min(rect.v1 - 1, static_cast<int>(std::ceil(v_hi + std::max(mv, 0.0) - 0.5)));
+    const int v1 =
+        std::min(rect.v1 - 1, static_cast<int>(std::ceil(v_hi + std::max(mv, 0.0) - 0.5)));
     for (int v = v0; v <= v1; v++)
       for (int u = u0; u <= u1; u++) {
         Vec3 o = Vec3::Zero();
@@ -131,8 +136,8 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
         const uint32_t code0 = code_of(edge_lo < 0 ? normal : side[edge_lo], axis);
         const uint32_t code1 = code_of(edge_hi < 0 ? normal : side[edge_hi], axis);
         const bool forward = t0 <= t1;
-        // The tri's own face normal turns with the side of the prism it closes: codes carry no depth sign, so
-        // flip where the component along the ray would come out wrong.
+        // The tri's own face normal turns with the side of the prism it closes: codes carry no
+        // depth sign, so flip where the component along the ray would come out wrong.
         const auto facing = [&](const Vec3& n, uint32_t code, bool at_hi) {
           return (n[di] > 0) == at_hi || n[di] == 0 ? code : negate_normal(code);
         };
@@ -162,8 +167,9 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
         list.back().normal_hi = crossings[i].second.second;
       }
     }
-    std::sort(list.begin(), list.end(),
-              [](const Interval& a, const Interval& b) { return a.lo != b.lo ? a.lo < b.lo : a.hi < b.hi; });
+    std::sort(list.begin(), list.end(), [](const Interval& a, const Interval& b) {
+      return a.lo != b.lo ? a.lo < b.lo : a.hi < b.hi;
+    });
     size_t kept = 0;
     for (const Interval& next : list) {
       if (kept > 0 && next.lo <= list[kept - 1].hi + kSeam) {

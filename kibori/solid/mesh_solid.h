@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A closed mesh as a tool, swept along a straight line: the mesh at its start, and the prism that each
-// triangle sweeps. Exact and not convex, so in several layers. For batch work: it keeps its own copy of the
-// mesh, and costs triangles x touched tiles.
+// A closed mesh as a tool, swept along a straight line: the mesh at its start, and the prism that
+// each triangle sweeps. Exact and not convex, so in several layers. For batch work: it keeps its
+// own copy of the mesh, and costs triangles x touched tiles.
 #pragma once
 
 #include <array>
@@ -16,7 +16,8 @@ namespace kibori {
 class SweptMesh final : public Solid {
  public:
   // `mesh` in tool coordinates [mm], `start` in the world.
-  SweptMesh(const TriangleMesh& mesh, const Pose& start, const LatticeVector& motion, const Lattice& lattice);
+  SweptMesh(const TriangleMesh& mesh, const Pose& start, const LatticeVector& motion,
+            const Lattice& lattice);
 
   LatticeBox bounds() const override { return {bounds_}; }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;

@@ -13,23 +13,25 @@ HWY_BEFORE_NAMESPACE();
 namespace kibori {
 namespace HWY_NAMESPACE {
 
-// Newton steps on t, and on s within each; 14 x 3 brings grazing rays (where convergence is linear) to 1e-3
-// cells, all others to float32.
+// Newton steps on t, and on s within each; 14 x 3 brings grazing rays (where convergence is linear)
+// to 1e-3 cells, all others to float32.
 constexpr int kOuterSteps = 14;
 constexpr int kInnerSteps = 3;
 
-// Lengths below this [lattice units] are divided by as if they were this long: on the rim's axis, and where a
-// ray meets the rim's circle itself, directions have no length. It only keeps 0 / 0 away.
+// Lengths below this [lattice units] are divided by as if they were this long: on the rim's axis,
+// and where a ray meets the rim's circle itself, directions have no length. It only keeps 0 / 0
+// away.
 constexpr float kNoLength = 1e-12f;
 // As kNoSweep, squared, in float32: (1e-9 cells)^2.
 constexpr float kNoSweep2 = 1e-18f;
 // The least curvature that Newton divides by; below it the bracket is halved instead.
 constexpr float kNoCurvature = 1e-20f;
-// A ray that nears the rim by less than this a cell, and is farther than this [cells] from it, passes by.
-// Larger, and grazing rays leave ridges; smaller, and they walk on until the steps are used up.
+// A ray that nears the rim by less than this a cell, and is farther than this [cells] from it,
+// passes by. Larger, and grazing rays leave ridges; smaller, and they walk on until the steps are
+// used up.
 constexpr float kPassing = 1e-4f;
-// A walk that ends farther than this [cells] from the rim has missed it: twenty times what grazing rays are
-// left with after all steps.
+// A walk that ends farther than this [cells] from the rim has missed it: twenty times what grazing
+// rays are left with after all steps.
 constexpr float kMissed = 2e-2f;
 
 struct RimPoint {
@@ -48,8 +50,8 @@ HWY_INLINE RimPoint Evaluate(const SweptRim::View& k, VF u, VF v, VF t, VF s) {
   const VF e = hn::Max(hn::Sub(rho, F(k.disc_radius)), F(0.0f));
   const float mn = k.mu * k.nu + k.mv * k.nv + k.mt * k.nt;
   const float m2 = k.mu * k.mu + k.mv * k.mv + k.mt * k.mt;
-  const VF pm =
-      hn::Mul(hn::Add(hn::Add(hn::Mul(pu, F(k.mu)), hn::Mul(pv, F(k.mv))), hn::Mul(pt, F(k.mt))), inv_rho);
+  const VF pm = hn::Mul(
+      hn::Add(hn::Add(hn::Mul(pu, F(k.mu)), hn::Mul(pv, F(k.mv))), hn::Mul(pt, F(k.mt))), inv_rho);
   RimPoint p;
   const VF g2 = hn::Add(hn::Mul(e, e), hn::Mul(z, z));
   p.distance = hn::Sqrt(g2);
@@ -62,7 +64,8 @@ HWY_INLINE RimPoint Evaluate(const SweptRim::View& k, VF u, VF v, VF t, VF s) {
   p.slope_s = hn::Neg(hn::Add(hn::Mul(e, pm), hn::Mul(z, F(mn))));
   const VF active = hn::IfThenElseZero(hn::Gt(e, hn::Zero(DF())), F(1.0f));
   const VF across = hn::Max(hn::Sub(F(m2 - mn * mn), hn::Mul(pm, pm)), F(0.0f));
-  p.curve_s = hn::Add(hn::Add(hn::Mul(active, hn::Mul(pm, pm)), hn::Mul(ratio, across)), F(mn * mn));
+  p.curve_s =
+      hn::Add(hn::Add(hn::Mul(active, hn::Mul(pm, pm)), hn::Mul(ratio, across)), F(mn * mn));
   return p;
 }
 
@@ -91,17 +94,19 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, bool up, MF& live,
         const VF newton = hn::Sub(s, hn::Div(p.slope_s, hn::Max(p.curve_s, F(kNoCurvature))));
         const MF inside = hn::And(hn::Ge(newton, left), hn::Le(newton, right));
         const MF flat = hn::Eq(p.slope_s, hn::Zero(d));
-        s = hn::IfThenElse(flat, s, hn::IfThenElse(inside, newton, hn::Mul(hn::Add(left, right), F(0.5f))));
+        s = hn::IfThenElse(flat, s,
+                           hn::IfThenElse(inside, newton, hn::Mul(hn::Add(left, right), F(0.5f))));
       }
     }
     at = Evaluate(k, u, v, t, s);
     const VF excess = hn::Sub(at.distance, F(k.corner));
-    // G is convex in (t, s): no s brings it lower here than its tangent plane allows. What an s that has not
-    // settled might yet gain is no reason to walk further, nor to give the ray up.
+    // G is convex in (t, s): no s brings it lower here than its tangent plane allows. What an s
+    // that has not settled might yet gain is no reason to walk further, nor to give the ray up.
     const VF slope_s = hn::Div(at.slope_s, hn::Max(at.distance, F(kNoLength)));
-    const VF gain = hn::Max(hn::Mul(slope_s, hn::Sub(s, s_min)), hn::Mul(slope_s, hn::Sub(s, s_max)));
-    const VF sure =
-        hn::IfThenElse(hn::Gt(excess, hn::Zero(d)), hn::Max(hn::Sub(excess, gain), hn::Zero(d)), excess);
+    const VF gain =
+        hn::Max(hn::Mul(slope_s, hn::Sub(s, s_min)), hn::Mul(slope_s, hn::Sub(s, s_max)));
+    const VF sure = hn::IfThenElse(hn::Gt(excess, hn::Zero(d)),
+                                   hn::Max(hn::Sub(excess, gain), hn::Zero(d)), excess);
     // Walking up, H falls until the near end is met; where it no longer falls, the ray passes by.
     const VF slope = hn::Mul(at.slope_t, F(direction));
     const MF passing = hn::And(hn::Ge(slope, F(-kPassing)), hn::Gt(sure, F(kPassing)));
@@ -215,7 +220,8 @@ SweptRim::View SweptRim::view_at(const RayTile& rays) const {
   double s = 0;
   if (flat2 > kRecentreLength * kRecentreLength)
     s = std::clamp(
-        ((rays.u0 + half - centre_[u]) * motion_[u] + (rays.v0 + half - centre_[v]) * motion_[v]) / flat2,
+        ((rays.u0 + half - centre_[u]) * motion_[u] + (rays.v0 + half - centre_[v]) * motion_[v]) /
+            flat2,
         0.0, 1.0);
   const Vec3 centre = centre_ + s * motion_;
   View k;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-// The rounded rim of a bull-nose cutter, swept: all points within `corner` of a disc that moves along a
-// straight line.
+// The rounded rim of a bull-nose cutter, swept: all points within `corner` of a disc that moves
+// along a straight line.
 //
-// The distance G(t, s) from a ray's point t to the disc at motion parameter s is convex, so each end of the
-// interval is the root of a convex function of t, H(t) = min over s of G(t, s) = corner. Newton walks to it
-// from the end of the enclosing swept cylinder, with s refined a few steps along each time; the number of
-// steps is fixed.
+// The distance G(t, s) from a ray's point t to the disc at motion parameter s is convex, so each
+// end of the interval is the root of a convex function of t, H(t) = min over s of G(t, s) = corner.
+// Newton walks to it from the end of the enclosing swept cylinder, with s refined a few steps along
+// each time; the number of steps is fixed.
 #pragma once
 
 #include <kibori/solid/convex.h>
@@ -15,8 +15,8 @@ namespace kibori {
 
 class SweptRim final : public Solid {
  public:
-  // Centre of the disc at the start, its frame (z: its axis), radii of disc and corner [lattice units],
-  // motion.
+  // Centre of the disc at the start, its frame (z: its axis), radii of disc and corner [lattice
+  // units], motion.
   SweptRim(const LatticePoint& centre, const Mat3& frame, double disc_radius, double corner,
            const LatticeVector& motion);
 

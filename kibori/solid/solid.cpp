@@ -26,7 +26,8 @@ bool Complement::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   out.rows = 0xffff;
   for (int row = 0; row < kTileSide; row++)
     for (int slot = row * kTileSide; slot < (row + 1) * kTileSide; slot++) {
-      const bool in_before = layer > 0 && row_filled(before, row) && before.lo[slot] < before.hi[slot];
+      const bool in_before =
+          layer > 0 && row_filled(before, row) && before.lo[slot] < before.hi[slot];
       const bool in_after = has_after && row_filled(after, row) && after.lo[slot] < after.hi[slot];
       const bool exists = layer == 0 || in_before;
       out.lo[slot] = !exists ? kFar : layer == 0 ? -kFar : before.hi[slot];
@@ -35,16 +36,20 @@ bool Complement::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   return true;
 }
 
-void Complement::normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const {
-  // Our lo is the hi of interval layer - 1, our hi the lo of interval `layer`; out of us is into the other.
-  const auto turn = [&](int inner_layer, bool at_inner_hi, const uint16_t(&mask)[kTileSide], uint32_t* to) {
+void Complement::normals(const RayTile& rays, int layer, const EndMasks& ends,
+                         SpanLayer& of) const {
+  // Our lo is the hi of interval layer - 1, our hi the lo of interval `layer`; out of us is into
+  // the other.
+  const auto turn = [&](int inner_layer, bool at_inner_hi, const uint16_t(&mask)[kTileSide],
+                        uint32_t* to) {
     SpanLayer inner;
     inner.flip = !of.flip;
     if (inner_layer < 0 || !inside_.spans(rays, inner_layer, inner)) return;
     EndMasks want = {};
     for (int row = 0; row < kTileSide; row++)
       if (row_filled(inner, row))
-        want.mark(static_cast<size_t>(row), at_inner_hi ? 0u : mask[row], at_inner_hi ? mask[row] : 0u);
+        want.mark(static_cast<size_t>(row), at_inner_hi ? 0u : mask[row],
+                  at_inner_hi ? mask[row] : 0u);
     inside_.normals(rays, inner_layer, want, inner);
     const uint32_t* from = at_inner_hi ? inner.codes.hi : inner.codes.lo;
     for (int row = 0; row < kTileSide; row++)
@@ -84,7 +89,8 @@ bool Difference::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   return true;
 }
 
-void Difference::normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const {
+void Difference::normals(const RayTile& rays, int layer, const EndMasks& ends,
+                         SpanLayer& of) const {
   whole_.normals(rays, layer / 2, ends, of);
 }
 

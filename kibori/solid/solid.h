@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
 // The one idea: a solid is whatever can say where a ray enters and leaves it.
 //
-// A solid answers for a whole tile of 16 x 16 rays at a time, in layers: layer 0 holds the first interval of
-// every ray, layer 1 the second, and so on (convex solids have one). All coordinates are lattice units in the
-// frame of the field that asks: ray (i, j) of the tile stands at u = u0 + i + 1/2, v = v0 + j + 1/2.
+// A solid answers for a whole tile of 16 x 16 rays at a time, in layers: layer 0 holds the first
+// interval of every ray, layer 1 the second, and so on (convex solids have one). All coordinates
+// are lattice units in the frame of the field that asks: ray (i, j) of the tile stands at u = u0 +
+// i + 1/2, v = v0 + j + 1/2.
 #pragma once
 
 #include <cstdint>
@@ -25,17 +26,18 @@ struct NormalCodes {
   alignas(64) uint32_t hi[kTileRays];
 };
 
-// One interval [lo, hi) per ray; only rows whose bit is set in `rows` are filled, and in those a lane without
-// an interval has lo >= hi. Ends beyond the lattice (+-kFar included) are allowed.
+// One interval [lo, hi) per ray; only rows whose bit is set in `rows` are filled, and in those a
+// lane without an interval has lo >= hi. Ends beyond the lattice (+-kFar included) are allowed.
 struct SpanLayer {
   alignas(64) float lo[kTileRays];
   alignas(64) float hi[kTileRays];
   uint16_t rows;
-  bool flip =
-      false;  // set by who asks: normals into the solid (a cut leaves material outside it), else out of it
-  bool last = false;  // set by `spans` where it knows that no ray of the tile has a further interval
-  uint16_t normals_ready =
-      0;  // rows whose normals `spans` has filled in already, as some solids can for nothing
+  // Set by who asks: normals into the solid (a cut leaves material outside it), else out of it.
+  bool flip = false;
+  // Set by `spans` where it knows that no ray of the tile has a further interval.
+  bool last = false;
+  // Rows whose normals `spans` has filled in already, as some solids can for nothing.
+  uint16_t normals_ready = 0;
   NormalCodes codes;
 };
 
@@ -59,13 +61,14 @@ class Solid {
   // A box that holds the solid; infinite where the solid is.
   virtual LatticeBox bounds() const = 0;
 
-  // Fills layer `layer`, whose `normals_ready` and `last` come in as 0; false when no ray of the tile has so
-  // many intervals. Layers come in order along each ray.
+  // Fills layer `layer`, whose `normals_ready` and `last` come in as 0; false when no ray of the
+  // tile has so many intervals. Layers come in order along each ray.
   virtual bool spans(const RayTile& rays, int layer, SpanLayer& out) const = 0;
 
   // Fills in the normals at the ends marked in `ends` of a layer that `spans` filled; rows that are
   // `normals_ready` already may be left alone.
-  virtual void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const = 0;
+  virtual void normals(const RayTile& rays, int layer, const EndMasks& ends,
+                       SpanLayer& of) const = 0;
 };
 
 // All but `inside`: an intersection is a cut with the complement.
@@ -80,8 +83,8 @@ class Complement final : public Solid {
   const Solid& inside_;
 };
 
-// `whole` less `part`; what a motion newly reaches is its sweep less the start pose. `part` must be convex.
-// For contact only: ends made by `part` have no normals of their own.
+// `whole` less `part`; what a motion newly reaches is its sweep less the start pose. `part` must be
+// convex. For contact only: ends made by `part` have no normals of their own.
 class Difference final : public Solid {
  public:
   Difference(const Solid& whole, const Solid& part) : whole_(whole), part_(part) {}

@@ -24,8 +24,8 @@ struct Overloaded : F... {
 template <class... F>
 Overloaded(F...) -> Overloaded<F...>;
 
-// A motion along a capsule's axis sweeps no parallelogram: less than this [lattice units^2] is rounding, and
-// its normal has no direction.
+// A motion along a capsule's axis sweeps no parallelogram: less than this [lattice units^2] is
+// rounding, and its normal has no direction.
 constexpr double kNoArea = 1e-9;
 
 // Of half a full angle in degrees.
@@ -53,13 +53,14 @@ Box cylinder_box(double radius, double z0, double z1) {
   return {Vec3(-radius, -radius, z0), Vec3(radius, radius, z1)};
 }
 
-// How high a body is looked at, from its tip. Where no material is higher than `height`, what the body does
-// there does not matter, and it needs no face to end it.
+// How high a body is looked at, from its tip. Where no material is higher than `height`, what the
+// body does there does not matter, and it needs no face to end it.
 struct Top {
   double height;
   bool has_face;
 
-  Top(double length, double useful) : height(std::min(length, useful)), has_face(length <= useful) {}
+  Top(double length, double useful)
+      : height(std::min(length, useful)), has_face(length <= useful) {}
   void close(ConvexBody& body) const {
     if (has_face) body.add_plane(Vec3(0, 0, -1), height);
   }
@@ -97,7 +98,8 @@ ConvexBody finger_body(double ks, const Top& top) {
   return body;
 }
 
-// The hull of two segments from `corner` along a and b, thickened by `radius` to both sides of their plane.
+// The hull of two segments from `corner` along a and b, thickened by `radius` to both sides of
+// their plane.
 ConvexBody thick_parallelogram(const Vec3& a, const Vec3& b, double radius) {
   ConvexBody body;
   const Vec3 normal = a.cross(b).normalized();
@@ -145,70 +147,75 @@ Status check_tool(const Tool& tool) {
   const auto check_angle = [&](double angle_deg) {
     require(angle_deg >= 1 && angle_deg <= 175, "angle_deg must be between 1 and 175");
   };
-  std::visit(Overloaded{[](const Finger&) {}, [](const BallTool&) {}, [](const Flat&) {},
-                        [&](const Bull& t) {
-                          require(t.corner <= t.radius, "corner must not exceed radius");
-                          require(t.length >= 2 * t.corner, "length must be at least twice the corner");
-                        },
-                        [&](const Cone& t) { check_angle(t.angle_deg); },
-                        [&](const Capsule& t) {
-                          require(t.length >= 2 * t.radius, "length must be at least twice the radius");
-                        },
-                        [](const HalfSpace&) {}, [](const BoxTool&) {}, [](const Ellipsoid&) {},
-                        [&](const MeshTool& t) {
-                          require(t.mesh && !t.mesh->triangles.empty(),
-                                  "mesh must hold at least one triangle");
-                        },
-                        [&](const Drill& t) { check_angle(t.angle_deg); },
-                        [&](const TaperedBall& t) {
-                          check_angle(t.angle_deg);
-                          require(t.ball <= t.radius, "ball must not exceed radius");
-                          require(t.length >= 2 * t.ball, "length must be at least twice the ball's radius");
-                        }},
-             tool);
+  std::visit(
+      Overloaded{
+          [](const Finger&) {}, [](const BallTool&) {}, [](const Flat&) {},
+          [&](const Bull& t) {
+            require(t.corner <= t.radius, "corner must not exceed radius");
+            require(t.length >= 2 * t.corner, "length must be at least twice the corner");
+          },
+          [&](const Cone& t) { check_angle(t.angle_deg); },
+          [&](const Capsule& t) {
+            require(t.length >= 2 * t.radius, "length must be at least twice the radius");
+          },
+          [](const HalfSpace&) {}, [](const BoxTool&) {}, [](const Ellipsoid&) {},
+          [&](const MeshTool& t) {
+            require(t.mesh && !t.mesh->triangles.empty(), "mesh must hold at least one triangle");
+          },
+          [&](const Drill& t) { check_angle(t.angle_deg); },
+          [&](const TaperedBall& t) {
+            check_angle(t.angle_deg);
+            require(t.ball <= t.radius, "ball must not exceed radius");
+            require(t.length >= 2 * t.ball, "length must be at least twice the ball's radius");
+          }},
+      tool);
   if (!wrong.empty()) return Error{wrong};
   return Ok{};
 }
 
 double reach_mm(const Tool& tool) {
   return std::visit(
-      Overloaded{[](const Finger& t) { return std::hypot(t.length, std::sqrt(t.length / t.ks)); },
-                 [](const BallTool& t) { return 2 * t.radius; },
-                 [](const Flat& t) { return std::hypot(t.length, t.radius); },
-                 [](const Bull& t) { return std::hypot(t.length, t.radius); },
-                 [](const Cone& t) { return std::hypot(t.length, t.radius); },
-                 [](const Capsule& t) { return t.length; }, [](const HalfSpace&) { return kInfinity; },
-                 [](const BoxTool& t) { return Vec3(t.size.x() / 2, t.size.y() / 2, t.size.z()).norm(); },
-                 [](const Ellipsoid& t) { return 2 * t.radii.maxCoeff(); },
-                 [](const MeshTool& t) {
-                   double reach = 0;
-                   for (const Vec3& p : t.mesh->vertices) reach = std::fmax(reach, p.norm());
-                   return reach;
-                 },
-                 [](const Drill& t) { return std::hypot(t.length, t.radius); },
-                 [](const TaperedBall& t) { return std::hypot(t.length, t.radius); }},
+      Overloaded{
+          [](const Finger& t) { return std::hypot(t.length, std::sqrt(t.length / t.ks)); },
+          [](const BallTool& t) { return 2 * t.radius; },
+          [](const Flat& t) { return std::hypot(t.length, t.radius); },
+          [](const Bull& t) { return std::hypot(t.length, t.radius); },
+          [](const Cone& t) { return std::hypot(t.length, t.radius); },
+          [](const Capsule& t) { return t.length; }, [](const HalfSpace&) { return kInfinity; },
+          [](const BoxTool& t) { return Vec3(t.size.x() / 2, t.size.y() / 2, t.size.z()).norm(); },
+          [](const Ellipsoid& t) { return 2 * t.radii.maxCoeff(); },
+          [](const MeshTool& t) {
+            double reach = 0;
+            for (const Vec3& p : t.mesh->vertices) reach = std::fmax(reach, p.norm());
+            return reach;
+          },
+          [](const Drill& t) { return std::hypot(t.length, t.radius); },
+          [](const TaperedBall& t) { return std::hypot(t.length, t.radius); }},
       tool);
 }
 
-SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm, const Lattice& lattice,
-                     const LatticeBox& material_bounds, bool start_is_clear) {
+SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
+                     const Lattice& lattice, const LatticeBox& material_bounds,
+                     bool start_is_clear) {
   const double scale = 1 / lattice.pitch_mm;
   const LatticePoint tip = lattice.to_lattice(start.tip);
   const LatticeVector motion = lattice.vector_to_lattice(motion_mm);
   const Vec3 axis = start.axis();
   const auto above_tip = [&](double height) { return tip + LatticeVector{height * axis}; };
   const Mat3& frame = start.frame;
-  // Height above the tip, along the axis, of the material's farthest corner: the body beyond it meets
-  // nothing.
+  // Height above the tip, along the axis, of the material's farthest corner: the body beyond it
+  // meets nothing.
   const auto useful = [&] {
     const Box& material = material_bounds.units;
-    if (material.empty() || !material.min.allFinite() || !material.max.allFinite()) return kInfinity;
+    if (material.empty() || !material.min.allFinite() || !material.max.allFinite())
+      return kInfinity;
     double height = 0;
     for (int corner = 0; corner < 8; corner++) {
       Vec3 p = material.min;
       for (int i = 0; i < 3; i++)
         if ((corner >> i) & 1) p[i] = material.max[i];
-      height = std::max({height, (p - tip.units).dot(axis), (p - tip.units - motion.units).dot(axis)});
+      height =
+          std::max({height, (p - tip.units).dot(axis), (p - tip.units - motion.units).dot(axis)});
     }
     return height + 1;
   };
@@ -229,10 +236,13 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
           [&](const BallTool& t) {
             add<SweptBall>(above_tip(t.radius * scale), motion, t.radius * scale, start_is_clear);
           },
-          [&](const Flat& t) { convex(cylinder(t.radius * scale, 0, Top(t.length * scale, useful()))); },
+          [&](const Flat& t) {
+            convex(cylinder(t.radius * scale, 0, Top(t.length * scale, useful())));
+          },
           [&](const Bull& t) {
             const double corner = t.corner * scale;
-            convex(cylinder(t.radius * scale, corner, Top(t.length * scale, std::max(2 * corner, useful()))));
+            convex(cylinder(t.radius * scale, corner,
+                            Top(t.length * scale, std::max(2 * corner, useful()))));
             add<SweptRim>(above_tip(corner), frame, (t.radius - t.corner) * scale, corner, motion);
           },
           [&](const Cone& t) { pointed(t.angle_deg, t.radius, t.length); },
@@ -245,8 +255,8 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
             add<SweptBall>(base, body, radius);
             add<SweptBall>(base + motion, body, radius);
             if (motion.units.cross(body.units).squaredNorm() > kNoArea * kNoArea)
-              add<SweptConvex>(thick_parallelogram(body.units, motion.units, radius), base, Mat3::Identity(),
-                               LatticeVector());
+              add<SweptConvex>(thick_parallelogram(body.units, motion.units, radius), base,
+                               Mat3::Identity(), LatticeVector());
           },
           [&](const HalfSpace&) {
             ConvexBody body;
@@ -263,15 +273,16 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
             }
             body.add_plane(Vec3(0, 0, 1), 0);
             body.add_plane(Vec3(0, 0, -1), s.z());
-            body.local_bounds = {Vec3(-s.x() / 2, -s.y() / 2, 0), Vec3(s.x() / 2, s.y() / 2, s.z())};
+            body.local_bounds = {Vec3(-s.x() / 2, -s.y() / 2, 0),
+                                 Vec3(s.x() / 2, s.y() / 2, s.z())};
             convex(body);
           },
           [&](const Ellipsoid& t) {
             const Vec3 r = t.radii * scale;
             ConvexBody body;
             body.q.diagonal() = -r.cwiseProduct(r).cwiseInverse() * r.z();
-            body.b =
-                Vec3(0, 0, 1);  // centre at height r_z: r_z - r_z |x/r|^2 expands to 2z - r_z (z/r_z)^2 ...
+            // Centre at height r_z: r_z - r_z |x/r|^2 expands to 2z - r_z (z/r_z)^2 ...
+            body.b = Vec3(0, 0, 1);
             body.c = 0;
             body.local_bounds = {Vec3(-r.x(), -r.y(), 0), Vec3(r.x(), r.y(), 2 * r.z())};
             convex(body);
@@ -284,7 +295,8 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
           [&](const Drill& t) { pointed(t.angle_deg, t.radius, t.length); },
           [&](const TaperedBall& t) {
             const TaperHeights at = taper_heights(t);
-            const double ball = t.ball * scale, apex = at.apex * scale, full = std::min(at.full, t.length);
+            const double ball = t.ball * scale, apex = at.apex * scale,
+                         full = std::min(at.full, t.length);
             add<SweptBall>(above_tip(ball), motion, ball, start_is_clear);
             if (useful() > at.tangent * scale)
               add<SweptConvex>(cone_body(cone_slope(t.angle_deg), at.tangent * scale - apex,

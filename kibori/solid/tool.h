@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Tools: shapes a user can hold, in their own frame (tip at the origin, body along +z, mm), and the solid a
-// tool sweeps in a straight motion. Adding a shape: a struct here, with its name and its numbers, a place in
-// `Tool`, and its checks, reach and body in tool.cpp (docs/architecture.md, "How to add a tool shape").
+// Tools: shapes a user can hold, in their own frame (tip at the origin, body along +z, mm), and the
+// solid a tool sweeps in a straight motion. Adding a shape: a struct here, with its name and its
+// numbers, a place in `Tool`, and its checks, reach and body in tool.cpp (docs/architecture.md,
+// "How to add a tool shape").
 #pragma once
 
 #include <algorithm>
@@ -24,7 +25,8 @@
 
 namespace kibori {
 
-// The paper's virtual finger (eq. 1): inside where z - ks (x^2 + y^2) > 0, up to z = length. ks [1/mm].
+// The paper's virtual finger (eq. 1): inside where z - ks (x^2 + y^2) > 0, up to z = length. ks
+// [1/mm].
 struct Finger {
   static constexpr const char* kShape = "finger";
   double ks = 0.1, length = 40;
@@ -131,8 +133,8 @@ struct Drill {
   bool operator==(const Drill&) const = default;
 };
 
-// Tapered ball nose: a ball of radius `ball` at the tip, a cone of full angle angle_deg that touches it all
-// round, up to `radius`, and a cylinder from there to `length`.
+// Tapered ball nose: a ball of radius `ball` at the tip, a cone of full angle angle_deg that
+// touches it all round, up to `radius`, and a cylinder from there to `length`.
 struct TaperedBall {
   static constexpr const char* kShape = "tapered";
   double ball = 1, angle_deg = 20, radius = 4, length = 30;
@@ -146,12 +148,13 @@ struct TaperedBall {
 };
 
 // All tools: the one list of their shapes.
-using Tool = std::variant<Finger, BallTool, Flat, Bull, Cone, Capsule, HalfSpace, BoxTool, Ellipsoid,
-                          MeshTool, Drill, TaperedBall>;
+using Tool = std::variant<Finger, BallTool, Flat, Bull, Cone, Capsule, HalfSpace, BoxTool,
+                          Ellipsoid, MeshTool, Drill, TaperedBall>;
 
 namespace internal {
 template <class... Shape>
-constexpr std::array<const char*, sizeof...(Shape)> shapes_of(std::type_identity<std::variant<Shape...>>) {
+constexpr std::array<const char*, sizeof...(Shape)> shapes_of(
+    std::type_identity<std::variant<Shape...>>) {
   return {Shape::kShape...};
 }
 }  // namespace internal
@@ -162,12 +165,13 @@ inline constexpr auto kToolShapes = internal::shapes_of(std::type_identity<Tool>
 // The name of a tool's shape.
 inline const char* shape_of(const Tool& tool) { return kToolShapes[tool.index()]; }
 
-// A tool of the shape of that name, with its default numbers (a mesh tool without a mesh, which check_tool
-// refuses); none where there is no such shape.
+// A tool of the shape of that name, with its default numbers (a mesh tool without a mesh, which
+// check_tool refuses); none where there is no such shape.
 std::optional<Tool> default_tool(std::string_view shape);
 
-// Calls f(name, number) for each number of a tool, in the order of its declaration. A number is a double&
-// or, for sizes along x, y and z, a Vec3&; all are positive, lengths in mm and angles in degrees.
+// Calls f(name, number) for each number of a tool, in the order of its declaration. A number is a
+// double& or, for sizes along x, y and z, a Vec3&; all are positive, lengths in mm and angles in
+// degrees.
 template <class F>
 void for_tool_numbers(Tool& tool, F&& f) {
   std::visit([&](auto& t) { t.for_numbers(t, f); }, tool);
@@ -183,8 +187,9 @@ Status check_tool(const Tool& tool);
 // The farthest point of the tool from its tip [mm]; infinite for a half-space.
 double reach_mm(const Tool& tool);
 
-// The solid that `tool` sweeps while it moves by motion_mm without turning; in place, without allocation (but
-// for a mesh). Parts of long tools that lie beyond `material` [lattice units] are left out of the work.
+// The solid that `tool` sweeps while it moves by motion_mm without turning; in place, without
+// allocation (but for a mesh). Parts of long tools that lie beyond `material` [lattice units] are
+// left out of the work.
 class SweptTool final : public Solid {
  public:
   SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm, const Lattice& lattice,
@@ -212,11 +217,12 @@ class SweptTool final : public Solid {
 
   // Bare memory, as variants would be cleared every tick.
   struct Room {
-    alignas(64) std::byte
-        bytes[std::max({sizeof(SweptBall), sizeof(SweptConvex), sizeof(SweptRim), sizeof(SweptMesh)})];
+    alignas(64) std::byte bytes[std::max({sizeof(SweptBall), sizeof(SweptConvex), sizeof(SweptRim),
+                                          sizeof(SweptMesh)})];
   };
 
-  // One solid, or convex solids whose union is convex: the interval of the union is the hull of theirs.
+  // One solid, or convex solids whose union is convex: the interval of the union is the hull of
+  // theirs.
   std::array<Room, 5> rooms_;
   std::array<const Solid*, 5> solids_;  // in rooms_
   size_t count_ = 0;

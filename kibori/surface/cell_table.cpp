@@ -11,7 +11,8 @@ constexpr std::array<CellEdge, kCellEdges> make_edges() {
   size_t at = 0;
   for (int axis = 0; axis < 3; axis++)
     for (int corner = 0; corner < 8; corner++)
-      if (!((corner >> axis) & 1)) edges[at++] = {static_cast<uint8_t>(corner), static_cast<uint8_t>(axis)};
+      if (!((corner >> axis) & 1))
+        edges[at++] = {static_cast<uint8_t>(corner), static_cast<uint8_t>(axis)};
   return edges;
 }
 
@@ -36,7 +37,8 @@ CellSheets sheets_of(uint8_t inside, uint8_t flipped) {
   // The links of an edge: one on each of its two faces.
   std::array<std::array<int, 2>, kCellEdges> links;
   std::array<int, kCellEdges> link_count{};
-  std::array<std::array<int, 2>, kCellFaces> pair_of{};  // of an ambiguous face: an edge of either pair
+  // Of an ambiguous face: an edge of either pair.
+  std::array<std::array<int, 2>, kCellFaces> pair_of{};
   std::array<bool, kCellFaces> ambiguous{};
   const auto link = [&](int a, int b) {
     links[static_cast<size_t>(a)][static_cast<size_t>(link_count[static_cast<size_t>(a)]++)] = b;
@@ -65,7 +67,8 @@ CellSheets sheets_of(uint8_t inside, uint8_t flipped) {
   CellSheets sheets{};
   sheets.of_edge.fill(kNoSheet);
   for (int start = 0; start < kCellEdges; start++) {
-    if (link_count[static_cast<size_t>(start)] == 0 || sheets.of_edge[static_cast<size_t>(start)] != kNoSheet)
+    if (link_count[static_cast<size_t>(start)] == 0 ||
+        sheets.of_edge[static_cast<size_t>(start)] != kNoSheet)
       continue;
     // Walk the ring.
     int edge = start, from = -1;

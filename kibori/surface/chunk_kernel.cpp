@@ -20,7 +20,8 @@ HWY_INLINE VF Dot(const V3& a, const V3& b) {
   return hn::Add(hn::Add(hn::Mul(a.x, b.x), hn::Mul(a.y, b.y)), hn::Mul(a.z, b.z));
 }
 HWY_INLINE V3 Cross(const V3& a, const V3& b) {
-  return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)), hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
+  return {hn::Sub(hn::Mul(a.y, b.z), hn::Mul(a.z, b.y)),
+          hn::Sub(hn::Mul(a.z, b.x), hn::Mul(a.x, b.z)),
           hn::Sub(hn::Mul(a.x, b.y), hn::Mul(a.y, b.x))};
 }
 
@@ -43,8 +44,9 @@ void FindPlaneEnds(const Plane& plane, float min, float max, PlaneEnds& ends) {
 
 void FindPlaneNodes(const Plane& plane, float first, float count, PlaneNodes& nodes) {
   const DF d;
-  // Node k is in [in, out) if in <= k + 1/2 < out. Depths are rounded before they are counted from `first`:
-  // the difference would round, and two chunks would not agree about a node that both have.
+  // Node k is in [in, out) if in <= k + 1/2 < out. Depths are rounded before they are counted from
+  // `first`: the difference would round, and two chunks would not agree about a node that both
+  // have.
   const VF low = F(first), high = F(first + count);
   const VI from = hn::Set(DI(), static_cast<int32_t>(first));
   const auto node_after = [&](const float* depth) {
@@ -80,32 +82,35 @@ void PlaceSmoothSheets(const SheetSums& sums, size_t count, float quanta) {
     p.y = hn::Mul(p.y, share);
     p.z = hn::Mul(p.z, share);
     const VF length = hn::Sqrt(Dot(n, n));
-    // The normals' cosines to their mean add up to `length`, so if that is nearly their number, none is far
-    // below 1.
+    // The normals' cosines to their mean add up to `length`, so if that is nearly their number,
+    // none is far below 1.
     MF smooth = hn::And(hn::Gt(known, hn::Zero(d)), hn::Gt(length, hn::Sub(known, F(1 - kFlat))));
-    const VF along = hn::Div(hn::Sub(hn::Add(hn::Add(products.x, products.y), products.z), Dot(n, p)),
-                             hn::Mul(length, length));
+    const VF along =
+        hn::Div(hn::Sub(hn::Add(hn::Add(products.x, products.y), products.z), Dot(n, p)),
+                hn::Mul(length, length));
     p.x = hn::Add(p.x, hn::Mul(along, n.x));
     p.y = hn::Add(p.y, hn::Mul(along, n.y));
     p.z = hn::Add(p.z, hn::Mul(along, n.z));
-    smooth = hn::And(smooth, hn::Le(hn::Max(hn::Max(hn::Abs(p.x), hn::Abs(p.y)), hn::Abs(p.z)), reach));
+    smooth =
+        hn::And(smooth, hn::Le(hn::Max(hn::Max(hn::Abs(p.x), hn::Abs(p.y)), hn::Abs(p.z)), reach));
     const VF to_unit = hn::Div(one, length);
-    hn::StoreInterleaved4(hn::Mul(n.x, to_unit), hn::Mul(n.y, to_unit), hn::Mul(n.z, to_unit), known, d,
-                          sums.normals[i].data());
+    hn::StoreInterleaved4(hn::Mul(n.x, to_unit), hn::Mul(n.y, to_unit), hn::Mul(n.z, to_unit),
+                          known, d, sums.normals[i].data());
 
     auto* const places = reinterpret_cast<int32_t*>(sums.centres + i);
     VI x, y, z, remainder;
     hn::LoadInterleaved4(di, places, x, y, z, remainder);
     const auto place = [&](VI centre, VF from_centre, VI wanted) {
-      const VI n0 = hn::Add(centre, hn::NearestInt(hn::IfThenElseZero(smooth, hn::Mul(from_centre, scale))));
-      return hn::IfThenElse(hn::RebindMask(di, smooth), WithRemainder(n0, hn::And(wanted, three_bits)),
-                            centre);
+      const VI n0 =
+          hn::Add(centre, hn::NearestInt(hn::IfThenElseZero(smooth, hn::Mul(from_centre, scale))));
+      return hn::IfThenElse(hn::RebindMask(di, smooth),
+                            WithRemainder(n0, hn::And(wanted, three_bits)), centre);
     };
     x = place(x, p.x, remainder);
     y = place(y, p.y, hn::ShiftRight<3>(remainder));
     z = place(z, p.z, hn::ShiftRight<6>(remainder));
-    hn::StoreInterleaved4(x, y, z, hn::IfThenElseZero(hn::RebindMask(di, smooth), hn::Set(di, 1)), di,
-                          places);
+    hn::StoreInterleaved4(x, y, z, hn::IfThenElseZero(hn::RebindMask(di, smooth), hn::Set(di, 1)),
+                          di, places);
   }
 }
 
@@ -132,7 +137,8 @@ struct Halves {
   }
 };
 
-void ChooseQuadDiagonals(const Quad* quads, size_t count, const QuantizedPosition* places, int32_t* chosen) {
+void ChooseQuadDiagonals(const Quad* quads, size_t count, const QuantizedPosition* places,
+                         int32_t* chosen) {
   const DI di;
   const auto* const base = reinterpret_cast<const int32_t*>(places);
   const auto load = [&](VI vertex) {
@@ -146,7 +152,8 @@ void ChooseQuadDiagonals(const Quad* quads, size_t count, const QuantizedPositio
     const PlaceLanes a = load(v0), b = load(v1), c = load(v2), d = load(v3);
     const V3 ac = Between(a, c), bd = Between(b, d);
     const Halves first(Between(a, b), ac, Between(a, d)), second(Between(b, c), bd, Between(b, a));
-    const MF smooth1 = hn::Gt(first.bend, hn::Zero(DF())), smooth2 = hn::Gt(second.bend, hn::Zero(DF()));
+    const MF smooth1 = hn::Gt(first.bend, hn::Zero(DF())),
+             smooth2 = hn::Gt(second.bend, hn::Zero(DF()));
     const VI rank1 = hn::Add(a.rank, c.rank), rank2 = hn::Add(b.rank, d.rank);
     // The smoother; then along a sharp edge; then the shorter.
     const auto by_rank = hn::RebindMask(DF(), hn::Gt(rank1, rank2));
@@ -155,11 +162,11 @@ void ChooseQuadDiagonals(const Quad* quads, size_t count, const QuantizedPositio
     const MF take_first =
         hn::Or(hn::AndNot(smooth2, smooth1),
                hn::AndNot(hn::Xor(smooth1, smooth2), hn::Or(by_rank, hn::And(same_rank, shorter))));
-    const VI choice =
-        hn::IfThenElse(hn::RebindMask(di, take_first), hn::Set(di, kFirstThird), hn::Set(di, kSecondFourth));
-    hn::StoreU(
-        hn::IfThenElse(hn::RebindMask(di, hn::And(first.clear, second.clear)), choice, hn::Set(di, kUnclear)),
-        di, chosen + i);
+    const VI choice = hn::IfThenElse(hn::RebindMask(di, take_first), hn::Set(di, kFirstThird),
+                                     hn::Set(di, kSecondFourth));
+    hn::StoreU(hn::IfThenElse(hn::RebindMask(di, hn::And(first.clear, second.clear)), choice,
+                              hn::Set(di, kUnclear)),
+               di, chosen + i);
   }
 }
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
-// What is done to many rays, vertices or quads of a chunk at once, by vectors. Internal to `surface`.
+// What is done to many rays, vertices or quads of a chunk at once, by vectors. Internal to
+// `surface`.
 //
-// Each lane computes as the others do and as it would alone, so results depend neither on the vector's width
-// nor on what else is in the batch. Batches are filled up to a multiple of kBatch.
+// Each lane computes as the others do and as it would alone, so results depend neither on the
+// vector's width nor on what else is in the batch. Batches are filled up to a multiple of kBatch.
 #pragma once
 
 #include <cstdint>
@@ -28,33 +29,34 @@ struct alignas(16) QuantizedPosition {
   int32_t rank;  // 1 on a smooth surface, 2 on a sharp edge, 3 in a corner
 };
 
-// One sheet of surface through a cell: sums over the ends of material on the edges it crosses, places counted
-// from the cell's centre [lattice units].
+// One sheet of surface through a cell: sums over the ends of material on the edges it crosses,
+// places counted from the cell's centre [lattice units].
 struct SheetSums {
-  Vec4f* points;               // w: how many
-  Vec4f* normals;              // of unit length; w: how many are known
-  Vec4f* products;             // points times normals along each axis
-  QuantizedPosition* centres;  // the cell's centre; x, y and z of `remainder` are in its rank, 3 bits each
+  Vec4f* points;    // w: how many
+  Vec4f* normals;   // of unit length; w: how many are known
+  Vec4f* products;  // points times normals along each axis
+  // The cell's centre; x, y and z of `remainder` are in its rank, 3 bits each.
+  QuantizedPosition* centres;
 };
 
-// Sheets that are one smooth face (all normals near their mean): `centres` becomes the vertex's place, at the
-// given quanta a lattice unit, and `normals` its unit normal. Others get rank 0.
+// Sheets that are one smooth face (all normals near their mean): `centres` becomes the vertex's
+// place, at the given quanta a lattice unit, and `normals` its unit normal. Others get rank 0.
 using PlaceSheets = void (*)(const SheetSums& sums, size_t count, float quanta);
 
 // Vertices in order around a quad.
 struct alignas(16) Quad {
   uint32_t v[4];
 };
-// Along which diagonal to split: first and third vertex, or second and fourth; or whether it needs a closer
-// look, as a triangle is nearly degenerate.
+// Along which diagonal to split: first and third vertex, or second and fourth; or whether it needs
+// a closer look, as a triangle is nearly degenerate.
 enum Diagonal : int32_t { kFirstThird, kSecondFourth, kUnclear };
 using ChooseDiagonals = void (*)(const Quad* quads, size_t count, const QuantizedPosition* places,
                                  int32_t* chosen);
 
 using FindEnds = void (*)(const Plane& plane, float min, float max, PlaneEnds& ends);
 
-// The nodes in each span of one plane: from ... to - 1, none if to <= from, counted from `first` and within
-// [0, count].
+// The nodes in each span of one plane: from ... to - 1, none if to <= from, counted from `first`
+// and within [0, count].
 struct PlaneNodes {
   alignas(64) int32_t from[kTileRays];
   alignas(64) int32_t to[kTileRays];

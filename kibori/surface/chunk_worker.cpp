@@ -16,21 +16,22 @@
 namespace kibori {
 namespace {
 
-// Relative to a chunk's first cell, counting from 0: vertices are wanted for cells 0 ... 16 (the chunk's and
-// one layer of the next), masks for cells -1 ... 17, so nodes -1 ... 18.
+// Relative to a chunk's first cell, counting from 0: vertices are wanted for cells 0 ... 16 (the
+// chunk's and one layer of the next), masks for cells -1 ... 17, so nodes -1 ... 18.
 constexpr int kNodes = kCells + 3;  // of which the first stands at -1
 constexpr int kHitNodes = kCells + 1;
 // Edges along one axis from each node of a chunk.
 constexpr size_t kEdgesOfAxis = kHitNodes * kHitNodes * kHitNodes;
 static_assert(3 * kEdgesOfAxis < std::numeric_limits<uint16_t>::max());  // they are numbered
 
-// What a triangle of neighbouring cells takes of its vertices' places - differences below 2^24, products
-// below 2^48 - is exact in double.
+// What a triangle of neighbouring cells takes of its vertices' places - differences below 2^24,
+// products below 2^48 - is exact in double.
 struct Multiple {
   double x, y, z;
 };
 Multiple operator-(const QuantizedPosition& a, const QuantizedPosition& b) {
-  return {static_cast<double>(a.x - b.x), static_cast<double>(a.y - b.y), static_cast<double>(a.z - b.z)};
+  return {static_cast<double>(a.x - b.x), static_cast<double>(a.y - b.y),
+          static_cast<double>(a.z - b.z)};
 }
 double dot(const Multiple& a, const Multiple& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 Multiple cross(const Multiple& u, const Multiple& v) {
@@ -38,13 +39,14 @@ Multiple cross(const Multiple& u, const Multiple& v) {
 }
 bool is_zero(const Multiple& a) { return a.x == 0 && a.y == 0 && a.z == 0; }
 
-// Coordinates of vertices are multiples of a power of two that float32 can hold everywhere in the model. The
-// remainder of the multiple by 8 is told by the cell (mod 4) and the sheet, along each axis. Vertices with
-// equal remainders are of the same cell and sheet or of cells at least 4 apart, farther than kVertexReach: so
-// no two are in the same place.
+// Coordinates of vertices are multiples of a power of two that float32 can hold everywhere in the
+// model. The remainder of the multiple by 8 is told by the cell (mod 4) and the sheet, along each
+// axis. Vertices with equal remainders are of the same cell and sheet or of cells at least 4 apart,
+// farther than kVertexReach: so no two are in the same place.
 class VertexGrid {
  public:
-  explicit VertexGrid(const Lattice& lattice) : origin_(lattice.origin_mm), pitch_(lattice.pitch_mm) {
+  explicit VertexGrid(const Lattice& lattice)
+      : origin_(lattice.origin_mm), pitch_(lattice.pitch_mm) {
     double max = 0;
     for (int i = 0; i < 3; i++) {
       const double low = lattice.origin_mm[i], high = low + lattice.nodes[i] * lattice.pitch_mm;
@@ -58,7 +60,9 @@ class VertexGrid {
   }
   float quanta_per_cell() const { return static_cast<float>(pitch_ / quantum_); }
   // What the remainder by 8 must be along one axis.
-  static int32_t remainder(int axis, int cell, int sheet) { return (cell & 3) | ((sheet >> axis) & 1) << 2; }
+  static int32_t remainder(int axis, int cell, int sheet) {
+    return (cell & 3) | ((sheet >> axis) & 1) << 2;
+  }
   std::array<float, 3> mm(const QuantizedPosition& at) const {
     const auto quantum = static_cast<float>(quantum_);
     return {static_cast<float>(at.x) * quantum, static_cast<float>(at.y) * quantum,
@@ -84,8 +88,8 @@ struct Hit {
   SurfaceAttribute look = 0;
 };
 
-// The first whole number k with depth <= k + 1/2: the node at or after an end. For depths from -2 on, by
-// truncation: there may be no instruction to round up.
+// The first whole number k with depth <= k + 1/2: the node at or after an end. For depths from -2
+// on, by truncation: there may be no instruction to round up.
 int node_after(float depth) {
   const int k = static_cast<int>(depth + 2.5f) - 2;
   return static_cast<float>(k) - 0.5f >= depth ? k - 1 : k;
@@ -106,7 +110,8 @@ class ChunkWorker::Impl {
       place.middle[3] = 1;
       place.offset = e.axis * kEdgesOfAxis + node_index(corner);
     }
-    // The first stands for edges whose end is not known, where the fields disagree by a rounding: halfway.
+    // The first stands for edges whose end is not known, where the fields disagree by a rounding:
+    // halfway.
     hits_.push_back({Vec4f::Zero(), Vec4f::Zero(), 0});
   }
 
@@ -150,8 +155,8 @@ class ChunkWorker::Impl {
     uint8_t inside;  // its corners
     bool own;        // of this chunk, not of the next
   };
-  // An edge of a cell: its middle, from the cell's centre (w = 1, so that sums of them count), and where its
-  // hit is, from the cell's first.
+  // An edge of a cell: its middle, from the cell's centre (w = 1, so that sums of them count), and
+  // where its hit is, from the cell's first.
   struct EdgePlace {
     Vec4f middle;
     size_t offset;
@@ -194,8 +199,8 @@ class ChunkWorker::Impl {
     return static_cast<uint8_t>(gather(pairs) | gather(pairs >> 1) << 4);
   }
 
-  // Inside or not, as the z field has it. A column of nodes is a row of 16-bit words; bit b of word w is node
-  // 16 (z_begin + w) - 2 + b, so that two words hold the nodes of a chunk.
+  // Inside or not, as the z field has it. A column of nodes is a row of 16-bit words; bit b of word
+  // w is node 16 (z_begin + w) - 2 + b, so that two words hold the nodes of a chunk.
   void load_nodes(int chunks) {
     words_ = static_cast<size_t>(chunks) + 1;
     inside_.assign(kNodes * kNodes * words_, 0);
@@ -209,17 +214,19 @@ class ChunkWorker::Impl {
     for (int tv = v0 / kTileSide; tv * kTileSide < v1; tv++)
       for (int tu = u0 / kTileSide; tu * kTileSide < u1; tu++)
         for (const Plane* p = &field.tile(tu, tv).first; p; p = p->next) {
-          if (!p->reaches(static_cast<double>(first_node), static_cast<double>(first_node + bits))) continue;
+          if (!p->reaches(static_cast<double>(first_node), static_cast<double>(first_node + bits)))
+            continue;
           empty_ = false;
           PlaneNodes nodes;
           kernel_.find_nodes(*p, first_node, bits, nodes);
           for (int v = std::max(v0, tv * kTileSide); v < std::min(v1, (tv + 1) * kTileSide); v++)
-            for (int u = std::max(u0, tu * kTileSide); u < std::min(u1, (tu + 1) * kTileSide); u++) {
+            for (int u = std::max(u0, tu * kTileSide); u < std::min(u1, (tu + 1) * kTileSide);
+                 u++) {
               const auto slot = static_cast<size_t>(v % kTileSide * kTileSide + u % kTileSide);
               auto from = static_cast<unsigned>(nodes.from[slot]);
               const auto to = static_cast<unsigned>(nodes.to[slot]);
-              uint16_t* words =
-                  inside_.data() + static_cast<size_t>((v - v_first) * kNodes + u - u_first) * words_;
+              uint16_t* words = inside_.data() +
+                                static_cast<size_t>((v - v_first) * kNodes + u - u_first) * words_;
               while (from < to) {
                 const unsigned end = std::min(to, (from / 16 + 1) * 16);
                 words[from / 16] |= static_cast<uint16_t>(((1u << (end - from)) - 1) << from % 16);
@@ -248,7 +255,8 @@ class ChunkWorker::Impl {
     uint32_t own = 0, others = 0;
     for (int y = 0; y < kCells; y++)
       for (int x = 0; x < kCells; x++) {
-        const uint32_t a = column(x, y), b = column(x + 1, y), c = column(x, y + 1), d = column(x + 1, y + 1);
+        const uint32_t a = column(x, y), b = column(x + 1, y), c = column(x, y + 1),
+                       d = column(x + 1, y + 1);
         const uint32_t any = a | b | c | d, all = a & b & c & d;
         uint32_t mixed = ((any | any >> 1) & ~(all & all >> 1)) >> 1 & ((1u << kCells) - 1);
         for (; mixed; mixed &= mixed - 1) {
@@ -278,7 +286,8 @@ class ChunkWorker::Impl {
       beyond[face / 2] += face % 2 ? 1 : -1;
       if ((sheets_of(mask(beyond)).twice >> (face ^ 1)) & 1) flipped |= 1u << face;
     }
-    return flipped ? &flipped_.emplace_back(sheets_of(inside, static_cast<uint8_t>(flipped))) : sheets;
+    return flipped ? &flipped_.emplace_back(sheets_of(inside, static_cast<uint8_t>(flipped)))
+                   : sheets;
   }
 
   // The ends of one field that lie where two nodes differ.
@@ -302,7 +311,8 @@ class ChunkWorker::Impl {
           for (int v = std::max(v0, v_first); v < std::min(v1, v_first + kTileSide); v++)
             for (const bool at_out : {false, true}) {
               unsigned bits = (at_out ? ends.out : ends.in)[v - v_first] & wanted;
-              for (; bits; bits &= bits - 1) put_hit<axis>(u_first + std::countr_zero(bits), v, *p, at_out);
+              for (; bits; bits &= bits - 1)
+                put_hit<axis>(u_first + std::countr_zero(bits), v, *p, at_out);
             }
         }
   }
@@ -333,8 +343,8 @@ class ChunkWorker::Impl {
     if constexpr (axis == Axis::x) h.offset = {along, 0, 0, 0}, h.normal = {normal, nu, nv, 1};
     if constexpr (axis == Axis::y) h.offset = {0, along, 0, 0}, h.normal = {nv, normal, nu, 1};
     if constexpr (axis == Axis::z) h.offset = {0, 0, along, 0}, h.normal = {nu, nv, normal, 1};
-    h.look =
-        look_of(plane.paint ? (at_out ? plane.paint->out : plane.paint->in)[slot] : 0, plane.material[slot]);
+    h.look = look_of(plane.paint ? (at_out ? plane.paint->out : plane.paint->in)[slot] : 0,
+                     plane.material[slot]);
   }
 
   // Sums over the ends on each sheet's edges; then all vertices at once.
@@ -383,8 +393,8 @@ class ChunkWorker::Impl {
         sheets_[count] = {i, sheet, look};
       }
     }
-    kernel_.place_sheets({points_.data(), normals_.data(), products_.data(), centres_.data()}, count,
-                         grid_.quanta_per_cell());
+    kernel_.place_sheets({points_.data(), normals_.data(), products_.data(), centres_.data()},
+                         count, grid_.quanta_per_cell());
     out_.vertices.resize(count);
     out_.cell.resize(count);
     places_.resize(count);
@@ -419,10 +429,11 @@ class ChunkWorker::Impl {
     place.rank = placed.rank;
   }
   // A place in quanta for a point counted from a cell's centre.
-  QuantizedPosition placed_at(const QuantizedPosition& centre, const Vec4f& point, const Index3& cell,
-                              int sheet) const {
+  QuantizedPosition placed_at(const QuantizedPosition& centre, const Vec4f& point,
+                              const Index3& cell, int sheet) const {
     const auto along = [&](int axis, int32_t from) {
-      const auto n = from + static_cast<int32_t>(std::lround(point[axis] * grid_.quanta_per_cell()));
+      const auto n =
+          from + static_cast<int32_t>(std::lround(point[axis] * grid_.quanta_per_cell()));
       return with_remainder(n, VertexGrid::remainder(axis, first_[axis] + cell[axis], sheet));
     };
     return {along(0, centre.x), along(1, centre.y), along(2, centre.z), 1};
@@ -440,10 +451,11 @@ class ChunkWorker::Impl {
     const Cell& cell = cells_[number];
     constexpr int a = static_cast<int>(axis), u = u_index(axis), v = v_index(axis);
     constexpr int du = 1 << u, dv = 1 << v;
-    const bool inside = (cell.inside >> (du | dv)) & 1, beyond = (cell.inside >> (du | dv | 1 << a)) & 1;
+    const bool inside = (cell.inside >> (du | dv)) & 1,
+               beyond = (cell.inside >> (du | dv | 1 << a)) & 1;
     if (inside == beyond) return;
-    // The four cells around the edge, counter-clockwise seen from its far end, by the edge's near corner in
-    // each.
+    // The four cells around the edge, counter-clockwise seen from its far end, by the edge's near
+    // corner in each.
     constexpr int corners[4] = {du | dv, dv, 0, du};
     constexpr int step_u = step_of(u), step_v = step_of(v);
     constexpr int steps[4] = {0, step_u, step_u + step_v, step_v};
@@ -461,7 +473,9 @@ class ChunkWorker::Impl {
     quad_edges_.push_back({number, axis});
   }
   // What index_of grows by for the next cell along an axis.
-  static constexpr int step_of(int axis) { return axis == 2 ? 1 : axis == 0 ? kCells : kCells * kCells; }
+  static constexpr int step_of(int axis) {
+    return axis == 2 ? 1 : axis == 0 ? kCells : kCells * kCells;
+  }
 
   // Two triangles a quad.
   void make_triangles() {
@@ -492,7 +506,8 @@ class ChunkWorker::Impl {
   }
   // The better diagonal of those that leave no triangle degenerate, if there is one. Exact.
   std::optional<Diagonal> look_closer(const uint32_t (&q)[4]) const {
-    const QuantizedPosition &a = places_[q[0]], &b = places_[q[1]], &c = places_[q[2]], &d = places_[q[3]];
+    const QuantizedPosition &a = places_[q[0]], &b = places_[q[1]], &c = places_[q[2]],
+                            &d = places_[q[3]];
     struct Halves {
       bool proper, smooth;
     };
@@ -508,7 +523,8 @@ class ChunkWorker::Impl {
     return ac.smooth || !bd.smooth ? kFirstThird : kSecondFourth;
   }
 
-  // All four vertices are on one line (or fold upon one): a vertex off the line makes four proper triangles.
+  // All four vertices are on one line (or fold upon one): a vertex off the line makes four proper
+  // triangles.
   void make_fan(const uint32_t (&q)[4], const QuadEdge& edge) {
     const Cell& cell = cells_[edge.cell];
     Index3 from = cell.at;  // the edge's near node, from the cell's
@@ -568,7 +584,8 @@ class ChunkWorker::Impl {
   const Snapshot* model_;
   const VertexGrid grid_;
   const ChunkKernel kernel_ = chunk_kernel();
-  Index3 first_ = Index3::Zero();  // the chunk's first cell; cell c stands between nodes c and c + 1
+  // The chunk's first cell; cell c stands between nodes c and c + 1.
+  Index3 first_ = Index3::Zero();
   int z_begin_ = 0;
   size_t words_ = 0;    // a column
   bool empty_ = false;  // no material in the column of chunks

@@ -15,7 +15,8 @@ namespace kibori {
 // Vertices are wanted for a chunk's cells and one layer of the next.
 inline constexpr int kCells = kChunkCells + 1;
 
-// Makes chunks, one at a time, of columns of chunks above each other. Its memory serves for all of them.
+// Makes chunks, one at a time, of columns of chunks above each other. Its memory serves for all of
+// them.
 class ChunkWorker {
  public:
   explicit ChunkWorker(const Snapshot& model);
@@ -36,7 +37,8 @@ class ChunkWorker {
 class Workers {
  public:
   Workers(const Snapshot& model, int threads) {
-    for (int i = 0; i < std::max(1, threads); i++) all_.push_back(std::make_unique<ChunkWorker>(model));
+    for (int i = 0; i < std::max(1, threads); i++)
+      all_.push_back(std::make_unique<ChunkWorker>(model));
   }
   void look_at(const Snapshot& model) {
     for (auto& worker : all_) worker->look_at(model);

@@ -10,10 +10,12 @@
 namespace kibori {
 namespace {
 
-// One plane of nodes with a border of outside nodes around it, and the crossings between neighbours.
+// One plane of nodes with a border of outside nodes around it, and the crossings between
+// neighbours.
 class Plane2 {
  public:
-  Plane2(const Snapshot& model, int k) : nx_(model.lattice.nodes.x()), ny_(model.lattice.nodes.y()) {
+  Plane2(const Snapshot& model, int k)
+      : nx_(model.lattice.nodes.x()), ny_(model.lattice.nodes.y()) {
     inside_.assign(size(), 0);
     at_x_.assign(size(), 0.5f);
     at_y_.assign(size(), 0.5f);
@@ -69,18 +71,18 @@ class Plane2 {
 Layer slice_layer(const Snapshot& model, int k) {
   const Plane2 plane(model, k);
   Layer layer{model.lattice.to_mm(LatticePoint{Vec3(0, 0, k + 0.5)}).z(), {}};
-  // Crossed edges: 2 i + (0: along x, 1: along y) from node i. Around a cell, the outline goes from the side
-  // where material ends (counter-clockwise) to the one where it begins, around the inside corners between;
-  // where there are two such pairs, inside corners are kept apart.
+  // Crossed edges: 2 i + (0: along x, 1: along y) from node i. Around a cell, the outline goes from
+  // the side where material ends (counter-clockwise) to the one where it begins, around the inside
+  // corners between; where there are two such pairs, inside corners are kept apart.
   std::vector<uint32_t> next(2 * plane.size(), ~0u);
   for (int y = -1; y < plane.ny(); y++)
     for (int x = -1; x < plane.nx(); x++) {
-      const bool corner[4] = {plane.inside(x, y), plane.inside(x + 1, y), plane.inside(x + 1, y + 1),
-                              plane.inside(x, y + 1)};
+      const bool corner[4] = {plane.inside(x, y), plane.inside(x + 1, y),
+                              plane.inside(x + 1, y + 1), plane.inside(x, y + 1)};
       if (corner[0] == corner[1] && corner[1] == corner[2] && corner[2] == corner[3]) continue;
       // The cell's sides, counter-clockwise: side i runs from corner i to corner i + 1.
-      const size_t sides[4] = {2 * plane.at(x, y), 2 * plane.at(x + 1, y) + 1, 2 * plane.at(x, y + 1),
-                               2 * plane.at(x, y) + 1};
+      const size_t sides[4] = {2 * plane.at(x, y), 2 * plane.at(x + 1, y) + 1,
+                               2 * plane.at(x, y + 1), 2 * plane.at(x, y) + 1};
       for (size_t i = 0; i < 4; i++) {
         if (!corner[i] || corner[(i + 1) % 4]) continue;
         // Material ends on side i; back along the inside corners to the side where it begins.
@@ -131,11 +133,14 @@ std::vector<int> layers_of(const Snapshot& model, double layer_mm) {
   std::vector<int> layers;
   if (!(low < high)) return layers;
   // Layers nearer than the pitch would be the same.
-  const double step = std::max(1.0, layer_mm / model.lattice.pitch_mm), bottom = static_cast<double>(low);
-  const auto count = static_cast<int64_t>(std::ceil((static_cast<double>(high) - bottom) / step - 1e-6));
+  const double step = std::max(1.0, layer_mm / model.lattice.pitch_mm),
+               bottom = static_cast<double>(low);
+  const auto count =
+      static_cast<int64_t>(std::ceil((static_cast<double>(high) - bottom) / step - 1e-6));
   for (int64_t i = 0; i < count; i++) {
     const double middle = bottom + (static_cast<double>(i) + 0.5) * step;
-    const int k = std::clamp(static_cast<int>(std::lround(middle - 0.5)), 0, model.lattice.nodes.z() - 1);
+    const int k =
+        std::clamp(static_cast<int>(std::lround(middle - 0.5)), 0, model.lattice.nodes.z() - 1);
     if (layers.empty() || layers.back() != k) layers.push_back(k);
   }
   return layers;
@@ -160,7 +165,8 @@ HeightMap height_map(const Snapshot& model) {
   if (low > high) return map;
   map.low_mm = model.lattice.to_mm(LatticePoint{Vec3(0, 0, static_cast<double>(low))}).z();
   map.high_mm = model.lattice.to_mm(LatticePoint{Vec3(0, 0, static_cast<double>(high))}).z();
-  const double scale = high > low ? 65534 / (static_cast<double>(high) - static_cast<double>(low)) : 0;
+  const double scale =
+      high > low ? 65534 / (static_cast<double>(high) - static_cast<double>(low)) : 0;
   for (size_t i = 0; i < tops.size(); i++)
     if (tops[i] != -kFar)
       map.pixels[i] = static_cast<uint16_t>(

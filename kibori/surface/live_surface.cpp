@@ -11,8 +11,8 @@
 namespace kibori {
 namespace {
 
-// Where two tiles differ: rays (bits of their u and v) and the depths of the ends that only one of them has.
-// Normals, materials and paint count too.
+// Where two tiles differ: rays (bits of their u and v) and the depths of the ends that only one of
+// them has. Normals, materials and paint count too.
 struct TileDifference {
   float low = kFar, high = -kFar;
   uint32_t us = 0, vs = 0;
@@ -35,7 +35,8 @@ class TileComparison {
             i++, j++;
             continue;
           }
-          const bool old = j >= after_.size() || (i < before_.size() && before_[i].depth <= after_[j].depth);
+          const bool old =
+              j >= after_.size() || (i < before_.size() && before_[i].depth <= after_[j].depth);
           const float depth = old ? before_[i++].depth : after_[j++].depth;
           d.us |= 1u << u;
           d.vs |= 1u << v;

@@ -13,12 +13,12 @@
 namespace kibori {
 namespace {
 
-// A triangle may turn by at most acos of this when a corner moves, and no corner may become sharper than a
-// sliver.
+// A triangle may turn by at most acos of this when a corner moves, and no corner may become sharper
+// than a sliver.
 constexpr double kMinTurn = 0.3, kMinShape = 0.02;
 
-// Distances are taken at some points of the fans and may be larger between them: so much of the tolerance is
-// used.
+// Distances are taken at some points of the fans and may be larger between them: so much of the
+// tolerance is used.
 constexpr double kShare = 0.6;
 
 // Sum of squared distances to planes, weighted by area: p.A p + 2 b.p + c.
@@ -64,7 +64,8 @@ class Simplifier {
     moved_.assign(triangles_.size(), 0);
     version_.assign(count, 0);
     for (const SurfaceTriangle& t : triangles_) {
-      // Along a border of colours a wall stands upright on the surface, so that the border stays where it is.
+      // Along a border of colours a wall stands upright on the surface, so that the border stays
+      // where it is.
       for (size_t i = 0; i < 3; i++) {
         const uint32_t p = t[i], q = t[(i + 1) % 3];
         if (!same_color(p, q) || same_color(p, t[(i + 2) % 3])) continue;
@@ -97,7 +98,8 @@ class Simplifier {
   struct Wish {
     double cost;
     uint32_t vertex, version;
-    bool operator<(const Wish& other) const {  // for a queue with the least cost on top; ties by number
+    // For a queue with the least cost on top; ties by number.
+    bool operator<(const Wish& other) const {
       return cost != other.cost ? cost > other.cost : vertex > other.vertex;
     }
   };
@@ -113,7 +115,9 @@ class Simplifier {
       return std::max({(corner[1] - corner[0]).squaredNorm(), (corner[2] - corner[1]).squaredNorm(),
                        (corner[0] - corner[2]).squaredNorm()});
     }
-    double distance(const Vec3& p) const { return distance_to_triangle(p, corner[0], corner[1], corner[2]); }
+    double distance(const Vec3& p) const {
+      return distance_to_triangle(p, corner[0], corner[1], corner[2]);
+    }
   };
 
   static Vec3 position(const SurfaceVertex& v) {
@@ -124,7 +128,9 @@ class Simplifier {
     const SurfaceVertex &p = surface_.vertices[a], &q = surface_.vertices[b];
     return p.material == q.material && p.paint == q.paint;
   }
-  static bool has(const SurfaceTriangle& t, uint32_t v) { return t[0] == v || t[1] == v || t[2] == v; }
+  static bool has(const SurfaceTriangle& t, uint32_t v) {
+    return t[0] == v || t[1] == v || t[2] == v;
+  }
 
   // The vertices around v, each once; false if v is not inside a closed fan.
   bool ring(uint32_t v, std::vector<uint32_t>& out) const {
@@ -135,7 +141,8 @@ class Simplifier {
     std::sort(out.begin(), out.end());
     size_t kept = 0;
     for (size_t i = 0; i < out.size(); i += 2) {
-      if (i + 1 >= out.size() || out[i] != out[i + 1] || (i + 2 < out.size() && out[i + 2] == out[i]))
+      if (i + 1 >= out.size() || out[i] != out[i + 1] ||
+          (i + 2 < out.size() && out[i + 2] == out[i]))
         return false;
       out[kept++] = out[i];
     }
@@ -162,12 +169,15 @@ class Simplifier {
     bool on_border = false;
     for (const uint32_t t : around_[v])
       for (size_t i = 0; i < 3; i++) {
-        const uint32_t p = triangles_[t][i], q = triangles_[t][(i + 1) % 3], r = triangles_[t][(i + 2) % 3];
+        const uint32_t p = triangles_[t][i], q = triangles_[t][(i + 1) % 3],
+                       r = triangles_[t][(i + 2) % 3];
         on_border |= !same_color(v, p);
-        if ((p == v || q == v) && same_color(p, q) && !same_color(p, r)) border_.push_back(p == v ? q : p);
+        if ((p == v || q == v) && same_color(p, q) && !same_color(p, r))
+          border_.push_back(p == v ? q : p);
       }
     for (const uint32_t u : ring_v_)
-      if (on_border ? std::find(border_.begin(), border_.end(), u) != border_.end() : same_color(u, v))
+      if (on_border ? std::find(border_.begin(), border_.end(), u) != border_.end()
+                    : same_color(u, v))
         targets_.push_back({quadrics_[v].at(points_[u]), u});
     std::sort(targets_.begin(), targets_.end(), [](const Target& a, const Target& b) {
       return a.cost != b.cost ? a.cost < b.cost : a.vertex < b.vertex;
@@ -180,8 +190,8 @@ class Simplifier {
     }
   }
 
-  // Link condition: u and v have just the two vertices opposite their edge in common, and those two no
-  // triangle with both.
+  // Link condition: u and v have just the two vertices opposite their edge in common, and those two
+  // no triangle with both.
   bool links(uint32_t v, uint32_t u) {
     if (!ring(u, ring_u_)) return false;
     common_.clear();
@@ -196,8 +206,8 @@ class Simplifier {
     return !(joined(v) && joined(u));
   }
 
-  // Whether v's triangles stay proper and near when it goes to u; `moved`: the bound on all that moved there
-  // so far.
+  // Whether v's triangles stay proper and near when it goes to u; `moved`: the bound on all that
+  // moved there so far.
   bool fits(uint32_t v, uint32_t u, double& moved) {
     const Vec3 &from = points_[v], &to = points_[u];
     double before_now = 0;
@@ -214,13 +224,14 @@ class Simplifier {
       }
       const Vec3 before = (was[1] - was[0]).cross(was[2] - was[0]), after = is.cross();
       const double area = after.norm();
-      if (!(area > kMinShape * is.longest2()) || after.dot(before) < kMinTurn * area * before.norm())
+      if (!(area > kMinShape * is.longest2()) ||
+          after.dot(before) < kMinTurn * area * before.norm())
         return false;
       fan_.push_back(is);
     }
-    // How far the old fan and the new one are apart: the old one's middle and sides from the new one, the
-    // middles of the new one's triangles and inner sides from the old, and the sides of both where they
-    // cross.
+    // How far the old fan and the new one are apart: the old one's middle and sides from the new
+    // one, the middles of the new one's triangles and inner sides from the old, and the sides of
+    // both where they cross.
     double apart = to_fan(from);
     if (before_now + apart > kShare * tolerance_) return false;
     for (const uint32_t w : ring_v_) apart = std::max(apart, to_fan(0.5 * (from + points_[w])));
@@ -244,13 +255,15 @@ class Simplifier {
     return moved <= kShare * tolerance_;
   }
 
-  // From v to the border of colours as it would run without v: from u to the next of its neighbours there.
+  // From v to the border of colours as it would run without v: from u to the next of its neighbours
+  // there.
   double to_border(uint32_t v, uint32_t u) const {
     if (border_.empty()) return 0;
     double nearest = std::numeric_limits<double>::infinity();
     for (const uint32_t w : border_)
       if (w != u)
-        nearest = std::min(nearest, distance_to_triangle(points_[v], points_[u], points_[w], points_[w]));
+        nearest =
+            std::min(nearest, distance_to_triangle(points_[v], points_[u], points_[w], points_[w]));
     return nearest;
   }
 
@@ -280,7 +293,8 @@ class Simplifier {
     double nearest = std::numeric_limits<double>::infinity();
     for (const uint32_t t : around_[v]) {
       const SurfaceTriangle& c = triangles_[t];
-      nearest = std::min(nearest, distance_to_triangle(p, points_[c[0]], points_[c[1]], points_[c[2]]));
+      nearest =
+          std::min(nearest, distance_to_triangle(p, points_[c[0]], points_[c[1]], points_[c[2]]));
     }
     return nearest;
   }

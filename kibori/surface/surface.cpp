@@ -24,8 +24,8 @@ SurfaceChunk extract_chunk(const Snapshot& model, const Index3& chunk) {
 
 namespace {
 
-// Layers of chunks are made together, as many as make about so many chunks: columns of chunks share their
-// reading of nodes, and two such slabs are held at a time.
+// Layers of chunks are made together, as many as make about so many chunks: columns of chunks share
+// their reading of nodes, and two such slabs are held at a time.
 constexpr int kSlabChunks = 16384, kMaxLayers = 8;
 
 struct Slab {
@@ -64,8 +64,8 @@ Slab make_slab(const Snapshot& model, Workers& workers, int z_begin, uint32_t& c
   return slab;
 }
 
-// Where a key stands among ascending ones, of which there is at least one. Without branches: they would not
-// be foreseen.
+// Where a key stands among ascending ones, of which there is at least one. Without branches: they
+// would not be foreseen.
 size_t place_of(uint32_t key, const uint32_t* keys, size_t count) {
   const uint32_t* at = keys;
   for (size_t left = count; left > 1;) {
@@ -76,7 +76,8 @@ size_t place_of(uint32_t key, const uint32_t* keys, size_t count) {
   return static_cast<size_t>(at - keys);
 }
 
-// Numbers in the whole surface of the vertices of chunk (x, y, z) of slab `here`; `above` is the next one.
+// Numbers in the whole surface of the vertices of chunk (x, y, z) of slab `here`; `above` is the
+// next one.
 void number_vertices(const Slab& here, const Slab& above, int x, int y, int z,
                      std::vector<uint32_t>& number) {
   const SurfaceChunk& part = here.parts[here.at(x, y, z)];
@@ -94,7 +95,8 @@ void number_vertices(const Slab& here, const Slab& above, int x, int y, int z,
       }
     const Slab& slab = owner[2] < here.z_end ? here : above;
     const size_t other = slab.at(owner[0], owner[1], owner[2]);
-    const uint32_t key = (c[2] + kCells * (c[0] + kCells * c[1])) * kMaxSheets + part.cell[v] % kMaxSheets;
+    const uint32_t key =
+        (c[2] + kCells * (c[0] + kCells * c[1])) * kMaxSheets + part.cell[v] % kMaxSheets;
     const uint32_t* const keys = slab.parts[other].cell.data();
     const size_t found = place_of(key, keys, slab.parts[other].own);
     KIBORI_CHECK(slab.parts[other].own > 0 && keys[found] == key);
@@ -102,7 +104,8 @@ void number_vertices(const Slab& here, const Slab& above, int x, int y, int z,
   }
 }
 
-// Makes slab after slab, and calls use(slab, the next one, vertices up to the end of the next) for each.
+// Makes slab after slab, and calls use(slab, the next one, vertices up to the end of the next) for
+// each.
 template <class Use>
 void make_slabs(const Snapshot& model, int threads, Use&& use) {
   uint32_t count = 0;
@@ -115,8 +118,8 @@ void make_slabs(const Snapshot& model, int threads, Use&& use) {
   }
 }
 
-// Runs f(part's number in the slab, its vertices' numbers in the whole surface, which it may take) for all
-// parts of a slab.
+// Runs f(part's number in the slab, its vertices' numbers in the whole surface, which it may take)
+// for all parts of a slab.
 template <class F>
 void for_numbered_parts(int threads, const Slab& here, const Slab& above, F&& f) {
   const auto rows = static_cast<size_t>(here.chunks[1] * (here.z_end - here.z_begin));
@@ -146,8 +149,9 @@ void make_room(std::vector<T>& all, size_t count, size_t expected) {
 void stream_surface(const Snapshot& model, int threads, const SurfaceSink& sink) {
   make_slabs(model, threads, [&](const Slab& here, const Slab& above, uint32_t) {
     std::vector<std::vector<uint32_t>> numbers(here.parts.size());
-    for_numbered_parts(threads, here, above,
-                       [&](size_t i, std::vector<uint32_t>& number) { numbers[i] = std::move(number); });
+    for_numbered_parts(threads, here, above, [&](size_t i, std::vector<uint32_t>& number) {
+      numbers[i] = std::move(number);
+    });
     for (size_t i = 0; i < here.parts.size(); i++) {
       const SurfaceChunk& part = here.parts[i];
       if (!part.vertices.empty()) sink({part.vertices, part.triangles, numbers[i], part.own});
@@ -176,7 +180,8 @@ Surface extract_surface(const Snapshot& model, int threads) {
       const SurfaceChunk& part = here.parts[i];
       std::copy_n(part.vertices.begin(), part.own, surface.vertices.begin() + here.first[i]);
       SurfaceTriangle* to = surface.triangles.data() + first_triangle[i];
-      for (const SurfaceTriangle& t : part.triangles) *to++ = {number[t[0]], number[t[1]], number[t[2]]};
+      for (const SurfaceTriangle& t : part.triangles)
+        *to++ = {number[t[0]], number[t[1]], number[t[2]]};
     });
   });
   return surface;

@@ -11,11 +11,12 @@
 namespace kibori {
 namespace {
 
-// Eigenvalues below this share of the largest are taken for curvature and noise, not for a second face: two
-// planes at an angle a give tan^2(a/2), so 0.05 keeps edges sharper than 25 degrees.
+// Eigenvalues below this share of the largest are taken for curvature and noise, not for a second
+// face: two planes at an angle a give tan^2(a/2), so 0.05 keeps edges sharper than 25 degrees.
 constexpr double kSharp = 0.05;
 
-// Whether all normals are within kFlat of their mean, of length `length` before it was made a unit vector.
+// Whether all normals are within kFlat of their mean, of length `length` before it was made a unit
+// vector.
 bool one_face(const SheetEnds& ends, const Vec4f& normal, float length) {
   // Their cosines add up to `length`, so if that is nearly their number, none is far below 1.
   if (length > static_cast<float>(ends.with_normal) - (1 - kFlat)) return true;
@@ -47,7 +48,8 @@ SheetVertex place_vertex(const SheetEnds& ends) {
       b += n.dot((ends.points[i] - mean).head<3>().cast<double>()) * n;
     }
     Eigen::SelfAdjointEigenSolver<Mat3> solver;
-    solver.computeDirect(a);  // ascending; three times as quick as by iteration, and exact enough for float32
+    // Ascending; three times as quick as by iteration, and exact enough for float32.
+    solver.computeDirect(a);
     Vec3 step = Vec3::Zero();
     vertex.rank = 0;
     for (int i = 0; i < 3; i++) {

@@ -30,13 +30,14 @@ struct SheetVertex {
   int rank;      // 1 on a smooth surface, 2 on a sharp edge, 3 in a corner
 };
 
-// A vertex may leave its cell by half a cell where sharpness needs it; clamping would blunt oblique edges.
+// A vertex may leave its cell by half a cell where sharpness needs it; clamping would blunt oblique
+// edges.
 inline constexpr float kVertexReach = 1.0f;
 // Normals within acos of this of their mean are of one face.
 inline constexpr float kFlat = 0.98f;
 
-// The point that fits the planes of the ends best (least squares), as near as may be to their mean where they
-// leave it free. Ju et al., Dual contouring of Hermite data, 2002.
+// The point that fits the planes of the ends best (least squares), as near as may be to their mean
+// where they leave it free. Ju et al., Dual contouring of Hermite data, 2002.
 SheetVertex place_vertex(const SheetEnds& ends);
 
 }  // namespace kibori

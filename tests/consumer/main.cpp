@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What a program that uses an installed Kibori looks like: carve a block with a ball tick by tick and print
-// the force; then a scene, kept as a document with its thumbnail, written as a 3MF and drawn.
+// What a program that uses an installed Kibori looks like: carve a block with a ball tick by tick
+// and print the force; then a scene, kept as a document with its thumbnail, written as a 3MF and
+// drawn.
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -75,11 +76,14 @@ int by_scene(const std::filesystem::path& folder) {
   const auto picture = draw_picture(extract_surface(model, 1), colors, how);
   if (!picture) return fail(picture.error());
   std::printf(
-      "carve: removed %.3f mm3, left %.3f mm3, thumbnail of %zu bytes, %zu triangles, %zu bytes of picture\n",
+      "carve: removed %.3f mm3, left %.3f mm3, thumbnail of %zu bytes, %zu triangles, %zu bytes of "
+      "picture\n",
       summary.removed_mm3, summary.volume_mm3, thumbnail.value().size(), written.value(),
       picture.value().pixels.size());
   const bool adds_up = std::abs(summary.removed_mm3 + summary.volume_mm3 - 20 * 10 * 8) < 1;
-  return adds_up && summary.removed_mm3 > 0 && !thumbnail.value().empty() && written.value() > 100 ? 0 : 1;
+  return adds_up && summary.removed_mm3 > 0 && !thumbnail.value().empty() && written.value() > 100
+             ? 0
+             : 1;
 }
 
 }  // namespace

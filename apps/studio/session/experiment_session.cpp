@@ -74,7 +74,8 @@ ExperimentSession::~ExperimentSession() {
 void ExperimentSession::thumbnail(StepId, std::function<void(Bytes)> use) { use({}); }
 
 void ExperimentSession::save_copy(const std::filesystem::path&, std::function<void(Status)> done) {
-  done(Error{"an experiment has no document; carve the scene as an example, or with 'kibori carve'"});
+  done(Error{
+      "an experiment has no document; carve the scene as an example, or with 'kibori carve'"});
 }
 
 }  // namespace kibori

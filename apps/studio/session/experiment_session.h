@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// A scene that is carved while someone looks: its ticks and the model as they come, and all of it in the end.
+// A scene that is carved while someone looks: its ticks and the model as they come, and all of it
+// in the end.
 #pragma once
 
 #include <atomic>

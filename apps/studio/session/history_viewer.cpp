@@ -9,7 +9,8 @@
 namespace kibori {
 namespace {
 
-// Where redo goes from a step that is looked at: on the way to the head, or else the newest that follows.
+// Where redo goes from a step that is looked at: on the way to the head, or else the newest that
+// follows.
 Result<StepId> after(const Document& document, StepId step) {
   if (const auto path = document.path_to(document.head()); path)
     for (size_t i = 0; i + 1 < path.value().size(); i++)
@@ -27,14 +28,16 @@ Result<std::unique_ptr<Session>> HistoryViewer::make(std::unique_ptr<Document> d
   std::unique_ptr<HistoryViewer> viewer(new HistoryViewer);
   viewer->name_ = document->name();
   viewer->materials_ = known_materials();
-  if (const auto last = document->settings(document->head())) viewer->materials_ = last.value().materials;
+  if (const auto last = document->settings(document->head()))
+    viewer->materials_ = last.value().materials;
   if (const uint8_t own = document_material(*document); own < viewer->materials_.size())
     viewer->stock_material_ = own;
   viewer->begin(at_head->snapshot(), removed_until(*document, document->head()));
   viewer->shown_ = std::move(at_head);
   viewer->history_.step = document->head();
   PastSteps past;
-  for (const auto& [id, step] : document->steps()) viewer->steps_.push_back(past.of(*document, step));
+  for (const auto& [id, step] : document->steps())
+    viewer->steps_.push_back(past.of(*document, step));
   viewer->versions_ = document->versions();
   viewer->document_ = std::move(document);
   viewer->notice_ = notice;
@@ -50,13 +53,15 @@ Result<std::unique_ptr<Session>> HistoryViewer::at_last_whole(const std::filesys
   if (!whole) return Error{whole.error()};
   auto document = Document::open(file, Document::Access::read);
   if (!document) return Error{document.error()};
-  if (const Status there = document.value()->stand_at(whole.value()); !there) return Error{there.error()};
+  if (const Status there = document.value()->stand_at(whole.value()); !there)
+    return Error{there.error()};
   auto model = document.value()->load_at(whole.value());
   if (!model) return Error{model.error()};
-  return make(std::move(document).value(), std::move(model).value(),
-              why + ". Shown is step " + std::to_string(whole.value()) + " of " + std::to_string(head) +
-                  ", the last that is whole, and nothing is written; 'kibori history FILE --salvage "
-                  "NEW.kibori' saves up to there.");
+  return make(
+      std::move(document).value(), std::move(model).value(),
+      why + ". Shown is step " + std::to_string(whole.value()) + " of " + std::to_string(head) +
+          ", the last that is whole, and nothing is written; 'kibori history FILE --salvage "
+          "NEW.kibori' saves up to there.");
 }
 
 bool HistoryViewer::latest(Snapshot& snapshot) {

@@ -15,7 +15,8 @@ namespace fs = std::filesystem;
 
 constexpr size_t kMaxListed = 200, kMaxLetters = 100;
 
-// What is left of a name when it is to be a file's: no folders, nothing hidden, no control characters.
+// What is left of a name when it is to be a file's: no folders, nothing hidden, no control
+// characters.
 std::string file_name_of(const std::string& name) {
   std::string kept;
   for (const char c : name) {
@@ -26,7 +27,8 @@ std::string file_name_of(const std::string& name) {
   // Not in the middle of a letter.
   while (kept.size() >= kMaxLetters && (static_cast<unsigned char>(kept.back()) & 0xc0) == 0x80)
     kept.pop_back();
-  if (kept.size() >= kMaxLetters && static_cast<unsigned char>(kept.back()) >= 0xc0) kept.pop_back();
+  if (kept.size() >= kMaxLetters && static_cast<unsigned char>(kept.back()) >= 0xc0)
+    kept.pop_back();
   while (!kept.empty() && kept.back() == ' ') kept.pop_back();
   return kept;
 }
@@ -53,13 +55,15 @@ Result<Library> Library::of_user() {
 std::vector<Library::Entry> Library::list() const {
   std::vector<Entry> entries;
   std::error_code failed;
-  for (fs::directory_iterator at(folder_, failed), end; !failed && at != end; at.increment(failed)) {
+  for (fs::directory_iterator at(folder_, failed), end; !failed && at != end;
+       at.increment(failed)) {
     std::error_code other;
     if (at->path().extension() != ".kibori" || !at->is_regular_file(other)) continue;
     Entry entry;
     entry.name = at->path().stem().string();
     const auto changed = std::chrono::file_clock::to_sys(at->last_write_time(other));
-    entry.changed_s = std::chrono::duration_cast<std::chrono::seconds>(changed.time_since_epoch()).count();
+    entry.changed_s =
+        std::chrono::duration_cast<std::chrono::seconds>(changed.time_since_epoch()).count();
     entry.bytes = at->file_size(other);
     if (!other) entries.push_back(std::move(entry));
   }
@@ -81,10 +85,13 @@ Result<fs::path> Library::find(const std::string& name) const {
 Result<fs::path> Library::place_for(const std::string& name) const {
   std::error_code failed;
   if (folder_.empty())
-    return Error{"there is no home folder to keep documents in; name one: kibori studio FILE.kibori"};
+    return Error{
+        "there is no home folder to keep documents in; name one: kibori studio FILE.kibori"};
   // What is carved is its owner's to show.
-  if (fs::create_directories(folder_, failed)) fs::permissions(folder_, fs::perms::owner_all, failed);
-  if (failed) return Error{sanitize_message(folder_.string()) + ": can't be made (" + failed.message() + ")"};
+  if (fs::create_directories(folder_, failed))
+    fs::permissions(folder_, fs::perms::owner_all, failed);
+  if (failed)
+    return Error{sanitize_message(folder_.string()) + ": can't be made (" + failed.message() + ")"};
   std::string stem = file_name_of(name);
   if (stem.empty()) stem = time_now();
   for (int i = 1; i < 10000; i++) {

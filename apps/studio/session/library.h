@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The folder of somebody's documents, by their names. Names may come from anywhere: none leads out of the
-// folder.
+// The folder of somebody's documents, by their names. Names may come from anywhere: none leads out
+// of the folder.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,9 @@ class Library {
   std::vector<Entry> list() const;
   // Of a document that is there. Errors: there is none of that name.
   Result<std::filesystem::path> find(const std::string& name) const;
-  // For a new document, in the folder, which is made if need be: NAME, or NAME 2 and so on where that is
-  // taken; without a name, the time. What a file's name can't hold is left out. Errors: the folder.
+  // For a new document, in the folder, which is made if need be: NAME, or NAME 2 and so on where
+  // that is taken; without a name, the time. What a file's name can't hold is left out. Errors: the
+  // folder.
   Result<std::filesystem::path> place_for(const std::string& name) const;
   // A small picture of a document (PNG); empty if it has none, or can't be read.
   Bytes thumbnail(const std::string& name) const;

@@ -28,8 +28,8 @@ constexpr size_t kMaxLater = 4096;
 constexpr double kDeviceIdleS = 0.3;
 constexpr double kMinReach = 0.1, kMaxReach = 20;
 
-// s: the hand's whole strength is the most that the device can give. Without force nothing is felt, and s is
-// of no matter.
+// s: the hand's whole strength is the most that the device can give. Without force nothing is felt,
+// and s is of no matter.
 double felt_share(const DeviceCapabilities& device, double strength_n) {
   return device.dof_out > 0 && device.force_n > 0 ? device.force_n / strength_n : 1;
 }
@@ -51,15 +51,18 @@ std::unique_ptr<Device> simulated_hand(const Vec3& size_mm, double rate_hz) {
 }  // namespace
 
 Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> document,
-                                                   std::unique_ptr<TriDexel> model, const Scene& scene,
-                                                   const SessionOptions& options, const std::string& notice) {
+                                                   std::unique_ptr<TriDexel> model,
+                                                   const Scene& scene,
+                                                   const SessionOptions& options,
+                                                   const std::string& notice) {
   std::unique_ptr<LiveSession> session(new LiveSession);
   session->notice_ = notice;
   session->name_ = document->name();
   session->lattice_ = model->lattice();
   session->materials_ = scene.materials;
   // A document may name one that the materials of its last stroke don't hold.
-  if (scene.stock.material < scene.materials.size()) session->stock_material_ = scene.stock.material;
+  if (scene.stock.material < scene.materials.size())
+    session->stock_material_ = scene.stock.material;
   LiveSettings settings;
   settings.material = session->stock_material_;
   settings.tool = session->tool_ = scene.tools.front();
@@ -69,7 +72,8 @@ Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> doc
   settings.snapshot_ticks = 4;                                // who looks sees what was cut soon
   settings.idle_s = std::numeric_limits<double>::infinity();  // a press is a stroke
   if (scene.force.series() && scene.force.spring.strength_n > 0)
-    session->hand_.strength_n = std::clamp(scene.force.spring.strength_n, kMinStrengthN, kMaxStrengthN);
+    session->hand_.strength_n =
+        std::clamp(scene.force.spring.strength_n, kMinStrengthN, kMaxStrengthN);
   settings.spring.strength_n = session->hand_.strength_n;
   settings.spring.stiffness_n_mm = session->hand_.strength_n / kHandGiveMm;
   settings.spring.hand_share = kPoweredShare;
@@ -96,7 +100,8 @@ Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> doc
     // The hand's workspace spans the stock, where that is known.
     const Box& hand = can.workspace_mm;
     if (hand.max.x() > hand.min.x())
-      held.scale = std::clamp(size.maxCoeff() / (hand.max - hand.min).maxCoeff(), kMinReach, kMaxReach);
+      held.scale =
+          std::clamp(size.maxCoeff() / (hand.max - hand.min).maxCoeff(), kMinReach, kMaxReach);
     // What the device can bear: k T/2 within its damping, whichever way it is rounded.
     held.max_n_mm = 2 * session->rate_hz_ * can.damping_ns_mm * (1 - 1e-9);
     held.stiffness_n_mm = std::min(can.stiffness_n_mm, held.max_n_mm);
@@ -115,7 +120,8 @@ Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> doc
   auto live = LiveCarving::make(std::move(model), std::move(device), settings);
   if (!live) return Error{live.error()};
   session->live_ = std::move(live).value();
-  session->begin(session->live_->context().model().snapshot(), removed_until(*document, document->head()));
+  session->begin(session->live_->context().model().snapshot(),
+                 removed_until(*document, document->head()));
   session->writer_ = std::make_unique<DocumentWriter>(*session->live_, std::move(document));
   session->writer_->start();
   session->live_->start();
@@ -128,8 +134,8 @@ std::string LiveSession::close_document() {
   writer_->stop();
   Document& document = writer_->document();
   // A picture that can't be drawn is no loss.
-  static_cast<void>(
-      kibori::keep_thumbnail(document, document.head(), live_->context().model().snapshot(), materials_, 1));
+  static_cast<void>(kibori::keep_thumbnail(document, document.head(),
+                                           live_->context().model().snapshot(), materials_, 1));
   std::string where = settle(document);
   later_.clear();
   pressed_ = false;
@@ -166,14 +172,15 @@ void LiveSession::go_on() {
 
 // ---- A pointer
 
-// How the tool stands there; `anew`: as it does upright, else it goes on from how it stood, so that it does
-// not spin. Nothing where that can't be.
+// How the tool stands there; `anew`: as it does upright, else it goes on from how it stood, so that
+// it does not spin. Nothing where that can't be.
 std::optional<Pose> LiveSession::pose_of(const Vec3& tip_mm, const Vec3& axis, bool anew) {
   const double length = std::sqrt(axis.squaredNorm());
   if (!pointer_ || !tip_mm.allFinite() || !(length > 1e-9) || !std::isfinite(length)) return {};
   const Mat3 before = anew ? Mat3(Mat3::Identity()) : aimed_;
   const Vec3 z = axis / length, was = before.col(2);
-  aimed_ = was.dot(z) > -1 + 1e-9 ? Mat3(rotation(shortest_turn(was, z)) * before) : frame_from_axis(z);
+  aimed_ =
+      was.dot(z) > -1 + 1e-9 ? Mat3(rotation(shortest_turn(was, z)) * before) : frame_from_axis(z);
   return Pose{tip_mm, aimed_ * rotation(Vec3(0, 0, roll_rad_))};
 }
 
@@ -193,7 +200,8 @@ void LiveSession::turn(double roll_rad) {
 
 void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode mode, double time_s) {
   lift();
-  const std::optional<Pose> pose = std::isfinite(time_s) ? pose_of(tip_mm, axis, true) : std::nullopt;
+  const std::optional<Pose> pose =
+      std::isfinite(time_s) ? pose_of(tip_mm, axis, true) : std::nullopt;
   if (!pose) return;
   const Status posted =
       post([pointer = pointer_, stroke = stroke_ + 1, place = *pose, mode](ServoContext& live) {
@@ -287,7 +295,8 @@ void LiveSession::go(StepId step) {
 Status LiveSession::choose_tool(const Tool& tool) {
   if (Status fits = check_tool(tool); !fits) return fits;
   // What the servo can sweep within a tick: no mesh, and no farther than float32 can tell.
-  if (std::holds_alternative<MeshTool>(tool) || !(reach_mm(tool) <= kMaxToolReach * lattice_.pitch_mm))
+  if (std::holds_alternative<MeshTool>(tool) ||
+      !(reach_mm(tool) <= kMaxToolReach * lattice_.pitch_mm))
     return Error{std::string("a hand can't hold that ") + shape_of(tool)};
   if (Status fits = check_symmetry(symmetry_, tool); !fits) return fits;
   Status posted = post([tool](ServoContext& live) { live.change_tool(tool); });
@@ -302,25 +311,27 @@ Status LiveSession::choose_hand(const Hand& hand) {
     return Error{"the stiffness must be 0.01 to 10000 N/mm, or 0 for what suits"};
   if (held_ && hand.stiffness_n_mm > held_->max_n_mm) {
     char text[200];
-    std::snprintf(text, sizeof text, "%s bears a stiffness of %.3g N/mm at most", held_->name.c_str(),
-                  held_->max_n_mm);
+    std::snprintf(text, sizeof text, "%s bears a stiffness of %.3g N/mm at most",
+                  held_->name.c_str(), held_->max_n_mm);
     return Error{text};
   }
   return give_hand(hand, held_ ? held_->scale : 1);
 }
 
-// The hand as the servo's spring has it: by a pointer as stiff as it is strong; by a device as stiff as that
-// renders, at the wood, where a mm of the hand is `reach` mm and a newton of the wood `share` of one.
+// The hand as the servo's spring has it: by a pointer as stiff as it is strong; by a device as
+// stiff as that renders, at the wood, where a mm of the hand is `reach` mm and a newton of the wood
+// `share` of one.
 Status LiveSession::give_hand(const Hand& hand, double reach) {
-  double stiffness = hand.stiffness_n_mm > 0 ? hand.stiffness_n_mm : hand.strength_n / kHandGiveMm, share = 1;
+  double stiffness = hand.stiffness_n_mm > 0 ? hand.stiffness_n_mm : hand.strength_n / kHandGiveMm,
+         share = 1;
   if (held_) {
     share = held_->force_n > 0 ? held_->force_n / hand.strength_n : 1;
     held_->stiffness_n_mm = hand.stiffness_n_mm > 0 ? hand.stiffness_n_mm : default_n_mm_;
     stiffness = held_->stiffness_n_mm / (share * reach);
   }
   const double borne = hand.powered ? kPoweredShare : 1;
-  Status posted =
-      post([=, strength = hand.strength_n, moved = held_ && reach != held_->scale](ServoContext& live) {
+  Status posted = post(
+      [=, strength = hand.strength_n, moved = held_ && reach != held_->scale](ServoContext& live) {
         live.settings().workspace.set_scale(reach);
         live.set_hand(stiffness, strength, borne, share);
         if (moved) live.place_again();
@@ -336,8 +347,9 @@ Status LiveSession::give_hand(const Hand& hand, double reach) {
 
 Status LiveSession::choose_material(size_t material) {
   if (material >= materials_.size()) return Error{"there is no such material"};
-  return post(
-      [number = static_cast<uint8_t>(material)](ServoContext& live) { live.settings().material = number; });
+  return post([number = static_cast<uint8_t>(material)](ServoContext& live) {
+    live.settings().material = number;
+  });
 }
 
 Status LiveSession::choose_model(ForceModel model) {
@@ -444,7 +456,8 @@ void LiveSession::thumbnail(StepId step, std::function<void(Bytes)> use) {
 
 void LiveSession::save_copy(const std::filesystem::path& path, std::function<void(Status)> done) {
   if (!writer_) return done(Error{"this is closed"});
-  writer_->with([path, done = std::move(done)](Document& document) { done(document.save_copy(path)); });
+  writer_->with(
+      [path, done = std::move(done)](Document& document) { done(document.save_copy(path)); });
 }
 
 }  // namespace kibori

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 // A document that a hand carves in by a pointer or a force device.
 //
-//   owner's thread:  aim, press, lift, undo ─► PointerDevice, commands ─► servo thread (LiveCarving)
-//                    follow()  ◄─ snapshots, ticks                              │ log
-//                    history() ◄─ where the document stands ◄── the document writer's threads ◄┘
+//   owner's thread:  aim, press, lift, undo ─► PointerDevice, commands ─► servo (LiveCarving)
+//                    follow()  ◄─ snapshots, ticks                           │ log
+//                    history() ◄─ where the document stands ◄── the document writer ◄┘
 //
 // The servo and the document writer have threads of their own.
 #pragma once
@@ -27,7 +27,8 @@ class LiveSession final : public Session {
   // The hand that pushes the tool.
   struct Hand {
     double strength_n = kHandStrengthN;  // S: it pushes with this at most
-    double stiffness_n_mm = 0;           // between hand and tool; 0: what suits a pointer, or the device
+    // Between hand and tool; 0: what suits a pointer, or the device.
+    double stiffness_n_mm = 0;
     bool powered = true;  // a motor turns the tool, and the hand bears kPoweredShare of the cut
   };
   // Of the force device that holds the tool.
@@ -36,27 +37,30 @@ class LiveSession final : public Session {
     double force_n = 0;                       // the most it can give
     double stiffness_n_mm = 0, max_n_mm = 0;  // at the hand: what is rendered, and what it can bear
     double scale = 1;                         // so far the tool goes for a mm of the hand
-    double share = 1;                         // s: of the wood's force, what is felt: force_n / strength
+    // s: of the wood's force, what is felt: force_n / strength.
+    double share = 1;
     SafetyStage::State safety = SafetyStage::State::off;
     Trip trip = Trip::none;
     double given_n = 0;
   };
 
-  // With the tool and materials of `scene`. `notice`: what the person is told first. Errors: those of the
-  // device.
+  // With the tool and materials of `scene`. `notice`: what the person is told first. Errors: those
+  // of the device.
   static Result<std::unique_ptr<Session>> make(std::unique_ptr<Document> document,
                                                std::unique_ptr<TriDexel> model, const Scene& scene,
-                                               const SessionOptions& options, const std::string& notice);
+                                               const SessionOptions& options,
+                                               const std::string& notice);
   // What could not be saved is then put elsewhere: see close().
   ~LiveSession() override { static_cast<void>(close_document()); }
 
   LiveSession* live() override { return this; }
 
-  // The pointer's hand: tip and axis (from the tip up; any length but zero) of the tool [mm], and when that
-  // was so [s], by whatever clock. While it is pressed, the tool follows these places one after another.
+  // The pointer's hand: tip and axis (from the tip up; any length but zero) of the tool [mm], and
+  // when that was so [s], by whatever clock. While it is pressed, the tool follows these places one
+  // after another.
   void aim(const Vec3& tip_mm, const Vec3& axis, double time_s);
-  // Begins a stroke at this place: the tool backs out from there along its axis until it is clear of
-  // material, comes in again, and cuts, fills or feels from then on.
+  // Begins a stroke at this place: the tool backs out from there along its axis until it is clear
+  // of material, comes in again, and cuts, fills or feels from then on.
   void press(const Vec3& tip_mm, const Vec3& axis, Mode mode, double time_s);
   // Ends the stroke, once the tool has been everywhere that it was aimed to.
   void lift();
@@ -66,7 +70,8 @@ class LiveSession final : public Session {
   void turn(double roll_rad);
   // Whether a stroke is being made, or has not come to its end yet.
   bool pressed() const { return pressed_ || !later_.empty(); }
-  // Whether the tool, which is pressed, stands in material and can't back out: it cuts nothing there.
+  // Whether the tool, which is pressed, stands in material and can't back out: it cuts nothing
+  // there.
   bool blocked() const { return pressed() && inside_; }
   // The force device, as of the last ticks(); null: a pointer holds the tool.
   const HapticDeviceState* held() const { return held_ ? &*held_ : nullptr; }
@@ -75,13 +80,14 @@ class LiveSession final : public Session {
   void arm(bool armed);
   // The tool is there from now on, wherever the hand is [mm].
   void bring(const Vec3& tip_mm);
-  // Errors: a scale that can't be, or at which the device could not bear the spring; nothing has changed.
+  // Errors: a scale that can't be, or at which the device could not bear the spring; nothing has
+  // changed.
   Status choose_reach(double scale);
 
   // Errors: what the tool, or the spring, can't be; nothing has changed.
   Status choose_tool(const Tool& tool);
-  // Errors: a strength that is not 20 to 1000 N, a stiffness that is not 0 or 0.01 to 10000 N/mm, or that the
-  // device can't bear.
+  // Errors: a strength that is not 20 to 1000 N, a stiffness that is not 0 or 0.01 to 10000 N/mm,
+  // or that the device can't bear.
   Status choose_hand(const Hand& hand);
   const Hand& hand() const { return hand_; }
   Status choose_material(size_t material);  // of what is added
@@ -123,9 +129,10 @@ class LiveSession final : public Session {
   };
   std::deque<Later> later_;
   Hand hand_;
-  double default_n_mm_ = 0;        // the stiffness that suits the device
-  Mat3 aimed_ = Mat3::Identity();  // the frame that was aimed at last, before the turn about its own axis
-  double roll_rad_ = 0;            // that turn
+  double default_n_mm_ = 0;  // the stiffness that suits the device
+  // The frame that was aimed at last, before the turn about its own axis.
+  Mat3 aimed_ = Mat3::Identity();
+  double roll_rad_ = 0;  // that turn
   std::optional<HapticDeviceState> held_;
   Tool tool_;
   Symmetry symmetry_;

@@ -13,8 +13,8 @@
 namespace kibori {
 namespace {
 
-// The studio's woods of 2026 were 400 times too soft. What is carved of them from now on is as hard as the
-// species is; strokes of before keep what they were felt with.
+// The studio's woods of 2026 were 400 times too soft. What is carved of them from now on is as hard
+// as the species is; strokes of before keep what they were felt with.
 void mend(Material& material) {
   constexpr struct {
     const char* name;
@@ -80,12 +80,14 @@ void Session::name_version(const std::string&) {
 
 Result<std::unique_ptr<Session>> open_session(const std::filesystem::path& file,
                                               const SessionOptions& options) {
-  auto document = Document::open(file, options.read_only ? Document::Access::read : Document::Access::write);
+  auto document =
+      Document::open(file, options.read_only ? Document::Access::read : Document::Access::write);
   if (!document) return Error{document.error()};
   const std::string missing = document.value()->missing();
   if (options.read_only) {
     auto at_head = document.value()->load_at(document.value()->head());
-    if (!at_head) return HistoryViewer::at_last_whole(file, std::move(document).value(), at_head.error());
+    if (!at_head)
+      return HistoryViewer::at_last_whole(file, std::move(document).value(), at_head.error());
     return HistoryViewer::make(std::move(document).value(), std::move(at_head).value(), missing);
   }
   auto model = document.value()->load();
@@ -99,18 +101,21 @@ Result<std::unique_ptr<Session>> open_session(const std::filesystem::path& file,
     scene.tools = {last.value().tool};
   }
   scene.stock.material = document_material(*document.value());
-  return LiveSession::make(std::move(document).value(), std::move(model).value(), scene, options, missing);
+  return LiveSession::make(std::move(document).value(), std::move(model).value(), scene, options,
+                           missing);
 }
 
-Result<std::unique_ptr<Session>> create_session(const std::filesystem::path& file, const Scene& scene,
-                                                const SessionOptions& options) {
+Result<std::unique_ptr<Session>> create_session(const std::filesystem::path& file,
+                                                const Scene& scene, const SessionOptions& options) {
   if (options.read_only)
-    return Error{sanitize_message(file.string()) + " would be a new document, and this studio only reads"};
+    return Error{sanitize_message(file.string()) +
+                 " would be a new document, and this studio only reads"};
   auto model = make_stock(scene.stock, scene.file, {});
   if (!model) return Error{model.error()};
   auto document = new_document(file, scene, *model.value());
   if (!document) return Error{document.error()};
-  auto session = LiveSession::make(std::move(document).value(), std::move(model).value(), scene, options, {});
+  auto session =
+      LiveSession::make(std::move(document).value(), std::move(model).value(), scene, options, {});
   if (!session) remove_document(file);
   return session;
 }
@@ -124,7 +129,8 @@ PastStep PastSteps::of(const Document& document, const Step& step) {
       mode = settings.value().mode;
     }
   }
-  return {step.id, step.parent, step.removed_mm3, step.made_s, tool, mode, step.pictured, step.label};
+  return {step.id, step.parent, step.removed_mm3, step.made_s,
+          tool,    mode,        step.pictured,    step.label};
 }
 
 double removed_until(const Document& document, StepId step) {

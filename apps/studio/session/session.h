@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// What the studio's pages look at: a document that a hand carves in (LiveSession), one that is only looked at
-// (HistoryViewer), or a scene that carves by itself (ExperimentSession). No network, no picture: see
-// apps/studio for those. All of a session belongs to one thread, the owner's.
+// What the studio's pages look at: a document that a hand carves in (LiveSession), one that is only
+// looked at (HistoryViewer), or a scene that carves by itself (ExperimentSession). No network, no
+// picture: see apps/studio for those. All of a session belongs to one thread, the owner's.
 #pragma once
 
 #include <cstdint>
@@ -47,7 +47,8 @@ struct PastStep {
 
 struct SessionOptions {
   bool read_only = false;  // documents are only looked at
-  std::string device;      // a name of devices/registry.h that holds the tool; empty: a pointer does
+  // a name of devices/registry.h that holds the tool; empty: a pointer does.
+  std::string device;
 };
 
 class Session {
@@ -65,7 +66,9 @@ class Session {
   const Lattice& lattice() const { return lattice_; }
   const std::string& name() const { return name_; }  // of the document or the scene
   const std::vector<Material>& materials() const { return materials_; }
-  uint8_t stock_material() const { return stock_material_; }  // what the stock is of: a number of materials()
+  uint8_t stock_material() const {
+    return stock_material_;
+  }  // what the stock is of: a number of materials()
   double rate_hz() const { return rate_hz_; }
 
   // To be called every few ms: the surface follows the model. The chunks that changed.
@@ -90,8 +93,8 @@ class Session {
   virtual void cancel() {}
   // Of the step that the document stands at; what can't be is told by notice().
   virtual void name_version(const std::string& name);
-  // Small pictures of steps (PNG). `use` is called on another thread, or at once, with nothing where there is
-  // none.
+  // Small pictures of steps (PNG). `use` is called on another thread, or at once, with nothing
+  // where there is none.
   virtual void keep_thumbnail(StepId, Bytes) {}
   virtual void thumbnail(StepId step, std::function<void(Bytes)> use) = 0;
   // All of the document, packed, into a new file; `done` is called on another thread, or at once.
@@ -137,14 +140,15 @@ class Session {
   double volume_mm3_ = 0, stock_mm3_ = 0;
 };
 
-// A document that is there, with the tool and materials of its last stroke; its last step that is whole, only
-// to be looked at, where what follows is damaged. Errors: those of the document and the device.
+// A document that is there, with the tool and materials of its last stroke; its last step that is
+// whole, only to be looked at, where what follows is damaged. Errors: those of the document and the
+// device.
 Result<std::unique_ptr<Session>> open_session(const std::filesystem::path& document,
                                               const SessionOptions& options);
-// A new document of the stock, tool and materials of `scene`. Errors: it is there already; those of the stock
-// and the device; it is only to be looked at.
-Result<std::unique_ptr<Session>> create_session(const std::filesystem::path& document, const Scene& scene,
-                                                const SessionOptions& options);
+// A new document of the stock, tool and materials of `scene`. Errors: it is there already; those of
+// the stock and the device; it is only to be looked at.
+Result<std::unique_ptr<Session>> create_session(const std::filesystem::path& document,
+                                                const Scene& scene, const SessionOptions& options);
 
 // Steps of a document as pages have them; of the thread that has the document.
 class PastSteps {

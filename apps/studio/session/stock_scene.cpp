@@ -53,7 +53,8 @@ Result<Scene> file_scene(const std::filesystem::path& file, const FileStock& how
     for (const double height : {how.height_mm, how.base_mm})
       if (!(height >= kMinMm && height <= how.longest_mm))
         return Error{
-            "the relief's height and base must be at least 0.1 mm, and no more than its longest side"};
+            "the relief's height and base must be at least 0.1 mm, and no more than its longest "
+            "side"};
     stock.kind = Stock::Kind::relief;
     const double wide = picture.value().width, high = picture.value().height;
     stock.width_mm = how.longest_mm * wide / std::max(wide, high);

@@ -14,14 +14,15 @@ namespace kibori {
 // So fine at most along a stock's longest side, so that a page can show it.
 inline constexpr double kMaxRays = 1024;
 
-// A block, log (`cylinder`: x is its diameter, z its length) or ball (x is its diameter) of a size [mm] and
-// pitch [mm]. Errors: the size, the pitch, the material.
+// A block, log (`cylinder`: x is its diameter, z its length) or ball (x is its diameter) of a size
+// [mm] and pitch [mm]. Errors: the size, the pitch, the material.
 Result<Scene> stock_scene(Stock::Kind kind, const Vec3& size_mm, double pitch_mm, size_t material);
 
 // How a file becomes a stock.
 struct FileStock {
-  double longest_mm = 0;  // it is scaled so that its longest side is this; of a picture without its height
-  double rays = 0;        // along that side
+  // It is scaled so that its longest side is this; of a picture without its height.
+  double longest_mm = 0;
+  double rays = 0;  // along that side
   size_t material = 0;
   Orientation orientation = {};       // mesh
   double height_mm = 5, base_mm = 5;  // picture
