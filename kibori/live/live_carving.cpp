@@ -96,7 +96,7 @@ LiveTick LiveCarving::tick(double elapsed_s) {
   // Before any command ends the stroke.
   if (cancel_.load(std::memory_order_relaxed) && cancel_.exchange(false)) context_.discard_stroke();
   run_command();
-  const LiveTick result = context_.tick(elapsed_s);
+  LiveTick result = context_.tick(elapsed_s);
   const TriDexel& model = *context_.model_;
   const auto every = static_cast<uint64_t>(std::max(1, context_.settings_.snapshot_ticks));
   if (++ticks_ % every == 0 && published_ != model.generation()) {
