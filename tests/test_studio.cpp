@@ -25,65 +25,84 @@ namespace {
 
 using test::Folder;
 
-// Follows the studio for so long, and until `done`, if that is asked for.
-template <class F>
-bool follow(Session& studio, double seconds, F&& done) {
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-  while (std::chrono::steady_clock::now() < end) {
-    studio.follow();
-    studio.ticks();
-    studio.history();
-    if (done()) return true;
-    std::this_thread::sleep_for(std::chrono::milliseconds(4));
-  }
-  return done();
-}
-void follow(Session& studio, double seconds) {
-  follow(studio, seconds, [] { return false; });
-}
+// No thread moves the tool: a test runs its ticks, and a pointer's places have the times of those.
+const SessionOptions kByPointer{false, {}, true}, kBySimulatedHand{false, "virtual", true};
 
-// The pointer's clock.
-double now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+// A session that is stepped, and its clock.
+class Stepped {
+ public:
+  explicit Stepped(Session& session) : studio_(*session.live()) {}
+
+  double now_s() const { return 0.001 * static_cast<double>(ticks_); }
+  // Runs so much of the servo's time; every frame's worth, `see` gets its ticks.
+  template <class F>
+  void run(double seconds, F&& see) {
+    const int64_t until = ticks_ + std::llround(1000 * seconds);
+    while (ticks_ < until) {
+      for (int i = 0; i < 16 && ticks_ < until; i++, ticks_++) studio_.tick();
+      studio_.follow();
+      for (const LiveTick& tick : studio_.ticks()) see(tick);
+      studio_.history();
+    }
+  }
+  void run(double seconds) {
+    run(seconds, [](const LiveTick&) {});
+  }
+  // Until the document's threads, whose time no test can step, have done something; false after 20
+  // seconds or more.
+  template <class F>
+  bool until(F&& done) {
+    for (int i = 0; i < 20000; i++) {
+      run(0.008);
+      if (done()) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  }
+
+ private:
+  LiveSession& studio_;
+  int64_t ticks_ = 0;
+};
 
 TEST(Studio, PressedItCutsAndUndoneItIsAsBefore) {
   Folder folder;
   const auto file = folder.path / "a.kibori";
   uint64_t hash = 0;
   {
-    auto opened = create_session(file, servo_scene(), {});
+    auto opened = create_session(file, servo_scene(), kByPointer);
     ASSERT_TRUE(opened.ok()) << opened.error();
     LiveSession& studio = *opened.value()->live();
+    Stepped servo(studio);
     const double volume = studio.volume_mm3();
     EXPECT_NEAR(volume, 80 * 50 * 30, 1e-6 * volume);
-    ASSERT_TRUE(follow(studio, 20, [&] { return studio.history().step == 1; }));
+    ASSERT_TRUE(servo.until([&] { return studio.history().step == 1; }));
     const uint64_t block = studio.history().hash;
     // A ball of 4 mm, pressed 2 mm into the top, along x.
-    studio.aim(Vec3(20, 25, 36), Vec3::UnitZ(), now_s());
-    follow(studio, 0.1);
+    studio.aim(Vec3(20, 25, 36), Vec3::UnitZ(), servo.now_s());
+    servo.run(0.1);
     EXPECT_EQ(studio.removed_mm3(), 0);
-    studio.press(Vec3(20, 25, 36), Vec3::UnitZ(), Mode::cut, now_s());
+    studio.press(Vec3(20, 25, 36), Vec3::UnitZ(), Mode::cut, servo.now_s());
     for (int i = 0; i < 40; i++) {
-      studio.aim(Vec3(20 + i, 25, 28), Vec3::UnitZ(), now_s());
-      follow(studio, 0.01);
+      studio.aim(Vec3(20 + i, 25, 28), Vec3::UnitZ(), servo.now_s());
+      servo.run(0.01);
     }
-    follow(studio, 0.2);
+    servo.run(0.2);
     studio.lift();
-    ASSERT_TRUE(follow(studio, 20, [&] { return studio.history().step == 2; }));
-    follow(studio, 0.2);
+    ASSERT_TRUE(servo.until([&] { return studio.history().step == 2; }));
+    servo.run(0.2);
     EXPECT_GT(studio.removed_mm3(), 20);
     EXPECT_NEAR(studio.volume_mm3(), volume - studio.removed_mm3(), 0.02 * studio.removed_mm3());
     hash = studio.history().hash;
     EXPECT_NE(hash, block);
     EXPECT_TRUE(studio.history().undo);
     studio.undo();
-    ASSERT_TRUE(follow(studio, 20, [&] { return studio.history().step == 1; }));
+    ASSERT_TRUE(servo.until([&] { return studio.history().step == 1; }));
     EXPECT_EQ(studio.history().hash, block);
     EXPECT_TRUE(studio.history().redo);
-    ASSERT_TRUE(follow(studio, 20, [&] { return studio.volume_mm3() == volume; }));
+    ASSERT_TRUE(servo.until([&] { return studio.volume_mm3() == volume; }));
     studio.redo();
-    ASSERT_TRUE(follow(studio, 20, [&] { return studio.history().step == 2; }));
+    ASSERT_TRUE(servo.until([&] { return studio.history().step == 2; }));
     EXPECT_EQ(studio.close(), "");
   }
   auto document = Document::open(file, Document::Access::read);
@@ -97,53 +116,78 @@ TEST(Studio, PressedItCutsAndUndoneItIsAsBefore) {
 // goes on, wherever the axis points to.
 TEST(Studio, ItTurnsButDoesNotSpin) {
   Folder folder;
-  auto opened = create_session(folder.path / "a.kibori", servo_scene(), {});
+  auto opened = create_session(folder.path / "a.kibori", servo_scene(), kByPointer);
   ASSERT_TRUE(opened.ok()) << opened.error();
   LiveSession& studio = *opened.value()->live();
+  Stepped servo(studio);
   const auto side = [&] {
     Vec3 last = Vec3::Zero();
-    for (int i = 0; i < 60; i++) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-      for (const LiveTick& tick : studio.ticks()) last = tick.tool.frame.col(0);
-    }
+    servo.run(0.1, [&](const LiveTick& tick) { last = tick.tool.frame.col(0); });
     return last;
   };
-  studio.aim(Vec3(40, 25, 40), Vec3::UnitZ(), now_s());
+  studio.aim(Vec3(40, 25, 40), Vec3::UnitZ(), servo.now_s());
   EXPECT_NEAR((side() - Vec3::UnitX()).norm(), 0, 1e-6);
   studio.turn(0.5);
-  studio.aim(Vec3(40, 25, 40), Vec3::UnitZ(), now_s());
+  studio.aim(Vec3(40, 25, 40), Vec3::UnitZ(), servo.now_s());
   EXPECT_NEAR((side() - Vec3(std::cos(0.5), std::sin(0.5), 0)).norm(), 0, 1e-6);
   studio.turn(NAN);
-  studio.aim(Vec3(40, 25, 40), 5 * Vec3::UnitZ(), now_s());
+  studio.aim(Vec3(40, 25, 40), 5 * Vec3::UnitZ(), servo.now_s());
   EXPECT_NEAR((side() - Vec3(std::cos(0.5), std::sin(0.5), 0)).norm(), 0, 1e-6);
   studio.turn(0);
   // In the air, all the way round: as much as the axis turns, and no more.
-  studio.press(Vec3(40, 25, 60), Vec3::UnitZ(), Mode::cut, now_s());
+  studio.press(Vec3(40, 25, 60), Vec3::UnitZ(), Mode::cut, servo.now_s());
   double turned = 0;
   Mat3 before = Mat3::Identity();
   for (int i = 0; i <= 72; i++) {
     const double angle = 5 * i * std::acos(-1.0) / 180;
-    studio.aim(Vec3(40, 25, 60), Vec3(std::sin(angle), 0.02, std::cos(angle)), now_s());
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    for (const LiveTick& tick : studio.ticks()) {
+    studio.aim(Vec3(40, 25, 60), Vec3(std::sin(angle), 0.02, std::cos(angle)), servo.now_s());
+    servo.run(0.02, [&](const LiveTick& tick) {
       turned += rotation_between(before, tick.tool.frame).norm();
       before = tick.tool.frame;
-    }
+    });
   }
   studio.lift();
   EXPECT_GT(turned, 5);
   EXPECT_LT(turned, 7.5);
 }
 
-// Adds a row of material and waits for its step.
-StepId add_row(LiveSession& studio, double y) {
-  const size_t before = studio.steps().size();
-  studio.press(Vec3(15, y, 16), Vec3::UnitZ(), Mode::deposit, now_s());
-  follow(studio, 0.1);
-  studio.aim(Vec3(25, y, 16), Vec3::UnitZ(), now_s());
-  follow(studio, 0.2);
+// The same with a servo thread of its own, at its own pace: threads and pages never wait for each
+// other.
+TEST(Studio, ByItsOwnThread) {
+  Folder folder;
+  auto opened = create_session(folder.path / "a.kibori", servo_scene(), {});
+  ASSERT_TRUE(opened.ok()) << opened.error();
+  LiveSession& studio = *opened.value()->live();
+  const auto reaches = [&](StepId step) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (std::chrono::steady_clock::now() < end) {
+      studio.follow();
+      studio.ticks();
+      if (studio.history().step == step) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  };
+  ASSERT_TRUE(reaches(1));
+  studio.press(Vec3(20, 25, 36), Vec3::UnitZ(), Mode::cut, 0);
+  for (int i = 0; i < 40; i++) studio.aim(Vec3(20 + i, 25, 28), Vec3::UnitZ(), 0.01 * i);
   studio.lift();
-  EXPECT_TRUE(follow(studio, 20, [&] { return studio.steps().size() > before; }));
+  ASSERT_TRUE(reaches(2));
+  EXPECT_GT(studio.removed_mm3(), 20);
+  studio.undo();
+  ASSERT_TRUE(reaches(1));
+  EXPECT_EQ(studio.close(), "");
+}
+
+// Adds a row of material and waits for its step.
+StepId add_row(LiveSession& studio, Stepped& servo, double y) {
+  const size_t before = studio.steps().size();
+  studio.press(Vec3(15, y, 16), Vec3::UnitZ(), Mode::deposit, servo.now_s());
+  servo.run(0.1);
+  studio.aim(Vec3(25, y, 16), Vec3::UnitZ(), servo.now_s());
+  servo.run(0.2);
+  studio.lift();
+  EXPECT_TRUE(servo.until([&] { return studio.steps().size() > before; }));
   return studio.steps().empty() ? 0 : studio.steps().back().id;
 }
 
@@ -154,16 +198,17 @@ TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
   ASSERT_TRUE(scene.ok()) << scene.error();
   StepId first = 0, branch = 0;
   {
-    auto opened = create_session(file, scene.value(), {});
+    auto opened = create_session(file, scene.value(), kByPointer);
     ASSERT_TRUE(opened.ok()) << opened.error();
     LiveSession& studio = *opened.value()->live();
+    Stepped servo(studio);
     ASSERT_EQ(studio.materials().size(), known_materials().size());
-    ASSERT_TRUE(follow(studio, 20,
-                       [&] { return studio.history().step == 1 && studio.steps().size() == 1; }));
+    ASSERT_TRUE(
+        servo.until([&] { return studio.history().step == 1 && studio.steps().size() == 1; }));
     const double volume = studio.volume_mm3();
     EXPECT_TRUE(studio.choose_material(2).ok());
     EXPECT_FALSE(studio.choose_material(99).ok());
-    first = add_row(studio, 10);
+    first = add_row(studio, servo, 10);
     EXPECT_GT(studio.volume_mm3(), volume + 10);
     EXPECT_LT(studio.steps().back().removed_mm3, -10);
     EXPECT_EQ(studio.steps().back().mode, Mode::deposit);
@@ -172,18 +217,18 @@ TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
     EXPECT_FALSE(studio.steps().front().tool.has_value());
     EXPECT_GT(studio.steps().back().made_s, 1'700'000'000);
     studio.name_version("one row");
-    ASSERT_TRUE(follow(studio, 20, [&] { return studio.versions().count("one row") == 1; }));
+    ASSERT_TRUE(servo.until([&] { return studio.versions().count("one row") == 1; }));
     studio.name_version("7");  // no name: a number
     std::string told;
-    ASSERT_TRUE(follow(studio, 20, [&] { return !(told = studio.notice()).empty(); }));
+    ASSERT_TRUE(servo.until([&] { return !(told = studio.notice()).empty(); }));
     EXPECT_NE(told.find("name"), std::string::npos) << told;
     studio.go(1);
-    ASSERT_TRUE(follow(studio, 20, [&] { return studio.history().step == 1; }));
-    ASSERT_TRUE(follow(studio, 20, [&] { return studio.volume_mm3() == volume; }));
-    branch = add_row(studio, 20);
+    ASSERT_TRUE(servo.until([&] { return studio.history().step == 1; }));
+    ASSERT_TRUE(servo.until([&] { return studio.volume_mm3() == volume; }));
+    branch = add_row(studio, servo, 20);
     EXPECT_EQ(studio.steps().back().parent, 1);
     studio.go(12345);
-    ASSERT_TRUE(follow(studio, 20, [&] { return !studio.notice().empty(); }));
+    ASSERT_TRUE(servo.until([&] { return !studio.notice().empty(); }));
     // Pictures, and a copy: both by the scribe's thread.
     std::atomic<int> answers{0};
     Bytes got;
@@ -204,7 +249,7 @@ TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
       EXPECT_FALSE(saved.ok());
       answers++;
     });
-    ASSERT_TRUE(follow(studio, 20, [&] { return answers == 4; }));
+    ASSERT_TRUE(servo.until([&] { return answers == 4; }));
     EXPECT_EQ(got, (Bytes{1, 2, 3}));
     // The models without a spring move the tool where the hand is.
     for (const ForceModel model : {ForceModel::energy, ForceModel::paper, ForceModel::series})
@@ -213,10 +258,11 @@ TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
   }
   for (const auto& path : {file, copy}) {
     EXPECT_FALSE(create_session(path, scene.value(), {}).ok());
-    auto again = open_session(path, {});
+    auto again = open_session(path, kByPointer);
     ASSERT_TRUE(again.ok()) << again.error();
+    Stepped servo(*again.value());
     EXPECT_EQ(again.value()->materials().size(), known_materials().size());
-    ASSERT_TRUE(follow(*again.value(), 20, [&] { return again.value()->steps().size() == 3; }));
+    ASSERT_TRUE(servo.until([&] { return again.value()->steps().size() == 3; }));
     EXPECT_EQ(again.value()->history().step, branch);
     EXPECT_EQ(again.value()->versions().at("one row"), first);
   }
@@ -319,15 +365,16 @@ TEST(Studio, AForceDeviceHoldsTheTool) {
   const Result<Scene> scene = stock_scene(Stock::Kind::block, Vec3(40, 30, 16), 0.5, 1);
   ASSERT_TRUE(scene.ok()) << scene.error();
   EXPECT_FALSE(create_session(folder.path / "b.kibori", scene.value(), {false, "spoon"}).ok());
-  auto opened = create_session(file, scene.value(), {false, "virtual"});
+  auto opened = create_session(file, scene.value(), kBySimulatedHand);
   ASSERT_TRUE(opened.ok()) << opened.error();
   LiveSession& studio = *opened.value()->live();
+  Stepped servo(studio);
   ASSERT_NE(studio.held(), nullptr);
   EXPECT_EQ(studio.held()->name, "a simulated hand");
-  follow(studio, 0.3);
+  servo.run(0.3);
   EXPECT_EQ(studio.removed_mm3(), 0);  // no one said so
   EXPECT_EQ(studio.held()->safety, SafetyStage::State::off);
-  studio.press(Vec3(20, 15, 10), Vec3::UnitZ(), Mode::cut, now_s());  // a pointer has no say
+  studio.press(Vec3(20, 15, 10), Vec3::UnitZ(), Mode::cut, servo.now_s());  // a pointer has no say
   EXPECT_FALSE(studio.pressed());
   // What it can bear goes with the reach.
   const double max = studio.held()->max_n_mm;
@@ -343,19 +390,19 @@ TEST(Studio, AForceDeviceHoldsTheTool) {
   EXPECT_TRUE(studio.choose_reach(1).ok());
   studio.work(Mode::cut);
   studio.arm(true);
-  EXPECT_TRUE(follow(studio, 30, [&] { return studio.removed_mm3() > 20; }));
-  EXPECT_TRUE(follow(studio, 30, [&] {
+  EXPECT_TRUE(servo.until([&] { return studio.removed_mm3() > 20; }));
+  EXPECT_TRUE(servo.until([&] {
     return studio.held()->safety == SafetyStage::State::on && studio.held()->given_n > 0;
   }));
   studio.arm(false);
-  EXPECT_TRUE(follow(studio, 20, [&] { return studio.held()->safety == SafetyStage::State::off; }));
+  EXPECT_TRUE(servo.until([&] { return studio.held()->safety == SafetyStage::State::off; }));
   EXPECT_EQ(studio.held()->given_n, 0);
   // Far above: nothing more is cut, and the stroke ends by itself.
   studio.bring(Vec3(20, 15, 60));
-  EXPECT_TRUE(follow(studio, 20, [&] { return studio.history().step >= 2; }));
-  follow(studio, 0.3);
+  EXPECT_TRUE(servo.until([&] { return studio.history().step >= 2; }));
+  servo.run(0.3);
   const double removed = studio.removed_mm3();
-  follow(studio, 0.5);
+  servo.run(0.5);
   EXPECT_EQ(studio.removed_mm3(), removed);
   EXPECT_EQ(studio.close(), "");
 }
@@ -369,14 +416,15 @@ TEST(Studio, MirroredStrokesAndOneThatIsOnlyLookedAt) {
   EXPECT_FALSE(std::filesystem::exists(file));
   EXPECT_FALSE(open_session(file, {true, {}}).ok());
   {
-    auto opened = create_session(file, scene.value(), {});
+    auto opened = create_session(file, scene.value(), kByPointer);
     ASSERT_TRUE(opened.ok()) << opened.error();
     LiveSession& studio = *opened.value()->live();
-    ASSERT_TRUE(follow(studio, 20, [&] { return studio.steps().size() == 1; }));
+    Stepped servo(studio);
+    ASSERT_TRUE(servo.until([&] { return studio.steps().size() == 1; }));
     EXPECT_TRUE(studio.choose_symmetry({true, false, false}).ok());
-    add_row(studio, 10);
+    add_row(studio, servo, 10);
     studio.name_version("a row");
-    ASSERT_TRUE(follow(studio, 20, [&] { return studio.versions().size() == 1; }));
+    ASSERT_TRUE(servo.until([&] { return studio.versions().size() == 1; }));
     // While it is carved, another looks at it as it was when he came.
     auto other = open_session(file, {true, {}});
     ASSERT_TRUE(other.ok()) << other.error();

@@ -124,13 +124,16 @@ Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> doc
                  removed_until(*document, document->head()));
   session->writer_ = std::make_unique<DocumentWriter>(*session->live_, std::move(document));
   session->writer_->start();
-  session->live_->start();
+  if (!options.stepped) session->live_->start();
   return std::unique_ptr<Session>(std::move(session));
 }
+
+void LiveSession::tick() { live_->tick(1 / rate_hz_); }
 
 std::string LiveSession::close_document() {
   if (!live_ || !writer_) return {};
   live_->stop();
+  live_->context().finish_stroke();  // of who was stepped
   writer_->stop();
   Document& document = writer_->document();
   // A picture that can't be drawn is no loss.

@@ -55,6 +55,9 @@ class LiveSession final : public Session {
 
   LiveSession* live() override { return this; }
 
+  // Where SessionOptions::stepped: one tick of the servo.
+  void tick();
+
   // The pointer's hand: tip and axis (from the tip up; any length but zero) of the tool [mm], and
   // when that was so [s], by whatever clock. While it is pressed, the tool follows these places one
   // after another.

@@ -47,8 +47,10 @@ struct PastStep {
 
 struct SessionOptions {
   bool read_only = false;  // documents are only looked at
-  // a name of devices/registry.h that holds the tool; empty: a pointer does.
+  // A name of devices/registry.h that holds the tool; empty: a pointer does.
   std::string device;
+  // No thread of its own moves the tool, but LiveSession::tick() does: a test's time is then exact.
+  bool stepped = false;
 };
 
 class Session {
