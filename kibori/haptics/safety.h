@@ -4,8 +4,7 @@
 //        arm()          wanted force small         1 s
 //   off ──────▶ waiting ──────────────────▶ ramp up ─────▶ full
 //    ▲             command older than 2 ms: down to nothing within 5 ms, up again when it is fresh
-//    └── latched: older than 20 ms, too fast, device error, unplugged, not a number (nothing at
-//    once)
+//    └── latched: older than 20 ms, too fast, device error, unplugged, not finite: 0 at once
 //
 // Off until armed, and again after every trip, with the reason kept.
 #pragma once

@@ -11,6 +11,7 @@
 #include <utility>
 #include <variant>
 
+#include <kibori/base/check.h>
 #include <kibori/base/tolerances.h>
 #include <kibori/batch/documents.h>
 #include <kibori/devices/registry.h>
@@ -124,11 +125,18 @@ Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> doc
                  removed_until(*document, document->head()));
   session->writer_ = std::make_unique<DocumentWriter>(*session->live_, std::move(document));
   session->writer_->start();
-  if (!options.stepped) session->live_->start();
+  session->stepped_ = options.stepped;
+  if (!options.stepped)
+    session->live_->start();
+  else if (settings.armed)
+    session->live_->context().safety().arm();
   return std::unique_ptr<Session>(std::move(session));
 }
 
-void LiveSession::tick() { live_->tick(1 / rate_hz_); }
+void LiveSession::tick() {
+  KIBORI_CHECK(stepped_ && live_);
+  live_->tick(1 / rate_hz_);
+}
 
 std::string LiveSession::close_document() {
   if (!live_ || !writer_) return {};

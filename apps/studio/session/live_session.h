@@ -140,6 +140,7 @@ class LiveSession final : public Session {
   Tool tool_;
   Symmetry symmetry_;
   bool pressed_ = false, inside_ = false;
+  bool stepped_ = false;  // see SessionOptions
   std::unique_ptr<LiveCarving> live_;
   // From the document writer's thread.
   std::atomic<bool> asked_{false};  // for what follows
