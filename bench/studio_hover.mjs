@@ -1,8 +1,9 @@
-// SPDX-License-Identifier: MIT Frames a second, and processor time a frame (which other work on the
-// machine does not change much), of the studio's page while the pointer moves over the solid, while
-// the camera turns, and while a stroke is carved, in Chromium without a graphics card at 1280 x
-// 720. The solid is a new block of medium detail, half a million triangles. Usage: node
-// bench/studio_hover.mjs KIBORI [SECONDS | --quick]
+// SPDX-License-Identifier: MIT
+// Frames a second, and processor time a frame (which other work on the machine does not change
+// much), of the studio's page while the pointer moves over the solid, while the camera turns, and
+// while a stroke is carved, in Chromium without a graphics card at 1280 x 720. The solid is a new
+// block of medium detail, half a million triangles. Usage: node bench/studio_hover.mjs KIBORI
+// [SECONDS | --quick]
 import { spawn } from "node:child_process";
 import { mkdtempSync, readdirSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";

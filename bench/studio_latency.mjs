@@ -1,6 +1,7 @@
-// SPDX-License-Identifier: MIT How long from a pointer's event to the cut in the page, in a real
-// browser that draws nothing meanwhile; what a stroke sends; what the page's script takes; how long
-// from the command to a usable page. Usage: node studio_latency.mjs KIBORI [--quick]
+// SPDX-License-Identifier: MIT
+// How long from a pointer's event to the cut in the page, in a real browser that draws nothing
+// meanwhile; what a stroke sends; what the page's script takes; how long from the command to a
+// usable page. Usage: node studio_latency.mjs KIBORI [--quick]
 import { spawn } from "node:child_process";
 import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";

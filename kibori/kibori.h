@@ -4,7 +4,7 @@
 // together.
 //
 //   A model, carved tick by tick:   make_lattice, TriDexel, DirectTool::advance, Snapshot, Surface
-//   By hand, felt:                  SpringTool, Device, LiveCarving, DocumentWriter
+//   By hand, felt:                  SpringTool, Device, LiveCarving, ServoContext, DocumentWriter
 //   Kept, undone, replayed:         Document
 //   Scenes, files, pictures:        read_scene, carve, replay_document, into_dexels, write_model,
 //                                   draw_picture

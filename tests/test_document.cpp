@@ -484,7 +484,7 @@ TEST(Document, CopiesAreWholeAndIndependent) {
   TriDexel model = stock();
   auto document = created(folder / "a.kibori", model);
   for (int i = 0; i < 3; i++) carve(*document, model, random, 10);
-  // a stroke that is being made goes as far as it was flushed.
+  // A stroke that is being made goes as far as it was flushed.
   carve(*document, model, random, 14, false);
   ASSERT_TRUE(document->save_copy(folder / "b.kibori").ok());
   EXPECT_FALSE(document->save_copy(folder / "b.kibori").ok());

@@ -229,7 +229,7 @@ TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
     EXPECT_EQ(studio.steps().back().parent, 1);
     studio.go(12345);
     ASSERT_TRUE(servo.until([&] { return !studio.notice().empty(); }));
-    // Pictures, and a copy: both by the scribe's thread.
+    // Pictures, and a copy: both by the document writer's thread.
     std::atomic<int> answers{0};
     Bytes got;
     studio.keep_thumbnail(first, {1, 2, 3});
@@ -365,6 +365,8 @@ TEST(Studio, AForceDeviceHoldsTheTool) {
   const Result<Scene> scene = stock_scene(Stock::Kind::block, Vec3(40, 30, 16), 0.5, 1);
   ASSERT_TRUE(scene.ok()) << scene.error();
   EXPECT_FALSE(create_session(folder.path / "b.kibori", scene.value(), {false, "spoon"}).ok());
+  EXPECT_FALSE(
+      create_session(folder.path / "b.kibori", scene.value(), {false, "haply", true}).ok());
   auto opened = create_session(file, scene.value(), kBySimulatedHand);
   ASSERT_TRUE(opened.ok()) << opened.error();
   LiveSession& studio = *opened.value()->live();

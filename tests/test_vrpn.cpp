@@ -112,7 +112,7 @@ TEST(Vrpn, ReadsPosesAndButtonsAndSendsForceFields) {
   server.send_now(pose.substr(30));
   ASSERT_EQ(read_fresh(device, reading), DeviceStatus::ok);
   EXPECT_NEAR((reading.position_mm - Vec3(10, -20, 30)).norm(), 0, 1e-9);
-  // a quarter turn about z.
+  // A quarter turn about z.
   EXPECT_NEAR((reading.frame * Vec3::UnitX() - Vec3::UnitY()).norm(), 0, 1e-9);
   EXPECT_EQ(reading.buttons, 2u);
   EXPECT_TRUE(device.complaint().empty());
@@ -139,9 +139,8 @@ TEST(Vrpn, ReadsPosesAndButtonsAndSendsForceFields) {
   at += 24;
   EXPECT_NEAR(float_at(got, at + 8), 0.03, 1e-6);  // origin z [m]
   EXPECT_NEAR(float_at(got, at + 20), 2, 1e-6);    // force z [N]
-  EXPECT_NEAR(float_at(got, at + 24 + 32), -200,
-              // dFz/dz [N/m]: 0.5 N/mm, but 3 N at most within 5 mm.
-              1e-3);
+  // dFz/dz [N/m]: 0.5 N/mm, but 3 N at most within 5 mm.
+  EXPECT_NEAR(float_at(got, at + 24 + 32), -200, 1e-3);
   EXPECT_NEAR(float_at(got, at + 24), 0, 1e-6);  // dFx/dx
   EXPECT_GT(float_at(got, at + 60), 0);          // radius
 

@@ -56,7 +56,7 @@ def said(name, kind, *between):
 def wrap(text):
     lines, line = [], "//"
     for word in text.split():
-        if len(line) + 1 + len(word) > 110:
+        if len(line) + 1 + len(word) > 100:
             lines.append(line)
             line = "//"
         line += " " + word

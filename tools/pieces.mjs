@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT Three pieces carved through the page alone, by the strokes of a pen:
-// a bowl, a relief with letters, an owl.
+// SPDX-License-Identifier: MIT
+// Three pieces carved through the page alone, by the strokes of a pen: a bowl, a relief with
+// letters, an owl.
 //
 //     node tools/pieces.mjs KIBORI OUT_FOLDER [bowl|relief|figure ...]
 //

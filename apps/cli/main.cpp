@@ -594,7 +594,7 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    // --help, --version.
+    // For --help and --version.
     if (error.get_exit_code() == 0) return app.exit(error, std::cout, std::cerr);
     return bad_input(std::string(error.what()) + "; see 'kibori --help'");
   }

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <type_traits>
 
+#include <kibori/base/tolerances.h>
 #include <kibori/batch/force_report.h>
 #include <kibori/formats/endings.h>
 #include <kibori/motion/tool_tick.h>
@@ -69,7 +70,9 @@ std::string kinds() {
          "IMPORTS = "
          "\"" +
          kibori::list_of(kibori::kMeshesRead, ", ") + ", " +
-         kibori::list_of(kibori::studio::kOtherImports, ", ") + "\";\n";
+         kibori::list_of(kibori::studio::kOtherImports, ", ") +
+         "\";\n\n/** Materials of one document, at most. */\nexport const MAX_MATERIALS = " +
+         std::to_string(kibori::kMaxMaterials) + ";\n";
 }
 
 }  // namespace

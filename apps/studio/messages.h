@@ -13,10 +13,10 @@
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 7;
+inline constexpr uint16_t kProtocolVersion = 8;
 
-// The first message of a page, with the key that POST /enter gave for the token. Welcome or Start answers;
-// where the key is another one, the line is closed with code 1008.
+// The first message of a page, with the key that POST /enter gave for the token. Welcome or Start
+// answers; where the key is another one, the line is closed with code 1008.
 struct Hello {
   static constexpr uint8_t kKind = 1;
   uint16_t version = 0;
@@ -29,8 +29,9 @@ struct Hello {
     f(version, key);
   }
 };
-// Where the tool's tip is wanted [mm], and its axis, from the tip up; time [s] of the pointer's event, by the
-// page's clock. After Press the tool follows these places one after another, as their times say.
+// Where the tool's tip is wanted [mm], and its axis, from the tip up; time [s] of the pointer's
+// event, by the page's clock. After Press the tool follows these places one after another, as their
+// times say.
 struct Aim {
   static constexpr uint8_t kKind = 2;
   Vec3 tip = Vec3::Zero();
@@ -46,8 +47,8 @@ struct Aim {
     f(tip, axis, time);
   }
 };
-// A stroke begins at `tip`: the tool backs out from there along its axis until it is clear of material, and
-// comes in again. time: as of Aim.
+// A stroke begins at `tip`: the tool backs out from there along its axis until it is clear of
+// material, and comes in again. time: as of Aim.
 struct Press {
   static constexpr uint8_t kKind = 3;
   Vec3 tip = Vec3::Zero();
@@ -100,8 +101,9 @@ struct ChooseTool {
     f(tool);
   }
 };
-// The hand's strength [N], 20 to 1000; the stiffness between hand and tool [N/mm], 0: what suits a pointer or
-// the device; powered: 1 where a motor turns the tool, and the hand bears a tenth of the cut.
+// The hand's strength [N], 20 to 1000; the stiffness between hand and tool [N/mm], 0: what suits a
+// pointer or the device; powered: 1 where a motor turns the tool, and the hand bears a tenth of the
+// cut.
 struct ChooseHand {
   static constexpr uint8_t kKind = 9;
   double strength = 0;
@@ -132,9 +134,9 @@ struct TakeTool {
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// A new document, where none is open. shape: 0 block, 1 log, 2 ball. size [mm]: of its box; the log's and the
-// ball's diameter is x, the log's length z. pitch [mm]. material: a number of Start's. An empty name: the
-// time.
+// A new document, where none is open. shape: 0 block, 1 log, 2 ball. size [mm]: of its box; the
+// log's and the ball's diameter is x, the log's length z. pitch [mm]. material: a number of
+// Start's. An empty name: the time.
 struct Begin {
   static constexpr uint8_t kKind = 12;
   uint8_t shape = 0;
@@ -241,8 +243,8 @@ struct CarveExample {
     f(name);
   }
 };
-// Planes in which all that the tool does is mirrored, through the lattice's middle: bits 1 normal to x, 2 to
-// y, 4 to z.
+// Planes in which all that the tool does is mirrored, through the lattice's middle: bits 1 normal
+// to x, 2 to y, 4 to z.
 struct ChooseSymmetry {
   static constexpr uint8_t kKind = 22;
   uint8_t planes = 0;
@@ -299,9 +301,9 @@ struct ChooseReach {
     f(scale);
   }
 };
-// A scene (TOML, without files) is carved to be looked at, where nothing is open; Trace follows. model: its
-// name, or empty: as the scene says. pace: 1 the scene's own time, 4 four times as fast, 0 as fast as it
-// goes.
+// A scene (TOML, without files) is carved to be looked at, where nothing is open; Trace follows.
+// model: its name, or empty: as the scene says. pace: 1 the scene's own time, 4 four times as fast,
+// 0 as fast as it goes.
 struct RunExperiment {
   static constexpr uint8_t kKind = 27;
   std::string name;
@@ -336,9 +338,10 @@ struct Strike {
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
-// A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the
-// document's name, its materials (JSON: name, color), which of them its stock is of, and what it is: 0
-// carved, 1 only looked at, 2 an experiment. All that was shown before is of another one.
+// A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz],
+// the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to
+// 1), which of them its stock is of, and what it is: 0 carved, 1 only looked at, 2 an experiment.
+// All that was shown before is of another one.
 struct Welcome {
   static constexpr uint8_t kKind = 64;
   uint16_t version = 0;
@@ -355,9 +358,9 @@ struct Welcome {
     f(version, origin, nodes, pitch, rate, document, materials, material, what);
   }
 };
-// Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and
-// triangles (u32), vertices, corners (u16 each). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1),
-// normal (3 x i8, 1/127), material (u8).
+// Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices
+// and triangles (u32), vertices, corners (u16 each). A vertex: x y z (u16, 1/2048 pitch from 16
+// place - 1), normal (3 x i8, 1/127), material (u8).
 struct Chunks {
   static constexpr uint8_t kKind = 65;
   uint32_t frame = 0;
@@ -368,9 +371,9 @@ struct Chunks {
     f(frame, more, data);
   }
 };
-// Every servo tick since the last: tip [mm], force of the wood on the tool [N], moment about the tip [N mm],
-// and of the tool's frame the third column (its axis) and the first, fifteen f32 a tick. start: number of the
-// first.
+// Every servo tick since the last: tip [mm], force of the wood on the tool [N], moment about the
+// tip [N mm], and of the tool's frame the third column (its axis) and the first, fifteen f32 a
+// tick. start: number of the first.
 struct Ticks {
   static constexpr uint8_t kKind = 66;
   double start = 0;
@@ -380,9 +383,10 @@ struct Ticks {
     f(start, data);
   }
 };
-// Volume [mm^3], how much less that is than the stock's [mm^3], where the document stands; whether this page
-// holds the tool; whether the tool, which is pressed, stands in material and can't back out. Of a force
-// device: safety 0 off, 1 waits for the hand to be still, 2 pushes; why it is off; the force it gives [N].
+// Volume [mm^3], how much less that is than the stock's [mm^3], where the document stands; whether
+// this page holds the tool; whether the tool, which is pressed, stands in material and can't back
+// out. Of a force device: safety 0 off, 1 waits for the hand to be still, 2 pushes; why it is off;
+// the force it gives [N].
 struct State {
   static constexpr uint8_t kKind = 67;
   double volume = 0;
@@ -411,8 +415,8 @@ struct Notice {
     f(text);
   }
 };
-// No document is open. JSON: documents (name, changed: s since 1970, bytes), materials (name, color),
-// examples (name, about).
+// No document is open. JSON: documents (name, changed: s since 1970, bytes), materials (as of
+// Welcome), examples (name, about).
 struct Start {
   static constexpr uint8_t kKind = 69;
   uint16_t version = 0;
@@ -423,9 +427,10 @@ struct Start {
     f(version, holds, json);
   }
 };
-// Steps that this page was not told of yet, by their numbers: number, the one before it or 0 (u32 each), what
-// it removed [mm^3] (f32), when it was begun [s since 1970] (f64; 0: not known), the tool (text, as JSON;
-// null: none), mode (u8; off: the tool only moved), whether a thumbnail of it is kept (u8), label (text).
+// Steps that this page was not told of yet, by their numbers: number, the one before it or 0 (u32
+// each), what it removed [mm^3] (f32), when it was begun [s since 1970] (f64; 0: not known), the
+// tool (text, as JSON; null: none), mode (u8; off: the tool only moved), whether a thumbnail of it
+// is kept (u8), label (text).
 struct Steps {
   static constexpr uint8_t kKind = 70;
   std::vector<uint8_t> data;
@@ -443,8 +448,8 @@ struct Versions {
     f(json);
   }
 };
-// What takes a while and can be cancelled; empty: nothing. share: how much of it is done, 0 to 1; below 0:
-// not known.
+// What takes a while and can be cancelled; empty: nothing. share: how much of it is done, 0 to 1;
+// below 0: not known.
 struct Work {
   static constexpr uint8_t kKind = 72;
   std::string what;
@@ -455,9 +460,9 @@ struct Work {
     f(what, share, cancellable);
   }
 };
-// After Welcome, where a force device holds the tool, and whenever its reach or the hand changes: its name,
-// the force it can give [N] (0: none), the stiffness that it renders and the greatest it can bear [N/mm, at
-// the hand], the reach, and which share of the wood's force is felt.
+// After Welcome, where a force device holds the tool, and whenever its reach or the hand changes:
+// its name, the force it can give [N] (0: none), the stiffness that it renders and the greatest it
+// can bear [N/mm, at the hand], the reach, and which share of the wood's force is felt.
 struct Device {
   static constexpr uint8_t kKind = 73;
   std::string name;
@@ -471,9 +476,10 @@ struct Device {
     f(name, force, stiffness, max, scale, share);
   }
 };
-// What an experiment came to. JSON: run (a number of its own), name, model, finished, ticks, removed_mm3,
-// mean_force_N (where there is any), max_force_N, max_moment_Nmm, step_us, marks (label, time_s). Rows: time
-// [s], force [N], moment [N mm], seven f32; of at most 100 000, those with the largest force.
+// What an experiment came to. JSON: run (a number of its own), name, model, finished, ticks,
+// removed_mm3, mean_force_N (where there is any), max_force_N, max_moment_Nmm, step_us, marks
+// (label, time_s). Rows: time [s], force [N], moment [N mm], seven f32; of at most 100 000, those
+// with the largest force.
 struct Trace {
   static constexpr uint8_t kKind = 74;
   std::string json;

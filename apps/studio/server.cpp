@@ -12,6 +12,7 @@
 #include <kibori/batch/carving.h>
 #include <kibori/document/rescue.h>
 #include <kibori/haptics/materials.h>
+#include <kibori/picture/picture.h>
 #include "apps/studio/session/stock_scene.h"
 
 #include "apps/studio/examples.h"
@@ -248,17 +249,24 @@ WebSocketClient* Server::State::page_of(const std::string& key) const {
   return nullptr;
 }
 
+nlohmann::json materials_json(const std::vector<Material>& materials) {
+  nlohmann::json json = nlohmann::json::array();
+  for (const Material& m : materials)
+    json.push_back({{"name", m.name}, {"color", m.color}, {"rings", ring_contrast(m.name)}});
+  return json;
+}
+
 std::string Server::State::start_json(const std::string& key) const {
-  nlohmann::json documents = nlohmann::json::array(), materials = documents, scenes = documents;
+  nlohmann::json documents = nlohmann::json::array(), scenes = documents;
   for (const Library::Entry& entry : library.list())
     documents.push_back(
         {{"name", entry.name}, {"changed", entry.changed_s}, {"bytes", entry.bytes}});
   for (const Example& example : examples())
     scenes.push_back({{"name", example.name}, {"about", example.about}});
-  for (const Material& m : known_materials())
-    materials.push_back({{"name", m.name}, {"color", m.color}});
-  return nlohmann::json{
-      {"documents", documents}, {"materials", materials}, {"examples", scenes}, {"page", key}}
+  return nlohmann::json{{"documents", documents},
+                        {"materials", materials_json(known_materials())},
+                        {"examples", scenes},
+                        {"page", key}}
       .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 

@@ -14,6 +14,7 @@
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <nlohmann/json.hpp>
 
 #include "apps/studio/door.h"
 #include "apps/studio/imports.h"
@@ -26,6 +27,9 @@
 namespace kibori::studio {
 
 class WebSocketClient;
+
+// What pages know of materials: name, colour, and how strongly their rings stand out.
+nlohmann::json materials_json(const std::vector<Material>& materials);
 
 struct Server::State {
   using Clock = std::chrono::steady_clock;

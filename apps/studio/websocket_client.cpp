@@ -77,9 +77,7 @@ void WebSocketClient::restart() {
     return send(encode(Start{kProtocolVersion, server_.holder == this, server_.start_json(key_)}));
   Session& session = *server_.session;
   const Lattice& lattice = session.lattice();
-  nlohmann::json materials = nlohmann::json::array();
-  for (const Material& m : session.materials())
-    materials.push_back({{"name", m.name}, {"color", m.color}});
+  const nlohmann::json materials = materials_json(session.materials());
   send(encode(Welcome{kProtocolVersion, lattice.origin_mm, lattice.nodes.matrix().cast<double>(),
                       lattice.pitch_mm, session.rate_hz(),
                       std::filesystem::path(session.name()).filename().string(),

@@ -22,7 +22,7 @@ struct ServoRunOptions {
   std::optional<ForceModel> model;       // else the scene's
   std::optional<double> stiffness_n_mm;  // else the device's
   bool surface = true;                   // a second thread follows with the surface
-  // a thread that only wakes, to tell the machine's jitter from ours.
+  // A thread that only wakes, to tell the machine's jitter from ours.
   bool empty_loop = true;
   std::filesystem::path record;    // keep the device's readings here, for replay:FILE
   std::filesystem::path document;  // keep what is carved here

@@ -44,23 +44,23 @@ void PointerDevice::hover(const Pose& pose) { hovers_.put(pose); }
 
 uint32_t PointerDevice::begin(const Pose& pose, double time_s) {
   newest_ = {newest_.stroke + 1, time_s, pose, false};
-  say(newest_);
+  queue(newest_);
   return newest_.stroke;
 }
 
 void PointerDevice::move(const Pose& pose, double time_s) {
   newest_.pose = pose;
   newest_.time_s = std::max(newest_.time_s, time_s);
-  say(newest_);
+  queue(newest_);
 }
 
 void PointerDevice::end() {
   Event last = newest_;
   last.last = true;
-  say(last);
+  queue(last);
 }
 
-void PointerDevice::say(const Event& event) {
+void PointerDevice::queue(const Event& event) {
   waiting_.push_back(event);
   pump();
 }

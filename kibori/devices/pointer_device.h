@@ -63,7 +63,7 @@ class PointerDevice final : public Device {
   };
   static constexpr size_t kRoom = 1024;
 
-  void say(const Event& event);
+  void queue(const Event& event);
   void lead_to(const Pose& pose, double seconds);
   bool next();
 

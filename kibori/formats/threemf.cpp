@@ -27,7 +27,7 @@ constexpr size_t kMaxParts = 1000;    // model files in one archive
 constexpr size_t kMaxItems = 100000;  // components and build items
 
 // --- writing
-// ---------------------------------------------------------------------------------------------------
+// -------------------------------------------------------------------------------------------------
 
 class ThreeMfWriter final : public SurfaceWriter {
  public:
@@ -146,7 +146,7 @@ class ThreeMfWriter final : public SurfaceWriter {
 };
 
 // --- reading
-// ---------------------------------------------------------------------------------------------------
+// -------------------------------------------------------------------------------------------------
 
 struct Placement {  // x' = linear x + shift
   Mat3 linear = Mat3::Identity();

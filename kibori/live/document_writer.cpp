@@ -70,7 +70,7 @@ void DocumentWriter::write() {
     if (!request_ && !requests_.empty()) {
       request_ = requests_.front();
       requests_.pop_front();
-      waiting_ = [](ServoContext& live) { live.log().fence(); };
+      waiting_ = [](ServoContext& live) { live.fence_log(); };
     }
     calls.swap(calls_);
     for (Item& item : items_) unwritten_.push_back(std::move(item));
@@ -94,7 +94,7 @@ void DocumentWriter::write() {
               "document";
     if (request_) done(Error{trouble});
   }
-  tell(&DocumentWriter::trouble_, trouble);
+  publish(&DocumentWriter::trouble_, trouble);
 }
 
 Status DocumentWriter::take(const Item& item) {
@@ -136,19 +136,14 @@ Status DocumentWriter::resolve_request() {
   Result<Document::Checkout> found = document_->checkout(step.value());
   if (!found) return Error{found.error()};
   to_ = std::make_shared<Document::Checkout>(std::move(found).value());
-  waiting_ = [to = to_](ServoContext& live) {
-    live.model().include_material(to->material_bounds);
-    live.model().restore(to->state);
-    live.model_changed();
-    live.log().moved();
-  };
+  waiting_ = [to = to_](ServoContext& live) { live.go_to(to->state, to->material_bounds); };
   if (live_.post(waiting_)) waiting_ = nullptr;
   return Ok{};
 }
 
 void DocumentWriter::done(const Status& how) {
   request_.reset();
-  if (!how) tell(&DocumentWriter::notice_, how.error());
+  if (!how) publish(&DocumentWriter::notice_, how.error());
   answered_++;
 }
 
@@ -174,7 +169,7 @@ std::string DocumentWriter::notice() {
   return std::exchange(notice_, {});
 }
 
-void DocumentWriter::tell(std::string DocumentWriter::*what, const std::string& text) {
+void DocumentWriter::publish(std::string DocumentWriter::*what, const std::string& text) {
   const std::lock_guard<std::mutex> lock(mutex_);
   this->*what = text;
 }

@@ -78,7 +78,7 @@ class DocumentWriter {
   // At the fence: where to, and the way there.
   Status resolve_request();
   void done(const Status& how);
-  void tell(std::string DocumentWriter::*what, const std::string& text);
+  void publish(std::string DocumentWriter::*what, const std::string& text);
 
   LiveCarving& live_;
   std::unique_ptr<Document> document_;

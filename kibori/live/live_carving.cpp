@@ -52,7 +52,7 @@ void LiveCarving::start() {
     ServoClock clock(context_.settings_.rate_hz);
     while (!stopping_.load(std::memory_order_relaxed)) {
       const double elapsed = clock.wait();
-      tick(elapsed);
+      run_tick(elapsed);
       clock.done();
     }
     context_.device_->write({});
@@ -68,9 +68,26 @@ void LiveCarving::stop() {
   context_.safety_.disarm();
 }
 
+void LiveCarving::check_stopped() const { KIBORI_CHECK(!thread_.joinable()); }
+
 ServoContext& LiveCarving::context() {
-  KIBORI_CHECK(!thread_.joinable());
+  check_stopped();
   return context_;
+}
+
+const ServoStatistics& LiveCarving::statistics() const {
+  check_stopped();
+  return statistics_;
+}
+
+const std::string& LiveCarving::scheduling() const {
+  check_stopped();
+  return scheduling_;
+}
+
+const LiveTotals& LiveCarving::totals() const {
+  check_stopped();
+  return context_.totals_;
 }
 
 bool LiveCarving::post(Command command) {
@@ -93,6 +110,11 @@ void LiveCarving::run_command() {
 }
 
 LiveTick LiveCarving::tick(double elapsed_s) {
+  check_stopped();
+  return run_tick(elapsed_s);
+}
+
+LiveTick LiveCarving::run_tick(double elapsed_s) {
   // Before any command ends the stroke.
   if (cancel_.load(std::memory_order_relaxed) && cancel_.exchange(false)) context_.discard_stroke();
   run_command();

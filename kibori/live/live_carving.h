@@ -36,7 +36,8 @@ class LiveCarving {
   // cancel_stroke(), and one thread reads log().
   void start();
   void stop();
-  // Without a thread: one tick, `elapsed_s` after the last.
+  // One tick, `elapsed_s` after the last, by the caller instead of a servo thread. Its own mistake
+  // to call it while one runs: the program stops.
   LiveTick tick(double elapsed_s);
 
   // Runs `command` between two ticks, on the servo thread; false where 64 are waiting. Any thread.
@@ -48,8 +49,8 @@ class LiveCarving {
   // are left out. Always the same thread.
   bool next_tick(LiveTick& tick) { return context_.watched_ && context_.watched_->pop(tick); }
 
-  // What the servo thread owns, while it does not run: before start() and after stop(), which is
-  // checked. While it runs, commands get it.
+  // What the servo thread owns, while it does not run: before start() and after stop(). While it
+  // runs, commands get it, and asking here stops the program.
   ServoContext& context();
 
   // Discards the stroke that is being made, at the next tick, if strokes are logged. Any thread.
@@ -59,16 +60,19 @@ class LiveCarving {
   // not for LiveSettings::idle_s, jumps, or a command comes. One thread reads it: the
   // DocumentWriter's.
   StrokeLog& log() { return context_.log_; }
-  // After stop().
-  const ServoStatistics& statistics() const { return statistics_; }
-  const std::string& scheduling() const { return scheduling_; }
-  const LiveTotals& totals() const { return context_.totals_; }
+
+  // Of the run that is over: they may be asked for when context() may.
+  const ServoStatistics& statistics() const;
+  const std::string& scheduling() const;
+  const LiveTotals& totals() const;
 
  private:
   using Command = std::function<void(ServoContext&)>;
   LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device> device,
               const LiveSettings& settings)
       : context_(std::move(model), std::move(device), settings) {}
+  void check_stopped() const;
+  LiveTick run_tick(double elapsed_s);
   void run_command();
 
   ServoContext context_;  // of the servo thread while it runs

@@ -87,6 +87,13 @@ void ServoContext::place_at(const Pose& pose) {
   stroke_.place(pose);
 }
 
+void ServoContext::go_to(const Snapshot& state, const LatticeBox& bounds) {
+  model_->include_material(bounds);
+  model_->restore(state);
+  model_changed();
+  log_.moved();
+}
+
 void ServoContext::set_symmetry(const Symmetry& symmetry) {
   settings_.symmetry = symmetry;
   series_.set_symmetry(symmetry);

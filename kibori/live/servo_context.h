@@ -34,7 +34,7 @@ struct LiveSettings {
   double passivity_ns_mm = 0;  // the passivity controller's cap; 0: it only watches
   Workspace workspace;
   int snapshot_ticks = 16;  // between snapshots
-  bool log = false;         // strokes go into log(), for a DocumentWriter
+  bool log = false;         // strokes go into LiveCarving::log(), for a DocumentWriter
   double idle_s = 0.3;      // a stroke ends when the tool has not cut or filled for so long
   bool watched = false;     // ticks can be read by next_tick()
   bool armed = true;        // start() arms the safety stage; else safety().arm() does, by a command
@@ -93,9 +93,12 @@ class ServoContext {
   // A mallet's blow of so much work, in the next tick: see SpringTool::advance.
   void strike(double nmm) { strike_nmm_ = nmm; }
 
-  // Strokes as they are made.
-  StrokeLog& log() { return log_; }
-  // Ends the stroke that is being made.
+  // The model is that of another step of its document from now on, whose material lies within
+  // `bounds`; the log says so.
+  void go_to(const Snapshot& state, const LatticeBox& bounds);
+  // The log says that all before this was done before it was asked for.
+  void fence_log() { log_.fence(); }
+  // Ends the stroke that is being made; LiveCarving::stop() does it where a thread ran.
   void finish_stroke();
 
  private:

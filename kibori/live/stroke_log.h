@@ -40,7 +40,15 @@ class StrokeLog {
     Wrench felt;
   };
 
-  // The writer.
+  // The reader.
+  bool pop(Event& event) { return events_.pop(event); }
+  bool pop(Begin& begin) { return begins_.pop(begin); }
+  bool pop(End& end) { return ends_.pop(end); }
+  // Any.
+  bool lost() const { return lost_.load(std::memory_order_relaxed); }
+
+ private:
+  friend class ServoContext;  // the writer
   void begin(Begin begin) {
     if (lost()) return;
     if (!begins_.push(std::move(begin))) return lose();
@@ -55,14 +63,7 @@ class StrokeLog {
   void cancel() { put({Kind::cancel, {}, {}}); }
   void fence() { put({Kind::fence, {}, {}}); }
   void moved() { put({Kind::moved, {}, {}}); }
-  // The reader.
-  bool pop(Event& event) { return events_.pop(event); }
-  bool pop(Begin& begin) { return begins_.pop(begin); }
-  bool pop(End& end) { return ends_.pop(end); }
-  // Any.
-  bool lost() const { return lost_.load(std::memory_order_relaxed); }
 
- private:
   static constexpr size_t kMaxEvents = 32768;  // 8 s at 4 kHz
   void put(const Event& event) {
     if (!lost() && !events_.push(event)) lose();

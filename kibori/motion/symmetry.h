@@ -24,7 +24,7 @@ struct Symmetry {
 // Ok, or a sentence: mesh tools can't be mirrored, all others can.
 Status check_symmetry(const Symmetry& symmetry, const Tool& tool);
 
-// The middle of the lattice, where rays have rays for images.
+// The middle of the lattice [mm], where rays have rays for images.
 Vec3 centre_of(const Lattice& lattice);
 
 // A pose of the tool, and its motion, seen in the planes whose bits are set (1: normal to x, 2: y,

@@ -30,7 +30,7 @@ std::optional<Vec3> view_named(const std::string& name);
 enum class Look { wood, plain };
 
 // How strongly the rings of a material stand out, from 0 (none: stone, wax, clay, foam) to 1 (oak,
-// pine), by what its name says. The same as contrastOf() in web/src/wood.ts.
+// pine), by what its name says. Pages are told it.
 double ring_contrast(std::string_view material);
 
 struct PictureOptions {

@@ -32,7 +32,7 @@ struct ConvexBody {
   // Set for a cone: q is not concave, and plane 0 picks the nappe. Through the apex it has no face
   // of its own; above the apex it is the lower face of a frustum.
   bool cone = false;
-  // Corners of a box in the tool frame that holds the body; infinite where the body is.
+  // A box [lattice units, tool frame] that holds the body; infinite where the body is.
   Box local_bounds;
 
   void add_plane(const Vec3& normal, double offset);
@@ -42,8 +42,8 @@ struct ConvexBody {
 
 class SweptConvex final : public Solid {
  public:
-  // tip, frame: pose at the start. start_is_clear: there is no material in the start
-  // pose, so rays on which the sweep reaches nothing beyond it may be left out.
+  // tip, frame: pose at the start. start_is_clear: there is no material in the start pose, so rays
+  // on which the sweep reaches nothing beyond it may be left out.
   SweptConvex(const ConvexBody& body, const LatticePoint& tip, const Mat3& frame,
               const LatticeVector& motion, bool start_is_clear = false);
 

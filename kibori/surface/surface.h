@@ -32,8 +32,8 @@ struct SurfaceChunk {
   std::vector<SurfaceVertex> vertices;
   std::vector<SurfaceTriangle> triangles;
   uint32_t own = 0;  // number of own vertices
-  // Of each vertex: z + 17 (x + 17 y) of its cell in the chunk, times 4, plus its
-  // sheet; own ones ascend; kNoCell, last, for those in the middle of a face.
+  // Of each vertex: z + 17 (x + 17 y) of its cell in the chunk, times 4, plus its sheet;
+  // own ones ascend; kNoCell, last, for those in the middle of a face.
   std::vector<uint32_t> cell;
 };
 inline constexpr uint32_t kNoCell = ~0u;

@@ -1,7 +1,8 @@
-// SPDX-License-Identifier: MIT What tests of the page in a real browser share: a studio as a
-// process of its own, Chromium, and ways to wait. A test calls run(parts): each part is a function
-// whose name KIBORI_PART chooses. The program's arguments are KIBORI [SCREENSHOTS' FOLDER]. The
-// page's policy forbids eval, so what is waited for is asked again and again.
+// SPDX-License-Identifier: MIT
+// What tests of the page in a real browser share: a studio as a process of its own, Chromium, and
+// ways to wait. A test calls run(parts): each part is a function whose name KIBORI_PART chooses.
+// The program's arguments are KIBORI [SCREENSHOTS' FOLDER]. The page's policy forbids eval, so what
+// is waited for is asked again and again.
 import { spawn } from "node:child_process";
 import { chmodSync, existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";

@@ -1,6 +1,7 @@
-// SPDX-License-Identifier: MIT The page for who can't see it, can't use a pointer, or needs it
-// otherwise: axe finds nothing on any page, dialog and layout, light and dark; keys alone do all
-// but carve; the focus is seen, and goes back. Usage: as test_studio.mjs
+// SPDX-License-Identifier: MIT
+// The page for who can't see it, can't use a pointer, or needs it otherwise: axe finds nothing on
+// any page, dialog and layout, light and dark; keys alone do all but carve; the focus is seen, and
+// goes back. Usage: as test_studio.mjs
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import {

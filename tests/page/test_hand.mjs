@@ -1,6 +1,7 @@
-// SPDX-License-Identifier: MIT The hand in a real browser: quick strokes keep their end, the same
-// path leaves the same bytes at any frame rate, every tool bites or says why not, and depth counts
-// from where it is told to. Usage: node test_hand.mjs KIBORI [SCREENSHOTS]
+// SPDX-License-Identifier: MIT
+// The hand in a real browser: quick strokes keep their end, the same path leaves the same bytes at
+// any frame rate, every tool bites or says why not, and depth counts from where it is told to.
+// Usage: node test_hand.mjs KIBORI [SCREENSHOTS]
 import { check, enter, open, run, show, shown, started, state, Studio, until } from "./harness.mjs";
 
 const SIZE = { width: 1280, height: 720 };

@@ -1,6 +1,7 @@
-// SPDX-License-Identifier: MIT The history strip and the force plots: groups, keys, branches,
-// thousands of steps, thumbnails by one camera, scales that a spike does not flatten. Usage: node
-// test_history.mjs KIBORI [SCREENSHOTS' FOLDER]
+// SPDX-License-Identifier: MIT
+// The history strip and the force plots: groups, keys, branches, thousands of steps, thumbnails by
+// one camera, scales that a spike does not flatten. Usage: node test_history.mjs KIBORI
+// [SCREENSHOTS' FOLDER]
 import { execFileSync } from "node:child_process";
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";

@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT Importing a file in the page: what is guessed, what is chosen, and
-// that the piece stands so. See harness.mjs.
+// SPDX-License-Identifier: MIT
+// Importing a file in the page: what is guessed, what is chosen, and that the piece stands so. See
+// harness.mjs.
 import { existsSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import {

@@ -1,7 +1,7 @@
-// SPDX-License-Identifier: MIT The page's layout: at every size nothing covers anything else, all
-// can be reached, and the piece is framed in what is free; the sheet of narrow windows by touch;
-// numbers that are typed; what is kept; the line to a studio that ends. Usage: node test_layout.mjs
-// KIBORI [SCREENSHOTS' FOLDER]
+// SPDX-License-Identifier: MIT
+// The page's layout: at every size nothing covers anything else, all can be reached, and the piece
+// is framed in what is free; the sheet of narrow windows by touch; numbers that are typed; what is
+// kept; the line to a studio that ends. Usage: node test_layout.mjs KIBORI [SCREENSHOTS' FOLDER]
 import { join } from "node:path";
 import {
   check,

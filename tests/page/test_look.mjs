@@ -1,6 +1,7 @@
-// SPDX-License-Identifier: MIT How the solid is looked at: every control of the View panel changes
-// the picture as it says, by mouse and by keyboard alone, and picking knows the section. Usage:
-// node test_look.mjs KIBORI [SCREENSHOTS' FOLDER]
+// SPDX-License-Identifier: MIT
+// How the solid is looked at: every control of the View panel changes the picture as it says, by
+// mouse and by keyboard alone, and picking knows the section. Usage: node test_look.mjs KIBORI
+// [SCREENSHOTS' FOLDER]
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import {

@@ -1,6 +1,7 @@
-// SPDX-License-Identifier: MIT The page in a real browser: from the first look to the first cut and
-// back, pen and finger, files, what goes wrong, and that what it shows is what there is. Usage:
-// node test_studio.mjs KIBORI [SCREENSHOTS' FOLDER]
+// SPDX-License-Identifier: MIT
+// The page in a real browser: from the first look to the first cut and back, pen and finger, files,
+// what goes wrong, and that what it shows is what there is. Usage: node test_studio.mjs KIBORI
+// [SCREENSHOTS' FOLDER]
 import { execFileSync } from "node:child_process";
 import { createHash } from "node:crypto";
 import { readFileSync, rmSync, writeFileSync } from "node:fs";

@@ -1,6 +1,7 @@
-// SPDX-License-Identifier: MIT The key to the studio. The address that it printed has a token,
-// which is exchanged for the key once. The key is kept by this page's origin, port included, for
-// other windows and for reloading; it is of no use once the studio has ended.
+// SPDX-License-Identifier: MIT
+// The key to the studio. The address that it printed has a token, which is exchanged for the key
+// once. The key is kept by this page's origin, port included, for other windows and for reloading;
+// it is of no use once the studio has ended.
 const KEPT = "kibori-key";
 
 let given = ""; // where the browser keeps nothing

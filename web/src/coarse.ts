@@ -1,6 +1,7 @@
-// SPDX-License-Identifier: MIT The solid with fewer triangles, for machines without a graphics card
-// while the camera moves: of each chunk, vertices near each other give way to one of them. Those at
-// its edge stay, since the neighbour has them, too: no crack opens.
+// SPDX-License-Identifier: MIT
+// The solid with fewer triangles, for machines without a graphics card while the camera moves: of
+// each chunk, vertices near each other give way to one of them. Those at its edge stay, since the
+// neighbour has them, too: no crack opens.
 import * as THREE from "three";
 import { CELLS, cornerOf, type Lattice } from "./chunks";
 

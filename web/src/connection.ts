@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT The line to the studio: comes back by itself when it breaks, for a
-// minute, and then when it is asked to.
+// SPDX-License-Identifier: MIT
+// The line to the studio: comes back by itself when it breaks, for a minute, and then when it is
+// asked to.
 import { entered, key, whyRefused } from "./access";
 import { read, write, PROTOCOL_VERSION, type FromStudio } from "./messages";
 

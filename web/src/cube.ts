@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT The view cube: turns with the camera; its faces, edges and corners
-// are buttons that lead to the view from there. By keyboard it is one stop: the arrows go to the
-// next view, 45 degrees on.
+// SPDX-License-Identifier: MIT
+// The view cube: turns with the camera; its faces, edges and corners are buttons that lead to the
+// view from there. By keyboard it is one stop: the arrows go to the next view, 45 degrees on.
 import type * as THREE from "three";
 import type { Vec3 } from "./wire";
 

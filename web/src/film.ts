@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT Pictures to a film: the browser's encoder (WebCodecs, VP8), and what
-// a WebM file needs around that. Frames have the time they are for, however long it took to draw
-// them.
+// SPDX-License-Identifier: MIT
+// Pictures to a film: the browser's encoder (WebCodecs, VP8), and what a WebM file needs around
+// that. Frames have the time they are for, however long it took to draw them.
 
 interface Frame {
   ms: number;

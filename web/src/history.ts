@@ -1,7 +1,7 @@
-// SPDX-License-Identifier: MIT The history as a strip: the way from the stock to where the document
-// stands, and on to where it was last. Strokes of one tool stand together in a group, which opens;
-// lines above show where branches leave. Only what is in view is in the page, and only its pictures
-// are asked for.
+// SPDX-License-Identifier: MIT
+// The history as a strip: the way from the stock to where the document stands, and on to where it
+// was last. Strokes of one tool stand together in a group, which opens; lines above show where
+// branches leave. Only what is in view is in the page, and only its pictures are asked for.
 import { request } from "./access";
 import { MOVED, StepTree, type Branch, type Group, type Step } from "./steps";
 import { TOOLS, held, iconOf, sizeOf } from "./tools";

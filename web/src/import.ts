@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT A file becomes a stock: the studio says what it seems to be, a
-// dialog shows it as it will stand, and what is chosen there is made. The file waits at the studio
-// meanwhile; Cancel drops it.
+// SPDX-License-Identifier: MIT
+// A file becomes a stock: the studio says what it seems to be, a dialog shows it as it will stand,
+// and what is chosen there is made. The file waits at the studio meanwhile; Cancel drops it.
 import * as THREE from "three";
 import { request } from "./access";
 import { dialog, element, input, put, select } from "./dom";

@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT What a file will become, as it will stand: a small picture of its
-// own, with a floor of mm. Z is up, lengths are mm.
+// SPDX-License-Identifier: MIT
+// What a file will become, as it will stand: a small picture of its own, with a floor of mm. Z is
+// up, lengths are mm.
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";

@@ -37,3 +37,6 @@ export const MODEL_NOTES: Record<Model, string> = {
 
 /** The files that can be brought, as <input accept> has them. */
 export const IMPORTS = ".stl, .ply, .obj, .off, .3mf, .glb, .png, .kibori";
+
+/** Materials of one document, at most. */
+export const MAX_MATERIALS = 64;

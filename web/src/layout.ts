@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT Where panels stand is the style sheet's matter. Here: which of them
-// are folded to a button, or lie in the sheet at the lower edge of a narrow window, and what they
-// leave free for the piece.
+// SPDX-License-Identifier: MIT
+// Where panels stand is the style sheet's matter. Here: which of them are folded to a button, or
+// lie in the sheet at the lower edge of a narrow window, and what they leave free for the piece.
 import { element } from "./dom";
 
 /** So many pixels at each edge of the window. */

@@ -1,6 +1,7 @@
-// SPDX-License-Identifier: MIT How the solid is looked at: shading, light, section, a picture to
-// carve after, the view cube, and pictures and films of it. What is chosen of the look is kept in
-// this browser; section and reference belong to the open document.
+// SPDX-License-Identifier: MIT
+// How the solid is looked at: shading, light, section, a picture to carve after, the view cube, and
+// pictures and films of it. What is chosen of the look is kept in this browser; section and
+// reference belong to the open document.
 import * as THREE from "three";
 import { ViewCube } from "./cube";
 import { ask, dialog, element, input, put, select } from "./dom";

@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT Looking by keys: the arrows turn the piece, with Shift they move it;
-// plus and minus go nearer and farther.
+// SPDX-License-Identifier: MIT
+// Looking by keys: the arrows turn the piece, with Shift they move it; plus and minus go nearer and
+// farther.
 import * as THREE from "three";
 import type { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 

@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT The page: what the studio says to surface, plot, history and
-// numbers; buttons and keys to the studio.
+// SPDX-License-Identifier: MIT
+// The page: what the studio says to surface, plot, history and numbers; buttons and keys to the
+// studio.
 import * as THREE from "three";
 import { request } from "./access";
 import { Connection } from "./connection";

@@ -3,7 +3,7 @@
 import type { Mode, Model, Tool } from "./kinds";
 import { Reader, Writer, type Vec3 } from "./wire";
 
-export const PROTOCOL_VERSION = 7;
+export const PROTOCOL_VERSION = 8;
 
 /** The first message of a page, with the key that POST /enter gave for the token. Welcome or Start answers; where the key is another one, the line is closed with code 1008. */
 export interface Hello { version: number; key: string }
@@ -63,7 +63,7 @@ export interface RunExperiment { name: string; scene: string; model: string; pac
 export interface ChooseTurn { turn: number }
 /** A blow of a mallet (3 J) on the tool that cuts: it is driven on along its aim. */
 export type Strike = Record<string, never>;
-/** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color), which of them its stock is of, and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
+/** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to 1), which of them its stock is of, and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
 export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; material: number; what: number }
 /** Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), vertices, corners (u16 each). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
 export interface Chunks { frame: number; more: number; data: Uint8Array }
@@ -73,7 +73,7 @@ export interface Ticks { start: number; data: Uint8Array }
 export interface State { volume: number; removed: number; step: number; steps: number; undo: number; redo: number; holds: number; blocked: number; hash: string; safety: number; trip: string; given: number }
 /** A sentence for the person. */
 export interface Notice { text: string }
-/** No document is open. JSON: documents (name, changed: s since 1970, bytes), materials (name, color), examples (name, about). */
+/** No document is open. JSON: documents (name, changed: s since 1970, bytes), materials (as of Welcome), examples (name, about). */
 export interface Start { version: number; holds: number; json: string }
 /** Steps that this page was not told of yet, by their numbers: number, the one before it or 0 (u32 each), what it removed [mm^3] (f32), when it was begun [s since 1970] (f64; 0: not known), the tool (text, as JSON; null: none), mode (u8; off: the tool only moved), whether a thumbnail of it is kept (u8), label (text). */
 export interface Steps { data: Uint8Array }

@@ -1,6 +1,7 @@
-// SPDX-License-Identifier: MIT A row of a slider: its number can be typed beside it, a screen
-// reader hears its name and unit, and sizes go by ratios along the slider. The slider keeps the id
-// and the value that others read, set and listen to.
+// SPDX-License-Identifier: MIT
+// A row of a slider: its number can be typed beside it, a screen reader hears its name and unit,
+// and sizes go by ratios along the slider. The slider keeps the id and the value that others read,
+// set and listen to.
 /**
  * What a slider's value is: the number shown, the same along a slider of ratios, or the number's
  * logarithm.

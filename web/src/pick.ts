@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT Where a ray meets the chunks of a surface first: chunks by their
-// bounds, from the nearest on, and no further than what has been met.
+// SPDX-License-Identifier: MIT
+// Where a ray meets the chunks of a surface first: chunks by their bounds, from the nearest on, and
+// no further than what has been met.
 import * as THREE from "three";
 
 export interface Hit {

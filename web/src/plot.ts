@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT The force over time, every servo tick of it, and as CSV. The scale
-// is that of most ticks: spikes are cut off and marked.
+// SPDX-License-Identifier: MIT
+// The force over time, every servo tick of it, and as CSV. The scale is that of most ticks: spikes
+// are cut off and marked.
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import { robustRange, spikes, type Range } from "./robust";

@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT Scales of force plots that a few spikes do not flatten, and the
-// spikes that such a scale leaves out.
+// SPDX-License-Identifier: MIT
+// Scales of force plots that a few spikes do not flatten, and the spikes that such a scale leaves
+// out.
 
 export interface Range {
   low: number;

@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT The force to the ear and the hand, where there is no force device:
-// sound of the cut, vibration of a phone or a game controller.
+// SPDX-License-Identifier: MIT
+// The force to the ear and the hand, where there is no force device: sound of the cut, vibration of
+// a phone or a game controller.
 
 import { TICK_NUMBERS } from "./wire";
 

@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: MIT What is chosen in controls, kept in this browser: by their ids, and
-// groups of radio buttons by their name.
+// SPDX-License-Identifier: MIT
+// What is chosen in controls, kept in this browser: by their ids, and groups of radio buttons by
+// their name.
 const STORE = "kibori.settings";
 
 type Control = HTMLInputElement | HTMLSelectElement;

@@ -1,6 +1,7 @@
-// SPDX-License-Identifier: MIT The solid as an image. It is drawn into buffers (light, normals,
-// depth), each pixel is shaded by what lies around it (ambient occlusion, cavity), and the outcome
-// is kept: while solid and camera rest, a frame is this image and what moves over it.
+// SPDX-License-Identifier: MIT
+// The solid as an image. It is drawn into buffers (light, normals, depth), each pixel is shaded by
+// what lies around it (ambient occlusion, cavity), and the outcome is kept: while solid and camera
+// rest, a frame is this image and what moves over it.
 //
 //     draw: chunks ─► light, normals, depth ─► hollows ─► image, depth        show: image, depth ─► the canvas
 //

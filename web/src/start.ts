@@ -10,6 +10,8 @@ import type { Vec3 } from "./wire";
 export interface Material {
   name: string;
   color: Vec3;
+  /** How strongly its rings stand out, 0 to 1. */
+  rings: number;
 }
 interface Listed {
   name: string;

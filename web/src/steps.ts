@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT The tree of what was done, as Steps tells it: the way through it
-// that is shown, the groups of strokes along that way, and the branches beside it. Nothing here
-// knows the page.
+// SPDX-License-Identifier: MIT
+// The tree of what was done, as Steps tells it: the way through it that is shown, the groups of
+// strokes along that way, and the branches beside it. Nothing here knows the page.
 import type { Mode, Tool } from "./kinds";
 import { Reader } from "./wire";
 

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT Small pictures of the piece, all by one camera and one light, so
-// that those of two steps differ where the steps do. They are drawn beside the canvas, and leave
-// what is shown there alone.
+// SPDX-License-Identifier: MIT
+// Small pictures of the piece, all by one camera and one light, so that those of two steps differ
+// where the steps do. They are drawn beside the canvas, and leave what is shown there alone.
 import * as THREE from "three";
 import { OutputPass } from "three/examples/jsm/postprocessing/OutputPass.js";
 

@@ -1,6 +1,6 @@
-// SPDX-License-Identifier: MIT The tools a person can pick up: a row for each shape, with what the
-// page says of it, how it is chosen and how it is drawn. A shape of the library without a row here
-// does not compile.
+// SPDX-License-Identifier: MIT
+// The tools a person can pick up: a row for each shape, with what the page says of it, how it is
+// chosen and how it is drawn. A shape of the library without a row here does not compile.
 import * as THREE from "three";
 import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import type { Tool } from "./kinds";

@@ -1,29 +1,15 @@
-// SPDX-License-Identifier: MIT What the solid is made of: wood through and through (rings about the
-// pith, fibres along it), so that a cut shows what was inside, or clay. The same wood as in
-// kibori/picture/wood.cpp: what is changed here is changed there.
+// SPDX-License-Identifier: MIT
+// What the solid is made of: wood through and through (rings about the pith, fibres along it), so
+// that a cut shows what was inside, or clay. The same wood as in kibori/picture/wood.cpp: what is
+// changed here is changed there.
 import * as THREE from "three";
-
-const MOST = 16; // materials that are told apart
-
-/** How strongly a material's rings stand out, by a part of its name; what comes first counts. */
-const CONTRASTS: [RegExp, number][] = [
-  [/stone|wax|clay|foam|plaster/i, 0],
-  [/lime|basswood/i, 0.12],
-  [/balsa/i, 0.25],
-  [/walnut/i, 0.6],
-  [/oak|pine/i, 1],
-];
-const OTHER_CONTRAST = 0.5;
-
-function contrastOf(name: string): number {
-  return CONTRASTS.find(([names]) => names.test(name))?.[1] ?? OTHER_CONTRAST;
-}
+import { MAX_MATERIALS } from "./kinds";
 
 const SHADER = /* glsl */ `
 uniform vec3 pith, along;
 uniform float ring;
-uniform vec3 woodColors[${MOST}];
-uniform float contrasts[${MOST}];
+uniform vec3 woodColors[${MAX_MATERIALS}];
+uniform float contrasts[${MAX_MATERIALS}];
 float cornerValue(ivec3 p) {
   uint h = uint(p.x) * 0x8da6b343u ^ uint(p.y) * 0xd8163841u ^ uint(p.z) * 0xcb1ab31fu;
   h ^= h >> 15; h *= 0x2c1b3c6du; h ^= h >> 12; h *= 0x297a2d39u; h ^= h >> 15;
@@ -72,7 +58,7 @@ const VERTEX = (shader: string): string =>
     )
     .replace(
       "#include <begin_vertex>",
-      `#include <begin_vertex>\nvPlace = position;\nvKind = min(int(kind + 0.5), ${MOST - 1});`,
+      `#include <begin_vertex>\nvPlace = position;\nvKind = min(int(kind + 0.5), ${MAX_MATERIALS - 1});`,
     );
 const FRAGMENT = (shader: string): string =>
   shader
@@ -110,9 +96,9 @@ export class Wood {
   private pith = new THREE.Vector3();
   private along = new THREE.Vector3(1, 0, 0);
   private ring = { value: 1 };
-  private colors = Array.from({ length: MOST }, () => new THREE.Color(0.72, 0.52, 0.32));
-  private own = new Float32Array(MOST); // contrasts of the materials
-  private contrasts = new Float32Array(MOST); // as they are drawn
+  private colors = Array.from({ length: MAX_MATERIALS }, () => new THREE.Color(0.72, 0.52, 0.32));
+  private own = new Float32Array(MAX_MATERIALS); // contrasts of the materials
+  private contrasts = new Float32Array(MAX_MATERIALS); // as they are drawn
   private plane = new THREE.Vector4();
 
   constructor() {
@@ -174,7 +160,7 @@ export class Wood {
   }
   set shading(shading: Shading) {
     this.chosen = shading;
-    this.contrasts.set(shading === "wood" ? this.own : new Float32Array(MOST));
+    this.contrasts.set(shading === "wood" ? this.own : new Float32Array(MAX_MATERIALS));
   }
 
   /** What clay looks like by its normal, with a light from there, in the camera's frame. */
@@ -222,9 +208,9 @@ export class Wood {
     this.ring.value = sides[longest] / 26;
   }
 
-  /** By number: a name, and a colour (0..255). */
-  setKinds(kinds: { name: string; color: [number, number, number] }[]): void {
-    for (let i = 0; i < MOST && kinds.length > 0; i++) {
+  /** By number: a colour (0..255), and how strongly the rings stand out (0..1). */
+  setKinds(kinds: { color: [number, number, number]; rings: number }[]): void {
+    for (let i = 0; i < MAX_MATERIALS && kinds.length > 0; i++) {
       const kind = kinds[Math.min(i, kinds.length - 1)];
       this.colors[i].setRGB(
         kind.color[0] / 255,
@@ -232,7 +218,7 @@ export class Wood {
         kind.color[2] / 255,
         THREE.SRGBColorSpace,
       );
-      this.own[i] = contrastOf(kind.name);
+      this.own[i] = kind.rings;
     }
     this.shading = this.chosen;
   }

@@ -87,6 +87,8 @@ Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> doc
   } else {
     const Box material_mm = session->lattice_.to_mm(model->material_bounds());
     const Vec3 size = material_mm.size();
+    if (options.stepped && options.device != "virtual")
+      return Error{"only a pointer and the simulated hand can be stepped"};
     if (options.device == "virtual") {
       device = simulated_hand(size, settings.rate_hz);
     } else {

@@ -2,7 +2,7 @@
 // A document that a hand carves in by a pointer or a force device.
 //
 //   owner's thread:  aim, press, lift, undo ─► PointerDevice, commands ─► servo (LiveCarving)
-//                    follow()  ◄─ snapshots, ticks                           │ log
+//                    follow()  ◄─ snapshots, ticks                                   │ log
 //                    history() ◄─ where the document stands ◄── the document writer ◄┘
 //
 // The servo and the document writer have threads of their own.

@@ -50,6 +50,7 @@ struct SessionOptions {
   // A name of devices/registry.h that holds the tool; empty: a pointer does.
   std::string device;
   // No thread of its own moves the tool, but LiveSession::tick() does: a test's time is then exact.
+  // Only a pointer and the simulated hand can be stepped: no one would let go of a real device.
   bool stepped = false;
 };
 
