@@ -52,6 +52,48 @@ TEST(Rotation, BetweenFrames) {
   }
 }
 
+// A hand of a strength that is far from the tool at once, as after a wall let go: a tick looks only
+// so far, and the tool goes on until it is there, though the hand rests.
+TEST(SpringTool, FarBehindItArrives) {
+  TriDexel model = block(0.25);
+  const std::vector<Material> materials{wood()};
+  SeriesSpring spring;
+  spring.strength_n = 200;
+  spring.stiffness_n_mm = 800;
+  for (const Tool& hand_tool : {Tool(BallTool{4}), Tool(Bull{4, 1.5, 24}), Tool(Flat{3, 20})})
+    for (const double lean : {0.0, 1.3}) {
+      SpringTool tool(model, upright({0, 15, 25}), spring);
+      Pose device = upright({0, 15, 25});
+      ASSERT_TRUE(tool.advance(hand_tool, device, Mode::cut, materials).ok());  // it is clear here
+      device.tip.x() = 38;
+      device.frame = frame_from_axis(Vec3(0, -std::sin(lean), std::cos(lean)));
+      int ticks = 0;
+      while ((tool.pose().tip != device.tip ||
+              rotation_between(tool.pose().frame, device.frame).norm() > 1e-6) &&
+             ticks < 400) {
+        ASSERT_TRUE(tool.advance(hand_tool, device, Mode::cut, materials).ok());
+        ticks++;
+      }
+      EXPECT_LT(ticks, 400) << shape_of(hand_tool) << " leaning by " << lean;
+      EXPECT_GT(ticks, 1) << shape_of(hand_tool);
+    }
+  EXPECT_EQ(model.volume_mm3(), 40 * 30 * 20);
+  // Through the wood it leaves the groove that one way would have left: so deep that nothing holds
+  // it back.
+  SpringTool tool(model, upright({-6, 15, 19}), spring);
+  ASSERT_TRUE(tool.advance(BallTool{4}, upright({-6, 15, 19}), Mode::cut, materials).ok());
+  double removed = 0;
+  for (int i = 0; i < 100; i++) {
+    const auto felt = tool.advance(BallTool{4}, upright({46, 15, 19}), Mode::cut, materials);
+    ASSERT_TRUE(felt.ok());
+    removed += felt.value().removed_mm3;
+  }
+  const double segment = 16 * std::acos(0.75) - 3 * std::sqrt(7.0);
+  EXPECT_NEAR(removed, 40 * segment, 0.02 * 40 * segment);  // some 60 rays tell its area
+  // All but the cut's own resistance, which held it back in the last tick: 10 N of 800 N/mm.
+  EXPECT_LT((tool.pose().tip - Vec3(46, 15, 19)).norm(), 10.0 / 800);
+}
+
 TEST(SpringTool, FreeAirIsFree) {
   TriDexel model = block(0.5);
   SpringTool tool(model, upright({20, 15, 25}), {});

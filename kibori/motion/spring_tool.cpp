@@ -40,6 +40,15 @@ constexpr int kMaxRises = 32;
 // strength: a face of 32 mm^2 in oak needs three of them. More would run the tool deeper into a
 // wall that it meets.
 constexpr double kSpareWay = 4;
+// A tool that hangs far behind a hand of a strength looks no farther along in a tick than this way
+// [cells], and no more pieces of its turn, or twice what the hand itself did in the tick: so the
+// work of a tick has a bound. Smaller, and quick hands are followed late; larger, and a tool that a
+// wall holds takes longer than a tick.
+constexpr double kLookWay = 64, kLookSubsteps = 12;
+// What is only tried turns in so many times fewer pieces than what is cut: its outermost point may
+// stray by four tenths of a cell. Fewer, and walls are felt where they are not; more, and a turning
+// tool costs a tick ten times what a straight one does.
+constexpr int kTrialPieces = 4;
 // Steps of the search for a clear place: the first in cells, each longer than the last by this
 // factor, so that a place is overshot by a fifth of the way at most.
 constexpr double kFirstBack = 1, kBackFactor = 1.2;
@@ -56,6 +65,11 @@ struct SpringTool::Tick {
   const std::vector<Material>& materials;
   double inside = 0;   // [cells^3] what the tool stands in at the start
   bool clear = false;  // the tool stands in nothing at the start, in the frame it keeps
+  // From the way's end to the hand, where that is farther than a tick looks: as a way [mm], and its
+  // length with the turn.
+  Vec3 rest_mm = Vec3::Zero();
+  double beyond = 0;
+  bool whole = true;  // the way leads to the hand
 
   // What each field counts: the motion's direction cosines squared, see haptics/force.h. At any
   // share of the way the same, so that what is reached can be compared.
@@ -86,7 +100,8 @@ void SpringTool::for_sweeps(const Tick& tick, double share, F&& f) const {
   const Lattice& lattice = model_.lattice();
   const ToolMotion way = tick.motion.part(share);
   const Result<int> counted = substeps_of(tick.tool, way, lattice);
-  const int substeps = counted ? counted.value() : 1;  // advance() has refused what has too many
+  // advance() has refused what has too many.
+  const int substeps = counted ? (counted.value() + kTrialPieces - 1) / kTrialPieces : 1;
   EditOptions options;
   options.motion = {lattice.to_lattice(way.at(1).tip), false, LatticeVector(), Vec3::Zero(),
                     way.start.axis()};
@@ -147,11 +162,12 @@ SpringTool::Resistance SpringTool::resistance(const Tick& tick, double share, bo
 // where the last tick ended. Resistance seldom changes much from tick to tick, so one or two trials
 // are the rule.
 SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) {
-  const double h = model_.lattice().pitch_mm, whole_pull = pull(tick.length);
+  const double h = model_.lattice().pitch_mm, whole_pull = pull(tick.length + tick.beyond);
   const double min = std::min(1.0, kMinStep * h / tick.length);
   const auto excess = [&](double share, const Resistance& r) {
-    return tick.mode == Mode::touch && r.touching ? -whole_pull
-                                                  : pull(tick.length * (1 - share)) - r.force;
+    return tick.mode == Mode::touch && r.touching
+               ? -whole_pull
+               : pull(tick.length * (1 - share) + tick.beyond) - r.force;
   };
   // At `low` the spring still pulls harder than the material resists; at `high` it does not. Where
   // it does not touch yet at `low`, the place where it begins to is looked for first: the pull may
@@ -232,6 +248,30 @@ double SpringTool::length_of(const ToolMotion& motion) const {
                    (k > 0 ? kt / k : 0) * motion.turn_rad.squaredNorm());
 }
 
+// Shortens a way on which the tool hangs far behind the hand.
+void SpringTool::look_ahead(Tick& tick, const Pose& device) const {
+  const Lattice& lattice = model_.lattice();
+  ToolMotion hand{tick.motion.start, Vec3::Zero(), Vec3::Zero()};
+  if (last_.known) {
+    hand.travel_mm = device.tip - last_.device.tip;
+    hand.turn_rad = rotation_between(last_.device.frame, device.frame);
+  }
+  ToolMotion turn{tick.motion.start, Vec3::Zero(), tick.motion.turn_rad};
+  const double way = tick.motion.travel_mm.norm(), pieces = pieces_needed(tick.tool, turn, lattice);
+  const double max_way = std::max(kLookWay * lattice.pitch_mm, 2 * hand.travel_mm.norm());
+  hand.travel_mm = Vec3::Zero();
+  const double max_pieces = std::max(kLookSubsteps, 2 * pieces_needed(tick.tool, hand, lattice));
+  if (way <= max_way && pieces <= max_pieces) return;
+  const double whole = tick.length;
+  const Vec3 travel = tick.motion.travel_mm;
+  tick.motion.travel_mm *= std::min(1.0, max_way / way);
+  tick.motion.turn_rad *= std::min(1.0, max_pieces / pieces);
+  tick.rest_mm = travel - tick.motion.travel_mm;
+  tick.length = length_of(tick.motion);
+  tick.beyond = std::max(0.0, whole - tick.length);
+  tick.whole = false;
+}
+
 // Raises the end of the way along `up` to where the hand, which is as far away then, just drives
 // the tool there; all of the way is too hard by too_hard_n. False where the way does not lead
 // sideways, or no height helps; the tick is then as it was.
@@ -252,7 +292,8 @@ bool SpringTool::give_way(Tick& tick, const Vec3& up, double too_hard_n) {
     tick.motion.travel_mm *= ahead;
     tick.motion.turn_rad *= ahead;
     tick.length *= ahead;
-    const double too_hard = resistance(tick, 1).force - pull(rise) - spare_nmm_ / tick.length;
+    const double too_hard = resistance(tick, 1).force - pull((tick.rest_mm - rise * up).norm()) -
+                            spare_nmm_ / tick.length;
     tick.motion.turn_rad = wanted.turn_rad;
     return too_hard;
   };
@@ -297,7 +338,7 @@ bool SpringTool::give_way(Tick& tick, const Vec3& up, double too_hard_n) {
 SpringTool::Balance SpringTool::push(Tick& tick, const Vec3& up, bool likely_touching) {
   const double h = model_.lattice().pitch_mm, k = spring_.stiffness_n_mm,
                strength = spring_.strength_n;
-  if (k * tick.length > strength) {
+  if (k * (tick.length + tick.beyond) > strength) {
     const double force = resistance(tick, 1).force;
     if (force > strength + spare_nmm_ / tick.length && give_way(tick, up, force)) {
       const Resistance r = resistance(tick, 1);
@@ -313,7 +354,7 @@ SpringTool::Balance SpringTool::push(Tick& tick, const Vec3& up, bool likely_tou
   for (double share = std::min(1.0, kSpareWay * h / tick.length);
        share > std::max(2 * at.share, kMinStep * h / tick.length); share /= 2) {
     const Resistance r = resistance(tick, share);
-    if (r.force <= pull(tick.length * (1 - share))) return {share, r.touching};
+    if (r.force <= pull(tick.length * (1 - share) + tick.beyond)) return {share, r.touching};
   }
   return at;
 }
@@ -390,10 +431,12 @@ double SpringTool::slide(const Tick& tick, const Vec3& residual) {
   const double pressed = -residual.dot(normal);
   if (!(pressed > 0)) return 0;
   const Vec3 along = residual + pressed * normal;
-  const double length = std::sqrt(along.squaredNorm()), way = length - spring_.friction * pressed;
+  const double length = std::sqrt(along.squaredNorm());
+  double way = length - spring_.friction * pressed;
   if (!(way > kMinStep * model_.lattice().pitch_mm)) return 0;
   // Lifting must not take more from the spring than sliding gives back.
   const double lift = std::min(kLift, 0.5 * length / pressed);
+  way = std::min(way, kLookWay * model_.lattice().pitch_mm);
   Tick slip{tick.tool, {tool_pose_, (along / length + lift * normal) * way, Vec3::Zero()},
             way,       Mode::touch,
             0,         tick.materials};
@@ -411,9 +454,9 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
   const Lattice& lattice = model_.lattice();
   const double h = lattice.pitch_mm;
   removed_.reset();
-  if (spring_.strength_n > 0 && last_.known && !(strike_nmm > 0) && last_.mode == mode &&
-      last_.generation == model_.generation() && last_.device.tip == device.tip &&
-      last_.device.frame == device.frame && tool == last_.tool)
+  if (spring_.strength_n > 0 && last_.known && !last_.on_its_way && !(strike_nmm > 0) &&
+      last_.mode == mode && last_.generation == model_.generation() &&
+      last_.device.tip == device.tip && last_.device.frame == device.frame && tool == last_.tool)
     return last_.felt;
   const Vec3 before = tool_pose_.tip;
   ToolTick felt;
@@ -429,13 +472,16 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
   const Result<int> substeps = substeps_of(tool, tick.motion, lattice);
   if (!substeps) return Error{substeps.error()};
 
+  if (spring_.strength_n > 0 && mode != Mode::off && (mode == Mode::deposit || engaged_))
+    look_ahead(tick, device);
+
   resisted_mm_.reset();
   // The tool goes a share of the way. All of it: to where the device is, its turn made as a replay
   // makes it.
   const auto go = [&](double share) {
     ToolMotion way = tick.motion.part(share);
     Pose end = way.at(1);
-    if (share >= 1 && !resisted_mm_) end.tip = device.tip;
+    if (share >= 1 && !resisted_mm_ && tick.rest_mm.isZero(0)) end.tip = device.tip;
     way.travel_mm = end.tip - tool_pose_.tip;
     felt.motion.turn = way.turns() ? way.turn_rad : Vec3(Vec3::Zero());
     if (felt.edited) {
@@ -519,7 +565,8 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
               spring_.torsion_nmm_rad > 0 ? rotation_between(tool_pose_.frame, device.frame)
                                           : Vec3(Vec3::Zero()));
   if (mode == Mode::off) felt.wrench = {};
-  last_ = {true, tool, device, mode, model_.generation(), felt};
+  const bool on_its_way = !tick.whole && (felt.cutting || felt.pose.tip != before);
+  last_ = {true, on_its_way, tool, device, mode, model_.generation(), felt};
   last_.felt.removed_mm3 = 0;
   last_.felt.points = 0;
   last_.felt.motion.travel = last_.felt.motion.turn = Vec3::Zero();

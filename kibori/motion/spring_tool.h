@@ -136,6 +136,7 @@ class SpringTool {
   double slide(const Tick& tick, const Vec3& residual);
   double pull(double length_mm) const;
   double length_of(const ToolMotion& motion) const;
+  void look_ahead(Tick& tick, const Pose& device) const;
   bool give_way(Tick& tick, const Vec3& up, double too_hard_n);
   Balance push(Tick& tick, const Vec3& up, bool likely_touching);
   double struck_share(const Tick& tick, double strike_nmm);
@@ -161,6 +162,7 @@ class SpringTool {
   // The last tick, for one that asks for the same again.
   struct Last {
     bool known = false;
+    bool on_its_way = false;  // it hangs behind and has gone on: the same again leads it farther
     Tool tool;
     Pose device;
     Mode mode = Mode::off;
