@@ -52,8 +52,8 @@ TEST(Rotation, BetweenFrames) {
   }
 }
 
-// A hand of a strength that is far from the tool at once, as after a wall let go: a tick looks only
-// so far, and the tool goes on until it is there, though the hand rests.
+// A hand of a strength that leaps far from the tool, as after a wall let go: the tool arrives, in
+// as many ticks as its looking ahead takes, though the hand rests.
 TEST(SpringTool, FarBehindItArrives) {
   TriDexel model = block(0.25);
   const std::vector<Material> materials{wood()};
@@ -75,7 +75,6 @@ TEST(SpringTool, FarBehindItArrives) {
         ticks++;
       }
       EXPECT_LT(ticks, 400) << shape_of(hand_tool) << " leaning by " << lean;
-      EXPECT_GT(ticks, 1) << shape_of(hand_tool);
     }
   EXPECT_EQ(model.volume_mm3(), 40 * 30 * 20);
   // Through the wood it leaves the groove that one way would have left: so deep that nothing holds
