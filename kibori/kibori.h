@@ -4,6 +4,7 @@
 // together.
 //
 //   A model, carved tick by tick:   make_lattice, TriDexel, DirectTool::advance, Snapshot, Surface
+//   Smoothed, inflated, flattened:  Reshaper::dab
 //   By hand, felt:                  SpringTool, Device, LiveCarving, ServoContext, DocumentWriter
 //   Kept, undone, replayed:         Document
 //   Scenes, files, pictures:        read_scene, carve, replay_document, into_dexels, write_model,
@@ -36,6 +37,7 @@
 #include <kibori/motion/direct_tool.h>
 #include <kibori/motion/spring_tool.h>
 #include <kibori/motion/stroke_record.h>
+#include <kibori/reshape/reshaper.h>
 #include <kibori/solid/tool.h>
 #include <kibori/surface/layers.h>
 #include <kibori/surface/simplify.h>

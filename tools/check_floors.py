@@ -16,7 +16,7 @@ FLOORS = [
     {"dexel"},
     {"solid"},
     {"edit", "formats", "measure", "picture", "surface"},
-    {"haptics"},
+    {"haptics", "reshape"},
     {"devices", "motion"},
     {"document"},
     {"live"},

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Edits of a single ray: what the vectors of tile_kernel.cpp leave over, such as a deposit that
-// joins two spans. Internal to `edit`.
+// joins two spans. Internal to `edit` and `reshape`.
 #pragma once
 
 #include <kibori/dexel/field.h>

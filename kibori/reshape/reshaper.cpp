@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/reshape/reshaper.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <kibori/reshape/write_back.h>
+
+namespace kibori {
+namespace {
+
+// The filter is a cube; its corners beyond this many times its reach weigh next to nothing.
+constexpr double kFilterCorner = 1.5;
+
+// The filter reaches this many sigma: what is beyond weighs 0.3 %.
+constexpr double kFilterReach = 3;
+
+// Width of the band of a filter [sigma, and cells]: where nodes beside the surface see distances
+// cut short, a plane creeps.
+constexpr double kBandSigmas = 3.5, kBandCells = 1.5;
+
+// Bisections for a filter's width: to 1e-6 of a cell.
+constexpr int kWidthSteps = 24;
+
+// A smaller sigma [cells] is a filter of one node.
+constexpr double kLeastSigma = 0.05;
+
+// The least width of a band [cells]: the nodes of an end's edge and those whose slopes make its
+// normal.
+constexpr double kLeastWidth = 4;
+
+// Nodes this deep [sigma, and cells] may change sides in one dab: a slab that vanishes has its
+// middle at 0.8 sigma, a cube's corner moves by 1.5.
+constexpr double kCoreSigmas = 1.6, kCoreCells = 1.5;
+
+// Of secant steps for a kept volume: it converges in two or three.
+constexpr int kMaxVolumeSteps = 8;
+// Relative to the volume moved.
+constexpr double kVolumeTolerance = 1e-4;
+
+constexpr double kMaxRegionNodes = 2147483648.0;
+
+// exp(-x), x >= 0, of nothing but sums and products: the same on every machine.
+double exp_minus(double x) {
+  double halved = x;
+  int halvings = 0;
+  for (; halved > 0.25; halved *= 0.5) halvings++;
+  double sum = 1;
+  for (int n = 14; n >= 1; n--) sum = 1 - halved / n * sum;
+  for (; halvings > 0; halvings--) sum *= sum;
+  return sum;
+}
+
+// Weights at 0, 1, ... cells of a Gaussian; the whole sum, both sides, is 1, and the variance of
+// the weights is sigma^2, as if neither sampled nor cut off.
+void gaussian(double sigma, std::vector<float>& kernel) {
+  const int reach = sigma < kLeastSigma ? 0 : static_cast<int>(std::ceil(kFilterReach * sigma));
+  kernel.assign(static_cast<size_t>(reach) + 1, 1);
+  if (reach == 0) return;
+  const auto sums = [&](double width) {
+    double sum = 1, variance = 0;
+    for (int i = 1; i <= reach; i++) {
+      const double weight = exp_minus(0.5 * i * i / (width * width));
+      sum += 2 * weight;
+      variance += 2 * i * i * weight;
+    }
+    return std::pair{sum, variance / sum};
+  };
+  double low = 0.1, high = 2 * sigma + 1;
+  for (int i = 0; i < kWidthSteps; i++) {
+    const double middle = 0.5 * (low + high);
+    (sums(middle).second < sigma * sigma ? low : high) = middle;
+  }
+  const double sum = sums(high).first;
+  for (int i = 0; i <= reach; i++)
+    kernel[static_cast<size_t>(i)] =
+        static_cast<float>(exp_minus(0.5 * i * i / (high * high)) / sum);
+}
+
+double sigma_mm(const Brush& brush) {
+  return brush.sigma_mm > 0 ? brush.sigma_mm : brush.radius_mm / 8;
+}
+
+NodeBox nodes_within(const LatticePoint& centre, double radius) {
+  NodeBox box;
+  for (int i = 0; i < 3; i++) {
+    box.low[i] = static_cast<int>(std::ceil(centre[i] - radius - 0.5));
+    box.high[i] = static_cast<int>(std::floor(centre[i] + radius - 0.5)) + 1;
+  }
+  return box;
+}
+
+// Whether the brush's ball meets the lattice, so that its nodes are small integers.
+bool meets(const Lattice& lattice, const LatticePoint& centre, double radius) {
+  for (int i = 0; i < 3; i++)
+    if (!(centre[i] + radius > 0 && centre[i] - radius < lattice.nodes[i])) return false;
+  return true;
+}
+
+}  // namespace
+
+Status check_brush(const Brush& brush) {
+  if (!(brush.radius_mm > 0) || !std::isfinite(brush.radius_mm))
+    return Error{"a brush's radius must be a positive number of mm"};
+  if (!(std::fabs(brush.strength) <= 1))
+    return Error{"a brush's strength must be a number from 0 to 1"};
+  if (!(brush.sigma_mm >= 0) || !std::isfinite(brush.sigma_mm))
+    return Error{"a brush's sigma must be a number of mm, or 0 for an eighth of the radius"};
+  return Ok{};
+}
+
+Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& brush,
+                               const Vec3& centre_mm, const std::optional<FlatPlane>& plane) {
+  if (const Status fine = check_brush(brush); !fine) return Error{fine.error()};
+  if (brush.strength < 0 && verb != FieldVerb::inflate)
+    return Error{"only inflate takes a strength below 0"};
+  if (!centre_mm.allFinite()) return Error{"a dab's place must be finite"};
+  const Lattice& lattice = model.lattice();
+  const LatticePoint centre = lattice.to_lattice(centre_mm);
+  const double radius = brush.radius_mm / lattice.pitch_mm;
+  const double sigma = std::min(sigma_mm(brush) / lattice.pitch_mm, kMaxSigmaCells);
+  if (brush.strength == 0 || !meets(lattice, centre, radius)) return Reshaped{};
+
+  FlatPlane flat;
+  if (verb == FieldVerb::flatten) {
+    const std::optional<FlatPlane> found = plane ? plane : fitted_plane(model, brush, centre_mm);
+    if (!found) return Reshaped{};
+    flat = *found;
+    const double length = flat.normal.norm();
+    if (!flat.point_mm.allFinite() || !(length > 0) || !std::isfinite(length))
+      return Error{"a plane to flatten to needs a finite point and a normal that is not 0"};
+    flat.normal /= length;
+  }
+
+  const bool filters = verb != FieldVerb::inflate && verb != FieldVerb::flatten;
+  const double width =
+      std::max(filters ? kBandSigmas * sigma + kBandCells : sigma + 2, kLeastWidth);
+  gaussian(filters ? sigma : 0, kernel_);
+  const auto border = static_cast<int>(std::ceil(width)) + static_cast<int>(kernel_.size()) + 1;
+  const NodeBox whole = NodeBox{Index3::Zero(), lattice.nodes}.grown(border);
+  const NodeBox box = nodes_within(centre, radius).grown(border).within(whole);
+  if (box.size().cast<double>().prod() >= kMaxRegionNodes)
+    return Error{"the brush is too large for this pitch: its region has more than 2^31 nodes"};
+  band_.read(model, box, static_cast<float>(width), centre,
+             static_cast<float>(radius + kFilterCorner * static_cast<double>(kernel_.size()) + 2));
+  if (band_.nodes().empty() && verb != FieldVerb::flatten) return Reshaped{};
+  const std::vector<float>& phi = band_.phi();
+  after_ = phi;
+  // How deep a node may change sides.
+  std::optional<float> core;
+  if (filters)
+    core = static_cast<float>(std::min(width, kCoreSigmas * sigma + kCoreCells));
+  else if (verb == FieldVerb::inflate)
+    core = static_cast<float>(width);
+  weigh(brush, centre, radius, core);
+
+  const auto strength = static_cast<float>(brush.strength);
+  const auto change = [&](auto&& f) {
+    for (size_t i = 0; i < touched_.size(); i++) {
+      const uint32_t node = touched_[i];
+      after_[node] = f(node, phi[node], strength * weights_[i]);
+    }
+  };
+  if (filters) {
+    filter();
+    change([&](uint32_t node, float was, float weight) {
+      const float is = was + weight * (second_[node] - was);
+      if (verb == FieldVerb::rasp) return std::max(was, is);
+      if (verb == FieldVerb::fill) return std::min(was, is);
+      return is;
+    });
+  } else if (verb == FieldVerb::inflate) {
+    const auto by = static_cast<float>(sigma);
+    change([&](uint32_t, float was, float weight) { return was - weight * by; });
+  } else {
+    const LatticePoint point = lattice.to_lattice(flat.point_mm);
+    change([&](uint32_t node, float was, float weight) {
+      const Index3 at = band_.node_at(node);
+      const Vec3 from = at.matrix().cast<double>().array() + 0.5 - point.units.array();
+      return was + weight * (static_cast<float>(flat.normal.dot(from)) - was);
+    });
+  }
+  // What is not lattice has no material.
+  const auto outside_stays = [&] {
+    const NodeBox all{Index3::Zero(), lattice.nodes};
+    for (const uint32_t node : touched_) {
+      const Index3 at = band_.node_at(node);
+      if ((at < all.low).any() || (at >= all.high).any())
+        after_[node] = std::max(after_[node], 0.0f);
+    }
+  };
+  outside_stays();
+
+  if (brush.keep_volume && verb == FieldVerb::smooth) {
+    // phi - lambda w, with the lambda that leaves no change of volume: by secants.
+    first_ = after_;
+    const double moved = [&] {
+      double sum = 0;
+      for (const uint32_t node : touched_)
+        if (std::fabs(phi[node]) < 1) sum += std::fabs(double{after_[node]} - double{phi[node]});
+      return sum;
+    }();
+    const auto with = [&](double lambda) {
+      for (size_t i = 0; i < touched_.size(); i++) {
+        const uint32_t node = touched_[i];
+        if (first_[node] != phi[node])
+          after_[node] = first_[node] - static_cast<float>(lambda) * strength * weights_[i];
+      }
+      outside_stays();
+      return volume_change(model, band_, after_, touched_);
+    };
+    double area = 0;
+    for (const SurfaceEnd& end : band_.ends())
+      area +=
+          falloff_weight(brush.falloff, (end.place.cast<double>() - centre.units).norm() / radius) *
+          double{std::fabs(end.normal[depth_index(end.axis)])};
+    double last = 0, last_volume = with(0);
+    if (area > 0) {
+      double lambda = -last_volume / (brush.strength * area);
+      for (int step = 0; step < kMaxVolumeSteps; step++) {
+        const double volume = with(lambda);
+        if (std::fabs(volume) <= kVolumeTolerance * moved || volume == last_volume) break;
+        const double next = lambda - volume * (lambda - last) / (volume - last_volume);
+        last = lambda;
+        last_volume = volume;
+        lambda = next;
+      }
+    }
+  }
+  return write_back(model, band_, after_, touched_);
+}
+
+std::optional<FlatPlane> Reshaper::fitted_plane(const TriDexel& model, const Brush& brush,
+                                                const Vec3& centre_mm) {
+  const Lattice& lattice = model.lattice();
+  const LatticePoint centre = lattice.to_lattice(centre_mm);
+  const double radius = brush.radius_mm / lattice.pitch_mm;
+  if (!check_brush(brush) || !centre_mm.allFinite() || !meets(lattice, centre, radius)) return {};
+  const NodeBox all{Index3::Zero(), lattice.nodes};
+  band_.read(model, nodes_within(centre, radius).within(all).grown(1), 1);
+  Vec3 place = Vec3::Zero(), normal = Vec3::Zero();
+  double area = 0;
+  for (const SurfaceEnd& end : band_.ends()) {
+    const Vec3 at = end.place.cast<double>(), out = end.normal.cast<double>();
+    // Each field counts the area in its own direction; three squares of a unit normal make 1.
+    const double weight = falloff_weight(brush.falloff, (at - centre.units).norm() / radius) *
+                          std::fabs(out[depth_index(end.axis)]);
+    place += weight * at;
+    normal += weight * out;
+    area += weight;
+  }
+  if (!(area > 0) || !(normal.norm() > 1e-6 * area)) return {};
+  return FlatPlane{lattice.to_mm(LatticePoint{place / area}), normal.normalized()};
+}
+
+// The nodes that a verb may change, and the brush's falloff there: of the whole ball, or of the
+// band within it where |phi| < core.
+void Reshaper::weigh(const Brush& brush, const LatticePoint& centre, double radius,
+                     std::optional<float> core) {
+  touched_.clear();
+  weights_.clear();
+  const auto weigh_node = [&](uint32_t node, const Index3& at) {
+    const Vec3 from = at.matrix().cast<double>().array() + 0.5 - centre.units.array();
+    const auto weight = static_cast<float>(falloff_weight(brush.falloff, from.norm() / radius));
+    if (weight == 0) return;
+    touched_.push_back(node);
+    weights_.push_back(weight);
+  };
+  const NodeBox reach = nodes_within(centre, radius).within(band_.box().grown(-2));
+  if (core) {
+    for (const uint32_t node : band_.nodes()) {
+      if (!(std::fabs(band_.phi()[node]) < *core)) continue;
+      const Index3 at = band_.node_at(node);
+      if ((at >= reach.low).all() && (at < reach.high).all()) weigh_node(node, at);
+    }
+    return;
+  }
+  for (int k = reach.low[2]; k < reach.high[2]; k++)
+    for (int j = reach.low[1]; j < reach.high[1]; j++)
+      for (int i = reach.low[0]; i < reach.high[0]; i++)
+        weigh_node(static_cast<uint32_t>(band_.index(i, j, k)), {i, j, k});
+}
+
+// G phi at the touched nodes, into second_.
+void Reshaper::filter() {
+  const Index3 size = band_.box().size();
+  const auto ny = static_cast<size_t>(size[1]), nz = static_cast<size_t>(size[2]),
+             nx = static_cast<size_t>(size[0]);
+  const std::vector<float>& phi = band_.phi();
+  // Rows along x that each pass has to fill: the last one those of the nodes asked for, and each
+  // before it what the next one reads.
+  rows_.assign(ny * nz, 0);
+  for (const uint32_t node : touched_) rows_[node / nx] = 1;
+  const auto reach = static_cast<std::ptrdiff_t>(kernel_.size()) - 1;
+  const auto spread = [&](const std::vector<uint8_t>& from, std::vector<uint8_t>& to,
+                          bool along_z) {
+    to.assign(ny * nz, 0);
+    for (size_t k = 0; k < nz; k++)
+      for (size_t j = 0; j < ny; j++) {
+        if (!from[k * ny + j]) continue;
+        const auto at = static_cast<std::ptrdiff_t>(along_z ? k : j);
+        const auto end = static_cast<std::ptrdiff_t>(along_z ? nz : ny);
+        for (auto m = std::max<std::ptrdiff_t>(0, at - reach); m <= std::min(end - 1, at + reach);
+             m++)
+          to[along_z ? static_cast<size_t>(m) * ny + j : k * ny + static_cast<size_t>(m)] = 1;
+      }
+  };
+  spread(rows_, rows_y_, true);     // z pass reads rows_y_
+  spread(rows_y_, rows_x_, false);  // y pass reads rows_x_
+  first_.resize(phi.size());
+  second_.resize(phi.size());
+  sum_along(0, phi, second_, rows_x_);
+  sum_along(1, second_, first_, rows_y_);
+  sum_along(2, first_, second_, rows_);
+}
+
+// One pass of the filter over some rows; beyond the box all is as at its border.
+void Reshaper::sum_along(int axis, const std::vector<float>& from, std::vector<float>& to,
+                         const std::vector<uint8_t>& rows) {
+  const Index3 size = band_.box().size();
+  const auto nx = static_cast<std::ptrdiff_t>(size[0]), ny = static_cast<std::ptrdiff_t>(size[1]);
+  const auto reach = static_cast<std::ptrdiff_t>(kernel_.size()) - 1;
+  const std::ptrdiff_t count = size[axis];
+  for (size_t row = 0; row < rows.size(); row++) {
+    if (!rows[row]) continue;
+    float* const out = to.data() + static_cast<std::ptrdiff_t>(row) * nx;
+    const float* const in = from.data() + static_cast<std::ptrdiff_t>(row) * nx;
+    if (axis == 0) {
+      for (std::ptrdiff_t i = 0; i < nx; i++) out[i] = kernel_[0] * in[i];
+      for (std::ptrdiff_t m = 1; m <= reach; m++) {
+        const float weight = kernel_[static_cast<size_t>(m)];
+        const auto inner = std::min(m, nx);
+        for (std::ptrdiff_t i = 0; i < inner; i++)
+          out[i] += weight * (in[0] + in[std::min(i + m, nx - 1)]);
+        for (std::ptrdiff_t i = m; i < nx - m; i++) out[i] += weight * (in[i - m] + in[i + m]);
+        for (std::ptrdiff_t i = std::max(inner, nx - m); i < nx; i++)
+          out[i] += weight * (in[i - m] + in[nx - 1]);
+      }
+      continue;
+    }
+    const std::ptrdiff_t step = axis == 1 ? nx : nx * ny;
+    const auto at = static_cast<std::ptrdiff_t>(row) / (axis == 1 ? 1 : ny) % count;
+    for (std::ptrdiff_t i = 0; i < nx; i++) out[i] = kernel_[0] * in[i];
+    for (std::ptrdiff_t m = 1; m <= reach; m++) {
+      const float weight = kernel_[static_cast<size_t>(m)];
+      const float* const low = in - std::min(m, at) * step;
+      const float* const high = in + std::min(m, count - 1 - at) * step;
+      for (std::ptrdiff_t i = 0; i < nx; i++) out[i] += weight * (low[i] + high[i]);
+    }
+  }
+}
+
+}  // namespace kibori

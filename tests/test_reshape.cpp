@@ -1,0 +1,497 @@
+// SPDX-License-Identifier: MIT
+// Field operations against closed forms: what a Gaussian does to planes, balls, cylinders, ripples
+// and slabs. Lengths in cells, at a pitch of 1 mm.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include <kibori/dexel/normal_code.h>
+#include <kibori/edit/edit.h>
+#include <kibori/reshape/reshaper.h>
+#include <kibori/solid/ball.h>
+#include <kibori/solid/tool.h>
+#include <kibori/surface/surface.h>
+
+#include "tests/support.h"
+#include "tests/surface_check.h"
+
+namespace kibori {
+namespace {
+
+using test::Random;
+
+constexpr double kPi = 3.14159265358979323846;
+
+Lattice cube(int nodes) {
+  Lattice lattice;
+  lattice.nodes = Index3::Constant(nodes);
+  lattice.pitch_mm = 1;
+  return lattice;
+}
+
+void add(TriDexel& model, const Solid& solid, uint8_t material = 0) {
+  Removed added;
+  deposit(model, solid, material, {}, added);
+}
+
+// A tool that stands still.
+SweptTool tool_at(const Tool& tool, const Pose& pose, const Lattice& lattice) {
+  return SweptTool(tool, pose, Vec3::Zero(), lattice, lattice.whole());
+}
+
+// Calls f(place, normal) for all ends of all fields that lie inside the lattice.
+template <class F>
+void for_ends(const TriDexel& model, F&& f) {
+  NodeBand band;
+  band.read(model, {Index3::Zero(), model.lattice().nodes}, 2);
+  for (const SurfaceEnd& end : band.ends())
+    if ((end.place.array() > 0.01f).all() &&
+        (end.place.array() < model.lattice().nodes.cast<float>() - 0.01f).all())
+      f(Vec3(end.place.cast<double>()), Vec3(end.normal.cast<double>()));
+}
+
+// Nodes that one field holds to be inside and another outside, both by more than rounding.
+int disagreeing(const TriDexel& model) {
+  constexpr float kRounding = 1e-4f;
+  const Index3 n = model.lattice().nodes;
+  std::vector<uint8_t> surely(static_cast<size_t>(n.prod()), 0), maybe(surely);  // a bit a field
+  for (const Axis axis : kAxes) {
+    const auto bit = static_cast<uint8_t>(1 << static_cast<int>(axis));
+    const FieldSnapshot& field = model.field(axis).view();
+    for (int v = 0; v < field.nodes_v(); v++)
+      for (int u = 0; u < field.nodes_u(); u++)
+        field.for_spans(u, v, [&](const Span& span) {
+          EXPECT_LT(span.in, span.out);
+          for (int k = 0; k < field.nodes_depth(); k++) {
+            const float depth = static_cast<float>(k) + 0.5f;
+            Index3 at;
+            at[u_index(axis)] = u, at[v_index(axis)] = v, at[depth_index(axis)] = k;
+            const auto node = static_cast<size_t>((at[2] * n[1] + at[1]) * n[0] + at[0]);
+            if (depth >= span.in - kRounding && depth < span.out + kRounding) maybe[node] |= bit;
+            if (depth >= span.in + kRounding && depth < span.out - kRounding) surely[node] |= bit;
+          }
+        });
+  }
+  int wrong = 0;
+  for (size_t i = 0; i < surely.size(); i++) wrong += surely[i] != 0 && maybe[i] != 7;
+  return wrong;
+}
+
+Brush everywhere(double sigma) {
+  return {.radius_mm = 1000, .strength = 1, .falloff = Falloff::constant, .sigma_mm = sigma};
+}
+
+// An end hardly farther off than the nearest, which is found by looking at all: cells of nearest
+// ends are narrower than a lattice cell, so that some find no way through it.
+TEST(NodeBand, NearestEndsAlmostAsByLookingAtAll) {
+  Random random;
+  TriDexel model(cube(32));
+  add(model, SweptBall(LatticePoint{random.in_box(13, 19)}, LatticeVector(), 8.3));
+  add(model,
+      tool_at(BoxTool{Vec3(7, 9, 12)},
+              Pose{random.in_box(8, 24), frame_from_axis(random.direction(), 1)}, model.lattice()));
+  NodeBand band;
+  const float width = 5;
+  band.read(model, {Index3::Constant(-3), Index3::Constant(35)}, width);
+  double excess = 0;
+  for (const uint32_t node : band.nodes()) {
+    const Index3 at = Index3(static_cast<int>(node % 38), static_cast<int>(node / 38 % 38),
+                             static_cast<int>(node / 38 / 38)) -
+                      3;
+    const Eigen::Vector3f place = at.cast<float>().matrix().array() + 0.5f;
+    float best = 1e9f;
+    for (const SurfaceEnd& end : band.ends()) best = std::min(best, (place - end.place).norm());
+    const float found = (place - band.nearest(node)->place).norm();
+    EXPECT_LT(found, best + 0.5f) << random.note();
+    excess += double{found - best};
+  }
+  std::printf("%.4f cells farther on average\n", excess / static_cast<double>(band.nodes().size()));
+  EXPECT_LT(excess, 0.05 * static_cast<double>(band.nodes().size())) << random.note();
+}
+
+TEST(Reshape, StrengthNothingAndFarAwayLeaveTheSameTiles) {
+  TriDexel model(cube(48));
+  add(model, SweptBall(LatticePoint{Vec3(24, 24, 24)}, LatticeVector(), 14));
+  const Snapshot before = model.snapshot();
+  Reshaper reshaper;
+  for (const FieldVerb verb : {FieldVerb::smooth, FieldVerb::rasp, FieldVerb::fill,
+                               FieldVerb::inflate, FieldVerb::flatten}) {
+    ASSERT_TRUE(reshaper.dab(model, verb, {.radius_mm = 8, .strength = 0}, Vec3(24, 24, 38)).ok());
+    ASSERT_TRUE(reshaper.dab(model, verb, {.radius_mm = 3, .strength = 1}, Vec3(24, 24, 24)).ok());
+    ASSERT_TRUE(
+        reshaper.dab(model, verb, {.radius_mm = 3, .strength = 1}, Vec3(1e9, 0, -1e12)).ok());
+    ASSERT_TRUE(reshaper.dab(model, verb, {.radius_mm = 0.2, .strength = 1}, Vec3(3, 3, 3)).ok());
+  }
+  const Snapshot after = model.snapshot();
+  for (const Axis axis : kAxes)
+    after.field(axis).for_changed_tiles(before.field(axis), [](int, int, const Tile&, const Tile&) {
+      ADD_FAILURE() << "a tile was written";
+    });
+}
+
+TEST(Reshape, BadBrushesAreRefused) {
+  TriDexel model(cube(8));
+  Reshaper reshaper;
+  const double nan = std::nan("");
+  for (const Brush& brush : {Brush{.radius_mm = 0}, Brush{.radius_mm = nan}, Brush{.strength = 1.5},
+                             Brush{.strength = nan}, Brush{.strength = -0.5}, Brush{.sigma_mm = -1},
+                             Brush{.sigma_mm = nan}})
+    EXPECT_FALSE(reshaper.dab(model, FieldVerb::smooth, brush, Vec3(4, 4, 4)).ok());
+  EXPECT_FALSE(reshaper.dab(model, FieldVerb::smooth, {}, Vec3(nan, 4, 4)).ok());
+  EXPECT_FALSE(
+      reshaper
+          .dab(model, FieldVerb::flatten, {}, Vec3(4, 4, 4), FlatPlane{Vec3(4, 4, 4), Vec3::Zero()})
+          .ok());
+}
+
+TEST(Reshape, PlanesStayForAHundredDabs) {
+  Random random;
+  for (int round = 0; round < 4; round++) {
+    const Vec3 normal = round == 0   ? Vec3(Vec3::UnitZ())
+                        : round == 1 ? Vec3(1, 1, 1).normalized()
+                                     : random.direction();
+    const Vec3 through(24.3, 24.1, 23.7);
+    TriDexel model(cube(48));
+    model.fill_block({Vec3::Zero(), Vec3::Constant(48)}, 0);
+    Removed removed;
+    cut(model, tool_at(HalfSpace{}, Pose{through, frame_from_axis(normal)}, model.lattice()), {},
+        removed);
+    Reshaper reshaper;
+    for (int i = 0; i < 100; i++)
+      ASSERT_TRUE(reshaper
+                      .dab(model, FieldVerb::smooth,
+                           {.radius_mm = 12, .strength = 1, .sigma_mm = 1.5}, through)
+                      .ok());
+    double worst = 0, tilt = 0;
+    for_ends(model, [&](const Vec3& at, const Vec3& n) {
+      if ((at - through).norm() > 14) return;
+      worst = std::max(worst, std::fabs((at - through).dot(normal)));
+      tilt = std::max(tilt, (n - normal).norm());
+    });
+    std::printf("normal %.3f %.3f %.3f: %.5f cells, %.3f deg\n", normal.x(), normal.y(), normal.z(),
+                worst, tilt * 180 / kPi);
+    EXPECT_LT(worst, 1e-3) << random.note();
+    EXPECT_LT(tilt, 0.5 * kPi / 180) << random.note();
+    EXPECT_EQ(disagreeing(model), 0);
+  }
+}
+
+double mean_radius(const TriDexel& model, const Vec3& centre, bool cylinder = false) {
+  double sum = 0;
+  int count = 0;
+  for_ends(model, [&](const Vec3& at, const Vec3&) {
+    Vec3 from = at - centre;
+    if (cylinder) {
+      if (std::fabs(from.z()) > 6) return;
+      from.z() = 0;
+    }
+    sum += from.norm();
+    count++;
+  });
+  return sum / count;
+}
+
+TEST(Reshape, ABallShrinksAsItMust) {
+  const double sigma = 1.5;
+  const Vec3 centre(32.2, 31.9, 32.4);
+  TriDexel model(cube(64));
+  add(model, SweptBall(LatticePoint{centre}, LatticeVector(), 20));
+  Reshaper reshaper;
+  double expected = 20;
+  for (int dab = 1; dab <= 15; dab++) {
+    const auto done = reshaper.dab(model, FieldVerb::smooth, everywhere(sigma), centre);
+    ASSERT_TRUE(done.ok());
+    EXPECT_GT(done.value().removed_mm3, 0);
+    expected = (expected + std::sqrt(expected * expected - 4 * sigma * sigma)) / 2;
+    if (dab % 5 == 0) {
+      const double radius = mean_radius(model, centre);
+      std::printf("after %d dabs: %.4f, theory %.4f\n", dab, radius, expected);
+      EXPECT_NEAR(radius, expected, 0.05);
+    }
+  }
+  EXPECT_EQ(disagreeing(model), 0);
+}
+
+TEST(Reshape, ACylinderShrinksAsItMust) {
+  const double sigma = 2;
+  TriDexel model(cube(64));
+  const Vec3 centre(32.2, 31.9, 32.4);
+  add(model, SweptBall(LatticePoint{centre - Vec3(0, 0, 60)}, LatticeVector{Vec3(0, 0, 120)}, 15));
+  Reshaper reshaper;
+  ASSERT_TRUE(reshaper.dab(model, FieldVerb::smooth, everywhere(sigma), centre).ok());
+  EXPECT_NEAR(mean_radius(model, centre, true), 15 - sigma * sigma / 30, 0.02);
+}
+
+TEST(Reshape, InflateGrowsABallByItsAmount) {
+  const Vec3 centre(32.2, 31.9, 32.4);
+  for (const double strength : {1.0, 0.5, -1.0}) {
+    TriDexel model(cube(64));
+    add(model, SweptBall(LatticePoint{centre}, LatticeVector(), 18));
+    Reshaper reshaper;
+    Brush brush = everywhere(1.2);
+    brush.strength = strength;
+    ASSERT_TRUE(reshaper.dab(model, FieldVerb::inflate, brush, centre).ok());
+    EXPECT_NEAR(mean_radius(model, centre), 18 + 1.2 * strength, 0.02);
+    EXPECT_EQ(disagreeing(model), 0);
+  }
+}
+
+// A height map of ripples, cut from a block by columns that meet.
+class Ripples final : public Solid {
+ public:
+  Ripples(double wavelength, double amplitude, double height)
+      : k_(2 * kPi / wavelength), amplitude_(amplitude), height_(height) {}
+  LatticeBox bounds() const override { return {{Vec3::Zero(), Vec3(96, 48, 48)}}; }
+  bool spans(const RayTile& rays, int layer, SpanLayer& out) const override {
+    // Along x a ray may be inside many times: they are counted from the lattice's edge.
+    out.rows = 0;
+    bool any = false;
+    for (int j = 0; j < kTileSide; j++)
+      for (int i = 0; i < kTileSide; i++) {
+        const int slot = j * kTileSide + i;
+        const Interval at = interval(rays, i, j, layer);
+        out.lo[slot] = at.lo;
+        out.hi[slot] = at.hi;
+        if (at.lo < at.hi) any = true, out.rows |= static_cast<uint16_t>(1 << j);
+      }
+    return any;
+  }
+  void normals(const RayTile& rays, int layer, const EndMasks&, SpanLayer& of) const override {
+    for (int j = 0; j < kTileSide; j++)
+      for (int i = 0; i < kTileSide; i++) {
+        const int slot = j * kTileSide + i;
+        const Interval at = interval(rays, i, j, layer);
+        of.codes.lo[slot] = code(rays, i, at.lo, false, of.flip);
+        of.codes.hi[slot] = code(rays, i, at.hi, true, of.flip);
+      }
+  }
+
+ private:
+  struct Interval {
+    float lo = kFar, hi = -kFar;
+  };
+  Interval interval(const RayTile& rays, int i, int j, int layer) const {
+    const double u = rays.u0 + i + 0.5, v = rays.v0 + j + 0.5;
+    if (rays.axis == Axis::z) {  // u = x
+      if (layer > 0) return {};
+      return {0, static_cast<float>(height_ + amplitude_ * std::sin(k_ * u))};
+    }
+    if (rays.axis == Axis::y) {  // u = z, v = x
+      if (layer > 0 || !(u < height_ + amplitude_ * std::sin(k_ * v))) return {};
+      return {0, 48};
+    }
+    // u = y, v = z: inside where sin(k x) > (z - height) / amplitude
+    const double s = (v - height_) / amplitude_;
+    if (s <= -1) return layer == 0 ? Interval{0, 96} : Interval{};
+    if (s >= 1) return {};
+    const double a = std::asin(s);
+    const int first = s > 0 ? 0 : -1;
+    const double from = (a + 2 * kPi * (first + layer)) / k_,
+                 to = (kPi - a + 2 * kPi * (first + layer)) / k_;
+    if (from > 96) return {};
+    return {static_cast<float>(std::max(0.0, from)), static_cast<float>(std::min(96.0, to))};
+  }
+  uint32_t code(const RayTile& rays, int i, float depth, bool out, bool flip) const {
+    const double x = rays.axis == Axis::z   ? rays.u0 + i + 0.5
+                     : rays.axis == Axis::x ? double{depth}
+                                            : 0;
+    Vec3 n(-k_ * amplitude_ * std::cos(k_ * x), 0, 1);
+    if (rays.axis == Axis::y) n = Vec3(0, out ? 1 : -1, 0);
+    if (rays.axis == Axis::z && !out) n = Vec3(0, 0, -1);
+    if (flip) n = -n;
+    return encode_normal(n[u_index(rays.axis)], n[v_index(rays.axis)], n[depth_index(rays.axis)]);
+  }
+  double k_, amplitude_, height_;
+};
+
+TEST(Reshape, RipplesFadeByTheirLength) {
+  const double sigma = 1.5;
+  for (const double wavelength : {12.0, 16.0, 24.0}) {
+    const double amplitude = 0.3;
+    Lattice lattice = cube(48);
+    lattice.nodes[0] = 96;
+    TriDexel model(lattice);
+    add(model, Ripples(wavelength, amplitude, 24.2));
+    ASSERT_EQ(disagreeing(model), 0);
+    Reshaper reshaper;
+    ASSERT_TRUE(reshaper.dab(model, FieldVerb::smooth, everywhere(sigma), Vec3(48, 24, 24)).ok());
+    // Fourier over a whole number of waves, far from the ends.
+    double sine = 0;
+    int count = 0;
+    const FieldSnapshot& z = model.field(Axis::z).view();
+    for (int x = 24; x < 72; x++)
+      z.for_spans(x, 24, [&](const Span& span) {
+        sine += 2 * double{span.out} * std::sin(2 * kPi / wavelength * (x + 0.5));
+        count++;
+      });
+    ASSERT_EQ(count, 48);
+    const double share = sine / count / amplitude;
+    const double theory = std::exp(-2 * kPi * kPi * sigma * sigma / (wavelength * wavelength));
+    std::printf("wavelength %g: %.4f, theory %.4f\n", wavelength, share, theory);
+    EXPECT_NEAR(share, theory, 0.02 * theory);
+  }
+}
+
+TEST(Reshape, ThinSlabsVanishAndThickOnesStay) {
+  const double sigma = 2;
+  for (const double thickness : {2.8, 5.0}) {
+    TriDexel model(cube(48));
+    add(model, tool_at(BoxTool{Vec3(200, 200, thickness)},
+                       Pose{Vec3(24, 24, 22.2), Mat3::Identity()}, model.lattice()));
+    Reshaper reshaper;
+    ASSERT_TRUE(reshaper.dab(model, FieldVerb::smooth, everywhere(sigma), Vec3(24, 24, 24)).ok());
+    int spans = 0;
+    model.field(Axis::z).view().for_spans(24, 24, [&](const Span&) { spans++; });
+    EXPECT_EQ(spans, thickness > 1.6 * sigma ? 1 : 0) << thickness;
+    EXPECT_EQ(disagreeing(model), 0);
+  }
+}
+
+TEST(Reshape, RaspTakesAndFillGives) {
+  Random random;
+  for (const FieldVerb verb : {FieldVerb::rasp, FieldVerb::fill}) {
+    TriDexel model(cube(48));
+    add(model, SweptBall(LatticePoint{Vec3(20, 24, 24)}, LatticeVector(), 9.2));
+    add(model, SweptBall(LatticePoint{Vec3(30, 24, 24)}, LatticeVector(), 7.4));
+    Reshaper reshaper;
+    double changed = 0;
+    for (int i = 0; i < 20; i++) {
+      const auto done =
+          reshaper.dab(model, verb, {.radius_mm = 8, .strength = 0.7, .sigma_mm = 1.5},
+                       Vec3(26, 24, 24) + 8 * random.direction());
+      ASSERT_TRUE(done.ok());
+      changed += done.value().added_mm3 + done.value().removed_mm3;
+      // But for gaps and spans that hold no node: they go where a brush is.
+      EXPECT_LT(verb == FieldVerb::rasp ? done.value().added_mm3 : done.value().removed_mm3, 0.02)
+          << random.note();
+    }
+    EXPECT_GT(changed, 1) << random.note();
+  }
+}
+
+TEST(Reshape, KeepVolumeKeepsIt) {
+  TriDexel model(cube(48));
+  add(model, tool_at(BoxTool{Vec3(24, 22, 20)},
+                     Pose{Vec3(24, 24, 12), frame_from_axis(Vec3(0.1, 0.2, 1))}, model.lattice()));
+  const double before = model.volume_mm3();
+  Reshaper reshaper;
+  double moved = 0;
+  for (int i = 0; i < 10; i++) {
+    const auto done =
+        reshaper.dab(model, FieldVerb::smooth,
+                     {.radius_mm = 9, .strength = 0.8, .sigma_mm = 1.5, .keep_volume = true},
+                     Vec3(36 - i, 24, 32));
+    ASSERT_TRUE(done.ok());
+    EXPECT_NEAR(done.value().added_mm3, done.value().removed_mm3,
+                1e-3 * (done.value().added_mm3 + done.value().removed_mm3) + 1e-4);
+    moved += done.value().added_mm3 + done.value().removed_mm3;
+  }
+  EXPECT_GT(moved, 20);
+  EXPECT_NEAR(model.volume_mm3(), before, 1e-3 * moved);
+}
+
+TEST(Reshape, FlattenMakesAPlane) {
+  TriDexel model(cube(48));
+  add(model, SweptBall(LatticePoint{Vec3(24, 24, 20)}, LatticeVector(), 16));
+  Reshaper reshaper;
+  // Set: down to z = 31, at full strength all there.
+  const Brush brush{.radius_mm = 9, .strength = 1, .falloff = Falloff::constant};
+  ASSERT_TRUE(reshaper
+                  .dab(model, FieldVerb::flatten, brush, Vec3(24, 24, 34),
+                       FlatPlane{Vec3(0, 0, 33.2), Vec3(0, 0, 2)})
+                  .ok());
+  model.field(Axis::z).view().for_spans(26, 21, [&](const Span& span) {
+    EXPECT_NEAR(span.out, 33.2, 1e-3);
+    EXPECT_GT(decode_normal(span.normal_out, Axis::z, true).z(), 0.9999);
+  });
+  EXPECT_EQ(disagreeing(model), 0);
+  // Fitted: level with the plane's own tilt.
+  const auto fitted = reshaper.fitted_plane(model, {.radius_mm = 4}, Vec3(24, 24, 33));
+  ASSERT_TRUE(fitted.has_value());
+  EXPECT_GT(fitted->normal.z(), 0.9999);
+  EXPECT_NEAR(fitted->point_mm.z(), 33.2, 1e-3);
+}
+
+// Materials and paint go with the surface.
+TEST(Reshape, MaterialsStayWhereTheyWere) {
+  TriDexel model(cube(48));
+  model.fill_block({Vec3(8, 8, 8), Vec3(40, 40, 24)}, 1);
+  Removed added;
+  deposit(
+      model,
+      tool_at(BoxTool{Vec3(32, 32, 8)}, Pose{Vec3(24, 24, 24), Mat3::Identity()}, model.lattice()),
+      2, {}, added);
+  paint(model, SweptBall(LatticePoint{Vec3(24, 24, 32)}, LatticeVector(), 6), 0xff0000ff, {},
+        added);
+  Reshaper reshaper;
+  for (int i = 0; i < 6; i++)
+    ASSERT_TRUE(reshaper
+                    .dab(model, FieldVerb::smooth, {.radius_mm = 10, .strength = 1, .sigma_mm = 2},
+                         Vec3(40, 24, 28))
+                    .ok());
+  ASSERT_TRUE(reshaper
+                  .dab(model, FieldVerb::inflate, {.radius_mm = 5, .strength = 1, .sigma_mm = 1.5},
+                       Vec3(24, 24, 32))
+                  .ok());
+  std::vector<uint8_t> met;
+  Color colour = 0;
+  model.field(Axis::z).view().for_spans(24, 24, [&](const Span& span) {
+    met.push_back(span.material);
+    colour = span.paint_out;
+    EXPECT_TRUE(span.material == 1 || span.out > 33);
+  });
+  EXPECT_EQ(met, (std::vector<uint8_t>{1, 2}));
+  EXPECT_EQ(colour, 0xff0000ffu);
+  EXPECT_EQ(disagreeing(model), 0);
+}
+
+TEST(Reshape, RandomMixturesStayClosedAndRepeat) {
+  Random random;
+  for (int round = 0; round < 6; round++) {
+    Lattice lattice;
+    lattice.nodes = Index3(random.integer(1, 40), random.integer(8, 40), random.integer(8, 40));
+    lattice.pitch_mm = 1;
+    const Vec3 size = lattice.nodes.matrix().cast<double>();
+    TriDexel model(lattice), twin(lattice);
+    if (round % 2)
+      for (TriDexel* m : {&model, &twin}) m->fill_block({0.1 * size, 0.9 * size}, 3);
+    Reshaper reshaper, other;
+    const Snapshot start = model.snapshot();
+    const uint64_t start_hash = model.content_hash();
+    for (int i = 0; i < 60; i++) {
+      const Vec3 at = (random.in_box(-0.1, 1.1).array() * size.array()).matrix();
+      const double radius = random.uniform(0.3, 12);
+      const int what = random.integer(0, 6);
+      const Brush brush{.radius_mm = radius,
+                        .strength = random.uniform(what == 5 ? -1 : 0, 1),
+                        .falloff = static_cast<Falloff>(random.integer(0, 2)),
+                        .sigma_mm = random.integer(0, 1) ? random.uniform(0.01, 5) : 0,
+                        .keep_volume = random.integer(0, 3) == 0};
+      const Vec3 way = random.in_box(-4, 4);
+      for (TriDexel* m : {&model, &twin}) {
+        Removed done;
+        const SweptBall ball(LatticePoint{at}, LatticeVector{way}, radius);
+        if (what == 0)
+          cut(*m, ball, {}, done);
+        else if (what == 1)
+          deposit(*m, ball, static_cast<uint8_t>(i % 3), {}, done);
+        else
+          ASSERT_TRUE((m == &model ? reshaper : other)
+                          .dab(*m, static_cast<FieldVerb>(what - 2), brush, at)
+                          .ok());
+      }
+      ASSERT_EQ(disagreeing(model), 0) << random.note() << " round " << round << " step " << i;
+      ASSERT_EQ(model.content_hash(), twin.content_hash()) << random.note();
+    }
+    EXPECT_EQ(test::broken(extract_surface(model.snapshot())), "") << random.note();
+    const Snapshot end = model.snapshot();
+    const uint64_t end_hash = model.content_hash();
+    model.restore(start);
+    EXPECT_EQ(model.content_hash(), start_hash);
+    model.restore(end);
+    EXPECT_EQ(model.content_hash(), end_hash);
+  }
+}
+
+}  // namespace
+}  // namespace kibori
