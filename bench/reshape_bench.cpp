@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: MIT
+// Smoothing: dabs that go round a ball of 300 cells across, each a quarter of the brush's radius
+// further. The peer smooths its level set of the same region in place.
+//
+//   reshape_bench [--json] [--quick]
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <string>
+
+#include <kibori/edit/edit.h>
+#include <kibori/reshape/reshaper.h>
+#include <kibori/solid/ball.h>
+
+#include "bench/workload.h"
+#ifdef KIBORI_HAVE_OPENVDB
+#include "bench/peers/openvdb_smooth.h"
+#endif
+
+namespace {
+
+using namespace kibori;
+using namespace kibori_bench;
+
+constexpr double kSigma = 2;  // [cells]
+
+std::vector<Point> dab_path(double ball, double brush, int dabs) {
+  std::vector<Point> path;
+  for (int i = 0; i < dabs; i++) {
+    const double angle = 0.25 * brush / ball * i;
+    path.push_back({static_cast<float>(ball * 0.8 * std::cos(angle)),
+                    static_cast<float>(ball * 0.8 * std::sin(angle)),
+                    static_cast<float>(ball * 0.6)});
+  }
+  return path;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  bool json = false, quick = false;
+  for (int i = 1; i < argc; i++) {
+    if (std::strcmp(argv[i], "--json") == 0)
+      json = true;
+    else if (std::strcmp(argv[i], "--quick") == 0)
+      quick = true;
+    else {
+      std::fprintf(stderr, "reshape_bench: unknown option %s\n", argv[i]);
+      return 1;
+    }
+  }
+  const double ball = quick ? 60 : 150;
+  Lattice lattice;
+  lattice.nodes = Index3::Constant(static_cast<int>(2 * ball) + 40);
+  const Vec3 middle = 0.5 * lattice.nodes.matrix().cast<double>();
+  std::string out;
+  for (const double radius : {16.0, 32.0, 64.0}) {
+    if (quick && radius > 32) break;
+    const auto path = dab_path(ball, radius, quick ? 3 : 60);
+    TriDexel model(lattice);
+    Removed removed;
+    deposit(model, SweptBall(LatticePoint{middle}, LatticeVector(), ball), 0, {}, removed);
+    Reshaper reshaper;
+    std::vector<double> ms;
+    double taken = 0;
+    for (const Point& at : path) {
+      const Vec3 centre = middle + Vec3(static_cast<double>(at.x), static_cast<double>(at.y),
+                                        static_cast<double>(at.z));
+      const Snapshot before = model.snapshot();  // as where an undo is kept
+      const double start = now_us();
+      const auto done =
+          reshaper.dab(model, FieldVerb::smooth,
+                       {.radius_mm = radius, .strength = 1, .sigma_mm = kSigma}, centre);
+      ms.push_back((now_us() - start) / 1000);
+      if (!done.ok()) {
+        std::fprintf(stderr, "reshape_bench: %s\n", done.error().c_str());
+        return 1;
+      }
+      taken += done.value().removed_mm3;
+    }
+    double peer = 0;
+#ifdef KIBORI_HAVE_OPENVDB
+    peer =
+        median(openvdb_smooth_dabs(static_cast<float>(ball), path, static_cast<float>(radius)).us) /
+        1000;
+#endif
+    char text[300];
+    std::snprintf(text, sizeof text,
+                  json ? "{\"radius_cells\":%g,\"sigma_cells\":%g,\"dab_p50_ms\":%.2f,"
+                         "\"dab_p99_ms\":%.2f,\"removed_cells\":%.0f,\"openvdb_ms\":%.2f,"
+                         "\"ratio\":%.2f},\n "
+                       : "R = %g, sigma %g: dab p50 %.2f ms, p99 %.2f ms, %.0f cells removed in "
+                         "all; OpenVDB %.2f ms, ratio %.2f\n",
+                  radius, kSigma, median(ms), percentile(ms, 0.99), taken, peer, peer / median(ms));
+    out += text;
+  }
+  if (json) out.erase(out.rfind(','));
+  std::printf(json ? "[%s]\n" : "%s", out.c_str());
+}
