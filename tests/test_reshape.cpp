@@ -445,6 +445,27 @@ TEST(Reshape, MaterialsStayWhereTheyWere) {
   EXPECT_EQ(disagreeing(model), 0);
 }
 
+// A coat so thin that both its faces lie between two nodes: only the outer one is the surface.
+TEST(Reshape, AThinCoatMovesByItsOuterFace) {
+  TriDexel model(cube(48));
+  model.fill_block({Vec3(4, 4, 4), Vec3(44, 44, 24.6)}, 1);
+  Removed added;
+  deposit(model,
+          tool_at(BoxTool{Vec3(40, 40, 0.6)}, Pose{Vec3(24, 24, 24.6), Mat3::Identity()},
+                  model.lattice()),
+          2, {}, added);
+  Reshaper reshaper;
+  Brush brush{.radius_mm = 8, .strength = 1, .falloff = Falloff::constant, .sigma_mm = 0.1};
+  ASSERT_TRUE(reshaper.dab(model, FieldVerb::inflate, brush, Vec3(24, 24, 25)).ok());
+  std::vector<Span> spans;
+  model.field(Axis::z).view().for_spans(24, 24, [&](const Span& s) { spans.push_back(s); });
+  ASSERT_EQ(spans.size(), 2u);
+  EXPECT_EQ(spans[0].out, spans[1].in);
+  EXPECT_NEAR(spans[0].out, 24.6, 1e-5);
+  EXPECT_NEAR(spans[1].out, 25.3, 1e-4);
+  EXPECT_EQ(spans[1].material, 2);
+}
+
 TEST(Reshape, RandomMixturesStayClosedAndRepeat) {
   Random random;
   for (int round = 0; round < 6; round++) {

@@ -151,12 +151,17 @@ class WriteBack {
     size_t ends_before = 0;
     for (size_t i = 0; i < run_.before.size(); i++) {
       const Span& span = run_.before[i];
-      const bool joined_in = i > 0 && run_.before[i - 1].out == span.in;
-      const bool joined_out = i + 1 < run_.before.size() && run_.before[i + 1].in == span.out;
-      ends_before += !joined_in && span.in > run_.from && span.in <= run_.to;
-      ends_before += !joined_out && span.out > run_.from && span.out <= run_.to;
+      ends_before += is_surface(i, false) && span.in > run_.from && span.in <= run_.to;
+      ends_before += is_surface(i, true) && span.out > run_.from && span.out <= run_.to;
     }
     run_.changes |= ends_before != run_.ends.size();
+  }
+
+  // Whether a span's end is one of the material; where spans touch, two materials meet.
+  bool is_surface(size_t i, bool out) const {
+    const std::vector<Span>& spans = run_.before;
+    return out ? i + 1 == spans.size() || spans[i + 1].in != spans[i].out
+               : i == 0 || spans[i - 1].out != spans[i].in;
   }
 
   NewEnd end_on(int k, bool out) const {
@@ -165,9 +170,10 @@ class WriteBack {
     const bool was_in = inside(phi_[at(k - 1)]), was_out = !inside(phi_[at(k)]);
     if (was_in == out && was_out == out) {
       const float low = node_depth(k - 1) - kEdgeSlack, high = node_depth(k) + kEdgeSlack;
-      for (const Span& span : run_.before) {
+      for (size_t i = 0; i < run_.before.size(); i++) {
+        const Span& span = run_.before[i];
         const float depth = out ? span.out : span.in;
-        if (depth < low || depth > high) continue;
+        if (depth < low || depth > high || !is_surface(i, out)) continue;
         end.known = true;
         end.depth = depth;
         end.normal = out ? span.normal_out : span.normal_in;
