@@ -53,6 +53,42 @@ TEST(Codec, SettingsOfEveryToolComeBack) {
     EXPECT_EQ(b.force.spring.stiffness_n_mm,
               s.force.series() ? 1.5 : SeriesSpring{}.stiffness_n_mm);
   }
+  for (const Mode mode : {Mode::smooth, Mode::rasp, Mode::fill, Mode::inflate, Mode::flatten}) {
+    StrokeSettings s;
+    s.mode = mode;
+    s.brush = {1.0 / 3,
+               mode == Mode::inflate ? -0.7 : 0.7,
+               Falloff::linear,
+               0.1,
+               true,
+               mode == Mode::flatten ? FlattenTo::plane : FlattenTo::dab,
+               {Vec3(1, 2, 1.0 / 7), Vec3(0, 0.6, 0.8)}};
+    const auto back = settings_from_json(settings_to_json(s));
+    ASSERT_TRUE(back.ok()) << back.error();
+    const Brush& b = back.value().brush;
+    EXPECT_EQ(back.value().mode, mode);
+    EXPECT_EQ(b.radius_mm, 1.0 / 3);
+    EXPECT_EQ(b.strength, s.brush.strength);
+    EXPECT_EQ(b.falloff, Falloff::linear);
+    EXPECT_EQ(b.sigma_mm, 0.1);
+    EXPECT_TRUE(b.keep_volume);
+    EXPECT_EQ(b.flatten_to, s.brush.flatten_to);
+    if (mode == Mode::flatten) {
+      EXPECT_EQ(b.plane.point_mm, s.brush.plane.point_mm);
+      EXPECT_EQ(b.plane.normal, s.brush.plane.normal);
+    }
+    const std::string good = settings_to_json(s);
+    for (const auto& [what, with] : {std::pair{"\"radius_mm\":0.33", "\"radius_mm\":-0.33"},
+                                     {"\"falloff\":\"linear\"", "\"falloff\":\"steep\""},
+                                     {"\"sigma_mm\":0.1", "\"sigma_mm\":1e999"},
+                                     {"\"keep_volume\":true", "\"keep_volume\":1"},
+                                     {"\"brush\":{", "\"brush\":7,\"x\":{"}}) {
+      std::string bad = good;
+      ASSERT_NE(bad.find(what), std::string::npos) << what << " in " << good;
+      bad.replace(bad.find(what), std::string_view(what).size(), with);
+      EXPECT_FALSE(settings_from_json(bad).ok()) << bad;
+    }
+  }
   for (const char* bad :
        {"", "[]", "{}", R"({"tool":{"shape":"ball","radius":-1}})", R"({"tool":{"shape":"spoon"}})",
         R"({"tool":{"shape":"ball","radius":1},"mode":"cut","rate_hz":0})",
@@ -504,7 +540,8 @@ TEST(Document, OldVersionsOpen) {
        {std::tuple{"v1.kibori", uint64_t{0xdc65b2b1f2342f8d}, 5u},
         std::tuple{"v2.kibori", uint64_t{0xcd2533db3542f74d}, 5u},
         std::tuple{"v3.kibori", uint64_t{0xcd2533db3542f74d}, 5u},
-        std::tuple{"v4.kibori", uint64_t{0xb3b36bf741014dd7}, 6u}}) {
+        std::tuple{"v4.kibori", uint64_t{0xb3b36bf741014dd7}, 6u},
+        std::tuple{"v5.kibori", uint64_t{0xeb6299927b11cc79}, 6u}}) {
     Folder folder;
     std::filesystem::copy(std::filesystem::path(KIBORI_SOURCE_DIR) / "tests/documents" / name,
                           folder / name);

@@ -7,6 +7,7 @@
 
 #include <kibori/dexel/normal_code.h>
 #include <kibori/edit/edit.h>
+#include <kibori/motion/dabs.h>
 #include <kibori/reshape/reshaper.h>
 #include <kibori/solid/ball.h>
 #include <kibori/solid/tool.h>
@@ -464,6 +465,130 @@ TEST(Reshape, AThinCoatMovesByItsOuterFace) {
   EXPECT_NEAR(spans[0].out, 24.6, 1e-5);
   EXPECT_NEAR(spans[1].out, 25.3, 1e-4);
   EXPECT_EQ(spans[1].material, 2);
+}
+
+// What a dab moved, by material: shares of 1, and the middle of it all under the brush.
+TEST(Reshape, SaysWhatMovedAndWhere) {
+  TriDexel model(cube(48));
+  for (const int side : {0, 1})
+    add(model,
+        tool_at(BoxTool{Vec3(16, 32, 22)}, {Vec3(16 + 16 * side, 24, 8), Mat3::Identity()},
+                model.lattice()),
+        side ? 5 : 2);
+  Reshaper reshaper;
+  const auto done =
+      reshaper.dab(model, FieldVerb::inflate, {8, 0.5, Falloff::smooth, 2}, Vec3(24, 24, 30));
+  ASSERT_TRUE(done.ok()) << done.error();
+  double share = 0;
+  Vec3 sum = Vec3::Zero();
+  for (size_t i = 0; i < done.value().parts.size(); i++) {
+    const Reshaped::Part& part = done.value().parts[i];
+    share += part.share;
+    sum += part.sum_mm;
+    EXPECT_EQ(part.share > 0, i == 2 || i == 5) << i;
+  }
+  EXPECT_NEAR(share, 1, 1e-12);
+  EXPECT_NEAR(done.value().parts[2].share, 0.5, 0.02);
+  EXPECT_NEAR((sum - Vec3(24, 24, 30)).norm(), 0, 0.5);
+  EXPECT_LT(done.value().parts[2].sum_mm.x() / done.value().parts[2].share, 22);
+}
+
+// The same way in few ticks or in many has the same dabs. Along it, the force's work is that of
+// what moved: u (added + removed), and a moment is that of a force at the middle of what moved.
+TEST(DabStroke, DabsAndWorkDoNotDependOnTheTicks) {
+  const std::vector<Material> materials{{"wood", 0.002, 40, 0, 0, {}}};
+  const Brush brush{6, 0.7, Falloff::smooth, 1.5};
+  double volume = 0;
+  for (const int ticks : {1, 7, 60, 2000}) {
+    TriDexel model(cube(64));
+    model.fill_block({Vec3::Constant(8), Vec3(56, 56, 40)}, 0);
+    const double before = model.volume_mm3();
+    DabStroke stroke(model);
+    const Vec3 from(14, 8, 40), way(30, 0, 0);
+    stroke.begin(from);
+    double removed = 0, work = 0;
+    int64_t points = 0;
+    for (int i = 1; i <= ticks; i++) {
+      ToolTick tick;
+      tick.pose = {from + way * i / ticks, Mat3::Identity()};
+      const ForceLaw law{ForceModel::energy, 6, 1};
+      ASSERT_TRUE(stroke.advance(Mode::smooth, brush, law, materials, 1000, tick).ok());
+      removed += tick.removed_mm3;
+      points += tick.points;
+      work -= tick.wrench.force.dot(way) / ticks;
+      EXPECT_EQ(tick.wrench.force.y(), 0);
+      // An edge is smoothed, that goes along x: what moves lies beside and below the way.
+      if (ticks == 60 && i > 10) {
+        EXPECT_LT(tick.wrench.moment.y() * tick.wrench.force.x(), 0);
+      }
+    }
+    EXPECT_NEAR(removed, before - model.volume_mm3(), 1e-3 * removed);
+    EXPECT_GT(points, 50);
+    EXPECT_GT(removed, 50);
+    if (volume == 0) volume = removed;
+    EXPECT_NEAR(removed, volume, 1e-4 * volume) << ticks;
+    // The last dab's force is held where the way ends, and not beyond.
+    if (ticks > 1) {
+      EXPECT_NEAR(work, 40 * removed, 0.1 * 40 * removed) << ticks;
+    }
+  }
+}
+
+TEST(DabStroke, StandsStillWithoutForceAndKeepsTheStrokesPlane) {
+  TriDexel model(cube(64));
+  model.fill_block({Vec3::Constant(8), Vec3(56, 56, 40)}, 0);
+  DabStroke stroke(model);
+  stroke.begin(Vec3(20, 20, 40));
+  ToolTick tick;
+  tick.pose = {Vec3(20, 20, 40), Mat3::Identity()};
+  ASSERT_TRUE(stroke.advance(Mode::inflate, {6, 1, Falloff::smooth, 2}, {}, {{}}, 1000, tick).ok());
+  EXPECT_LT(tick.removed_mm3, -20);
+  EXPECT_TRUE(tick.edited);
+  EXPECT_EQ(tick.wrench.force.norm(), 0);
+  ASSERT_TRUE(stroke.advance(Mode::inflate, {6, 1, Falloff::smooth, 2}, {}, {{}}, 1000, tick).ok());
+  EXPECT_EQ(tick.removed_mm3, 0) << "one dab, where it stands";
+  EXPECT_FALSE(stroke.advance(Mode::cut, {}, {}, {{}}, 1000, tick).ok());
+  EXPECT_FALSE(stroke.advance(Mode::smooth, {-1}, {}, {{}}, 1000, tick).ok());
+
+  // Waves of 2 mm: flattened to the plane under the first dab, or under each. The surface is flat
+  // along the way of the one, not of the other.
+  const auto unevenness = [](FlattenTo to) {
+    TriDexel waves(cube(96));
+    waves.fill_block({Vec3::Constant(8), Vec3(88, 40, 40)}, 0);
+    for (int i = 0; i < 8; i++)
+      add(waves,
+          tool_at(Capsule{5, 40}, {Vec3(13.0 + 10 * i, 4, 38), frame_from_axis(Vec3::UnitY(), 0)},
+                  waves.lattice()));
+    DabStroke flatten(waves);
+    flatten.begin(Vec3(24, 24, 42));
+    for (int i = 0; i < 3; i++)
+      for (int k = 0; k <= 40; k++) {
+        ToolTick here;
+        here.pose = {Vec3(24 + k, 24, 42), Mat3::Identity()};
+        const Status done = flatten.advance(Mode::flatten, {8, 1, Falloff::constant, 0, false, to},
+                                            {}, {{}}, 1000, here);
+        EXPECT_TRUE(done.ok());
+      }
+    // Off the line that fits best, as the plane of the first dab may lie askew.
+    std::vector<Vec3> places;
+    Vec3 mean = Vec3::Zero();
+    for_ends(waves, [&](const Vec3& at, const Vec3& normal) {
+      if (normal.z() < 0.7 || std::fabs(at.y() - 24) > 2 || at.x() < 28 || at.x() > 60) return;
+      places.push_back(at);
+      mean += at;
+    });
+    mean /= static_cast<double>(places.size());
+    double xx = 0, xz = 0, off = 0;
+    for (const Vec3& at : places) {
+      xx += (at.x() - mean.x()) * (at.x() - mean.x());
+      xz += (at.x() - mean.x()) * (at.z() - mean.z());
+    }
+    for (const Vec3& at : places)
+      off = std::max(off, std::fabs(at.z() - mean.z() - xz / xx * (at.x() - mean.x())));
+    return off;
+  };
+  EXPECT_LT(unevenness(FlattenTo::stroke), 0.05);
+  EXPECT_GT(unevenness(FlattenTo::dab), 0.05);
 }
 
 TEST(Reshape, RandomMixturesStayClosedAndRepeat) {

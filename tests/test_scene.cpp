@@ -9,6 +9,7 @@
 #include <kibori/batch/carving.h>
 #include <kibori/batch/force_report.h>
 #include <kibori/formats/mesh_file.h>
+#include <kibori/reshape/reshaper.h>
 
 #include "tests/support.h"
 
@@ -109,6 +110,26 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"to = [25, 6, 6]\nspeed = 40", "to = [1e20, 6, 6]\nspeed = 1e24", ":13:|slower"},
         Bad{"speed = 40", "speed = 40\nmode = \"cutt\"", "cut"},
         Bad{"speed = 40", "speed = 40\nmaterial = \"oka\"", "oak"},
+        Bad{"speed = 40", "speed = 40\nmode = \"smoth\"", "smooth"},
+        Bad{"speed = 40", "speed = 40\nbrush = 3", ":16:|table"},
+        Bad{"speed = 40", "speed = 40\nbrush = { radius = 0 }", ":16:|radius"},
+        Bad{"speed = 40", "speed = 40\nbrush = { radios = 1 }", ":16:|'radius'"},
+        Bad{"speed = 40", "speed = 40\nmode = \"smooth\"\nbrush = { strength = -1 }",
+            ":17:|strength|only inflate"},
+        Bad{"speed = 40", "speed = 40\nmode = \"inflate\"\nbrush = { strength = 2 }",
+            ":17:|strength"},
+        Bad{"speed = 40", "speed = 40\nbrush = { falloff = \"steep\" }", ":16:|falloff|linear"},
+        Bad{"speed = 40", "speed = 40\nbrush = { sigma = -1 }", ":16:|sigma"},
+        Bad{"speed = 40", "speed = 40\nbrush = { keep_volume = 1 }", ":16:|true or false"},
+        Bad{"speed = 40", "speed = 40\nbrush = { plane = \"z\" }", ":16:|plane"},
+        Bad{"speed = 40", "speed = 40\nbrush = { plane = { point = [0, 0, 1] } }",
+            ":16:|normal|3 numbers"},
+        Bad{"speed = 40",
+            "speed = 40\nbrush = { plane = { point = [0, 0, 1], normal = [0, 0, 0] } }",
+            ":16:|normal|not 0"},
+        Bad{"to = [25, 6, 6]\nspeed = 40",
+            "to = [1e5, 6, 6]\nspeed = 1e9\nmode = \"rasp\"\nbrush = { radius = 1 }",
+            ":13:|10000 dabs|slower"},
         Bad{"speed = 40", "speed = 40\ntool = 3", "table"},
         Bad{"speed = 40", "speed = 40\ntool = { radius = 3 }", "radius"},
         Bad{"[tool]", "schema = 2\n[tool]", "schema"}, Bad{"[tool]", "[tol]", "'tol'|'tool'"},
@@ -162,6 +183,59 @@ axis = [0, 0, 1e-200]
   EXPECT_EQ(plan_move(s, s.moves[1], s.moves[2]).value().dwell_ticks, 10);
   EXPECT_EQ(plan_move(s, s.moves[2], s.moves[3]).value().ticks, 1);
   EXPECT_EQ(s.moves[3].axis, Vec3(0, 0, 1));
+}
+
+// A move without a way is one dab, where the tool stands; a way has one where it begins, and then
+// one at every quarter of the brush's radius. Keys left out are as in the move before.
+TEST(Scene, BrushesMakeDabs) {
+  const std::string begin = R"([stock]
+block = [20, 12, 10]
+pitch = 0.5
+[tool]
+shape = "ball"
+radius = 1
+[force]
+model = "energy"
+[[move]]
+to = [10, 0, 10]
+mode = "off"
+[[move]]
+mode = "smooth"
+brush = { radius = 4, strength = 0.8, falloff = "linear", sigma = 0.9 }
+)";
+  const std::string way = R"([[move]]
+to = [10, 2.6, 10]
+speed = 100
+brush = { falloff = "constant", keep_volume = true }
+[[move]]
+mode = "inflate"
+brush = { strength = -0.5 }
+)";
+  Reshaper reshaper;
+  Brush brush{4, 0.8, Falloff::linear, 0.9};
+  auto scene = parse_scene(begin, "scene.toml", ".");
+  ASSERT_TRUE(scene) << scene.error();
+  auto model = make_stock(scene.value().stock, "", {}).value();
+  ASSERT_TRUE(reshaper.dab(*model, FieldVerb::smooth, brush, Vec3(10, 0, 10)).ok());
+  auto carving = carve(scene.value(), {});
+  ASSERT_TRUE(carving) << carving.error();
+  EXPECT_EQ(carving.value().summary.state_hash, model->content_hash());
+  EXPECT_GT(carving.value().summary.removed_mm3, 1);
+  EXPECT_NEAR(carving.value().summary.removed_mm3 - carving.value().summary.deposited_mm3,
+              2400 - model->volume_mm3(), 0.01);
+
+  scene = parse_scene(begin + way, "scene.toml", ".");
+  ASSERT_TRUE(scene) << scene.error();
+  brush.falloff = Falloff::constant;
+  brush.keep_volume = true;
+  for (const double y : {0.0, 1.0, 2.0})
+    ASSERT_TRUE(reshaper.dab(*model, FieldVerb::smooth, brush, Vec3(10, y, 10)).ok());
+  brush.strength = -0.5;
+  ASSERT_TRUE(reshaper.dab(*model, FieldVerb::inflate, brush, Vec3(10, 2.6, 10)).ok());
+  carving = carve(scene.value(), {});
+  ASSERT_TRUE(carving) << carving.error();
+  // The dabs' places are rounded otherwise than by hand.
+  EXPECT_NEAR(carving.value().summary.volume_mm3, model->volume_mm3(), 1e-3);
 }
 
 TEST(Scene, SummaryAddsUp) {

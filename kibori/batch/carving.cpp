@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/batch/carving.h>
 #include <kibori/document/rescue.h>
+#include <kibori/motion/dabs.h>
 #include <kibori/motion/direct_tool.h>
 
 #include <algorithm>
@@ -149,6 +150,7 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
   DirectTool stroke(model, hand);
   stroke.set_threads(options.threads);
   SpringTool series(model, hand, scene.force.spring);
+  DabStroke dabs(model);
   std::unique_ptr<Document> document;
   auto flushed = std::chrono::steady_clock::now();
   // Where the file can't be written any more the document goes on in memory, and that is told once;
@@ -188,6 +190,7 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
     // again alone.
     stroke.place(stroke.pose());
     series.begin_stroke();
+    dabs.begin(scene.force.series() ? series.pose().tip : stroke.pose().tip);
     if (document)
       keep(document->begin(stroke_settings(scene, to),
                            scene.force.series() ? series.pose() : stroke.pose(), to.label));
@@ -206,6 +209,11 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
           scene.force.series() ? series.advance(tool, hand, to.mode, scene.materials, to.material)
                                : stroke.advance(tool, tip, turn, to.mode, scene.force.law,
                                                 scene.materials, to.material);
+      if (tick && reshapes(to.mode))
+        if (const Status dabbed = dabs.advance(to.mode, to.brush, scene.force.law, scene.materials,
+                                               scene.rate_hz, tick.value());
+            !dabbed)
+          tick = Error{dabbed.error()};
       step_us.push_back(microseconds_since(start));
       if (!tick) {
         settle_document();
@@ -259,6 +267,10 @@ void add_tick(CarveSummary& summary, Mode mode, ToolTick& result) {
     summary.points_removed += result.points;
   }
   if (mode == Mode::deposit) summary.deposited_mm3 -= result.removed_mm3;
+  if (reshapes(mode)) {
+    summary.removed_mm3 += std::max(0.0, result.removed_mm3);
+    summary.deposited_mm3 += std::max(0.0, -result.removed_mm3);
+  }
   summary.max_force_N = std::max(summary.max_force_N, std::sqrt(result.wrench.force.squaredNorm()));
   summary.max_moment_Nmm =
       std::max(summary.max_moment_Nmm, std::sqrt(result.wrench.moment.squaredNorm()));

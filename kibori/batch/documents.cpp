@@ -135,6 +135,7 @@ StrokeSettings stroke_settings(const Scene& scene, const Move& move) {
   s.tool = scene.tools[move.tool];
   s.mode = move.mode;
   s.material = move.material;
+  s.brush = move.brush;
   s.materials = scene.materials;
   s.force = scene.force;
   s.rate_hz = scene.rate_hz;

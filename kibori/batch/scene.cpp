@@ -411,6 +411,50 @@ class Reader {
     return tool;
   }
 
+  // Keys left out keep their value of the move before.
+  void read_brush(const toml::table& move, Move& of) {
+    static const toml::table kNone;
+    const toml::node* node = move.get("brush");
+    if (node && !node->is_table())
+      return fail(node, "[move] brush must be a table, as in brush = { radius = 4 }");
+    const toml::table& t = node ? *node->as_table() : kNone;
+    Brush& brush = of.brush;
+    only(t, "brush", {"radius", "strength", "falloff", "sigma", "keep_volume", "plane"});
+    if (t.contains("radius")) brush.radius_mm = positive(t, "brush", "radius");
+    if (t.contains("strength")) brush.strength = number(t, "brush", "strength");
+    at_least_zero(t, "brush", "sigma", brush.sigma_mm);
+    if (t.contains("falloff")) {
+      const std::string falloff = text(t, "brush", "falloff");
+      if (const auto known = value_of<Falloff>(falloff))
+        brush.falloff = *known;
+      else
+        fail(t.get("falloff"), R"([brush] falloff must be "smooth", "linear" or "constant")");
+    }
+    if (const toml::node* keeps = t.get("keep_volume")) {
+      const auto value = keeps->value_exact<bool>();
+      if (!value) fail(keeps, "[brush] keep_volume must be true or false");
+      brush.keep_volume = value.value_or(false);
+    }
+    if (const toml::node* plane = t.get("plane")) {
+      const auto known = value_of<FlattenTo>(plane->value_or(std::string()));
+      if (const toml::table* set = plane->as_table()) {
+        only(*set, "plane", {"point", "normal"});
+        brush.plane = {vector(*set, "plane", "point"), vector(*set, "plane", "normal")};
+        brush.flatten_to = FlattenTo::plane;
+      } else if (known && *known != FlattenTo::plane) {
+        brush.flatten_to = *known;
+      } else {
+        fail(plane,
+             "[brush] plane must be \"stroke\", \"dab\", or a table, as in plane = { point = [0, "
+             "0, 5], normal = [0, 0, 1] }");
+      }
+    }
+    const FieldVerb verb =
+        reshapes(of.mode) && of.mode != Mode::inflate ? FieldVerb::smooth : FieldVerb::inflate;
+    if (const Status fine = check_brush(brush, verb); !fine)
+      fail(node ? node : static_cast<const toml::node*>(&move), "[brush] " + fine.error());
+  }
+
   void read_moves(const toml::table& root) {
     if (const toml::table* t = table(root, "tool", true))
       scene_.tools.push_back(read_tool(*t, "tool", nullptr));
@@ -428,7 +472,7 @@ class Reader {
       const bool first = scene_.moves.empty();
       only(t, "move",
            {"to", "axis", "roll_deg", "speed", "turn_deg_s", "wait_s", "mode", "material", "label",
-            "tool"});
+            "tool", "brush"});
       move.line = line_of(t);
       move.label.clear();
       move.wait_s = 0;
@@ -460,6 +504,7 @@ class Reader {
       }
       if (t.contains("material"))
         move.material = material(t.get("material"), text(t, "move", "material"));
+      if (t.contains("brush") || reshapes(move.mode)) read_brush(t, move);
       if (t.contains("label")) move.label = text(t, "move", "label");
       if (const toml::node* tool = t.get("tool")) {
         if (!tool->is_table())

@@ -42,6 +42,7 @@ struct Move {
   double wait_s = 0;          // dwell after arriving
   Mode mode = Mode::cut;
   uint8_t material = 0;  // of a deposit
+  Brush brush;           // of a mode that reshapes
   std::string label;
   size_t tool = 0;  // index into Scene::tools
   int line = 0;     // in the file

@@ -233,6 +233,34 @@ bool take_columns(Reader& reader, size_t count, int columns, At&& at) {
   return true;
 }
 
+Status read_brush(const Json& json, Brush& brush) {
+  Fields fields{json};
+  std::string falloff, flatten_to;
+  fields.get("radius_mm", brush.radius_mm);
+  fields.get("strength", brush.strength);
+  fields.get("sigma_mm", brush.sigma_mm);
+  fields.get("falloff", falloff);
+  fields.get("flatten_to", flatten_to);
+  const Json* keeps = fields.find("keep_volume");
+  if (!fields.wrong.empty()) return Error{"the brush " + fields.wrong};
+  const auto named = value_of<Falloff>(falloff);
+  const auto plane_of = value_of<FlattenTo>(flatten_to);
+  if (!named) return Error{"no falloff is called '" + sanitize_message(falloff) + "'"};
+  if (!plane_of) return Error{"no flatten_to is called '" + sanitize_message(flatten_to) + "'"};
+  if (!keeps->is_boolean()) return Error{"the brush's keep_volume is not true or false"};
+  brush.falloff = *named;
+  brush.flatten_to = *plane_of;
+  brush.keep_volume = keeps->get<bool>();
+  if (brush.flatten_to != FlattenTo::plane) return Ok{};
+  const Json* plane = fields.find("plane");
+  if (!plane || !plane->is_object()) return Error{"the brush has no plane to flatten to"};
+  Fields of_plane{*plane};
+  of_plane.get("point_mm", brush.plane.point_mm);
+  of_plane.get("normal", brush.plane.normal);
+  if (!of_plane.wrong.empty()) return Error{"the brush's plane " + of_plane.wrong};
+  return Ok{};
+}
+
 }  // namespace
 
 std::string tool_to_json(const Tool& tool) { return json_of(tool).dump(); }
@@ -260,6 +288,15 @@ std::string settings_to_json(const StrokeSettings& s) {
     json["force"]["strength_n"] = s.force.spring.strength_n;
   const double share = s.force.series() ? s.force.spring.hand_share : s.force.law.hand_share;
   if (share != 1) json["force"]["hand_share"] = share;
+  if (reshapes(s.mode)) {
+    json["brush"] = {
+        {"radius_mm", s.brush.radius_mm},      {"strength", s.brush.strength},
+        {"falloff", name_of(s.brush.falloff)}, {"sigma_mm", s.brush.sigma_mm},
+        {"keep_volume", s.brush.keep_volume},  {"flatten_to", name_of(s.brush.flatten_to)}};
+    if (s.brush.flatten_to == FlattenTo::plane)
+      json["brush"]["plane"] = {{"point_mm", vec(s.brush.plane.point_mm)},
+                                {"normal", vec(s.brush.plane.normal)}};
+  }
   if (s.symmetry.any())
     json["symmetry"] = {{"planes", s.symmetry.planes}, {"centre_mm", vec(s.symmetry.centre_mm)}};
   Json& materials = json["materials"] = Json::array();
@@ -324,6 +361,14 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
     }
     if (!read_vec(symmetry->value("centre_mm", Json()), s.symmetry.centre_mm)) return none;
     if (const Status fits = check_symmetry(s.symmetry, s.tool); !fits) return Error{fits.error()};
+  }
+  if (reshapes(s.mode)) {
+    if (s.symmetry.any()) return Error{"a stroke that reshapes has no symmetry"};
+    const Json* brush = fields.find("brush");
+    if (!brush || !brush->is_object()) return Error{"a stroke that reshapes has no brush"};
+    if (const Status read = read_brush(*brush, s.brush); !read) return Error{read.error()};
+    const FieldVerb verb = s.mode == Mode::inflate ? FieldVerb::inflate : FieldVerb::smooth;
+    if (const Status fits = check_brush(s.brush, verb); !fits) return Error{fits.error()};
   }
   const Json* materials = fields.find("materials");
   if (materials && (!materials->is_array() || materials->empty() ||

@@ -17,8 +17,9 @@ namespace kibori {
 namespace {
 
 constexpr int kApplication = 0x4B49424F;  // "KIBO"
-// 2: forces and thumbnails. 3: tiles found by place. 4: symmetry. 5: seals.
-constexpr int64_t kVersion = 5;
+// 2: forces and thumbnails. 3: tiles found by place. 4: symmetry. 5: seals. 6: strokes that
+// reshape.
+constexpr int64_t kVersion = 6;
 // Beyond, SQLite would number new ones out of order.
 constexpr StepId kMaxSteps = StepId{1} << 62;
 const char* const kSchema = R"(
@@ -50,7 +51,7 @@ CREATE INDEX checkpoint_tile_by_place ON checkpoint_tile (field, u, v);
 const char* const kSchemaSince5 = R"(
 CREATE TABLE seal (step INTEGER PRIMARY KEY REFERENCES step, value TEXT NOT NULL);
 )";
-const char* const kThisVersion = "PRAGMA user_version = 5";
+const char* const kThisVersion = "PRAGMA user_version = 6";
 
 // A database, and what may stand beside it.
 void clear_away(const std::filesystem::path& path) {
@@ -309,8 +310,10 @@ Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& 
         if (Status made = document->storage_->database.run(kSchemaSince2); !made) return made;
       if (document->version_ < 3)
         if (Status made = document->storage_->database.run(kSchemaSince3); !made) return made;
-      if (Status made = document->storage_->database.run(kSchemaSince5); !made) return made;
-      if (Status sealed = document->seal_all(); !sealed) return sealed;
+      if (document->version_ < 5) {
+        if (Status made = document->storage_->database.run(kSchemaSince5); !made) return made;
+        if (Status sealed = document->seal_all(); !sealed) return sealed;
+      }
       return document->storage_->database.run(kThisVersion);
     });
     if (!s) return Error{s.error()};

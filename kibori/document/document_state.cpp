@@ -6,6 +6,7 @@
 #include <kibori/document/codec.h>
 #include <kibori/document/document.h>
 #include <kibori/document/storage.h>
+#include <kibori/motion/dabs.h>
 #include <kibori/motion/direct_tool.h>
 
 namespace kibori {
@@ -420,6 +421,8 @@ Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceL
   if (!begin) return Error{begin.error()};
   DirectTool stroke(model, begin.value());
   stroke.set_symmetry(s.symmetry);
+  DabStroke dabs(model);
+  dabs.begin(begin.value().tip);
   ReplayedTick out;
   out.step = step;
   int64_t count = 0;
@@ -429,11 +432,19 @@ Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceL
       Result<ToolTick> done = stroke.advance(s.tool, tick.tip, tick.turn, mode,
                                              law.value_or(s.force.law), s.materials, s.material);
       if (!done) return Error{done.error()};
+      if (reshapes(mode)) {
+        if (Status dabbed = dabs.advance(mode, s.brush, law.value_or(s.force.law), s.materials,
+                                         s.rate_hz, done.value());
+            !dabbed)
+          return dabbed;
+      } else if (reshapes(s.mode)) {
+        dabs.begin(tick.tip);
+      }
       count++;
       if (!use) continue;
       out.recorded = &tick;
       out.result = done.value();
-      if (s.force.series() && !law)
+      if (s.force.series() && !law && !reshapes(mode))
         out.result.wrench = pull_of(s.force.spring, tick.hand, tick.hand_turn);
       out.time_s = static_cast<double>(count) / s.rate_hz;
       use(out);

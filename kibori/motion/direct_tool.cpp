@@ -45,6 +45,7 @@ Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const
   if (!tip_mm.allFinite() || !(turn_rad.squaredNorm() <= kMaxTurn * kMaxTurn))
     return Error{
         "one tick moves the tool to no place at all, or turns it more than ten times around"};
+  if (reshapes(mode)) mode = Mode::off;
   ToolTick result;
   const ToolMotion motion{pose_, tip_mm - pose_.tip, turn_rad};
   const bool turning = motion.turns();

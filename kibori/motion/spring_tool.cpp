@@ -453,6 +453,7 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
                                      double strike_nmm) {
   const Lattice& lattice = model_.lattice();
   const double h = lattice.pitch_mm;
+  if (reshapes(mode)) mode = Mode::off;
   removed_.reset();
   if (spring_.strength_n > 0 && last_.known && !last_.on_its_way && !(strike_nmm > 0) &&
       last_.mode == mode && last_.generation == model_.generation() &&

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A stroke as it is recorded: what all of its ticks share, and each tick's motion. Replayed by
-// DirectTool, it gives the same model, bit for bit.
+// DirectTool
+// (and DabStroke), it gives the same model, bit for bit.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +13,7 @@
 #include <kibori/motion/spring_tool.h>
 #include <kibori/motion/symmetry.h>
 #include <kibori/motion/tool_tick.h>
+#include <kibori/reshape/brush.h>
 #include <kibori/solid/tool.h>
 
 namespace kibori {
@@ -40,6 +42,7 @@ struct StrokeSettings {
   StrokeForce force;
   double rate_hz = 1000;
   Symmetry symmetry;
+  Brush brush = {};  // of a mode that reshapes
 };
 
 }  // namespace kibori

@@ -11,9 +11,13 @@
 namespace kibori {
 
 // cut: takes material away. deposit: puts material down. touch: feels what a cut would take away,
-// and takes nothing. off: moves through material, feels nothing.
-enum class Mode { cut, deposit, touch, off };
-constexpr Names<4> names_of(Mode) { return {"cut", "deposit", "touch", "off"}; }
+// and takes nothing. off: moves through material, feels nothing. The others reshape: a brush's dabs
+// along the tip's way (dabs.h), in the order of FieldVerb; the tool itself only moves.
+enum class Mode { cut, deposit, touch, off, smooth, rasp, fill, inflate, flatten };
+constexpr Names<9> names_of(Mode) {
+  return {"cut", "deposit", "touch", "off", "smooth", "rasp", "fill", "inflate", "flatten"};
+}
+constexpr bool reshapes(Mode mode) { return mode >= Mode::smooth; }
 
 struct ToolTick {
   // Of the tool: where its tip ended, and by how much it moved and turned.

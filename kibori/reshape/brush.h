@@ -3,14 +3,33 @@
 // did.
 #pragma once
 
+#include <array>
 #include <cstdint>
 
+#include <kibori/base/names.h>
 #include <kibori/base/result.h>
+#include <kibori/base/tolerances.h>
+#include <kibori/geometry/vec.h>
 
 namespace kibori {
 
+// What a dab does to the surface: see reshaper.h.
+enum class FieldVerb { smooth, rasp, fill, inflate, flatten };
+
 // How a brush fades from its centre (1) to its rim (0).
 enum class Falloff { smooth, linear, constant };
+constexpr Names<3> names_of(Falloff) { return {"smooth", "linear", "constant"}; }
+
+// A plane to flatten to; the normal points out of the material.
+struct FlatPlane {
+  Vec3 point_mm = Vec3::Zero();
+  Vec3 normal = Vec3::UnitZ();
+};
+
+// Which plane a stroke flattens to: the one fitted to the surface under its first dab, under each
+// dab, or the brush's own.
+enum class FlattenTo { stroke, dab, plane };
+constexpr Names<3> names_of(FlattenTo) { return {"stroke", "dab", "plane"}; }
 
 struct Brush {
   double radius_mm = 5;
@@ -20,6 +39,8 @@ struct Brush {
   // takes at most kMaxSigmaCells.
   double sigma_mm = 0;
   bool keep_volume = false;  // smooth only: what is lost at peaks comes back over the brush
+  FlattenTo flatten_to = FlattenTo::stroke;  // flatten only
+  FlatPlane plane = {};                      // of FlattenTo::plane
 };
 
 inline constexpr double kMaxSigmaCells = 4;
@@ -40,13 +61,20 @@ inline double falloff_weight(Falloff falloff, double distance) {
   return 0;
 }
 
-// What a dab did to the model; volumes are the mean of the three fields.
+// What dabs did to the model; volumes are the mean of the three fields.
 struct Reshaped {
   double added_mm3 = 0, removed_mm3 = 0;
   int64_t points = 0;  // lattice nodes that changed sides
+  // By material: the share of it in what moved, and where, as a sum: sum_mm / share is the middle.
+  struct Part {
+    double share = 0;
+    Vec3 sum_mm = Vec3::Zero();
+  };
+  std::array<Part, kMaxMaterials> parts;
 };
 
-// Whether a brush is one that a dab can take: finite, radius above 0, strength and sigma in range.
-Status check_brush(const Brush& brush);
+// Whether a brush is one that a dab can take: finite, radius above 0, strength and sigma in range,
+// a plane with a normal; and whether the verb takes its strength.
+Status check_brush(const Brush& brush, FieldVerb verb = FieldVerb::inflate);
 
 }  // namespace kibori

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include <kibori/base/memory.h>
 #include <kibori/reshape/write_back.h>
 
 namespace kibori {
@@ -40,6 +41,8 @@ constexpr int kMaxVolumeSteps = 8;
 constexpr double kVolumeTolerance = 1e-4;
 
 constexpr double kMaxRegionNodes = 2147483648.0;
+// What band and filter keep of a region.
+constexpr double kBytesPerNode = 24;
 
 // exp(-x), x >= 0, of nothing but sums and products: the same on every machine.
 double exp_minus(double x) {
@@ -100,21 +103,24 @@ bool meets(const Lattice& lattice, const LatticePoint& centre, double radius) {
 
 }  // namespace
 
-Status check_brush(const Brush& brush) {
+Status check_brush(const Brush& brush, FieldVerb verb) {
   if (!(brush.radius_mm > 0) || !std::isfinite(brush.radius_mm))
     return Error{"a brush's radius must be a positive number of mm"};
   if (!(std::fabs(brush.strength) <= 1))
     return Error{"a brush's strength must be a number from 0 to 1"};
+  if (brush.strength < 0 && verb != FieldVerb::inflate)
+    return Error{"a brush's strength must be a number from 0 to 1; only inflate takes one below 0"};
   if (!(brush.sigma_mm >= 0) || !std::isfinite(brush.sigma_mm))
     return Error{"a brush's sigma must be a number of mm, or 0 for an eighth of the radius"};
+  const double length = brush.plane.normal.norm();
+  if (!brush.plane.point_mm.allFinite() || !(length > 0) || !std::isfinite(length))
+    return Error{"a plane to flatten to needs a finite point and a normal that is not 0"};
   return Ok{};
 }
 
 Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& brush,
                                const Vec3& centre_mm, const std::optional<FlatPlane>& plane) {
-  if (const Status fine = check_brush(brush); !fine) return Error{fine.error()};
-  if (brush.strength < 0 && verb != FieldVerb::inflate)
-    return Error{"only inflate takes a strength below 0"};
+  if (const Status fine = check_brush(brush, verb); !fine) return Error{fine.error()};
   if (!centre_mm.allFinite()) return Error{"a dab's place must be finite"};
   const Lattice& lattice = model.lattice();
   const LatticePoint centre = lattice.to_lattice(centre_mm);
@@ -124,7 +130,10 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
 
   FlatPlane flat;
   if (verb == FieldVerb::flatten) {
-    const std::optional<FlatPlane> found = plane ? plane : fitted_plane(model, brush, centre_mm);
+    const std::optional<FlatPlane> found = plane ? plane
+                                           : brush.flatten_to == FlattenTo::plane
+                                               ? brush.plane
+                                               : fitted_plane(model, brush, centre_mm);
     if (!found) return Reshaped{};
     flat = *found;
     const double length = flat.normal.norm();
@@ -142,6 +151,10 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
   const NodeBox box = nodes_within(centre, radius).grown(border).within(whole);
   if (box.size().cast<double>().prod() >= kMaxRegionNodes)
     return Error{"the brush is too large for this pitch: its region has more than 2^31 nodes"};
+  const double bytes = kBytesPerNode * box.size().cast<double>().prod();
+  if (const double there = available_bytes(); there > 0 && bytes > 0.8 * there)
+    return Error{
+        "the brush is too large for this pitch: its region takes more memory than is free"};
   band_.read(model, box, static_cast<float>(width), centre,
              static_cast<float>(radius + kFilterCorner * static_cast<double>(kernel_.size()) + 2));
   if (band_.nodes().empty() && verb != FieldVerb::flatten) return Reshaped{};

@@ -21,21 +21,13 @@
 
 namespace kibori {
 
-enum class FieldVerb { smooth, rasp, fill, inflate, flatten };
-
-// A plane to flatten to; the normal points out of the material.
-struct FlatPlane {
-  Vec3 point_mm = Vec3::Zero();
-  Vec3 normal = Vec3::UnitZ();
-};
-
 // Computes dabs, and keeps its memory from one to the next. For one thread at a time.
 class Reshaper {
  public:
-  // One dab about `centre_mm` on the model. `plane`: of flatten; without one, the plane fitted to
-  // the surface within the brush. Nothing where the brush meets no surface. Errors: a brush that
-  // check_brush refuses, a strength below 0 of any verb but inflate, a place or plane that is not
-  // finite, a region of more than 2^31 nodes.
+  // One dab about `centre_mm` on the model. `plane`: of flatten; without one, the brush's own, or
+  // the plane fitted to the surface within the brush. Nothing where the brush meets no surface.
+  // Errors: a brush that check_brush refuses, a place or plane that is not finite, a region of more
+  // than 2^31 nodes or than there is memory for.
   Result<Reshaped> dab(TriDexel& model, FieldVerb verb, const Brush& brush, const Vec3& centre_mm,
                        const std::optional<FlatPlane>& plane = {});
 

@@ -402,7 +402,25 @@ Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<flo
           if (tile.empty) field.clear_tile(tu, tv);
         });
   }
-  for (const uint32_t node : touched) result.points += (band.phi()[node] < 0) != (after[node] < 0);
+  // Only near the surface is a change of distance one of place.
+  double whole = 0;
+  for (const uint32_t node : touched) {
+    const float was = band.phi()[node], is = after[node];
+    result.points += (was < 0) != (is < 0);
+    const SurfaceEnd* end = band.nearest(node);
+    if (was == is || !end || !(std::min(std::fabs(was), std::fabs(is)) < 1)) continue;
+    const double moved = std::fabs(double{is} - double{was});
+    Reshaped::Part& part = result.parts[end->material];
+    part.share += moved;
+    part.sum_mm += moved * (band.node_at(node).matrix().cast<double>().array() + 0.5).matrix();
+    whole += moved;
+  }
+  for (Reshaped::Part& part : result.parts) {
+    if (!(part.share > 0)) continue;
+    const Vec3 middle = part.sum_mm / part.share;
+    part.share /= whole;
+    part.sum_mm = part.share * model.lattice().to_mm(LatticePoint{middle});
+  }
   const double pitch = model.lattice().pitch_mm, cell = pitch * pitch * pitch;
   result.added_mm3 = added / 3 * cell;
   result.removed_mm3 = removed / 3 * cell;

@@ -3,6 +3,7 @@
 // was last. Strokes of one tool stand together in a group, which opens; lines above show where
 // branches leave. Only what is in view is in the page, and only its pictures are asked for.
 import { request } from "./access";
+import type { Mode } from "./kinds";
 import { MOVED, StepTree, type Branch, type Group, type Step } from "./steps";
 import { TOOLS, held, iconOf, sizeOf } from "./tools";
 
@@ -66,10 +67,19 @@ function time(made: number, whole = false): string {
     ? clock
     : `${at.toLocaleDateString([], { day: "numeric", month: "short" })} ${clock}`;
 }
+/** What a brush did; the tool only carried it. */
+const RESHAPING: Partial<Record<Mode, string>> = {
+  smooth: "Smooth",
+  rasp: "Rasp",
+  fill: "Fill hollows",
+  inflate: "Inflate",
+  flatten: "Flatten",
+};
 function toolName(step: Step): string {
   const known = held(step.tool),
     tool = known ? `${TOOLS[known.shape].name} ${sizeOf(known)}` : "Other tool";
-  return step.mode === "deposit" ? `${tool}, adds` : tool;
+  if (step.mode === "deposit") return `${tool}, adds`;
+  return RESHAPING[step.mode] ?? tool;
 }
 /** The stock, and tools that pages do not know, have that of a block. */
 const toolIcon = (step: Step): string => iconOf(held(step.tool)?.shape ?? "box");

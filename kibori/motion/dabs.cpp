@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/motion/dabs.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace kibori {
+namespace {
+
+// Dabs lie at least this much apart [cells].
+constexpr double kLeastSpacing = 0.5;
+
+static_assert(static_cast<int>(Mode::flatten) - static_cast<int>(Mode::smooth) ==
+              static_cast<int>(FieldVerb::flatten));
+FieldVerb verb_of(Mode mode) {
+  return static_cast<FieldVerb>(static_cast<int>(mode) - static_cast<int>(Mode::smooth));
+}
+
+}  // namespace
+
+void DabStroke::begin(const Vec3& tip_mm) {
+  last_ = tip_mm;
+  to_next_mm_ = 0;
+  plane_.reset();
+  held_ = {};
+}
+
+Status DabStroke::advance(Mode mode, const Brush& brush, const ForceLaw& law,
+                          const std::vector<Material>& materials, double rate_hz, ToolTick& tick) {
+  if (!reshapes(mode)) return Error{"a dab needs a mode that reshapes"};
+  const FieldVerb verb = verb_of(mode);
+  if (Status fine = check_brush(brush, verb); !fine) return fine;
+  const double pitch = model_.lattice().pitch_mm;
+  const double spacing = std::max(kDabSpacing * brush.radius_mm, kLeastSpacing * pitch);
+  const Vec3 from = last_, way = tick.pose.tip - from;
+  const double length = std::sqrt(way.squaredNorm());
+  if (!(length <= kMaxDabs * spacing))
+    return Error{"one tick's way holds more than 10000 dabs of this brush; move slower"};
+  last_ = tick.pose.tip;
+  double added = 0, removed = 0;
+  int dabs = 0;
+  Held held;
+  double at = to_next_mm_;
+  for (; at <= length; at += spacing, dabs++) {
+    const Vec3 centre = length > 0 ? Vec3(from + (at / length) * way) : from;
+    if (verb == FieldVerb::flatten && brush.flatten_to == FlattenTo::stroke && !plane_)
+      plane_ = reshaper_.fitted_plane(model_, brush, centre);
+    const Result<Reshaped> done = reshaper_.dab(model_, verb, brush, centre, plane_);
+    if (!done) return Error{done.error()};
+    const Reshaped& what = done.value();
+    added += what.added_mm3;
+    removed += what.removed_mm3;
+    tick.points += what.points;
+    for (size_t i = 0; i < what.parts.size(); i++) {
+      const Reshaped::Part& part = what.parts[i];
+      if (!(part.share > 0)) continue;
+      const Material& material = material_of(materials, static_cast<int>(i));
+      const double work = law.model == ForceModel::paper
+                              ? material.kf * static_cast<double>(what.points)
+                              : law.hand_share * material.u * (what.added_mm3 + what.removed_mm3);
+      held.per_mm += part.share * work;
+      held.lever_mm += work * (part.sum_mm - part.share * centre);
+    }
+  }
+  to_next_mm_ = at - length;
+  if (dabs > 0) {
+    held_.per_mm = held.per_mm / (dabs * spacing);
+    held_.lever_mm = held.lever_mm / (dabs * spacing);
+  }
+  tick.removed_mm3 = removed - added;
+  tick.edited = true;
+  tick.wrench = {};
+  if (!(length > 0)) return Ok{};
+  const double share =
+      law.model == ForceModel::paper ? length : std::min(1.0, length * rate_hz / kFullForceSpeed);
+  const Vec3 against = (-share / length) * way;
+  tick.wrench.force = held_.per_mm * against;
+  const Vec3 axis = tick.pose.axis();
+  const Vec3 lever = law.dof == 6 ? held_.lever_mm : Vec3(held_.lever_mm.dot(axis) * axis);
+  tick.wrench.moment = lever.cross(against);
+  return Ok{};
+}
+
+}  // namespace kibori

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+// A reshaping stroke: where its dabs lie on the tip's way, and the force that they make.
+//
+// The first dab lies where the stroke begins, the others at equal lengths of way, a quarter of the
+// brush's radius apart: so the same way gives the same dabs, whatever the ticks. The force of a
+// dab is its work over that spacing, held until the next one and against the motion:
+//
+//   energy, series   F = -u (added + removed) / spacing  v / max(|v|, v0)
+//   paper            F = -Kf K |p| / spacing  p / |p|    K the nodes that changed sides
+//
+// Its moment is that of a force at the middle of what moved.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <kibori/base/result.h>
+#include <kibori/haptics/force.h>
+#include <kibori/motion/tool_tick.h>
+#include <kibori/reshape/reshaper.h>
+
+namespace kibori {
+
+// Between dabs, of the brush's radius.
+inline constexpr double kDabSpacing = 0.25;
+// Below this speed [mm/s], the force of `energy` fades with it.
+inline constexpr double kFullForceSpeed = 5;
+
+class DabStroke {
+ public:
+  explicit DabStroke(TriDexel& model) : model_(model) {}
+
+  // A stroke begins at `tip_mm`: its first dab lies there.
+  void begin(const Vec3& tip_mm);
+  // The dabs on the way to where `tick` ended, and into `tick` what they did and the wrench.
+  // Errors: `mode` does not reshape; those of Reshaper::dab; more than kMaxDabs in one tick.
+  Status advance(Mode mode, const Brush& brush, const ForceLaw& law,
+                 const std::vector<Material>& materials, double rate_hz, ToolTick& tick);
+
+  static constexpr double kMaxDabs = 10000;
+
+ private:
+  // What the last dabs ask per mm of way, by material's constants of the law, and where.
+  struct Held {
+    double per_mm = 0;
+    Vec3 lever_mm = Vec3::Zero();  // from the dab's place, times per_mm
+  };
+
+  TriDexel& model_;
+  Reshaper reshaper_;
+  Vec3 last_ = Vec3::Zero();
+  double to_next_mm_ = 0;  // of way, until the next dab
+  std::optional<FlatPlane> plane_;
+  Held held_;
+};
+
+}  // namespace kibori
