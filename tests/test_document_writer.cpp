@@ -109,6 +109,103 @@ TEST(DocumentWriter, KeepsWhatTheHandDoes) {
     }
 }
 
+// Brushes: dabs are computed beside the servo, and yet what is in the document is what the model
+// is, stroke by stroke, and carving it again leaves the same bytes. Between cuts, with undo, with
+// strokes left off midway.
+TEST(DocumentWriter, KeepsWhatABrushDoes) {
+  for (const ForceModel model : {ForceModel::series, ForceModel::energy})
+    for (const bool threads : {false, true}) {
+      Folder folder;
+      const std::filesystem::path file = folder.path / "live.kibori";
+      VirtualDeviceSettings device;
+      device.capabilities = arm();
+      LiveSettings settings;
+      settings.tool = BallTool{2};
+      settings.model = model;
+      settings.log = true;
+      settings.symmetry.planes = {true, false, false};
+      settings.symmetry.centre_mm = Vec3(20, 15, 10);
+      settings.spring.stiffness_n_mm = 1;
+      // Over the edges of the block's top, and off it.
+      const auto script = [](double t) {
+        return VirtualDevice::Target{
+            Vec3(18 * std::sin(5 * t), 14 * std::cos(3 * t), -5 + std::cos(7 * t)),
+            Mat3::Identity(), 0};
+      };
+      Rig r = rig(device, settings, script);
+      LiveCarving& live = *r.live;
+      auto document = Document::create(file, live.context().model(), "{}");
+      ASSERT_TRUE(document.ok()) << document.error();
+      const Mode modes[] = {Mode::smooth, Mode::cut,     Mode::inflate, Mode::off,
+                            Mode::rasp,   Mode::flatten, Mode::fill,    Mode::deposit};
+      double most = 0;
+      {
+        DocumentWriter writer(live, std::move(document).value());
+        const auto change = [&](int i) {
+          return [&modes, i](ServoContext& c) {
+            c.settings().mode = modes[static_cast<size_t>(i) % std::size(modes)];
+            c.settings().brush = {2.0 + i % 3, 0.8, Falloff::smooth, 0.5};
+          };
+        };
+        if (threads) {
+          writer.start();
+          live.start();
+        } else {
+          live.context().safety().arm();
+        }
+        for (int i = 0; i < 16; i++) {
+          ASSERT_TRUE(live.post(change(i)));
+          if (threads) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(120));
+          } else {
+            for (int k = 0; k < 250; k++) {
+              const LiveTick tick = live.tick(0.001);
+              const double n = tick.computed.force.norm();
+              if (reshapes(modes[static_cast<size_t>(i) % std::size(modes)])) {
+                most = std::max(most, n);
+                EXPECT_LT(n, 500) << i;
+              }
+              if (k % 20 == 0) writer.write();
+              if (k % 10 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            }
+          }
+          if (i % 5 == 4) live.cancel_stroke();
+          if (i % 4 == 2) {
+            writer.undo();
+            for (int k = 0; k < 20000 && !writer.idle(); k++) {
+              if (threads) {
+                std::this_thread::sleep_for(std::chrono::milliseconds(1));
+              } else {
+                live.tick(0.001);
+                writer.write();
+                std::this_thread::sleep_for(std::chrono::microseconds(100));
+              }
+            }
+            EXPECT_TRUE(writer.idle());
+          }
+        }
+        if (threads) {
+          live.stop();
+          writer.stop();
+        } else {
+          live.context().finish_stroke();
+          writer.write();
+          EXPECT_GT(most, 0.1);
+        }
+        EXPECT_EQ(writer.trouble(), "");
+        EXPECT_EQ(writer.document().steps().at(writer.document().head()).hash,
+                  live.context().model().content_hash());
+      }
+      auto after = Document::open(file, Document::Access::read);
+      ASSERT_TRUE(after.ok()) << after.error();
+      size_t brushed = 0;
+      for (const auto& [id, step] : after.value()->steps())
+        if (!step.stock) brushed += reshapes(after.value()->settings(id).value().mode);
+      EXPECT_GE(brushed, threads ? 1u : 4u);
+      expect_sound(*after.value());
+    }
+}
+
 // Back and forth and elsewhere while the hand goes on, and strokes left off midway: the model is
 // always that of the step where the document stands, and all of it can be carved again.
 TEST(DocumentWriter, GoesBackAndForthWhileAHandCarves) {

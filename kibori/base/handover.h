@@ -51,6 +51,10 @@ class SmallQueue {
     end_.store(end + 1, std::memory_order_release);
     return true;
   }
+  // Reader.
+  bool empty() const {
+    return begin_.load(std::memory_order_relaxed) == end_.load(std::memory_order_acquire);
+  }
   // Reader; false where it is empty.
   bool pop(T& value) {
     const size_t begin = begin_.load(std::memory_order_relaxed);

@@ -200,6 +200,7 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
     if (scene.moves[i].mode != Mode::off) {
       settings.mode = scene.moves[i].mode;
       settings.material = scene.moves[i].material;
+      settings.brush = scene.moves[i].brush;
     }
   settings.model = options.model.value_or(scene.force.law.model);
   if (scene.force.series()) settings.spring = scene.force.spring;

@@ -47,6 +47,7 @@ void BlockPool::give_chain(Free* first, Free* last, size_t count) {
 
 void* BlockPool::take_shared() {
   const std::lock_guard lock(lock_);
+  if (!aside_) take_surplus();
   if (!aside_) {
     const size_t count = std::max<size_t>(1, chunk_bytes_ / bytes_);
     aside_ = make(count).first;
@@ -54,6 +55,23 @@ void* BlockPool::take_shared() {
   }
   lying_aside_.fetch_sub(1, std::memory_order_relaxed);
   return std::exchange(aside_, aside_->next);
+}
+
+void BlockPool::take_surplus() {
+  // Some of the ready lie in `mine_`, and those are not seen here.
+  if (given_.load(std::memory_order_relaxed) - taken_.load(std::memory_order_relaxed) <
+      2 * kOwnersShare)
+    return;
+  Free* const first = returned_.exchange(nullptr, std::memory_order_acquire);
+  if (!first) return;
+  Free* last = first;
+  for (size_t left = 1; left < kOwnersShare && last->next; left++) last = last->next;
+  aside_ = last->next;
+  give_chain(first, last, 0);
+  size_t count = 0;
+  for (const Free* block = aside_; block; block = block->next) count++;
+  given_.fetch_sub(count, std::memory_order_relaxed);
+  lying_aside_.fetch_add(count, std::memory_order_relaxed);
 }
 
 void BlockPool::give_shared(void* block) {

@@ -8,7 +8,8 @@
 //
 // One thread takes; any thread gives back. The owner grabs the whole returned list at once, so
 // there is no ABA. A second writer, which makes states of the model, takes blocks from `aside` and
-// returns them there.
+// returns them there; where none lie aside, it grabs what was returned, and leaves the owner
+// kOwnersShare of it: else blocks that it fills and the owner lets go of would pile up.
 #pragma once
 
 #include <atomic>
@@ -32,6 +33,8 @@ class BlockPool {
   void* take();
   // Any thread; wait-free but for other givers.
   void give(void* block);
+  // Blocks ready for the owner that a second writer leaves alone.
+  static constexpr size_t kOwnersShare = 4096;
   // As take() and give(), any thread, under a lock.
   void* take_shared();
   void give_shared(void* block);
@@ -56,6 +59,8 @@ class BlockPool {
     Free* next;
   };
   void give_chain(Free* first, Free* last, size_t count);
+  // What the owner has more than it needs, aside. Under the lock.
+  void take_surplus();
   // A chain of new blocks: its first and last. Under the lock.
   std::pair<Free*, Free*> make(size_t count);
 

@@ -102,7 +102,8 @@ Status DocumentWriter::take(const Item& item) {
     case StrokeLog::Kind::begin: {
       const StrokeLog::Begin& b = *item.begin;
       return document_->begin(
-          {b.tool, b.mode, b.material, *b.materials, b.force, b.rate_hz, b.symmetry}, b.start);
+          {b.tool, b.mode, b.material, *b.materials, b.force, b.rate_hz, b.symmetry, b.brush},
+          b.start);
     }
     case StrokeLog::Kind::tick:
       document_->add(item.event.tick, forces_ ? &item.event.felt : nullptr);

@@ -18,6 +18,7 @@ Result<std::unique_ptr<LiveCarving>> LiveCarving::make(std::unique_ptr<TriDexel>
   if (const Status fits = check_tool(settings.tool); !fits) return Error{fits.error()};
   if (const Status fits = check_symmetry(settings.symmetry, settings.tool); !fits)
     return Error{fits.error()};
+  if (const Status fits = check_brush(settings.brush); !fits) return Error{fits.error()};
   if (settings.materials.empty() || settings.materials.size() > kMaxMaterials)
     return Error{"there must be 1 to 64 materials"};
   const SeriesSpring& spring = settings.spring;
@@ -56,6 +57,7 @@ void LiveCarving::start() {
       clock.done();
     }
     context_.device_->write({});
+    context_.settle_all();
     context_.finish_stroke();
     statistics_ = clock.statistics();
   });
@@ -101,8 +103,9 @@ bool LiveCarving::post(Command command) {
 }
 
 void LiveCarving::run_command() {
+  if (commands_.empty() || !context_.settle()) return;
   Command* command = nullptr;
-  if (!commands_.pop(command)) return;
+  commands_.pop(command);
   context_.finish_stroke();
   (*command)(context_);
   // Twice as many places as for commands, and every post() empties it first: never full.

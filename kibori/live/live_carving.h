@@ -41,6 +41,7 @@ class LiveCarving {
   LiveTick tick(double elapsed_s);
 
   // Runs `command` between two ticks, on the servo thread; false where 64 are waiting. Any thread.
+  // Dabs that are under way come first.
   bool post(std::function<void(ServoContext&)> command);
   // The newest snapshot, if there is one that was not taken yet. Always the same thread.
   bool latest(Snapshot& snapshot) { return snapshots_.take(snapshot); }

@@ -2,7 +2,9 @@
 #include <kibori/live/servo_context.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <thread>
 #include <utility>
 
 namespace kibori {
@@ -13,6 +15,8 @@ constexpr double kMaxSubsteps = 64;
 // Readings of a device that has fallen behind, at most, beside the tick's own: so a path that lies
 // back is followed nine times as fast as it was made, and a tick stays short.
 constexpr int kMaxReadings = 8;
+// Of dabs: how soon a new one's force is felt, and a new velocity.
+constexpr double kForceFadeS = 0.03, kVelocityFadeS = 0.02;
 
 }  // namespace
 
@@ -24,7 +28,8 @@ ServoContext::ServoContext(std::unique_ptr<TriDexel> model, std::unique_ptr<Devi
       series_(*model_, {}, settings.spring),
       stroke_(*model_, {}),
       safety_(device_->capabilities(), 1 / settings.rate_hz),
-      passivity_(settings.passivity_ns_mm) {
+      passivity_(settings.passivity_ns_mm),
+      dabs_(model_->snapshot(), model_->material_bounds()) {
   settings_.spring.tick_s = 1 / settings_.rate_hz;
   if (settings_.watched) watched_ = std::make_unique<Watched>();
   logged_materials_ = std::make_shared<const std::vector<Material>>(settings_.materials);
@@ -105,23 +110,33 @@ ForceLaw ServoContext::law() const {
           settings_.spring.hand_share};
 }
 
+const std::shared_ptr<const std::vector<Material>>& ServoContext::shared_materials() {
+  // Only a command changes them, and then memory is asked for.
+  if (*logged_materials_ != settings_.materials)
+    logged_materials_ = std::make_shared<const std::vector<Material>>(settings_.materials);
+  return logged_materials_;
+}
+
+void ServoContext::begin_log(const Pose& before) {
+  if (!settings_.log) return;
+  StrokeForce force;
+  force.spring = settings_.spring;
+  force.law = law();
+  log_.begin({settings_.tool, settings_.mode, settings_.material, force, settings_.rate_hz,
+              shared_materials(), before,
+              reshapes(settings_.mode) ? Symmetry{} : settings_.symmetry, settings_.brush});
+}
+
 // Where the tool was before the tick, and what it did. Strokes begin with an edit.
 void ServoContext::log_tick(const Pose& before, const StrokeTick& tick, const Wrench& felt,
                             double removed_mm3) {
+  // A stroke of dabs is logged by take_dabs, and ends with its mode.
+  if (dabbing_) return;
   if (!in_stroke_) {
     if (!tick.edits || removed_mm3 == 0) return;
     in_stroke_ = true;
     stroke_removed_mm3_ = 0;
-    if (settings_.log) {
-      // Only a command changes them, and then memory is asked for.
-      if (*logged_materials_ != settings_.materials)
-        logged_materials_ = std::make_shared<const std::vector<Material>>(settings_.materials);
-      StrokeForce force;
-      force.spring = settings_.spring;
-      force.law = law();
-      log_.begin({settings_.tool, settings_.mode, settings_.material, force, settings_.rate_hz,
-                  logged_materials_, before, settings_.symmetry});
-    }
+    begin_log(before);
   }
   idle_ticks_ = removed_mm3 != 0 ? 0 : idle_ticks_ + 1;
   stroke_removed_mm3_ += removed_mm3;
@@ -129,7 +144,78 @@ void ServoContext::log_tick(const Pose& before, const StrokeTick& tick, const Wr
   if (idle_ticks_ > settings_.idle_s * settings_.rate_hz) finish_stroke();
 }
 
+void ServoContext::reshape(Mode mode, const Pose& before, LiveTick& result) {
+  if (dabbing_) take_dabs(result);
+  if (reshapes(mode) && !settling_) {
+    if (!dabbing_)
+      dabbing_ = dabs_.begin({mode, settings_.brush, law(), shared_materials(), settings_.rate_hz,
+                              before, model_->snapshot(), model_->material_bounds()});
+    if (dabbing_) {
+      dabs_.move(result.tool.tip);
+      settled_ = false;
+    }
+  }
+  const double tick_s = settings_.spring.tick_s;
+  const Vec3 velocity = (result.tool.tip - before.tip) / tick_s;
+  velocity_mm_s_ += std::min(1.0, tick_s / kVelocityFadeS) * (velocity - velocity_mm_s_);
+  if (!dabbing_ || !reshapes(mode)) work_per_mm_ = 0;
+  felt_per_mm_ += std::min(1.0, tick_s / kForceFadeS) * (work_per_mm_ - felt_per_mm_);
+  if (!reshapes(mode)) return;
+  Vec3 force = held_force(law(), felt_per_mm_, velocity_mm_s_, settings_.rate_hz);
+  const double strength = settings_.spring.strength_n, size = std::sqrt(force.squaredNorm());
+  if (settings_.model == ForceModel::series && strength > 0 && size > strength)
+    force *= strength / size;
+  result.computed.force = force;
+  result.touching = felt_per_mm_ > 0;
+}
+
+void ServoContext::take_dabs(LiveTick& result) {
+  const bool last = dabs_.settled();
+  DabWorker::Done done;
+  Snapshot state;
+  bool changed = false;
+  while (dabs_.take(done)) {
+    if (!std::exchange(in_stroke_, true)) {
+      stroke_removed_mm3_ = 0;
+      begin_log(done.before);
+    }
+    stroke_removed_mm3_ += done.felt.removed_mm3;
+    result.removed_mm3 += done.felt.removed_mm3;
+    result.cutting |= done.changed;
+    work_per_mm_ = done.work_per_mm;
+    if (settings_.log)
+      log_.tick({done.felt.pose.tip, Vec3::Zero(), true, Vec3::Zero(), Vec3::Zero()},
+                done.felt.wrench);
+    if (!done.changed) continue;
+    changed = true;
+    state = std::move(done.state);
+    model_->include_material(done.bounds);
+  }
+  if (changed) {
+    model_->restore(state);
+    model_changed();
+  }
+  settled_ = last;
+}
+
+bool ServoContext::settle() {
+  settling_ = true;
+  return !dabbing_ || settled_;
+}
+
+void ServoContext::settle_all() {
+  LiveTick rest;
+  while (!settle()) {
+    take_dabs(rest);
+    if (!settled_) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  if (rest.removed_mm3 != 0) note(rest);
+}
+
 void ServoContext::finish_stroke() {
+  if (std::exchange(dabbing_, false)) dabs_.drop();
+  settling_ = false;
+  settled_ = true;
   if (!std::exchange(in_stroke_, false)) return;
   if (settings_.log)
     log_.end({model_->snapshot(), std::move(before_stroke_), model_->material_bounds(),
@@ -137,6 +223,7 @@ void ServoContext::finish_stroke() {
 }
 
 void ServoContext::discard_stroke() {
+  if (std::exchange(dabbing_, false)) dabs_.drop();
   if (!in_stroke_ || !settings_.log) return;
   in_stroke_ = false;
   model_->restore(before_stroke_);
@@ -198,6 +285,7 @@ LiveTick ServoContext::advance(DeviceStatus& status) {
       series_.place(wanted);
       finish_stroke();
     }
+    reshape(mode, before, result);
   } else {
     const Pose before = stroke_.pose();
     const Vec3 turn = rotation_between(before.frame, wanted.frame);
@@ -214,6 +302,7 @@ LiveTick ServoContext::advance(DeviceStatus& status) {
       stroke_.place(wanted);
       finish_stroke();
     }
+    reshape(mode, before, result);
   }
   return result;
 }

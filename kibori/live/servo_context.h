@@ -15,6 +15,7 @@
 #include <kibori/haptics/passivity.h>
 #include <kibori/haptics/safety.h>
 #include <kibori/haptics/workspace.h>
+#include <kibori/live/dab_worker.h>
 #include <kibori/live/stroke_log.h>
 #include <kibori/motion/direct_tool.h>
 #include <kibori/motion/spring_tool.h>
@@ -26,6 +27,7 @@ struct LiveSettings {
   Tool tool = BallTool{};
   Mode mode = Mode::cut;
   uint8_t material = 0;  // of a deposit
+  Brush brush;           // of a mode that reshapes, which symmetry does not mirror
   std::vector<Material> materials{Material{}};
   Symmetry symmetry;
   ForceModel model = ForceModel::series;
@@ -98,7 +100,8 @@ class ServoContext {
   void go_to(const Snapshot& state, const LatticeBox& bounds);
   // The log says that all before this was done before it was asked for.
   void fence_log() { log_.fence(); }
-  // Ends the stroke that is being made; LiveCarving::stop() does it where a thread ran.
+  // Ends the stroke that is being made; LiveCarving::stop() does it where a thread ran. Dabs that
+  // are under way are left off: see settle.
   void finish_stroke();
 
  private:
@@ -112,6 +115,16 @@ class ServoContext {
   // One tick, `elapsed_s` after the last.
   LiveTick tick(double elapsed_s);
   void discard_stroke();
+  // Takes no more of the hand's way for dabs; whether all that are under way are in the model.
+  bool settle();
+  // The same, and waits for them.
+  void settle_all();
+  // The brush of a reshaping mode goes on from `before` to where the tool is now; what the worker
+  // has done comes into the model, and is felt.
+  void reshape(Mode mode, const Pose& before, LiveTick& result);
+  void take_dabs(LiveTick& result);
+  void begin_log(const Pose& before);
+  const std::shared_ptr<const std::vector<Material>>& shared_materials();
   void keep_before_stroke();
   ForceLaw law() const;
   LiveTick advance(DeviceStatus& status);
@@ -137,6 +150,13 @@ class ServoContext {
   int idle_ticks_ = 0;                  // since the stroke's last edit
   double stroke_removed_mm3_ = 0;
   double strike_nmm_ = 0;
+  DabWorker dabs_;
+  bool dabbing_ = false;   // a stroke of dabs is with the worker
+  bool settling_ = false;  // it takes no more moves
+  bool settled_ = true;    // and all that it took are in the model
+  // Of the dabs, as it is felt: faded from one to the next; of the tool, smoothed.
+  double work_per_mm_ = 0, felt_per_mm_ = 0;
+  Vec3 velocity_mm_s_ = Vec3::Zero();
   LiveTotals totals_;
 };
 

@@ -24,6 +24,7 @@ class StrokeLog {
     std::shared_ptr<const std::vector<Material>> materials;
     Pose start;
     Symmetry symmetry;
+    Brush brush = {};
   };
   struct End {
     Snapshot state;

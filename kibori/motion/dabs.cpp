@@ -18,6 +18,13 @@ FieldVerb verb_of(Mode mode) {
 
 }  // namespace
 
+Vec3 held_force(const ForceLaw& law, double work_per_mm, const Vec3& velocity_mm_s,
+                double rate_hz) {
+  if (law.model == ForceModel::paper) return -work_per_mm / rate_hz * velocity_mm_s;
+  const double speed = std::sqrt(velocity_mm_s.squaredNorm());
+  return -work_per_mm / std::max(speed, kFullForceSpeed) * velocity_mm_s;
+}
+
 void DabStroke::begin(const Vec3& tip_mm) {
   last_ = tip_mm;
   to_next_mm_ = 0;
@@ -58,25 +65,22 @@ Status DabStroke::advance(Mode mode, const Brush& brush, const ForceLaw& law,
       const double work = law.model == ForceModel::paper
                               ? material.kf * static_cast<double>(what.points)
                               : law.hand_share * material.u * (what.added_mm3 + what.removed_mm3);
-      held.per_mm += part.share * work;
-      held.lever_mm += work * (part.sum_mm - part.share * centre);
+      held.work_per_mm += part.share * work;
+      held.lever += work * (part.sum_mm - part.share * centre);
     }
   }
   to_next_mm_ = at - length;
   if (dabs > 0) {
-    held_.per_mm = held.per_mm / (dabs * spacing);
-    held_.lever_mm = held.lever_mm / (dabs * spacing);
+    held_.work_per_mm = held.work_per_mm / (dabs * spacing);
+    held_.lever = held.lever / (dabs * spacing);
   }
   tick.removed_mm3 = removed - added;
   tick.edited = true;
-  tick.wrench = {};
-  if (!(length > 0)) return Ok{};
-  const double share =
-      law.model == ForceModel::paper ? length : std::min(1.0, length * rate_hz / kFullForceSpeed);
-  const Vec3 against = (-share / length) * way;
-  tick.wrench.force = held_.per_mm * against;
+  // Of a unit of work per mm.
+  const Vec3 against = held_force(law, 1, way * rate_hz, rate_hz);
+  tick.wrench.force = held_.work_per_mm * against;
   const Vec3 axis = tick.pose.axis();
-  const Vec3 lever = law.dof == 6 ? held_.lever_mm : Vec3(held_.lever_mm.dot(axis) * axis);
+  const Vec3 lever = law.dof == 6 ? held_.lever : Vec3(held_.lever.dot(axis) * axis);
   tick.wrench.moment = lever.cross(against);
   return Ok{};
 }

@@ -26,6 +26,9 @@ inline constexpr double kDabSpacing = 0.25;
 // Below this speed [mm/s], the force of `energy` fades with it.
 inline constexpr double kFullForceSpeed = 5;
 
+// The force that dabs of so much work ask of a tool at that speed.
+Vec3 held_force(const ForceLaw& law, double work_per_mm, const Vec3& velocity_mm_s, double rate_hz);
+
 class DabStroke {
  public:
   explicit DabStroke(TriDexel& model) : model_(model) {}
@@ -37,13 +40,16 @@ class DabStroke {
   Status advance(Mode mode, const Brush& brush, const ForceLaw& law,
                  const std::vector<Material>& materials, double rate_hz, ToolTick& tick);
 
+  // What the last dabs ask: see held_force.
+  double work_per_mm() const { return held_.work_per_mm; }
+
   static constexpr double kMaxDabs = 10000;
 
  private:
-  // What the last dabs ask per mm of way, by material's constants of the law, and where.
+  // Of the last dabs, per mm of way: energy u (added + removed) [N], or of `paper` Kf K [N/mm].
   struct Held {
-    double per_mm = 0;
-    Vec3 lever_mm = Vec3::Zero();  // from the dab's place, times per_mm
+    double work_per_mm = 0;
+    Vec3 lever = Vec3::Zero();  // work_per_mm times where it lies, from the dab's place [mm]
   };
 
   TriDexel& model_;

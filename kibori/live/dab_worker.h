@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+// The thread that computes the dabs of reshaping strokes beside the servo, which never waits for
+// one.
+//
+//   servo:   begin(stroke), move(tip) ──► DabStroke, on a model beside the servo's ──► take(done)
+//
+// What is taken comes in the order of the moves, each with the state of the model after it: the
+// servo restores that between two ticks, as an undo does. Moves before the first one that changes
+// anything are no part of the stroke, and nothing comes of them.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include <kibori/base/handover.h>
+#include <kibori/dexel/tri_dexel.h>
+#include <kibori/motion/dabs.h>
+
+namespace kibori {
+
+class DabWorker {
+ public:
+  struct Stroke {
+    Mode mode = Mode::smooth;
+    Brush brush;
+    ForceLaw law;
+    std::shared_ptr<const std::vector<Material>> materials;
+    double rate_hz = 1000;
+    Pose start;           // of the tool
+    Snapshot state;       // of the model, where it begins
+    LatticeBox bounds;    // of its material
+    uint64_t number = 0;  // begin() sets it
+  };
+  // A move that belongs to its stroke.
+  struct Done {
+    uint64_t stroke = 0;
+    Pose before;             // of the tool
+    ToolTick felt;           // with the pose after it
+    double work_per_mm = 0;  // see held_force
+    bool changed = false;    // then there is a state
+    Snapshot state;
+    LatticeBox bounds;
+  };
+
+  // Beside the model that `model` is of; `bounds`: of its material.
+  DabWorker(const Snapshot& model, const LatticeBox& bounds);
+  ~DabWorker();
+  DabWorker(const DabWorker&) = delete;
+
+  // The servo's thread; none of these waits, locks or allocates.
+  // Whether a stroke can begin now: not while kMaxStrokes are waiting.
+  bool begin(Stroke stroke);
+  // The tool moved to `tip`. While kMaxMoves are waiting it is left out: the next move goes from
+  // where the last one ended.
+  void move(const Vec3& tip);
+  // The next move that is done, if one is.
+  bool take(Done& done);
+  // All moves of the strokes so far are as if they had not been, but for those taken.
+  void drop();
+  // Whether nothing more will come.
+  bool settled() const;
+
+ private:
+  static constexpr size_t kMaxStrokes = 4, kMaxMoves = 32, kMaxDone = 64;
+  struct Move {
+    uint64_t stroke = 0;
+    Vec3 tip = Vec3::Zero();
+  };
+  void signal();
+  void run();
+  void work(const Move& move);
+
+  // The servo's.
+  uint64_t number_ = 0, moves_ = 0, taken_ = 0;
+  // Of both.
+  SmallQueue<Stroke, kMaxStrokes> strokes_;
+  SmallQueue<Move, kMaxMoves> waiting_;
+  SmallQueue<Done, kMaxDone> done_;
+  std::atomic<uint64_t> dropped_{0};   // strokes up to this one
+  std::atomic<uint64_t> answered_{0};  // moves
+  std::atomic<int> signals_{0};
+  std::atomic<bool> stopping_{false};
+  // The worker's.
+  TriDexel model_;
+  DabStroke dabs_;
+  Stroke stroke_;
+  Vec3 last_ = Vec3::Zero();
+  bool changed_ = false, failed_ = false;
+  std::thread thread_;
+};
+
+}  // namespace kibori
