@@ -33,7 +33,7 @@ const mid = { x: 0, y: 0 };
 /**
  * A straight stroke whose events have times of their own, 4 ms apart, however fast they are sent.
  */
-async function flick(page, from, to, ms, { pressure = 0 } = {}) {
+async function flick(page, from, to, ms, { pressure = 0, modifiers = 0 } = {}) {
   const client = await page.context().newCDPSession(page);
   const base = Date.now() / 1000,
     steps = Math.max(2, Math.round(ms / 4));
@@ -45,6 +45,7 @@ async function flick(page, from, to, ms, { pressure = 0 } = {}) {
       button: "left",
       buttons: type === "mouseReleased" ? 0 : 1,
       clickCount: 1,
+      modifiers,
       timestamp: base + (share * ms) / 1000,
       ...(pressure > 0 ? { pointerType: "pen", force: pressure } : {}),
       ...more,
@@ -314,4 +315,27 @@ async function mallet() {
   check("the studio ends well", (await studio.end()) === 0);
 }
 
-await run([quickStrokes, everyToolBites, depthAndBeginnings, mallet]);
+/** Shift smooths, whatever the tool: an edge goes, and the step can be taken back. */
+async function shiftSmooths() {
+  const studio = await Studio.start();
+  const page = await open(SIZE);
+  await enter(page, studio.url);
+  await begun(page, "limewood", "192");
+  await choose(page, "End mill");
+  const from = { x: mid.x - 120, y: mid.y },
+    to = { x: mid.x + 120, y: mid.y };
+  const before = await state(page);
+  await flick(page, from, to, 250);
+  const cut = await stepAfter(page, before.step);
+  await flick(page, { x: mid.x, y: mid.y - 60 }, { x: mid.x, y: mid.y + 60 }, 400, {
+    modifiers: 8,
+  });
+  const smoothed = await stepAfter(page, cut.step);
+  const taken = Number(cut.volume) - Number(smoothed.volume);
+  check(`smoothing moves what it should (${taken.toFixed(2)} mm³)`, Math.abs(taken) < 60);
+  check("it is a step of its own", smoothed.hash !== cut.hash);
+  await undone(page, cut.hash);
+  check("the studio ends well", (await studio.end()) === 0);
+}
+
+await run([quickStrokes, everyToolBites, depthAndBeginnings, mallet, shiftSmooths]);

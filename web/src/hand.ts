@@ -456,7 +456,8 @@ export class Hand {
     this.canvas.setPointerCapture(event.pointerId);
     this.view.controls.enabled = false;
     this.view.beginStroke();
-    const mode = this.mode === "cut" && (event.ctrlKey || event.altKey) ? "deposit" : this.mode;
+    const adds = this.mode === "cut" && (event.ctrlKey || event.altKey);
+    const mode = event.shiftKey ? "smooth" : adds ? "deposit" : this.mode;
     const plane = this.depthFrom === "held" ? hit : this.depthFrom === "set" ? this.plane : null;
     const at = plane ? (this.onPlane(event.clientX, event.clientY, plane) ?? hit) : hit;
     this.stroke = {

@@ -22,6 +22,21 @@
 namespace kibori {
 namespace {
 
+// A brush goes as far around as the tool is wide, and half as far again; and not so small that it
+// meets hardly a ray, nor so large that a dab takes long.
+double brush_radius_mm(const Tool& tool, double pitch_mm) {
+  double radius = 0;
+  for_tool_numbers(tool, [&](std::string_view key, const auto& value) {
+    if constexpr (std::is_same_v<std::decay_t<decltype(value)>, Vec3>)
+      radius = 0.5 * value.maxCoeff();
+    else if (key == "radius")
+      radius = value;
+    else if (key == "ks")  // as wide as 2 mm above its tip
+      radius = std::sqrt(2 / value);
+  });
+  return std::clamp(1.5 * radius, 6 * pitch_mm, 48 * pitch_mm);
+}
+
 constexpr double kMinStrengthN = 20, kMaxStrengthN = 1000;
 // Beyond so many things that wait for a stroke's end, more are refused.
 constexpr size_t kMaxLater = 4096;
@@ -220,8 +235,12 @@ void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode mode, double 
       post([pointer = pointer_, stroke = stroke_ + 1, place = *pose, mode](ServoContext& live) {
         if (pointer->finished() >= stroke) return;  // it was cancelled before it began
         live.settings().mode = mode;
-        if (mode == Mode::deposit) live.place_at(place);
-        const std::optional<Pose> clear = mode == Mode::deposit ? place : live.place_clear(place);
+        if (reshapes(mode))
+          live.settings().brush.radius_mm =
+              brush_radius_mm(live.settings().tool, live.model().lattice().pitch_mm);
+        const bool backs_out = mode != Mode::deposit && !reshapes(mode);
+        if (!backs_out) live.place_at(place);
+        const std::optional<Pose> clear = backs_out ? live.place_clear(place) : place;
         pointer->follow(stroke, clear.value_or(place));
       });
   if (!posted) return notify(posted);
