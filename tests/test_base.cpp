@@ -94,6 +94,28 @@ TEST(BlockPool, CountsWhatIsInUse) {
   EXPECT_EQ(pool.bytes_in_use(), 0u);
 }
 
+// A second writer fills blocks, and the owner's side lets go of them: so the same blocks must come
+// round again, and the owner keeps its share.
+TEST(BlockPool, ASecondWriterTakesWhatWasLetGoOf) {
+  BlockPool pool(64);
+  std::set<void*> seen;
+  size_t rounds = 0;
+  for (; rounds < 20 * BlockPool::kOwnersShare; rounds++) {
+    void* block = pool.take_shared();
+    seen.insert(block);
+    pool.give(block);
+  }
+  EXPECT_LT(seen.size(), 6 * BlockPool::kOwnersShare) << "of 81920: it is as if nothing came back";
+  const size_t lying = pool.bytes_in_use();
+  EXPECT_EQ(lying, 0u);
+  std::set<void*> owners;
+  for (size_t i = 0; i < BlockPool::kOwnersShare; i++) owners.insert(pool.take());
+  EXPECT_EQ(owners.size(), BlockPool::kOwnersShare);
+  EXPECT_EQ(pool.bytes_in_use(), 64 * BlockPool::kOwnersShare);
+  for (size_t i = 0; i < 1000; i++)
+    EXPECT_EQ(owners.count(pool.take_shared()), 0u) << "given to two";
+}
+
 TEST(BlockPool, GivesDistinctAlignedBlocksAndTakesThemBackFromAnyThread) {
   BlockPool pool(100, 1000);
   std::set<void*> seen;

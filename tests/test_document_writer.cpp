@@ -206,6 +206,52 @@ TEST(DocumentWriter, KeepsWhatABrushDoes) {
     }
 }
 
+// A hand that is faster than its dabs: they come later, and the stroke ends where the hand did.
+TEST(DocumentWriter, AFastBrushKeepsItsEnd) {
+  Folder folder;
+  const std::filesystem::path file = folder.path / "fast.kibori";
+  VirtualDeviceSettings device;
+  device.capabilities = arm();
+  device.capabilities.speed_mm_s = 1e6;
+  LiveSettings settings;
+  settings.mode = Mode::smooth;
+  settings.brush.radius_mm = 8;
+  settings.log = true;
+  Rig r = rig(device, settings, [](double t) {
+    return VirtualDevice::Target{Vec3(std::min(18.0, -18 + 180 * t), 15, -5), Mat3::Identity(), 0};
+  });
+  LiveCarving& live = *r.live;
+  auto document = Document::create(file, live.context().model(), "{}");
+  ASSERT_TRUE(document.ok()) << document.error();
+  DocumentWriter writer(live, std::move(document).value());
+  Vec3 end = Vec3::Zero();
+  for (int k = 0; k < 190; k++) end = live.tick(0.001).tool.tip;
+  bool lifted = false;
+  ASSERT_TRUE(live.post([&](ServoContext& c) {
+    c.settings().mode = Mode::off;
+    lifted = true;
+  }));
+  for (int k = 0; k < 20000 && !lifted; k++) {
+    live.tick(0.001);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_TRUE(lifted);
+  writer.write();
+  const Document& after = writer.document();
+  ASSERT_EQ(after.steps().size(), 2u);
+  Vec3 last = Vec3::Zero();
+  ASSERT_TRUE(after
+                  .for_ticks(after.head(),
+                             [&](const std::vector<StrokeTick>& ticks) -> Status {
+                               last = ticks.back().tip;
+                               return Ok{};
+                             })
+                  .ok());
+  EXPECT_EQ(last, end);
+  EXPECT_EQ(after.steps().at(after.head()).hash, live.context().model().content_hash());
+  expect_sound(after);
+}
+
 // Back and forth and elsewhere while the hand goes on, and strokes left off midway: the model is
 // always that of the step where the document stands, and all of it can be carved again.
 TEST(DocumentWriter, GoesBackAndForthWhileAHandCarves) {

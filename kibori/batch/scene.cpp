@@ -13,6 +13,7 @@
 #include <kibori/base/file.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/haptics/materials.h>
+#include <kibori/motion/dabs.h>
 
 namespace kibori {
 namespace {
@@ -449,10 +450,9 @@ class Reader {
              "0, 5], normal = [0, 0, 1] }");
       }
     }
-    const FieldVerb verb =
-        reshapes(of.mode) && of.mode != Mode::inflate ? FieldVerb::smooth : FieldVerb::inflate;
-    if (const Status fine = check_brush(brush, verb); !fine)
-      fail(node ? node : static_cast<const toml::node*>(&move), "[brush] " + fine.error());
+    const Status fine =
+        reshapes(of.mode) ? check_brush(brush, verb_of(of.mode)) : check_brush(brush);
+    if (!fine) fail(node ? node : static_cast<const toml::node*>(&move), "[brush] " + fine.error());
   }
 
   void read_moves(const toml::table& root) {

@@ -12,6 +12,7 @@
 #include <zstd.h>
 
 #include <kibori/base/hash.h>
+#include <kibori/motion/dabs.h>
 
 static_assert(std::endian::native == std::endian::little, "documents are little-endian");
 
@@ -367,8 +368,8 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
     const Json* brush = fields.find("brush");
     if (!brush || !brush->is_object()) return Error{"a stroke that reshapes has no brush"};
     if (const Status read = read_brush(*brush, s.brush); !read) return Error{read.error()};
-    const FieldVerb verb = s.mode == Mode::inflate ? FieldVerb::inflate : FieldVerb::smooth;
-    if (const Status fits = check_brush(s.brush, verb); !fits) return Error{fits.error()};
+    if (const Status fits = check_brush(s.brush, verb_of(s.mode)); !fits)
+      return Error{fits.error()};
   }
   const Json* materials = fields.find("materials");
   if (materials && (!materials->is_array() || materials->empty() ||

@@ -7,8 +7,7 @@
 
 namespace kibori {
 
-DabWorker::DabWorker(const Snapshot& model, const LatticeBox& bounds)
-    : model_(model, bounds), dabs_(model_), thread_([this] { run(); }) {}
+DabWorker::DabWorker() : thread_([this] { run(); }) {}
 
 DabWorker::~DabWorker() {
   drop();
@@ -29,19 +28,23 @@ bool DabWorker::begin(Stroke stroke) {
   return true;
 }
 
-void DabWorker::move(const Vec3& tip) {
-  if (!waiting_.push({number_, tip})) return;
+bool DabWorker::move(const Vec3& tip) {
+  if (!waiting_.push({number_, tip})) return false;
   moves_++;
   signal();
+  return true;
 }
 
 bool DabWorker::take(Done& done) {
   while (done_.pop(done))
-    if (done.stroke > dropped_.load(std::memory_order_relaxed)) return true;
+    if (!is_dropped(done.stroke)) return true;
   return false;
 }
 
-void DabWorker::drop() { dropped_.store(number_, std::memory_order_release); }
+void DabWorker::drop() {
+  dropped_.store(number_, std::memory_order_release);
+  signal();
+}
 
 bool DabWorker::settled() const { return answered_.load(std::memory_order_acquire) == moves_; }
 
@@ -53,42 +56,41 @@ void DabWorker::run() {
       work(move);
       answered_.fetch_add(1, std::memory_order_release);
     }
+    if (bench_ && is_dropped(stroke_.number)) bench_.reset();
     if (!stopping_) signals_.wait(seen, std::memory_order_acquire);
   }
 }
 
 void DabWorker::work(const Move& move) {
-  const auto dropped = [&] { return move.stroke <= dropped_.load(std::memory_order_acquire); };
   if (move.stroke != stroke_.number) {
     while (stroke_.number < move.stroke && strokes_.pop(stroke_)) {
     }
-    model_.include_material(stroke_.bounds);
-    model_.restore(stroke_.state);
+    bench_ = is_dropped(move.stroke) ? nullptr : std::make_unique<Bench>(stroke_);
     stroke_.state = {};
     last_ = stroke_.start.tip;
-    dabs_.begin(last_);
-    changed_ = failed_ = false;
+    changed_ = false;
   }
-  if (dropped() || failed_) return;
-  if (!changed_) dabs_.begin(last_);
+  if (!bench_ || is_dropped(move.stroke)) return;
+  auto& [model, dabs] = *bench_;
+  if (!changed_) dabs.begin(last_);
   Done done;
   done.stroke = move.stroke;
   done.before = {last_, stroke_.start.frame};
   done.felt.pose = {move.tip, stroke_.start.frame};
-  const uint64_t before = model_.generation();
-  if (!dabs_.advance(stroke_.mode, stroke_.brush, stroke_.law, *stroke_.materials, stroke_.rate_hz,
-                     done.felt)) {
-    failed_ = true;
+  const uint64_t before = model.generation();
+  if (!dabs.advance(stroke_.mode, stroke_.brush, stroke_.law, *stroke_.materials, stroke_.rate_hz,
+                    done.felt)) {
+    bench_.reset();  // no more of this stroke
     return;
   }
   last_ = move.tip;
-  done.changed = model_.generation() != before;
+  done.changed = model.generation() != before;
   changed_ |= done.changed;
   if (!changed_) return;
-  done.work_per_mm = dabs_.work_per_mm();
+  done.work_per_mm = dabs.work_per_mm();
   if (done.changed) {
-    done.state = model_.snapshot();
-    done.bounds = model_.material_bounds();
+    done.state = model.snapshot();
+    done.bounds = model.material_bounds();
   }
   // The servo takes all there are before it adds a move, so this is never full.
   KIBORI_CHECK(done_.push(std::move(done)));

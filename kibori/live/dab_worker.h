@@ -45,20 +45,19 @@ class DabWorker {
     LatticeBox bounds;
   };
 
-  // Beside the model that `model` is of; `bounds`: of its material.
-  DabWorker(const Snapshot& model, const LatticeBox& bounds);
+  DabWorker();
   ~DabWorker();
   DabWorker(const DabWorker&) = delete;
 
   // The servo's thread; none of these waits, locks or allocates.
   // Whether a stroke can begin now: not while kMaxStrokes are waiting.
   bool begin(Stroke stroke);
-  // The tool moved to `tip`. While kMaxMoves are waiting it is left out: the next move goes from
-  // where the last one ended.
-  void move(const Vec3& tip);
+  // The tool moved to `tip`. False while kMaxMoves are waiting: then the next move goes from where
+  // the last one that was taken ended.
+  bool move(const Vec3& tip);
   // The next move that is done, if one is.
   bool take(Done& done);
-  // All moves of the strokes so far are as if they had not been, but for those taken.
+  // The strokes so far are over; moves that were not taken are as if they had not been.
   void drop();
   // Whether nothing more will come.
   bool settled() const;
@@ -72,9 +71,18 @@ class DabWorker {
   void signal();
   void run();
   void work(const Move& move);
+  bool is_dropped(uint64_t stroke) const {
+    return stroke <= dropped_.load(std::memory_order_acquire);
+  }
+  // A model beside the servo's for one stroke: it keeps tiles alive that no one else needs.
+  struct Bench {
+    explicit Bench(const Stroke& stroke) : model(stroke.state, stroke.bounds), dabs(model) {}
+    TriDexel model;
+    DabStroke dabs;
+  };
 
   // The servo's.
-  uint64_t number_ = 0, moves_ = 0, taken_ = 0;
+  uint64_t number_ = 0, moves_ = 0;
   // Of both.
   SmallQueue<Stroke, kMaxStrokes> strokes_;
   SmallQueue<Move, kMaxMoves> waiting_;
@@ -84,11 +92,10 @@ class DabWorker {
   std::atomic<int> signals_{0};
   std::atomic<bool> stopping_{false};
   // The worker's.
-  TriDexel model_;
-  DabStroke dabs_;
+  std::unique_ptr<Bench> bench_;  // of the stroke that is being made
   Stroke stroke_;
   Vec3 last_ = Vec3::Zero();
-  bool changed_ = false, failed_ = false;
+  bool changed_ = false;
   std::thread thread_;
 };
 

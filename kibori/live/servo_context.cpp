@@ -28,8 +28,7 @@ ServoContext::ServoContext(std::unique_ptr<TriDexel> model, std::unique_ptr<Devi
       series_(*model_, {}, settings.spring),
       stroke_(*model_, {}),
       safety_(device_->capabilities(), 1 / settings.rate_hz),
-      passivity_(settings.passivity_ns_mm),
-      dabs_(model_->snapshot(), model_->material_bounds()) {
+      passivity_(settings.passivity_ns_mm) {
   settings_.spring.tick_s = 1 / settings_.rate_hz;
   if (settings_.watched) watched_ = std::make_unique<Watched>();
   logged_materials_ = std::make_shared<const std::vector<Material>>(settings_.materials);
@@ -145,28 +144,34 @@ void ServoContext::log_tick(const Pose& before, const StrokeTick& tick, const Wr
 }
 
 void ServoContext::reshape(Mode mode, const Pose& before, LiveTick& result) {
-  if (dabbing_) take_dabs(result);
-  if (reshapes(mode) && !settling_) {
+  take_dabs(result);
+  if (!reshapes(mode)) {
+    work_per_mm_ = felt_per_mm_ = 0;
+    velocity_mm_s_ = Vec3::Zero();
+    return;
+  }
+  if (!settling_) {
     if (!dabbing_)
       dabbing_ = dabs_.begin({mode, settings_.brush, law(), shared_materials(), settings_.rate_hz,
                               before, model_->snapshot(), model_->material_bounds()});
-    if (dabbing_) {
-      dabs_.move(result.tool.tip);
-      settled_ = false;
-    }
+    if (dabbing_) dab_to(result.tool.tip);
   }
   const double tick_s = settings_.spring.tick_s;
   const Vec3 velocity = (result.tool.tip - before.tip) / tick_s;
   velocity_mm_s_ += std::min(1.0, tick_s / kVelocityFadeS) * (velocity - velocity_mm_s_);
-  if (!dabbing_ || !reshapes(mode)) work_per_mm_ = 0;
   felt_per_mm_ += std::min(1.0, tick_s / kForceFadeS) * (work_per_mm_ - felt_per_mm_);
-  if (!reshapes(mode)) return;
   Vec3 force = held_force(law(), felt_per_mm_, velocity_mm_s_, settings_.rate_hz);
   const double strength = settings_.spring.strength_n, size = std::sqrt(force.squaredNorm());
   if (settings_.model == ForceModel::series && strength > 0 && size > strength)
     force *= strength / size;
   result.computed.force = force;
   result.touching = felt_per_mm_ > 0;
+}
+
+void ServoContext::dab_to(const Vec3& tip) {
+  dab_tip_ = tip;
+  dab_tip_waits_ = !dabs_.move(tip);
+  settled_ = false;
 }
 
 void ServoContext::take_dabs(LiveTick& result) {
@@ -200,6 +205,8 @@ void ServoContext::take_dabs(LiveTick& result) {
 
 bool ServoContext::settle() {
   settling_ = true;
+  // A stroke ends where the hand did, however far behind its dabs are.
+  if (dabbing_ && dab_tip_waits_) dab_to(dab_tip_);
   return !dabbing_ || settled_;
 }
 
@@ -214,8 +221,7 @@ void ServoContext::settle_all() {
 
 void ServoContext::finish_stroke() {
   if (std::exchange(dabbing_, false)) dabs_.drop();
-  settling_ = false;
-  settled_ = true;
+  settling_ = dab_tip_waits_ = false;
   if (!std::exchange(in_stroke_, false)) return;
   if (settings_.log)
     log_.end({model_->snapshot(), std::move(before_stroke_), model_->material_bounds(),

@@ -4,19 +4,22 @@
 #include <algorithm>
 #include <cmath>
 
+#include <kibori/base/check.h>
+
 namespace kibori {
 namespace {
 
 // Dabs lie at least this much apart [cells].
 constexpr double kLeastSpacing = 0.5;
 
+}  // namespace
+
 static_assert(static_cast<int>(Mode::flatten) - static_cast<int>(Mode::smooth) ==
               static_cast<int>(FieldVerb::flatten));
 FieldVerb verb_of(Mode mode) {
+  KIBORI_CHECK(reshapes(mode));
   return static_cast<FieldVerb>(static_cast<int>(mode) - static_cast<int>(Mode::smooth));
 }
-
-}  // namespace
 
 Vec3 held_force(const ForceLaw& law, double work_per_mm, const Vec3& velocity_mm_s,
                 double rate_hz) {

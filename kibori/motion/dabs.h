@@ -2,8 +2,8 @@
 // A reshaping stroke: where its dabs lie on the tip's way, and the force that they make.
 //
 // The first dab lies where the stroke begins, the others at equal lengths of way, a quarter of the
-// brush's radius apart: so the same way gives the same dabs, whatever the ticks. The force of a
-// dab is its work over that spacing, held until the next one and against the motion:
+// brush's radius apart: so the same way gives the same dabs (but for rounding), whatever the ticks.
+// The force of a dab is its work over that spacing, held until the next one and against the motion:
 //
 //   energy, series   F = -u (added + removed) / spacing  v / max(|v|, v0)
 //   paper            F = -Kf K |p| / spacing  p / |p|    K the nodes that changed sides
@@ -20,6 +20,9 @@
 #include <kibori/reshape/reshaper.h>
 
 namespace kibori {
+
+// Of a mode that reshapes.
+FieldVerb verb_of(Mode mode);
 
 // Between dabs, of the brush's radius.
 inline constexpr double kDabSpacing = 0.25;

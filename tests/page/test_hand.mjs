@@ -334,6 +334,7 @@ async function shiftSmooths() {
   const taken = Number(cut.volume) - Number(smoothed.volume);
   check(`smoothing moves what it should (${taken.toFixed(2)} mm³)`, Math.abs(taken) < 60);
   check("it is a step of its own", smoothed.hash !== cut.hash);
+  check("the history says so", await page.getByText("Smooth", { exact: true }).first().isVisible());
   await undone(page, cut.hash);
   check("the studio ends well", (await studio.end()) === 0);
 }

@@ -235,9 +235,11 @@ void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode mode, double 
       post([pointer = pointer_, stroke = stroke_ + 1, place = *pose, mode](ServoContext& live) {
         if (pointer->finished() >= stroke) return;  // it was cancelled before it began
         live.settings().mode = mode;
-        if (reshapes(mode))
-          live.settings().brush.radius_mm =
-              brush_radius_mm(live.settings().tool, live.model().lattice().pitch_mm);
+        if (reshapes(mode)) {
+          Brush& brush = live.settings().brush;
+          brush.radius_mm = brush_radius_mm(live.settings().tool, live.model().lattice().pitch_mm);
+          brush.strength = 1;  // an edge goes in a stroke or two
+        }
         const bool backs_out = mode != Mode::deposit && !reshapes(mode);
         if (!backs_out) live.place_at(place);
         const std::optional<Pose> clear = backs_out ? live.place_clear(place) : place;
