@@ -43,6 +43,8 @@ constexpr double kVolumeTolerance = 1e-4;
 constexpr double kMaxRegionNodes = 2147483648.0;
 // What band and filter keep of a region.
 constexpr double kBytesPerNode = 24;
+// So much memory is not asked about before each dab.
+constexpr double kSurelyThere = 256e6;
 
 // exp(-x), x >= 0, of nothing but sums and products: the same on every machine.
 double exp_minus(double x) {
@@ -152,7 +154,8 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
   if (box.size().cast<double>().prod() >= kMaxRegionNodes)
     return Error{"the brush is too large for this pitch: its region has more than 2^31 nodes"};
   const double bytes = kBytesPerNode * box.size().cast<double>().prod();
-  if (const double there = available_bytes(); there > 0 && bytes > 0.8 * there)
+  if (const double there = bytes > kSurelyThere ? available_bytes() : 0;
+      there > 0 && bytes > 0.8 * there)
     return Error{
         "the brush is too large for this pitch: its region takes more memory than is free"};
   band_.read(model, box, static_cast<float>(width), centre,
