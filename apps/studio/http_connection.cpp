@@ -315,8 +315,9 @@ void HttpConnection::send_preview() {
 }
 
 void HttpConnection::drop_import() {
-  if (!waiting()) return;
-  server_.imports.drop(server_.page_of(query(target_, "page")));
+  // One that is gone already, as when the page's next file came in first, is dropped as asked.
+  const WebSocketClient* const page = server_.page_of(query(target_, "page"));
+  if (page && server_.imports.find(page, query(target_, "import"))) server_.imports.drop(page);
   respond(Status::no_content, "");
 }
 
