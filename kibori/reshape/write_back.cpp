@@ -8,246 +8,55 @@
 #include <utility>
 
 #include <kibori/dexel/normal_code.h>
-#include <kibori/edit/ray_edit.h>
+#include <kibori/reshape/ray_writer.h>
 
 namespace kibori {
 namespace {
-
-// An old end belongs to the lattice edge it lies on; float32 may have put it this much [cells]
-// past the edge's node.
-constexpr float kEdgeSlack = 1e-2f;
 
 // An end that moved less than the first [cells] keeps its normal, one that moved more than the
 // second takes that of the new distances; blended between.
 constexpr float kKeepsNormal = 1e-4f, kTakesNormal = 2e-3f;
 
-struct Interval {
-  float from, to;
-};
-
-// An end as it is to be.
-struct NewEnd {
-  float depth;
-  bool out;
-  bool known;  // whether it was there before, as:
-  uint32_t normal;
-  Color paint;
-  float moved;
-  int edge;  // between nodes edge - 1 and edge
-};
-
-// One ray of one field, between nodes whose phi did not change.
-struct RayRun {
-  std::vector<Span> before;     // of the whole ray
-  std::vector<Interval> solid;  // what is to be between `from` and `to`
-  std::vector<NewEnd> ends;
-  float from = 0, to = 0;
-  bool changes = false;
-};
-
-class WriteBack {
+// A change of distances, as RayWriter asks for it.
+class PhiChange {
  public:
-  WriteBack(const FieldSnapshot& field, const NodeBand& band, const std::vector<float>& after)
-      : axis_(field.axis()),
-        nodes_(field.nodes_depth()),
-        field_(field),
-        band_(band),
-        phi_(band.phi()),
-        after_(after),
-        stride_(band.stride(depth_index(axis_))) {}
+  PhiChange(const NodeBand& band, const std::vector<float>& after)
+      : band_(band), phi_(band.phi()), after_(after) {}
 
-  // Calls f(run) for every run of changed nodes that changes spans of the ray at (u, v), among
-  // nodes low <= k < high.
-  template <class F>
-  void for_runs(int u, int v, int low, int high, F&& f) {
-    Index3 node;
-    node[u_index(axis_)] = u;
-    node[v_index(axis_)] = v;
-    node[depth_index(axis_)] = band_.box().low[depth_index(axis_)];
-    base_ = band_.index(node[0], node[1], node[2]);
-    first_ = node[depth_index(axis_)];
-    bool loaded = false;
-    for (int k = low; k < high; k++) {
-      if (phi_[at(k)] == after_[at(k)]) continue;
-      int end = k + 1;
-      while (end < high && phi_[at(end)] != after_[at(end)]) end++;
-      if (!loaded) {
-        run_.before.clear();
-        field_.for_spans(u, v, [&](const Span& span) { run_.before.push_back(span); });
-        loaded = true;
-      }
-      solve(k, end);
-      if (run_.changes) {
-        f(run_);
-        loaded = false;  // the ray is another now
-      }
-      k = end;
-    }
+  void on_ray(Axis axis, int u, int v) {
+    axis_ = axis;
+    node_[u_index(axis)] = u;
+    node_[v_index(axis)] = v;
+    node_[depth_index(axis)] = first_ = band_.box().low[depth_index(axis)];
+    base_ = band_.index(node_[0], node_[1], node_[2]);
+    stride_ = band_.stride(depth_index(axis));
   }
+  bool changes(int k) const { return phi_[at(k)] != after_[at(k)]; }
+  bool inside(int k) const { return is_inside(after_[at(k)]); }
 
-  // Length added and removed by a run.
-  static std::pair<double, double> lengths(const RayRun& run) {
-    double was = 0, is = 0, both = 0;
-    for (const Span& span : run.before)
-      was += std::max(0.0, std::min(double{span.out}, double{run.to}) -
-                               std::max(double{span.in}, double{run.from}));
-    for (const Interval& solid : run.solid) {
-      is += double{solid.to} - double{solid.from};
-      for (const Span& span : run.before)
-        both += std::max(0.0, std::min(double{span.out}, double{solid.to}) -
-                                  std::max(double{span.in}, double{solid.from}));
-    }
-    return {is - both, was - both};
-  }
-
-  // Writes a run into its ray.
-  void write(Field& field, int u, int v, const RayRun& run) const {
-    Tile& tile = field.writable(u / kTileSide, v / kTileSide);
-    const int slot = (v % kTileSide) * kTileSide + u % kTileSide;
-    float gap = run.from;
-    for (const Interval& solid : run.solid) {
-      if (gap < solid.from) cut_ray(field, tile, slot, gap, solid.from);
-      gap = solid.to;
-    }
-    if (gap < run.to) cut_ray(field, tile, slot, gap, run.to);
-    for (const Interval& solid : run.solid) fill(field, tile, slot, u, v, run, solid);
-    for (const NewEnd& end : run.ends)
-      if (!end.known || end.moved != 0) finish(field, tile, slot, u, v, end);
-    for (Plane* p = &tile.first; p; p = p->next) p->tight = false;
-  }
-
- private:
-  size_t at(int k) const { return base_ + static_cast<size_t>(k - first_) * stride_; }
-  static bool inside(float phi) { return phi < 0; }
-  static float node_depth(int k) { return static_cast<float>(k) + 0.5f; }
-  // Where phi is 0 between nodes k - 1 and k.
-  double zero(const std::vector<float>& phi, int k) const {
-    const double a = double{phi[at(k - 1)]}, b = double{phi[at(k)]};
-    return (k - 0.5) + a / (a - b);
-  }
-
-  // What the changed nodes low <= k < high make of the ray, into run_.
-  void solve(int low, int high) {
-    const auto end_of_ray = static_cast<float>(nodes_);
-    run_.from = std::max(0.0f, node_depth(low - 1));
-    run_.to = std::min(end_of_ray, node_depth(high));
-    run_.solid.clear();
-    run_.ends.clear();
-    run_.changes = false;
-    bool in = inside(after_[at(low - 1)]);
-    float start = run_.from;
-    for (int k = low; k <= high; k++) {
-      const bool now = inside(after_[at(k)]);
-      if (now == in) continue;
-      const NewEnd end = end_on(k, in);
-      run_.ends.push_back(end);
-      run_.changes |= !end.known || end.moved != 0;
-      if (in) run_.solid.push_back({start, end.depth});
-      start = end.depth;
-      in = now;
-    }
-    if (in) run_.solid.push_back({start, run_.to});
-    // Spans that hold no node, and ends that are gone.
-    size_t ends_before = 0;
-    for (size_t i = 0; i < run_.before.size(); i++) {
-      const Span& span = run_.before[i];
-      ends_before += is_surface(i, false) && span.in > run_.from && span.in <= run_.to;
-      ends_before += is_surface(i, true) && span.out > run_.from && span.out <= run_.to;
-    }
-    run_.changes |= ends_before != run_.ends.size();
-  }
-
-  // Whether a span's end is one of the material; where spans touch, two materials meet.
-  bool is_surface(size_t i, bool out) const {
-    const std::vector<Span>& spans = run_.before;
-    return out ? i + 1 == spans.size() || spans[i + 1].in != spans[i].out
-               : i == 0 || spans[i - 1].out != spans[i].in;
-  }
-
-  NewEnd end_on(int k, bool out) const {
+  NewEnd end_on(int k, bool out, const RayRun& run) const {
     const double is = zero(after_, k);
-    NewEnd end{static_cast<float>(is), out, false, 0, 0, 0, k};
-    const bool was_in = inside(phi_[at(k - 1)]), was_out = !inside(phi_[at(k)]);
-    if (was_in == out && was_out == out) {
-      const float low = node_depth(k - 1) - kEdgeSlack, high = node_depth(k) + kEdgeSlack;
-      for (size_t i = 0; i < run_.before.size(); i++) {
-        const Span& span = run_.before[i];
-        const float depth = out ? span.out : span.in;
-        if (depth < low || depth > high || !is_surface(i, out)) continue;
-        end.known = true;
-        end.depth = depth;
-        end.normal = out ? span.normal_out : span.normal_in;
-        end.paint = out ? span.paint_out : span.paint_in;
-        if (out) break;  // the first way out, the last way in: the node's own span
-      }
-      if (end.known) {
-        const double by = is - zero(phi_, k);
-        if (by != 0) {
-          const float moved = static_cast<float>(double{end.depth} + by);
-          end.moved = moved - end.depth;
-          end.depth = moved;
-        }
-      }
+    const bool was_in = is_inside(phi_[at(k - 1)]), was_out = !is_inside(phi_[at(k)]);
+    NewEnd end;
+    end.out = out;
+    end.edge = k;
+    if (was_in == out && was_out == out) end = run.old_end(k, out);
+    if (!end.known) {
+      end.depth = static_cast<float>(is);
+    } else if (const double by = is - zero(phi_, k); by != 0) {
+      const float moved = static_cast<float>(double{end.depth} + by);
+      end.moved = moved - end.depth;
+      end.depth = moved;
     }
-    // Between the two nodes, and in the lattice; a span is half-open, so the upper node may be hit.
-    const float clamped =
-        std::clamp(end.depth, std::max(0.0f, std::nextafter(node_depth(k - 1), kFar)),
-                   std::min(static_cast<float>(nodes_), node_depth(k)));
-    if (end.known) end.moved += clamped - end.depth;
-    end.depth = clamped;
     return end;
   }
 
-  // The nearest old end of whichever of the edge's nodes knows one.
-  const SurfaceEnd* near(int u, int v, float depth) const {
-    Index3 node;
-    node[u_index(axis_)] = u;
-    node[v_index(axis_)] = v;
-    const auto k = static_cast<int>(std::floor(depth));
-    for (const int at : {k, k - 1, k + 1}) {
-      node[depth_index(axis_)] = std::clamp(at, band_.box().low[depth_index(axis_)],
-                                            band_.box().high[depth_index(axis_)] - 1);
-      if (const SurfaceEnd* end = band_.nearest(band_.index(node[0], node[1], node[2]))) return end;
-    }
-    return nullptr;
+  uint8_t material(float depth) const {
+    const SurfaceEnd* end = near(depth);
+    return end ? end->material : uint8_t{0};
   }
 
-  // Fills the gaps of `solid` with the material beside them.
-  void fill(Field& field, Tile& tile, int slot, int u, int v, const RayRun& run,
-            const Interval& solid) const {
-    const auto deposit = [&](float from, float to, const Span* beside) {
-      if (!(from < to)) return;
-      uint8_t material = 0;
-      if (beside)
-        material = beside->material;
-      else if (const SurfaceEnd* end = near(u, v, 0.5f * (from + to)))
-        material = end->material;
-      deposit_ray(field, tile, slot, from, to, material);
-      tile.material = tile.empty || tile.material == material ? material : kMixedMaterial;
-      tile.empty = false;
-    };
-    float reached = solid.from;
-    const Span* last = nullptr;
-    for (const Span& span : run.before) {
-      if (span.out <= solid.from || span.in >= solid.to) {
-        // It may end right where the solid begins.
-        if (span.out == solid.from) last = &span;
-        continue;
-      }
-      deposit(reached, span.in, last ? last : &span);
-      reached = std::max(reached, span.out);
-      last = &span;
-    }
-    deposit(reached, solid.to, last);
-  }
-
-  // Gives an end that is new or moved its normal and paint.
-  void finish(Field& field, Tile& tile, int slot, int u, int v, const NewEnd& end) const {
-    Plane* plane = &tile.first;
-    while (plane &&
-           (plane->empty_at(slot) || (end.out ? plane->out[slot] : plane->in[slot]) != end.depth))
-      plane = plane->next;
-    if (!plane) return;
+  Dress dress(const NewEnd& end) const {
     const double t = double{end.depth} - (end.edge - 0.5);
     Vec3 normal;
     for (int i = 0; i < 3; i++) {
@@ -265,28 +74,38 @@ class WriteBack {
           std::clamp(double{moved - kKeepsNormal} / double{kTakesNormal - kKeepsNormal}, 0.0, 1.0);
       normal = (1 - share) * decode_normal(end.normal, axis_, end.out) + share * normal;
     }
-    double depth = normal[depth_index(axis_)];
-    depth = end.out ? std::max(depth, 0.0) : std::min(depth, 0.0);
-    const uint32_t code = encode_normal(normal[u_index(axis_)], normal[v_index(axis_)], depth);
-    (end.out ? plane->normal_out : plane->normal_in)[slot] = code;
     Color paint = end.paint;
     if (!end.known)
-      if (const SurfaceEnd* nearest = near(u, v, end.depth)) paint = nearest->paint;
-    if (paint || plane->paint) {
-      PaintPlane& colours = field.paint_of(*plane);
-      (end.out ? colours.out : colours.in)[slot] = paint;
-    }
+      if (const SurfaceEnd* nearest = near(end.depth)) paint = nearest->paint;
+    return {normal, paint};
   }
 
-  const Axis axis_;
-  const int nodes_;
-  const FieldSnapshot& field_;
+ private:
+  size_t at(int k) const { return base_ + static_cast<size_t>(k - first_) * stride_; }
+  static bool is_inside(float phi) { return phi < 0; }
+  // Where phi is 0 between nodes k - 1 and k.
+  double zero(const std::vector<float>& phi, int k) const {
+    const double a = double{phi[at(k - 1)]}, b = double{phi[at(k)]};
+    return (k - 0.5) + a / (a - b);
+  }
+  // The nearest old end of whichever of the edge's nodes knows one.
+  const SurfaceEnd* near(float depth) const {
+    Index3 node = node_;
+    const auto k = static_cast<int>(std::floor(depth));
+    for (const int near : {k, k - 1, k + 1}) {
+      node[depth_index(axis_)] = std::clamp(near, band_.box().low[depth_index(axis_)],
+                                            band_.box().high[depth_index(axis_)] - 1);
+      if (const SurfaceEnd* end = band_.nearest(band_.index(node[0], node[1], node[2]))) return end;
+    }
+    return nullptr;
+  }
+
   const NodeBand& band_;
   const std::vector<float>&phi_, &after_;
-  const size_t stride_;
-  size_t base_ = 0;
+  Axis axis_ = Axis::z;
+  Index3 node_ = Index3::Zero();
+  size_t base_ = 0, stride_ = 1;
   int first_ = 0;
-  RayRun run_;
 };
 
 // Where the rays of each field changed: nodes low <= k < high of ray (u, v), by field.
@@ -360,12 +179,13 @@ double volume_change(const TriDexel& model, const NodeBand& band, const std::vec
   if (changed.empty()) return 0;
   double sum = 0;
   for (const Axis axis : kAxes) {
-    WriteBack write(model.field(axis).view(), band, after);
+    PhiChange change(band, after);
+    RayWriter<PhiChange> write(model.field(axis).view(), change);
     changed.for_rays(
         axis,
         [&](int u, int v, int low, int high) {
           write.for_runs(u, v, low, high, [&](const RayRun& run) {
-            const auto [added, removed] = WriteBack::lengths(run);
+            const auto [added, removed] = lengths(run);
             sum += added - removed;
           });
         },
@@ -382,13 +202,14 @@ Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<flo
   double added = 0, removed = 0;
   for (const Axis axis : kAxes) {
     Field& field = model.field(axis);
-    WriteBack write(field.view(), band, after);
+    PhiChange change(band, after);
+    RayWriter<PhiChange> write(field.view(), change);
     bool wrote = false;
     changed.for_rays(
         axis,
         [&](int u, int v, int low, int high) {
           write.for_runs(u, v, low, high, [&](const RayRun& run) {
-            const auto [more, less] = WriteBack::lengths(run);
+            const auto [more, less] = lengths(run);
             added += more;
             removed += less;
             write.write(field, u, v, run);
