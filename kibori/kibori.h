@@ -39,6 +39,7 @@
 #include <kibori/motion/spring_tool.h>
 #include <kibori/motion/stroke_record.h>
 #include <kibori/reshape/reshaper.h>
+#include <kibori/reshape/warp.h>
 #include <kibori/solid/tool.h>
 #include <kibori/surface/layers.h>
 #include <kibori/surface/simplify.h>

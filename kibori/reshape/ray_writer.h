@@ -191,8 +191,7 @@ class RayWriter {
             const DepthInterval& solid) const {
     const auto deposit = [&](float from, float to, const Span* beside) {
       if (!(from < to)) return;
-      const uint8_t material =
-          beside ? beside->material : change_.material(0.5f * (from + to));
+      const uint8_t material = beside ? beside->material : change_.material(0.5f * (from + to));
       deposit_ray(field, tile, slot, from, to, material);
       tile.material = tile.empty || tile.material == material ? material : kMixedMaterial;
       tile.empty = false;

@@ -1,0 +1,667 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/reshape/warp.h>
+
+#include <algorithm>
+#include <climits>
+#include <cmath>
+
+#include <kibori/base/memory.h>
+#include <kibori/edit/edit.h>
+#include <kibori/reshape/ray_writer.h>
+#include <kibori/solid/convex.h>
+
+namespace kibori {
+namespace {
+
+// Triangles are moved, and meet rays, on a grid of 2^-16 cells: there, neighbours' common edges are
+// the same numbers, and each ray goes through one of them.
+constexpr double kGrid = 65536;
+// A vertex that would move less [cells] stays.
+constexpr double kStays = 1e-4;
+// Longer edges [cells] are split, at most so often.
+constexpr double kLongEdge = 1.5;
+constexpr int kMaxSplits = 14;
+// A corner whose normal is within acos of this of the triangle's own is smooth there.
+constexpr double kSmooth = 0.9;
+// For derivatives of a map [cells].
+constexpr double kDelta = 1e-4;
+// Nodes around what moves: a vertex may lie a cell from its own.
+constexpr int kBorder = 4;
+// How far from its edge [cells] an end may be found: so far a sharp edge's vertices leave cells.
+constexpr double kEndReach = 1.5;
+
+constexpr double kBytesPerNode = 4, kMaxNodes = 2147483648.0, kSurelyThere = 64e6;
+
+using Fixed = std::array<int64_t, 3>;
+Fixed fixed(const Vec3& at) {
+  return {std::llround(at[0] * kGrid), std::llround(at[1] * kGrid), std::llround(at[2] * kGrid)};
+}
+
+Vec3 mapped(const std::vector<WarpMap>& maps, const Vec3& at) {
+  if (maps.size() == 1) return maps[0](at);
+  Vec3 sum = at;
+  for (const WarpMap& map : maps) sum += map(at) - at;
+  return sum;
+}
+
+// Calls f(u, v, depth, out, weights) for each ray along `d` through the triangle: u along axis
+// d + 1, v along d + 2. A ray through an edge or corner belongs to one of the triangles around it.
+template <class F>
+void for_rays(const Fixed& a, const Fixed& b, const Fixed& c, int d, F&& f) {
+  const auto iu = static_cast<size_t>((d + 1) % 3), iv = static_cast<size_t>((d + 2) % 3),
+             id = static_cast<size_t>(d);
+  const int64_t area = (b[iu] - a[iu]) * (c[iv] - a[iv]) - (b[iv] - a[iv]) * (c[iu] - a[iu]);
+  if (area == 0) return;
+  const bool out = area > 0;
+  const Fixed &p = a, &q = out ? b : c, &r = out ? c : b;
+  const auto first = [](int64_t low) {  // node whose ray is at or above
+    return static_cast<int>((low + 32767) >> 16);
+  };
+  const auto last = [](int64_t high) { return static_cast<int>((high - 32768) >> 16); };
+  const int u0 = first(std::min({a[iu], b[iu], c[iu]})), u1 = last(std::max({a[iu], b[iu], c[iu]}));
+  const int v0 = first(std::min({a[iv], b[iv], c[iv]})), v1 = last(std::max({a[iv], b[iv], c[iv]}));
+  const auto side = [&](const Fixed& from, const Fixed& to, int64_t x, int64_t y) {
+    return (to[iu] - from[iu]) * (y - from[iv]) - (to[iv] - from[iv]) * (x - from[iu]);
+  };
+  const auto owns = [&](const Fixed& from, const Fixed& to) {
+    const int64_t dv = to[iv] - from[iv];
+    return dv > 0 || (dv == 0 && to[iu] < from[iu]);
+  };
+  for (int v = v0; v <= v1; v++)
+    for (int u = u0; u <= u1; u++) {
+      const int64_t x = int64_t{u} * 65536 + 32768, y = int64_t{v} * 65536 + 32768;
+      const int64_t wr = side(p, q, x, y), wp = side(q, r, x, y), wq = side(r, p, x, y);
+      if (wr < 0 || wp < 0 || wq < 0 || (wr == 0 && !owns(p, q)) || (wp == 0 && !owns(q, r)) ||
+          (wq == 0 && !owns(r, p)))
+        continue;
+      const double whole = static_cast<double>(wr + wp + wq);
+      const double sp = static_cast<double>(wp) / whole, sq = static_cast<double>(wq) / whole,
+                   sr = static_cast<double>(wr) / whole;
+      const double depth = (sp * static_cast<double>(p[id]) + sq * static_cast<double>(q[id]) +
+                            sr * static_cast<double>(r[id])) /
+                           kGrid;
+      f(u, v, depth, out, std::array{sp, out ? sq : sr, out ? sr : sq});
+    }
+}
+
+// Rays of a field, tile by tile.
+uint64_t ray_key(int u, int v) {
+  const auto tile = [](int x) { return static_cast<uint64_t>(x / kTileSide); };
+  const auto in = [](int x) { return static_cast<uint64_t>(x % kTileSide); };
+  return tile(v) << 40 | tile(u) << 20 | in(v) << 10 | in(u);
+}
+int key_u(uint64_t key) {
+  return static_cast<int>(key >> 20 & 0xFFFFF) * kTileSide + static_cast<int>(key & 0x3FF);
+}
+int key_v(uint64_t key) {
+  return static_cast<int>(key >> 40) * kTileSide + static_cast<int>(key >> 10 & 0x3FF);
+}
+
+// The node between which and the one below the depth lies.
+int edge_of(double depth) { return static_cast<int>(std::ceil(depth - 0.5)); }
+
+constexpr uint8_t kOtherSide = 8;
+
+}  // namespace
+
+struct Warp::Corner {
+  Vec3 from, to;
+  Vec3 normal;  // of the surface where it was
+  bool smooth;  // else the triangle's own is meant
+  uint8_t material;
+  Color paint;
+  bool stays;
+};
+
+void Warp::begin() {
+  base_ = model_.snapshot();
+  generation_ = model_.generation();
+  warped_ = false;
+  box_ = {};
+  chunks_.clear();
+}
+
+Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector<Drag>& drags) {
+  if (const Status fine = check_brush(brush, FieldVerb::smooth); !fine) return Error{fine.error()};
+  if (!base_) begin();
+  const Lattice& lattice = model_.lattice();
+  const double radius = brush.radius_mm / lattice.pitch_mm;
+  std::vector<WarpMap> maps;
+  std::vector<Drag> places;
+  NodeBox box;
+  for (const Drag& drag : drags) {
+    if (!drag.centre.allFinite() || !drag.way.allFinite() || !std::isfinite(drag.turn_rad))
+      return Error{"a warp's places must be finite"};
+    if (!(drag.way.norm() <= kMaxDragRadii * brush.radius_mm))
+      return Error{"the hand went more than 1000 brush radii from where its warp began"};
+    Drag in_cells = drag;
+    in_cells.centre = lattice.to_lattice(drag.centre).units;
+    in_cells.way = drag.way / lattice.pitch_mm;
+    const WarpMap map(verb, brush, radius, in_cells);
+    places.push_back(in_cells);
+    if (map.idle()) continue;
+    NodeBox reach;
+    const LatticeBox whole = lattice.whole();
+    for (int i = 0; i < 3; i++) {
+      const double low = std::max(map.reach().min[i], whole.units.min[i] - 1),
+                   high = std::min(map.reach().max[i], whole.units.max[i] + 1);
+      reach.low[i] = static_cast<int>(std::floor(std::min(low, whole.units.max[i]))) - kBorder;
+      reach.high[i] = static_cast<int>(std::ceil(std::max(high, whole.units.min[i]))) + kBorder;
+    }
+    if (maps.empty())
+      box = reach;
+    else
+      box = {box.low.min(reach.low), box.high.max(reach.high)};
+    maps.push_back(map);
+  }
+  if (!maps.empty()) {
+    const double bytes = kBytesPerNode * box.size().cast<double>().prod();
+    const double there = bytes > kSurelyThere ? available_bytes() : 0;
+    if (bytes / kBytesPerNode >= kMaxNodes || (there > 0 && bytes > 0.8 * there))
+      return Error{"the brush is too large for this pitch: its region takes too much memory"};
+  }
+  if (warped_ || model_.generation() != generation_) model_.restore(*base_);
+  warped_ = false;
+  Reshaped result;
+  if (verb == WarpVerb::node) {
+    for (const Drag& place : places) {
+      const Reshaped put = put_node(radius, place);
+      result.added_mm3 += put.added_mm3;
+      result.removed_mm3 += put.removed_mm3;
+      result.points += put.points;
+    }
+    warped_ = true;
+  } else if (!maps.empty()) {
+    if ((box.low < box_.low).any() || (box.high > box_.high).any()) {
+      // Somewhat more, so that a hand that goes on does not read at every tick.
+      NodeBox more = box_.empty() ? box : NodeBox{box_.low.min(box.low), box_.high.max(box.high)};
+      const int by = static_cast<int>(0.5 * radius);
+      const NodeBox all = NodeBox{Index3::Zero(), lattice.nodes}.grown(kBorder);
+      read(more.grown(by).within({all.low.min(more.low), all.high.max(more.high)}));
+    }
+    move_triangles(maps);
+    decide_nodes();
+    result = write();
+    warped_ = true;
+  }
+  generation_ = model_.generation();
+  return result;
+}
+
+// The base's triangles, nodes and crossings within the box.
+void Warp::read(const NodeBox& box) {
+  box_ = box;
+  const Lattice& lattice = model_.lattice();
+  const Index3 chunks = surface_chunks(lattice);
+  vertices_.clear();
+  triangles_.clear();
+  const auto chunk_of = [](int node) { return std::max(0, node) / kChunkCells; };
+  for (int z = std::max(0, chunk_of(box.low[2]) - 1);
+       z <= std::min(chunks[2] - 1, chunk_of(box.high[2])); z++)
+    for (int y = std::max(0, chunk_of(box.low[1]) - 1);
+         y <= std::min(chunks[1] - 1, chunk_of(box.high[1])); y++)
+      for (int x = std::max(0, chunk_of(box.low[0]) - 1);
+           x <= std::min(chunks[0] - 1, chunk_of(box.high[0])); x++) {
+        const auto [found, is_new] = chunks_.try_emplace({x, y, z});
+        if (is_new) found->second = extract_chunk(*base_, {x, y, z});
+        const SurfaceChunk& chunk = found->second;
+        const auto first = static_cast<uint32_t>(vertices_.size());
+        for (const SurfaceVertex& v : chunk.vertices)
+          vertices_.push_back(
+              {lattice.to_lattice(Vec3(v.position[0], v.position[1], v.position[2])).units,
+               v.normal, v.material, v.paint});
+        for (const SurfaceTriangle& t : chunk.triangles)
+          triangles_.push_back({t[0] + first, t[1] + first, t[2] + first});
+      }
+  const auto columns = static_cast<size_t>(box.size()[0]) * static_cast<size_t>(box.size()[1]);
+  columns_.assign(columns, {});
+  const auto column = [&](int i, int j) {
+    return static_cast<size_t>(j - box_.low[1]) * static_cast<size_t>(box_.size()[0]) +
+           static_cast<size_t>(i - box_.low[0]);
+  };
+  for (size_t t = 0; t < triangles_.size(); t++) {
+    const auto& [a, b, c] = triangles_[t];
+    for_rays(fixed(vertices_[a].at), fixed(vertices_[b].at), fixed(vertices_[c].at), 2,
+             [&](int i, int j, double depth, bool out, const std::array<double, 3>&) {
+               if (i < box_.low[0] || i >= box_.high[0] || j < box_.low[1] || j >= box_.high[1])
+                 return;
+               columns_[column(i, j)].push_back({depth, static_cast<int>(t), out});
+             });
+  }
+  const size_t nodes = columns * static_cast<size_t>(box.size()[2]);
+  before_.assign(nodes, 0);
+  mesh_.assign(nodes, 0);
+  flags_.assign(nodes, 0);
+  const FieldSnapshot& z = base_->field(Axis::z);
+  const size_t layer = columns;
+  for (int j = box.low[1]; j < box.high[1]; j++)
+    for (int i = box.low[0]; i < box.high[0]; i++) {
+      const size_t base = index(i, j, box.low[2]);
+      if (i >= 0 && j >= 0 && i < lattice.nodes[0] && j < lattice.nodes[1])
+        z.for_spans(i, j, [&](const Span& span) {
+          const int low = std::max(box.low[2], edge_of(double{span.in})),
+                    high = std::min(box.high[2], edge_of(double{span.out}));
+          for (int k = low; k < high; k++)
+            before_[base + static_cast<size_t>(k - box.low[2]) * layer] = 1;
+        });
+      // How often the triangles go around a node is known but for a number, the same all along the
+      // column: that which agrees with most nodes.
+      std::vector<OldCrossing>& old = columns_[column(i, j)];
+      std::sort(old.begin(), old.end(),
+                [](const OldCrossing& p, const OldCrossing& q) { return p.depth < q.depth; });
+      std::array<int, 2> wrong{};  // with none, and with one around the lowest node
+      int around = 0;
+      size_t next = 0;
+      for (int k = box.low[2]; k < box.high[2]; k++) {
+        for (; next < old.size() && old[next].depth <= k + 0.5; next++)
+          around += old[next].depth > box.low[2] + 0.5 ? (old[next].out ? -1 : 1) : 0;
+        const size_t node = base + static_cast<size_t>(k - box.low[2]) * layer;
+        mesh_[node] = static_cast<int8_t>(std::clamp(around, -100, 100));
+        wrong[0] += (around > 0) != (before_[node] != 0);
+        wrong[1] += (around + 1 > 0) != (before_[node] != 0);
+      }
+      if (wrong[1] < wrong[0])
+        for (int k = box.low[2]; k < box.high[2]; k++)
+          mesh_[base + static_cast<size_t>(k - box.low[2]) * layer]++;
+    }
+  after_ = before_;
+}
+
+void Warp::move_triangles(const std::vector<WarpMap>& maps) {
+  moved_.resize(vertices_.size());
+  std::vector<uint8_t> stays(vertices_.size(), 1);
+  for (size_t i = 0; i < vertices_.size(); i++) {
+    const Vec3 to = mapped(maps, vertices_[i].at);
+    stays[i] = (to - vertices_[i].at).squaredNorm() < kStays * kStays;
+    moved_[i] = stays[i] ? vertices_[i].at : to;
+  }
+  moves_.assign(triangles_.size(), 0);
+  for (auto& list : crossings_) list.clear();
+  for (size_t t = 0; t < triangles_.size(); t++) {
+    const auto& triangle = triangles_[t];
+    if (stays[triangle[0]] && stays[triangle[1]] && stays[triangle[2]]) continue;
+    moves_[t] = 1;
+    const Vec3 own = (vertices_[triangle[1]].at - vertices_[triangle[0]].at)
+                         .cross(vertices_[triangle[2]].at - vertices_[triangle[0]].at);
+    const double length = own.norm();
+    std::array<Corner, 3> corners;
+    for (size_t i = 0; i < 3; i++) {
+      const Vertex& v = vertices_[triangle[i]];
+      const Vec3 normal(v.normal[0], v.normal[1], v.normal[2]);
+      const bool smooth = normal.dot(own) > kSmooth * length;
+      corners[i] = {v.at,
+                    moved_[triangle[i]],
+                    smooth || !(length > 0) ? normal : Vec3(own / length),
+                    smooth,
+                    v.material,
+                    v.paint,
+                    stays[triangle[i]] != 0};
+    }
+    emit(maps, corners[0], corners[1], corners[2], 0);
+  }
+  for (auto& list : crossings_)
+    std::sort(list.begin(), list.end(), [](const Crossing& p, const Crossing& q) {
+      return p.ray != q.ray ? p.ray < q.ray : p.depth < q.depth;
+    });
+}
+
+// Splits edges that are long where they come to; neighbours split a common edge alike.
+void Warp::emit(const std::vector<WarpMap>& maps, const Corner& a, const Corner& b, const Corner& c,
+                int depth) {
+  const auto is_long = [&](const Corner& p, const Corner& q) {
+    return depth < kMaxSplits && (p.to - q.to).squaredNorm() > kLongEdge * kLongEdge;
+  };
+  const auto middle = [&](const Corner& p, const Corner& q) {
+    Corner m = p;
+    m.from = 0.5 * (p.from + q.from);
+    const Vec3 to = mapped(maps, m.from);
+    m.stays = (to - m.from).squaredNorm() < kStays * kStays;
+    m.to = m.stays ? m.from : to;
+    m.normal = p.normal + q.normal;
+    if (const double length = m.normal.norm(); length > 0) m.normal /= length;
+    return m;
+  };
+  const bool ab = is_long(a, b), bc = is_long(b, c), ca = is_long(c, a);
+  const int longs = int{ab} + int{bc} + int{ca};
+  if (longs == 0) return cross(maps, a, b, c);
+  if (longs == 3) {
+    const Corner p = middle(a, b), q = middle(b, c), r = middle(c, a);
+    emit(maps, a, p, r, depth + 1);
+    emit(maps, p, b, q, depth + 1);
+    emit(maps, r, q, c, depth + 1);
+    emit(maps, p, q, r, depth + 1);
+    return;
+  }
+  // Turned so that the edge from p to q is split, and if another is, that from q to r.
+  const bool first_ab = ab && !ca, first_bc = bc && !ab;
+  const Corner &p = first_ab   ? a
+                    : first_bc ? b
+                               : c,
+               &q = first_ab   ? b
+                    : first_bc ? c
+                               : a,
+               &r = first_ab   ? c
+                    : first_bc ? a
+                               : b;
+  const Corner m = middle(p, q);
+  if (longs == 1) {
+    emit(maps, p, m, r, depth + 1);
+    emit(maps, m, q, r, depth + 1);
+    return;
+  }
+  const Corner n = middle(q, r);
+  emit(maps, m, q, n, depth + 1);
+  emit(maps, p, m, n, depth + 1);
+  emit(maps, p, n, r, depth + 1);
+}
+
+// Where the rays of all three fields go through a triangle that was moved.
+void Warp::cross(const std::vector<WarpMap>& maps, const Corner& a, const Corner& b,
+                 const Corner& c) {
+  const std::array<const Corner*, 3> corners{&a, &b, &c};
+  const Fixed fa = fixed(a.to), fb = fixed(b.to), fc = fixed(c.to);
+  std::array<Vec3, 3> normals;
+  bool known = false;
+  // Normals go by the cofactors of the map's derivative.
+  const auto turn = [&] {
+    for (size_t i = 0; i < 3; i++) {
+      const Corner& at = *corners[i];
+      normals[i] = at.normal;
+      if (at.stays) continue;
+      Mat3 slope;
+      for (int d = 0; d < 3; d++)
+        slope.col(d) =
+            (mapped(maps, at.from + kDelta * Vec3::Unit(d)) - mapped(maps, at.from)) / kDelta;
+      Vec3 to = Vec3::Zero();
+      for (int d = 0; d < 3; d++)
+        to += at.normal[d] * slope.col((d + 1) % 3).cross(slope.col((d + 2) % 3));
+      if (const double length = to.norm(); length > 0) normals[i] = to / length;
+    }
+    known = true;
+  };
+  const Index3 nodes = model_.lattice().nodes;
+  for (int d = 0; d < 3; d++)
+    for_rays(fa, fb, fc, d,
+             [&](int u, int v, double depth, bool out, const std::array<double, 3>& weights) {
+               if (u < 0 || v < 0 || u >= nodes[(d + 1) % 3] || v >= nodes[(d + 2) % 3]) return;
+               if (!known) turn();
+               Vec3 normal = Vec3::Zero();
+               for (size_t i = 0; i < 3; i++) normal += weights[i] * normals[i];
+               const size_t most = weights[0] >= weights[1] && weights[0] >= weights[2] ? 0
+                                   : weights[1] >= weights[2]                           ? 1
+                                                                                        : 2;
+               crossings_[static_cast<size_t>(d)].push_back(
+                   {ray_key(u, v), depth, out, corners[most]->material, corners[most]->paint,
+                    normal.cast<float>()});
+             });
+}
+
+// Which nodes are inside now: the triangles were around a node so many times, and moving has added
+// those crossings below it that came, and taken those that left.
+void Warp::decide_nodes() {
+  for (const uint32_t node : flagged_) {
+    flags_[node] = 0;
+    after_[node] = before_[node];
+  }
+  flagged_.clear();
+  const Lattice& lattice = model_.lattice();
+  const Index3 size = box_.size();
+  const size_t layer = static_cast<size_t>(size[0]) * static_cast<size_t>(size[1]);
+  const std::vector<Crossing>& now = crossings_[2];
+  struct Event {
+    double depth;
+    int around;
+    bool is_new;
+  };
+  std::vector<Event> events;
+  for (int j = std::max(0, box_.low[1]); j < std::min(lattice.nodes[1], box_.high[1]); j++)
+    for (int i = std::max(0, box_.low[0]); i < std::min(lattice.nodes[0], box_.high[0]); i++) {
+      events.clear();
+      const uint64_t ray = ray_key(i, j);
+      for (auto at = std::lower_bound(now.begin(), now.end(), ray,
+                                      [](const Crossing&c, uint64_t key) { return c.ray < key; });
+           at != now.end() && at->ray == ray; ++at)
+        events.push_back({at->depth, at->out ? -1 : 1, true});
+      for (const OldCrossing& old :
+           columns_[static_cast<size_t>(j - box_.low[1]) * static_cast<size_t>(size[0]) +
+                    static_cast<size_t>(i - box_.low[0])])
+        if (moves_[static_cast<size_t>(old.triangle)])
+          events.push_back({old.depth, old.out ? 1 : -1, false});
+      if (events.empty()) continue;
+      std::sort(events.begin(), events.end(),
+                [](const Event& p, const Event& q) { return p.depth < q.depth; });
+      const int low = std::max({0, box_.low[2], edge_of(events.front().depth)}),
+                high = std::min({lattice.nodes[2], box_.high[2], edge_of(events.back().depth) + 1});
+      size_t next = 0;
+      int change = 0;
+      for (int k = low; k < high; k++) {
+        for (; next < events.size() && events[next].depth <= k + 0.5; next++)
+          change += events[next].around;
+        const size_t node = index(i, j, box_.low[2]) + static_cast<size_t>(k - box_.low[2]) * layer;
+        bool is = mesh_[node] + change > 0;
+        // Beside a sharp edge the triangles may see a node otherwise than the dexels do; what
+        // moved by little stays as it was.
+        if (change == 0 && is != (before_[node] != 0) &&
+            std::any_of(events.begin(), events.end(), [&](const Event& e) {
+              return e.is_new && std::fabs(e.depth - (k + 0.5)) < kEndReach;
+            }))
+          is = before_[node] != 0;
+        if (is == (before_[node] != 0)) continue;
+        after_[node] = is;
+        if (!flags_[node]) flagged_.push_back(static_cast<uint32_t>(node));
+        flags_[node] |= kOtherSide;
+      }
+    }
+}
+
+// As RayWriter asks for it.
+class Warp::Change {
+ public:
+  explicit Change(const Warp& of) : of_(of) {}
+
+  void on_ray(Axis axis, int u, int v) {
+    axis_ = axis;
+    const int d = depth_index(axis);
+    Index3 node;
+    node[u_index(axis)] = u;
+    node[v_index(axis)] = v;
+    node[d] = first_ = of_.box_.low[d];
+    base_ = of_.index(node[0], node[1], node[2]);
+    const Index3 size = of_.box_.size();
+    stride_ = d == 0   ? 1
+              : d == 1 ? static_cast<size_t>(size[0])
+                       : static_cast<size_t>(size[0]) * static_cast<size_t>(size[1]);
+    const std::vector<Crossing>& all = of_.crossings_[static_cast<size_t>(axis)];
+    const uint64_t ray = ray_key(u, v);
+    begin_ = std::lower_bound(all.begin(), all.end(), ray,
+                              [](const Crossing& c, uint64_t key) { return c.ray < key; });
+    end_ = begin_;
+    while (end_ != all.end() && end_->ray == ray) ++end_;
+    nodes_ = of_.model_.lattice().nodes[d];
+  }
+  bool changes(int k) const {
+    return (of_.flags_[at(k)] & (kOtherSide | 1 << static_cast<int>(axis_))) != 0;
+  }
+  bool inside(int k) const { return of_.after_[at(k)] != 0; }
+
+  NewEnd end_on(int k, bool out, const RayRun& run) const {
+    NewEnd end;
+    end.out = out;
+    end.edge = k;
+    if (const Crossing* found = crossing(k, out)) {
+      end.depth = static_cast<float>(found->depth);
+      return end;
+    }
+    const NewEnd old = run.old_end(k, out);
+    if (old.known) return old;
+    // At the lattice's border it is cut off.
+    end.depth = k <= 0 ? 0.0f : static_cast<float>(std::min(k, nodes_));
+    return end;
+  }
+  uint8_t material(float depth) const {
+    const Crossing* nearest = nullptr;
+    for (auto c = begin_; c != end_; ++c)
+      if (!nearest ||
+          std::fabs(c->depth - double{depth}) < std::fabs(nearest->depth - double{depth}))
+        nearest = &*c;
+    return nearest ? nearest->material : uint8_t{0};
+  }
+  Dress dress(const NewEnd& end) const {
+    if (const Crossing* found = crossing(end.edge, end.out))
+      return {found->normal.cast<double>(), found->paint};
+    return {(end.out ? 1 : -1) * Vec3::Unit(depth_index(axis_)), end.paint};
+  }
+
+ private:
+  size_t at(int k) const { return base_ + static_cast<size_t>(k - first_) * stride_; }
+  // The moved surface's between nodes k - 1 and k, or a little beside.
+  const Crossing* crossing(int k, bool out) const {
+    const Crossing* best = nullptr;
+    double least = kEndReach;
+    for (auto c = begin_; c != end_; ++c) {
+      const double off = std::max({0.0, k - 0.5 - c->depth, c->depth - (k + 0.5)});
+      if (c->out != out || off > least || (best && off == least && out)) continue;
+      best = &*c;
+      least = off;
+    }
+    return best;
+  }
+
+  const Warp& of_;
+  Axis axis_ = Axis::z;
+  size_t base_ = 0, stride_ = 1;
+  int first_ = 0, nodes_ = 0;
+  std::vector<Crossing>::const_iterator begin_, end_;
+};
+
+Reshaped Warp::write() {
+  Reshaped result;
+  const Lattice& lattice = model_.lattice();
+  NodeBox changed{Index3::Constant(INT_MAX), Index3::Constant(INT_MIN)};
+  for (const uint32_t node : flagged_) result.points += after_[node] != before_[node];
+  // Nodes beside an end that came.
+  const Index3 size = box_.size();
+  for (int d = 0; d < 3; d++)
+    for (const Crossing& c : crossings_[static_cast<size_t>(d)]) {
+      Index3 at;
+      at[(d + 1) % 3] = key_u(c.ray);
+      at[(d + 2) % 3] = key_v(c.ray);
+      at[d] = std::clamp(edge_of(c.depth), 0, lattice.nodes[d] - 1);
+      if ((at <= box_.low).any() || (at >= box_.high - 1).any()) continue;
+      const size_t node = index(at[0], at[1], at[2]);
+      if (!flags_[node]) flagged_.push_back(static_cast<uint32_t>(node));
+      flags_[node] |= static_cast<uint8_t>(1 << d);
+    }
+  double added = 0, removed = 0;
+  struct Place {
+    uint64_t ray;
+    int node;
+  };
+  std::vector<Place> places;
+  for (const Axis axis : kAxes) {
+    const int d = depth_index(axis);
+    places.clear();
+    for (const uint32_t flagged : flagged_) {
+      if (!(flags_[flagged] & (kOtherSide | 1 << d))) continue;
+      const auto nx = static_cast<uint32_t>(size[0]), ny = static_cast<uint32_t>(size[1]);
+      const Index3 at(box_.low[0] + static_cast<int>(flagged % nx),
+                      box_.low[1] + static_cast<int>(flagged / nx % ny),
+                      box_.low[2] + static_cast<int>(flagged / nx / ny));
+      changed.low = changed.low.min(at);
+      changed.high = changed.high.max(at + 1);
+      places.push_back({ray_key(at[u_index(axis)], at[v_index(axis)]), at[d]});
+    }
+    std::sort(places.begin(), places.end(), [](const Place& p, const Place& q) {
+      return p.ray != q.ray ? p.ray < q.ray : p.node < q.node;
+    });
+    Field& field = model_.field(axis);
+    Change change(*this);
+    RayWriter<Change> writer(field.view(), change);
+    bool wrote = false;
+    for (size_t i = 0; i < places.size();) {
+      size_t end = i;
+      while (end < places.size() && places[end].ray == places[i].ray) end++;
+      const int u = key_u(places[i].ray), v = key_v(places[i].ray);
+      writer.for_runs(u, v, places[i].node, places[end - 1].node + 1, [&](const RayRun& run) {
+        const auto [more, less] = lengths(run);
+        added += more;
+        removed += less;
+        writer.write(field, u, v, run);
+        wrote = true;
+      });
+      const int tu = u / kTileSide, tv = v / kTileSide;
+      const bool tile_ends = end == places.size() || key_u(places[end].ray) / kTileSide != tu ||
+                             key_v(places[end].ray) / kTileSide != tv;
+      if (tile_ends && wrote) {
+        Tile& tile = field.writable(tu, tv);
+        field.trim_planes(tile);
+        if (tile.empty) field.clear_tile(tu, tv);
+        wrote = false;
+      }
+      i = end;
+    }
+  }
+  const double pitch = lattice.pitch_mm, cell = pitch * pitch * pitch;
+  result.added_mm3 = added / 3 * cell;
+  result.removed_mm3 = removed / 3 * cell;
+  if (!changed.empty()) {
+    model_.include_material({{changed.low.matrix().cast<double>().array() - 0.5,
+                              changed.high.matrix().cast<double>().array() + 0.5}});
+    model_.touch();
+  }
+  return result;
+}
+
+// A pyramid over a square of two radii on the surface, its tip where the hand is.
+Reshaped Warp::put_node(double radius, const Drag& drag) {
+  const double height = drag.way.dot(drag.normal);
+  if (!(std::fabs(height) > 1e-6)) return {};
+  const double side = height > 0 ? 1 : -1;
+  const Mat3 frame = frame_from_axis(side * drag.normal);
+  const Vec3 apex = frame.transpose() * drag.way;  // above the base, in its frame
+  ConvexBody body;
+  // Half a cell below the surface, so that it is of one piece with what is there.
+  body.add_plane(Vec3::UnitZ(), 0.5);
+  for (int i = 0; i < 2; i++)
+    for (const double sign : {-1.0, 1.0}) {
+      // The face through the base's side x_i = sign radius and the apex.
+      Vec3 normal = Vec3::Zero();
+      normal[i] = -sign * apex.z();
+      normal.z() = -(radius - sign * apex[i]);
+      const double length = normal.norm();
+      body.add_plane(normal / length, radius * apex.z() / length);
+    }
+  body.local_bounds.include(Vec3(-2 * radius - 1, -2 * radius - 1, -1));
+  body.local_bounds.include(Vec3(2 * radius + 1, 2 * radius + 1, apex.z() + 1));
+  body.local_bounds.include(apex);
+  const SweptConvex pyramid(body, LatticePoint{drag.centre}, frame, LatticeVector{});
+  Removed removed;
+  Reshaped result;
+  const double before = model_.volume_mm3();
+  if (side > 0) {
+    uint8_t material = 0;
+    const FieldSnapshot& z = base_->field(Axis::z);
+    const auto i = static_cast<int>(std::floor(drag.centre.x())),
+               j = static_cast<int>(std::floor(drag.centre.y()));
+    const Index3 nodes = model_.lattice().nodes;
+    double nearest = kFar;
+    if (i >= 0 && j >= 0 && i < nodes[0] && j < nodes[1])
+      z.for_spans(i, j, [&](const Span& span) {
+        const double off =
+            std::max({0.0, double{span.in} - drag.centre.z(), drag.centre.z() - double{span.out}});
+        if (off < nearest) {
+          nearest = off;
+          material = span.material;
+        }
+      });
+    deposit(model_, pyramid, material, {}, removed);
+  } else {
+    cut(model_, pyramid, {}, removed);
+  }
+  const double change = model_.volume_mm3() - before;
+  result.added_mm3 = std::max(0.0, change);
+  result.removed_mm3 = std::max(0.0, -change);
+  return result;
+}
+
+}  // namespace kibori

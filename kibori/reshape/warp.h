@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: MIT
+// Parametric strokes: the surface as it was when the stroke began, taken elsewhere by a WarpMap.
+// Always from that beginning, so the same parameters make the same model, whatever came between;
+// back at the beginning, the model is the first one again, bit for bit.
+//
+// The surface's triangles (surface.h) are moved, those that stretch are split, and the rays that
+// they cross are told anew. Sharp edges stay sharp. Rays that no moved triangle crosses keep their
+// spans. The three fields agree: the z field decides the nodes, the other two only where between
+// them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include <kibori/base/result.h>
+#include <kibori/dexel/tri_dexel.h>
+#include <kibori/reshape/brush.h>
+#include <kibori/reshape/node_band.h>
+#include <kibori/reshape/warp_map.h>
+#include <kibori/surface/surface.h>
+
+namespace kibori {
+
+class Warp {
+ public:
+  // A stroke begins on the model as it is now. Until the next begin(), nobody else may change it.
+  explicit Warp(TriDexel& model) : model_(model) {}
+  void begin();
+
+  // The model as it was at begin(), warped; what changed is told against that model. Drags in mm,
+  // of the hand and its images; where several reach a point, their displacements add up. Errors: a
+  // brush that check_brush refuses, a drag that is not finite or is longer than kMaxDragRadii, a
+  // region of more nodes than there is memory for: then the model stays as it is.
+  Result<Reshaped> warp(WarpVerb verb, const Brush& brush, const std::vector<Drag>& drags);
+
+  static constexpr double kMaxDragRadii = 1000;
+
+ private:
+  struct Vertex {
+    Vec3 at;
+    std::array<float, 3> normal;
+    uint8_t material;
+    Color paint;
+  };
+  // A moved triangle's crossing with a ray.
+  struct Crossing {
+    uint64_t ray;  // see ray_key
+    double depth;
+    bool out;
+    uint8_t material;
+    Color paint;
+    Eigen::Vector3f normal;
+  };
+  // The same of a triangle where it was, along z.
+  struct OldCrossing {
+    double depth;
+    int triangle;
+    bool out;
+  };
+  class Change;
+  struct Corner;
+
+  void read(const NodeBox& box);
+  void move_triangles(const std::vector<WarpMap>& maps);
+  void emit(const std::vector<WarpMap>& maps, const Corner& a, const Corner& b, const Corner& c,
+            int depth);
+  void cross(const std::vector<WarpMap>& maps, const Corner& a, const Corner& b, const Corner& c);
+  void decide_nodes();
+  Reshaped write();
+  Reshaped put_node(double radius, const Drag& drag);
+
+  size_t index(int i, int j, int k) const {
+    const Index3 size = box_.size();
+    return (static_cast<size_t>(k - box_.low[2]) * static_cast<size_t>(size[1]) +
+            static_cast<size_t>(j - box_.low[1])) *
+               static_cast<size_t>(size[0]) +
+           static_cast<size_t>(i - box_.low[0]);
+  }
+
+  TriDexel& model_;
+  std::optional<Snapshot> base_;
+  uint64_t generation_ = 0;  // of the model as this left it
+  bool warped_ = false;
+  // Of the base, within box_.
+  NodeBox box_;
+  std::map<std::array<int, 3>, SurfaceChunk> chunks_;
+  std::vector<Vertex> vertices_;
+  std::vector<std::array<uint32_t, 3>> triangles_;
+  std::vector<uint8_t> before_;  // whether nodes are inside
+  std::vector<int8_t> mesh_;     // how often the triangles go around them
+  std::vector<std::vector<OldCrossing>> columns_;
+  // Of the warp.
+  std::vector<Vec3> moved_;     // vertices
+  std::vector<uint8_t> moves_;  // triangles
+  std::array<std::vector<Crossing>, 3> crossings_;
+  std::vector<uint8_t> after_, flags_;
+  std::vector<uint32_t> flagged_;
+};
+
+}  // namespace kibori

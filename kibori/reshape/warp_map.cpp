@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/reshape/warp_map.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <kibori/base/trig.h>
+
+namespace kibori {
+namespace {
+
+// Steps of a grab [radii]: (1 - r^2)^2 falls by at most 1.54 a radius, so a step of 0.65 would
+// fold.
+constexpr double kGrabStep = 0.5;
+// Of a grab without sources: each of four evaluations (Runge and Kutta) [radii].
+constexpr double kFlowStep = 0.1;
+// A step of scale changes lengths by no more than this: 2.25 would fold.
+constexpr double kScaleStep = 1.5;
+constexpr double kLeastScale = 0.02, kLargestScale = 50;
+constexpr int kMaxSteps = 4096;
+
+}  // namespace
+
+WarpMap::WarpMap(WarpVerb verb, const Brush& brush, double radius, const Drag& drag)
+    : verb_(verb), falloff_(brush.falloff), radius_(radius), centre_(drag.centre) {
+  const double way = drag.way.norm(), strength = brush.strength;
+  reach_.include(centre_);
+  switch (verb) {
+    case WarpVerb::grab:
+    case WarpVerb::nudge: {
+      way_ = strength * drag.way;
+      if (verb == WarpVerb::nudge) way_ -= way_.dot(drag.normal) * drag.normal;
+      keep_volume_ = brush.keep_volume;
+      const double length = way_.norm();
+      idle_ = !(length > 0);
+      if (idle_) break;
+      const double most = (keep_volume_ ? kFlowStep : kGrabStep) * radius;
+      steps_ = static_cast<int>(std::min<double>(kMaxSteps, std::floor(length / most)));
+      step_ = way_ / length * most;
+      rest_ = way_ - steps_ * step_;
+      reach_.include(Vec3(centre_ + way_));
+      break;
+    }
+    case WarpVerb::twist:
+      turn_axis_ = drag.axis;
+      amount_ = strength * drag.turn_rad;
+      idle_ = amount_ == 0;
+      break;
+    case WarpVerb::bend: {
+      turn_axis_ = drag.axis.cross(drag.way);
+      const double across = turn_axis_.norm();
+      idle_ = !(across > 1e-9 * way) || way == 0;
+      if (idle_) break;
+      turn_axis_ /= across;
+      amount_ = strength * way / radius;
+      break;
+    }
+    case WarpVerb::pinch:
+      amount_ = strength * way / (radius + way);
+      idle_ = amount_ == 0;
+      break;
+    case WarpVerb::scale: {
+      amount_ =
+          std::clamp(1 + strength * drag.way.dot(drag.axis) / radius, kLeastScale, kLargestScale);
+      idle_ = amount_ == 1;
+      // Many steps of a root of it.
+      for (steps_ = 1; amount_ > kScaleStep || amount_ < 1 / kScaleStep; steps_ *= 2)
+        amount_ = std::sqrt(amount_);
+      break;
+    }
+    case WarpVerb::node:
+      break;
+  }
+  reach_ = reach_.grown(radius);
+}
+
+Vec3 WarpMap::flow(const Vec3& point) const {
+  Vec3 x = point;
+  const double r2 = radius_ * radius_;
+  Vec3 centre = centre_;
+  const auto along = [&](const Vec3& at, const Vec3& about, const Vec3& d) -> Vec3 {
+    const Vec3 y = at - about;
+    const double rho2 = y.squaredNorm() / r2;
+    if (!(rho2 < 1)) return Vec3::Zero();
+    const double w = (1 - rho2) * (1 - rho2);
+    return w * ((1 - 4 * rho2) * d + 3 * d.dot(y) / r2 * y);
+  };
+  for (int i = 0; i <= steps_; i++) {
+    const Vec3& d = i < steps_ ? step_ : rest_;
+    const Vec3 half = centre + 0.5 * d, end = centre + d;
+    const Vec3 k1 = along(x, centre, d), k2 = along(x + 0.5 * k1, half, d),
+               k3 = along(x + 0.5 * k2, half, d), k4 = along(x + k3, end, d);
+    x += (k1 + 2 * k2 + 2 * k3 + k4) / 6;
+    centre = end;
+  }
+  return x;
+}
+
+Vec3 WarpMap::operator()(const Vec3& point) const {
+  if (idle_) return point;
+  Vec3 y = point - centre_;
+  switch (verb_) {
+    case WarpVerb::grab:
+    case WarpVerb::nudge: {
+      if (keep_volume_) return flow(point);
+      Vec3 x = point, centre = centre_;
+      for (int i = 0; i < steps_; i++) {
+        x += weight(x - centre) * step_;
+        centre += step_;
+      }
+      return x + weight(x - centre) * rest_;
+    }
+    case WarpVerb::twist:
+    case WarpVerb::bend: {
+      const double w = weight(y);
+      if (w == 0) return point;
+      const auto [sine, cosine] = sin_cos(w * amount_);
+      const Vec3 along = turn_axis_.dot(y) * turn_axis_, across = y - along;
+      return centre_ + along + cosine * across + sine * turn_axis_.cross(across);
+    }
+    case WarpVerb::pinch:
+      return centre_ + (1 - amount_ * weight(y)) * y;
+    case WarpVerb::scale:
+      for (int i = 0; i < steps_; i++) y *= 1 + (amount_ - 1) * weight(y);
+      return centre_ + y;
+    case WarpVerb::node:
+      break;
+  }
+  return point;
+}
+
+}  // namespace kibori
