@@ -25,6 +25,28 @@ struct NodeBox {
   Index3 size() const { return high - low; }
   NodeBox grown(int by) const { return {low - by, high + by}; }
   NodeBox within(const NodeBox& other) const { return {low.max(other.low), high.min(other.high)}; }
+  bool holds(const NodeBox& other) const {
+    return (other.low >= low).all() && (other.high <= high).all();
+  }
+
+  // Of arrays with a place for each node, x fastest.
+  size_t index(int i, int j, int k) const {
+    return static_cast<size_t>(k - low[2]) * stride(2) +
+           static_cast<size_t>(j - low[1]) * stride(1) + static_cast<size_t>(i - low[0]);
+  }
+  // Steps of an index along x, y and z.
+  size_t stride(int axis) const {
+    const auto nx = static_cast<size_t>(high[0] - low[0]);
+    return axis == 0 ? 1 : axis == 1 ? nx : nx * static_cast<size_t>(high[1] - low[1]);
+  }
+  // `place`: an index below 2^32.
+  Index3 node_at(size_t place) const {
+    const auto nx = static_cast<uint32_t>(high[0] - low[0]),
+               ny = static_cast<uint32_t>(high[1] - low[1]);
+    const uint32_t row = static_cast<uint32_t>(place) / nx;
+    return {low[0] + static_cast<int>(static_cast<uint32_t>(place) % nx),
+            low[1] + static_cast<int>(row % ny), low[2] + static_cast<int>(row / ny)};
+  }
 };
 
 // Where a ray enters or leaves the material.
@@ -46,29 +68,13 @@ class NodeBand {
 
   const NodeBox& box() const { return box_; }
   float width() const { return width_; }
-  size_t index(int i, int j, int k) const {
-    return (static_cast<size_t>(k - box_.low[2]) * static_cast<size_t>(size_[1]) +
-            static_cast<size_t>(j - box_.low[1])) *
-               static_cast<size_t>(size_[0]) +
-           static_cast<size_t>(i - box_.low[0]);
-  }
-  // Steps of an index along x, y and z.
-  size_t stride(int axis) const {
-    return axis == 0   ? 1
-           : axis == 1 ? static_cast<size_t>(size_[0])
-                       : static_cast<size_t>(size_[0]) * static_cast<size_t>(size_[1]);
-  }
+  size_t index(int i, int j, int k) const { return box_.index(i, j, k); }
+  size_t stride(int axis) const { return box_.stride(axis); }
   const std::vector<float>& phi() const { return phi_; }
   const std::vector<SurfaceEnd>& ends() const { return ends_; }
   // Nodes whose phi is known better than its sign, each once.
   const std::vector<uint32_t>& nodes() const { return nodes_; }
-  // Of an index of this box.
-  Index3 node_at(size_t index) const {
-    const auto nx = static_cast<uint32_t>(size_[0]), ny = static_cast<uint32_t>(size_[1]);
-    const uint32_t row = static_cast<uint32_t>(index) / nx;
-    return {box_.low[0] + static_cast<int>(static_cast<uint32_t>(index) % nx),
-            box_.low[1] + static_cast<int>(row % ny), box_.low[2] + static_cast<int>(row / ny)};
-  }
+  Index3 node_at(size_t index) const { return box_.node_at(index); }
   // A node's nearest end, or null if there is none within the width.
   const SurfaceEnd* nearest(size_t node) const {
     return nearest_[node] < 0 ? nullptr : &ends_[static_cast<size_t>(nearest_[node])];

@@ -8,14 +8,12 @@
 #include <kibori/base/memory.h>
 #include <kibori/edit/edit.h>
 #include <kibori/reshape/ray_writer.h>
+#include <kibori/reshape/triangle_rays.h>
 #include <kibori/solid/convex.h>
 
 namespace kibori {
 namespace {
 
-// Triangles are moved, and meet rays, on a grid of 2^-16 cells: there, neighbours' common edges are
-// the same numbers, and each ray goes through one of them.
-constexpr double kGrid = 65536;
 // A vertex that would move less [cells] stays.
 constexpr double kStays = 1e-4;
 // Longer edges [cells] are split, at most so often.
@@ -23,6 +21,7 @@ constexpr double kLongEdge = 1.5;
 constexpr int kMaxSplits = 14;
 // A corner whose normal is within acos of this of the triangle's own is smooth there.
 constexpr double kSmooth = 0.9;
+constexpr double kUnit = 1e-6;
 // For derivatives of a map [cells].
 constexpr double kDelta = 1e-4;
 // Nodes around what moves: a vertex may lie a cell from its own.
@@ -30,58 +29,16 @@ constexpr int kBorder = 4;
 // How far from its edge [cells] an end may be found: so far a sharp edge's vertices leave cells.
 constexpr double kEndReach = 1.5;
 
-constexpr double kBytesPerNode = 4, kMaxNodes = 2147483648.0, kSurelyThere = 64e6;
+// How far ahead of the hand nodes are read [cells].
+constexpr double kMostAhead = 16;
 
-using Fixed = std::array<int64_t, 3>;
-Fixed fixed(const Vec3& at) {
-  return {std::llround(at[0] * kGrid), std::llround(at[1] * kGrid), std::llround(at[2] * kGrid)};
-}
+constexpr double kBytesPerNode = 4, kMaxNodes = 2147483648.0, kSurelyThere = 64e6;
 
 Vec3 mapped(const std::vector<WarpMap>& maps, const Vec3& at) {
   if (maps.size() == 1) return maps[0](at);
   Vec3 sum = at;
   for (const WarpMap& map : maps) sum += map(at) - at;
   return sum;
-}
-
-// Calls f(u, v, depth, out, weights) for each ray along `d` through the triangle: u along axis
-// d + 1, v along d + 2. A ray through an edge or corner belongs to one of the triangles around it.
-template <class F>
-void for_rays(const Fixed& a, const Fixed& b, const Fixed& c, int d, F&& f) {
-  const auto iu = static_cast<size_t>((d + 1) % 3), iv = static_cast<size_t>((d + 2) % 3),
-             id = static_cast<size_t>(d);
-  const int64_t area = (b[iu] - a[iu]) * (c[iv] - a[iv]) - (b[iv] - a[iv]) * (c[iu] - a[iu]);
-  if (area == 0) return;
-  const bool out = area > 0;
-  const Fixed &p = a, &q = out ? b : c, &r = out ? c : b;
-  const auto first = [](int64_t low) {  // node whose ray is at or above
-    return static_cast<int>((low + 32767) >> 16);
-  };
-  const auto last = [](int64_t high) { return static_cast<int>((high - 32768) >> 16); };
-  const int u0 = first(std::min({a[iu], b[iu], c[iu]})), u1 = last(std::max({a[iu], b[iu], c[iu]}));
-  const int v0 = first(std::min({a[iv], b[iv], c[iv]})), v1 = last(std::max({a[iv], b[iv], c[iv]}));
-  const auto side = [&](const Fixed& from, const Fixed& to, int64_t x, int64_t y) {
-    return (to[iu] - from[iu]) * (y - from[iv]) - (to[iv] - from[iv]) * (x - from[iu]);
-  };
-  const auto owns = [&](const Fixed& from, const Fixed& to) {
-    const int64_t dv = to[iv] - from[iv];
-    return dv > 0 || (dv == 0 && to[iu] < from[iu]);
-  };
-  for (int v = v0; v <= v1; v++)
-    for (int u = u0; u <= u1; u++) {
-      const int64_t x = int64_t{u} * 65536 + 32768, y = int64_t{v} * 65536 + 32768;
-      const int64_t wr = side(p, q, x, y), wp = side(q, r, x, y), wq = side(r, p, x, y);
-      if (wr < 0 || wp < 0 || wq < 0 || (wr == 0 && !owns(p, q)) || (wp == 0 && !owns(q, r)) ||
-          (wq == 0 && !owns(r, p)))
-        continue;
-      const double whole = static_cast<double>(wr + wp + wq);
-      const double sp = static_cast<double>(wp) / whole, sq = static_cast<double>(wq) / whole,
-                   sr = static_cast<double>(wr) / whole;
-      const double depth = (sp * static_cast<double>(p[id]) + sq * static_cast<double>(q[id]) +
-                            sr * static_cast<double>(r[id])) /
-                           kGrid;
-      f(u, v, depth, out, std::array{sp, out ? sq : sr, out ? sr : sq});
-    }
 }
 
 // Rays of a field, tile by tile.
@@ -106,8 +63,7 @@ constexpr uint8_t kOtherSide = 8;
 
 struct Warp::Corner {
   Vec3 from, to;
-  Vec3 normal;  // of the surface where it was
-  bool smooth;  // else the triangle's own is meant
+  Vec3 normal;  // of the surface where it was; at a sharp edge, of the triangle
   uint8_t material;
   Color paint;
   bool stays;
@@ -132,8 +88,10 @@ Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector
   for (const Drag& drag : drags) {
     if (!drag.centre.allFinite() || !drag.way.allFinite() || !std::isfinite(drag.turn_rad))
       return Error{"a warp's places must be finite"};
+    if (!(std::fabs(drag.axis.norm() - 1) < kUnit) || !(std::fabs(drag.normal.norm() - 1) < kUnit))
+      return Error{"a warp's axis and normal must be of length 1"};
     if (!(drag.way.norm() <= kMaxDragRadii * brush.radius_mm))
-      return Error{"the hand went more than 1000 brush radii from where its warp began"};
+      return Error{"the hand went more than 100 brush radii from where its warp began"};
     Drag in_cells = drag;
     in_cells.centre = lattice.to_lattice(drag.centre).units;
     in_cells.way = drag.way / lattice.pitch_mm;
@@ -141,23 +99,29 @@ Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector
     places.push_back(in_cells);
     if (map.idle()) continue;
     NodeBox reach;
-    const LatticeBox whole = lattice.whole();
     for (int i = 0; i < 3; i++) {
-      const double low = std::max(map.reach().min[i], whole.units.min[i] - 1),
-                   high = std::min(map.reach().max[i], whole.units.max[i] + 1);
-      reach.low[i] = static_cast<int>(std::floor(std::min(low, whole.units.max[i]))) - kBorder;
-      reach.high[i] = static_cast<int>(std::ceil(std::max(high, whole.units.min[i]))) + kBorder;
+      const auto node = [&](double at) {
+        return static_cast<int>(std::floor(std::clamp(at, -1.0, lattice.nodes[i] + 1.0)));
+      };
+      reach.low[i] = node(map.reach().min[i]) - kBorder;
+      reach.high[i] = node(map.reach().max[i]) + 1 + kBorder;
     }
+    reach = reach.within(NodeBox{Index3::Zero(), lattice.nodes}.grown(kBorder));
     if (maps.empty())
       box = reach;
     else
       box = {box.low.min(reach.low), box.high.max(reach.high)};
     maps.push_back(map);
   }
-  if (!maps.empty()) {
-    const double bytes = kBytesPerNode * box.size().cast<double>().prod();
+  const bool reads = !maps.empty() && !box_.holds(box);
+  if (reads) {
+    // Somewhat more, so that a hand that goes on does not read at every tick.
+    const NodeBox all = NodeBox{Index3::Zero(), lattice.nodes}.grown(kBorder);
+    if (!box_.empty()) box = {box_.low.min(box.low), box_.high.max(box.high)};
+    box = box.grown(static_cast<int>(std::min(0.5 * radius, kMostAhead))).within(all);
+    const double nodes = box.size().cast<double>().prod(), bytes = kBytesPerNode * nodes;
     const double there = bytes > kSurelyThere ? available_bytes() : 0;
-    if (bytes / kBytesPerNode >= kMaxNodes || (there > 0 && bytes > 0.8 * there))
+    if (nodes >= kMaxNodes || (there > 0 && bytes > 0.8 * there))
       return Error{"the brush is too large for this pitch: its region takes too much memory"};
   }
   if (warped_ || model_.generation() != generation_) model_.restore(*base_);
@@ -172,13 +136,7 @@ Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector
     }
     warped_ = true;
   } else if (!maps.empty()) {
-    if ((box.low < box_.low).any() || (box.high > box_.high).any()) {
-      // Somewhat more, so that a hand that goes on does not read at every tick.
-      NodeBox more = box_.empty() ? box : NodeBox{box_.low.min(box.low), box_.high.max(box.high)};
-      const int by = static_cast<int>(0.5 * radius);
-      const NodeBox all = NodeBox{Index3::Zero(), lattice.nodes}.grown(kBorder);
-      read(more.grown(by).within({all.low.min(more.low), all.high.max(more.high)}));
-    }
+    if (reads) read(box);
     move_triangles(maps);
     decide_nodes();
     result = write();
@@ -221,22 +179,23 @@ void Warp::read(const NodeBox& box) {
   };
   for (size_t t = 0; t < triangles_.size(); t++) {
     const auto& [a, b, c] = triangles_[t];
-    for_rays(fixed(vertices_[a].at), fixed(vertices_[b].at), fixed(vertices_[c].at), 2,
-             [&](int i, int j, double depth, bool out, const std::array<double, 3>&) {
-               if (i < box_.low[0] || i >= box_.high[0] || j < box_.low[1] || j >= box_.high[1])
-                 return;
-               columns_[column(i, j)].push_back({depth, static_cast<int>(t), out});
-             });
+    for_rays_through(
+        grid_point(vertices_[a].at), grid_point(vertices_[b].at), grid_point(vertices_[c].at), 2,
+        [&](int i, int j, double depth, bool out, const std::array<double, 3>&) {
+          if (i < box_.low[0] || i >= box_.high[0] || j < box_.low[1] || j >= box_.high[1]) return;
+          columns_[column(i, j)].push_back({depth, static_cast<int>(t), out});
+        });
   }
   const size_t nodes = columns * static_cast<size_t>(box.size()[2]);
   before_.assign(nodes, 0);
   mesh_.assign(nodes, 0);
   flags_.assign(nodes, 0);
+  flagged_.clear();
   const FieldSnapshot& z = base_->field(Axis::z);
   const size_t layer = columns;
   for (int j = box.low[1]; j < box.high[1]; j++)
     for (int i = box.low[0]; i < box.high[0]; i++) {
-      const size_t base = index(i, j, box.low[2]);
+      const size_t base = box_.index(i, j, box.low[2]);
       if (i >= 0 && j >= 0 && i < lattice.nodes[0] && j < lattice.nodes[1])
         z.for_spans(i, j, [&](const Span& span) {
           const int low = std::max(box.low[2], edge_of(double{span.in})),
@@ -292,7 +251,6 @@ void Warp::move_triangles(const std::vector<WarpMap>& maps) {
       corners[i] = {v.at,
                     moved_[triangle[i]],
                     smooth || !(length > 0) ? normal : Vec3(own / length),
-                    smooth,
                     v.material,
                     v.paint,
                     stays[triangle[i]] != 0};
@@ -308,8 +266,13 @@ void Warp::move_triangles(const std::vector<WarpMap>& maps) {
 // Splits edges that are long where they come to; neighbours split a common edge alike.
 void Warp::emit(const std::vector<WarpMap>& maps, const Corner& a, const Corner& b, const Corner& c,
                 int depth) {
+  const Index3& nodes = model_.lattice().nodes;
   const auto is_long = [&](const Corner& p, const Corner& q) {
-    return depth < kMaxSplits && (p.to - q.to).squaredNorm() > kLongEdge * kLongEdge;
+    if (depth >= kMaxSplits || (p.to - q.to).squaredNorm() <= kLongEdge * kLongEdge) return false;
+    // What is beside the lattice meets no ray.
+    for (int i = 0; i < 3; i++)
+      if (std::max(p.to[i], q.to[i]) < 0 || std::min(p.to[i], q.to[i]) > nodes[i]) return false;
+    return true;
   };
   const auto middle = [&](const Corner& p, const Corner& q) {
     Corner m = p;
@@ -359,7 +322,7 @@ void Warp::emit(const std::vector<WarpMap>& maps, const Corner& a, const Corner&
 void Warp::cross(const std::vector<WarpMap>& maps, const Corner& a, const Corner& b,
                  const Corner& c) {
   const std::array<const Corner*, 3> corners{&a, &b, &c};
-  const Fixed fa = fixed(a.to), fb = fixed(b.to), fc = fixed(c.to);
+  const GridPoint fa = grid_point(a.to), fb = grid_point(b.to), fc = grid_point(c.to);
   std::array<Vec3, 3> normals;
   bool known = false;
   // Normals go by the cofactors of the map's derivative.
@@ -381,19 +344,20 @@ void Warp::cross(const std::vector<WarpMap>& maps, const Corner& a, const Corner
   };
   const Index3 nodes = model_.lattice().nodes;
   for (int d = 0; d < 3; d++)
-    for_rays(fa, fb, fc, d,
-             [&](int u, int v, double depth, bool out, const std::array<double, 3>& weights) {
-               if (u < 0 || v < 0 || u >= nodes[(d + 1) % 3] || v >= nodes[(d + 2) % 3]) return;
-               if (!known) turn();
-               Vec3 normal = Vec3::Zero();
-               for (size_t i = 0; i < 3; i++) normal += weights[i] * normals[i];
-               const size_t most = weights[0] >= weights[1] && weights[0] >= weights[2] ? 0
-                                   : weights[1] >= weights[2]                           ? 1
-                                                                                        : 2;
-               crossings_[static_cast<size_t>(d)].push_back(
-                   {ray_key(u, v), depth, out, corners[most]->material, corners[most]->paint,
-                    normal.cast<float>()});
-             });
+    for_rays_through(
+        fa, fb, fc, d,
+        [&](int u, int v, double depth, bool out, const std::array<double, 3>& weights) {
+          if (u < 0 || v < 0 || u >= nodes[(d + 1) % 3] || v >= nodes[(d + 2) % 3]) return;
+          if (!known) turn();
+          Vec3 normal = Vec3::Zero();
+          for (size_t i = 0; i < 3; i++) normal += weights[i] * normals[i];
+          const size_t most = weights[0] >= weights[1] && weights[0] >= weights[2] ? 0
+                              : weights[1] >= weights[2]                           ? 1
+                                                                                   : 2;
+          crossings_[static_cast<size_t>(d)].push_back(
+              {ray_key(u, v), depth, out, corners[most]->material, corners[most]->paint,
+               normal.cast<float>()});
+        });
 }
 
 // Which nodes are inside now: the triangles were around a node so many times, and moving has added
@@ -437,7 +401,8 @@ void Warp::decide_nodes() {
       for (int k = low; k < high; k++) {
         for (; next < events.size() && events[next].depth <= k + 0.5; next++)
           change += events[next].around;
-        const size_t node = index(i, j, box_.low[2]) + static_cast<size_t>(k - box_.low[2]) * layer;
+        const size_t node =
+            box_.index(i, j, box_.low[2]) + static_cast<size_t>(k - box_.low[2]) * layer;
         bool is = mesh_[node] + change > 0;
         // Beside a sharp edge the triangles may see a node otherwise than the dexels do; what
         // moved by little stays as it was.
@@ -466,11 +431,8 @@ class Warp::Change {
     node[u_index(axis)] = u;
     node[v_index(axis)] = v;
     node[d] = first_ = of_.box_.low[d];
-    base_ = of_.index(node[0], node[1], node[2]);
-    const Index3 size = of_.box_.size();
-    stride_ = d == 0   ? 1
-              : d == 1 ? static_cast<size_t>(size[0])
-                       : static_cast<size_t>(size[0]) * static_cast<size_t>(size[1]);
+    base_ = of_.box_.index(node[0], node[1], node[2]);
+    stride_ = of_.box_.stride(d);
     const std::vector<Crossing>& all = of_.crossings_[static_cast<size_t>(axis)];
     const uint64_t ray = ray_key(u, v);
     begin_ = std::lower_bound(all.begin(), all.end(), ray,
@@ -540,7 +502,6 @@ Reshaped Warp::write() {
   NodeBox changed{Index3::Constant(INT_MAX), Index3::Constant(INT_MIN)};
   for (const uint32_t node : flagged_) result.points += after_[node] != before_[node];
   // Nodes beside an end that came.
-  const Index3 size = box_.size();
   for (int d = 0; d < 3; d++)
     for (const Crossing& c : crossings_[static_cast<size_t>(d)]) {
       Index3 at;
@@ -548,7 +509,7 @@ Reshaped Warp::write() {
       at[(d + 2) % 3] = key_v(c.ray);
       at[d] = std::clamp(edge_of(c.depth), 0, lattice.nodes[d] - 1);
       if ((at <= box_.low).any() || (at >= box_.high - 1).any()) continue;
-      const size_t node = index(at[0], at[1], at[2]);
+      const size_t node = box_.index(at[0], at[1], at[2]);
       if (!flags_[node]) flagged_.push_back(static_cast<uint32_t>(node));
       flags_[node] |= static_cast<uint8_t>(1 << d);
     }
@@ -563,10 +524,7 @@ Reshaped Warp::write() {
     places.clear();
     for (const uint32_t flagged : flagged_) {
       if (!(flags_[flagged] & (kOtherSide | 1 << d))) continue;
-      const auto nx = static_cast<uint32_t>(size[0]), ny = static_cast<uint32_t>(size[1]);
-      const Index3 at(box_.low[0] + static_cast<int>(flagged % nx),
-                      box_.low[1] + static_cast<int>(flagged / nx % ny),
-                      box_.low[2] + static_cast<int>(flagged / nx / ny));
+      const Index3 at = box_.node_at(flagged);
       changed.low = changed.low.min(at);
       changed.high = changed.high.max(at + 1);
       places.push_back({ray_key(at[u_index(axis)], at[v_index(axis)]), at[d]});
@@ -637,7 +595,6 @@ Reshaped Warp::put_node(double radius, const Drag& drag) {
   const SweptConvex pyramid(body, LatticePoint{drag.centre}, frame, LatticeVector{});
   Removed removed;
   Reshaped result;
-  const double before = model_.volume_mm3();
   if (side > 0) {
     uint8_t material = 0;
     const FieldSnapshot& z = base_->field(Axis::z);
@@ -658,9 +615,10 @@ Reshaped Warp::put_node(double radius, const Drag& drag) {
   } else {
     cut(model_, pyramid, {}, removed);
   }
-  const double change = model_.volume_mm3() - before;
-  result.added_mm3 = std::max(0.0, change);
-  result.removed_mm3 = std::max(0.0, -change);
+  const double pitch = model_.lattice().pitch_mm;
+  (side > 0 ? result.added_mm3 : result.removed_mm3) =
+      removed.mean_volume() * pitch * pitch * pitch;
+  removed.for_parts([&](int, const RemovedPart& part) { result.points += part.points; });
   return result;
 }
 

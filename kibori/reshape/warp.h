@@ -36,7 +36,7 @@ class Warp {
   // region of more nodes than there is memory for: then the model stays as it is.
   Result<Reshaped> warp(WarpVerb verb, const Brush& brush, const std::vector<Drag>& drags);
 
-  static constexpr double kMaxDragRadii = 1000;
+  static constexpr double kMaxDragRadii = 100;
 
  private:
   struct Vertex {
@@ -71,14 +71,6 @@ class Warp {
   void decide_nodes();
   Reshaped write();
   Reshaped put_node(double radius, const Drag& drag);
-
-  size_t index(int i, int j, int k) const {
-    const Index3 size = box_.size();
-    return (static_cast<size_t>(k - box_.low[2]) * static_cast<size_t>(size[1]) +
-            static_cast<size_t>(j - box_.low[1])) *
-               static_cast<size_t>(size[0]) +
-           static_cast<size_t>(i - box_.low[0]);
-  }
 
   TriDexel& model_;
   std::optional<Snapshot> base_;

@@ -17,7 +17,6 @@ constexpr double kFlowStep = 0.1;
 // A step of scale changes lengths by no more than this: 2.25 would fold.
 constexpr double kScaleStep = 1.5;
 constexpr double kLeastScale = 0.02, kLargestScale = 50;
-constexpr int kMaxSteps = 4096;
 
 }  // namespace
 
@@ -35,7 +34,7 @@ WarpMap::WarpMap(WarpVerb verb, const Brush& brush, double radius, const Drag& d
       idle_ = !(length > 0);
       if (idle_) break;
       const double most = (keep_volume_ ? kFlowStep : kGrabStep) * radius;
-      steps_ = static_cast<int>(std::min<double>(kMaxSteps, std::floor(length / most)));
+      steps_ = static_cast<int>(std::floor(length / most));
       step_ = way_ / length * most;
       rest_ = way_ - steps_ * step_;
       reach_.include(Vec3(centre_ + way_));
