@@ -34,7 +34,7 @@
 #include <kibori/haptics/materials.h>
 #include <kibori/live/document_writer.h>
 #include <kibori/live/live_carving.h>
-#include <kibori/motion/dabs.h>
+#include <kibori/motion/reshape_stroke.h>
 #include <kibori/motion/direct_tool.h>
 #include <kibori/motion/spring_tool.h>
 #include <kibori/motion/stroke_record.h>

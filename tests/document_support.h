@@ -13,7 +13,7 @@
 #include <kibori/document/codec.h>
 #include <kibori/document/database.h>
 #include <kibori/document/document.h>
-#include <kibori/motion/dabs.h>
+#include <kibori/motion/reshape_stroke.h>
 #include <kibori/motion/direct_tool.h>
 
 #include "tests/support.h"
@@ -60,13 +60,19 @@ inline StrokeSettings some_settings(Random& random) {
   s.mode = random.integer(0, 3) == 0 ? Mode::deposit : Mode::cut;
   if (random.integer(0, 3) == 0) {
     s.mode = static_cast<Mode>(
-        random.integer(static_cast<int>(Mode::smooth), static_cast<int>(Mode::flatten)));
+        random.integer(static_cast<int>(Mode::smooth), static_cast<int>(Mode::press)));
     s.brush = {random.uniform(1, 6),
                random.uniform(0, 1),
                static_cast<Falloff>(random.integer(0, 2)),
                random.uniform(0, 2),
                random.integer(0, 1) == 1,
                static_cast<FlattenTo>(random.integer(0, 2))};
+  }
+  if (random.integer(0, 3) == 0) {
+    s.symmetry.planes[static_cast<size_t>(random.integer(0, 2))] = true;
+    s.symmetry.fold = random.integer(1, 4);
+    s.symmetry.axis = static_cast<Axis>(random.integer(0, 2));
+    s.symmetry.centre_mm = Vec3(20, 15, 10);
   }
   s.materials.resize(2);
   s.material = static_cast<uint8_t>(random.integer(0, 1));
@@ -81,8 +87,9 @@ inline void carve(Document& document, TriDexel& model, Random& random, int ticks
   const Pose start{random.in_box(0, 30), frame_from_axis(random.direction(), 0)};
   ASSERT_TRUE(document.begin(s, start, "by chance").ok());
   DirectTool stroke(model, start);
-  DabStroke dabs(model);
-  dabs.begin(start.tip);
+  stroke.set_symmetry(s.symmetry);
+  ReshapeStroke reshape(model);
+  bool begun = false;
   const Vec3 way = random.direction();
   double removed = 0;
   for (int i = 0; i < ticks; i++) {
@@ -90,16 +97,21 @@ inline void carve(Document& document, TriDexel& model, Random& random, int ticks
     tick.tip = stroke.pose().tip + way * random.uniform(0, 0.6);
     if (i % 5 == 0) tick.turn = 0.02 * random.direction();
     tick.edits = random.integer(0, 9) != 0;
+    if (reshapes(s.mode) && tick.edits && !std::exchange(begun, true)) {
+      const Status fine =
+          reshape.begin({s.mode, s.brush, s.tool, s.force.law, s.rate_hz, s.symmetry}, s.materials,
+                        stroke.pose());
+      ASSERT_TRUE(fine.ok()) << fine.error();
+    }
     auto done = stroke.advance(s.tool, tick.tip, tick.turn, tick.edits ? s.mode : Mode::off,
                                s.force.law, s.materials, s.material);
     ASSERT_TRUE(done.ok()) << done.error();
-    if (reshapes(s.mode) && tick.edits) {
-      const Status dabbed =
-          dabs.advance(s.mode, s.brush, s.force.law, s.materials, s.rate_hz, done.value());
-      ASSERT_TRUE(dabbed.ok()) << dabbed.error();
-    } else if (reshapes(s.mode)) {
-      dabs.begin(tick.tip);
+    if (begun) {
+      const Status reshaped =
+          tick.edits ? reshape.advance(done.value(), i + 1 == ticks) : reshape.end(done.value());
+      ASSERT_TRUE(reshaped.ok()) << reshaped.error();
     }
+    begun &= tick.edits;
     removed += done.value().removed_mm3;
     document.add(tick);
     if (i % 7 == 6) {

@@ -7,7 +7,7 @@
 
 #include <kibori/dexel/normal_code.h>
 #include <kibori/edit/edit.h>
-#include <kibori/motion/dabs.h>
+#include <kibori/motion/reshape_stroke.h>
 #include <kibori/reshape/reshaper.h>
 #include <kibori/solid/ball.h>
 #include <kibori/solid/tool.h>
@@ -358,10 +358,10 @@ TEST(Reshape, FlattenMakesAPlane) {
   });
   EXPECT_EQ(disagreeing(model), 0);
   // Fitted: level with the plane's own tilt.
-  const auto fitted = reshaper.fitted_plane(model, {.radius_mm = 4}, Vec3(24, 24, 33));
+  const auto fitted = reshaper.surface_under(model, {.radius_mm = 4}, Vec3(24, 24, 33));
   ASSERT_TRUE(fitted.has_value());
-  EXPECT_GT(fitted->normal.z(), 0.9999);
-  EXPECT_NEAR(fitted->point_mm.z(), 33.2, 1e-3);
+  EXPECT_GT(fitted->plane.normal.z(), 0.9999);
+  EXPECT_NEAR(fitted->plane.point_mm.z(), 33.2, 1e-3);
 }
 
 // Materials and paint go with the surface.
@@ -446,7 +446,7 @@ TEST(Reshape, SaysWhatMovedAndWhere) {
 
 // The same way in few ticks or in many has the same dabs. Along it, the force's work is that of
 // what moved: u (added + removed), and a moment is that of a force at the middle of what moved.
-TEST(DabStroke, DabsAndWorkDoNotDependOnTheTicks) {
+TEST(ReshapeStroke, DabsAndWorkDoNotDependOnTheTicks) {
   const std::vector<Material> materials{{"wood", 0.002, 40, 0, 0, {}}};
   const Brush brush{6, 0.7, Falloff::smooth, 1.5};
   double volume = 0;
@@ -454,16 +454,19 @@ TEST(DabStroke, DabsAndWorkDoNotDependOnTheTicks) {
     TriDexel model(cube(64));
     model.fill_block({Vec3::Constant(8), Vec3(56, 56, 40)}, 0);
     const double before = model.volume_mm3();
-    DabStroke stroke(model);
+    ReshapeStroke stroke(model);
     const Vec3 from(14, 8, 40), way(30, 0, 0);
-    stroke.begin(from);
+    const ForceLaw law{ForceModel::energy, 6, 1};
+    ASSERT_TRUE(stroke
+                    .begin({Mode::smooth, brush, BallTool{}, law, 1000, {}}, materials,
+                           {from, Mat3::Identity()})
+                    .ok());
     double removed = 0, work = 0;
     int64_t points = 0;
     for (int i = 1; i <= ticks; i++) {
       ToolTick tick;
       tick.pose = {from + way * i / ticks, Mat3::Identity()};
-      const ForceLaw law{ForceModel::energy, 6, 1};
-      ASSERT_TRUE(stroke.advance(Mode::smooth, brush, law, materials, 1000, tick).ok());
+      ASSERT_TRUE(stroke.advance(tick).ok());
       removed += tick.removed_mm3;
       points += tick.points;
       work -= tick.wrench.force.dot(way) / ticks;
@@ -485,40 +488,48 @@ TEST(DabStroke, DabsAndWorkDoNotDependOnTheTicks) {
   }
 }
 
-TEST(DabStroke, StandsStillWithoutForceAndKeepsTheStrokesPlane) {
+TEST(ReshapeStroke, StandsStillWithoutForceAndKeepsTheStrokesPlane) {
   TriDexel model(cube(64));
   model.fill_block({Vec3::Constant(8), Vec3(56, 56, 40)}, 0);
-  DabStroke stroke(model);
-  stroke.begin(Vec3(20, 20, 40));
+  ReshapeStroke stroke(model);
   ToolTick tick;
   tick.pose = {Vec3(20, 20, 40), Mat3::Identity()};
-  ASSERT_TRUE(stroke.advance(Mode::inflate, {6, 1, Falloff::smooth, 2}, {}, {{}}, 1000, tick).ok());
+  const std::vector<Material> wood(1);
+  const auto begin = [&](Mode mode, const Brush& brush) {
+    return stroke.begin({mode, brush, BallTool{}, {}, 1000, {}}, wood, tick.pose).ok();
+  };
+  ASSERT_TRUE(begin(Mode::inflate, {6, 1, Falloff::smooth, 2}));
+  ASSERT_TRUE(stroke.advance(tick).ok());
   EXPECT_LT(tick.removed_mm3, -20);
   EXPECT_TRUE(tick.edited);
   EXPECT_EQ(tick.wrench.force.norm(), 0);
-  ASSERT_TRUE(stroke.advance(Mode::inflate, {6, 1, Falloff::smooth, 2}, {}, {{}}, 1000, tick).ok());
+  ASSERT_TRUE(stroke.advance(tick).ok());
   EXPECT_EQ(tick.removed_mm3, 0) << "one dab, where it stands";
-  EXPECT_FALSE(stroke.advance(Mode::cut, {}, {}, {{}}, 1000, tick).ok());
-  EXPECT_FALSE(stroke.advance(Mode::smooth, {-1}, {}, {{}}, 1000, tick).ok());
+  EXPECT_FALSE(begin(Mode::cut, {}));
+  EXPECT_FALSE(begin(Mode::smooth, {-1}));
+  EXPECT_FALSE(begin(Mode::grab, {5, -0.5}));
 
   // Waves of 2 mm: flattened to the plane under the first dab, or under each. The surface is flat
   // along the way of the one, not of the other.
-  const auto unevenness = [](FlattenTo to) {
+  const auto unevenness = [&](FlattenTo to) {
     TriDexel waves(cube(96));
     waves.fill_block({Vec3::Constant(8), Vec3(88, 40, 40)}, 0);
     for (int i = 0; i < 8; i++)
       add(waves,
           tool_at(Capsule{5, 40}, {Vec3(13.0 + 10 * i, 4, 38), frame_from_axis(Vec3::UnitY(), 0)},
                   waves.lattice()));
-    DabStroke flatten(waves);
-    flatten.begin(Vec3(24, 24, 42));
+    ReshapeStroke flatten(waves);
+    EXPECT_TRUE(
+        flatten
+            .begin(
+                {Mode::flatten, {8, 1, Falloff::constant, 0, false, to}, BallTool{}, {}, 1000, {}},
+                wood, {Vec3(24, 24, 42), Mat3::Identity()})
+            .ok());
     for (int i = 0; i < 3; i++)
       for (int k = 0; k <= 40; k++) {
         ToolTick here;
         here.pose = {Vec3(24 + k, 24, 42), Mat3::Identity()};
-        const Status done = flatten.advance(Mode::flatten, {8, 1, Falloff::constant, 0, false, to},
-                                            {}, {{}}, 1000, here);
-        EXPECT_TRUE(done.ok());
+        EXPECT_TRUE(flatten.advance(here).ok());
       }
     // Off the line that fits best, as the plane of the first dab may lie askew.
     std::vector<Vec3> places;

@@ -423,7 +423,7 @@ TEST(Studio, MirroredStrokesAndOneThatIsOnlyLookedAt) {
     LiveSession& studio = *opened.value()->live();
     Stepped servo(studio);
     ASSERT_TRUE(servo.until([&] { return studio.steps().size() == 1; }));
-    EXPECT_TRUE(studio.choose_symmetry({true, false, false}).ok());
+    EXPECT_TRUE(studio.choose_symmetry({true, false, false}, 1, Axis::z).ok());
     add_row(studio, servo, 10);
     studio.name_version("a row");
     ASSERT_TRUE(servo.until([&] { return studio.versions().size() == 1; }));

@@ -83,7 +83,8 @@ struct Dispatch {
   void operator()(const ChooseSymmetry& m) const {
     const unsigned planes = m.planes;
     choose([&](LiveSession& s) {
-      return s.choose_symmetry({(planes & 1) != 0, (planes & 2) != 0, (planes & 4) != 0});
+      return s.choose_symmetry({(planes & 1) != 0, (planes & 2) != 0, (planes & 4) != 0}, 1,
+                               Axis::z);
     });
   }
   void operator()(const ChooseMaterial& m) const {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/batch/carving.h>
 #include <kibori/document/rescue.h>
-#include <kibori/motion/dabs.h>
+#include <kibori/motion/reshape_stroke.h>
 #include <kibori/motion/direct_tool.h>
 
 #include <algorithm>
@@ -25,6 +25,13 @@ double microseconds_since(std::chrono::steady_clock::time_point start) {
 
 // A stroke reaches the file at least so often.
 constexpr auto kFlushEvery = std::chrono::milliseconds(50);
+
+// Clay that found no room [mm^3] is told beyond this.
+constexpr double kOwedWarning = 1e-3;
+
+bool one_stroke(const Move& first, const Move& next) {
+  return warps(first.mode) && first.mode == next.mode && first.brush == next.brush;
+}
 
 double percentile(const std::vector<double>& sorted, double share) {
   if (sorted.empty()) return 0;
@@ -150,7 +157,11 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
   DirectTool stroke(model, hand);
   stroke.set_threads(options.threads);
   SpringTool series(model, hand, scene.force.spring);
-  DabStroke dabs(model);
+  Symmetry symmetry = scene.symmetry;
+  if (!scene.symmetry_centred) symmetry.centre_mm = centre_of(model.lattice());
+  stroke.set_symmetry(symmetry);
+  series.set_symmetry(symmetry);
+  ReshapeStroke reshape(model);
   std::unique_ptr<Document> document;
   auto flushed = std::chrono::steady_clock::now();
   // Where the file can't be written any more the document goes on in memory, and that is told once;
@@ -181,20 +192,31 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
   bool clipped = false;
   if (!first.label.empty()) carving.marks.push_back({first.label, 0});
   bool going = true;
+  double removed_before = 0;  // of the stroke
   for (size_t i = 1; i < scene.moves.size() && going; i++) {
     const Move &from = scene.moves[i - 1], &to = scene.moves[i];
     const MovePlan& plan = plans[i - 1];
     const Tool& tool = scene.tools[to.tool];
     if (to.tool != from.tool) series.disengage();
     // Each move is a stroke, which does not depend on what the tool did before: so it can be carved
-    // again alone.
-    stroke.place(stroke.pose());
-    series.begin_stroke();
-    dabs.begin(scene.force.series() ? series.pose().tip : stroke.pose().tip);
-    if (document)
-      keep(document->begin(stroke_settings(scene, to),
-                           scene.force.series() ? series.pose() : stroke.pose(), to.label));
-    const double removed_before = summary.removed_mm3 - summary.deposited_mm3;
+    // again alone. Moves of one warp are one stroke.
+    const bool goes_on = i > 1 && one_stroke(from, to);
+    const bool ends = i + 1 == scene.moves.size() || !one_stroke(to, scene.moves[i + 1]);
+    if (!goes_on) {
+      stroke.place(stroke.pose());
+      series.begin_stroke();
+      const Pose& start = scene.force.series() ? series.pose() : stroke.pose();
+      StrokeSettings settings = stroke_settings(scene, to);
+      settings.symmetry = symmetry;
+      if (reshapes(to.mode))
+        if (const Status begun =
+                reshape.begin({to.mode, to.brush, tool, scene.force.law, scene.rate_hz, symmetry},
+                              scene.materials, start);
+            !begun)
+          return Error{scene.file + ":" + std::to_string(to.line) + ": [move] " + begun.error()};
+      if (document) keep(document->begin(settings, start, to.label));
+    }
+    if (!goes_on) removed_before = summary.removed_mm3 - summary.deposited_mm3;
     for (int64_t k = 1; k <= plan.ticks + plan.dwell_ticks && going; k++) {
       const bool moving = k <= plan.ticks;
       const double share = static_cast<double>(k) / static_cast<double>(plan.ticks);
@@ -209,11 +231,12 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
           scene.force.series() ? series.advance(tool, hand, to.mode, scene.materials, to.material)
                                : stroke.advance(tool, tip, turn, to.mode, scene.force.law,
                                                 scene.materials, to.material);
-      if (tick && reshapes(to.mode))
-        if (const Status dabbed = dabs.advance(to.mode, to.brush, scene.force.law, scene.materials,
-                                               scene.rate_hz, tick.value());
-            !dabbed)
-          tick = Error{dabbed.error()};
+      if (tick && reshapes(to.mode)) {
+        Status reshaped = reshape.advance(tick.value());
+        if (reshaped && ends && k == plan.ticks + plan.dwell_ticks)
+          reshaped = reshape.end(tick.value());
+        if (!reshaped) tick = Error{reshaped.error()};
+      }
       step_us.push_back(microseconds_since(start));
       if (!tick) {
         settle_document();
@@ -244,7 +267,18 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
         going =
             options.each(model, tool, scene.force.series() ? series.pose() : stroke.pose(), result);
     }
-    if (document)
+    if (ends && to.mode == Mode::press) {
+      // A tick that edits nothing: there what is owed comes back (see Document::replay).
+      if (document) document->add({stroke.pose().tip, Vec3::Zero(), false});
+      if (reshape.owed_mm3() > kOwedWarning && options.warning) {
+        char text[160];
+        std::snprintf(text, sizeof text,
+                      ": %.3g mm3 of clay found no room around the tool; raise [stock] room_mm",
+                      reshape.owed_mm3());
+        options.warning(scene.file + ":" + std::to_string(to.line) + text);
+      }
+    }
+    if (document && ends)
       keep(document->finish(model, summary.removed_mm3 - summary.deposited_mm3 - removed_before));
     if (!to.label.empty())
       carving.marks.push_back({to.label, static_cast<double>(summary.ticks) / scene.rate_hz});

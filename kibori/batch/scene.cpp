@@ -13,7 +13,7 @@
 #include <kibori/base/file.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/haptics/materials.h>
-#include <kibori/motion/dabs.h>
+#include <kibori/motion/reshape_stroke.h>
 
 namespace kibori {
 namespace {
@@ -57,7 +57,7 @@ class Reader {
   }
 
   Result<Scene> read(const toml::table& root) {
-    only(root, "", {"schema", "stock", "material", "tool", "force", "motion", "move"});
+    only(root, "", {"schema", "stock", "material", "tool", "force", "motion", "symmetry", "move"});
     if (root.contains("schema") && number(root, "", "schema") != 1)
       fail(root.get("schema"), "schema must be 1; a newer scene needs a newer kibori");
     read_force(root);
@@ -65,6 +65,7 @@ class Reader {
     read_stock(root);
     read_motion(root);
     read_moves(root);
+    read_symmetry(root);
     if (!error_.empty()) return Error{error_};
     return std::move(scene_);
   }
@@ -220,7 +221,7 @@ class Reader {
       return fail(node, "materials are written as [[material]] tables");
     for (const toml::node& element : *list) {
       const toml::table& t = *element.as_table();
-      only(t, "material", {"name", "kf", "u", "c", "yield_n", "color"});
+      only(t, "material", {"name", "kf", "u", "c", "yield_n", "color", "plastic"});
       Material material = defaults(text(t, "material", "name"));
       for (const Material& other : scene_.materials)
         if (other.name == material.name)
@@ -229,20 +230,25 @@ class Reader {
       at_least_zero(t, "material", "u", material.u);
       at_least_zero(t, "material", "c", material.c);
       at_least_zero(t, "material", "yield_n", material.yield_n);
-      if (t.contains("color")) read_color(t, material);
+      if (t.contains("color")) read_color(t, "material", material.color);
+      if (const toml::node* plastic = t.get("plastic")) {
+        const auto value = plastic->value_exact<bool>();
+        if (!value) fail(plastic, "[material] plastic must be true or false");
+        material.plastic = value.value_or(false);
+      }
       add(&t, material);
     }
   }
-  void read_color(const toml::table& t, Material& material) {
-    const std::string color = text(t, "material", "color");
+  void read_color(const toml::table& t, std::string_view name, std::array<uint8_t, 3>& color) {
+    const std::string written = text(t, name, "color");
     unsigned rgb = 0;
     char rest = 0;
-    const bool hex = color.size() == 7 &&
-                     color.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
-    if (!hex || std::sscanf(color.c_str(), "#%6x%c", &rgb, &rest) != 1)
-      return fail(t.get("color"), "[material] color must look like \"#c49a6c\"");
-    material.color = {static_cast<uint8_t>(rgb >> 16), static_cast<uint8_t>(rgb >> 8),
-                      static_cast<uint8_t>(rgb)};
+    const bool hex = written.size() == 7 &&
+                     written.find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos;
+    if (!hex || std::sscanf(written.c_str(), "#%6x%c", &rgb, &rest) != 1)
+      return fail(t.get("color"), full(name, "color") + " must look like \"#c49a6c\"");
+    color = {static_cast<uint8_t>(rgb >> 16), static_cast<uint8_t>(rgb >> 8),
+             static_cast<uint8_t>(rgb)};
   }
   // A material by that name as the program knows it, with [force]'s constants in place of its own.
   Material defaults(const std::string& name) {
@@ -355,6 +361,41 @@ class Reader {
     stock.orientation = {};
   }
 
+  void read_symmetry(const toml::table& root) {
+    const toml::table* t = table(root, "symmetry", false);
+    if (!t) return;
+    only(*t, "symmetry", {"planes", "fold", "axis", "centre"});
+    Symmetry& symmetry = scene_.symmetry;
+    if (t->contains("planes")) {
+      const std::string planes = text(*t, "symmetry", "planes");
+      for (const char c : planes) {
+        if (const auto axis = value_of<Axis>(std::string_view(&c, 1)))
+          symmetry.planes[static_cast<size_t>(*axis)] = true;
+        else
+          fail(t->get("planes"),
+               "[symmetry] planes must be letters of \"xyz\", as in planes = \"xy\": the planes "
+               "normal to these axes");
+      }
+    }
+    if (t->contains("fold")) {
+      const double fold = number(*t, "symmetry", "fold");
+      symmetry.fold = fold >= 1 && fold <= kMaxFold ? static_cast<int>(fold) : 0;
+      if (symmetry.fold != fold)
+        fail(t->get("fold"),
+             "[symmetry] fold must be a whole number from 1 to " + std::to_string(kMaxFold));
+    }
+    if (t->contains("axis")) {
+      const auto axis = value_of<Axis>(text(*t, "symmetry", "axis"));
+      if (!axis) fail(t->get("axis"), R"([symmetry] axis must be "x", "y" or "z")");
+      symmetry.axis = axis.value_or(Axis::z);
+    }
+    scene_.symmetry_centred = t->contains("centre");
+    if (scene_.symmetry_centred) symmetry.centre_mm = vector(*t, "symmetry", "centre");
+    for (const Tool& tool : scene_.tools)
+      if (const Status fits = check_symmetry(symmetry, tool); !fits)
+        fail(t, "[symmetry] " + fits.error());
+  }
+
   void read_motion(const toml::table& root) {
     const toml::table* t = table(root, "motion", false);
     if (!t) return;
@@ -420,9 +461,15 @@ class Reader {
       return fail(node, "[move] brush must be a table, as in brush = { radius = 4 }");
     const toml::table& t = node ? *node->as_table() : kNone;
     Brush& brush = of.brush;
-    only(t, "brush", {"radius", "strength", "falloff", "sigma", "keep_volume", "plane"});
+    only(t, "brush", {"radius", "strength", "falloff", "sigma", "keep_volume", "plane", "color"});
     if (t.contains("radius")) brush.radius_mm = positive(t, "brush", "radius");
-    if (t.contains("strength")) brush.strength = number(t, "brush", "strength");
+    // A strength that was never written is what the mode's own is.
+    brush_is_strong_ |= t.contains("strength");
+    if (t.contains("strength"))
+      brush.strength = number(t, "brush", "strength");
+    else if (!brush_is_strong_)
+      brush.strength = default_strength(of.mode);
+    if (t.contains("color")) read_color(t, "brush", brush.color);
     at_least_zero(t, "brush", "sigma", brush.sigma_mm);
     if (t.contains("falloff")) {
       const std::string falloff = text(t, "brush", "falloff");
@@ -450,8 +497,7 @@ class Reader {
              "0, 5], normal = [0, 0, 1] }");
       }
     }
-    const Status fine =
-        reshapes(of.mode) ? check_brush(brush, verb_of(of.mode)) : check_brush(brush);
+    const Status fine = reshapes(of.mode) ? check_brush_of(of.mode, brush) : check_brush(brush);
     if (!fine) fail(node ? node : static_cast<const toml::node*>(&move), "[brush] " + fine.error());
   }
 
@@ -504,6 +550,7 @@ class Reader {
       }
       if (t.contains("material"))
         move.material = material(t.get("material"), text(t, "move", "material"));
+      move.mode = mode_in(scene_.materials[scene_.stock.material], move.mode);
       if (t.contains("brush") || reshapes(move.mode)) read_brush(t, move);
       if (t.contains("label")) move.label = text(t, "move", "label");
       if (const toml::node* tool = t.get("tool")) {
@@ -527,6 +574,7 @@ class Reader {
   std::optional<std::filesystem::path> folder_;
   std::string error_;
   std::optional<double> kf_, u_;
+  bool brush_is_strong_ = false;  // a move has said a brush's strength
 };
 
 constexpr int kMaxDepth = 32;  // tables in tables, lists in lists; scenes need four

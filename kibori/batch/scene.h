@@ -56,6 +56,8 @@ struct Scene {
   std::vector<Material> materials;
   StrokeForce force;  // model `series`: the moves are the hand's, and the tool hangs on the spring
   double rate_hz = 1000;
+  Symmetry symmetry;  // of all moves; its centre is the lattice's middle, unless it is said
+  bool symmetry_centred = false;
   std::vector<Move> moves;  // the first is where the tool starts
 };
 

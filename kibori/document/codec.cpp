@@ -12,7 +12,7 @@
 #include <zstd.h>
 
 #include <kibori/base/hash.h>
-#include <kibori/motion/dabs.h>
+#include <kibori/motion/reshape_stroke.h>
 
 static_assert(std::endian::native == std::endian::little, "documents are little-endian");
 
@@ -234,6 +234,15 @@ bool take_columns(Reader& reader, size_t count, int columns, At&& at) {
   return true;
 }
 
+// Left as it is where there is none.
+void read_color(const Json& json, std::array<uint8_t, 3>& color) {
+  const auto found = json.find("color");
+  if (found == json.end() || !found->is_array() || found->size() != 3) return;
+  for (size_t i = 0; i < 3; i++)
+    if ((*found)[i].is_number_unsigned())
+      color[i] = static_cast<uint8_t>((*found)[i].get<unsigned>());
+}
+
 Status read_brush(const Json& json, Brush& brush) {
   Fields fields{json};
   std::string falloff, flatten_to;
@@ -252,6 +261,7 @@ Status read_brush(const Json& json, Brush& brush) {
   brush.falloff = *named;
   brush.flatten_to = *plane_of;
   brush.keep_volume = keeps->get<bool>();
+  read_color(json, brush.color);
   if (brush.flatten_to != FlattenTo::plane) return Ok{};
   const Json* plane = fields.find("plane");
   if (!plane || !plane->is_object()) return Error{"the brush has no plane to flatten to"};
@@ -294,20 +304,27 @@ std::string settings_to_json(const StrokeSettings& s) {
         {"radius_mm", s.brush.radius_mm},      {"strength", s.brush.strength},
         {"falloff", name_of(s.brush.falloff)}, {"sigma_mm", s.brush.sigma_mm},
         {"keep_volume", s.brush.keep_volume},  {"flatten_to", name_of(s.brush.flatten_to)}};
+    if (s.mode == Mode::paint) json["brush"]["color"] = s.brush.color;
     if (s.brush.flatten_to == FlattenTo::plane)
       json["brush"]["plane"] = {{"point_mm", vec(s.brush.plane.point_mm)},
                                 {"normal", vec(s.brush.plane.normal)}};
   }
   if (s.symmetry.any())
     json["symmetry"] = {{"planes", s.symmetry.planes}, {"centre_mm", vec(s.symmetry.centre_mm)}};
+  if (s.symmetry.fold > 1) {
+    json["symmetry"]["fold"] = s.symmetry.fold;
+    json["symmetry"]["axis"] = name_of(s.symmetry.axis);
+  }
   Json& materials = json["materials"] = Json::array();
-  for (const Material& m : s.materials)
+  for (const Material& m : s.materials) {
     materials.push_back({{"name", m.name},
                          {"kf", m.kf},
                          {"u", m.u},
                          {"c", m.c},
                          {"yield_n", m.yield_n},
                          {"color", m.color}});
+    if (m.plastic) materials.back()["plastic"] = true;
+  }
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -361,15 +378,23 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
       s.symmetry.planes[i] = planes[i].get<bool>();
     }
     if (!read_vec(symmetry->value("centre_mm", Json()), s.symmetry.centre_mm)) return none;
+    if (symmetry->contains("fold")) {
+      Fields f{*symmetry};
+      std::string axis;
+      f.get("fold", s.symmetry.fold, 1, kMaxFold);
+      f.get("axis", axis);
+      const auto named_axis = value_of<Axis>(axis);
+      if (!f.wrong.empty()) return Error{"a stroke's symmetry: it " + f.wrong};
+      if (!named_axis) return Error{"a symmetry's axis is x, y or z"};
+      s.symmetry.axis = *named_axis;
+    }
     if (const Status fits = check_symmetry(s.symmetry, s.tool); !fits) return Error{fits.error()};
   }
   if (reshapes(s.mode)) {
-    if (s.symmetry.any()) return Error{"a stroke that reshapes has no symmetry"};
     const Json* brush = fields.find("brush");
     if (!brush || !brush->is_object()) return Error{"a stroke that reshapes has no brush"};
     if (const Status read = read_brush(*brush, s.brush); !read) return Error{read.error()};
-    if (const Status fits = check_brush(s.brush, verb_of(s.mode)); !fits)
-      return Error{fits.error()};
+    if (const Status fits = check_brush_of(s.mode, s.brush); !fits) return Error{fits.error()};
   }
   const Json* materials = fields.find("materials");
   if (materials && (!materials->is_array() || materials->empty() ||
@@ -386,11 +411,12 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
       f.get("u", m.u);
       f.get("c", m.c);
       f.get("yield_n", m.yield_n);
-      if (const auto color = item.find("color");
-          color != item.end() && color->is_array() && color->size() == 3)
-        for (size_t i = 0; i < 3; i++)
-          if ((*color)[i].is_number_unsigned())
-            m.color[i] = static_cast<uint8_t>((*color)[i].get<unsigned>());
+      read_color(item, m.color);
+      if (item.contains("plastic")) {
+        if (!item["plastic"].is_boolean())
+          return Error{"a material's plastic is not true or false"};
+        m.plastic = item["plastic"].get<bool>();
+      }
       if (!f.wrong.empty()) return Error{"a material " + f.wrong};
       s.materials.push_back(m);
     }

@@ -6,7 +6,7 @@
 #include <kibori/document/codec.h>
 #include <kibori/document/document.h>
 #include <kibori/document/storage.h>
-#include <kibori/motion/dabs.h>
+#include <kibori/motion/reshape_stroke.h>
 #include <kibori/motion/direct_tool.h>
 
 namespace kibori {
@@ -421,25 +421,28 @@ Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceL
   if (!begin) return Error{begin.error()};
   DirectTool stroke(model, begin.value());
   stroke.set_symmetry(s.symmetry);
-  DabStroke dabs(model);
-  dabs.begin(begin.value().tip);
+  ReshapeStroke reshape(model);
+  const ReshapeSettings reshaping{s.mode,    s.brush,   s.tool, law.value_or(s.force.law),
+                                  s.rate_hz, s.symmetry};
+  bool begun = false;
   ReplayedTick out;
   out.step = step;
   int64_t count = 0;
-  return for_ticks(step, [&](const std::vector<StrokeTick>& ticks) -> Status {
+  Status replayed = for_ticks(step, [&](const std::vector<StrokeTick>& ticks) -> Status {
     for (const StrokeTick& tick : ticks) {
       const Mode mode = tick.edits ? s.mode : Mode::off;
+      if (reshapes(mode) && !std::exchange(begun, true))
+        if (Status fine = reshape.begin(reshaping, s.materials, stroke.pose()); !fine) return fine;
       Result<ToolTick> done = stroke.advance(s.tool, tick.tip, tick.turn, mode,
                                              law.value_or(s.force.law), s.materials, s.material);
       if (!done) return Error{done.error()};
-      if (reshapes(mode)) {
-        if (Status dabbed = dabs.advance(mode, s.brush, law.value_or(s.force.law), s.materials,
-                                         s.rate_hz, done.value());
-            !dabbed)
-          return dabbed;
-      } else if (reshapes(s.mode)) {
-        dabs.begin(tick.tip);
-      }
+      // A tick that edits nothing ends what was begun.
+      if (begun)
+        if (Status reshaped =
+                tick.edits ? reshape.advance(done.value()) : reshape.end(done.value());
+            !reshaped)
+          return reshaped;
+      begun &= tick.edits;
       count++;
       if (!use) continue;
       out.recorded = &tick;
@@ -451,6 +454,7 @@ Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceL
     }
     return Ok{};
   });
+  return replayed && begun ? reshape.break_off() : replayed;
 }
 
 Status Document::verify(const std::function<void(const std::string&)>& wrong_at,

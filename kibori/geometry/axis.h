@@ -5,9 +5,12 @@
 
 #include <array>
 
+#include <kibori/base/names.h>
+
 namespace kibori {
 
 enum class Axis { x = 0, y = 1, z = 2 };
+constexpr Names<3> names_of(Axis) { return {"x", "y", "z"}; }
 inline constexpr std::array<Axis, 3> kAxes = {Axis::x, Axis::y, Axis::z};
 
 constexpr int depth_index(Axis axis) { return static_cast<int>(axis); }

@@ -16,6 +16,8 @@ struct Material {
   double c = 0;        // viscous part of the force [N s/mm^3], force model `series`
   double yield_n = 0;  // least force that cuts [N], force model `series`
   std::array<uint8_t, 3> color{196, 154, 108};
+  // What a cut pushes away stays, around the tool: mode `press` (motion/reshape_stroke.h).
+  bool plastic = false;
   bool operator==(const Material&) const = default;
 };
 

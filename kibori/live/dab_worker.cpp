@@ -28,8 +28,8 @@ bool DabWorker::begin(Stroke stroke) {
   return true;
 }
 
-bool DabWorker::move(const Vec3& tip) {
-  if (!waiting_.push({number_, tip})) return false;
+bool DabWorker::move(const Pose& pose, bool ends) {
+  if (!waiting_.push({number_, pose, ends})) return false;
   moves_++;
   signal();
   return true;
@@ -67,27 +67,43 @@ void DabWorker::work(const Move& move) {
     }
     bench_ = is_dropped(move.stroke) ? nullptr : std::make_unique<Bench>(stroke_);
     stroke_.state = {};
-    last_ = stroke_.start.tip;
+    last_ = stroke_.start;
     changed_ = false;
   }
   if (!bench_ || is_dropped(move.stroke)) return;
-  auto& [model, dabs] = *bench_;
-  if (!changed_) dabs.begin(last_);
-  Done done;
-  done.stroke = move.stroke;
-  done.before = {last_, stroke_.start.frame};
-  done.felt.pose = {move.tip, stroke_.start.frame};
-  const uint64_t before = model.generation();
-  if (!dabs.advance(stroke_.mode, stroke_.brush, stroke_.law, *stroke_.materials, stroke_.rate_hz,
-                    done.felt)) {
+  const Mode mode = stroke_.settings.mode;
+  // A warp of a pose that is already left would be thrown away.
+  if (warps(mode) && !move.ends && !waiting_.empty()) return;
+  auto& [model, reshape] = *bench_;
+  // Until something changes, the stroke begins anew with every move: its log begins there.
+  if (!changed_ && !reshape.begin(stroke_.settings, *stroke_.materials, last_)) {
     bench_.reset();  // no more of this stroke
     return;
   }
-  last_ = move.tip;
+  Done done;
+  done.stroke = move.stroke;
+  done.ends = move.ends;
+  done.before = last_;
+  // As DirectTool moves, so that a replay has the same poses.
+  const ToolMotion motion{last_, move.pose.tip - last_.tip,
+                          rotation_between(last_.frame, move.pose.frame)};
+  done.felt.pose = motion.at(1);
+  done.felt.pose.tip = move.pose.tip;
+  done.felt.motion = {move.pose.tip, done.felt.pose.axis(), motion.travel_mm,
+                      motion.turns() ? motion.turn_rad : Vec3(Vec3::Zero())};
+  const uint64_t before = model.generation();
+  if (!(move.ends ? reshape.end(done.felt) : reshape.advance(done.felt, true))) {
+    bench_.reset();
+    return;
+  }
   done.changed = model.generation() != before;
   changed_ |= done.changed;
+  // A warp's stroke begins where it was begun, however late it changes anything.
+  if (!warps(mode) || changed_) last_ = done.felt.pose;
   if (!changed_) return;
-  done.work_per_mm = dabs.work_per_mm();
+  done.work_per_mm = reshape.work_per_mm();
+  done.stiffness_n_mm = reshape.stiffness_n_mm();
+  done.owed_mm3 = move.ends ? reshape.owed_mm3() : 0;
   if (done.changed) {
     done.state = model.snapshot();
     done.bounds = model.material_bounds();

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-// The thread that computes the dabs of reshaping strokes beside the servo, which never waits for
-// one.
+// The thread that computes reshaping strokes beside the servo, which never waits for it.
 //
-//   servo:   begin(stroke), move(tip) ──► DabStroke, on a model beside the servo's ──► take(done)
+//   servo:   begin(stroke), move(pose) ──► ReshapeStroke, on a model beside ──► take(done)
 //
 // What is taken comes in the order of the moves, each with the state of the model after it: the
 // servo restores that between two ticks, as an undo does. Moves before the first one that changes
-// anything are no part of the stroke, and nothing comes of them.
+// anything are no part of the stroke, and nothing comes of them. A warp is a function of the last
+// pose alone: where moves are waiting, it is computed for the newest of them.
 #pragma once
 
 #include <atomic>
@@ -17,18 +17,15 @@
 
 #include <kibori/base/handover.h>
 #include <kibori/dexel/tri_dexel.h>
-#include <kibori/motion/dabs.h>
+#include <kibori/motion/reshape_stroke.h>
 
 namespace kibori {
 
 class DabWorker {
  public:
   struct Stroke {
-    Mode mode = Mode::smooth;
-    Brush brush;
-    ForceLaw law;
+    ReshapeSettings settings;
     std::shared_ptr<const std::vector<Material>> materials;
-    double rate_hz = 1000;
     Pose start;           // of the tool
     Snapshot state;       // of the model, where it begins
     LatticeBox bounds;    // of its material
@@ -37,10 +34,13 @@ class DabWorker {
   // A move that belongs to its stroke.
   struct Done {
     uint64_t stroke = 0;
-    Pose before;             // of the tool
-    ToolTick felt;           // with the pose after it
-    double work_per_mm = 0;  // see held_force
-    bool changed = false;    // then there is a state
+    Pose before;                // of the tool
+    ToolTick felt;              // with the pose after it
+    bool ends = false;          // see end()
+    double work_per_mm = 0;     // see held_force
+    double stiffness_n_mm = 0;  // of a warp: see MaxwellForce
+    double owed_mm3 = 0;        // what a press could not give back, at its end
+    bool changed = false;       // then there is a state
     Snapshot state;
     LatticeBox bounds;
   };
@@ -52,9 +52,9 @@ class DabWorker {
   // The servo's thread; none of these waits, locks or allocates.
   // Whether a stroke can begin now: not while kMaxStrokes are waiting.
   bool begin(Stroke stroke);
-  // The tool moved to `tip`. False while kMaxMoves are waiting: then the next move goes from where
-  // the last one that was taken ended.
-  bool move(const Vec3& tip);
+  // The tool moved to `pose`. False while kMaxMoves are waiting: then the next move goes from where
+  // the last one that was taken ended. `ends`: the stroke is over there (ReshapeStroke::end).
+  bool move(const Pose& pose, bool ends = false);
   // The next move that is done, if one is.
   bool take(Done& done);
   // The strokes so far are over; moves that were not taken are as if they had not been.
@@ -66,7 +66,8 @@ class DabWorker {
   static constexpr size_t kMaxStrokes = 4, kMaxMoves = 32, kMaxDone = 64;
   struct Move {
     uint64_t stroke = 0;
-    Vec3 tip = Vec3::Zero();
+    Pose pose;
+    bool ends = false;
   };
   void signal();
   void run();
@@ -76,9 +77,9 @@ class DabWorker {
   }
   // A model beside the servo's for one stroke: it keeps tiles alive that no one else needs.
   struct Bench {
-    explicit Bench(const Stroke& stroke) : model(stroke.state, stroke.bounds), dabs(model) {}
+    explicit Bench(const Stroke& stroke) : model(stroke.state, stroke.bounds), reshape(model) {}
     TriDexel model;
-    DabStroke dabs;
+    ReshapeStroke reshape;
   };
 
   // The servo's.
@@ -94,7 +95,7 @@ class DabWorker {
   // The worker's.
   std::unique_ptr<Bench> bench_;  // of the stroke that is being made
   Stroke stroke_;
-  Vec3 last_ = Vec3::Zero();
+  Pose last_;
   bool changed_ = false;
   std::thread thread_;
 };

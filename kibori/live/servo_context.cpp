@@ -122,8 +122,7 @@ void ServoContext::begin_log(const Pose& before) {
   force.spring = settings_.spring;
   force.law = law();
   log_.begin({settings_.tool, settings_.mode, settings_.material, force, settings_.rate_hz,
-              shared_materials(), before,
-              reshapes(settings_.mode) ? Symmetry{} : settings_.symmetry, settings_.brush});
+              shared_materials(), before, settings_.symmetry, settings_.brush});
 }
 
 // Where the tool was before the tick, and what it did. Strokes begin with an edit.
@@ -146,31 +145,53 @@ void ServoContext::log_tick(const Pose& before, const StrokeTick& tick, const Wr
 void ServoContext::reshape(Mode mode, const Pose& before, LiveTick& result) {
   take_dabs(result);
   if (!reshapes(mode)) {
-    work_per_mm_ = felt_per_mm_ = 0;
+    // A hand that lets go of the tool for a while takes hold anew.
+    if (dabbing_ && settle()) finish_stroke();
+    work_per_mm_ = felt_per_mm_ = stiffness_n_mm_ = 0;
     velocity_mm_s_ = Vec3::Zero();
+    pull_.begin();
     return;
   }
   if (!settling_) {
     if (!dabbing_)
-      dabbing_ = dabs_.begin({mode, settings_.brush, law(), shared_materials(), settings_.rate_hz,
-                              before, model_->snapshot(), model_->material_bounds()});
-    if (dabbing_) dab_to(result.tool.tip);
+      dabbing_ = dabs_.begin(
+          {{mode, settings_.brush, settings_.tool, law(), settings_.rate_hz, settings_.symmetry},
+           shared_materials(),
+           before,
+           model_->snapshot(),
+           model_->material_bounds(),
+           0});
+    if (dabbing_) dab_to(result.tool);
   }
   const double tick_s = settings_.spring.tick_s;
-  const Vec3 velocity = (result.tool.tip - before.tip) / tick_s;
-  velocity_mm_s_ += std::min(1.0, tick_s / kVelocityFadeS) * (velocity - velocity_mm_s_);
+  const Vec3 way = result.tool.tip - before.tip;
+  velocity_mm_s_ += std::min(1.0, tick_s / kVelocityFadeS) * (way / tick_s - velocity_mm_s_);
   felt_per_mm_ += std::min(1.0, tick_s / kForceFadeS) * (work_per_mm_ - felt_per_mm_);
-  Vec3 force = held_force(law(), felt_per_mm_, velocity_mm_s_, settings_.rate_hz);
+  // What the device can bear bounds the slope of a held force over the speed, and a warp's spring.
+  const DeviceCapabilities& can = device_->capabilities();
+  const double scale = settings_.workspace.scale() * settings_.force_scale;
+  const bool felt = can.dof_out > 0 && can.damping_ns_mm > 0 && scale > 0;
+  const double damping = felt ? can.damping_ns_mm / scale : 0;
+  Vec3 force;
+  if (warps(mode) && settings_.model != ForceModel::paper) {
+    double stiffness = stiffness_n_mm_;
+    if (felt) stiffness = std::min(stiffness, damping / (MaxwellForce::kRelaxS + 0.5 * tick_s));
+    force = pull_.pull(stiffness, way, tick_s);
+  } else {
+    const double full = felt ? std::max(kFullForceSpeed, felt_per_mm_ / damping) : kFullForceSpeed;
+    force = held_force(law(), felt_per_mm_, velocity_mm_s_, settings_.rate_hz, full);
+  }
   const double strength = settings_.spring.strength_n, size = std::sqrt(force.squaredNorm());
   if (settings_.model == ForceModel::series && strength > 0 && size > strength)
     force *= strength / size;
   result.computed.force = force;
-  result.touching = felt_per_mm_ > 0;
+  result.touching = felt_per_mm_ > 0 || stiffness_n_mm_ > 0;
 }
 
-void ServoContext::dab_to(const Vec3& tip) {
-  dab_tip_ = tip;
-  dab_tip_waits_ = !dabs_.move(tip);
+void ServoContext::dab_to(const Pose& pose, bool ends) {
+  dab_pose_ = pose;
+  dab_ends_ = ends;
+  dab_waits_ = !dabs_.move(pose, ends);
   settled_ = false;
 }
 
@@ -188,8 +209,9 @@ void ServoContext::take_dabs(LiveTick& result) {
     result.removed_mm3 += done.felt.removed_mm3;
     result.cutting |= done.changed;
     work_per_mm_ = done.work_per_mm;
+    stiffness_n_mm_ = done.stiffness_n_mm;
     if (settings_.log)
-      log_.tick({done.felt.pose.tip, Vec3::Zero(), true, Vec3::Zero(), Vec3::Zero()},
+      log_.tick({done.felt.pose.tip, done.felt.motion.turn, !done.ends, Vec3::Zero(), Vec3::Zero()},
                 done.felt.wrench);
     if (!done.changed) continue;
     changed = true;
@@ -204,9 +226,11 @@ void ServoContext::take_dabs(LiveTick& result) {
 }
 
 bool ServoContext::settle() {
-  settling_ = true;
-  // A stroke ends where the hand did, however far behind its dabs are.
-  if (dabbing_ && dab_tip_waits_) dab_to(dab_tip_);
+  // A stroke ends where the hand did, however far behind its dabs are; a press gives back there.
+  if (!std::exchange(settling_, true) && dabbing_ && settings_.mode == Mode::press)
+    dab_to(dab_pose_, true);
+  else if (dabbing_ && dab_waits_)
+    dab_to(dab_pose_, dab_ends_);
   return !dabbing_ || settled_;
 }
 
@@ -221,7 +245,7 @@ void ServoContext::settle_all() {
 
 void ServoContext::finish_stroke() {
   if (std::exchange(dabbing_, false)) dabs_.drop();
-  settling_ = dab_tip_waits_ = false;
+  settling_ = dab_waits_ = dab_ends_ = false;
   if (!std::exchange(in_stroke_, false)) return;
   if (settings_.log)
     log_.end({model_->snapshot(), std::move(before_stroke_), model_->material_bounds(),

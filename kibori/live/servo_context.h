@@ -27,7 +27,7 @@ struct LiveSettings {
   Tool tool = BallTool{};
   Mode mode = Mode::cut;
   uint8_t material = 0;  // of a deposit
-  Brush brush;           // of a mode that reshapes, which symmetry does not mirror
+  Brush brush;           // of a mode that reshapes
   std::vector<Material> materials{Material{}};
   Symmetry symmetry;
   ForceModel model = ForceModel::series;
@@ -123,7 +123,7 @@ class ServoContext {
   // has done comes into the model, and is felt.
   void reshape(Mode mode, const Pose& before, LiveTick& result);
   void take_dabs(LiveTick& result);
-  void dab_to(const Vec3& tip);
+  void dab_to(const Pose& pose, bool ends = false);
   void begin_log(const Pose& before);
   const std::shared_ptr<const std::vector<Material>>& shared_materials();
   void keep_before_stroke();
@@ -152,14 +152,17 @@ class ServoContext {
   double stroke_removed_mm3_ = 0;
   double strike_nmm_ = 0;
   DabWorker dabs_;
-  bool dabbing_ = false;         // a stroke of dabs is with the worker
-  bool settling_ = false;        // it takes no more moves
-  bool settled_ = true;          // all that it took are in the model
-  Vec3 dab_tip_ = Vec3::Zero();  // its last move, which waits for a place where there was none
-  bool dab_tip_waits_ = false;
+  bool dabbing_ = false;   // a stroke of dabs is with the worker
+  bool settling_ = false;  // it takes no more moves
+  bool settled_ = true;    // all that it took are in the model
+  Pose dab_pose_;          // its last move, which waits for a place where there was none
+  bool dab_waits_ = false;
+  bool dab_ends_ = false;  // that move is the stroke's end
   // Of the dabs, as it is felt: faded from one to the next; of the tool, smoothed.
   double work_per_mm_ = 0, felt_per_mm_ = 0;
   Vec3 velocity_mm_s_ = Vec3::Zero();
+  double stiffness_n_mm_ = 0;  // of a warp
+  MaxwellForce pull_;
   LiveTotals totals_;
 };
 

@@ -1,41 +1,84 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/motion/symmetry.h>
 
+#include <cmath>
+#include <numbers>
+
+#include <kibori/base/trig.h>
+
 namespace kibori {
 namespace {
 
-// 1 and -1 on the diagonal.
-Vec3 signs_of(unsigned planes) {
-  return {planes & 1 ? -1.0 : 1.0, planes & 2 ? -1.0 : 1.0, planes & 4 ? -1.0 : 1.0};
+// Two images whose matrices differ by less are one: a half turn and two mirrors, for example.
+constexpr double kAlike = 1e-9;
+
+// A turn about an axis by k of n parts. Quarter turns are exact, so that rays have rays for images.
+Mat3 part_of_turn(Axis axis, int k, int n) {
+  const auto exact = [](double x) {
+    const double whole = std::round(x);
+    return std::fabs(x - whole) < kAlike ? whole : x;
+  };
+  const SinCos at = sin_cos(2 * std::numbers::pi * k / n);
+  const double sine = exact(at.sin), cosine = exact(at.cos);
+  const int u = u_index(axis), v = v_index(axis);
+  Mat3 turn = Mat3::Identity();
+  turn(u, u) = turn(v, v) = cosine;
+  turn(v, u) = sine;
+  turn(u, v) = -sine;
+  return turn;
 }
 
 }  // namespace
 
 Status check_symmetry(const Symmetry& symmetry, const Tool& tool) {
   if (!symmetry.centre_mm.allFinite())
-    return Error{"the planes of symmetry pass through no place at all"};
-  if (symmetry.any() && std::holds_alternative<MeshTool>(tool))
-    return Error{"a tool that is a mesh can't be mirrored; choose another, or no symmetry"};
+    return Error{"the planes and the axis of symmetry pass through no place at all"};
+  if (symmetry.fold < 1 || symmetry.fold > kMaxFold)
+    return Error{"a symmetry about an axis has 1 to 16 parts"};
+  if (symmetry.mirrors() && std::holds_alternative<MeshTool>(tool))
+    return Error{"a tool that is a mesh can't be mirrored; choose another, or no planes"};
   return Ok{};
 }
 
 Vec3 centre_of(const Lattice& lattice) { return lattice.to_mm(lattice.whole().centre()); }
 
-Pose image_of(const Pose& pose, const Vec3& centre_mm, unsigned planes) {
-  const Vec3 signs = signs_of(planes);
-  Pose image;
-  image.tip = centre_mm + signs.cwiseProduct(pose.tip - centre_mm);
-  image.frame = signs.asDiagonal() * pose.frame;
-  // An odd number of mirrors makes a left-handed frame; the tool's own symmetry turns it back.
-  if (signs.prod() < 0) image.frame.col(0) = -image.frame.col(0);
-  return image;
+SymmetryImages::SymmetryImages(const Symmetry& symmetry) : centre_mm_(symmetry.centre_mm) {
+  for (int k = 0; k < symmetry.fold; k++) {
+    const Mat3 turn = part_of_turn(symmetry.axis, k, symmetry.fold);
+    for (unsigned planes = 0; planes < 8; planes++) {
+      Vec3 signs = Vec3::Ones();
+      bool there = true;
+      for (unsigned i = 0; i < 3; i++)
+        if (planes >> i & 1) {
+          signs[i] = -1;
+          there &= symmetry.planes[i];
+        }
+      if (!there) continue;
+      const SymmetryImage image{turn * signs.asDiagonal(), signs.prod() < 0};
+      bool is_new = !image.turn.isIdentity(kAlike);
+      for (const SymmetryImage& other : *this) is_new &= (other.turn - image.turn).norm() > kAlike;
+      if (is_new) images_[count_++] = image;
+    }
+  }
 }
 
-ToolMotion image_of(const ToolMotion& motion, const Vec3& centre_mm, unsigned planes) {
-  const Vec3 signs = signs_of(planes);
+Vec3 image_of(const Vec3& place_mm, const Vec3& centre_mm, const SymmetryImage& image) {
+  return centre_mm + image.turn * (place_mm - centre_mm);
+}
+
+Pose image_of(const Pose& pose, const Vec3& centre_mm, const SymmetryImage& image) {
+  Pose seen;
+  seen.tip = image_of(pose.tip, centre_mm, image);
+  seen.frame = image.turn * pose.frame;
+  // A mirror makes a left-handed frame; the tool's own symmetry turns it back.
+  if (image.mirrors) seen.frame.col(0) = -seen.frame.col(0);
+  return seen;
+}
+
+ToolMotion image_of(const ToolMotion& motion, const Vec3& centre_mm, const SymmetryImage& image) {
   // Rotation vectors are axial.
-  return {image_of(motion.start, centre_mm, planes), signs.cwiseProduct(motion.travel_mm),
-          signs.prod() * signs.cwiseProduct(motion.turn_rad)};
+  return {image_of(motion.start, centre_mm, image), image.turn * motion.travel_mm,
+          (image.mirrors ? -1 : 1) * (image.turn * motion.turn_rad)};
 }
 
 }  // namespace kibori

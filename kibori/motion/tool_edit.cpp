@@ -28,11 +28,10 @@ void ToolEdit::run(const Tool& tool, const ToolMotion& motion, const Pose& end, 
              clear = !deposits && !turns && stands_clear(tool, motion.start);
   sweep(tool, motion, end, substeps, deposits, material, threads, clear, removed);
   images_.reset();
-  for_images(symmetry_, [&](unsigned planes) {
-    sweep(tool, image_of(motion, symmetry_.centre_mm, planes),
-          image_of(end, symmetry_.centre_mm, planes), substeps, deposits, material, threads, false,
+  for (const SymmetryImage& image : symmetry_)
+    sweep(tool, image_of(motion, symmetry_.centre_mm(), image),
+          image_of(end, symmetry_.centre_mm(), image), substeps, deposits, material, threads, false,
           images_);
-  });
   if (deposits || turns) return forget();
   clear_generation_ = model_.generation();
   clear_tool_ = tool;

@@ -20,7 +20,7 @@ class ToolEdit {
   explicit ToolEdit(TriDexel& model) : model_(model) {}
 
   // Whose images do the same; check_symmetry has passed.
-  void set_symmetry(const Symmetry& symmetry) { symmetry_ = symmetry; }
+  void set_symmetry(const Symmetry& symmetry) { symmetry_ = SymmetryImages(symmetry); }
 
   // Sweeps the tool along `motion` to `end` in so many substeps (see substeps_of) and cuts, or
   // where `deposits` is set puts down `material`. Adds to `removed`; what the images did is in
@@ -47,7 +47,7 @@ class ToolEdit {
              bool deposits, uint8_t material, int threads, bool clear, Removed& removed);
 
   TriDexel& model_;
-  Symmetry symmetry_;
+  SymmetryImages symmetry_;
   Removed images_;
   uint64_t clear_generation_ = kNever;
   Tool clear_tool_;

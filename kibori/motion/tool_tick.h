@@ -11,13 +11,43 @@
 namespace kibori {
 
 // cut: takes material away. deposit: puts material down. touch: feels what a cut would take away,
-// and takes nothing. off: moves through material, feels nothing. The others reshape: a brush's dabs
-// along the tip's way (dabs.h), in the order of FieldVerb; the tool itself only moves.
-enum class Mode { cut, deposit, touch, off, smooth, rasp, fill, inflate, flatten };
-constexpr Names<9> names_of(Mode) {
-  return {"cut", "deposit", "touch", "off", "smooth", "rasp", "fill", "inflate", "flatten"};
+// and takes nothing. off: moves through material, feels nothing. The others reshape
+// (reshape_stroke.h), and the tool itself only moves:
+//
+//   smooth ... flatten   a brush's dabs along the tip's way, in the order of FieldVerb
+//   crease, paint        dabs, too
+//   grab ... node        the surface follows the hand, in the order of WarpVerb
+//   press                the tool pushes the material aside, which keeps its volume
+enum class Mode {
+  cut,
+  deposit,
+  touch,
+  off,
+  smooth,
+  rasp,
+  fill,
+  inflate,
+  flatten,
+  crease,
+  paint,
+  grab,
+  nudge,
+  twist,
+  bend,
+  pinch,
+  scale,
+  node,
+  press
+};
+constexpr Names<19> names_of(Mode) {
+  return {"cut",     "deposit", "touch",  "off",   "smooth", "rasp",  "fill",
+          "inflate", "flatten", "crease", "paint", "grab",   "nudge", "twist",
+          "bend",    "pinch",   "scale",  "node",  "press"};
 }
 constexpr bool reshapes(Mode mode) { return mode >= Mode::smooth; }
+// Whether it does so dab by dab; whether it is a function of the stroke's beginning.
+constexpr bool dabs(Mode mode) { return mode >= Mode::smooth && mode <= Mode::paint; }
+constexpr bool warps(Mode mode) { return mode >= Mode::grab && mode <= Mode::node; }
 
 struct ToolTick {
   // Of the tool: where its tip ended, and by how much it moved and turned.

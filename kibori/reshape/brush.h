@@ -24,6 +24,7 @@ constexpr Names<3> names_of(Falloff) { return {"smooth", "linear", "constant"}; 
 struct FlatPlane {
   Vec3 point_mm = Vec3::Zero();
   Vec3 normal = Vec3::UnitZ();
+  bool operator==(const FlatPlane&) const = default;
 };
 
 // Which plane a stroke flattens to: the one fitted to the surface under its first dab, under each
@@ -33,14 +34,17 @@ constexpr Names<3> names_of(FlattenTo) { return {"stroke", "dab", "plane"}; }
 
 struct Brush {
   double radius_mm = 5;
-  double strength = 0.5;  // 0..1; inflate takes -1..1, and below 0 it deflates
+  // 0..1; inflate takes -1..1, and below 0 it deflates. Of a warp: the share of the hand's way.
+  double strength = 0.5;
   Falloff falloff = Falloff::smooth;
   // Width of the smoothing filter (standard deviation) [mm]; 0: an eighth of the radius. A dab
   // takes at most kMaxSigmaCells.
   double sigma_mm = 0;
   bool keep_volume = false;  // smooth only: what is lost at peaks comes back over the brush
-  FlattenTo flatten_to = FlattenTo::stroke;  // flatten only
-  FlatPlane plane = {};                      // of FlattenTo::plane
+  FlattenTo flatten_to = FlattenTo::stroke;   // flatten only
+  FlatPlane plane = {};                       // of FlattenTo::plane
+  std::array<uint8_t, 3> color{178, 58, 48};  // paint only: red, green, blue
+  bool operator==(const Brush&) const = default;
 };
 
 inline constexpr double kMaxSigmaCells = 4;
@@ -65,7 +69,9 @@ inline double falloff_weight(Falloff falloff, double distance) {
 struct Reshaped {
   double added_mm3 = 0, removed_mm3 = 0;
   int64_t points = 0;  // lattice nodes that changed sides
-  // By material: the share of it in what moved, and where, as a sum: sum_mm / share is the middle.
+  double own = 1;      // share of it that the hand did itself; its images did the rest
+  // By material, of the hand's own: the share of it in what moved, and where, as a sum: sum_mm /
+  // share is the middle.
   struct Part {
     double share = 0;
     Vec3 sum_mm = Vec3::Zero();

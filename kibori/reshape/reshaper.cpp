@@ -121,36 +121,75 @@ Status check_brush(const Brush& brush, FieldVerb verb) {
 }
 
 Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& brush,
-                               const Vec3& centre_mm, const std::optional<FlatPlane>& plane) {
+                               std::span<const DabPlace> places) {
   if (const Status fine = check_brush(brush, verb); !fine) return Error{fine.error()};
-  if (!centre_mm.allFinite()) return Error{"a dab's place must be finite"};
   const Lattice& lattice = model.lattice();
-  const LatticePoint centre = lattice.to_lattice(centre_mm);
   const double radius = brush.radius_mm / lattice.pitch_mm;
   const double sigma = std::min(sigma_mm(brush) / lattice.pitch_mm, kMaxSigmaCells);
-  if (brush.strength == 0 || !meets(lattice, centre, radius)) return Reshaped{};
-
-  FlatPlane flat;
-  if (verb == FieldVerb::flatten) {
-    const std::optional<FlatPlane> found = plane ? plane
-                                           : brush.flatten_to == FlattenTo::plane
-                                               ? brush.plane
-                                               : fitted_plane(model, brush, centre_mm);
-    if (!found) return Reshaped{};
-    flat = *found;
-    const double length = flat.normal.norm();
-    if (!flat.point_mm.allFinite() || !(length > 0) || !std::isfinite(length))
-      return Error{"a plane to flatten to needs a finite point and a normal that is not 0"};
-    flat.normal /= length;
-  }
-
   const bool filters = verb != FieldVerb::inflate && verb != FieldVerb::flatten;
+  const double moves = sigma * (verb == FieldVerb::inflate && places.size() > 1 ? kMaxSum : 1);
   const double width =
-      std::max(filters ? kBandSigmas * sigma + kBandCells : sigma + 2, kLeastWidth);
+      std::max(filters ? kBandSigmas * sigma + kBandCells : moves + 2, kLeastWidth);
   gaussian(filters ? sigma : 0, kernel_);
   const auto border = static_cast<int>(std::ceil(width)) + static_cast<int>(kernel_.size()) + 1;
   const NodeBox whole = NodeBox{Index3::Zero(), lattice.nodes}.grown(border);
-  const NodeBox box = nodes_within(centre, radius).grown(border).within(whole);
+
+  std::vector<Cluster> clusters;
+  for (size_t i = 0; i < places.size(); i++) {
+    const DabPlace& place = places[i];
+    if (!place.centre_mm.allFinite()) return Error{"a dab's place must be finite"};
+    const LatticePoint at = lattice.to_lattice(place.centre_mm);
+    if (brush.strength == 0 || !meets(lattice, at, radius)) continue;
+    Cluster here{nodes_within(at, radius).grown(border).within(whole), {{at, {}}}, i == 0};
+    if (verb == FieldVerb::flatten) {
+      std::optional<FlatPlane> plane = place.plane;
+      if (!plane && brush.flatten_to == FlattenTo::plane) plane = brush.plane;
+      if (!plane)
+        if (const auto under = surface_under(model, brush, place.centre_mm)) plane = under->plane;
+      if (!plane) continue;
+      const double length = plane->normal.norm();
+      if (!plane->point_mm.allFinite() || !(length > 0) || !std::isfinite(length))
+        return Error{"a plane to flatten to needs a finite point and a normal that is not 0"};
+      here.centres[0].flat = {lattice.to_lattice(plane->point_mm).units, plane->normal / length};
+    }
+    // With those whose regions it meets, and those that these then meet.
+    for (size_t k = 0; k < clusters.size();) {
+      if (here.region.within(clusters[k].region).empty()) {
+        k++;
+        continue;
+      }
+      Cluster& other = clusters[k];
+      here.region = {here.region.low.min(other.region.low),
+                     here.region.high.max(other.region.high)};
+      here.centres.insert(here.centres.end(), other.centres.begin(), other.centres.end());
+      here.own |= other.own;
+      clusters.erase(clusters.begin() + static_cast<std::ptrdiff_t>(k));
+      k = 0;
+    }
+    clusters.push_back(std::move(here));
+  }
+
+  Reshaped all;
+  double own = 0;
+  for (const Cluster& cluster : clusters) {
+    const Result<Reshaped> done = dab_cluster(model, verb, brush, radius, sigma, width, cluster);
+    if (!done) return done;
+    const Reshaped& what = done.value();
+    all.added_mm3 += what.added_mm3;
+    all.removed_mm3 += what.removed_mm3;
+    all.points += what.points;
+    if (!cluster.own) continue;
+    all.parts = what.parts;
+    own = (what.added_mm3 + what.removed_mm3) / static_cast<double>(cluster.centres.size());
+  }
+  if (places.size() > 1) all.own = own > 0 ? own / (all.added_mm3 + all.removed_mm3) : 0;
+  return all;
+}
+
+Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Brush& brush,
+                                       double radius, double sigma, double width,
+                                       const Cluster& cluster) {
+  const NodeBox& box = cluster.region;
   if (box.size().cast<double>().prod() >= kMaxRegionNodes)
     return Error{"the brush is too large for this pitch: its region has more than 2^31 nodes"};
   const double bytes = kBytesPerNode * box.size().cast<double>().prod();
@@ -158,9 +197,18 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
       there > 0 && bytes > 0.8 * there)
     return Error{
         "the brush is too large for this pitch: its region takes more memory than is free"};
-  band_.read(model, box, static_cast<float>(width), centre,
-             static_cast<float>(radius + kFilterCorner * static_cast<double>(kernel_.size()) + 2));
+  LatticePoint middle = cluster.centres[0].at;
+  double spread = 0;
+  if (cluster.centres.size() > 1) {
+    middle.units = 0.5 * (box.low + box.high).matrix().cast<double>();
+    for (const Centre& centre : cluster.centres)
+      spread = std::max(spread, (centre.at.units - middle.units).norm());
+  }
+  band_.read(model, box, static_cast<float>(width), middle,
+             static_cast<float>(spread + radius +
+                                kFilterCorner * static_cast<double>(kernel_.size()) + 2));
   if (band_.nodes().empty() && verb != FieldVerb::flatten) return Reshaped{};
+  const bool filters = verb != FieldVerb::inflate && verb != FieldVerb::flatten;
   const std::vector<float>& phi = band_.phi();
   after_ = phi;
   // How deep a node may change sides.
@@ -169,7 +217,7 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
     core = static_cast<float>(std::min(width, kCoreSigmas * sigma + kCoreCells));
   else if (verb == FieldVerb::inflate)
     core = static_cast<float>(width);
-  weigh(brush, centre, radius, core);
+  weigh(brush, cluster, radius, verb == FieldVerb::inflate ? kMaxSum : 1, core);
 
   const auto strength = static_cast<float>(brush.strength);
   const auto change = [&](auto&& f) {
@@ -190,16 +238,13 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
     const auto by = static_cast<float>(sigma);
     change([&](uint32_t, float was, float weight) { return was - weight * by; });
   } else {
-    const LatticePoint point = lattice.to_lattice(flat.point_mm);
-    change([&](uint32_t node, float was, float weight) {
-      const Index3 at = band_.node_at(node);
-      const Vec3 from = at.matrix().cast<double>().array() + 0.5 - point.units.array();
-      return was + weight * (static_cast<float>(flat.normal.dot(from)) - was);
-    });
+    size_t next = 0;
+    change(
+        [&](uint32_t, float was, float weight) { return was + weight * (heights_[next++] - was); });
   }
   // What is not lattice has no material.
   const auto outside_stays = [&] {
-    const NodeBox all{Index3::Zero(), lattice.nodes};
+    const NodeBox all{Index3::Zero(), model.lattice().nodes};
     for (const uint32_t node : touched_) {
       const Index3 at = band_.node_at(node);
       if ((at < all.low).any() || (at >= all.high).any())
@@ -227,10 +272,13 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
       return volume_change(model, band_, after_, touched_);
     };
     double area = 0;
-    for (const SurfaceEnd& end : band_.ends())
-      area +=
-          falloff_weight(brush.falloff, (end.place.cast<double>() - centre.units).norm() / radius) *
-          double{std::fabs(end.normal[depth_index(end.axis)])};
+    for (const SurfaceEnd& end : band_.ends()) {
+      double weight = 0;
+      for (const Centre& centre : cluster.centres)
+        weight += falloff_weight(brush.falloff,
+                                 (end.place.cast<double>() - centre.at.units).norm() / radius);
+      area += std::min(weight, 1.0) * double{std::fabs(end.normal[depth_index(end.axis)])};
+    }
     double last = 0, last_volume = with(0);
     if (area > 0) {
       double lambda = -last_volume / (brush.strength * area);
@@ -247,8 +295,8 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
   return write_back(model, band_, after_, touched_);
 }
 
-std::optional<FlatPlane> Reshaper::fitted_plane(const TriDexel& model, const Brush& brush,
-                                                const Vec3& centre_mm) {
+std::optional<Reshaper::Surface> Reshaper::surface_under(const TriDexel& model, const Brush& brush,
+                                                         const Vec3& centre_mm) {
   const Lattice& lattice = model.lattice();
   const LatticePoint centre = lattice.to_lattice(centre_mm);
   const double radius = brush.radius_mm / lattice.pitch_mm;
@@ -257,6 +305,7 @@ std::optional<FlatPlane> Reshaper::fitted_plane(const TriDexel& model, const Bru
   band_.read(model, nodes_within(centre, radius).within(all).grown(1), 1);
   Vec3 place = Vec3::Zero(), normal = Vec3::Zero();
   double area = 0;
+  std::array<double, kMaxMaterials> areas{};
   for (const SurfaceEnd& end : band_.ends()) {
     const Vec3 at = end.place.cast<double>(), out = end.normal.cast<double>();
     // Each field counts the area in its own direction; three squares of a unit normal make 1.
@@ -265,25 +314,43 @@ std::optional<FlatPlane> Reshaper::fitted_plane(const TriDexel& model, const Bru
     place += weight * at;
     normal += weight * out;
     area += weight;
+    areas[end.material] += weight;
   }
   if (!(area > 0) || !(normal.norm() > 1e-6 * area)) return {};
-  return FlatPlane{lattice.to_mm(LatticePoint{place / area}), normal.normalized()};
+  const auto most = std::max_element(areas.begin(), areas.end()) - areas.begin();
+  return Surface{{lattice.to_mm(LatticePoint{place / area}), normal.normalized()},
+                 static_cast<uint8_t>(most)};
 }
 
 // The nodes that a verb may change, and the brush's falloff there: of the whole ball, or of the
-// band within it where |phi| < core.
-void Reshaper::weigh(const Brush& brush, const LatticePoint& centre, double radius,
+// band within it where |phi| < core. Falloffs of several places add up to `most`.
+void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, double most,
                      std::optional<float> core) {
   touched_.clear();
   weights_.clear();
+  heights_.clear();
+  NodeBox reach = nodes_within(cluster.centres[0].at, radius);
+  for (const Centre& centre : cluster.centres) {
+    const NodeBox there = nodes_within(centre.at, radius);
+    reach = {reach.low.min(there.low), reach.high.max(there.high)};
+  }
+  reach = reach.within(band_.box().grown(-2));
   const auto weigh_node = [&](uint32_t node, const Index3& at) {
-    const Vec3 from = at.matrix().cast<double>().array() + 0.5 - centre.units.array();
-    const auto weight = static_cast<float>(falloff_weight(brush.falloff, from.norm() / radius));
+    const Vec3 place = at.matrix().cast<double>().array() + 0.5;
+    double sum = 0, height = 0;
+    for (const Centre& centre : cluster.centres) {
+      const Vec3 from = place - centre.at.units;
+      const double weight = falloff_weight(brush.falloff, from.norm() / radius);
+      if (weight == 0) continue;
+      sum += weight;
+      height += weight * centre.flat.normal.dot(place - centre.flat.point_mm);
+    }
+    const auto weight = static_cast<float>(std::min(sum, most));
     if (weight == 0) return;
     touched_.push_back(node);
     weights_.push_back(weight);
+    if (!core) heights_.push_back(static_cast<float>(height / sum));
   };
-  const NodeBox reach = nodes_within(centre, radius).within(band_.box().grown(-2));
   if (core) {
     for (const uint32_t node : band_.nodes()) {
       if (!(std::fabs(band_.phi()[node]) < *core)) continue;

@@ -11,9 +11,13 @@
 //
 // with the strength s and the falloff w of brush.h. A slab thinner than 1.6 sigma vanishes when it
 // is smoothed at full strength.
+//
+// A dab may have images elsewhere. Where the regions of some meet, their falloffs add up to one
+// dab: to 1 at most, and where they inflate to kMaxSum.
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <kibori/reshape/brush.h>
@@ -21,23 +25,53 @@
 
 namespace kibori {
 
+// Where a dab lies. `plane`: of flatten; without one, the brush's own, or the plane fitted to the
+// surface within the brush.
+struct DabPlace {
+  Vec3 centre_mm = Vec3::Zero();
+  std::optional<FlatPlane> plane = {};
+};
+
 // Computes dabs, and keeps its memory from one to the next. For one thread at a time.
 class Reshaper {
  public:
-  // One dab about `centre_mm` on the model. `plane`: of flatten; without one, the brush's own, or
-  // the plane fitted to the surface within the brush. Nothing where the brush meets no surface.
-  // Errors: a brush that check_brush refuses, a place or plane that is not finite, a region of more
-  // than 2^31 nodes or than there is memory for.
+  // One dab on the model, at the place of the hand and those of its images. Nothing where the brush
+  // meets no surface. Errors: a brush that check_brush refuses, a place or plane that is not
+  // finite, a region of more than 2^31 nodes or than there is memory for.
+  Result<Reshaped> dab(TriDexel& model, FieldVerb verb, const Brush& brush,
+                       std::span<const DabPlace> places);
   Result<Reshaped> dab(TriDexel& model, FieldVerb verb, const Brush& brush, const Vec3& centre_mm,
-                       const std::optional<FlatPlane>& plane = {});
+                       const std::optional<FlatPlane>& plane = {}) {
+    const DabPlace place{centre_mm, plane};
+    return dab(model, verb, brush, std::span(&place, 1));
+  }
 
-  // The plane through the surface within the brush: its centre of area and mean normal, weighted
-  // by the falloff. Nothing where there is no surface, or where its normals cancel out.
-  std::optional<FlatPlane> fitted_plane(const TriDexel& model, const Brush& brush,
-                                        const Vec3& centre_mm);
+  // The surface within the brush, weighted by the falloff.
+  struct Surface {
+    FlatPlane plane;       // through its centre of area, with its mean normal
+    uint8_t material = 0;  // the most common one
+  };
+  // Nothing where there is no surface, or where its normals cancel out.
+  std::optional<Surface> surface_under(const TriDexel& model, const Brush& brush,
+                                       const Vec3& centre_mm);
+
+  static constexpr double kMaxSum = 4;
 
  private:
-  void weigh(const Brush& brush, const LatticePoint& centre, double radius,
+  // A place within reach of the lattice, in its units.
+  struct Centre {
+    LatticePoint at;
+    FlatPlane flat;  // of flatten, point in lattice units
+  };
+  // Places whose regions meet.
+  struct Cluster {
+    NodeBox region;
+    std::vector<Centre> centres;
+    bool own = false;  // the hand's place is one of them
+  };
+  Result<Reshaped> dab_cluster(TriDexel& model, FieldVerb verb, const Brush& brush, double radius,
+                               double sigma, double width, const Cluster& cluster);
+  void weigh(const Brush& brush, const Cluster& cluster, double radius, double most,
              std::optional<float> core);
   void filter();
   void sum_along(int axis, const std::vector<float>& from, std::vector<float>& to,
@@ -47,6 +81,7 @@ class Reshaper {
   std::vector<float> kernel_, after_, first_, second_;
   std::vector<uint32_t> touched_;  // nodes that a verb may change
   std::vector<float> weights_;     // of those nodes, in their order
+  std::vector<float> heights_;     // of flatten: of those nodes over the plane
   std::vector<uint8_t> rows_, rows_y_, rows_x_;
 };
 

@@ -393,8 +393,8 @@ Status LiveSession::choose_model(ForceModel model) {
   });
 }
 
-Status LiveSession::choose_symmetry(const std::array<bool, 3>& planes) {
-  const Symmetry symmetry{planes, centre_of(lattice_)};
+Status LiveSession::choose_symmetry(const std::array<bool, 3>& planes, int fold, Axis axis) {
+  const Symmetry symmetry{planes, centre_of(lattice_), fold, axis};
   if (Status fits = check_symmetry(symmetry, tool_); !fits) return fits;
   Status posted = post([symmetry](ServoContext& live) { live.set_symmetry(symmetry); });
   if (posted) symmetry_ = symmetry;

@@ -95,7 +95,8 @@ class LiveSession final : public Session {
   const Hand& hand() const { return hand_; }
   Status choose_material(size_t material);  // of what is added
   Status choose_model(ForceModel model);
-  Status choose_symmetry(const std::array<bool, 3>& planes);  // through the lattice's middle
+  // Planes and axis through the lattice's middle; see Symmetry.
+  Status choose_symmetry(const std::array<bool, 3>& planes, int fold, Axis axis);
 
   void cancel() override;
   void undo() override;
