@@ -13,9 +13,11 @@ namespace {
 // Dabs lie at least this much apart [cells].
 constexpr double kLeastSpacing = 0.5;
 
-// A crease draws what is about it together by this share of its distance in one dab, and sinks it
-// under this share of the brush's radius: four to eight dabs lie over each place.
-constexpr double kCreasePinch = 0.12, kCreaseWidth = 0.4;
+// A dab of a crease draws what is about it together by this share of its distance, and sinks it by
+// this share of the brush's radius, within that share of the radius; all at full strength. About
+// four dabs pinch each place and two sink it, so that a stroke at half strength leaves a valley a
+// fifth of a radius deep.
+constexpr double kCreasePinch = 0.2, kCreaseDepth = 0.2, kCreaseWidth = 0.5;
 
 // A warp is computed again when the hand turned so far [rad].
 constexpr double kTurnBetween = 0.1;
@@ -66,7 +68,7 @@ double press_radius_mm(const Tool& tool, double pitch_mm) {
     else if (key == "ks")  // as wide as 2 mm above its tip
       radius = std::sqrt(2 / value);
   });
-  return std::clamp(2 * radius, 6 * pitch_mm, 96 * pitch_mm);
+  return std::clamp(2.5 * radius, 8 * pitch_mm, 96 * pitch_mm);
 }
 
 Vec3 held_force(const ForceLaw& law, double work_per_mm, const Vec3& velocity_mm_s, double rate_hz,
@@ -91,7 +93,7 @@ Status ReshapeStroke::begin(const ReshapeSettings& settings, const std::vector<M
   to_next_mm_ = settings.mode == Mode::press ? spacing_mm() : 0;
   plane_.reset();
   owed_mm3_ = pressed_mm3_ = 0;
-  since_ = {};
+  direction_ = Vec3::Zero();
   turn_rad_ = computed_turn_rad_ = 0;
   computed_ = true;
   warped_ = {};
@@ -188,8 +190,8 @@ Status ReshapeStroke::crease(const Vec3& centre, Sums& sums) {
   sums.removed += pinched.value().removed_mm3;
   sums.points += pinched.value().points;
   brush.strength = -settings_.brush.strength;
+  if (!(brush.sigma_mm > 0)) brush.sigma_mm = kCreaseDepth * brush.radius_mm;
   brush.radius_mm *= kCreaseWidth;
-  if (!(brush.sigma_mm > 0)) brush.sigma_mm = brush.radius_mm / 8;
   const Result<Reshaped> sunk = reshaper_.dab(model_, FieldVerb::inflate, brush, places);
   if (!sunk) return Error{sunk.error()};
   hold(sunk.value(), centre, sums);
@@ -238,17 +240,15 @@ Status ReshapeStroke::compute_warp(Sums& sums) {
 // `wider` than the tool asks.
 Status ReshapeStroke::give_back(double wider, Sums& sums) {
   const double radius = wider * press_radius_mm(settings_.tool, model_.lattice().pitch_mm);
-  std::vector<Pose> tools{last_};
-  std::vector<Vec3> middles{middle_};
-  for (const SymmetryImage& image : images_) {
-    tools.push_back(image_of(last_, images_.centre_mm(), image));
-    middles.push_back(image_of(middle_, images_.centre_mm(), image));
-  }
+  std::vector<PressingTool> tools{{last_, direction_, middle_}};
+  for (const SymmetryImage& image : images_)
+    tools.push_back({image_of(last_, images_.centre_mm(), image), image.turn * direction_,
+                     image_of(middle_, images_.centre_mm(), image)});
   for (int collar = 0; collar < kCollars && owed_mm3_ > kOwedShare * pressed_mm3_; collar++) {
     const double before = owed_mm3_;
     for (size_t i = 0; i < tools.size(); i++) {
       const Result<Reshaped> raised =
-          clay_.raise(model_, settings_.tool, tools, middles[i], radius,
+          clay_.raise(model_, settings_.tool, tools, i, radius,
                       owed_mm3_ / static_cast<double>(tools.size() - i));
       if (!raised) return Error{raised.error()};
       const double back = raised.value().added_mm3 - raised.value().removed_mm3;
@@ -281,10 +281,14 @@ Status ReshapeStroke::press(const ToolMotion& motion, const Pose& end, Sums& sum
     const double work = settings_.law.model == ForceModel::paper
                             ? of.kf * static_cast<double>(part.points)
                             : 2 * settings_.law.hand_share * of.u * here;
-    since_.work_per_mm += work;
-    if (here > 0) since_.lever += work * lever / here;
+    sums.held.work_per_mm += work;
+    if (here > 0) sums.held.lever += work * lever / here;
   });
-  if (volume > 0) middle_ = end.tip + sum / volume;
+  if (volume > 0) {
+    middle_ = end.tip + sum / volume;
+    const double way = std::sqrt(motion.travel_mm.squaredNorm());
+    if (way > 0) direction_ = motion.travel_mm / way;
+  }
   const double all = volume + edit_.images().mean_volume() * cell;
   owed_mm3_ += all;
   pressed_mm3_ += all;
@@ -310,14 +314,13 @@ Status ReshapeStroke::press_along(const ToolMotion& motion, const Pose& end, Sum
     last_ = motion.at(at / length);
     if (Status done = press_to(last_, to_next_mm_ / length); !done) return done;
     if (Status done = give_back(1, sums); !done) return done;
-    held_.work_per_mm = since_.work_per_mm / spacing_mm();
-    held_.lever = since_.lever / spacing_mm();
-    since_ = {};
     to_next_mm_ = spacing_mm();
   }
   to_next_mm_ -= length - at;
   last_ = end;
-  return press_to(end, length > 0 ? (length - at) / length : 1);
+  if (Status done = press_to(end, length > 0 ? (length - at) / length : 1); !done) return done;
+  if (length > 0) held_ = {sums.held.work_per_mm / length, sums.held.lever / length};
+  return Ok{};
 }
 
 Status ReshapeStroke::advance(ToolTick& tick, bool now) {
@@ -353,8 +356,9 @@ Status ReshapeStroke::advance(ToolTick& tick, bool now) {
 
 Status ReshapeStroke::end(ToolTick& tick) {
   Sums sums;
-  if (Status done = break_off(); !done) return done;
-  if (settings_.mode == Mode::press) {
+  if (warps(settings_.mode)) {
+    if (Status done = compute_warp(sums); !done) return done;
+  } else if (settings_.mode == Mode::press) {
     double wider = 1;
     for (int i = 0; i < kLastCollars && owed_mm3_ > kOwedShare * pressed_mm3_; i++) {
       const double before = owed_mm3_;

@@ -153,10 +153,9 @@ class ReshapeStroke {
   // Of dabs and presses.
   double to_next_mm_ = 0;  // of way, until the next one
   std::optional<FlatPlane> plane_;
-  // Of a press: what is not back yet, what was pressed away in all, and where last.
+  // Of a press: what is not back yet, what was pressed away in all, where last, and which way.
   double owed_mm3_ = 0, pressed_mm3_ = 0;
-  Vec3 middle_ = Vec3::Zero();
-  Held since_;  // sums since it gave back last
+  Vec3 middle_ = Vec3::Zero(), direction_ = Vec3::Zero();
   // Of a warp.
   double turn_rad_ = 0;
   Vec3 normal_ = Vec3::UnitZ();

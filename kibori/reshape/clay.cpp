@@ -13,8 +13,8 @@ namespace {
 
 // Nodes whose distance is known [cells]: those that may change sides, and their neighbours' slopes.
 constexpr double kWidth = Clay::kMaxRise + 2;
-// Of secant steps: it converges in two or three.
-constexpr int kMaxSteps = 8;
+// Steps in search of a height: secants converge in two or three, halves come after so many.
+constexpr int kMaxSteps = 24, kSecants = 8;
 // Relative to the volume wanted.
 constexpr double kTolerance = 1e-5;
 // What bands and weights keep of a node, and beyond how many nodes there is no region.
@@ -22,9 +22,10 @@ constexpr double kBytesPerNode = 40, kMaxNodes = 2147483648.0, kSurelyThere = 25
 
 }  // namespace
 
-// Signed distances to the tools, at the nodes of `box`, into tool_band_: there the box begins at 0.
-void Clay::measure_tool(const Tool& tool, std::span<const Pose> tools, const Lattice& lattice,
-                        const NodeBox& box) {
+// Signed distances to the tools' ways, at the nodes of `box`, into way_band_: there the box begins
+// at 0.
+void Clay::measure_way(const Tool& tool, std::span<const PressingTool> tools, double radius_mm,
+                       const Lattice& lattice, const NodeBox& box) {
   if (!scratch_ || (scratch_->lattice().nodes != box.size()).any() ||
       scratch_->lattice().pitch_mm != lattice.pitch_mm) {
     Lattice around;
@@ -35,18 +36,25 @@ void Clay::measure_tool(const Tool& tool, std::span<const Pose> tools, const Lat
   }
   scratch_->restore(empty_);
   const Vec3 corner = lattice.to_mm(LatticePoint{box.low.matrix().cast<double>()});
-  for (const Pose& pose : tools) {
-    const SweptTool solid(tool, {pose.tip - corner, pose.frame}, Vec3::Zero(), scratch_->lattice(),
+  const auto add = [&](const Pose& from, const Vec3& way) {
+    const SweptTool solid(tool, {from.tip - corner, from.frame}, way, scratch_->lattice(),
                           scratch_->lattice().whole());
     Removed added;
     deposit(*scratch_, solid.solid(), 0, {}, added);
+  };
+  for (const PressingTool& at : tools) {
+    const Vec3 along = radius_mm * at.direction, out = radius_mm * at.pose.axis();
+    const Pose front{at.pose.tip + along, at.pose.frame}, back{at.pose.tip - along, at.pose.frame};
+    add(back, 2 * along);
+    for (const Pose* pose : {&front, &at.pose, &back}) add(*pose, out);
   }
-  // What is cut off by the box's border is no surface of the tool.
-  tool_band_.read(*scratch_, {Index3::Zero(), box.size()}, static_cast<float>(kRamp + 1));
+  // What is cut off by the box's border is no surface of a way.
+  way_band_.read(*scratch_, {Index3::Zero(), box.size()}, static_cast<float>(kRamp + 1));
 }
 
-Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const Pose> tools,
-                             const Vec3& centre_mm, double radius_mm, double volume_mm3) {
+Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const PressingTool> tools,
+                             size_t of, double radius_mm, double volume_mm3) {
+  const Vec3& centre_mm = tools[of].middle_mm;
   if (!centre_mm.allFinite() || !(radius_mm > 0) || !std::isfinite(radius_mm) ||
       !std::isfinite(volume_mm3))
     return Error{"a collar of clay needs a finite place, a radius above 0 and a finite volume"};
@@ -74,7 +82,7 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   band_.read(model, box, static_cast<float>(kWidth), LatticePoint{centre},
              static_cast<float>(radius + 2));
   if (band_.nodes().empty()) return Reshaped{};
-  measure_tool(tool, tools, lattice, box);
+  measure_way(tool, tools, radius_mm, lattice, box);
 
   const std::vector<float>& phi = band_.phi();
   after_ = phi;
@@ -85,15 +93,17 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
     const Index3 at = band_.node_at(node);
     if ((at < 0).any() || (at >= lattice.nodes).any()) continue;
     const Vec3 from = at.matrix().cast<double>().array() + 0.5 - centre.array();
-    const double off = double{tool_band_.phi()[node]} / kRamp;
+    const double off = double{way_band_.phi()[node]} / kRamp;
     const double weight =
         falloff_weight(Falloff::smooth, from.norm() / radius) * std::clamp(off, 0.0, 1.0);
     if (!(weight > 0)) continue;
     touched_.push_back(node);
     weights_.push_back(static_cast<float>(weight));
-    if (std::fabs(phi[node]) < 0.5) area += weight;
+    // Along a normal these add up to 1.
+    area += weight * std::max(0.0, 1 - std::fabs(double{phi[node]}));
   }
   if (!(area > 0)) return Reshaped{};
+  const auto write = [&] { return write_back(model, band_, after_, touched_); };
   const auto with = [&](double lambda) {
     for (size_t i = 0; i < touched_.size(); i++) {
       const uint32_t node = touched_[i];
@@ -102,18 +112,32 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
     }
     return volume_change(model, band_, after_, touched_);
   };
-  // Secants, between nothing and the most that one collar rises.
-  double last = 0, last_volume = 0, lambda = std::min(wanted / area, kMaxRise);
+  // The volume grows with lambda, but with kinks, where a surface along the lattice passes nodes:
+  // so the root is kept between two bounds. Secants first, then halves.
+  double low = 0, low_volume = 0, high = kMaxRise, high_volume = 0;
+  bool known = false;  // high_volume is
+  double lambda = std::min(wanted / area, kMaxRise);
   for (int step = 0; step < kMaxSteps; step++) {
     const double volume = with(lambda);
-    if (std::fabs(volume - wanted) <= kTolerance * wanted || volume == last_volume) break;
-    const double next = lambda + (wanted - volume) * (lambda - last) / (volume - last_volume);
-    last = lambda;
-    last_volume = volume;
-    lambda = std::clamp(next, 0.0, kMaxRise);
-    if (lambda == last) break;
+    if (std::fabs(volume - wanted) <= kTolerance * wanted) return write();
+    if (volume < wanted) {
+      if (lambda == kMaxRise) return write();
+      low = lambda;
+      low_volume = volume;
+    } else {
+      high = lambda;
+      high_volume = volume;
+      known = true;
+    }
+    const double secant =
+        known            ? low + (wanted - low_volume) / (high_volume - low_volume) * (high - low)
+        : low_volume > 0 ? std::min(1.1 * wanted / low_volume * low, kMaxRise)
+                         : kMaxRise;
+    lambda = known && (step >= kSecants || !(secant > low && secant < high)) ? 0.5 * (low + high)
+                                                                             : secant;
   }
-  return write_back(model, band_, after_, touched_);
+  with(low);
+  return write();
 }
 
 }  // namespace kibori

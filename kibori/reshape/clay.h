@@ -8,10 +8,12 @@
 //   --       \__/       --
 //            dent
 //
-//   w = falloff(|x - c| / R) * min(1, distance to the tool / kRamp)
+//   w = falloff(|x - c| / R) * min(1, distance to the way / kRamp)
 //
-// with the one lambda that adds the wanted volume, measured as the mean of the three fields. At the
-// tool w is 0, so that nothing comes into its place.
+// with the one lambda that adds the wanted volume, measured as the mean of the three fields. The
+// way is the tool, swept forward and back by R along its motion and out along its axis: there
+// nothing rises, so that a furrow stays open behind the tool, no wave is driven before it, and
+// nothing closes over it.
 #pragma once
 
 #include <memory>
@@ -26,26 +28,34 @@
 
 namespace kibori {
 
+// A tool that presses: where it stands, the direction of its motion (unit, or 0 where it only
+// turns), and the middle of what it took last.
+struct PressingTool {
+  Pose pose;
+  Vec3 direction = Vec3::Zero();
+  Vec3 middle_mm = Vec3::Zero();
+};
+
 // Raises collars, and keeps its memory from one to the next. For one thread at a time.
 class Clay {
  public:
-  // The surface within `radius_mm` of `centre_mm` rises until `volume_mm3` was added, or as far as
-  // one collar goes: kMaxRise at its highest, and no farther than the lattice. `tools`: poses where
-  // the tool stands, and where nothing rises. Errors: a place, radius or volume that is not finite,
-  // a region that there is no memory for.
-  Result<Reshaped> raise(TriDexel& model, const Tool& tool, std::span<const Pose> tools,
-                         const Vec3& centre_mm, double radius_mm, double volume_mm3);
+  // The surface within `radius_mm` of the middle of `tools[of]` rises until `volume_mm3` was added,
+  // or as far as one collar goes: kMaxRise at its highest, and no farther than the lattice. Nothing
+  // rises in the way of any of the tools. Errors: a place, radius or volume that is not finite, a
+  // region that there is no memory for.
+  Result<Reshaped> raise(TriDexel& model, const Tool& tool, std::span<const PressingTool> tools,
+                         size_t of, double radius_mm, double volume_mm3);
 
-  // Distance from the tool [cells] at which the collar has its whole height, and the most that one
+  // Distance from the way [cells] at which the collar has its whole height, and the most that one
   // collar rises [cells]: less than kRamp, so that what rises does not pass what stays.
   static constexpr double kRamp = 4, kMaxRise = 3;
 
  private:
-  void measure_tool(const Tool& tool, std::span<const Pose> tools, const Lattice& lattice,
-                    const NodeBox& box);
+  void measure_way(const Tool& tool, std::span<const PressingTool> tools, double radius_mm,
+                   const Lattice& lattice, const NodeBox& box);
 
-  NodeBand band_, tool_band_;
-  // The tools alone, on a lattice of their own.
+  NodeBand band_, way_band_;
+  // The tools' ways alone, on a lattice of their own.
   std::unique_ptr<TriDexel> scratch_;
   Snapshot empty_;
   std::vector<float> after_, weights_;
