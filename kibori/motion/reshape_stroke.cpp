@@ -32,8 +32,8 @@ constexpr double kPressSpacing = 0.1;
 constexpr int kCollars = 3, kLastCollars = 40;
 // Each collar at the end reaches farther by this factor, up to so many times the first's radius.
 constexpr double kWiden = 1.2, kWidest = 4;
-// What may stay owed, of what was pressed.
-constexpr double kOwedShare = 1e-4;
+// What may stay owed on the way and at the end, of what was pressed.
+constexpr double kOwedShare = 1e-3, kLastOwedShare = 1e-6;
 // A collar that brings back less than this of what is owed has no room.
 constexpr double kNoRoom = 1e-3;
 
@@ -237,14 +237,14 @@ Status ReshapeStroke::compute_warp(Sums& sums) {
 }
 
 // What is owed comes back around the tool and its images, as far as kCollars collars go, each
-// `wider` than the tool asks.
-Status ReshapeStroke::give_back(double wider, Sums& sums) {
+// `wider` than the tool asks; less than a share of what was pressed may stay owed.
+Status ReshapeStroke::give_back(double until, double wider, Sums& sums) {
   const double radius = wider * press_radius_mm(settings_.tool, model_.lattice().pitch_mm);
   std::vector<PressingTool> tools{{last_, direction_, middle_}};
   for (const SymmetryImage& image : images_)
     tools.push_back({image_of(last_, images_.centre_mm(), image), image.turn * direction_,
                      image_of(middle_, images_.centre_mm(), image)});
-  for (int collar = 0; collar < kCollars && owed_mm3_ > kOwedShare * pressed_mm3_; collar++) {
+  for (int collar = 0; collar < kCollars && std::fabs(owed_mm3_) > until * pressed_mm3_; collar++) {
     const double before = owed_mm3_;
     for (size_t i = 0; i < tools.size(); i++) {
       const Result<Reshaped> raised =
@@ -256,7 +256,7 @@ Status ReshapeStroke::give_back(double wider, Sums& sums) {
       sums.added += back;
       sums.points += raised.value().points;
     }
-    if (before - owed_mm3_ < kNoRoom * before) break;
+    if (std::fabs(owed_mm3_) > (1 - kNoRoom) * std::fabs(before)) break;
   }
   return Ok{};
 }
@@ -313,7 +313,7 @@ Status ReshapeStroke::press_along(const ToolMotion& motion, const Pose& end, Sum
     at += to_next_mm_;
     last_ = motion.at(at / length);
     if (Status done = press_to(last_, to_next_mm_ / length); !done) return done;
-    if (Status done = give_back(1, sums); !done) return done;
+    if (Status done = give_back(kOwedShare, 1, sums); !done) return done;
     to_next_mm_ = spacing_mm();
   }
   to_next_mm_ -= length - at;
@@ -360,10 +360,10 @@ Status ReshapeStroke::end(ToolTick& tick) {
     if (Status done = compute_warp(sums); !done) return done;
   } else if (settings_.mode == Mode::press) {
     double wider = 1;
-    for (int i = 0; i < kLastCollars && owed_mm3_ > kOwedShare * pressed_mm3_; i++) {
+    for (int i = 0; i < kLastCollars && std::fabs(owed_mm3_) > kLastOwedShare * pressed_mm3_; i++) {
       const double before = owed_mm3_;
-      if (Status done = give_back(wider, sums); !done) return done;
-      if (before - owed_mm3_ < kNoRoom * before) {
+      if (Status done = give_back(kLastOwedShare, wider, sums); !done) return done;
+      if (std::fabs(owed_mm3_) > (1 - kNoRoom) * std::fabs(before)) {
         if (wider >= kWidest) break;
         wider *= kWiden;
       }

@@ -134,7 +134,7 @@ class ReshapeStroke {
   void hold(const Reshaped& what, const Vec3& centre, Sums& sums) const;
   Status press(const ToolMotion& motion, const Pose& end, Sums& sums);
   Status press_along(const ToolMotion& motion, const Pose& end, Sums& sums);
-  Status give_back(double wider, Sums& sums);
+  Status give_back(double until, double wider, Sums& sums);
   Status compute_warp(Sums& sums);
   std::vector<Drag> drags() const;
   void finish_tick(const Sums& sums, const Vec3& way, ToolTick& tick);

@@ -11,6 +11,8 @@
 namespace kibori {
 namespace {
 
+// So near to the way [cells] nothing rises at all: the nodes that decide where a furrow's wall is.
+constexpr double kStill = 1;
 // Nodes whose distance is known [cells]: those that may change sides, and their neighbours' slopes.
 constexpr double kWidth = Clay::kMaxRise + 2;
 // Steps in search of a height: secants converge in two or three, halves come after so many.
@@ -49,7 +51,7 @@ void Clay::measure_way(const Tool& tool, std::span<const PressingTool> tools, do
     for (const Pose* pose : {&front, &at.pose, &back}) add(*pose, out);
   }
   // What is cut off by the box's border is no surface of a way.
-  way_band_.read(*scratch_, {Index3::Zero(), box.size()}, static_cast<float>(kRamp + 1));
+  way_band_.read(*scratch_, {Index3::Zero(), box.size()}, static_cast<float>(kStill + kRamp + 1));
 }
 
 Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const PressingTool> tools,
@@ -64,7 +66,8 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   const Vec3 centre = lattice.to_lattice(centre_mm).units;
   for (int i = 0; i < 3; i++)
     if (!(centre[i] + radius > 0 && centre[i] - radius < lattice.nodes[i])) return Reshaped{};
-  if (!(wanted > 0)) return Reshaped{};
+  if (wanted == 0) return Reshaped{};
+  const double sign = wanted > 0 ? 1 : -1, size = std::fabs(wanted);
 
   // As large whatever the place, so that the scratch model is used again; beyond the lattice all is
   // outside.
@@ -93,7 +96,7 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
     const Index3 at = band_.node_at(node);
     if ((at < 0).any() || (at >= lattice.nodes).any()) continue;
     const Vec3 from = at.matrix().cast<double>().array() + 0.5 - centre.array();
-    const double off = double{way_band_.phi()[node]} / kRamp;
+    const double off = (double{way_band_.phi()[node]} - kStill) / kRamp;
     const double weight =
         falloff_weight(Falloff::smooth, from.norm() / radius) * std::clamp(off, 0.0, 1.0);
     if (!(weight > 0)) continue;
@@ -112,15 +115,15 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
     }
     return volume_change(model, band_, after_, touched_);
   };
-  // The volume grows with lambda, but with kinks, where a surface along the lattice passes nodes:
-  // so the root is kept between two bounds. Secants first, then halves.
+  // The volume grows with lambda, but with kinks and steps, where a surface along the lattice
+  // passes nodes: so the root is kept between two bounds. Secants first, then halves.
   double low = 0, low_volume = 0, high = kMaxRise, high_volume = 0;
   bool known = false;  // high_volume is
-  double lambda = std::min(wanted / area, kMaxRise);
+  double lambda = std::min(size / area, kMaxRise);
   for (int step = 0; step < kMaxSteps; step++) {
-    const double volume = with(lambda);
-    if (std::fabs(volume - wanted) <= kTolerance * wanted) return write();
-    if (volume < wanted) {
+    const double volume = sign * with(sign * lambda);
+    if (std::fabs(volume - size) <= kTolerance * size) return write();
+    if (volume < size) {
       if (lambda == kMaxRise) return write();
       low = lambda;
       low_volume = volume;
@@ -130,13 +133,15 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
       known = true;
     }
     const double secant =
-        known            ? low + (wanted - low_volume) / (high_volume - low_volume) * (high - low)
-        : low_volume > 0 ? std::min(1.1 * wanted / low_volume * low, kMaxRise)
+        known            ? low + (size - low_volume) / (high_volume - low_volume) * (high - low)
+        : low_volume > 0 ? std::min(1.1 * size / low_volume * low, kMaxRise)
                          : kMaxRise;
     lambda = known && (step >= kSecants || !(secant > low && secant < high)) ? 0.5 * (low + high)
                                                                              : secant;
   }
-  with(low);
+  // At a step: the side that is nearer, but not where nothing would change.
+  const bool nearer = known && (low == 0 || high_volume - size < size - low_volume);
+  with(sign * (nearer ? high : low));
   return write();
 }
 

@@ -8,7 +8,7 @@
 //   --       \__/       --
 //            dent
 //
-//   w = falloff(|x - c| / R) * min(1, distance to the way / kRamp)
+//   w = falloff(|x - c| / R) * clamp((distance to the way - 1) / kRamp, 0, 1)
 //
 // with the one lambda that adds the wanted volume, measured as the mean of the three fields. The
 // way is the tool, swept forward and back by R along its motion and out along its axis: there
@@ -40,9 +40,10 @@ struct PressingTool {
 class Clay {
  public:
   // The surface within `radius_mm` of the middle of `tools[of]` rises until `volume_mm3` was added,
-  // or as far as one collar goes: kMaxRise at its highest, and no farther than the lattice. Nothing
-  // rises in the way of any of the tools. Errors: a place, radius or volume that is not finite, a
-  // region that there is no memory for.
+  // or as far as one collar goes: kMaxRise at its highest, and no farther than the lattice. Below 0
+  // it sinks. Nothing rises in the way of any of the tools. Where a step of the volume lies around
+  // the wanted one, the nearer side is taken. Errors: a place, radius or volume that is not finite,
+  // a region that there is no memory for.
   Result<Reshaped> raise(TriDexel& model, const Tool& tool, std::span<const PressingTool> tools,
                          size_t of, double radius_mm, double volume_mm3);
 

@@ -22,6 +22,8 @@ constexpr int kMaxSplits = 14;
 // A corner whose normal is within acos of this of the triangle's own is smooth there.
 constexpr double kSmooth = 0.9;
 constexpr double kUnit = 1e-6;
+// An end is on a node where it is so near to it [cells]: what float32 makes of depths up to 8192.
+constexpr float kOnNode = 1e-3f;
 // For derivatives of a map [cells].
 constexpr double kDelta = 1e-4;
 // Nodes around what moves: a vertex may lie a cell from its own.
@@ -58,6 +60,14 @@ int key_v(uint64_t key) {
 int edge_of(double depth) { return static_cast<int>(std::ceil(depth - 0.5)); }
 
 constexpr uint8_t kOtherSide = 8;
+
+// Whether the ray at (u, v) has material at its node k.
+bool covers(const FieldSnapshot& field, int u, int v, int k) {
+  bool is = false;
+  field.for_spans(
+      u, v, [&](const Span& span) { is |= span.in <= node_depth(k) && span.out > node_depth(k); });
+  return is;
+}
 
 }  // namespace
 
@@ -202,10 +212,31 @@ void Warp::read(const NodeBox& box) {
                     high = std::min(box.high[2], edge_of(double{span.out}));
           for (int k = low; k < high; k++)
             before_[base + static_cast<size_t>(k - box.low[2]) * layer] = 1;
+          // Where an end falls on a node, float32 may have told the fields apart: the other two
+          // then decide, where they agree.
+          for (const float end : {span.in, span.out}) {
+            const int k = static_cast<int>(std::floor(end));
+            if (std::fabs(end - node_depth(k)) > kOnNode || k < std::max(0, box.low[2]) ||
+                k >= std::min(lattice.nodes[2], box.high[2]))
+              continue;
+            const bool in_x = covers(base_->field(Axis::x), j, k, i);
+            if (in_x == covers(base_->field(Axis::y), k, i, j))
+              before_[base + static_cast<size_t>(k - box.low[2]) * layer] = in_x;
+          }
         });
       // How often the triangles go around a node is known but for a number, the same all along the
       // column: that which agrees with most nodes.
       std::vector<OldCrossing>& old = columns_[column(i, j)];
+      // One on a node lies on the side of it that the node's own state says.
+      for (OldCrossing& crossing : old) {
+        const int k = static_cast<int>(std::floor(crossing.depth));
+        const double at = k + 0.5;
+        if (std::fabs(crossing.depth - at) > double{kOnNode} || k < box.low[2] || k >= box.high[2])
+          continue;
+        const bool inside = before_[base + static_cast<size_t>(k - box.low[2]) * layer] != 0;
+        crossing.depth = inside != crossing.out ? std::min(crossing.depth, at)
+                                                : std::max(crossing.depth, at + double{kOnNode});
+      }
       std::sort(old.begin(), old.end(),
                 [](const OldCrossing& p, const OldCrossing& q) { return p.depth < q.depth; });
       std::array<int, 2> wrong{};  // with none, and with one around the lowest node
@@ -578,8 +609,10 @@ Reshaped Warp::put_node(double radius, const Drag& drag) {
   const Mat3 frame = frame_from_axis(side * drag.normal);
   const Vec3 apex = frame.transpose() * drag.way;  // above the base, in its frame
   ConvexBody body;
-  // Half a cell below the surface, so that it is of one piece with what is there.
-  body.add_plane(Vec3::UnitZ(), 0.5);
+  // A little below the surface, so that it is of one piece with what is there; not so far that flat
+  // faces spread there.
+  const double below = std::min(0.5, 0.1 * apex.z());
+  body.add_plane(Vec3::UnitZ(), below);
   for (int i = 0; i < 2; i++)
     for (const double sign : {-1.0, 1.0}) {
       // The face through the base's side x_i = sign radius and the apex.
@@ -589,9 +622,11 @@ Reshaped Warp::put_node(double radius, const Drag& drag) {
       const double length = normal.norm();
       body.add_plane(normal / length, radius * apex.z() / length);
     }
-  body.local_bounds.include(Vec3(-2 * radius - 1, -2 * radius - 1, -1));
-  body.local_bounds.include(Vec3(2 * radius + 1, 2 * radius + 1, apex.z() + 1));
+  for (const double x : {-radius, radius})
+    for (const double y : {-radius, radius})
+      body.local_bounds.include(Vec3(apex + (Vec3(x, y, 0) - apex) * (1 + below / apex.z())));
   body.local_bounds.include(apex);
+  body.local_bounds = body.local_bounds.grown(1e-3);
   const SweptConvex pyramid(body, LatticePoint{drag.centre}, frame, LatticeVector{});
   Removed removed;
   Reshaped result;

@@ -1,0 +1,370 @@
+// SPDX-License-Identifier: MIT
+// Reshaping strokes: warps, creases, paint and pressed clay along a tip's way, with images, and
+// their force. Lengths in cells, at a pitch of 1 mm.
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include <kibori/motion/direct_tool.h>
+#include <kibori/motion/reshape_stroke.h>
+#include <kibori/solid/ball.h>
+#include <kibori/surface/surface.h>
+
+#include "tests/reshape_support.h"
+#include "tests/support.h"
+#include "tests/surface_check.h"
+
+namespace kibori {
+namespace {
+
+using test::add;
+using test::cube;
+using test::disagreeing;
+using test::for_ends;
+using test::Random;
+
+const std::vector<Material> kMaterials(3);
+
+TriDexel block(int nodes, const Vec3& low, const Vec3& high) {
+  TriDexel model(cube(nodes));
+  model.fill_block({low, high}, 0);
+  return model;
+}
+
+struct Sums {
+  double removed = 0, work = 0, most_force = 0;
+  int64_t points = 0;
+};
+
+// A stroke through places, in so many ticks from each to the next; turned by `turn_rad` about the
+// tool's axis over the whole of it.
+Sums stroke(TriDexel& model, const ReshapeSettings& settings, const std::vector<Vec3>& places,
+            int ticks, double turn_rad = 0) {
+  Sums sums;
+  ReshapeStroke reshape(model);
+  DirectTool tool(model, {places.front(), Mat3::Identity()});
+  EXPECT_TRUE(reshape.begin(settings, kMaterials, tool.pose()).ok());
+  const auto all = static_cast<double>(ticks) * static_cast<double>(places.size() - 1);
+  for (size_t i = 1; i < places.size(); i++)
+    for (int k = 1; k <= ticks; k++) {
+      const Vec3 tip = places[i - 1] + (places[i] - places[i - 1]) * k / ticks;
+      const Vec3 before = tool.pose().tip;
+      auto tick = tool.advance(settings.tool, tip, turn_rad / all * Vec3::UnitZ(), settings.mode,
+                               settings.law, kMaterials);
+      EXPECT_TRUE(tick.ok()) << tick.error();
+      const Status done = reshape.advance(tick.value());
+      EXPECT_TRUE(done.ok()) << done.error();
+      if (i + 1 == places.size() && k == ticks) {
+        EXPECT_TRUE(reshape.end(tick.value()).ok());
+      }
+      sums.removed += tick.value().removed_mm3;
+      sums.points += tick.value().points;
+      sums.work -= tick.value().wrench.force.dot(tip - before);
+      sums.most_force = std::max(sums.most_force, tick.value().wrench.force.norm());
+    }
+  return sums;
+}
+
+ReshapeSettings settings_of(Mode mode, double radius, double strength = 1) {
+  ReshapeSettings s;
+  s.mode = mode;
+  s.brush.radius_mm = radius;
+  s.brush.strength = strength;
+  s.law = {ForceModel::energy, 6, 1};
+  return s;
+}
+
+// Whatever the ticks, and whatever lies between, a warp is what its end asks; out and back leaves
+// the bytes.
+TEST(ReshapeStroke, AWarpDependsOnItsEndAlone) {
+  for (const Mode mode :
+       {Mode::grab, Mode::nudge, Mode::twist, Mode::bend, Mode::pinch, Mode::scale, Mode::node}) {
+    const Vec3 at(32, 32, 40), to = at + Vec3(3, 2, 6);
+    uint64_t hash = 0;
+    double volume = 0;
+    for (const int ticks : {1, 7, 300}) {
+      TriDexel model = block(64, {8, 8, 8}, {56, 56, 40});
+      const uint64_t before = model.content_hash();
+      const double full = model.volume_mm3();
+      const Sums sums =
+          stroke(model, settings_of(mode, 12), {at, to}, ticks, mode == Mode::twist ? 0.8 : 0);
+      if (ticks == 1) hash = model.content_hash();
+      // Rounding of the turn's sum is all that differs.
+      if (mode != Mode::twist) {
+        EXPECT_EQ(model.content_hash(), hash) << name_of(mode) << " in " << ticks;
+      }
+      if (ticks == 1) volume = model.volume_mm3();
+      EXPECT_NEAR(model.volume_mm3(), volume, 1e-3);
+      EXPECT_NEAR(sums.removed, full - model.volume_mm3(), 0.02) << name_of(mode);
+      EXPECT_EQ(test::broken(extract_surface(model.snapshot())), "") << name_of(mode);
+      // A flat top about whose normal all is turned stays one.
+      if (mode != Mode::twist) {
+        EXPECT_NE(hash, before) << name_of(mode);
+      }
+      TriDexel back = block(64, {8, 8, 8}, {56, 56, 40});
+      stroke(back, settings_of(mode, 12), {at, to, at}, ticks);
+      EXPECT_EQ(back.content_hash(), before) << name_of(mode);
+    }
+  }
+}
+
+// A spring and a dashpot in series: at a constant speed F rises to k relax v, and falls to nothing
+// when the hand holds still; its work over a closed way is never negative.
+TEST(ReshapeStroke, AWarpsPullIsPassive) {
+  MaxwellForce pull;
+  const double k = 2, dt = 1e-3;
+  Vec3 force = Vec3::Zero();
+  for (int i = 0; i < 3000; i++) force = pull.pull(k, Vec3(0, 0, 0.01), dt);
+  EXPECT_NEAR(force.z(), -k * MaxwellForce::kRelaxS * 10, 0.03);
+  for (int i = 0; i < 2000; i++) force = pull.pull(k, Vec3::Zero(), dt);
+  EXPECT_LT(force.norm(), 1e-4);
+  Random random;
+  pull.begin();
+  double work = 0;
+  for (int i = 0; i < 20000; i++) {
+    const Vec3 way = random.in_box(-0.2, 0.2);
+    work -= pull.pull(k, way, dt).dot(way);
+    ASSERT_GE(work, 0) << random.note();
+  }
+  TriDexel model = block(64, {8, 8, 8}, {56, 56, 40});
+  const Sums sums = stroke(model, settings_of(Mode::grab, 10), {{32, 32, 40}, {32, 32, 50}}, 200);
+  EXPECT_GT(sums.work, 1);
+  TriDexel counted = block(64, {8, 8, 8}, {56, 56, 40});
+  ReshapeSettings paper = settings_of(Mode::grab, 10);
+  paper.law = {ForceModel::paper, 5, 1};
+  EXPECT_GT(stroke(counted, paper, {{32, 32, 40}, {32, 32, 50}}, 200).most_force, 0);
+}
+
+// What a tool presses away comes back: volume kept to 1e-3 of what was displaced, whatever the
+// depth, also along rays; the furrow is open, and its bottom where the tool was.
+TEST(ReshapeStroke, ClayKeepsItsVolume) {
+  for (const double depth : {0.5, 1.0, 3.0, 6.0})
+    for (const int ticks : {12, 160}) {
+      TriDexel model = block(96, {8, 8, 8}, {88, 88, 50});
+      const double before = model.volume_mm3();
+      ReshapeSettings s = settings_of(Mode::press, 5);
+      s.tool = BallTool{8};
+      const double z = 50 - depth;
+      const Sums sums = stroke(model, s, {{30, 48, 60}, {30, 48, z}, {66, 48, z}}, ticks);
+      const double displaced = 36 * depth * std::sqrt(2 * 8 * depth);  // about
+      EXPECT_NEAR(model.volume_mm3(), before, 1e-3 * displaced) << depth;
+      EXPECT_NEAR(sums.removed, before - model.volume_mm3(), 1e-2) << depth;
+      EXPECT_EQ(disagreeing(model), 0);
+      EXPECT_EQ(test::broken(extract_surface(model.snapshot())), "");
+      EXPECT_GT(sums.work, 0);
+      double bottom = 0;
+      model.field(Axis::z).view().for_spans(
+          48, 48, [&](const Span& span) { bottom = std::max(bottom, double{span.out}); });
+      EXPECT_NEAR(bottom, z, 0.2) << "nothing closed over the furrow";
+    }
+}
+
+// A thousand presses: the volume stays within 1e-5 of the body's.
+TEST(ReshapeStroke, ClayKeepsItsVolumeOverManyStrokes) {
+  Random random;
+  TriDexel model = block(48, {8, 8, 8}, {40, 40, 36});
+  const double before = model.volume_mm3();
+  const int strokes = std::getenv("KIBORI_SHORT") ? 20 : 150;
+  for (int i = 0; i < strokes; i++) {
+    ReshapeSettings s = settings_of(Mode::press, 5);
+    s.tool = BallTool{random.uniform(2, 5)};
+    const Vec3 from(random.uniform(14, 34), random.uniform(14, 34), random.uniform(34, 36));
+    stroke(model, s, {from, from + Vec3(random.uniform(-6, 6), random.uniform(-6, 6), -1)}, 6);
+  }
+  EXPECT_NEAR(model.volume_mm3(), before, 1e-5 * before) << random.note();
+  EXPECT_EQ(disagreeing(model), 0) << random.note();
+}
+
+TEST(ReshapeStroke, ACreaseSinksALineAndDrawsItTogether) {
+  TriDexel model = block(64, {8, 8, 8}, {56, 56, 40});
+  stroke(model, settings_of(Mode::crease, 10, 0.5), {{16, 32, 40}, {48, 32, 40}}, 30);
+  const auto top = [&](int x, int y) {
+    double z = 0;
+    model.field(Axis::z).view().for_spans(x, y, [&](const Span& span) { z = span.out; });
+    return z;
+  };
+  EXPECT_NEAR(top(32, 32), 38, 0.6) << "a fifth of the radius";
+  EXPECT_NEAR(top(32, 45), 40, 1e-3) << "beside the brush";
+  EXPECT_GT(top(32, 37), 39.5);
+  EXPECT_EQ(disagreeing(model), 0);
+  EXPECT_EQ(test::broken(extract_surface(model.snapshot())), "");
+}
+
+// The last dab lies at x = 31. Colours by strength and falloff, of the surface alone; nothing
+// moves.
+TEST(ReshapeStroke, PaintColoursTheSurface) {
+  TriDexel model = block(48, {8, 8, 8}, {40, 40, 30});
+  const double volume = model.volume_mm3();
+  ReshapeSettings s = settings_of(Mode::paint, 6);
+  s.brush.color = {10, 200, 30};
+  s.brush.falloff = Falloff::constant;
+  const Sums sums = stroke(model, s, {{16, 24, 30}, {32, 24, 30}}, 20);
+  EXPECT_EQ(model.volume_mm3(), volume);
+  EXPECT_EQ(sums.most_force, 0);
+  EXPECT_EQ(sums.points, 0);
+  int painted = 0;
+  for (const Axis axis : kAxes) {
+    const FieldSnapshot& field = model.field(axis).view();
+    for (int u = 0; u < 48; u++)
+      for (int v = 0; v < 48; v++)
+        field.for_spans(u, v, [&](const Span& span) {
+          for (const bool out : {false, true}) {
+            Vec3 at;
+            at[u_index(axis)] = u + 0.5;
+            at[v_index(axis)] = v + 0.5;
+            at[depth_index(axis)] = out ? span.out : span.in;
+            const Color paint = out ? span.paint_out : span.paint_in;
+            const Vec3 nearest(std::clamp(at.x(), 16.0, 31.0), 24, 30);
+            const double off = (at - nearest).norm();
+            if (off < 5.8) {
+              EXPECT_EQ(paint, 0xff1ec80au);
+            }
+            if (off > 6) {
+              EXPECT_EQ(paint, 0u);
+            }
+            painted += paint != 0;
+          }
+        });
+  }
+  EXPECT_GT(painted, 200);
+  // Half as strong, over the material's own colour.
+  TriDexel half = block(48, {8, 8, 8}, {40, 40, 30});
+  s.brush.strength = 0.5;
+  stroke(half, s, {{16, 24, 30}, {16, 24, 30}}, 1);
+  half.field(Axis::z).view().for_spans(16, 24, [&](const Span& span) {
+    const auto color = kMaterials[0].color;
+    EXPECT_NEAR(span.paint_out & 0xff, (color[0] + 10) / 2.0, 1);
+    EXPECT_NEAR(span.paint_out >> 8 & 0xff, (color[1] + 200) / 2.0, 1);
+  });
+}
+
+// With fourfold symmetry about z and a plane, every ray has its image, whatever the mode.
+TEST(ReshapeStroke, ImagesDoTheSame) {
+  Random random;
+  const auto ends = [](const TriDexel& model) {
+    std::vector<Vec3> all;
+    for_ends(model, [&](const Vec3& at, const Vec3&) { all.push_back(at); });
+    return all;
+  };
+  for (int i = static_cast<int>(Mode::smooth); i <= static_cast<int>(Mode::press); i++) {
+    const Mode mode = static_cast<Mode>(i);
+    TriDexel model = block(64, {8, 8, 8}, {56, 56, 40});
+    ReshapeSettings s = settings_of(mode, 7, 0.7);
+    s.tool = BallTool{4};
+    s.symmetry = {{true, false, false}, Vec3::Constant(32), 4, Axis::z};
+    s.brush.flatten_to = FlattenTo::plane;
+    s.brush.plane = {{32, 32, 38}, Vec3::UnitZ()};
+    const Vec3 from(random.uniform(12, 30), random.uniform(12, 20), 39);
+    stroke(model, s, {from, from + Vec3(4, 2, mode == Mode::press ? -1 : 4)}, 9, 0.5);
+    EXPECT_EQ(disagreeing(model), 0) << name_of(mode);
+    const std::vector<Vec3> all = ends(model);
+    // Volumes of the four quarters.
+    std::array<double, 4> quarter{};
+    for (int u = 0; u < 64; u++)
+      for (int v = 0; v < 64; v++)
+        model.field(Axis::z).view().for_spans(u, v, [&](const Span& span) {
+          quarter[static_cast<size_t>(2 * (u < 32) + (v < 32))] += double{span.out} - span.in;
+        });
+    for (const double q : quarter)
+      EXPECT_NEAR(q, quarter[0],
+                  mode == Mode::press ? 4
+                  : warps(mode)       ? 3
+                                      : 0.2)
+          << name_of(mode) << " " << random.note();
+  }
+}
+
+// Images that coincide count once: two mirrors and a half turn are the same.
+TEST(SymmetryImages, AreEachOther) {
+  EXPECT_EQ(SymmetryImages(Symmetry{}).size(), 0u);
+  EXPECT_EQ(SymmetryImages({{true, true, true}, {}, 1, Axis::z}).size(), 7u);
+  EXPECT_EQ(SymmetryImages({{}, {}, 16, Axis::x}).size(), 15u);
+  EXPECT_EQ(SymmetryImages({{true, true, false}, {}, 2, Axis::z}).size(), 3u);
+  EXPECT_EQ(SymmetryImages({{true, false, false}, {}, 6, Axis::z}).size(), 11u);
+  for (const SymmetryImage& image : SymmetryImages({{true, false, true}, {}, 5, Axis::y}))
+    EXPECT_NEAR(image.turn.determinant(), image.mirrors ? -1 : 1, 1e-12);
+  EXPECT_FALSE(check_symmetry({{}, {}, 0, Axis::z}, BallTool{}).ok());
+  EXPECT_FALSE(check_symmetry({{}, {}, kMaxFold + 1, Axis::z}, BallTool{}).ok());
+}
+
+// Cuts about an axis: what is left is the same after a fifth of a turn.
+TEST(SymmetryImages, CutsGoRound) {
+  TriDexel model = block(64, {4, 4, 4}, {60, 60, 60});
+  DirectTool tool(model, {{50, 32, 66}, Mat3::Identity()});
+  tool.set_symmetry({{}, Vec3::Constant(32), 5, Axis::z});
+  ASSERT_TRUE(
+      tool.advance(Flat{4, 40}, {50, 32, 50}, Vec3::Zero(), Mode::cut, {}, kMaterials).ok());
+  const double hole = 3.14159265 * 16 * 10;
+  EXPECT_NEAR(56.0 * 56 * 56 - model.volume_mm3(), 5 * hole, 0.02 * 5 * hole);
+  for (int k = 0; k < 5; k++) {
+    const double angle = 2 * 3.14159265 / 5 * k;
+    int spans = 0;
+    double top = 0;
+    model.field(Axis::z).view().for_spans(static_cast<int>(32 + 18 * std::cos(angle)),
+                                          static_cast<int>(32 + 18 * std::sin(angle)),
+                                          [&](const Span& span) {
+                                            spans++;
+                                            top = span.out;
+                                          });
+    EXPECT_EQ(spans, 1);
+    EXPECT_NEAR(top, 50, 1e-4);
+  }
+}
+
+// Random mixtures of everything, odd lattices, images, brushes half outside: closed, agreeing, and
+// the same again.
+TEST(ReshapeStroke, RandomMixturesStayClosedAndRepeat) {
+  Random random;
+  const int rounds = [] {
+    if (const char* said = std::getenv("KIBORI_MIXTURES")) return std::atoi(said);
+    return std::getenv("KIBORI_SHORT") ? 1 : 4;
+  }();
+  for (int round = 0; round < rounds; round++) {
+    Lattice lattice;
+    lattice.nodes = Index3(random.integer(1, 40), random.integer(8, 40), random.integer(8, 40));
+    lattice.pitch_mm = random.uniform(0.1, 3);
+    const Vec3 size = lattice.pitch_mm * lattice.nodes.matrix().cast<double>();
+    TriDexel model(lattice), twin(lattice);
+    for (TriDexel* m : {&model, &twin}) m->fill_block({0.1537 * size, 0.8461 * size}, 2);
+    for (int i = 0; i < 20; i++) {
+      ReshapeSettings s;
+      s.mode = static_cast<Mode>(
+          random.integer(static_cast<int>(Mode::smooth), static_cast<int>(Mode::press)));
+      const bool cuts = random.integer(0, 3) == 0;
+      s.brush.radius_mm = lattice.pitch_mm * random.uniform(0.4, 14);
+      s.brush.strength = random.uniform(s.mode == Mode::inflate ? -1 : 0, 1);
+      s.brush.falloff = static_cast<Falloff>(random.integer(0, 2));
+      s.brush.keep_volume = random.integer(0, 2) == 0;
+      s.tool = random.integer(0, 1)
+                   ? Tool(BallTool{lattice.pitch_mm * random.uniform(0.5, 6)})
+                   : Tool(Flat{lattice.pitch_mm * random.uniform(1, 5), lattice.pitch_mm * 30});
+      if (random.integer(0, 2) == 0) {
+        s.symmetry.planes[static_cast<size_t>(random.integer(0, 2))] = random.integer(0, 1) == 1;
+        s.symmetry.fold = random.integer(1, 5);
+        s.symmetry.axis = static_cast<Axis>(random.integer(0, 2));
+        s.symmetry.centre_mm = 0.5 * size;
+      }
+      const Vec3 from = (random.in_box(-0.2, 1.2).array() * size.array()).matrix();
+      const Vec3 to = from + lattice.pitch_mm * random.in_box(-9, 9);
+      const double turn = random.uniform(-2, 2);
+      for (TriDexel* m : {&model, &twin}) {
+        if (cuts) {
+          DirectTool tool(*m, {from, Mat3::Identity()});
+          tool.set_symmetry(s.symmetry);
+          ASSERT_TRUE(tool.advance(s.tool, to, Vec3::Zero(), i % 2 ? Mode::cut : Mode::deposit, {},
+                                   kMaterials, static_cast<uint8_t>(i % 3))
+                          .ok());
+        } else {
+          stroke(*m, s, {from, to}, 4, turn);
+        }
+      }
+      ASSERT_EQ(disagreeing(model), 0)
+          << random.note() << " round " << round << " step " << i << " " << name_of(s.mode);
+      ASSERT_EQ(model.content_hash(), twin.content_hash()) << random.note();
+    }
+    EXPECT_EQ(test::broken(extract_surface(model.snapshot())), "") << random.note();
+  }
+}
+
+}  // namespace
+}  // namespace kibori
