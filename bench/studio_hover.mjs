@@ -58,7 +58,8 @@ const triangles = await page.evaluate(() => {
     const vertices = view.getUint32(at + 6, true),
       many = view.getUint32(at + 10, true);
     sum += many;
-    at += 14 + 10 * vertices + 6 * many;
+    const painted = view.getUint16(at + 14, true);
+    at += 16 + (painted ? 14 : 10) * vertices + 6 * many;
   }
   return sum;
 });

@@ -24,6 +24,9 @@ void put_chunk(std::vector<uint8_t>& to, const SurfaceChunk& chunk, const Index3
   for (int i = 0; i < 3; i++) put(to, static_cast<uint16_t>(at[i]));
   put(to, static_cast<uint32_t>(chunk.vertices.size()));
   put(to, static_cast<uint32_t>(chunk.triangles.size()));
+  const bool painted = std::any_of(chunk.vertices.begin(), chunk.vertices.end(),
+                                   [](const SurfaceVertex& v) { return v.paint != 0; });
+  put(to, static_cast<uint16_t>(painted));
   for (const SurfaceVertex& v : chunk.vertices) {
     for (int i = 0; i < 3; i++) {
       const double cells =
@@ -38,6 +41,9 @@ void put_chunk(std::vector<uint8_t>& to, const SurfaceChunk& chunk, const Index3
   }
   for (const SurfaceTriangle& t : chunk.triangles)
     for (const uint32_t corner : t) put(to, static_cast<uint16_t>(corner));
+  // A colour is 0xAABBGGRR, so its bytes in memory are red, green, blue, opacity.
+  if (painted)
+    for (const SurfaceVertex& v : chunk.vertices) put(to, v.paint);
 }
 
 }  // namespace kibori::studio

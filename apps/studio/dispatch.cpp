@@ -83,9 +83,20 @@ struct Dispatch {
   void operator()(const ChooseSymmetry& m) const {
     const unsigned planes = m.planes;
     choose([&](LiveSession& s) {
-      return s.choose_symmetry({(planes & 1) != 0, (planes & 2) != 0, (planes & 4) != 0}, 1,
-                               Axis::z);
+      return s.choose_symmetry({(planes & 1) != 0, (planes & 2) != 0, (planes & 4) != 0}, m.fold,
+                               kAxes[m.axis]);
     });
+  }
+  void operator()(const ChooseBrush& m) const {
+    Brush brush;
+    brush.radius_mm = m.radius;
+    brush.strength = m.strength;
+    brush.falloff = static_cast<Falloff>(m.falloff);
+    brush.keep_volume = m.keep != 0;
+    brush.color = {m.red, m.green, m.blue};
+    brush.flatten_to = static_cast<FlattenTo>(m.plane);
+    brush.plane = {m.point, m.normal};
+    choose([&](LiveSession& s) { return s.choose_brush(brush); });
   }
   void operator()(const ChooseMaterial& m) const {
     choose([&](LiveSession& s) { return s.choose_material(m.material); });

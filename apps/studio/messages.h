@@ -13,7 +13,7 @@
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 8;
+inline constexpr uint16_t kProtocolVersion = 9;
 
 // The first message of a page, with the key that POST /enter gave for the token. Welcome or Start
 // answers; where the key is another one, the line is closed with code 1008.
@@ -243,17 +243,22 @@ struct CarveExample {
     f(name);
   }
 };
-// Planes in which all that the tool does is mirrored, through the lattice's middle: bits 1 normal
-// to x, 2 to y, 4 to z.
+// Where all that the tool does is done again, about the lattice's middle: planes in which it is
+// mirrored (bits 1 normal to x, 2 to y, 4 to z), and how many times it goes around the axis (0 x, 1
+// y, 2 z) in equal parts of a turn; 1: no more than itself.
 struct ChooseSymmetry {
   static constexpr uint8_t kKind = 22;
   uint8_t planes = 0;
+  uint8_t fold = 0;
+  uint8_t axis = 0;
   bool in_range() const {
-    return planes <= 7;
+    return planes <= 7 &&
+           fold >= 1 && fold <= 16 &&
+           axis <= 2;
   }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(planes);
+    f(planes, fold, axis);
   }
 };
 // What a force device's tool does.
@@ -338,6 +343,36 @@ struct Strike {
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
+// The brush of modes that reshape, from the next stroke on: radius [mm]; strength, below 0 for
+// inflate only; falloff 0 smooth, 1 linear, 2 constant; keep: 1 where smoothing and grabbing keep
+// the volume; the colour of paint; and what flatten goes to: plane 0 that under the stroke's
+// beginning, 1 that under each dab, 2 the one through the point [mm] with that normal.
+struct ChooseBrush {
+  static constexpr uint8_t kKind = 30;
+  double radius = 0;
+  double strength = 0;
+  uint8_t falloff = 0;
+  uint8_t keep = 0;
+  uint8_t red = 0;
+  uint8_t green = 0;
+  uint8_t blue = 0;
+  uint8_t plane = 0;
+  Vec3 point = Vec3::Zero();
+  Vec3 normal = Vec3::Zero();
+  bool in_range() const {
+    return radius >= 1e-06 && radius <= 1e+06 &&
+           strength >= -1 && strength <= 1 &&
+           falloff <= 2 &&
+           keep <= 1 &&
+           plane <= 2 &&
+           point.minCoeff() >= -1e+12 && point.maxCoeff() <= 1e+12 &&
+           normal.minCoeff() >= -1 && normal.maxCoeff() <= 1;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(radius, strength, falloff, keep, red, green, blue, plane, point, normal);
+  }
+};
 // A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz],
 // the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to
 // 1), which of them its stock is of, and what it is: 0 carved, 1 only looked at, 2 an experiment.
@@ -359,8 +394,9 @@ struct Welcome {
   }
 };
 // Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices
-// and triangles (u32), vertices, corners (u16 each). A vertex: x y z (u16, 1/2048 pitch from 16
-// place - 1), normal (3 x i8, 1/127), material (u8).
+// and triangles (u32), whether any is painted (u16), vertices, corners (u16 each), and of painted
+// ones a colour for each vertex (red, green, blue, 255 where it is painted or 0: u8). A vertex: x y
+// z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8).
 struct Chunks {
   static constexpr uint8_t kKind = 65;
   uint32_t frame = 0;
@@ -500,6 +536,6 @@ struct ShowTool {
 };
 
 // What a page may say.
-using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike>;
+using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush>;
 
 }  // namespace kibori::studio

@@ -33,7 +33,8 @@ export function unpack(
     const place = [u16(), u16(), u16()];
     const vertices = view.getUint32(at, true);
     const triangles = view.getUint32(at + 4, true);
-    at += 8;
+    const isPainted = view.getUint16(at + 8, true) !== 0;
+    at += 10;
     const position = new Float32Array(3 * vertices);
     const normal = new Int8Array(3 * vertices);
     const kind = new Uint8Array(vertices);
@@ -46,6 +47,12 @@ export function unpack(
     }
     const index = new Uint16Array(3 * triangles);
     for (let i = 0; i < index.length; i++) index[i] = u16();
+    // Red, green, blue, and whether it is painted.
+    const paint = new Uint8Array(4 * vertices);
+    if (isPainted) {
+      paint.set(data.subarray(at, at + paint.length));
+      at += paint.length;
+    }
     if (triangles === 0) {
       use(place.join(), null);
       continue;
@@ -54,6 +61,7 @@ export function unpack(
     geometry.setAttribute("position", new THREE.BufferAttribute(position, 3));
     geometry.setAttribute("normal", new THREE.BufferAttribute(normal, 3, true));
     geometry.setAttribute("kind", new THREE.BufferAttribute(kind, 1));
+    geometry.setAttribute("paint", new THREE.BufferAttribute(paint, 4, true));
     geometry.setIndex(new THREE.BufferAttribute(index, 1));
     geometry.computeBoundingSphere();
     use(place.join(), geometry);
@@ -69,9 +77,14 @@ export function pack(chunks: Map<string, THREE.BufferGeometry>, lattice: Lattice
   placed.sort(
     (a, b) => a.place[0] - b.place[0] || a.place[1] - b.place[1] || a.place[2] - b.place[2],
   );
+  const painted = (geometry: THREE.BufferGeometry): boolean =>
+    geometry.attributes.paint.array.some((byte) => byte !== 0);
   const size = placed.reduce(
     (sum, { geometry }) =>
-      sum + 14 + 10 * geometry.attributes.position.count + 2 * geometry.index!.count,
+      sum +
+      16 +
+      (painted(geometry) ? 14 : 10) * geometry.attributes.position.count +
+      2 * geometry.index!.count,
     0,
   );
   const bytes = new Uint8Array(size);
@@ -82,12 +95,13 @@ export function pack(chunks: Map<string, THREE.BufferGeometry>, lattice: Lattice
     at += 2;
   };
   for (const { place, geometry } of placed) {
-    const { position, normal, kind } = geometry.attributes;
+    const { position, normal, kind, paint } = geometry.attributes;
     const from = place.map((p, i) => lattice.origin[i] + (CELLS * p - 1) * lattice.pitch);
     place.forEach(u16);
     view.setUint32(at, position.count, true);
     view.setUint32(at + 4, geometry.index!.count / 3, true);
-    at += 8;
+    view.setUint16(at + 8, painted(geometry) ? 1 : 0, true);
+    at += 10;
     for (let v = 0; v < position.count; v++) {
       for (let i = 0; i < 3; i++)
         u16(Math.round(((position.array[3 * v + i] - from[i]) * STEPS) / lattice.pitch));
@@ -96,6 +110,9 @@ export function pack(chunks: Map<string, THREE.BufferGeometry>, lattice: Lattice
       at += 4;
     }
     for (const corner of geometry.index!.array) u16(corner);
+    if (!painted(geometry)) continue;
+    bytes.set(paint.array as Uint8Array, at);
+    at += paint.array.length;
   }
   return bytes;
 }

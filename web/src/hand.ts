@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The hand: which tool, and where mouse, pen or finger want it.
 import * as THREE from "three";
+import { BRUSHES, brushButtons, fillPalette } from "./brushes";
 import { element, input, put, select } from "./dom";
 import type { Mode, Model, Tool } from "./kinds";
 import { write } from "./messages";
@@ -31,6 +32,11 @@ const BEYOND = 3;
  */
 const BLOW_AFTER_MS = 120;
 
+/** With Shift a brush smooths that is so many times as wide as the tool. */
+const SHIFT_WIDTH = 1.5;
+/** What is twisted turns by so much where the pointer goes to the right [rad]: half a turn in 300. */
+const TURN_PER_PIXEL = 0.01;
+
 /** From what depth counts. */
 type DepthFrom = "began" | "now" | "held" | "set";
 
@@ -52,9 +58,11 @@ export class Hand {
     /** Where the path is, and where it last met the wood. */
     last: Hit;
     wood: Hit;
-    /** Depth counts from this plane; null: from the wood. */
+    /** Depth counts from this plane, and the path lies in it; null: in the wood. */
     plane: Hit | null;
     mode: Mode;
+    /** Where a brush that drags or turns took hold: in the window, and the tool's own turn. */
+    from: { x: number; turn: number };
     /** The time of the newest event that was used [ms]. */
     time: number;
   } | null = null;
@@ -77,6 +85,16 @@ export class Hand {
   ) {
     element("shapes").insertAdjacentHTML("beforeend", toolButtons());
     element("shapes").addEventListener("change", () => this.chooseShape());
+    element("brushes").insertAdjacentHTML("beforeend", brushButtons());
+    fillPalette(element("palette"));
+    element("palette").addEventListener("click", (event) => {
+      const { color } = (event.target as HTMLElement).dataset;
+      if (color) input("color").value = color;
+      this.chooseBrush();
+    });
+    for (const id of ["brush-strength", "keep", "color"])
+      input(id).addEventListener("input", () => this.chooseBrush());
+    select("falloff").addEventListener("change", () => this.chooseBrush());
     for (const id of ["size", "depth", "form"])
       input(id).addEventListener("input", () => this.chooseTool());
     input("turn-by").addEventListener("input", () => this.chooseTurn());
@@ -85,8 +103,10 @@ export class Hand {
     select("depth-from").addEventListener("change", () => this.chooseDepthFrom());
     element("set-plane").onclick = () => this.setPlane();
     element("strike").onclick = () => this.strike();
-    element("modes").addEventListener("change", () => this.chooseWork());
-    element("symmetry").addEventListener("change", () => this.chooseSymmetry());
+    for (const id of ["modes", "brushes"])
+      element(id).addEventListener("change", () => this.chooseWork());
+    for (const id of ["symmetry", "fold", "fold-axis"])
+      element(id).addEventListener("change", () => this.chooseSymmetry());
     select("material").onchange = () =>
       this.send(write.ChooseMaterial({ material: Number(select("material").value) }));
     select("model").onchange = () =>
@@ -134,7 +154,6 @@ export class Hand {
   /** All that is chosen, to the studio. */
   chooseAll(): void {
     if (this.readOnly) return;
-    this.chooseTool();
     this.chooseTurn();
     this.chooseHand();
     this.chooseSymmetry();
@@ -182,6 +201,7 @@ export class Hand {
   private chooseDepthFrom(): void {
     const set = this.depthFrom === "set";
     this.view.showPlane(set ? this.plane : null);
+    if (!this.readOnly && this.brush) this.chooseBrush();
     element("plane-help").hidden = !set || this.plane !== null;
   }
   private get depthFrom(): DepthFrom {
@@ -239,6 +259,15 @@ export class Hand {
     this.chooseSymmetry();
   }
 
+  /** Picks up a brush; the one that is held is laid down, and the tool carves again. */
+  pick(mode: Mode): void {
+    if (this.readOnly || this.stroke) return;
+    const wanted = this.mode === mode ? "cut" : mode;
+    (document.querySelector(`input[name=mode][value=${wanted}]`) as HTMLInputElement).checked =
+      true;
+    this.chooseWork();
+  }
+
   lift(): void {
     if (!this.stroke) return;
     const { last, mode } = this.stroke;
@@ -246,7 +275,8 @@ export class Hand {
     this.view.controls.enabled = true;
     this.view.endStroke();
     this.send(write.Lift());
-    if (mode !== this.mode) this.chooseTool();
+    if (BRUSHES[mode]?.goes === "turns") this.chooseTurn();
+    if (mode !== this.mode) this.chooseWork();
     this.aim(last, -HOVER, performance.now());
   }
 
@@ -258,6 +288,10 @@ export class Hand {
   }
   private get mode(): Mode {
     return chosen("mode") as Mode;
+  }
+  /** What the brush does that is held; undefined: a tool is. */
+  private get brush(): (typeof BRUSHES)[Mode] {
+    return BRUSHES[this.stroke?.mode ?? this.mode];
   }
   private depth(): number {
     return Number(input("depth").value);
@@ -296,7 +330,9 @@ export class Hand {
     const said = tool.shape === "bull" ? tool.corner : (form?.value ?? 0);
     if (form) put("form-out", `${said.toFixed(form.unit === "°" ? 0 : 1)} ${form.unit}`);
     this.draw();
-    if (!this.readOnly) this.send(write.ChooseTool({ tool }));
+    if (this.readOnly) return;
+    this.send(write.ChooseTool({ tool }));
+    if (this.brush && !this.stroke) this.chooseBrush();
   }
   private own(): HeldTool {
     const { form, make } = TOOLS[this.shape];
@@ -306,7 +342,8 @@ export class Hand {
   }
   /** The tool that is held: here, as it is chosen; elsewhere, as the studio says. */
   private draw(): void {
-    this.view.setTool(this.holds && !this.readOnly ? this.own() : this.shown);
+    const own = this.brush ? null : this.own(); // a brush is a ring on the wood
+    this.view.setTool(this.holds && !this.readOnly ? own : this.shown);
   }
   private chooseTurn(): void {
     const degrees = Number(input("turn-by").value);
@@ -322,12 +359,48 @@ export class Hand {
   }
   private chooseSymmetry(): void {
     this.view.mirrored = this.planes();
-    this.send(write.ChooseSymmetry({ planes: this.planes() }));
+    const fold = Math.min(16, Math.max(1, Math.round(Number(input("fold").value)) || 1)),
+      axis = Number(select("fold-axis").value);
+    input("fold").value = String(fold);
+    this.send(write.ChooseSymmetry({ planes: this.planes(), fold, axis }));
   }
   /** A pointer says what its tool does when it presses. */
   private chooseWork(): void {
+    const { brush } = this;
+    document.body.classList.toggle("brushing", brush !== undefined);
+    element("brush").hidden = !brush;
+    element("keeps").hidden = !brush?.keeps;
+    element("colours").hidden = this.mode !== "paint";
+    put("brush-out", brush?.name ?? "by a brush");
+    input("brush-strength").min = this.mode === "inflate" ? "-1" : "0";
+    if (brush) input("brush-strength").value = String(brush.strength);
     this.chooseTool();
+    this.chooseBrush();
     if (this.device) this.send(write.ChooseWork({ mode: this.mode }));
+  }
+  /** The brush, as it is chosen; `radius` and `strength`: instead of that. */
+  private chooseBrush(
+    radius = this.radius(),
+    strength = Number(input("brush-strength").value),
+  ): void {
+    if (this.brush && this.brush === BRUSHES[this.mode]) this.brush.strength = strength;
+    put("brush-strength-out", `${Math.round(100 * Number(input("brush-strength").value))} %`);
+    const color = parseInt(input("color").value.slice(1), 16),
+      set = this.depthFrom === "set" && this.plane;
+    this.send(
+      write.ChooseBrush({
+        radius,
+        strength,
+        falloff: Number(select("falloff").value),
+        keep: input("keep").checked && this.brush?.keeps ? 1 : 0,
+        red: color >> 16,
+        green: (color >> 8) & 255,
+        blue: color & 255,
+        plane: set ? 2 : 0,
+        point: set ? (set.point.toArray() as Vec3) : [0, 0, 0],
+        normal: set ? (set.normal.toArray() as Vec3) : [0, 0, 1],
+      }),
+    );
   }
   private chooseHand(): void {
     const strength = Number(input("strength").value),
@@ -367,6 +440,7 @@ export class Hand {
 
   /** How deep: where it adds, so that the tool stands out as much as it else would sink in. */
   private pressed(event: PointerEvent): number {
+    if (this.brush) return 0;
     if (this.stroke?.mode === "deposit") return heightOf(this.own()) - this.depth();
     const pen = event.pointerType === "pen" && event.pressure > 0 && input("pressure").checked;
     return pen ? 2 * event.pressure * this.depth() : this.depth();
@@ -458,7 +532,11 @@ export class Hand {
     this.view.beginStroke();
     const adds = this.mode === "cut" && (event.ctrlKey || event.altKey);
     const mode = event.shiftKey ? "smooth" : adds ? "deposit" : this.mode;
-    const plane = this.depthFrom === "held" ? hit : this.depthFrom === "set" ? this.plane : null;
+    const goes = BRUSHES[mode]?.goes;
+    // What is dragged goes in the plane across the view.
+    const across = { point: hit.point.clone(), normal: this.view.towardsEye(hit.point) };
+    let plane = this.depthFrom === "held" ? hit : this.depthFrom === "set" ? this.plane : null;
+    if (BRUSHES[mode]) plane = goes ? across : null;
     const at = plane ? (this.onPlane(event.clientX, event.clientY, plane) ?? hit) : hit;
     this.stroke = {
       pointer: event.pointerId,
@@ -469,10 +547,15 @@ export class Hand {
       wood: hit,
       plane,
       mode,
+      from: { x: event.clientX, turn: (Number(input("turn-by").value) * Math.PI) / 180 },
       time: event.timeStamp,
     };
-    if (mode !== this.mode) this.chooseTool();
-    this.axis = this.axisAt(at, event);
+    if (mode !== this.mode) {
+      this.chooseTool();
+      // With Shift, an edge goes in a stroke or two.
+      if (this.brush) this.chooseBrush(SHIFT_WIDTH * this.radius(), 1);
+    }
+    this.axis = this.axisAt(goes ? hit : at, event);
     this.aimed = this.tipAt(at, this.pressed(event));
     this.there = true;
     this.send(
@@ -524,11 +607,17 @@ export class Hand {
   private followTo(event: PointerEvent): void {
     const stroke = this.stroke!,
       { clientX: x, clientY: y } = event;
+    const goes = this.brush?.goes;
+    if (goes === "turns") {
+      const turn = stroke.from.turn + TURN_PER_PIXEL * (x - stroke.from.x);
+      this.send(write.ChooseTurn({ turn }));
+      return this.aim(stroke.last, 0, event.timeStamp);
+    }
     let at: Hit | null;
     if (stroke.plane) {
       at = this.onPlane(x, y, stroke.plane);
     } else {
-      at = this.view.hit(x, y, this.depthFrom === "began");
+      at = this.view.hit(x, y, this.depthFrom === "began" && !this.brush);
       if (at) stroke.wood = at;
       // Beside the wood the path goes on along the plane it left, so that the tool comes out of it.
       else at = this.onPlane(x, y, stroke.wood);
@@ -542,6 +631,7 @@ export class Hand {
     if (at) {
       const way = at.point.distanceTo(stroke.last.point);
       stroke.last = at;
+      if (goes) return this.aim(at, 0, event.timeStamp);
       // A hand does not turn at once where the surface does: over half the tool's radius, however
       // fast it goes.
       const share = 1 - Math.exp((-2 * way) / this.radius());

@@ -3,8 +3,8 @@
 // was last. Strokes of one tool stand together in a group, which opens; lines above show where
 // branches leave. Only what is in view is in the page, and only its pictures are asked for.
 import { request } from "./access";
-import type { Mode } from "./kinds";
 import { MOVED, StepTree, type Branch, type Group, type Step } from "./steps";
+import { BRUSHES } from "./brushes";
 import { TOOLS, held, iconOf, sizeOf } from "./tools";
 
 /** A cell of the strip: a step, or a group (of several steps). */
@@ -67,19 +67,13 @@ function time(made: number, whole = false): string {
     ? clock
     : `${at.toLocaleDateString([], { day: "numeric", month: "short" })} ${clock}`;
 }
-/** What a brush did; the tool only carried it. */
-const RESHAPING: Partial<Record<Mode, string>> = {
-  smooth: "Smooth",
-  rasp: "Rasp",
-  fill: "Fill hollows",
-  inflate: "Inflate",
-  flatten: "Flatten",
-};
 function toolName(step: Step): string {
   const known = held(step.tool),
     tool = known ? `${TOOLS[known.shape].name} ${sizeOf(known)}` : "Other tool";
   if (step.mode === "deposit") return `${tool}, adds`;
-  return RESHAPING[step.mode] ?? tool;
+  if (step.mode === "press") return `${tool}, presses`;
+  // What a brush did; the tool only carried it.
+  return BRUSHES[step.mode]?.name ?? tool;
 }
 /** The stock, and tools that pages do not know, have that of a block. */
 const toolIcon = (step: Step): string => iconOf(held(step.tool)?.shape ?? "box");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The page: what the studio says to surface, plot, history and numbers; buttons and keys to the
 // studio.
+import { BRUSHES, BRUSH_MODES } from "./brushes";
 import * as THREE from "three";
 import { request } from "./access";
 import { Connection } from "./connection";
@@ -87,6 +88,9 @@ const settings = new Settings([
   "turn-by",
   "depth",
   "strength",
+  "falloff",
+  "keep",
+  "color",
   "axis",
   "model",
   "sound",
@@ -411,6 +415,16 @@ const keys = new Keys(
       keys: ["x"],
       run: () => hand.toggleSymmetry(),
     },
+    ...Object.fromEntries(
+      BRUSH_MODES.map((mode) => [
+        mode,
+        {
+          label: `${BRUSHES[mode]!.name.toLowerCase()}, or carve again`,
+          keys: [BRUSHES[mode]!.key],
+          run: () => hand.pick(mode),
+        },
+      ]),
+    ),
     undo: { label: "undo", keys: ["Ctrl+z"], run: undo },
     redo: { label: "redo", keys: ["Ctrl+Shift+z", "Ctrl+y"], run: redo },
     cancel: {

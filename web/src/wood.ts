@@ -54,11 +54,11 @@ const VERTEX = (shader: string): string =>
   shader
     .replace(
       "#include <common>",
-      "#include <common>\nattribute float kind;\nvarying vec3 vPlace;\nflat varying int vKind;",
+      "#include <common>\nattribute float kind;\nattribute vec4 paint;\nvarying vec3 vPlace;\nvarying vec4 vPaint;\nflat varying int vKind;",
     )
     .replace(
       "#include <begin_vertex>",
-      `#include <begin_vertex>\nvPlace = position;\nvKind = min(int(kind + 0.5), ${MAX_MATERIALS - 1});`,
+      `#include <begin_vertex>\nvPlace = position;\nvPaint = paint;\nvKind = min(int(kind + 0.5), ${MAX_MATERIALS - 1});`,
     );
 const FRAGMENT = (shader: string): string =>
   shader
@@ -66,6 +66,7 @@ const FRAGMENT = (shader: string): string =>
       "#include <common>",
       `#include <common>
       varying vec3 vPlace;
+      varying vec4 vPaint;
       flat varying int vKind;
       layout(location = 1) out highp vec4 outNormal;
       uniform vec4 sectionPlane;
@@ -135,7 +136,13 @@ export class Wood {
           #ifdef SECTION
           if (!gl_FrontFacing) place = cutPlace();
           #endif
-          diffuseColor.rgb *= woodAt(place, vKind);`,
+          vec3 unpainted = woodAt(place, vKind);
+          // Beside what is unpainted its colour counts for nothing; it is as screens have it (sRGB).
+          vec3 painted = pow(vPaint.rgb / max(vPaint.a, 0.01), vec3(2.2));
+          #ifdef SECTION
+          if (!gl_FrontFacing) painted = unpainted;
+          #endif
+          diffuseColor.rgb *= mix(unpainted, painted, vPaint.a);`,
           )
           // What is cut is flat, and told from a face by being a little redder.
           .replace(

@@ -226,20 +226,18 @@ void LiveSession::turn(double roll_rad) {
   if (std::isfinite(roll_rad)) roll_rad_ = std::remainder(roll_rad, 2 * std::numbers::pi);
 }
 
-void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode mode, double time_s) {
+void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode asked, double time_s) {
   lift();
+  const Mode mode = mode_in(materials_[stock_material_], asked);
   const std::optional<Pose> pose =
       std::isfinite(time_s) ? pose_of(tip_mm, axis, true) : std::nullopt;
   if (!pose) return;
   const Status posted =
-      post([pointer = pointer_, stroke = stroke_ + 1, place = *pose, mode](ServoContext& live) {
+      post([pointer = pointer_, stroke = stroke_ + 1, place = *pose, mode,
+            brush = brush_of(mode)](ServoContext& live) {
         if (pointer->finished() >= stroke) return;  // it was cancelled before it began
         live.settings().mode = mode;
-        if (reshapes(mode)) {
-          Brush& brush = live.settings().brush;
-          brush.radius_mm = brush_radius_mm(live.settings().tool, live.model().lattice().pitch_mm);
-          brush.strength = 1;  // an edge goes in a stroke or two
-        }
+        live.settings().brush = brush;
         const bool backs_out = mode != Mode::deposit && !reshapes(mode);
         if (!backs_out) live.place_at(place);
         const std::optional<Pose> clear = backs_out ? live.place_clear(place) : place;
@@ -267,8 +265,13 @@ void LiveSession::strike() {
 
 // ---- A force device
 
-void LiveSession::work(Mode mode) {
-  if (held_) notify(post([mode](ServoContext& live) { live.settings().mode = mode; }));
+void LiveSession::work(Mode asked) {
+  if (!held_) return;
+  const Mode mode = mode_in(materials_[stock_material_], asked);
+  notify(post([mode, brush = brush_of(mode)](ServoContext& live) {
+    live.settings().mode = mode;
+    live.settings().brush = brush;
+  }));
 }
 
 void LiveSession::arm(bool armed) {
@@ -377,6 +380,31 @@ Status LiveSession::give_hand(const Hand& hand, double reach) {
     held_->share = share;
   }
   return posted;
+}
+
+Brush LiveSession::brush_of(Mode mode) const {
+  if (brush_) {
+    Brush brush = *brush_;
+    if (mode != Mode::inflate) brush.strength = std::max(0.0, brush.strength);
+    return brush;
+  }
+  Brush brush;
+  brush.radius_mm = brush_radius_mm(tool_, lattice_.pitch_mm);
+  brush.strength = 1;  // an edge goes in a stroke or two
+  return brush;
+}
+
+Status LiveSession::choose_brush(const Brush& brush) {
+  if (Status fits = check_brush_of(Mode::inflate, brush); !fits) return fits;
+  if (!(brush.radius_mm <= kMaxToolReach * lattice_.pitch_mm))
+    return Error{"that brush is too large for this pitch"};
+  brush_ = brush;
+  if (!held_) return Ok{};
+  return post([brush](ServoContext& live) {
+    live.settings().brush = brush;
+    if (live.settings().mode != Mode::inflate)
+      live.settings().brush.strength = std::max(0.0, brush.strength);
+  });
 }
 
 Status LiveSession::choose_material(size_t material) {

@@ -12,6 +12,7 @@
 #include <atomic>
 #include <deque>
 #include <mutex>
+#include <optional>
 
 #include <kibori/devices/pointer_device.h>
 #include <kibori/live/document_writer.h>
@@ -94,6 +95,9 @@ class LiveSession final : public Session {
   Status choose_hand(const Hand& hand);
   const Hand& hand() const { return hand_; }
   Status choose_material(size_t material);  // of what is added
+  // Of modes that reshape, from the next stroke on. Until one is chosen it is as wide as the tool
+  // asks, and as strong as it may be.
+  Status choose_brush(const Brush& brush);
   Status choose_model(ForceModel model);
   // Planes and axis through the lattice's middle; see Symmetry.
   Status choose_symmetry(const std::array<bool, 3>& planes, int fold, Axis axis);
@@ -140,6 +144,8 @@ class LiveSession final : public Session {
   std::optional<HapticDeviceState> held_;
   Tool tool_;
   Symmetry symmetry_;
+  std::optional<Brush> brush_;
+  Brush brush_of(Mode mode) const;
   bool pressed_ = false, inside_ = false;
   bool stepped_ = false;  // see SessionOptions
   std::unique_ptr<LiveCarving> live_;
