@@ -37,17 +37,18 @@ using namespace detail;
 // A slice of nodes: rows of blocks, 16 nodes each.
 struct BandSlice {
   size_t rows, cols;
-  size_t step;    // lanes from a node to the next in its row
-  size_t margin;  // blocks without ends at both ends of a row
-  size_t window;  // of nodes within reach
-  float too_far;  // squared distance
+  size_t step;              // lanes from a node to the next in its row
+  size_t margin;            // blocks without ends at both ends of a row
+  size_t window;            // of nodes within reach
+  float farthest, too_far;  // an end's distance, and its square
 
   // Its rays' ends: by blocks in layers, `depth` along them; or, if there are no layers, along the
   // block's lanes, of which the first is at `depth`.
   const RayItems* rays;
   const EndLayer* layers;
   const SurfaceEnd* ends;
-  float depth;
+  float depth, length;         // of the slice's first node, and from it to the last
+  const DepthRange* row_ends;  // of each row
 
   BandScratch* scratch;
 
@@ -101,19 +102,37 @@ struct Nearest {
   HWY_INLINE bool beats(VF apart2) const { return hn::AllTrue(DF(), hn::Le(distance2, apart2)); }
   HWY_INLINE void offer(VF other2, VI other) {
     const MF nearer = hn::Lt(other2, distance2);
-    distance2 = hn::IfThenElse(nearer, other2, distance2);
+    distance2 = hn::Min(other2, distance2);
     end = hn::IfThenElse(hn::RebindMask(DI(), nearer), other, end);
+  }
+  // The nearer of two, `apart2` farther: so that one step waits for the last, not two.
+  HWY_INLINE void offer(Nearest one, const Nearest& two, VF apart2) {
+    one.offer(two.distance2, two.end);
+    offer(hn::Add(one.distance2, apart2), one.end);
   }
 };
 
-// The nearest end on each node's own ray. Tells of each row whether there is one.
+// How many nodes in a line, its own among them, the least of these squared distances leaves room
+// for.
+HWY_INLINE size_t NodesWithin(const BandSlice& s, VF distance2) {
+  const float least = hn::GetLane(hn::MinOfLanes(DF(), distance2));
+  size_t nodes = 0;
+  while (least + static_cast<float>(nodes * nodes) < s.too_far) nodes++;
+  return nodes;
+}
+
+// The nearest end on each node's own ray.
 HWY_INLINE void FindOnRays(const BandSlice& s, size_t row) {
+  if (s.depth + s.length < s.row_ends[row].low - s.farthest ||
+      s.depth > s.row_ends[row].high + s.farthest)
+    return;
   BandScratch& to = *s.scratch;
-  const size_t pitch = s.cols + 2 * s.margin, spread = s.step == 1 ? s.margin : s.window;
+  const size_t pitch = s.cols + 2 * s.margin;
   uint8_t* const state = to.state.data() + row * s.cols;
   for (size_t c = 0; c < s.cols; c++) {
     const RayItems rays = s.rays[row * s.cols + c];
     const size_t at = row * pitch + s.margin + c;
+    VF least = F(s.too_far);
     unsigned any = 0;
     for (size_t g = 0; g < kGroups; g++) {
       Nearest best{F(s.too_far), hn::Set(DI(), -1)};
@@ -125,11 +144,22 @@ HWY_INLINE void FindOnRays(const BandSlice& s, size_t row) {
       }
       Store(best.distance2, to.seed_distance2[at], g);
       Store(best.end, to.seed_end[at], g);
-      any |= Bits(hn::Lt(best.distance2, F(s.too_far)));
+      least = hn::Min(least, best.distance2);
+      any |= Bits(hn::Lt(best.distance2, F(s.too_far))) << (g * kLanes);
     }
-    if (!any) continue;
-    const size_t from = c < spread ? 0 : c - spread;
-    std::fill(state + from, state + std::min(s.cols, c + spread + 1), kSeedsNear);
+    const size_t nodes = NodesWithin(s, least);
+    if (nodes == 0) continue;
+    // Blocks of the row that it may be nearest in.
+    size_t below = nodes - 1, above = nodes - 1;
+    if (s.step == 1) {
+      const auto blocks = [&](int lanes_before) {
+        return (nodes + kRow - 2 - static_cast<size_t>(lanes_before)) / kRow;
+      };
+      below = blocks(std::countr_zero(any));
+      above = blocks(std::countl_zero(any) - (32 - static_cast<int>(kRow)));
+    }
+    std::fill(state + (c < below ? 0 : c - below), state + std::min(s.cols, c + above + 1),
+              kSeedsNear);
   }
 }
 
@@ -138,9 +168,10 @@ HWY_INLINE void FindInRow(const BandSlice& s, size_t row) {
   BandScratch& to = *s.scratch;
   const size_t pitch = s.cols + 2 * s.margin;
   for (size_t c = 0; c < s.cols; c++) {
-    if (!(to.state[row * s.cols + c] & kSeedsNear)) continue;
+    if (!(to.state[row * s.cols + c] & kSeedsNear) || !(s.away + s.col_away[c] < s.reach2))
+      continue;
     const size_t seed = row * pitch + s.margin + c, at = row * s.cols + c;
-    unsigned any = 0;
+    VF least = F(s.too_far);
     for (size_t g = 0; g < kGroups; g++) {
       Nearest best{Lanes(to.seed_distance2[seed], g), Lanes(to.seed_end[seed], g)};
       const float* const distance2 = to.seed_distance2[seed].lane + g * kLanes;
@@ -148,19 +179,20 @@ HWY_INLINE void FindInRow(const BandSlice& s, size_t row) {
       for (size_t o = 1; o <= s.window; o++) {
         const VF apart2 = F(static_cast<float>(o * o));
         if (best.beats(apart2)) break;
-        best.offer(hn::Add(hn::LoadU(DF(), distance2 - o * s.step), apart2),
-                   hn::LoadU(DI(), end - o * s.step));
-        best.offer(hn::Add(hn::LoadU(DF(), distance2 + o * s.step), apart2),
-                   hn::LoadU(DI(), end + o * s.step));
+        const auto ray = [&](const float* of, const int32_t* its_end) {
+          return Nearest{hn::LoadU(DF(), of), hn::LoadU(DI(), its_end)};
+        };
+        best.offer(ray(distance2 - o * s.step, end - o * s.step),
+                   ray(distance2 + o * s.step, end + o * s.step), apart2);
       }
       Store(best.distance2, to.row_distance2[at], g);
       Store(best.end, to.row_end[at], g);
-      any |= Bits(hn::Lt(best.distance2, F(s.too_far)));
+      least = hn::Min(least, best.distance2);
     }
-    if (!any) continue;
+    const size_t nodes = NodesWithin(s, least);
+    if (nodes == 0) continue;
     to.state[at] |= kInRow;
-    const size_t from = row < s.window ? 0 : row - s.window,
-                 end = std::min(s.rows, row + s.window + 1);
+    const size_t from = row < nodes ? 0 : row - nodes + 1, end = std::min(s.rows, row + nodes);
     for (size_t r = from; r < end; r++) to.state[r * s.cols + c] |= kRowsNear;
   }
 }
@@ -225,7 +257,11 @@ void TellSides(const BandPlane& p) {
               inside, side);
         Store(side, phi, g);
       }
-      std::copy_n(phi.lane, std::min(kRow, p.nx - b * kRow), p.phi + row * p.nx + b * kRow);
+      float* const to = p.phi + row * p.nx + b * kRow;
+      if (const size_t count = p.nx - b * kRow; count >= kRow)
+        std::copy_n(phi.lane, kRow, to);
+      else
+        std::copy_n(phi.lane, count, to);
     }
 }
 
@@ -267,6 +303,28 @@ void Measure(const BandPlane& p) {
     }
 }
 
+void SumRows(const float* const* low, const float* const* high, const std::vector<float>& kernel,
+             size_t count, float* to) {
+  const DF d;
+  const auto sum_at = [&](size_t i) {
+    VF sum = hn::Mul(F(kernel[0]), hn::LoadU(d, low[0] + i));
+    for (size_t m = 1; m < kernel.size(); m++)
+      sum = hn::Add(
+          sum, hn::Mul(F(kernel[m]), hn::Add(hn::LoadU(d, low[m] + i), hn::LoadU(d, high[m] + i))));
+    hn::StoreU(sum, d, to + i);
+  };
+  if (count < kLanes) {
+    for (size_t i = 0; i < count; i++) {
+      float sum = kernel[0] * low[0][i];
+      for (size_t m = 1; m < kernel.size(); m++) sum += kernel[m] * (low[m][i] + high[m][i]);
+      to[i] = sum;
+    }
+    return;
+  }
+  for (size_t i = 0; i + kLanes < count; i += kLanes) sum_at(i);
+  sum_at(count - kLanes);  // some of them once more
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace kibori
 HWY_AFTER_NAMESPACE();
@@ -277,12 +335,17 @@ namespace kibori {
 HWY_EXPORT(SearchSlice);
 HWY_EXPORT(TellSides);
 HWY_EXPORT(Measure);
+HWY_EXPORT(SumRows);
+
+detail::RowSum detail::row_sum() {
+  choose_vector_unit();
+  return HWY_DYNAMIC_DISPATCH(SumRows);
+}
 
 namespace {
 
-// An end is nearest to nodes up to this much [cells] farther off than the band is wide, because it
-// may lie sideways of them.
-constexpr float kSideways = 1;
+// Where |d|^2 - kSideways2 is beyond the width's square, phi is no less than the width.
+constexpr float kSideways2 = 1;
 
 constexpr size_t kBlock = 16;
 
@@ -400,13 +463,14 @@ void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, F&& f) {
 void NodeBand::read_ends(const TriDexel& model, Axis axis) {
   const FieldSnapshot& field = model.field(axis).view();
   const NodeBox there = box_.within({Index3::Zero(), model.lattice().nodes});
-  const float farthest = reach_ + static_cast<float>(kBlock) + width_ + kSideways;
+  const float farthest = reach_ + width_ + 1;
   const auto far_off = [&](int u, int v) {
     const float du = static_cast<float>(u) + 0.5f - centre_[u_index(axis)],
                 dv = static_cast<float>(v) + 0.5f - centre_[v_index(axis)];
     return du * du + dv * dv > farthest * farthest;
   };
   end_layers_.clear();
+  row_ends_.assign(axis == Axis::z ? ny_ : nz_, {});
   if (axis == Axis::x) {
     rays_.assign(ny_ * nz_, {});
     for (int k = there.low[2]; k < there.high[2]; k++)
@@ -415,7 +479,10 @@ void NodeBand::read_ends(const TriDexel& model, Axis axis) {
         RayItems& ray = rays_[static_cast<size_t>(k - box_.low[2]) * ny_ +
                               static_cast<size_t>(j - box_.low[1])];
         ray.first = static_cast<uint32_t>(ends_.size());
-        add_ends(field, j, k, [&](uint32_t, float) { ray.count++; });
+        add_ends(field, j, k, [&](uint32_t, float depth) {
+          ray.count++;
+          row_ends_[static_cast<size_t>(k - box_.low[2])].include(depth);
+        });
       }
     return;
   }
@@ -441,6 +508,7 @@ void NodeBand::read_ends(const TriDexel& model, Axis axis) {
             std::fill_n(layer.end.lane, kBlock, -1);
           }
           EndLayer& layer = end_layers_[rays.first + at++];
+          row_ends_[static_cast<size_t>(row - box_.low[r])].include(depth);
           layer.depth.lane[i - i0] = depth;
           layer.end.lane[i - i0] = static_cast<int32_t>(end);
         });
@@ -450,17 +518,19 @@ void NodeBand::read_ends(const TriDexel& model, Axis axis) {
 
 void NodeBand::search(Axis axis, int threads) {
   if (axis == Axis::x ? ends_.empty() : end_layers_.empty()) return;
-  const float farthest = width_ + kSideways;
   BandSlice slice;
   slice.rows = axis == Axis::z ? ny_ : nz_;
   slice.cols = axis == Axis::x ? ny_ : blocks_;
   slice.step = axis == Axis::x ? kBlock : 1;
-  slice.window = static_cast<size_t>(std::ceil(farthest)) - 1;
+  slice.too_far = width_ * width_ + kSideways2;
+  slice.farthest = std::sqrt(slice.too_far);
+  slice.window = static_cast<size_t>(std::ceil(slice.farthest)) - 1;
   slice.margin = axis == Axis::x ? slice.window : (slice.window + kBlock - 1) / kBlock;
-  slice.too_far = farthest * farthest;
   slice.rays = rays_.data();
   slice.layers = axis == Axis::x ? nullptr : end_layers_.data();
   slice.ends = ends_.data();
+  slice.row_ends = row_ends_.data();
+  slice.length = axis == Axis::x ? static_cast<float>(kBlock - 1) : 0;
   slice.distance2 = distance2_.data();
   slice.nearest = nearest_.data();
   slice.known = known_.data();

@@ -9,6 +9,7 @@
 // The 1 is one cell of sideways distance: within it an end's own plane is trusted.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -79,12 +80,27 @@ struct EndLayer {
 struct SpanLayer {
   FloatRow in, out;
 };
+struct DepthRange {
+  float low = kFar, high = -kFar;
+
+  void include(float depth) {
+    low = std::min(low, depth);
+    high = std::max(high, depth);
+  }
+};
 // Of one slice of nodes while nearest ends are looked for.
 struct BandScratch {
   std::vector<FloatRow> seed_distance2, row_distance2;
   std::vector<IndexRow> seed_end, row_end;
   std::vector<uint8_t> state;
 };
+
+// Of a filter along an axis: to[i] = kernel[0] low[0][i] + the sum over m of
+// kernel[m] (low[m][i] + high[m][i]), for i < count.
+using RowSum = void (*)(const float* const* low, const float* const* high,
+                        const std::vector<float>& kernel, size_t count, float* to);
+// For this machine's best instructions.
+RowSum row_sum();
 
 }  // namespace detail
 
@@ -138,6 +154,7 @@ class NodeBand {
   // Of one field at a time: ends of blocks of rays, in layers; of x rays, ends of each.
   std::vector<detail::RayItems> rays_;
   std::vector<detail::EndLayer> end_layers_;
+  std::vector<detail::DepthRange> row_ends_;
   std::vector<detail::SpanLayer> span_layers_;
   std::vector<detail::BandScratch> scratch_;  // of each thread
 };
