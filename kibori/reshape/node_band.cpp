@@ -19,7 +19,6 @@
 #include <cmath>
 
 #include <kibori/base/check.h>
-#include <kibori/base/parallel.h>
 #include <kibori/base/vector_unit.h>
 #include <kibori/dexel/normal_code.h>
 
@@ -112,13 +111,11 @@ struct Nearest {
   }
 };
 
-// How many nodes in a line, its own among them, the least of these squared distances leaves room
-// for.
+// How many nodes in a line, the first at the least of these squared distances, may be nearest to
+// its end; 0 if it is too far off itself.
 HWY_INLINE size_t NodesWithin(const BandSlice& s, VF distance2) {
-  const float least = hn::GetLane(hn::MinOfLanes(DF(), distance2));
-  size_t nodes = 0;
-  while (least + static_cast<float>(nodes * nodes) < s.too_far) nodes++;
-  return nodes;
+  const float room = s.too_far - hn::GetLane(hn::MinOfLanes(DF(), distance2));
+  return room > 0 ? std::min(s.window, static_cast<size_t>(std::sqrt(room))) + 1 : 0;
 }
 
 // The nearest end on each node's own ray.
@@ -349,19 +346,10 @@ constexpr float kSideways2 = 1;
 
 constexpr size_t kBlock = 16;
 
-// Calls f(i, scratch) for i < count, every thread with its own scratch.
-template <class Scratch, class F>
-void run_with_scratch(int threads, size_t count, std::vector<Scratch>& scratch, F&& f) {
-  const size_t shares = scratch.size();
-  run_parallel(threads, shares, [&](size_t share) {
-    for (size_t i = share; i < count; i += shares) f(i, scratch[share]);
-  });
-}
-
 }  // namespace
 
 void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
-                    const LatticePoint& centre, float reach, int threads) {
+                    const LatticePoint& centre, float reach) {
   choose_vector_unit();
   box_ = box;
   const Index3 size = box.size().max(0);
@@ -381,16 +369,15 @@ void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
   ends_.clear();
   nodes_.clear();
   if (box.empty()) return;
-  scratch_.resize(static_cast<size_t>(std::max(1, threads)));
   read_spans(model);
   const auto tell_sides = HWY_DYNAMIC_DISPATCH(TellSides), measure = HWY_DYNAMIC_DISPATCH(Measure);
-  run_parallel(threads, nz_, [&](size_t k) { tell_sides(plane(k)); });
+  for (size_t k = 0; k < nz_; k++) tell_sides(plane(k));
   for (const Axis axis : {Axis::z, Axis::y, Axis::x}) {
     read_ends(model, axis);
-    search(axis, threads);
+    search(axis);
   }
   if (ends_.empty()) return;
-  run_parallel(threads, nz_, [&](size_t k) { measure(plane(k)); });
+  for (size_t k = 0; k < nz_; k++) measure(plane(k));
   for (size_t row = 0; row < ny_ * nz_; row++)
     for (size_t b = 0; b < blocks_; b++)
       for (unsigned bits = known_[row * blocks_ + b]; bits; bits &= bits - 1) {
@@ -516,7 +503,7 @@ void NodeBand::read_ends(const TriDexel& model, Axis axis) {
     }
 }
 
-void NodeBand::search(Axis axis, int threads) {
+void NodeBand::search(Axis axis) {
   if (axis == Axis::x ? ends_.empty() : end_layers_.empty()) return;
   BandSlice slice;
   slice.rows = axis == Axis::z ? ny_ : nz_;
@@ -551,29 +538,26 @@ void NodeBand::search(Axis axis, int threads) {
   slice.row_away = away[axis == Axis::z ? 1 : 2].data();
   slice.col_away = away[axis == Axis::x ? 1 : 0].data();
   const size_t pitch = slice.cols + 2 * slice.margin;
-  for (BandScratch& scratch : scratch_) {
-    scratch.seed_distance2.resize(slice.rows * pitch);
-    scratch.seed_end.resize(slice.rows * pitch);
-    scratch.row_distance2.resize(slice.rows * slice.cols);
-    scratch.row_end.resize(slice.rows * slice.cols);
-    scratch.state.resize(slice.rows * slice.cols);
-    for (size_t row = 0; row < slice.rows; row++)
-      for (size_t i = 0; i < slice.margin; i++)
-        for (const size_t at : {row * pitch + i, (row + 1) * pitch - 1 - i})
-          std::fill_n(scratch.seed_distance2[at].lane, kBlock, slice.too_far);
-  }
+  scratch_.seed_distance2.resize(slice.rows * pitch);
+  scratch_.seed_end.resize(slice.rows * pitch);
+  scratch_.row_distance2.resize(slice.rows * slice.cols);
+  scratch_.row_end.resize(slice.rows * slice.cols);
+  scratch_.state.resize(slice.rows * slice.cols);
+  for (size_t row = 0; row < slice.rows; row++)
+    for (size_t i = 0; i < slice.margin; i++)
+      for (const size_t at : {row * pitch + i, (row + 1) * pitch - 1 - i})
+        std::fill_n(scratch_.seed_distance2[at].lane, kBlock, slice.too_far);
+  slice.scratch = &scratch_;
   const auto kernel = HWY_DYNAMIC_DISPATCH(SearchSlice);
   const int across = axis == Axis::z ? 2 : axis == Axis::y ? 1 : 0;
-  const size_t slices = away[static_cast<size_t>(across)].size();
-  run_with_scratch(threads, slices, scratch_, [&](size_t i, BandScratch& scratch) {
-    BandSlice own = slice;
-    own.scratch = &scratch;
-    own.depth = static_cast<float>(box_.low[across]) + 0.5f +
-                static_cast<float>(axis == Axis::x ? i * kBlock : i);
-    own.first = i * (axis == Axis::z ? ny_ * blocks_ : axis == Axis::y ? blocks_ : 1);
-    own.away = away[static_cast<size_t>(across)][i];
-    kernel(own);
-  });
+  const float first = static_cast<float>(box_.low[across]) + 0.5f;
+  const size_t step = axis == Axis::z ? ny_ * blocks_ : axis == Axis::y ? blocks_ : 1;
+  for (size_t i = 0; i < away[static_cast<size_t>(across)].size(); i++) {
+    slice.depth = first + static_cast<float>(axis == Axis::x ? i * kBlock : i);
+    slice.first = i * step;
+    slice.away = away[static_cast<size_t>(across)][i];
+    kernel(slice);
+  }
 }
 
 BandPlane NodeBand::plane(size_t k) {

@@ -109,11 +109,10 @@ struct BandPlane;
 // Memory is kept from one use to the next.
 class NodeBand {
  public:
-  // Reads the nodes of `box`, on up to `threads` threads: the same on any number. `width` [lattice
-  // units]: distances beyond it are not told apart, nor those of rows of 16 nodes that are all
-  // farther than `reach` from `centre`.
+  // Reads the nodes of `box`. `width` [lattice units]: distances beyond it are not told apart, nor
+  // those of blocks of 16 nodes along x that are all farther than `reach` from `centre`.
   void read(const TriDexel& model, const NodeBox& box, float width, const LatticePoint& centre = {},
-            float reach = kFar, int threads = 1);
+            float reach = kFar);
 
   const NodeBox& box() const { return box_; }
   float width() const { return width_; }
@@ -137,7 +136,7 @@ class NodeBand {
   void read_ends(const TriDexel& model, Axis axis);
   template <class F>
   void add_ends(const FieldSnapshot& field, int u, int v, F&& f);
-  void search(Axis axis, int threads);
+  void search(Axis axis);
   BandPlane plane(size_t k);
 
   NodeBox box_;
@@ -156,7 +155,7 @@ class NodeBand {
   std::vector<detail::EndLayer> end_layers_;
   std::vector<detail::DepthRange> row_ends_;
   std::vector<detail::SpanLayer> span_layers_;
-  std::vector<detail::BandScratch> scratch_;  // of each thread
+  detail::BandScratch scratch_;
 };
 
 }  // namespace kibori
