@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include <kibori/dexel/tri_dexel.h>
@@ -68,6 +69,23 @@ struct alignas(64) FloatRow {
 struct alignas(64) IndexRow {
   int32_t lane[16];
 };
+// Memory that is written before it is read, so that it is not cleared when it grows.
+template <class T>
+class Uncleared {
+ public:
+  void resize(size_t size) {
+    if (size <= size_) return;
+    items_ = std::make_unique_for_overwrite<T[]>(size);
+    size_ = size;
+  }
+  T* data() { return items_.get(); }
+  T& operator[](size_t i) { return items_[i]; }
+  const T& operator[](size_t i) const { return items_[i]; }
+
+ private:
+  std::unique_ptr<T[]> items_;
+  size_t size_ = 0;
+};
 // What rays have of something, as indices.
 struct RayItems {
   uint32_t first = 0, count = 0;
@@ -90,8 +108,8 @@ struct DepthRange {
 };
 // Of one slice of nodes while nearest ends are looked for.
 struct BandScratch {
-  std::vector<FloatRow> seed_distance2, row_distance2;
-  std::vector<IndexRow> seed_end, row_end;
+  Uncleared<FloatRow> seed_distance2, row_distance2;
+  Uncleared<IndexRow> seed_end, row_end;
   std::vector<uint8_t> state;
 };
 
@@ -145,8 +163,8 @@ class NodeBand {
   Eigen::Vector3f centre_ = Eigen::Vector3f::Zero();
   std::vector<float> phi_;
   // By blocks: squared distance and index of the nearest end yet, and for which nodes there is one.
-  std::vector<detail::FloatRow> distance2_;
-  std::vector<detail::IndexRow> nearest_;
+  detail::Uncleared<detail::FloatRow> distance2_;
+  detail::Uncleared<detail::IndexRow> nearest_;
   std::vector<uint16_t> known_;
   std::vector<SurfaceEnd> ends_;
   std::vector<uint32_t> nodes_;
