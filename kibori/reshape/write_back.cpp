@@ -114,6 +114,7 @@ class ChangedRays {
   ChangedRays(const TriDexel& model, const NodeBand& band, const std::vector<float>& after,
               const std::vector<uint32_t>& touched) {
     std::vector<Index3> changed;
+    changed.reserve(touched.size());
     for (const uint32_t node : touched) {
       if (band.phi()[node] == after[node]) continue;
       const Index3& at = changed.emplace_back(band.node_at(node));
