@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Smoothing: dabs that go round a ball of 300 cells across, each a quarter of the brush's radius
-// further. The peer smooths its level set of the same region in place.
+// further. The peer smooths its level set of the same region in place. Grabbing: the ball's surface
+// pulled by 0.3 radii, each time another way; the first time its surface is read, too. Undo: back
+// to the snapshot before a dab, or to that before a grab.
 //
 //   reshape_bench [--json] [--quick]
 #include <cmath>
@@ -10,6 +12,7 @@
 
 #include <kibori/edit/edit.h>
 #include <kibori/reshape/reshaper.h>
+#include <kibori/reshape/warp.h>
 #include <kibori/solid/ball.h>
 
 #include "bench/workload.h"
@@ -33,6 +36,38 @@ std::vector<Point> dab_path(double ball, double brush, int dabs) {
                     static_cast<float>(ball * 0.6)});
   }
   return path;
+}
+
+struct GrabTimes {
+  std::vector<double> first, update, undo;  // [ms]
+};
+
+GrabTimes time_grabs(TriDexel& model, const Vec3& middle, double ball, double radius, bool quick) {
+  GrabTimes times;
+  const auto timed = [](std::vector<double>& ms, auto&& f) {
+    const double start = now_us();
+    f();
+    ms.push_back((now_us() - start) / 1000);
+  };
+  for (int stroke = 0; stroke < (quick ? 1 : 5); stroke++) {
+    const double angle = 0.4 * stroke;
+    Drag drag;
+    drag.axis = drag.normal = Vec3(0.8 * std::cos(angle), 0.8 * std::sin(angle), 0.6);
+    drag.centre = middle + ball * drag.normal;
+    const Snapshot before = model.snapshot();
+    Warp warp(model);
+    for (int i = 0; i < (quick ? 3 : 20); i++) {
+      drag.way = 0.3 * radius * Vec3(std::cos(i), std::sin(i), 0.5).normalized();
+      timed(i == 0 ? times.first : times.update, [&] {
+        if (const auto done =
+                warp.warp(WarpVerb::grab, {.radius_mm = radius, .strength = 1}, {drag});
+            !done.ok())
+          std::fprintf(stderr, "reshape_bench: %s\n", done.error().c_str());
+      });
+    }
+    timed(times.undo, [&] { model.restore(before); });
+  }
+  return times;
 }
 
 }  // namespace
@@ -61,7 +96,7 @@ int main(int argc, char** argv) {
     Removed removed;
     deposit(model, SweptBall(LatticePoint{middle}, LatticeVector(), ball), 0, {}, removed);
     Reshaper reshaper;
-    std::vector<double> ms;
+    std::vector<double> ms, undo;
     double taken = 0;
     for (const Point& at : path) {
       const Vec3 centre = middle + Vec3(static_cast<double>(at.x), static_cast<double>(at.y),
@@ -77,21 +112,33 @@ int main(int argc, char** argv) {
         return 1;
       }
       taken += done.value().removed_mm3;
+      const Snapshot after = model.snapshot();
+      const double back = now_us();
+      model.restore(before);
+      undo.push_back((now_us() - back) / 1000);
+      model.restore(after);
     }
+    const GrabTimes grabs = time_grabs(model, middle, ball, radius, quick);
+    undo.insert(undo.end(), grabs.undo.begin(), grabs.undo.end());
     double peer = 0;
 #ifdef KIBORI_HAVE_OPENVDB
     peer =
         median(openvdb_smooth_dabs(static_cast<float>(ball), path, static_cast<float>(radius)).us) /
         1000;
 #endif
-    char text[300];
-    std::snprintf(text, sizeof text,
-                  json ? "{\"radius_cells\":%g,\"sigma_cells\":%g,\"dab_p50_ms\":%.2f,"
-                         "\"dab_p99_ms\":%.2f,\"removed_cells\":%.0f,\"openvdb_ms\":%.2f,"
-                         "\"ratio\":%.2f},\n "
-                       : "R = %g, sigma %g: dab p50 %.2f ms, p99 %.2f ms, %.0f cells removed in "
-                         "all; OpenVDB %.2f ms, ratio %.2f\n",
-                  radius, kSigma, median(ms), percentile(ms, 0.99), taken, peer, peer / median(ms));
+    char text[500];
+    std::snprintf(
+        text, sizeof text,
+        json ? "{\"radius_cells\":%g,\"sigma_cells\":%g,\"dab_p50_ms\":%.2f,"
+               "\"dab_p99_ms\":%.2f,\"removed_cells\":%.0f,\"openvdb_ms\":%.2f,"
+               "\"ratio\":%.2f,\"grab_first_p50_ms\":%.2f,\"grab_p50_ms\":%.2f,"
+               "\"grab_p99_ms\":%.2f,\"undo_p99_ms\":%.3f},\n "
+             : "R = %g, sigma %g: dab p50 %.2f ms, p99 %.2f ms, %.0f cells removed in "
+               "all; OpenVDB %.2f ms, ratio %.2f; grab first %.2f ms, then p50 %.2f ms, p99 "
+               "%.2f ms; undo p99 %.3f ms\n",
+        radius, kSigma, median(ms), percentile(ms, 0.99), taken, peer, peer / median(ms),
+        median(grabs.first), median(grabs.update), percentile(grabs.update, 0.99),
+        percentile(undo, 0.99));
     out += text;
   }
   if (json) out.erase(out.rfind(','));

@@ -1,181 +1,582 @@
 // SPDX-License-Identifier: MIT
+//
+// The nearest of all ends is found field by field. The ends of a field lie on rays through the
+// nodes, so their distance from a node is a sum over the axes, each term by itself the least:
+//
+//   d^2 = (along the ray)^2 + (nodes across, one way)^2 + (nodes across, the other way)^2
+//
+// A slice of nodes that holds the rays is gone over three times, 16 nodes at once: the nearest end
+// of the node's own ray; of the rays beside it in its row; of the rows beside its own. As no end is
+// farther off than one already found, a pass ends where the next ray alone is.
+//
+//   z rays, y rays   slice across y resp. z; a row's nodes are lanes, 16 a block
+//   x rays           a block of 16 along x is a slice; a row's nodes are blocks
 #include <kibori/reshape/node_band.h>
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include <kibori/base/check.h>
+#include <kibori/base/vector_unit.h>
 #include <kibori/dexel/normal_code.h>
 
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "kibori/reshape/node_band.cpp"
+#include <hwy/foreach_target.h>
+#include <kibori/base/lanes-inl.h>
+
+#ifndef KIBORI_NODE_BAND_SHARED
+#define KIBORI_NODE_BAND_SHARED
 namespace kibori {
-namespace {
 
-// An end is nearest to nodes up to this much [cells] farther off than the band is wide, because it
-// may lie sideways of them.
-constexpr float kSideways = 1;
+using namespace detail;
 
-// Instead of a nearest end: not looked for yet; being looked for; too far off, or at the box's rim.
-constexpr int32_t kUnknown = -1, kAsked = -2, kNone = -3;
+// A slice of nodes: rows of blocks, 16 nodes each.
+struct BandSlice {
+  size_t rows, cols;
+  size_t step;              // lanes from a node to the next in its row
+  size_t margin;            // blocks without ends at both ends of a row
+  size_t window;            // of nodes within reach
+  float farthest, too_far;  // an end's distance, and its square
+
+  // Its rays' ends: by blocks in layers, `depth` along them; or, if there are no layers, along the
+  // block's lanes, of which the first is at `depth`.
+  const RayItems* rays;
+  const EndLayer* layers;
+  const SurfaceEnd* ends;
+  float depth, length;         // of the slice's first node, and from it to the last
+  const DepthRange* row_ends;  // of each row
+
+  BandScratch* scratch;
+
+  // Of the band, by blocks.
+  FloatRow* distance2;
+  IndexRow* nearest;
+  uint16_t* known;
+  size_t first, row_step, col_step;
+  // Squared distances from the brush's centre by axis.
+  const float *row_away, *col_away;
+  float away, reach2;
+};
+
+// What is to be told of the nodes of a plane across z.
+struct BandPlane {
+  size_t rows, blocks, nx;
+  float x, y, z;  // of the first node
+  float width;
+  const RayItems* rays;
+  const SpanLayer* spans;
+  const SurfaceEnd* ends;
+  const IndexRow* nearest;
+  const uint16_t* known;
+  float* phi;
+};
 
 // An inside node that lies right on the surface keeps this much [cells] of its sign.
-constexpr float kLeastDepth = 1e-6f;
+inline constexpr float kLeastDepth = 1e-6f;
+
+// Of a block: rays with ends are near along the row; near in the rows beside; in its own.
+inline constexpr uint8_t kSeedsNear = 1, kRowsNear = 2, kInRow = 4;
+
+}  // namespace kibori
+#endif
+
+HWY_BEFORE_NAMESPACE();
+namespace kibori {
+namespace HWY_NAMESPACE {
+
+HWY_INLINE void Store(VF x, FloatRow& to, size_t g) { hn::Store(x, DF(), to.lane + g * kLanes); }
+HWY_INLINE void Store(VI x, IndexRow& to, size_t g) { hn::Store(x, DI(), to.lane + g * kLanes); }
+HWY_INLINE VF Lanes(const FloatRow& of, size_t g) { return hn::Load(DF(), of.lane + g * kLanes); }
+HWY_INLINE VI Lanes(const IndexRow& of, size_t g) { return hn::Load(DI(), of.lane + g * kLanes); }
+
+// The nearest end yet of a group of nodes.
+struct Nearest {
+  VF distance2;
+  VI end;
+
+  // Whether no end so far off along one axis can be nearer.
+  HWY_INLINE bool beats(VF apart2) const { return hn::AllTrue(DF(), hn::Le(distance2, apart2)); }
+  HWY_INLINE void offer(VF other2, VI other) {
+    const MF nearer = hn::Lt(other2, distance2);
+    distance2 = hn::Min(other2, distance2);
+    end = hn::IfThenElse(hn::RebindMask(DI(), nearer), other, end);
+  }
+  // The nearer of two, `apart2` farther: so that one step waits for the last, not two.
+  HWY_INLINE void offer(Nearest one, const Nearest& two, VF apart2) {
+    one.offer(two.distance2, two.end);
+    offer(hn::Add(one.distance2, apart2), one.end);
+  }
+};
+
+// How many nodes in a line, the first at the least of these squared distances, may be nearest to
+// its end; 0 if it is too far off itself.
+HWY_INLINE size_t NodesWithin(const BandSlice& s, VF distance2) {
+  const float room = s.too_far - hn::GetLane(hn::MinOfLanes(DF(), distance2));
+  return room > 0 ? std::min(s.window, static_cast<size_t>(std::sqrt(room))) + 1 : 0;
+}
+
+// The nearest end on each node's own ray.
+HWY_INLINE void FindOnRays(const BandSlice& s, size_t row) {
+  if (s.depth + s.length < s.row_ends[row].low - s.farthest ||
+      s.depth > s.row_ends[row].high + s.farthest)
+    return;
+  BandScratch& to = *s.scratch;
+  const size_t pitch = s.cols + 2 * s.margin;
+  uint8_t* const state = to.state.data() + row * s.cols;
+  for (size_t c = 0; c < s.cols; c++) {
+    const RayItems rays = s.rays[row * s.cols + c];
+    const size_t at = row * pitch + s.margin + c;
+    VF least = F(s.too_far);
+    unsigned any = 0;
+    for (size_t g = 0; g < kGroups; g++) {
+      Nearest best{F(s.too_far), hn::Set(DI(), -1)};
+      for (uint32_t l = rays.first; l < rays.first + rays.count; l++) {
+        const VF off = s.layers ? hn::Sub(Lanes(s.layers[l].depth, g), F(s.depth))
+                                : hn::Sub(F(s.ends[l].place.x()), LanesFrom(s.depth, g));
+        best.offer(hn::Mul(off, off),
+                   s.layers ? Lanes(s.layers[l].end, g) : hn::Set(DI(), static_cast<int32_t>(l)));
+      }
+      Store(best.distance2, to.seed_distance2[at], g);
+      Store(best.end, to.seed_end[at], g);
+      least = hn::Min(least, best.distance2);
+      any |= Bits(hn::Lt(best.distance2, F(s.too_far))) << (g * kLanes);
+    }
+    const size_t nodes = NodesWithin(s, least);
+    if (nodes == 0) continue;
+    // Blocks of the row that it may be nearest in.
+    size_t below = nodes - 1, above = nodes - 1;
+    if (s.step == 1) {
+      const auto blocks = [&](int lanes_before) {
+        return (nodes + kRow - 2 - static_cast<size_t>(lanes_before)) / kRow;
+      };
+      below = blocks(std::countr_zero(any));
+      above = blocks(std::countl_zero(any) - (32 - static_cast<int>(kRow)));
+    }
+    std::fill(state + (c < below ? 0 : c - below), state + std::min(s.cols, c + above + 1),
+              kSeedsNear);
+  }
+}
+
+// The nearest end on the rays of each node's row.
+HWY_INLINE void FindInRow(const BandSlice& s, size_t row) {
+  BandScratch& to = *s.scratch;
+  const size_t pitch = s.cols + 2 * s.margin;
+  for (size_t c = 0; c < s.cols; c++) {
+    if (!(to.state[row * s.cols + c] & kSeedsNear) || !(s.away + s.col_away[c] < s.reach2))
+      continue;
+    const size_t seed = row * pitch + s.margin + c, at = row * s.cols + c;
+    VF least = F(s.too_far);
+    for (size_t g = 0; g < kGroups; g++) {
+      Nearest best{Lanes(to.seed_distance2[seed], g), Lanes(to.seed_end[seed], g)};
+      const float* const distance2 = to.seed_distance2[seed].lane + g * kLanes;
+      const int32_t* const end = to.seed_end[seed].lane + g * kLanes;
+      for (size_t o = 1; o <= s.window; o++) {
+        const VF apart2 = F(static_cast<float>(o * o));
+        if (best.beats(apart2)) break;
+        const auto ray = [&](const float* of, const int32_t* its_end) {
+          return Nearest{hn::LoadU(DF(), of), hn::LoadU(DI(), its_end)};
+        };
+        best.offer(ray(distance2 - o * s.step, end - o * s.step),
+                   ray(distance2 + o * s.step, end + o * s.step), apart2);
+      }
+      Store(best.distance2, to.row_distance2[at], g);
+      Store(best.end, to.row_end[at], g);
+      least = hn::Min(least, best.distance2);
+    }
+    const size_t nodes = NodesWithin(s, least);
+    if (nodes == 0) continue;
+    to.state[at] |= kInRow;
+    const size_t from = row < nodes ? 0 : row - nodes + 1, end = std::min(s.rows, row + nodes);
+    for (size_t r = from; r < end; r++) to.state[r * s.cols + c] |= kRowsNear;
+  }
+}
+
+// The nearest end of the slice's rays, into the band if there is none nearer yet.
+HWY_INLINE void FindInSlice(const BandSlice& s, size_t row) {
+  const BandScratch& from = *s.scratch;
+  for (size_t c = 0; c < s.cols; c++) {
+    const size_t at = row * s.cols + c;
+    if (!(from.state[at] & kRowsNear) || !(s.away + s.row_away[row] + s.col_away[c] < s.reach2))
+      continue;
+    const size_t block = s.first + row * s.row_step + c * s.col_step;
+    const bool known = s.known[block] != 0;
+    unsigned found = 0;
+    FloatRow distance2;
+    IndexRow nearest;
+    for (size_t g = 0; g < kGroups; g++) {
+      Nearest best{known ? Lanes(s.distance2[block], g) : F(s.too_far),
+                   known ? Lanes(s.nearest[block], g) : hn::Set(DI(), -1)};
+      const auto offer = [&](size_t other, VF apart2) {
+        if (from.state[other] & kInRow)
+          best.offer(hn::Add(Lanes(from.row_distance2[other], g), apart2),
+                     Lanes(from.row_end[other], g));
+      };
+      offer(at, hn::Zero(DF()));
+      for (size_t o = 1; o <= s.window; o++) {
+        const VF apart2 = F(static_cast<float>(o * o));
+        if (best.beats(apart2)) break;
+        if (row >= o) offer(at - o * s.cols, apart2);
+        if (row + o < s.rows) offer(at + o * s.cols, apart2);
+      }
+      Store(best.distance2, distance2, g);
+      Store(best.end, nearest, g);
+      found |= Bits(hn::Lt(best.distance2, F(s.too_far))) << (g * kLanes);
+    }
+    if (!found) continue;
+    s.distance2[block] = distance2;
+    s.nearest[block] = nearest;
+    s.known[block] = static_cast<uint16_t>(found);
+  }
+}
+
+void SearchSlice(const BandSlice& s) {
+  std::fill_n(s.scratch->state.begin(), s.rows * s.cols, uint8_t{0});
+  for (size_t row = 0; row < s.rows; row++) FindOnRays(s, row);
+  for (size_t row = 0; row < s.rows; row++) FindInRow(s, row);
+  for (size_t row = 0; row < s.rows; row++) FindInSlice(s, row);
+}
+
+// Which nodes are inside, as -width or width.
+void TellSides(const BandPlane& p) {
+  const VF z = F(p.z), outside = F(p.width), inside = F(-p.width);
+  for (size_t row = 0; row < p.rows; row++)
+    for (size_t b = 0; b < p.blocks; b++) {
+      const RayItems rays = p.rays[row * p.blocks + b];
+      FloatRow phi;
+      for (size_t g = 0; g < kGroups; g++) {
+        VF side = outside;
+        for (uint32_t l = rays.first; l < rays.first + rays.count; l++)
+          side = hn::IfThenElse(
+              hn::And(hn::Le(Lanes(p.spans[l].in, g), z), hn::Lt(z, Lanes(p.spans[l].out, g))),
+              inside, side);
+        Store(side, phi, g);
+      }
+      float* const to = p.phi + row * p.nx + b * kRow;
+      if (const size_t count = p.nx - b * kRow; count >= kRow)
+        std::copy_n(phi.lane, kRow, to);
+      else
+        std::copy_n(phi.lane, count, to);
+    }
+}
+
+// phi of the nodes whose nearest end is known.
+void Measure(const BandPlane& p) {
+  const DF d;
+  const DI di;
+  static_assert(sizeof(SurfaceEnd) % sizeof(float) == 0);
+  const VI stride = hn::Set(di, static_cast<int32_t>(sizeof(SurfaceEnd) / sizeof(float)));
+  for (size_t row = 0; row < p.rows; row++)
+    for (size_t b = 0; b < p.blocks; b++) {
+      const size_t block = row * p.blocks + b;
+      if (!p.known[block]) continue;
+      const size_t count = std::min(kRow, p.nx - b * kRow);
+      float* const phi = p.phi + row * p.nx + b * kRow;
+      FloatRow now{};
+      std::copy_n(phi, count, now.lane);
+      for (size_t g = 0; g < kGroups; g++) {
+        const VI end = Lanes(p.nearest[block], g);
+        const VI at = hn::Mul(hn::Max(end, hn::Zero(di)), stride);
+        const auto of_end = [&](const float* base) { return hn::GatherIndex(d, base, at); };
+        const float *const place = p.ends->place.data(), *const normal = p.ends->normal.data();
+        const VF dx = hn::Sub(LanesFrom(p.x + static_cast<float>(b * kRow), g), of_end(place)),
+                 dy = hn::Sub(F(p.y + static_cast<float>(row)), of_end(place + 1)),
+                 dz = hn::Sub(F(p.z), of_end(place + 2));
+        const VF along =
+            hn::Abs(hn::Add(hn::Add(hn::Mul(dx, of_end(normal)), hn::Mul(dy, of_end(normal + 1))),
+                            hn::Mul(dz, of_end(normal + 2))));
+        const VF distance2 = hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz));
+        const VF beyond = hn::Sqrt(hn::Max(hn::Zero(d), hn::Sub(distance2, F(1.0f))));
+        const VF size = hn::Min(F(p.width), hn::Max(along, beyond));
+        const VF was = Lanes(now, g);
+        const VF is =
+            hn::IfThenElse(hn::Lt(was, hn::Zero(d)), hn::Neg(hn::Max(size, F(kLeastDepth))), size);
+        const MF known = hn::RebindMask(d, hn::Gt(end, hn::Set(di, -1)));
+        Store(hn::IfThenElse(known, is, was), now, g);
+      }
+      std::copy_n(now.lane, count, phi);
+    }
+}
+
+void SumRows(const float* const* low, const float* const* high, const std::vector<float>& kernel,
+             size_t count, float* to) {
+  const DF d;
+  const auto sum_at = [&](size_t i) {
+    VF sum = hn::Mul(F(kernel[0]), hn::LoadU(d, low[0] + i));
+    for (size_t m = 1; m < kernel.size(); m++)
+      sum = hn::Add(
+          sum, hn::Mul(F(kernel[m]), hn::Add(hn::LoadU(d, low[m] + i), hn::LoadU(d, high[m] + i))));
+    hn::StoreU(sum, d, to + i);
+  };
+  if (count < kLanes) {
+    for (size_t i = 0; i < count; i++) {
+      float sum = kernel[0] * low[0][i];
+      for (size_t m = 1; m < kernel.size(); m++) sum += kernel[m] * (low[m][i] + high[m][i]);
+      to[i] = sum;
+    }
+    return;
+  }
+  for (size_t i = 0; i + kLanes < count; i += kLanes) sum_at(i);
+  sum_at(count - kLanes);  // some of them once more
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace kibori
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace kibori {
+
+HWY_EXPORT(SearchSlice);
+HWY_EXPORT(TellSides);
+HWY_EXPORT(Measure);
+HWY_EXPORT(SumRows);
+
+detail::RowSum detail::row_sum() {
+  choose_vector_unit();
+  return HWY_DYNAMIC_DISPATCH(SumRows);
+}
+
+namespace {
+
+// Where |d|^2 - kSideways2 is beyond the width's square, phi is no less than the width.
+constexpr float kSideways2 = 1;
+
+constexpr size_t kBlock = 16;
 
 }  // namespace
 
 void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
                     const LatticePoint& centre, float reach) {
+  choose_vector_unit();
   box_ = box;
-  size_ = box.size().max(0);
+  const Index3 size = box.size().max(0);
+  nx_ = static_cast<size_t>(size[0]);
+  ny_ = static_cast<size_t>(size[1]);
+  nz_ = static_cast<size_t>(size[2]);
+  blocks_ = (nx_ + kBlock - 1) / kBlock;
   width_ = width;
-  const auto count =
-      static_cast<size_t>(size_[0]) * static_cast<size_t>(size_[1]) * static_cast<size_t>(size_[2]);
-  KIBORI_CHECK(count < UINT32_MAX);
-  phi_.assign(count, width);
-  distance2_.resize(count);
-  nearest_.assign(count, kUnknown);
+  centre_ = centre.units.cast<float>();
+  reach_ = reach;
+  KIBORI_CHECK(nx_ * ny_ * nz_ < UINT32_MAX);
+  const size_t rows = ny_ * nz_ * blocks_;
+  phi_.resize(nx_ * ny_ * nz_);
+  distance2_.resize(rows);
+  nearest_.resize(rows);
+  known_.assign(rows, 0);
   ends_.clear();
-  places_.clear();
   nodes_.clear();
-  wave_.clear();
   if (box.empty()) return;
-  read_inside(model);
-  for (const Axis axis : kAxes) read_ends(model, axis);
-  spread(centre.units.cast<float>(), reach);
+  read_spans(model);
+  const auto tell_sides = HWY_DYNAMIC_DISPATCH(TellSides), measure = HWY_DYNAMIC_DISPATCH(Measure);
+  for (size_t k = 0; k < nz_; k++) tell_sides(plane(k));
+  for (const Axis axis : {Axis::z, Axis::y, Axis::x}) {
+    read_ends(model, axis);
+    search(axis);
+  }
+  if (ends_.empty()) return;
+  for (size_t k = 0; k < nz_; k++) measure(plane(k));
+  for (size_t row = 0; row < ny_ * nz_; row++)
+    for (size_t b = 0; b < blocks_; b++)
+      for (unsigned bits = known_[row * blocks_ + b]; bits; bits &= bits - 1) {
+        const size_t i = b * kBlock + static_cast<size_t>(std::countr_zero(bits));
+        if (i < nx_) nodes_.push_back(static_cast<uint32_t>(row * nx_ + i));
+      }
 }
 
-void NodeBand::read_inside(const TriDexel& model) {
+// The z field's spans.
+void NodeBand::read_spans(const TriDexel& model) {
   const FieldSnapshot& field = model.field(Axis::z).view();
   const NodeBox there = box_.within({Index3::Zero(), model.lattice().nodes});
+  rays_.assign(ny_ * blocks_, {});
+  span_layers_.clear();
   for (int j = there.low[1]; j < there.high[1]; j++)
-    for (int i = there.low[0]; i < there.high[0]; i++)
-      field.for_spans(i, j, [&](const Span& span) {
-        const int from = std::max(there.low[2], static_cast<int>(std::ceil(span.in - 0.5f)));
-        const int to = std::min(there.high[2], static_cast<int>(std::ceil(span.out - 0.5f)));
-        for (int k = from; k < to; k++) phi_[index(i, j, k)] = -width_;
-      });
+    for (size_t b = 0; b < blocks_; b++) {
+      RayItems& rays = rays_[static_cast<size_t>(j - box_.low[1]) * blocks_ + b];
+      rays.first = static_cast<uint32_t>(span_layers_.size());
+      const int i0 = box_.low[0] + static_cast<int>(b * kBlock);
+      for (int i = std::max(i0, there.low[0]);
+           i < std::min(i0 + static_cast<int>(kBlock), there.high[0]); i++) {
+        uint32_t at = 0;
+        field.for_spans(i, j, [&](const Span& span) {
+          if (at == rays.count) {
+            rays.count++;
+            SpanLayer& layer = span_layers_.emplace_back();
+            std::fill_n(layer.in.lane, kBlock, kFar);
+            std::fill_n(layer.out.lane, kBlock, -kFar);
+          }
+          SpanLayer& layer = span_layers_[rays.first + at++];
+          layer.in.lane[i - i0] = span.in;
+          layer.out.lane[i - i0] = span.out;
+        });
+      }
+    }
 }
 
-void NodeBand::read_ends(const TriDexel& model, Axis axis) {
-  const FieldSnapshot& field = model.field(axis).view();
-  const int u = u_index(axis), v = v_index(axis), d = depth_index(axis);
-  const NodeBox there = box_.within({Index3::Zero(), model.lattice().nodes});
-  Index3 node;
+// Adds the ends of the ray at (u, v) that are of the box, and calls f(end, depth) for each.
+template <class F>
+void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, F&& f) {
+  const Axis axis = field.axis();
+  const int d = depth_index(axis);
+  SurfaceEnd end;
+  end.place[u_index(axis)] = static_cast<float>(u) + 0.5f;
+  end.place[v_index(axis)] = static_cast<float>(v) + 0.5f;
+  end.axis = axis;
   const auto add = [&](float depth, uint32_t normal, bool at_out, uint8_t material, Color paint) {
     const int before = static_cast<int>(std::floor(depth - 0.5f));
     if (before + 1 < box_.low[d] || before >= box_.high[d]) return;
-    SurfaceEnd end;
-    end.place[u] = static_cast<float>(node[u]) + 0.5f;
-    end.place[v] = static_cast<float>(node[v]) + 0.5f;
     end.place[d] = depth;
     end.normal = decode_normal(normal, axis, at_out).cast<float>();
-    end.axis = axis;
     end.material = material;
     end.paint = paint;
+    f(static_cast<uint32_t>(ends_.size()), depth);
     ends_.push_back(end);
-    places_.push_back({end.place.x(), end.place.y(), end.place.z()});
-    for (const int k : {before, before + 1}) {
-      node[d] = k;
-      seed(node, static_cast<int32_t>(ends_.size()) - 1);
-    }
   };
-  for (int j = there.low[v]; j < there.high[v]; j++)
-    for (int i = there.low[u]; i < there.high[u]; i++) {
-      node[u] = i;
-      node[v] = j;
-      // Spans that touch are two materials, and no surface.
-      Span last{-kFar, -kFar, 0, 0, 0, 0, 0};
-      field.for_spans(i, j, [&](const Span& span) {
-        if (span.in != last.out) {
-          if (last.in < last.out)
-            add(last.out, last.normal_out, true, last.material, last.paint_out);
-          add(span.in, span.normal_in, false, span.material, span.paint_in);
-        }
-        last = span;
-      });
+  // Spans that touch are two materials, and no surface.
+  Span last{-kFar, -kFar, 0, 0, 0, 0, 0};
+  field.for_spans(u, v, [&](const Span& span) {
+    if (span.in != last.out) {
       if (last.in < last.out) add(last.out, last.normal_out, true, last.material, last.paint_out);
+      add(span.in, span.normal_in, false, span.material, span.paint_in);
     }
+    last = span;
+  });
+  if (last.in < last.out) add(last.out, last.normal_out, true, last.material, last.paint_out);
 }
 
-// A node beside an end; none of the box's outermost layer, so that the others have neighbours.
-void NodeBand::seed(const Index3& node, int32_t end) {
-  if ((node <= box_.low).any() || (node >= box_.high - 1).any()) return;
-  const size_t at = index(node[0], node[1], node[2]);
-  const WaveNode there{static_cast<uint32_t>(at),
-                       {static_cast<float>(node[0]) + 0.5f, static_cast<float>(node[1]) + 0.5f,
-                        static_cast<float>(node[2]) + 0.5f}};
-  if (nearest_[at] == kUnknown) wave_.push_back(there);
-  offer(there, end);
-}
-
-// Layer by layer, away from the surface: every node of a layer asks its neighbours, nearer to the
-// surface or in its own layer, for their ends, and takes the nearest. Each node is asked once.
-void NodeBand::spread(const Eigen::Vector3f& centre, float reach) {
-  const auto nx = static_cast<uint32_t>(size_[0]), ny = static_cast<uint32_t>(size_[1]),
-             nz = static_cast<uint32_t>(size_[2]);
-  const uint32_t layer = nx * ny;
-  // The rim has no neighbours on one side, and is not asked.
-  for (uint32_t k = 0; k < nz; k++)
-    for (uint32_t j = 0; j < ny; j++) {
-      int32_t* const row = &nearest_[static_cast<size_t>(k) * layer + static_cast<size_t>(j) * nx];
-      if (k == 0 || k == nz - 1 || j == 0 || j == ny - 1)
-        std::fill_n(row, nx, kNone);
-      else
-        row[0] = row[nx - 1] = kNone;
-    }
-  const float farthest2 = (width_ + kSideways) * (width_ + kSideways);
-  // All 26: with the six of the faces a tilted plane creeps by 0.1 cells in 100 dabs. Unsigned, so
-  // that a step back wraps around.
-  std::array<uint32_t, 26> around;
-  size_t count = 0;
-  for (const uint32_t c : {0u - layer, 0u, layer})
-    for (const uint32_t b : {0u - nx, 0u, nx})
-      for (const uint32_t a : {0u - 1, 0u, 1u})
-        if (a || b || c) around[count++] = a + b + c;
-  while (!wave_.empty()) {
-    next_wave_.clear();
-    for (const WaveNode& node : wave_) {
-      if (nearest_[node.index] < 0) continue;
-      const auto ask = [&](uint32_t index, float dx, float dy, float dz) {
-        if (nearest_[index] != kUnknown) return;
-        const Place at{node.at.x + dx, node.at.y + dy, node.at.z + dz};
-        if (!((at.x - centre.x()) * (at.x - centre.x()) +
-                  (at.y - centre.y()) * (at.y - centre.y()) +
-                  (at.z - centre.z()) * (at.z - centre.z()) <
-              reach * reach))
-          return;
-        nearest_[index] = kAsked;
-        next_wave_.push_back({index, at});
-      };
-      ask(node.index - 1, -1, 0, 0);
-      ask(node.index + 1, 1, 0, 0);
-      ask(node.index - nx, 0, -1, 0);
-      ask(node.index + nx, 0, 1, 0);
-      ask(node.index - layer, 0, 0, -1);
-      ask(node.index + layer, 0, 0, 1);
-      // What it knows is final.
-      const SurfaceEnd& end = ends_[static_cast<size_t>(nearest_[node.index])];
-      const float along = std::fabs((node.at.x - end.place.x()) * end.normal.x() +
-                                    (node.at.y - end.place.y()) * end.normal.y() +
-                                    (node.at.z - end.place.z()) * end.normal.z());
-      const float beyond = std::sqrt(std::max(0.0f, distance2_[node.index] - 1));
-      const float size = std::min(width_, std::max(along, beyond));
-      float& phi = phi_[node.index];
-      phi = phi < 0 ? -std::max(size, kLeastDepth) : size;
-      nodes_.push_back(node.index);
-    }
-    for (const WaveNode& node : next_wave_) {
-      int32_t last = kAsked;
-      for (const uint32_t neighbour : around) {
-        const int32_t end = nearest_[node.index + neighbour];
-        if (end < 0 || end == last) continue;
-        offer(node, end);
-        last = end;
+// A field's ends that may be nearest to a node within reach.
+void NodeBand::read_ends(const TriDexel& model, Axis axis) {
+  const FieldSnapshot& field = model.field(axis).view();
+  const NodeBox there = box_.within({Index3::Zero(), model.lattice().nodes});
+  const float farthest = reach_ + width_ + 1;
+  const auto far_off = [&](int u, int v) {
+    const float du = static_cast<float>(u) + 0.5f - centre_[u_index(axis)],
+                dv = static_cast<float>(v) + 0.5f - centre_[v_index(axis)];
+    return du * du + dv * dv > farthest * farthest;
+  };
+  end_layers_.clear();
+  row_ends_.assign(axis == Axis::z ? ny_ : nz_, {});
+  if (axis == Axis::x) {
+    rays_.assign(ny_ * nz_, {});
+    for (int k = there.low[2]; k < there.high[2]; k++)
+      for (int j = there.low[1]; j < there.high[1]; j++) {
+        if (far_off(j, k)) continue;
+        RayItems& ray = rays_[static_cast<size_t>(k - box_.low[2]) * ny_ +
+                              static_cast<size_t>(j - box_.low[1])];
+        ray.first = static_cast<uint32_t>(ends_.size());
+        add_ends(field, j, k, [&](uint32_t, float depth) {
+          ray.count++;
+          row_ends_[static_cast<size_t>(k - box_.low[2])].include(depth);
+        });
       }
-      if (!(distance2_[node.index] < farthest2)) nearest_[node.index] = kNone;
+    return;
+  }
+  // Rows along y of z rays, along z of y rays.
+  const bool of_z = axis == Axis::z;
+  const int r = of_z ? 1 : 2;
+  rays_.assign(static_cast<size_t>(box_.size()[r]) * blocks_, {});
+  for (int row = there.low[r]; row < there.high[r]; row++)
+    for (size_t b = 0; b < blocks_; b++) {
+      RayItems& rays = rays_[static_cast<size_t>(row - box_.low[r]) * blocks_ + b];
+      rays.first = static_cast<uint32_t>(end_layers_.size());
+      const int i0 = box_.low[0] + static_cast<int>(b * kBlock);
+      for (int i = std::max(i0, there.low[0]);
+           i < std::min(i0 + static_cast<int>(kBlock), there.high[0]); i++) {
+        const int u = of_z ? i : row, v = of_z ? row : i;
+        if (far_off(u, v)) continue;
+        uint32_t at = 0;
+        add_ends(field, u, v, [&](uint32_t end, float depth) {
+          if (at == rays.count) {
+            rays.count++;
+            EndLayer& layer = end_layers_.emplace_back();
+            std::fill_n(layer.depth.lane, kBlock, kFar);
+            std::fill_n(layer.end.lane, kBlock, -1);
+          }
+          EndLayer& layer = end_layers_[rays.first + at++];
+          row_ends_[static_cast<size_t>(row - box_.low[r])].include(depth);
+          layer.depth.lane[i - i0] = depth;
+          layer.end.lane[i - i0] = static_cast<int32_t>(end);
+        });
+      }
     }
-    std::swap(wave_, next_wave_);
+}
+
+void NodeBand::search(Axis axis) {
+  if (axis == Axis::x ? ends_.empty() : end_layers_.empty()) return;
+  BandSlice slice;
+  slice.rows = axis == Axis::z ? ny_ : nz_;
+  slice.cols = axis == Axis::x ? ny_ : blocks_;
+  slice.step = axis == Axis::x ? kBlock : 1;
+  slice.too_far = width_ * width_ + kSideways2;
+  slice.farthest = std::sqrt(slice.too_far);
+  slice.window = static_cast<size_t>(std::ceil(slice.farthest)) - 1;
+  slice.margin = axis == Axis::x ? slice.window : (slice.window + kBlock - 1) / kBlock;
+  slice.rays = rays_.data();
+  slice.layers = axis == Axis::x ? nullptr : end_layers_.data();
+  slice.ends = ends_.data();
+  slice.row_ends = row_ends_.data();
+  slice.length = axis == Axis::x ? static_cast<float>(kBlock - 1) : 0;
+  slice.distance2 = distance2_.data();
+  slice.nearest = nearest_.data();
+  slice.known = known_.data();
+  slice.row_step = axis == Axis::z ? blocks_ : ny_ * blocks_;
+  slice.col_step = axis == Axis::x ? blocks_ : 1;
+  slice.reach2 = reach_ * reach_;
+  // How far the nodes are from the centre, blocks where they are nearest.
+  std::array<std::vector<float>, 3> away;
+  for (int i = 0; i < 3; i++) {
+    const size_t count = i == 0 ? blocks_ : i == 1 ? ny_ : nz_, nodes = i == 0 ? kBlock : 1;
+    for (size_t n = 0; n < count; n++) {
+      const float low = static_cast<float>(box_.low[i]) + static_cast<float>(n * nodes) + 0.5f,
+                  high = low + static_cast<float>(nodes - 1),
+                  off = std::max({0.0f, low - centre_[i], centre_[i] - high});
+      away[static_cast<size_t>(i)].push_back(off * off);
+    }
+  }
+  slice.row_away = away[axis == Axis::z ? 1 : 2].data();
+  slice.col_away = away[axis == Axis::x ? 1 : 0].data();
+  const size_t pitch = slice.cols + 2 * slice.margin;
+  scratch_.seed_distance2.resize(slice.rows * pitch);
+  scratch_.seed_end.resize(slice.rows * pitch);
+  scratch_.row_distance2.resize(slice.rows * slice.cols);
+  scratch_.row_end.resize(slice.rows * slice.cols);
+  scratch_.state.resize(slice.rows * slice.cols);
+  for (size_t row = 0; row < slice.rows; row++)
+    for (size_t i = 0; i < slice.margin; i++)
+      for (const size_t at : {row * pitch + i, (row + 1) * pitch - 1 - i})
+        std::fill_n(scratch_.seed_distance2[at].lane, kBlock, slice.too_far);
+  slice.scratch = &scratch_;
+  const auto kernel = HWY_DYNAMIC_DISPATCH(SearchSlice);
+  const int across = axis == Axis::z ? 2 : axis == Axis::y ? 1 : 0;
+  const float first = static_cast<float>(box_.low[across]) + 0.5f;
+  const size_t step = axis == Axis::z ? ny_ * blocks_ : axis == Axis::y ? blocks_ : 1;
+  for (size_t i = 0; i < away[static_cast<size_t>(across)].size(); i++) {
+    slice.depth = first + static_cast<float>(axis == Axis::x ? i * kBlock : i);
+    slice.first = i * step;
+    slice.away = away[static_cast<size_t>(across)][i];
+    kernel(slice);
   }
 }
 
+BandPlane NodeBand::plane(size_t k) {
+  BandPlane plane;
+  plane.rows = ny_;
+  plane.blocks = blocks_;
+  plane.nx = nx_;
+  plane.x = static_cast<float>(box_.low[0]) + 0.5f;
+  plane.y = static_cast<float>(box_.low[1]) + 0.5f;
+  plane.z = static_cast<float>(box_.low[2] + static_cast<int>(k)) + 0.5f;
+  plane.width = width_;
+  plane.rays = rays_.data();
+  plane.spans = span_layers_.data();
+  plane.ends = ends_.data();
+  plane.nearest = nearest_.data() + k * ny_ * blocks_;
+  plane.known = known_.data() + k * ny_ * blocks_;
+  plane.phi = phi_.data() + k * ny_ * nx_;
+  return plane;
+}
+
 }  // namespace kibori
+#endif

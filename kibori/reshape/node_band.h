@@ -9,8 +9,10 @@
 // The 1 is one cell of sideways distance: within it an end's own plane is trusted.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include <kibori/dexel/tri_dexel.h>
@@ -58,11 +60,75 @@ struct SurfaceEnd {
   Color paint;
 };
 
+namespace detail {
+
+// 16 nodes beside each other along x, or the rays through them: a block.
+struct alignas(64) FloatRow {
+  float lane[16];
+};
+struct alignas(64) IndexRow {
+  int32_t lane[16];
+};
+// Memory that is written before it is read, so that it is not cleared when it grows.
+template <class T>
+class Uncleared {
+ public:
+  void resize(size_t size) {
+    if (size <= size_) return;
+    items_ = std::make_unique_for_overwrite<T[]>(size);
+    size_ = size;
+  }
+  T* data() { return items_.get(); }
+  T& operator[](size_t i) { return items_[i]; }
+  const T& operator[](size_t i) const { return items_[i]; }
+
+ private:
+  std::unique_ptr<T[]> items_;
+  size_t size_ = 0;
+};
+// What rays have of something, as indices.
+struct RayItems {
+  uint32_t first = 0, count = 0;
+};
+// Of each of a block's rays one end (below 0: none), or one span.
+struct EndLayer {
+  FloatRow depth;
+  IndexRow end;
+};
+struct SpanLayer {
+  FloatRow in, out;
+};
+struct DepthRange {
+  float low = kFar, high = -kFar;
+
+  void include(float depth) {
+    low = std::min(low, depth);
+    high = std::max(high, depth);
+  }
+};
+// Of one slice of nodes while nearest ends are looked for.
+struct BandScratch {
+  Uncleared<FloatRow> seed_distance2, row_distance2;
+  Uncleared<IndexRow> seed_end, row_end;
+  std::vector<uint8_t> state;
+};
+
+// Of a filter along an axis: to[i] = kernel[0] low[0][i] + the sum over m of
+// kernel[m] (low[m][i] + high[m][i]), for i < count.
+using RowSum = void (*)(const float* const* low, const float* const* high,
+                        const std::vector<float>& kernel, size_t count, float* to);
+// For this machine's best instructions.
+RowSum row_sum();
+
+}  // namespace detail
+
+struct BandPlane;
+
 // Memory is kept from one use to the next.
 class NodeBand {
  public:
   // Reads the nodes of `box`. `width` [lattice units]: distances beyond it are not told apart, nor
-  // those of the box's outermost layer, nor farther than `reach` from `centre`.
+  // those of blocks of 16 nodes along x that are all farther than `reach` from `centre`.
   void read(const TriDexel& model, const NodeBox& box, float width, const LatticePoint& centre = {},
             float reach = kFar);
 
@@ -77,41 +143,37 @@ class NodeBand {
   Index3 node_at(size_t index) const { return box_.node_at(index); }
   // A node's nearest end, or null if there is none within the width.
   const SurfaceEnd* nearest(size_t node) const {
-    return nearest_[node] < 0 ? nullptr : &ends_[static_cast<size_t>(nearest_[node])];
+    const auto nx = static_cast<uint32_t>(nx_), at = static_cast<uint32_t>(node), i = at % nx;
+    const size_t row = at / nx * blocks_ + i / 16;
+    if (!(known_[row] >> i % 16 & 1)) return nullptr;
+    return &ends_[static_cast<size_t>(nearest_[row].lane[i % 16])];
   }
 
  private:
-  struct Place {
-    float x, y, z;
-  };
-  // A node whose nearest end is known, or is to be found next.
-  struct WaveNode {
-    uint32_t index;
-    Place at;
-  };
-  void read_inside(const TriDexel& model);
+  void read_spans(const TriDexel& model);
   void read_ends(const TriDexel& model, Axis axis);
-  void seed(const Index3& node, int32_t end);
-  void spread(const Eigen::Vector3f& centre, float reach);
-  // Takes the end if it is nearer.
-  void offer(const WaveNode& node, int32_t end) {
-    const Place& place = places_[static_cast<size_t>(end)];
-    const float dx = node.at.x - place.x, dy = node.at.y - place.y, dz = node.at.z - place.z;
-    const float distance2 = dx * dx + dy * dy + dz * dz;
-    if (nearest_[node.index] >= 0 && !(distance2 < distance2_[node.index])) return;
-    distance2_[node.index] = distance2;
-    nearest_[node.index] = end;
-  }
+  template <class F>
+  void add_ends(const FieldSnapshot& field, int u, int v, F&& f);
+  void search(Axis axis);
+  BandPlane plane(size_t k);
 
   NodeBox box_;
-  Index3 size_ = Index3::Zero();
-  float width_ = 0;
-  std::vector<float> phi_, distance2_;  // the latter known where `nearest_` is
-  std::vector<int32_t> nearest_;        // below 0: none
+  size_t nx_ = 0, ny_ = 0, nz_ = 0, blocks_ = 0;  // blocks: rows of 16 nodes along x
+  float width_ = 0, reach_ = 0;
+  Eigen::Vector3f centre_ = Eigen::Vector3f::Zero();
+  std::vector<float> phi_;
+  // By blocks: squared distance and index of the nearest end yet, and for which nodes there is one.
+  detail::Uncleared<detail::FloatRow> distance2_;
+  detail::Uncleared<detail::IndexRow> nearest_;
+  std::vector<uint16_t> known_;
   std::vector<SurfaceEnd> ends_;
-  std::vector<Place> places_;  // of the ends, once more and close together
   std::vector<uint32_t> nodes_;
-  std::vector<WaveNode> wave_, next_wave_;
+  // Of one field at a time: ends of blocks of rays, in layers; of x rays, ends of each.
+  std::vector<detail::RayItems> rays_;
+  std::vector<detail::EndLayer> end_layers_;
+  std::vector<detail::DepthRange> row_ends_;
+  std::vector<detail::SpanLayer> span_layers_;
+  detail::BandScratch scratch_;
 };
 
 }  // namespace kibori

@@ -13,6 +13,7 @@
 #pragma once
 
 #include <algorithm>
+#include <climits>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -20,6 +21,7 @@
 #include <kibori/dexel/normal_code.h>
 #include <kibori/edit/ray_edit.h>
 #include <kibori/dexel/tri_dexel.h>
+#include <kibori/reshape/node_band.h>
 
 namespace kibori {
 
@@ -96,6 +98,52 @@ inline std::pair<double, double> lengths(const RayRun& run) {
   }
   return {is - both, was - both};
 }
+
+// Which nodes may change on the rays of one field: low <= k < high of each ray.
+class RayRanges {
+ public:
+  // None yet, of the nodes of `box`.
+  void reset(Axis axis, const NodeBox& box) {
+    u_ = u_index(axis);
+    v_ = v_index(axis);
+    d_ = depth_index(axis);
+    box_ = box;
+    ranges_.assign(static_cast<size_t>(box.size()[u_]) * static_cast<size_t>(box.size()[v_]), {});
+  }
+  void include(const Index3& node) {
+    Range& range = ranges_[place(node[u_], node[v_])];
+    range.low = std::min(range.low, node[d_]);
+    range.high = std::max(range.high, node[d_] + 1);
+  }
+  // Calls f(u, v, low, high) for the rays with such nodes, tile by tile, and after_tile(tu, tv).
+  template <class F, class G>
+  void for_rays(F&& f, G&& after_tile) const {
+    const int u0 = std::max(0, box_.low[u_]), v0 = std::max(0, box_.low[v_]);
+    const int u1 = box_.high[u_], v1 = box_.high[v_];
+    for (int tv = v0 / kTileSide; tv * kTileSide < v1; tv++)
+      for (int tu = u0 / kTileSide; tu * kTileSide < u1; tu++) {
+        for (int v = std::max(v0, tv * kTileSide); v < std::min(v1, (tv + 1) * kTileSide); v++)
+          for (int u = std::max(u0, tu * kTileSide); u < std::min(u1, (tu + 1) * kTileSide); u++) {
+            const Range& range = ranges_[place(u, v)];
+            if (range.low < range.high) f(u, v, range.low, range.high);
+          }
+        after_tile(tu, tv);
+      }
+  }
+
+ private:
+  struct Range {
+    int low = INT_MAX, high = INT_MIN;
+  };
+  size_t place(int u, int v) const {
+    return static_cast<size_t>(v - box_.low[v_]) * static_cast<size_t>(box_.size()[u_]) +
+           static_cast<size_t>(u - box_.low[u_]);
+  }
+
+  NodeBox box_;
+  int u_ = 0, v_ = 1, d_ = 2;
+  std::vector<Range> ranges_;
+};
 
 template <class Change>
 class RayWriter {

@@ -402,35 +402,31 @@ void Reshaper::filter() {
 void Reshaper::sum_along(int axis, const std::vector<float>& from, std::vector<float>& to,
                          const std::vector<uint8_t>& rows) {
   const Index3 size = band_.box().size();
-  const auto nx = static_cast<std::ptrdiff_t>(size[0]), ny = static_cast<std::ptrdiff_t>(size[1]);
-  const auto reach = static_cast<std::ptrdiff_t>(kernel_.size()) - 1;
-  const std::ptrdiff_t count = size[axis];
+  const auto nx = static_cast<size_t>(size[0]), ny = static_cast<size_t>(size[1]);
+  const auto count = static_cast<std::ptrdiff_t>(size[axis]);
+  const size_t reach = kernel_.size() - 1;
+  const detail::RowSum sum_rows = detail::row_sum();
+  // Rows that are summed; along x, one row at shifts, with its border's nodes repeated around it.
+  std::vector<const float*> low(reach + 1), high(reach + 1);
+  std::vector<float> wide(axis == 0 ? nx + 2 * reach : 0);
   for (size_t row = 0; row < rows.size(); row++) {
     if (!rows[row]) continue;
-    float* const out = to.data() + static_cast<std::ptrdiff_t>(row) * nx;
-    const float* const in = from.data() + static_cast<std::ptrdiff_t>(row) * nx;
+    const float* const in = from.data() + row * nx;
     if (axis == 0) {
-      for (std::ptrdiff_t i = 0; i < nx; i++) out[i] = kernel_[0] * in[i];
-      for (std::ptrdiff_t m = 1; m <= reach; m++) {
-        const float weight = kernel_[static_cast<size_t>(m)];
-        const auto inner = std::min(m, nx);
-        for (std::ptrdiff_t i = 0; i < inner; i++)
-          out[i] += weight * (in[0] + in[std::min(i + m, nx - 1)]);
-        for (std::ptrdiff_t i = m; i < nx - m; i++) out[i] += weight * (in[i - m] + in[i + m]);
-        for (std::ptrdiff_t i = std::max(inner, nx - m); i < nx; i++)
-          out[i] += weight * (in[i - m] + in[nx - 1]);
-      }
-      continue;
+      std::fill_n(wide.begin(), reach, in[0]);
+      std::copy_n(in, nx, wide.data() + reach);
+      std::fill_n(wide.data() + reach + nx, reach, in[nx - 1]);
     }
-    const std::ptrdiff_t step = axis == 1 ? nx : nx * ny;
-    const auto at = static_cast<std::ptrdiff_t>(row) / (axis == 1 ? 1 : ny) % count;
-    for (std::ptrdiff_t i = 0; i < nx; i++) out[i] = kernel_[0] * in[i];
-    for (std::ptrdiff_t m = 1; m <= reach; m++) {
-      const float weight = kernel_[static_cast<size_t>(m)];
-      const float* const low = in - std::min(m, at) * step;
-      const float* const high = in + std::min(m, count - 1 - at) * step;
-      for (std::ptrdiff_t i = 0; i < nx; i++) out[i] += weight * (low[i] + high[i]);
+    const auto at = static_cast<std::ptrdiff_t>(axis == 1 ? row % ny : row / ny);
+    const size_t step = axis == 1 ? nx : nx * ny;
+    for (size_t m = 0; m <= reach; m++) {
+      const auto by = static_cast<std::ptrdiff_t>(m);
+      low[m] =
+          axis == 0 ? wide.data() + reach - m : in - static_cast<size_t>(std::min(by, at)) * step;
+      high[m] = axis == 0 ? wide.data() + reach + m
+                          : in + static_cast<size_t>(std::min(by, count - 1 - at)) * step;
     }
+    sum_rows(low.data(), high.data(), kernel_, nx, to.data() + row * nx);
   }
 }
 

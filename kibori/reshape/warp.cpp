@@ -77,6 +77,7 @@ struct Warp::Corner {
   uint8_t material;
   Color paint;
   bool stays;
+  int vertex;  // whose normal this is; below 0: of none
 };
 
 void Warp::begin() {
@@ -259,6 +260,7 @@ void Warp::read(const NodeBox& box) {
 
 void Warp::move_triangles(const std::vector<WarpMap>& maps) {
   moved_.resize(vertices_.size());
+  turned_.assign(vertices_.size(), Vec3::Zero());
   std::vector<uint8_t> stays(vertices_.size(), 1);
   for (size_t i = 0; i < vertices_.size(); i++) {
     const Vec3 to = mapped(maps, vertices_[i].at);
@@ -284,7 +286,8 @@ void Warp::move_triangles(const std::vector<WarpMap>& maps) {
                     smooth || !(length > 0) ? normal : Vec3(own / length),
                     v.material,
                     v.paint,
-                    stays[triangle[i]] != 0};
+                    stays[triangle[i]] != 0,
+                    smooth ? static_cast<int>(triangle[i]) : -1};
     }
     emit(maps, corners[0], corners[1], corners[2], 0);
   }
@@ -307,6 +310,7 @@ void Warp::emit(const std::vector<WarpMap>& maps, const Corner& a, const Corner&
   };
   const auto middle = [&](const Corner& p, const Corner& q) {
     Corner m = p;
+    m.vertex = -1;
     m.from = 0.5 * (p.from + q.from);
     const Vec3 to = mapped(maps, m.from);
     m.stays = (to - m.from).squaredNorm() < kStays * kStays;
@@ -362,14 +366,19 @@ void Warp::cross(const std::vector<WarpMap>& maps, const Corner& a, const Corner
       const Corner& at = *corners[i];
       normals[i] = at.normal;
       if (at.stays) continue;
+      Vec3* const turned = at.vertex < 0 ? nullptr : &turned_[static_cast<size_t>(at.vertex)];
+      if (turned && !turned->isZero(0)) {
+        normals[i] = *turned;
+        continue;
+      }
       Mat3 slope;
       for (int d = 0; d < 3; d++)
-        slope.col(d) =
-            (mapped(maps, at.from + kDelta * Vec3::Unit(d)) - mapped(maps, at.from)) / kDelta;
+        slope.col(d) = (mapped(maps, at.from + kDelta * Vec3::Unit(d)) - at.to) / kDelta;
       Vec3 to = Vec3::Zero();
       for (int d = 0; d < 3; d++)
         to += at.normal[d] * slope.col((d + 1) % 3).cross(slope.col((d + 2) % 3));
       if (const double length = to.norm(); length > 0) normals[i] = to / length;
+      if (turned) *turned = normals[i];
     }
     known = true;
   };
@@ -530,7 +539,6 @@ class Warp::Change {
 Reshaped Warp::write() {
   Reshaped result;
   const Lattice& lattice = model_.lattice();
-  NodeBox changed{Index3::Constant(INT_MAX), Index3::Constant(INT_MIN)};
   for (const uint32_t node : flagged_) result.points += after_[node] != before_[node];
   // Nodes beside an end that came.
   for (int d = 0; d < 3; d++)
@@ -544,60 +552,49 @@ Reshaped Warp::write() {
       if (!flags_[node]) flagged_.push_back(static_cast<uint32_t>(node));
       flags_[node] |= static_cast<uint8_t>(1 << d);
     }
+  NodeBox changed{Index3::Constant(INT_MAX), Index3::Constant(INT_MIN)};
+  std::vector<Index3> places;
+  places.reserve(flagged_.size());
+  for (const uint32_t node : flagged_) {
+    const Index3& at = places.emplace_back(box_.node_at(node));
+    changed.low = changed.low.min(at);
+    changed.high = changed.high.max(at + 1);
+  }
+  if (changed.empty()) return result;
   double added = 0, removed = 0;
-  struct Place {
-    uint64_t ray;
-    int node;
-  };
-  std::vector<Place> places;
+  RayRanges ranges;
   for (const Axis axis : kAxes) {
     const int d = depth_index(axis);
-    places.clear();
-    for (const uint32_t flagged : flagged_) {
-      if (!(flags_[flagged] & (kOtherSide | 1 << d))) continue;
-      const Index3 at = box_.node_at(flagged);
-      changed.low = changed.low.min(at);
-      changed.high = changed.high.max(at + 1);
-      places.push_back({ray_key(at[u_index(axis)], at[v_index(axis)]), at[d]});
-    }
-    std::sort(places.begin(), places.end(), [](const Place& p, const Place& q) {
-      return p.ray != q.ray ? p.ray < q.ray : p.node < q.node;
-    });
+    ranges.reset(axis, changed);
+    for (size_t i = 0; i < places.size(); i++)
+      if (flags_[flagged_[i]] & (kOtherSide | 1 << d)) ranges.include(places[i]);
     Field& field = model_.field(axis);
     Change change(*this);
     RayWriter<Change> writer(field.view(), change);
     bool wrote = false;
-    for (size_t i = 0; i < places.size();) {
-      size_t end = i;
-      while (end < places.size() && places[end].ray == places[i].ray) end++;
-      const int u = key_u(places[i].ray), v = key_v(places[i].ray);
-      writer.for_runs(u, v, places[i].node, places[end - 1].node + 1, [&](const RayRun& run) {
-        const auto [more, less] = lengths(run);
-        added += more;
-        removed += less;
-        writer.write(field, u, v, run);
-        wrote = true;
-      });
-      const int tu = u / kTileSide, tv = v / kTileSide;
-      const bool tile_ends = end == places.size() || key_u(places[end].ray) / kTileSide != tu ||
-                             key_v(places[end].ray) / kTileSide != tv;
-      if (tile_ends && wrote) {
-        Tile& tile = field.writable(tu, tv);
-        field.trim_planes(tile);
-        if (tile.empty) field.clear_tile(tu, tv);
-        wrote = false;
-      }
-      i = end;
-    }
+    ranges.for_rays(
+        [&](int u, int v, int low, int high) {
+          writer.for_runs(u, v, low, high, [&](const RayRun& run) {
+            const auto [more, less] = lengths(run);
+            added += more;
+            removed += less;
+            writer.write(field, u, v, run);
+            wrote = true;
+          });
+        },
+        [&](int tu, int tv) {
+          if (!std::exchange(wrote, false)) return;
+          Tile& tile = field.writable(tu, tv);
+          field.trim_planes(tile);
+          if (tile.empty) field.clear_tile(tu, tv);
+        });
   }
   const double pitch = lattice.pitch_mm, cell = pitch * pitch * pitch;
   result.added_mm3 = added / 3 * cell;
   result.removed_mm3 = removed / 3 * cell;
-  if (!changed.empty()) {
-    model_.include_material({{changed.low.matrix().cast<double>().array() - 0.5,
-                              changed.high.matrix().cast<double>().array() + 0.5}});
-    model_.touch();
-  }
+  model_.include_material({{changed.low.matrix().cast<double>().array() - 0.5,
+                            changed.high.matrix().cast<double>().array() + 0.5}});
+  model_.touch();
   return result;
 }
 

@@ -86,6 +86,7 @@ class Warp {
   std::vector<std::vector<OldCrossing>> columns_;
   // Of the warp.
   std::vector<Vec3> moved_;     // vertices
+  std::vector<Vec3> turned_;    // their normals; zero: not asked for yet
   std::vector<uint8_t> moves_;  // triangles
   std::array<std::vector<Crossing>, 3> crossings_;
   std::vector<uint8_t> after_, flags_;

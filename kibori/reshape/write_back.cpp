@@ -108,67 +108,37 @@ class PhiChange {
   int first_ = 0;
 };
 
-// Where the rays of each field changed: nodes low <= k < high of ray (u, v), by field.
+// Where the rays of each field changed.
 class ChangedRays {
  public:
   ChangedRays(const TriDexel& model, const NodeBand& band, const std::vector<float>& after,
               const std::vector<uint32_t>& touched) {
-    const Index3 nodes = model.lattice().nodes;
+    std::vector<Index3> changed;
+    changed.reserve(touched.size());
     for (const uint32_t node : touched) {
       if (band.phi()[node] == after[node]) continue;
-      box_.low = box_.low.min(band.node_at(node));
-      box_.high = box_.high.max(band.node_at(node) + 1);
+      const Index3& at = changed.emplace_back(band.node_at(node));
+      box_.low = box_.low.min(at);
+      box_.high = box_.high.max(at + 1);
     }
     if (empty()) return;
-    for (const Axis axis : kAxes)
-      ranges_[static_cast<size_t>(axis)].assign(static_cast<size_t>(box_.size()[u_index(axis)]) *
-                                                    static_cast<size_t>(box_.size()[v_index(axis)]),
-                                                Range{});
-    for (const uint32_t node : touched) {
-      if (band.phi()[node] == after[node]) continue;
-      const Index3 at = band.node_at(node);
-      for (const Axis axis : kAxes) {
-        const int u = at[u_index(axis)], v = at[v_index(axis)], k = at[depth_index(axis)];
-        if (u < 0 || v < 0 || u >= nodes[u_index(axis)] || v >= nodes[v_index(axis)]) continue;
-        Range& range = ranges_[static_cast<size_t>(axis)][place(axis, u, v)];
-        range.low = std::min(range.low, k);
-        range.high = std::max(range.high, k + 1);
-      }
+    const Index3 nodes = model.lattice().nodes;
+    for (const Axis axis : kAxes) {
+      const int u = u_index(axis), v = v_index(axis);
+      RayRanges& ranges = ranges_[static_cast<size_t>(axis)];
+      ranges.reset(axis, box_);
+      for (const Index3& at : changed)
+        if (at[u] >= 0 && at[v] >= 0 && at[u] < nodes[u] && at[v] < nodes[v]) ranges.include(at);
     }
   }
 
   bool empty() const { return box_.empty(); }
   const NodeBox& box() const { return box_; }
-
-  // Calls f(u, v, low, high) for the field's changed rays, tile by tile, and after_tile(tu, tv).
-  template <class F, class G>
-  void for_rays(Axis axis, F&& f, G&& after_tile) const {
-    const int u = u_index(axis), v = v_index(axis);
-    const int u0 = std::max(0, box_.low[u]), v0 = std::max(0, box_.low[v]);
-    for (int tv = v0 / kTileSide; tv * kTileSide < box_.high[v]; tv++)
-      for (int tu = u0 / kTileSide; tu * kTileSide < box_.high[u]; tu++) {
-        for (int j = std::max(v0, tv * kTileSide); j < std::min(box_.high[v], (tv + 1) * kTileSide);
-             j++)
-          for (int i = std::max(u0, tu * kTileSide);
-               i < std::min(box_.high[u], (tu + 1) * kTileSide); i++) {
-            const Range& range = ranges_[static_cast<size_t>(axis)][place(axis, i, j)];
-            if (range.low < range.high) f(i, j, range.low, range.high);
-          }
-        after_tile(tu, tv);
-      }
-  }
+  const RayRanges& of(Axis axis) const { return ranges_[static_cast<size_t>(axis)]; }
 
  private:
-  struct Range {
-    int low = INT_MAX, high = INT_MIN;
-  };
-  size_t place(Axis axis, int u, int v) const {
-    return static_cast<size_t>(v - box_.low[v_index(axis)]) *
-               static_cast<size_t>(box_.size()[u_index(axis)]) +
-           static_cast<size_t>(u - box_.low[u_index(axis)]);
-  }
   NodeBox box_{Index3::Constant(INT_MAX), Index3::Constant(INT_MIN)};
-  std::array<std::vector<Range>, 3> ranges_;
+  std::array<RayRanges, 3> ranges_;
 };
 
 }  // namespace
@@ -181,8 +151,7 @@ double volume_change(const TriDexel& model, const NodeBand& band, const std::vec
   for (const Axis axis : kAxes) {
     PhiChange change(band, after);
     RayWriter<PhiChange> write(model.field(axis).view(), change);
-    changed.for_rays(
-        axis,
+    changed.of(axis).for_rays(
         [&](int u, int v, int low, int high) {
           write.for_runs(u, v, low, high, [&](const RayRun& run) {
             const auto [added, removed] = lengths(run);
@@ -205,8 +174,7 @@ Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<flo
     PhiChange change(band, after);
     RayWriter<PhiChange> write(field.view(), change);
     bool wrote = false;
-    changed.for_rays(
-        axis,
+    changed.of(axis).for_rays(
         [&](int u, int v, int low, int high) {
           write.for_runs(u, v, low, high, [&](const RayRun& run) {
             const auto [more, less] = lengths(run);
