@@ -60,7 +60,7 @@ inline StrokeSettings some_settings(Random& random) {
   s.mode = random.integer(0, 3) == 0 ? Mode::deposit : Mode::cut;
   if (random.integer(0, 3) == 0) {
     s.mode = static_cast<Mode>(
-        random.integer(static_cast<int>(Mode::smooth), static_cast<int>(Mode::press)));
+        random.integer(static_cast<int>(Mode::smooth), static_cast<int>(Mode::turn)));
     s.brush = {random.uniform(1, 6),
                random.uniform(0, 1),
                static_cast<Falloff>(random.integer(0, 2)),

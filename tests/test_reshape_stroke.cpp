@@ -311,6 +311,92 @@ TEST(SymmetryImages, CutsGoRound) {
   }
 }
 
+// On the wheel: any stroke keeps the volume of the profile to rounding, and what is left is the
+// same from all sides, to float32.
+TEST(ReshapeStroke, AThrownPotIsRoundAndKeepsItsVolume) {
+  for (const Mode mode : {Mode::throw_clay, Mode::turn}) {
+    TriDexel model(cube(96));
+    add(model, test::tool_at(Flat{24, 50}, {{48, 48, 10}, Mat3::Identity()}, model.lattice()));
+    const double before = model.volume_mm3();
+    ReshapeSettings s = settings_of(mode, 5);
+    s.tool = BallTool{6};
+    // A waist from outside, then a hollow from above.
+    Sums sums = stroke(model, s, {{84, 48, 30}, {68, 48, 30}, {68, 48, 34}}, 30);
+    EXPECT_GT(sums.most_force, 0);
+    EXPECT_GT(sums.work, 0);
+    const Sums more = stroke(model, s, {{48, 48, 66}, {48, 48, 36}, {52, 48, 40}}, 30);
+    EXPECT_EQ(disagreeing(model), 0) << name_of(mode);
+    EXPECT_EQ(test::broken(extract_surface(model.snapshot())), "") << name_of(mode);
+    if (mode == Mode::throw_clay) {
+      EXPECT_NEAR(model.volume_mm3(), before, 2e-3 * before);
+    } else {
+      EXPECT_LT(model.volume_mm3(), before - 2000);
+    }
+    EXPECT_NEAR(sums.removed + more.removed, before - model.volume_mm3(), 0.1);
+    // Every ray and those that are a quarter of a turn away, or mirrored.
+    int64_t unlike = 0;
+    for (int v = 0; v < 96; v++)
+      for (int u = 0; u < 96; u++) {
+        std::vector<float> x, y;
+        model.field(Axis::x).view().for_spans(u, v, [&](const Span& span) {
+          x.push_back(span.in);
+          x.push_back(span.out);
+        });
+        model.field(Axis::y).view().for_spans(v, u, [&](const Span& span) {
+          y.push_back(span.in);
+          y.push_back(span.out);
+        });
+        unlike += x != y;
+        for (size_t i = 0; i < x.size(); i++) EXPECT_NEAR(x[i], 96 - x[x.size() - 1 - i], 1e-5);
+      }
+    EXPECT_EQ(unlike, 0);
+  }
+}
+
+// The profile's own volume, over as many passes as a long evening has; and the waist is where the
+// tool was.
+TEST(Wheel, TenThousandPassesKeepTheVolume) {
+  Random random;
+  TriDexel model(cube(48));
+  add(model, test::tool_at(Flat{12, 30}, {{24, 24, 8}, Mat3::Identity()}, model.lattice()));
+  const int passes = std::getenv("KIBORI_SHORT") ? 100 : 1000;
+  Wheel wheel(model);
+  wheel.begin(Vec3::Constant(24), BallTool{3}, {{44, 24, 20}, Mat3::Identity()});
+  const double before = wheel.profile().volume();
+  EXPECT_NEAR(before, 3.14159265 * 144 * 30, 1);
+  for (int i = 0; i < passes; i++) {
+    const double z = random.uniform(8, 32);
+    const auto turned = wheel.advance(WheelVerb::throw_clay, BallTool{3},
+                                      {{random.uniform(30, 40), 24, z}, Mat3::Identity()},
+                                      {random.uniform(-4, 0), 0, 0});
+    ASSERT_TRUE(turned.ok());
+  }
+  EXPECT_NEAR(wheel.profile().volume(), before, 1e-9 * before) << random.note();
+  EXPECT_NEAR(model.volume_mm3(), before, 5e-3 * before) << random.note();
+  EXPECT_EQ(disagreeing(model), 0) << random.note();
+  // Told and read again, it is the same to float32.
+  const WheelProfile again = read_profile(model, LatticePoint{Vec3::Constant(24)});
+  EXPECT_NEAR(again.volume(), before, 1e-6 * before) << random.note();
+}
+
+// What does not turn about the axis is centred, and keeps its volume.
+TEST(Wheel, CentresALump) {
+  TriDexel model = block(64, {14, 20, 8}, {40, 42, 30});
+  const double before = model.volume_mm3();
+  Wheel wheel(model);
+  wheel.begin(Vec3::Constant(32), BallTool{3}, {{60, 32, 20}, Mat3::Identity()});
+  EXPECT_NEAR(wheel.profile().volume(), before, 1e-9 * before);
+  EXPECT_NEAR(wheel.profile().outer[5], 26 * 22 / 3.14159265, 1);
+  EXPECT_TRUE(
+      wheel.advance(WheelVerb::turn, BallTool{3}, {{48, 32, 20}, Mat3::Identity()}, {-4, 0, 0})
+          .ok());
+  EXPECT_EQ(disagreeing(model), 0);
+  TriDexel none(cube(8));
+  Wheel empty(none);
+  empty.begin(Vec3::Constant(4), BallTool{3}, {});
+  EXPECT_TRUE(empty.advance(WheelVerb::turn, BallTool{3}, {}, {1, 0, 0}).ok());
+}
+
 // Random mixtures of everything, odd lattices, images, brushes half outside: closed, agreeing, and
 // the same again.
 TEST(ReshapeStroke, RandomMixturesStayClosedAndRepeat) {
@@ -329,7 +415,7 @@ TEST(ReshapeStroke, RandomMixturesStayClosedAndRepeat) {
     for (int i = 0; i < 20; i++) {
       ReshapeSettings s;
       s.mode = static_cast<Mode>(
-          random.integer(static_cast<int>(Mode::smooth), static_cast<int>(Mode::press)));
+          random.integer(static_cast<int>(Mode::smooth), static_cast<int>(Mode::turn)));
       const bool cuts = random.integer(0, 3) == 0;
       s.brush.radius_mm = lattice.pitch_mm * random.uniform(0.4, 14);
       s.brush.strength = random.uniform(s.mode == Mode::inflate ? -1 : 0, 1);

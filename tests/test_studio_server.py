@@ -795,8 +795,8 @@ class HeldByADevice(unittest.TestCase):
             page.frame(bytes([26]) + struct.pack("<d", 0.5))
             self.assertEqual(struct.unpack("<d", until(page, 73)[-16:-8])[0], 0.5)
             page.frame(bytes([25]) + struct.pack("<3d", 10, 10, 90))
-            page.frame(bytes([22, 7]))
-            page.frame(bytes([22, 0]))
+            page.frame(bytes([22, 7, 5, 2]))
+            page.frame(bytes([22, 0, 1, 2]))
             until(page, 67)
             self.assertEqual(studio.close(), 0)
 

@@ -251,7 +251,7 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
       if (result.clipped && !std::exchange(clipped, true) && options.warning)
         options.warning(
             scene.file + ":" + std::to_string(to.line) +
-            ": a deposit reached beyond the stock's room, and what was outside is dropped; raise "
+            ": material reached beyond the stock's room, and what was outside is dropped; raise "
             "[stock] room_mm");
       carving.trace.push_back({static_cast<double>(summary.ticks) / scene.rate_hz, result});
       if (document) {
@@ -267,7 +267,7 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
         going =
             options.each(model, tool, scene.force.series() ? series.pose() : stroke.pose(), result);
     }
-    if (ends && to.mode == Mode::press) {
+    if (ends && ends_apart(to.mode)) {
       // A tick that edits nothing: there what is owed comes back (see Document::replay).
       if (document) document->add({stroke.pose().tip, Vec3::Zero(), false});
       if (reshape.owed_mm3() > kOwedWarning && options.warning) {

@@ -227,7 +227,7 @@ void ServoContext::take_dabs(LiveTick& result) {
 
 bool ServoContext::settle() {
   // A stroke ends where the hand did, however far behind its dabs are; a press gives back there.
-  if (!std::exchange(settling_, true) && dabbing_ && settings_.mode == Mode::press)
+  if (!std::exchange(settling_, true) && dabbing_ && ends_apart(settings_.mode))
     dab_to(dab_pose_, true);
   else if (dabbing_ && dab_waits_)
     dab_to(dab_pose_, dab_ends_);

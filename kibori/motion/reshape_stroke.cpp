@@ -32,6 +32,9 @@ constexpr double kPressSpacing = 0.1;
 constexpr int kCollars = 3, kLastCollars = 40;
 // Each collar at the end reaches farther by this factor, up to so many times the first's radius.
 constexpr double kWiden = 1.2, kWidest = 4;
+// A profile meets the tool this often [cells of the tip's way]: the whole body is told anew each
+// time.
+constexpr double kWheelSpacing = 1;
 // What may stay owed on the way and at the end, of what was pressed.
 constexpr double kOwedShare = 1e-3, kLastOwedShare = 1e-6;
 // A collar that brings back less than this of what is owed has no room.
@@ -99,6 +102,8 @@ Status ReshapeStroke::begin(const ReshapeSettings& settings, const std::vector<M
   warped_ = {};
   stiffness_n_mm_ = 0;
   pull_.begin();
+  met_ = start;
+  if (on_wheel(settings.mode)) wheel_.begin(centre_of(model_.lattice()), settings.tool, start);
   if (!warps(settings.mode)) return Ok{};
   warp_.begin();
   normal_ = start.axis();
@@ -113,6 +118,7 @@ Status ReshapeStroke::begin(const ReshapeSettings& settings, const std::vector<M
 
 double ReshapeStroke::spacing_mm() const {
   const double pitch = model_.lattice().pitch_mm;
+  if (on_wheel(settings_.mode)) return kWheelSpacing * pitch;
   return std::max(settings_.mode == Mode::press
                       ? kPressSpacing * press_radius_mm(settings_.tool, pitch)
                       : kDabSpacing * settings_.brush.radius_mm,
@@ -323,6 +329,29 @@ Status ReshapeStroke::press_along(const ToolMotion& motion, const Pose& end, Sum
   return Ok{};
 }
 
+// The profile meets the tool on its way to there.
+Status ReshapeStroke::turn_to(const Pose& end, Sums& sums) {
+  const Vec3 way = end.tip - met_.tip;
+  const Result<Wheel::Turned> done =
+      wheel_.advance(settings_.mode == Mode::turn ? WheelVerb::turn : WheelVerb::throw_clay,
+                     settings_.tool, {met_.tip, end.frame}, way);
+  if (!done) return Error{done.error()};
+  const auto& [what, pressed, clipped] = done.value();
+  sums.clipped |= clipped;
+  sums.added += what.added_mm3;
+  sums.removed += what.removed_mm3;
+  sums.points += what.points;
+  sums.dabs++;
+  // What the tool meets resists, wherever it then goes; the wheel bears most of it.
+  const Material& of = material(wheel_.profile().material);
+  const double share = std::min(settings_.law.hand_share, kPoweredShare);
+  sums.held.work_per_mm += settings_.law.model == ForceModel::paper
+                               ? of.kf * static_cast<double>(what.points)
+                               : share * of.u * pressed;
+  met_ = end;
+  return Ok{};
+}
+
 Status ReshapeStroke::advance(ToolTick& tick, bool now) {
   KIBORI_CHECK(materials_);
   const Mode mode = settings_.mode;
@@ -344,7 +373,11 @@ Status ReshapeStroke::advance(ToolTick& tick, bool now) {
       return done;
   } else {
     double at = to_next_mm_;
-    for (; at <= length; at += spacing, sums.dabs++)
+    const ToolMotion whole{from, way, tick.motion.turn};
+    for (; on_wheel(mode) && at <= length; at += spacing)
+      if (Status done = turn_to(length > 0 ? whole.at(at / length) : from, sums); !done)
+        return done;
+    for (; !on_wheel(mode) && at <= length; at += spacing, sums.dabs++)
       if (Status done = dab(length > 0 ? Vec3(from.tip + (at / length) * way) : from.tip, sums);
           !done)
         return done;
@@ -358,6 +391,8 @@ Status ReshapeStroke::end(ToolTick& tick) {
   Sums sums;
   if (warps(settings_.mode)) {
     if (Status done = compute_warp(sums); !done) return done;
+  } else if (on_wheel(settings_.mode)) {
+    if (Status done = turn_to(last_, sums); !done) return done;
   } else if (settings_.mode == Mode::press) {
     double wider = 1;
     for (int i = 0; i < kLastCollars && std::fabs(owed_mm3_) > kLastOwedShare * pressed_mm3_; i++) {
@@ -387,6 +422,7 @@ void ReshapeStroke::finish_tick(const Sums& sums, const Vec3& way, ToolTick& tic
   }
   tick.points += sums.points;
   tick.removed_mm3 = sums.removed - sums.added;
+  tick.clipped |= sums.clipped;
   tick.edited = true;
   if (warps(settings_.mode) && law.model != ForceModel::paper) {
     tick.wrench = {pull_.pull(stiffness_n_mm_, way, 1 / settings_.rate_hz), Vec3::Zero()};

@@ -9,6 +9,8 @@
 //           turn since. It is computed now and then, and always where the stroke ends.
 //   press   The tool is swept exactly, tick by tick. What it pushes away is owed, and comes back
 //           around the tool at equal lengths of way; at the stroke's end, all of it that has room.
+//   wheel   The material turns about a vertical axis, and the tool is swept at equal lengths of way
+//           against its profile: see wheel.h. There are no images: all around is one already.
 //
 // The force of a dab or press is its work over the way to the next one, held until then and against
 // the motion:
@@ -32,6 +34,7 @@
 #include <kibori/reshape/clay.h>
 #include <kibori/reshape/reshaper.h>
 #include <kibori/reshape/warp.h>
+#include <kibori/reshape/wheel.h>
 
 namespace kibori {
 
@@ -47,9 +50,11 @@ Status check_brush_of(Mode mode, const Brush& brush);
 // paint covers.
 double default_strength(Mode mode);
 
-// What a tool that cuts does in a stock of that material: clay is pressed.
+// What a tool that cuts, or that cuts what turns, does in a stock of that material: clay is pressed,
+// and thrown.
 inline Mode mode_in(const Material& stock, Mode mode) {
-  return mode == Mode::cut && stock.plastic ? Mode::press : mode;
+  if (!stock.plastic) return mode;
+  return mode == Mode::cut ? Mode::press : mode == Mode::turn ? Mode::throw_clay : mode;
 }
 
 // How far around a tool the material that it presses away comes back [mm].
@@ -90,7 +95,8 @@ struct ReshapeSettings {
 
 class ReshapeStroke {
  public:
-  explicit ReshapeStroke(TriDexel& model) : model_(model), edit_(model), warp_(model) {}
+  explicit ReshapeStroke(TriDexel& model)
+      : model_(model), edit_(model), warp_(model), wheel_(model) {}
 
   // A stroke begins with the tool at `start`. `materials`: not empty, and there until the next
   // begin(). Errors: a mode that does not reshape, a brush that check_brush_of refuses.
@@ -126,6 +132,7 @@ class ReshapeStroke {
     int64_t points = 0;
     Held held;
     int dabs = 0;
+    bool clipped = false;
   };
 
   double spacing_mm() const;
@@ -136,6 +143,7 @@ class ReshapeStroke {
   Status press_along(const ToolMotion& motion, const Pose& end, Sums& sums);
   Status give_back(double until, double wider, Sums& sums);
   Status compute_warp(Sums& sums);
+  Status turn_to(const Pose& end, Sums& sums);
   std::vector<Drag> drags() const;
   void finish_tick(const Sums& sums, const Vec3& way, ToolTick& tick);
   const Material& material(int i) const { return material_of(*materials_, i); }
@@ -145,6 +153,7 @@ class ReshapeStroke {
   ToolEdit edit_;
   Warp warp_;
   Clay clay_;
+  Wheel wheel_;
   ReshapeSettings settings_;
   const std::vector<Material>* materials_ = nullptr;
   SymmetryImages images_;
@@ -156,6 +165,7 @@ class ReshapeStroke {
   // Of a press: what is not back yet, what was pressed away in all, where last, and which way.
   double owed_mm3_ = 0, pressed_mm3_ = 0;
   Vec3 middle_ = Vec3::Zero(), direction_ = Vec3::Zero();
+  Pose met_;  // of a wheel: where the profile met the tool last
   // Of a warp.
   double turn_rad_ = 0;
   Vec3 normal_ = Vec3::UnitZ();

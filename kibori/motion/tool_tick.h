@@ -18,6 +18,9 @@ namespace kibori {
 //   crease, paint        dabs, too
 //   grab ... node        the surface follows the hand, in the order of WarpVerb
 //   press                the tool pushes the material aside, which keeps its volume
+//   throw, turn          the material turns about the vertical axis through the lattice's middle:
+//   as
+//                        clay on a wheel, which keeps its volume; as wood on a lathe, which is cut
 enum class Mode {
   cut,
   deposit,
@@ -37,17 +40,24 @@ enum class Mode {
   pinch,
   scale,
   node,
-  press
+  press,
+  throw_clay,
+  turn
 };
-constexpr Names<19> names_of(Mode) {
+constexpr Names<21> names_of(Mode) {
   return {"cut",     "deposit", "touch",  "off",   "smooth", "rasp",  "fill",
           "inflate", "flatten", "crease", "paint", "grab",   "nudge", "twist",
-          "bend",    "pinch",   "scale",  "node",  "press"};
+          "bend",    "pinch",   "scale",  "node",  "press",  "throw", "turn"};
 }
 constexpr bool reshapes(Mode mode) { return mode >= Mode::smooth; }
 // Whether it does so dab by dab; whether it is a function of the stroke's beginning.
 constexpr bool dabs(Mode mode) { return mode >= Mode::smooth && mode <= Mode::paint; }
 constexpr bool warps(Mode mode) { return mode >= Mode::grab && mode <= Mode::node; }
+constexpr bool on_wheel(Mode mode) { return mode >= Mode::throw_clay; }
+
+// Whether the end of its stroke is a tick of its own, that edits nothing: there what is owed of a
+// press comes back, and a wheel meets the tool for the last time.
+constexpr bool ends_apart(Mode mode) { return mode == Mode::press || on_wheel(mode); }
 
 struct ToolTick {
   // Of the tool: where its tip ended, and by how much it moved and turned.

@@ -51,7 +51,7 @@ async function tabTo(page, selector, key = "Tab") {
     await page.keyboard.press(key);
     const at = await page.evaluate((wanted) => {
       const one = document.activeElement,
-        drawn = one.closest("#shapes label") ?? one,
+        drawn = one.closest(".icons label") ?? one,
         look = getComputedStyle(drawn);
       return {
         there: one.matches(wanted),

@@ -22,8 +22,9 @@ import {
 
 const SIZE = { width: 1280, height: 800 };
 
-async function begun(page, wood) {
+async function begun(page, wood, shape = "0") {
   await started(page);
+  await page.locator(`input[name=stock][value="${shape}"]`).check();
   await page.locator("#wood").selectOption({ label: wood });
   await page.locator("#detail").selectOption("192");
   await page.locator("#go").click();
@@ -176,4 +177,27 @@ async function clayAndImages() {
   await studio.end();
 }
 
-await run([everyBrush, clayAndImages]);
+/** A lump of clay on the wheel: pressed in all around, it keeps its volume. */
+async function onTheWheel() {
+  const studio = await Studio.start();
+  const page = await open(SIZE);
+  await enter(page, studio.url);
+  const middle = await begun(page, "clay", "1");
+  const first = await state(page);
+  await page.locator("input[name=mode][value=turn]").check();
+  await drag(page, middle, { x: middle.x, y: middle.y + 30 });
+  const thrown = await after(page, first.step);
+  check("the wheel makes another piece of it", thrown.hash !== first.hash);
+  check(
+    `and keeps the volume (${(Number(thrown.volume) - Number(first.volume)).toFixed(1)} mm³)`,
+    Math.abs(Number(thrown.volume) / Number(first.volume) - 1) < 0.01,
+  );
+  await show(page, "wheel");
+  await page.locator("#view").focus();
+  await page.keyboard.press("Control+o");
+  await started(page);
+  check("carved again, too", /all is as it was written/.test(verified()));
+  await studio.end();
+}
+
+await run([everyBrush, clayAndImages, onTheWheel]);

@@ -91,7 +91,7 @@ const unreachable = (page) =>
       for (const control of document
         .getElementById(id)
         .querySelectorAll("button, select, input:not(.unseen)")) {
-        const target = control.closest("#shapes label") ?? control;
+        const target = control.closest(".icons label") ?? control;
         if (target.getClientRects().length === 0) continue;
         target.scrollIntoView({ block: "center", inline: "center" });
         const box = target.getBoundingClientRect(),
@@ -276,7 +276,7 @@ async function sheetByTouch() {
         .map(
           (control) =>
             control.closest(
-              "#modes label, #symmetry label, #shapes label, #motor, #mallet label",
+              "#modes label, #symmetry label, .icons label, #motor, #mallet label, #keeps",
             ) ?? control,
         )
         .filter(

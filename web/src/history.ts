@@ -72,6 +72,7 @@ function toolName(step: Step): string {
     tool = known ? `${TOOLS[known.shape].name} ${sizeOf(known)}` : "Other tool";
   if (step.mode === "deposit") return `${tool}, adds`;
   if (step.mode === "press") return `${tool}, presses`;
+  if (step.mode === "throw" || step.mode === "turn") return `${tool}, on the wheel`;
   // What a brush did; the tool only carried it.
   return BRUSHES[step.mode]?.name ?? tool;
 }

@@ -130,6 +130,10 @@ export class ImportView {
       "kind",
       new THREE.BufferAttribute(new Float32Array(piece.attributes.position.count), 1),
     );
+    piece.setAttribute(
+      "paint",
+      new THREE.BufferAttribute(new Uint8Array(4 * piece.attributes.position.count), 4, true),
+    );
     piece.computeBoundingSphere();
     this.piece.geometry = piece;
     const longest = Math.max(size.x, size.y, size.z),
