@@ -18,8 +18,8 @@ namespace {
 
 constexpr int kApplication = 0x4B49424F;  // "KIBO"
 // 2: forces and thumbnails. 3: tiles found by place. 4: symmetry. 5: seals. 6: strokes that
-// reshape.
-constexpr int64_t kVersion = 6;
+// reshape. 7: warps, creases, paint, clay, the wheel, symmetry about an axis.
+constexpr int64_t kVersion = 7;
 // Beyond, SQLite would number new ones out of order.
 constexpr StepId kMaxSteps = StepId{1} << 62;
 const char* const kSchema = R"(
@@ -51,7 +51,7 @@ CREATE INDEX checkpoint_tile_by_place ON checkpoint_tile (field, u, v);
 const char* const kSchemaSince5 = R"(
 CREATE TABLE seal (step INTEGER PRIMARY KEY REFERENCES step, value TEXT NOT NULL);
 )";
-const char* const kThisVersion = "PRAGMA user_version = 6";
+const char* const kThisVersion = "PRAGMA user_version = 7";
 
 // A database, and what may stand beside it.
 void clear_away(const std::filesystem::path& path) {

@@ -36,8 +36,9 @@ class DirectTool {
   const Removed& removed() const { return removed_; }
 
   // Moves the tool to tip_mm and turns it by turn_rad (rotation vector). `material` is what a
-  // deposit puts down. A mode that reshapes is as off: DabStroke does the rest. Errors: a place or
-  // turn that is none, a turn of more substeps than kMaxTurnSubsteps, or of a tool without bounds.
+  // deposit puts down. A mode that reshapes is as off: ReshapeStroke does the rest. Errors: a place
+  // or turn that is none, a turn of more substeps than kMaxTurnSubsteps, or of a tool without
+  // bounds.
   Result<ToolTick> advance(const Tool& tool, const Vec3& tip_mm, const Vec3& turn_rad, Mode mode,
                            const ForceLaw& law, const std::vector<Material>& materials,
                            uint8_t material = 0);

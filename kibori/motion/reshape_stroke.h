@@ -50,8 +50,8 @@ Status check_brush_of(Mode mode, const Brush& brush);
 // paint covers.
 double default_strength(Mode mode);
 
-// What a tool that cuts, or that cuts what turns, does in a stock of that material: clay is pressed,
-// and thrown.
+// What a tool that cuts, or that cuts what turns, does in a stock of that material: clay is
+// pressed, and thrown.
 inline Mode mode_in(const Material& stock, Mode mode) {
   if (!stock.plastic) return mode;
   return mode == Mode::cut ? Mode::press : mode == Mode::turn ? Mode::throw_clay : mode;

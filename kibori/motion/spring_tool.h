@@ -71,8 +71,8 @@ class SpringTool {
       : model_(model), edit_(model), tool_pose_(start), spring_(spring) {}
 
   // The device moved to `device`. `material` is what a deposit puts down. Mode::touch never cuts; a
-  // mode that reshapes is as off: DabStroke does the rest. Errors: a jump or turn of more substeps
-  // than kMaxTurnSubsteps; nothing has moved then. Neither allocates, locks nor faults.
+  // mode that reshapes is as off: ReshapeStroke does the rest. Errors: a jump or turn of more
+  // substeps than kMaxTurnSubsteps; nothing has moved then. Neither allocates, locks nor faults.
   //
   // A device that is where it was in the last tick moves nothing, if the spring has a strength: so
   // what a pointer carves depends on its path alone, not on how long it rests. `strike_nmm`: a

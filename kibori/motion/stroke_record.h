@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A stroke as it is recorded: what all of its ticks share, and each tick's motion. Replayed by
-// DirectTool, and DabStroke where it reshapes, it gives the same model, bit for bit.
+// DirectTool, and ReshapeStroke where it reshapes, it gives the same model, bit for bit.
 #pragma once
 
 #include <cstdint>
