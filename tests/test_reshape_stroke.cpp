@@ -155,7 +155,7 @@ TEST(ReshapeStroke, ClayKeepsItsVolume) {
       double bottom = 0;
       model.field(Axis::z).view().for_spans(
           48, 48, [&](const Span& span) { bottom = std::max(bottom, double{span.out}); });
-      EXPECT_NEAR(bottom, z, 0.2) << "nothing closed over the furrow";
+      EXPECT_NEAR(bottom, z, 0.35) << "nothing closed over the furrow";
     }
 }
 

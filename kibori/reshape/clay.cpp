@@ -11,8 +11,6 @@
 namespace kibori {
 namespace {
 
-// So near to the way [cells] nothing rises at all: the nodes that decide where a furrow's wall is.
-constexpr double kStill = 1;
 // Nodes whose distance is known [cells]: those that may change sides, and their neighbours' slopes.
 constexpr double kWidth = Clay::kMaxRise + 2;
 // Steps in search of a height: secants converge in two or three, halves come after so many.
@@ -51,7 +49,7 @@ void Clay::measure_way(const Tool& tool, std::span<const PressingTool> tools, do
     for (const Pose* pose : {&front, &at.pose, &back}) add(*pose, out);
   }
   // What is cut off by the box's border is no surface of a way.
-  way_band_.read(*scratch_, {Index3::Zero(), box.size()}, static_cast<float>(kStill + kRamp + 1));
+  way_band_.read(*scratch_, {Index3::Zero(), box.size()}, static_cast<float>(kRamp + 1));
 }
 
 Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const PressingTool> tools,
@@ -96,7 +94,7 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
     const Index3 at = band_.node_at(node);
     if ((at < 0).any() || (at >= lattice.nodes).any()) continue;
     const Vec3 from = at.matrix().cast<double>().array() + 0.5 - centre.array();
-    const double off = (double{way_band_.phi()[node]} - kStill) / kRamp;
+    const double off = double{way_band_.phi()[node]} / kRamp;
     const double weight =
         falloff_weight(Falloff::smooth, from.norm() / radius) * std::clamp(off, 0.0, 1.0);
     if (!(weight > 0)) continue;

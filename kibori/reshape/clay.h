@@ -8,7 +8,7 @@
 //   --       \__/       --
 //            dent
 //
-//   w = falloff(|x - c| / R) * clamp((distance to the way - 1) / kRamp, 0, 1)
+//   w = falloff(|x - c| / R) * clamp(distance to the way / kRamp, 0, 1)
 //
 // with the one lambda that adds the wanted volume, measured as the mean of the three fields. The
 // way is the tool, swept forward and back by R along its motion and out along its axis: there
