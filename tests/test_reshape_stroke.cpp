@@ -353,9 +353,8 @@ TEST(ReshapeStroke, AThrownPotIsRoundAndKeepsItsVolume) {
   }
 }
 
-// The profile's own volume, over as many passes as a long evening has; and the waist is where the
-// tool was.
-TEST(Wheel, TenThousandPassesKeepTheVolume) {
+// The profile's own volume is kept to rounding, and the rays' as well as rays measure a round body.
+TEST(Wheel, ManyPassesKeepTheVolume) {
   Random random;
   TriDexel model(cube(48));
   add(model, test::tool_at(Flat{12, 30}, {{24, 24, 8}, Mat3::Identity()}, model.lattice()));
@@ -367,8 +366,8 @@ TEST(Wheel, TenThousandPassesKeepTheVolume) {
   for (int i = 0; i < passes; i++) {
     const double z = random.uniform(8, 32);
     const auto turned = wheel.advance(WheelVerb::throw_clay, BallTool{3},
-                                      {{random.uniform(30, 40), 24, z}, Mat3::Identity()},
-                                      {random.uniform(-4, 0), 0, 0});
+                                      {{random.uniform(40, 43), 24, z}, Mat3::Identity()},
+                                      {random.uniform(-2.5, 0), 0, 0});
     ASSERT_TRUE(turned.ok());
   }
   EXPECT_NEAR(wheel.profile().volume(), before, 1e-9 * before) << random.note();

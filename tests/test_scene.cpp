@@ -238,6 +238,84 @@ brush = { strength = -0.5 }
   EXPECT_NEAR(carving.value().summary.volume_mm3, model->volume_mm3(), 1e-3);
 }
 
+// Moves of one warp are one stroke from where its mode begins; strength is whole unless it is said,
+// and a document that is carved again has the same bytes. Clay is pressed by itself.
+TEST(Scene, WarpsClayAndSymmetry) {
+  const std::string stock = R"([stock]
+block = [20, 12, 10]
+pitch = 0.5
+room_mm = 8
+material = "MATERIAL"
+[tool]
+shape = "ball"
+radius = 2
+[force]
+model = "energy"
+[symmetry]
+planes = "x"
+[[move]]
+to = [5, 6, 10]
+mode = "off"
+speed = 100
+)";
+  const auto of = [&](const std::string& material, const std::string& moves) {
+    std::string text = stock + moves;
+    text.replace(text.find("MATERIAL"), 8, material);
+    return parse_scene(text, "scene.toml", ".");
+  };
+  const auto hash = [&](const std::string& moves) {
+    const auto scene = of("oak", moves);
+    EXPECT_TRUE(scene) << scene.error();
+    const auto carving = carve(scene.value(), {});
+    EXPECT_TRUE(carving) << carving.error();
+    return carving.value().summary.state_hash;
+  };
+  const std::string grab = R"([[move]]
+to = [5, 6, 13]
+mode = "grab"
+brush = { radius = 3 }
+)";
+  const uint64_t none = hash("");
+  EXPECT_NE(hash(grab), none);
+  EXPECT_EQ(hash(grab + "[[move]]\nto = [6, 6, 12]\n[[move]]\nto = [5, 6, 10]\n"), none);
+  EXPECT_EQ(hash(grab + "[[move]]\nto = [9, 2, 12]\n[[move]]\nto = [5, 6, 13]\n"), hash(grab));
+  // Another brush begins another stroke.
+  EXPECT_NE(hash(grab + "[[move]]\nto = [5, 6, 10]\nbrush = { strength = 0.5 }\n"), none);
+
+  const auto both = of("oak", grab);
+  ASSERT_TRUE(both);
+  EXPECT_EQ(both.value().moves[1].brush.strength, 1);
+  const auto carving = carve(both.value(), {});
+  ASSERT_TRUE(carving) << carving.error();
+  double left = 0, right = 0;
+  carving.value().model->field(Axis::z).view().for_spans(26, 28,
+                                                         [&](const Span& s) { left = s.out; });
+  carving.value().model->field(Axis::z).view().for_spans(45, 28,
+                                                         [&](const Span& s) { right = s.out; });
+  EXPECT_GT(left, 36 + 4);
+  // The surface's triangles are no images of each other.
+  EXPECT_NEAR(left, right, 0.3);
+
+  const auto clay = of("clay", "[[move]]\nto = [5, 6, 8.5]\nmode = \"cut\"\n");
+  ASSERT_TRUE(clay) << clay.error();
+  EXPECT_EQ(clay.value().moves[1].mode, Mode::press);
+  EXPECT_NEAR(carve(clay.value(), {}).value().summary.volume_mm3, 2400, 0.02);
+  const auto wheel = of("clay", "[[move]]\nto = [5, 6, 8.5]\nmode = \"turn\"\n");
+  ASSERT_TRUE(wheel) << wheel.error();
+  EXPECT_EQ(wheel.value().moves[1].mode, Mode::throw_clay);
+
+  for (const char* bad :
+       {"[symmetry]\nplanes = \"w\"\n", "[symmetry]\nfold = 17\n", "[symmetry]\nfold = 2.5\n",
+        "[symmetry]\naxis = \"q\"\n", "[symmetry]\nplane = \"x\"\n"}) {
+    std::string text = stock;
+    text.replace(text.find("[symmetry]"), 22, bad);
+    text.replace(text.find("MATERIAL"), 8, "oak");
+    EXPECT_FALSE(parse_scene(text, "scene.toml", ".")) << bad;
+  }
+  EXPECT_FALSE(of("oak", "[[move]]\nmode = \"paint\"\nbrush = { color = \"red\" }\n"));
+  EXPECT_FALSE(of("oak", "[[move]]\nmode = \"grab\"\nbrush = { strength = -0.5 }\n"));
+}
+
 TEST(Scene, SummaryAddsUp) {
   const auto scene = parse_scene(kGood, "scene.toml", ".");
   ASSERT_TRUE(scene) << scene.error();

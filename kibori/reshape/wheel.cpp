@@ -20,8 +20,9 @@ constexpr double kSymmetric = 2e-3;
 // radius.
 constexpr double kWithinRim = 0.8;
 
-// A wall is no thinner than this [cells]: thinner ones pass between nodes.
-constexpr double kLeastWall = 1;
+// A wall, and a body, is no thinner than this [cells]: thinner ones pass between nodes, and one of a
+// whole number of cells would end on them.
+constexpr double kLeastWall = 1.01;
 
 // The shadow is sampled on a lattice so many times as fine: of a ball of 8 cells it is then 0.004
 // cells off at most.
