@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include <kibori/dexel/normal_code.h>
 #include <kibori/edit/edit.h>
@@ -20,9 +21,15 @@ constexpr double kSymmetric = 2e-3;
 // radius.
 constexpr double kWithinRim = 0.8;
 
-// A wall, and a body, is no thinner than this [cells]: thinner ones pass between nodes, and one of a
-// whole number of cells would end on them.
+// A wall, and a body, is no thinner than this [cells]: thinner ones pass between nodes, and one of
+// a whole number of cells would end on them.
 constexpr double kLeastWall = 1.01;
+
+// A hollow of less than this radius [cells] is none: float32 would tell the fields apart there.
+constexpr double kLeastHollow = 0.01;
+
+// Squared radius of what is not there [cells^2], between rows: a twentieth makes a flat floor.
+constexpr double kBeyondAxis = 0.05;
 
 // The shadow is sampled on a lattice so many times as fine: of a ball of 8 cells it is then 0.004
 // cells off at most.
@@ -56,6 +63,11 @@ Solids solids_of(const FieldSnapshot& field, int u, int v) {
 }
 
 }  // namespace
+
+void WheelProfile::close_pinholes() {
+  for (size_t k = 0; k < outer.size(); k++)
+    if (hollow[k] < square(kLeastHollow)) outer[k] -= std::exchange(hollow[k], 0.0);
+}
 
 double WheelProfile::weight(size_t k) const {
   const double from = k == 0 ? low : row_z(k) - 0.5,
@@ -122,7 +134,10 @@ WheelProfile read_profile(const TriDexel& model, const LatticePoint& centre) {
     profile.outer.push_back(std::max(outer, 0.0));
     profile.hollow.push_back(std::max(hollow, 0.0));
   }
-  if (symmetric) return profile;
+  if (symmetric) {
+    profile.close_pinholes();
+    return profile;
+  }
   for (size_t k = 0; k < profile.outer.size(); k++) {
     double all = 0, solid = 0;
     for (int j = 0; j < lattice.nodes[1]; j++) {
@@ -139,6 +154,7 @@ WheelProfile read_profile(const TriDexel& model, const LatticePoint& centre) {
     profile.outer[k] *= is / was;
     profile.hollow[k] *= is / was;
   }
+  profile.close_pinholes();
   return profile;
 }
 
@@ -196,6 +212,11 @@ bool WheelSolid::interval(Axis axis, int u, int v, int layer, Interval& out) con
   }
   const double x = u + 0.5 - profile_.centre.x(), y = v + 0.5 - profile_.centre.y(),
                r2 = x * x + y * y;
+  // A row without hollow or body lies beyond the axis, so that no curve ends on a node there.
+  const auto value = [&](size_t row, bool of_hollow) {
+    const double r = of_hollow ? b[row] : a[row];
+    return r > 0 ? r : -kBeyondAxis;
+  };
   const auto inside = [&](int k) {
     const auto row = static_cast<size_t>(k);
     return a[row] > r2 && b[row] <= r2;
@@ -203,9 +224,9 @@ bool WheelSolid::interval(Axis axis, int u, int v, int layer, Interval& out) con
   // Between two rows: where a curve of the profile passes r2.
   const auto crossing = [&](int k, bool of_hollow) {
     const auto row = static_cast<size_t>(k);
-    const std::vector<double>& curve = of_hollow ? b : a;
+    const double from = value(row, of_hollow), to = value(row + 1, of_hollow);
     const std::vector<double>& slopes = of_hollow ? hollow_slope_ : outer_slope_;
-    const double share = std::clamp((r2 - curve[row]) / (curve[row + 1] - curve[row]), 0.0, 1.0);
+    const double share = std::clamp((r2 - from) / (to - from), 0.0, 1.0);
     const double slope = slopes[row] + share * (slopes[row + 1] - slopes[row]);
     const double sign = of_hollow ? -1 : 1;
     return End{profile_.row_z(row) + share, encode_normal(sign * x, sign * y, sign * -0.5 * slope)};
@@ -409,6 +430,7 @@ Result<Wheel::Turned> Wheel::advance(WheelVerb verb, const Tool& tool, const Pos
     }
     for (size_t k = 0; k < a.size(); k++) a[k] += owed * share[k] / sum;
   }
+  profile_.close_pinholes();
   const double pitch = model_.lattice().pitch_mm, cell = pitch * pitch * pitch;
   turned.pressed_mm3 = kPi * pressed * cell;
   // The model is what the profile says.

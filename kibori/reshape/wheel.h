@@ -49,6 +49,8 @@ struct WheelProfile {
   double weight(size_t k) const;
   // Cubic lattice units.
   double volume() const;
+  // Hollows that are too narrow to be told, without a change of volume.
+  void close_pinholes();
 };
 
 // The profile of what is in the model, about a vertical axis through `centre`. A body that is not
