@@ -67,8 +67,8 @@ class WheelSolid final : public Solid {
 
  private:
   struct End {
-    double depth;
-    uint32_t normal;  // out of the body
+    double depth = 0;
+    uint32_t normal = 0;  // out of the body
   };
   struct Interval {
     End lo, hi;

@@ -232,17 +232,16 @@ void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode asked, double
   const std::optional<Pose> pose =
       std::isfinite(time_s) ? pose_of(tip_mm, axis, true) : std::nullopt;
   if (!pose) return;
-  const Status posted =
-      post([pointer = pointer_, stroke = stroke_ + 1, place = *pose, mode,
-            brush = brush_of(mode)](ServoContext& live) {
-        if (pointer->finished() >= stroke) return;  // it was cancelled before it began
-        live.settings().mode = mode;
-        live.settings().brush = brush;
-        const bool backs_out = mode != Mode::deposit && !reshapes(mode);
-        if (!backs_out) live.place_at(place);
-        const std::optional<Pose> clear = backs_out ? live.place_clear(place) : place;
-        pointer->follow(stroke, clear.value_or(place));
-      });
+  const Status posted = post([pointer = pointer_, stroke = stroke_ + 1, place = *pose, mode,
+                              brush = brush_of(mode)](ServoContext& live) {
+    if (pointer->finished() >= stroke) return;  // it was cancelled before it began
+    live.settings().mode = mode;
+    live.settings().brush = brush;
+    const bool backs_out = mode != Mode::deposit && !reshapes(mode);
+    if (!backs_out) live.place_at(place);
+    const std::optional<Pose> clear = backs_out ? live.place_clear(place) : place;
+    pointer->follow(stroke, clear.value_or(place));
+  });
   if (!posted) return notify(posted);
   stroke_ = pointer_->begin(*pose, time_s);
   pressed_ = true;
