@@ -202,8 +202,9 @@ TEST(Warp, PinchAndScaleChangeABallsRadius) {
     Warp of(model);
     warp(of, verb, brush, drag_of(middle, {0, 0, way}));
     // A ball's triangles lie 1 / (8 * 12) cells within it at most.
-    EXPECT_LE(off_by(model, [&](const Vec3& at) { return (at - middle).norm() - want; }),
-              0.03 * std::max(1.0, want / 12))
+    EXPECT_LE(
+        off_by(model, [&, want = want](const Vec3& at) { return (at - middle).norm() - want; }),
+        0.03 * std::max(1.0, want / 12))
         << way;
     EXPECT_EQ(disagreeing(model), 0);
   }
