@@ -61,7 +61,7 @@ Status check_brush_of(Mode mode, const Brush& brush) {
 
 double default_strength(Mode mode) { return warps(mode) || mode == Mode::paint ? 1 : 0.5; }
 
-double press_radius_mm(const Tool& tool, double pitch_mm) {
+double tool_radius_mm(const Tool& tool) {
   double radius = 0;
   for_tool_numbers(tool, [&](std::string_view key, const auto& value) {
     if constexpr (std::is_same_v<std::decay_t<decltype(value)>, Vec3>)
@@ -71,7 +71,11 @@ double press_radius_mm(const Tool& tool, double pitch_mm) {
     else if (key == "ks")  // as wide as 2 mm above its tip
       radius = std::sqrt(2 / value);
   });
-  return std::clamp(2.5 * radius, 8 * pitch_mm, 96 * pitch_mm);
+  return radius;
+}
+
+double press_radius_mm(const Tool& tool, double pitch_mm) {
+  return std::clamp(2.5 * tool_radius_mm(tool), 8 * pitch_mm, 96 * pitch_mm);
 }
 
 Vec3 held_force(const ForceLaw& law, double work_per_mm, const Vec3& velocity_mm_s, double rate_hz,

@@ -57,6 +57,9 @@ inline Mode mode_in(const Material& stock, Mode mode) {
   return mode == Mode::cut ? Mode::press : mode == Mode::turn ? Mode::throw_clay : mode;
 }
 
+// How far a tool's body goes from its axis [mm]; a finger's, 2 mm above its tip.
+double tool_radius_mm(const Tool& tool);
+
 // How far around a tool the material that it presses away comes back [mm].
 double press_radius_mm(const Tool& tool, double pitch_mm);
 

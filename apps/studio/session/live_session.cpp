@@ -25,16 +25,7 @@ namespace {
 // A brush goes as far around as the tool is wide, and half as far again; and not so small that it
 // meets hardly a ray, nor so large that a dab takes long.
 double brush_radius_mm(const Tool& tool, double pitch_mm) {
-  double radius = 0;
-  for_tool_numbers(tool, [&](std::string_view key, const auto& value) {
-    if constexpr (std::is_same_v<std::decay_t<decltype(value)>, Vec3>)
-      radius = 0.5 * value.maxCoeff();
-    else if (key == "radius")
-      radius = value;
-    else if (key == "ks")  // as wide as 2 mm above its tip
-      radius = std::sqrt(2 / value);
-  });
-  return std::clamp(1.5 * radius, 6 * pitch_mm, 48 * pitch_mm);
+  return std::clamp(1.5 * tool_radius_mm(tool), 6 * pitch_mm, 48 * pitch_mm);
 }
 
 constexpr double kMinStrengthN = 20, kMaxStrengthN = 1000;
