@@ -314,7 +314,7 @@ Status ReshapeStroke::press_along(const ToolMotion& motion, const Pose& end, Sum
   const auto press_to = [&](const Pose& there, double share) {
     piece.travel_mm = there.tip - piece.start.tip;
     piece.turn_rad = share * motion.turn_rad;
-    const Status done = press(piece, there, sums);
+    Status done = press(piece, there, sums);
     piece.start = there;
     return done;
   };
