@@ -13,7 +13,7 @@
 
 namespace kibori::test {
 
-inline constexpr uint64_t kGoldenHash = 0x828b91d6c4d88633;
+inline constexpr uint64_t kGoldenHash = 0xee1ae9bfd18ca93e;
 
 // Numbers that do not depend on the C++ library.
 class Sequence {

@@ -146,6 +146,7 @@ TEST(Energy, WorkEqualsVolumeWhileTurning) {
       });
       weighted *= 0.125;
       const double work = tick.wrench.force.dot(tick.motion.travel) + tick.wrench.moment.dot(turn);
+      if (i == 0) continue;  // it also removes what the tool stands in, without work
       ASSERT_NEAR(work, -2.0 * weighted, 1e-6 + 1e-6 * weighted) << random.note();
       ASSERT_LE(work, 1e-9);
     }
@@ -311,6 +312,23 @@ TEST(Deposit, ResistsByTheSameLawAndCanBeCutAwayAgain) {
     added -= tick.removed_mm3;
   }
   EXPECT_NEAR(bench.model.volume_mm3(), volume + added, 1e-6 * volume);
+}
+
+// A tool that begins in the material, or that puts its body down, meets there what it comes to
+// without a way: only what the way adds resists, u times the ball's cross-section.
+TEST(Energy, WhereAStrokeBeginsOnlyTheWayResists) {
+  const Tool ball = BallTool{3};
+  for (const Mode mode : {Mode::cut, Mode::deposit})
+    for (const Vec3& turn : {Vec3(0, 0, 0), Vec3(0, 0, 1e-3)}) {
+      Bench bench(Vec3(20, 20, 20), 0.25, 10);
+      const double z = mode == Mode::cut ? 7 : 22;
+      DirectTool stroke(bench.model, Pose{Vec3(10, 10, z), Mat3::Identity()});
+      const ToolTick tick =
+          go(stroke, ball, Vec3(10.1, 10, z), bench, ForceModel::energy, 5, mode, turn);
+      const double expected = 2.0 * kPi * 9, volume = 4.0 / 3 * kPi * 27 + 0.1 * kPi * 9;
+      EXPECT_NEAR(-tick.wrench.force.x(), expected, 0.05 * expected);
+      EXPECT_NEAR(std::abs(tick.removed_mm3), volume, 0.01 * volume);
+    }
 }
 
 // Several materials resist each by its own constants, and the parts add up.

@@ -289,6 +289,23 @@ TEST(SpringTool, DepositsAgainstResistance) {
   EXPECT_NEAR(model.volume_mm3() - before, added, 1e-6 * before);
 }
 
+TEST(SpringTool, PutsItsBodyDownWhereADepositBegins) {
+  for (const double way : {0.0, 1e-4}) {
+    TriDexel model = block(0.25);
+    SpringTool tool(model, upright({20, 15, 23}), {1.0, 0, 0.2, 0.001});
+    double added = 0;
+    for (int i = 0; i < 3; i++) {
+      const auto felt =
+          tool.advance(BallTool{2}, upright({20 + way * i, 15, 23}), Mode::deposit, {wood()});
+      ASSERT_TRUE(felt.ok());
+      EXPECT_EQ(felt.value().edited, i == 0);
+      EXPECT_LT(felt.value().wrench.force.norm(), 1e-3);
+      added -= felt.value().removed_mm3;
+    }
+    EXPECT_NEAR(added, 4.0 / 3 * kPi * 8, 0.02 * 4.0 / 3 * kPi * 8);
+  }
+}
+
 TEST(SpringTool, ATorsionalSpringHoldsTheTurnBack) {
   // A box with one edge in the block's side: turning it presses a face against material.
   TriDexel model = block(0.25);

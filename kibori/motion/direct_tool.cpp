@@ -2,6 +2,7 @@
 #include <kibori/motion/direct_tool.h>
 
 #include <cmath>
+#include <utility>
 
 #include <kibori/motion/substeps.h>
 
@@ -38,6 +39,19 @@ void DirectTool::touch(const Tool& tool, const ToolMotion& motion, int substeps,
   contact(model_, Difference(sweep, start), options, removed_);
 }
 
+void DirectTool::stand(const Tool& tool, const ToolMotion& motion, const Pose& end, bool deposits,
+                       uint8_t material) {
+  const Lattice& lattice = model_.lattice();
+  const EditOptions options{sums_of(motion, end, lattice), threads_};
+  const SweptTool there(tool, motion.start, Vec3::Zero(), lattice,
+                        deposits ? lattice.whole() : model_.material_bounds());
+  standing_.reset();
+  if (deposits)
+    deposit_contact(model_, there.solid(), material, options, standing_);
+  else
+    contact(model_, there.solid(), options, standing_);
+}
+
 Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const Vec3& turn_rad,
                                      Mode mode, const ForceLaw& law,
                                      const std::vector<Material>& materials, uint8_t material) {
@@ -58,14 +72,20 @@ Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const
     const Result<int> counted = substeps_of(tool, motion, lattice);
     if (!counted) return Error{counted.error()};
     const int substeps = counted.value();
-    if (mode == Mode::touch)
+    const bool stood =
+        mode != Mode::touch && law.model != ForceModel::paper && std::exchange(begins_, false);
+    if (mode == Mode::touch) {
       touch(tool, motion, substeps, {sums_of(motion, end, lattice), threads_});
-    else
+    } else {
+      if (stood) stand(tool, motion, end, mode == Mode::deposit, material);
       edit_.run(tool, motion, end, substeps, mode == Mode::deposit, material, threads_, removed_);
+    }
     const double cell = lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm;
     const double sign = mode == Mode::deposit ? -1 : 1;
+    if (stood) removed_.add(standing_, -1);
     result.wrench =
         wrench(law, removed_, result.motion, lattice.pitch_mm, lattice.origin_mm, materials);
+    if (stood) removed_.add(standing_);
     result.points = removed_.points();
     if (mode != Mode::touch) removed_.add(edit_.images());
     result.removed_mm3 = sign * removed_.mean_volume() * cell;

@@ -27,6 +27,7 @@ class DirectTool {
   // Puts the tool elsewhere, without sweeping there.
   void place(const Pose& pose) {
     pose_ = pose;
+    begins_ = true;
     edit_.forget();
   }
   void set_threads(int threads) { threads_ = threads; }
@@ -47,11 +48,17 @@ class DirectTool {
   // What the tool newly reaches along `motion`, and no edit.
   void touch(const Tool& tool, const ToolMotion& motion, int substeps, const EditOptions& options);
 
+  // What the tool that stands at the start of `motion` would cut or put down there: it comes
+  // without a way, so no force of model `energy` belongs to it.
+  void stand(const Tool& tool, const ToolMotion& motion, const Pose& end, bool deposits,
+             uint8_t material);
+
   TriDexel& model_;
   ToolEdit edit_;
   Pose pose_;
+  bool begins_ = true;  // nothing was edited since the tool was placed
   int threads_ = 1;
-  Removed removed_;
+  Removed removed_, standing_;
 };
 
 }  // namespace kibori

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <kibori/edit/edit.h>
 
@@ -455,8 +456,10 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
   const double h = lattice.pitch_mm;
   if (reshapes(mode)) mode = Mode::off;
   removed_.reset();
-  if (spring_.strength_n > 0 && last_.known && !last_.on_its_way && !(strike_nmm > 0) &&
-      last_.mode == mode && last_.generation == model_.generation() &&
+  // A deposit puts the tool's body down where its stroke begins, however it moves.
+  const bool puts_down = mode == Mode::deposit && std::exchange(begins_, false);
+  if (spring_.strength_n > 0 && last_.known && !puts_down && !last_.on_its_way &&
+      !(strike_nmm > 0) && last_.mode == mode && last_.generation == model_.generation() &&
       last_.device.tip == device.tip && last_.device.frame == device.frame && tool == last_.tool)
     return last_.felt;
   const Vec3 before = tool_pose_.tip;
@@ -532,9 +535,9 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
     if (!resisted_mm_ && !resting) rise_mm_ = spare_nmm_ = 0;
     felt.touching = (at.share < 1 || resisted_mm_) && !resting;
     if (resting) felt.touching = touched_;
-    felt.cutting = at.touching && mode != Mode::touch && at.share > 0;
+    felt.cutting = puts_down || (at.touching && mode != Mode::touch && at.share > 0);
     felt.edited = felt.cutting;
-    if (at.share > 0) go(std::min(1.0, at.share));
+    if (at.share > 0 || puts_down) go(std::min(1.0, at.share));
     if (at.share > 0) last_step_mm_ = at.share * tick.length;
     touched_ = felt.touching || felt.cutting;
     if (felt.touching && !felt.cutting && !resting && !resisted_mm_ && mode != Mode::deposit)

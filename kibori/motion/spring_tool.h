@@ -99,7 +99,10 @@ class SpringTool {
   }
   // What was known from before is forgotten, so that the stroke that begins can be carved again
   // alone.
-  void begin_stroke() { edit_.forget(); }
+  void begin_stroke() {
+    begins_ = true;
+    edit_.forget();
+  }
   // Where `tool` that stands at `pose` is clear of material, backed out along its axis just as far
   // as it takes; nothing if that is farther than twice the tool's reach. Neither allocates nor
   // locks.
@@ -146,7 +149,7 @@ class SpringTool {
   ToolEdit edit_;
   Pose tool_pose_;
   SeriesSpring spring_;
-  bool engaged_ = false, touched_ = false;
+  bool engaged_ = false, touched_ = false, begins_ = true;
   double last_step_mm_ = 0;
   static constexpr uint64_t kNever = ~uint64_t{0};
   uint64_t normal_generation_ = kNever;

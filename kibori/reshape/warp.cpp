@@ -22,6 +22,7 @@ constexpr int kMaxSplits = 14;
 // A corner whose normal is within acos of this of the triangle's own is smooth there.
 constexpr double kSmooth = 0.9;
 constexpr double kUnit = 1e-6;
+constexpr double kPi = 3.14159265358979323846;
 // An end is on a node where it is so near to it [cells]: what float32 makes of depths up to 8192.
 constexpr float kOnNode = 1e-3f;
 // For derivatives of a map [cells].
@@ -30,6 +31,11 @@ constexpr double kDelta = 1e-4;
 constexpr int kBorder = 4;
 // How far from its edge [cells] an end may be found: so far a sharp edge's vertices leave cells.
 constexpr double kEndReach = 1.5;
+
+// A grab at constant volume: the surface is lifted by at most so much [cells], so many times, until
+// volume is kept to this share of what moved.
+constexpr double kMaxLift = 0.25, kKept = 8e-4;
+constexpr int kMaxLifts = 4;
 
 // How far ahead of the hand nodes are read [cells].
 constexpr double kMostAhead = 16;
@@ -148,12 +154,42 @@ Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector
     warped_ = true;
   } else if (!maps.empty()) {
     if (reads) read(box);
-    move_triangles(maps);
-    decide_nodes();
-    result = write();
+    result = put(maps);
+    if (verb == WarpVerb::grab && brush.keep_volume) result = keep_volume(maps, radius, result);
     warped_ = true;
   }
   generation_ = model_.generation();
+  return result;
+}
+
+// The base, whose triangles have gone where the maps send them.
+Reshaped Warp::put(const std::vector<WarpMap>& maps) {
+  move_triangles(maps);
+  decide_nodes();
+  return write();
+}
+
+// The maps keep volume, but moved triangles lie within a curved surface, and rays measure a flat
+// face that lies along them in steps: what is missing of the three fields' mean is lifted, by less
+// than anyone sees.
+Reshaped Warp::keep_volume(std::vector<WarpMap>& maps, double radius, Reshaped result) {
+  const double pitch = model_.lattice().pitch_mm;
+  // The slope for a flat surface; from then on the secant's.
+  double slope =
+      static_cast<double>(maps.size()) * kPi / 3 * radius * radius * pitch * pitch * pitch;
+  double lift = 0, more = result.added_mm3 - result.removed_mm3;
+  for (int i = 0; i < kMaxLifts; i++) {
+    if (std::fabs(more) <= kKept * (result.added_mm3 + result.removed_mm3)) break;
+    const double next = std::clamp(lift - more / slope, -kMaxLift, kMaxLift);
+    if (next == lift) break;
+    for (WarpMap& map : maps) map.lift(next);
+    model_.restore(*base_);
+    result = put(maps);
+    const double now = result.added_mm3 - result.removed_mm3, secant = (now - more) / (next - lift);
+    if (secant > 0.2 * slope) slope = secant;
+    lift = next;
+    more = now;
+  }
   return result;
 }
 

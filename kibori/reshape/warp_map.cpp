@@ -21,7 +21,11 @@ constexpr double kLeastScale = 0.02, kLargestScale = 50;
 }  // namespace
 
 WarpMap::WarpMap(WarpVerb verb, const Brush& brush, double radius, const Drag& drag)
-    : verb_(verb), falloff_(brush.falloff), radius_(radius), centre_(drag.centre) {
+    : verb_(verb),
+      falloff_(brush.falloff),
+      radius_(radius),
+      centre_(drag.centre),
+      normal_(drag.normal) {
   const double way = drag.way.norm(), strength = brush.strength;
   reach_.include(centre_);
   switch (verb) {
@@ -74,9 +78,9 @@ WarpMap::WarpMap(WarpVerb verb, const Brush& brush, double radius, const Drag& d
 }
 
 Vec3 WarpMap::flow(const Vec3& point) const {
-  Vec3 x = point;
-  const double r2 = radius_ * radius_;
   Vec3 centre = centre_;
+  Vec3 x = point + falloff_weight(Falloff::smooth, (point - centre).norm() / radius_) * lift_;
+  const double r2 = radius_ * radius_;
   const auto along = [&](const Vec3& at, const Vec3& about, const Vec3& d) -> Vec3 {
     const Vec3 y = at - about;
     const double rho2 = y.squaredNorm() / r2;

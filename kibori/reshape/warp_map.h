@@ -42,6 +42,8 @@ class WarpMap {
   const Box& reach() const { return reach_; }
   // Whether no point moves.
   bool idle() const { return idle_; }
+  // Of a grab that keeps volume: before it, the surface goes out by so much at the centre.
+  void lift(double amount) { lift_ = amount * normal_; }
 
  private:
   double weight(const Vec3& from_centre) const {
@@ -56,7 +58,7 @@ class WarpMap {
   bool keep_volume_ = false, idle_ = true;
   Vec3 step_ = Vec3::Zero(), rest_ = Vec3::Zero();  // of a grab: full steps, and the last one
   int steps_ = 0;                                   // full ones; of scale: all
-  Vec3 way_ = Vec3::Zero();
+  Vec3 way_ = Vec3::Zero(), normal_, lift_ = Vec3::Zero();
   Vec3 turn_axis_ = Vec3::UnitZ();
   double amount_ = 0;  // of a turn [rad], a pinch or a step of scale
   Box reach_;
