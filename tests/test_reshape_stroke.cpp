@@ -17,6 +17,8 @@
 namespace kibori {
 namespace {
 
+constexpr double kPi = 3.14159265358979323846;
+
 using test::add;
 using test::cube;
 using test::disagreeing;
@@ -376,6 +378,52 @@ TEST(Wheel, ManyPassesKeepTheVolume) {
   // Told and read again, it is the same to float32.
   const WheelProfile again = read_profile(model, LatticePoint{Vec3::Constant(24)});
   EXPECT_NEAR(again.volume(), before, 1e-6 * before) << random.note();
+}
+
+// Two fingers: the wall between them becomes as thick as they stand apart, from either side.
+TEST(Wheel, TwoFingersHoldTheWall) {
+  for (const bool within : {false, true}) {
+    TriDexel model(cube(100));
+    for (const bool hollow : {false, true}) {
+      const SweptTool tube(Flat{hollow ? 16.0 : 30.0, hollow ? 60.0 : 50.0},
+                           Pose{Vec3(50, 50, hollow ? 25 : 15), Mat3::Identity()}, Vec3::Zero(),
+                           model.lattice(), model.lattice().whole());
+      Removed removed;
+      if (hollow)
+        cut(model, tube.solid(), {}, removed);
+      else
+        deposit(model, tube.solid(), 0, {}, removed);
+    }
+    Wheel wheel(model);
+    const Tool finger = BallTool{4};
+    Pose at{Vec3(within ? 60 : 90, 50, 40), Mat3::Identity()};
+    wheel.begin(Vec3(50, 50, 0), finger, at);
+    const double volume = wheel.profile().volume();
+    ASSERT_NEAR(volume, kPi * (900.0 * 50 - 256 * 40), 0.01 * volume);
+    // Up to the wall, two cells into it, then upwards.
+    double pressed = 0;
+    for (const Vec3& to : {Vec3(within ? 64 : 82, 50, 40), Vec3(within ? 64 : 82, 50, 52)}) {
+      const Vec3 way = to - at.tip;
+      const auto done = wheel.advance(WheelVerb::throw_clay, finger, at, way, 6);
+      ASSERT_TRUE(done) << done.error();
+      pressed += done.value().pressed_mm3;
+      at.tip = to;
+    }
+    EXPECT_GT(pressed, 0);
+    const WheelProfile& p = wheel.profile();
+    EXPECT_NEAR(p.volume(), volume, 1e-9 * volume);
+    EXPECT_NEAR(model.volume_mm3(), volume, 1e-3 * volume);
+    // The ball's widest place went from 44 to 56 (its tip is its lowest point).
+    for (size_t k = 0; k < p.outer.size(); k++)
+      if (p.row_z(k) > 44 && p.row_z(k) < 55) {
+        const double wall = std::sqrt(p.outer[k]) - std::sqrt(p.hollow[k]);
+        // A wall that is pressed outwards gets thinner by itself.
+        EXPECT_NEAR(wall, within ? 5.85 : 6, within ? 0.2 : 0.05) << p.row_z(k);
+        EXPECT_NEAR(std::sqrt(within ? p.hollow[k] : p.outer[k]), within ? 18 : 28, 0.05);
+      }
+    // What they took is above and below.
+    EXPECT_GT(p.outer[static_cast<size_t>(63.5 - p.first)], 900);
+  }
 }
 
 // What does not turn about the axis is centred, and keeps its volume.

@@ -96,6 +96,7 @@ struct Dispatch {
     brush.color = {m.red, m.green, m.blue};
     brush.flatten_to = static_cast<FlattenTo>(m.plane);
     brush.plane = {m.point, m.normal};
+    brush.wall_mm = m.wall;
     choose([&](LiveSession& s) { return s.choose_brush(brush); });
   }
   void operator()(const ChooseMaterial& m) const {

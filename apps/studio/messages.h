@@ -13,7 +13,7 @@
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 9;
+inline constexpr uint16_t kProtocolVersion = 10;
 
 // The first message of a page, with the key that POST /enter gave for the token. Welcome or Start
 // answers; where the key is another one, the line is closed with code 1008.
@@ -346,7 +346,8 @@ struct Strike {
 // The brush of modes that reshape, from the next stroke on: radius [mm]; strength, below 0 for
 // inflate only; falloff 0 smooth, 1 linear, 2 constant; keep: 1 where smoothing and grabbing keep
 // the volume; the colour of paint; and what flatten goes to: plane 0 that under the stroke's
-// beginning, 1 that under each dab, 2 the one through the point [mm] with that normal.
+// beginning, 1 that under each dab, 2 the one through the point [mm] with that normal; of thrown
+// clay, how far a second finger stands across the wall [mm], 0: there is none.
 struct ChooseBrush {
   static constexpr uint8_t kKind = 30;
   double radius = 0;
@@ -359,6 +360,7 @@ struct ChooseBrush {
   uint8_t plane = 0;
   Vec3 point = Vec3::Zero();
   Vec3 normal = Vec3::Zero();
+  double wall = 0;
   bool in_range() const {
     return radius >= 1e-06 && radius <= 1e+06 &&
            strength >= -1 && strength <= 1 &&
@@ -366,11 +368,12 @@ struct ChooseBrush {
            keep <= 1 &&
            plane <= 2 &&
            point.minCoeff() >= -1e+12 && point.maxCoeff() <= 1e+12 &&
-           normal.minCoeff() >= -1 && normal.maxCoeff() <= 1;
+           normal.minCoeff() >= -1 && normal.maxCoeff() <= 1 &&
+           wall >= 0 && wall <= 1e+06;
   }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(radius, strength, falloff, keep, red, green, blue, plane, point, normal);
+    f(radius, strength, falloff, keep, red, green, blue, plane, point, normal, wall);
   }
 };
 // A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz],

@@ -461,7 +461,8 @@ class Reader {
       return fail(node, "[move] brush must be a table, as in brush = { radius = 4 }");
     const toml::table& t = node ? *node->as_table() : kNone;
     Brush& brush = of.brush;
-    only(t, "brush", {"radius", "strength", "falloff", "sigma", "keep_volume", "plane", "color"});
+    only(t, "brush",
+         {"radius", "strength", "falloff", "sigma", "keep_volume", "plane", "color", "wall"});
     if (t.contains("radius")) brush.radius_mm = positive(t, "brush", "radius");
     // A strength that was never written is what the mode's own is.
     brush_is_strong_ |= t.contains("strength");
@@ -471,6 +472,7 @@ class Reader {
       brush.strength = default_strength(of.mode);
     if (t.contains("color")) read_color(t, "brush", brush.color);
     at_least_zero(t, "brush", "sigma", brush.sigma_mm);
+    at_least_zero(t, "brush", "wall", brush.wall_mm);
     if (t.contains("falloff")) {
       const std::string falloff = text(t, "brush", "falloff");
       if (const auto known = value_of<Falloff>(falloff))

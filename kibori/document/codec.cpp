@@ -262,6 +262,8 @@ Status read_brush(const Json& json, Brush& brush) {
   brush.flatten_to = *plane_of;
   brush.keep_volume = keeps->get<bool>();
   read_color(json, brush.color);
+  if (json.contains("wall_mm")) fields.get("wall_mm", brush.wall_mm);
+  if (!fields.wrong.empty()) return Error{"the brush " + fields.wrong};
   if (brush.flatten_to != FlattenTo::plane) return Ok{};
   const Json* plane = fields.find("plane");
   if (!plane || !plane->is_object()) return Error{"the brush has no plane to flatten to"};
@@ -299,11 +301,14 @@ std::string settings_to_json(const StrokeSettings& s) {
     json["force"]["strength_n"] = s.force.spring.strength_n;
   const double share = s.force.series() ? s.force.spring.hand_share : s.force.law.hand_share;
   if (share != 1) json["force"]["hand_share"] = share;
+  if (s.force.law.model == ForceModel::energy)
+    json["force"]["start_resists"] = s.force.law.start_resists;
   if (reshapes(s.mode)) {
     json["brush"] = {
         {"radius_mm", s.brush.radius_mm},      {"strength", s.brush.strength},
         {"falloff", name_of(s.brush.falloff)}, {"sigma_mm", s.brush.sigma_mm},
         {"keep_volume", s.brush.keep_volume},  {"flatten_to", name_of(s.brush.flatten_to)}};
+    if (s.brush.wall_mm > 0) json["brush"]["wall_mm"] = s.brush.wall_mm;
     if (s.mode == Mode::paint) json["brush"]["color"] = s.brush.color;
     if (s.brush.flatten_to == FlattenTo::plane)
       json["brush"]["plane"] = {{"point_mm", vec(s.brush.plane.point_mm)},
@@ -365,6 +370,8 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
       s.force.spring.tick_s = 1 / s.rate_hz;
     } else {
       f.get("dof", s.force.law.dof, 5, 6);
+      // Strokes of before it was asked have no such key.
+      s.force.law.start_resists = force->value("start_resists", Json(true)) != Json(false);
     }
     if (!f.wrong.empty()) return Error{"the force " + f.wrong};
   }

@@ -47,6 +47,9 @@ struct ForceLaw {
   int dof = 5;  // 5 or 6
   // Model `energy`: of the cut's force, what the hand bears (see kPoweredShare).
   double hand_share = 1;
+  // Whether what the tool stands in where a stroke begins resists its first tick, too: so strokes
+  // of old documents were felt.
+  bool start_resists = false;
 };
 
 // The wrench that `removed` causes. `removed` must have its moments about tick.tip

@@ -72,8 +72,8 @@ Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const
     const Result<int> counted = substeps_of(tool, motion, lattice);
     if (!counted) return Error{counted.error()};
     const int substeps = counted.value();
-    const bool stood =
-        mode != Mode::touch && law.model != ForceModel::paper && std::exchange(begins_, false);
+    const bool stood = mode != Mode::touch && law.model != ForceModel::paper &&
+                       !law.start_resists && std::exchange(begins_, false);
     if (mode == Mode::touch) {
       touch(tool, motion, substeps, {sums_of(motion, end, lattice), threads_});
     } else {

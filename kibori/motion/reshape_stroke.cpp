@@ -338,7 +338,7 @@ Status ReshapeStroke::turn_to(const Pose& end, Sums& sums) {
   const Vec3 way = end.tip - met_.tip;
   const Result<Wheel::Turned> done =
       wheel_.advance(settings_.mode == Mode::turn ? WheelVerb::turn : WheelVerb::throw_clay,
-                     settings_.tool, {met_.tip, end.frame}, way);
+                     settings_.tool, {met_.tip, end.frame}, way, settings_.brush.wall_mm);
   if (!done) return Error{done.error()};
   const auto& [what, pressed, clipped] = done.value();
   sums.clipped |= clipped;

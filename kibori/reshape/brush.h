@@ -44,6 +44,8 @@ struct Brush {
   FlattenTo flatten_to = FlattenTo::stroke;   // flatten only
   FlatPlane plane = {};                       // of FlattenTo::plane
   std::array<uint8_t, 3> color{178, 58, 48};  // paint only: red, green, blue
+  // throw only: a second finger so far across the wall [mm]; 0: there is none.
+  double wall_mm = 0;
   bool operator==(const Brush&) const = default;
 };
 

@@ -333,7 +333,7 @@ void Wheel::cast_shadow(const Tool& tool, const Pose& from, const Vec3& way_mm) 
     const double low = std::max(box.min[i], 0.0),
                  high = std::min<double>(box.max[i], lattice.nodes[i]);
     if (!(low < high)) return;
-    corner[i] = std::floor(low) + 0.5 - 0.5 / kFiner;
+    corner[i] = std::floor(low) - 0.5 - 0.5 / kFiner;
     fine.nodes[i] = std::max(1, static_cast<int>(std::ceil((high - corner[i]) * kFiner)) + 1);
   }
   fine.origin_mm = lattice.to_mm(LatticePoint{corner});
@@ -362,7 +362,7 @@ void Wheel::cast_shadow(const Tool& tool, const Pose& from, const Vec3& way_mm) 
 }
 
 Result<Wheel::Turned> Wheel::advance(WheelVerb verb, const Tool& tool, const Pose& from,
-                                     const Vec3& way_mm) {
+                                     const Vec3& way_mm, double wall_mm) {
   if (!from.tip.allFinite() || !way_mm.allFinite())
     return Error{"the wheel's tool must stand at a finite place"};
   Turned turned;
@@ -400,6 +400,22 @@ Result<Wheel::Turned> Wheel::advance(WheelVerb verb, const Tool& tool, const Pos
         owed += w * (less - inwards);
       }
     }
+    changed = true;
+    low = std::min(low, profile_.row_z(k));
+    high = std::max(high, profile_.row_z(k));
+  }
+  const double gap = wall_mm / model_.lattice().pitch_mm;
+  for (size_t k = 0; keeps && gap > 0 && k < a.size(); k++) {
+    const Shadow& shadow = shadow_[k];
+    const bool touched = shadow.nearest <= shadow.farthest &&
+                         (in_hollow_ ? shadow.farthest >= b[k] : shadow.nearest <= a[k]);
+    if (!touched || !(b[k] > 0)) continue;
+    const double less = in_hollow_ ? a[k] - square(std::sqrt(b[k]) + std::max(gap, kLeastWall))
+                                   : square(std::sqrt(a[k]) - std::max(gap, kLeastWall)) - b[k];
+    if (!(less > 0) || (!in_hollow_ && gap * gap >= a[k])) continue;
+    (in_hollow_ ? a[k] : b[k]) += in_hollow_ ? -less : less;
+    owed += profile_.weight(k) * less;
+    pressed += profile_.weight(k) * less;
     changed = true;
     low = std::min(low, profile_.row_z(k));
     high = std::max(high, profile_.row_z(k));

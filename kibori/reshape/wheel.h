@@ -18,6 +18,8 @@
 //   side
 //          where the wall is, and else to the outside nearby. hollow: b' = q^2, and a' = a + b' -
 //          b, so each ring keeps its volume. V is kept to rounding.
+//          A second finger across the wall: b' = (sqrt(a') - wall)^2, or a' = (sqrt(b') + wall)^2,
+//          and what it takes comes to the outside nearby.
 //   turn   a' = min(a, p^2), b' = max(b, q^2): a lathe's cut.
 //
 // The rays are told anew from the profile in closed form: |x| < sqrt(a - y^2), and along z where
@@ -90,13 +92,15 @@ class Wheel {
   void begin(const Vec3& axis_mm, const Tool& tool, const Pose& start);
 
   // What the tool presses or cuts as it is swept from `from` by `way_mm`, into the model.
-  // `pressed`: the volume that it met [mm^3]. Errors: a place that is not finite.
+  // `wall_mm`, where clay is thrown: above 0 a second finger stands that far from the tool across a
+  // hollow's wall. `pressed`: the volume that they met [mm^3]. Errors: a place that is not finite.
   struct Turned {
     Reshaped what;
     double pressed_mm3 = 0;
     bool clipped = false;  // the body is wider than the lattice, and what is beyond it is not there
   };
-  Result<Turned> advance(WheelVerb verb, const Tool& tool, const Pose& from, const Vec3& way_mm);
+  Result<Turned> advance(WheelVerb verb, const Tool& tool, const Pose& from, const Vec3& way_mm,
+                         double wall_mm = 0);
 
   const WheelProfile& profile() const { return profile_; }
 

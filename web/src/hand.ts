@@ -92,7 +92,7 @@ export class Hand {
       if (color) input("color").value = color;
       this.chooseBrush();
     });
-    for (const id of ["brush-strength", "keep", "color"])
+    for (const id of ["brush-strength", "keep", "color", "wall"])
       input(id).addEventListener("input", () => this.chooseBrush());
     select("falloff").addEventListener("change", () => this.chooseBrush());
     for (const id of ["size", "depth", "form"])
@@ -371,6 +371,7 @@ export class Hand {
     element("brush").hidden = !brush;
     element("keeps").hidden = !brush?.keeps;
     element("colours").hidden = this.mode !== "paint";
+    element("walls").hidden = this.mode !== "turn";
     put("brush-out", brush?.name ?? "by a brush");
     input("brush-strength").min = this.mode === "inflate" ? "-1" : "0";
     if (brush) input("brush-strength").value = String(brush.strength);
@@ -385,6 +386,8 @@ export class Hand {
   ): void {
     if (this.brush && this.brush === BRUSHES[this.mode]) this.brush.strength = strength;
     put("brush-strength-out", `${Math.round(100 * Number(input("brush-strength").value))} %`);
+    const wall = Number(input("wall").value);
+    put("wall-out", wall > 0 ? `${wall} mm across the wall` : "none");
     const color = parseInt(input("color").value.slice(1), 16),
       set = this.depthFrom === "set" && this.plane;
     this.send(
@@ -397,6 +400,7 @@ export class Hand {
         green: (color >> 8) & 255,
         blue: color & 255,
         plane: set ? 2 : 0,
+        wall: this.mode === "turn" ? wall : 0,
         point: set ? (set.point.toArray() as Vec3) : [0, 0, 0],
         normal: set ? (set.normal.toArray() as Vec3) : [0, 0, 1],
       }),

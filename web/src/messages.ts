@@ -3,7 +3,7 @@
 import type { Mode, Model, Tool } from "./kinds";
 import { Reader, Writer, type Vec3 } from "./wire";
 
-export const PROTOCOL_VERSION = 9;
+export const PROTOCOL_VERSION = 10;
 
 /** The first message of a page, with the key that POST /enter gave for the token. Welcome or Start answers; where the key is another one, the line is closed with code 1008. */
 export interface Hello { version: number; key: string }
@@ -63,8 +63,8 @@ export interface RunExperiment { name: string; scene: string; model: string; pac
 export interface ChooseTurn { turn: number }
 /** A blow of a mallet (3 J) on the tool that cuts: it is driven on along its aim. */
 export type Strike = Record<string, never>;
-/** The brush of modes that reshape, from the next stroke on: radius [mm]; strength, below 0 for inflate only; falloff 0 smooth, 1 linear, 2 constant; keep: 1 where smoothing and grabbing keep the volume; the colour of paint; and what flatten goes to: plane 0 that under the stroke's beginning, 1 that under each dab, 2 the one through the point [mm] with that normal. */
-export interface ChooseBrush { radius: number; strength: number; falloff: number; keep: number; red: number; green: number; blue: number; plane: number; point: Vec3; normal: Vec3 }
+/** The brush of modes that reshape, from the next stroke on: radius [mm]; strength, below 0 for inflate only; falloff 0 smooth, 1 linear, 2 constant; keep: 1 where smoothing and grabbing keep the volume; the colour of paint; and what flatten goes to: plane 0 that under the stroke's beginning, 1 that under each dab, 2 the one through the point [mm] with that normal; of thrown clay, how far a second finger stands across the wall [mm], 0: there is none. */
+export interface ChooseBrush { radius: number; strength: number; falloff: number; keep: number; red: number; green: number; blue: number; plane: number; point: Vec3; normal: Vec3; wall: number }
 /** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to 1), which of them its stock is of, and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
 export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; material: number; what: number }
 /** Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), whether any is painted (u16), vertices, corners (u16 each), and of painted ones a colour for each vertex (red, green, blue, 255 where it is painted or 0: u8). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
@@ -120,7 +120,7 @@ export const write = {
   RunExperiment: (m: RunExperiment) => new Writer(27).text(m.name).text(m.scene).text(m.model).f64(m.pace).done(),
   ChooseTurn: (m: ChooseTurn) => new Writer(28).f64(m.turn).done(),
   Strike: () => new Writer(29).done(),
-  ChooseBrush: (m: ChooseBrush) => new Writer(30).f64(m.radius).f64(m.strength).u8(m.falloff).u8(m.keep).u8(m.red).u8(m.green).u8(m.blue).u8(m.plane).vec3(m.point).vec3(m.normal).done(),
+  ChooseBrush: (m: ChooseBrush) => new Writer(30).f64(m.radius).f64(m.strength).u8(m.falloff).u8(m.keep).u8(m.red).u8(m.green).u8(m.blue).u8(m.plane).vec3(m.point).vec3(m.normal).f64(m.wall).done(),
 };
 
 /** What the studio may say. */
