@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstdio>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -34,6 +35,7 @@ constexpr auto kStateEvery = std::chrono::milliseconds(50);
 // Every one of them, a frame's worth at a time.
 constexpr auto kTicksEvery = std::chrono::milliseconds(15);
 constexpr auto kWorkEvery = std::chrono::milliseconds(200);
+constexpr double kOwedNotice = 0.01;                      // [mm^3]
 constexpr auto kTroubleEvery = std::chrono::seconds(15);  // other sentences are to be read, too
 // Ticks are left out for a page that has not read so much of what was sent before.
 constexpr size_t kTicksWait = 400000;
@@ -276,11 +278,30 @@ void Server::State::send_ticks() {
   // The wood's force; a device is given its share of that.
   const LiveSession::HapticDeviceState* const device = haptic_device();
   const double wood = device ? 1 / device->share : 1;
-  for (const LiveTick& tick : session->ticks())
+  double owed = 0;
+  bool gave_up = false, clipped = false;
+  for (const LiveTick& tick : session->ticks()) {
+    owed += tick.owed_mm3;
+    gave_up |= tick.gave_up;
+    clipped |= tick.clipped;
     for (const Vec3& v :
          {tick.tool.tip, Vec3(wood * tick.computed.force), Vec3(wood * tick.computed.moment),
           tick.tool.axis(), Vec3(tick.tool.frame.col(0))})
       for (int i = 0; i < 3; i++) tick_rows.push_back(static_cast<float>(v[i]));
+  }
+  if (gave_up)
+    notify(
+        "The stroke ended early: there is not enough memory for so large a brush. Use a smaller "
+        "one.");
+  if (clipped && Clock::now() - clipped_at > kTroubleEvery) {
+    clipped_at = Clock::now();
+    notify("Material reached the end of the room around the stock; what is beyond it is left out.");
+  }
+  if (owed > kOwedNotice) {
+    char text[120];
+    std::snprintf(text, sizeof text, "%.3g mm³ of the clay that you pressed found no room.", owed);
+    notify(text);
+  }
   const auto now = Clock::now();
   if (tick_rows.empty() || now - ticks_at < kTicksEvery) return;
   ticks_at = now;

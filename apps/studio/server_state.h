@@ -105,7 +105,7 @@ struct Server::State {
   std::vector<uint8_t> trace_sent;  // for pages that come later; empty: not yet
   std::optional<ShowTool> shown;    // the tool; none: no one has said
   std::string trouble_told;
-  Clock::time_point trouble_at{};
+  Clock::time_point trouble_at{}, clipped_at{};
   Clock::time_point state_at{}, ticks_at{}, work_at{};
   std::function<bool()> stop;
   // Destroyed first: its pending handlers use the members above.

@@ -61,6 +61,15 @@ void DabWorker::run() {
   }
 }
 
+// No more of this stroke.
+void DabWorker::give_up() {
+  bench_.reset();
+  Done done;
+  done.stroke = stroke_.number;
+  done.failed = true;
+  KIBORI_CHECK(done_.push(std::move(done)));
+}
+
 void DabWorker::work(const Move& move) {
   if (move.stroke != stroke_.number) {
     while (stroke_.number < move.stroke && strokes_.pop(stroke_)) {
@@ -77,7 +86,7 @@ void DabWorker::work(const Move& move) {
   auto& [model, reshape] = *bench_;
   // Until something changes, the stroke begins anew with every move: its log begins there.
   if (!changed_ && !reshape.begin(stroke_.settings, *stroke_.materials, last_)) {
-    bench_.reset();  // no more of this stroke
+    give_up();
     return;
   }
   Done done;
@@ -93,7 +102,7 @@ void DabWorker::work(const Move& move) {
                       motion.turns() ? motion.turn_rad : Vec3(Vec3::Zero())};
   const uint64_t before = model.generation();
   if (!(move.ends ? reshape.end(done.felt) : reshape.advance(done.felt, true))) {
-    bench_.reset();
+    give_up();
     return;
   }
   done.changed = model.generation() != before;

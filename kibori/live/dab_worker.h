@@ -40,6 +40,7 @@ class DabWorker {
     double work_per_mm = 0;     // see held_force
     double stiffness_n_mm = 0;  // of a warp: see MaxwellForce
     double owed_mm3 = 0;        // what a press could not give back, at its end
+    bool failed = false;        // it could not be computed: its stroke ends before it
     bool changed = false;       // then there is a state
     Snapshot state;
     LatticeBox bounds;
@@ -72,6 +73,7 @@ class DabWorker {
   void signal();
   void run();
   void work(const Move& move);
+  void give_up();
   bool is_dropped(uint64_t stroke) const {
     return stroke <= dropped_.load(std::memory_order_acquire);
   }

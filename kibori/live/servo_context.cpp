@@ -201,6 +201,10 @@ void ServoContext::take_dabs(LiveTick& result) {
   Snapshot state;
   bool changed = false;
   while (dabs_.take(done)) {
+    result.owed_mm3 += done.owed_mm3;
+    result.gave_up |= done.failed;
+    if (done.failed) continue;
+    result.clipped |= done.felt.clipped;
     if (!std::exchange(in_stroke_, true)) {
       stroke_removed_mm3_ = 0;
       begin_log(done.before);
@@ -240,7 +244,7 @@ void ServoContext::settle_all() {
     take_dabs(rest);
     if (!settled_) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  if (rest.removed_mm3 != 0) note(rest);
+  if (rest.removed_mm3 != 0 || rest.owed_mm3 > 0 || rest.gave_up) note(rest);
 }
 
 void ServoContext::finish_stroke() {
@@ -307,6 +311,7 @@ LiveTick ServoContext::advance(DeviceStatus& status) {
     if (felt) {
       const ToolTick& f = felt.value();
       result = {f.pose, f.wrench, {}, f.removed_mm3, f.touching, f.cutting, f.inside};
+      result.clipped = f.clipped;
       log_tick(before,
                {f.pose.tip, f.motion.turn, f.edited, f.stretch_mm,
                 rotation_between(f.pose.frame, wanted.frame)},
@@ -326,6 +331,7 @@ LiveTick ServoContext::advance(DeviceStatus& status) {
       const bool edits = mode == Mode::cut || mode == Mode::deposit;
       const double removed_mm3 = edits ? r.removed_mm3 : 0;  // what is only felt is still there
       result = {stroke_.pose(), r.wrench, {}, removed_mm3, r.points > 0, removed_mm3 > 0, false};
+      result.clipped = r.clipped;
       log_tick(before, {wanted.tip, turn, edits, Vec3::Zero(), Vec3::Zero()}, r.wrench,
                removed_mm3);
     } else {

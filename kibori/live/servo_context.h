@@ -48,6 +48,9 @@ struct LiveTick {
   Wrench computed, given;  // before and after the safety stage
   double removed_mm3 = 0;
   bool touching = false, cutting = false, inside = false;
+  double owed_mm3 = 0;   // clay that was pressed away and found no room, at a stroke's end
+  bool clipped = false;  // material reached beyond the lattice, and is not there
+  bool gave_up = false;  // a brush's stroke took more memory than there is, and ended early
   SafetyStage::State safety = SafetyStage::State::off;
   Trip trip = Trip::none;  // why it is off
 };
