@@ -193,6 +193,22 @@ async function onTheWheel() {
     Math.abs(Number(thrown.volume) / Number(first.volume) - 1) < 0.01,
   );
   await show(page, "wheel");
+  // A second finger, and the disc beneath turns while the first presses.
+  const slider = page.locator("#wall");
+  check("the wheel has a second finger", await slider.isVisible());
+  await slider.fill("4");
+  check("told in mm", (await page.locator("#walls").innerText()).includes("mm"));
+  await page.mouse.move(middle.x, middle.y + 60);
+  await page.waitForTimeout(200);
+  await page.mouse.down();
+  await page.mouse.move(middle.x, middle.y + 80, { steps: 8 });
+  const frames = () => page.evaluate(() => window.kibori.frames());
+  const before = await frames();
+  await page.waitForTimeout(1000);
+  check("the wheel turns while the hand rests on it", (await frames()) > before + 2);
+  await show(page, "wheel-turning");
+  await page.mouse.up();
+  await after(page, thrown.step);
   await page.locator("#view").focus();
   await page.keyboard.press("Control+o");
   await started(page);

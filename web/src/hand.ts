@@ -274,6 +274,7 @@ export class Hand {
     this.stroke = null;
     this.view.controls.enabled = true;
     this.view.endStroke();
+    this.view.showWheel(this.mode === "turn", false);
     this.send(write.Lift());
     if (BRUSHES[mode]?.goes === "turns") this.chooseTurn();
     if (mode !== this.mode) this.chooseWork();
@@ -372,6 +373,7 @@ export class Hand {
     element("keeps").hidden = !brush?.keeps;
     element("colours").hidden = this.mode !== "paint";
     element("walls").hidden = this.mode !== "turn";
+    this.view.showWheel(this.mode === "turn", false);
     put("brush-out", brush?.name ?? "by a brush");
     input("brush-strength").min = this.mode === "inflate" ? "-1" : "0";
     if (brush) input("brush-strength").value = String(brush.strength);
@@ -387,7 +389,7 @@ export class Hand {
     if (this.brush && this.brush === BRUSHES[this.mode]) this.brush.strength = strength;
     put("brush-strength-out", `${Math.round(100 * Number(input("brush-strength").value))} %`);
     const wall = Number(input("wall").value);
-    put("wall-out", wall > 0 ? `${wall} mm across the wall` : "none");
+    put("wall-out", `${wall} mm`);
     const color = parseInt(input("color").value.slice(1), 16),
       set = this.depthFrom === "set" && this.plane;
     this.send(
@@ -554,6 +556,7 @@ export class Hand {
       from: { x: event.clientX, turn: (Number(input("turn-by").value) * Math.PI) / 180 },
       time: event.timeStamp,
     };
+    if (mode === "turn") this.view.showWheel(true, true);
     if (mode !== this.mode) {
       this.chooseTool();
       // With Shift, an edge goes in a stroke or two.

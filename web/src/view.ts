@@ -9,6 +9,7 @@ import { firstHit, type Hit } from "./pick";
 import { SolidImage, type Shades } from "./shading";
 import { Thumbnails } from "./thumbnails";
 import { toolSurface, type HeldTool } from "./tools";
+import { WheelHead } from "./wheel_head";
 import type { Vec3 } from "./wire";
 import { Wood, type Shading } from "./wood";
 
@@ -58,6 +59,7 @@ export class View {
   private before: Map<string, THREE.Mesh | null> | null = null;
   readonly wood = new Wood();
   private tool = new THREE.Group();
+  private wheel = new WheelHead();
   private ring: THREE.Mesh;
   private arrow = new THREE.ArrowHelper(
     new THREE.Vector3(0, 0, 1),
@@ -163,6 +165,7 @@ export class View {
       this.planes,
       this.level,
       this.tool,
+      this.wheel.group,
       this.ring,
       this.arrow,
       lamp,
@@ -181,6 +184,7 @@ export class View {
     this.endStroke();
     this.framed = this.whole = false;
     this.arrow.visible = this.ring.visible = this.tool.visible = false;
+    this.showWheel(false, false);
     this.told = "";
     const size = nodes.map((n) => n * lattice.pitch);
     for (const frame of this.planes.children as THREE.LineLoop[]) {
@@ -493,6 +497,19 @@ export class View {
     this.redraw();
   }
 
+  /** The wheel that the piece stands on: whether there is one, and whether it turns. */
+  showWheel(there: boolean, turns: boolean): void {
+    const { group } = this.wheel;
+    if (there && !group.visible)
+      this.wheel.place(
+        this.box.isEmpty() ? this.piece : this.box,
+        this.piece.getCenter(new THREE.Vector3()),
+      );
+    if (there !== group.visible) this.redraw();
+    group.visible = there;
+    this.wheel.turn(there && turns, () => this.redraw());
+  }
+
   get eye(): Vec3 {
     return this.camera.position.toArray() as Vec3;
   }
@@ -688,7 +705,14 @@ export class View {
 
   /** As well as can be, without the tool and what goes with it, and without the grid. */
   private drawWhole(): void {
-    const hidden: THREE.Object3D[] = [this.tool, this.ring, this.arrow, this.planes, this.level];
+    const hidden: THREE.Object3D[] = [
+      this.tool,
+      this.wheel.group,
+      this.ring,
+      this.arrow,
+      this.planes,
+      this.level,
+    ];
     if (this.grid) hidden.push(this.grid);
     const were = hidden.map((object) => object.visible);
     for (const object of hidden) object.visible = false;
