@@ -35,6 +35,9 @@ constexpr double kWiden = 1.2, kWidest = 4;
 // A profile meets the tool this often [cells of the tip's way]: the whole body is told anew each
 // time.
 constexpr double kWheelSpacing = 1;
+// Of a lathe's cut the hand bears about as much as it feeds slower than the rim turns: tens of mm
+// to metres a second.
+constexpr double kLatheShare = 0.01;
 // What may stay owed on the way and at the end, of what was pressed.
 constexpr double kOwedShare = 1e-3, kLastOwedShare = 1e-6;
 // A collar that brings back less than this of what is owed has no room.
@@ -346,9 +349,11 @@ Status ReshapeStroke::turn_to(const Pose& end, Sums& sums) {
   sums.removed += what.removed_mm3;
   sums.points += what.points;
   sums.dabs++;
-  // What the tool meets resists, wherever it then goes; the wheel bears most of it.
+  // What the tool meets resists, wherever it then goes; the wheel bears most of it, a lathe nearly
+  // all.
   const Material& of = material(wheel_.profile().material);
-  const double share = std::min(settings_.law.hand_share, kPoweredShare);
+  const double share = std::min(settings_.law.hand_share,
+                                settings_.mode == Mode::turn ? kLatheShare : kPoweredShare);
   sums.held.work_per_mm += settings_.law.model == ForceModel::paper
                                ? of.kf * static_cast<double>(what.points)
                                : share * of.u * pressed;
