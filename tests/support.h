@@ -32,6 +32,7 @@ class Random {
       if (v.norm() > 0.1 && v.norm() < 1) return v.normalized();
     }
   }
+  unsigned seed() const { return seed_; }
   std::string note() const { return "repeat with KIBORI_SEED=" + std::to_string(seed_); }
 
  private:
