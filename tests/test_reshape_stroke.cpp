@@ -225,7 +225,7 @@ TEST(ReshapeStroke, ASmoothingStrokeKeepsItsVolume) {
       ASSERT_TRUE(done.ok());
       moved += done.value().added_mm3 + done.value().removed_mm3;
     }
-    EXPECT_GT(moved, 50);
+    EXPECT_GT(moved, 20);
     stroke(model, s, way, 40);
     // And a tenth of a cell, as the volume steps where a span comes or goes.
     EXPECT_NEAR(model.volume_mm3(), before, 1e-3 * moved + 0.1) << round << random.note();
