@@ -565,8 +565,7 @@ TEST(DocumentWriter, KilledAmidDabsAndWarps) {
   auto* const witness = static_cast<Strokes*>(
       mmap(nullptr, sizeof(Strokes), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
   ASSERT_NE(witness, MAP_FAILED);
-  const char* const said = std::getenv("KIBORI_DAB_KILLS");
-  const int kills = said ? std::atoi(said) : 10;
+  const int kills = test::rounds_of("KIBORI_DAB_KILLS", 10);
   size_t strokes = 0, amid = 0;
   std::set<Mode> modes_met;
   for (int round = 0; round < kills; round++) {
@@ -666,7 +665,9 @@ TEST(DocumentWriter, KilledAmidDabsAndWarps) {
   std::printf("%d kills: %zu strokes in %zu modes, %zu cut off by the kill\n", kills, strokes,
               modes_met.size(), amid);
   EXPECT_GT(strokes, static_cast<size_t>(kills));
-  EXPECT_GT(amid, 0u);
+  if (kills >= 10) {
+    EXPECT_GT(amid, 0u);
+  }
 }
 
 // The disk fills up while a hand carves: it is told, the hand goes on, back and forth too, and all
