@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Shared by the tests of documents: a block, strokes through it, and how often to try.
+// Shared by the tests of documents: a block, and strokes through it.
 #pragma once
 
 #include <cstdlib>
@@ -19,12 +19,6 @@
 #include "tests/support.h"
 
 namespace kibori::test {
-
-// How often, unless the environment says: a campaign asks for more, a sanitiser for less.
-inline int rounds_of(const char* name, int otherwise) {
-  if (const char* said = std::getenv(name)) return std::atoi(said);
-  return std::getenv("KIBORI_SHORT") ? otherwise / 5 : otherwise;
-}
 
 inline TriDexel stock(double pitch = 1) {
   TriDexel model(make_lattice(Vec3(40, 30, 20), pitch, 4).value());

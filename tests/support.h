@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Shared by the tests: seeded randomness (the seed is printed with every failure) and the shared
-// data folder.
+// Shared by the tests: seeded randomness (the seed is printed with every failure), how often to
+// try, and folders.
 #pragma once
 
 #include <cstdlib>
@@ -32,6 +32,7 @@ class Random {
       if (v.norm() > 0.1 && v.norm() < 1) return v.normalized();
     }
   }
+  unsigned seed() const { return seed_; }
   std::string note() const { return "repeat with KIBORI_SEED=" + std::to_string(seed_); }
 
  private:
@@ -45,6 +46,12 @@ class Random {
   std::mt19937 engine_;
   unsigned seed_;
 };
+
+// How often, unless the environment says: a campaign asks for more, a sanitiser for less.
+inline int rounds_of(const char* name, int otherwise) {
+  if (const char* said = std::getenv(name)) return std::atoi(said);
+  return std::getenv("KIBORI_SHORT") ? otherwise / 5 : otherwise;
+}
 
 // A folder of a test's own; gone with it.
 struct Folder {

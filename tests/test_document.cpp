@@ -608,5 +608,36 @@ TEST(Document, AMillionTicksAtOnceAndForcesOfSome) {
   EXPECT_EQ(wrongs(*document), std::vector<std::string>());
 }
 
+// A stock without any material: what is put down in it comes back.
+TEST(Document, AnEmptyStockIsAStock) {
+  Folder folder;
+  TriDexel model(make_lattice(Vec3(20, 20, 20), 1, 0).value());
+  const uint64_t empty = model.content_hash();
+  auto document = created(folder / "a.kibori", model);
+  ASSERT_NE(document, nullptr);
+  StrokeSettings s;
+  s.mode = Mode::deposit;
+  s.tool = BallTool{4};
+  const Pose start{Vec3(6, 10, 6), Mat3::Identity()};
+  ASSERT_TRUE(document->begin(s, start).ok());
+  StrokeTick tick;
+  tick.tip = Vec3(12, 10, 6);
+  tick.edits = true;
+  ASSERT_TRUE(DirectTool(model, start)
+                  .advance(s.tool, tick.tip, tick.turn, s.mode, s.force.law, s.materials)
+                  .ok());
+  document->add(tick);
+  ASSERT_TRUE(document->finish(model, 0).ok());
+  document.reset();
+  auto after = opened(folder / "a.kibori");
+  ASSERT_NE(after, nullptr);
+  EXPECT_EQ(wrongs(*after), std::vector<std::string>());
+  auto loaded = after->load();
+  ASSERT_TRUE(loaded.ok()) << loaded.error();
+  EXPECT_EQ(loaded.value()->content_hash(), model.content_hash());
+  ASSERT_TRUE(after->undo(*loaded.value()).ok());
+  EXPECT_EQ(loaded.value()->content_hash(), empty);
+}
+
 }  // namespace
 }  // namespace kibori

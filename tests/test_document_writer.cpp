@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <set>
 #include <thread>
 
 #include <csignal>
@@ -543,6 +544,130 @@ TEST(DocumentWriter, KilledWhileAHandCarves) {
   if (!lost_ms.empty())
     std::printf("%zu kills while carving: lost %.0f ms (median), at most %.0f ms\n", lost_ms.size(),
                 lost_ms[lost_ms.size() / 2], lost_ms.back());
+}
+
+// What a process that is killed amid dabs and warps leaves to those who look: the model's hash
+// after each stroke, and where the tip was.
+struct Strokes {
+  std::atomic<int64_t> ticks, ends, commits;
+  uint64_t hashes[1000];
+  Vec3 tips_mm[20000];
+};
+
+// kill -9 amid strokes of dabs, warps and clay: the file opens, `verify` carves all of it again to
+// the same bytes, and it is an exact prefix of what was done: the hashes after each stroke are
+// those that the process had, in their order, and each tick's tip is one of the hand's, in its
+// order.
+TEST(DocumentWriter, KilledAmidDabsAndWarps) {
+  Random random;
+  Folder folder;
+  const std::filesystem::path file = folder.path / "k.kibori";
+  auto* const witness = static_cast<Strokes*>(
+      mmap(nullptr, sizeof(Strokes), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+  ASSERT_NE(witness, MAP_FAILED);
+  const int kills = test::rounds_of("KIBORI_DAB_KILLS", 10);
+  size_t strokes = 0, amid = 0;
+  std::set<Mode> modes_met;
+  for (int round = 0; round < kills; round++) {
+    for (const char* rest : {"", "-wal", "-shm"}) std::filesystem::remove(file.string() + rest);
+    new (witness) Strokes{};
+    const int first = random.integer(0, 100);
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      VirtualDeviceSettings device;
+      device.capabilities = arm();
+      device.capabilities.dof_out = 0;
+      device.count_mm = 0;
+      LiveSettings settings;
+      settings.mode = Mode::off;
+      settings.tool = BallTool{2};
+      settings.model = ForceModel::energy;  // its tool is where the hand is
+      settings.brush = {2.5, 0.8, Falloff::smooth, 0};
+      settings.materials[0].plastic = true;
+      settings.log = true;
+      Rig r = rig(device, settings, [](double t) {
+        return VirtualDevice::Target{
+            Vec3(15 * std::sin(5 * t), 11 * std::cos(3 * t), -5.5 + std::cos(7 * t)),
+            rotation(Vec3(0, 0, std::sin(3 * t))), 0};
+      });
+      LiveCarving& live = *r.live;
+      auto document = Document::create(file, live.context().model(), "{}");
+      if (!document) _exit(1);
+      DocumentWriter writer(live, std::move(document).value());
+      writer.start();
+      live.context().safety().arm();
+      for (int i = first; i < first + 1000; i++) {
+        const Mode modes[] = {Mode::smooth, Mode::grab,    Mode::inflate, Mode::press, Mode::crease,
+                              Mode::twist,  Mode::flatten, Mode::nudge,   Mode::paint, Mode::node};
+        const Mode mode = modes[static_cast<size_t>(i) % std::size(modes)];
+        bool over = false;
+        live.post([&over, mode, witness](ServoContext& c) {
+          // After the stroke before, when all of it is in the model.
+          witness->hashes[witness->ends++] = c.model().content_hash();
+          c.settings().mode = mode;
+          over = true;
+        });
+        for (int k = 0; k < 150 || !over; k++) {
+          const LiveTick tick = live.tick(0.001);
+          witness->tips_mm[witness->ticks++] = tick.tool.tip;
+          witness->commits += tick.cutting;
+          if (witness->ticks == 20000) _exit(0);
+          std::this_thread::sleep_for(std::chrono::microseconds(300));
+        }
+      }
+      _exit(0);
+    }
+    for (int i = 0; i < 60000 && witness->commits == 0; i++)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    ASSERT_GT(witness->commits.load(), 0);
+    std::this_thread::sleep_for(std::chrono::microseconds(random.integer(0, 900'000)));
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    SCOPED_TRACE(testing::Message() << "kill " << round << ": " << random.note());
+    auto document = Document::open(file, Document::Access::write);
+    ASSERT_TRUE(document.ok()) << document.error();
+    expect_sound(*document.value());
+    auto model = document.value()->load();
+    ASSERT_TRUE(model.ok()) << model.error();
+    EXPECT_EQ(model.value()->content_hash(), document.value()->steps().rbegin()->second.hash);
+    // A mode that changed nothing made no stroke, and a stroke may end where it began.
+    std::vector<uint64_t> had(witness->hashes, witness->hashes + witness->ends), there;
+    for (const auto& [id, step] : document.value()->steps()) there.push_back(step.hash);
+    for (std::vector<uint64_t>* hashes : {&had, &there})
+      hashes->erase(std::unique(hashes->begin(), hashes->end()), hashes->end());
+    // The last stroke was cut off by the kill, or what was written of it.
+    if (there.size() > had.size() || there.back() != had[there.size() - 1]) {
+      there.pop_back();
+      amid++;
+    }
+    ASSERT_LE(there.size(), had.size());
+    EXPECT_TRUE(std::equal(there.begin(), there.end(), had.begin()));
+    size_t at = 0;
+    const auto ticks = static_cast<size_t>(witness->ticks.load());
+    for (const auto& [id, step] : document.value()->steps()) {
+      if (step.stock) continue;
+      strokes++;
+      modes_met.insert(document.value()->settings(id).value().mode);
+      const Status read =
+          document.value()->for_ticks(id, [&](const std::vector<StrokeTick>& all) -> Status {
+            for (const StrokeTick& tick : all) {
+              while (at < ticks && witness->tips_mm[at] != tick.tip) at++;
+              EXPECT_LT(at, ticks) << "a tick that was never made";
+            }
+            return Ok{};
+          });
+      ASSERT_TRUE(read.ok()) << read.error();
+    }
+  }
+  munmap(witness, sizeof(Strokes));
+  std::printf("%d kills: %zu strokes in %zu modes, %zu cut off by the kill\n", kills, strokes,
+              modes_met.size(), amid);
+  EXPECT_GT(strokes, static_cast<size_t>(kills));
+  if (kills >= 10) {
+    EXPECT_GT(amid, 0u);
+  }
 }
 
 // The disk fills up while a hand carves: it is told, the hand goes on, back and forth too, and all

@@ -477,6 +477,48 @@ TEST(Live, BeyondTheBoundItShakes) {
   EXPECT_GT(high - low, 2 * device.count_mm);
 }
 
+// A dab's work is felt when it is in the model, however late: never as a jolt, even by a fast hand
+// in hard wood, whose force the device's damping bounds. The hand circles on the block's top.
+TEST(Live, ACommitIsNoJolt) {
+  for (const ForceModel model : {ForceModel::series, ForceModel::energy, ForceModel::paper})
+    for (int i = static_cast<int>(Mode::smooth); i <= static_cast<int>(Mode::turn); i++) {
+      const Mode mode = static_cast<Mode>(i);
+      VirtualDeviceSettings device;
+      device.capabilities = arm();
+      device.capabilities.force_rate_n_s = 1e6;  // the safety stage hides no jump
+      device.capabilities.damping_ns_mm = 0.03;
+      LiveSettings settings;
+      settings.model = model;
+      settings.mode = Mode::off;
+      settings.tool = BallTool{2};
+      settings.brush = {3, 0.8, Falloff::smooth, 0};
+      settings.materials[0].u = 25;
+      settings.materials[0].kf = 0.001;
+      Rig r = rig(device, settings, [](double t) {
+        return VirtualDevice::Target{
+            Vec3(15 * std::cos(12 * t), 11 * std::sin(12 * t), -6 + 2 * std::cos(7 * t)),
+            rotation(Vec3(0, 0, std::sin(9 * t))), 0};
+      });
+      r.live->context().safety().arm();
+      for (int k = 0; k < 1500; k++) r.live->tick(0.001);  // up to all its force
+      r.live->context().settings().mode = mode;
+      double jump = 0, most = 0;
+      int commits = 0;
+      Vec3 before = r.live->tick(0.001).given.force;
+      for (int k = 0; k < 40000 && commits < (k < 2000 ? 20 : 1); k++) {
+        const LiveTick tick = r.live->tick(0.001);
+        if (tick.cutting) jump = std::max(jump, (tick.given.force - before).norm());
+        commits += tick.cutting;
+        before = tick.given.force;
+        most = std::max(most, before.norm());
+        if (k % 5 == 0) std::this_thread::sleep_for(std::chrono::microseconds(200));
+      }
+      EXPECT_GT(commits, 0) << name_of(mode);
+      EXPECT_LE(jump, 0.05 * device.capabilities.force_n)
+          << name_of(model) << " " << name_of(mode) << ", up to " << most << " N";
+    }
+}
+
 TEST(Live, ASecondOnAThreadWithSnapshotsAndCommands) {
   VirtualDeviceSettings device;
   device.capabilities = arm();

@@ -2,6 +2,8 @@
 // Field operations against closed forms: what a Gaussian does to planes, balls, cylinders, ripples
 // and slabs. Lengths in cells, at a pitch of 1 mm.
 #include <cmath>
+#include <set>
+#include <tuple>
 
 #include <gtest/gtest.h>
 
@@ -256,8 +258,9 @@ class Ripples final : public Solid {
 };
 
 TEST(Reshape, RipplesFadeByTheirLength) {
-  const double sigma = 1.5;
-  for (const double wavelength : {12.0, 16.0, 24.0}) {
+  for (const auto& [sigma, wavelength] :
+       {std::pair(1.0, 12.0), std::pair(1.5, 12.0), std::pair(1.5, 16.0), std::pair(1.5, 24.0),
+        std::pair(2.0, 16.0), std::pair(3.0, 24.0)}) {
     const double amplitude = 0.3;
     Lattice lattice = cube(48);
     lattice.nodes[0] = 96;
@@ -278,9 +281,102 @@ TEST(Reshape, RipplesFadeByTheirLength) {
     ASSERT_EQ(count, 48);
     const double share = sine / count / amplitude;
     const double theory = std::exp(-2 * kPi * kPi * sigma * sigma / (wavelength * wavelength));
-    std::printf("wavelength %g: %.4f, theory %.4f\n", wavelength, share, theory);
+    std::printf("sigma %g, wavelength %g: %.4f, theory %.4f\n", sigma, wavelength, share, theory);
     EXPECT_NEAR(share, theory, 0.02 * theory);
   }
+}
+
+// Where the filtered distance to three planes through the origin, that stand square on each other,
+// is 0 on their diagonal: by a sum over a grid of its own. From the corner [cells], for sigma 1.
+double filtered_corner() {
+  constexpr double kStep = 0.1, kReach = 4.5;
+  const auto filtered = [&](double back) {
+    double sum = 0, weights = 0;
+    const double at = -back / std::sqrt(3.0);
+    for (double x = -kReach; x <= kReach; x += kStep)
+      for (double y = -kReach; y <= kReach; y += kStep)
+        for (double z = -kReach; z <= kReach; z += kStep) {
+          const double weight = std::exp(-0.5 * (x * x + y * y + z * z));
+          const Vec3 p(at + x, at + y, at + z);
+          const Vec3 outside = p.cwiseMax(0);
+          const double phi = outside.isZero() ? p.maxCoeff() : outside.norm();
+          sum += weight * phi;
+          weights += weight;
+        }
+    return sum / weights;
+  };
+  double low = 0, high = 4;
+  while (high - low > 1e-3) {
+    const double middle = 0.5 * (low + high);
+    (filtered(middle) > 0 ? low : high) = middle;
+  }
+  return low;
+}
+
+// A cube's corner goes back by 2.96 cells at sigma 2; beyond the brush nothing moves, not even a
+// normal.
+TEST(Reshape, ACubesCornerRoundsAsItMust) {
+  Random random;
+  const double sigma = 2, theory = sigma * filtered_corner();
+  EXPECT_NEAR(theory, 2.96, 0.01);
+  const Vec3 diagonal = Vec3::Ones() / std::sqrt(3.0);
+  double back = 1e9;
+  for (int round = 0; round < 12; round++) {
+    const Vec3 corner = Vec3::Constant(32) + random.in_box(0, 1);
+    TriDexel model(cube(48));
+    model.fill_block({Vec3::Constant(4), corner}, 0);
+    Reshaper reshaper;
+    ASSERT_TRUE(reshaper.dab(model, FieldVerb::smooth, everywhere(sigma), corner).ok());
+    // The ends lie in a body that is convex there: the farthest of all rounds is nearest to it.
+    double farthest = -1e9;
+    for_ends(model, [&](const Vec3& at, const Vec3&) {
+      if (((at - corner) - (at - corner).dot(diagonal) * diagonal).norm() < 4)
+        farthest = std::max(farthest, (at - corner).dot(diagonal));
+    });
+    back = std::min(back, -farthest);
+    EXPECT_EQ(disagreeing(model), 0) << random.note();
+  }
+  std::printf("a corner goes back by %.3f cells, theory %.3f\n", back, theory);
+  EXPECT_NEAR(back, theory, 0.05) << random.note();
+  // A brush with a rim.
+  TriDexel model(cube(48));
+  model.fill_block({Vec3::Constant(4), Vec3(32.3, 32.6, 32.1)}, 0);
+  TriDexel before(cube(48));
+  before.fill_block({Vec3::Constant(4), Vec3(32.3, 32.6, 32.1)}, 0);
+  const Vec3 centre(32, 32, 24);
+  Reshaper reshaper;
+  ASSERT_TRUE(
+      reshaper.dab(model, FieldVerb::smooth, {.radius_mm = 9, .strength = 1, .sigma_mm = 2}, centre)
+          .ok());
+  // Depth and normal of each end, by field and ray.
+  const auto ends_of = [](const TriDexel& of) {
+    std::set<std::tuple<int, int, int, float, uint32_t>> all;
+    for (const Axis axis : kAxes)
+      for (int u = 0; u < 48; u++)
+        for (int v = 0; v < 48; v++)
+          of.field(axis).view().for_spans(u, v, [&](const Span& span) {
+            all.insert({static_cast<int>(axis), u, v, span.in, span.normal_in});
+            all.insert({static_cast<int>(axis), u, v, span.out, span.normal_out});
+          });
+    return all;
+  };
+  const auto after = ends_of(model);
+  int kept = 0, moved = 0;
+  for (const auto& end : ends_of(before)) {
+    const Axis axis = kAxes[static_cast<size_t>(std::get<0>(end))];
+    Vec3 at;
+    at[u_index(axis)] = std::get<1>(end) + 0.5;
+    at[v_index(axis)] = std::get<2>(end) + 0.5;
+    at[depth_index(axis)] = double{std::get<3>(end)};
+    const bool same = after.count(end) == 1;
+    moved += !same;
+    // An end lies between two nodes, and either may be in the brush.
+    if ((at - centre).norm() <= 9 + 1) continue;
+    EXPECT_TRUE(same) << at.transpose();
+    kept++;
+  }
+  EXPECT_GT(kept, 1000);
+  EXPECT_GT(moved, 50);
 }
 
 TEST(Reshape, ThinSlabsVanishAndThickOnesStay) {

@@ -166,7 +166,7 @@ TEST(ReshapeStroke, ClayKeepsItsVolumeOverManyStrokes) {
   Random random;
   TriDexel model = block(48, {8, 8, 8}, {40, 40, 36});
   const double before = model.volume_mm3();
-  const int strokes = std::getenv("KIBORI_SHORT") ? 20 : 150;
+  const int strokes = test::rounds_of("KIBORI_PRESSES", 150);
   for (int i = 0; i < strokes; i++) {
     ReshapeSettings s = settings_of(Mode::press, 5);
     s.tool = BallTool{random.uniform(2, 5)};
@@ -175,6 +175,63 @@ TEST(ReshapeStroke, ClayKeepsItsVolumeOverManyStrokes) {
   }
   EXPECT_NEAR(model.volume_mm3(), before, 1e-5 * before) << random.note();
   EXPECT_EQ(disagreeing(model), 0) << random.note();
+}
+
+// What finds no room is owed, and told: a body that fills its lattice but for a gap under the lid.
+TEST(ReshapeStroke, ClayWithoutRoomIsOwed) {
+  TriDexel model(cube(40));
+  model.fill_block({Vec3::Zero(), Vec3(40, 40, 39.7)}, 0);
+  const double before = model.volume_mm3();
+  ReshapeSettings s = settings_of(Mode::press, 5);
+  s.tool = BallTool{6};
+  ReshapeStroke press(model);
+  DirectTool tool(model, {{20, 20, 42}, Mat3::Identity()});
+  ASSERT_TRUE(press.begin(s, kMaterials, tool.pose()).ok());
+  ToolTick last;
+  for (int k = 1; k <= 60; k++) {
+    auto tick =
+        tool.advance(s.tool, {20, 20, 42 - 0.25 * k}, Vec3::Zero(), s.mode, s.law, kMaterials);
+    ASSERT_TRUE(tick.ok());
+    ASSERT_TRUE(press.advance(tick.value()).ok());
+    last = tick.value();
+  }
+  ASSERT_TRUE(press.end(last).ok());
+  const double pressed = 3.14159265 * 36 * 13;  // about
+  EXPECT_GT(press.owed_mm3(), 0.3 * pressed);
+  EXPECT_NEAR(model.volume_mm3() + press.owed_mm3(), before, 1e-3 * pressed);
+  EXPECT_EQ(disagreeing(model), 0);
+}
+
+// A rough body gone over: what smoothing takes from peaks comes back, to 1e-3 of what moved.
+TEST(ReshapeStroke, ASmoothingStrokeKeepsItsVolume) {
+  Random random;
+  const int rounds = test::rounds_of("KIBORI_SMOOTHINGS", 5);
+  for (int round = 0; round < rounds; round++) {
+    TriDexel model = block(64, {8, 8, 8}, {56, 56, 38.3});
+    for (int i = 0; i < 40; i++)
+      add(model, SweptBall(LatticePoint{{random.uniform(12, 52), random.uniform(12, 52),
+                                         random.uniform(35, 39)}},
+                           {}, random.uniform(2, 4)));
+    const double before = model.volume_mm3();
+    TriDexel plain(model.snapshot(), model.material_bounds());
+    ReshapeSettings s = settings_of(Mode::smooth, 8, 0.6);
+    s.brush.sigma_mm = 1.5;
+    s.brush.keep_volume = true;
+    const std::vector<Vec3> way{{16, 32, 39}, {48, 34, 39}};
+    // What moved [mm^3], by the same dabs one by one.
+    Reshaper reshaper;
+    double moved = 0;
+    for (double at = 0; at <= (way[1] - way[0]).norm(); at += 2) {
+      const auto done = reshaper.dab(plain, FieldVerb::smooth, s.brush,
+                                     Vec3(way[0] + at * (way[1] - way[0]).normalized()));
+      ASSERT_TRUE(done.ok());
+      moved += done.value().added_mm3 + done.value().removed_mm3;
+    }
+    EXPECT_GT(moved, 20);
+    stroke(model, s, way, 40);
+    // And a tenth of a cell, as the volume steps where a span comes or goes.
+    EXPECT_NEAR(model.volume_mm3(), before, 1e-3 * moved + 0.1) << round << random.note();
+  }
 }
 
 TEST(ReshapeStroke, ACreaseSinksALineAndDrawsItTogether) {
@@ -269,9 +326,9 @@ TEST(ReshapeStroke, ImagesDoTheSame) {
         });
     for (const double q : quarter)
       EXPECT_NEAR(q, quarter[0],
-                  mode == Mode::press ? 4
-                  : warps(mode)       ? 3
-                                      : 0.2)
+                  mode == Mode::press                   ? 4
+                  : warps(mode) || mode == Mode::crease ? 3  // a crease pinches
+                                                        : 0.2)
           << name_of(mode) << " " << random.note();
   }
 }
@@ -360,7 +417,7 @@ TEST(Wheel, ManyPassesKeepTheVolume) {
   Random random;
   TriDexel model(cube(48));
   add(model, test::tool_at(Flat{12, 30}, {{24, 24, 8}, Mat3::Identity()}, model.lattice()));
-  const int passes = std::getenv("KIBORI_SHORT") ? 100 : 1000;
+  const int passes = test::rounds_of("KIBORI_PASSES", 2000);
   Wheel wheel(model);
   wheel.begin(Vec3::Constant(24), BallTool{3}, {{44, 24, 20}, Mat3::Identity()});
   const double before = wheel.profile().volume();
@@ -378,6 +435,51 @@ TEST(Wheel, ManyPassesKeepTheVolume) {
   // Told and read again, it is the same to float32.
   const WheelProfile again = read_profile(model, LatticePoint{Vec3::Constant(24)});
   EXPECT_NEAR(again.volume(), before, 1e-6 * before) << random.note();
+  // The same after a quarter of a turn and in a mirror: the ends of the other field's ray, and of
+  // those beside; along z, to the bit.
+  const auto ends = [&](Axis axis, int u, int v) {
+    std::vector<float> all;
+    model.field(axis).view().for_spans(u, v, [&](const Span& span) {
+      all.push_back(span.in);
+      all.push_back(span.out);
+    });
+    return all;
+  };
+  int unlike = 0;
+  for (int i = 0; i < 48; i++)
+    for (int k = 0; k < 48; k++) {
+      const std::vector<float> x = ends(Axis::x, i, k), z = ends(Axis::z, i, k);
+      unlike += x != ends(Axis::y, k, i) || x != ends(Axis::x, 47 - i, k);
+      unlike += z != ends(Axis::z, k, i) || z != ends(Axis::z, 47 - i, k);
+      for (size_t e = 0; e < x.size(); e++)
+        EXPECT_NEAR(x[e], 48 - x[x.size() - 1 - e], 4e-6) << random.note();
+    }
+  EXPECT_EQ(unlike, 0) << random.note();
+}
+
+// Radii that pass nodes, or by less than rounding: rays that only touch the body there have no
+// span in one field, and no node in another. Found by random mixtures, seeds 1264179438 and
+// 1264180449.
+TEST(Wheel, RadiiThatPassNodesLeaveTheFieldsAgreeing) {
+  for (const double off : {0.0, 1e-16, -1e-16, 1e-12, -1e-12, 1e-8, -1e-8, 9e-7, 1.1e-6, 1e-4})
+    for (const double hollow : {0.0, 1.0, 4.0})
+      for (const double outer : {4.0, 5.0, 9.0, 25.0}) {
+        if (hollow >= outer) continue;
+        WheelProfile profile;
+        profile.centre = {5.5, 5.5, 0};  // over nodes
+        profile.first = 2;
+        profile.low = 2.2;
+        profile.high = 8.3;
+        // A foot, so that curves pass between rows, too.
+        for (const double radius2 : {25.0, outer, outer, 16.0, outer, 25.0}) {
+          profile.outer.push_back(radius2 + off);
+          profile.hollow.push_back(std::max(0.0, hollow + off));
+        }
+        TriDexel model(cube(11));
+        add(model, WheelSolid(profile));
+        EXPECT_EQ(disagreeing(model), 0) << outer << " " << hollow << " " << off;
+        EXPECT_EQ(test::broken(extract_surface(model.snapshot())), "");
+      }
 }
 
 // Two fingers: the wall between them becomes as thick as they stand apart, from either side.
@@ -442,61 +544,6 @@ TEST(Wheel, CentresALump) {
   Wheel empty(none);
   empty.begin(Vec3::Constant(4), BallTool{3}, {});
   EXPECT_TRUE(empty.advance(WheelVerb::turn, BallTool{3}, {}, {1, 0, 0}).ok());
-}
-
-// Random mixtures of everything, odd lattices, images, brushes half outside: closed, agreeing, and
-// the same again.
-TEST(ReshapeStroke, RandomMixturesStayClosedAndRepeat) {
-  Random random;
-  const int rounds = [] {
-    if (const char* said = std::getenv("KIBORI_MIXTURES")) return std::atoi(said);
-    return std::getenv("KIBORI_SHORT") ? 1 : 4;
-  }();
-  for (int round = 0; round < rounds; round++) {
-    Lattice lattice;
-    lattice.nodes = Index3(random.integer(1, 40), random.integer(8, 40), random.integer(8, 40));
-    lattice.pitch_mm = random.uniform(0.1, 3);
-    const Vec3 size = lattice.pitch_mm * lattice.nodes.matrix().cast<double>();
-    TriDexel model(lattice), twin(lattice);
-    for (TriDexel* m : {&model, &twin}) m->fill_block({0.1537 * size, 0.8461 * size}, 2);
-    for (int i = 0; i < 20; i++) {
-      ReshapeSettings s;
-      s.mode = static_cast<Mode>(
-          random.integer(static_cast<int>(Mode::smooth), static_cast<int>(Mode::turn)));
-      const bool cuts = random.integer(0, 3) == 0;
-      s.brush.radius_mm = lattice.pitch_mm * random.uniform(0.4, 14);
-      s.brush.strength = random.uniform(s.mode == Mode::inflate ? -1 : 0, 1);
-      s.brush.falloff = static_cast<Falloff>(random.integer(0, 2));
-      s.brush.keep_volume = random.integer(0, 2) == 0;
-      s.tool = random.integer(0, 1)
-                   ? Tool(BallTool{lattice.pitch_mm * random.uniform(0.5, 6)})
-                   : Tool(Flat{lattice.pitch_mm * random.uniform(1, 5), lattice.pitch_mm * 30});
-      if (random.integer(0, 2) == 0) {
-        s.symmetry.planes[static_cast<size_t>(random.integer(0, 2))] = random.integer(0, 1) == 1;
-        s.symmetry.fold = random.integer(1, 5);
-        s.symmetry.axis = static_cast<Axis>(random.integer(0, 2));
-        s.symmetry.centre_mm = 0.5 * size;
-      }
-      const Vec3 from = (random.in_box(-0.2, 1.2).array() * size.array()).matrix();
-      const Vec3 to = from + lattice.pitch_mm * random.in_box(-9, 9);
-      const double turn = random.uniform(-2, 2);
-      for (TriDexel* m : {&model, &twin}) {
-        if (cuts) {
-          DirectTool tool(*m, {from, Mat3::Identity()});
-          tool.set_symmetry(s.symmetry);
-          ASSERT_TRUE(tool.advance(s.tool, to, Vec3::Zero(), i % 2 ? Mode::cut : Mode::deposit, {},
-                                   kMaterials, static_cast<uint8_t>(i % 3))
-                          .ok());
-        } else {
-          stroke(*m, s, {from, to}, 4, turn);
-        }
-      }
-      ASSERT_EQ(disagreeing(model), 0)
-          << random.note() << " round " << round << " step " << i << " " << name_of(s.mode);
-      ASSERT_EQ(model.content_hash(), twin.content_hash()) << random.note();
-    }
-    EXPECT_EQ(test::broken(extract_surface(model.snapshot())), "") << random.note();
-  }
 }
 
 }  // namespace

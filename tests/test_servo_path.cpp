@@ -1,20 +1,26 @@
 // SPDX-License-Identifier: MIT
 // The servo path: 10^6 edits with snapshots taken and dropped beside them, and 10^6 ticks of
-// carving by hand while other threads follow with the surface and write a document. Once the pools
-// are ready, no allocation, no lock, no page fault on the servo's thread. A program of its own,
-// since it replaces malloc and friends.
+// carving by hand while other threads follow with the surface and write a document; and as many
+// ticks of strokes in all modes that reshape, which a thread computes beside. Once the pools are
+// ready, no allocation, no lock, no page fault on the servo's thread. A program of its own, since
+// it replaces malloc and friends.
+#include <algorithm>
 #include <atomic>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <new>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include <dlfcn.h>
 #include <pthread.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 #include <kibori/devices/virtual_device.h>
 #include <kibori/live/document_writer.h>
@@ -220,14 +226,182 @@ bool ticks(long many) {
          live.totals().cutting_ticks > static_cast<uint64_t>(many / 10);
 }
 
+// Stops all other threads of the process wherever they are, with whatever they hold, and lets them
+// go on.
+class OtherThreads {
+ public:
+  static void rest() {
+    const timespec moment{0, 20'000};
+    nanosleep(&moment, nullptr);
+  }
+  OtherThreads() {
+    for (const auto& task : std::filesystem::directory_iterator("/proc/self/task")) {
+      const int id = std::stoi(task.path().filename());
+      if (id != gettid()) ids_.push_back(id);
+    }
+    struct sigaction action {};
+    action.sa_handler = [](int) {
+      const int error = errno;
+      stopped_++;
+      while (held_) rest();
+      stopped_--;
+      errno = error;
+    };
+    action.sa_flags = SA_RESTART;
+    sigaction(SIGUSR1, &action, nullptr);
+  }
+  // Whether all stand still.
+  bool stop() const {
+    held_ = true;
+    for (const int id : ids_)
+      if (syscall(SYS_tgkill, getpid(), id, SIGUSR1) != 0) return false;
+    while (stopped_ != static_cast<int>(ids_.size())) rest();
+    return true;
+  }
+  void go_on() const {
+    held_ = false;
+    while (stopped_ != 0) rest();
+  }
+
+ private:
+  std::vector<int> ids_;
+  static inline std::atomic<bool> held_{false};
+  static inline std::atomic<int> stopped_{0};
+};
+
+// Strokes of all modes that reshape: computed beside and put in between two ticks. Now and then all
+// other threads are stopped in the middle of what they do, and the ticks go on: so none waits for a
+// dab, or for anything else. What is given does not jump at a commit; elsewhere, as the hand does.
+bool dabs(long many) {
+  constexpr double kForce = 8, kMaxJump = 0.05 * kForce;
+  constexpr long kStage = 1000, kStill = 100;
+  auto model = std::make_unique<TriDexel>(make_lattice(Vec3(64, 48, 40), 0.5, 8).value());
+  model->fill_block({Vec3::Zero(), Vec3(64, 48, 40)}, 0);
+  VirtualDeviceSettings device;
+  device.capabilities.dof_in = device.capabilities.dof_out = 6;
+  device.capabilities.force_n = kForce;
+  device.capabilities.force_rate_n_s = 1e6;  // the safety stage hides no jump
+  device.capabilities.torque_nmm = 100;
+  device.capabilities.damping_ns_mm = 0.1;
+  const auto script = [](double t) -> VirtualDevice::Target {
+    return {Vec3(24 * std::sin(2.1 * t), 18 * std::sin(1.3 * t), 20.5 + 1.5 * std::sin(5 * t)),
+            rotation(Vec3(0.2 * std::sin(t), 0.1 * std::cos(t), 0.5 * std::sin(3 * t))), 0};
+  };
+  LiveSettings settings;
+  settings.mode = Mode::off;
+  settings.tool = BallTool{3};
+  settings.brush = {3, 0.5, Falloff::smooth, 0};
+  settings.materials[0].u = 0.02;
+  settings.spring = {0.3, 200, 0.2, 0.001};
+  settings.workspace = Workspace(Vec3(32, 24, 20));
+  settings.log = true;
+  auto made = LiveCarving::make(std::move(model), std::make_unique<VirtualDevice>(device, script),
+                                settings);
+  if (!made) return std::printf("%s\n", made.error().c_str()), false;
+  LiveCarving& live = *made.value();
+  const Snapshot start = live.context().model().snapshot();
+  char folder[] = "/tmp/kibori-servo-XXXXXX";
+  if (!mkdtemp(folder)) return false;
+  auto document =
+      Document::create(std::filesystem::path(folder) / "dabs.kibori", live.context().model(), "{}");
+  if (!document) return std::printf("%s\n", document.error().c_str()), false;
+  DocumentWriter scribe(live, std::move(document).value());
+  scribe.start();
+  // Another thread follows with the surface, and says what is to be done next.
+  std::atomic<bool> stopping{false};
+  std::atomic<long> stage{0};
+  std::thread other([&] {
+    LiveSurface surface(start);
+    Snapshot snapshot;
+    for (long said = 0; !stopping;) {
+      if (said < stage) {
+        said++;
+        constexpr auto kFirst = static_cast<long>(Mode::smooth),
+                       kLast = static_cast<long>(Mode::turn);
+        const auto mode = static_cast<Mode>(kFirst + said % (kLast - kFirst + 1));
+        live.post([mode, lifted = said % 5 == 0](ServoContext& c) {
+          c.settings().mode = lifted ? Mode::off : mode;
+        });
+      }
+      if (live.latest(snapshot)) {
+        surface.update(snapshot);
+        snapshot = {};
+      } else {
+        std::this_thread::sleep_for(std::chrono::microseconds(200));
+      }
+    }
+  });
+  live.context().safety().arm();
+  live.tick(0.001);
+  const OtherThreads others;
+  long done = 0, commits = 0, stood = 0, touched = 0;
+  double jump_at_commit = 0, jump = 0, most = 0;
+  Vec3 before = Vec3::Zero();
+  Mode mode = Mode::off;
+  bool good = quiet("ticks that reshape", 40000, many, [&](long count) {
+    for (long i = 0; i < count; i++, done++) {
+      if (done % kStage == 0) stage++;
+      if (done % (40 * kStage) == 0) {
+        live.context().finish_stroke();
+        live.context().model().restore(start);
+        live.context().model_changed();
+      }
+      const bool was = counting;
+      if (done % kStage == kStage / 2) {
+        counting = false;
+        if (!others.stop()) std::abort();
+        counting = was;
+        stood++;
+      }
+      // As a servo waits for its next tick: else the ticks are gone before a dab is done.
+      OtherThreads::rest();
+      const LiveTick tick = live.tick(0.001);
+      const bool same = std::exchange(mode, live.context().settings().mode) == mode;
+      const double step = (tick.given.force - before).norm();
+      if (same && reshapes(mode)) {
+        double& worst = tick.cutting ? jump_at_commit : jump;
+        worst = std::max(worst, step);
+        touched += tick.given.force.norm() > 0.01 * kForce;
+      }
+      commits += tick.cutting;
+      before = tick.given.force;
+      most = std::max(most, before.norm());
+      if (done % kStage == kStage / 2 + kStill) {
+        counting = false;
+        others.go_on();
+        counting = was;
+      }
+    }
+  });
+  others.go_on();
+  stopping = true;
+  other.join();
+  scribe.stop();
+  const size_t strokes = scribe.document().steps().size();
+  if (!scribe.trouble().empty()) std::printf("%s\n", scribe.trouble().c_str());
+  std::filesystem::remove_all(folder);
+  const auto trip = live.totals().trip;
+  std::printf(
+      "  (%zu strokes written, %ld commits, all else stopped %ld times; force up to %.2f N in %ld "
+      "ticks, from one tick to the next %.3f N at most at a commit, %.3f N elsewhere)\n",
+      strokes, commits, stood, most, touched, jump_at_commit, jump);
+  if (trip != Trip::none) std::printf("%s\n", trip_text(trip).c_str());
+  good &= scribe.trouble().empty() && trip == Trip::none;
+  return good && commits > many / 200 && touched > many / 20 && strokes > 1 &&
+         jump_at_commit <= kMaxJump;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Of "edits" or "ticks", or both, so many.
-  const std::string what = argc > 1 ? argv[1] : "both";
+  // Of "edits", "ticks" or "dabs", or of all, so many.
+  const std::string what = argc > 1 ? argv[1] : "all";
   const long many = argc > 2 ? std::atol(argv[2]) : 1'000'000;
   // As the servo does; where not permitted the pools' touching suffices.
   mlockall(MCL_CURRENT | MCL_FUTURE);
-  const bool first = what == "ticks" || edits(many), second = what == "edits" || ticks(many);
-  return first && second ? 0 : 1;
+  bool good = true;
+  if (what == "all" || what == "edits") good &= edits(many);
+  if (what == "all" || what == "ticks") good &= ticks(many);
+  if (what == "all" || what == "dabs") good &= dabs(many);
+  return good ? 0 : 1;
 }

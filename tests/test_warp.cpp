@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <kibori/measure/distance.h>
 #include <kibori/reshape/warp.h>
 #include <kibori/solid/ball.h>
 #include <kibori/solid/tool.h>
@@ -89,6 +90,27 @@ TEST(Warp, OutAndBackIsTheSameModel) {
   EXPECT_EQ(model.content_hash(), there) << "the ticks between make no difference";
 }
 
+// How far a model's surface is at most from points on the edges of a box, which `place` takes to
+// where they should be.
+template <class F>
+double edges_off_by(const TriDexel& model, const Vec3& low, const Vec3& high, F&& place) {
+  const Surface surface = extract_surface(model.snapshot());
+  const DistanceTree tree(surface);
+  EXPECT_TRUE(tree.good());
+  double worst = 0;
+  for (int axis = 0; axis < 3; axis++)
+    for (const bool second : {false, true})
+      for (const bool third : {false, true})
+        for (double at = low[axis]; at <= high[axis]; at += 0.37) {
+          Vec3 point;
+          point[axis] = at;
+          point[(axis + 1) % 3] = (second ? high : low)[(axis + 1) % 3];
+          point[(axis + 2) % 3] = (third ? high : low)[(axis + 2) % 3];
+          worst = std::max(worst, tree.distance(place(point)));
+        }
+  return worst;
+}
+
 TEST(Warp, AConstantFalloffTranslates) {
   for (const Vec3& way : {Vec3(3, 2, 1), Vec3(0.5, 0.5, 0.5), Vec3(-2.37, 1.81, 4.2)}) {
     TriDexel model = block(64, {20, 20, 20}, {36, 40, 32});
@@ -103,6 +125,9 @@ TEST(Warp, AConstantFalloffTranslates) {
       worst = std::max(worst, off);
     });
     EXPECT_LE(worst, 0.02);
+    EXPECT_LE(edges_off_by(model, {20, 20, 20}, {36, 40, 32},
+                           [&](const Vec3& at) { return Vec3(at + way); }),
+              0.1);
     EXPECT_NEAR(model.volume_mm3(), 16 * 20 * 12, 16 * 20 * 12 * 1e-3);
     EXPECT_EQ(disagreeing(model), 0);
     EXPECT_EQ(test::broken(extract_surface(model.snapshot())), "");
@@ -141,6 +166,15 @@ TEST(Warp, KeepsVolume) {
     }
 }
 
+Mat3 slope_of(const WarpMap& map, const Vec3& at) {
+  constexpr double kDelta = 1e-4;
+  Mat3 slope;
+  for (int d = 0; d < 3; d++)
+    slope.col(d) =
+        (map(at + kDelta * Vec3::Unit(d)) - map(at - kDelta * Vec3::Unit(d))) / (2 * kDelta);
+  return slope;
+}
+
 // The map itself: small cubes keep their volume.
 TEST(Warp, AGrabThatKeepsVolumeHasNoSources) {
   Random random;
@@ -150,14 +184,92 @@ TEST(Warp, AGrabThatKeepsVolumeHasNoSources) {
     const WarpMap map(WarpVerb::grab, brush, 10, drag_of(Vec3::Zero(), 12 * random.direction()));
     for (int i = 0; i < 100; i++) {
       const Vec3 at = random.in_box(-15, 15);
-      constexpr double kDelta = 1e-4;
-      Mat3 slope;
-      for (int d = 0; d < 3; d++)
-        slope.col(d) =
-            (map(at + kDelta * Vec3::Unit(d)) - map(at - kDelta * Vec3::Unit(d))) / (2 * kDelta);
-      EXPECT_NEAR(slope.determinant(), 1, 1e-4) << random.note();
+      EXPECT_NEAR(slope_of(map, at).determinant(), 1, 1e-4) << random.note();
     }
   }
+}
+
+// However far the hand goes, no point passes another, and no volume turns inside out.
+TEST(WarpMap, AGrabDoesNotFold) {
+  Random random;
+  for (int round = 0; round < 100; round++) {
+    const double radius = random.uniform(2, 20);
+    const Vec3 way = radius * random.uniform(0, 30) * random.direction();
+    const WarpMap map(WarpVerb::grab, brush_of(radius), radius, drag_of(Vec3::Zero(), way));
+    for (int i = 0; i < 100; i++) {
+      const Vec3 at = 1.2 * radius * random.in_box(-1, 1);
+      EXPECT_GT(slope_of(map, at).determinant(), 0) << random.note();
+    }
+    EXPECT_LT((map(Vec3::Zero()) - way).norm(), 1e-9 * (1 + way.norm())) << "it stays in the hand";
+  }
+}
+
+// A small push of a grab that keeps volume: |d| w (1 - 4 r^2) in the plane across it, a rim and a
+// moat that add up to nothing.
+TEST(WarpMap, AVolumePushHasARimAndAMoat) {
+  Brush brush = brush_of(10);
+  brush.keep_volume = true;
+  const double d = 0.02;
+  const WarpMap map(WarpVerb::grab, brush, 10, drag_of(Vec3::Zero(), {0, 0, d}));
+  double sum = 0, size = 0;
+  for (double r = 0.025; r < 12; r += 0.05) {
+    const double rise = map(Vec3(0.6 * r, 0.8 * r, 0)).z();
+    const double rho = r / 10, w = rho < 1 ? std::pow(1 - rho * rho, 2) : 0;
+    EXPECT_NEAR(rise, d * w * (1 - 4 * rho * rho), 0.02 * d) << r;
+    sum += r * rise;
+    size += r * std::fabs(rise);
+  }
+  EXPECT_NEAR(sum, 0, 0.01 * size);
+}
+
+// Twists keep the distance from their axis and middle, and the twist back is their inverse; a pinch
+// goes along the radius; bends, twists and pinches leave their middle.
+TEST(WarpMap, TwistAndPinchAreWhatTheySay) {
+  Random random;
+  for (int round = 0; round < 200; round++) {
+    Drag drag = drag_of(random.in_box(-5, 5), random.in_box(-6, 6));
+    drag.axis = random.direction();
+    drag.turn_rad = random.uniform(-4, 4);
+    Drag other = drag;
+    other.turn_rad = -drag.turn_rad;
+    const Brush brush = brush_of(10);
+    const WarpMap twist(WarpVerb::twist, brush, 10, drag), back(WarpVerb::twist, brush, 10, other),
+        pinch(WarpVerb::pinch, brush, 10, drag), bend(WarpVerb::bend, brush, 10, drag);
+    for (int i = 0; i < 20; i++) {
+      const Vec3 y = random.in_box(-11, 11), at = drag.centre + y, to = twist(at) - drag.centre;
+      EXPECT_NEAR(to.norm(), y.norm(), 1e-12 * (1 + y.norm())) << random.note();
+      EXPECT_NEAR(to.dot(drag.axis), y.dot(drag.axis), 1e-12 * (1 + y.norm()));
+      EXPECT_LT((back(twist(at)) - at).norm(), 1e-12 * (1 + at.norm())) << random.note();
+      EXPECT_LT((pinch(at) - drag.centre).cross(y).norm(), 1e-12 * (1 + y.squaredNorm()));
+      EXPECT_LE((pinch(at) - drag.centre).norm(), y.norm() * (1 + 1e-12));
+    }
+    for (const WarpMap* map : {&twist, &pinch, &bend})
+      EXPECT_LT(((*map)(drag.centre) - drag.centre).norm(), 1e-12);
+  }
+}
+
+// Images that overlap: their displacements are summed before they are applied.
+TEST(Warp, ImagesThatOverlapAddUp) {
+  TriDexel model = block(80, {8, 8, 4}, {72, 72, 30.3});
+  Warp of(model);
+  const double radius = 20, d = 4;
+  const Vec3 one(33, 40, 30.3), two(47, 40, 30.3);
+  const Result<Reshaped> done =
+      of.warp(WarpVerb::grab, brush_of(radius), {drag_of(one, {0, 0, d}), drag_of(two, {0, 0, d})});
+  ASSERT_TRUE(done.ok());
+  double worst = 0, top = 0;
+  for_ends(model, [&](const Vec3& at, const Vec3& normal) {
+    if (normal.z() < 0.3) return;
+    const auto weight = [&](const Vec3& c) {
+      return falloff_weight(Falloff::smooth, std::hypot(at.x() - c.x(), at.y() - c.y()) / radius);
+    };
+    worst =
+        std::max(worst, std::fabs(at.z() - 30.3 - d * (weight(one) + weight(two))) * normal.z());
+    top = std::max(top, at.z());
+  });
+  EXPECT_LE(worst, 0.05);
+  EXPECT_GT(top, 30.3 + 1.3 * d) << "more than either alone";
+  EXPECT_EQ(disagreeing(model), 0);
 }
 
 // How far the surface is from `distance`, a signed one, at most.
@@ -187,6 +299,10 @@ TEST(Warp, TwistAndBendTurnABox) {
                        return y.maxCoeff();
                      }),
               0.02);
+    EXPECT_LE(edges_off_by(
+                  model, middle - half, middle + half,
+                  [&](const Vec3& at) { return Vec3(middle + back.transpose() * (at - middle)); }),
+              0.1);
     EXPECT_NEAR(model.volume_mm3(), 8 * half.prod(), 2e-3 * 8 * half.prod());
     EXPECT_EQ(disagreeing(model), 0);
   }
@@ -234,7 +350,7 @@ TEST(Warp, ANodeIsAPyramid) {
     const double before = model.volume_mm3();
     Warp of(model);
     const Reshaped what = warp(of, WarpVerb::node, brush_of(12), drag_of({32, 32, 30}, {2, 1, d}));
-    EXPECT_NEAR(model.volume_mm3() - before, 4.0 / 3 * 12 * 12 * d, 0.02 * 4.0 / 3 * 12 * 12 * 9);
+    EXPECT_NEAR(model.volume_mm3() - before, 4.0 / 3 * 12 * 12 * d, 0.01 * 4.0 / 3 * 12 * 12 * 9);
     EXPECT_NEAR(what.added_mm3 - what.removed_mm3, model.volume_mm3() - before, 1e-3);
     EXPECT_GT(what.points, 1000);
     EXPECT_EQ(test::broken(extract_surface(model.snapshot())), "");

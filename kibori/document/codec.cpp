@@ -460,6 +460,8 @@ Result<Lattice> lattice_from_json(const std::string& text) {
 }
 
 std::string box_to_json(const LatticeBox& box) {
+  // An empty box has infinite corners, which JSON can't tell: a point says the same of material.
+  if (box.empty()) return Json{vec(Vec3::Zero()), vec(Vec3::Zero())}.dump();
   return Json{vec(box.units.min), vec(box.units.max)}.dump();
 }
 

@@ -166,14 +166,25 @@ void ServoContext::reshape(Mode mode, const Pose& before, LiveTick& result) {
   const double tick_s = settings_.spring.tick_s;
   const Vec3 way = result.tool.tip - before.tip;
   velocity_mm_s_ += std::min(1.0, tick_s / kVelocityFadeS) * (way / tick_s - velocity_mm_s_);
-  felt_per_mm_ += std::min(1.0, tick_s / kForceFadeS) * (work_per_mm_ - felt_per_mm_);
   // What the device can bear bounds the slope of a held force over the speed, and a warp's spring.
   const DeviceCapabilities& can = device_->capabilities();
   const double scale = settings_.workspace.scale() * settings_.force_scale;
   const bool felt = can.dof_out > 0 && can.damping_ns_mm > 0 && scale > 0;
   const double damping = felt ? can.damping_ns_mm / scale : 0;
+  const bool paper = settings_.model == ForceModel::paper;
+  const double strength = settings_.model == ForceModel::series ? settings_.spring.strength_n : 0;
+  // What bounds the force bounds it before it fades in: else the first tick gives all that can be
+  // given, of a dab that asks for much more.
+  double per_mm = work_per_mm_;
+  const double speed = std::max(kFullForceSpeed, std::sqrt(velocity_mm_s_.squaredNorm()));
+  if (felt)
+    per_mm = std::min(
+        per_mm, can.force_n / settings_.force_scale * (paper ? settings_.rate_hz / speed : 1));
+  if (felt && !paper) per_mm = std::min(per_mm, damping * speed);
+  if (strength > 0) per_mm = std::min(per_mm, strength);
+  felt_per_mm_ += std::min(1.0, tick_s / kForceFadeS) * (per_mm - felt_per_mm_);
   Vec3 force;
-  if (warps(mode) && settings_.model != ForceModel::paper) {
+  if (warps(mode) && !paper) {
     double stiffness = stiffness_n_mm_;
     if (felt) stiffness = std::min(stiffness, damping / (MaxwellForce::kRelaxS + 0.5 * tick_s));
     force = pull_.pull(stiffness, way, tick_s);
@@ -181,9 +192,8 @@ void ServoContext::reshape(Mode mode, const Pose& before, LiveTick& result) {
     const double full = felt ? std::max(kFullForceSpeed, felt_per_mm_ / damping) : kFullForceSpeed;
     force = held_force(law(), felt_per_mm_, velocity_mm_s_, settings_.rate_hz, full);
   }
-  const double strength = settings_.spring.strength_n, size = std::sqrt(force.squaredNorm());
-  if (settings_.model == ForceModel::series && strength > 0 && size > strength)
-    force *= strength / size;
+  const double size = std::sqrt(force.squaredNorm());
+  if (strength > 0 && size > strength) force *= strength / size;
   result.computed.force = force;
   result.touching = felt_per_mm_ > 0 || stiffness_n_mm_ > 0;
 }

@@ -256,7 +256,8 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
   outside_stays();
 
   if (brush.keep_volume && verb == FieldVerb::smooth) {
-    // phi - lambda w, with the lambda that leaves no change of volume: by secants.
+    // phi - lambda w, with the lambda that leaves no change of volume: by secants. Where a span or
+    // a gap comes or goes the volume steps, and may step over 0: then the nearest that was met.
     first_ = after_;
     const double moved = [&] {
       double sum = 0;
@@ -281,17 +282,22 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
                                  (end.place.cast<double>() - centre.at.units).norm() / radius);
       area += std::min(weight, 1.0) * double{std::fabs(end.normal[depth_index(end.axis)])};
     }
-    double last = 0, last_volume = with(0);
+    double last = 0, last_volume = with(0), best = 0, best_volume = std::fabs(last_volume);
     if (area > 0) {
-      double lambda = -last_volume / (brush.strength * area);
+      double lambda = -last_volume / (brush.strength * area), told = 0;
       for (int step = 0; step < kMaxVolumeSteps; step++) {
-        const double volume = with(lambda);
+        const double volume = with(told = lambda);
+        if (std::fabs(volume) <= best_volume) {
+          best = lambda;
+          best_volume = std::fabs(volume);
+        }
         if (std::fabs(volume) <= kVolumeTolerance * moved || volume == last_volume) break;
         const double next = lambda - volume * (lambda - last) / (volume - last_volume);
         last = lambda;
         last_volume = volume;
         lambda = next;
       }
+      if (told != best) with(best);
     }
   }
   return write_back(model, band_, after_, touched_);

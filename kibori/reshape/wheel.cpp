@@ -28,6 +28,13 @@ constexpr double kLeastWall = 1.01;
 // A hollow of less than this radius [cells] is none: float32 would tell the fields apart there.
 constexpr double kLeastHollow = 0.01;
 
+// A ray that meets the body, or its hollow, by less than this squared half chord [cells^2] only
+// touches it: float32 would leave no span there, and the z field a node in it.
+constexpr double kLeastChord2 = 1e-6;
+
+// Between two rows a curve keeps so far [cells] from both: in float32 it would end on a node.
+constexpr double kLeastShare = 1e-3;
+
 // Squared radius of what is not there [cells^2], between rows: a twentieth makes a flat floor.
 constexpr double kBeyondAxis = 0.05;
 
@@ -192,7 +199,7 @@ bool WheelSolid::interval(Axis axis, int u, int v, int layer, Interval& out) con
     const double middle = is_x ? profile_.centre.x() : profile_.centre.y(),
                  off = (is_x ? u : v) + 0.5 - (is_x ? profile_.centre.y() : profile_.centre.x());
     const double outer2 = a[row] - off * off, hollow2 = b[row] - off * off;
-    if (!(outer2 > 0)) return false;
+    if (!(outer2 > kLeastChord2)) return false;
     const double outer = std::sqrt(outer2);
     // The squared radius less its value grows outwards: (2 along, 2 off, -slope).
     const auto end = [&](double along, double slope, double sign) {
@@ -201,7 +208,7 @@ bool WheelSolid::interval(Axis axis, int u, int v, int layer, Interval& out) con
                                       : encode_normal(sign * rise, sign * off, sign * along)};
     };
     const double so = outer_slope_[row], sh = hollow_slope_[row];
-    if (!(hollow2 > 0)) {
+    if (!(hollow2 > kLeastChord2)) {
       out = {end(-outer, so, 1), end(outer, so, 1)};
       return layer == 0;
     }
@@ -211,7 +218,7 @@ bool WheelSolid::interval(Axis axis, int u, int v, int layer, Interval& out) con
     return layer < 2;
   }
   const double x = u + 0.5 - profile_.centre.x(), y = v + 0.5 - profile_.centre.y(),
-               r2 = x * x + y * y;
+               r2 = x * x + y * y + kLeastChord2;
   // A row without hollow or body lies beyond the axis, so that no curve ends on a node there.
   const auto value = [&](size_t row, bool of_hollow) {
     const double r = of_hollow ? b[row] : a[row];
@@ -226,7 +233,7 @@ bool WheelSolid::interval(Axis axis, int u, int v, int layer, Interval& out) con
     const auto row = static_cast<size_t>(k);
     const double from = value(row, of_hollow), to = value(row + 1, of_hollow);
     const std::vector<double>& slopes = of_hollow ? hollow_slope_ : outer_slope_;
-    const double share = std::clamp((r2 - from) / (to - from), 0.0, 1.0);
+    const double share = std::clamp((r2 - from) / (to - from), kLeastShare, 1 - kLeastShare);
     const double slope = slopes[row] + share * (slopes[row + 1] - slopes[row]);
     const double sign = of_hollow ? -1 : 1;
     return End{profile_.row_z(row) + share, encode_normal(sign * x, sign * y, sign * -0.5 * slope)};
