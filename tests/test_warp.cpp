@@ -111,6 +111,20 @@ double edges_off_by(const TriDexel& model, const Vec3& low, const Vec3& high, F&
   return worst;
 }
 
+// What leaves the lattice is said, and comes back.
+TEST(Warp, SaysWhatLeavesTheLattice) {
+  TriDexel model = block(64, Vec3(12, 12, 12), Vec3(52, 52, 40.3));
+  const uint64_t hash = model.content_hash();
+  Warp of(model);
+  for (const WarpVerb verb : {WarpVerb::grab, WarpVerb::node}) {
+    const auto drag = [](double way) { return drag_of({32, 32, 40.3}, {0, 0, way}); };
+    EXPECT_FALSE(warp(of, verb, brush_of(10), drag(20)).clipped);
+    EXPECT_TRUE(warp(of, verb, brush_of(10), drag(30)).clipped);
+    EXPECT_FALSE(warp(of, verb, brush_of(10), drag(0)).clipped);
+    EXPECT_EQ(model.content_hash(), hash);
+  }
+}
+
 TEST(Warp, AConstantFalloffTranslates) {
   for (const Vec3& way : {Vec3(3, 2, 1), Vec3(0.5, 0.5, 0.5), Vec3(-2.37, 1.81, 4.2)}) {
     TriDexel model = block(64, {20, 20, 20}, {36, 40, 32});

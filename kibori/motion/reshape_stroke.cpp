@@ -236,6 +236,7 @@ Status ReshapeStroke::compute_warp(Sums& sums) {
   (grown > 0 ? sums.added : sums.removed) += std::fabs(grown);
   const int64_t points = std::abs(what.points - warped_.points);
   sums.points += points;
+  sums.clipped |= what.clipped;
   if (settings_.law.model == ForceModel::paper) {
     const double way = (last_.tip - computed_at_.tip).norm(),
                  own = static_cast<double>(points) / static_cast<double>(1 + images_.size());
@@ -343,8 +344,8 @@ Status ReshapeStroke::turn_to(const Pose& end, Sums& sums) {
       wheel_.advance(settings_.mode == Mode::turn ? WheelVerb::turn : WheelVerb::throw_clay,
                      settings_.tool, {met_.tip, end.frame}, way, settings_.brush.wall_mm);
   if (!done) return Error{done.error()};
-  const auto& [what, pressed, clipped] = done.value();
-  sums.clipped |= clipped;
+  const auto& [what, pressed] = done.value();
+  sums.clipped |= what.clipped;
   sums.added += what.added_mm3;
   sums.removed += what.removed_mm3;
   sums.points += what.points;

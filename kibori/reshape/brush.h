@@ -70,8 +70,9 @@ inline double falloff_weight(Falloff falloff, double distance) {
 // What dabs did to the model; volumes are the mean of the three fields.
 struct Reshaped {
   double added_mm3 = 0, removed_mm3 = 0;
-  int64_t points = 0;  // lattice nodes that changed sides
-  double own = 1;      // share of it that the hand did itself; its images did the rest
+  int64_t points = 0;    // lattice nodes that changed sides
+  bool clipped = false;  // material reached beyond the lattice, and is not there
+  double own = 1;        // share of it that the hand did itself; its images did the rest
   // By material, of the hand's own: the share of it in what moved, and where, as a sum: sum_mm /
   // share is the middle.
   struct Part {

@@ -150,6 +150,7 @@ Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector
       result.added_mm3 += put.added_mm3;
       result.removed_mm3 += put.removed_mm3;
       result.points += put.points;
+      result.clipped |= put.clipped;
     }
     warped_ = true;
   } else if (!maps.empty()) {
@@ -298,10 +299,13 @@ void Warp::move_triangles(const std::vector<WarpMap>& maps) {
   moved_.resize(vertices_.size());
   turned_.assign(vertices_.size(), Vec3::Zero());
   std::vector<uint8_t> stays(vertices_.size(), 1);
+  clipped_ = false;
+  const Vec3 end = model_.lattice().whole().units.max;
   for (size_t i = 0; i < vertices_.size(); i++) {
     const Vec3 to = mapped(maps, vertices_[i].at);
     stays[i] = (to - vertices_[i].at).squaredNorm() < kStays * kStays;
     moved_[i] = stays[i] ? vertices_[i].at : to;
+    clipped_ |= !stays[i] && ((to.array() < 0).any() || (to.array() > end.array()).any());
   }
   moves_.assign(triangles_.size(), 0);
   for (auto& list : crossings_) list.clear();
@@ -574,6 +578,7 @@ class Warp::Change {
 
 Reshaped Warp::write() {
   Reshaped result;
+  result.clipped = clipped_;
   const Lattice& lattice = model_.lattice();
   for (const uint32_t node : flagged_) result.points += after_[node] != before_[node];
   // Nodes beside an end that came.
@@ -683,6 +688,7 @@ Reshaped Warp::put_node(double radius, const Drag& drag) {
   } else {
     cut(model_, pyramid, {}, removed);
   }
+  result.clipped = removed.clipped;
   const double pitch = model_.lattice().pitch_mm;
   (side > 0 ? result.added_mm3 : result.removed_mm3) =
       removed.mean_volume() * pitch * pitch * pitch;

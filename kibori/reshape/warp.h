@@ -87,6 +87,7 @@ class Warp {
   std::vector<int8_t> mesh_;     // how often the triangles go around them
   std::vector<std::vector<OldCrossing>> columns_;
   // Of the warp.
+  bool clipped_ = false;        // a vertex came to lie beyond the lattice
   std::vector<Vec3> moved_;     // vertices
   std::vector<Vec3> turned_;    // their normals; zero: not asked for yet
   std::vector<uint8_t> moves_;  // triangles

@@ -463,7 +463,7 @@ Result<Wheel::Turned> Wheel::advance(WheelVerb verb, const Tool& tool, const Pos
   deposit(model_, solid, profile_.material, {}, added);
   const Box widest = solid.bounds().units;
   for (int i = 0; i < 2; i++)
-    turned.clipped |= widest.min[i] < 0 || widest.max[i] > model_.lattice().nodes[i];
+    turned.what.clipped |= widest.min[i] < 0 || widest.max[i] > model_.lattice().nodes[i];
   turned.what.removed_mm3 = removed.mean_volume() * cell;
   turned.what.added_mm3 = added.mean_volume() * cell;
   turned.what.points = removed.points() + added.points();

@@ -97,7 +97,6 @@ class Wheel {
   struct Turned {
     Reshaped what;
     double pressed_mm3 = 0;
-    bool clipped = false;  // the body is wider than the lattice, and what is beyond it is not there
   };
   Result<Turned> advance(WheelVerb verb, const Tool& tool, const Pose& from, const Vec3& way_mm,
                          double wall_mm = 0);
