@@ -10,6 +10,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -59,6 +60,8 @@ struct SurfaceEnd {
   uint8_t material;
   Color paint;
 };
+
+struct BandSlice;
 
 namespace detail {
 
@@ -110,7 +113,11 @@ struct DepthRange {
 struct BandScratch {
   Uncleared<FloatRow> seed_distance2, row_distance2;
   Uncleared<IndexRow> seed_end, row_end;
-  std::vector<uint8_t> state;
+  // Of each block: whether it has seeds; whether there are some near along the row; of how many
+  // rows from here on an end of this one may be nearest.
+  std::vector<uint8_t> seeded, seeds_near, rows_near;
+
+  void prepare(const BandSlice& slice);
 };
 
 // Of a filter along an axis: to[i] = kernel[0] low[0][i] + the sum over m of
@@ -127,10 +134,11 @@ struct BandPlane;
 // Memory is kept from one use to the next.
 class NodeBand {
  public:
-  // Reads the nodes of `box`. `width` [lattice units]: distances beyond it are not told apart, nor
-  // those of blocks of 16 nodes along x that are all farther than `reach` from `centre`.
+  // Reads the nodes of `box` within the ball of radius `reach` round `centre`, grown by `around`
+  // along each axis, and some beside them; phi of the others means nothing. `width` [lattice
+  // units]: distances beyond it are not told apart.
   void read(const TriDexel& model, const NodeBox& box, float width, const LatticePoint& centre = {},
-            float reach = kFar);
+            float reach = kFar, float around = 0);
 
   const NodeBox& box() const { return box_; }
   float width() const { return width_; }
@@ -159,8 +167,10 @@ class NodeBand {
 
   NodeBox box_;
   size_t nx_ = 0, ny_ = 0, nz_ = 0, blocks_ = 0;  // blocks: rows of 16 nodes along x
-  float width_ = 0, reach_ = 0;
+  float width_ = 0, reach_ = 0, around_ = 0;
   Eigen::Vector3f centre_ = Eigen::Vector3f::Zero();
+  // By axis: squared distances of nodes, along x of blocks, from the ball.
+  std::array<std::vector<float>, 3> away_;
   std::vector<float> phi_;
   // By blocks: squared distance and index of the nearest end yet, and for which nodes there is one.
   detail::Uncleared<detail::FloatRow> distance2_;
@@ -171,7 +181,7 @@ class NodeBand {
   // Of one field at a time: ends of blocks of rays, in layers; of x rays, ends of each.
   std::vector<detail::RayItems> rays_;
   std::vector<detail::EndLayer> end_layers_;
-  std::vector<detail::DepthRange> row_ends_;
+  std::vector<detail::DepthRange> row_ends_, ray_ends_;
   std::vector<detail::SpanLayer> span_layers_;
   detail::BandScratch scratch_;
 };

@@ -16,6 +16,8 @@
 // dab: to 1 at most, and where they inflate to kMaxSum.
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -73,16 +75,25 @@ class Reshaper {
                                double sigma, double width, const Cluster& cluster);
   void weigh(const Brush& brush, const Cluster& cluster, double radius, double most,
              std::optional<float> core);
+  // Of a row along x: nodes low <= i < high.
+  struct RowRange {
+    uint32_t low = UINT32_MAX, high = 0;
+
+    void include(RowRange other) {
+      low = std::min(low, other.low);
+      high = std::max(high, other.high);
+    }
+  };
   void filter();
   void sum_along(int axis, const std::vector<float>& from, std::vector<float>& to,
-                 const std::vector<uint8_t>& rows);
+                 const std::vector<RowRange>& rows);
 
   NodeBand band_;
   std::vector<float> kernel_, after_, first_, second_;
   std::vector<uint32_t> touched_;  // nodes that a verb may change
   std::vector<float> weights_;     // of those nodes, in their order
   std::vector<float> heights_;     // of flatten: of those nodes over the plane
-  std::vector<uint8_t> rows_, rows_y_, rows_x_;
+  std::vector<RowRange> rows_, rows_y_, rows_x_;
 };
 
 }  // namespace kibori
