@@ -19,6 +19,7 @@
 #include <cmath>
 
 #include <kibori/base/check.h>
+#include <kibori/base/parallel.h>
 #include <kibori/base/vector_unit.h>
 #include <kibori/dexel/normal_code.h>
 
@@ -432,13 +433,14 @@ void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
   }
   read_spans(model);
   const auto tell_sides = HWY_DYNAMIC_DISPATCH(TellSides), measure = HWY_DYNAMIC_DISPATCH(Measure);
-  for (size_t k = 0; k < nz_; k++) tell_sides(plane(k));
-  for (const Axis axis : {Axis::z, Axis::y, Axis::x}) {
-    read_ends(model, axis);
-    search(axis);
-  }
+  run_parallel_slices(threads_, nz_, [&](size_t k, size_t) { tell_sides(plane(k)); });
+  run_parallel(threads_, 3, [&](size_t i) {
+    read_ends(model.field(kAxes[i]).view(), fields_[static_cast<size_t>(kAxes[i])]);
+  });
+  join_ends();
   if (ends_.empty()) return;
-  for (size_t k = 0; k < nz_; k++) measure(plane(k));
+  for (const Axis axis : {Axis::z, Axis::y, Axis::x}) search(axis);
+  run_parallel_slices(threads_, nz_, [&](size_t k, size_t) { measure(plane(k)); });
   for (size_t row = 0; row < ny_ * nz_; row++)
     for (size_t b = 0; b < blocks_; b++)
       for (unsigned bits = known_[row * blocks_ + b]; bits; bits &= bits - 1) {
@@ -478,7 +480,8 @@ void NodeBand::read_spans(const TriDexel& model) {
 
 // Adds the ends of the ray at (u, v) that are of the box, and calls f(end, depth) for each.
 template <class F>
-void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, F&& f) {
+void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, std::vector<SurfaceEnd>& ends,
+                        F&& f) const {
   const Axis axis = field.axis();
   const int d = depth_index(axis);
   SurfaceEnd end;
@@ -492,8 +495,8 @@ void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, F&& f) {
     end.normal = decode_normal(normal, axis, at_out).cast<float>();
     end.material = material;
     end.paint = paint;
-    f(static_cast<uint32_t>(ends_.size()), depth);
-    ends_.push_back(end);
+    f(static_cast<uint32_t>(ends.size()), depth);
+    ends.push_back(end);
   };
   // Spans that touch are two materials, and no surface.
   Span last{-kFar, -kFar, 0, 0, 0, 0, 0};
@@ -508,9 +511,13 @@ void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, F&& f) {
 }
 
 // A field's ends that may be nearest to a node within reach.
-void NodeBand::read_ends(const TriDexel& model, Axis axis) {
-  const FieldSnapshot& field = model.field(axis).view();
-  const NodeBox there = box_.within({Index3::Zero(), model.lattice().nodes});
+void NodeBand::read_ends(const FieldSnapshot& field, FieldEnds& to) const {
+  const Axis axis = field.axis();
+  Index3 nodes;
+  nodes[u_index(axis)] = field.nodes_u();
+  nodes[v_index(axis)] = field.nodes_v();
+  nodes[depth_index(axis)] = field.nodes_depth();
+  const NodeBox there = box_.within({Index3::Zero(), nodes});
   const float farthest = reach_ + width_ + 1;
   const auto far_off = [&](int u, int v) {
     const auto off = [&](int node, float centre) {
@@ -519,22 +526,23 @@ void NodeBand::read_ends(const TriDexel& model, Axis axis) {
     const float du = off(u, centre_[u_index(axis)]), dv = off(v, centre_[v_index(axis)]);
     return du * du + dv * dv > farthest * farthest;
   };
-  end_layers_.clear();
-  row_ends_.assign(axis == Axis::z ? ny_ : nz_, {});
-  ray_ends_.assign(row_ends_.size() * (axis == Axis::x ? ny_ : blocks_), {});
+  to.ends.clear();
+  to.layers.clear();
+  to.of_rows.assign(axis == Axis::z ? ny_ : nz_, {});
+  to.of_rays.assign(to.of_rows.size() * (axis == Axis::x ? ny_ : blocks_), {});
+  to.rays.assign(to.of_rays.size(), {});
   if (axis == Axis::x) {
-    rays_.assign(ny_ * nz_, {});
     for (int k = there.low[2]; k < there.high[2]; k++)
       for (int j = there.low[1]; j < there.high[1]; j++) {
         if (far_off(j, k)) continue;
         const size_t row = static_cast<size_t>(k - box_.low[2]),
                      at = row * ny_ + static_cast<size_t>(j - box_.low[1]);
-        RayItems& ray = rays_[at];
-        ray.first = static_cast<uint32_t>(ends_.size());
-        add_ends(field, j, k, [&](uint32_t, float depth) {
+        RayItems& ray = to.rays[at];
+        ray.first = static_cast<uint32_t>(to.ends.size());
+        add_ends(field, j, k, to.ends, [&](uint32_t, float depth) {
           ray.count++;
-          row_ends_[row].include(depth);
-          ray_ends_[at].include(depth);
+          to.of_rows[row].include(depth);
+          to.of_rays[at].include(depth);
         });
       }
     return;
@@ -542,28 +550,27 @@ void NodeBand::read_ends(const TriDexel& model, Axis axis) {
   // Rows along y of z rays, along z of y rays.
   const bool of_z = axis == Axis::z;
   const int r = of_z ? 1 : 2;
-  rays_.assign(static_cast<size_t>(box_.size()[r]) * blocks_, {});
   for (int row = there.low[r]; row < there.high[r]; row++)
     for (size_t b = 0; b < blocks_; b++) {
       const size_t block = static_cast<size_t>(row - box_.low[r]) * blocks_ + b;
-      RayItems& rays = rays_[block];
-      rays.first = static_cast<uint32_t>(end_layers_.size());
+      RayItems& rays = to.rays[block];
+      rays.first = static_cast<uint32_t>(to.layers.size());
       const int i0 = box_.low[0] + static_cast<int>(b * kBlock);
       for (int i = std::max(i0, there.low[0]);
            i < std::min(i0 + static_cast<int>(kBlock), there.high[0]); i++) {
         const int u = of_z ? i : row, v = of_z ? row : i;
         if (far_off(u, v)) continue;
         uint32_t at = 0;
-        add_ends(field, u, v, [&](uint32_t end, float depth) {
+        add_ends(field, u, v, to.ends, [&](uint32_t end, float depth) {
           if (at == rays.count) {
             rays.count++;
-            EndLayer& layer = end_layers_.emplace_back();
+            EndLayer& layer = to.layers.emplace_back();
             std::fill_n(layer.depth.lane, kBlock, kFar);
             std::fill_n(layer.end.lane, kBlock, -1);
           }
-          EndLayer& layer = end_layers_[rays.first + at++];
-          row_ends_[static_cast<size_t>(row - box_.low[r])].include(depth);
-          ray_ends_[block].include(depth);
+          EndLayer& layer = to.layers[rays.first + at++];
+          to.of_rows[static_cast<size_t>(row - box_.low[r])].include(depth);
+          to.of_rays[block].include(depth);
           layer.depth.lane[i - i0] = depth;
           layer.end.lane[i - i0] = static_cast<int32_t>(end);
         });
@@ -571,8 +578,22 @@ void NodeBand::read_ends(const TriDexel& model, Axis axis) {
     }
 }
 
+// The fields' ends into one list: z, y, x.
+void NodeBand::join_ends() {
+  for (const Axis axis : {Axis::z, Axis::y, Axis::x}) {
+    FieldEnds& field = fields_[static_cast<size_t>(axis)];
+    const auto before = static_cast<uint32_t>(ends_.size());
+    for (EndLayer& layer : field.layers)
+      for (int32_t& end : layer.end.lane) end += static_cast<int32_t>(before);
+    if (axis == Axis::x)
+      for (RayItems& ray : field.rays) ray.first += before;
+    ends_.insert(ends_.end(), field.ends.begin(), field.ends.end());
+  }
+}
+
 void NodeBand::search(Axis axis) {
-  if (axis == Axis::x ? ends_.empty() : end_layers_.empty()) return;
+  const FieldEnds& field = fields_[static_cast<size_t>(axis)];
+  if (field.ends.empty()) return;
   BandSlice slice;
   slice.rows = axis == Axis::z ? ny_ : nz_;
   slice.cols = axis == Axis::x ? ny_ : blocks_;
@@ -581,11 +602,11 @@ void NodeBand::search(Axis axis) {
   slice.farthest = std::sqrt(slice.too_far);
   slice.window = static_cast<size_t>(std::ceil(slice.farthest)) - 1;
   slice.margin = axis == Axis::x ? slice.window + 1 : slice.window / kBlock + 1;
-  slice.rays = rays_.data();
-  slice.layers = axis == Axis::x ? nullptr : end_layers_.data();
+  slice.rays = field.rays.data();
+  slice.layers = axis == Axis::x ? nullptr : field.layers.data();
   slice.ends = ends_.data();
-  slice.row_ends = row_ends_.data();
-  slice.ray_ends = ray_ends_.data();
+  slice.row_ends = field.of_rows.data();
+  slice.ray_ends = field.of_rays.data();
   slice.length = axis == Axis::x ? static_cast<float>(kBlock - 1) : 0;
   slice.distance2 = distance2_.data();
   slice.nearest = nearest_.data();
@@ -595,19 +616,21 @@ void NodeBand::search(Axis axis) {
   slice.reach2 = reach_ * reach_;
   slice.row_away = away_[axis == Axis::z ? 1 : 2].data();
   slice.col_away = away_[axis == Axis::x ? 1 : 0].data();
-  scratch_.prepare(slice);
-  slice.scratch = &scratch_;
+  scratch_.resize(static_cast<size_t>(std::max(1, threads_)));
+  for (BandScratch& scratch : scratch_) scratch.prepare(slice);
   const auto kernel = HWY_DYNAMIC_DISPATCH(SearchSlice);
   const int across = axis == Axis::z ? 2 : axis == Axis::y ? 1 : 0;
   const float first = static_cast<float>(box_.low[across]) + 0.5f;
   const size_t step = axis == Axis::z ? ny_ * blocks_ : axis == Axis::y ? blocks_ : 1;
   const std::vector<float>& away = away_[static_cast<size_t>(across)];
-  for (size_t i = 0; i < away.size(); i++) {
-    slice.depth = first + static_cast<float>(axis == Axis::x ? i * kBlock : i);
-    slice.first = i * step;
-    slice.away = away[i];
-    kernel(slice);
-  }
+  run_parallel_slices(threads_, away.size(), [&](size_t i, size_t thread) {
+    BandSlice own = slice;
+    own.scratch = &scratch_[thread];
+    own.depth = first + static_cast<float>(axis == Axis::x ? i * kBlock : i);
+    own.first = i * step;
+    own.away = away[i];
+    kernel(own);
+  });
 }
 
 BandPlane NodeBand::plane(size_t k) {

@@ -134,6 +134,8 @@ struct BandPlane;
 // Memory is kept from one use to the next.
 class NodeBand {
  public:
+  // On how many threads read() runs; the result does not depend on it.
+  void set_threads(int threads) { threads_ = threads; }
   // Reads the nodes of `box` within the ball of radius `reach` round `centre`, grown by `around`
   // along each axis, and some beside them; phi of the others means nothing. `width` [lattice
   // units]: distances beyond it are not told apart.
@@ -159,14 +161,24 @@ class NodeBand {
 
  private:
   void read_spans(const TriDexel& model);
-  void read_ends(const TriDexel& model, Axis axis);
+  // Of one field: ends of blocks of rays, in layers; of x rays, ends of each.
+  struct FieldEnds {
+    std::vector<SurfaceEnd> ends;
+    std::vector<detail::RayItems> rays;
+    std::vector<detail::EndLayer> layers;
+    std::vector<detail::DepthRange> of_rows, of_rays;
+  };
+  void read_ends(const FieldSnapshot& field, FieldEnds& to) const;
   template <class F>
-  void add_ends(const FieldSnapshot& field, int u, int v, F&& f);
+  void add_ends(const FieldSnapshot& field, int u, int v, std::vector<SurfaceEnd>& ends,
+                F&& f) const;
+  void join_ends();
   void search(Axis axis);
   BandPlane plane(size_t k);
 
   NodeBox box_;
   size_t nx_ = 0, ny_ = 0, nz_ = 0, blocks_ = 0;  // blocks: rows of 16 nodes along x
+  int threads_ = 1;
   float width_ = 0, reach_ = 0, around_ = 0;
   Eigen::Vector3f centre_ = Eigen::Vector3f::Zero();
   // By axis: squared distances of nodes, along x of blocks, from the ball.
@@ -178,12 +190,11 @@ class NodeBand {
   std::vector<uint16_t> known_;
   std::vector<SurfaceEnd> ends_;
   std::vector<uint32_t> nodes_;
-  // Of one field at a time: ends of blocks of rays, in layers; of x rays, ends of each.
+  std::array<FieldEnds, 3> fields_;  // once joined, by indices of ends_
+  // Spans of blocks of z rays.
   std::vector<detail::RayItems> rays_;
-  std::vector<detail::EndLayer> end_layers_;
-  std::vector<detail::DepthRange> row_ends_, ray_ends_;
   std::vector<detail::SpanLayer> span_layers_;
-  detail::BandScratch scratch_;
+  std::vector<detail::BandScratch> scratch_;  // of each thread
 };
 
 }  // namespace kibori

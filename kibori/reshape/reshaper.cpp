@@ -6,6 +6,7 @@
 #include <utility>
 
 #include <kibori/base/memory.h>
+#include <kibori/base/parallel.h>
 #include <kibori/reshape/write_back.h>
 
 namespace kibori {
@@ -264,6 +265,7 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
         if (std::fabs(phi[node]) < 1) sum += std::fabs(double{after_[node]} - double{phi[node]});
       return sum;
     }();
+    const VolumeChange volume_change(model, band_, touched_, threads_);
     const auto with = [&](double lambda) {
       for (size_t i = 0; i < touched_.size(); i++) {
         const uint32_t node = touched_[i];
@@ -271,7 +273,7 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
           after_[node] = first_[node] - static_cast<float>(lambda) * strength * weights_[i];
       }
       outside_stays();
-      return volume_change(model, band_, after_, touched_);
+      return volume_change(after_);
     };
     double area = 0;
     for (const SurfaceEnd& end : band_.ends()) {
@@ -294,7 +296,7 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
       }
     }
   }
-  return write_back(model, band_, after_, touched_);
+  return write_back(model, band_, after_, touched_, threads_);
 }
 
 std::optional<Reshaper::Surface> Reshaper::surface_under(const TriDexel& model, const Brush& brush,
@@ -346,7 +348,10 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
       const size_t row = band_.index(around.low[0], j, k);
       std::copy_n(band_.phi().data() + row, length, after_.data() + row);
     }
-  const auto weigh_node = [&](uint32_t node, const Index3& at) {
+  struct Weight {
+    float weight, height;  // over the planes of flatten
+  };
+  const auto weight_at = [&](const Index3& at) {
     const Vec3 place = at.matrix().cast<double>().array() + 0.5;
     double sum = 0, height = 0;
     for (const Centre& centre : cluster.centres) {
@@ -356,24 +361,35 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
       sum += weight;
       height += weight * centre.flat.normal.dot(place - centre.flat.point_mm);
     }
-    const auto weight = static_cast<float>(std::min(sum, most));
-    if (weight == 0) return;
+    return Weight{static_cast<float>(std::min(sum, most)), static_cast<float>(height / sum)};
+  };
+  const auto touch = [&](uint32_t node, const Weight& what) {
+    if (what.weight == 0) return;
     touched_.push_back(node);
-    weights_.push_back(weight);
-    if (!core) heights_.push_back(static_cast<float>(height / sum));
+    weights_.push_back(what.weight);
+    if (!core) heights_.push_back(what.height);
   };
   if (core) {
-    for (const uint32_t node : band_.nodes()) {
-      if (!(std::fabs(band_.phi()[node]) < *core)) continue;
-      const Index3 at = band_.node_at(node);
-      if ((at >= reach.low).all() && (at < reach.high).all()) weigh_node(node, at);
-    }
+    const std::vector<uint32_t>& nodes = band_.nodes();
+    band_weights_.resize(nodes.size());
+    constexpr size_t kPiece = 4096;
+    run_parallel_slices(threads_, (nodes.size() + kPiece - 1) / kPiece, [&](size_t piece, size_t) {
+      const size_t end = std::min(nodes.size(), (piece + 1) * kPiece);
+      for (size_t i = piece * kPiece; i < end; i++) {
+        band_weights_[i] = 0;
+        if (!(std::fabs(band_.phi()[nodes[i]]) < *core)) continue;
+        const Index3 at = band_.node_at(nodes[i]);
+        if ((at >= reach.low).all() && (at < reach.high).all())
+          band_weights_[i] = weight_at(at).weight;
+      }
+    });
+    for (size_t i = 0; i < nodes.size(); i++) touch(nodes[i], {band_weights_[i], 0});
     return;
   }
   for (int k = reach.low[2]; k < reach.high[2]; k++)
     for (int j = reach.low[1]; j < reach.high[1]; j++)
       for (int i = reach.low[0]; i < reach.high[0]; i++)
-        weigh_node(static_cast<uint32_t>(band_.index(i, j, k)), {i, j, k});
+        touch(static_cast<uint32_t>(band_.index(i, j, k)), weight_at({i, j, k}));
 }
 
 // G phi at the touched nodes, into second_.
@@ -419,26 +435,36 @@ void Reshaper::sum_along(int axis, const std::vector<float>& from, std::vector<f
              count = static_cast<size_t>(size[axis]);
   const size_t reach = kernel_.size() - 1;
   const detail::RowSum sum_rows = detail::row_sum();
-  // Rows that are summed; along x, one row at shifts, with its border's nodes repeated around it.
-  std::vector<const float*> low(reach + 1), high(reach + 1);
-  std::vector<float> wide(axis == 0 ? nx + 2 * reach : 0);
-  for (size_t row = 0; row < rows.size(); row++) {
-    if (!rows[row].high) continue;
+  // Of each thread: rows that are summed; along x, one row at shifts, with its border's nodes
+  // repeated around it.
+  struct Scratch {
+    std::vector<const float*> low, high;
+    std::vector<float> wide;
+  };
+  std::vector<Scratch> scratch(
+      static_cast<size_t>(std::max(1, threads_)),
+      {std::vector<const float*>(reach + 1), std::vector<const float*>(reach + 1),
+       std::vector<float>(axis == 0 ? nx + 2 * reach : 0)});
+  const auto sum_row = [&](size_t row, Scratch& own) {
     const size_t first = rows[row].low, nodes = rows[row].high - first;
     const float* in = from.data() + row * nx;
     if (axis == 0) {
-      std::fill_n(wide.begin(), reach, in[0]);
-      std::copy_n(in, nx, wide.data() + reach);
-      std::fill_n(wide.data() + reach + nx, reach, in[nx - 1]);
-      in = wide.data() + reach;
+      std::fill_n(own.wide.begin(), reach, in[0]);
+      std::copy_n(in, nx, own.wide.data() + reach);
+      std::fill_n(own.wide.data() + reach + nx, reach, in[nx - 1]);
+      in = own.wide.data() + reach;
     }
     const size_t at = axis == 1 ? row % ny : row / ny, step = band_.stride(axis);
     for (size_t m = 0; m <= reach; m++) {
-      low[m] = in + first - (axis == 0 ? m : std::min(m, at) * step);
-      high[m] = in + first + (axis == 0 ? m : std::min(m, count - 1 - at) * step);
+      own.low[m] = in + first - (axis == 0 ? m : std::min(m, at) * step);
+      own.high[m] = in + first + (axis == 0 ? m : std::min(m, count - 1 - at) * step);
     }
-    sum_rows(low.data(), high.data(), kernel_, nodes, to.data() + row * nx + first);
-  }
+    sum_rows(own.low.data(), own.high.data(), kernel_, nodes, to.data() + row * nx + first);
+  };
+  run_parallel_slices(threads_, rows.size() / ny, [&](size_t k, size_t thread) {
+    for (size_t row = k * ny; row < (k + 1) * ny; row++)
+      if (rows[row].high) sum_row(row, scratch[thread]);
+  });
 }
 
 }  // namespace kibori

@@ -37,6 +37,11 @@ struct DabPlace {
 // Computes dabs, and keeps its memory from one to the next. For one thread at a time.
 class Reshaper {
  public:
+  // On how many threads a dab runs; results do not depend on it.
+  void set_threads(int threads) {
+    threads_ = threads;
+    band_.set_threads(threads);
+  }
   // One dab on the model, at the place of the hand and those of its images. Nothing where the brush
   // meets no surface. Errors: a brush that check_brush refuses, a place or plane that is not
   // finite, a region of more than 2^31 nodes or than there is memory for.
@@ -88,8 +93,10 @@ class Reshaper {
   void sum_along(int axis, const std::vector<float>& from, std::vector<float>& to,
                  const std::vector<RowRange>& rows);
 
+  int threads_ = 1;
   NodeBand band_;
   std::vector<float> kernel_, after_, first_, second_;
+  std::vector<float> band_weights_;  // of the band's nodes
   std::vector<uint32_t> touched_;  // nodes that a verb may change
   std::vector<float> weights_;     // of those nodes, in their order
   std::vector<float> heights_;     // of flatten: of those nodes over the plane
