@@ -93,6 +93,7 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   weights_.clear();
   double area = 0;
   for (const uint32_t node : band_.nodes()) {
+    if (!(std::fabs(phi[node]) < kWidth - 1)) continue;
     const Index3 at = band_.node_at(node);
     if ((at < 0).any() || (at >= lattice.nodes).any()) continue;
     const Vec3 from = at.matrix().cast<double>().array() + 0.5 - centre.array();
@@ -111,8 +112,7 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   const auto with = [&](double lambda) {
     for (size_t i = 0; i < touched_.size(); i++) {
       const uint32_t node = touched_[i];
-      if (std::fabs(phi[node]) < kWidth - 1)
-        after_[node] = phi[node] - static_cast<float>(lambda) * weights_[i];
+      after_[node] = phi[node] - static_cast<float>(lambda) * weights_[i];
     }
     return volume_change(after_);
   };
