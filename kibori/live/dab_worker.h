@@ -85,8 +85,7 @@ class DabWorker {
   }
   // A model beside the servo's for one stroke: it keeps tiles alive that no one else needs.
   struct Bench {
-    Bench(const Stroke& stroke, int threads)
-        : model(stroke.state, stroke.bounds), reshape(model) {
+    Bench(const Stroke& stroke, int threads) : model(stroke.state, stroke.bounds), reshape(model) {
       reshape.set_threads(threads);
     }
     TriDexel model;

@@ -47,7 +47,7 @@ struct BandSlice {
   const RayItems* rays;
   const EndLayer* layers;
   const SurfaceEnd* ends;
-  float depth, length;  // of the slice's first node, and from it to the last
+  float depth, length;                    // of the slice's first node, and from it to the last
   const DepthRange *row_ends, *ray_ends;  // of each row, and of each block of rays
 
   BandScratch* scratch;
@@ -214,8 +214,7 @@ HWY_INLINE void FindInRow(const BandSlice& s, size_t row) {
 HWY_INLINE void FindInSlice(const BandSlice& s, size_t row) {
   BandScratch& from = *s.scratch;
   for (size_t c = 0; c < s.cols; c++) {
-    if (!from.rows_near[row * s.cols + c] ||
-        !(s.away + s.row_away[row] + s.col_away[c] < s.reach2))
+    if (!from.rows_near[row * s.cols + c] || !(s.away + s.row_away[row] + s.col_away[c] < s.reach2))
       continue;
     const size_t at = (row + s.window + 1) * s.cols + c;
     const size_t block = s.first + row * s.row_step + c * s.col_step;

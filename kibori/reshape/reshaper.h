@@ -97,9 +97,9 @@ class Reshaper {
   NodeBand band_;
   std::vector<float> kernel_, after_, first_, second_;
   std::vector<float> band_weights_;  // of the band's nodes
-  std::vector<uint32_t> touched_;  // nodes that a verb may change
-  std::vector<float> weights_;     // of those nodes, in their order
-  std::vector<float> heights_;     // of flatten: of those nodes over the plane
+  std::vector<uint32_t> touched_;    // nodes that a verb may change
+  std::vector<float> weights_;       // of those nodes, in their order
+  std::vector<float> heights_;       // of flatten: of those nodes over the plane
   std::vector<RowRange> rows_, rows_y_, rows_x_;
 };
 

@@ -142,8 +142,7 @@ VolumeChange::VolumeChange(const TriDexel& model, const NodeBand& band,
   for (const uint32_t node : touched) nodes.push_back(band.node_at(node));
   const NodeBox box = box_of(nodes);
   if (box.empty()) return;
-  run_parallel(threads, 3,
-               [&](size_t i) { rays_[i] = rays_through(model, kAxes[i], box, nodes); });
+  run_parallel(threads, 3, [&](size_t i) { rays_[i] = rays_through(model, kAxes[i], box, nodes); });
 }
 
 double VolumeChange::operator()(const std::vector<float>& after) const {
@@ -207,8 +206,9 @@ Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<flo
   for (const uint32_t node : touched) {
     const float was = band.phi()[node], is = after[node];
     result.points += (was < 0) != (is < 0);
+    if (was == is || !(std::min(std::fabs(was), std::fabs(is)) < 1)) continue;
     const SurfaceEnd* end = band.nearest(node);
-    if (was == is || !end || !(std::min(std::fabs(was), std::fabs(is)) < 1)) continue;
+    if (!end) continue;
     const double moved = std::fabs(double{is} - double{was});
     Reshaped::Part& part = result.parts[end->material];
     part.share += moved;
