@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: MIT
 // Smoothing: dabs that go round a ball of 300 cells across, each a quarter of the brush's radius
-// further. The peer smooths its level set of the same region in place. Grabbing: the ball's surface
-// pulled by 0.3 radii, each time another way; the first time its surface is read, too. Undo: back
-// to the snapshot before a dab, or to that before a grab.
+// further, on one thread and on two. The peer smooths its level set of the same region in place.
+// Clay: a ball tool pressed into the ball along the same way, in ticks of one collar each, which
+// reaches as far as the brush. Grabbing: the ball's surface pulled by 0.3 radii, each time another
+// way; the first time its surface is read, too. Undo: back to the snapshot before a dab, or to that
+// before a grab.
 //
 //   reshape_bench [--json] [--quick]
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <string>
 
 #include <kibori/edit/edit.h>
+#include <kibori/motion/reshape_stroke.h>
 #include <kibori/reshape/reshaper.h>
 #include <kibori/reshape/warp.h>
 #include <kibori/solid/ball.h>
@@ -38,17 +42,82 @@ std::vector<Point> dab_path(double ball, double brush, int dabs) {
   return path;
 }
 
+struct DabTimes {
+  std::vector<double> dab, undo;  // [ms]
+  double removed = 0;             // [cells]
+};
+
+// Runs `f` and adds its time.
+template <class F>
+void timed(std::vector<double>& ms, F&& f) {
+  const double start = now_us();
+  f();
+  ms.push_back((now_us() - start) / 1000);
+}
+
+// What fails ends the benchmark.
+template <class Done>
+void check(const Done& done) {
+  if (done.ok()) return;
+  std::fprintf(stderr, "reshape_bench: %s\n", done.error().c_str());
+  std::exit(1);
+}
+
+DabTimes time_dabs(TriDexel& model, const Vec3& middle, const std::vector<Point>& path,
+                   double radius, int threads) {
+  DabTimes times;
+  Reshaper reshaper;
+  reshaper.set_threads(threads);
+  const Brush brush{.radius_mm = radius, .strength = 1, .sigma_mm = kSigma};
+  for (const Point& at : path) {
+    const Vec3 centre = middle + Vec3(static_cast<double>(at.x), static_cast<double>(at.y),
+                                      static_cast<double>(at.z));
+    const Snapshot before = model.snapshot();  // as where an undo is kept
+    timed(times.dab, [&] {
+      const Result<Reshaped> done = reshaper.dab(model, FieldVerb::smooth, brush, centre);
+      check(done);
+      times.removed += done.value().removed_mm3;
+    });
+    const Snapshot after = model.snapshot();
+    timed(times.undo, [&] { model.restore(before); });
+    model.restore(after);
+  }
+  return times;
+}
+
+std::vector<double> time_clay(TriDexel& model, const Vec3& middle, double ball, double radius,
+                              int steps, int threads) {
+  std::vector<double> ms;
+  const ReshapeSettings settings{.mode = Mode::press, .tool = BallTool{radius / 2.5}};
+  const std::vector<Material> materials(1);
+  const auto pose_at = [&](int step) {
+    const double angle = 0.1 * radius / ball * step;
+    const Vec3 out(0.8 * std::cos(angle), 0.8 * std::sin(angle), 0.6);
+    return Pose{middle + (ball - 0.1 * radius) * out, frame_from_axis(out, 0)};
+  };
+  ReshapeStroke stroke(model);
+  stroke.set_threads(threads);
+  Pose last = pose_at(0);
+  check(stroke.begin(settings, materials, last));
+  for (int i = 1; i <= steps; i++) {
+    const Pose pose = pose_at(i);
+    const ToolMotion motion{last, pose.tip - last.tip, rotation_between(last.frame, pose.frame)};
+    const Snapshot before = model.snapshot();
+    ToolTick tick;
+    tick.pose = pose;
+    tick.motion = {pose.tip, pose.axis(), motion.travel_mm, motion.turn_rad};
+    timed(ms, [&] { check(stroke.advance(tick)); });
+    last = pose;
+  }
+  return ms;
+}
+
 struct GrabTimes {
   std::vector<double> first, update, undo;  // [ms]
 };
 
 GrabTimes time_grabs(TriDexel& model, const Vec3& middle, double ball, double radius, bool quick) {
   GrabTimes times;
-  const auto timed = [](std::vector<double>& ms, auto&& f) {
-    const double start = now_us();
-    f();
-    ms.push_back((now_us() - start) / 1000);
-  };
   for (int stroke = 0; stroke < (quick ? 1 : 5); stroke++) {
     const double angle = 0.4 * stroke;
     Drag drag;
@@ -59,10 +128,7 @@ GrabTimes time_grabs(TriDexel& model, const Vec3& middle, double ball, double ra
     for (int i = 0; i < (quick ? 3 : 20); i++) {
       drag.way = 0.3 * radius * Vec3(std::cos(i), std::sin(i), 0.5).normalized();
       timed(i == 0 ? times.first : times.update, [&] {
-        if (const auto done =
-                warp.warp(WarpVerb::grab, {.radius_mm = radius, .strength = 1}, {drag});
-            !done.ok())
-          std::fprintf(stderr, "reshape_bench: %s\n", done.error().c_str());
+        check(warp.warp(WarpVerb::grab, {.radius_mm = radius, .strength = 1}, {drag}));
       });
     }
     timed(times.undo, [&] { model.restore(before); });
@@ -95,29 +161,16 @@ int main(int argc, char** argv) {
     TriDexel model(lattice);
     Removed removed;
     deposit(model, SweptBall(LatticePoint{middle}, LatticeVector(), ball), 0, {}, removed);
-    Reshaper reshaper;
-    std::vector<double> ms, undo;
-    double taken = 0;
-    for (const Point& at : path) {
-      const Vec3 centre = middle + Vec3(static_cast<double>(at.x), static_cast<double>(at.y),
-                                        static_cast<double>(at.z));
-      const Snapshot before = model.snapshot();  // as where an undo is kept
-      const double start = now_us();
-      const auto done =
-          reshaper.dab(model, FieldVerb::smooth,
-                       {.radius_mm = radius, .strength = 1, .sigma_mm = kSigma}, centre);
-      ms.push_back((now_us() - start) / 1000);
-      if (!done.ok()) {
-        std::fprintf(stderr, "reshape_bench: %s\n", done.error().c_str());
-        return 1;
-      }
-      taken += done.value().removed_mm3;
-      const Snapshot after = model.snapshot();
-      const double back = now_us();
-      model.restore(before);
-      undo.push_back((now_us() - back) / 1000);
-      model.restore(after);
-    }
+    const Snapshot start = model.snapshot();
+    const int presses = quick ? 3 : 60;
+    const std::vector<double> dabs2 = time_dabs(model, middle, path, radius, 2).dab;
+    model.restore(start);
+    const std::vector<double> clay = time_clay(model, middle, ball, radius, presses, 1);
+    model.restore(start);
+    const std::vector<double> clay2 = time_clay(model, middle, ball, radius, presses, 2);
+    model.restore(start);
+    DabTimes dabs = time_dabs(model, middle, path, radius, 1);
+    std::vector<double>& undo = dabs.undo;
     const GrabTimes grabs = time_grabs(model, middle, ball, radius, quick);
     undo.insert(undo.end(), grabs.undo.begin(), grabs.undo.end());
     double peer = 0;
@@ -126,17 +179,20 @@ int main(int argc, char** argv) {
         median(openvdb_smooth_dabs(static_cast<float>(ball), path, static_cast<float>(radius)).us) /
         1000;
 #endif
-    char text[500];
+    char text[700];
     std::snprintf(
         text, sizeof text,
         json ? "{\"radius_cells\":%g,\"sigma_cells\":%g,\"dab_p50_ms\":%.2f,"
-               "\"dab_p99_ms\":%.2f,\"removed_cells\":%.0f,\"openvdb_ms\":%.2f,"
-               "\"ratio\":%.2f,\"grab_first_p50_ms\":%.2f,\"grab_p50_ms\":%.2f,"
-               "\"grab_p99_ms\":%.2f,\"undo_p99_ms\":%.3f},\n "
-             : "R = %g, sigma %g: dab p50 %.2f ms, p99 %.2f ms, %.0f cells removed in "
-               "all; OpenVDB %.2f ms, ratio %.2f; grab first %.2f ms, then p50 %.2f ms, p99 "
-               "%.2f ms; undo p99 %.3f ms\n",
-        radius, kSigma, median(ms), percentile(ms, 0.99), taken, peer, peer / median(ms),
+               "\"dab_p99_ms\":%.2f,\"dab_2_threads_p50_ms\":%.2f,\"removed_cells\":%.0f,"
+               "\"openvdb_ms\":%.2f,\"ratio\":%.2f,\"clay_p50_ms\":%.2f,\"clay_p99_ms\":%.2f,"
+               "\"clay_2_threads_p50_ms\":%.2f,\"grab_first_p50_ms\":%.2f,"
+               "\"grab_p50_ms\":%.2f,\"grab_p99_ms\":%.2f,\"undo_p99_ms\":%.3f},\n "
+             : "R = %g, sigma %g: dab p50 %.2f ms, p99 %.2f ms, on two threads p50 %.2f ms; %.0f "
+               "cells removed in all; OpenVDB %.2f ms, ratio %.2f; clay p50 %.2f ms, p99 %.2f ms, "
+               "on two threads p50 %.2f ms; grab first %.2f ms, then p50 %.2f ms, p99 %.2f ms; "
+               "undo p99 %.3f ms\n",
+        radius, kSigma, median(dabs.dab), percentile(dabs.dab, 0.99), median(dabs2), dabs.removed,
+        peer, peer / median(dabs.dab), median(clay), percentile(clay, 0.99), median(clay2),
         median(grabs.first), median(grabs.update), percentile(grabs.update, 0.99),
         percentile(undo, 0.99));
     out += text;

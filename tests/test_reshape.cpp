@@ -659,6 +659,7 @@ TEST(Reshape, RandomMixturesStayClosedAndRepeat) {
     if (round % 2)
       for (TriDexel* m : {&model, &twin}) m->fill_block({0.1 * size, 0.9 * size}, 3);
     Reshaper reshaper, other;
+    other.set_threads(round % 3 == 0 ? 8 : 2);
     const Snapshot start = model.snapshot();
     const uint64_t start_hash = model.content_hash();
     for (int i = 0; i < 60; i++) {

@@ -39,4 +39,18 @@ void run_parallel(int threads, size_t count, F&& f) {
   static_cast<void>(job.order.load(std::memory_order_acquire));
 }
 
+// Runs f(i, thread) for i < count, each i once, thread < max(threads, 1): for many short pieces
+// that share scratch memory by thread.
+template <class F>
+void run_parallel_slices(int threads, size_t count, F&& f) {
+  if (threads <= 1) {
+    for (size_t i = 0; i < count; i++) f(i, size_t{0});
+    return;
+  }
+  std::atomic<size_t> next{0};
+  run_parallel(threads, static_cast<size_t>(threads), [&](size_t thread) {
+    for (size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < count;) f(i, thread);
+  });
+}
+
 }  // namespace kibori

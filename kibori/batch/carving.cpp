@@ -162,6 +162,7 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
   stroke.set_symmetry(symmetry);
   series.set_symmetry(symmetry);
   ReshapeStroke reshape(model);
+  reshape.set_threads(options.threads);
   std::unique_ptr<Document> document;
   auto flushed = std::chrono::steady_clock::now();
   // Where the file can't be written any more the document goes on in memory, and that is told once;

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/live/dab_worker.h>
 
+#include <algorithm>
 #include <utility>
 
 #include <kibori/base/check.h>
 
 namespace kibori {
 
-DabWorker::DabWorker() : thread_([this] { run(); }) {}
+DabWorker::DabWorker(int threads) : threads_(threads), thread_([this] { run(); }) {}
+
+int DabWorker::spare_threads() {
+  return std::clamp(static_cast<int>(std::thread::hardware_concurrency()) - 2, 1, 4);
+}
 
 DabWorker::~DabWorker() {
   drop();
@@ -74,7 +79,7 @@ void DabWorker::work(const Move& move) {
   if (move.stroke != stroke_.number) {
     while (stroke_.number < move.stroke && strokes_.pop(stroke_)) {
     }
-    bench_ = is_dropped(move.stroke) ? nullptr : std::make_unique<Bench>(stroke_);
+    bench_ = is_dropped(move.stroke) ? nullptr : std::make_unique<Bench>(stroke_, threads_);
     stroke_.state = {};
     last_ = stroke_.start;
     changed_ = false;

@@ -7,6 +7,10 @@
 // servo restores that between two ticks, as an undo does. Moves before the first one that changes
 // anything are no part of the stroke, and nothing comes of them. A warp is a function of the last
 // pose alone: where moves are waiting, it is computed for the newest of them.
+//
+// Dabs may run on more threads than the worker's own. They are the pool's, of ordinary priority,
+// and fewer than the machine's processors, so that the servo and who draws what it carves find one
+// each.
 #pragma once
 
 #include <atomic>
@@ -46,9 +50,13 @@ class DabWorker {
     LatticeBox bounds;
   };
 
-  DabWorker();
+  // `threads`: on how many threads dabs run; what comes of them does not depend on it.
+  explicit DabWorker(int threads = spare_threads());
   ~DabWorker();
   DabWorker(const DabWorker&) = delete;
+
+  // The machine's processors but two, from 1 to 4.
+  static int spare_threads();
 
   // The servo's thread; none of these waits, locks or allocates.
   // Whether a stroke can begin now: not while kMaxStrokes are waiting.
@@ -79,11 +87,14 @@ class DabWorker {
   }
   // A model beside the servo's for one stroke: it keeps tiles alive that no one else needs.
   struct Bench {
-    explicit Bench(const Stroke& stroke) : model(stroke.state, stroke.bounds), reshape(model) {}
+    Bench(const Stroke& stroke, int threads) : model(stroke.state, stroke.bounds), reshape(model) {
+      reshape.set_threads(threads);
+    }
     TriDexel model;
     ReshapeStroke reshape;
   };
 
+  const int threads_;
   // The servo's.
   uint64_t number_ = 0, moves_ = 0;
   // Of both.

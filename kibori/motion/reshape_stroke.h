@@ -101,6 +101,11 @@ class ReshapeStroke {
   explicit ReshapeStroke(TriDexel& model)
       : model_(model), edit_(model), warp_(model), wheel_(model) {}
 
+  // On how many threads dabs and collars of clay run; results do not depend on it.
+  void set_threads(int threads) {
+    reshaper_.set_threads(threads);
+    clay_.set_threads(threads);
+  }
   // A stroke begins with the tool at `start`. `materials`: not empty, and there until the next
   // begin(). Errors: a mode that does not reshape, a brush that check_brush_of refuses.
   Status begin(const ReshapeSettings& settings, const std::vector<Material>& materials,

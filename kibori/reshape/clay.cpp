@@ -25,7 +25,7 @@ constexpr double kBytesPerNode = 40, kMaxNodes = 2147483648.0, kSurelyThere = 25
 // Signed distances to the tools' ways, at the nodes of `box`, into way_band_: there the box begins
 // at 0.
 void Clay::measure_way(const Tool& tool, std::span<const PressingTool> tools, double radius_mm,
-                       const Lattice& lattice, const NodeBox& box) {
+                       const Lattice& lattice, const NodeBox& box, const LatticePoint& centre) {
   if (!scratch_ || (scratch_->lattice().nodes != box.size()).any() ||
       scratch_->lattice().pitch_mm != lattice.pitch_mm) {
     Lattice around;
@@ -49,7 +49,9 @@ void Clay::measure_way(const Tool& tool, std::span<const PressingTool> tools, do
     for (const Pose* pose : {&front, &at.pose, &back}) add(*pose, out);
   }
   // What is cut off by the box's border is no surface of a way.
-  way_band_.read(*scratch_, {Index3::Zero(), box.size()}, static_cast<float>(kRamp + 1));
+  way_band_.read(*scratch_, {Index3::Zero(), box.size()}, static_cast<float>(kRamp + 1),
+                 LatticePoint{centre.units - box.low.matrix().cast<double>()},
+                 static_cast<float>(radius_mm / lattice.pitch_mm + 2));
 }
 
 Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const PressingTool> tools,
@@ -83,7 +85,7 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   band_.read(model, box, static_cast<float>(kWidth), LatticePoint{centre},
              static_cast<float>(radius + 2));
   if (band_.nodes().empty()) return Reshaped{};
-  measure_way(tool, tools, radius_mm, lattice, box);
+  measure_way(tool, tools, radius_mm, lattice, box, LatticePoint{centre});
 
   const std::vector<float>& phi = band_.phi();
   after_ = phi;
@@ -91,6 +93,7 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   weights_.clear();
   double area = 0;
   for (const uint32_t node : band_.nodes()) {
+    if (!(std::fabs(phi[node]) < kWidth - 1)) continue;
     const Index3 at = band_.node_at(node);
     if ((at < 0).any() || (at >= lattice.nodes).any()) continue;
     const Vec3 from = at.matrix().cast<double>().array() + 0.5 - centre.array();
@@ -104,14 +107,14 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
     area += weight * std::max(0.0, 1 - std::fabs(double{phi[node]}));
   }
   if (!(area > 0)) return Reshaped{};
-  const auto write = [&] { return write_back(model, band_, after_, touched_); };
+  const auto write = [&] { return write_back(model, band_, after_, touched_, threads_); };
+  const VolumeChange volume_change(model, band_, touched_, threads_);
   const auto with = [&](double lambda) {
     for (size_t i = 0; i < touched_.size(); i++) {
       const uint32_t node = touched_[i];
-      if (std::fabs(phi[node]) < kWidth - 1)
-        after_[node] = phi[node] - static_cast<float>(lambda) * weights_[i];
+      after_[node] = phi[node] - static_cast<float>(lambda) * weights_[i];
     }
-    return volume_change(model, band_, after_, touched_);
+    return volume_change(after_);
   };
   // The volume grows with lambda, but with kinks and steps, where a surface along the lattice
   // passes nodes: so the root is kept between two bounds. Secants first, then halves.

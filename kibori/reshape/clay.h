@@ -39,6 +39,12 @@ struct PressingTool {
 // Raises collars, and keeps its memory from one to the next. For one thread at a time.
 class Clay {
  public:
+  // On how many threads a collar is raised; results do not depend on it.
+  void set_threads(int threads) {
+    threads_ = threads;
+    band_.set_threads(threads);
+    way_band_.set_threads(threads);
+  }
   // The surface within `radius_mm` of the middle of `tools[of]` rises until `volume_mm3` was added,
   // or as far as one collar goes: kMaxRise at its highest, and no farther than the lattice. Below 0
   // it sinks. Nothing rises in the way of any of the tools. Where a step of the volume lies around
@@ -53,8 +59,9 @@ class Clay {
 
  private:
   void measure_way(const Tool& tool, std::span<const PressingTool> tools, double radius_mm,
-                   const Lattice& lattice, const NodeBox& box);
+                   const Lattice& lattice, const NodeBox& box, const LatticePoint& centre);
 
+  int threads_ = 1;
   NodeBand band_, way_band_;
   // The tools' ways alone, on a lattice of their own.
   std::unique_ptr<TriDexel> scratch_;

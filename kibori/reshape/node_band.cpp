@@ -19,6 +19,7 @@
 #include <cmath>
 
 #include <kibori/base/check.h>
+#include <kibori/base/parallel.h>
 #include <kibori/base/vector_unit.h>
 #include <kibori/dexel/normal_code.h>
 
@@ -37,7 +38,7 @@ using namespace detail;
 struct BandSlice {
   size_t rows, cols;
   size_t step;              // lanes from a node to the next in its row
-  size_t margin;            // blocks without ends at both ends of a row
+  size_t margin;            // blocks without ends at both ends of a row; window + 1 such rows
   size_t window;            // of nodes within reach
   float farthest, too_far;  // an end's distance, and its square
 
@@ -46,8 +47,8 @@ struct BandSlice {
   const RayItems* rays;
   const EndLayer* layers;
   const SurfaceEnd* ends;
-  float depth, length;         // of the slice's first node, and from it to the last
-  const DepthRange* row_ends;  // of each row
+  float depth, length;                    // of the slice's first node, and from it to the last
+  const DepthRange *row_ends, *ray_ends;  // of each row, and of each block of rays
 
   BandScratch* scratch;
 
@@ -59,6 +60,11 @@ struct BandSlice {
   // Squared distances from the brush's centre by axis.
   const float *row_away, *col_away;
   float away, reach2;
+
+  // Whether ends of those depths are within reach of the slice.
+  bool near(const DepthRange& range) const {
+    return depth + length >= range.low - farthest && depth <= range.high + farthest;
+  }
 };
 
 // What is to be told of the nodes of a plane across z.
@@ -72,13 +78,12 @@ struct BandPlane {
   const IndexRow* nearest;
   const uint16_t* known;
   float* phi;
+  const float *row_away, *block_away;  // as of a slice
+  float away, reach2;
 };
 
 // An inside node that lies right on the surface keeps this much [cells] of its sign.
 inline constexpr float kLeastDepth = 1e-6f;
-
-// Of a block: rays with ends are near along the row; near in the rows beside; in its own.
-inline constexpr uint8_t kSeedsNear = 1, kRowsNear = 2, kInRow = 4;
 
 }  // namespace kibori
 #endif
@@ -118,17 +123,37 @@ HWY_INLINE size_t NodesWithin(const BandSlice& s, VF distance2) {
   return room > 0 ? std::min(s.window, static_cast<size_t>(std::sqrt(room))) + 1 : 0;
 }
 
+// Calls offer(apart^2, off) for nodes 1, 2, ... apart, up to the window or one more, while an end
+// there can be nearer; `off`: apart times `step`. Two at a time: what is offered too much is not
+// nearer.
+template <class Offer>
+HWY_INLINE void OfferBeside(const BandSlice& s, size_t step, const Nearest& best, Offer&& offer) {
+  VF apart = F(1.0f);
+  const size_t end = (s.window + 1) * step;
+  for (size_t off = step; off < end; off += 2 * step) {
+    const VF apart2 = hn::Mul(apart, apart);
+    if (best.beats(apart2)) return;
+    offer(apart2, off);
+    apart = hn::Add(apart, F(1.0f));
+    offer(hn::Mul(apart, apart), off + step);
+    apart = hn::Add(apart, F(1.0f));
+  }
+}
+
 // The nearest end on each node's own ray.
 HWY_INLINE void FindOnRays(const BandSlice& s, size_t row) {
-  if (s.depth + s.length < s.row_ends[row].low - s.farthest ||
-      s.depth > s.row_ends[row].high + s.farthest)
-    return;
   BandScratch& to = *s.scratch;
   const size_t pitch = s.cols + 2 * s.margin;
-  uint8_t* const state = to.state.data() + row * s.cols;
   for (size_t c = 0; c < s.cols; c++) {
-    const RayItems rays = s.rays[row * s.cols + c];
-    const size_t at = row * pitch + s.margin + c;
+    const size_t ray = row * s.cols + c, at = row * pitch + s.margin + c;
+    if (!s.near(s.ray_ends[ray])) {
+      // Nothing here; nor may there be what another slice left.
+      if (to.seeded[ray]) std::fill_n(to.seed_distance2[at].lane, kRow, s.too_far);
+      to.seeded[ray] = 0;
+      continue;
+    }
+    to.seeded[ray] = 1;
+    const RayItems rays = s.rays[ray];
     VF least = F(s.too_far);
     unsigned any = 0;
     for (size_t g = 0; g < kGroups; g++) {
@@ -155,8 +180,9 @@ HWY_INLINE void FindOnRays(const BandSlice& s, size_t row) {
       below = blocks(std::countr_zero(any));
       above = blocks(std::countl_zero(any) - (32 - static_cast<int>(kRow)));
     }
-    std::fill(state + (c < below ? 0 : c - below), state + std::min(s.cols, c + above + 1),
-              kSeedsNear);
+    uint8_t* const near = to.seeds_near.data() + row * s.cols;
+    const size_t end = std::min(s.cols, c + above + 1);
+    for (size_t i = c < below ? 0 : c - below; i < end; i++) near[i] = 1;
   }
 }
 
@@ -165,42 +191,32 @@ HWY_INLINE void FindInRow(const BandSlice& s, size_t row) {
   BandScratch& to = *s.scratch;
   const size_t pitch = s.cols + 2 * s.margin;
   for (size_t c = 0; c < s.cols; c++) {
-    if (!(to.state[row * s.cols + c] & kSeedsNear) || !(s.away + s.col_away[c] < s.reach2))
-      continue;
-    const size_t seed = row * pitch + s.margin + c, at = row * s.cols + c;
+    if (!to.seeds_near[row * s.cols + c] || !(s.away + s.col_away[c] < s.reach2)) continue;
+    const size_t seed = row * pitch + s.margin + c, at = (row + s.window + 1) * s.cols + c;
     VF least = F(s.too_far);
     for (size_t g = 0; g < kGroups; g++) {
       Nearest best{Lanes(to.seed_distance2[seed], g), Lanes(to.seed_end[seed], g)};
       const float* const distance2 = to.seed_distance2[seed].lane + g * kLanes;
       const int32_t* const end = to.seed_end[seed].lane + g * kLanes;
-      for (size_t o = 1; o <= s.window; o++) {
-        const VF apart2 = F(static_cast<float>(o * o));
-        if (best.beats(apart2)) break;
-        const auto ray = [&](const float* of, const int32_t* its_end) {
-          return Nearest{hn::LoadU(DF(), of), hn::LoadU(DI(), its_end)};
-        };
-        best.offer(ray(distance2 - o * s.step, end - o * s.step),
-                   ray(distance2 + o * s.step, end + o * s.step), apart2);
-      }
+      OfferBeside(s, s.step, best, [&](VF apart2, size_t off) {
+        best.offer(Nearest{hn::LoadU(DF(), distance2 - off), hn::LoadU(DI(), end - off)},
+                   Nearest{hn::LoadU(DF(), distance2 + off), hn::LoadU(DI(), end + off)}, apart2);
+      });
       Store(best.distance2, to.row_distance2[at], g);
       Store(best.end, to.row_end[at], g);
       least = hn::Min(least, best.distance2);
     }
-    const size_t nodes = NodesWithin(s, least);
-    if (nodes == 0) continue;
-    to.state[at] |= kInRow;
-    const size_t from = row < nodes ? 0 : row - nodes + 1, end = std::min(s.rows, row + nodes);
-    for (size_t r = from; r < end; r++) to.state[r * s.cols + c] |= kRowsNear;
+    to.rows_near[row * s.cols + c] = static_cast<uint8_t>(NodesWithin(s, least));
   }
 }
 
 // The nearest end of the slice's rays, into the band if there is none nearer yet.
 HWY_INLINE void FindInSlice(const BandSlice& s, size_t row) {
-  const BandScratch& from = *s.scratch;
+  BandScratch& from = *s.scratch;
   for (size_t c = 0; c < s.cols; c++) {
-    const size_t at = row * s.cols + c;
-    if (!(from.state[at] & kRowsNear) || !(s.away + s.row_away[row] + s.col_away[c] < s.reach2))
+    if (!from.rows_near[row * s.cols + c] || !(s.away + s.row_away[row] + s.col_away[c] < s.reach2))
       continue;
+    const size_t at = (row + s.window + 1) * s.cols + c;
     const size_t block = s.first + row * s.row_step + c * s.col_step;
     const bool known = s.known[block] != 0;
     unsigned found = 0;
@@ -209,18 +225,13 @@ HWY_INLINE void FindInSlice(const BandSlice& s, size_t row) {
     for (size_t g = 0; g < kGroups; g++) {
       Nearest best{known ? Lanes(s.distance2[block], g) : F(s.too_far),
                    known ? Lanes(s.nearest[block], g) : hn::Set(DI(), -1)};
-      const auto offer = [&](size_t other, VF apart2) {
-        if (from.state[other] & kInRow)
-          best.offer(hn::Add(Lanes(from.row_distance2[other], g), apart2),
-                     Lanes(from.row_end[other], g));
-      };
-      offer(at, hn::Zero(DF()));
-      for (size_t o = 1; o <= s.window; o++) {
-        const VF apart2 = F(static_cast<float>(o * o));
-        if (best.beats(apart2)) break;
-        if (row >= o) offer(at - o * s.cols, apart2);
-        if (row + o < s.rows) offer(at + o * s.cols, apart2);
-      }
+      const float* const of = from.row_distance2[at].lane + g * kLanes;
+      const int32_t* const end = from.row_end[at].lane + g * kLanes;
+      best.offer(hn::Load(DF(), of), hn::Load(DI(), end));
+      OfferBeside(s, s.cols * kRow, best, [&](VF apart2, size_t off) {
+        best.offer(hn::Add(hn::Load(DF(), of - off), apart2), hn::Load(DI(), end - off));
+        best.offer(hn::Add(hn::Load(DF(), of + off), apart2), hn::Load(DI(), end + off));
+      });
       Store(best.distance2, distance2, g);
       Store(best.end, nearest, g);
       found |= Bits(hn::Lt(best.distance2, F(s.too_far))) << (g * kLanes);
@@ -233,10 +244,30 @@ HWY_INLINE void FindInSlice(const BandSlice& s, size_t row) {
 }
 
 void SearchSlice(const BandSlice& s) {
-  std::fill_n(s.scratch->state.begin(), s.rows * s.cols, uint8_t{0});
-  for (size_t row = 0; row < s.rows; row++) FindOnRays(s, row);
-  for (size_t row = 0; row < s.rows; row++) FindInRow(s, row);
-  for (size_t row = 0; row < s.rows; row++) FindInSlice(s, row);
+  BandScratch& scratch = *s.scratch;
+  std::fill_n(scratch.seeds_near.begin(), s.rows * s.cols, uint8_t{0});
+  std::fill_n(scratch.rows_near.begin(), s.rows * s.cols, uint8_t{0});
+  size_t first = s.rows, end = 0;  // rows with ends
+  for (size_t row = 0; row < s.rows; row++)
+    if (s.near(s.row_ends[row])) {
+      FindOnRays(s, row);
+      FindInRow(s, row);
+      first = std::min(first, row);
+      end = row + 1;
+    }
+  if (first >= end) return;
+  const size_t low = first - std::min(first, s.window), high = std::min(s.rows, end + s.window);
+  // What is near a row is near, one less, to the rows beside it.
+  const auto pass_on = [cols = s.cols](const uint8_t* from, uint8_t* to) {
+    for (size_t c = 0; c < cols; c++)
+      to[c] = std::max(to[c], static_cast<uint8_t>(from[c] - (from[c] > 0)));
+  };
+  uint8_t* const near = scratch.rows_near.data();
+  for (size_t r = first + 1; r < high; r++) pass_on(near + (r - 1) * s.cols, near + r * s.cols);
+  for (size_t r = end - 1; r-- > low;) pass_on(near + (r + 1) * s.cols, near + r * s.cols);
+  for (size_t row = low; row < high; row++) FindInSlice(s, row);
+  std::fill_n(scratch.row_distance2[(first + s.window + 1) * s.cols].lane,
+              (end - first) * s.cols * kRow, s.too_far);
 }
 
 // Which nodes are inside, as -width or width.
@@ -244,6 +275,7 @@ void TellSides(const BandPlane& p) {
   const VF z = F(p.z), outside = F(p.width), inside = F(-p.width);
   for (size_t row = 0; row < p.rows; row++)
     for (size_t b = 0; b < p.blocks; b++) {
+      if (!(p.away + p.row_away[row] + p.block_away[b] < p.reach2)) continue;
       const RayItems rays = p.rays[row * p.blocks + b];
       FloatRow phi;
       for (size_t g = 0; g < kGroups; g++) {
@@ -348,8 +380,24 @@ constexpr size_t kBlock = 16;
 
 }  // namespace
 
+// Before the first slice of a field.
+void detail::BandScratch::prepare(const BandSlice& slice) {
+  const size_t blocks = slice.rows * slice.cols,
+               seeds = slice.rows * (slice.cols + 2 * slice.margin),
+               rows = blocks + 2 * (slice.window + 1) * slice.cols;
+  seed_distance2.resize(seeds);
+  seed_end.resize(seeds);
+  row_distance2.resize(rows);
+  row_end.resize(rows);
+  std::fill_n(seed_distance2.data()->lane, seeds * kBlock, slice.too_far);
+  std::fill_n(row_distance2.data()->lane, rows * kBlock, slice.too_far);
+  seeded.assign(blocks, 0);
+  seeds_near.resize(blocks);
+  rows_near.resize(blocks);
+}
+
 void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
-                    const LatticePoint& centre, float reach) {
+                    const LatticePoint& centre, float reach, float around) {
   choose_vector_unit();
   box_ = box;
   const Index3 size = box.size().max(0);
@@ -360,7 +408,8 @@ void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
   width_ = width;
   centre_ = centre.units.cast<float>();
   reach_ = reach;
-  KIBORI_CHECK(nx_ * ny_ * nz_ < UINT32_MAX);
+  around_ = around;
+  KIBORI_CHECK(nx_ * ny_ * nz_ < UINT32_MAX && width < 250);  // rows_near has bytes
   const size_t rows = ny_ * nz_ * blocks_;
   phi_.resize(nx_ * ny_ * nz_);
   distance2_.resize(rows);
@@ -369,15 +418,28 @@ void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
   ends_.clear();
   nodes_.clear();
   if (box.empty()) return;
+  // How far the nodes are from the centre, blocks where they are nearest.
+  for (int i = 0; i < 3; i++) {
+    const size_t count = i == 0 ? blocks_ : i == 1 ? ny_ : nz_, nodes = i == 0 ? kBlock : 1;
+    std::vector<float>& away = away_[static_cast<size_t>(i)];
+    away.clear();
+    for (size_t n = 0; n < count; n++) {
+      const float low = static_cast<float>(box_.low[i]) + static_cast<float>(n * nodes) + 0.5f,
+                  high = low + static_cast<float>(nodes - 1),
+                  off = std::max(0.0f, std::max(low - centre_[i], centre_[i] - high) - around_);
+      away.push_back(off * off);
+    }
+  }
   read_spans(model);
   const auto tell_sides = HWY_DYNAMIC_DISPATCH(TellSides), measure = HWY_DYNAMIC_DISPATCH(Measure);
-  for (size_t k = 0; k < nz_; k++) tell_sides(plane(k));
-  for (const Axis axis : {Axis::z, Axis::y, Axis::x}) {
-    read_ends(model, axis);
-    search(axis);
-  }
+  run_parallel_slices(threads_, nz_, [&](size_t k, size_t) { tell_sides(plane(k)); });
+  run_parallel(threads_, 3, [&](size_t i) {
+    read_ends(model.field(kAxes[i]).view(), fields_[static_cast<size_t>(kAxes[i])]);
+  });
+  join_ends();
   if (ends_.empty()) return;
-  for (size_t k = 0; k < nz_; k++) measure(plane(k));
+  for (const Axis axis : {Axis::z, Axis::y, Axis::x}) search(axis);
+  run_parallel_slices(threads_, nz_, [&](size_t k, size_t) { measure(plane(k)); });
   for (size_t row = 0; row < ny_ * nz_; row++)
     for (size_t b = 0; b < blocks_; b++)
       for (unsigned bits = known_[row * blocks_ + b]; bits; bits &= bits - 1) {
@@ -417,7 +479,8 @@ void NodeBand::read_spans(const TriDexel& model) {
 
 // Adds the ends of the ray at (u, v) that are of the box, and calls f(end, depth) for each.
 template <class F>
-void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, F&& f) {
+void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, std::vector<SurfaceEnd>& ends,
+                        F&& f) const {
   const Axis axis = field.axis();
   const int d = depth_index(axis);
   SurfaceEnd end;
@@ -431,8 +494,8 @@ void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, F&& f) {
     end.normal = decode_normal(normal, axis, at_out).cast<float>();
     end.material = material;
     end.paint = paint;
-    f(static_cast<uint32_t>(ends_.size()), depth);
-    ends_.push_back(end);
+    f(static_cast<uint32_t>(ends.size()), depth);
+    ends.push_back(end);
   };
   // Spans that touch are two materials, and no surface.
   Span last{-kFar, -kFar, 0, 0, 0, 0, 0};
@@ -447,28 +510,38 @@ void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, F&& f) {
 }
 
 // A field's ends that may be nearest to a node within reach.
-void NodeBand::read_ends(const TriDexel& model, Axis axis) {
-  const FieldSnapshot& field = model.field(axis).view();
-  const NodeBox there = box_.within({Index3::Zero(), model.lattice().nodes});
+void NodeBand::read_ends(const FieldSnapshot& field, FieldEnds& to) const {
+  const Axis axis = field.axis();
+  Index3 nodes;
+  nodes[u_index(axis)] = field.nodes_u();
+  nodes[v_index(axis)] = field.nodes_v();
+  nodes[depth_index(axis)] = field.nodes_depth();
+  const NodeBox there = box_.within({Index3::Zero(), nodes});
   const float farthest = reach_ + width_ + 1;
   const auto far_off = [&](int u, int v) {
-    const float du = static_cast<float>(u) + 0.5f - centre_[u_index(axis)],
-                dv = static_cast<float>(v) + 0.5f - centre_[v_index(axis)];
+    const auto off = [&](int node, float centre) {
+      return std::max(0.0f, std::fabs(static_cast<float>(node) + 0.5f - centre) - around_);
+    };
+    const float du = off(u, centre_[u_index(axis)]), dv = off(v, centre_[v_index(axis)]);
     return du * du + dv * dv > farthest * farthest;
   };
-  end_layers_.clear();
-  row_ends_.assign(axis == Axis::z ? ny_ : nz_, {});
+  to.ends.clear();
+  to.layers.clear();
+  to.of_rows.assign(axis == Axis::z ? ny_ : nz_, {});
+  to.of_rays.assign(to.of_rows.size() * (axis == Axis::x ? ny_ : blocks_), {});
+  to.rays.assign(to.of_rays.size(), {});
   if (axis == Axis::x) {
-    rays_.assign(ny_ * nz_, {});
     for (int k = there.low[2]; k < there.high[2]; k++)
       for (int j = there.low[1]; j < there.high[1]; j++) {
         if (far_off(j, k)) continue;
-        RayItems& ray = rays_[static_cast<size_t>(k - box_.low[2]) * ny_ +
-                              static_cast<size_t>(j - box_.low[1])];
-        ray.first = static_cast<uint32_t>(ends_.size());
-        add_ends(field, j, k, [&](uint32_t, float depth) {
+        const size_t row = static_cast<size_t>(k - box_.low[2]),
+                     at = row * ny_ + static_cast<size_t>(j - box_.low[1]);
+        RayItems& ray = to.rays[at];
+        ray.first = static_cast<uint32_t>(to.ends.size());
+        add_ends(field, j, k, to.ends, [&](uint32_t, float depth) {
           ray.count++;
-          row_ends_[static_cast<size_t>(k - box_.low[2])].include(depth);
+          to.of_rows[row].include(depth);
+          to.of_rays[at].include(depth);
         });
       }
     return;
@@ -476,26 +549,27 @@ void NodeBand::read_ends(const TriDexel& model, Axis axis) {
   // Rows along y of z rays, along z of y rays.
   const bool of_z = axis == Axis::z;
   const int r = of_z ? 1 : 2;
-  rays_.assign(static_cast<size_t>(box_.size()[r]) * blocks_, {});
   for (int row = there.low[r]; row < there.high[r]; row++)
     for (size_t b = 0; b < blocks_; b++) {
-      RayItems& rays = rays_[static_cast<size_t>(row - box_.low[r]) * blocks_ + b];
-      rays.first = static_cast<uint32_t>(end_layers_.size());
+      const size_t block = static_cast<size_t>(row - box_.low[r]) * blocks_ + b;
+      RayItems& rays = to.rays[block];
+      rays.first = static_cast<uint32_t>(to.layers.size());
       const int i0 = box_.low[0] + static_cast<int>(b * kBlock);
       for (int i = std::max(i0, there.low[0]);
            i < std::min(i0 + static_cast<int>(kBlock), there.high[0]); i++) {
         const int u = of_z ? i : row, v = of_z ? row : i;
         if (far_off(u, v)) continue;
         uint32_t at = 0;
-        add_ends(field, u, v, [&](uint32_t end, float depth) {
+        add_ends(field, u, v, to.ends, [&](uint32_t end, float depth) {
           if (at == rays.count) {
             rays.count++;
-            EndLayer& layer = end_layers_.emplace_back();
+            EndLayer& layer = to.layers.emplace_back();
             std::fill_n(layer.depth.lane, kBlock, kFar);
             std::fill_n(layer.end.lane, kBlock, -1);
           }
-          EndLayer& layer = end_layers_[rays.first + at++];
-          row_ends_[static_cast<size_t>(row - box_.low[r])].include(depth);
+          EndLayer& layer = to.layers[rays.first + at++];
+          to.of_rows[static_cast<size_t>(row - box_.low[r])].include(depth);
+          to.of_rays[block].include(depth);
           layer.depth.lane[i - i0] = depth;
           layer.end.lane[i - i0] = static_cast<int32_t>(end);
         });
@@ -503,8 +577,22 @@ void NodeBand::read_ends(const TriDexel& model, Axis axis) {
     }
 }
 
+// The fields' ends into one list: z, y, x.
+void NodeBand::join_ends() {
+  for (const Axis axis : {Axis::z, Axis::y, Axis::x}) {
+    FieldEnds& field = fields_[static_cast<size_t>(axis)];
+    const auto before = static_cast<uint32_t>(ends_.size());
+    for (EndLayer& layer : field.layers)
+      for (int32_t& end : layer.end.lane) end += static_cast<int32_t>(before);
+    if (axis == Axis::x)
+      for (RayItems& ray : field.rays) ray.first += before;
+    ends_.insert(ends_.end(), field.ends.begin(), field.ends.end());
+  }
+}
+
 void NodeBand::search(Axis axis) {
-  if (axis == Axis::x ? ends_.empty() : end_layers_.empty()) return;
+  const FieldEnds& field = fields_[static_cast<size_t>(axis)];
+  if (field.ends.empty()) return;
   BandSlice slice;
   slice.rows = axis == Axis::z ? ny_ : nz_;
   slice.cols = axis == Axis::x ? ny_ : blocks_;
@@ -512,11 +600,12 @@ void NodeBand::search(Axis axis) {
   slice.too_far = width_ * width_ + kSideways2;
   slice.farthest = std::sqrt(slice.too_far);
   slice.window = static_cast<size_t>(std::ceil(slice.farthest)) - 1;
-  slice.margin = axis == Axis::x ? slice.window : (slice.window + kBlock - 1) / kBlock;
-  slice.rays = rays_.data();
-  slice.layers = axis == Axis::x ? nullptr : end_layers_.data();
+  slice.margin = axis == Axis::x ? slice.window + 1 : slice.window / kBlock + 1;
+  slice.rays = field.rays.data();
+  slice.layers = axis == Axis::x ? nullptr : field.layers.data();
   slice.ends = ends_.data();
-  slice.row_ends = row_ends_.data();
+  slice.row_ends = field.of_rows.data();
+  slice.ray_ends = field.of_rays.data();
   slice.length = axis == Axis::x ? static_cast<float>(kBlock - 1) : 0;
   slice.distance2 = distance2_.data();
   slice.nearest = nearest_.data();
@@ -524,40 +613,23 @@ void NodeBand::search(Axis axis) {
   slice.row_step = axis == Axis::z ? blocks_ : ny_ * blocks_;
   slice.col_step = axis == Axis::x ? blocks_ : 1;
   slice.reach2 = reach_ * reach_;
-  // How far the nodes are from the centre, blocks where they are nearest.
-  std::array<std::vector<float>, 3> away;
-  for (int i = 0; i < 3; i++) {
-    const size_t count = i == 0 ? blocks_ : i == 1 ? ny_ : nz_, nodes = i == 0 ? kBlock : 1;
-    for (size_t n = 0; n < count; n++) {
-      const float low = static_cast<float>(box_.low[i]) + static_cast<float>(n * nodes) + 0.5f,
-                  high = low + static_cast<float>(nodes - 1),
-                  off = std::max({0.0f, low - centre_[i], centre_[i] - high});
-      away[static_cast<size_t>(i)].push_back(off * off);
-    }
-  }
-  slice.row_away = away[axis == Axis::z ? 1 : 2].data();
-  slice.col_away = away[axis == Axis::x ? 1 : 0].data();
-  const size_t pitch = slice.cols + 2 * slice.margin;
-  scratch_.seed_distance2.resize(slice.rows * pitch);
-  scratch_.seed_end.resize(slice.rows * pitch);
-  scratch_.row_distance2.resize(slice.rows * slice.cols);
-  scratch_.row_end.resize(slice.rows * slice.cols);
-  scratch_.state.resize(slice.rows * slice.cols);
-  for (size_t row = 0; row < slice.rows; row++)
-    for (size_t i = 0; i < slice.margin; i++)
-      for (const size_t at : {row * pitch + i, (row + 1) * pitch - 1 - i})
-        std::fill_n(scratch_.seed_distance2[at].lane, kBlock, slice.too_far);
-  slice.scratch = &scratch_;
+  slice.row_away = away_[axis == Axis::z ? 1 : 2].data();
+  slice.col_away = away_[axis == Axis::x ? 1 : 0].data();
+  scratch_.resize(static_cast<size_t>(std::max(1, threads_)));
+  for (BandScratch& scratch : scratch_) scratch.prepare(slice);
   const auto kernel = HWY_DYNAMIC_DISPATCH(SearchSlice);
   const int across = axis == Axis::z ? 2 : axis == Axis::y ? 1 : 0;
   const float first = static_cast<float>(box_.low[across]) + 0.5f;
   const size_t step = axis == Axis::z ? ny_ * blocks_ : axis == Axis::y ? blocks_ : 1;
-  for (size_t i = 0; i < away[static_cast<size_t>(across)].size(); i++) {
-    slice.depth = first + static_cast<float>(axis == Axis::x ? i * kBlock : i);
-    slice.first = i * step;
-    slice.away = away[static_cast<size_t>(across)][i];
-    kernel(slice);
-  }
+  const std::vector<float>& away = away_[static_cast<size_t>(across)];
+  run_parallel_slices(threads_, away.size(), [&](size_t i, size_t thread) {
+    BandSlice own = slice;
+    own.scratch = &scratch_[thread];
+    own.depth = first + static_cast<float>(axis == Axis::x ? i * kBlock : i);
+    own.first = i * step;
+    own.away = away[i];
+    kernel(own);
+  });
 }
 
 BandPlane NodeBand::plane(size_t k) {
@@ -575,6 +647,10 @@ BandPlane NodeBand::plane(size_t k) {
   plane.nearest = nearest_.data() + k * ny_ * blocks_;
   plane.known = known_.data() + k * ny_ * blocks_;
   plane.phi = phi_.data() + k * ny_ * nx_;
+  plane.row_away = away_[1].data();
+  plane.block_away = away_[0].data();
+  plane.away = away_[2][k];
+  plane.reach2 = reach_ * reach_;
   return plane;
 }
 

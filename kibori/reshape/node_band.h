@@ -10,6 +10,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -59,6 +60,8 @@ struct SurfaceEnd {
   uint8_t material;
   Color paint;
 };
+
+struct BandSlice;
 
 namespace detail {
 
@@ -110,7 +113,11 @@ struct DepthRange {
 struct BandScratch {
   Uncleared<FloatRow> seed_distance2, row_distance2;
   Uncleared<IndexRow> seed_end, row_end;
-  std::vector<uint8_t> state;
+  // Of each block: whether it has seeds; whether there are some near along the row; of how many
+  // rows from here on an end of this one may be nearest.
+  std::vector<uint8_t> seeded, seeds_near, rows_near;
+
+  void prepare(const BandSlice& slice);
 };
 
 // Of a filter along an axis: to[i] = kernel[0] low[0][i] + the sum over m of
@@ -127,10 +134,13 @@ struct BandPlane;
 // Memory is kept from one use to the next.
 class NodeBand {
  public:
-  // Reads the nodes of `box`. `width` [lattice units]: distances beyond it are not told apart, nor
-  // those of blocks of 16 nodes along x that are all farther than `reach` from `centre`.
+  // On how many threads read() runs; the result does not depend on it.
+  void set_threads(int threads) { threads_ = threads; }
+  // Reads the nodes of `box` within the ball of radius `reach` round `centre`, grown by `around`
+  // along each axis, and some beside them; phi of the others means nothing. `width` [lattice
+  // units]: distances beyond it are not told apart.
   void read(const TriDexel& model, const NodeBox& box, float width, const LatticePoint& centre = {},
-            float reach = kFar);
+            float reach = kFar, float around = 0);
 
   const NodeBox& box() const { return box_; }
   float width() const { return width_; }
@@ -151,16 +161,28 @@ class NodeBand {
 
  private:
   void read_spans(const TriDexel& model);
-  void read_ends(const TriDexel& model, Axis axis);
+  // Of one field: ends of blocks of rays, in layers; of x rays, ends of each.
+  struct FieldEnds {
+    std::vector<SurfaceEnd> ends;
+    std::vector<detail::RayItems> rays;
+    std::vector<detail::EndLayer> layers;
+    std::vector<detail::DepthRange> of_rows, of_rays;
+  };
+  void read_ends(const FieldSnapshot& field, FieldEnds& to) const;
   template <class F>
-  void add_ends(const FieldSnapshot& field, int u, int v, F&& f);
+  void add_ends(const FieldSnapshot& field, int u, int v, std::vector<SurfaceEnd>& ends,
+                F&& f) const;
+  void join_ends();
   void search(Axis axis);
   BandPlane plane(size_t k);
 
   NodeBox box_;
   size_t nx_ = 0, ny_ = 0, nz_ = 0, blocks_ = 0;  // blocks: rows of 16 nodes along x
-  float width_ = 0, reach_ = 0;
+  int threads_ = 1;
+  float width_ = 0, reach_ = 0, around_ = 0;
   Eigen::Vector3f centre_ = Eigen::Vector3f::Zero();
+  // By axis: squared distances of nodes, along x of blocks, from the ball.
+  std::array<std::vector<float>, 3> away_;
   std::vector<float> phi_;
   // By blocks: squared distance and index of the nearest end yet, and for which nodes there is one.
   detail::Uncleared<detail::FloatRow> distance2_;
@@ -168,12 +190,11 @@ class NodeBand {
   std::vector<uint16_t> known_;
   std::vector<SurfaceEnd> ends_;
   std::vector<uint32_t> nodes_;
-  // Of one field at a time: ends of blocks of rays, in layers; of x rays, ends of each.
+  std::array<FieldEnds, 3> fields_;  // once joined, by indices of ends_
+  // Spans of blocks of z rays.
   std::vector<detail::RayItems> rays_;
-  std::vector<detail::EndLayer> end_layers_;
-  std::vector<detail::DepthRange> row_ends_;
   std::vector<detail::SpanLayer> span_layers_;
-  detail::BandScratch scratch_;
+  std::vector<detail::BandScratch> scratch_;  // of each thread
 };
 
 }  // namespace kibori

@@ -6,13 +6,16 @@
 #include <utility>
 
 #include <kibori/base/memory.h>
+#include <kibori/base/parallel.h>
 #include <kibori/reshape/write_back.h>
 
 namespace kibori {
 namespace {
 
-// The filter is a cube; its corners beyond this many times its reach weigh next to nothing.
-constexpr double kFilterCorner = 1.5;
+// Cells from a node that changes to those whose slopes make its new ends' normals; and what float32
+// may make of a place.
+constexpr float kSlopeReach = 2;
+constexpr double kReachSlack = 0.01;
 
 // The filter reaches this many sigma: what is beyond weighs 0.3 %.
 constexpr double kFilterReach = 3;
@@ -207,12 +210,11 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
       spread = std::max(spread, (centre.at.units - middle.units).norm());
   }
   band_.read(model, box, static_cast<float>(width), middle,
-             static_cast<float>(spread + radius +
-                                kFilterCorner * static_cast<double>(kernel_.size()) + 2));
+             static_cast<float>(spread + radius + kReachSlack),
+             std::max(static_cast<float>(kernel_.size() - 1), kSlopeReach));
   if (band_.nodes().empty() && verb != FieldVerb::flatten) return Reshaped{};
   const bool filters = verb != FieldVerb::inflate && verb != FieldVerb::flatten;
   const std::vector<float>& phi = band_.phi();
-  after_ = phi;
   // How deep a node may change sides.
   std::optional<float> core;
   if (filters)
@@ -258,13 +260,15 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
   if (brush.keep_volume && verb == FieldVerb::smooth) {
     // phi - lambda w, with the lambda that leaves no change of volume: by secants. Where a span or
     // a gap comes or goes the volume steps, and may step over 0: then the nearest that was met.
-    first_ = after_;
+    first_.resize(after_.size());
+    for (const uint32_t node : touched_) first_[node] = after_[node];
     const double moved = [&] {
       double sum = 0;
       for (const uint32_t node : touched_)
         if (std::fabs(phi[node]) < 1) sum += std::fabs(double{after_[node]} - double{phi[node]});
       return sum;
     }();
+    const VolumeChange volume_change(model, band_, touched_, threads_);
     const auto with = [&](double lambda) {
       for (size_t i = 0; i < touched_.size(); i++) {
         const uint32_t node = touched_[i];
@@ -272,7 +276,7 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
           after_[node] = first_[node] - static_cast<float>(lambda) * strength * weights_[i];
       }
       outside_stays();
-      return volume_change(model, band_, after_, touched_);
+      return volume_change(after_);
     };
     double area = 0;
     for (const SurfaceEnd& end : band_.ends()) {
@@ -300,7 +304,7 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
       if (told != best) with(best);
     }
   }
-  return write_back(model, band_, after_, touched_);
+  return write_back(model, band_, after_, touched_, threads_);
 }
 
 std::optional<Reshaper::Surface> Reshaper::surface_under(const TriDexel& model, const Brush& brush,
@@ -343,7 +347,19 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
     reach = {reach.low.min(there.low), reach.high.max(there.high)};
   }
   reach = reach.within(band_.box().grown(-2));
-  const auto weigh_node = [&](uint32_t node, const Index3& at) {
+  // Nodes that stay are looked at, too, beside those that may change.
+  after_.resize(band_.phi().size());
+  const NodeBox around = reach.grown(2);
+  const auto length = static_cast<size_t>(std::max(0, around.size()[0]));
+  for (int k = around.low[2]; k < around.high[2]; k++)
+    for (int j = around.low[1]; j < around.high[1]; j++) {
+      const size_t row = band_.index(around.low[0], j, k);
+      std::copy_n(band_.phi().data() + row, length, after_.data() + row);
+    }
+  struct Weight {
+    float weight, height;  // over the planes of flatten
+  };
+  const auto weight_at = [&](const Index3& at) {
     const Vec3 place = at.matrix().cast<double>().array() + 0.5;
     double sum = 0, height = 0;
     for (const Centre& centre : cluster.centres) {
@@ -353,24 +369,35 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
       sum += weight;
       height += weight * centre.flat.normal.dot(place - centre.flat.point_mm);
     }
-    const auto weight = static_cast<float>(std::min(sum, most));
-    if (weight == 0) return;
+    return Weight{static_cast<float>(std::min(sum, most)), static_cast<float>(height / sum)};
+  };
+  const auto touch = [&](uint32_t node, const Weight& what) {
+    if (what.weight == 0) return;
     touched_.push_back(node);
-    weights_.push_back(weight);
-    if (!core) heights_.push_back(static_cast<float>(height / sum));
+    weights_.push_back(what.weight);
+    if (!core) heights_.push_back(what.height);
   };
   if (core) {
-    for (const uint32_t node : band_.nodes()) {
-      if (!(std::fabs(band_.phi()[node]) < *core)) continue;
-      const Index3 at = band_.node_at(node);
-      if ((at >= reach.low).all() && (at < reach.high).all()) weigh_node(node, at);
-    }
+    const std::vector<uint32_t>& nodes = band_.nodes();
+    band_weights_.resize(nodes.size());
+    constexpr size_t kPiece = 4096;
+    run_parallel_slices(threads_, (nodes.size() + kPiece - 1) / kPiece, [&](size_t piece, size_t) {
+      const size_t end = std::min(nodes.size(), (piece + 1) * kPiece);
+      for (size_t i = piece * kPiece; i < end; i++) {
+        band_weights_[i] = 0;
+        if (!(std::fabs(band_.phi()[nodes[i]]) < *core)) continue;
+        const Index3 at = band_.node_at(nodes[i]);
+        if ((at >= reach.low).all() && (at < reach.high).all())
+          band_weights_[i] = weight_at(at).weight;
+      }
+    });
+    for (size_t i = 0; i < nodes.size(); i++) touch(nodes[i], {band_weights_[i], 0});
     return;
   }
   for (int k = reach.low[2]; k < reach.high[2]; k++)
     for (int j = reach.low[1]; j < reach.high[1]; j++)
       for (int i = reach.low[0]; i < reach.high[0]; i++)
-        weigh_node(static_cast<uint32_t>(band_.index(i, j, k)), {i, j, k});
+        touch(static_cast<uint32_t>(band_.index(i, j, k)), weight_at({i, j, k}));
 }
 
 // G phi at the touched nodes, into second_.
@@ -379,23 +406,25 @@ void Reshaper::filter() {
   const auto ny = static_cast<size_t>(size[1]), nz = static_cast<size_t>(size[2]),
              nx = static_cast<size_t>(size[0]);
   const std::vector<float>& phi = band_.phi();
-  // Rows along x that each pass has to fill: the last one those of the nodes asked for, and each
+  // What each pass has to fill of the rows along x: the last one the nodes asked for, and each
   // before it what the next one reads.
-  rows_.assign(ny * nz, 0);
-  for (const uint32_t node : touched_) rows_[node / nx] = 1;
-  const auto reach = static_cast<std::ptrdiff_t>(kernel_.size()) - 1;
-  const auto spread = [&](const std::vector<uint8_t>& from, std::vector<uint8_t>& to,
+  rows_.assign(ny * nz, {});
+  for (const uint32_t node : touched_) {
+    const uint32_t row = node / static_cast<uint32_t>(nx),
+                   i = node - row * static_cast<uint32_t>(nx);
+    rows_[row].include({i, i + 1});
+  }
+  const size_t reach = kernel_.size() - 1;
+  const auto spread = [&](const std::vector<RowRange>& from, std::vector<RowRange>& to,
                           bool along_z) {
-    to.assign(ny * nz, 0);
-    for (size_t k = 0; k < nz; k++)
-      for (size_t j = 0; j < ny; j++) {
-        if (!from[k * ny + j]) continue;
-        const auto at = static_cast<std::ptrdiff_t>(along_z ? k : j);
-        const auto end = static_cast<std::ptrdiff_t>(along_z ? nz : ny);
-        for (auto m = std::max<std::ptrdiff_t>(0, at - reach); m <= std::min(end - 1, at + reach);
-             m++)
-          to[along_z ? static_cast<size_t>(m) * ny + j : k * ny + static_cast<size_t>(m)] = 1;
-      }
+    to.assign(ny * nz, {});
+    const size_t count = along_z ? nz : ny, step = along_z ? ny : 1;
+    for (size_t row = 0; row < ny * nz; row++) {
+      if (!from[row].high) continue;
+      const size_t at = along_z ? row / ny : row % ny, low = std::min(at, reach),
+                   high = std::min(count - 1 - at, reach);
+      for (size_t r = row - low * step; r <= row + high * step; r += step) to[r].include(from[row]);
+    }
   };
   spread(rows_, rows_y_, true);     // z pass reads rows_y_
   spread(rows_y_, rows_x_, false);  // y pass reads rows_x_
@@ -408,34 +437,42 @@ void Reshaper::filter() {
 
 // One pass of the filter over some rows; beyond the box all is as at its border.
 void Reshaper::sum_along(int axis, const std::vector<float>& from, std::vector<float>& to,
-                         const std::vector<uint8_t>& rows) {
+                         const std::vector<RowRange>& rows) {
   const Index3 size = band_.box().size();
-  const auto nx = static_cast<size_t>(size[0]), ny = static_cast<size_t>(size[1]);
-  const auto count = static_cast<std::ptrdiff_t>(size[axis]);
+  const auto nx = static_cast<size_t>(size[0]), ny = static_cast<size_t>(size[1]),
+             count = static_cast<size_t>(size[axis]);
   const size_t reach = kernel_.size() - 1;
   const detail::RowSum sum_rows = detail::row_sum();
-  // Rows that are summed; along x, one row at shifts, with its border's nodes repeated around it.
-  std::vector<const float*> low(reach + 1), high(reach + 1);
-  std::vector<float> wide(axis == 0 ? nx + 2 * reach : 0);
-  for (size_t row = 0; row < rows.size(); row++) {
-    if (!rows[row]) continue;
-    const float* const in = from.data() + row * nx;
+  // Of each thread: rows that are summed; along x, one row at shifts, with its border's nodes
+  // repeated around it.
+  struct Scratch {
+    std::vector<const float*> low, high;
+    std::vector<float> wide;
+  };
+  std::vector<Scratch> scratch(
+      static_cast<size_t>(std::max(1, threads_)),
+      {std::vector<const float*>(reach + 1), std::vector<const float*>(reach + 1),
+       std::vector<float>(axis == 0 ? nx + 2 * reach : 0)});
+  const auto sum_row = [&](size_t row, Scratch& own) {
+    const size_t first = rows[row].low, nodes = rows[row].high - first;
+    const float* in = from.data() + row * nx;
     if (axis == 0) {
-      std::fill_n(wide.begin(), reach, in[0]);
-      std::copy_n(in, nx, wide.data() + reach);
-      std::fill_n(wide.data() + reach + nx, reach, in[nx - 1]);
+      std::fill_n(own.wide.begin(), reach, in[0]);
+      std::copy_n(in, nx, own.wide.data() + reach);
+      std::fill_n(own.wide.data() + reach + nx, reach, in[nx - 1]);
+      in = own.wide.data() + reach;
     }
-    const auto at = static_cast<std::ptrdiff_t>(axis == 1 ? row % ny : row / ny);
-    const size_t step = axis == 1 ? nx : nx * ny;
+    const size_t at = axis == 1 ? row % ny : row / ny, step = band_.stride(axis);
     for (size_t m = 0; m <= reach; m++) {
-      const auto by = static_cast<std::ptrdiff_t>(m);
-      low[m] =
-          axis == 0 ? wide.data() + reach - m : in - static_cast<size_t>(std::min(by, at)) * step;
-      high[m] = axis == 0 ? wide.data() + reach + m
-                          : in + static_cast<size_t>(std::min(by, count - 1 - at)) * step;
+      own.low[m] = in + first - (axis == 0 ? m : std::min(m, at) * step);
+      own.high[m] = in + first + (axis == 0 ? m : std::min(m, count - 1 - at) * step);
     }
-    sum_rows(low.data(), high.data(), kernel_, nx, to.data() + row * nx);
-  }
+    sum_rows(own.low.data(), own.high.data(), kernel_, nodes, to.data() + row * nx + first);
+  };
+  run_parallel_slices(threads_, rows.size() / ny, [&](size_t k, size_t thread) {
+    for (size_t row = k * ny; row < (k + 1) * ny; row++)
+      if (rows[row].high) sum_row(row, scratch[thread]);
+  });
 }
 
 }  // namespace kibori

@@ -16,6 +16,8 @@
 // dab: to 1 at most, and where they inflate to kMaxSum.
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -35,6 +37,11 @@ struct DabPlace {
 // Computes dabs, and keeps its memory from one to the next. For one thread at a time.
 class Reshaper {
  public:
+  // On how many threads a dab runs; results do not depend on it.
+  void set_threads(int threads) {
+    threads_ = threads;
+    band_.set_threads(threads);
+  }
   // One dab on the model, at the place of the hand and those of its images. Nothing where the brush
   // meets no surface. Errors: a brush that check_brush refuses, a place or plane that is not
   // finite, a region of more than 2^31 nodes or than there is memory for.
@@ -73,16 +80,27 @@ class Reshaper {
                                double sigma, double width, const Cluster& cluster);
   void weigh(const Brush& brush, const Cluster& cluster, double radius, double most,
              std::optional<float> core);
+  // Of a row along x: nodes low <= i < high.
+  struct RowRange {
+    uint32_t low = UINT32_MAX, high = 0;
+
+    void include(RowRange other) {
+      low = std::min(low, other.low);
+      high = std::max(high, other.high);
+    }
+  };
   void filter();
   void sum_along(int axis, const std::vector<float>& from, std::vector<float>& to,
-                 const std::vector<uint8_t>& rows);
+                 const std::vector<RowRange>& rows);
 
+  int threads_ = 1;
   NodeBand band_;
   std::vector<float> kernel_, after_, first_, second_;
-  std::vector<uint32_t> touched_;  // nodes that a verb may change
-  std::vector<float> weights_;     // of those nodes, in their order
-  std::vector<float> heights_;     // of flatten: of those nodes over the plane
-  std::vector<uint8_t> rows_, rows_y_, rows_x_;
+  std::vector<float> band_weights_;  // of the band's nodes
+  std::vector<uint32_t> touched_;    // nodes that a verb may change
+  std::vector<float> weights_;       // of those nodes, in their order
+  std::vector<float> heights_;       // of flatten: of those nodes over the plane
+  std::vector<RowRange> rows_, rows_y_, rows_x_;
 };
 
 }  // namespace kibori

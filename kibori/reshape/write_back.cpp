@@ -7,8 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include <kibori/base/parallel.h>
 #include <kibori/dexel/normal_code.h>
-#include <kibori/reshape/ray_writer.h>
 
 namespace kibori {
 namespace {
@@ -108,96 +108,107 @@ class PhiChange {
   int first_ = 0;
 };
 
-// Where the rays of each field changed.
-class ChangedRays {
- public:
-  ChangedRays(const TriDexel& model, const NodeBand& band, const std::vector<float>& after,
-              const std::vector<uint32_t>& touched) {
-    std::vector<Index3> changed;
-    changed.reserve(touched.size());
-    for (const uint32_t node : touched) {
-      if (band.phi()[node] == after[node]) continue;
-      const Index3& at = changed.emplace_back(band.node_at(node));
-      box_.low = box_.low.min(at);
-      box_.high = box_.high.max(at + 1);
-    }
-    if (empty()) return;
-    const Index3 nodes = model.lattice().nodes;
-    for (const Axis axis : kAxes) {
-      const int u = u_index(axis), v = v_index(axis);
-      RayRanges& ranges = ranges_[static_cast<size_t>(axis)];
-      ranges.reset(axis, box_);
-      for (const Index3& at : changed)
-        if (at[u] >= 0 && at[v] >= 0 && at[u] < nodes[u] && at[v] < nodes[v]) ranges.include(at);
-    }
+NodeBox box_of(const std::vector<Index3>& nodes) {
+  NodeBox box{Index3::Constant(INT_MAX), Index3::Constant(INT_MIN)};
+  for (const Index3& at : nodes) {
+    box.low = box.low.min(at);
+    box.high = box.high.max(at + 1);
   }
+  return box;
+}
 
-  bool empty() const { return box_.empty(); }
-  const NodeBox& box() const { return box_; }
-  const RayRanges& of(Axis axis) const { return ranges_[static_cast<size_t>(axis)]; }
+// The rays of a field through some nodes of a box.
+RayRanges rays_through(const TriDexel& model, Axis axis, const NodeBox& box,
+                       const std::vector<Index3>& nodes) {
+  RayRanges ranges;
+  ranges.reset(axis, box);
+  const int u = u_index(axis), v = v_index(axis);
+  const int nu = model.lattice().nodes[u], nv = model.lattice().nodes[v];
+  for (const Index3& at : nodes)
+    if (at[u] >= 0 && at[v] >= 0 && at[u] < nu && at[v] < nv) ranges.include(at);
+  return ranges;
+}
 
- private:
-  NodeBox box_{Index3::Constant(INT_MAX), Index3::Constant(INT_MIN)};
-  std::array<RayRanges, 3> ranges_;
-};
+// Added and removed on one ray.
+using Lengths = std::vector<std::pair<double, double>>;
 
 }  // namespace
 
-double volume_change(const TriDexel& model, const NodeBand& band, const std::vector<float>& after,
-                     const std::vector<uint32_t>& touched) {
-  const ChangedRays changed(model, band, after, touched);
-  if (changed.empty()) return 0;
-  double sum = 0;
-  for (const Axis axis : kAxes) {
-    PhiChange change(band, after);
-    RayWriter<PhiChange> write(model.field(axis).view(), change);
-    changed.of(axis).for_rays(
+VolumeChange::VolumeChange(const TriDexel& model, const NodeBand& band,
+                           const std::vector<uint32_t>& touched, int threads)
+    : model_(model), band_(band), threads_(threads) {
+  std::vector<Index3> nodes;
+  nodes.reserve(touched.size());
+  for (const uint32_t node : touched) nodes.push_back(band.node_at(node));
+  const NodeBox box = box_of(nodes);
+  if (box.empty()) return;
+  run_parallel(threads, 3, [&](size_t i) { rays_[i] = rays_through(model, kAxes[i], box, nodes); });
+}
+
+double VolumeChange::operator()(const std::vector<float>& after) const {
+  std::array<Lengths, 3> changes;
+  run_parallel(threads_, 3, [&](size_t i) {
+    PhiChange change(band_, after);
+    RayWriter<PhiChange> write(model_.field(kAxes[i]).view(), change);
+    rays_[i].for_rays(
         [&](int u, int v, int low, int high) {
-          write.for_runs(u, v, low, high, [&](const RayRun& run) {
-            const auto [added, removed] = lengths(run);
-            sum += added - removed;
-          });
+          write.for_runs(u, v, low, high,
+                         [&](const RayRun& run) { changes[i].push_back(lengths(run)); });
         },
         [](int, int) {});
-  }
+  });
+  // In one order, whatever the threads.
+  double sum = 0;
+  for (const Lengths& field : changes)
+    for (const auto& [added, removed] : field) sum += added - removed;
   return sum / 3;
 }
 
 Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<float>& after,
-                    const std::vector<uint32_t>& touched) {
+                    const std::vector<uint32_t>& touched, int threads) {
   Reshaped result;
-  const ChangedRays changed(model, band, after, touched);
-  if (changed.empty()) return result;
-  double added = 0, removed = 0;
-  for (const Axis axis : kAxes) {
-    Field& field = model.field(axis);
+  std::vector<Index3> changed;
+  changed.reserve(touched.size());
+  for (const uint32_t node : touched)
+    if (band.phi()[node] != after[node]) changed.push_back(band.node_at(node));
+  const NodeBox box = box_of(changed);
+  if (box.empty()) return result;
+  std::array<Lengths, 3> changes;
+  run_parallel(threads, 3, [&](size_t i) {
+    Field& field = model.field(kAxes[i]);
     PhiChange change(band, after);
     RayWriter<PhiChange> write(field.view(), change);
     bool wrote = false;
-    changed.of(axis).for_rays(
-        [&](int u, int v, int low, int high) {
-          write.for_runs(u, v, low, high, [&](const RayRun& run) {
-            const auto [more, less] = lengths(run);
-            added += more;
-            removed += less;
-            write.write(field, u, v, run);
-            wrote = true;
-          });
-        },
-        [&](int tu, int tv) {
-          if (!std::exchange(wrote, false)) return;
-          Tile& tile = field.writable(tu, tv);
-          field.trim_planes(tile);
-          if (tile.empty) field.clear_tile(tu, tv);
-        });
-  }
+    rays_through(model, kAxes[i], box, changed)
+        .for_rays(
+            [&](int u, int v, int low, int high) {
+              write.for_runs(u, v, low, high, [&](const RayRun& run) {
+                changes[i].push_back(lengths(run));
+                write.write(field, u, v, run);
+                wrote = true;
+              });
+            },
+            [&](int tu, int tv) {
+              if (!std::exchange(wrote, false)) return;
+              Tile& tile = field.writable(tu, tv);
+              field.trim_planes(tile);
+              if (tile.empty) field.clear_tile(tu, tv);
+            });
+  });
+  double added = 0, removed = 0;
+  for (const Lengths& field : changes)
+    for (const auto& [more, less] : field) {
+      added += more;
+      removed += less;
+    }
   // Only near the surface is a change of distance one of place.
   double whole = 0;
   for (const uint32_t node : touched) {
     const float was = band.phi()[node], is = after[node];
     result.points += (was < 0) != (is < 0);
+    if (was == is || !(std::min(std::fabs(was), std::fabs(is)) < 1)) continue;
     const SurfaceEnd* end = band.nearest(node);
-    if (was == is || !end || !(std::min(std::fabs(was), std::fabs(is)) < 1)) continue;
+    if (!end) continue;
     const double moved = std::fabs(double{is} - double{was});
     Reshaped::Part& part = result.parts[end->material];
     part.share += moved;
@@ -213,8 +224,8 @@ Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<flo
   const double pitch = model.lattice().pitch_mm, cell = pitch * pitch * pitch;
   result.added_mm3 = added / 3 * cell;
   result.removed_mm3 = removed / 3 * cell;
-  model.include_material({{changed.box().low.matrix().cast<double>().array() - 0.5,
-                           changed.box().high.matrix().cast<double>().array() + 0.5}});
+  model.include_material({{box.low.matrix().cast<double>().array() - 0.5,
+                           box.high.matrix().cast<double>().array() + 0.5}});
   model.touch();
   return result;
 }

@@ -5,21 +5,34 @@
 // nothing is sampled twice. Internal to `reshape`.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include <kibori/reshape/brush.h>
 #include <kibori/reshape/node_band.h>
+#include <kibori/reshape/ray_writer.h>
 
 namespace kibori {
 
-// Writes `after` (as long as band.phi()) into the model that the band was read from. It may differ
-// at the nodes `touched` only, none of the box's two outermost layers.
+// Writes `after` (by indices as of band.phi()) into the model that the band was read from. It may
+// differ at the nodes `touched` only, none of the box's two outermost layers, and is read as far as
+// two nodes beside them. The result does not depend on `threads`.
 Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<float>& after,
-                    const std::vector<uint32_t>& touched);
+                    const std::vector<uint32_t>& touched, int threads);
 
-// The volume [lattice units^3] that write_back would add (less what it would remove), and no
-// write.
-double volume_change(const TriDexel& model, const NodeBand& band, const std::vector<float>& after,
-                     const std::vector<uint32_t>& touched);
+// What write_back would do, for several changes of the same nodes.
+class VolumeChange {
+ public:
+  VolumeChange(const TriDexel& model, const NodeBand& band, const std::vector<uint32_t>& touched,
+               int threads);
+  // The volume [lattice units^3] that it would add (less what it would remove).
+  double operator()(const std::vector<float>& after) const;
+
+ private:
+  const TriDexel& model_;
+  const NodeBand& band_;
+  std::array<RayRanges, 3> rays_;  // by axis
+  int threads_;
+};
 
 }  // namespace kibori
