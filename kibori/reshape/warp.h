@@ -64,6 +64,7 @@ class Warp {
   struct Corner;
 
   void read(const NodeBox& box);
+  NodeBox crossed() const;
   void move_triangles(const std::vector<WarpMap>& maps);
   void emit(const std::vector<WarpMap>& maps, const Corner& a, const Corner& b, const Corner& c,
             int depth);
