@@ -387,9 +387,9 @@ TEST(Warp, ImagesThatOverlapGoBeyondTheirReach) {
     TriDexel model(cube(64));
     add(model, SweptBall(LatticePoint{{20.3, 32.2, 31.6}}, {}, 6));
     Warp of(model);
-    std::vector<Drag> drags;
+    std::vector<Drag> drags(10);
     for (int i = 0; i < 10; i++)
-      drags.push_back(drag_of(Vec3(20.3, 32.2 + 0.1 * i, 31.6), {2.9, 0, 0}));
+      drags[static_cast<size_t>(i)] = drag_of(Vec3(20.3, 32.2 + 0.1 * i, 31.6), {2.9, 0, 0});
     const Result<Reshaped> done = of.warp(WarpVerb::grab, brush_of(9, Falloff::constant), drags);
     ASSERT_TRUE(done.ok()) << done.error();
     // As a whole, by 29 cells.
