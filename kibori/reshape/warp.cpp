@@ -75,6 +75,15 @@ bool covers(const FieldSnapshot& field, int u, int v, int k) {
   return is;
 }
 
+constexpr const char* kTooLarge =
+    "the brush is too large for this pitch: its region takes too much memory";
+
+bool is_room_for(const NodeBox& box) {
+  const double nodes = box.size().cast<double>().prod(), bytes = kBytesPerNode * nodes;
+  const double there = bytes > kSurelyThere ? available_bytes() : 0;
+  return nodes < kMaxNodes && !(there > 0 && bytes > 0.8 * there);
+}
+
 }  // namespace
 
 struct Warp::Corner {
@@ -136,27 +145,27 @@ Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector
     const NodeBox all = NodeBox{Index3::Zero(), lattice.nodes}.grown(kBorder);
     if (!box_.empty()) box = {box_.low.min(box.low), box_.high.max(box.high)};
     box = box.grown(static_cast<int>(std::min(0.5 * radius, kMostAhead))).within(all);
-    const double nodes = box.size().cast<double>().prod(), bytes = kBytesPerNode * nodes;
-    const double there = bytes > kSurelyThere ? available_bytes() : 0;
-    if (nodes >= kMaxNodes || (there > 0 && bytes > 0.8 * there))
-      return Error{"the brush is too large for this pitch: its region takes too much memory"};
+    if (!is_room_for(box)) return Error{kTooLarge};
   }
   if (warped_ || model_.generation() != generation_) model_.restore(*base_);
   warped_ = false;
-  Reshaped result;
+  Result<Reshaped> result = Reshaped{};
   if (verb == WarpVerb::node) {
+    Reshaped& sum = result.value();
     for (const Drag& place : places) {
       const Reshaped put = put_node(radius, place);
-      result.added_mm3 += put.added_mm3;
-      result.removed_mm3 += put.removed_mm3;
-      result.points += put.points;
-      result.clipped |= put.clipped;
+      sum.added_mm3 += put.added_mm3;
+      sum.removed_mm3 += put.removed_mm3;
+      sum.points += put.points;
+      sum.clipped |= put.clipped;
     }
     warped_ = true;
   } else if (!maps.empty()) {
     if (reads) read(box);
     result = put(maps);
-    if (verb == WarpVerb::grab && brush.keep_volume) result = keep_volume(maps, radius, result);
+    if (result && verb == WarpVerb::grab && brush.keep_volume)
+      result = keep_volume(maps, radius, result.value());
+    if (!result) return result;
     warped_ = true;
   }
   generation_ = model_.generation();
@@ -164,8 +173,17 @@ Result<Reshaped> Warp::warp(WarpVerb verb, const Brush& brush, const std::vector
 }
 
 // The base, whose triangles have gone where the maps send them.
-Reshaped Warp::put(const std::vector<WarpMap>& maps) {
+Result<Reshaped> Warp::put(const std::vector<WarpMap>& maps) {
   move_triangles(maps);
+  // Images that overlap take the surface farther than each of them reaches; none reaches what is
+  // read in addition.
+  const NodeBox come = maps.size() > 1 ? crossed() : NodeBox{};
+  if (!come.empty() && !box_.holds(come)) {
+    const NodeBox more{box_.low.min(come.low), box_.high.max(come.high)};
+    if (!is_room_for(more)) return Error{kTooLarge};
+    read(more);
+    move_triangles(maps);
+  }
   decide_nodes();
   return write();
 }
@@ -173,7 +191,7 @@ Reshaped Warp::put(const std::vector<WarpMap>& maps) {
 // The maps keep volume, but moved triangles lie within a curved surface, and rays measure a flat
 // face that lies along them in steps: what is missing of the three fields' mean is lifted, by less
 // than anyone sees.
-Reshaped Warp::keep_volume(std::vector<WarpMap>& maps, double radius, Reshaped result) {
+Result<Reshaped> Warp::keep_volume(std::vector<WarpMap>& maps, double radius, Reshaped result) {
   const double pitch = model_.lattice().pitch_mm;
   // The slope for a flat surface; from then on the secant's.
   double slope =
@@ -185,13 +203,32 @@ Reshaped Warp::keep_volume(std::vector<WarpMap>& maps, double radius, Reshaped r
     if (next == lift) break;
     for (WarpMap& map : maps) map.lift(next);
     model_.restore(*base_);
-    result = put(maps);
+    const Result<Reshaped> again = put(maps);
+    if (!again) return again;
+    result = again.value();
     const double now = result.added_mm3 - result.removed_mm3, secant = (now - more) / (next - lift);
     if (secant > 0.2 * slope) slope = secant;
     lift = next;
     more = now;
   }
   return result;
+}
+
+// The nodes about where the moved triangles cross rays.
+NodeBox Warp::crossed() const {
+  NodeBox come{Index3::Constant(INT_MAX), Index3::Constant(INT_MIN)};
+  const NodeBox all = NodeBox{Index3::Zero(), model_.lattice().nodes}.grown(kBorder);
+  for (int d = 0; d < 3; d++)
+    for (const Crossing& c : crossings_[static_cast<size_t>(d)]) {
+      Index3 at;
+      at[(d + 1) % 3] = key_u(c.ray);
+      at[(d + 2) % 3] = key_v(c.ray);
+      at[d] = static_cast<int>(
+          std::clamp(c.depth, static_cast<double>(all.low[d]), static_cast<double>(all.high[d])));
+      come.low = come.low.min(at);
+      come.high = come.high.max(at + 1);
+    }
+  return come.empty() ? NodeBox{} : come.grown(kBorder).within(all);
 }
 
 // The base's triangles, nodes and crossings within the box.

@@ -63,9 +63,10 @@ class Warp {
   class Change;
   struct Corner;
 
-  Reshaped put(const std::vector<WarpMap>& maps);
-  Reshaped keep_volume(std::vector<WarpMap>& maps, double radius, Reshaped result);
+  Result<Reshaped> put(const std::vector<WarpMap>& maps);
+  Result<Reshaped> keep_volume(std::vector<WarpMap>& maps, double radius, Reshaped result);
   void read(const NodeBox& box);
+  NodeBox crossed() const;
   void move_triangles(const std::vector<WarpMap>& maps);
   void emit(const std::vector<WarpMap>& maps, const Corner& a, const Corner& b, const Corner& c,
             int depth);
