@@ -203,7 +203,7 @@ Result<Reshaped> Warp::keep_volume(std::vector<WarpMap>& maps, double radius, Re
     if (next == lift) break;
     for (WarpMap& map : maps) map.lift(next);
     model_.restore(*base_);
-    const Result<Reshaped> again = put(maps);
+    Result<Reshaped> again = put(maps);
     if (!again) return again;
     result = again.value();
     const double now = result.added_mm3 - result.removed_mm3, secant = (now - more) / (next - lift);
