@@ -172,6 +172,7 @@ Result<double> carve(TriDexel& model, const Edit& edit, int threads) {
   tool.set_symmetry(s.symmetry);
   tool.set_threads(threads);
   ReshapeStroke reshape(model);
+  reshape.set_threads(threads);
   if (reshapes(s.mode))
     if (Status fine = reshape.begin({s.mode, s.brush, s.tool, s.force.law, s.rate_hz, s.symmetry},
                                     s.materials, edit.start);
