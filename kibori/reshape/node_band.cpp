@@ -85,6 +85,7 @@ struct MeasuredBlocks {
   size_t count;
   const SurfaceEnd* ends;
   const IndexRow* nearest;
+  int end;  // of rows along x
   float width;
   float* phi;
 };
@@ -316,7 +317,13 @@ void Measure(const MeasuredBlocks& of) {
       }
     }
     const VF y = F(static_cast<float>(block->j) + 0.5f), z = F(static_cast<float>(block->k) + 0.5f);
-    FloatRow sizes;
+    float* const phi = of.phi + block->place;
+    const auto count = std::min(kRow, static_cast<size_t>(of.end - block->i));
+    FloatRow now{};
+    if (count == kRow)
+      std::copy_n(phi, kRow, now.lane);
+    else
+      std::copy_n(phi, count, now.lane);
     for (size_t g = 0; g < kGroups; g++) {
       const VF dx = hn::Sub(LanesFrom(static_cast<float>(block->i) + 0.5f, g), Lanes(place[0], g)),
                dy = hn::Sub(y, Lanes(place[1], g)), dz = hn::Sub(z, Lanes(place[2], g));
@@ -325,13 +332,16 @@ void Measure(const MeasuredBlocks& of) {
                   hn::Mul(dz, Lanes(normal[2], g))));
       const VF distance2 = hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz));
       const VF beyond = hn::Sqrt(hn::Max(hn::Zero(d), hn::Sub(distance2, F(1.0f))));
-      Store(hn::Min(F(of.width), hn::Max(along, beyond)), sizes, g);
+      const VF size = hn::Min(F(of.width), hn::Max(along, beyond)), was = Lanes(now, g);
+      const VF is =
+          hn::IfThenElse(hn::Lt(was, hn::Zero(d)), hn::Neg(hn::Max(size, F(kLeastDepth))), size);
+      const MF known = FromBits(block->nodes >> (g * kLanes) & kGroupMask);
+      Store(hn::IfThenElse(known, is, was), now, g);
     }
-    float* const phi = of.phi + block->place;
-    block->for_nodes([&](int n) {
-      const float size = sizes.lane[n];
-      phi[n] = phi[n] < 0 ? -std::max(size, kLeastDepth) : size;
-    });
+    if (count == kRow)
+      std::copy_n(now.lane, kRow, phi);
+    else
+      std::copy_n(now.lane, count, phi);
   }
 }
 
@@ -448,7 +458,7 @@ void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
   const size_t blocks = known_blocks_.size();
   run_parallel_slices(threads_, (blocks + kPiece - 1) / kPiece, [&](size_t piece, size_t) {
     measure({known_blocks_.data() + piece * kPiece, std::min(kPiece, blocks - piece * kPiece),
-             ends_.data(), nearest_.data(), width_, phi_.data()});
+             ends_.data(), nearest_.data(), box_.high[0], width_, phi_.data()});
   });
 }
 

@@ -355,11 +355,13 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
   after_.resize(band_.phi().size());
   const NodeBox around = reach.grown(2);
   const auto length = static_cast<size_t>(std::max(0, around.size()[0]));
-  for (int k = around.low[2]; k < around.high[2]; k++)
+  const auto slices = static_cast<size_t>(std::max(0, around.size()[2]));
+  run_parallel_slices(threads_, slices, [&](size_t slice, size_t) {
     for (int j = around.low[1]; j < around.high[1]; j++) {
-      const size_t row = band_.index(around.low[0], j, k);
+      const size_t row = band_.index(around.low[0], j, around.low[2] + static_cast<int>(slice));
       std::copy_n(band_.phi().data() + row, length, after_.data() + row);
     }
+  });
   struct Weight {
     float weight, height;  // over the planes of flatten
   };
