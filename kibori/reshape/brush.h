@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 #include <kibori/base/names.h>
@@ -51,20 +52,22 @@ struct Brush {
 
 inline constexpr double kMaxSigmaCells = 4;
 
-// `distance`: from the brush's centre, in radii. Smooth: (1 - d^2)^2; linear: 1 - d; constant: 1.
-// Nothing at 1 and beyond.
-inline double falloff_weight(Falloff falloff, double distance) {
-  if (!(distance < 1)) return 0;
-  const double inner = 1 - distance * distance;
+// Of a distance d from the brush's centre, in radii, whose square is `distance2`. Smooth:
+// (1 - d^2)^2; linear: 1 - d; constant: 1. Nothing at 1 and beyond.
+inline double falloff_of_square(Falloff falloff, double distance2) {
+  if (!(distance2 < 1)) return 0;
   switch (falloff) {
     case Falloff::smooth:
-      return inner * inner;
+      return (1 - distance2) * (1 - distance2);
     case Falloff::linear:
-      return 1 - distance;
+      return 1 - std::sqrt(distance2);
     case Falloff::constant:
       return 1;
   }
   return 0;
+}
+inline double falloff_weight(Falloff falloff, double distance) {
+  return falloff_of_square(falloff, distance * distance);
 }
 
 // What dabs did to the model; volumes are the mean of the three fields.

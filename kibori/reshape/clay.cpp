@@ -84,7 +84,7 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
     return Error{"the tool is too large for this pitch: its collar of clay takes too much memory"};
   band_.read(model, box, static_cast<float>(kWidth), LatticePoint{centre},
              static_cast<float>(radius + 2));
-  if (band_.nodes().empty()) return Reshaped{};
+  if (band_.blocks().empty()) return Reshaped{};
   measure_way(tool, tools, radius_mm, lattice, box, LatticePoint{centre});
 
   const std::vector<float>& phi = band_.phi();
@@ -92,28 +92,38 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   touched_.clear();
   weights_.clear();
   double area = 0;
-  for (const uint32_t node : band_.nodes()) {
-    if (!(std::fabs(phi[node]) < kWidth - 1)) continue;
-    const Index3 at = band_.node_at(node);
-    if ((at < 0).any() || (at >= lattice.nodes).any()) continue;
-    const Vec3 from = at.matrix().cast<double>().array() + 0.5 - centre.array();
-    const double off = double{way_band_.phi()[node]} / kRamp;
-    const double weight =
-        falloff_weight(Falloff::smooth, from.norm() / radius) * std::clamp(off, 0.0, 1.0);
-    if (!(weight > 0)) continue;
-    touched_.push_back(node);
-    weights_.push_back(static_cast<float>(weight));
-    // Along a normal these add up to 1.
-    area += weight * std::max(0.0, 1 - std::fabs(double{phi[node]}));
+  for (NodeBlock block : band_.blocks()) {
+    if (block.j < 0 || block.j >= lattice.nodes[1] || block.k < 0 || block.k >= lattice.nodes[2])
+      continue;
+    unsigned rises = 0;
+    block.for_nodes([&](int n) {
+      const size_t node = block.place + static_cast<size_t>(n);
+      if (!(std::fabs(phi[node]) < kWidth - 1)) return;
+      if (block.i + n < 0 || block.i + n >= lattice.nodes[0]) return;
+      const Vec3 from = Vec3(block.i + n, block.j, block.k).array() + 0.5 - centre.array();
+      const double off = double{way_band_.phi()[node]} / kRamp;
+      const double weight =
+          falloff_of_square(Falloff::smooth, from.squaredNorm() / (radius * radius)) *
+          std::clamp(off, 0.0, 1.0);
+      if (!(weight > 0)) return;
+      rises |= 1u << n;
+      weights_.push_back(static_cast<float>(weight));
+      // Along a normal these add up to 1.
+      area += weight * std::max(0.0, 1 - std::fabs(double{phi[node]}));
+    });
+    block.nodes = static_cast<uint16_t>(rises);
+    if (rises) touched_.push_back(block);
   }
   if (!(area > 0)) return Reshaped{};
   const auto write = [&] { return write_back(model, band_, after_, touched_, threads_); };
   const VolumeChange volume_change(model, band_, touched_, threads_);
   const auto with = [&](double lambda) {
-    for (size_t i = 0; i < touched_.size(); i++) {
-      const uint32_t node = touched_[i];
-      after_[node] = phi[node] - static_cast<float>(lambda) * weights_[i];
-    }
+    const float* weight = weights_.data();
+    for (const NodeBlock& block : touched_)
+      block.for_nodes([&](int n) {
+        const size_t node = block.place + static_cast<size_t>(n);
+        after_[node] = phi[node] - static_cast<float>(lambda) * *weight++;
+      });
     return volume_change(after_);
   };
   // The volume grows with lambda, but with kinks and steps, where a surface along the lattice

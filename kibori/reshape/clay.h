@@ -67,7 +67,7 @@ class Clay {
   std::unique_ptr<TriDexel> scratch_;
   Snapshot empty_;
   std::vector<float> after_, weights_;
-  std::vector<uint32_t> touched_;
+  std::vector<NodeBlock> touched_;
 };
 
 }  // namespace kibori

@@ -67,19 +67,27 @@ struct BandSlice {
   }
 };
 
-// What is to be told of the nodes of a plane across z.
+// Whose sides are to be told: the nodes of a plane across z.
 struct BandPlane {
   size_t rows, blocks, nx;
-  float x, y, z;  // of the first node
+  float z;
   float width;
   const RayItems* rays;
   const SpanLayer* spans;
-  const SurfaceEnd* ends;
-  const IndexRow* nearest;
-  const uint16_t* known;
   float* phi;
   const float *row_away, *block_away;  // as of a slice
   float away, reach2;
+};
+
+// Nodes whose nearest ends are known.
+struct MeasuredBlocks {
+  const NodeBlock* blocks;
+  size_t count;
+  const SurfaceEnd* ends;
+  const IndexRow* nearest;
+  int end;  // of rows along x
+  float width;
+  float* phi;
 };
 
 // An inside node that lies right on the surface keeps this much [cells] of its sign.
@@ -294,42 +302,47 @@ void TellSides(const BandPlane& p) {
     }
 }
 
-// phi of the nodes whose nearest end is known.
-void Measure(const BandPlane& p) {
+// phi of nodes whose nearest end is known.
+void Measure(const MeasuredBlocks& of) {
   const DF d;
-  const DI di;
-  static_assert(sizeof(SurfaceEnd) % sizeof(float) == 0);
-  const VI stride = hn::Set(di, static_cast<int32_t>(sizeof(SurfaceEnd) / sizeof(float)));
-  for (size_t row = 0; row < p.rows; row++)
-    for (size_t b = 0; b < p.blocks; b++) {
-      const size_t block = row * p.blocks + b;
-      if (!p.known[block]) continue;
-      const size_t count = std::min(kRow, p.nx - b * kRow);
-      float* const phi = p.phi + row * p.nx + b * kRow;
-      FloatRow now{};
-      std::copy_n(phi, count, now.lane);
-      for (size_t g = 0; g < kGroups; g++) {
-        const VI end = Lanes(p.nearest[block], g);
-        const VI at = hn::Mul(hn::Max(end, hn::Zero(di)), stride);
-        const auto of_end = [&](const float* base) { return hn::GatherIndex(d, base, at); };
-        const float *const place = p.ends->place.data(), *const normal = p.ends->normal.data();
-        const VF dx = hn::Sub(LanesFrom(p.x + static_cast<float>(b * kRow), g), of_end(place)),
-                 dy = hn::Sub(F(p.y + static_cast<float>(row)), of_end(place + 1)),
-                 dz = hn::Sub(F(p.z), of_end(place + 2));
-        const VF along =
-            hn::Abs(hn::Add(hn::Add(hn::Mul(dx, of_end(normal)), hn::Mul(dy, of_end(normal + 1))),
-                            hn::Mul(dz, of_end(normal + 2))));
-        const VF distance2 = hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz));
-        const VF beyond = hn::Sqrt(hn::Max(hn::Zero(d), hn::Sub(distance2, F(1.0f))));
-        const VF size = hn::Min(F(p.width), hn::Max(along, beyond));
-        const VF was = Lanes(now, g);
-        const VF is =
-            hn::IfThenElse(hn::Lt(was, hn::Zero(d)), hn::Neg(hn::Max(size, F(kLeastDepth))), size);
-        const MF known = hn::RebindMask(d, hn::Gt(end, hn::Set(di, -1)));
-        Store(hn::IfThenElse(known, is, was), now, g);
+  FloatRow place[3], normal[3];  // by axis
+  for (const NodeBlock* block = of.blocks; block < of.blocks + of.count; block++) {
+    const IndexRow& nearest = of.nearest[block->row];
+    // Of a node without one, any.
+    for (size_t n = 0; n < kRow; n++) {
+      const SurfaceEnd& end = of.ends[std::max(nearest.lane[n], 0)];
+      for (int axis = 0; axis < 3; axis++) {
+        place[axis].lane[n] = end.place[axis];
+        normal[axis].lane[n] = end.normal[axis];
       }
-      std::copy_n(now.lane, count, phi);
     }
+    const VF y = F(static_cast<float>(block->j) + 0.5f), z = F(static_cast<float>(block->k) + 0.5f);
+    float* const phi = of.phi + block->place;
+    const auto count = std::min(kRow, static_cast<size_t>(of.end - block->i));
+    FloatRow now{};
+    if (count == kRow)
+      std::copy_n(phi, kRow, now.lane);
+    else
+      std::copy_n(phi, count, now.lane);
+    for (size_t g = 0; g < kGroups; g++) {
+      const VF dx = hn::Sub(LanesFrom(static_cast<float>(block->i) + 0.5f, g), Lanes(place[0], g)),
+               dy = hn::Sub(y, Lanes(place[1], g)), dz = hn::Sub(z, Lanes(place[2], g));
+      const VF along = hn::Abs(
+          hn::Add(hn::Add(hn::Mul(dx, Lanes(normal[0], g)), hn::Mul(dy, Lanes(normal[1], g))),
+                  hn::Mul(dz, Lanes(normal[2], g))));
+      const VF distance2 = hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz));
+      const VF beyond = hn::Sqrt(hn::Max(hn::Zero(d), hn::Sub(distance2, F(1.0f))));
+      const VF size = hn::Min(F(of.width), hn::Max(along, beyond)), was = Lanes(now, g);
+      const VF is =
+          hn::IfThenElse(hn::Lt(was, hn::Zero(d)), hn::Neg(hn::Max(size, F(kLeastDepth))), size);
+      const MF known = FromBits(block->nodes >> (g * kLanes) & kGroupMask);
+      Store(hn::IfThenElse(known, is, was), now, g);
+    }
+    if (count == kRow)
+      std::copy_n(now.lane, kRow, phi);
+    else
+      std::copy_n(now.lane, count, phi);
+  }
 }
 
 void SumRows(const float* const* low, const float* const* high, const std::vector<float>& kernel,
@@ -416,7 +429,7 @@ void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
   nearest_.resize(rows);
   known_.assign(rows, 0);
   ends_.clear();
-  nodes_.clear();
+  known_blocks_.clear();
   if (box.empty()) return;
   // How far the nodes are from the centre, blocks where they are nearest.
   for (int i = 0; i < 3; i++) {
@@ -431,7 +444,7 @@ void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
     }
   }
   read_spans(model);
-  const auto tell_sides = HWY_DYNAMIC_DISPATCH(TellSides), measure = HWY_DYNAMIC_DISPATCH(Measure);
+  const auto tell_sides = HWY_DYNAMIC_DISPATCH(TellSides);
   run_parallel_slices(threads_, nz_, [&](size_t k, size_t) { tell_sides(plane(k)); });
   run_parallel(threads_, 3, [&](size_t i) {
     read_ends(model.field(kAxes[i]).view(), fields_[static_cast<size_t>(kAxes[i])]);
@@ -439,12 +452,25 @@ void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
   join_ends();
   if (ends_.empty()) return;
   for (const Axis axis : {Axis::z, Axis::y, Axis::x}) search(axis);
-  run_parallel_slices(threads_, nz_, [&](size_t k, size_t) { measure(plane(k)); });
-  for (size_t row = 0; row < ny_ * nz_; row++)
-    for (size_t b = 0; b < blocks_; b++)
-      for (unsigned bits = known_[row * blocks_ + b]; bits; bits &= bits - 1) {
-        const size_t i = b * kBlock + static_cast<size_t>(std::countr_zero(bits));
-        if (i < nx_) nodes_.push_back(static_cast<uint32_t>(row * nx_ + i));
+  list_known();
+  const auto measure = HWY_DYNAMIC_DISPATCH(Measure);
+  constexpr size_t kPiece = 256;
+  const size_t blocks = known_blocks_.size();
+  run_parallel_slices(threads_, (blocks + kPiece - 1) / kPiece, [&](size_t piece, size_t) {
+    measure({known_blocks_.data() + piece * kPiece, std::min(kPiece, blocks - piece * kPiece),
+             ends_.data(), nearest_.data(), box_.high[0], width_, phi_.data()});
+  });
+}
+
+void NodeBand::list_known() {
+  const uint16_t* known = known_.data();
+  for (int k = box_.low[2]; k < box_.high[2]; k++)
+    for (int j = box_.low[1]; j < box_.high[1]; j++)
+      for (size_t b = 0; b < blocks_; b++, known++) {
+        if (!*known) continue;
+        NodeBlock found = block(b, j, k);
+        found.nodes &= *known;
+        if (found.nodes) known_blocks_.push_back(found);
       }
 }
 
@@ -637,15 +663,10 @@ BandPlane NodeBand::plane(size_t k) {
   plane.rows = ny_;
   plane.blocks = blocks_;
   plane.nx = nx_;
-  plane.x = static_cast<float>(box_.low[0]) + 0.5f;
-  plane.y = static_cast<float>(box_.low[1]) + 0.5f;
   plane.z = static_cast<float>(box_.low[2] + static_cast<int>(k)) + 0.5f;
   plane.width = width_;
   plane.rays = rays_.data();
   plane.spans = span_layers_.data();
-  plane.ends = ends_.data();
-  plane.nearest = nearest_.data() + k * ny_ * blocks_;
-  plane.known = known_.data() + k * ny_ * blocks_;
   plane.phi = phi_.data() + k * ny_ * nx_;
   plane.row_away = away_[1].data();
   plane.block_away = away_[0].data();

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -49,6 +50,22 @@ struct NodeBox {
     const uint32_t row = static_cast<uint32_t>(place) / nx;
     return {low[0] + static_cast<int>(static_cast<uint32_t>(place) % nx),
             low[1] + static_cast<int>(row % ny), low[2] + static_cast<int>(row / ny)};
+  }
+};
+
+// Some of the 16 nodes (i, j, k) ... (i + 15, j, k) of a box: bit n of `nodes` stands for i + n.
+struct NodeBlock {
+  int i, j, k;
+  uint32_t place;  // of the first node, as of NodeBox::index
+  uint32_t row;    // of the 16 nodes among all such of the box
+  uint16_t nodes;
+
+  int first() const { return std::countr_zero(nodes); }
+  int last() const { return 15 - std::countl_zero(nodes); }
+  // Calls f(n) for each.
+  template <class F>
+  void for_nodes(F&& f) const {
+    for (unsigned bits = nodes; bits; bits &= bits - 1) f(std::countr_zero(bits));
   }
 };
 
@@ -145,13 +162,29 @@ class NodeBand {
   const NodeBox& box() const { return box_; }
   float width() const { return width_; }
   size_t index(int i, int j, int k) const { return box_.index(i, j, k); }
+  // 16 nodes of a row, or as many as it has, from the `at`-th sixteen on.
+  size_t blocks_a_row() const { return blocks_; }
+  NodeBlock block(size_t at, int j, int k) const {
+    const size_t first = at * 16, row = box_.index(box_.low[0], j, k);
+    const size_t count = std::min<size_t>(16, nx_ - first);
+    return {box_.low[0] + static_cast<int>(first),
+            j,
+            k,
+            static_cast<uint32_t>(row + first),
+            static_cast<uint32_t>(row / nx_ * blocks_ + at),
+            static_cast<uint16_t>((1u << count) - 1)};
+  }
   size_t stride(int axis) const { return box_.stride(axis); }
   const std::vector<float>& phi() const { return phi_; }
   const std::vector<SurfaceEnd>& ends() const { return ends_; }
-  // Nodes whose phi is known better than its sign, each once.
-  const std::vector<uint32_t>& nodes() const { return nodes_; }
+  // Nodes whose phi is known better than its sign, each once, in the order of their indices.
+  const std::vector<NodeBlock>& blocks() const { return known_blocks_; }
   Index3 node_at(size_t index) const { return box_.node_at(index); }
   // A node's nearest end, or null if there is none within the width.
+  const SurfaceEnd* nearest(const NodeBlock& block, int n) const {
+    if (!(known_[block.row] >> n & 1)) return nullptr;
+    return &ends_[static_cast<size_t>(nearest_[block.row].lane[n])];
+  }
   const SurfaceEnd* nearest(size_t node) const {
     const auto nx = static_cast<uint32_t>(nx_), at = static_cast<uint32_t>(node), i = at % nx;
     const size_t row = at / nx * blocks_ + i / 16;
@@ -174,6 +207,7 @@ class NodeBand {
                 F&& f) const;
   void join_ends();
   void search(Axis axis);
+  void list_known();
   BandPlane plane(size_t k);
 
   NodeBox box_;
@@ -189,7 +223,7 @@ class NodeBand {
   detail::Uncleared<detail::IndexRow> nearest_;
   std::vector<uint16_t> known_;
   std::vector<SurfaceEnd> ends_;
-  std::vector<uint32_t> nodes_;
+  std::vector<NodeBlock> known_blocks_;
   std::array<FieldEnds, 3> fields_;  // once joined, by indices of ends_
   // Spans of blocks of z rays.
   std::vector<detail::RayItems> rays_;

@@ -212,7 +212,7 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
   band_.read(model, box, static_cast<float>(width), middle,
              static_cast<float>(spread + radius + kReachSlack),
              std::max(static_cast<float>(kernel_.size() - 1), kSlopeReach));
-  if (band_.nodes().empty() && verb != FieldVerb::flatten) return Reshaped{};
+  if (band_.blocks().empty() && verb != FieldVerb::flatten) return Reshaped{};
   const bool filters = verb != FieldVerb::inflate && verb != FieldVerb::flatten;
   const std::vector<float>& phi = band_.phi();
   // How deep a node may change sides.
@@ -225,14 +225,12 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
 
   const auto strength = static_cast<float>(brush.strength);
   const auto change = [&](auto&& f) {
-    for (size_t i = 0; i < touched_.size(); i++) {
-      const uint32_t node = touched_[i];
-      after_[node] = f(node, phi[node], strength * weights_[i]);
-    }
+    for_touched(
+        [&](size_t node, float weight) { after_[node] = f(node, phi[node], strength * weight); });
   };
   if (filters) {
     filter();
-    change([&](uint32_t node, float was, float weight) {
+    change([&](size_t node, float was, float weight) {
       const float is = was + weight * (second_[node] - was);
       if (verb == FieldVerb::rasp) return std::max(was, is);
       if (verb == FieldVerb::fill) return std::min(was, is);
@@ -240,19 +238,27 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
     });
   } else if (verb == FieldVerb::inflate) {
     const auto by = static_cast<float>(sigma);
-    change([&](uint32_t, float was, float weight) { return was - weight * by; });
+    change([&](size_t, float was, float weight) { return was - weight * by; });
   } else {
-    size_t next = 0;
-    change(
-        [&](uint32_t, float was, float weight) { return was + weight * (heights_[next++] - was); });
+    for (size_t b = 0; b < touched_.size(); b++)
+      touched_[b].for_nodes([&](int n) {
+        const auto lane = static_cast<size_t>(n);
+        const float was = phi[touched_[b].place + lane];
+        after_[touched_[b].place + lane] =
+            was + strength * weights_[b][lane] * (heights_[b][lane] - was);
+      });
   }
   // What is not lattice has no material.
   const auto outside_stays = [&] {
     const NodeBox all{Index3::Zero(), model.lattice().nodes};
-    for (const uint32_t node : touched_) {
-      const Index3 at = band_.node_at(node);
-      if ((at < all.low).any() || (at >= all.high).any())
-        after_[node] = std::max(after_[node], 0.0f);
+    for (const NodeBlock& block : touched_) {
+      const Index3 low(block.i, block.j, block.k);
+      if (all.holds({low, low + Index3(16, 1, 1)})) continue;
+      block.for_nodes([&](int n) {
+        const Index3 at = low + Index3(n, 0, 0);
+        float& after = after_[block.place + static_cast<size_t>(n)];
+        if (!all.holds({at, at + 1})) after = std::max(after, 0.0f);
+      });
     }
   };
   outside_stays();
@@ -261,20 +267,20 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
     // phi - lambda w, with the lambda that leaves no change of volume: by secants. Where a span or
     // a gap comes or goes the volume steps, and may step over 0: then the nearest that was met.
     first_.resize(after_.size());
-    for (const uint32_t node : touched_) first_[node] = after_[node];
+    for_touched([&](size_t node, float) { first_[node] = after_[node]; });
     const double moved = [&] {
       double sum = 0;
-      for (const uint32_t node : touched_)
+      for_touched([&](size_t node, float) {
         if (std::fabs(phi[node]) < 1) sum += std::fabs(double{after_[node]} - double{phi[node]});
+      });
       return sum;
     }();
     const VolumeChange volume_change(model, band_, touched_, threads_);
     const auto with = [&](double lambda) {
-      for (size_t i = 0; i < touched_.size(); i++) {
-        const uint32_t node = touched_[i];
+      for_touched([&](size_t node, float weight) {
         if (first_[node] != phi[node])
-          after_[node] = first_[node] - static_cast<float>(lambda) * strength * weights_[i];
-      }
+          after_[node] = first_[node] - static_cast<float>(lambda) * strength * weight;
+      });
       outside_stays();
       return volume_change(after_);
     };
@@ -339,8 +345,6 @@ std::optional<Reshaper::Surface> Reshaper::surface_under(const TriDexel& model, 
 void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, double most,
                      std::optional<float> core) {
   touched_.clear();
-  weights_.clear();
-  heights_.clear();
   NodeBox reach = nodes_within(cluster.centres[0].at, radius);
   for (const Centre& centre : cluster.centres) {
     const NodeBox there = nodes_within(centre.at, radius);
@@ -351,53 +355,69 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
   after_.resize(band_.phi().size());
   const NodeBox around = reach.grown(2);
   const auto length = static_cast<size_t>(std::max(0, around.size()[0]));
-  for (int k = around.low[2]; k < around.high[2]; k++)
+  const auto slices = static_cast<size_t>(std::max(0, around.size()[2]));
+  run_parallel_slices(threads_, slices, [&](size_t slice, size_t) {
     for (int j = around.low[1]; j < around.high[1]; j++) {
-      const size_t row = band_.index(around.low[0], j, k);
+      const size_t row = band_.index(around.low[0], j, around.low[2] + static_cast<int>(slice));
       std::copy_n(band_.phi().data() + row, length, after_.data() + row);
     }
+  });
   struct Weight {
     float weight, height;  // over the planes of flatten
   };
-  const auto weight_at = [&](const Index3& at) {
-    const Vec3 place = at.matrix().cast<double>().array() + 0.5;
+  const double radius2 = radius * radius;
+  const auto weight_at = [&](const Vec3& place) {
     double sum = 0, height = 0;
     for (const Centre& centre : cluster.centres) {
-      const Vec3 from = place - centre.at.units;
-      const double weight = falloff_weight(brush.falloff, from.norm() / radius);
+      const double weight =
+          falloff_of_square(brush.falloff, (place - centre.at.units).squaredNorm() / radius2);
       if (weight == 0) continue;
       sum += weight;
-      height += weight * centre.flat.normal.dot(place - centre.flat.point_mm);
+      if (!core) height += weight * centre.flat.normal.dot(place - centre.flat.point_mm);
     }
     return Weight{static_cast<float>(std::min(sum, most)), static_cast<float>(height / sum)};
   };
-  const auto touch = [&](uint32_t node, const Weight& what) {
-    if (what.weight == 0) return;
-    touched_.push_back(node);
-    weights_.push_back(what.weight);
-    if (!core) heights_.push_back(what.height);
+  if (core)
+    touched_ = band_.blocks();
+  else
+    for (int k = reach.low[2]; k < reach.high[2]; k++)
+      for (int j = reach.low[1]; j < reach.high[1]; j++)
+        for (size_t b = 0; b < band_.blocks_a_row(); b++) touched_.push_back(band_.block(b, j, k));
+  weights_.resize(touched_.size());
+  heights_.resize(core ? 0 : touched_.size());
+  // Leaves of each block the nodes that may change.
+  const auto weigh_block = [&](size_t b) {
+    NodeBlock& block = touched_[b];
+    unsigned touched = 0;
+    if (block.j >= reach.low[1] && block.j < reach.high[1] && block.k >= reach.low[2] &&
+        block.k < reach.high[2])
+      block.for_nodes([&](int n) {
+        const auto lane = static_cast<size_t>(n);
+        const int i = block.i + n;
+        if (i < reach.low[0] || i >= reach.high[0]) return;
+        if (core && !(std::fabs(band_.phi()[block.place + lane]) < *core)) return;
+        const Weight what = weight_at(Vec3(i, block.j, block.k).array() + 0.5);
+        if (what.weight == 0) return;
+        weights_[b][lane] = what.weight;
+        if (!core) heights_[b][lane] = what.height;
+        touched |= 1u << n;
+      });
+    block.nodes = static_cast<uint16_t>(touched);
   };
-  if (core) {
-    const std::vector<uint32_t>& nodes = band_.nodes();
-    band_weights_.resize(nodes.size());
-    constexpr size_t kPiece = 4096;
-    run_parallel_slices(threads_, (nodes.size() + kPiece - 1) / kPiece, [&](size_t piece, size_t) {
-      const size_t end = std::min(nodes.size(), (piece + 1) * kPiece);
-      for (size_t i = piece * kPiece; i < end; i++) {
-        band_weights_[i] = 0;
-        if (!(std::fabs(band_.phi()[nodes[i]]) < *core)) continue;
-        const Index3 at = band_.node_at(nodes[i]);
-        if ((at >= reach.low).all() && (at < reach.high).all())
-          band_weights_[i] = weight_at(at).weight;
-      }
-    });
-    for (size_t i = 0; i < nodes.size(); i++) touch(nodes[i], {band_weights_[i], 0});
-    return;
+  constexpr size_t kPiece = 256;
+  run_parallel_slices(threads_, (touched_.size() + kPiece - 1) / kPiece, [&](size_t piece, size_t) {
+    const size_t end = std::min(touched_.size(), (piece + 1) * kPiece);
+    for (size_t b = piece * kPiece; b < end; b++) weigh_block(b);
+  });
+  size_t count = 0;
+  for (size_t b = 0; b < touched_.size(); b++) {
+    if (!touched_[b].nodes) continue;
+    touched_[count] = touched_[b];
+    weights_[count] = weights_[b];
+    if (!core) heights_[count] = heights_[b];
+    count++;
   }
-  for (int k = reach.low[2]; k < reach.high[2]; k++)
-    for (int j = reach.low[1]; j < reach.high[1]; j++)
-      for (int i = reach.low[0]; i < reach.high[0]; i++)
-        touch(static_cast<uint32_t>(band_.index(i, j, k)), weight_at({i, j, k}));
+  touched_.resize(count);
 }
 
 // G phi at the touched nodes, into second_.
@@ -409,10 +429,11 @@ void Reshaper::filter() {
   // What each pass has to fill of the rows along x: the last one the nodes asked for, and each
   // before it what the next one reads.
   rows_.assign(ny * nz, {});
-  for (const uint32_t node : touched_) {
-    const uint32_t row = node / static_cast<uint32_t>(nx),
-                   i = node - row * static_cast<uint32_t>(nx);
-    rows_[row].include({i, i + 1});
+  for (const NodeBlock& block : touched_) {
+    const uint32_t row = block.place / static_cast<uint32_t>(nx),
+                   first = block.place - row * static_cast<uint32_t>(nx);
+    rows_[row].include({first + static_cast<uint32_t>(block.first()),
+                        first + static_cast<uint32_t>(block.last()) + 1});
   }
   const size_t reach = kernel_.size() - 1;
   const auto spread = [&](const std::vector<RowRange>& from, std::vector<RowRange>& to,

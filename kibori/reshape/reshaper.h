@@ -17,6 +17,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -89,6 +90,14 @@ class Reshaper {
       high = std::max(high, other.high);
     }
   };
+  // Calls f(index, weight) for the nodes that a verb may change.
+  template <class F>
+  void for_touched(F&& f) const {
+    for (size_t b = 0; b < touched_.size(); b++)
+      touched_[b].for_nodes([&](int n) {
+        f(touched_[b].place + static_cast<size_t>(n), weights_[b][static_cast<size_t>(n)]);
+      });
+  }
   void filter();
   void sum_along(int axis, const std::vector<float>& from, std::vector<float>& to,
                  const std::vector<RowRange>& rows);
@@ -96,10 +105,11 @@ class Reshaper {
   int threads_ = 1;
   NodeBand band_;
   std::vector<float> kernel_, after_, first_, second_;
-  std::vector<float> band_weights_;  // of the band's nodes
-  std::vector<uint32_t> touched_;    // nodes that a verb may change
-  std::vector<float> weights_;       // of those nodes, in their order
-  std::vector<float> heights_;       // of flatten: of those nodes over the plane
+  // Nodes that a verb may change, and of each block's nodes the falloff, and for flatten the height
+  // over the plane.
+  using BlockValues = std::array<float, 16>;
+  std::vector<NodeBlock> touched_;
+  std::vector<BlockValues> weights_, heights_;
   std::vector<RowRange> rows_, rows_y_, rows_x_;
 };
 

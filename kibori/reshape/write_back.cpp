@@ -108,24 +108,39 @@ class PhiChange {
   int first_ = 0;
 };
 
-NodeBox box_of(const std::vector<Index3>& nodes) {
+NodeBox box_of(const std::vector<NodeBlock>& blocks) {
   NodeBox box{Index3::Constant(INT_MAX), Index3::Constant(INT_MIN)};
-  for (const Index3& at : nodes) {
-    box.low = box.low.min(at);
-    box.high = box.high.max(at + 1);
+  for (const NodeBlock& block : blocks) {
+    const Index3 at(block.i, block.j, block.k);
+    box.low = box.low.min(at + Index3(block.first(), 0, 0));
+    box.high = box.high.max(at + Index3(block.last() + 1, 1, 1));
   }
   return box;
 }
 
 // The rays of a field through some nodes of a box.
 RayRanges rays_through(const TriDexel& model, Axis axis, const NodeBox& box,
-                       const std::vector<Index3>& nodes) {
+                       const std::vector<NodeBlock>& blocks) {
   RayRanges ranges;
   ranges.reset(axis, box);
-  const int u = u_index(axis), v = v_index(axis);
-  const int nu = model.lattice().nodes[u], nv = model.lattice().nodes[v];
-  for (const Index3& at : nodes)
-    if (at[u] >= 0 && at[v] >= 0 && at[u] < nu && at[v] < nv) ranges.include(at);
+  const NodeBox all{Index3::Zero(), model.lattice().nodes};
+  const int d = depth_index(axis);
+  for (const NodeBlock& block : blocks) {
+    const Index3 at(block.i, block.j, block.k);
+    const auto beside = [&](int across) {
+      return across != d && (at[across] < 0 || at[across] >= all.high[across]);
+    };
+    if (beside(1) || beside(2)) continue;
+    if (axis == Axis::x) {
+      // All on one ray.
+      ranges.include(at + Index3(block.first(), 0, 0));
+      ranges.include(at + Index3(block.last(), 0, 0));
+      continue;
+    }
+    block.for_nodes([&](int n) {
+      if (block.i + n >= 0 && block.i + n < all.high[0]) ranges.include(at + Index3(n, 0, 0));
+    });
+  }
   return ranges;
 }
 
@@ -135,14 +150,12 @@ using Lengths = std::vector<std::pair<double, double>>;
 }  // namespace
 
 VolumeChange::VolumeChange(const TriDexel& model, const NodeBand& band,
-                           const std::vector<uint32_t>& touched, int threads)
+                           const std::vector<NodeBlock>& touched, int threads)
     : model_(model), band_(band), threads_(threads) {
-  std::vector<Index3> nodes;
-  nodes.reserve(touched.size());
-  for (const uint32_t node : touched) nodes.push_back(band.node_at(node));
-  const NodeBox box = box_of(nodes);
+  const NodeBox box = box_of(touched);
   if (box.empty()) return;
-  run_parallel(threads, 3, [&](size_t i) { rays_[i] = rays_through(model, kAxes[i], box, nodes); });
+  run_parallel(threads, 3,
+               [&](size_t i) { rays_[i] = rays_through(model, kAxes[i], box, touched); });
 }
 
 double VolumeChange::operator()(const std::vector<float>& after) const {
@@ -165,12 +178,18 @@ double VolumeChange::operator()(const std::vector<float>& after) const {
 }
 
 Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<float>& after,
-                    const std::vector<uint32_t>& touched, int threads) {
+                    const std::vector<NodeBlock>& touched, int threads) {
   Reshaped result;
-  std::vector<Index3> changed;
+  std::vector<NodeBlock> changed;
   changed.reserve(touched.size());
-  for (const uint32_t node : touched)
-    if (band.phi()[node] != after[node]) changed.push_back(band.node_at(node));
+  for (NodeBlock block : touched) {
+    const float *const was = band.phi().data() + block.place, *const is =
+                                                                  after.data() + block.place;
+    unsigned nodes = 0;
+    block.for_nodes([&](int n) { nodes |= static_cast<unsigned>(was[n] != is[n]) << n; });
+    block.nodes = static_cast<uint16_t>(nodes);
+    if (nodes) changed.push_back(block);
+  }
   const NodeBox box = box_of(changed);
   if (box.empty()) return result;
   std::array<Lengths, 3> changes;
@@ -203,18 +222,20 @@ Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<flo
     }
   // Only near the surface is a change of distance one of place.
   double whole = 0;
-  for (const uint32_t node : touched) {
-    const float was = band.phi()[node], is = after[node];
-    result.points += (was < 0) != (is < 0);
-    if (was == is || !(std::min(std::fabs(was), std::fabs(is)) < 1)) continue;
-    const SurfaceEnd* end = band.nearest(node);
-    if (!end) continue;
-    const double moved = std::fabs(double{is} - double{was});
-    Reshaped::Part& part = result.parts[end->material];
-    part.share += moved;
-    part.sum_mm += moved * (band.node_at(node).matrix().cast<double>().array() + 0.5).matrix();
-    whole += moved;
-  }
+  for (const NodeBlock& block : changed)
+    block.for_nodes([&](int n) {
+      const float was = band.phi()[block.place + static_cast<size_t>(n)],
+                  is = after[block.place + static_cast<size_t>(n)];
+      result.points += (was < 0) != (is < 0);
+      if (!(std::min(std::fabs(was), std::fabs(is)) < 1)) return;
+      const SurfaceEnd* end = band.nearest(block, n);
+      if (!end) return;
+      const double moved = std::fabs(double{is} - double{was});
+      Reshaped::Part& part = result.parts[end->material];
+      part.share += moved;
+      part.sum_mm += moved * (Vec3(block.i + n, block.j, block.k).array() + 0.5).matrix();
+      whole += moved;
+    });
   for (Reshaped::Part& part : result.parts) {
     if (!(part.share > 0)) continue;
     const Vec3 middle = part.sum_mm / part.share;

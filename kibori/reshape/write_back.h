@@ -18,12 +18,12 @@ namespace kibori {
 // differ at the nodes `touched` only, none of the box's two outermost layers, and is read as far as
 // two nodes beside them. The result does not depend on `threads`.
 Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<float>& after,
-                    const std::vector<uint32_t>& touched, int threads);
+                    const std::vector<NodeBlock>& touched, int threads);
 
 // What write_back would do, for several changes of the same nodes.
 class VolumeChange {
  public:
-  VolumeChange(const TriDexel& model, const NodeBand& band, const std::vector<uint32_t>& touched,
+  VolumeChange(const TriDexel& model, const NodeBand& band, const std::vector<NodeBlock>& touched,
                int threads);
   // The volume [lattice units^3] that it would add (less what it would remove).
   double operator()(const std::vector<float>& after) const;
