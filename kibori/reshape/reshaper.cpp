@@ -177,7 +177,7 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
   Reshaped all;
   double own = 0;
   for (const Cluster& cluster : clusters) {
-    const Result<Reshaped> done = dab_cluster(model, verb, brush, radius, sigma, width, cluster);
+    Result<Reshaped> done = dab_cluster(model, verb, brush, radius, sigma, width, cluster);
     if (!done) return done;
     const Reshaped& what = done.value();
     all.added_mm3 += what.added_mm3;
