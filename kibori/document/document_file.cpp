@@ -19,7 +19,8 @@ namespace {
 constexpr int kApplication = 0x4B49424F;  // "KIBO"
 // 2: forces and thumbnails. 3: tiles found by place. 4: symmetry. 5: seals. 6: strokes that
 // reshape. 7: warps, creases, paint, clay, the wheel, symmetry about an axis.
-constexpr int64_t kVersion = 7;
+// 8: what resists where a stroke begins, two fingers on the wheel.
+constexpr int64_t kVersion = 8;
 // Beyond, SQLite would number new ones out of order.
 constexpr StepId kMaxSteps = StepId{1} << 62;
 const char* const kSchema = R"(
@@ -51,7 +52,7 @@ CREATE INDEX checkpoint_tile_by_place ON checkpoint_tile (field, u, v);
 const char* const kSchemaSince5 = R"(
 CREATE TABLE seal (step INTEGER PRIMARY KEY REFERENCES step, value TEXT NOT NULL);
 )";
-const char* const kThisVersion = "PRAGMA user_version = 7";
+const char* const kThisVersion = "PRAGMA user_version = 8";
 
 // A database, and what may stand beside it.
 void clear_away(const std::filesystem::path& path) {
