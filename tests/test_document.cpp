@@ -63,6 +63,8 @@ TEST(Codec, SettingsOfEveryToolComeBack) {
                true,
                mode == Mode::flatten ? FlattenTo::plane : FlattenTo::dab,
                {Vec3(1, 2, 1.0 / 7), Vec3(0, 0.6, 0.8)}};
+    s.brush.wall_mm = 1.5;
+    s.brush.spacing = 0.75;
     const auto back = settings_from_json(settings_to_json(s));
     ASSERT_TRUE(back.ok()) << back.error();
     const Brush& b = back.value().brush;
@@ -73,6 +75,8 @@ TEST(Codec, SettingsOfEveryToolComeBack) {
     EXPECT_EQ(b.sigma_mm, 0.1);
     EXPECT_TRUE(b.keep_volume);
     EXPECT_EQ(b.flatten_to, s.brush.flatten_to);
+    EXPECT_EQ(b.wall_mm, 1.5);
+    EXPECT_EQ(b.spacing, 0.75);
     if (mode == Mode::flatten) {
       EXPECT_EQ(b.plane.point_mm, s.brush.plane.point_mm);
       EXPECT_EQ(b.plane.normal, s.brush.plane.normal);
@@ -82,6 +86,8 @@ TEST(Codec, SettingsOfEveryToolComeBack) {
                                      {"\"falloff\":\"linear\"", "\"falloff\":\"steep\""},
                                      {"\"sigma_mm\":0.1", "\"sigma_mm\":1e999"},
                                      {"\"keep_volume\":true", "\"keep_volume\":1"},
+                                     {"\"spacing\":0.75", "\"spacing\":0.0"},
+                                     {"\"wall_mm\":1.5", "\"wall_mm\":\"thick\""},
                                      {"\"brush\":{", "\"brush\":7,\"x\":{"}}) {
       std::string bad = good;
       ASSERT_NE(bad.find(what), std::string::npos) << what << " in " << good;

@@ -121,6 +121,8 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"speed = 40", "speed = 40\nbrush = { falloff = \"steep\" }", ":16:|falloff|linear"},
         Bad{"speed = 40", "speed = 40\nbrush = { sigma = -1 }", ":16:|sigma"},
         Bad{"speed = 40", "speed = 40\nbrush = { keep_volume = 1 }", ":16:|true or false"},
+        Bad{"speed = 40", "speed = 40\nbrush = { spacing = 0 }", ":16:|0.05 to 2"},
+        Bad{"speed = 40", "speed = 40\nbrush = { wall = -1 }", ":16:|wall"},
         Bad{"speed = 40", "speed = 40\nbrush = { plane = \"z\" }", ":16:|plane"},
         Bad{"speed = 40", "speed = 40\nbrush = { plane = { point = [0, 0, 1] } }",
             ":16:|normal|3 numbers"},
@@ -206,7 +208,7 @@ brush = { radius = 4, strength = 0.8, falloff = "linear", sigma = 0.9 }
   const std::string way = R"([[move]]
 to = [10, 2.6, 10]
 speed = 100
-brush = { falloff = "constant", keep_volume = true }
+brush = { falloff = "constant", keep_volume = true, spacing = 0.5 }
 [[move]]
 mode = "inflate"
 brush = { strength = -0.5 }
@@ -228,7 +230,8 @@ brush = { strength = -0.5 }
   ASSERT_TRUE(scene) << scene.error();
   brush.falloff = Falloff::constant;
   brush.keep_volume = true;
-  for (const double y : {0.0, 1.0, 2.0})
+  brush.spacing = 0.5;
+  for (const double y : {0.0, 2.0})
     ASSERT_TRUE(reshaper.dab(*model, FieldVerb::smooth, brush, Vec3(10, y, 10)).ok());
   brush.strength = -0.5;
   ASSERT_TRUE(reshaper.dab(*model, FieldVerb::inflate, brush, Vec3(10, 2.6, 10)).ok());

@@ -462,7 +462,8 @@ class Reader {
     const toml::table& t = node ? *node->as_table() : kNone;
     Brush& brush = of.brush;
     only(t, "brush",
-         {"radius", "strength", "falloff", "sigma", "keep_volume", "plane", "color", "wall"});
+         {"radius", "strength", "falloff", "sigma", "keep_volume", "plane", "color", "wall",
+          "spacing"});
     if (t.contains("radius")) brush.radius_mm = positive(t, "brush", "radius");
     // A strength that was never written is what the mode's own is.
     brush_is_strong_ |= t.contains("strength");
@@ -473,6 +474,7 @@ class Reader {
     if (t.contains("color")) read_color(t, "brush", brush.color);
     at_least_zero(t, "brush", "sigma", brush.sigma_mm);
     at_least_zero(t, "brush", "wall", brush.wall_mm);
+    if (t.contains("spacing")) brush.spacing = number(t, "brush", "spacing");
     if (t.contains("falloff")) {
       const std::string falloff = text(t, "brush", "falloff");
       if (const auto known = value_of<Falloff>(falloff))

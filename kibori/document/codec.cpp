@@ -263,6 +263,7 @@ Status read_brush(const Json& json, Brush& brush) {
   brush.keep_volume = keeps->get<bool>();
   read_color(json, brush.color);
   if (json.contains("wall_mm")) fields.get("wall_mm", brush.wall_mm);
+  if (json.contains("spacing")) fields.get("spacing", brush.spacing);
   if (!fields.wrong.empty()) return Error{"the brush " + fields.wrong};
   if (brush.flatten_to != FlattenTo::plane) return Ok{};
   const Json* plane = fields.find("plane");
@@ -308,6 +309,7 @@ std::string settings_to_json(const StrokeSettings& s) {
         {"radius_mm", s.brush.radius_mm},      {"strength", s.brush.strength},
         {"falloff", name_of(s.brush.falloff)}, {"sigma_mm", s.brush.sigma_mm},
         {"keep_volume", s.brush.keep_volume},  {"flatten_to", name_of(s.brush.flatten_to)}};
+    if (s.brush.spacing != Brush{}.spacing) json["brush"]["spacing"] = s.brush.spacing;
     if (s.brush.wall_mm > 0) json["brush"]["wall_mm"] = s.brush.wall_mm;
     if (s.mode == Mode::paint) json["brush"]["color"] = s.brush.color;
     if (s.brush.flatten_to == FlattenTo::plane)

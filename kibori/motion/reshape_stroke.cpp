@@ -128,7 +128,7 @@ double ReshapeStroke::spacing_mm() const {
   if (on_wheel(settings_.mode)) return kWheelSpacing * pitch;
   return std::max(settings_.mode == Mode::press
                       ? kPressSpacing * press_radius_mm(settings_.tool, pitch)
-                      : kDabSpacing * settings_.brush.radius_mm,
+                      : settings_.brush.spacing * settings_.brush.radius_mm,
                   kLeastSpacing * pitch);
 }
 

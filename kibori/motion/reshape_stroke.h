@@ -38,8 +38,6 @@
 
 namespace kibori {
 
-// Between dabs, of the brush's radius.
-inline constexpr double kDabSpacing = 0.25;
 // Below this speed [mm/s], the force of `energy` fades with it.
 inline constexpr double kFullForceSpeed = 5;
 

@@ -47,10 +47,12 @@ struct Brush {
   std::array<uint8_t, 3> color{178, 58, 48};  // paint only: red, green, blue
   // throw only: a second finger so far across the wall [mm]; 0: there is none.
   double wall_mm = 0;
+  double spacing = 0.25;  // between dabs, of the radius
   bool operator==(const Brush&) const = default;
 };
 
 inline constexpr double kMaxSigmaCells = 4;
+inline constexpr double kLeastDabSpacing = 0.05, kMaxDabSpacing = 2;
 
 // Of a distance d from the brush's centre, in radii, whose square is `distance2`. Smooth:
 // (1 - d^2)^2; linear: 1 - d; constant: 1. Nothing at 1 and beyond.

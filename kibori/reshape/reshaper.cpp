@@ -119,6 +119,8 @@ Status check_brush(const Brush& brush, FieldVerb verb) {
     return Error{"a brush's sigma must be a number of mm, or 0 for an eighth of the radius"};
   if (!(brush.wall_mm >= 0) || !std::isfinite(brush.wall_mm))
     return Error{"a wall between two fingers must be a number of mm, or 0 for one finger"};
+  if (!(brush.spacing >= kLeastDabSpacing && brush.spacing <= kMaxDabSpacing))
+    return Error{"a brush's spacing must be a number from 0.05 to 2, of its radius"};
   const double length = brush.plane.normal.norm();
   if (!brush.plane.point_mm.allFinite() || !(length > 0) || !std::isfinite(length))
     return Error{"a plane to flatten to needs a finite point and a normal that is not 0"};
