@@ -260,10 +260,9 @@ class Ripples final : public Solid {
 };
 
 TEST(Reshape, RipplesFadeByTheirLength) {
-  for (const auto& [sigma, wavelength] :
-       {std::pair(1.0, 12.0), std::pair(1.5, 12.0), std::pair(1.5, 16.0), std::pair(1.5, 24.0),
-        std::pair(2.0, 16.0), std::pair(3.0, 24.0)}) {
-    const double amplitude = 0.3;
+  for (const auto& of : {std::pair(1.0, 12.0), std::pair(1.5, 12.0), std::pair(1.5, 16.0),
+                         std::pair(1.5, 24.0), std::pair(2.0, 16.0), std::pair(3.0, 24.0)}) {
+    const double sigma = of.first, wavelength = of.second, amplitude = 0.3;
     Lattice lattice = cube(48);
     lattice.nodes[0] = 96;
     TriDexel model(lattice);

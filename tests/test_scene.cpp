@@ -99,6 +99,7 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"shape = \"finger\"", "", "shape is missing"}, Bad{"kf = 0.001", "kf = -1", ":9:|kf"},
         Bad{"kf = 0.001", "model = \"spring\"", ":9:|paper"},
         Bad{"kf = 0.001", "dof = 4", ":9:|5 or 6"},
+        Bad{"kf = 0.001", "dof = 5555555555.5", ":9:|5 or 6"},
         Bad{"to = [25, 6, 6]", "to = [25, nan, 6]", ":14:|finite"},
         Bad{"to = [25, 6, 6]", "too = [25, 6, 6]", ":14:|'to'"},
         Bad{"speed = 40", "", ":13:|speed"}, Bad{"speed = 40", "speed = 0", ":15:|speed"},

@@ -210,7 +210,7 @@ class Reader {
     if (force->contains("u")) at_least_zero(*force, "force", "u", u_.emplace());
     const double dof = number_or(*force, "force", "dof", 5);
     if (dof != 5 && dof != 6) fail(force->get("dof"), "[force] dof must be 5 or 6");
-    law.dof = static_cast<int>(dof);
+    law.dof = dof == 6 ? 6 : 5;
   }
 
   void read_materials(const toml::table& root) {
