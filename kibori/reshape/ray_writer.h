@@ -285,4 +285,25 @@ class RayWriter {
   RayRun run_;
 };
 
+// Writes every run of `ranges` into the field; calls told(run) before each.
+template <class Change, class F>
+void write_runs(Field& field, const RayRanges& ranges, Change& change, F&& told) {
+  RayWriter<Change> writer(field.view(), change);
+  bool wrote = false;  // into the tile
+  ranges.for_rays(
+      [&](int u, int v, int low, int high) {
+        writer.for_runs(u, v, low, high, [&](const RayRun& run) {
+          told(run);
+          writer.write(field, u, v, run);
+          wrote = true;
+        });
+      },
+      [&](int tu, int tv) {
+        if (!std::exchange(wrote, false)) return;
+        Tile& tile = field.writable(tu, tv);
+        field.trim_planes(tile);
+        if (tile.empty) field.clear_tile(tu, tv);
+      });
+}
+
 }  // namespace kibori

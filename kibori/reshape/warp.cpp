@@ -646,26 +646,12 @@ Reshaped Warp::write() {
     ranges.reset(axis, changed);
     for (size_t i = 0; i < places.size(); i++)
       if (flags_[flagged_[i]] & (kOtherSide | 1 << d)) ranges.include(places[i]);
-    Field& field = model_.field(axis);
     Change change(*this);
-    RayWriter<Change> writer(field.view(), change);
-    bool wrote = false;
-    ranges.for_rays(
-        [&](int u, int v, int low, int high) {
-          writer.for_runs(u, v, low, high, [&](const RayRun& run) {
-            const auto [more, less] = lengths(run);
-            added += more;
-            removed += less;
-            writer.write(field, u, v, run);
-            wrote = true;
-          });
-        },
-        [&](int tu, int tv) {
-          if (!std::exchange(wrote, false)) return;
-          Tile& tile = field.writable(tu, tv);
-          field.trim_planes(tile);
-          if (tile.empty) field.clear_tile(tu, tv);
-        });
+    write_runs(model_.field(axis), ranges, change, [&](const RayRun& run) {
+      const auto [more, less] = lengths(run);
+      added += more;
+      removed += less;
+    });
   }
   const double pitch = lattice.pitch_mm, cell = pitch * pitch * pitch;
   result.added_mm3 = added / 3 * cell;

@@ -194,25 +194,9 @@ Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<flo
   if (box.empty()) return result;
   std::array<Lengths, 3> changes;
   run_parallel(threads, 3, [&](size_t i) {
-    Field& field = model.field(kAxes[i]);
     PhiChange change(band, after);
-    RayWriter<PhiChange> write(field.view(), change);
-    bool wrote = false;
-    rays_through(model, kAxes[i], box, changed)
-        .for_rays(
-            [&](int u, int v, int low, int high) {
-              write.for_runs(u, v, low, high, [&](const RayRun& run) {
-                changes[i].push_back(lengths(run));
-                write.write(field, u, v, run);
-                wrote = true;
-              });
-            },
-            [&](int tu, int tv) {
-              if (!std::exchange(wrote, false)) return;
-              Tile& tile = field.writable(tu, tv);
-              field.trim_planes(tile);
-              if (tile.empty) field.clear_tile(tu, tv);
-            });
+    write_runs(model.field(kAxes[i]), rays_through(model, kAxes[i], box, changed), change,
+               [&](const RayRun& run) { changes[i].push_back(lengths(run)); });
   });
   double added = 0, removed = 0;
   for (const Lengths& field : changes)
