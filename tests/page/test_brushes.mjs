@@ -193,6 +193,17 @@ async function onTheWheel() {
     Math.abs(Number(thrown.volume) / Number(first.volume) - 1) < 0.01,
   );
   await show(page, "wheel");
+  // What a slider says is what its number says.
+  await page.locator("input[name=mode][value=smooth]").check({ force: true });
+  const strength = await page.evaluate(
+    () =>
+      document
+        .querySelector("#brush-strength")
+        .closest(".row")
+        .querySelector("input[type=number], input:not([type=range])").value,
+  );
+  check(`half of the strength is 50 % (${strength})`, strength === "50");
+  await page.locator("input[name=mode][value=turn]").check();
   // A second finger, and the disc beneath turns while the first presses.
   const slider = page.locator("#wall");
   check("the wheel has a second finger", await slider.isVisible());

@@ -375,8 +375,8 @@ export class Hand {
     element("walls").hidden = this.mode !== "turn";
     this.view.showWheel(this.mode === "turn", false);
     put("brush-out", brush?.name ?? "by a brush");
-    input("brush-strength").min = this.mode === "inflate" ? "-1" : "0";
-    if (brush) input("brush-strength").value = String(brush.strength);
+    input("brush-strength").min = this.mode === "inflate" ? "-100" : "0";
+    if (brush) input("brush-strength").value = String(100 * brush.strength);
     this.chooseTool();
     this.chooseBrush();
     if (this.device) this.send(write.ChooseWork({ mode: this.mode }));
@@ -384,10 +384,10 @@ export class Hand {
   /** The brush, as it is chosen; `radius` and `strength`: instead of that. */
   private chooseBrush(
     radius = this.radius(),
-    strength = Number(input("brush-strength").value),
+    strength = Number(input("brush-strength").value) / 100,
   ): void {
     if (this.brush && this.brush === BRUSHES[this.mode]) this.brush.strength = strength;
-    put("brush-strength-out", `${Math.round(100 * Number(input("brush-strength").value))} %`);
+    put("brush-strength-out", `${input("brush-strength").value} %`);
     const wall = Number(input("wall").value);
     put("wall-out", `${wall} mm`);
     const color = parseInt(input("color").value.slice(1), 16),
