@@ -17,6 +17,7 @@ FLOORS = [
     {"solid"},
     {"edit", "formats", "measure", "picture", "surface"},
     {"haptics", "reshape"},
+    {"body"},
     {"devices", "motion"},
     {"document"},
     {"live"},
