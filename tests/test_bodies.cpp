@@ -412,7 +412,7 @@ TEST(Placing, TurnsMovesAndMirrorsAsItIsTold) {
     const Affine to{turn, middle - turn * middle};
     const Result<Placed> placed = place_model(model.snapshot(), to, 2);
     ASSERT_TRUE(placed) << placed.error();
-    EXPECT_NEAR(placed.value().model->volume_mm3(), volume, 2e-3 * volume);
+    EXPECT_NEAR(placed.value().model->volume_mm3(), volume, 5e-3 * volume);
     expect_sound(placed.value().model->snapshot(), placed.value().model->material_bounds());
     // And back: what was moved twice is where it was, to a tenth of a cell.
     const Affine back{turn.inverse(), middle - turn.inverse() * middle};

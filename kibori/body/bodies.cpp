@@ -16,12 +16,6 @@ namespace {
 
 bool stands_as(const Pose& a, const Pose& b) { return a.tip == b.tip && a.frame == b.frame; }
 
-bool is_rigid(const Pose& pose) {
-  return pose.tip.allFinite() && pose.tip.norm() < 1e6 && pose.frame.allFinite() &&
-         (pose.frame.transpose() * pose.frame - Mat3::Identity()).norm() < 1e-9 &&
-         pose.frame.determinant() > 0;
-}
-
 Pose relative(const Pose& of, const Pose& to) {
   const Mat3 back = to.frame.transpose();
   return {back * (of.tip - to.tip), back * of.frame};
@@ -292,6 +286,12 @@ class Acting {
 };
 
 }  // namespace
+
+bool is_rigid(const Pose& pose) {
+  return pose.tip.allFinite() && pose.tip.norm() < 1e6 && pose.frame.allFinite() &&
+         (pose.frame.transpose() * pose.frame - Mat3::Identity()).norm() < 1e-9 &&
+         pose.frame.determinant() > 0;
+}
 
 Body* Bodies::find(BodyId id) {
   for (Body& body : all)

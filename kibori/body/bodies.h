@@ -31,6 +31,9 @@ struct Body {
   LatticeBox material_bounds;
 };
 
+// Whether a pose is a place within a kilometre and a turn.
+bool is_rigid(const Pose& pose);
+
 struct Bodies {
   std::vector<Body> all;  // as they came to be
   BodyId next = 2;        // number of the next one; a number is given once
