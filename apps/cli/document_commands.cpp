@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include <kibori/batch/body_report.h>
 #include <kibori/batch/convert.h>
 #include <kibori/batch/documents.h>
 #include <kibori/batch/force_report.h>
@@ -74,10 +75,27 @@ DocumentCommands::DocumentCommands(CLI::App& app) {
           "of a damaged document: carve what is whole, up to where it stands, again as a new one")
       ->type_name("FILE.kibori");
   history_->add_flag("--json", json_, "as JSON");
+
+  bodies_ = app.add_subcommand("bodies", "List the bodies of a document: volume, bounds, closedness");
+  bodies_->add_option("FILE", file_, "document: .kibori")->required();
+  bodies_
+      ->add_option("--to", to_,
+                   "a version's name or a step's number; by default where the document stands")
+      ->type_name("VERSION|STEP");
+  bodies_->add_option("--export", mesh_, "write them as one file, each as an object of its own")
+      ->type_name("FILE" + list_of(kMeshesWritten, "|"));
+  bodies_->add_option("--body", body_, "only the body of that name, or number")
+      ->type_name("NAME|NUMBER");
+  bodies_
+      ->add_option("--threads", threads_, "threads to work with; the result does not depend on it")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  bodies_->add_flag("--json", json_, "as JSON: a list, an object for each body");
 }
 
 int DocumentCommands::run() const {
   if (*replay_) return run_replay();
+  if (*bodies_) return run_bodies();
   return *verify_ ? run_verify() : run_history();
 }
 
@@ -116,14 +134,8 @@ int DocumentCommands::run_replay() const {
       return bad_input(ok.error());
   }
   if (!mesh_.empty()) {
-    std::vector<Rgb> colors;
-    if (replay.to != document.value()->steps().begin()->first) {
-      const Result<StrokeSettings> settings = document.value()->settings(replay.to);
-      if (!settings) return bad_input(settings.error());
-      for (const Material& material : settings.value().materials) colors.push_back(material.color);
-    }
-    const Result<size_t> out =
-        write_model(mesh_, replay.carving.model->snapshot(), colors, 0, threads_);
+    const Result<size_t> out = write_bodies(mesh_, replay.carving.bodies.all,
+                                            document_colors(*document.value()), 0, threads_);
     if (!out) return bad_input(out.error());
   }
   const CarveSummary& summary = replay.carving.summary;
@@ -135,6 +147,43 @@ int DocumentCommands::run_replay() const {
         file_.c_str(), static_cast<long long>(replay.differs));
     return 1;
   }
+  return written();
+}
+
+int DocumentCommands::run_bodies() const {
+  Outputs outputs;
+  outputs.reads(file_);
+  outputs.writes("--export", mesh_);
+  if (const Status can = outputs.check(); !can) return bad_input(can.error());
+  if (!mesh_.empty())
+    if (const Status known = check_surface_ending(mesh_); !known) return bad_input(known.error());
+  Result<std::unique_ptr<Document>> opened = Document::open(file_, Document::Access::read);
+  if (!opened) return bad_input(opened.error());
+  const Document& document = *opened.value();
+  tell_missing(document);
+  StepId at = document.head();
+  if (!to_.empty()) {
+    const Result<StepId> found = document.find(to_);
+    if (!found) return bad_input(found.error());
+    at = found.value();
+  }
+  Result<Bodies> bodies = document.load_bodies(at);
+  if (!bodies) return bad_input(bodies.error());
+  std::vector<Body>& all = bodies.value().all;
+  if (!body_.empty()) {
+    std::erase_if(all, [&](const Body& body) {
+      return body.name != body_ && std::to_string(body.id) != body_;
+    });
+    if (all.empty())
+      return bad_input(file_ + ": has no body '" + sanitize_message(body_) +
+                       "'; 'kibori bodies " + file_ + "' lists them");
+  }
+  if (!mesh_.empty()) {
+    const Result<size_t> out = write_bodies(mesh_, all, document_colors(document), 0, threads_);
+    if (!out) return bad_input(out.error());
+  }
+  const std::vector<BodyReport> reports = report_bodies(bodies.value(), threads_);
+  std::fputs((json_ ? bodies_json_text(reports) : bodies_text(reports)).c_str(), stdout);
   return written();
 }
 

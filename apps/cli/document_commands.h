@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// replay, verify and history: what one does with a document.
+// replay, verify, history, and bodies: what one does with a document.
 #pragma once
 
 #include <string>
@@ -10,17 +10,18 @@ class DocumentCommands {
  public:
   explicit DocumentCommands(CLI::App& app);
   // Whether one of them was given.
-  bool given() const { return *replay_ || *verify_ || *history_; }
+  bool given() const { return *replay_ || *verify_ || *history_ || *bodies_; }
   // Its exit status.
   int run() const;
 
  private:
   int run_replay() const;
+  int run_bodies() const;
   int run_verify() const;
   int run_history() const;
 
-  CLI::App *replay_, *verify_, *history_;
-  std::string file_, to_, model_, forces_, plot_, mesh_, name_, at_, copy_, salvage_;
+  CLI::App *replay_, *verify_, *history_, *bodies_;
+  std::string file_, to_, model_, forces_, plot_, mesh_, name_, at_, copy_, salvage_, body_;
   double pitch_ = 0;
   int dof_ = 5, threads_ = 1;
   bool json_ = false;

@@ -275,13 +275,15 @@ int run_carve(const CarveArguments& arguments) {
   const Snapshot model = carving.value().model->snapshot();
   picture.value().plank = model.lattice.to_mm(model.lattice.whole());
   if (!arguments.picture.empty())
-    if (const Status ok = save_picture(arguments.picture, extract_surface(model, arguments.threads),
+    if (const Status ok = save_picture(arguments.picture,
+                                       surface_of(carving.value().bodies, arguments.threads),
                                        colors, picture.value(), arguments.drawing.up);
         !ok)
       return bad_input(ok.error());
   if (!arguments.mesh.empty()) {
     const Result<size_t> written =
-        write_model(arguments.mesh, model, colors, arguments.exports.tolerance, arguments.threads);
+        write_bodies(arguments.mesh, carving.value().bodies.all, colors,
+                     arguments.exports.tolerance, arguments.threads);
     if (!written) return bad_input(written.error());
   }
   if (const Status ok = write_exports(arguments.exports, model, arguments.threads); !ok)

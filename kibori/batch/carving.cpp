@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include <kibori/base/file.h>
 #include <kibori/base/memory.h>
 #include <kibori/batch/documents.h>
 #include <kibori/batch/relief.h>
@@ -31,6 +32,39 @@ constexpr double kOwedWarning = 1e-3;
 
 bool one_stroke(const Move& first, const Move& next) {
   return warps(first.mode) && first.mode == next.mode && first.brush == next.brush;
+}
+
+template <class T>
+Status status_of(const Result<T>& result) {
+  return result ? Status(Ok{}) : Status(Error{result.error()});
+}
+
+// A cutter, and what came away moved aside; act(action) does either.
+template <class Act>
+Status run_cutter(const SceneCutter& with, const Bodies& bodies, Act&& act,
+                  CarveSummary& summary) {
+  BodyAction cut;
+  cut.verb = BodyVerb::cut;
+  cut.cutter = with.cutter;
+  if (!with.body.empty()) {
+    for (const Body& body : bodies.all)
+      if (body.name == with.body) cut.bodies.push_back(body.id);
+    if (cut.bodies.empty())
+      return Error{"no body is called '" + sanitize_message(with.body) + "'"};
+  }
+  const Result<BodyChange> done = act(cut);
+  if (!done) return Error{done.error()};
+  summary.removed_mm3 += done.value().removed_mm3;
+  if (with.shift_mm == Vec3::Zero()) return Ok{};
+  for (const BodyId id : done.value().made) {
+    BodyAction move;
+    move.verb = BodyVerb::move;
+    move.bodies = {id};
+    move.pose = bodies.find(id)->pose;
+    move.pose.tip += with.shift_mm;
+    if (const Result<BodyChange> moved = act(move); !moved) return Error{moved.error()};
+  }
+  return Ok{};
 }
 
 double percentile(const std::vector<double>& sorted, double share) {
@@ -186,6 +220,8 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
     if (!made) return Error{made.error()};
     document = std::move(made).value();
   }
+  Workbench bench(model);
+  std::optional<Snapshot> before_stroke;  // where its crumbs are looked for
   carving.trace.reserve(static_cast<size_t>(total));
   std::vector<double> step_us;
   step_us.reserve(static_cast<size_t>(total));
@@ -216,6 +252,8 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
             !begun)
           return Error{scene.file + ":" + std::to_string(to.line) + ": [move] " + begun.error()};
       if (document) keep(document->begin(settings, start, to.label));
+      before_stroke.reset();
+      if (settings.crumbs != Crumbs::stay) before_stroke = model.snapshot();
     }
     if (!goes_on) removed_before = summary.removed_mm3 - summary.deposited_mm3;
     for (int64_t k = 1; k <= plan.ticks + plan.dwell_ticks && going; k++) {
@@ -279,14 +317,35 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
         options.warning(scene.file + ":" + std::to_string(to.line) + text);
       }
     }
+    CrumbResult crumbs;
+    if (ends && before_stroke) {
+      crumbs = bench.end_stroke(*before_stroke, scene.crumbs);
+      if (crumbs.fallen > 0 || !crumbs.portions.empty()) series.disengage();
+      summary.fallen_mm3 += crumbs.fallen_mm3;
+    }
     if (document && ends)
-      keep(document->finish(model, summary.removed_mm3 - summary.deposited_mm3 - removed_before));
+      keep(document->finish(
+          model,
+          summary.removed_mm3 - summary.deposited_mm3 - removed_before + crumbs.fallen_mm3,
+          crumbs.portions));
     if (!to.label.empty())
       carving.marks.push_back({to.label, static_cast<double>(summary.ticks) / scene.rate_hz});
   }
+  const auto act = [&](const BodyAction& action) -> Result<BodyChange> {
+    Result<BodyChange> done = bench.act(action, options.threads);
+    if (done && document) keep(status_of(document->act(action, options.threads)));
+    return done;
+  };
+  for (size_t i = 0; going && i < scene.cutters.size(); i++)
+    if (const Status done = run_cutter(scene.cutters[i], bench.bodies(), act, summary); !done) {
+      settle_document();
+      return Error{scene.file + ":" + std::to_string(scene.cutters[i].line) + ": [cutter]: " +
+                   done.error()};
+    }
+  carving.bodies = bench.bodies();
   summarize(carving, std::move(step_us));
   if (document)
-    if (const Status drawn = keep_thumbnail(*document, document->head(), model.snapshot(),
+    if (const Status drawn = keep_thumbnail(*document, document->head(), carving.bodies,
                                             scene.materials, options.threads);
         !drawn && options.warning)
       options.warning(drawn.error());
@@ -315,8 +374,9 @@ void add_tick(CarveSummary& summary, Mode mode, ToolTick& result) {
 void summarize(Carving& carving, std::vector<double> step_us) {
   CarveSummary& summary = carving.summary;
   const TriDexel& model = *carving.model;
-  summary.volume_mm3 = model.volume_mm3();
-  summary.state_hash = model.content_hash();
+  summary.volume_mm3 = carving.bodies.volume_mm3();
+  summary.bodies = carving.bodies.all.size();
+  summary.state_hash = carving.bodies.content_hash();
   summary.pitch_mm = model.lattice().pitch_mm;
   summary.stock = model.count();
   std::sort(step_us.begin(), step_us.end());

@@ -11,6 +11,7 @@
 
 #include <kibori/base/result.h>
 #include <kibori/batch/scene.h>
+#include <kibori/body/workbench.h>
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/motion/spring_tool.h>
 
@@ -41,7 +42,9 @@ struct Mark {
 
 struct CarveSummary {
   int64_t ticks = 0;
-  double removed_mm3 = 0, deposited_mm3 = 0, volume_mm3 = 0;
+  // removed: by tools and kerfs. fallen: what was severed and fell away. volume: of all bodies.
+  double removed_mm3 = 0, deposited_mm3 = 0, fallen_mm3 = 0, volume_mm3 = 0;
+  size_t bodies = 1;
   int64_t points_removed = 0;
   double max_force_N = 0, max_moment_Nmm = 0;
   uint64_t state_hash = 0;
@@ -53,7 +56,8 @@ struct CarveSummary {
 };
 
 struct Carving {
-  std::unique_ptr<TriDexel> model;
+  std::unique_ptr<TriDexel> model;  // of the body that was worked on last
+  Bodies bodies;                    // all of them
   std::vector<TraceRow> trace;
   std::vector<Mark> marks;
   CarveSummary summary;

@@ -81,4 +81,9 @@ Result<size_t> write_model(const std::filesystem::path& out, const Snapshot& mod
   return triangles;
 }
 
+Result<size_t> write_bodies(const std::filesystem::path& out, std::span<const Body> bodies,
+                            std::span<const Rgb> colors, double tolerance_mm, int threads) {
+  return write_model(out, bodies.front().model, colors, tolerance_mm, threads);
+}
+
 }  // namespace kibori

@@ -10,6 +10,7 @@
 #include <string>
 
 #include <kibori/base/result.h>
+#include <kibori/body/bodies.h>
 #include <kibori/batch/relief.h>
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/formats/surface_file.h>
@@ -39,5 +40,9 @@ Result<Converted> into_dexels(const std::filesystem::path& in, const ConvertOpti
 // number of triangles. Errors: those of write_surface.
 Result<size_t> write_model(const std::filesystem::path& out, const Snapshot& model,
                            std::span<const Rgb> colors, double tolerance_mm, int threads);
+
+// All of them where they stand, hidden ones too, into one file.
+Result<size_t> write_bodies(const std::filesystem::path& out, std::span<const Body> bodies,
+                            std::span<const Rgb> colors, double tolerance_mm, int threads);
 
 }  // namespace kibori

@@ -139,6 +139,7 @@ StrokeSettings stroke_settings(const Scene& scene, const Move& move) {
   s.materials = scene.materials;
   s.force = scene.force;
   s.rate_hz = scene.rate_hz;
+  s.crumbs = may_sever(move.mode) ? scene.crumbs : Crumbs::stay;
   return s;
 }
 
@@ -166,6 +167,7 @@ Result<StepId> salvage(const Document& document, const std::filesystem::path& in
   Result<std::unique_ptr<TriDexel>> loaded = document.load_at(way.value().front());
   if (!loaded) return Error{loaded.error()};
   TriDexel& model = *loaded.value();
+  Workbench bench(model);
   const Result<std::string> stock = document.stock();
   const Result<Bytes> source = document.source();
   if (!stock) return Error{stock.error()};
@@ -197,9 +199,9 @@ Result<StepId> salvage(const Document& document, const std::filesystem::path& in
         kept.felt.insert(kept.felt.end(), felt.begin(), felt.end());
         return Ok{};
       });
-    if (done) done = document.replay(step, model, std::nullopt, {});
+    if (done) done = document.replay(step, bench, std::nullopt, {});
     const Step& was = document.steps().at(step);
-    if (done && was.finished && model.content_hash() != was.hash)
+    if (done && was.finished && bench.bodies().content_hash() != was.hash)
       done = Error{"it is not what it was"};
     return done ? Result<Kept>(std::move(kept)) : Result<Kept>(Error{done.error()});
   };
@@ -207,13 +209,30 @@ Result<StepId> salvage(const Document& document, const std::filesystem::path& in
   for (size_t i = 1; i < way.value().size(); i++) {
     const StepId step = way.value()[i];
     const Step& was = document.steps().at(step);
+    const size_t bodies_before = bench.bodies().all.size();
+    if (was.action) {
+      const Result<BodyAction> what = document.action(step);
+      const Result<BodyChange> done = what ? bench.act(what.value()) : Error{what.error()};
+      if (!done || bench.bodies().content_hash() != was.hash) break;
+      if (const Result<BodyChange> again = made.value()->act(what.value()); !again) {
+        made.value().reset();
+        remove_document(into);
+        return Error{again.error()};
+      }
+      saved = step;
+      continue;
+    }
     const Result<Kept> kept = read(step);
     if (!kept) break;  // up to here
     const auto& [settings_then, start_then, ticks, felt] = kept.value();
     Status written = made.value()->begin(settings_then, start_then, was.label);
     for (size_t k = 0; k < ticks.size(); k++)
       made.value()->add(ticks[k], felt.size() == ticks.size() ? &felt[k] : nullptr);
-    if (written) written = made.value()->finish(model, was.removed_mm3);
+    // What the stroke severed stands at the end of the list.
+    std::vector<Portion> severed;
+    for (size_t k = bodies_before; k < bench.bodies().all.size(); k++)
+      severed.push_back({bench.bodies().all[k].model, bench.bodies().all[k].material_bounds});
+    if (written) written = made.value()->finish(model, was.removed_mm3, severed);
     if (!written) {
       made.value().reset();
       remove_document(into);
@@ -242,9 +261,44 @@ Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, in
   return mesh;
 }
 
-Status keep_thumbnail(Document& document, StepId step, const Snapshot& model,
+Surface surface_of(const Bodies& bodies, int threads) {
+  Surface all;
+  for (const Body& body : bodies.all) {
+    if (!body.visible) continue;
+    Surface surface = extract_surface(body.model, threads);
+    const auto first = static_cast<uint32_t>(all.vertices.size());
+    const auto turned = [&](const std::array<float, 3>& a, const Vec3& shift) {
+      const Vec3 b = shift + body.pose.frame * Vec3(a[0], a[1], a[2]);
+      return std::array{static_cast<float>(b.x()), static_cast<float>(b.y()),
+                        static_cast<float>(b.z())};
+    };
+    for (SurfaceVertex& v : surface.vertices) {
+      if (body.pose.tip != Vec3::Zero() || body.pose.frame != Mat3::Identity()) {
+        v.position = turned(v.position, body.pose.tip);
+        v.normal = turned(v.normal, Vec3::Zero());
+      }
+      all.vertices.push_back(v);
+    }
+    for (const SurfaceTriangle& t : surface.triangles)
+      all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+  return all;
+}
+
+std::vector<Rgb> document_colors(const Document& document) {
+  std::vector<Rgb> colors;
+  for (StepId at = document.head(); at != 0; at = document.steps().at(at).parent) {
+    const Result<StrokeSettings> settings = document.settings(at);
+    if (!settings) continue;
+    for (const Material& material : settings.value().materials) colors.push_back(material.color);
+    break;
+  }
+  return colors;
+}
+
+Status keep_thumbnail(Document& document, StepId step, const Bodies& bodies,
                       const std::vector<Material>& materials, int threads) {
-  const Surface surface = extract_surface(model, threads);
+  const Surface surface = surface_of(bodies, threads);
   if (surface.triangles.empty()) return Ok{};
   std::vector<std::array<uint8_t, 3>> colors;
   colors.reserve(materials.size());
@@ -289,6 +343,7 @@ Result<Replay> replay_document(const Document& document, const ReplayOptions& op
       stock["label"] != "")
     carving.marks.push_back({stock["label"].get<std::string>(), 0});
 
+  Workbench bench(*carving.model);
   int64_t total = 0, of_rate = 0;
   for (const StepId id : path.value()) total += document.steps().at(id).ticks;
   double rate_hz = 0, base_s = 0;  // ticks are counted since the rate last changed
@@ -297,6 +352,14 @@ Result<Replay> replay_document(const Document& document, const ReplayOptions& op
   for (const StepId id : path.value()) {
     const Step& step = document.steps().at(id);
     if (step.stock) continue;
+    if (step.action) {
+      if (const Status done = document.replay(id, bench, std::nullopt, {}); !done)
+        return Error{done.error()};
+      summary.removed_mm3 += as_recorded ? step.removed_mm3 : 0;
+      if (as_recorded && replay.differs == 0 && bench.bodies().content_hash() != step.hash)
+        replay.differs = id;
+      continue;
+    }
     const Result<StrokeSettings> settings = document.settings(id);
     if (!settings) return Error{settings.error()};
     const StrokeSettings& s = settings.value();
@@ -310,7 +373,7 @@ Result<Replay> replay_document(const Document& document, const ReplayOptions& op
     replay.note = model_note(law.model);
     auto last = std::chrono::steady_clock::now();
     const Status done =
-        document.replay(id, *carving.model, options.law, [&](const ReplayedTick& tick) {
+        document.replay(id, bench, options.law, [&](const ReplayedTick& tick) {
           const auto now = std::chrono::steady_clock::now();
           step_us.push_back(std::chrono::duration<double, std::micro>(now - last).count());
           ToolTick result = tick.result;
@@ -324,13 +387,28 @@ Result<Replay> replay_document(const Document& document, const ReplayOptions& op
     if (!done) return Error{done.error()};
     if (!step.label.empty()) carving.marks.push_back({step.label, time()});
     if (as_recorded && replay.differs == 0 && step.finished &&
-        carving.model->content_hash() != step.hash)
+        bench.bodies().content_hash() != step.hash)
       replay.differs = id;
   }
+  carving.bodies = bench.bodies();
   summarize(carving, std::move(step_us));
   if (options.carve.progress) options.carve.progress(1);
   return replay;
 }
+
+namespace {
+
+std::string what_was_done(const Document& document, StepId step) {
+  const Result<BodyAction> action = document.action(step);
+  if (!action) return "bodies";
+  std::string text(name_of(action.value().verb));
+  if (action.value().bodies.empty()) return text;
+  text += action.value().bodies.size() > 1 ? " bodies" : " body";
+  for (const BodyId id : action.value().bodies) text.append(" ").append(std::to_string(id));
+  return text;
+}
+
+}  // namespace
 
 std::string history_text(const Document& document) {
   std::string text = "   step  after      ticks  removed mm3  label\n";
@@ -340,7 +418,9 @@ std::string history_text(const Document& document) {
                   id == document.head() ? '*' : ' ', static_cast<long long>(id),
                   step.stock ? "-" : std::to_string(step.parent).c_str(),
                   static_cast<long long>(step.ticks), step.removed_mm3);
-    text += line + sanitize_message(step.stock ? "the stock" : step.label);
+    text += line + sanitize_message(step.stock    ? "the stock"
+                                    : step.action ? what_was_done(document, id)
+                                                  : step.label);
     for (const auto& [name, at] : document.versions())
       if (at == id) text += "  [" + sanitize_message(name) + "]";
     if (!step.finished) text += "  (still being made)";
@@ -358,7 +438,8 @@ std::string history_json(const Document& document) {
                      {"after", step.stock ? Json() : Json(step.parent)},
                      {"ticks", step.ticks},
                      {"removed_mm3", step.removed_mm3},
-                     {"label", step.label},
+                     {"label", step.action ? what_was_done(document, id) : step.label},
+                     {"kind", step.stock ? "stock" : step.action ? "bodies" : "stroke"},
                      {"finished", step.finished},
                      {"state_hash", hash}});
   }

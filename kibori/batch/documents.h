@@ -11,6 +11,7 @@
 #include <kibori/base/result.h>
 #include <kibori/batch/carving.h>
 #include <kibori/document/document.h>
+#include <kibori/formats/surface_file.h>
 
 namespace kibori {
 
@@ -36,8 +37,12 @@ Result<StepId> salvage(const Document& document, const std::filesystem::path& in
 // A mesh file, or the surface of a document at its head.
 Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, int threads);
 
-// A small picture of a step, kept with it. `model`: its state.
-Status keep_thumbnail(Document& document, StepId step, const Snapshot& model,
+// The colours of its materials, by the last stroke; none where there is no stroke.
+std::vector<Rgb> document_colors(const Document& document);
+// The surfaces of all visible bodies, where they stand.
+Surface surface_of(const Bodies& bodies, int threads);
+// A small picture of a step, kept with it. `bodies`: its state.
+Status keep_thumbnail(Document& document, StepId step, const Bodies& bodies,
                       const std::vector<Material>& materials, int threads);
 struct ReplayOptions {
   std::string to;                  // a version or step; by default the head

@@ -390,7 +390,9 @@ std::string summary_json(const CarveSummary& s) {
   json["ticks"] = s.ticks;
   json["removed_mm3"] = s.removed_mm3;
   json["deposited_mm3"] = s.deposited_mm3;
+  json["fallen_mm3"] = s.fallen_mm3;
   json["volume_mm3"] = s.volume_mm3;
+  json["bodies"] = s.bodies;
   json["points_removed"] = s.points_removed;
   json["max_force_N"] = s.max_force_N;
   json["max_moment_Nmm"] = s.max_moment_Nmm;
@@ -412,7 +414,10 @@ std::string summary_text(const CarveSummary& s) {
   append(text, "removed      %.6g mm3 (%lld points)\n", s.removed_mm3,
          static_cast<long long>(s.points_removed));
   if (s.deposited_mm3 != 0) append(text, "deposited    %.6g mm3\n", s.deposited_mm3);
-  append(text, "left         %.6g mm3\n", s.volume_mm3);
+  if (s.fallen_mm3 != 0) append(text, "fallen       %.6g mm3\n", s.fallen_mm3);
+  append(text, "left         %.6g mm3", s.volume_mm3);
+  if (s.bodies > 1) append(text, " in %zu bodies", s.bodies);
+  text += "\n";
   append(text, "most force   %.4g N, moment %.4g N mm\n", s.max_force_N, s.max_moment_Nmm);
   append(text, "step         median %.1f us, p99 %.1f, p99.9 %.1f, max %.1f\n", s.step_us.median,
          s.step_us.p99, s.step_us.p999, s.step_us.max);

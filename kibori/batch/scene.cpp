@@ -57,7 +57,8 @@ class Reader {
   }
 
   Result<Scene> read(const toml::table& root) {
-    only(root, "", {"schema", "stock", "material", "tool", "force", "motion", "symmetry", "move"});
+    only(root, "", {"schema", "stock", "material", "tool", "force", "motion", "symmetry", "move", "crumbs",
+          "cutter"});
     if (root.contains("schema") && number(root, "", "schema") != 1)
       fail(root.get("schema"), "schema must be 1; a newer scene needs a newer kibori");
     read_force(root);
@@ -66,6 +67,7 @@ class Reader {
     read_motion(root);
     read_moves(root);
     read_symmetry(root);
+    read_bodies(root);
     if (!error_.empty()) return Error{error_};
     return std::move(scene_);
   }
@@ -160,6 +162,13 @@ class Reader {
     std::vector<double> result;
     for (const toml::node& element : *array) result.push_back(as_number(&element, full(name, key)));
     return result;
+  }
+  bool flag_or(const toml::table& table, std::string_view name, std::string_view key,
+               bool otherwise) {
+    const toml::node* node = table.get(key);
+    if (!node) return otherwise;
+    if (!node->is_boolean()) fail(node, full(name, key) + " must be true or false");
+    return node->value_or(otherwise);
   }
   Vec3 vector(const toml::table& table, std::string_view name, std::string_view key) {
     const auto v = numbers(table, name, key, 3);
@@ -572,6 +581,68 @@ class Reader {
       scene_.moves.push_back(move);
     }
     if (scene_.moves.empty()) fail(node, "a scene needs at least one [[move]]");
+  }
+
+  void read_bodies(const toml::table& root) {
+    if (root.contains("crumbs")) {
+      const std::string rule = text(root, "", "crumbs");
+      if (const auto known = value_of<Crumbs>(rule))
+        scene_.crumbs = *known;
+      else
+        fail(root.get("crumbs"), "crumbs must be \"sort\", \"stay\", \"fall\" or \"body\"");
+    }
+    const toml::node* node = root.get("cutter");
+    if (!node) return;
+    const toml::array* list = node->as_array();
+    if (!list || !list->is_homogeneous(toml::node_type::table))
+      return fail(node, "cutters are written as [[cutter]]");
+    for (const toml::node& element : *list) {
+      read_cutter(*element.as_table());
+      if (!error_.empty()) return;
+    }
+  }
+
+  Vec3 place_of(const toml::node& node) {
+    const toml::array* list = node.as_array();
+    if (!list || list->size() != 3) {
+      fail(&node, "[cutter] curve must be a list of places [x, y, z]");
+      return Vec3::Zero();
+    }
+    Vec3 place;
+    for (size_t i = 0; i < 3; i++)
+      place[static_cast<int>(i)] = as_number(list->get(i), "a place of [cutter] curve");
+    return place;
+  }
+
+  void read_cutter(const toml::table& t) {
+    only(t, "cutter",
+         {"point", "normal", "curve", "along", "closed", "smooth", "kerf", "body", "shift"});
+    SceneCutter made;
+    made.line = line_of(t);
+    Cutter& cutter = made.cutter;
+    if (const toml::node* curve = t.get("curve")) {
+      cutter.kind = Cutter::Kind::curve;
+      for (const char* key : {"point", "normal"})
+        if (t.contains(key))
+          fail(t.get(key), std::string("[cutter] has a curve, so no ") + key);
+      const toml::array* places = curve->as_array();
+      if (!places) return fail(curve, "[cutter] curve must be a list of places [x, y, z]");
+      for (const toml::node& place : *places)
+        cutter.curve_mm.push_back(place_of(place));
+      if (t.contains("along")) cutter.along = vector(t, "cutter", "along");
+      cutter.closed = flag_or(t, "cutter", "closed", false);
+      cutter.smooth = flag_or(t, "cutter", "smooth", false);
+    } else {
+      cutter.point_mm = vector(t, "cutter", "point");
+      cutter.normal = vector(t, "cutter", "normal");
+    }
+    at_least_zero(t, "cutter", "kerf", cutter.kerf_mm);
+    if (t.contains("body")) made.body = text(t, "cutter", "body");
+    if (t.contains("shift")) made.shift_mm = vector(t, "cutter", "shift");
+    if (!error_.empty()) return;
+    if (const Status fits = check_cutter(cutter); !fits)
+      return fail(made.line, "[cutter]: " + fits.error());
+    scene_.cutters.push_back(std::move(made));
   }
 
   Scene scene_;

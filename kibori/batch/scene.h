@@ -48,6 +48,14 @@ struct Move {
   int line = 0;     // in the file
 };
 
+// A cutter of a scene: see BodyAction.
+struct SceneCutter {
+  Cutter cutter;
+  std::string body;  // the name of the one that it cuts; empty: all that it meets
+  Vec3 shift_mm = Vec3::Zero();  // by which what comes away is moved
+  int line = 0;      // in the file
+};
+
 struct Scene {
   std::string file;                          // for messages
   std::vector<std::filesystem::path> files;  // that were read with it: meshes, pictures
@@ -59,6 +67,8 @@ struct Scene {
   Symmetry symmetry;  // of all moves; its centre is the lattice's middle, unless it is said
   bool symmetry_centred = false;
   std::vector<Move> moves;  // the first is where the tool starts
+  Crumbs crumbs = Crumbs::sort;       // of every stroke
+  std::vector<SceneCutter> cutters;  // after the last move, in this order
 };
 
 // Errors name file, line and key; unknown keys are refused with the nearest known one.

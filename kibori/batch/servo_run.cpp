@@ -250,8 +250,9 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
     writer->stop();
     Document& written = writer->document();
     // A picture that can't be drawn is no loss.
-    static_cast<void>(keep_thumbnail(written, written.head(), live.context().model().snapshot(),
-                                     scene.materials, 1));
+    if (const Bodies* const bodies = written.worked_on())
+      static_cast<void>(
+          keep_thumbnail(written, written.head(), Bodies(*bodies), scene.materials, 1));
     const bool in_memory = !written.unsaved().empty();
     report.unsaved = settle(written);
     if (!in_memory) report.unsaved = writer->trouble();

@@ -112,6 +112,8 @@ class Document {
 
   // Which bodies there are at a step; without their models.
   const Bodies& bodies_at(StepId step) const;
+  // All at the head, with their models; null where no model is worked on (load).
+  const Bodies* worked_on() const { return state_of(head_); }
   // The one that strokes go to: that of the head's stroke, unless it was chosen.
   BodyId active() const { return active_; }
   // Errors: the head has no such body. The caller's model goes there by checkout(head()).

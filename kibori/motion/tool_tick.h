@@ -55,6 +55,11 @@ constexpr bool dabs(Mode mode) { return mode >= Mode::smooth && mode <= Mode::pa
 constexpr bool warps(Mode mode) { return mode >= Mode::grab && mode <= Mode::node; }
 constexpr bool on_wheel(Mode mode) { return mode >= Mode::throw_clay; }
 
+// Whether a stroke of it may leave what was one piece in several.
+constexpr bool may_sever(Mode mode) {
+  return mode != Mode::deposit && mode != Mode::touch && mode != Mode::off && mode != Mode::paint;
+}
+
 // Whether the end of its stroke is a tick of its own, that edits nothing: there what is owed of a
 // press comes back, and a wheel meets the tool for the last time.
 constexpr bool ends_apart(Mode mode) { return mode == Mode::press || on_wheel(mode); }

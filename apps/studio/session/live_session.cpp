@@ -153,8 +153,9 @@ std::string LiveSession::close_document() {
   writer_->stop();
   Document& document = writer_->document();
   // A picture that can't be drawn is no loss.
-  static_cast<void>(kibori::keep_thumbnail(document, document.head(),
-                                           live_->context().model().snapshot(), materials_, 1));
+  if (const Bodies* const bodies = document.worked_on())
+    static_cast<void>(
+        kibori::keep_thumbnail(document, document.head(), Bodies(*bodies), materials_, 1));
   std::string where = settle(document);
   later_.clear();
   pressed_ = false;
