@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // A spline's shape put into a model. What comes of it depends on the model as it is and on the
 // shape only: a hand that drags control points restores the model as it was before, and applies the
-// shape anew.
+// shape anew. It allocates: not for the servo thread.
 #pragma once
 
 #include <cstdint>

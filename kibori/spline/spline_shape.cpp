@@ -200,12 +200,41 @@ Result<std::vector<TurnedPoint>> turned_profile(const FlatCurve& curve, const Ve
   return profile;
 }
 
-Result<SplineMesh> revolve(const SplineShape& shape, FlatCurve curve, double tolerance_mm) {
+// The curve so fine that its sides are within the tolerance where they are seen by distance and
+// height, too: a side that passes beside the axis is bent there. Planar profiles are so at once.
+Result<FlatCurve> flatten_beside(const CubicSpline& spline, const Vec3& centre, const Vec3& axis,
+                                 double tolerance_mm) {
+  const auto seen = [&](const Vec3& at) {
+    const double height = axis.dot(at - centre);
+    return Vec2(std::sqrt((at - centre - height * axis).squaredNorm()), height);
+  };
+  for (double tolerance = tolerance_mm;; tolerance /= 4) {
+    Result<FlatCurve> flat = spline.flatten(tolerance);
+    if (!flat) return flat;
+    const FlatCurve& curve = flat.value();
+    const size_t n = curve.samples();
+    double worst = 0;
+    for (size_t i = 0; i + 1 < n || (curve.closed && i < n); i++) {
+      const double next = i + 1 < n ? curve.t[i + 1] : spline.spans();
+      const Vec2 middle = seen(spline.at((curve.t[i] + next) / 2).at_mm);
+      const Vec2 side = (seen(curve.at_mm[i]) + seen(curve.at_mm[(i + 1) % n])) / 2;
+      worst = std::max(worst, (middle - side).squaredNorm());
+    }
+    // A curve right through the axis is refused as such.
+    if (worst <= tolerance_mm * tolerance_mm || tolerance < 1e-3 * tolerance_mm) return flat;
+  }
+}
+
+Result<SplineMesh> revolve(const SplineShape& shape, const CubicSpline& spline,
+                           double tolerance_mm) {
   const double length = std::sqrt(shape.axis.squaredNorm());
   if (!finite(shape.axis) || !(length > 0))
     return Error{"the axis of a revolution must be finite and not zero"};
   if (!finite(shape.axis_point_mm)) return Error{"the axis of a revolution must be finite"};
   const Vec3 axis = shape.axis / length;
+  Result<FlatCurve> flat = flatten_beside(spline, shape.axis_point_mm, axis, tolerance_mm);
+  if (!flat) return Error{flat.error()};
+  FlatCurve curve = std::move(flat).value();
   Result<std::vector<TurnedPoint>> made = turned_profile(curve, shape.axis_point_mm, axis);
   if (!made) return Error{made.error()};
   std::vector<TurnedPoint> profile = std::move(made).value();
@@ -412,18 +441,11 @@ Result<SplineMesh> make_spline_mesh(const SplineShape& shape, double tolerance_m
   if (!spline) return Error{spline.error()};
   // What a turn takes of the tolerance, the curve may not; and on the outside of a bend a sweep is
   // up to twice as long as its curve.
-  const double share = shape.kind == SplineKind::extrude ? 1 : swept ? 0.25 : 0.5;
-  Result<FlatCurve> flat = spline.value().flatten(share * tolerance_mm);
+  if (shape.kind == SplineKind::revolve) return revolve(shape, spline.value(), tolerance_mm / 2);
+  Result<FlatCurve> flat = spline.value().flatten(swept ? tolerance_mm / 4 : tolerance_mm);
   if (!flat) return Error{flat.error()};
-  switch (shape.kind) {
-    case SplineKind::extrude:
-      return extrude(shape, std::move(flat).value(), tolerance_mm);
-    case SplineKind::revolve:
-      return revolve(shape, std::move(flat).value(), tolerance_mm / 2);
-    case SplineKind::sweep:
-      return sweep(shape, std::move(flat).value(), tolerance_mm / 2);
-  }
-  return Error{"a spline's shape has no such kind"};
+  return swept ? sweep(shape, std::move(flat).value(), tolerance_mm / 2)
+               : extrude(shape, std::move(flat).value(), tolerance_mm);
 }
 
 }  // namespace kibori
