@@ -37,6 +37,7 @@ double signed_area(const std::vector<Vec2>& polygon) {
 
 bool crosses_itself(const std::vector<Vec2>& polygon) {
   const size_t n = polygon.size();
+  if (n < 3) return false;
   const auto corner = [&](size_t i) -> const Vec2& { return polygon[i % n]; };
   // Sides by where they begin along x, so that each is compared with those beside it only.
   std::vector<size_t> order(n);
@@ -61,6 +62,7 @@ bool crosses_itself(const std::vector<Vec2>& polygon) {
 
 std::vector<std::array<uint32_t, 3>> triangulate(const std::vector<Vec2>& polygon) {
   const size_t n = polygon.size();
+  if (n < 3) return {};
   std::vector<size_t> before(n), after(n);
   for (size_t i = 0; i < n; i++) {
     before[i] = (i + n - 1) % n;
@@ -99,9 +101,8 @@ std::vector<std::array<uint32_t, 3>> triangulate(const std::vector<Vec2>& polygo
     left--;
     refused = 0;
   }
-  if (left == 3)
-    triangles.push_back({static_cast<uint32_t>(before[at]), static_cast<uint32_t>(at),
-                         static_cast<uint32_t>(after[at])});
+  triangles.push_back({static_cast<uint32_t>(before[at]), static_cast<uint32_t>(at),
+                       static_cast<uint32_t>(after[at])});
   return triangles;
 }
 
