@@ -89,6 +89,7 @@ std::vector<Vec3> dense(const SplineCurve& curve, int per_span = 400) {
   const CubicSpline spline = spline_of(curve);
   std::vector<Vec3> points;
   const int n = spline.spans() * per_span;
+  points.reserve(static_cast<size_t>(n) + 1);
   for (int i = 0; i < (curve.closed ? n : n + 1); i++)
     points.push_back(spline.at(static_cast<double>(i) / per_span).at_mm);
   return points;
@@ -320,7 +321,7 @@ TEST(SplineCurve, PolylineIsWithinItsTolerance) {
 }
 
 TEST(SplineCurve, BadPointsAreASentence) {
-  const auto error = [](SplineCurve curve) {
+  const auto error = [](const SplineCurve& curve) {
     const Result<CubicSpline> made = CubicSpline::make(curve);
     return made ? std::string() : made.error();
   };
@@ -822,7 +823,7 @@ TEST(SplineModel, NormalsAreTheShapes) {
     });
     EXPECT_GT(ends, 5000);
     EXPECT_LT(worst, 3) << "degrees; facets are " << 360 / 34.0;
-    EXPECT_LT(sum / (ends / 7), 0.5);
+    EXPECT_LT(7 * sum / ends, 0.5);
   }
 }
 

@@ -240,6 +240,7 @@ Result<SplineMesh> revolve(const SplineShape& shape, const CubicSpline& spline,
   std::vector<TurnedPoint> profile = std::move(made).value();
 
   std::vector<Vec2> polygon;
+  polygon.reserve(profile.size());
   for (const TurnedPoint& p : profile) polygon.push_back(p.at);
   const double extent = extent_of(curve);
   const double area = signed_area(polygon);
