@@ -50,8 +50,8 @@ struct Times {
   std::vector<double> drag, mesh, force;  // [ms]
 };
 
-Times time_drags(TriDexel& model, const SplineShape& start, SplineOperation operation, int steps,
-                 int threads) {
+Times time_drags(TriDexel& model, const SplineShape& start, double way, SplineOperation operation,
+                 int steps, int threads) {
   Times times;
   const Snapshot base = model.snapshot();
   const SplineOptions options{.threads = threads};
@@ -61,8 +61,8 @@ Times time_drags(TriDexel& model, const SplineShape& start, SplineOperation oper
   };
   for (int i = 0; i < steps; i++) {
     SplineShape shape = start;
-    const Vec3 by = 3 * Vec3(std::cos(0.7 * i), shape.kind == SplineKind::revolve ? 0 : 1,
-                             shape.kind == SplineKind::extrude ? 0 : std::sin(0.7 * i));
+    const Vec3 by = way * Vec3(std::cos(0.7 * i), shape.kind == SplineKind::revolve ? 0 : 1,
+                               shape.kind == SplineKind::extrude ? 0 : std::sin(0.7 * i));
     shape.curve.points_mm[2] += by;
     const double began = now_us();
     model.restore(base);
@@ -112,8 +112,8 @@ int main(int argc, char** argv) {
            {SplineOperation::deposit, SplineOperation::cut, SplineOperation::intersect}) {
         const SplineShape shape = shape_of(kind, middle, radius);
         const int steps = quick ? 3 : 60;
-        const Times one = time_drags(model, shape, operation, steps, 1);
-        const Times two = time_drags(model, shape, operation, steps, 2);
+        const Times one = time_drags(model, shape, radius / 20, operation, steps, 1);
+        const Times two = time_drags(model, shape, radius / 20, operation, steps, 2);
         char text[500];
         std::snprintf(
             text, sizeof text,

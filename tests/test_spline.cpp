@@ -436,7 +436,7 @@ TEST(SplineShape, ATurnedCurveNeedNotBePlanar) {
   // It passes beside the axis, at 3 mm.
   const SplineCurve curve{{{20, 3, 0}, {8, 3, 6}, {-8, 3, 10}, {-16, 3, 18}}, false, true};
   std::vector<Vec3> line{{0, 0, 0}};
-  for (const Vec3& p : dense(curve, 300)) line.push_back({std::hypot(p.x(), p.y()), 0, p.z()});
+  for (const Vec3& p : dense(curve, 100)) line.push_back({std::hypot(p.x(), p.y()), 0, p.z()});
   line.push_back({0, 0, 18});
   const SplineMesh mesh = mesh_of(turned(curve, {0, 0, 0}, {0, 0, 1}));
   EXPECT_EQ(open_edges(mesh.mesh), "");

@@ -40,7 +40,12 @@ double extent_of(const FlatCurve& curve) {
 // The mesh as it is made.
 class Builder {
  public:
-  explicit Builder(SplineMesh& out) : out_(out) {}
+  Builder(SplineMesh& out, double vertices, double triangles) : out_(out) {
+    out.mesh.vertices.reserve(static_cast<size_t>(vertices));
+    out.sample.reserve(static_cast<size_t>(vertices));
+    out.mesh.triangles.reserve(static_cast<size_t>(triangles));
+    out.normals.reserve(static_cast<size_t>(triangles));
+  }
   uint32_t vertex(const Vec3& at, size_t sample) {
     out_.mesh.vertices.push_back(at);
     out_.sample.push_back(static_cast<uint32_t>(sample));
@@ -117,7 +122,7 @@ Result<SplineMesh> extrude(const SplineShape& shape, FlatCurve curve, double tol
   if (crosses_itself(polygon)) return Error{"the profile crosses itself"};
 
   SplineMesh out;
-  Builder builder(out);
+  Builder builder(out, 2.0 * static_cast<double>(n), 4.0 * static_cast<double>(n));
   for (const bool top : {false, true})
     for (const size_t i : order) {
       const Vec3& at = curve.at_mm[i];
@@ -257,7 +262,8 @@ Result<SplineMesh> revolve(const SplineShape& shape, const CubicSpline& spline,
       profile.begin(), profile.end(),
       [](const TurnedPoint& a, const TurnedPoint& b) { return a.at.x() < b.at.x(); });
   const double parts = parts_of_turn(farthest.at.x(), tolerance_mm);
-  if (2 * parts * static_cast<double>(n) > kMaxSplineTriangles) return too_many_triangles();
+  const double vertices = parts * static_cast<double>(n);
+  if (2 * vertices > kMaxSplineTriangles) return too_many_triangles();
   const auto m = static_cast<uint32_t>(parts);
   const Vec3 e1 = farthest.outward, e2 = axis.cross(e1);
   // At part k, or so much of a part behind it.
@@ -272,7 +278,8 @@ Result<SplineMesh> revolve(const SplineShape& shape, const CubicSpline& spline,
   }
 
   SplineMesh out;
-  Builder builder(out);
+  Builder builder(out, vertices, 2 * vertices);
+  out.carry.reserve(static_cast<size_t>(vertices));
   std::vector<uint32_t> first(n);  // vertex; on the axis there is one
   for (size_t i = 0; i < n; i++) {
     const TurnedPoint& p = profile[i];
@@ -359,16 +366,17 @@ Result<SplineMesh> sweep(const SplineShape& shape, FlatCurve curve, double toler
   }
   const double parts = parts_of_turn(radius, tolerance_mm);
   const double caps = curve.closed ? 0 : std::ceil(parts / 4);  // rings of a half ball
-  if (2 * parts * (static_cast<double>(n) + 2 * caps) > kMaxSplineTriangles)
-    return too_many_triangles();
+  const double vertices = parts * (static_cast<double>(n) + 2 * caps);
+  if (2 * vertices > kMaxSplineTriangles) return too_many_triangles();
   const auto m = static_cast<uint32_t>(parts);
   const std::vector<Vec3> across = section_axes(curve, tangent);
   std::vector<SinCos> turns;
   for (uint32_t k = 0; k < m; k++) turns.push_back(sin_cos(2 * std::numbers::pi * k / m));
 
   SplineMesh out;
-  Builder builder(out);
+  Builder builder(out, vertices, 2 * vertices);
   std::vector<Vec3> normals;  // by vertex
+  normals.reserve(static_cast<size_t>(vertices));
   const auto add = [&](size_t sample, const Vec3& normal) {
     builder.vertex(curve.at_mm[sample] + radius * normal, sample);
     normals.push_back(normal);
