@@ -17,6 +17,7 @@ FLOORS = [
     {"solid"},
     {"edit", "formats", "measure", "picture", "surface"},
     {"haptics", "reshape", "spline"},
+    {"body"},
     {"devices", "motion"},
     {"document"},
     {"live"},

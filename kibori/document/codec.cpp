@@ -6,20 +6,19 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <memory>
 
-#include <nlohmann/json.hpp>
 #include <zstd.h>
 
 #include <kibori/base/hash.h>
+#include <kibori/document/json_fields.h>
 #include <kibori/motion/reshape_stroke.h>
 
 static_assert(std::endian::native == std::endian::little, "documents are little-endian");
 
 namespace kibori {
 namespace {
-
-using Json = nlohmann::json;
 
 constexpr int kLevel = 3;
 constexpr size_t kMaxTicks = 1'000'000, kMaxPlanes = 4096;
@@ -82,58 +81,6 @@ auto& column(T& row, int i) {
   else
     return (i < 3 ? row.tip : i < 6 ? row.turn : i < 9 ? row.hand : row.hand_turn)[i % 3];
 }
-
-Json vec(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
-bool read_vec(const Json& json, Vec3& v) {
-  if (!json.is_array() || json.size() != 3) return false;
-  for (size_t i = 0; i < 3; i++) {
-    if (!json[i].is_number()) return false;
-    v[static_cast<int>(i)] = json[i].get<double>();
-  }
-  return v.allFinite();
-}
-
-// Numbers of a JSON object; the first that is missing or none is remembered.
-struct Fields {
-  const Json& json;
-  std::string wrong = {};
-
-  const Json* find(const char* key) {
-    const auto found = json.find(key);
-    if (found != json.end()) return &*found;
-    if (wrong.empty()) wrong = std::string("has no ") + key;
-    return nullptr;
-  }
-  void get(const char* key, double& value) {
-    const Json* found = find(key);
-    if (!found) return;
-    if (found->is_number() && std::isfinite(found->get<double>()))
-      value = found->get<double>();
-    else if (wrong.empty())
-      wrong = std::string(key) + " is not a number";
-  }
-  void get(const char* key, int& value, int min, int max) {
-    double read = 0;
-    get(key, read);
-    if (wrong.empty() && !(read >= min && read <= max))
-      wrong = std::string(key) + " is out of range";
-    if (wrong.empty()) value = static_cast<int>(read);
-  }
-  void get(const char* key, std::string& value) {
-    const Json* found = find(key);
-    if (!found) return;
-    if (found->is_string())
-      value = found->get<std::string>();
-    else if (wrong.empty())
-      wrong = std::string(key) + " is not text";
-  }
-  void get(const char* key, Vec3& value) {
-    const Json* found = find(key);
-    if (!found) return;
-    if (!read_vec(*found, value) && wrong.empty())
-      wrong = std::string(key) + " is not a vector of three numbers";
-  }
-};
 
 Json json_of(const Tool& tool) {
   Json json{{"shape", shape_of(tool)}};
@@ -316,6 +263,8 @@ std::string settings_to_json(const StrokeSettings& s) {
       json["brush"]["plane"] = {{"point_mm", vec(s.brush.plane.point_mm)},
                                 {"normal", vec(s.brush.plane.normal)}};
   }
+  if (s.body != 1) json["body"] = s.body;
+  if (s.crumbs != Crumbs::stay) json["crumbs"] = name_of(s.crumbs);
   if (s.symmetry.any())
     json["symmetry"] = {{"planes", s.symmetry.planes}, {"centre_mm", vec(s.symmetry.centre_mm)}};
   if (s.symmetry.fold > 1) {
@@ -433,6 +382,14 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
   int material = 0;
   fields.get("material", material, 0, static_cast<int>(s.materials.size()) - 1);
   s.material = static_cast<uint8_t>(material);
+  if (json.contains("body")) fields.get("body", s.body, 1, std::numeric_limits<int>::max());
+  if (json.contains("crumbs")) {
+    std::string crumbs;
+    fields.get("crumbs", crumbs);
+    const auto rule = value_of<Crumbs>(crumbs);
+    if (!rule) return Error{"no rule for crumbs is called '" + sanitize_message(crumbs) + "'"};
+    s.crumbs = *rule;
+  }
   if (!fields.wrong.empty()) return Error{"a stroke's settings: it " + fields.wrong};
   return s;
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The tree of steps: strokes into it, and back and forth in it.
+#include <kibori/base/file.h>
 #include <kibori/base/hash.h>
+#include <kibori/document/body_codec.h>
 #include <kibori/document/codec.h>
 #include <kibori/document/document.h>
 #include <kibori/document/storage.h>
@@ -71,19 +73,21 @@ Status Document::set_head(StepId step) {
   if (writes_)
     if (Status s = commit("moving in the history", [&] { return write_head(step); }); !s) return s;
   head_ = step;
+  active_ = active_at(step);
   return Ok{};
 }
 
-void Document::remember(StepId step, const Snapshot& state) {
+void Document::remember(StepId step, const Bodies& state) {
   // Of another model.
-  if (!states_.empty() && !states_.begin()->second.of_same_model(state)) return;
+  const Snapshot& model = state.all.front().model;
+  if (!states_.empty() && !states_.begin()->second.all.front().model.of_same_model(model)) return;
   states_[step] = state;
   std::erase(visited_, step);
   visited_.push_back(step);
   while (visited_.size() > kMaxStates ||
-         (visited_.size() > kMinStates && state.memory_bytes() > kMaxBytes)) {
+         (visited_.size() > kMinStates && model.memory_bytes() > kMaxBytes)) {
     const auto oldest = states_.find(visited_.front());
-    oldest->second.drop_shared();
+    for (Body& body : oldest->second.all) body.model.drop_shared();
     states_.erase(oldest);
     visited_.erase(visited_.begin());
   }
@@ -91,24 +95,26 @@ void Document::remember(StepId step, const Snapshot& state) {
 
 // ---- History
 
-Status Document::rebuild(TriDexel& model, StepId step,
-                         const std::function<void(StepId, const Snapshot&)>& remember) const {
-  std::vector<StepId> carved_again;
+Result<Bodies> Document::rebuild(
+    TriDexel& work, StepId step,
+    const std::function<void(StepId, const Bodies&)>& remember) const {
+  std::vector<StepId> done_again;
   StepId begin = step;
   for (; !state_of(begin) && !is_checkpoint(begin); begin = steps_.at(begin).parent)
-    carved_again.push_back(begin);
-  if (const Snapshot* const state = state_of(begin))
-    model.restore(*state);
-  else if (Status s = go_by_tiles(model, begin); !s)
-    return s;
-  if (Status s = check_state(begin, model.snapshot()); !s) return s;
-  remember(begin, model.snapshot());
-  for (auto next = carved_again.rbegin(); next != carved_again.rend(); ++next) {
-    if (Status s = replay(*next, model, std::nullopt, {}); !s) return s;
-    if (Status s = check_state(*next, model.snapshot()); !s) return s;
-    remember(*next, model.snapshot());
+    done_again.push_back(begin);
+  Result<Bodies> found = state_of(begin) ? Result<Bodies>(*state_of(begin)) : go_by_tiles(work, begin);
+  if (!found) return found;
+  take_model(work, found.value(), active_at(begin));
+  Workbench bench(work, std::move(found).value(), active_at(begin));
+  if (Status s = check_state(begin, bench.bodies()); !s) return Error{s.error()};
+  remember(begin, bench.bodies());
+  for (auto next = done_again.rbegin(); next != done_again.rend(); ++next) {
+    if (Status s = replay(*next, bench, std::nullopt, {}); !s) return Error{s.error()};
+    if (Status s = check_state(*next, bench.bodies()); !s) return Error{s.error()};
+    remember(*next, bench.bodies());
   }
-  return Ok{};
+  if (Status s = bench.activate(active_at(step)); !s) return Error{s.error()};
+  return bench.bodies();
 }
 
 Result<std::unique_ptr<TriDexel>> Document::load() {
@@ -116,11 +122,12 @@ Result<std::unique_ptr<TriDexel>> Document::load() {
   visited_.clear();
   tiles_.clear();
   auto model = std::make_unique<TriDexel>(lattice_);
-  const Status made = rebuild(*model, head_, [&](StepId at, const Snapshot& state) {
+  const Result<Bodies> made = rebuild(*model, head_, [&](StepId at, const Bodies& state) {
     remember(at, state);
-    wait_for_tiles(at, state, model->material_bounds());
+    wait_for_tiles(at, state);
   });
   if (!made) return Error{made.error()};
+  active_ = active_at(head_);
   return model;
 }
 
@@ -128,29 +135,32 @@ Result<Document::Checkout> Document::checkout(StepId step) const {
   if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
   Checkout to;
   to.step = step;
-  if (const Snapshot* const known = state_of(step)) {
-    to.state = to.states[step] = *known;
-    to.material_bounds = material_bounds_;
-    return to;
+  to.active = step == head_ ? active_ : active_at(step);
+  if (const Bodies* const known = state_of(step)) {
+    to.bodies = to.states[step] = *known;
+  } else {
+    if (states_.empty()) return wrong("no model of it is worked on");
+    TriDexel beside(states_.begin()->second.all.front().model, material_bounds_);
+    Result<Bodies> made = rebuild(beside, step, [&](StepId at, const Bodies& state) {
+      to.states[at] = state;
+      if (to.states.size() > kMaxStates) {
+        for (Body& body : to.states.begin()->second.all) body.model.drop_shared();
+        to.states.erase(to.states.begin());
+      }
+    });
+    if (!made) return Error{made.error()};
+    to.bodies = std::move(made).value();
   }
-  if (states_.empty()) return wrong("no model of it is worked on");
-  TriDexel beside(states_.begin()->second, material_bounds_);
-  const Status made = rebuild(beside, step, [&](StepId at, const Snapshot& state) {
-    to.states[at] = state;
-    if (to.states.size() > kMaxStates) {
-      to.states.begin()->second.drop_shared();
-      to.states.erase(to.states.begin());
-    }
-  });
-  if (!made) return Error{made.error()};
-  to.state = beside.snapshot();
-  to.material_bounds = beside.material_bounds();
+  to.state = to.bodies.find(to.active)->model;
+  to.material_bounds = material_bounds_;
+  for (const Body& body : to.bodies.all) to.material_bounds.include(body.material_bounds);
   return to;
 }
 
 Status Document::commit_checkout(const Checkout& to) {
   const StepId from = head_;
   if (Status s = set_head(to.step); !s) return s;
+  active_ = to.active;
   material_bounds_.include(to.material_bounds);
   for (const auto& [step, state] : to.states) remember(step, state);
   // All the way back, so that redo comes the same way.
@@ -164,8 +174,13 @@ Status Document::commit_checkout(const Checkout& to) {
 
 Result<std::unique_ptr<TriDexel>> Document::load_at(StepId step) const {
   auto model = std::make_unique<TriDexel>(lattice_);
-  if (const Status s = make_state(*model, step); !s) return Error{s.error()};
+  if (const Result<Bodies> made = make_state(*model, step); !made) return Error{made.error()};
   return model;
+}
+
+Result<Bodies> Document::load_bodies(StepId step) const {
+  TriDexel work(lattice_);
+  return make_state(work, step);
 }
 
 Status Document::go(TriDexel& model, StepId step) {
@@ -174,10 +189,11 @@ Status Document::go(TriDexel& model, StepId step) {
   const Snapshot before = model.snapshot();
   Checkout to;
   to.step = step;
-  Status done =
-      rebuild(model, step, [&](StepId at, const Snapshot& state) { to.states[at] = state; });
+  to.active = active_at(step);
+  const Result<Bodies> made =
+      rebuild(model, step, [&](StepId at, const Bodies& state) { to.states[at] = state; });
   to.material_bounds = model.material_bounds();
-  if (done) done = commit_checkout(to);
+  const Status done = made ? commit_checkout(to) : Status(Error{made.error()});
   if (!done) model.restore(before);
   return done;
 }
@@ -211,6 +227,10 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start,
                        const std::string& label) {
   if (!writes_) return wrong("is open for reading only");
   if (open_step_ != 0) return wrong("a stroke is being made already");
+  const Body* const body = bodies_at(head_).find(settings.body);
+  if (!body) return wrong("has no body " + std::to_string(settings.body));
+  if (body->locked)
+    return wrong("body '" + sanitize_message(body->name) + "' is locked; unlock it first");
   // What could not be read again is not written.
   const std::string json = settings_to_json(settings);
   if (const auto pose = decode_pose(encode_pose(start)); !pose)
@@ -246,6 +266,7 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start,
   begun.parent = head_;
   begun.label = label;
   begun.finished = false;
+  begun.body = active_ = settings.body;
   steps_[begun.id] = begun;
   return Ok{};
 }
@@ -293,12 +314,20 @@ Status Document::flush() {
 }
 
 Status Document::finish(const Snapshot& now, const LatticeBox& material_bounds,
-                        double removed_mm3) {
+                        double removed_mm3, const std::vector<Portion>& severed) {
   if (open_step_ == 0) return wrong("no stroke is being made");
   Step step = steps_[open_step_];
+  const Bodies& listed = bodies_at(head_);
+  const Bodies* const state = state_of(head_);
+  if (!state && listed.all.size() > 1) return wrong("no model of it is worked on");
+  Bodies after = state ? *state : listed;
+  Body& worked_on = *after.find(step.body);
+  worked_on.model = now;
+  worked_on.material_bounds = material_bounds;
+  add_bodies(after, Body(worked_on), severed);
   step.ticks = saved_ticks_ + static_cast<int64_t>(waiting_.size());
   step.removed_mm3 = removed_mm3;
-  step.hash = now.content_hash();
+  step.hash = after.content_hash();
   step.finished = true;
   Status kept = commit("finishing a stroke", [&]() -> Status {
     int64_t sequence = 0;
@@ -314,19 +343,87 @@ Status Document::finish(const Snapshot& now, const LatticeBox& material_bounds,
                        .run();
         !s)
       return s;
+    if (!severed.empty())
+      if (Status s = write_bodies(step.id, after); !s) return s;
     if (Status s = seal(step.id); !s) return s;
     return write_head(step.id);
   });
   if (!kept) return kept;
   steps_[step.id] = step;
+  if (!severed.empty()) list(step.id, after);
   last_child_.erase(step.parent);
   head_ = step.id;
   open_step_ = 0;
   waiting_.clear();
   waiting_forces_.clear();
-  remember(step.id, now);
-  wait_for_tiles(step.id, now, material_bounds);
+  remember(step.id, after);
+  wait_for_tiles(step.id, after);
   return Ok{};
+}
+
+void Document::list(StepId step, Bodies bodies) {
+  for (Body& body : bodies.all) {
+    body.model = Snapshot();
+    body.material_bounds = LatticeBox();
+  }
+  lists_[step] = std::move(bodies);
+}
+
+Status Document::write_bodies(StepId step, const Bodies& bodies) {
+  Result<Statement> put =
+      storage_->database.prepare("INSERT OR REPLACE INTO bodies VALUES (?, ?)");
+  return put ? put.value().bind(step).bind(bodies_to_json(bodies)).run()
+             : Status(Error{put.error()});
+}
+
+Result<BodyChange> Document::act(const BodyAction& action, int threads) {
+  if (!writes_) return wrong("is open for reading only");
+  if (open_step_ != 0) return wrong("a stroke is being made; finish or cancel it first");
+  const Bodies* const before = state_of(head_);
+  if (!before) return wrong("no model of it is worked on");
+  Bodies after = *before;
+  Result<BodyChange> change = apply(after, action, threads);
+  if (!change) return change;
+  const std::string json = action_to_json(action);
+  Step step;
+  Status kept = commit("keeping what was done with bodies", [&]() -> Status {
+    Result<Statement> setting =
+        storage_->database.prepare("INSERT OR IGNORE INTO setting (json) VALUES (?)");
+    if (!setting) return Error{setting.error()};
+    if (Status s = setting.value().bind(json).run(); !s) return s;
+    Result<Statement> put = storage_->database.prepare(
+        "INSERT INTO step (parent, kind, setting, removed_mm3, hash, finished) VALUES (?, 'bodies', "
+        "(SELECT id FROM setting WHERE json = ?), ?, ?, 1) RETURNING id, setting, "
+        "CAST(strftime('%s', made_at) AS INTEGER)");
+    if (!put) return Error{put.error()};
+    step.hash = after.content_hash();
+    const Result<bool> row = put.value()
+                                 .bind(head_)
+                                 .bind(json)
+                                 .bind(change.value().removed_mm3)
+                                 .bind(hash_text(step.hash))
+                                 .row();
+    if (!row) return Error{row.error()};
+    step.id = put.value().integer(0);
+    step.setting = put.value().integer(1);
+    step.made_s = put.value().integer(2);
+    if (Status s = write_bodies(step.id, after); !s) return s;
+    if (Status s = seal(step.id); !s) return s;
+    return write_head(step.id);
+  });
+  if (!kept) return Error{kept.error()};
+  step.parent = head_;
+  step.action = true;
+  step.body = after.find(active_) ? active_ : after.all.front().id;
+  step.removed_mm3 = change.value().removed_mm3;
+  steps_[step.id] = step;
+  list(step.id, after);
+  last_child_.erase(step.parent);
+  head_ = step.id;
+  active_ = step.body;
+  remember(step.id, after);
+  wait_for_tiles(step.id, after);
+  return change;
 }
 
 Status Document::cancel() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// One file: the stock, every stroke as the tool's own path, the tree of what was done, and the
-// model's state at some of its steps. SQLite, so that anyone can read it (docs/documents.md has the
+// One file: the stock, every stroke as the tool's own path, everything done with bodies, the tree of
+// all that, and the models' state at some of its steps. SQLite, so that anyone can read it (docs/documents.md has the
 // tables).
 //
 //   stock ── stroke ── stroke ── stroke*   every step knows the one before it
@@ -33,6 +33,7 @@
 
 #include <kibori/base/bytes.h>
 #include <kibori/base/result.h>
+#include <kibori/body/workbench.h>
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/motion/stroke_record.h>
 
@@ -45,11 +46,13 @@ struct DocumentStorage;
 struct Step {
   StepId id = 0, parent = 0;  // the stock has no parent: 0
   bool stock = false;
+  bool action = false;     // with bodies (BodyAction); else, and but for the stock, a stroke
+  BodyId body = 1;         // that a stroke worked on
   bool finished = true;  // else it was being made when its process ended
   std::string label;
   int64_t ticks = 0;
   double removed_mm3 = 0;  // negative: added
-  uint64_t hash = 0;       // of the whole model after it
+  uint64_t hash = 0;       // of all models after it: see Bodies
   int64_t made_s = 0;      // when it was begun [s since 1970]; 0: not known
   // Strokes with the same number have the same settings(); 0: the stock has none.
   int64_t setting = 0;
@@ -107,11 +110,21 @@ class Document {
   Result<StepId> find(const std::string& name) const;
   Status name_version(const std::string& name, StepId step);
 
-  // A model at the head; what go, undo and redo work on from then on.
+  // Which bodies there are at a step; without their models.
+  const Bodies& bodies_at(StepId step) const;
+  // The one that strokes go to: that of the head's stroke, unless it was chosen.
+  BodyId active() const { return active_; }
+  // Errors: the head has no such body. The caller's model goes there by checkout(head()).
+  Status choose(BodyId body);
+
+  // The active body's model at the head; what go, undo and redo work on from then on.
   Result<std::unique_ptr<TriDexel>> load();
-  // A model at any step; the document goes on at its head. Errors, here and of load, go, undo and
-  // redo: what the file holds is not what was written there, by its hash; no model is made of that.
+  // A model of any step's active body; the document goes on at its head. Errors, here and of load, go,
+  // undo and redo: what the file holds is not what was written there, by its hash; no model is made of
+  // that.
   Result<std::unique_ptr<TriDexel>> load_at(StepId step) const;
+  // All bodies at any step, with their models.
+  Result<Bodies> load_bodies(StepId step) const;
   // The last step on the way to the head that is what was written. Error: not even the stock is.
   Result<StepId> last_whole() const;
   // Of a document that is only read: it is as if its head were there.
@@ -131,9 +144,11 @@ class Document {
   // written, it can be tried again.
   struct Checkout {
     StepId step = 0;
-    Snapshot state;
+    Bodies bodies;
+    BodyId active = 1;
+    Snapshot state;  // of the active one
     LatticeBox material_bounds;
-    std::map<StepId, Snapshot> states;  // come upon on the way
+    std::map<StepId, Bodies> states;  // come upon on the way
 
     Checkout() = default;
     Checkout(Checkout&&) = default;
@@ -141,11 +156,21 @@ class Document {
     // What was made beside the model goes back there.
     ~Checkout() {
       state.drop_shared();
-      for (auto& [step_id, made] : states) made.drop_shared();
+      drop(bodies);
+      for (auto& [step_id, made] : states) drop(made);
+    }
+
+   private:
+    static void drop(Bodies& made) {
+      for (Body& body : made.all) body.model.drop_shared();
     }
   };
   Result<Checkout> checkout(StepId step) const;
   Status commit_checkout(const Checkout& to);
+
+  // What is done with bodies becomes a step, from the head on; the caller's model then goes to the
+  // head by checkout(head()). Errors: as of apply(), or it can't be written; nothing has changed.
+  Result<BodyChange> act(const BodyAction& action, int threads = 1);
 
   // A small picture of a step (PNG); empty if there is none.
   Status set_thumbnail(StepId step, const Bytes& png);
@@ -165,11 +190,14 @@ class Document {
   }
   bool in_stroke() const { return open_step_ != 0; }
   Status flush();
-  // `model`: as the stroke left it. The stroke becomes the head.
-  Status finish(const TriDexel& model, double removed_mm3) {
-    return finish(model.snapshot(), model.material_bounds(), removed_mm3);
+  // `model`: of the stroke's body, as the stroke left it, without what it severed; `severed`: what of
+  // that are bodies now (take_crumbs). The stroke becomes the head.
+  Status finish(const TriDexel& model, double removed_mm3,
+                const std::vector<Portion>& severed = {}) {
+    return finish(model.snapshot(), model.material_bounds(), removed_mm3, severed);
   }
-  Status finish(const Snapshot& now, const LatticeBox& material_bounds, double removed_mm3);
+  Status finish(const Snapshot& now, const LatticeBox& material_bounds, double removed_mm3,
+                const std::vector<Portion>& severed = {});
   // The stroke is as if it had not been; the caller's model goes back to the head's state (go,
   // restore).
   Status cancel();
@@ -187,8 +215,13 @@ class Document {
   // Calls f(force and moment of the ticks of one flush) for all of them, if they were kept: see
   // add().
   Status for_forces(StepId step, const std::function<Status(const std::vector<Wrench>&)>& f) const;
-  // Carves a stroke again on `model`, which stands where it began (at any pitch). `law`: another
-  // force model.
+  // What was done with bodies.
+  Result<BodyAction> action(StepId step) const;
+  // Carves a stroke again on the bench, or does again what was done with bodies: all stands there as
+  // it stood when the step began (at any pitch). `law`: another force model.
+  Status replay(StepId step, Workbench& bench, const std::optional<ForceLaw>& law,
+                const std::function<void(const ReplayedTick&)>& use) const;
+  // A stroke alone, on its body's model. What it severs is taken out.
   Status replay(StepId step, TriDexel& model, const std::optional<ForceLaw>& law,
                 const std::function<void(const ReplayedTick&)>& use) const;
 
@@ -234,53 +267,64 @@ class Document {
   // it that has any. They are kept little by little, as it takes time; all places in the end, at
   // once.
   struct TilePlace {
-    Axis axis;
+    int64_t field;  // see field_of
     int tu, tv;
     const Tile* tile;  // null: no material
   };
   struct TileJob {
     StepId step = 0;
-    Snapshot now;
-    LatticeBox bounds;  // of the material
+    Bodies now;
+    LatticeBox bounds;  // of the material of all
     bool planned = false;
     std::vector<TilePlace> places;
     size_t next = 0;
     std::unordered_map<const Tile*, int64_t> ids;
     bool done = false;
   };
-  void wait_for_tiles(StepId step, const Snapshot& now, const LatticeBox& bounds);
+  void wait_for_tiles(StepId step, const Bodies& now);
   Status plan_tiles(TileJob& job) const;
   // Within a transaction.
   Status keep_tiles(TileJob& job, std::chrono::steady_clock::time_point until);
   void keep_some_tiles(std::chrono::milliseconds at_most);
   // Which tile stands where at a step that has any; 0: none. Of all places, or of those that may be
   // others than at step `from`.
-  using Place = std::tuple<int64_t, int64_t, int64_t>;  // field, u, v
+  using Place = std::tuple<int64_t, int64_t, int64_t>;  // field (see field_of), u, v
   using TileMap = std::map<Place, int64_t>;
   Result<TileMap> all_tiles(StepId step) const;
   Result<TileMap> other_tiles(StepId step, const std::vector<StepId>& way_from) const;
-  Status put_tiles(const TileMap& tiles, StepId step, TriDexel& model) const;
-  // Sets an empty model to the tiles of a step that has any.
-  Status read_tiles(StepId step, TriDexel& model) const;
-  Status make_state(TriDexel& model, StepId step) const;
+  // Those of one body.
+  Status put_tiles(const TileMap& tiles, StepId step, BodyId body, TriDexel& model) const;
+  // The bodies of a step that has tiles, made in the memory of `work`.
+  Result<Bodies> read_tiles(StepId step, TriDexel& work) const;
+  // The bodies of any step; `work` becomes the model of its active one.
+  Result<Bodies> make_state(TriDexel& work, StepId step) const;
   // Whether the state of a finished step is what was written.
-  Status check_state(StepId step, const Snapshot& now) const;
-  // Makes `model` that of a step, by the states in memory and the tiles kept; remember(step, state)
-  // is told of those on the way.
-  Status rebuild(TriDexel& model, StepId step,
-                 const std::function<void(StepId, const Snapshot&)>& remember) const;
-  // As `model` is to be at a step that has tiles.
-  Status go_by_tiles(TriDexel& model, StepId step) const;
+  Status check_state(StepId step, const Bodies& now) const;
+  // The bodies of a step, by the states in memory and the tiles kept; `work` becomes the model of its
+  // active one. remember(step, state) is told of those on the way.
+  Result<Bodies> rebuild(TriDexel& work, StepId step,
+                         const std::function<void(StepId, const Bodies&)>& remember) const;
+  // The same, of a step that has tiles; `work` is left as it happens to be.
+  Result<Bodies> go_by_tiles(TriDexel& work, StepId step) const;
+  // The one that strokes go to after a step.
+  BodyId active_at(StepId step) const;
+  static void take_model(TriDexel& work, const Bodies& bodies, BodyId body);
+  void list(StepId step, Bodies bodies);
+  // Within a transaction.
+  Status write_bodies(StepId step, const Bodies& bodies);
+  Status replay_ticks(StepId step, const StrokeSettings& settings, TriDexel& model,
+                      const std::optional<ForceLaw>& law,
+                      const std::function<void(const ReplayedTick&)>& use) const;
   bool is_checkpoint(StepId step) const { return checkpoints_.count(step) != 0; }
   void add_checkpoint(StepId step, const LatticeBox& bounds);
-  const Snapshot* state_of(StepId step) const {
+  const Bodies* state_of(StepId step) const {
     const auto found = states_.find(step);
     return found == states_.end() ? nullptr : &found->second;
   }
   Status set_head(StepId step);
   // Within a transaction.
   Status write_head(StepId step);
-  void remember(StepId step, const Snapshot& state);
+  void remember(StepId step, const Bodies& state);
 
   const std::unique_ptr<DocumentStorage> storage_;
   std::string unsaved_, missing_;
@@ -296,13 +340,15 @@ class Document {
   std::deque<TileJob> tiles_;                      // that are being kept
   LatticeBox material_bounds_;                     // of all states
   StepId head_ = 0, open_step_ = 0;
+  BodyId active_ = 1;
+  std::map<StepId, Bodies> lists_;  // of steps after which there are other bodies; without models
   int64_t open_sequence_ = 0, saved_ticks_ = 0;
   std::vector<StrokeTick> waiting_;
   std::vector<Wrench> waiting_forces_;
   bool all_felt_ = true;  // so far
   bool marked_ = false;
-  // States by step, of the one model that is worked on.
-  std::map<StepId, Snapshot> states_;
+  // States by step, of the one memory that is worked in.
+  std::map<StepId, Bodies> states_;
   std::vector<StepId> visited_;
 };
 

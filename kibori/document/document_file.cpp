@@ -9,6 +9,7 @@
 
 #include <kibori/base/file.h>
 #include <kibori/base/hash.h>
+#include <kibori/document/body_codec.h>
 #include <kibori/document/codec.h>
 #include <kibori/document/document.h>
 #include <kibori/document/storage.h>
@@ -19,8 +20,8 @@ namespace {
 constexpr int kApplication = 0x4B49424F;  // "KIBO"
 // 2: forces and thumbnails. 3: tiles found by place. 4: symmetry. 5: seals. 6: strokes that
 // reshape. 7: warps, creases, paint, clay, the wheel, symmetry about an axis.
-// 8: what resists where a stroke begins, two fingers on the wheel.
-constexpr int64_t kVersion = 8;
+// 8: what resists where a stroke begins, two fingers on the wheel. 9: bodies.
+constexpr int64_t kVersion = 9;
 // Beyond, SQLite would number new ones out of order.
 constexpr StepId kMaxSteps = StepId{1} << 62;
 const char* const kSchema = R"(
@@ -52,7 +53,10 @@ CREATE INDEX checkpoint_tile_by_place ON checkpoint_tile (field, u, v);
 const char* const kSchemaSince5 = R"(
 CREATE TABLE seal (step INTEGER PRIMARY KEY REFERENCES step, value TEXT NOT NULL);
 )";
-const char* const kThisVersion = "PRAGMA user_version = 8";
+const char* const kSchemaSince9 = R"(
+CREATE TABLE bodies (step INTEGER PRIMARY KEY REFERENCES step, json TEXT NOT NULL);
+)";
+const char* const kThisVersion = "PRAGMA user_version = 9";
 
 // A database, and what may stand beside it.
 void clear_away(const std::filesystem::path& path) {
@@ -213,7 +217,7 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
       if (Status s = document->storage_->database.run(first.c_str()); !s) return s;
       return document->commit("making it", [&]() -> Status {
         for (const char* tables :
-             {kSchema, kSchemaSince2, kSchemaSince3, kSchemaSince5, kThisVersion})
+             {kSchema, kSchemaSince2, kSchemaSince3, kSchemaSince5, kSchemaSince9, kThisVersion})
           if (Status s = document->storage_->database.run(tables); !s) return s;
         Result<Statement> meta =
             document->storage_->database.prepare("INSERT INTO meta VALUES (?, ?)");
@@ -238,7 +242,7 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
         document->steps_[1] = first_step;
         TileJob tiles;
         tiles.step = 1;
-        tiles.now = now;
+        tiles.now = Bodies::of(model);
         tiles.bounds = model.material_bounds();
         if (Status s = document->plan_tiles(tiles); !s) return s;
         if (Status s = document->seal_all(); !s) return s;
@@ -253,7 +257,7 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
   }
   if (!put_in_place(part, path)) return Error{name + ": can't be put in place"};
   Result<std::unique_ptr<Document>> opened = open(path, Access::write, vfs);
-  if (opened) opened.value()->remember(1, model.snapshot());
+  if (opened) opened.value()->remember(1, Bodies::of(model));
   return opened;
 }
 
@@ -311,6 +315,8 @@ Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& 
         if (Status made = document->storage_->database.run(kSchemaSince2); !made) return made;
       if (document->version_ < 3)
         if (Status made = document->storage_->database.run(kSchemaSince3); !made) return made;
+      if (document->version_ < 9)
+        if (Status made = document->storage_->database.run(kSchemaSince9); !made) return made;
       if (document->version_ < 5) {
         if (Status made = document->storage_->database.run(kSchemaSince5); !made) return made;
         if (Status sealed = document->seal_all(); !sealed) return sealed;
@@ -385,7 +391,7 @@ Status Document::check_tables() {
   Result<Database> model = Database::open(":memory:", Database::Access::create);
   if (!model) return Error{model.error()};
   for (const auto& [since, sql] :
-       {std::pair{1, kSchema}, {2, kSchemaSince2}, {3, kSchemaSince3}, {5, kSchemaSince5}})
+       {std::pair{1, kSchema}, {2, kSchemaSince2}, {3, kSchemaSince3}, {5, kSchemaSince5}, {9, kSchemaSince9}})
     if (version_ >= since)
       if (Status s = model.value().run(sql); !s) return failed("opening", s.error());
   const Result<Tables> ours = tables_of(model.value()), found = tables_of(storage_->database);
@@ -423,6 +429,14 @@ Status Document::read_tree() {
       return Ok{};
     });
   if (done && !placed) done = Error{"it does not say where its rays are"};
+  // What is wrong with settings is told when they are read.
+  std::map<int64_t, BodyId> body_of;
+  if (done)
+    done = for_rows("SELECT id, json FROM setting", [&](Statement& s) -> Status {
+      const Result<StrokeSettings> settings = settings_from_json(s.text(1));
+      if (settings) body_of[s.integer(0)] = settings.value().body;
+      return Ok{};
+    });
   if (done)
     done = for_rows(
         "SELECT id, parent, kind, label, ticks, removed_mm3, hash, finished, (SELECT "
@@ -435,6 +449,11 @@ Status Document::read_tree() {
           step.id = s.integer(0);
           step.parent = s.null(1) ? 0 : s.integer(1);
           step.stock = s.text(2) == "stock";
+          step.action = s.text(2) == "bodies";
+          // Of an action the one before it says which body strokes go to.
+          step.body = 0;
+          if (const auto body = body_of.find(s.integer(10)); body != body_of.end() && !step.action)
+            step.body = body->second;
           step.label = s.text(3);
           step.finished = s.integer(7) != 0;
           step.ticks = step.finished ? s.integer(4) : s.integer(8);
@@ -451,7 +470,16 @@ Status Document::read_tree() {
           return Ok{};
         });
   if (done && steps_.empty()) done = Error{"it has no stock"};
+  if (done && version_ >= 9)
+    done = for_rows("SELECT step, json FROM bodies", [&](Statement& s) -> Status {
+      if (!steps_.count(s.integer(0))) return Ok{};
+      Result<Bodies> bodies = bodies_from_json(s.text(1));
+      if (!bodies) return Error{"step " + std::to_string(s.integer(0)) + ": " + bodies.error()};
+      lists_[s.integer(0)] = std::move(bodies).value();
+      return Ok{};
+    });
   if (done && !steps_.count(head_)) head_ = steps_.rbegin()->first;
+  if (done) active_ = active_at(head_);
   if (done)
     done = for_rows("SELECT name, step FROM version", [&](Statement& s) -> Status {
       if (steps_.count(s.integer(1))) versions_[s.text(0)] = s.integer(1);
@@ -487,17 +515,20 @@ Status Document::recover() {
     if (writes_) {
       TriDexel model(lattice_), before(lattice_);
       // What is damaged stays as it is, and is told when it is loaded.
-      if (!make_state(before, step.parent) || !make_state(model, id)) {
+      const Result<Bodies> was = make_state(before, step.parent), now = make_state(model, id);
+      if (!was || !now) {
         head_ = id;
         continue;
       }
-      const Snapshot now = model.snapshot();
-      step.hash = now.content_hash();
+      step.hash = now.value().content_hash();
+      const bool other_bodies = now.value().all.size() != was.value().all.size();
       Status kept = commit("finishing an interrupted stroke", [&]() -> Status {
         Result<Statement> update = storage_->database.prepare(
             "UPDATE step SET finished = 1, ticks = ?, hash = ?, removed_mm3 = ? WHERE id = ?");
         if (!update) return Error{update.error()};
-        step.removed_mm3 = before.volume_mm3() - now.volume_mm3();
+        step.removed_mm3 = was.value().volume_mm3() - now.value().volume_mm3();
+        if (other_bodies)
+          if (Status s = write_bodies(id, now.value()); !s) return s;
         if (Status s = update.value()
                            .bind(step.ticks)
                            .bind(hash_text(step.hash))
@@ -510,6 +541,7 @@ Status Document::recover() {
       });
       if (!kept) return kept;
       step.finished = true;
+      if (other_bodies) list(id, now.value());
       if (Status s = set_head(id); !s) return s;
     } else {
       head_ = id;

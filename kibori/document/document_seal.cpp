@@ -45,8 +45,9 @@ Result<std::string> seal_of_versions(Database& database) {
   return hash_text(hash.value());
 }
 
-// Of a step's row as it stands there, and the seal of the one before it.
-Result<uint64_t> seal_of_step(Database& database, StepId step) {
+// Of a step's row as it stands there, the bodies it left if they are others, and the seal of the one
+// before it.
+Result<uint64_t> seal_of_step(Database& database, StepId step, bool has_bodies) {
   Result<Statement> read = database.prepare(
       "SELECT parent, kind, label, json, start, ticks, removed_mm3, hash, made_at, (SELECT value "
       "FROM seal "
@@ -66,6 +67,12 @@ Result<uint64_t> seal_of_step(Database& database, StepId step) {
   hash.add(static_cast<uint64_t>(row.integer(5)));
   hash.add(row.real(6));
   for (const int column : {7, 8, 9}) add(hash, row.text(column));
+  if (!has_bodies) return hash.value();
+  Result<Statement> bodies = database.prepare("SELECT json FROM bodies WHERE step = ?");
+  if (!bodies) return Error{bodies.error()};
+  const Result<bool> others = bodies.value().bind(step).row();
+  if (!others) return Error{others.error()};
+  if (others.value()) add(hash, bodies.value().text(0));
   return hash.value();
 }
 
@@ -99,7 +106,7 @@ Status Document::seal(StepId step) {
   Result<uint64_t> chain = std::strtoull(before.value().c_str(), nullptr, 16);
   if (before.value().empty()) chain = seal_of_stock(storage_->database);
   if (!chain) return Error{chain.error()};
-  const Result<uint64_t> sealed = seal_of_step(storage_->database, step);
+  const Result<uint64_t> sealed = seal_of_step(storage_->database, step, version_ >= 9);
   if (!sealed) return Error{sealed.error()};
   Result<Statement> put = storage_->database.prepare("INSERT OR REPLACE INTO seal VALUES (?, ?)");
   if (!put) return Error{put.error()};
@@ -150,7 +157,7 @@ Status Document::verify_seals(const std::function<void(const std::string&)>& wro
   bool rows_hold = true;
   Status done = read.value().for_rows([&]() -> Status {
     const StepId step = read.value().integer(0);
-    const Result<uint64_t> sealed = seal_of_step(database, step);
+    const Result<uint64_t> sealed = seal_of_step(database, step, version_ >= 9);
     if (!sealed) return Error{sealed.error()};
     if (hash_text(sealed.value()) != read.value().text(1)) {
       rows_hold = false;

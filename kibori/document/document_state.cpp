@@ -3,6 +3,7 @@
 // written.
 #include <unordered_set>
 
+#include <kibori/document/body_codec.h>
 #include <kibori/document/codec.h>
 #include <kibori/document/document.h>
 #include <kibori/document/storage.h>
@@ -18,11 +19,32 @@ constexpr size_t kMaxWaiting = 256;
 // Steps that change tiles, on a way of which just these are read; on longer ones all of them are.
 constexpr size_t kFarAway = 500;
 
+// The number under which a body's field stands with its tiles, and back.
+int64_t field_of(BodyId body, Axis axis) { return 3 * (int64_t{body} - 1) + static_cast<int64_t>(axis); }
+int64_t body_of(int64_t field) { return field / 3 + 1; }
+Axis axis_of(int64_t field) { return kAxes[static_cast<size_t>(field % 3)]; }
+
+void clear(TriDexel& model) {
+  for (const Axis axis : kAxes) {
+    Field& field = model.field(axis);
+    for (int tv = 0; tv < field.tiles_v(); tv++)
+      for (int tu = 0; tu < field.tiles_u(); tu++) field.clear_tile(tu, tv);
+  }
+}
+
+Body with_model(Body body, const TriDexel& model) {
+  body.model = model.snapshot();
+  body.material_bounds = model.material_bounds();
+  return body;
+}
+
 }  // namespace
 
 // ---- Tiles
 
-void Document::wait_for_tiles(StepId step, const Snapshot& now, const LatticeBox& bounds) {
+void Document::wait_for_tiles(StepId step, const Bodies& now) {
+  LatticeBox bounds;
+  for (const Body& body : now.all) bounds.include(body.material_bounds);
   material_bounds_.include(bounds);
   // A step that others with tiles follow has none: theirs are those that differ from the ones
   // before it.
@@ -42,34 +64,51 @@ void Document::add_checkpoint(StepId step, const LatticeBox& bounds) {
     at = steps_.at(at).parent;
 }
 
-// Against the last tiles before it: in memory, where what changed is known; else from the file.
+// Against the last tiles before it: in memory, where what changed is known; else from the file. A body
+// that is new or gone is held against no material.
 Status Document::plan_tiles(TileJob& job) const {
-  const Snapshot& now = job.now;
   StepId at = steps_.at(job.step).parent;
   while (at != 0 && !is_checkpoint(at)) at = steps_.at(at).parent;
-  const auto consider = [&](Axis axis, int tu, int tv, const Tile& was, const Tile& is) {
-    if (FieldSnapshot::content_hash(is) != FieldSnapshot::content_hash(was))
-      job.places.push_back({axis, tu, tv, is.empty ? nullptr : &is});
+  Bodies before;
+  if (const Bodies* const state = state_of(at)) {
+    before = *state;
+  } else if (at != 0) {
+    TriDexel work(lattice_);
+    Result<Bodies> read = read_tiles(at, work);
+    if (!read) return Error{read.error()};
+    before = std::move(read).value();
+  }
+  const auto hash = [](const Tile* tile) {
+    return tile && !tile->empty ? FieldSnapshot::content_hash(*tile) : 0;
   };
   job.planned = true;
-  if (const Snapshot* const state = state_of(at); state && state->of_same_model(now)) {
-    for (const Axis axis : kAxes)
-      now.field(axis).for_changed_tiles(state->field(axis),
-                                        [&](int tu, int tv, const Tile& was, const Tile& is) {
-                                          consider(axis, tu, tv, was, is);
-                                        });
-    return Ok{};
+  const auto plan = [&](BodyId body, const Snapshot* was, const Snapshot* is) {
+    for (const Axis axis : kAxes) {
+      const auto consider = [&](int tu, int tv, const Tile* old_tile, const Tile* new_tile) {
+        if (hash(old_tile) != hash(new_tile))
+          job.places.push_back({field_of(body, axis), tu, tv,
+                                new_tile && !new_tile->empty ? new_tile : nullptr});
+      };
+      if (was && is && is->of_same_model(*was)) {
+        is->field(axis).for_changed_tiles(
+            was->field(axis), [&](int tu, int tv, const Tile& old_tile, const Tile& new_tile) {
+              consider(tu, tv, &old_tile, &new_tile);
+            });
+        continue;
+      }
+      const FieldSnapshot& shape = (is ? is : was)->field(axis);
+      for (int tv = 0; tv < shape.tiles_v(); tv++)
+        for (int tu = 0; tu < shape.tiles_u(); tu++)
+          consider(tu, tv, was ? &was->field(axis).tile(tu, tv) : nullptr,
+                   is ? &is->field(axis).tile(tu, tv) : nullptr);
+    }
+  };
+  for (const Body& body : job.now.all) {
+    const Body* const was = before.find(body.id);
+    plan(body.id, was ? &was->model : nullptr, &body.model);
   }
-  TriDexel before(lattice_);
-  if (at != 0)
-    if (Status s = read_tiles(at, before); !s) return s;
-  const Snapshot then = before.snapshot();
-  for (const Axis axis : kAxes) {
-    const FieldSnapshot &is = now.field(axis), &was = then.field(axis);
-    for (int tv = 0; tv < is.tiles_v(); tv++)
-      for (int tu = 0; tu < is.tiles_u(); tu++)
-        consider(axis, tu, tv, was.tile(tu, tv), is.tile(tu, tv));
-  }
+  for (const Body& body : before.all)
+    if (!job.now.find(body.id)) plan(body.id, &body.model, nullptr);
   return Ok{};
 }
 
@@ -110,7 +149,7 @@ Status Document::keep_tiles(TileJob& job, std::chrono::steady_clock::time_point 
   for (const TilePlace& place : job.places) {
     Statement& p = put.value();
     p.bind(job.step)
-        .bind(static_cast<int64_t>(place.axis))
+        .bind(place.field)
         .bind(int64_t{place.tu})
         .bind(int64_t{place.tv});
     if (Status s = (place.tile ? p.bind(job.ids.at(place.tile)) : p.bind_null()).run(); !s)
@@ -210,12 +249,12 @@ Result<Document::TileMap> Document::other_tiles(StepId step,
   return tiles;
 }
 
-Status Document::go_by_tiles(TriDexel& model, StepId step) const {
+Result<Bodies> Document::go_by_tiles(TriDexel& work, StepId step) const {
   // From where the hand is, or the last step before it with tiles, if that is known and not too
   // far.
   StepId from = head_;
   while (from != 0 && !is_checkpoint(from)) from = steps_.at(from).parent;
-  const Snapshot* const start = state_of(from);
+  const Bodies* const start = state_of(from);
   std::vector<StepId> way;
   StepId there = step;
   while (start && from != there && way.size() <= kFarAway) {
@@ -223,47 +262,55 @@ Status Document::go_by_tiles(TriDexel& model, StepId step) const {
     if (is_checkpoint(later)) way.push_back(later);
     later = steps_.at(later).parent;
   }
-  model.include_material(checkpoints_.at(step));
-  if (start && way.size() <= kFarAway && version_ >= 3) {
-    // In one transaction, or SQLite would lock the file for every tile.
-    auto& database = storage_->database;
-    if (writes_) static_cast<void>(database.run("BEGIN"));
-    Status there_now = [&]() -> Status {
-      Result<TileMap> tiles = other_tiles(step, way);
-      if (!tiles) return Error{tiles.error()};
-      model.restore(*start);
-      return put_tiles(tiles.value(), step, model);
-    }();
-    if (writes_) static_cast<void>(database.run("COMMIT"));
-    return there_now;
-  }
-  for (const Axis axis : kAxes) {
-    Field& field = model.field(axis);
-    for (int tv = 0; tv < field.tiles_v(); tv++)
-      for (int tu = 0; tu < field.tiles_u(); tu++) field.clear_tile(tu, tv);
-  }
-  return read_tiles(step, model);
+  work.include_material(checkpoints_.at(step));
+  if (!start || way.size() > kFarAway || version_ < 3) return read_tiles(step, work);
+  // In one transaction, or SQLite would lock the file for every tile.
+  auto& database = storage_->database;
+  if (writes_) static_cast<void>(database.run("BEGIN"));
+  Result<Bodies> there_now = [&]() -> Result<Bodies> {
+    Result<TileMap> tiles = other_tiles(step, way);
+    if (!tiles) return Error{tiles.error()};
+    Bodies bodies = bodies_at(step);
+    for (Body& body : bodies.all) {
+      if (const Body* const was = start->find(body.id))
+        work.restore(was->model);
+      else
+        clear(work);
+      if (Status s = put_tiles(tiles.value(), step, body.id, work); !s) return Error{s.error()};
+      body = with_model(body, work);
+    }
+    return bodies;
+  }();
+  if (writes_) static_cast<void>(database.run("COMMIT"));
+  return there_now;
 }
 
-Status Document::read_tiles(StepId step, TriDexel& model) const {
+Result<Bodies> Document::read_tiles(StepId step, TriDexel& work) const {
   Result<TileMap> tiles = all_tiles(step);
   if (!tiles) return Error{tiles.error()};
   for (StepId at = step; at != 0; at = steps_.at(at).parent)
     if (const auto checkpoint = checkpoints_.find(at); checkpoint != checkpoints_.end())
-      model.include_material(checkpoint->second);
-  return put_tiles(tiles.value(), step, model);
+      work.include_material(checkpoint->second);
+  Bodies bodies = bodies_at(step);
+  for (Body& body : bodies.all) {
+    clear(work);
+    if (Status s = put_tiles(tiles.value(), step, body.id, work); !s) return Error{s.error()};
+    body = with_model(body, work);
+  }
+  return bodies;
 }
 
-Status Document::put_tiles(const TileMap& tiles, StepId step, TriDexel& model) const {
+Status Document::put_tiles(const TileMap& tiles, StepId step, BodyId body, TriDexel& model) const {
   Result<Statement> read = storage_->database.prepare("SELECT hash, data FROM tile WHERE id = ?");
   if (!read) return failed("reading tiles", read.error());
   // Field and tile: where it stands.
   std::map<std::pair<int64_t, int64_t>, std::pair<int, int>> first;
   for (const auto& [place, tile] : tiles) {
-    const auto& [axis, u, v] = place;
-    if (axis < 0 || axis > 2)
-      return wrong("is a damaged document: there is no field " + std::to_string(axis));
-    Field& field = model.field(kAxes[static_cast<size_t>(axis)]);
+    const auto& [number, u, v] = place;
+    if (number < 0 || (tile != 0 && body_of(number) >= bodies_at(step).next))
+      return wrong("is a damaged document: there is no field " + std::to_string(number));
+    if (body_of(number) != body) continue;
+    Field& field = model.field(axis_of(number));
     if (u < 0 || v < 0 || u >= field.tiles_u() || v >= field.tiles_v())
       return wrong("is a damaged document: a tile lies outside of it");
     const int tu = static_cast<int>(u), tv = static_cast<int>(v);
@@ -271,7 +318,7 @@ Status Document::put_tiles(const TileMap& tiles, StepId step, TriDexel& model) c
       field.clear_tile(tu, tv);
       continue;
     }
-    if (const auto same = first.find({axis, tile}); same != first.end()) {
+    if (const auto same = first.find({number, tile}); same != first.end()) {
       field.share_tile(tu, tv, same->second.first, same->second.second);
       continue;
     }
@@ -286,13 +333,13 @@ Status Document::put_tiles(const TileMap& tiles, StepId step, TriDexel& model) c
     const Status put = decode_tile(data, field, tu, tv);
     if (!put)
       return wrong("is a damaged document: at step " + std::to_string(step) + ", " + put.error());
-    first[{axis, tile}] = {tu, tv};
+    first[{number, tile}] = {tu, tv};
   }
   model.touch();
   return Ok{};
 }
 
-Status Document::check_state(StepId step, const Snapshot& now) const {
+Status Document::check_state(StepId step, const Bodies& now) const {
   const Step& written = steps_.at(step);
   if (!written.finished || now.content_hash() == written.hash) return Ok{};
   return wrong("is a damaged document: step " + std::to_string(step) + " is not what was written");
@@ -303,8 +350,8 @@ Result<StepId> Document::last_whole() const {
   if (!path) return Error{path.error()};
   const std::vector<StepId>& way = path.value();
   const auto whole = [&](size_t i) {
-    TriDexel model(lattice_);
-    return make_state(model, way[i]).ok();
+    TriDexel work(lattice_);
+    return make_state(work, way[i]).ok();
   };
   // What is damaged stands in all later steps, until it is cut away: back by ever longer ways, then
   // between.
@@ -329,20 +376,72 @@ Status Document::stand_at(StepId step) {
   if (writes_) return wrong("is open for writing; go there");
   if (!steps_.count(step)) return wrong("has no step " + std::to_string(step));
   head_ = step;
+  active_ = active_at(step);
   return Ok{};
 }
 
-// Sets an empty model to a step: the nearest tiles before it, and the strokes since.
-Status Document::make_state(TriDexel& model, StepId step) const {
+// By the nearest tiles before it, and the steps since.
+Result<Bodies> Document::make_state(TriDexel& work, StepId step) const {
   Result<std::vector<StepId>> path = path_to(step);
   if (!path) return Error{path.error()};
   size_t from = path.value().size();
   while (from > 0 && !is_checkpoint(path.value()[from - 1])) from--;
   if (from == 0) return wrong("is a damaged document: the stock's tiles are missing");
-  if (Status s = read_tiles(path.value()[from - 1], model); !s) return s;
+  const StepId begin = path.value()[from - 1];
+  Result<Bodies> read = read_tiles(begin, work);
+  if (!read) return read;
+  take_model(work, read.value(), active_at(begin));
+  Workbench bench(work, std::move(read).value(), active_at(begin));
   for (; from < path.value().size(); from++)
-    if (Status s = replay(path.value()[from], model, std::nullopt, {}); !s) return s;
-  return check_state(step, model.snapshot());
+    if (Status s = replay(path.value()[from], bench, std::nullopt, {}); !s) return Error{s.error()};
+  if (Status s = bench.activate(active_at(step)); !s) return Error{s.error()};
+  if (Status s = check_state(step, bench.bodies()); !s) return Error{s.error()};
+  return bench.bodies();
+}
+
+void Document::take_model(TriDexel& work, const Bodies& bodies, BodyId active) {
+  const Body& body = *bodies.find(active);
+  work.restore(body.model);
+  work.include_material(body.material_bounds);
+}
+
+// ---- Bodies
+
+const Bodies& Document::bodies_at(StepId step) const {
+  static const Bodies one = [] {
+    Bodies bodies;
+    bodies.all.emplace_back();
+    return bodies;
+  }();
+  for (StepId at = step; at != 0; at = steps_.at(at).parent)
+    if (const auto list = lists_.find(at); list != lists_.end()) return list->second;
+  return one;
+}
+
+BodyId Document::active_at(StepId step) const {
+  const Bodies& bodies = bodies_at(step);
+  for (StepId at = step; at != 0; at = steps_.at(at).parent)
+    if (const BodyId body = steps_.at(at).body; bodies.find(body)) return body;
+  return bodies.all.front().id;
+}
+
+Status Document::choose(BodyId body) {
+  if (!bodies_at(head_).find(body)) return wrong("has no body " + std::to_string(body));
+  active_ = body;
+  return Ok{};
+}
+
+Result<BodyAction> Document::action(StepId step) const {
+  Result<Statement> read = storage_->database.prepare(
+      "SELECT json FROM setting WHERE id = (SELECT setting FROM step WHERE id = ?)");
+  if (!read) return failed("reading a step", read.error());
+  const Result<bool> row = read.value().bind(step).row();
+  if (!row) return failed("reading a step", row.error());
+  Result<BodyAction> action =
+      action_from_json(row.value() ? read.value().text(0) : std::string());
+  if (!action)
+    return wrong("is a damaged document: step " + std::to_string(step) + ": " + action.error());
+  return action;
 }
 
 // ---- Replay
@@ -412,11 +511,40 @@ Status Document::for_forces(StepId step,
   });
 }
 
-Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceLaw>& law,
+Status Document::replay(StepId step, Workbench& bench, const std::optional<ForceLaw>& law,
                         const std::function<void(const ReplayedTick&)>& use) const {
-  Result<StrokeSettings> read = settings(step);
+  const std::string which = "is a damaged document: step " + std::to_string(step) + ": ";
+  if (steps_.at(step).action) {
+    const Result<BodyAction> what = action(step);
+    if (!what) return Error{what.error()};
+    const Result<BodyChange> done = bench.act(what.value());
+    return done ? Status(Ok{}) : Status(wrong(which + done.error()));
+  }
+  const Result<StrokeSettings> read = settings(step);
   if (!read) return Error{read.error()};
   const StrokeSettings& s = read.value();
+  if (Status there = bench.activate(s.body); !there) return wrong(which + there.error());
+  std::optional<Snapshot> before;
+  if (s.crumbs != Crumbs::stay) before = bench.model().snapshot();
+  if (Status done = replay_ticks(step, s, bench.model(), law, use); !done) return done;
+  if (before) bench.end_stroke(*before, s.crumbs);
+  return Ok{};
+}
+
+Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceLaw>& law,
+                        const std::function<void(const ReplayedTick&)>& use) const {
+  const Result<StrokeSettings> read = settings(step);
+  if (!read) return Error{read.error()};
+  std::optional<Snapshot> before;
+  if (read.value().crumbs != Crumbs::stay) before = model.snapshot();
+  if (Status done = replay_ticks(step, read.value(), model, law, use); !done) return done;
+  if (before) take_crumbs(model, *before, read.value().crumbs);
+  return Ok{};
+}
+
+Status Document::replay_ticks(StepId step, const StrokeSettings& s, TriDexel& model,
+                              const std::optional<ForceLaw>& law,
+                              const std::function<void(const ReplayedTick&)>& use) const {
   Result<Pose> begin = start(step);
   if (!begin) return Error{begin.error()};
   DirectTool stroke(model, begin.value());
@@ -480,24 +608,29 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
   if (Status s = verify_seals(wrong_at); !s) return failed("checking", s.error());
   // Every way from the stock to an end of the tree, each step carved once: from the state of the
   // one before it.
-  std::map<StepId, Snapshot> states;
+  std::map<StepId, Bodies> states;
   std::map<StepId, int> children;
   for (const auto& [id, step] : steps_) children[step.parent]++;
   TriDexel model(lattice_);
+  Workbench bench(model);
   size_t done = 0;
   for (const auto& [id, step] : steps_) {
     if (progress) progress(static_cast<double>(done++) / static_cast<double>(steps_.size()));
     const std::string which = "step " + std::to_string(id);
     Status made = Ok{};
     if (step.stock) {
-      made = read_tiles(id, model);
+      const Result<Bodies> stock = read_tiles(id, model);
+      if (stock)
+        bench.set(stock.value(), 1);
+      else
+        made = Error{stock.error()};
     } else {
       const auto before = states.find(step.parent);
       if (before == states.end()) {
         wrong_at(which + " can't be carved, as the one before it can't be");
         continue;
       }
-      model.restore(before->second);
+      bench.set(before->second, active_at(step.parent));
       std::vector<Wrench> kept;
       if (Status s = for_forces(id,
                                 [&](const std::vector<Wrench>& felt) -> Status {
@@ -507,7 +640,7 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
           !s)
         wrong_at(s.error());
       int64_t ticks = 0, other_forces = 0;
-      made = replay(id, model, std::nullopt, [&](const ReplayedTick& tick) {
+      made = replay(id, bench, std::nullopt, [&](const ReplayedTick& tick) {
         const auto i = static_cast<size_t>(ticks++);
         other_forces += i < kept.size() && !(kept[i].force == tick.result.wrench.force &&
                                              kept[i].moment == tick.result.wrench.moment);
@@ -527,14 +660,17 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
       wrong_at(made.error());
       continue;
     }
-    const Snapshot now = model.snapshot();
+    const Bodies now = bench.bodies();
     if (step.finished && now.content_hash() != step.hash)
       wrong_at(which + " carved again is not what it was");
+    if (step.finished && bodies_to_json(now) != bodies_to_json(bodies_at(id)))
+      wrong_at(which + " done again leaves other bodies than were written");
     if (is_checkpoint(id) && !step.stock) {
-      TriDexel kept(lattice_);
-      if (Status s = read_tiles(id, kept); !s)
-        wrong_at(s.error());
-      else if (kept.content_hash() != step.hash)
+      TriDexel work(lattice_);
+      const Result<Bodies> kept = read_tiles(id, work);
+      if (!kept)
+        wrong_at(kept.error());
+      else if (kept.value().content_hash() != step.hash)
         wrong_at("the tiles kept at " + which + " are not its state");
     }
     if (children[id] > 0) states[id] = now;

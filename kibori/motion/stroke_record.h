@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include <kibori/body/bodies.h>
 #include <kibori/geometry/material.h>
 #include <kibori/geometry/vec.h>
 #include <kibori/haptics/force.h>
@@ -42,6 +43,8 @@ struct StrokeSettings {
   double rate_hz = 1000;
   Symmetry symmetry;
   Brush brush = {};  // of a mode that reshapes
+  BodyId body = 1;   // that it works on
+  Crumbs crumbs = Crumbs::stay;
 };
 
 }  // namespace kibori

@@ -1,0 +1,379 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/body/bodies.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <kibori/base/file.h>
+#include <kibori/base/hash.h>
+#include <kibori/body/pieces.h>
+#include <kibori/body/placing.h>
+#include <kibori/edit/edit.h>
+#include <kibori/solid/dexel_solid.h>
+
+namespace kibori {
+namespace {
+
+bool stands_as(const Pose& a, const Pose& b) { return a.tip == b.tip && a.frame == b.frame; }
+
+Pose relative(const Pose& of, const Pose& to) {
+  const Mat3 back = to.frame.transpose();
+  return {back * (of.tip - to.tip), back * of.frame};
+}
+
+// The material that has any span, by number.
+std::vector<uint8_t> materials_of(const Snapshot& model) {
+  std::vector<bool> there(kMaxMaterials, false);
+  const FieldSnapshot& z = model.field(Axis::z);
+  for (int tv = 0; tv < z.tiles_v(); tv++)
+    for (int tu = 0; tu < z.tiles_u(); tu++) {
+      const Tile& tile = z.tile(tu, tv);
+      if (tile.empty) continue;
+      if (tile.material != kMixedMaterial) {
+        there[tile.material] = true;
+        continue;
+      }
+      for (const Plane* p = &tile.first; p; p = p->next)
+        for (int slot = 0; slot < kTileRays; slot++)
+          if (!p->empty_at(slot)) there[p->material[slot]] = true;
+    }
+  std::vector<uint8_t> list;
+  for (size_t i = 0; i < there.size(); i++)
+    if (there[i]) list.push_back(static_cast<uint8_t>(i));
+  return list;
+}
+
+// Ends of `model` that are ends of `other` too have its paint.
+void take_paint(TriDexel& model, const Snapshot& other) {
+  for (const Axis axis : kAxes) {
+    Field& field = model.field(axis);
+    const FieldSnapshot& from = other.field(axis);
+    for (int tv = 0; tv < from.tiles_v(); tv++)
+      for (int tu = 0; tu < from.tiles_u(); tu++) {
+        const Tile& tile = from.tile(tu, tv);
+        for (const Plane* p = &tile.first; p; p = p->next) {
+          if (!p->paint) continue;
+          for (int slot = 0; slot < kTileRays; slot++) {
+            if (p->empty_at(slot) || !(p->paint->in[slot] | p->paint->out[slot])) continue;
+            Tile& to = field.writable(tu, tv);
+            for (Plane* q = &to.first; q && !q->empty_at(slot); q = q->next) {
+              const bool in = q->in[slot] == p->in[slot], out = q->out[slot] == p->out[slot];
+              if (!in && !out) continue;
+              PaintPlane& paint = field.paint_of(*q);
+              if (in) paint.in[slot] = p->paint->in[slot];
+              if (out) paint.out[slot] = p->paint->out[slot];
+            }
+          }
+        }
+      }
+  }
+}
+
+std::string quoted(const Body& body) {
+  std::string text = "'";
+  return text.append(sanitize_message(body.name)).append("'");
+}
+
+// One action on a list that is a copy of the document's.
+class Acting {
+ public:
+  Acting(Bodies& bodies, const BodyAction& action, int threads)
+      : bodies_(bodies), action_(action), threads_(threads) {
+    edit_.threads = threads;
+  }
+
+  Result<BodyChange> run() {
+    if (Status s = check(); !s) return Error{s.error()};
+    if (Status s = act(); !s) return Error{s.error()};
+    if (bodies_.all.size() > kMaxBodies)
+      return Error{"this makes " + std::to_string(bodies_.all.size()) +
+                   " bodies and there can be " + std::to_string(kMaxBodies)};
+    return std::move(change_);
+  }
+
+ private:
+  Status check() const {
+    for (const BodyId id : action_.bodies) {
+      const Body* body = bodies_.find(id);
+      if (!body) return Error{"there is no body " + std::to_string(id)};
+      if (std::count(action_.bodies.begin(), action_.bodies.end(), id) > 1)
+        return Error{"body " + quoted(*body) + " is named twice"};
+    }
+    const bool pairs = action_.verb == BodyVerb::join || action_.verb == BodyVerb::subtract ||
+                       action_.verb == BodyVerb::intersect;
+    if (pairs && action_.bodies.size() < 2) return Error{"this takes two bodies or more"};
+    if (action_.bodies.empty() && action_.verb != BodyVerb::cut) return Error{"name a body"};
+    const bool all_change = action_.verb != BodyVerb::set && action_.verb != BodyVerb::duplicate;
+    for (size_t i = 0; i < action_.bodies.size() && all_change; i++) {
+      if (i > 0 && pairs && action_.verb != BodyVerb::join) break;
+      const Body& body = *bodies_.find(action_.bodies[i]);
+      if (body.locked) return Error{"body " + quoted(body) + " is locked; unlock it first"};
+    }
+    if (action_.verb == BodyVerb::cut || action_.verb == BodyVerb::mirror)
+      if (Status s = check_cutter(action_.cutter); !s) return s;
+    if (action_.verb == BodyVerb::move && !is_rigid(action_.pose))
+      return Error{"a body's pose must be a place and three unit axes at right angles"};
+    if (action_.name && (action_.name->empty() || action_.name->size() > 100))
+      return Error{"a body's name has 1 to 100 bytes"};
+    return Ok{};
+  }
+
+  Status act() {
+    switch (action_.verb) {
+      case BodyVerb::cut:
+        return cut_all();
+      case BodyVerb::join:
+      case BodyVerb::subtract:
+      case BodyVerb::intersect:
+        return combine();
+      case BodyVerb::separate:
+        return each([&](Body& body) { return separate(body); });
+      case BodyVerb::duplicate:
+        return each([&](Body& body) {
+          Body copy = body;
+          copy.locked = false;
+          add(std::move(copy), body.name + " copy");
+          return Status(Ok{});
+        });
+      case BodyVerb::mirror:
+        return each([&](Body& body) { return mirror(body); });
+      case BodyVerb::move:
+        return each([&](Body& body) {
+          body.pose = action_.pose;
+          return Status(Ok{});
+        });
+      case BodyVerb::bake:
+        return each([&](Body& body) {
+          return place(body, {body.pose.frame, body.pose.tip}, [&] { body.pose = Pose(); });
+        });
+      case BodyVerb::remove:
+        for (const BodyId id : action_.bodies) remove(id);
+        if (bodies_.all.empty()) return Error{"the last body can't be removed"};
+        return Ok{};
+      case BodyVerb::set:
+        return each([&](Body& body) {
+          if (action_.name) body.name = *action_.name;
+          if (action_.visible) body.visible = *action_.visible;
+          if (action_.locked) body.locked = *action_.locked;
+          return Status(Ok{});
+        });
+    }
+    return Ok{};
+  }
+
+  template <class F>
+  Status each(F&& f) {
+    for (const BodyId id : action_.bodies) {
+      Body body = *bodies_.find(id);
+      if (Status s = f(body); !s) return s;
+      *bodies_.find(id) = std::move(body);
+    }
+    return Ok{};
+  }
+  void add(Body body, const std::string& name = {}) {
+    body.id = bodies_.next++;
+    body.name = name.empty() ? "Body " + std::to_string(body.id) : name;
+    change_.made.push_back(body.id);
+    bodies_.all.push_back(std::move(body));
+  }
+  void remove(BodyId id) {
+    std::erase_if(bodies_.all, [&](const Body& body) { return body.id == id; });
+    change_.gone.push_back(id);
+  }
+  void put_back(Body& body, const TriDexel& model) {
+    body.model = model.snapshot();
+    body.material_bounds = model.material_bounds();
+  }
+
+  Status cut_all() {
+    std::vector<BodyId> ids = action_.bodies;
+    if (ids.empty())
+      for (const Body& body : bodies_.all)
+        if (body.visible && !body.locked) ids.push_back(body.id);
+    bool any = false;
+    for (const BodyId id : ids) {
+      Body body = *bodies_.find(id);
+      TriDexel model(body.model, body.material_bounds);
+      const CutOff off = cut_off(model, in_body(action_.cutter, body.pose), threads_);
+      if (off.portions.empty() && off.removed_mm3 == 0) continue;
+      any = true;
+      change_.removed_mm3 += off.removed_mm3;
+      change_.area_mm2 += off.area_mm2;
+      put_back(body, model);
+      *bodies_.find(id) = body;
+      for (const BodyId made : add_bodies(bodies_, body, off.portions))
+        change_.made.push_back(made);
+    }
+    return any ? Status(Ok{}) : Status(Error{"the cutter meets no body"});
+  }
+
+  Status separate(Body& body) {
+    const Pieces pieces = find_pieces(body.model);
+    if (pieces.all().size() < 2) return Error{"body " + quoted(body) + " is in one piece"};
+    size_t largest = 0;
+    for (size_t i = 1; i < pieces.all().size(); i++)
+      if (pieces.all()[i].nodes > pieces.all()[largest].nodes) largest = i;
+    if (bodies_.all.size() + pieces.all().size() > kMaxBodies)
+      return Error{"body " + quoted(body) + " is in " + std::to_string(pieces.all().size()) +
+                   " pieces and there can be " + std::to_string(kMaxBodies) + " bodies"};
+    std::vector<Portion> portions;
+    for (size_t i = 0; i < pieces.all().size(); i++) {
+      if (i == largest) continue;
+      std::vector<bool> keep(pieces.all().size(), false);
+      keep[i] = true;
+      TriDexel off(body.model, body.material_bounds);
+      keep_pieces(off, pieces, keep, false);
+      portions.push_back({off.snapshot(), off.material_bounds()});
+    }
+    std::vector<bool> keep(pieces.all().size(), false);
+    keep[largest] = true;
+    TriDexel rest(body.model, body.material_bounds);
+    keep_pieces(rest, pieces, keep, true);
+    put_back(body, rest);
+    for (const BodyId made : add_bodies(bodies_, body, portions)) change_.made.push_back(made);
+    return Ok{};
+  }
+
+  Status combine() {
+    Body first = *bodies_.find(action_.bodies.front());
+    TriDexel model(first.model, first.material_bounds);
+    Removed changed;
+    for (size_t i = 1; i < action_.bodies.size(); i++) {
+      Body other = *bodies_.find(action_.bodies[i]);
+      if (!stands_as(first.pose, other.pose)) {
+        const Pose there = relative(other.pose, first.pose);
+        if (Status s = place(other, {there.frame, there.tip}, [] {}); !s) return s;
+      }
+      const DexelSolid solid(other.model, other.material_bounds);
+      if (action_.verb == BodyVerb::subtract) cut(model, solid, edit_, changed);
+      if (action_.verb == BodyVerb::intersect) intersect(model, solid, edit_, changed);
+      if (action_.verb == BodyVerb::join) {
+        for (const uint8_t material : materials_of(other.model))
+          deposit(model, DexelSolid(other.model, other.material_bounds, material), material, edit_,
+                  changed);
+        take_paint(model, other.model);
+        remove(other.id);
+      }
+    }
+    put_back(first, model);
+    *bodies_.find(first.id) = first;
+    return Ok{};
+  }
+
+  // x -> pose, then the mirror, seen from the lattice that the body then has.
+  Status mirror(Body& body) {
+    const Cutter plane = in_body(action_.cutter, body.pose);
+    const Vec3 n = plane.normal.normalized();
+    const Mat3 flip = Mat3::Identity() - 2 * n * n.transpose();
+    return place(body, {flip, 2 * n.dot(plane.point_mm) * n}, [] {});
+  }
+
+  template <class F>
+  Status place(Body& body, const Affine& to, F&& done) {
+    Result<Placed> placed = place_model(body.model, to, threads_);
+    if (!placed) return Error{"body " + quoted(body) + ": " + placed.error()};
+    change_.clipped |= placed.value().clipped;
+    put_back(body, *placed.value().model);
+    done();
+    return Ok{};
+  }
+
+  Bodies& bodies_;
+  const BodyAction& action_;
+  const int threads_;
+  EditOptions edit_;
+  BodyChange change_;
+};
+
+}  // namespace
+
+bool is_rigid(const Pose& pose) {
+  return pose.tip.allFinite() && pose.tip.norm() < 1e6 && pose.frame.allFinite() &&
+         (pose.frame.transpose() * pose.frame - Mat3::Identity()).norm() < 1e-9 &&
+         pose.frame.determinant() > 0;
+}
+
+Body* Bodies::find(BodyId id) {
+  for (Body& body : all)
+    if (body.id == id) return &body;
+  return nullptr;
+}
+
+const Body* Bodies::find(BodyId id) const {
+  for (const Body& body : all)
+    if (body.id == id) return &body;
+  return nullptr;
+}
+
+Bodies Bodies::of(const TriDexel& model) {
+  Bodies bodies;
+  bodies.all.emplace_back();
+  bodies.all.back().model = model.snapshot();
+  bodies.all.back().material_bounds = model.material_bounds();
+  return bodies;
+}
+
+uint64_t Bodies::content_hash() const {
+  if (all.size() == 1) return all.front().model.content_hash();
+  Hash hash;
+  for (const Body& body : all) hash.add(body.model.content_hash());
+  return hash.value();
+}
+
+double Bodies::volume_mm3() const {
+  double sum = 0;
+  for (const Body& body : all) sum += body.model.volume_mm3();
+  return sum;
+}
+
+Result<BodyChange> apply(Bodies& bodies, const BodyAction& action, int threads) {
+  Bodies changed = bodies;
+  Result<BodyChange> done = Acting(changed, action, threads).run();
+  if (done) bodies = std::move(changed);
+  return done;
+}
+
+CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule) {
+  CrumbResult result;
+  if (rule == Crumbs::stay) return result;
+  const Snapshot after = model.snapshot();
+  const Severed severed = find_severed(before, after);
+  if (severed.parts.empty()) return result;
+  std::vector<bool> stays(severed.pieces.all().size(), true);
+  double taken = 0;
+  for (const Severed::Part& part : severed.parts) {
+    const auto piece = static_cast<size_t>(part.piece);
+    stays[piece] = false;
+    const bool falls = rule == Crumbs::fall || (rule == Crumbs::sort && part.share < kCrumbShare);
+    result.fallen += falls;
+    if (falls) continue;
+    std::vector<bool> this_one(stays.size(), false);
+    this_one[piece] = true;
+    TriDexel off(after, model.material_bounds());
+    keep_pieces(off, severed.pieces, this_one, false);
+    result.portions.push_back({off.snapshot(), off.material_bounds()});
+    taken += off.volume_mm3();
+  }
+  keep_pieces(model, severed.pieces, stays, true);
+  if (result.fallen > 0)
+    result.fallen_mm3 = std::max(0.0, after.volume_mm3() - model.volume_mm3() - taken);
+  return result;
+}
+
+std::vector<BodyId> add_bodies(Bodies& bodies, const Body& from,
+                               const std::vector<Portion>& portions) {
+  std::vector<BodyId> made;
+  for (const Portion& portion : portions) {
+    Body body;
+    body.id = bodies.next++;
+    body.name = "Body " + std::to_string(body.id);
+    body.pose = from.pose;
+    body.model = portion.model;
+    body.material_bounds = portion.material_bounds;
+    made.push_back(body.id);
+    bodies.all.push_back(std::move(body));
+  }
+  return made;
+}
+
+}  // namespace kibori

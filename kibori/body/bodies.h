@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// The bodies of a document: each a model on the one lattice, with a pose of its own, and the
+// actions that change which there are. Strokes change one body's model (motion/); actions change
+// the list.
+//
+// Where bodies stand alike, what joins or subtracts them is exact: their ends are the same floats.
+// A body that stands otherwise is put onto the other's lattice first, by its surface.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <kibori/base/names.h>
+#include <kibori/base/result.h>
+#include <kibori/body/cutter.h>
+#include <kibori/dexel/tri_dexel.h>
+
+namespace kibori {
+
+using BodyId = int;
+
+struct Body {
+  BodyId id = 1;
+  std::string name = "Body 1";
+  // Of the lattice in the world: a rigid motion, x_world = tip + frame x.
+  Pose pose;
+  bool visible = true;
+  bool locked = false;  // nothing changes it
+  Snapshot model;
+  LatticeBox material_bounds;
+};
+
+// Whether a pose is a place within a kilometre and a turn.
+bool is_rigid(const Pose& pose);
+
+struct Bodies {
+  std::vector<Body> all;  // as they came to be
+  BodyId next = 2;        // number of the next one; a number is given once
+
+  Body* find(BodyId id);
+  const Body* find(BodyId id) const;
+  // One body: a document as it begins.
+  static Bodies of(const TriDexel& model);
+  // Hash of all models in order; of one alone it is its own.
+  uint64_t content_hash() const;
+  // Sum over all [mm^3].
+  double volume_mm3() const;
+};
+inline constexpr size_t kMaxBodies = 1000;
+
+enum class BodyVerb {
+  cut,        // by the cutter, in world coordinates; `bodies` empty: all that can be changed
+  join,       // the others go into the first
+  subtract,   // the others are cut from the first, and stay
+  intersect,  // of the first stays what lies in all others, which stay
+  separate,   // each piece becomes a body; the largest stays
+  duplicate,  // a copy of each, in the same place
+  mirror,     // in the plane through the cutter's point, across its normal
+  move,       // to `pose`
+  bake,       // its lattice stands as the world does, and its surface where it was
+  remove,     // of the list
+  set         // name, visible, locked: those that are given
+};
+constexpr Names<11> names_of(BodyVerb) {
+  return {"cut",    "join", "subtract", "intersect", "separate", "duplicate",
+          "mirror", "move", "bake",     "remove",    "set"};
+}
+
+struct BodyAction {
+  BodyVerb verb = BodyVerb::set;
+  std::vector<BodyId> bodies;
+  Cutter cutter;  // cut, mirror
+  Pose pose;      // move
+  std::optional<std::string> name;
+  std::optional<bool> visible, locked;
+};
+
+struct BodyChange {
+  std::vector<BodyId> made, gone;
+  double removed_mm3 = 0;  // by kerfs
+  double area_mm2 = 0;     // of cuts
+  bool clipped = false;    // material came to lie beyond the lattice, and is lost
+};
+
+// Errors leave `bodies` as they are: no such body, a locked one, a cutter that check_cutter
+// refuses, a pose that is no rigid motion, too many bodies, or nothing that the action would do.
+Result<BodyChange> apply(Bodies& bodies, const BodyAction& action, int threads = 1);
+
+// What becomes of pieces that a stroke severs: those of less than a tenth of what they were cut
+// from fall away and larger ones become bodies (sort); or all stay, fall away, or become bodies.
+enum class Crumbs { sort, stay, fall, body };
+constexpr Names<4> names_of(Crumbs) { return {"sort", "stay", "fall", "body"}; }
+inline constexpr double kCrumbShare = 0.1;
+
+struct CrumbResult {
+  std::vector<Portion> portions;  // that are bodies now
+  double fallen_mm3 = 0;
+  int fallen = 0;
+};
+// To be called at a stroke's end: `model` is as the stroke left it, `before` as it found it. Takes
+// what it severed out of `model`.
+CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule);
+// Adds what take_crumbs gave, as bodies that stand as `from` does; their numbers.
+std::vector<BodyId> add_bodies(Bodies& bodies, const Body& from,
+                               const std::vector<Portion>& portions);
+
+}  // namespace kibori

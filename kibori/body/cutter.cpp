@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/body/cutter.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <kibori/base/check.h>
+#include <kibori/body/pieces.h>
+#include <kibori/dexel/normal_code.h>
+#include <kibori/edit/edit.h>
+#include <kibori/solid/prism.h>
+#include <kibori/solid/tool.h>
+
+namespace kibori {
+namespace {
+
+using Vec2 = Eigen::Vector2d;
+
+// A severed piece of less than this share of what it was cut from is sawdust.
+constexpr double kSawdust = 1e-5;
+// Corners of the arc that closes an open curve's outline, far outside of the lattice.
+constexpr int kArcCorners = 24;
+
+double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+Vec2 right_of(const Vec2& direction) { return Vec2(direction.y(), -direction.x()).normalized(); }
+
+OutlineSide straight_side(const Vec2& a, const Vec2& b) {
+  const Vec2 n = right_of(b - a);
+  return {a, b, n, n};
+}
+
+// The curve's places in the plane, without those that fall together there.
+std::vector<Vec2> flat_places(const std::vector<Vec3>& curve, const AcrossPlane& plane,
+                              bool closed) {
+  std::vector<Vec2> flat;
+  for (const Vec3& p : curve) {
+    const Vec2 at = plane.to_plane(p);
+    if (flat.empty() || (at - flat.back()).norm() > 1e-9) flat.push_back(at);
+  }
+  if (closed && flat.size() > 1 && (flat.front() - flat.back()).norm() <= 1e-9) flat.pop_back();
+  return flat;
+}
+
+bool cross_each_other(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
+  const double p = cross(b - a, c - a), q = cross(b - a, d - a);
+  const double r = cross(d - c, a - c), s = cross(d - c, b - c);
+  return p * q < 0 && r * s < 0;
+}
+
+// Whether the line through `places` meets itself elsewhere than at its corners.
+bool crosses_itself(const std::vector<Vec2>& places, bool closed) {
+  const size_t n = places.size(), sides = closed ? n : n - 1;
+  for (size_t i = 0; i < sides; i++)
+    for (size_t j = i + 2; j < sides; j++) {
+      if (closed && i == 0 && j + 1 == sides) continue;
+      if (cross_each_other(places[i], places[i + 1], places[j], places[(j + 1) % n])) return true;
+    }
+  return false;
+}
+
+// An open curve whose ends go on straight, `far` from where they begin.
+std::vector<Vec2> drawn_on(std::vector<Vec2> places, double far) {
+  const Vec2 first = (places[0] - places[1]).normalized();
+  const Vec2 last = (places.back() - places[places.size() - 2]).normalized();
+  places.insert(places.begin(), places.front() + far * first);
+  places.push_back(places.back() + far * last);
+  return places;
+}
+
+std::vector<OutlineSide> sides_through(const std::vector<Vec2>& places, bool closed) {
+  std::vector<OutlineSide> sides;
+  for (size_t i = 0; i + 1 < places.size() + (closed ? 1 : 0); i++)
+    sides.push_back(straight_side(places[i], places[(i + 1) % places.size()]));
+  return sides;
+}
+
+// All to the left of an open curve, or within a closed one, as far as the lattice reaches.
+std::vector<Vec2> outline_of(const std::vector<Vec2>& flat, bool closed, const AcrossPlane& plane,
+                             const Lattice& lattice) {
+  std::vector<Vec2> outline = flat;
+  if (!closed) {
+    const Vec3 half = lattice.whole().units.max / 2;
+    const Vec2 middle = plane.to_plane(half);
+    double reach = half.norm();
+    for (const Vec2& p : flat) reach = std::max(reach, (p - middle).norm());
+    // The ends to a circle around all of it, and on around that to where the curve begins.
+    outline = drawn_on(flat, 4 * reach);
+    const double radius = 8 * reach;
+    const auto angle = [&](const Vec2& p) {
+      const Vec2 d = p - middle;
+      return std::atan2(d.y(), d.x());
+    };
+    const double from = angle(outline.back());
+    double turn = angle(outline.front()) - from;
+    while (turn <= 0) turn += 2 * std::numbers::pi;
+    // So far outside that their last bits show nowhere.
+    for (int i = 0; i <= kArcCorners; i++) {
+      const double a = from + turn * i / kArcCorners;
+      outline.push_back(middle + radius * Vec2(std::cos(a), std::sin(a)));
+    }
+  }
+  // Counter-clockwise, as an open curve's is by now.
+  double area = 0;
+  for (size_t i = 0; i < outline.size(); i++)
+    area += cross(outline[i], outline[(i + 1) % outline.size()]);
+  if (closed && area < 0) std::reverse(outline.begin(), outline.end());
+  return outline;
+}
+
+std::vector<Vec3> to_lattice(const std::vector<Vec3>& curve, const Lattice& lattice) {
+  std::vector<Vec3> units;
+  for (const Vec3& p : curve) units.push_back(lattice.to_lattice(p).units);
+  return units;
+}
+
+// Cuts `portion` from `model`; `off` gets what lies in it, which is a cut with the complement: so a
+// ray that lies in the cut goes to one of them. Nothing happens where all nodes are on one side.
+bool part_in_two(TriDexel& model, TriDexel& off, const Solid& portion, int threads) {
+  EditOptions options;
+  options.threads = threads;
+  const Snapshot before = model.snapshot();
+  Removed from_model, from_off;
+  cut(model, portion, options, from_model);
+  intersect(off, portion, options, from_off);
+  if (from_model.points() > 0 && from_off.points() > 0) return true;
+  model.restore(before);
+  return false;
+}
+
+CutOff without_kerf(TriDexel& model, const Cutter& cutter, int threads) {
+  const Snapshot before = model.snapshot();
+  TriDexel off(before, model.material_bounds());
+  const Lattice& lattice = model.lattice();
+  CutOff done;
+  const bool in_two = [&] {
+    if (cutter.kind == Cutter::Kind::plane) {
+      const SweptTool portion(HalfSpace{}, {cutter.point_mm, frame_from_axis(cutter.normal)},
+                              Vec3::Zero(), lattice, model.material_bounds());
+      return part_in_two(model, off, portion.solid(), threads);
+    }
+    const AcrossPlane plane(cutter.along);
+    const std::vector<Vec2> flat =
+        flat_places(to_lattice(cutter.curve_mm, lattice), plane, cutter.closed);
+    return part_in_two(
+        model, off,
+        Prism(plane, sides_through(outline_of(flat, cutter.closed, plane, lattice), true)),
+        threads);
+  }();
+  if (!in_two) return done;
+  done.area_mm2 = new_area_mm2(before, model.snapshot());
+  done.portions.push_back({off.snapshot(), off.material_bounds()});
+  return done;
+}
+
+CutOff with_kerf(TriDexel& model, const Cutter& cutter, int threads) {
+  const Lattice& lattice = model.lattice();
+  Vec3 along = cutter.along;
+  std::vector<Vec3> curve = to_lattice(cutter.curve_mm, lattice);
+  if (cutter.kind == Cutter::Kind::plane) {
+    // A straight line as long as it takes, seen along itself.
+    const Mat3 frame = frame_from_axis(cutter.normal);
+    along = frame.col(1);
+    const Vec3 middle = lattice.to_lattice(cutter.point_mm).units,
+               way = frame.col(0) * (lattice.whole().units.size().norm() + middle.norm()) * 2;
+    curve = {middle - way, middle + way};
+  }
+  const AcrossPlane plane(along);
+  const bool closed = cutter.kind == Cutter::Kind::curve && cutter.closed;
+  const Wall wall(plane, sides_through(flat_places(curve, plane, closed), closed),
+                  cutter.kerf_mm / lattice.pitch_mm);
+  const Snapshot before = model.snapshot();
+  EditOptions options;
+  options.threads = threads;
+  Removed removed;
+  cut(model, wall, options, removed);
+  CutOff done;
+  const double cell = lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm;
+  done.removed_mm3 = removed.mean_volume() * cell;
+  const Snapshot after = model.snapshot();
+  done.area_mm2 = new_area_mm2(before, after) / 2;
+  const Severed severed = find_severed(before, after);
+  if (severed.parts.empty()) return done;
+  std::vector<bool> stays(severed.pieces.all().size(), true);
+  for (const Severed::Part& part : severed.parts) {
+    const auto piece = static_cast<size_t>(part.piece);
+    stays[piece] = false;
+    TriDexel off(after, model.material_bounds());
+    std::vector<bool> this_one(stays.size(), false);
+    this_one[piece] = true;
+    keep_pieces(off, severed.pieces, this_one, false);
+    if (part.share >= kSawdust)
+      done.portions.push_back({off.snapshot(), off.material_bounds()});
+    else
+      done.removed_mm3 += off.volume_mm3();
+  }
+  keep_pieces(model, severed.pieces, stays, true);
+  return done;
+}
+
+}  // namespace
+
+Status check_cutter(const Cutter& cutter) {
+  if (!std::isfinite(cutter.kerf_mm) || cutter.kerf_mm < 0)
+    return Error{"a cutter's kerf must be a number of mm, 0 or more"};
+  const auto is_direction = [](const Vec3& d) {
+    return d.allFinite() && d.norm() > 1e-9 && d.norm() < 1e9;
+  };
+  if (cutter.kind == Cutter::Kind::plane) {
+    if (!is_direction(cutter.normal))
+      return Error{"a cutter's normal must be a direction: three numbers, not all of them 0"};
+    if (!cutter.point_mm.allFinite() || cutter.point_mm.norm() > 1e6)
+      return Error{"a cutter's point must be three numbers of mm, within a kilometre"};
+    return Ok{};
+  }
+  if (!is_direction(cutter.along))
+    return Error{"a cutter's 'along' must be a direction: three numbers, not all of them 0"};
+  if (cutter.curve_mm.size() > kMaxCurvePoints)
+    return Error{"a cutter's curve has " + std::to_string(cutter.curve_mm.size()) +
+                 " places and can have " + std::to_string(kMaxCurvePoints)};
+  for (const Vec3& p : cutter.curve_mm)
+    if (!p.allFinite() || p.norm() > 1e6)
+      return Error{"a place of a cutter's curve must be three numbers of mm, within a kilometre"};
+  const std::vector<Vec2> flat =
+      flat_places(cutter.curve_mm, AcrossPlane(cutter.along), cutter.closed);
+  const size_t fewest = cutter.closed ? 3 : 2;
+  if (flat.size() < fewest)
+    return Error{"a cutter's curve needs " + std::to_string(fewest) +
+                 " places that differ as seen along its direction"};
+  const bool goes_on = !cutter.closed && cutter.kerf_mm == 0;
+  if (crosses_itself(goes_on ? drawn_on(flat, 1e7) : flat, cutter.closed))
+    return Error{goes_on ? "a cutter's curve crosses itself, or its ends do where they go on "
+                           "straight; draw it without a loop"
+                         : "a cutter's curve crosses itself; draw it without a loop"};
+  return Ok{};
+}
+
+Cutter in_body(const Cutter& cutter, const Pose& pose) {
+  Cutter local = cutter;
+  const Mat3 back = pose.frame.transpose();
+  local.point_mm = back * (cutter.point_mm - pose.tip);
+  local.normal = back * cutter.normal;
+  local.along = back * cutter.along;
+  for (Vec3& p : local.curve_mm) p = back * (p - pose.tip);
+  return local;
+}
+
+CutOff cut_off(TriDexel& model, const Cutter& cutter, int threads) {
+  KIBORI_CHECK(check_cutter(cutter).ok());
+  return cutter.kerf_mm > 0 ? with_kerf(model, cutter, threads)
+                            : without_kerf(model, cutter, threads);
+}
+
+double new_area_mm2(const Snapshot& before, const Snapshot& after) {
+  double sum = 0;
+  for (const Axis axis : kAxes) {
+    after.field(axis).for_changed_tiles(
+        before.field(axis), [&](int, int, const Tile& was, const Tile& is) {
+          for (int slot = 0; slot < kTileRays; slot++)
+            for (const Plane* p = &is.first; p && !p->empty_at(slot); p = p->next) {
+              const auto known = [&](bool out, float depth) {
+                for (const Plane* q = &was.first; q && !q->empty_at(slot); q = q->next)
+                  if ((out ? q->out[slot] : q->in[slot]) == depth) return true;
+                return false;
+              };
+              const int d = depth_index(axis);
+              if (!known(false, p->in[slot]))
+                sum += std::abs(decode_normal(p->normal_in[slot], axis, false)[d]);
+              if (!known(true, p->out[slot]))
+                sum += std::abs(decode_normal(p->normal_out[slot], axis, true)[d]);
+            }
+        });
+  }
+  return sum * after.lattice.pitch_mm * after.lattice.pitch_mm;
+}
+
+}  // namespace kibori

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+// A cutter takes a portion off a body (Hiraike et al.): along a plane, or along a curve that is
+// swept without end. Nothing is lost, or a kerf as a saw or a wire leaves it.
+//
+// Without a kerf one body becomes two that share their tiles and, along the cut, their ends: so
+// their volumes add up to the first one's, to rounding. With a kerf the material within half of it
+// of the cut goes, and what then hangs together is one body.
+#pragma once
+
+#include <vector>
+
+#include <kibori/base/result.h>
+#include <kibori/dexel/tri_dexel.h>
+
+namespace kibori {
+
+struct Cutter {
+  enum class Kind { plane, curve } kind = Kind::plane;
+  // plane: through `point_mm`; the portion lies where `normal` points.
+  Vec3 point_mm = Vec3::Zero(), normal = Vec3::UnitZ();
+  // curve: through these places, swept both ways along `along`. Open: its ends go on straight
+  // without end, and the portion lies to the left as `along` points at you; with a kerf it cuts as
+  // far as it was drawn. Closed: the portion lies within.
+  std::vector<Vec3> curve_mm;
+  Vec3 along = Vec3::UnitZ();
+  bool closed = false;
+  bool smooth = false;  // a curve through the places, not straight between them
+  double kerf_mm = 0;   // 0: nothing is lost
+
+  bool operator==(const Cutter&) const = default;
+};
+inline constexpr size_t kMaxCurvePoints = 1000;
+
+// Errors: a direction of no length, a number that is not finite, too few or too many places, a
+// curve that crosses itself (without a kerf: its ends drawn on, too).
+Status check_cutter(const Cutter& cutter);
+// The same cutter for a body that stands at `pose`, in the body's own coordinates.
+Cutter in_body(const Cutter& cutter, const Pose& pose);
+
+// A part of a body, as a body of its own.
+struct Portion {
+  Snapshot model;
+  LatticeBox material_bounds;
+};
+struct CutOff {
+  std::vector<Portion> portions;  // what came away; empty: all is on one side, or hangs together
+  double area_mm2 = 0;            // of the cut, on one side of it
+  double removed_mm3 = 0;         // the kerf
+};
+// Cuts `model`, which keeps what lies behind the plane, to the curve's right, or outside it; of
+// what a kerf severs it keeps the largest. `cutter` has passed check_cutter, in the body's
+// coordinates.
+CutOff cut_off(TriDexel& model, const Cutter& cutter, int threads = 1);
+
+// The surface's area [mm^2] within half a thousandth of a cell of where `after` has ends that
+// `before` has not: what a cut laid bare. Both of one model or of models beside it.
+double new_area_mm2(const Snapshot& before, const Snapshot& after);
+
+}  // namespace kibori

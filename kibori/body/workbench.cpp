@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/body/workbench.h>
+
+namespace kibori {
+
+const Bodies& Workbench::bodies() {
+  if (Body* const body = bodies_.find(active_)) {
+    body->model = model_.snapshot();
+    body->material_bounds = model_.material_bounds();
+  }
+  return bodies_;
+}
+
+void Workbench::load() {
+  if (!bodies_.find(active_)) active_ = bodies_.all.front().id;
+  const Body& body = *bodies_.find(active_);
+  model_.restore(body.model);
+  model_.include_material(body.material_bounds);
+}
+
+Status Workbench::activate(BodyId id) {
+  if (!bodies_.find(id)) return Error{"there is no body " + std::to_string(id)};
+  if (id == active_) return Ok{};
+  bodies();
+  active_ = id;
+  load();
+  return Ok{};
+}
+
+Result<BodyChange> Workbench::act(const BodyAction& action, int threads) {
+  bodies();
+  Result<BodyChange> done = apply(bodies_, action, threads);
+  if (done) load();
+  return done;
+}
+
+CrumbResult Workbench::end_stroke(const Snapshot& before, Crumbs rule) {
+  CrumbResult result = take_crumbs(model_, before, rule);
+  if (!result.portions.empty()) add_bodies(bodies_, *bodies_.find(active_), result.portions);
+  return result;
+}
+
+void Workbench::set(Bodies bodies, BodyId active) {
+  bodies_ = std::move(bodies);
+  active_ = active;
+  load();
+}
+
+}  // namespace kibori

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/document/body_codec.h>
+
+#include <limits>
+
+#include <kibori/base/file.h>
+#include <kibori/document/json_fields.h>
+
+namespace kibori {
+namespace {
+
+constexpr int kMaxId = std::numeric_limits<int>::max() - static_cast<int>(kMaxBodies);
+
+Json pose_to_json(const Pose& pose) {
+  return {{"tip_mm", vec(pose.tip)},
+          {"axes", {vec(pose.frame.col(0)), vec(pose.frame.col(1)), vec(pose.frame.col(2))}}};
+}
+
+bool read_pose(const Json& json, Pose& pose) {
+  if (!json.is_object() || !read_vec(json.value("tip_mm", Json()), pose.tip)) return false;
+  const Json axes = json.value("axes", Json());
+  if (!axes.is_array() || axes.size() != 3) return false;
+  for (size_t i = 0; i < 3; i++) {
+    Vec3 axis;
+    if (!read_vec(axes[i], axis)) return false;
+    pose.frame.col(static_cast<int>(i)) = axis;
+  }
+  return true;
+}
+
+Json cutter_to_json(const Cutter& cutter) {
+  Json json;
+  if (cutter.kind == Cutter::Kind::plane) {
+    json["point_mm"] = vec(cutter.point_mm);
+    json["normal"] = vec(cutter.normal);
+  } else {
+    json["along"] = vec(cutter.along);
+    json["closed"] = cutter.closed;
+    json["smooth"] = cutter.smooth;
+    for (const Vec3& p : cutter.curve_mm) json["curve_mm"].push_back(vec(p));
+  }
+  if (cutter.kerf_mm > 0) json["kerf_mm"] = cutter.kerf_mm;
+  return json;
+}
+
+bool read_flag(const Json& json, const char* key, bool& flag) {
+  const auto found = json.find(key);
+  if (found == json.end()) return true;
+  if (!found->is_boolean()) return false;
+  flag = found->get<bool>();
+  return true;
+}
+
+Result<Cutter> cutter_of(const Json& json) {
+  const Error none{"a cutter must be a JSON object of a point and a normal, or of a curve"};
+  if (!json.is_object()) return none;
+  Cutter cutter;
+  Fields fields{json};
+  if (const auto curve = json.find("curve_mm"); curve != json.end()) {
+    cutter.kind = Cutter::Kind::curve;
+    if (!curve->is_array() || curve->size() > kMaxCurvePoints) return none;
+    for (const Json& item : *curve) {
+      Vec3 place;
+      if (!read_vec(item, place)) return none;
+      cutter.curve_mm.push_back(place);
+    }
+    fields.get("along", cutter.along);
+    if (!read_flag(json, "closed", cutter.closed) || !read_flag(json, "smooth", cutter.smooth))
+      return none;
+  } else {
+    fields.get("point_mm", cutter.point_mm);
+    fields.get("normal", cutter.normal);
+  }
+  if (json.contains("kerf_mm")) fields.get("kerf_mm", cutter.kerf_mm);
+  if (!fields.wrong.empty()) return Error{"a cutter " + fields.wrong};
+  if (const Status fits = check_cutter(cutter); !fits) return Error{fits.error()};
+  return cutter;
+}
+
+bool is_name(const std::string& name) { return !name.empty() && name.size() <= 100; }
+
+}  // namespace
+
+std::string action_to_json(const BodyAction& action) {
+  Json json{{"verb", name_of(action.verb)}, {"bodies", action.bodies}};
+  if (action.verb == BodyVerb::cut || action.verb == BodyVerb::mirror)
+    json["cutter"] = cutter_to_json(action.cutter);
+  if (action.verb == BodyVerb::move) json["pose"] = pose_to_json(action.pose);
+  if (action.name) json["name"] = *action.name;
+  if (action.visible) json["visible"] = *action.visible;
+  if (action.locked) json["locked"] = *action.locked;
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Result<BodyAction> action_from_json(const std::string& text) {
+  const Json json = Json::parse(text, nullptr, false);
+  if (!json.is_object()) return Error{"what is done with bodies must be a JSON object"};
+  BodyAction action;
+  Fields fields{json};
+  std::string verb;
+  fields.get("verb", verb);
+  const auto known = value_of<BodyVerb>(verb);
+  if (!known) return Error{"nothing that is done with bodies is called '" + sanitize_message(verb) + "'"};
+  action.verb = *known;
+  const Json bodies = json.value("bodies", Json::array());
+  if (!bodies.is_array() || bodies.size() > kMaxBodies) return Error{"bodies must be a list of numbers"};
+  for (const Json& id : bodies) {
+    if (!id.is_number_integer() || !(id.get<double>() >= 1 && id.get<double>() <= kMaxId))
+      return Error{"bodies must be a list of numbers"};
+    action.bodies.push_back(id.get<int>());
+  }
+  if (action.verb == BodyVerb::cut || action.verb == BodyVerb::mirror) {
+    Result<Cutter> cutter = cutter_of(json.value("cutter", Json()));
+    if (!cutter) return Error{cutter.error()};
+    action.cutter = std::move(cutter).value();
+  }
+  if (action.verb == BodyVerb::move && !read_pose(json.value("pose", Json()), action.pose))
+    return Error{"a body's pose must be a place and three axes"};
+  if (json.contains("name")) {
+    action.name.emplace();
+    fields.get("name", *action.name);
+    if (!is_name(*action.name)) return Error{"a body's name has 1 to 100 bytes"};
+  }
+  for (const auto& [key, flag] :
+       {std::pair{"visible", &action.visible}, {"locked", &action.locked}}) {
+    if (!json.contains(key)) continue;
+    flag->emplace();
+    if (!read_flag(json, key, **flag))
+      return Error{std::string("a body's '") + key + "' is true or false"};
+  }
+  if (!fields.wrong.empty()) return Error{"what is done with bodies " + fields.wrong};
+  return action;
+}
+
+std::string bodies_to_json(const Bodies& bodies) {
+  Json list = Json::array();
+  for (const Body& body : bodies.all)
+    list.push_back({{"id", body.id},
+                    {"name", body.name},
+                    {"pose", pose_to_json(body.pose)},
+                    {"visible", body.visible},
+                    {"locked", body.locked}});
+  return Json{{"next", bodies.next}, {"bodies", list}}.dump(-1, ' ', false,
+                                                            Json::error_handler_t::replace);
+}
+
+Result<Bodies> bodies_from_json(const std::string& text) {
+  const Json json = Json::parse(text, nullptr, false);
+  const Error none{"its bodies are not as Kibori writes them"};
+  if (!json.is_object()) return none;
+  Bodies bodies;
+  Fields fields{json};
+  fields.get("next", bodies.next, 2, kMaxId);
+  const Json list = json.value("bodies", Json());
+  if (!list.is_array() || list.empty() || list.size() > kMaxBodies) return none;
+  for (const Json& item : list) {
+    if (!item.is_object()) return none;
+    Body body;
+    Fields f{item};
+    f.get("id", body.id, 1, bodies.next - 1);
+    f.get("name", body.name);
+    if (!f.wrong.empty() || !is_name(body.name) || bodies.find(body.id) ||
+        !read_pose(item.value("pose", Json()), body.pose) || !is_rigid(body.pose) ||
+        !read_flag(item, "visible", body.visible) || !read_flag(item, "locked", body.locked))
+      return none;
+    bodies.all.push_back(std::move(body));
+  }
+  if (!fields.wrong.empty()) return none;
+  return bodies;
+}
+
+}  // namespace kibori
