@@ -5,6 +5,7 @@
 //
 //   A model, carved tick by tick:   make_lattice, TriDexel, DirectTool::advance, Snapshot, Surface
 //   Smoothed, inflated, flattened:  Reshaper::dab
+//   Shaped by splines:              apply_spline, spline_forces
 //   By hand, felt:                  SpringTool, Device, LiveCarving, ServoContext, DocumentWriter
 //   Kept, undone, replayed:         Document
 //   Scenes, files, pictures:        read_scene, carve, replay_document, into_dexels, write_model,
@@ -41,6 +42,8 @@
 #include <kibori/reshape/reshaper.h>
 #include <kibori/reshape/warp.h>
 #include <kibori/solid/tool.h>
+#include <kibori/spline/apply_spline.h>
+#include <kibori/spline/spline_force.h>
 #include <kibori/surface/layers.h>
 #include <kibori/surface/simplify.h>
 #include <kibori/surface/surface.h>

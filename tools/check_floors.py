@@ -16,7 +16,7 @@ FLOORS = [
     {"dexel"},
     {"solid"},
     {"edit", "formats", "measure", "picture", "surface"},
-    {"haptics", "reshape"},
+    {"haptics", "reshape", "spline"},
     {"body"},
     {"devices", "motion"},
     {"document"},

@@ -71,10 +71,28 @@ void for_crossings(const SnappedPoint& a, const SnappedPoint& b, const SnappedPo
   const int sign = area > 0 ? -1 : 1;
   const double inverse = 1.0 / static_cast<double>(turn * area);
   const auto [d_min, d_max] = std::minmax({a.depth, b.depth, c.depth});
+  // Of long triangles that lie askew most rays of their box are beside them: a row's ends are found
+  // by division, which takes as long as so many rays do.
+  constexpr int kManyRays = 32;
   for (int v = v0; v <= v1; v++) {
     const int64_t row = int64_t{v - v0} << kSnapBits;
     int64_t w0 = start[0] + du[0] * row, w1 = start[1] + du[1] * row, w2 = start[2] + du[2] * row;
-    for (int u = u0; u <= u1; u++) {
+    int64_t first = 0, last = u1 - u0;
+    if (last >= kManyRays) {
+      const int64_t w[3] = {w0, w1, w2};
+      for (int e = 0; e < 3; e++) {
+        const int64_t fall = dv[e] << kSnapBits;  // of w from ray to ray
+        if (fall > 0)
+          last = std::min(last, w[e] < 0 ? -1 : w[e] / fall);
+        else if (w[e] < 0)
+          first = fall == 0 ? last + 1 : std::max(first, (w[e] + fall + 1) / fall);
+      }
+      if (first > last) continue;
+      w0 -= first * (dv[0] << kSnapBits);
+      w1 -= first * (dv[1] << kSnapBits);
+      w2 -= first * (dv[2] << kSnapBits);
+    }
+    for (int u = u0 + static_cast<int>(first); u <= u0 + static_cast<int>(last); u++) {
       if ((w0 | w1 | w2) >= 0) {
         // Edge e faces the vertex that is not on it.
         const double wa = static_cast<double>(w1) * inverse, wb = static_cast<double>(w2) * inverse;

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: MIT
+// Cubic B-spline curves through or near control points that hands hold.
+//
+// Knots are uniform: point j of an interpolating curve is passed at t = j, and one of a closed
+// approximating curve is neared most there. So a curve is linear in its points at any t,
+//
+//   C(t) = sum over j of B_j(t) P_j,
+//
+// and B_j says how far the curve goes along with point j. (With knots by chord length, B would
+// depend on the points, and pulling one would not move the curve by B_j alone.)
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include <kibori/base/result.h>
+#include <kibori/geometry/vec.h>
+
+namespace kibori {
+
+struct SplineCurve {
+  std::vector<Vec3> points_mm;
+  bool closed = false;
+  // Through the points (open: without curvature at the ends), else near them (open: from the first
+  // to the last).
+  bool interpolate = true;
+  bool operator==(const SplineCurve&) const = default;
+};
+
+inline constexpr size_t kMaxSplinePoints = 64;
+
+// A curve as a polyline.
+struct FlatCurve {
+  bool closed = false;  // then the last sample is joined to the first
+  std::vector<double> t;
+  std::vector<Vec3> at_mm;
+  std::vector<Vec3> tangent;  // dC/dt [mm]
+  size_t points = 0;          // control points
+  std::vector<double> weights;
+
+  size_t samples() const { return t.size(); }
+  // B of control point `point` at a sample.
+  double weight(size_t sample, size_t point) const { return weights[sample * points + point]; }
+};
+
+class CubicSpline {
+ public:
+  struct Point {
+    Vec3 at_mm, first, second;  // C [mm], dC/dt, d2C/dt2
+  };
+
+  // Errors: fewer than 3 points (2 where open: a straight line) or more than kMaxSplinePoints,
+  // coordinates that are not finite or larger than kMaxCoordinate, all points in one place,
+  // neighbours in one place that are to be interpolated.
+  static Result<CubicSpline> make(const SplineCurve& curve);
+
+  bool closed() const { return closed_; }
+  size_t points() const { return points_; }
+  // t is in [0, spans()]; beyond, a closed curve goes round, and an open one stays at its end.
+  int spans() const { return spans_; }
+
+  Point at(double t) const;
+  // B_j(t) of every control point; their sum is 1. Those of an interpolating curve may be negative.
+  std::vector<double> weights(double t) const;
+
+  // A polyline whose corners are on the curve and whose distance from it is at most the tolerance:
+  // |C''| dt^2 / 8, and C'' is linear between knots. At least kMinSegments a span, so that weights,
+  // too, may be taken as linear between samples. Errors: a tolerance that is not above 0, one that
+  // takes more than kMaxSamples.
+  Result<FlatCurve> flatten(double tolerance_mm) const;
+
+  static constexpr int kMinSegments = 4;
+  static constexpr double kMaxSamples = 100'000;
+
+ private:
+  struct Basis {
+    size_t span;
+    double value[4], first[4], second[4];
+  };
+  CubicSpline(size_t points, bool closed, bool interpolate);
+  Basis basis(double t) const;
+  size_t coefficient(size_t span, size_t local) const;
+
+  bool closed_;
+  size_t points_;
+  int spans_;
+  Eigen::MatrixXd from_points_;  // B-spline coefficients, as sums of control points
+  std::vector<Vec3> coefficients_;
+};
+
+}  // namespace kibori

@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/spline/shape_solid.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <kibori/base/parallel.h>
+#include <kibori/base/tolerances.h>
+#include <kibori/dexel/normal_code.h>
+
+namespace kibori {
+namespace {
+
+constexpr double kGrid = 1 << kSnapBits;  // steps a cell
+
+// A crossing this close to a node [cells] is compared with it in whole numbers. A thousand times
+// what float64 makes wrong of a depth of 2^15 cells.
+constexpr double kClose = 1e-7;
+
+// Gaps and intervals without a node that are thinner than this [cells] are left out: triangles that
+// share a plane do so to a step of the grid. Far below what the surface shows.
+constexpr float kSliver = 1e-3f;
+
+}  // namespace
+
+struct ShapeSolid::Crossing {
+  uint32_t ray;  // as of Table::first
+  int node;      // the first behind it
+  End end;
+};
+
+Result<ShapeSolid> ShapeSolid::make(const SplineMesh& shape, const Lattice& lattice, int threads) {
+  ShapeSolid solid(shape);
+  const Vec3 room = lattice.nodes.matrix().cast<double>();
+  for (const Vec3& vertex : shape.mesh.vertices) {
+    const Vec3 at = lattice.to_lattice(vertex).units;
+    if (!(at.array() >= -kMaxNodesPerAxis).all() ||
+        !((room - at).array() >= -kMaxNodesPerAxis).all())
+      return Error{"the spline's shape reaches farther than " + std::to_string(kMaxNodesPerAxis) +
+                   " cells beyond the stock's lattice"};
+    GridPoint point;
+    for (int i = 0; i < 3; i++) point[static_cast<size_t>(i)] = std::llround(at[i] * kGrid);
+    solid.points_.push_back(point);
+    solid.bounds_.units.include(Vec3(static_cast<double>(point[0]), static_cast<double>(point[1]),
+                                     static_cast<double>(point[2])) /
+                                kGrid);
+  }
+  run_parallel(threads, 3,
+               [&](size_t i) { solid.tables_[i] = solid.make_table(lattice, kAxes[i]); });
+  return solid;
+}
+
+SnappedPoint ShapeSolid::snapped(uint32_t vertex, Axis axis) const {
+  const GridPoint& point = points_[vertex];
+  return {point[static_cast<size_t>(u_index(axis))], point[static_cast<size_t>(v_index(axis))],
+          static_cast<double>(point[static_cast<size_t>(depth_index(axis))]) / kGrid};
+}
+
+// The first node of a ray that is behind its crossing with a triangle.
+int ShapeSolid::node_behind(uint32_t triangle, Axis axis, int u, int v, double depth) const {
+  const double nearest = std::floor(depth);  // the node at nearest + 1/2
+  const int node = static_cast<int>(nearest);
+  if (std::abs(depth - nearest - 0.5) > kClose) return depth < nearest + 0.5 ? node : node + 1;
+  const auto& corners = shape_->mesh.triangles[triangle];
+  const GridPoint &a = points_[corners[0]], &b = points_[corners[1]], &c = points_[corners[2]];
+  constexpr int64_t kHalf = int64_t{1} << (kSnapBits - 1);
+  GridPoint at{};
+  const auto place = [&](int index, int i) {
+    at[static_cast<size_t>(index)] = (int64_t{i} << kSnapBits) + kHalf;
+  };
+  place(u_index(axis), u);
+  place(v_index(axis), v);
+  place(depth_index(axis), node);
+  // Which side of the triangle's plane the node is on. Coordinates are below 2^29, so the normal's
+  // are below 2^60, and the sum needs more than 64 bits.
+  __extension__ using Wide = __int128;
+  Wide side = 0;
+  int64_t normal[3];
+  for (size_t i = 0; i < 3; i++) {
+    const size_t j = (i + 1) % 3, k = (i + 2) % 3;
+    normal[i] = (b[j] - a[j]) * (c[k] - a[k]) - (b[k] - a[k]) * (c[j] - a[j]);
+    side += static_cast<Wide>(normal[i]) * (at[i] - a[i]);
+  }
+  // On it: the node is moved by (x, y, z), x far more than y and y than z.
+  for (size_t i = 0; i < 3 && side == 0; i++) side = normal[i];
+  const bool ahead = normal[static_cast<size_t>(depth_index(axis))] > 0;
+  return (side > 0) == ahead ? node : node + 1;
+}
+
+ShapeSolid::Table ShapeSolid::make_table(const Lattice& lattice, Axis axis) const {
+  Table table;
+  const int nodes_u = lattice.nodes[u_index(axis)], nodes_v = lattice.nodes[v_index(axis)];
+  const Box& box = bounds_.units;
+  const auto first_ray = [&](int index, int nodes) {
+    return static_cast<int>(
+        std::clamp(std::floor(box.min[index]), 0.0, static_cast<double>(nodes)));
+  };
+  const auto end_ray = [&](int index, int nodes) {
+    return static_cast<int>(std::clamp(std::ceil(box.max[index]), 0.0, static_cast<double>(nodes)));
+  };
+  const int ui = u_index(axis), vi = v_index(axis);
+  const RayRect rect{first_ray(ui, nodes_u), end_ray(ui, nodes_u), first_ray(vi, nodes_v),
+                     end_ray(vi, nodes_v)};
+  if (rect.u0 >= rect.u1 || rect.v0 >= rect.v1) return table;
+  table.tu0 = rect.u0 / kTileSide;
+  table.tv0 = rect.v0 / kTileSide;
+  table.tiles_u = (rect.u1 - 1) / kTileSide + 1 - table.tu0;
+  table.tiles_v = (rect.v1 - 1) / kTileSide + 1 - table.tv0;
+  const size_t tiles = static_cast<size_t>(table.tiles_u) * static_cast<size_t>(table.tiles_v);
+
+  std::vector<SnappedPoint> points;
+  points.reserve(points_.size());
+  for (uint32_t i = 0; i < points_.size(); i++) points.push_back(snapped(i, axis));
+  std::vector<Crossing> found;
+  for (uint32_t i = 0; i < shape_->mesh.triangles.size(); i++) {
+    const auto& t = shape_->mesh.triangles[i];
+    for_crossings(points[t[0]], points[t[1]], points[t[2]], axis, rect,
+                  [&](int u, int v, double depth, int sign) {
+                    const int node = node_behind(i, axis, u, v, depth);
+                    const int tile =
+                        (v / kTileSide - table.tv0) * table.tiles_u + (u / kTileSide - table.tu0);
+                    const int slot = v % kTileSide * kTileSide + u % kTileSide;
+                    // A depth that float32 rounds to the node's other side is put back.
+                    const float low = static_cast<float>(node) - 0.5f;
+                    const float at =
+                        std::clamp(static_cast<float>(depth), std::nextafter(low, kFar), low + 1);
+                    found.push_back({static_cast<uint32_t>(tile * kTileRays + slot),
+                                     node,
+                                     {at, i & 0x7fffffffu, sign > 0 ? 1u : 0u}});
+                  });
+  }
+
+  // By ray, then along it.
+  std::vector<uint32_t> start(tiles * kTileRays + 1, 0);
+  for (const Crossing& c : found) start[c.ray + 1]++;
+  for (size_t i = 1; i < start.size(); i++) start[i] += start[i - 1];
+  std::vector<Crossing> crossings(found.size());
+  std::vector<uint32_t> fill(start.begin(), start.end() - 1);
+  for (const Crossing& c : found) crossings[fill[c.ray]++] = c;
+
+  table.first.assign(start.size(), 0);
+  table.layers.assign(tiles, 0);
+  table.intervals.reserve(found.size() / 2);
+  for (size_t ray = 0; ray + 1 < start.size(); ray++) {
+    const auto begin = crossings.begin() + start[ray], end = crossings.begin() + start[ray + 1];
+    std::sort(begin, end, [](const Crossing& a, const Crossing& b) {
+      if (a.node != b.node) return a.node < b.node;
+      if (a.end.depth != b.end.depth) return a.end.depth < b.end.depth;
+      return a.end.triangle < b.end.triangle;
+    });
+    const size_t own = table.intervals.size();
+    int winding = 0, node_in = 0, node_out = 0;
+    End in{};
+    for (auto it = begin; it != end; ++it) {
+      const int before = winding;
+      winding += it->end.entering ? 1 : -1;
+      if (before == 0) {
+        in = it->end;
+        node_in = it->node;
+      } else if (winding == 0) {
+        const bool empty = node_in == it->node;
+        const bool joins = table.intervals.size() > own && node_out == node_in &&
+                           in.depth - table.intervals.back().hi.depth < kSliver;
+        if (joins)
+          table.intervals.back().hi = it->end;
+        else if (empty ? it->end.depth - in.depth >= kSliver : in.depth < it->end.depth)
+          table.intervals.push_back({in, it->end});
+        else
+          continue;
+        node_out = it->node;
+      }
+    }
+    const size_t count = table.intervals.size() - own;
+    table.first[ray + 1] = static_cast<uint32_t>(table.intervals.size());
+    uint32_t& most = table.layers[ray / kTileRays];
+    most = std::max(most, static_cast<uint32_t>(count));
+  }
+  return table;
+}
+
+int ShapeSolid::tile_of(const Table& table, const RayTile& rays) {
+  const int tu = rays.u0 / kTileSide - table.tu0, tv = rays.v0 / kTileSide - table.tv0;
+  if (rays.u0 < 0 || rays.v0 < 0 || tu < 0 || tu >= table.tiles_u || tv < 0 || tv >= table.tiles_v)
+    return -1;
+  return tv * table.tiles_u + tu;
+}
+
+bool ShapeSolid::spans(const RayTile& rays, int layer, SpanLayer& out) const {
+  const Table& table = tables_[static_cast<size_t>(rays.axis)];
+  const int tile = tile_of(table, rays);
+  if (tile < 0) return false;
+  const auto wanted = static_cast<uint32_t>(layer);
+  const uint32_t layers = table.layers[static_cast<size_t>(tile)];
+  if (wanted >= layers) return false;
+  out.last = wanted + 1 == layers;
+  out.rows = 0;
+  const uint32_t* const first = table.first.data() + static_cast<size_t>(tile) * kTileRays;
+  for (int slot = 0; slot < kTileRays; slot++) {
+    const bool there = first[slot] + wanted < first[slot + 1];
+    out.lo[slot] = there ? table.intervals[first[slot] + wanted].lo.depth : kFar;
+    out.hi[slot] = there ? table.intervals[first[slot] + wanted].hi.depth : -kFar;
+    if (there) out.rows |= static_cast<uint16_t>(1u << (slot / kTileSide));
+  }
+  return true;
+}
+
+void ShapeSolid::normals(const RayTile& rays, int layer, const EndMasks& ends,
+                         SpanLayer& of) const {
+  const Table& table = tables_[static_cast<size_t>(rays.axis)];
+  const uint32_t* const first =
+      table.first.data() + static_cast<size_t>(tile_of(table, rays)) * kTileRays;
+  for (int row = 0; row < kTileSide; row++)
+    for (int lane = 0; lane < kTileSide; lane++) {
+      const bool lo = (ends.lo[row] >> lane) & 1, hi = (ends.hi[row] >> lane) & 1;
+      const int slot = row * kTileSide + lane;
+      const uint32_t at = first[slot] + static_cast<uint32_t>(layer);
+      if (!(lo || hi) || at >= first[slot + 1]) continue;
+      const Interval& own = table.intervals[at];
+      const int u = rays.u0 + lane, v = rays.v0 + row;
+      if (lo) of.codes.lo[slot] = code(own.lo, rays.axis, u, v, false, of.flip);
+      if (hi) of.codes.hi[slot] = code(own.hi, rays.axis, u, v, true, of.flip);
+    }
+}
+
+uint32_t ShapeSolid::code(const End& end, Axis axis, int u, int v, bool at_hi, bool flip) const {
+  const auto& corners = shape_->mesh.triangles[end.triangle];
+  const SnappedPoint p[3] = {snapped(corners[0], axis), snapped(corners[1], axis),
+                             snapped(corners[2], axis)};
+  // Twice the areas of the three parts around the ray.
+  const double x = (u + 0.5) * kGrid, y = (v + 0.5) * kGrid;
+  double part[3], whole = 0;
+  for (size_t i = 0; i < 3; i++) {
+    const SnappedPoint &a = p[(i + 1) % 3], &b = p[(i + 2) % 3];
+    const double au = static_cast<double>(a.u) - x, av = static_cast<double>(a.v) - y;
+    const double bu = static_cast<double>(b.u) - x, bv = static_cast<double>(b.v) - y;
+    part[i] = au * bv - av * bu;
+    whole += part[i];
+  }
+  Vec3 normal = Vec3::Zero();
+  for (size_t i = 0; i < 3; i++) normal += part[i] / whole * shape_->normals[end.triangle][i];
+  // Where the mesh is wound the other way, out of the solid is into the triangle.
+  if ((end.entering != 0) == at_hi) normal = -normal;
+  double depth = normal[depth_index(axis)];
+  depth = at_hi ? std::max(depth, 0.0) : std::min(depth, 0.0);
+  const uint32_t made = encode_normal(normal[u_index(axis)], normal[v_index(axis)], depth);
+  return flip ? negate_normal(made) : made;
+}
+
+}  // namespace kibori

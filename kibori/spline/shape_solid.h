@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+// A spline's mesh as a solid, by the crossings of every ray of its region. The mesh is put on a
+// grid of 2^-kSnapBits cells, in all three directions, so that all fields see the very same one;
+// whether a node is inside is then decided by whole numbers. A node on the mesh is moved, in
+// thought, as crossings.h moves its ray. So the fields agree at every node, without a vote. Inside
+// is where the winding number is not zero. Internal to `spline`.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include <kibori/base/result.h>
+#include <kibori/solid/crossings.h>
+#include <kibori/solid/solid.h>
+#include <kibori/spline/spline_shape.h>
+
+namespace kibori {
+
+class ShapeSolid final : public Solid {
+ public:
+  // Keeps a reference to the shape. The result does not depend on `threads` (1..3). Error: a shape
+  // that reaches farther than kMaxNodesPerAxis cells beyond the lattice.
+  static Result<ShapeSolid> make(const SplineMesh& shape, const Lattice& lattice, int threads);
+
+  LatticeBox bounds() const override { return bounds_; }
+  bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
+  // The shape's own normals, between those of the triangle's corners.
+  void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
+
+ private:
+  // A crossing of a ray; `entering` against the triangle's outward normal.
+  struct End {
+    float depth;
+    uint32_t triangle : 31;
+    uint32_t entering : 1;
+  };
+  struct Interval {
+    End lo, hi;
+  };
+  // Intervals of the rays of one field's tiles, tile by tile: those of slot s of tile t are
+  // intervals[first[t * kTileRays + s]] .. [.. + 1].
+  struct Table {
+    int tu0 = 0, tv0 = 0, tiles_u = 0, tiles_v = 0;
+    std::vector<uint32_t> first;
+    std::vector<Interval> intervals;
+    std::vector<uint32_t> layers;  // by tile: the most on one ray
+  };
+  struct Crossing;
+  using GridPoint = std::array<int64_t, 3>;
+
+  explicit ShapeSolid(const SplineMesh& shape) : shape_(&shape) {}
+  SnappedPoint snapped(uint32_t vertex, Axis axis) const;
+  Table make_table(const Lattice& lattice, Axis axis) const;
+  int node_behind(uint32_t triangle, Axis axis, int u, int v, double depth) const;
+  uint32_t code(const End& end, Axis axis, int u, int v, bool at_hi, bool flip) const;
+  // Index into a table's tiles, or -1.
+  static int tile_of(const Table& table, const RayTile& rays);
+
+  const SplineMesh* shape_;
+  std::vector<GridPoint> points_;  // [2^-kSnapBits cells]
+  LatticeBox bounds_;
+  std::array<Table, 3> tables_;
+};
+
+}  // namespace kibori
