@@ -336,6 +336,18 @@ TEST(Cutter, AreasAndVolumesAreThoseOfClosedForms) {
   EXPECT_NEAR(dowel.portions[0].model.volume_mm3(), area * 20, 2e-3 * area * 20);
   EXPECT_NEAR(dowel.area_mm2, 2 * M_PI * 9 * 20, 0.01 * 1131);
 
+  // The smooth curve through sixteen places of the same circle.
+  TriDexel smooth = block({40, 30, 20}, 0.5);
+  Cutter through = round;
+  through.smooth = true;
+  through.curve_mm.clear();
+  for (int i = 0; i < 16; i++)
+    through.curve_mm.emplace_back(20 + 9 * std::cos(i * 0.39269908), 15 + 9 * std::sin(i * 0.39269908),
+                                  3);
+  const CutOff disc = cut_off(smooth, through);
+  ASSERT_EQ(disc.portions.size(), 1u);
+  EXPECT_NEAR(disc.portions[0].model.volume_mm3(), M_PI * 81 * 20, 2e-3 * M_PI * 81 * 20);
+
   // An open curve: the portion lies to its left as `along` points at the viewer.
   TriDexel stepped = block({40, 30, 20}, 0.5);
   Cutter step;

@@ -276,7 +276,7 @@ int run_carve(const CarveArguments& arguments) {
   picture.value().plank = model.lattice.to_mm(model.lattice.whole());
   if (!arguments.picture.empty())
     if (const Status ok = save_picture(arguments.picture,
-                                       surface_of(carving.value().bodies, arguments.threads),
+                                       surface_of(carving.value().bodies.all, arguments.threads),
                                        colors, picture.value(), arguments.drawing.up);
         !ok)
       return bad_input(ok.error());

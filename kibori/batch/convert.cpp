@@ -63,6 +63,15 @@ Result<Converted> into_dexels(const std::filesystem::path& in, const ConvertOpti
   return converted;
 }
 
+namespace {
+
+// Whether it stands elsewhere than its lattice.
+bool is_placed(const Body& body) {
+  return body.pose.tip != Vec3::Zero() || body.pose.frame != Mat3::Identity();
+}
+
+}  // namespace
+
 Result<size_t> write_model(const std::filesystem::path& out, const Snapshot& model,
                            std::span<const Rgb> colors, double tolerance_mm, int threads) {
   size_t triangles = 0;
@@ -81,9 +90,40 @@ Result<size_t> write_model(const std::filesystem::path& out, const Snapshot& mod
   return triangles;
 }
 
+Surface surface_of(std::span<const Body> bodies, int threads) {
+  Surface all;
+  for (const Body& body : bodies) {
+    if (!body.visible) continue;
+    const Surface surface = extract_surface(body.model, threads);
+    const auto first = static_cast<uint32_t>(all.vertices.size());
+    const auto placed = [&](const std::array<float, 3>& a, const Vec3& shift) {
+      const Vec3 b = shift + body.pose.frame * Vec3(a[0], a[1], a[2]);
+      return std::array{static_cast<float>(b.x()), static_cast<float>(b.y()),
+                        static_cast<float>(b.z())};
+    };
+    for (SurfaceVertex v : surface.vertices) {
+      if (is_placed(body)) {
+        v.position = placed(v.position, body.pose.tip);
+        v.normal = placed(v.normal, Vec3::Zero());
+      }
+      all.vertices.push_back(v);
+    }
+    for (const SurfaceTriangle& t : surface.triangles)
+      all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
+  return all;
+}
+
 Result<size_t> write_bodies(const std::filesystem::path& out, std::span<const Body> bodies,
                             std::span<const Rgb> colors, double tolerance_mm, int threads) {
-  return write_model(out, bodies.front().model, colors, tolerance_mm, threads);
+  if (bodies.size() == 1 && !is_placed(bodies.front()))
+    return write_model(out, bodies.front().model, colors, tolerance_mm, threads);
+  Surface surface = surface_of(bodies, threads);
+  if (tolerance_mm > 0) surface = simplify(surface, tolerance_mm);
+  const SurfaceSource source = [&](const SurfaceSink& sink) { send_surface(surface, sink); };
+  if (const Status written = write_surface(out, source, colors); !written)
+    return Error{written.error()};
+  return surface.triangles.size();
 }
 
 }  // namespace kibori

@@ -41,7 +41,11 @@ Result<Converted> into_dexels(const std::filesystem::path& in, const ConvertOpti
 Result<size_t> write_model(const std::filesystem::path& out, const Snapshot& model,
                            std::span<const Rgb> colors, double tolerance_mm, int threads);
 
-// All of them where they stand, hidden ones too, into one file.
+// The surfaces of all that are visible, where they stand, as one.
+Surface surface_of(std::span<const Body> bodies, int threads);
+
+// The same as a file; one body alone is streamed, at its own place on the lattice, if it was not
+// moved. Returns the number of triangles. Errors: as of write_model.
 Result<size_t> write_bodies(const std::filesystem::path& out, std::span<const Body> bodies,
                             std::span<const Rgb> colors, double tolerance_mm, int threads);
 

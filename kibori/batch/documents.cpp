@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/batch/documents.h>
+#include <kibori/batch/convert.h>
 #include <kibori/document/rescue.h>
 
 #include <algorithm>
@@ -261,30 +262,6 @@ Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, in
   return mesh;
 }
 
-Surface surface_of(const Bodies& bodies, int threads) {
-  Surface all;
-  for (const Body& body : bodies.all) {
-    if (!body.visible) continue;
-    Surface surface = extract_surface(body.model, threads);
-    const auto first = static_cast<uint32_t>(all.vertices.size());
-    const auto turned = [&](const std::array<float, 3>& a, const Vec3& shift) {
-      const Vec3 b = shift + body.pose.frame * Vec3(a[0], a[1], a[2]);
-      return std::array{static_cast<float>(b.x()), static_cast<float>(b.y()),
-                        static_cast<float>(b.z())};
-    };
-    for (SurfaceVertex& v : surface.vertices) {
-      if (body.pose.tip != Vec3::Zero() || body.pose.frame != Mat3::Identity()) {
-        v.position = turned(v.position, body.pose.tip);
-        v.normal = turned(v.normal, Vec3::Zero());
-      }
-      all.vertices.push_back(v);
-    }
-    for (const SurfaceTriangle& t : surface.triangles)
-      all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  }
-  return all;
-}
-
 std::vector<Rgb> document_colors(const Document& document) {
   std::vector<Rgb> colors;
   for (StepId at = document.head(); at != 0; at = document.steps().at(at).parent) {
@@ -298,7 +275,7 @@ std::vector<Rgb> document_colors(const Document& document) {
 
 Status keep_thumbnail(Document& document, StepId step, const Bodies& bodies,
                       const std::vector<Material>& materials, int threads) {
-  const Surface surface = surface_of(bodies, threads);
+  const Surface surface = surface_of(bodies.all, threads);
   if (surface.triangles.empty()) return Ok{};
   std::vector<std::array<uint8_t, 3>> colors;
   colors.reserve(materials.size());

@@ -39,8 +39,6 @@ Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, in
 
 // The colours of its materials, by the last stroke; none where there is no stroke.
 std::vector<Rgb> document_colors(const Document& document);
-// The surfaces of all visible bodies, where they stand.
-Surface surface_of(const Bodies& bodies, int threads);
 // A small picture of a step, kept with it. `bodies`: its state.
 Status keep_thumbnail(Document& document, StepId step, const Bodies& bodies,
                       const std::vector<Material>& materials, int threads);

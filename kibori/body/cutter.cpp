@@ -10,6 +10,7 @@
 #include <kibori/dexel/normal_code.h>
 #include <kibori/edit/edit.h>
 #include <kibori/solid/prism.h>
+#include <kibori/spline/curve.h>
 #include <kibori/solid/tool.h>
 
 namespace kibori {
@@ -19,6 +20,12 @@ using Vec2 = Eigen::Vector2d;
 
 // A severed piece of less than this share of what it was cut from is sawdust.
 constexpr double kSawdust = 1e-5;
+// Sides of a smooth curve that meet at an angle of more than 20 degrees (its cosine) have a corner.
+constexpr double kCorner = 0.94;
+// How far the sides of a smooth curve may be from it [cells].
+constexpr double kChord = 0.02;
+// The same [mm] where it is looked at for loops.
+constexpr double kCheckedChord = 0.05;
 // Corners of the arc that closes an open curve's outline, far outside of the lattice.
 constexpr int kArcCorners = 24;
 
@@ -69,10 +76,17 @@ std::vector<Vec2> drawn_on(std::vector<Vec2> places, double far) {
   return places;
 }
 
-std::vector<OutlineSide> sides_through(const std::vector<Vec2>& places, bool closed) {
+// `smooth`: normals go over from one side to the next, but for corners.
+std::vector<OutlineSide> sides_through(const std::vector<Vec2>& places, bool closed, bool smooth) {
   std::vector<OutlineSide> sides;
   for (size_t i = 0; i + 1 < places.size() + (closed ? 1 : 0); i++)
     sides.push_back(straight_side(places[i], places[(i + 1) % places.size()]));
+  for (size_t i = 0; smooth && i < sides.size(); i++) {
+    if (i + 1 == sides.size() && !closed) break;
+    OutlineSide& next = sides[(i + 1) % sides.size()];
+    if (sides[i].normal_b.dot(next.normal_a) < kCorner) continue;
+    sides[i].normal_b = next.normal_a = (sides[i].normal_b + next.normal_a).normalized();
+  }
   return sides;
 }
 
@@ -109,6 +123,16 @@ std::vector<Vec2> outline_of(const std::vector<Vec2>& flat, bool closed, const A
   return outline;
 }
 
+// The places of a cutter's curve, or of the smooth curve through them.
+Result<std::vector<Vec3>> places_of(const Cutter& cutter, double tolerance_mm) {
+  if (!cutter.smooth) return cutter.curve_mm;
+  const Result<CubicSpline> curve = CubicSpline::make({cutter.curve_mm, cutter.closed, true});
+  if (!curve) return Error{"a cutter's curve: " + curve.error()};
+  Result<FlatCurve> flat = curve.value().flatten(tolerance_mm);
+  if (!flat) return Error{"a cutter's curve: " + flat.error()};
+  return std::move(flat).value().at_mm;
+}
+
 std::vector<Vec3> to_lattice(const std::vector<Vec3>& curve, const Lattice& lattice) {
   std::vector<Vec3> units;
   for (const Vec3& p : curve) units.push_back(lattice.to_lattice(p).units);
@@ -129,6 +153,12 @@ bool part_in_two(TriDexel& model, TriDexel& off, const Solid& portion, int threa
   return false;
 }
 
+// `cutter` has passed check_cutter.
+std::vector<Vec3> curve_in(const Cutter& cutter, const Lattice& lattice) {
+  Result<std::vector<Vec3>> places = places_of(cutter, kChord * lattice.pitch_mm);
+  return to_lattice(places ? places.value() : cutter.curve_mm, lattice);
+}
+
 CutOff without_kerf(TriDexel& model, const Cutter& cutter, int threads) {
   const Snapshot before = model.snapshot();
   TriDexel off(before, model.material_bounds());
@@ -141,12 +171,11 @@ CutOff without_kerf(TriDexel& model, const Cutter& cutter, int threads) {
       return part_in_two(model, off, portion.solid(), threads);
     }
     const AcrossPlane plane(cutter.along);
-    const std::vector<Vec2> flat =
-        flat_places(to_lattice(cutter.curve_mm, lattice), plane, cutter.closed);
-    return part_in_two(
-        model, off,
-        Prism(plane, sides_through(outline_of(flat, cutter.closed, plane, lattice), true)),
-        threads);
+    const std::vector<Vec2> flat = flat_places(curve_in(cutter, lattice), plane, cutter.closed);
+    return part_in_two(model, off,
+                       Prism(plane, sides_through(outline_of(flat, cutter.closed, plane, lattice),
+                                                  true, cutter.smooth)),
+                       threads);
   }();
   if (!in_two) return done;
   done.area_mm2 = new_area_mm2(before, model.snapshot());
@@ -157,7 +186,7 @@ CutOff without_kerf(TriDexel& model, const Cutter& cutter, int threads) {
 CutOff with_kerf(TriDexel& model, const Cutter& cutter, int threads) {
   const Lattice& lattice = model.lattice();
   Vec3 along = cutter.along;
-  std::vector<Vec3> curve = to_lattice(cutter.curve_mm, lattice);
+  std::vector<Vec3> curve = curve_in(cutter, lattice);
   if (cutter.kind == Cutter::Kind::plane) {
     // A straight line as long as it takes, seen along itself.
     const Mat3 frame = frame_from_axis(cutter.normal);
@@ -168,7 +197,7 @@ CutOff with_kerf(TriDexel& model, const Cutter& cutter, int threads) {
   }
   const AcrossPlane plane(along);
   const bool closed = cutter.kind == Cutter::Kind::curve && cutter.closed;
-  const Wall wall(plane, sides_through(flat_places(curve, plane, closed), closed),
+  const Wall wall(plane, sides_through(flat_places(curve, plane, closed), closed, cutter.smooth),
                   cutter.kerf_mm / lattice.pitch_mm);
   const Snapshot before = model.snapshot();
   EditOptions options;
@@ -222,8 +251,10 @@ Status check_cutter(const Cutter& cutter) {
   for (const Vec3& p : cutter.curve_mm)
     if (!p.allFinite() || p.norm() > 1e6)
       return Error{"a place of a cutter's curve must be three numbers of mm, within a kilometre"};
+  const Result<std::vector<Vec3>> places = places_of(cutter, kCheckedChord);
+  if (!places) return Error{places.error()};
   const std::vector<Vec2> flat =
-      flat_places(cutter.curve_mm, AcrossPlane(cutter.along), cutter.closed);
+      flat_places(places.value(), AcrossPlane(cutter.along), cutter.closed);
   const size_t fewest = cutter.closed ? 3 : 2;
   if (flat.size() < fewest)
     return Error{"a cutter's curve needs " + std::to_string(fewest) +

@@ -29,7 +29,7 @@ struct Cutter {
 
   bool operator==(const Cutter&) const = default;
 };
-inline constexpr size_t kMaxCurvePoints = 1000;
+inline constexpr size_t kMaxCurvePoints = 1000;  // smooth: kMaxSplinePoints
 
 // Errors: a direction of no length, a number that is not finite, too few or too many places, a
 // curve that crosses itself (without a kerf: its ends drawn on, too).
