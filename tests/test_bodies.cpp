@@ -342,8 +342,8 @@ TEST(Cutter, AreasAndVolumesAreThoseOfClosedForms) {
   through.smooth = true;
   through.curve_mm.clear();
   for (int i = 0; i < 16; i++)
-    through.curve_mm.emplace_back(20 + 9 * std::cos(i * 0.39269908), 15 + 9 * std::sin(i * 0.39269908),
-                                  3);
+    through.curve_mm.emplace_back(20 + 9 * std::cos(i * 0.39269908),
+                                  15 + 9 * std::sin(i * 0.39269908), 3);
   const CutOff disc = cut_off(smooth, through);
   ASSERT_EQ(disc.portions.size(), 1u);
   EXPECT_NEAR(disc.portions[0].model.volume_mm3(), M_PI * 81 * 20, 2e-3 * M_PI * 81 * 20);

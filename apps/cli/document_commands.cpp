@@ -76,7 +76,8 @@ DocumentCommands::DocumentCommands(CLI::App& app) {
       ->type_name("FILE.kibori");
   history_->add_flag("--json", json_, "as JSON");
 
-  bodies_ = app.add_subcommand("bodies", "List the bodies of a document: volume, bounds, closedness");
+  bodies_ =
+      app.add_subcommand("bodies", "List the bodies of a document: volume, bounds, closedness");
   bodies_->add_option("FILE", file_, "document: .kibori")->required();
   bodies_
       ->add_option("--to", to_,
@@ -175,8 +176,8 @@ int DocumentCommands::run_bodies() const {
       return body.name != body_ && std::to_string(body.id) != body_;
     });
     if (all.empty())
-      return bad_input(file_ + ": has no body '" + sanitize_message(body_) +
-                       "'; 'kibori bodies " + file_ + "' lists them");
+      return bad_input(file_ + ": has no body '" + sanitize_message(body_) + "'; 'kibori bodies " +
+                       file_ + "' lists them");
   }
   if (!mesh_.empty()) {
     const Result<size_t> out = write_bodies(mesh_, all, document_colors(document), 0, threads_);

@@ -281,9 +281,8 @@ int run_carve(const CarveArguments& arguments) {
         !ok)
       return bad_input(ok.error());
   if (!arguments.mesh.empty()) {
-    const Result<size_t> written =
-        write_bodies(arguments.mesh, carving.value().bodies.all, colors,
-                     arguments.exports.tolerance, arguments.threads);
+    const Result<size_t> written = write_bodies(arguments.mesh, carving.value().bodies.all, colors,
+                                                arguments.exports.tolerance, arguments.threads);
     if (!written) return bad_input(written.error());
   }
   if (const Status ok = write_exports(arguments.exports, model, arguments.threads); !ok)

@@ -34,8 +34,8 @@ std::string bodies_text(const std::vector<BodyReport>& reports) {
   std::string text = "  body    volume mm3  pieces  closed  name\n";
   for (const BodyReport& report : reports) {
     char line[120];
-    std::snprintf(line, sizeof line, "%6d  %12.6g  %6zu  %6s  ", report.body.id,
-                  report.volume_mm3, report.pieces, report.mesh.closed ? "yes" : "no");
+    std::snprintf(line, sizeof line, "%6d  %12.6g  %6zu  %6s  ", report.body.id, report.volume_mm3,
+                  report.pieces, report.mesh.closed ? "yes" : "no");
     text += line + sanitize_message(report.body.name);
     if (!report.body.visible) text += "  (hidden)";
     if (report.body.locked) text += "  (locked)";
@@ -58,8 +58,9 @@ std::string bodies_json_text(const std::vector<BodyReport>& reports) {
          {"pieces", report.pieces},
          {"triangles", report.mesh.triangles},
          {"area_mm2", report.mesh.area_mm2},
-         {"bounds_mm", {list(empty ? Vec3(Vec3::Zero()) : report.mesh.bounds.min),
-                        list(empty ? Vec3(Vec3::Zero()) : report.mesh.bounds.max)}},
+         {"bounds_mm",
+          {list(empty ? Vec3(Vec3::Zero()) : report.mesh.bounds.min),
+           list(empty ? Vec3(Vec3::Zero()) : report.mesh.bounds.max)}},
          {"pose",
           {{"tip_mm", list(pose.tip)},
            {"axes", {list(pose.frame.col(0)), list(pose.frame.col(1)), list(pose.frame.col(2))}}}},

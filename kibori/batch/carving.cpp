@@ -41,16 +41,14 @@ Status status_of(const Result<T>& result) {
 
 // A cutter, and what came away moved aside; act(action) does either.
 template <class Act>
-Status run_cutter(const SceneCutter& with, const Bodies& bodies, Act&& act,
-                  CarveSummary& summary) {
+Status run_cutter(const SceneCutter& with, const Bodies& bodies, Act&& act, CarveSummary& summary) {
   BodyAction cut;
   cut.verb = BodyVerb::cut;
   cut.cutter = with.cutter;
   if (!with.body.empty()) {
     for (const Body& body : bodies.all)
       if (body.name == with.body) cut.bodies.push_back(body.id);
-    if (cut.bodies.empty())
-      return Error{"no body is called '" + sanitize_message(with.body) + "'"};
+    if (cut.bodies.empty()) return Error{"no body is called '" + sanitize_message(with.body) + "'"};
   }
   const Result<BodyChange> done = act(cut);
   if (!done) return Error{done.error()};
@@ -325,8 +323,7 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
     }
     if (document && ends)
       keep(document->finish(
-          model,
-          summary.removed_mm3 - summary.deposited_mm3 - removed_before + crumbs.fallen_mm3,
+          model, summary.removed_mm3 - summary.deposited_mm3 - removed_before + crumbs.fallen_mm3,
           crumbs.portions));
     if (!to.label.empty())
       carving.marks.push_back({to.label, static_cast<double>(summary.ticks) / scene.rate_hz});
@@ -339,8 +336,8 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
   for (size_t i = 0; going && i < scene.cutters.size(); i++)
     if (const Status done = run_cutter(scene.cutters[i], bench.bodies(), act, summary); !done) {
       settle_document();
-      return Error{scene.file + ":" + std::to_string(scene.cutters[i].line) + ": [cutter]: " +
-                   done.error()};
+      return Error{scene.file + ":" + std::to_string(scene.cutters[i].line) +
+                   ": [cutter]: " + done.error()};
     }
   carving.bodies = bench.bodies();
   summarize(carving, std::move(step_us));

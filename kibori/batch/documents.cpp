@@ -349,18 +349,17 @@ Result<Replay> replay_document(const Document& document, const ReplayOptions& op
     replay.title = model_title(law);
     replay.note = model_note(law.model);
     auto last = std::chrono::steady_clock::now();
-    const Status done =
-        document.replay(id, bench, options.law, [&](const ReplayedTick& tick) {
-          const auto now = std::chrono::steady_clock::now();
-          step_us.push_back(std::chrono::duration<double, std::micro>(now - last).count());
-          ToolTick result = tick.result;
-          of_rate++;
-          add_tick(summary, s.mode, result);
-          carving.trace.push_back({time(), result});
-          if (options.carve.progress && summary.ticks % 64 == 0)
-            options.carve.progress(static_cast<double>(summary.ticks) / static_cast<double>(total));
-          last = std::chrono::steady_clock::now();
-        });
+    const Status done = document.replay(id, bench, options.law, [&](const ReplayedTick& tick) {
+      const auto now = std::chrono::steady_clock::now();
+      step_us.push_back(std::chrono::duration<double, std::micro>(now - last).count());
+      ToolTick result = tick.result;
+      of_rate++;
+      add_tick(summary, s.mode, result);
+      carving.trace.push_back({time(), result});
+      if (options.carve.progress && summary.ticks % 64 == 0)
+        options.carve.progress(static_cast<double>(summary.ticks) / static_cast<double>(total));
+      last = std::chrono::steady_clock::now();
+    });
     if (!done) return Error{done.error()};
     if (!step.label.empty()) carving.marks.push_back({step.label, time()});
     if (as_recorded && replay.differs == 0 && step.finished &&
@@ -416,7 +415,9 @@ std::string history_json(const Document& document) {
                      {"ticks", step.ticks},
                      {"removed_mm3", step.removed_mm3},
                      {"label", step.action ? what_was_done(document, id) : step.label},
-                     {"kind", step.stock ? "stock" : step.action ? "bodies" : "stroke"},
+                     {"kind", step.stock    ? "stock"
+                              : step.action ? "bodies"
+                                            : "stroke"},
                      {"finished", step.finished},
                      {"state_hash", hash}});
   }

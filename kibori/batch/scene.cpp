@@ -57,7 +57,8 @@ class Reader {
   }
 
   Result<Scene> read(const toml::table& root) {
-    only(root, "", {"schema", "stock", "material", "tool", "force", "motion", "symmetry", "move", "crumbs",
+    only(root, "",
+         {"schema", "stock", "material", "tool", "force", "motion", "symmetry", "move", "crumbs",
           "cutter"});
     if (root.contains("schema") && number(root, "", "schema") != 1)
       fail(root.get("schema"), "schema must be 1; a newer scene needs a newer kibori");
@@ -623,12 +624,10 @@ class Reader {
     if (const toml::node* curve = t.get("curve")) {
       cutter.kind = Cutter::Kind::curve;
       for (const char* key : {"point", "normal"})
-        if (t.contains(key))
-          fail(t.get(key), std::string("[cutter] has a curve, so no ") + key);
+        if (t.contains(key)) fail(t.get(key), std::string("[cutter] has a curve, so no ") + key);
       const toml::array* places = curve->as_array();
       if (!places) return fail(curve, "[cutter] curve must be a list of places [x, y, z]");
-      for (const toml::node& place : *places)
-        cutter.curve_mm.push_back(place_of(place));
+      for (const toml::node& place : *places) cutter.curve_mm.push_back(place_of(place));
       if (t.contains("along")) cutter.along = vector(t, "cutter", "along");
       cutter.closed = flag_or(t, "cutter", "closed", false);
       cutter.smooth = flag_or(t, "cutter", "smooth", false);

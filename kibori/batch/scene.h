@@ -51,9 +51,9 @@ struct Move {
 // A cutter of a scene: see BodyAction.
 struct SceneCutter {
   Cutter cutter;
-  std::string body;  // the name of the one that it cuts; empty: all that it meets
+  std::string body;              // the name of the one that it cuts; empty: all that it meets
   Vec3 shift_mm = Vec3::Zero();  // by which what comes away is moved
-  int line = 0;      // in the file
+  int line = 0;                  // in the file
 };
 
 struct Scene {
@@ -66,8 +66,8 @@ struct Scene {
   double rate_hz = 1000;
   Symmetry symmetry;  // of all moves; its centre is the lattice's middle, unless it is said
   bool symmetry_centred = false;
-  std::vector<Move> moves;  // the first is where the tool starts
-  Crumbs crumbs = Crumbs::sort;       // of every stroke
+  std::vector<Move> moves;           // the first is where the tool starts
+  Crumbs crumbs = Crumbs::sort;      // of every stroke
   std::vector<SceneCutter> cutters;  // after the last move, in this order
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The bodies while one of them, the active one, is worked on: its model is under the tool, the others
-// are as they were left.
+// The bodies while one of them, the active one, is worked on: its model is under the tool, the
+// others are as they were left.
 #pragma once
 
 #include <utility>

@@ -100,10 +100,12 @@ Result<BodyAction> action_from_json(const std::string& text) {
   std::string verb;
   fields.get("verb", verb);
   const auto known = value_of<BodyVerb>(verb);
-  if (!known) return Error{"nothing that is done with bodies is called '" + sanitize_message(verb) + "'"};
+  if (!known)
+    return Error{"nothing that is done with bodies is called '" + sanitize_message(verb) + "'"};
   action.verb = *known;
   const Json bodies = json.value("bodies", Json::array());
-  if (!bodies.is_array() || bodies.size() > kMaxBodies) return Error{"bodies must be a list of numbers"};
+  if (!bodies.is_array() || bodies.size() > kMaxBodies)
+    return Error{"bodies must be a list of numbers"};
   for (const Json& id : bodies) {
     if (!id.is_number_integer() || !(id.get<double>() >= 1 && id.get<double>() <= kMaxId))
       return Error{"bodies must be a list of numbers"};

@@ -95,14 +95,14 @@ void Document::remember(StepId step, const Bodies& state) {
 
 // ---- History
 
-Result<Bodies> Document::rebuild(
-    TriDexel& work, StepId step,
-    const std::function<void(StepId, const Bodies&)>& remember) const {
+Result<Bodies> Document::rebuild(TriDexel& work, StepId step,
+                                 const std::function<void(StepId, const Bodies&)>& remember) const {
   std::vector<StepId> done_again;
   StepId begin = step;
   for (; !state_of(begin) && !is_checkpoint(begin); begin = steps_.at(begin).parent)
     done_again.push_back(begin);
-  Result<Bodies> found = state_of(begin) ? Result<Bodies>(*state_of(begin)) : go_by_tiles(work, begin);
+  Result<Bodies> found =
+      state_of(begin) ? Result<Bodies>(*state_of(begin)) : go_by_tiles(work, begin);
   if (!found) return found;
   take_model(work, found.value(), active_at(begin));
   Workbench bench(work, std::move(found).value(), active_at(begin));
@@ -313,8 +313,8 @@ Status Document::flush() {
   return Ok{};
 }
 
-Status Document::finish(const Snapshot& now, const LatticeBox& material_bounds,
-                        double removed_mm3, const std::vector<Portion>& severed) {
+Status Document::finish(const Snapshot& now, const LatticeBox& material_bounds, double removed_mm3,
+                        const std::vector<Portion>& severed) {
   if (open_step_ == 0) return wrong("no stroke is being made");
   Step step = steps_[open_step_];
   const Bodies& listed = bodies_at(head_);
@@ -370,8 +370,7 @@ void Document::list(StepId step, Bodies bodies) {
 }
 
 Status Document::write_bodies(StepId step, const Bodies& bodies) {
-  Result<Statement> put =
-      storage_->database.prepare("INSERT OR REPLACE INTO bodies VALUES (?, ?)");
+  Result<Statement> put = storage_->database.prepare("INSERT OR REPLACE INTO bodies VALUES (?, ?)");
   return put ? put.value().bind(step).bind(bodies_to_json(bodies)).run()
              : Status(Error{put.error()});
 }
@@ -392,7 +391,8 @@ Result<BodyChange> Document::act(const BodyAction& action, int threads) {
     if (!setting) return Error{setting.error()};
     if (Status s = setting.value().bind(json).run(); !s) return s;
     Result<Statement> put = storage_->database.prepare(
-        "INSERT INTO step (parent, kind, setting, removed_mm3, hash, finished) VALUES (?, 'bodies', "
+        "INSERT INTO step (parent, kind, setting, removed_mm3, hash, finished) VALUES (?, "
+        "'bodies', "
         "(SELECT id FROM setting WHERE json = ?), ?, ?, 1) RETURNING id, setting, "
         "CAST(strftime('%s', made_at) AS INTEGER)");
     if (!put) return Error{put.error()};

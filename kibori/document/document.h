@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// One file: the stock, every stroke as the tool's own path, everything done with bodies, the tree of
-// all that, and the models' state at some of its steps. SQLite, so that anyone can read it (docs/documents.md has the
-// tables).
+// One file: the stock, every stroke as the tool's own path, everything done with bodies, the tree
+// of all that, and the models' state at some of its steps. SQLite, so that anyone can read it
+// (docs/documents.md has the tables).
 //
 //   stock ── stroke ── stroke ── stroke*   every step knows the one before it
 //                 └─── stroke ── stroke    going back and doing otherwise keeps the other
@@ -46,8 +46,8 @@ struct DocumentStorage;
 struct Step {
   StepId id = 0, parent = 0;  // the stock has no parent: 0
   bool stock = false;
-  bool action = false;     // with bodies (BodyAction); else, and but for the stock, a stroke
-  BodyId body = 1;         // that a stroke worked on
+  bool action = false;   // with bodies (BodyAction); else, and but for the stock, a stroke
+  BodyId body = 1;       // that a stroke worked on
   bool finished = true;  // else it was being made when its process ended
   std::string label;
   int64_t ticks = 0;
@@ -121,9 +121,9 @@ class Document {
 
   // The active body's model at the head; what go, undo and redo work on from then on.
   Result<std::unique_ptr<TriDexel>> load();
-  // A model of any step's active body; the document goes on at its head. Errors, here and of load, go,
-  // undo and redo: what the file holds is not what was written there, by its hash; no model is made of
-  // that.
+  // A model of any step's active body; the document goes on at its head. Errors, here and of load,
+  // go, undo and redo: what the file holds is not what was written there, by its hash; no model is
+  // made of that.
   Result<std::unique_ptr<TriDexel>> load_at(StepId step) const;
   // All bodies at any step, with their models.
   Result<Bodies> load_bodies(StepId step) const;
@@ -192,8 +192,8 @@ class Document {
   }
   bool in_stroke() const { return open_step_ != 0; }
   Status flush();
-  // `model`: of the stroke's body, as the stroke left it, without what it severed; `severed`: what of
-  // that are bodies now (take_crumbs). The stroke becomes the head.
+  // `model`: of the stroke's body, as the stroke left it, without what it severed; `severed`: what
+  // of that are bodies now (take_crumbs). The stroke becomes the head.
   Status finish(const TriDexel& model, double removed_mm3,
                 const std::vector<Portion>& severed = {}) {
     return finish(model.snapshot(), model.material_bounds(), removed_mm3, severed);
@@ -219,8 +219,8 @@ class Document {
   Status for_forces(StepId step, const std::function<Status(const std::vector<Wrench>&)>& f) const;
   // What was done with bodies.
   Result<BodyAction> action(StepId step) const;
-  // Carves a stroke again on the bench, or does again what was done with bodies: all stands there as
-  // it stood when the step began (at any pitch). `law`: another force model.
+  // Carves a stroke again on the bench, or does again what was done with bodies: all stands there
+  // as it stood when the step began (at any pitch). `law`: another force model.
   Status replay(StepId step, Workbench& bench, const std::optional<ForceLaw>& law,
                 const std::function<void(const ReplayedTick&)>& use) const;
   // A stroke alone, on its body's model. What it severs is taken out.
@@ -302,8 +302,8 @@ class Document {
   Result<Bodies> make_state(TriDexel& work, StepId step) const;
   // Whether the state of a finished step is what was written.
   Status check_state(StepId step, const Bodies& now) const;
-  // The bodies of a step, by the states in memory and the tiles kept; `work` becomes the model of its
-  // active one. remember(step, state) is told of those on the way.
+  // The bodies of a step, by the states in memory and the tiles kept; `work` becomes the model of
+  // its active one. remember(step, state) is told of those on the way.
   Result<Bodies> rebuild(TriDexel& work, StepId step,
                          const std::function<void(StepId, const Bodies&)>& remember) const;
   // The same, of a step that has tiles; `work` is left as it happens to be.

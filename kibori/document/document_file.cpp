@@ -390,8 +390,11 @@ Status Document::check_tables() {
   };
   Result<Database> model = Database::open(":memory:", Database::Access::create);
   if (!model) return Error{model.error()};
-  for (const auto& [since, sql] :
-       {std::pair{1, kSchema}, {2, kSchemaSince2}, {3, kSchemaSince3}, {5, kSchemaSince5}, {9, kSchemaSince9}})
+  for (const auto& [since, sql] : {std::pair{1, kSchema},
+                                   {2, kSchemaSince2},
+                                   {3, kSchemaSince3},
+                                   {5, kSchemaSince5},
+                                   {9, kSchemaSince9}})
     if (version_ >= since)
       if (Status s = model.value().run(sql); !s) return failed("opening", s.error());
   const Result<Tables> ours = tables_of(model.value()), found = tables_of(storage_->database);

@@ -45,8 +45,8 @@ Result<std::string> seal_of_versions(Database& database) {
   return hash_text(hash.value());
 }
 
-// Of a step's row as it stands there, the bodies it left if they are others, and the seal of the one
-// before it.
+// Of a step's row as it stands there, the bodies it left if they are others, and the seal of the
+// one before it.
 Result<uint64_t> seal_of_step(Database& database, StepId step, bool has_bodies) {
   Result<Statement> read = database.prepare(
       "SELECT parent, kind, label, json, start, ticks, removed_mm3, hash, made_at, (SELECT value "

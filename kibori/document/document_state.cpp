@@ -20,7 +20,9 @@ constexpr size_t kMaxWaiting = 256;
 constexpr size_t kFarAway = 500;
 
 // The number under which a body's field stands with its tiles, and back.
-int64_t field_of(BodyId body, Axis axis) { return 3 * (int64_t{body} - 1) + static_cast<int64_t>(axis); }
+int64_t field_of(BodyId body, Axis axis) {
+  return 3 * (int64_t{body} - 1) + static_cast<int64_t>(axis);
+}
 int64_t body_of(int64_t field) { return field / 3 + 1; }
 Axis axis_of(int64_t field) { return kAxes[static_cast<size_t>(field % 3)]; }
 
@@ -64,8 +66,8 @@ void Document::add_checkpoint(StepId step, const LatticeBox& bounds) {
     at = steps_.at(at).parent;
 }
 
-// Against the last tiles before it: in memory, where what changed is known; else from the file. A body
-// that is new or gone is held against no material.
+// Against the last tiles before it: in memory, where what changed is known; else from the file. A
+// body that is new or gone is held against no material.
 Status Document::plan_tiles(TileJob& job) const {
   StepId at = steps_.at(job.step).parent;
   while (at != 0 && !is_checkpoint(at)) at = steps_.at(at).parent;
@@ -86,8 +88,8 @@ Status Document::plan_tiles(TileJob& job) const {
     for (const Axis axis : kAxes) {
       const auto consider = [&](int tu, int tv, const Tile* old_tile, const Tile* new_tile) {
         if (hash(old_tile) != hash(new_tile))
-          job.places.push_back({field_of(body, axis), tu, tv,
-                                new_tile && !new_tile->empty ? new_tile : nullptr});
+          job.places.push_back(
+              {field_of(body, axis), tu, tv, new_tile && !new_tile->empty ? new_tile : nullptr});
       };
       if (was && is && is->of_same_model(*was)) {
         is->field(axis).for_changed_tiles(
@@ -148,10 +150,7 @@ Status Document::keep_tiles(TileJob& job, std::chrono::steady_clock::time_point 
   if (!put) return Error{put.error()};
   for (const TilePlace& place : job.places) {
     Statement& p = put.value();
-    p.bind(job.step)
-        .bind(place.field)
-        .bind(int64_t{place.tu})
-        .bind(int64_t{place.tv});
+    p.bind(job.step).bind(place.field).bind(int64_t{place.tu}).bind(int64_t{place.tv});
     if (Status s = (place.tile ? p.bind(job.ids.at(place.tile)) : p.bind_null()).run(); !s)
       return s;
   }
@@ -437,8 +436,7 @@ Result<BodyAction> Document::action(StepId step) const {
   if (!read) return failed("reading a step", read.error());
   const Result<bool> row = read.value().bind(step).row();
   if (!row) return failed("reading a step", row.error());
-  Result<BodyAction> action =
-      action_from_json(row.value() ? read.value().text(0) : std::string());
+  Result<BodyAction> action = action_from_json(row.value() ? read.value().text(0) : std::string());
   if (!action)
     return wrong("is a damaged document: step " + std::to_string(step) + ": " + action.error());
   return action;
