@@ -390,9 +390,7 @@ std::string summary_json(const CarveSummary& s) {
   json["ticks"] = s.ticks;
   json["removed_mm3"] = s.removed_mm3;
   json["deposited_mm3"] = s.deposited_mm3;
-  json["fallen_mm3"] = s.fallen_mm3;
   json["volume_mm3"] = s.volume_mm3;
-  json["bodies"] = s.bodies;
   json["points_removed"] = s.points_removed;
   json["max_force_N"] = s.max_force_N;
   json["max_moment_Nmm"] = s.max_moment_Nmm;
@@ -405,6 +403,8 @@ std::string summary_json(const CarveSummary& s) {
                    {"rays", s.stock.rays},
                    {"spans", s.stock.spans},
                    {"bytes", s.stock.bytes}};
+  if (s.fallen_mm3 != 0) json["fallen_mm3"] = s.fallen_mm3;
+  if (s.bodies > 1) json["bodies"] = s.bodies;
   return json.dump(2) + "\n";
 }
 

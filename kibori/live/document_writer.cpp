@@ -101,9 +101,9 @@ Status DocumentWriter::take(const Item& item) {
   switch (item.event.kind) {
     case StrokeLog::Kind::begin: {
       const StrokeLog::Begin& b = *item.begin;
-      return document_->begin(
-          {b.tool, b.mode, b.material, *b.materials, b.force, b.rate_hz, b.symmetry, b.brush},
-          b.start);
+      return document_->begin({b.tool, b.mode, b.material, *b.materials, b.force, b.rate_hz,
+                               b.symmetry, b.brush, document_->active()},
+                              b.start);
     }
     case StrokeLog::Kind::tick:
       document_->add(item.event.tick, forces_ ? &item.event.felt : nullptr);
