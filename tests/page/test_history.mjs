@@ -322,6 +322,7 @@ db.execute("INSERT INTO version VALUES ('halfway', ?)", (count // 2,))
 # Of a format without seals, as these rows have none; the studio seals them when it opens the document.
 db.execute("DROP TABLE seal")
 db.execute("DELETE FROM meta WHERE key NOT IN ('lattice', 'stock', 'program')")
+db.execute("DROP TABLE bodies")
 db.execute("PRAGMA user_version = 4")
 db.commit()
 print(count)
