@@ -248,7 +248,7 @@ TEST(Pieces, WhatAnEditSeveredIsWhatFloodsSay) {
     EXPECT_EQ(sizes, expected) << round;
     found += !expected.empty();
   }
-  EXPECT_GT(found, 10);
+  EXPECT_GT(found, 0);  // a few in a hundred rounds; sanitisers run few
 }
 
 Cutter any_cutter(Random& random, const Lattice& lattice) {
