@@ -520,6 +520,10 @@ TEST(Studio, RaysNearAPlaceAndTheNodesThatVanishOnThem) {
         for (int u = box.u; u < box.u + box.columns * box.every; u += box.every)
           for (int k = 0; k < lattice.nodes[di]; k++)
             count += in_cube(di, k) && is_inside(before, axis, u, v, k) && !is_inside(now, axis, u, v, k);
+      const RayBox more = finer(box);
+      EXPECT_EQ(more.every, 1);
+      EXPECT_GE(more.columns, box.columns);
+      EXPECT_LE(more.columns, box.every * (box.columns + 1));
       const VanishedNodes gone = vanished_in(box, before, now);
       ASSERT_EQ(gone.count, count) << random.note();
       EXPECT_LE(gone.nodes.size(), kMaxVanishedNodes);
@@ -537,6 +541,7 @@ TEST(Studio, RaysNearAPlaceAndTheNodesThatVanishOnThem) {
     for (const double radius : {0.0, 1.0, 1e6}) {
       const RayBox box = ray_box(lattice, Axis::y, Vec3::Constant(far), radius, 64);
       EXPECT_LE(box.columns * box.rows, kMaxBoxRays * kMaxBoxRays);
+      EXPECT_LE(finer(box).columns * finer(box).rows, 16 * kMaxBoxRays * kMaxBoxRays);
     }
 }
 

@@ -561,12 +561,12 @@ struct ShowTool {
 // every, ... (rows of them) of the field, 32 both ways at most: where that would be more, every is
 // larger than it was asked. spans: of each ray, u first, how many spans reach between the depths
 // low and high [lattice units] (u8, the first 16), and of each its ends in and out (f32). vanished:
-// nodes x y z (u16 each) on these rays and between these depths that were in the material when this
-// page was answered last and are not now, evenly chosen where they are more than 2048; gone: how
-// many they are. Of the newest tick that took or added any: points (K, of the whole model), volume
-// (how much less material there is for it [mm^3]), motion (of the tool's tip [mm]), force (of the
-// wood on the tool [N]). ticks: how many there were since the last answer, and taken: K of them
-// all.
+// nodes x y z (u16 each) between these depths, on these rays and on those between them, four times
+// as many both ways or all, that were in the material when this page was answered last and are not
+// now, evenly chosen where they are more than 2048; gone: how many they are. Of the newest tick
+// that took or added any: points (K, of the whole model), volume (how much less material there is
+// for it [mm^3]), motion (of the tool's tip [mm]), force (of the wood on the tool [N]). ticks: how
+// many there were since the last answer, and taken: K of them all.
 struct Method {
   static constexpr uint8_t kKind = 76;
   uint8_t axis = 0;

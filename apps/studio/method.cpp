@@ -64,7 +64,7 @@ std::optional<Method> MethodView::answer(const Snapshot& snapshot, Clock::time_p
   // What an undo takes back did not vanish in a tick.
   const bool took = std::exchange(took_, taken_ != 0);
   if ((took || took_) && before_ && before_->of_same_model(snapshot)) {
-    const VanishedNodes gone = vanished_in(box, *before_, snapshot);
+    const VanishedNodes gone = vanished_in(finer(box), *before_, snapshot);
     said.gone = static_cast<uint32_t>(gone.count);
     for (const std::array<uint16_t, 3>& node : gone.nodes)
       for (const uint16_t index : node) put(said.vanished, index);

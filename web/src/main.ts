@@ -197,7 +197,7 @@ function onMessage(said: FromStudio): void {
         side: Vec3 = [last[12], last[13], last[14]];
       const shown = hand.there || hand.device || hand.readOnly || !hand.holds ? tip : null;
       view.showTool(shown, axis, side, pushed);
-      method.follow(shown);
+      method.follow(shown, axis);
       force = Math.hypot(...pushed);
       read(
         "n-force",

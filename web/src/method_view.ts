@@ -17,14 +17,21 @@ export type Field = 0 | 1 | 2 | null;
 
 /** Rays shown along each side of the box around the tool. */
 const RAYS = 24;
-/** Rays closer together than this on the screen are left out, every other one at a time [px]. */
-const RAY_PX = 8;
-const MAX_EVERY = 64;
+/** Where rays would be closer together than this on the screen, only some are shown [px]. */
+const RAY_PX = 7;
+/** Every so-manyth. */
+const EVERY = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64];
+/** The box around the tool: of its half width, and how far above the tip its middle is (of its half side). */
+const AROUND = 2,
+  ABOVE = 0.3;
 /** How long a vanished point is seen [ms]. */
-const FLASH_MS = 700;
+const FLASH_MS = 300;
 const MAX_FLASHES = 6000;
 /** Resistances drawn at once: more of them hide each other. */
-const MAX_ARROWS = 120;
+const MAX_ARROWS = 20;
+const ARROW_PX = 30;
+/** Points are as large as the pitch allows [px]. */
+const POINT_PX = { least: 3, most: 7, ofPitch: 0.7 };
 /** Between two questions while nothing moves [ms]. */
 const REST_MS = 200;
 /** A tick that took points counts as this one for so long [ms]; the eye can read it then. */
@@ -33,7 +40,10 @@ const NOW_MS = 400;
 const RAY = 0x7d8794,
   DEXEL = 0x0072b2,
   END = 0x00314f,
-  POINT = 0xd55e00;
+  NODE = 0xe8f4ff,
+  FAR_END = 0x5d93b5,
+  POINT = 0xffc21a,
+  RESISTANCE = 0xd55e00;
 
 const DOTS_VERTEX = /* glsl */ `
 #include <clipping_planes_pars_vertex>
@@ -55,7 +65,8 @@ void main() {
   #include <clipping_planes_fragment>
   float far = length(gl_PointCoord - 0.5);
   if (vLeft <= 0.0 || far > 0.5) discard;
-  gl_FragColor = vec4(color, min(1.0, 1.6 * vLeft) * smoothstep(0.5, 0.38, far));
+  // A darker rim, so that it is seen before any ground.
+  gl_FragColor = vec4(color * (1.0 - 0.65 * smoothstep(0.27, 0.36, far)), min(1.0, 1.6 * vLeft) * smoothstep(0.5, 0.42, far));
   #include <colorspace_fragment>
 }`;
 
@@ -68,7 +79,7 @@ class Dots {
       fragmentShader: DOTS_FRAGMENT,
       uniforms: {
         color: { value: new THREE.Color(color) },
-        size: { value: size * Math.min(2, devicePixelRatio) },
+        size: { value: 0 },
         now: { value: 0 },
         lasts: { value: lastsMs },
       },
@@ -79,7 +90,11 @@ class Dots {
     this.points = new THREE.Points(new THREE.BufferGeometry(), material);
     this.points.frustumCulled = false;
     this.points.renderOrder = order;
+    this.size = size;
     this.set([], []);
+  }
+  set size(px: number) {
+    this.points.material.uniforms.size.value = px * Math.min(2, devicePixelRatio);
   }
   /** Places [mm], and when each came [ms]; none: they stay. */
   set(places: number[], born: number[]): void {
@@ -123,14 +138,20 @@ class Lines {
 
 export class MethodView {
   private group = new THREE.Group();
-  private rays = new Lines(RAY, 1, 0.55, 1);
-  private dexels = new Lines(DEXEL, 3, 1, 2);
-  private ends = new Dots(END, 6, 0, 3);
-  private flashes = new Dots(POINT, 9, FLASH_MS, 5);
-  private shafts = new Lines(POINT, 1.5, 0.9, 4);
+  // Of the plane through the tip that faces who looks; what is before it is left out.
+  private rays = new Lines(RAY, 1, 0.8, 2);
+  private dexels = new Lines(DEXEL, 3, 1, 3);
+  private ends = new Dots(END, 7, 0, 4);
+  private nodes = new Dots(NODE, 2.5, 0, 4);
+  // Behind it.
+  private farRays = new Lines(RAY, 1, 0.25, 1);
+  private farDexels = new Lines(DEXEL, 1, 0.35, 1);
+  private farEnds = new Dots(FAR_END, 3, 0, 1);
+  private flashes = new Dots(POINT, 7, FLASH_MS, 6);
+  private shafts = new Lines(RESISTANCE, 2, 1, 7);
   private heads = new THREE.InstancedMesh(
     new THREE.ConeGeometry(0.5, 1, 10).translate(0, -0.5, 0),
-    new THREE.MeshBasicMaterial({ color: POINT }),
+    new THREE.MeshBasicMaterial({ color: RESISTANCE }),
     MAX_ARROWS,
   );
   private lit: { place: Vec3; born: number }[] = [];
@@ -138,6 +159,7 @@ export class MethodView {
   private origin: Vec3 = [0, 0, 0];
   private pitch = 1;
   private tip: Vec3 | null = null;
+  private axis: Vec3 = [0, 0, 1];
   private waiting = false; // for an answer
   private timer = 0;
   private last = ""; // the spans that are drawn
@@ -151,11 +173,18 @@ export class MethodView {
   ) {
     this.heads.frustumCulled = false;
     this.heads.count = 0;
-    this.heads.renderOrder = 4;
+    this.heads.renderOrder = 7;
+    // Points lie close together: a resistance is seen through those before it.
+    (this.heads.material as THREE.Material).depthTest = false;
+    this.shafts.lines.material.depthTest = false;
     this.group.add(
+      this.farRays.lines,
+      this.farDexels.lines,
+      this.farEnds.points,
       this.rays.lines,
       this.dexels.lines,
       this.ends.points,
+      this.nodes.points,
       this.flashes.points,
       this.shafts.lines,
       this.heads,
@@ -188,9 +217,10 @@ export class MethodView {
   }
 
   /** Where the tool's tip is; null: nowhere yet. */
-  follow(tip: Vec3 | null): void {
+  follow(tip: Vec3 | null, axis: Vec3): void {
     const moved = tip?.join() !== this.tip?.join();
     this.tip = tip;
+    this.axis = axis;
     if (moved && this.chosen !== null) this.askSoon(0);
   }
 
@@ -198,8 +228,9 @@ export class MethodView {
     this.last = "";
     this.lit = [];
     this.arrowsAt = -Infinity;
-    for (const lines of [this.rays, this.dexels, this.shafts]) lines.set([]);
-    for (const dots of [this.ends, this.flashes]) dots.set([], []);
+    for (const lines of [this.rays, this.dexels, this.farRays, this.farDexels, this.shafts])
+      lines.set([]);
+    for (const dots of [this.ends, this.nodes, this.farEnds, this.flashes]) dots.set([], []);
     this.heads.count = 0;
     for (const id of ["method-points", "method-volume", "method-force", "method-ticks"])
       read(id, "–");
@@ -213,14 +244,19 @@ export class MethodView {
   private ask(): void {
     if (this.chosen === null || this.waiting) return;
     if (!this.tip || document.hidden) return this.askSoon(REST_MS);
-    const apart = (RAY_PX * this.view.perPixel(new THREE.Vector3(...this.tip))) / this.pitch;
-    const every = Math.min(MAX_EVERY, 2 ** Math.max(0, Math.ceil(Math.log2(apart))));
+    const { tip, axis, pitch } = this,
+      apart = (RAY_PX * this.view.perPixel(new THREE.Vector3(...tip))) / pitch;
+    const every = EVERY.find((n) => n >= apart) ?? EVERY.at(-1)!;
+    const radius = Math.max(
+      4 * every * pitch,
+      Math.min((RAYS / 2) * every * pitch, AROUND * this.view.toolWidth),
+    );
     this.waiting = true;
     this.send(
       write.AskMethod({
         axis: this.chosen,
-        centre: this.tip,
-        radius: (RAYS / 2) * every * this.pitch,
+        centre: tip.map((x, i) => x + ABOVE * radius * axis[i]) as Vec3,
+        radius,
         every,
       }),
     );
@@ -230,10 +266,22 @@ export class MethodView {
   take(said: Method): void {
     this.waiting = false;
     if (said.axis !== this.chosen) return this.askSoon(0);
-    const shape = [said.every, said.u, said.v, said.columns, said.rows, said.low, said.high].join();
+    const front = this.front(said);
+    const shape = [
+      said.every,
+      said.u,
+      said.v,
+      said.columns,
+      said.rows,
+      said.low,
+      said.high,
+      front.across,
+      front.row,
+      front.behind,
+    ].join();
     const told = `${shape} ${new TextDecoder("latin1").decode(said.spans)}`;
     const changed = told !== this.last;
-    if (changed) this.draw(said);
+    if (changed) this.draw(said, front);
     this.last = told;
     if (said.taken !== 0) this.flash(said);
     this.say(said);
@@ -250,34 +298,64 @@ export class MethodView {
     return place;
   }
 
-  private draw(said: Method): void {
+  /**
+   * The plane of rays through the tip that faces who looks most: square to u or v (0, 1), which row
+   * or column of rays it is, and the sign of the way to those behind it.
+   */
+  private front(said: Method): { across: 0 | 1; row: number; behind: number } {
+    const tip = this.tip ?? [0, 0, 0],
+      way = this.view.towardsEye(new THREE.Vector3(...tip)).toArray();
+    const u = (said.axis + 1) % 3,
+      v = (said.axis + 2) % 3,
+      across = Math.abs(way[u]) > Math.abs(way[v]) ? 0 : 1;
+    const index = [u, v][across],
+      at = (tip[index] - this.origin[index]) / this.pitch - 0.5;
+    const row = Math.round((at - [said.u, said.v][across]) / said.every),
+      last = [said.columns, said.rows][across] - 1;
+    return {
+      across,
+      row: Math.min(last, Math.max(0, row)),
+      behind: way[index] > 0 ? -1 : 1,
+    };
+  }
+
+  private draw(said: Method, front: { across: 0 | 1; row: number; behind: number }): void {
     const { axis, every, low, high } = said,
       spans = new Reader(said.spans.slice().buffer);
-    const rays: number[] = [],
-      dexels: number[] = [],
-      ends: number[] = [];
+    const near = { rays: [] as number[], dexels: [] as number[], ends: [] as number[] },
+      far = { rays: [] as number[], dexels: [] as number[], ends: [] as number[] },
+      unseen = { rays: [] as number[], dexels: [] as number[], ends: [] as number[] },
+      nodes: number[] = [];
     for (let row = 0; row < said.rows; row++)
       for (let column = 0; column < said.columns; column++) {
         const u = said.u + column * every,
-          v = said.v + row * every;
-        rays.push(...this.at(axis, u, v, low), ...this.at(axis, u, v, high));
+          v = said.v + row * every,
+          deep = front.behind * ([column, row][front.across] - front.row);
+        const to = deep === 0 ? near : deep > 0 ? far : unseen;
+        to.rays.push(...this.at(axis, u, v, low), ...this.at(axis, u, v, high));
         for (let left = spans.u8(); left > 0; left--) {
-          const from = spans.f32(),
-            to = spans.f32();
-          dexels.push(
-            ...this.at(axis, u, v, Math.max(low, from)),
-            ...this.at(axis, u, v, Math.min(high, to)),
-          );
-          if (from >= low) ends.push(...this.at(axis, u, v, from));
-          if (to <= high) ends.push(...this.at(axis, u, v, to));
+          const begin = spans.f32(),
+            end = spans.f32();
+          const from = Math.max(low, begin),
+            until = Math.min(high, end);
+          to.dexels.push(...this.at(axis, u, v, from), ...this.at(axis, u, v, until));
+          if (begin >= low) to.ends.push(...this.at(axis, u, v, begin));
+          if (end <= high) to.ends.push(...this.at(axis, u, v, end));
+          if (deep !== 0) continue;
+          for (let k = Math.ceil((from - 0.5) / every) * every; k + 0.5 < until; k += every)
+            if (k + 0.5 >= from) nodes.push(...this.at(axis, u, v, k + 0.5));
         }
       }
-    this.rays.set(rays);
-    this.dexels.set(dexels);
-    this.ends.set(ends, []);
+    this.rays.set(near.rays);
+    this.dexels.set(near.dexels);
+    this.ends.set(near.ends, []);
+    this.nodes.set(nodes, []);
+    this.farRays.set(far.rays);
+    this.farDexels.set(far.dexels);
+    this.farEnds.set(far.ends, []);
     Object.assign(element("method").dataset, {
-      rays: String(rays.length / 6),
-      dexels: String(dexels.length / 6),
+      rays: String((near.rays.length + far.rays.length + unseen.rays.length) / 6),
+      dexels: String((near.dexels.length + far.dexels.length + unseen.dexels.length) / 6),
       every: String(every),
     });
   }
@@ -300,15 +378,20 @@ export class MethodView {
       this.lit.flatMap(({ place }) => place),
       this.lit.map(({ born }) => born),
     );
-    const way = new THREE.Vector3(...said.motion);
+    const way = new THREE.Vector3(...said.motion),
+      mmPerPx = this.view.perPixel(new THREE.Vector3(...(this.tip ?? this.origin)));
+    this.flashes.size = Math.min(
+      POINT_PX.most,
+      Math.max(POINT_PX.least, (POINT_PX.ofPitch * this.pitch) / mmPerPx),
+    );
     if (places.length > 0 && way.lengthSq() > 0) {
       const step = Math.ceil(places.length / MAX_ARROWS),
-        long = 1.6 * said.every * this.pitch,
-        head = 0.4 * long;
+        long = ARROW_PX * mmPerPx,
+        head = 0.3 * long;
       const against = way.normalize().negate(),
         turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 1, 0), against);
       const shafts: number[] = [],
-        size = new THREE.Vector3(0.6 * head, head, 0.6 * head);
+        size = new THREE.Vector3(0.8 * head, head, 0.8 * head);
       let count = 0;
       for (let i = 0; i < places.length; i += step) {
         const from = new THREE.Vector3(...places[i]),
@@ -345,14 +428,17 @@ export class MethodView {
     const { pitch } = this,
       cell = pitch ** 3,
       compact = (value: number): string => String(Number(value.toPrecision(3)));
-    const nth = said.every === 1 ? "every ray" : `every ${said.every}${said.every === 2 ? "nd" : "th"} ray`;
+    const nth =
+      said.every === 1
+        ? "every ray"
+        : `every ${said.every}${["th", "st", "nd", "rd"][said.every] ?? "th"} ray`;
     read("method-pitch", `${compact(pitch)} mm, ${nth}`);
     if (this.tookAt === -Infinity) return;
     element("method").classList.toggle("past", now - this.tookAt > NOW_MS);
     read("method-points", `${said.points}`);
     read(
       "method-volume",
-      `${compact(Math.abs(said.volume))} mm³, K h³ ${compact(said.points * cell)} mm³`,
+      `${compact(Math.abs(said.volume))} mm³ (K h³: ${compact(said.points * cell)})`,
     );
     read("method-force", `${compact(Math.hypot(...said.force))} N`);
     if (said.taken !== 0) read("method-ticks", `${said.taken} in ${said.ticks} ticks`);

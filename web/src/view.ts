@@ -36,7 +36,7 @@ const ROUGH = 0.4; // pixels a pixel, where drawing is slow and the camera moves
 const TURN_MS = 260;
 const TOOL_OPACITY = 0.75;
 /** Of the solid and the tool, where what is inside them is shown. */
-const GHOST = { solid: 0.3, tool: 0.3 };
+const GHOST = { solid: 0.3, tool: 0.4 };
 
 /** What a picture is of. Background: a colour of CSS; null for transparent. */
 export interface Capture {
@@ -426,6 +426,16 @@ export class View {
   private fadeTool(material: THREE.Material): void {
     material.opacity = this.ghostly ? GHOST.tool : TOOL_OPACITY;
     material.depthWrite = !this.ghostly;
+  }
+  /** Half as wide as the tool that is drawn [mm]; 0: none is. */
+  get toolWidth(): number {
+    let wide = 0;
+    for (const { geometry } of this.tool.children as THREE.Mesh[]) {
+      if (!geometry.boundingBox) geometry.computeBoundingBox();
+      const { min, max } = geometry.boundingBox!;
+      wide = Math.max(wide, max.x, max.y, -min.x, -min.y);
+    }
+    return wide;
   }
   /** Something that explains the solid; pictures and films leave it out. */
   showAid(thing: THREE.Object3D): void {

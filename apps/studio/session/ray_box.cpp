@@ -15,6 +15,21 @@ struct NodeRun {
 // Nodes stand at k + 1/2, and a span holds those in [in, out).
 int first_node(double depth) { return static_cast<int>(std::ceil(depth - 0.5)); }
 
+// The rays of the cube that are multiples of `every`.
+void choose_rays(RayBox& box, int every) {
+  const auto up = [&](int first) { return (first + every - 1) / every * every; };
+  const auto count = [&](int first, int last) {
+    return last < up(first) ? 0 : (last - up(first)) / every + 1;
+  };
+  box.every = every;
+  box.u = up(box.first_u);
+  box.v = up(box.first_v);
+  box.columns = count(box.first_u, box.last_u);
+  box.rows = count(box.first_v, box.last_v);
+  if (box.low >= box.high || box.columns == 0 || box.rows == 0)
+    box.u = box.v = box.columns = box.rows = 0;
+}
+
 // Calls f(u, v) for the rays of the box, u first.
 template <class F>
 void for_rays(const RayBox& box, F&& f) {
@@ -44,20 +59,16 @@ RayBox ray_box(const Lattice& lattice, Axis axis, const Vec3& centre_mm, double 
   box.high = std::clamp(centre[depth] + radius, 0.0, deep);
   const auto [u0, u1] = indices(u_index(axis));
   const auto [v0, v1] = indices(v_index(axis));
-  for (box.every = every;; box.every *= 2) {
-    const auto up = [&](int first) { return (first + box.every - 1) / box.every * box.every; };
-    const auto count = [&](int first, int last) {
-      return last < up(first) ? 0 : (last - up(first)) / box.every + 1;
-    };
-    box.u = up(u0);
-    box.v = up(v0);
-    box.columns = count(u0, u1);
-    box.rows = count(v0, v1);
-    if (std::max(box.columns, box.rows) <= kMaxBoxRays) break;
-  }
-  if (box.low >= box.high || box.columns == 0 || box.rows == 0)
-    box.u = box.v = box.columns = box.rows = 0;
+  box.first_u = u0, box.last_u = u1, box.first_v = v0, box.last_v = v1;
+  for (choose_rays(box, every); std::max(box.columns, box.rows) > kMaxBoxRays;)
+    choose_rays(box, 2 * box.every);
   return box;
+}
+
+RayBox finer(const RayBox& box) {
+  RayBox more = box;
+  choose_rays(more, (box.every + 3) / 4);
+  return more;
 }
 
 std::vector<std::vector<Span>> spans_in(const RayBox& box, const Snapshot& snapshot) {

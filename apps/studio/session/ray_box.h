@@ -22,6 +22,8 @@ struct RayBox {
   int every = 1;
   int u = 0, v = 0, columns = 0, rows = 0;
   double low = 0, high = 0;
+  // The first and last ray of the cube both ways, whether or not they are multiples of `every`.
+  int first_u = 0, last_u = -1, first_v = 0, last_v = -1;
 };
 
 // The rays of the cube of that half side about `centre_mm` whose indices are multiples of `every`,
@@ -38,6 +40,9 @@ struct VanishedNodes {
   // All of them, or kMaxVanishedNodes at most, evenly chosen: x, y and z index.
   std::vector<std::array<uint16_t, 3>> nodes;
 };
+// Of the same cube, four times as many rays both ways, or all of them.
+RayBox finer(const RayBox& box);
+
 // The lattice nodes on the box's rays and between its depths that lie in the material before, and
 // not in the material now, as this field tells.
 VanishedNodes vanished_in(const RayBox& box, const Snapshot& before, const Snapshot& now);
