@@ -17,6 +17,7 @@
 #include <kibori/batch/servo_run.h>
 #include "apps/studio/session/stock_scene.h"
 #include "apps/studio/session/live_session.h"
+#include "apps/studio/session/ray_box.h"
 
 #include "tests/support.h"
 
@@ -460,6 +461,88 @@ TEST(Studio, MirroredStrokesAndOneThatIsOnlyLookedAt) {
   EXPECT_TRUE(document.value()->settings(2).value().symmetry.planes[0]);
   EXPECT_TRUE(
       document.value()->verify([](const std::string& wrong) { ADD_FAILURE() << wrong; }).ok());
+}
+
+// What a page shows of the method, against nodes that are asked one by one.
+TEST(Studio, RaysNearAPlaceAndTheNodesThatVanishOnThem) {
+  test::Random random;
+  Lattice lattice;
+  lattice.nodes = Index3(37, 24, 51);
+  lattice.origin_mm = Vec3(-3, 5, 1);
+  lattice.pitch_mm = 0.5;
+  const Box all = lattice.to_mm(lattice.whole());
+  const auto is_inside = [](const Snapshot& model, Axis axis, int u, int v, int k) {
+    bool inside = false;
+    model.field(axis).for_spans(u, v, [&](const Span& span) {
+      inside |= static_cast<float>(k) + 0.5f >= span.in && static_cast<float>(k) + 0.5f < span.out;
+    });
+    return inside;
+  };
+  for (int round = 0; round < 60; round++) {
+    TriDexel model(lattice);
+    model.fill_block(all, 0);
+    Removed removed;
+    const auto carve = [&](double radius_mm) {
+      const Vec3 from = all.min + random.in_box(0, 1).cwiseProduct(all.size()), by = random.in_box(-2, 2);
+      cut(model, SweptTool(BallTool{radius_mm}, Pose{from, Mat3::Identity()}, by, lattice, lattice.whole()), {},
+          removed);
+    };
+    for (int i = 0; i < 6; i++) carve(1.5);
+    const Snapshot before = model.snapshot();
+    for (int i = 0; i < 3; i++) carve(2.5);
+    const Snapshot now = model.snapshot();
+    for (const Axis axis : kAxes) {
+      const Vec3 centre = all.min + random.in_box(-0.1, 1.1).cwiseProduct(all.size());
+      const double radius = random.uniform(0.2, 14);
+      const int every = random.integer(1, 3);
+      const RayBox box = ray_box(lattice, axis, centre, radius, every);
+      ASSERT_LE(std::max(box.columns, box.rows), kMaxBoxRays);
+      ASSERT_TRUE(box.every == every || box.every == 2 * every) << random.note();
+      const auto rays = spans_in(box, now);
+      ASSERT_EQ(rays.size(), static_cast<size_t>(box.columns * box.rows));
+      // Every node of the lattice: whether it is on the box's rays, and has vanished.
+      size_t count = 0;
+      int columns = 0, rows = 0;
+      const auto in_cube = [&](int index, int k) {
+        const double mm = lattice.origin_mm[index] + lattice.pitch_mm * (k + 0.5);
+        return std::abs(mm - centre[index]) <= radius;
+      };
+      const int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
+      for (int u = 0; u < lattice.nodes[ui]; u += box.every) columns += in_cube(ui, u);
+      for (int v = 0; v < lattice.nodes[vi]; v += box.every) rows += in_cube(vi, v);
+      bool deep = false;
+      for (int k = 0; k < lattice.nodes[di]; k++) deep |= in_cube(di, k);
+      if (deep && columns > 0 && rows > 0) {
+        ASSERT_EQ(box.columns, columns) << random.note();
+        ASSERT_EQ(box.rows, rows) << random.note();
+      }
+      for (int v = box.v; v < box.v + box.rows * box.every; v += box.every)
+        for (int u = box.u; u < box.u + box.columns * box.every; u += box.every)
+          for (int k = 0; k < lattice.nodes[di]; k++)
+            count += in_cube(di, k) && is_inside(before, axis, u, v, k) && !is_inside(now, axis, u, v, k);
+      const RayBox more = finer(box);
+      EXPECT_EQ(more.every, 1);
+      EXPECT_GE(more.columns, box.columns);
+      EXPECT_LE(more.columns, box.every * (box.columns + 1));
+      const VanishedNodes gone = vanished_in(box, before, now);
+      ASSERT_EQ(gone.count, count) << random.note();
+      EXPECT_LE(gone.nodes.size(), kMaxVanishedNodes);
+      EXPECT_TRUE(gone.nodes.size() == count || count > kMaxVanishedNodes);
+      for (const auto& node : gone.nodes) {
+        const int u = node[static_cast<size_t>(ui)], v = node[static_cast<size_t>(vi)],
+                  k = node[static_cast<size_t>(di)];
+        ASSERT_TRUE(in_cube(di, k) && in_cube(ui, u) && in_cube(vi, v)) << random.note();
+        ASSERT_TRUE(is_inside(before, axis, u, v, k) && !is_inside(now, axis, u, v, k)) << random.note();
+      }
+    }
+  }
+  // However far or large the cube is, there are no more rays than can be shown.
+  for (const double far : {0.0, 1e12, -1e12})
+    for (const double radius : {0.0, 1.0, 1e6}) {
+      const RayBox box = ray_box(lattice, Axis::y, Vec3::Constant(far), radius, 64);
+      EXPECT_LE(box.columns * box.rows, kMaxBoxRays * kMaxBoxRays);
+      EXPECT_LE(finer(box).columns * finer(box).rows, 16 * kMaxBoxRays * kMaxBoxRays);
+    }
 }
 
 }  // namespace

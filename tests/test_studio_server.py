@@ -914,6 +914,79 @@ speed = 40
         self.page.frame(bytes([14]))
         until(self.page, 69)
 
+    def test_the_method_is_told_of(self):
+        """Rays near the tool, how they are when it has passed, and K of all ticks in between."""
+        ask = bytes([31]) + struct.pack("<B3ddB", 2, 10, 6, 8, 3.0, 1)
+
+        def answer():
+            told = until(self.page, 76)
+            names = ("axis", "every", "u", "v", "columns", "rows", "low", "high", "gone", "points", "volume")
+            at = dict(zip(names, struct.unpack_from("<B5H2dI2d", told, 1)))
+            at["motion"], at["force"] = (struct.unpack_from("<3d", told, 48 + 24 * i) for i in range(2))
+            at["ticks"], at["taken"], size = struct.unpack_from("<IdI", told, 96)
+            spans, at["spans"] = told[112:112 + size], []
+            while spans:
+                count = spans[0]
+                at["spans"].append(struct.unpack_from(f"<{2 * count}f", spans, 1))
+                spans = spans[1 + 8 * count:]
+            count = struct.unpack_from("<I", told, 112 + size)[0]
+            at["vanished"] = list(struct.iter_unpack("<3H", told[116 + size:]))
+            self.assertEqual(6 * len(at["vanished"]), count)
+            return at
+
+        self.run_scene(self.SCENE, model="paper", pace=0.25)
+        until(self.page, 64)
+        self.page.frame(ask)
+        asked = time.time()
+        first = last = answer()
+        self.assertEqual((first["axis"], first["every"], first["columns"], first["rows"]), (2, 1, 12, 12))
+        # The room around the stock is 2 mm wide, and h is half a millimetre.
+        self.assertEqual(len(first["spans"]), 144)
+        self.assertTrue(all(ray == (4.0, 24.0) for ray in first["spans"]), first["spans"][:3])
+        self.assertAlmostEqual(first["high"] - first["low"], 12)
+        taken, gone, answers = 0, 0, 1
+        trace = None
+        while trace is None or last["ticks"]:
+            self.page.frame(ask)
+            last = answer()
+            answers += 1
+            taken += last["taken"]
+            gone += last["gone"]
+            self.assertEqual(len(last["vanished"]), last["gone"])
+            if last["taken"]:
+                self.assertGreater(last["points"], 0)
+                self.assertGreater(last["motion"][0], 0)
+                self.assertLess(last["force"][0], 0)
+            if trace is None:
+                for _ in range(20):
+                    told = self.page.message()
+                    if told[0] == 65:
+                        self.page.frame(bytes([10]) + told[1:5])
+                    if told[0] == 74:
+                        trace = told
+                        break
+        self.assertLess(answers / (time.time() - asked), 31, "no more often than 30 a second")
+        size = struct.unpack_from("<I", trace, 1)[0]
+        removed = json.loads(trace[5:5 + size])["removed_mm3"]
+        self.assertLess(abs(taken * 0.5 ** 3 - removed), 0.04 * removed)
+        # What vanished on these rays is what is missing of them: nodes stand at k + 1/2.
+        missing = sum(k + 0.5 >= ray[1] for ray in last["spans"] for k in range(24))
+        self.assertGreater(gone, 100)
+        self.assertEqual(gone, missing)
+
+    def test_the_method_of_no_such_place(self):
+        self.run_scene(self.SCENE, pace=0.05)
+        until(self.page, 64)
+        for centre, radius, every, rays in (((1e12, 0, 0), 1, 1, 0), ((10, 6, 5), 0, 1, 0), ((10, 6, 5), 1e6, 1, 1024), ((10, 6, 5), 2.0, 64, 1)):
+            self.page.frame(bytes([31]) + struct.pack("<B3ddB", 0, *centre, radius, every))
+            told = until(self.page, 76)
+            columns, rows = struct.unpack_from("<2H", told, 8)
+            self.assertLessEqual(columns * rows, rays)
+            self.assertLess(len(told), 1024 * (1 + 8 * 16) + 6 * 2048 + 200)
+        page = greeted(self.studio)
+        page.frame(bytes([31]) + struct.pack("<B3ddB", 2, 0, 0, 0, float("nan"), 1))
+        self.assertTrue(page.closed())
+
     def test_scenes_that_are_none_or_want_files(self):
         block = "block = [20, 12, 10]"
         for scene, says in (

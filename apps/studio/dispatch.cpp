@@ -30,6 +30,9 @@ struct Dispatch {
   void operator()(const Hello&) const {}  // a second one changes nothing
   void operator()(const Got& m) const { page.got(m.frame); }
   void operator()(const TakeTool&) const { server.hold(&page); }
+  void operator()(const AskMethod& m) const {
+    if (server.session) page.method().ask(m, MethodView::Clock::now());
+  }
 
   // Of the page that holds the tool, with a document or without.
   void operator()(const CancelWork&) const {
@@ -154,7 +157,8 @@ struct Dispatch {
 void Server::State::on_message(WebSocketClient& page, const FromPage& message) {
   const bool of_any_page = std::holds_alternative<Hello>(message) ||
                            std::holds_alternative<Got>(message) ||
-                           std::holds_alternative<TakeTool>(message);
+                           std::holds_alternative<TakeTool>(message) ||
+                           std::holds_alternative<AskMethod>(message);
   if (!of_any_page) {
     // Where no document is open, the page that begins one takes the tool.
     if (!session && holder != &page) hold(&page);

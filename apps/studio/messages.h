@@ -13,7 +13,7 @@
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 10;
+inline constexpr uint16_t kProtocolVersion = 11;
 
 // The first message of a page, with the key that POST /enter gave for the token. Welcome or Start
 // answers; where the key is another one, the line is closed with code 1008.
@@ -376,6 +376,26 @@ struct ChooseBrush {
     f(radius, strength, falloff, keep, red, green, blue, plane, point, normal, wall);
   }
 };
+// What the rays of one field (axis 0 x, 1 y, 2 z) find near a place [mm]: in the cube of that half
+// side, every so-manyth ray both ways. Method answers once, no sooner than 33 ms after the last
+// answer; a newer question takes the place of one that waits.
+struct AskMethod {
+  static constexpr uint8_t kKind = 31;
+  uint8_t axis = 0;
+  Vec3 centre = Vec3::Zero();
+  double radius = 0;
+  uint8_t every = 0;
+  bool in_range() const {
+    return axis <= 2 &&
+           centre.minCoeff() >= -1e+12 && centre.maxCoeff() <= 1e+12 &&
+           radius >= 0 && radius <= 1e+06 &&
+           every >= 1 && every <= 64;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(axis, centre, radius, every);
+  }
+};
 // A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz],
 // the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to
 // 1), which of them its stock is of, and what it is: 0 carved, 1 only looked at, 2 an experiment.
@@ -537,8 +557,42 @@ struct ShowTool {
     f(tool);
   }
 };
+// Answers AskMethod from the newest snapshot. Rays u, u + every, ... (columns of them) by v, v +
+// every, ... (rows of them) of the field, 32 both ways at most: where that would be more, every is
+// larger than it was asked. spans: of each ray, u first, how many spans reach between the depths
+// low and high [lattice units] (u8, the first 16), and of each its ends in and out (f32). vanished:
+// nodes x y z (u16 each) between these depths, on these rays and on those between them, four times
+// as many both ways or all, that were in the material when this page was answered last and are not
+// now, evenly chosen where they are more than 2048; gone: how many they are. Of the newest tick
+// that took or added any: points (K, of the whole model), volume (how much less material there is
+// for it [mm^3]), motion (of the tool's tip [mm]), force (of the wood on the tool [N]). ticks: how
+// many there were since the last answer, and taken: K of them all.
+struct Method {
+  static constexpr uint8_t kKind = 76;
+  uint8_t axis = 0;
+  uint16_t every = 0;
+  uint16_t u = 0;
+  uint16_t v = 0;
+  uint16_t columns = 0;
+  uint16_t rows = 0;
+  double low = 0;
+  double high = 0;
+  uint32_t gone = 0;
+  double points = 0;
+  double volume = 0;
+  Vec3 motion = Vec3::Zero();
+  Vec3 force = Vec3::Zero();
+  uint32_t ticks = 0;
+  double taken = 0;
+  std::vector<uint8_t> spans;
+  std::vector<uint8_t> vanished;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(axis, every, u, v, columns, rows, low, high, gone, points, volume, motion, force, ticks, taken, spans, vanished);
+  }
+};
 
 // What a page may say.
-using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush>;
+using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod>;
 
 }  // namespace kibori::studio

@@ -280,7 +280,11 @@ void Server::State::send_ticks() {
   const double wood = device ? 1 / device->share : 1;
   double owed = 0;
   bool gave_up = false, clipped = false;
+  std::vector<MethodView*> views;
+  for (WebSocketClient* const page : pages)
+    if (page->method().watching()) views.push_back(&page->method());
   for (const LiveTick& tick : session->ticks()) {
+    for (MethodView* const view : views) view->add(tick, wood);
     owed += tick.owed_mm3;
     gave_up |= tick.gave_up;
     clipped |= tick.clipped;
@@ -374,6 +378,8 @@ void Server::State::follow() {
     send_ticks();
     if (session->experiment()) follow_experiment();
     const auto now = Clock::now();
+    for (WebSocketClient* const page : all)
+      if (pages.count(page)) page->offer_method(now);
     if (now - state_at >= kStateEvery) {
       state_at = now;
       send_state();

@@ -73,6 +73,7 @@ void WebSocketClient::restart() {
   sent_.clear();
   told_steps_ = 0;
   told_versions_.clear();
+  method_.clear();
   if (!server_.session)
     return send(encode(Start{kProtocolVersion, server_.holder == this, server_.start_json(key_)}));
   Session& session = *server_.session;
@@ -139,6 +140,11 @@ void WebSocketClient::offer_history() {
   told_versions_ = server_.session->versions();
   send(encode(Versions{nlohmann::json(told_versions_)
                            .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)}));
+}
+
+void WebSocketClient::offer_method(MethodView::Clock::time_point now) {
+  if (const std::optional<Method> said = method_.answer(server_.session->snapshot(), now))
+    send(encode(*said));
 }
 
 void WebSocketClient::read() {

@@ -13,6 +13,7 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 
+#include "apps/studio/method.h"
 #include "apps/studio/server_state.h"
 
 namespace kibori::studio {
@@ -37,6 +38,9 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   void got(uint32_t frame) {
     if (frame == frame_) got_ = frame;
   }
+  // What this page looks at of the method.
+  MethodView& method() { return method_; }
+  void offer_method(MethodView::Clock::time_point now);
   size_t waiting_bytes() const { return waiting_bytes_; }
   // What this page's requests over HTTP call it, and no other page knows.
   const std::string& key() const { return key_; }
@@ -69,6 +73,7 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   bool more_ = false;  // as the page was told
   size_t told_steps_ = 0;
   Session::Versions told_versions_;
+  MethodView method_;
   bool greeted_ = false, closed_ = false;
 };
 

@@ -221,6 +221,7 @@ void ServoContext::take_dabs(LiveTick& result) {
     }
     stroke_removed_mm3_ += done.felt.removed_mm3;
     result.removed_mm3 += done.felt.removed_mm3;
+    result.points += done.felt.points;
     result.cutting |= done.changed;
     work_per_mm_ = done.work_per_mm;
     stiffness_n_mm_ = done.stiffness_n_mm;
@@ -322,6 +323,7 @@ LiveTick ServoContext::advance(DeviceStatus& status) {
       const ToolTick& f = felt.value();
       result = {f.pose, f.wrench, {}, f.removed_mm3, f.touching, f.cutting, f.inside};
       result.clipped = f.clipped;
+      result.points = f.removed_mm3 != 0 ? f.points : 0;
       log_tick(before,
                {f.pose.tip, f.motion.turn, f.edited, f.stretch_mm,
                 rotation_between(f.pose.frame, wanted.frame)},
@@ -342,6 +344,7 @@ LiveTick ServoContext::advance(DeviceStatus& status) {
       const double removed_mm3 = edits ? r.removed_mm3 : 0;  // what is only felt is still there
       result = {stroke_.pose(), r.wrench, {}, removed_mm3, r.points > 0, removed_mm3 > 0, false};
       result.clipped = r.clipped;
+      result.points = removed_mm3 != 0 ? r.points : 0;
       log_tick(before, {wanted.tip, turn, edits, Vec3::Zero(), Vec3::Zero()}, r.wrench,
                removed_mm3);
     } else {

@@ -53,6 +53,9 @@ struct LiveTick {
   bool gave_up = false;  // a brush's stroke took more memory than there is, and ended early
   SafetyStage::State safety = SafetyStage::State::off;
   Trip trip = Trip::none;  // why it is off
+  // Lattice nodes that vanished or came in this tick: K of force model `paper`. 0 where the material
+  // is only felt.
+  int64_t points = 0;
 };
 
 // Over all ticks.

@@ -6,6 +6,7 @@ import * as THREE from "three";
 import { ViewCube } from "./cube";
 import { ask, dialog, element, input, put, select } from "./dom";
 import { canFilm, Film } from "./film";
+import type { Field, MethodView } from "./method_view";
 import type { Capture, View } from "./view";
 import type { Vec3 } from "./wire";
 import type { Shading } from "./wood";
@@ -147,6 +148,24 @@ export class Look {
   toggleOrthographic(): void {
     input("orthographic").checked = this.settings.orthographic = !this.settings.orthographic;
     this.apply();
+  }
+
+  /** The buttons that choose a field show the method by its rays. */
+  showsMethod(method: MethodView): void {
+    this.method = method;
+    element("methods").onchange = () => {
+      const { value } = document.querySelector<HTMLInputElement>("input[name=method]:checked")!;
+      method.field = value === "off" ? null : ((this.field = Number(value) as 0 | 1 | 2) as Field);
+    };
+  }
+  private method: MethodView | null = null;
+  private field: 0 | 1 | 2 = 2; // that was shown last
+
+  toggleMethod(): void {
+    const value = this.method?.field === null ? String(this.field) : "off";
+    document.querySelector<HTMLInputElement>(`input[name=method][value="${value}"]`)!.checked =
+      true;
+    element("methods").dispatchEvent(new Event("change"));
   }
 
   private apply(): void {

@@ -15,6 +15,7 @@ import { Look } from "./look";
 import { lookByKeys } from "./look_keys";
 import { write, type FromStudio } from "./messages";
 import { MODEL_NOTES, type Model } from "./kinds";
+import { MethodView } from "./method_view";
 import { makeNumberRows } from "./number_row";
 import { ForcePlot } from "./plot";
 import { Senses } from "./senses";
@@ -79,6 +80,8 @@ const hand = new Hand(canvas, view, send);
 const layout = new Layout((insets) => view.cover(insets));
 const look = new Look(canvas, view, notify, (ending, what) => save(`${title}.${ending}`, what));
 lookByKeys(canvas, view.controls);
+const method = new MethodView(view, send);
+look.showsMethod(method);
 // Not kept are what a document says itself (its wood), and mirrors, which would surprise.
 const settings = new Settings([
   "shape",
@@ -156,6 +159,7 @@ function onMessage(said: FromStudio): void {
         input(id).max = String(Math.ceil(Math.max(...w.nodes) * w.pitch));
       view.begin({ origin: w.origin, pitch: w.pitch }, w.nodes);
       look.begin(w.document);
+      method.begin(w.origin, w.pitch);
       plot.clear();
       history.clear();
       hand.holds = hand.device = false;
@@ -191,12 +195,9 @@ function onMessage(said: FromStudio): void {
       const pushed: Vec3 = [last[3], last[4], last[5]],
         axis: Vec3 = [last[9], last[10], last[11]],
         side: Vec3 = [last[12], last[13], last[14]];
-      view.showTool(
-        hand.there || hand.device || hand.readOnly || !hand.holds ? tip : null,
-        axis,
-        side,
-        pushed,
-      );
+      const shown = hand.there || hand.device || hand.readOnly || !hand.holds ? tip : null;
+      view.showTool(shown, axis, side, pushed);
+      method.follow(shown, axis);
       force = Math.hypot(...pushed);
       read(
         "n-force",
@@ -206,6 +207,9 @@ function onMessage(said: FromStudio): void {
       read("n-tip", tip.map((x) => x.toFixed(1)).join(" "));
       break;
     }
+    case "Method":
+      method.take(said.message);
+      break;
     case "Trace":
       experiments.add(said.message.json, said.message.data);
       break;
@@ -454,6 +458,11 @@ const keys = new Keys(
       label: "orthographic or perspective",
       keys: ["5"],
       run: () => look.toggleOrthographic(),
+    },
+    method: {
+      label: "the method: rays, dexels and vanished points, or not",
+      keys: ["m"],
+      run: () => look.toggleMethod(),
     },
     all: { label: "show all", keys: ["Home"], run: () => view.frame() },
     export: { label: "export", keys: ["Ctrl+e"], run: askExport },

@@ -3,7 +3,7 @@
 import type { Mode, Model, Tool } from "./kinds";
 import { Reader, Writer, type Vec3 } from "./wire";
 
-export const PROTOCOL_VERSION = 10;
+export const PROTOCOL_VERSION = 11;
 
 /** The first message of a page, with the key that POST /enter gave for the token. Welcome or Start answers; where the key is another one, the line is closed with code 1008. */
 export interface Hello { version: number; key: string }
@@ -65,6 +65,8 @@ export interface ChooseTurn { turn: number }
 export type Strike = Record<string, never>;
 /** The brush of modes that reshape, from the next stroke on: radius [mm]; strength, below 0 for inflate only; falloff 0 smooth, 1 linear, 2 constant; keep: 1 where smoothing and grabbing keep the volume; the colour of paint; and what flatten goes to: plane 0 that under the stroke's beginning, 1 that under each dab, 2 the one through the point [mm] with that normal; of thrown clay, how far a second finger stands across the wall [mm], 0: there is none. */
 export interface ChooseBrush { radius: number; strength: number; falloff: number; keep: number; red: number; green: number; blue: number; plane: number; point: Vec3; normal: Vec3; wall: number }
+/** What the rays of one field (axis 0 x, 1 y, 2 z) find near a place [mm]: in the cube of that half side, every so-manyth ray both ways. Method answers once, no sooner than 33 ms after the last answer; a newer question takes the place of one that waits. */
+export interface AskMethod { axis: number; centre: Vec3; radius: number; every: number }
 /** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to 1), which of them its stock is of, and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
 export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; material: number; what: number }
 /** Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), whether any is painted (u16), vertices, corners (u16 each), and of painted ones a colour for each vertex (red, green, blue, 255 where it is painted or 0: u8). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
@@ -89,6 +91,8 @@ export interface Device { name: string; force: number; stiffness: number; max: n
 export interface Trace { json: string; data: Uint8Array }
 /** The tool from now on, of an experiment or of whoever holds it. */
 export interface ShowTool { tool: Tool | null }
+/** Answers AskMethod from the newest snapshot. Rays u, u + every, ... (columns of them) by v, v + every, ... (rows of them) of the field, 32 both ways at most: where that would be more, every is larger than it was asked. spans: of each ray, u first, how many spans reach between the depths low and high [lattice units] (u8, the first 16), and of each its ends in and out (f32). vanished: nodes x y z (u16 each) between these depths, on these rays and on those between them, four times as many both ways or all, that were in the material when this page was answered last and are not now, evenly chosen where they are more than 2048; gone: how many they are. Of the newest tick that took or added any: points (K, of the whole model), volume (how much less material there is for it [mm^3]), motion (of the tool's tip [mm]), force (of the wood on the tool [N]). ticks: how many there were since the last answer, and taken: K of them all. */
+export interface Method { axis: number; every: number; u: number; v: number; columns: number; rows: number; low: number; high: number; gone: number; points: number; volume: number; motion: Vec3; force: Vec3; ticks: number; taken: number; spans: Uint8Array; vanished: Uint8Array }
 
 export const write = {
   Hello: (m: Hello) => new Writer(1).u16(m.version).text(m.key).done(),
@@ -121,6 +125,7 @@ export const write = {
   ChooseTurn: (m: ChooseTurn) => new Writer(28).f64(m.turn).done(),
   Strike: () => new Writer(29).done(),
   ChooseBrush: (m: ChooseBrush) => new Writer(30).f64(m.radius).f64(m.strength).u8(m.falloff).u8(m.keep).u8(m.red).u8(m.green).u8(m.blue).u8(m.plane).vec3(m.point).vec3(m.normal).f64(m.wall).done(),
+  AskMethod: (m: AskMethod) => new Writer(31).u8(m.axis).vec3(m.centre).f64(m.radius).u8(m.every).done(),
 };
 
 /** What the studio may say. */
@@ -136,7 +141,8 @@ export type FromStudio =
   | { kind: "Work"; message: Work }
   | { kind: "Device"; message: Device }
   | { kind: "Trace"; message: Trace }
-  | { kind: "ShowTool"; message: ShowTool };
+  | { kind: "ShowTool"; message: ShowTool }
+  | { kind: "Method"; message: Method };
 
 /** Throws where it is none of them, or too short or long. */
 export function read(data: ArrayBuffer): FromStudio {
@@ -167,6 +173,8 @@ export function read(data: ArrayBuffer): FromStudio {
       return r.end({ kind: "Trace", message: { json: r.text(), data: r.raw() } });
     case 75:
       return r.end({ kind: "ShowTool", message: { tool: r.tool() } });
+    case 76:
+      return r.end({ kind: "Method", message: { axis: r.u8(), every: r.u16(), u: r.u16(), v: r.u16(), columns: r.u16(), rows: r.u16(), low: r.f64(), high: r.f64(), gone: r.u32(), points: r.f64(), volume: r.f64(), motion: r.vec3(), force: r.vec3(), ticks: r.u32(), taken: r.f64(), spans: r.raw(), vanished: r.raw() } });
     default:
       throw new Error(`a message of kind ${kind}, which is none`);
   }

@@ -118,9 +118,10 @@ void main() {
 const SHOW = /* glsl */ `
 varying vec2 vUv;
 uniform sampler2D tImage, tDepth;
+uniform float opacity; // below 1 the solid hides nothing
 void main() {
-  gl_FragColor = texture2D(tImage, vUv);
-  gl_FragDepth = texture2D(tDepth, vUv).r;
+  gl_FragColor = opacity * texture2D(tImage, vUv);
+  gl_FragDepth = opacity < 1.0 ? 1.0 : texture2D(tDepth, vUv).r;
 }`;
 
 type Uniforms = Record<string, THREE.IUniform>;
@@ -232,6 +233,7 @@ export class SolidImage {
       {
         tImage: { value: (this.smoothed ?? this.image).texture },
         tDepth: { value: this.image.depthTexture },
+        opacity: { value: 1 },
       },
       true,
     );
@@ -312,9 +314,10 @@ export class SolidImage {
 
   /**
    * On the canvas, with its depth, so that what is drawn next is hidden by the solid where it
-   * should be.
+   * should be. Below an opacity of 1 it is seen through, and hides nothing.
    */
-  show(): void {
+  show(opacity = 1): void {
+    (this.showPass.material as THREE.ShaderMaterial).uniforms.opacity.value = opacity;
     this.renderer.setRenderTarget(null);
     this.showPass.render(this.renderer);
   }

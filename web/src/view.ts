@@ -34,6 +34,9 @@ const FIELD = 35; // of view [degrees]
 const REST_MS = 350; // without a change, after which a slow machine draws as well as it can
 const ROUGH = 0.4; // pixels a pixel, where drawing is slow and the camera moves
 const TURN_MS = 260;
+const TOOL_OPACITY = 0.75;
+/** Of the solid and the tool, where what is inside them is shown. */
+const GHOST = { solid: 0.3, tool: 0.4 };
 
 /** What a picture is of. Background: a colour of CSS; null for transparent. */
 export interface Capture {
@@ -168,6 +171,7 @@ export class View {
       this.wheel.group,
       this.ring,
       this.arrow,
+      this.aids,
       lamp,
       new THREE.HemisphereLight(0xffffff, 0xb5a48f, 1.7),
     );
@@ -405,11 +409,40 @@ export class View {
       roughness: 0.3,
       metalness: 0.6,
       transparent: true,
-      opacity: 0.75,
     });
+    this.fadeTool(steel);
     this.tool.add(new THREE.Mesh(toolSurface(tool), steel));
     this.redraw();
   }
+
+  /** Whether solid and tool are seen through, as what showAid() adds lies within them. */
+  set ghost(on: boolean) {
+    this.ghostly = on;
+    for (const mesh of this.tool.children as THREE.Mesh[])
+      this.fadeTool(mesh.material as THREE.Material);
+    this.redraw();
+  }
+  private ghostly = false;
+  private fadeTool(material: THREE.Material): void {
+    material.opacity = this.ghostly ? GHOST.tool : TOOL_OPACITY;
+    material.depthWrite = !this.ghostly;
+  }
+  /** Half as wide as the tool that is drawn [mm]; 0: none is. */
+  get toolWidth(): number {
+    let wide = 0;
+    for (const { geometry } of this.tool.children as THREE.Mesh[]) {
+      if (!geometry.boundingBox) geometry.computeBoundingBox();
+      const { min, max } = geometry.boundingBox!;
+      wide = Math.max(wide, max.x, max.y, -min.x, -min.y);
+    }
+    return wide;
+  }
+  /** Something that explains the solid; pictures and films leave it out. */
+  showAid(thing: THREE.Object3D): void {
+    this.aids.add(thing);
+    this.redraw();
+  }
+  private aids = new THREE.Group();
 
   /**
    * So many pixels at each edge are covered by something: the rest is what the solid is shown in.
@@ -712,11 +745,15 @@ export class View {
       this.arrow,
       this.planes,
       this.level,
+      this.aids,
     ];
     if (this.grid) hidden.push(this.grid);
     const were = hidden.map((object) => object.visible);
     for (const object of hidden) object.visible = false;
+    const ghostly = this.ghostly;
+    this.ghostly = false;
     this.render(true);
+    this.ghostly = ghostly;
     hidden.forEach((object, i) => (object.visible = were[i]));
   }
   /** While the canvas has another size. */
@@ -848,7 +885,7 @@ export class View {
     this.changed = [];
     this.seen.camera.copy(this.camera.matrixWorld);
     this.seen.lens.copy(this.camera.projectionMatrix);
-    this.image.show();
+    this.image.show(this.ghostly ? GHOST.solid : 1);
     this.renderer.render(this.over, this.camera);
     this.frames++;
     if (turned) this.onCamera();

@@ -43,6 +43,7 @@ Result<std::unique_ptr<Session>> ExperimentSession::start(const Scene& scene, do
           tick.tool = pose;
           tick.computed = result.wrench;
           tick.removed_mm3 = result.removed_mm3;
+          tick.points = result.points;
           self->ticks_.push(tick);
           count++;
           const auto now = Clock::now();

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT
+#include "apps/studio/method.h"
+
+#include <utility>
+
+namespace kibori::studio {
+namespace {
+
+constexpr auto kAnswerEvery = std::chrono::milliseconds(33);
+// Who has not asked for so long does not look any more.
+constexpr auto kForgotten = std::chrono::seconds(2);
+
+template <class T>
+void put(std::vector<uint8_t>& to, T value) {
+  const auto* const raw = reinterpret_cast<const uint8_t*>(&value);
+  to.insert(to.end(), raw, raw + sizeof value);
+}
+
+}  // namespace
+
+void MethodView::add(const LiveTick& tick, double wood) {
+  const Vec3 motion = tip_ ? Vec3(tick.tool.tip - *tip_) : Vec3(Vec3::Zero());
+  tip_ = tick.tool.tip;
+  ticks_++;
+  taken_ += tick.points;
+  if (tick.points == 0) return;
+  newest_ = tick;
+  motion_ = motion;
+  force_ = wood * tick.computed.force;
+}
+
+std::optional<Method> MethodView::answer(const Snapshot& snapshot, Clock::time_point now) {
+  if (!question_) {
+    if (watching() && now - asked_at_ > kForgotten) clear();
+    return {};
+  }
+  if (now - answered_at_ < kAnswerEvery) return {};
+  answered_at_ = now;
+  const RayBox box = ray_box(snapshot.lattice, kAxes[question_->axis], question_->centre,
+                             question_->radius, question_->every);
+  question_.reset();
+  Method said;
+  said.axis = static_cast<uint8_t>(box.axis);
+  said.every = static_cast<uint16_t>(box.every);
+  said.u = static_cast<uint16_t>(box.u);
+  said.v = static_cast<uint16_t>(box.v);
+  said.columns = static_cast<uint16_t>(box.columns);
+  said.rows = static_cast<uint16_t>(box.rows);
+  said.low = box.low;
+  said.high = box.high;
+  said.points = static_cast<double>(newest_.points);
+  said.volume = newest_.removed_mm3;
+  said.motion = motion_;
+  said.force = force_;
+  said.ticks = ticks_;
+  said.taken = static_cast<double>(taken_);
+  for (const std::vector<Span>& spans : spans_in(box, snapshot)) {
+    put(said.spans, static_cast<uint8_t>(spans.size()));
+    for (const Span& span : spans) {
+      put(said.spans, span.in);
+      put(said.spans, span.out);
+    }
+  }
+  // What an undo takes back did not vanish in a tick.
+  const bool took = std::exchange(took_, taken_ != 0);
+  if ((took || took_) && before_ && before_->of_same_model(snapshot)) {
+    const VanishedNodes gone = vanished_in(finer(box), *before_, snapshot);
+    said.gone = static_cast<uint32_t>(gone.count);
+    for (const std::array<uint16_t, 3>& node : gone.nodes)
+      for (const uint16_t index : node) put(said.vanished, index);
+  }
+  before_ = snapshot;
+  ticks_ = 0;
+  taken_ = 0;
+  return said;
+}
+
+}  // namespace kibori::studio

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: MIT
+// The method, seen: rays, dexels, points that vanish and their numbers, by hand and in an
+// experiment; what is not looked at is not asked for.
+// Usage: node test_method.mjs KIBORI [SCREENSHOTS]
+import { writeFileSync } from "node:fs";
+import { join } from "node:path";
+import {
+  check,
+  enter,
+  folder,
+  open,
+  protocol,
+  run,
+  show,
+  shown,
+  started,
+  state,
+  Studio,
+  until,
+} from "./harness.mjs";
+
+const SIZE = { width: 1280, height: 800 };
+const kindOf = (name) => protocol.messages.find((message) => message.name === name).kind;
+
+/** A page that counts what it asks of the method, and what it is answered. */
+async function counted() {
+  const page = await open(SIZE);
+  const counts = { asked: 0, answered: 0, bytes: 0 };
+  page.on("websocket", (socket) => {
+    socket.on("framesent", ({ payload }) => (counts.asked += payload[0] === kindOf("AskMethod")));
+    socket.on("framereceived", ({ payload }) => {
+      if (payload[0] !== kindOf("Method")) return;
+      counts.answered++;
+      counts.bytes = Math.max(counts.bytes, payload.length);
+    });
+  });
+  return { page, counts };
+}
+/** What the view of the method says of itself, and its numbers as they are read. */
+const seen = (page) =>
+  page.evaluate(() => {
+    const box = document.querySelector("#method");
+    const numbers = Object.fromEntries(
+      [...box.querySelectorAll("dd")].map((dd) => [dd.id.replace("method-", ""), dd.textContent]),
+    );
+    return { ...box.dataset, ...numbers, visible: !box.hidden };
+  });
+async function untilSeen(page, what, holds, seconds = 30) {
+  for (const end = Date.now() + 1000 * seconds; ; await page.waitForTimeout(50)) {
+    const now = await seen(page);
+    if (holds(now)) return now;
+    if (Date.now() > end) throw new Error(`not in ${seconds} s: ${what}; ${JSON.stringify(now)}`);
+  }
+}
+
+async function byHand() {
+  const studio = await Studio.start();
+  const { page, counts } = await counted();
+  await enter(page, studio.url);
+  await started(page);
+  await page.locator("#detail").selectOption("192");
+  await page.locator("#go").click();
+  await shown(page);
+  await page.locator("input[name=shape][value=finger]").check({ force: true });
+  await page.locator("#model").selectOption("paper");
+  await page.locator("#view").focus();
+  // The middle of its top.
+  const before = await page.evaluate(() =>
+    window.kibori.onScreen(window.kibori.middle().map((x, i) => (i === 2 ? 2 * x : x))),
+  );
+  await page.mouse.move(before.x, before.y);
+  await page.waitForTimeout(800);
+  check("what is not looked at is not asked for", counts.asked === 0);
+  check("and not shown", !(await seen(page)).visible);
+
+  await page.keyboard.press("m");
+  const hovering = await untilSeen(page, "rays", (s) => Number(s.rays) > 100 && s.pitch !== "–");
+  check(`24 x 24 rays at most (${hovering.rays})`, Number(hovering.rays) <= 25 * 25);
+  check("each a dexel below the surface", Number(hovering.dexels) > 50);
+  check(`the pitch is told (${hovering.pitch})`, /^0\.417 mm, every/.test(hovering.pitch));
+  check("nothing has vanished yet", !hovering.vanished || hovering.vanished === "0");
+  await page.waitForTimeout(1000);
+  const rested = counts.asked;
+  await page.waitForTimeout(2000);
+  check(`at rest it asks little (${counts.asked - rested} in 2 s)`, counts.asked - rested <= 12);
+
+  const first = await state(page);
+  const from = counts.asked,
+    began = Date.now();
+  await page.mouse.down();
+  for (let i = 1; i <= 30; i++) {
+    await page.mouse.move(before.x + 3 * i, before.y + i);
+    await page.waitForTimeout(25);
+    if (i === 20) await show(page, "method-hand");
+  }
+  const cut = await untilSeen(page, "points that vanished", (s) => Number(s.vanished) > 20);
+  await page.mouse.up();
+  const rate = (1000 * (counts.asked - from)) / (Date.now() - began);
+  check(`no more than 30 times a second (${rate.toFixed(1)})`, rate <= 31);
+  check(
+    `an answer is bounded (${counts.bytes} bytes)`,
+    counts.bytes > 500 && counts.bytes < 200000,
+  );
+  const numbers = await untilSeen(page, "its numbers", (s) => Number(s.points) > 0 && s.force !== "–");
+  // The paper's model: |F| is Kf K.
+  check(`K, |F| and the volume are told (${JSON.stringify(numbers)})`, /N$/.test(numbers.force));
+  check("the volume beside K h³", /mm³ \(K h³: [\d.e-]+\)/.test(numbers.volume));
+  await until(page, "a step", (s) => Number(s.step) > Number(first.step));
+
+  // What an undo takes back, or brings, did not vanish in a tick.
+  await page.waitForTimeout(1000);
+  const kept = (await seen(page)).vanished;
+  await page.keyboard.press("Control+z");
+  await until(page, "undone", (s) => Number(s.step) === Number(first.step));
+  await page.keyboard.press("Control+y");
+  await until(page, "redone", (s) => Number(s.step) > Number(first.step));
+  await page.waitForTimeout(1000);
+  check("going back and forth is no tick", (await seen(page)).vanished === kept);
+  check("points did vanish", Number(cut.vanished) > 20);
+
+  // The fields, by the panel; and off by the key.
+  await page.locator("#look-box > summary").click();
+  for (const [value, name] of [
+    ["0", "x"],
+    ["1", "y"],
+    ["2", "z"],
+  ]) {
+    await page.locator(`input[name=method][value="${value}"]`).check();
+    await untilSeen(page, `rays of ${name}`, (s) => Number(s.rays) > 20 && s.pitch !== "–");
+    check(`the field is ${name}`, (await page.locator("#method-field").textContent()) === name);
+    await page.waitForTimeout(300);
+    await show(page, `method-${name}`);
+  }
+  // A picture leaves it out, and the solid in it is whole.
+  const ways = await page.evaluate(() => window.kibori.thumbnail().then((blob) => blob.size > 500));
+  check("pictures can be taken meanwhile", ways);
+  await page.locator("#look-box > summary").click();
+  await page.locator("#view").focus();
+  await page.keyboard.press("m");
+  check("the key hides it", !(await seen(page)).visible);
+  await page.waitForTimeout(400);
+  const asked = counts.asked;
+  await page.mouse.move(before.x - 30, before.y);
+  await page.waitForTimeout(1000);
+  check("and nothing is asked any more", counts.asked === asked);
+  check("the key is listed", /the method/.test(await page.locator("#bindings").textContent()));
+  await studio.end();
+}
+
+// The paper's finger: a groove that deepens, as slow as can be looked at.
+const SCENE = `
+[stock]
+block = [60, 30, 20]
+pitch = 0.5
+material = "oak"
+[tool]
+shape = "finger"
+ks = 0.25
+length = 16
+[force]
+model = "paper"
+kf = 0.05
+[motion]
+rate_hz = 1000
+[[move]]
+to = [-8, 15, 20]
+axis = [0, 0, 1]
+[[move]]
+to = [68, 15, 8]
+speed = 3
+`;
+const KF = 0.05,
+  PITCH = 0.5;
+
+async function anExperiment() {
+  const studio = await Studio.start();
+  const { page } = await counted();
+  // Drawn as where there is a graphics card: docs/method.png is the picture that it shows.
+  await page.addInitScript(() => {
+    const asked = WebGL2RenderingContext.prototype.getParameter;
+    WebGL2RenderingContext.prototype.getParameter = function (name) {
+      const said = asked.call(this, name);
+      return typeof said === "string" && /swiftshader/i.test(said) ? "a card" : said;
+    };
+  });
+  await enter(page, studio.url);
+  await started(page);
+  const file = join(folder, "groove.toml");
+  writeFileSync(file, SCENE);
+  await page.locator("#scene").selectOption("");
+  await page.locator("#scene-file").setInputFiles(file);
+  await until(page, "an experiment", (s) => s.shown === "solid" && Number(s.chunks) > 0);
+  await page.locator("#view").focus();
+  await page.keyboard.press("m");
+  // Nearer, where the finger goes.
+  const place = await page.evaluate(() => window.kibori.onScreen([31, 15, 17]));
+  await page.mouse.move(place.x, place.y);
+  for (let i = 0; i < 8; i++) {
+    await page.mouse.wheel(0, -320);
+    await page.waitForTimeout(100);
+  }
+  await untilSeen(
+    page,
+    "points that vanish, of dexels",
+    (s) => Number(s.vanished) > 300 && Number(s.points) > 0 && Number(s.dexels) > 100,
+    60,
+  );
+  // What is read is of one tick: eq. (4), F = Kf K; and K h³ is about what the dexels lost.
+  for (let i = 0; i < 12; i++) {
+    const now = await seen(page);
+    const k = Number(now.points),
+      force = parseFloat(now.force);
+    check(`|F| = Kf K (${now.force}, K ${k})`, Math.abs(force - KF * k) <= 0.006 * KF * k + 1e-9);
+    const [, cells] = /K h³: ([\d.e-]+)/.exec(now.volume);
+    check("K h³", Math.abs(Number(cells) - k * PITCH ** 3) <= 0.006 * k * PITCH ** 3);
+    await page.waitForTimeout(150);
+  }
+  await page.locator("#force .fold").click();
+  await page.mouse.move(1230, 700); // no ring
+  for (let i = 0; i < 600; i++) {
+    const tip = (await page.locator("#n-tip").textContent()).split(" ").map(Number);
+    if (tip[0] > 29.5) break;
+    await page.waitForTimeout(50);
+  }
+  await show(page, "method");
+  await studio.end();
+}
+
+await run([byHand, anExperiment]);
