@@ -4,6 +4,7 @@
 #include <array>
 #include <functional>
 
+#include <kibori/document/body_codec.h>
 #include <kibori/document/codec.h>
 
 #include "apps/studio/server_state.h"
@@ -107,6 +108,20 @@ struct Dispatch {
   }
   void operator()(const ChooseModel& m) const {
     choose([&](LiveSession& s) { return s.choose_model(m.model); });
+  }
+  void operator()(const ChooseCrumbs& m) const {
+    choose([&](LiveSession& s) { return s.choose_crumbs(static_cast<Crumbs>(m.rule)); });
+  }
+  void operator()(const ChooseBody& m) const {
+    carve([&](LiveSession& s) { s.choose_body(static_cast<BodyId>(m.body)); });
+  }
+  void operator()(const ActOnBodies& m) const {
+    choose([&](LiveSession& s) -> Status {
+      const Result<BodyAction> action = action_from_json(m.action);
+      if (!action) return Error{action.error()};
+      s.act(action.value());
+      return Ok{};
+    });
   }
   void operator()(const ChooseReach& m) const {
     choose([&](LiveSession& s) {

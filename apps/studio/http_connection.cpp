@@ -407,28 +407,31 @@ void HttpConnection::send_export() {
         path, [promise](const kibori::Status& written) { promise->set_value(written); });
     return;
   }
-  std::function<kibori::Status(const Snapshot&)> make;
+  std::function<kibori::Status(const kibori::Bodies&, const Snapshot&)> make;
   if (is_one_of(kMeshesWritten, "." + format)) {
     std::vector<Rgb> colors;
     for (const Material& m : server_.session->materials()) colors.push_back(m.color);
-    make = [path, colors, tolerance](const Snapshot& model) -> kibori::Status {
-      const Result<size_t> written = write_model(path, model, colors, tolerance, 1);
+    make = [path, colors, tolerance](const kibori::Bodies& bodies,
+                                     const Snapshot&) -> kibori::Status {
+      const Result<size_t> written = write_bodies(path, bodies.all, colors, tolerance, 1);
       return written ? kibori::Status(Ok{}) : kibori::Status(Error{written.error()});
     };
   } else if (format == "png") {
-    make = [path](const Snapshot& model) -> kibori::Status {
+    // These are of the one body that is worked on.
+    make = [path](const kibori::Bodies&, const Snapshot& model) -> kibori::Status {
       const auto written = write_height_map(path, model);
       return written ? kibori::Status(Ok{}) : kibori::Status(Error{written.error()});
     };
   } else if (format == "zip") {
-    make = [path](const Snapshot& model) { return write_layers_zip(path, model, {}); };
+    make = [path](const kibori::Bodies&, const Snapshot& model) { return write_layers_zip(path, model, {}); };
   } else {
     return respond(Status::bad_request, "there is no such format\n");
   }
   server_.work(
       "Writing " + format,
-      [model = server_.session->snapshot(), make, sent](std::atomic<double>&) -> Job::Then {
-        return [sent, written = make(model)](bool wanted) { sent(written, wanted); };
+      [bodies = server_.session->bodies(), model = server_.session->snapshot(), make,
+       sent](std::atomic<double>&) -> Job::Then {
+        return [sent, written = make(bodies, model)](bool wanted) { sent(written, wanted); };
       });
 }
 

@@ -13,7 +13,7 @@
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 11;
+inline constexpr uint16_t kProtocolVersion = 12;
 
 // The first message of a page, with the key that POST /enter gave for the token. Welcome or Start
 // answers; where the key is another one, the line is closed with code 1008.
@@ -396,6 +396,40 @@ struct AskMethod {
     f(axis, centre, radius, every);
   }
 };
+// What is done with bodies, as a step, as documents keep it: {"verb":"join","bodies":[1,2]}.
+struct ActOnBodies {
+  static constexpr uint8_t kKind = 32;
+  std::string action;
+  bool in_range() const {
+    return action.size() >= 2 && action.size() <= 65536;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(action);
+  }
+};
+// The body that strokes go to from now on.
+struct ChooseBody {
+  static constexpr uint8_t kKind = 33;
+  uint32_t body = 0;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(body);
+  }
+};
+// What becomes of pieces that a stroke severs: 0 those under a tenth fall away and larger ones
+// become bodies, 1 they stay, 2 fall away, 3 become bodies.
+struct ChooseCrumbs {
+  static constexpr uint8_t kKind = 34;
+  uint8_t rule = 0;
+  bool in_range() const {
+    return rule <= 3;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(rule);
+  }
+};
 // A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz],
 // the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to
 // 1), which of them its stock is of, and what it is: 0 carved, 1 only looked at, 2 an experiment.
@@ -416,18 +450,19 @@ struct Welcome {
     f(version, origin, nodes, pitch, rate, document, materials, material, what);
   }
 };
-// Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices
-// and triangles (u32), whether any is painted (u16), vertices, corners (u16 each), and of painted
-// ones a colour for each vertex (red, green, blue, 255 where it is painted or 0: u8). A vertex: x y
-// z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8).
+// Surface of one body that changed; the page answers Got. Each chunk: place x y z (u16), numbers of
+// vertices and triangles (u32), whether any is painted (u16), vertices, corners (u16 each), and of
+// painted ones a colour for each vertex (red, green, blue, 255 where it is painted or 0: u8). A
+// vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8).
 struct Chunks {
   static constexpr uint8_t kKind = 65;
   uint32_t frame = 0;
   uint8_t more = 0;
+  uint32_t body = 0;
   std::vector<uint8_t> data;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(frame, more, data);
+    f(frame, more, body, data);
   }
 };
 // Every servo tick since the last: tip [mm], force of the wood on the tool [N], moment about the
@@ -591,8 +626,21 @@ struct Method {
     f(axis, every, u, v, columns, rows, low, high, gone, points, volume, motion, force, ticks, taken, spans, vanished);
   }
 };
+// Which bodies there are, and the one that strokes go to. JSON: id, name, pose (of the body's
+// lattice in the world: its origin [mm], then the columns of its frame), visible, locked,
+// volume_mm3. Chunks of a body that is not there, is hidden, or stands otherwise than it was told
+// before are no more; those of one that is shown follow.
+struct Bodies {
+  static constexpr uint8_t kKind = 77;
+  uint32_t active = 0;
+  std::string json;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(active, json);
+  }
+};
 
 // What a page may say.
-using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod>;
+using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs>;
 
 }  // namespace kibori::studio

@@ -278,7 +278,8 @@ void Server::State::send_ticks() {
   // The wood's force; a device is given its share of that.
   const LiveSession::HapticDeviceState* const device = haptic_device();
   const double wood = device ? 1 / device->share : 1;
-  double owed = 0;
+  double owed = 0, fallen = 0;
+  int parted = 0;
   bool gave_up = false, clipped = false;
   std::vector<MethodView*> views;
   for (WebSocketClient* const page : pages)
@@ -286,6 +287,8 @@ void Server::State::send_ticks() {
   for (const LiveTick& tick : session->ticks()) {
     for (MethodView* const view : views) view->add(tick, wood);
     owed += tick.owed_mm3;
+    fallen += tick.fallen_mm3;
+    parted += tick.parted;
     gave_up |= tick.gave_up;
     clipped |= tick.clipped;
     for (const Vec3& v :
@@ -304,6 +307,17 @@ void Server::State::send_ticks() {
   if (owed > kOwedNotice) {
     char text[120];
     std::snprintf(text, sizeof text, "%.3g mm³ of the clay that you pressed found no room.", owed);
+    notify(text);
+  }
+  if (parted > 0)
+    notify(parted == 1 ? "A piece came off. It is a body of its own now; Undo puts it back."
+                       : std::to_string(parted) +
+                             " pieces came off. They are bodies of their own now; Undo puts them "
+                             "back.");
+  if (fallen > 0) {
+    char text[120];
+    std::snprintf(text, sizeof text, "%.3g mm³ came loose and fell away. Undo puts it back.",
+                  fallen);
     notify(text);
   }
   const auto now = Clock::now();
@@ -368,11 +382,12 @@ void Server::State::send_device(WebSocketClient* page) {
 void Server::State::follow() {
   if (stop && stop()) return io.stop();
   if (session) {
-    const std::vector<Index3>& changed = session->follow();
+    const std::vector<Session::ChunkPlace>& changed = session->follow();
     const std::vector<WebSocketClient*> all(pages.begin(), pages.end());
     for (WebSocketClient* const page : all) {
       if (!pages.count(page)) continue;
       page->changed(changed);
+      page->offer_bodies();
       page->offer_chunks();
     }
     send_ticks();

@@ -2,6 +2,7 @@
 #include "apps/studio/websocket_client.h"
 
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -71,6 +72,9 @@ void WebSocketClient::send(std::vector<uint8_t> message) {
 void WebSocketClient::restart() {
   dirty_.clear();
   sent_.clear();
+  told_bodies_ = 0;
+  told_list_.clear();
+  shown_bodies_.clear();
   told_steps_ = 0;
   told_versions_.clear();
   method_.clear();
@@ -90,22 +94,77 @@ void WebSocketClient::restart() {
   server_.send_device(this);
   if (server_.shown) send(encode(*server_.shown));
   if (!server_.trace_sent.empty()) send(server_.trace_sent);
-  const Index3 count = surface_chunks(lattice);
+  offer_bodies();
+  offer_history();
+}
+
+void WebSocketClient::forget(BodyId body) {
+  const auto mine = [body](const auto& all) {
+    return std::pair{all.lower_bound({body, Index3::Constant(std::numeric_limits<int>::min())}),
+                     all.upper_bound({body, Index3::Constant(std::numeric_limits<int>::max())})};
+  };
+  const auto [dirty, dirty_end] = mine(dirty_);
+  dirty_.erase(dirty, dirty_end);
+  const auto [sent, sent_end] = mine(sent_);
+  sent_.erase(sent, sent_end);
+}
+
+void WebSocketClient::show(BodyId body) {
+  const LiveSurface& surface = *server_.session->surface(body);
+  const Index3 count = surface_chunks(server_.session->lattice());
   for (int x = 0; x < count.x(); x++)
     for (int y = 0; y < count.y(); y++)
       for (int z = 0; z < count.z(); z++)
-        if (!session.surface().chunk({x, y, z}).triangles.empty()) dirty_.insert(Index3(x, y, z));
-  offer_history();
+        if (!surface.chunk({x, y, z}).triangles.empty()) dirty_.insert({body, Index3(x, y, z)});
+}
+
+void WebSocketClient::offer_bodies() {
+  const Session& session = *server_.session;
+  if (std::exchange(told_bodies_, session.bodies_told()) == session.bodies_told()) return;
+  nlohmann::json list = nlohmann::json::array();
+  for (const Body& body : session.bodies().all) {
+    nlohmann::json pose = nlohmann::json::array();
+    for (const double x : body.pose.tip) pose.push_back(x);
+    for (const double x : body.pose.frame.reshaped()) pose.push_back(x);
+    list.push_back({{"id", body.id},
+                    {"name", body.name},
+                    {"pose", std::move(pose)},
+                    {"visible", body.visible},
+                    {"locked", body.locked},
+                    {"volume_mm3", session.volume_mm3(body.id)}});
+  }
+  const std::string json = list.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  std::string told = std::to_string(session.active()) + json;
+  if (told == told_list_) return;
+  told_list_ = std::move(told);
+  send(encode(kibori::studio::Bodies{static_cast<uint32_t>(session.active()), json}));
+  std::map<BodyId, Pose> shown;
+  for (const Body& body : session.bodies().all)
+    if (body.visible) shown[body.id] = body.pose;
+  const auto has = [](const std::map<BodyId, Pose>& all, BodyId id, const Pose& pose) {
+    const auto found = all.find(id);
+    return found != all.end() && found->second.tip == pose.tip && found->second.frame == pose.frame;
+  };
+  for (const auto& [id, pose] : shown_bodies_)
+    if (!has(shown, id, pose)) forget(id);
+  for (const auto& [id, pose] : shown)
+    if (!has(shown_bodies_, id, pose)) show(id);
+  shown_bodies_ = std::move(shown);
 }
 
 void WebSocketClient::offer_chunks() {
   if (dirty_.empty() || frame_ != got_) return;
   Chunks frame;
+  frame.body = static_cast<uint32_t>(dirty_.begin()->body);
   while (!dirty_.empty() && frame.data.size() < kFrameBytes) {
-    const Index3 at = *dirty_.begin();
+    const Session::ChunkPlace at = *dirty_.begin();
+    if (!frame.data.empty() && static_cast<uint32_t>(at.body) != frame.body) break;
+    frame.body = static_cast<uint32_t>(at.body);
     dirty_.erase(dirty_.begin());
+    const LiveSurface* const surface = server_.session->surface(at.body);
+    if (!surface || !shown_bodies_.count(at.body)) continue;
     const size_t begin = frame.data.size();
-    put_chunk(frame.data, server_.session->surface().chunk(at), at, server_.session->lattice());
+    put_chunk(frame.data, surface->chunk(at.at), at.at, server_.session->lattice());
     // What changed beneath may look the same.
     Hash hash;
     hash.add(frame.data.data() + begin, frame.data.size() - begin);

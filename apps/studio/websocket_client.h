@@ -32,7 +32,10 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   // There is another document, or none: nothing of what the page was told holds any more.
   void restart();
   // Chunks of the surface that are not as they were when this page got them.
-  void changed(const std::vector<Index3>& chunks) { dirty_.insert(chunks.begin(), chunks.end()); }
+  void changed(const std::vector<Session::ChunkPlace>& chunks) {
+    dirty_.insert(chunks.begin(), chunks.end());
+  }
+  void offer_bodies();
   void offer_chunks();
   void offer_history();
   void got(uint32_t frame) {
@@ -47,10 +50,14 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
 
  private:
   struct Before {
-    bool operator()(const Index3& a, const Index3& b) const {
-      return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
+    bool operator()(const Session::ChunkPlace& a, const Session::ChunkPlace& b) const {
+      if (a.body != b.body) return a.body < b.body;
+      return std::lexicographical_compare(a.at.data(), a.at.data() + 3, b.at.data(),
+                                          b.at.data() + 3);
     }
   };
+  void show(BodyId body);
+  void forget(BodyId body);
   void read();
   void greet();
   // It has no key, or is of another version.
@@ -67,8 +74,12 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   boost::beast::flat_buffer buffer_;
   std::deque<std::vector<uint8_t>> queue_;
   size_t waiting_bytes_ = 0;
-  std::set<Index3, Before> dirty_;
-  std::map<Index3, uint64_t, Before> sent_;  // a hash of each chunk, as it was sent last
+  std::set<Session::ChunkPlace, Before> dirty_;
+  // A hash of each chunk, as it was sent last.
+  std::map<Session::ChunkPlace, uint64_t, Before> sent_;
+  uint64_t told_bodies_ = 0;             // see Session::bodies_told()
+  std::string told_list_;
+  std::map<BodyId, Pose> shown_bodies_;  // whose chunks the page has, or is to get
   uint32_t frame_ = 0, got_ = 0;
   bool more_ = false;  // as the page was told
   size_t told_steps_ = 0;

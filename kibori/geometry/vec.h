@@ -41,6 +41,13 @@ struct Pose {
 
   Vec3 axis() const { return frame.col(2); }
   Vec3 to_world(const Vec3& in_tool) const { return tip + frame * in_tool; }
+  // Of what stands at `in_this` in this frame: where it is in the world, and back.
+  Pose to_world(const Pose& in_this) const {
+    return {to_world(in_this.tip), frame * in_this.frame};
+  }
+  Pose from_world(const Pose& in_world) const {
+    return {frame.transpose() * (in_world.tip - tip), frame.transpose() * in_world.frame};
+  }
 };
 
 // A frame whose third column is `axis` (any length > 0); the first is turned by roll_rad about it

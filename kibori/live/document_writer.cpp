@@ -102,14 +102,15 @@ Status DocumentWriter::take(const Item& item) {
     case StrokeLog::Kind::begin: {
       const StrokeLog::Begin& b = *item.begin;
       return document_->begin({b.tool, b.mode, b.material, *b.materials, b.force, b.rate_hz,
-                               b.symmetry, b.brush, document_->active()},
+                               b.symmetry, b.brush, document_->active(), b.crumbs},
                               b.start);
     }
     case StrokeLog::Kind::tick:
       document_->add(item.event.tick, forces_ ? &item.event.felt : nullptr);
       return Ok{};
     case StrokeLog::Kind::end:
-      return document_->finish(item.end->state, item.end->bounds, item.end->removed_mm3);
+      return document_->finish(item.end->state, item.end->bounds, item.end->removed_mm3,
+                               item.end->crumbs.portions);
     case StrokeLog::Kind::cancel:
       return document_->cancel();
     case StrokeLog::Kind::fence: {
@@ -128,30 +129,57 @@ Status DocumentWriter::take(const Item& item) {
   return Ok{};
 }
 
+// The step to go to.
+Result<StepId> DocumentWriter::resolve() {
+  switch (request_->kind) {
+    case Kind::undo:
+      return document_->before_head();
+    case Kind::redo:
+      return document_->after_head();
+    case Kind::go:
+      return request_->step;
+    case Kind::act: {
+      const Result<BodyChange> acted = document_->act(request_->action, 1);
+      if (!acted) return Error{acted.error()};
+      return document_->head();
+    }
+    case Kind::choose: {
+      const Status chosen = document_->choose(static_cast<BodyId>(request_->step));
+      if (!chosen) return Error{chosen.error()};
+      return document_->head();
+    }
+  }
+  return document_->head();
+}
+
 Status DocumentWriter::resolve_request() {
   if (!request_) return Ok{};
-  const Result<StepId> step = request_->kind == Kind::undo   ? document_->before_head()
-                              : request_->kind == Kind::redo ? document_->after_head()
-                                                             : Result<StepId>(request_->step);
+  const Result<StepId> step = resolve();
   if (!step) return Error{step.error()};
   Result<Document::Checkout> found = document_->checkout(step.value());
   if (!found) return Error{found.error()};
   to_ = std::make_shared<Document::Checkout>(std::move(found).value());
-  waiting_ = [to = to_](ServoContext& live) { live.go_to(to->state, to->material_bounds); };
+  const Body& body = *to_->bodies.find(to_->active);
+  waiting_ = [to = to_, at = WorkedBody{body.id, body.pose, body.locked}](ServoContext& live) {
+    live.go_to(to->state, to->material_bounds, at);
+  };
   if (live_.post(waiting_)) waiting_ = nullptr;
   return Ok{};
 }
 
 void DocumentWriter::done(const Status& how) {
   request_.reset();
-  if (!how) publish(&DocumentWriter::notice_, how.error());
+  if (!how) {
+    publish(&DocumentWriter::notice_, how.error());
+    waiting_ = [](ServoContext& live) { live.go_on(); };
+  }
   answered_++;
 }
 
-void DocumentWriter::ask(Kind kind, StepId step) {
+void DocumentWriter::ask(Kind kind, StepId step, const BodyAction& action) {
   const std::lock_guard<std::mutex> lock(mutex_);
   asked_++;
-  requests_.push_back({kind, step});
+  requests_.push_back({kind, step, action});
   was_asked_.notify_one();
 }
 

@@ -43,6 +43,10 @@ class DocumentWriter {
   void undo() { ask(Kind::undo, 0); }
   void redo() { ask(Kind::redo, 0); }
   void go(StepId step) { ask(Kind::go, step); }
+  // What is done with bodies, as a step (Document::act).
+  void act(const BodyAction& action) { ask(Kind::act, 0, action); }
+  // Strokes go to this body from then on.
+  void choose(BodyId body) { ask(Kind::choose, static_cast<StepId>(body)); }
   // Whether all that was asked for is done. Any thread.
   bool idle() const { return asked_.load() == answered_.load(); }
 
@@ -59,10 +63,11 @@ class DocumentWriter {
   Document& document() { return *document_; }
 
  private:
-  enum class Kind { undo, redo, go };
+  enum class Kind { undo, redo, go, act, choose };
   struct Request {
     Kind kind;
-    StepId step;
+    StepId step;  // or body
+    BodyAction action;
   };
   using Command = std::function<void(ServoContext&)>;
 
@@ -72,10 +77,11 @@ class DocumentWriter {
     std::unique_ptr<StrokeLog::End> end;
   };
 
-  void ask(Kind kind, StepId step);
+  void ask(Kind kind, StepId step, const BodyAction& action = {});
   void read();
   Status take(const Item& item);
   // At the fence: where to, and the way there.
+  Result<StepId> resolve();
   Status resolve_request();
   void done(const Status& how);
   void publish(std::string DocumentWriter::*what, const std::string& text);

@@ -57,7 +57,6 @@ void LiveCarving::start() {
       clock.done();
     }
     context_.device_->write({});
-    context_.settle_all();
     context_.finish_stroke();
     statistics_ = clock.statistics();
   });
@@ -104,9 +103,10 @@ bool LiveCarving::post(Command command) {
 
 void LiveCarving::run_command() {
   if (commands_.empty() || !context_.settle()) return;
+  context_.end_stroke();
+  if (!context_.crumbs_.idle()) return;  // what it severed is looked for first
   Command* command = nullptr;
   commands_.pop(command);
-  context_.finish_stroke();
   (*command)(context_);
   // Twice as many places as for commands, and every post() empties it first: never full.
   finished_.push(command);
@@ -114,19 +114,23 @@ void LiveCarving::run_command() {
 
 LiveTick LiveCarving::tick(double elapsed_s) {
   check_stopped();
-  return run_tick(elapsed_s);
+  const LiveTick result = run_tick(elapsed_s);
+  context_.crumbs_.wait();
+  return result;
 }
 
 LiveTick LiveCarving::run_tick(double elapsed_s) {
   // Before any command ends the stroke.
   if (cancel_.load(std::memory_order_relaxed) && cancel_.exchange(false)) context_.discard_stroke();
+  // What was severed is out before a command comes, or another stroke begins.
+  context_.take_crumbs();
   run_command();
   LiveTick result = context_.tick(elapsed_s);
   const TriDexel& model = *context_.model_;
   const auto every = static_cast<uint64_t>(std::max(1, context_.settings_.snapshot_ticks));
   if (++ticks_ % every == 0 && published_ != model.generation()) {
     published_ = model.generation();
-    snapshots_.put(model.snapshot());
+    snapshots_.put({model.snapshot(), context_.body_.id});
   }
   return result;
 }

@@ -36,15 +36,27 @@ class LiveCarving {
   // cancel_stroke(), and one thread reads log().
   void start();
   void stop();
-  // One tick, `elapsed_s` after the last, by the caller instead of a servo thread. Its own mistake
-  // to call it while one runs: the program stops.
+  // One tick, `elapsed_s` after the last, by the caller instead of a servo thread; it waits until
+  // what a stroke severed is known, so that ticks come to the same however fast they are asked for.
+  // Its own mistake to call it while a thread runs: the program stops.
   LiveTick tick(double elapsed_s);
 
   // Runs `command` between two ticks, on the servo thread; false where 64 are waiting. Any thread.
   // Dabs that are under way come first.
   bool post(std::function<void(ServoContext&)> command);
   // The newest snapshot, if there is one that was not taken yet. Always the same thread.
-  bool latest(Snapshot& snapshot) { return snapshots_.take(snapshot); }
+  bool latest(Snapshot& snapshot) {
+    BodyId body = 0;
+    return latest(snapshot, body);
+  }
+  // And of which body it is.
+  bool latest(Snapshot& snapshot, BodyId& body) {
+    Seen seen;
+    if (!snapshots_.take(seen)) return false;
+    snapshot = std::move(seen.model);
+    body = seen.body;
+    return true;
+  }
 
   // Every tick in order, where LiveSettings::watched; those of whoever falls behind by two seconds
   // are left out. Always the same thread.
@@ -79,7 +91,11 @@ class LiveCarving {
   ServoContext context_;  // of the servo thread while it runs
   uint64_t ticks_ = 0, published_ = 0;
   std::atomic<bool> cancel_{false};
-  LatestValue<Snapshot> snapshots_;
+  struct Seen {
+    Snapshot model;
+    BodyId body = 1;
+  };
+  LatestValue<Seen> snapshots_;
   std::mutex posting_;  // between those who post
   SmallQueue<Command*> commands_;
   SmallQueue<Command*, 128> finished_;

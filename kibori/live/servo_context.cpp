@@ -69,33 +69,58 @@ void ServoContext::change_tool(const Tool& tool) {
   settings_.tool = tool;
   const Mode mode = settings_.mode;
   if (mode == Mode::off || mode == Mode::deposit) return series_.disengage();
-  place_clear(series_.pose());
+  place_clear(to_world(series_.pose()));
 }
 
 std::optional<Pose> ServoContext::place_clear(const Pose& pose) {
-  std::optional<Pose> clear = series_.clear_place(settings_.tool, pose, settings_.materials);
+  const std::optional<Pose> clear =
+      series_.clear_place(settings_.tool, to_body(pose), settings_.materials);
   if (!clear) {
     place_at(pose);
     return {};
   }
-  place_at(*clear);
+  place_in_body(*clear);
   series_.place_clear(*clear);
-  return clear;
+  return to_world(*clear);
 }
 
-void ServoContext::place_at(const Pose& pose) {
-  finish_stroke();
+void ServoContext::place_at(const Pose& pose) { place_in_body(to_body(pose)); }
+
+void ServoContext::place_in_body(const Pose& pose) {
+  end_stroke();
   placed_ = true;
   wanted_ = pose;
   series_.place(pose);
   stroke_.place(pose);
 }
 
-void ServoContext::go_to(const Snapshot& state, const LatticeBox& bounds) {
+void ServoContext::go_to(const Snapshot& state, const LatticeBox& bounds, const WorkedBody& body) {
   model_->include_material(bounds);
   model_->restore(state);
   model_changed();
+  stand(body);
+  fenced_ = false;
   log_.moved();
+}
+
+void ServoContext::stand(const WorkedBody& body) {
+  // The tool stays where it is in the world, and comes to it anew.
+  if (body.pose.tip != body_.pose.tip || body.pose.frame != body_.pose.frame) placed_ = false;
+  body_ = body;
+  turned_ = body.pose.tip != Vec3::Zero() || body.pose.frame != Mat3::Identity();
+}
+
+// Of a body that stands as the world does, the same floats.
+Pose ServoContext::to_world(const Pose& pose) const { return turned_ ? body_.pose.to_world(pose) : pose; }
+
+Pose ServoContext::to_body(const Pose& pose) const {
+  return turned_ ? body_.pose.from_world(pose) : pose;
+}
+
+Mode ServoContext::mode_now() const {
+  const Mode mode = settings_.workspace.clutched() ? Mode::off : settings_.mode;
+  if (!body_.locked && !fenced_ && crumbs_.idle()) return mode;
+  return mode == Mode::cut || mode == Mode::touch ? Mode::touch : Mode::off;
 }
 
 void ServoContext::set_symmetry(const Symmetry& symmetry) {
@@ -118,11 +143,12 @@ const std::shared_ptr<const std::vector<Material>>& ServoContext::shared_materia
 
 void ServoContext::begin_log(const Pose& before) {
   if (!settings_.log) return;
+  stroke_crumbs_ = may_sever(settings_.mode) ? settings_.crumbs : Crumbs::stay;
   StrokeForce force;
   force.spring = settings_.spring;
   force.law = law();
   log_.begin({settings_.tool, settings_.mode, settings_.material, force, settings_.rate_hz,
-              shared_materials(), before, settings_.symmetry, settings_.brush});
+              shared_materials(), before, settings_.symmetry, settings_.brush, stroke_crumbs_});
 }
 
 // Where the tool was before the tick, and what it did. Strokes begin with an edit.
@@ -139,14 +165,14 @@ void ServoContext::log_tick(const Pose& before, const StrokeTick& tick, const Wr
   idle_ticks_ = removed_mm3 != 0 ? 0 : idle_ticks_ + 1;
   stroke_removed_mm3_ += removed_mm3;
   if (settings_.log) log_.tick(tick, felt);
-  if (idle_ticks_ > settings_.idle_s * settings_.rate_hz) finish_stroke();
+  if (idle_ticks_ > settings_.idle_s * settings_.rate_hz) end_stroke();
 }
 
 void ServoContext::reshape(Mode mode, const Pose& before, LiveTick& result) {
   take_dabs(result);
   if (!reshapes(mode)) {
     // A hand that lets go of the tool for a while takes hold anew.
-    if (dabbing_ && settle()) finish_stroke();
+    if (dabbing_ && settle()) end_stroke();
     work_per_mm_ = felt_per_mm_ = stiffness_n_mm_ = 0;
     velocity_mm_s_ = Vec3::Zero();
     pull_.begin();
@@ -246,25 +272,54 @@ bool ServoContext::settle() {
     dab_to(dab_pose_, true);
   else if (dabbing_ && dab_waits_)
     dab_to(dab_pose_, dab_ends_);
-  return !dabbing_ || settled_;
+  return (!dabbing_ || settled_) && crumbs_.idle();
 }
 
 void ServoContext::settle_all() {
   LiveTick rest;
   while (!settle()) {
     take_dabs(rest);
-    if (!settled_) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    take_crumbs();
+    if (!settled_ || !crumbs_.idle()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  if (rest.removed_mm3 != 0 || rest.owed_mm3 > 0 || rest.gave_up) note(rest);
+  rest.fallen_mm3 = std::exchange(fallen_mm3_, 0);
+  rest.parted = std::exchange(parted_, 0);
+  if (rest.removed_mm3 != 0 || rest.owed_mm3 > 0 || rest.gave_up || rest.fallen_mm3 > 0 ||
+      rest.parted > 0)
+    note(rest);
 }
 
 void ServoContext::finish_stroke() {
+  settle_all();
+  end_stroke();
+  settle_all();
+  settling_ = false;
+}
+
+void ServoContext::end_stroke() {
   if (std::exchange(dabbing_, false)) dabs_.drop();
   settling_ = dab_waits_ = dab_ends_ = false;
   if (!std::exchange(in_stroke_, false)) return;
-  if (settings_.log)
+  if (!settings_.log) return;
+  if (stroke_crumbs_ == Crumbs::stay)
     log_.end({model_->snapshot(), std::move(before_stroke_), model_->material_bounds(),
-              stroke_removed_mm3_});
+              stroke_removed_mm3_, {}});
+  else
+    crumbs_.begin({std::move(before_stroke_), model_->snapshot(), model_->material_bounds(),
+                   stroke_removed_mm3_, stroke_crumbs_});
+}
+
+void ServoContext::take_crumbs() {
+  CrumbWorker::Done done;
+  if (!crumbs_.take(done)) return;
+  if (done.changed) {
+    model_->restore(done.stroke.after);
+    model_changed();
+    fallen_mm3_ += done.crumbs.fallen_mm3;
+    parted_ += static_cast<int>(done.crumbs.portions.size());
+  }
+  log_.end({std::move(done.stroke.after), std::move(done.stroke.before), done.stroke.bounds,
+            done.stroke.removed_mm3 + done.crumbs.fallen_mm3, std::move(done.crumbs)});
 }
 
 void ServoContext::discard_stroke() {
@@ -284,12 +339,12 @@ void ServoContext::keep_before_stroke() {
 
 // The device's next place, and what the tool does on its way there.
 LiveTick ServoContext::advance(DeviceStatus& status) {
-  keep_before_stroke();
   LiveTick result;
+  keep_before_stroke();
   status = device_->read(reading_);
   Pose wanted = series_.pose();
   if (status == DeviceStatus::ok || (status == DeviceStatus::stale && placed_))
-    wanted = settings_.workspace.pose_of(reading_);
+    wanted = to_body(settings_.workspace.pose_of(reading_));
   // Where the hand was not seen for a while, or is not seen yet, there is no way that the tool
   // could have gone.
   if (status == DeviceStatus::stale && reading_.age_s > kDeadS) placed_ = false;
@@ -303,13 +358,13 @@ LiveTick ServoContext::advance(DeviceStatus& status) {
   if (status == DeviceStatus::ok && (!placed_ || jumped)) {
     totals_.jumps += jumped;
     placed_ = true;
-    finish_stroke();
+    end_stroke();
     series_.place(wanted);
     stroke_.place(wanted);
   }
   if (!placed_ || jumped) wanted = series_.pose();
   wanted_ = wanted;
-  const Mode mode = settings_.workspace.clutched() ? Mode::off : settings_.mode;
+  const Mode mode = mode_now();
   // Each stroke begins knowing nothing, so that it can be carved again alone.
   if (!in_stroke_) {
     series_.begin_stroke();
@@ -330,7 +385,7 @@ LiveTick ServoContext::advance(DeviceStatus& status) {
                f.wrench, f.removed_mm3);
     } else {
       series_.place(wanted);
-      finish_stroke();
+      end_stroke();
     }
     reshape(mode, before, result);
   } else {
@@ -349,10 +404,21 @@ LiveTick ServoContext::advance(DeviceStatus& status) {
                removed_mm3);
     } else {
       stroke_.place(wanted);
-      finish_stroke();
+      end_stroke();
     }
     reshape(mode, before, result);
   }
+  result.fallen_mm3 = std::exchange(fallen_mm3_, 0);
+  result.parted = std::exchange(parted_, 0);
+  return result;
+}
+
+LiveTick ServoContext::advance_in_world(DeviceStatus& status) {
+  LiveTick result = advance(status);
+  if (!turned_) return result;
+  result.tool = to_world(result.tool);
+  result.computed.force = body_.pose.frame * result.computed.force;
+  result.computed.moment = body_.pose.frame * result.computed.moment;
   return result;
 }
 
@@ -369,10 +435,10 @@ void ServoContext::note(const LiveTick& tick) {
 LiveTick ServoContext::tick(double elapsed_s) {
   const double tick_s = settings_.spring.tick_s;
   DeviceStatus status = DeviceStatus::ok;
-  LiveTick result = advance(status);
+  LiveTick result = advance_in_world(status);
   for (int more = 0; more < kMaxReadings && device_->behind(); more++) {
     note(result);
-    result = advance(status);
+    result = advance_in_world(status);
   }
   result.computed.force *= settings_.force_scale;
   result.computed.moment *= settings_.force_scale;

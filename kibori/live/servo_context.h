@@ -15,6 +15,7 @@
 #include <kibori/haptics/passivity.h>
 #include <kibori/haptics/safety.h>
 #include <kibori/haptics/workspace.h>
+#include <kibori/live/crumb_worker.h>
 #include <kibori/live/dab_worker.h>
 #include <kibori/live/stroke_log.h>
 #include <kibori/motion/direct_tool.h>
@@ -39,10 +40,11 @@ struct LiveSettings {
   bool log = false;         // strokes go into LiveCarving::log(), for a DocumentWriter
   double idle_s = 0.3;      // a stroke ends when the tool has not cut or filled for so long
   bool watched = false;     // ticks can be read by next_tick()
+  Crumbs crumbs = Crumbs::sort;  // what becomes of what a stroke severs, where strokes are logged
   bool armed = true;        // start() arms the safety stage; else safety().arm() does, by a command
 };
 
-// What one tick came to.
+// What one tick came to, in the world.
 struct LiveTick {
   Pose tool;
   Wrench computed, given;  // before and after the safety stage
@@ -50,6 +52,9 @@ struct LiveTick {
   bool touching = false, cutting = false, inside = false;
   double owed_mm3 = 0;   // clay that was pressed away and found no room, at a stroke's end
   bool clipped = false;  // material reached beyond the lattice, and is not there
+  // What the stroke before severed: material that fell away, and pieces that are bodies now.
+  double fallen_mm3 = 0;
+  int parted = 0;
   bool gave_up = false;  // a brush's stroke took more memory than there is, and ended early
   SafetyStage::State safety = SafetyStage::State::off;
   Trip trip = Trip::none;  // why it is off
@@ -66,6 +71,13 @@ struct LiveTotals {
   // Ticks in which the device moved farther than a hand can; the tool was put there.
   uint64_t jumps = 0;
   Trip trip = Trip::none;  // the first
+};
+
+// The body that the tool works on.
+struct WorkedBody {
+  BodyId id = 1;
+  Pose pose;            // of its lattice in the world
+  bool locked = false;  // nothing changes it
 };
 
 class ServoContext {
@@ -101,13 +113,20 @@ class ServoContext {
   // A mallet's blow of so much work, in the next tick: see SpringTool::advance.
   void strike(double nmm) { strike_nmm_ = nmm; }
 
-  // The model is that of another step of its document from now on, whose material lies within
-  // `bounds`; the log says so.
-  void go_to(const Snapshot& state, const LatticeBox& bounds);
-  // The log says that all before this was done before it was asked for.
-  void fence_log() { log_.fence(); }
-  // Ends the stroke that is being made; LiveCarving::stop() does it where a thread ran. Dabs that
-  // are under way are left off: see settle.
+  // The model is that of another step of its document, or of another body, from now on, whose
+  // material lies within `bounds`; the log says so.
+  void go_to(const Snapshot& state, const LatticeBox& bounds, const WorkedBody& body = {});
+  // The model is of this body.
+  void stand(const WorkedBody& body);
+  // The log says that all before this was done before it was asked for. Until go_to() or go_on()
+  // the material is only felt.
+  void fence_log() {
+    log_.fence();
+    fenced_ = true;
+  }
+  void go_on() { fenced_ = false; }
+  // Ends the stroke that is being made, and waits for its dabs and crumbs: for the owner, while no
+  // thread runs. LiveCarving::stop() does it where one ran.
   void finish_stroke();
 
  private:
@@ -121,10 +140,20 @@ class ServoContext {
   // One tick, `elapsed_s` after the last.
   LiveTick tick(double elapsed_s);
   void discard_stroke();
-  // Takes no more of the hand's way for dabs; whether all that are under way are in the model.
+  // Takes no more of the hand's way for dabs; whether all that are under way are in the model, and
+  // what the stroke before severed is taken out.
   bool settle();
   // The same, and waits for them.
   void settle_all();
+  // Ends the stroke that is being made; dabs that are under way are left off. What it severed is
+  // looked for from now on.
+  void end_stroke();
+  void take_crumbs();
+  // Of a tool that may not change anything now.
+  Mode mode_now() const;
+  void place_in_body(const Pose& pose);
+  Pose to_world(const Pose& pose) const;
+  Pose to_body(const Pose& pose) const;
   // The brush of a reshaping mode goes on from `before` to where the tool is now; what the worker
   // has done comes into the model, and is felt.
   void reshape(Mode mode, const Pose& before, LiveTick& result);
@@ -134,7 +163,9 @@ class ServoContext {
   const std::shared_ptr<const std::vector<Material>>& shared_materials();
   void keep_before_stroke();
   ForceLaw law() const;
+  // In the body.
   LiveTick advance(DeviceStatus& status);
+  LiveTick advance_in_world(DeviceStatus& status);
   void note(const LiveTick& tick);
   void log_tick(const Pose& before, const StrokeTick& tick, const Wrench& felt, double removed_mm3);
 
@@ -152,11 +183,18 @@ class ServoContext {
   std::shared_ptr<const std::vector<Material>> logged_materials_;
   bool in_stroke_ = false;
   std::unique_ptr<Watched> watched_;    // null: no one does
+  WorkedBody body_;
+  bool turned_ = false;  // it stands otherwise than the world
+  bool fenced_ = false;
   Snapshot before_stroke_;              // what discard_stroke() goes back to
   uint64_t before_generation_ = ~0ull;  // of it
   int idle_ticks_ = 0;                  // since the stroke's last edit
   double stroke_removed_mm3_ = 0;
   double strike_nmm_ = 0;
+  CrumbWorker crumbs_;
+  double fallen_mm3_ = 0;  // that no tick has told of yet, as the next
+  int parted_ = 0;
+  Crumbs stroke_crumbs_ = Crumbs::stay;  // of the stroke that is being made
   DabWorker dabs_;
   bool dabbing_ = false;   // a stroke of dabs is with the worker
   bool settling_ = false;  // it takes no more moves

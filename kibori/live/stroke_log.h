@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <kibori/base/handover.h>
+#include <kibori/body/bodies.h>
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/motion/stroke_record.h>
 
@@ -25,12 +26,14 @@ class StrokeLog {
     Pose start;
     Symmetry symmetry;
     Brush brush = {};
+    Crumbs crumbs = Crumbs::stay;
   };
   struct End {
-    Snapshot state;
+    Snapshot state;     // without what it severed
     Snapshot before;    // the stroke; let go of by the reader, as that takes time
     LatticeBox bounds;  // of the material
     double removed_mm3 = 0;
+    CrumbResult crumbs;
   };
   // cancel: the stroke is as if it had not been. fence: all before it was done before it was asked
   // for. moved: the model is now that of another step.

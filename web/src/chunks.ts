@@ -16,10 +16,14 @@ export function cornerOf(place: string, { origin, pitch }: Lattice): number[] {
   return place.split(",").map((p, i) => origin[i] + (CELLS * Number(p) - 1) * pitch);
 }
 
-/** Calls use(place, geometry) for each chunk; null where nothing is left of it. */
+/**
+ * Calls use(place, geometry) for each chunk; null where nothing is left of it. `pose`: where the
+ * lattice stands; null: as the world does.
+ */
 export function unpack(
   data: Uint8Array,
   lattice: Lattice,
+  pose: THREE.Matrix4 | null,
   use: (place: string, made: THREE.BufferGeometry | null) => void,
 ): void {
   const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
@@ -63,6 +67,7 @@ export function unpack(
     geometry.setAttribute("kind", new THREE.BufferAttribute(kind, 1));
     geometry.setAttribute("paint", new THREE.BufferAttribute(paint, 4, true));
     geometry.setIndex(new THREE.BufferAttribute(index, 1));
+    if (pose) geometry.applyMatrix4(pose);
     geometry.computeBoundingSphere();
     use(place.join(), geometry);
   }

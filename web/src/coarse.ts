@@ -9,8 +9,8 @@ const WIDE = 3; // cells along each side of what is drawn as one vertex
 const PLACES = Math.ceil((CELLS + 1) / WIDE); // along each side; the neighbours' cells reach in
 
 /**
- * `corner` is that of the chunk's first cell, `pitch` a cell's side [mm]. Attributes are those of
- * `fine`.
+ * `corner` is that of the chunk's first cell, `pitch` a cell's side [mm]; of one that is turned, of
+ * the box around it. Attributes are those of `fine`.
  */
 function coarser(
   fine: THREE.BufferGeometry,
@@ -55,6 +55,13 @@ function coarser(
   return made;
 }
 
+function aroundTurned(geometry: THREE.BufferGeometry): [number[], number] {
+  geometry.computeBoundingBox();
+  const { min, max } = geometry.boundingBox!;
+  const longest = Math.max(max.x - min.x, max.y - min.y, max.z - min.z);
+  return [min.toArray(), longest / (PLACES * WIDE) || 1];
+}
+
 export class Coarse {
   readonly group = new THREE.Group();
   private made = new Map<THREE.Mesh, THREE.Mesh>(); // for chunks that are shown
@@ -70,7 +77,11 @@ export class Coarse {
       gone.delete(mesh);
       let coarse = this.made.get(mesh);
       if (!coarse) {
-        coarse = new THREE.Mesh(coarser(mesh.geometry, cornerOf(place, lattice), lattice.pitch));
+        coarse = new THREE.Mesh(
+          mesh.userData.turned
+            ? coarser(mesh.geometry, ...aroundTurned(mesh.geometry))
+            : coarser(mesh.geometry, cornerOf(place, lattice), lattice.pitch),
+        );
         coarse.receiveShadow = true;
         coarse.matrixAutoUpdate = false;
         this.made.set(mesh, coarse);

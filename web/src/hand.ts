@@ -82,6 +82,8 @@ export class Hand {
     private canvas: HTMLCanvasElement,
     private view: View,
     private send: (message: Uint8Array) => void,
+    /** Whether a press there took another body up. */
+    private takesUp: (x: number, y: number) => boolean,
   ) {
     element("shapes").insertAdjacentHTML("beforeend", toolButtons());
     element("shapes").addEventListener("change", () => this.chooseShape());
@@ -521,10 +523,12 @@ export class Hand {
       return event.stopImmediatePropagation();
     }
     const first = event.pointerType !== "touch" || event.isPrimary; // another finger looks
-    const hit =
-      first && event.button === 0 && this.holds && !this.stroke && !this.readOnly
-        ? this.beginning(event.clientX, event.clientY)
-        : null;
+    const begins = first && event.button === 0 && this.holds && !this.stroke && !this.readOnly;
+    if (begins && this.takesUp(event.clientX, event.clientY)) {
+      event.stopImmediatePropagation();
+      return;
+    }
+    const hit = begins ? this.beginning(event.clientX, event.clientY) : null;
     if (!hit) return; // beside it: the view turns
     if (this.device) {
       // Clear of the wood; the view may turn.

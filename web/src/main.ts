@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The page: what the studio says to surface, plot, history and numbers; buttons and keys to the
 // studio.
+import { Bodies } from "./bodies";
 import { BRUSHES, BRUSH_MODES } from "./brushes";
 import * as THREE from "three";
 import { request } from "./access";
@@ -76,7 +77,15 @@ const line = new Connection(onMessage, (why) => {
 element("again").onclick = () => line.again();
 const send = (message: Uint8Array): void => line.send(message);
 makeNumberRows({ size: "ratio", depth: "ratio", strength: "ratio", reach: "exponent" });
-const hand = new Hand(canvas, view, send);
+// Its gestures are for the piece before the hand's strokes are.
+const bodies = new Bodies(
+  canvas,
+  view,
+  send,
+  (text) => notify(text),
+  () => hand.holds && !hand.readOnly,
+);
+const hand: Hand = new Hand(canvas, view, send, (x, y) => bodies.takeUp(x, y));
 const layout = new Layout((insets) => view.cover(insets));
 const look = new Look(canvas, view, notify, (ending, what) => save(`${title}.${ending}`, what));
 lookByKeys(canvas, view.controls);
@@ -99,6 +108,7 @@ const settings = new Settings([
   "sound",
   "rumble",
   "pressure",
+  "crumbs",
 ]);
 const start = new Start(
   send,
@@ -158,6 +168,7 @@ function onMessage(said: FromStudio): void {
       for (const id of ["size", "depth"])
         input(id).max = String(Math.ceil(Math.max(...w.nodes) * w.pitch));
       view.begin({ origin: w.origin, pitch: w.pitch }, w.nodes);
+      bodies.begin();
       look.begin(w.document);
       method.begin(w.origin, w.pitch);
       plot.clear();
@@ -179,7 +190,7 @@ function onMessage(said: FromStudio): void {
     }
     case "Chunks": {
       const from = performance.now();
-      view.take(said.message.data);
+      view.take(said.message.data, said.message.body);
       send(write.Got({ frame: said.message.frame }));
       if (!said.message.more) view.complete();
       performance.measure("update", { start: from, detail: said.message.data.length });
@@ -207,6 +218,9 @@ function onMessage(said: FromStudio): void {
       read("n-tip", tip.map((x) => x.toFixed(1)).join(" "));
       break;
     }
+    case "Bodies":
+      bodies.set(said.message.active, said.message.json);
+      break;
     case "Method":
       method.take(said.message);
       break;
@@ -429,12 +443,19 @@ const keys = new Keys(
         },
       ]),
     ),
+    cut: {
+      label: "cut the piece along a line",
+      keys: ["k"],
+      run: () => bodies.take("cut"),
+    },
+    body: { label: "the next body", keys: ["Shift+b"], run: () => bodies.next() },
     undo: { label: "undo", keys: ["Ctrl+z"], run: undo },
     redo: { label: "redo", keys: ["Ctrl+Shift+z", "Ctrl+y"], run: redo },
     cancel: {
       label: "leave the stroke off",
       keys: ["Escape"],
       run: () => {
+        if (bodies.leaveOff()) return;
         send(write.Cancel());
         hand.lift();
       },

@@ -3,7 +3,7 @@
 import type { Mode, Model, Tool } from "./kinds";
 import { Reader, Writer, type Vec3 } from "./wire";
 
-export const PROTOCOL_VERSION = 11;
+export const PROTOCOL_VERSION = 12;
 
 /** The first message of a page, with the key that POST /enter gave for the token. Welcome or Start answers; where the key is another one, the line is closed with code 1008. */
 export interface Hello { version: number; key: string }
@@ -67,10 +67,16 @@ export type Strike = Record<string, never>;
 export interface ChooseBrush { radius: number; strength: number; falloff: number; keep: number; red: number; green: number; blue: number; plane: number; point: Vec3; normal: Vec3; wall: number }
 /** What the rays of one field (axis 0 x, 1 y, 2 z) find near a place [mm]: in the cube of that half side, every so-manyth ray both ways. Method answers once, no sooner than 33 ms after the last answer; a newer question takes the place of one that waits. */
 export interface AskMethod { axis: number; centre: Vec3; radius: number; every: number }
+/** What is done with bodies, as a step, as documents keep it: {"verb":"join","bodies":[1,2]}. */
+export interface ActOnBodies { action: string }
+/** The body that strokes go to from now on. */
+export interface ChooseBody { body: number }
+/** What becomes of pieces that a stroke severs: 0 those under a tenth fall away and larger ones become bodies, 1 they stay, 2 fall away, 3 become bodies. */
+export interface ChooseCrumbs { rule: number }
 /** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to 1), which of them its stock is of, and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
 export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; material: number; what: number }
-/** Surface that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), whether any is painted (u16), vertices, corners (u16 each), and of painted ones a colour for each vertex (red, green, blue, 255 where it is painted or 0: u8). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
-export interface Chunks { frame: number; more: number; data: Uint8Array }
+/** Surface of one body that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), whether any is painted (u16), vertices, corners (u16 each), and of painted ones a colour for each vertex (red, green, blue, 255 where it is painted or 0: u8). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
+export interface Chunks { frame: number; more: number; body: number; data: Uint8Array }
 /** Every servo tick since the last: tip [mm], force of the wood on the tool [N], moment about the tip [N mm], and of the tool's frame the third column (its axis) and the first, fifteen f32 a tick. start: number of the first. */
 export interface Ticks { start: number; data: Uint8Array }
 /** Volume [mm^3], how much less that is than the stock's [mm^3], where the document stands; whether this page holds the tool; whether the tool, which is pressed, stands in material and can't back out. Of a force device: safety 0 off, 1 waits for the hand to be still, 2 pushes; why it is off; the force it gives [N]. */
@@ -93,6 +99,8 @@ export interface Trace { json: string; data: Uint8Array }
 export interface ShowTool { tool: Tool | null }
 /** Answers AskMethod from the newest snapshot. Rays u, u + every, ... (columns of them) by v, v + every, ... (rows of them) of the field, 32 both ways at most: where that would be more, every is larger than it was asked. spans: of each ray, u first, how many spans reach between the depths low and high [lattice units] (u8, the first 16), and of each its ends in and out (f32). vanished: nodes x y z (u16 each) between these depths, on these rays and on those between them, four times as many both ways or all, that were in the material when this page was answered last and are not now, evenly chosen where they are more than 2048; gone: how many they are. Of the newest tick that took or added any: points (K, of the whole model), volume (how much less material there is for it [mm^3]), motion (of the tool's tip [mm]), force (of the wood on the tool [N]). ticks: how many there were since the last answer, and taken: K of them all. */
 export interface Method { axis: number; every: number; u: number; v: number; columns: number; rows: number; low: number; high: number; gone: number; points: number; volume: number; motion: Vec3; force: Vec3; ticks: number; taken: number; spans: Uint8Array; vanished: Uint8Array }
+/** Which bodies there are, and the one that strokes go to. JSON: id, name, pose (of the body's lattice in the world: its origin [mm], then the columns of its frame), visible, locked, volume_mm3. Chunks of a body that is not there, is hidden, or stands otherwise than it was told before are no more; those of one that is shown follow. */
+export interface Bodies { active: number; json: string }
 
 export const write = {
   Hello: (m: Hello) => new Writer(1).u16(m.version).text(m.key).done(),
@@ -126,6 +134,9 @@ export const write = {
   Strike: () => new Writer(29).done(),
   ChooseBrush: (m: ChooseBrush) => new Writer(30).f64(m.radius).f64(m.strength).u8(m.falloff).u8(m.keep).u8(m.red).u8(m.green).u8(m.blue).u8(m.plane).vec3(m.point).vec3(m.normal).f64(m.wall).done(),
   AskMethod: (m: AskMethod) => new Writer(31).u8(m.axis).vec3(m.centre).f64(m.radius).u8(m.every).done(),
+  ActOnBodies: (m: ActOnBodies) => new Writer(32).text(m.action).done(),
+  ChooseBody: (m: ChooseBody) => new Writer(33).u32(m.body).done(),
+  ChooseCrumbs: (m: ChooseCrumbs) => new Writer(34).u8(m.rule).done(),
 };
 
 /** What the studio may say. */
@@ -142,7 +153,8 @@ export type FromStudio =
   | { kind: "Device"; message: Device }
   | { kind: "Trace"; message: Trace }
   | { kind: "ShowTool"; message: ShowTool }
-  | { kind: "Method"; message: Method };
+  | { kind: "Method"; message: Method }
+  | { kind: "Bodies"; message: Bodies };
 
 /** Throws where it is none of them, or too short or long. */
 export function read(data: ArrayBuffer): FromStudio {
@@ -152,7 +164,7 @@ export function read(data: ArrayBuffer): FromStudio {
     case 64:
       return r.end({ kind: "Welcome", message: { version: r.u16(), origin: r.vec3(), nodes: r.vec3(), pitch: r.f64(), rate: r.f64(), document: r.text(), materials: r.text(), material: r.u8(), what: r.u8() } });
     case 65:
-      return r.end({ kind: "Chunks", message: { frame: r.u32(), more: r.u8(), data: r.raw() } });
+      return r.end({ kind: "Chunks", message: { frame: r.u32(), more: r.u8(), body: r.u32(), data: r.raw() } });
     case 66:
       return r.end({ kind: "Ticks", message: { start: r.f64(), data: r.raw() } });
     case 67:
@@ -175,6 +187,8 @@ export function read(data: ArrayBuffer): FromStudio {
       return r.end({ kind: "ShowTool", message: { tool: r.tool() } });
     case 76:
       return r.end({ kind: "Method", message: { axis: r.u8(), every: r.u16(), u: r.u16(), v: r.u16(), columns: r.u16(), rows: r.u16(), low: r.f64(), high: r.f64(), gone: r.u32(), points: r.f64(), volume: r.f64(), motion: r.vec3(), force: r.vec3(), ticks: r.u32(), taken: r.f64(), spans: r.raw(), vanished: r.raw() } });
+    case 77:
+      return r.end({ kind: "Bodies", message: { active: r.u32(), json: r.text() } });
     default:
       throw new Error(`a message of kind ${kind}, which is none`);
   }

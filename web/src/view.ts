@@ -5,6 +5,7 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { pack, unpack, type Lattice } from "./chunks";
 import { Coarse } from "./coarse";
 import type { Insets } from "./layout";
+import type { Body } from "./bodies";
 import { firstHit, type Hit } from "./pick";
 import { SolidImage, type Shades } from "./shading";
 import { Thumbnails } from "./thumbnails";
@@ -54,7 +55,10 @@ export class View {
   private parallel = new THREE.OrthographicCamera(-1, 1, 1, -1, 1, 5000);
   private camera: THREE.PerspectiveCamera | THREE.OrthographicCamera = this.perspective;
   private chunks = new THREE.Group();
+  /** By place and body: see nameOf. */
   private shown = new Map<string, THREE.Mesh>();
+  private poses = new Map<number, THREE.Matrix4>(); // of bodies that are shown
+  private active = 1;
   private lattice: Lattice = { origin: [0, 0, 0], pitch: 1 };
   private coarse = new Coarse(); // the chunks, for rough images
   // What a chunk was when the stroke began: depth is taken from there, so that the tool does not
@@ -183,6 +187,8 @@ export class View {
     for (const mesh of this.shown.values()) mesh.geometry.dispose();
     this.shown.clear();
     this.chunks.clear();
+    this.poses.clear();
+    this.active = 1;
     this.lattice = lattice;
     this.coarse.follow(this.shown, lattice);
     this.endStroke();
@@ -224,30 +230,49 @@ export class View {
     this.redrawSolid();
   }
 
-  /** Takes a frame of chunks in. */
-  take(data: Uint8Array): void {
+  /** Which bodies there are: chunks of those that are gone, hidden or moved are no more. */
+  setBodies(bodies: Body[], active: number): void {
+    const poses = new Map(bodies.filter((b) => b.visible).map((b) => [b.id, b.matrix]));
+    for (const [id, pose] of this.poses)
+      if (!poses.get(id)?.equals(pose))
+        for (const name of [...this.shown.keys()]) if (bodyOf(name) === id) this.drop(name);
+    this.poses = poses;
+    this.active = active;
+    this.redraw();
+  }
+
+  /** Takes a frame of chunks of a body in. */
+  take(data: Uint8Array, body: number): void {
+    const pose = this.poses.get(body);
+    if (!pose) return; // it is hidden since
+    const turned = !pose.equals(UPRIGHT);
     this.whole = false;
-    unpack(data, this.lattice, (place, made) => {
-      const old = this.shown.get(place);
-      if (!old && this.before && !this.before.has(place)) this.before.set(place, null);
-      if (old) {
-        this.chunks.remove(old);
-        this.changed.push(old.geometry.boundingSphere!);
-        if (this.before && !this.before.has(place)) this.before.set(place, old);
-        else if (this.before?.get(place) !== old) old.geometry.dispose();
-        this.shown.delete(place);
-      }
+    unpack(data, this.lattice, turned ? pose : null, (place, made) => {
+      const name = nameOf(place, body);
+      this.drop(name);
       if (!made) return;
       const mesh = new THREE.Mesh(made, this.wood.material);
       mesh.castShadow = mesh.receiveShadow = true;
       mesh.matrixAutoUpdate = false;
+      mesh.userData.turned = turned;
       mesh.layers.enable(PICTURED);
       this.changed.push(made.boundingSphere!);
-      this.shown.set(place, mesh);
+      this.shown.set(name, mesh);
       this.chunks.add(mesh);
     });
     this.moved = true;
     this.redraw();
+  }
+  private drop(name: string): void {
+    const old = this.shown.get(name);
+    if (!old && this.before && !this.before.has(name)) this.before.set(name, null);
+    if (!old) return;
+    this.chunks.remove(old);
+    this.changed.push(old.geometry.boundingSphere!);
+    if (this.before && !this.before.has(name)) this.before.set(name, old);
+    else if (this.before?.get(name) !== old) old.geometry.dispose();
+    this.shown.delete(name);
+    this.moved = true;
   }
   private moved = false; // what throws shadows has changed since they were drawn
 
@@ -269,12 +294,40 @@ export class View {
     );
   }
 
-  /** The chunks that are shown, as they were sent, by their places. */
+  /** The chunks of the body that is worked on, as they were sent, by their places. */
   surface(): Uint8Array {
     return pack(
-      new Map([...this.shown].map(([place, mesh]) => [place, mesh.geometry])),
+      new Map(
+        [...this.shown]
+          .filter(([name]) => bodyOf(name) === this.active)
+          .map(([name, mesh]) => [name, mesh.geometry]),
+      ),
       this.lattice,
     );
+  }
+  /** Around what is shown of a body. */
+  boxOf(body: number): THREE.Box3 {
+    const box = new THREE.Box3();
+    for (const [name, mesh] of this.shown)
+      if (bodyOf(name) === body)
+        box.union(
+          new THREE.Box3().setFromBufferAttribute(
+            mesh.geometry.attributes.position as THREE.BufferAttribute,
+          ),
+        );
+    return box;
+  }
+  /** Shows a body as if it stood elsewhere, by so much; null: where it does. */
+  showMoved(body: number, by: THREE.Matrix4 | null): void {
+    for (const [name, mesh] of this.shown)
+      if (bodyOf(name) === body) {
+        mesh.matrix.copy(by ?? UPRIGHT);
+        mesh.matrixWorld.copy(by ?? UPRIGHT);
+        // Where it then is, is not known to bounds made before.
+        mesh.frustumCulled = by === null;
+      }
+    this.moved = true;
+    this.redrawSolid();
   }
 
   frame(from = HOME): void {
@@ -373,15 +426,29 @@ export class View {
 
   /**
    * Where a point of the window meets the surface: as it was before the stroke that is being made,
-   * or as it is.
+   * or as it is. Of the body that is worked on, or of another.
    */
-  hit(x: number, y: number, began = true): Hit | null {
+  hit(x: number, y: number, began = true, body = this.active): Hit | null {
     const ray = this.rayAt(x, y),
       before = began ? this.before : null;
     const surface: THREE.BufferGeometry[] = [];
-    for (const [place, mesh] of this.shown) if (!before?.has(place)) surface.push(mesh.geometry);
-    if (before) for (const mesh of before.values()) if (mesh) surface.push(mesh.geometry);
+    for (const [name, mesh] of this.shown)
+      if (bodyOf(name) === body && !before?.has(name)) surface.push(mesh.geometry);
+    if (before)
+      for (const [name, mesh] of before)
+        if (mesh && bodyOf(name) === body) surface.push(mesh.geometry);
     return firstHit(surface, ray, this.shades.section);
+  }
+  /** The body that a point of the window shows; null: none. */
+  bodyAt(x: number, y: number): number | null {
+    const eye = this.rayAt(x, y).origin.clone();
+    let nearest = Infinity,
+      body: number | null = null;
+    for (const id of this.poses.keys()) {
+      const far = this.hit(x, y, false, id)?.point.distanceTo(eye) ?? Infinity;
+      if (far < nearest) [nearest, body] = [far, id];
+    }
+    return body;
   }
   /** Where the window shows a place. */
   onScreen(place: Vec3): { x: number; y: number } {
@@ -948,6 +1015,11 @@ export class View {
     for (const mesh of this.shown.values()) mesh.visible = true;
   }
 }
+
+const UPRIGHT = new THREE.Matrix4();
+/** Of a chunk that is shown. */
+const nameOf = (place: string, body: number): string => `${place},${body}`;
+const bodyOf = (name: string): number => Number(name.slice(name.lastIndexOf(",") + 1));
 
 /** Z is up here; three's spherical coordinates have Y up. */
 const asUp = (v: THREE.Vector3): THREE.Vector3 => v.set(v.x, v.z, -v.y);

@@ -27,7 +27,7 @@ Result<std::unique_ptr<Session>> ExperimentSession::start(const Scene& scene, do
   experiment->materials_ = scene.materials;
   experiment->stock_material_ = scene.stock.material;
   experiment->rate_hz_ = scene.rate_hz;
-  experiment->begin(model.value()->snapshot(), 0);
+  experiment->begin({Bodies::of(*model.value()), 1}, 0);
   experiment->thread_ =
       std::thread([self = experiment.get(), pace, stock = std::move(model).value()]() mutable {
         const auto began = Clock::now();
@@ -49,7 +49,7 @@ Result<std::unique_ptr<Session>> ExperimentSession::start(const Scene& scene, do
           const auto now = Clock::now();
           if (now - shown >= kSnapshotEvery) {
             shown = now;
-            self->snapshots_.put(model_now.snapshot());
+            self->states_.put({Bodies::of(model_now), 1});
           }
           if (pace > 0) {
             const double due_s = static_cast<double>(count) / (pace * self->scene_.rate_hz);
@@ -60,7 +60,10 @@ Result<std::unique_ptr<Session>> ExperimentSession::start(const Scene& scene, do
           return !self->stopping_;
         };
         self->outcome_ = carve(self->scene_, std::move(stock), options);
-        if (self->outcome_) self->snapshots_.put(self->outcome_.value().model->snapshot());
+        if (self->outcome_) {
+          const Bodies& bodies = self->outcome_.value().bodies;
+          self->states_.put({bodies, bodies.all.front().id});
+        }
         self->share_ = 1;
         self->done_ = true;
       });

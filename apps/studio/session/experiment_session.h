@@ -40,13 +40,13 @@ class ExperimentSession final : public Session {
  private:
   explicit ExperimentSession(Scene scene) : scene_(std::move(scene)) {}
   // As of LiveCarving. Whoever falls behind is left out.
-  bool latest(Snapshot& snapshot) override { return snapshots_.take(snapshot); }
+  bool latest(Shown& shown) override { return states_.take(shown); }
   bool next_tick(LiveTick& tick) override { return ticks_.pop(tick); }
   void update_history() override {}
   bool busy() const override { return cutting_ && !done_; }
 
   Scene scene_;
-  LatestValue<Snapshot> snapshots_;
+  LatestValue<Shown> states_;
   SmallQueue<LiveTick, 8192> ticks_;
   LatestValue<Tool> tools_;
   std::atomic<double> share_{0};

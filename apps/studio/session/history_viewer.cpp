@@ -23,7 +23,7 @@ Result<StepId> after(const Document& document, StepId step) {
 }  // namespace
 
 Result<std::unique_ptr<Session>> HistoryViewer::make(std::unique_ptr<Document> document,
-                                                     std::unique_ptr<TriDexel> at_head,
+                                                     Bodies at_head,
                                                      const std::string& notice) {
   std::unique_ptr<HistoryViewer> viewer(new HistoryViewer);
   viewer->name_ = document->name();
@@ -32,8 +32,8 @@ Result<std::unique_ptr<Session>> HistoryViewer::make(std::unique_ptr<Document> d
     viewer->materials_ = last.value().materials;
   if (const uint8_t own = document_material(*document); own < viewer->materials_.size())
     viewer->stock_material_ = own;
-  viewer->begin(at_head->snapshot(), removed_until(*document, document->head()));
-  viewer->shown_ = std::move(at_head);
+  const BodyId first = at_head.all.front().id;
+  viewer->begin({std::move(at_head), first}, removed_until(*document, document->head()));
   viewer->history_.step = document->head();
   PastSteps past;
   for (const auto& [id, step] : document->steps())
@@ -55,18 +55,19 @@ Result<std::unique_ptr<Session>> HistoryViewer::at_last_whole(const std::filesys
   if (!document) return Error{document.error()};
   if (const Status there = document.value()->stand_at(whole.value()); !there)
     return Error{there.error()};
-  auto model = document.value()->load_at(whole.value());
-  if (!model) return Error{model.error()};
+  auto bodies = document.value()->load_bodies(whole.value());
+  if (!bodies) return Error{bodies.error()};
   return make(
-      std::move(document).value(), std::move(model).value(),
+      std::move(document).value(), std::move(bodies).value(),
       why + ". Shown is step " + std::to_string(whole.value()) + " of " + std::to_string(head) +
           ", the last that is whole, and nothing is written; 'kibori history FILE --salvage "
           "NEW.kibori' saves up to there.");
 }
 
-bool HistoryViewer::latest(Snapshot& snapshot) {
-  if (!std::exchange(fresh_, false)) return false;
-  snapshot = shown_->snapshot();
+bool HistoryViewer::latest(Shown& shown) {
+  if (!fresh_) return false;
+  shown.active = fresh_->all.front().id;
+  shown.bodies = *std::exchange(fresh_, std::nullopt);
   return true;
 }
 
@@ -81,11 +82,10 @@ void HistoryViewer::go(StepId step) { look_at(step); }
 
 void HistoryViewer::look_at(const Result<StepId>& step) {
   if (!step || step.value() == history_.step) return;
-  auto model = document_->load_at(step.value());
-  if (!model) return notify(Error{model.error()});
-  shown_ = std::move(model).value();
+  auto bodies = document_->load_bodies(step.value());
+  if (!bodies) return notify(Error{bodies.error()});
+  fresh_ = std::move(bodies).value();
   history_.step = step.value();
-  fresh_ = true;
 }
 
 void HistoryViewer::update_history() {

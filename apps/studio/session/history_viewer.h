@@ -2,6 +2,8 @@
 // A document that is only looked at: it goes to any step, and changes nothing.
 #pragma once
 
+#include <optional>
+
 #include "apps/studio/session/session.h"
 
 namespace kibori {
@@ -10,7 +12,7 @@ class HistoryViewer final : public Session {
  public:
   // `notice`: what the person is told first.
   static Result<std::unique_ptr<Session>> make(std::unique_ptr<Document> document,
-                                               std::unique_ptr<TriDexel> at_head,
+                                               Bodies at_head,
                                                const std::string& notice);
   // At the last step that is whole, of a document whose head is not; `why`: what is damaged.
   static Result<std::unique_ptr<Session>> at_last_whole(const std::filesystem::path& file,
@@ -26,12 +28,11 @@ class HistoryViewer final : public Session {
  private:
   HistoryViewer() = default;
   void look_at(const Result<StepId>& step);
-  bool latest(Snapshot& snapshot) override;
+  bool latest(Shown& shown) override;
   void update_history() override;
 
   std::unique_ptr<Document> document_;
-  std::unique_ptr<TriDexel> shown_;
-  bool fresh_ = false;  // follow() has not seen shown_ yet
+  std::optional<Bodies> fresh_;  // that follow() has not seen yet
 };
 
 }  // namespace kibori

@@ -129,8 +129,12 @@ Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> doc
   auto live = LiveCarving::make(std::move(model), std::move(device), settings);
   if (!live) return Error{live.error()};
   session->live_ = std::move(live).value();
-  session->begin(session->live_->context().model().snapshot(),
-                 removed_until(*document, document->head()));
+  const Body& body = *document->bodies_at(document->head()).find(document->active());
+  session->live_->context().stand({body.id, body.pose, body.locked});
+  session->carved_ = session->live_->context().model().snapshot();
+  session->carved_body_ = body.id;
+  session->listed_ = *document->worked_on();
+  session->begin({session->listed_, body.id}, removed_until(*document, document->head()));
   session->writer_ = std::make_unique<DocumentWriter>(*session->live_, std::move(document));
   session->writer_->start();
   session->stepped_ = options.stepped;
@@ -184,6 +188,8 @@ void LiveSession::then(std::function<void()> what) {
 void LiveSession::go_on() {
   if (pointer_) pointer_->pump();
   while (!later_.empty()) {
+    // What was asked of the document comes first: until then the material is only felt.
+    if (!writer_->idle()) return;
     Later& next = later_.front();
     if (next.stroke != 0 ? pointer_->finished() < next.stroke : !next.run()) return;
     later_.pop_front();
@@ -221,6 +227,10 @@ void LiveSession::turn(double roll_rad) {
 void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode asked, double time_s) {
   lift();
   const Mode mode = mode_in(materials_[stock_material_], asked);
+  if (const Body& body = active_body(); !body.visible || (body.locked && mode != Mode::touch))
+    return notify(Error{body.name + (body.visible
+                                         ? " is locked: unlock it first, or take up another body"
+                                         : " is hidden: show it first, or take up another body")});
   const std::optional<Pose> pose =
       std::isfinite(time_s) ? pose_of(tip_mm, axis, true) : std::nullopt;
   if (!pose) return;
@@ -420,9 +430,33 @@ Status LiveSession::choose_symmetry(const std::array<bool, 3>& planes, int fold,
   return posted;
 }
 
-bool LiveSession::latest(Snapshot& snapshot) {
+Status LiveSession::choose_crumbs(Crumbs crumbs) {
+  Status posted = post([crumbs](ServoContext& live) { live.settings().crumbs = crumbs; });
+  if (posted) crumbs_ = crumbs;
+  return posted;
+}
+
+void LiveSession::act(const BodyAction& action) {
+  lift();
+  if (writer_) then([this, action] { writer_->act(action); });
+}
+
+void LiveSession::choose_body(BodyId body) {
+  if (body == active()) return;
+  lift();
+  if (writer_) then([this, body] { writer_->choose(body); });
+}
+
+bool LiveSession::latest(Shown& shown) {
   go_on();
-  return live_ && live_->latest(snapshot);
+  if (live_ && live_->latest(carved_, carved_body_)) shown_before_ = false;
+  if (std::exchange(shown_before_, true)) return false;
+  shown = {listed_, carved_body_};
+  if (Body* const body = shown.bodies.find(carved_body_))
+    body->model = carved_;
+  else  // the servo is not told yet
+    shown.active = shown.bodies.all.front().id;
+  return true;
 }
 
 bool LiveSession::next_tick(LiveTick& tick) {
@@ -447,6 +481,9 @@ void LiveSession::update_history() {
       now.undo = document.before_head().ok();
       now.redo = document.after_head().ok();
       now.hash = document.steps().at(now.step).hash;
+      if (const Bodies* const bodies = document.worked_on();
+          bodies && std::exchange(told_bodies_of_, now.step) != now.step)
+        told_.bodies = *bodies;
       const auto& steps = document.steps();
       for (auto at = steps.upper_bound(last_told_); at != steps.end(); ++at) {
         // One that is being made may still be left off.
@@ -467,6 +504,10 @@ void LiveSession::update_history() {
       steps_.insert(steps_.end(), told_.steps.begin(), told_.steps.end());
       told_.steps.clear();
       versions_ = told_.versions;
+      if (told_.bodies) {
+        listed_ = *std::exchange(told_.bodies, std::nullopt);
+        shown_before_ = false;
+      }
     }
   }
   history_.trouble = writer_->trouble();

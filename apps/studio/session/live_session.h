@@ -101,6 +101,14 @@ class LiveSession final : public Session {
   Status choose_model(ForceModel model);
   // Planes and axis through the lattice's middle; see Symmetry.
   Status choose_symmetry(const std::array<bool, 3>& planes, int fold, Axis axis);
+  // Of strokes from the next one on: what becomes of what they sever.
+  Status choose_crumbs(Crumbs crumbs);
+  Crumbs crumbs() const { return crumbs_; }
+
+  // What is done with bodies, as a step; what can't be is told by notice().
+  void act(const BodyAction& action);
+  // The body that strokes go to.
+  void choose_body(BodyId body);
 
   void cancel() override;
   void undo() override;
@@ -123,7 +131,7 @@ class LiveSession final : public Session {
   std::optional<Pose> pose_of(const Vec3& tip_mm, const Vec3& axis, bool anew);
   Status give_hand(const Hand& hand, double reach);
 
-  bool latest(Snapshot& snapshot) override;
+  bool latest(Shown& shown) override;
   bool next_tick(LiveTick& tick) override;
   void update_history() override;
   bool busy() const override { return pressed() || cutting_; }
@@ -144,6 +152,12 @@ class LiveSession final : public Session {
   std::optional<HapticDeviceState> held_;
   Tool tool_;
   Symmetry symmetry_;
+  Crumbs crumbs_ = Crumbs::sort;
+  // All bodies, as the document has them; the model under the tool, and whose it is.
+  Bodies listed_;
+  Snapshot carved_;
+  BodyId carved_body_ = 1;
+  bool shown_before_ = true;  // what latest() gave is still as it is
   std::optional<Brush> brush_;
   Brush brush_of(Mode mode) const;
   bool pressed_ = false, inside_ = false;
@@ -155,11 +169,13 @@ class LiveSession final : public Session {
   struct Told {
     bool fresh = false;
     HistoryState history;
+    std::optional<Bodies> bodies;  // where there are others, or they are others
     std::vector<PastStep> steps;  // that were not told of yet
     Versions versions;
     std::string notice;
   } told_;
-  StepId last_told_ = 0;  // of that thread, as is past_
+  StepId last_told_ = 0;  // of that thread, as are past_ and told_bodies_of_
+  StepId told_bodies_of_ = 0;
   PastSteps past_;
   std::unique_ptr<DocumentWriter> writer_;  // gone before what it writes of
 };

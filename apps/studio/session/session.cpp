@@ -13,6 +13,8 @@
 namespace kibori {
 namespace {
 
+constexpr int kSurfaceThreads = 2;
+
 // The studio's woods of 2026 were 400 times too soft. What is carved of them from now on is as hard
 // as the species is; strokes of before keep what they were felt with.
 void mend(Material& material) {
@@ -32,21 +34,48 @@ void mend(Material& material) {
 
 }  // namespace
 
-void Session::begin(const Snapshot& snapshot, double removed_mm3) {
-  snapshot_ = snapshot;
-  lattice_ = snapshot.lattice;
-  surface_ = std::make_unique<LiveSurface>(snapshot_, 2);
-  volume_mm3_ = snapshot_.volume_mm3();
+void Session::begin(Shown first, double removed_mm3) {
+  shown_ = std::move(first);
+  lattice_ = snapshot().lattice;
+  volume_mm3_ = 0;
+  for (const Body& body : shown_.bodies.all) {
+    const double volume = body.model.volume_mm3();
+    volume_mm3_ += volume;
+    seen_.insert_or_assign(body.id, Seen{LiveSurface(body.model, kSurfaceThreads), volume});
+  }
   stock_mm3_ = volume_mm3_ + removed_mm3;
 }
 
-const std::vector<Index3>& Session::follow() {
+const std::vector<Session::ChunkPlace>& Session::follow() {
   changed_.clear();
-  if (latest(snapshot_)) {
-    changed_ = surface_->update(snapshot_);
-    volume_known_ = false;
+  if (!latest(shown_)) return changed_;
+  volume_known_ = false;
+  bodies_told_++;
+  for (auto at = seen_.begin(); at != seen_.end();)
+    at = shown_.bodies.find(at->first) ? std::next(at) : seen_.erase(at);
+  for (const Body& body : shown_.bodies.all) {
+    const auto found = seen_.find(body.id);
+    if (found == seen_.end()) {
+      seen_.insert_or_assign(
+          body.id, Seen{LiveSurface(body.model, kSurfaceThreads), body.model.volume_mm3()});
+      continue;
+    }
+    const std::vector<Index3>& chunks = found->second.surface.update(body.model);
+    for (const Index3& chunk : chunks) changed_.push_back({body.id, chunk});
+    if (!chunks.empty() && body.id != shown_.active)
+      found->second.volume_mm3 = body.model.volume_mm3();
   }
   return changed_;
+}
+
+const LiveSurface* Session::surface(BodyId body) const {
+  const auto found = seen_.find(body);
+  return found == seen_.end() ? nullptr : &found->second.surface;
+}
+
+double Session::volume_mm3(BodyId body) const {
+  const auto found = seen_.find(body);
+  return found == seen_.end() ? 0 : found->second.volume_mm3;
 }
 
 const std::vector<LiveTick>& Session::ticks() {
@@ -54,7 +83,7 @@ const std::vector<LiveTick>& Session::ticks() {
   LiveTick tick;
   bool cut = false;
   while (next_tick(tick)) {
-    volume_mm3_ -= tick.removed_mm3;
+    volume_mm3_ -= tick.removed_mm3 + tick.fallen_mm3;
     cut |= tick.removed_mm3 != 0;
     ticks_.push_back(tick);
   }
@@ -70,8 +99,11 @@ const HistoryState& Session::history() {
 
 void Session::count_volume() {
   if (volume_known_ || busy()) return;
-  volume_mm3_ = snapshot_.volume_mm3();
+  seen_.at(shown_.active).volume_mm3 = snapshot().volume_mm3();
+  volume_mm3_ = 0;
+  for (const auto& [id, seen] : seen_) volume_mm3_ += seen.volume_mm3;
   volume_known_ = true;
+  bodies_told_++;
 }
 
 void Session::name_version(const std::string&) {
@@ -85,7 +117,7 @@ Result<std::unique_ptr<Session>> open_session(const std::filesystem::path& file,
   if (!document) return Error{document.error()};
   const std::string missing = document.value()->missing();
   if (options.read_only) {
-    auto at_head = document.value()->load_at(document.value()->head());
+    auto at_head = document.value()->load_bodies(document.value()->head());
     if (!at_head)
       return HistoryViewer::at_last_whole(file, std::move(document).value(), at_head.error());
     return HistoryViewer::make(std::move(document).value(), std::move(at_head).value(), missing);

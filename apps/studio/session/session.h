@@ -74,14 +74,26 @@ class Session {
   }  // what the stock is of: a number of materials()
   double rate_hz() const { return rate_hz_; }
 
-  // To be called every few ms: the surface follows the model. The chunks that changed.
-  const std::vector<Index3>& follow();
-  const LiveSurface& surface() const { return *surface_; }
-  // The model, as of the last follow().
-  const Snapshot& snapshot() const { return snapshot_; }
+  // To be called every few ms: the surfaces follow the models. The chunks that changed.
+  struct ChunkPlace {
+    BodyId body = 1;
+    Index3 at = Index3::Zero();
+  };
+  const std::vector<ChunkPlace>& follow();
+  // All bodies with their models, as of the last follow(), and which of them is worked on.
+  const Bodies& bodies() const { return shown_.bodies; }
+  BodyId active() const { return shown_.active; }
+  const Body& active_body() const { return *shown_.bodies.find(shown_.active); }
+  const Snapshot& snapshot() const { return active_body().model; }
+  // Another number whenever any of this is another.
+  uint64_t bodies_told() const { return bodies_told_; }
+  // Null: there is no such body.
+  const LiveSurface* surface(BodyId body) const;
+  // Of one body [mm^3], as of when it was not worked on last.
+  double volume_mm3(BodyId body) const;
   // Ticks since the last call, oldest first.
   const std::vector<LiveTick>& ticks();
-  // Volume [mm^3], as of the last follow() and ticks(); and how much less that is than the stock's.
+  // Volume [mm^3] of all, as of the last follow() and ticks(); and how much less that is than the stock's.
   double volume_mm3() const { return volume_mm3_; }
   double removed_mm3() const { return stock_mm3_ - volume_mm3_; }
 
@@ -109,14 +121,19 @@ class Session {
 
  protected:
   Session() = default;
-  // The first model; the stock had `removed_mm3` more.
-  void begin(const Snapshot& snapshot, double removed_mm3);
+  struct Shown {
+    Bodies bodies;
+    BodyId active = 1;
+  };
+  // The first state; the stock had `removed_mm3` more.
+  void begin(Shown first, double removed_mm3);
   void notify(const Status& how) {
     if (!how) notice_ = how.error();
   }
 
-  // The newest model, where it is another than the last one.
-  virtual bool latest(Snapshot& snapshot) = 0;
+  // The newest state, where it is another than the last one: at least one body, and `active` is one
+  // of them.
+  virtual bool latest(Shown& shown) = 0;
   virtual bool next_tick(LiveTick&) { return false; }
   virtual void update_history() = 0;
   // Whether the model changes all the time: its volume is then not counted, as that takes a while.
@@ -127,7 +144,6 @@ class Session {
   double rate_hz_ = 1000;
   std::vector<Material> materials_;
   uint8_t stock_material_ = 0;
-  Snapshot snapshot_;
   std::vector<LiveTick> ticks_;
   HistoryState history_;
   std::vector<PastStep> steps_;
@@ -138,8 +154,14 @@ class Session {
 
  private:
   void count_volume();
-  std::unique_ptr<LiveSurface> surface_;
-  std::vector<Index3> changed_;
+  struct Seen {
+    LiveSurface surface;
+    double volume_mm3 = 0;
+  };
+  Shown shown_;
+  std::map<BodyId, Seen> seen_;
+  uint64_t bodies_told_ = 1;
+  std::vector<ChunkPlace> changed_;
   double volume_mm3_ = 0, stock_mm3_ = 0;
 };
 

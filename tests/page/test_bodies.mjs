@@ -1,0 +1,305 @@
+// SPDX-License-Identifier: MIT
+// Bodies in a real browser: cut along lines that the pointer draws, worked on, moved, turned, joined
+// and so on; what strokes sever; and the command line carves all of it again from the document.
+// Usage: node test_bodies.mjs KIBORI [SCREENSHOTS]
+import { execFileSync } from "node:child_process";
+import { readdirSync } from "node:fs";
+import { join } from "node:path";
+import {
+  check,
+  enter,
+  folder,
+  kibori,
+  open,
+  run,
+  show,
+  shown,
+  started,
+  state,
+  Studio,
+  until,
+} from "./harness.mjs";
+
+const SIZE = { width: 1280, height: 800 };
+
+async function begun(page) {
+  await started(page);
+  await page.locator('input[name=stock][value="0"]').check();
+  await page.locator("#wood").selectOption({ label: "limewood" });
+  await page.locator("#detail").selectOption("192");
+  await page.locator("#go").click();
+  await shown(page);
+  await page.locator("#view").focus();
+  return page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
+}
+async function drag(page, places, { hold = 100, key = null } = {}) {
+  await page.mouse.move(places[0].x, places[0].y);
+  await page.waitForTimeout(100);
+  if (key) await page.keyboard.down(key);
+  await page.mouse.down();
+  for (let i = 1; i < places.length; i++)
+    await page.mouse.move(places[i].x, places[i].y, { steps: 6 });
+  await page.waitForTimeout(hold);
+  await page.mouse.up();
+  if (key) await page.keyboard.up(key);
+}
+/** The list, once a later step has come and the surface has followed. */
+async function after(page, step) {
+  const now = await until(
+    page,
+    "a step",
+    (s) => Number(s.step) > Number(step) && !/^0*$/.test(s.hash),
+    60,
+  );
+  for (let i = 0; i < 300 && !(await page.evaluate(() => window.kibori.settled())); i++)
+    await page.waitForTimeout(50);
+  await page.waitForTimeout(400);
+  return { ...now, ...(await state(page)), list: await bodies(page) };
+}
+const bodies = (page) =>
+  page.evaluate(() =>
+    [...document.querySelectorAll("#body-list li")].map((row) => ({
+      id: Number(row.dataset.body),
+      name: row.querySelector(".name").textContent,
+      current: row.classList.contains("current"),
+      visible: row.querySelector(".visible").ariaPressed === "false",
+      locked: row.querySelector(".locked").ariaPressed === "true",
+    })),
+  );
+const newest = () =>
+  join(
+    folder,
+    "kibori",
+    readdirSync(join(folder, "kibori"))
+      .filter((name) => name.endsWith(".kibori"))
+      .sort()
+      .at(-1),
+  );
+const told = () =>
+  JSON.parse(execFileSync(kibori, ["bodies", newest(), "--json"], { encoding: "utf8" }));
+const verified = () => execFileSync(kibori, ["verify", newest()], { encoding: "utf8" });
+const click = (page, id) => page.locator(`#body-${id}`).click();
+const row = (page, id) => page.locator(`#body-list li[data-body="${id}"]`);
+async function close(page) {
+  await page.locator("#leave").click();
+  await started(page);
+}
+
+async function everyVerb() {
+  const studio = await Studio.start();
+  const page = await open(SIZE);
+  await enter(page, studio.url);
+  const middle = await begun(page);
+  const whole = Number((await state(page)).volume);
+  await page.locator("#bodies-box summary").click();
+  let last = await state(page);
+  check("there is one body", (await bodies(page)).length === 1);
+
+  // Cut off with the key and a straight line; what comes off is a body of its own.
+  await page.locator("#view").focus();
+  await page.keyboard.press("k");
+  check("the page says how", /Draw a line/.test(await page.locator("#notice").textContent()));
+  await drag(page, [
+    { x: middle.x + 70, y: middle.y - 190 },
+    { x: middle.x + 40, y: middle.y + 190 },
+  ]);
+  last = await after(page, last.step);
+  check(`cut: there are two bodies (${last.list.length})`, last.list.length === 2);
+  check("cut: the larger one is worked on still", last.list[0].current);
+  check("cut: nothing is lost", Math.abs(Number(last.volume) / whole - 1) < 1e-6);
+  await show(page, "bodies-cut");
+
+  // Moved away, so that it can be seen.
+  await row(page, 2).locator(".name").click();
+  await page.waitForFunction(() => document.querySelector("#bodies-box").dataset.active === "2");
+  await click(page, "move");
+  await drag(page, [
+    { x: middle.x + 150, y: middle.y },
+    { x: middle.x + 215, y: middle.y + 30 },
+  ]);
+  last = await after(page, last.step);
+  await click(page, "turn");
+  await drag(page, [
+    { x: middle.x + 190, y: middle.y },
+    { x: middle.x + 230, y: middle.y - 20 },
+  ]);
+  last = await after(page, last.step);
+  await show(page, "bodies-moved");
+
+  // A stroke on the body that was moved and turned goes where the pointer is.
+  const at = await page.evaluate((m) => {
+    for (let x = m.x + 330; x > m.x + 80; x -= 4)
+      for (const y of [m.y, m.y + 30, m.y - 30])
+        if (window.kibori.onPiece(x, y) && window.kibori.onPiece(x - 40, y)) return { x: x - 10, y };
+    return null;
+  }, middle);
+  check("the body that was moved is under the pointer", at !== null);
+  const before = await page.evaluate((p) => window.kibori.at(p.x - 15, p.y), at);
+  await drag(
+    page,
+    [
+      { x: at.x, y: at.y },
+      { x: at.x - 30, y: at.y },
+    ],
+    { hold: 500 },
+  );
+  last = await after(page, last.step);
+  const cut = await page.evaluate((p) => window.kibori.at(p.x - 15, p.y), at);
+  check(
+    "the stroke cut where it was drawn",
+    cut === null || Math.hypot(...cut.map((c, i) => c - before[i])) > 0.3,
+  );
+  await show(page, "bodies-carved");
+
+  for (const verb of ["duplicate", "mirror", "bake"]) {
+    await click(page, verb);
+    last = await after(page, last.step);
+  }
+  check(`duplicate: three bodies (${last.list.length})`, last.list.length === 3);
+
+  // Hidden, locked and named.
+  await row(page, 3).locator(".visible").click();
+  last = await after(page, last.step);
+  check("hide: it is not shown", !last.list[2].visible);
+  await row(page, 2).locator(".locked").click();
+  last = await after(page, last.step);
+  check("lock", last.list[1].locked);
+  await page.mouse.move(at.x, at.y);
+  await page.mouse.down();
+  await page.waitForTimeout(200);
+  await page.mouse.up();
+  check(
+    "a stroke on what is locked is refused",
+    /is locked/.test(await page.locator("#notice").textContent()) &&
+      (await state(page)).step === last.step,
+  );
+  await row(page, 2).locator(".locked").click();
+  last = await after(page, last.step);
+  await row(page, 2).locator(".name").click();
+  await page.keyboard.type("Lid <b>");
+  await page.keyboard.press("Enter");
+  last = await after(page, last.step);
+  check("rename", last.list[1].name === "Lid <b>");
+
+  // With others.
+  await row(page, 1).locator(".name").click();
+  await page.waitForFunction(() => document.querySelector("#bodies-box").dataset.active === "1");
+  await row(page, 3).locator(".visible").click();
+  last = await after(page, last.step);
+  for (const verb of ["subtract", "join"]) {
+    await row(page, verb === "join" ? 2 : 3).locator("input").check();
+    await click(page, verb);
+    last = await after(page, last.step);
+    for (const box of await page.locator("#body-list input:checked").all()) await box.uncheck();
+  }
+  check(`join: two bodies (${last.list.length})`, last.list.length === 2);
+  await click(page, "separate");
+  await page.waitForTimeout(600);
+  await row(page, 3).locator(".name").click();
+  await page.waitForFunction(() => document.querySelector("#bodies-box").dataset.active === "3");
+  last = await state(page);
+  await click(page, "remove");
+  last = await after(page, last.step);
+  check("delete", !last.list.some((body) => body.id === 3));
+
+  // Back to the beginning and forth again.
+  const head = await state(page);
+  for (let i = 0; i < 30 && Number((await state(page)).step) > 1; i++) {
+    await page.locator("#undo").click();
+    await page.waitForTimeout(250);
+  }
+  await until(page, "the beginning", (s) => Number(s.step) === 1);
+  await page.waitForTimeout(500);
+  check("undone, there is one body", (await bodies(page)).length === 1);
+  check(
+    "of the volume it had",
+    Math.abs(Number((await state(page)).volume) / whole - 1) < 1e-9,
+  );
+  for (let i = 0; i < 30 && !(await page.locator("#redo").isDisabled()); i++) {
+    await page.locator("#redo").click();
+    await page.waitForTimeout(250);
+  }
+  await until(page, "the end again", (s) => s.step === head.step && s.hash === head.hash);
+  await close(page);
+  check("the command line comes to the same", /is whole|no faults|all/i.test(verified()));
+  const list = told();
+  check("every body is closed", list.every((body) => body.closed));
+  await studio.end();
+}
+
+/** What strokes sever: a slab, sawn off, is cut through by a stroke. */
+async function crumbs() {
+  const studio = await Studio.start();
+  const page = await open(SIZE);
+  await enter(page, studio.url);
+  const middle = await begun(page);
+  await page.locator("#bodies-box summary").click();
+  let last = await state(page);
+  // A slab of some mm at the front, as it is seen from above.
+  await page.locator("#view").focus();
+  await page.keyboard.press("7");
+  await page.waitForTimeout(600);
+  const edge = await page.evaluate((m) => {
+    let y = m.y;
+    while (window.kibori.onPiece(m.x, y)) y++;
+    return y;
+  }, middle);
+  await page.keyboard.press("k");
+  await drag(page, [
+    { x: middle.x - 330, y: edge - 24 },
+    { x: middle.x + 330, y: edge - 24 },
+  ]);
+  last = await after(page, last.step);
+  check("there is a slab", last.list.length === 2);
+  await row(page, 2).locator(".name").click();
+  await page.waitForFunction(() => document.querySelector("#bodies-box").dataset.active === "2");
+  await page.locator("#size").fill("6");
+  await page.locator("#depth").fill("8");
+  const through = async (x) => {
+    for (let pass = 0; pass < 6; pass++) {
+      const now = await state(page);
+      await drag(
+        page,
+        [
+          { x, y: edge - 12 },
+          { x, y: edge + 30 },
+          { x, y: edge - 12 },
+        ],
+        { hold: 500 },
+      );
+      const then = await after(page, now.step);
+      if (then.list.length > last.list.length || /came loose/.test(await page.locator("#notice").textContent()))
+        return then;
+    }
+    throw new Error("the slab was not cut through");
+  };
+  const slab = last.list.length;
+  last = await through(middle.x + 40);
+  check("half of a slab becomes a body", last.list.length === slab + 1);
+  await show(page, "bodies-slab");
+  // An end of it falls away.
+  await page.locator("#crumbs").selectOption("fall");
+  const right = await page.evaluate(
+    (p) => {
+      let x = p.x;
+      while (window.kibori.onPiece(x, p.y)) x--;
+      return x;
+    },
+    { x: middle.x, y: edge - 12 },
+  );
+  const count = last.list.length;
+  last = await through(right + 60);
+  check(
+    "an end falls away where it is to",
+    last.list.length === count && /came loose/.test(await page.locator("#notice").textContent()),
+  );
+  await show(page, "bodies-fallen");
+  const { hash } = last;
+  await close(page);
+  check("the command line comes to the same", /is whole|no faults|all/i.test(verified()));
+  check("every body is closed", told().every((body) => body.closed));
+  check("a hash", hash.length > 8);
+  await studio.end();
+}
+
+await run([everyVerb, crumbs]);
