@@ -66,6 +66,13 @@ const bodies = (page) =>
       locked: row.querySelector(".locked").ariaPressed === "true",
     })),
   );
+async function active(page, id) {
+  for (let i = 0; i < 200; i++) {
+    if ((await page.locator("#bodies-box").getAttribute("data-active")) === String(id)) return;
+    await page.waitForTimeout(50);
+  }
+  throw new Error(`body ${id} is not worked on`);
+}
 const newest = () =>
   join(
     folder,
@@ -111,7 +118,7 @@ async function everyVerb() {
 
   // Moved away, so that it can be seen.
   await row(page, 2).locator(".name").click();
-  await page.waitForFunction(() => document.querySelector("#bodies-box").dataset.active === "2");
+  await active(page, 2);
   await click(page, "move");
   await drag(page, [
     { x: middle.x + 150, y: middle.y },
@@ -183,20 +190,21 @@ async function everyVerb() {
 
   // With others.
   await row(page, 1).locator(".name").click();
-  await page.waitForFunction(() => document.querySelector("#bodies-box").dataset.active === "1");
+  await active(page, 1);
   await row(page, 3).locator(".visible").click();
   last = await after(page, last.step);
   for (const verb of ["subtract", "join"]) {
-    await row(page, verb === "join" ? 2 : 3).locator("input").check();
+    const other = row(page, verb === "join" ? 2 : 3).locator("input");
+    await other.check();
     await click(page, verb);
     last = await after(page, last.step);
-    for (const box of await page.locator("#body-list input:checked").all()) await box.uncheck();
+    if (verb === "subtract") await other.uncheck();
   }
   check(`join: two bodies (${last.list.length})`, last.list.length === 2);
   await click(page, "separate");
   await page.waitForTimeout(600);
   await row(page, 3).locator(".name").click();
-  await page.waitForFunction(() => document.querySelector("#bodies-box").dataset.active === "3");
+  await active(page, 3);
   last = await state(page);
   await click(page, "remove");
   last = await after(page, last.step);
@@ -246,13 +254,14 @@ async function crumbs() {
   }, middle);
   await page.keyboard.press("k");
   await drag(page, [
-    { x: middle.x - 330, y: edge - 24 },
-    { x: middle.x + 330, y: edge - 24 },
+    { x: middle.x - 260, y: edge - 24 },
+    { x: middle.x + 260, y: edge - 24 },
   ]);
+  await show(page, "bodies-sawn");
   last = await after(page, last.step);
   check("there is a slab", last.list.length === 2);
   await row(page, 2).locator(".name").click();
-  await page.waitForFunction(() => document.querySelector("#bodies-box").dataset.active === "2");
+  await active(page, 2);
   await page.locator("#size").fill("6");
   await page.locator("#depth").fill("8");
   const through = async (x) => {

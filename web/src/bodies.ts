@@ -135,10 +135,10 @@ export class Bodies {
   take(gesture: Gesture | null): void {
     if (gesture && !this.holds()) return;
     if (gesture !== this.gesture) this.drop();
+    if (this.gesture && element("notice").textContent === HELP[this.gesture]) this.notify("");
     this.gesture = gesture;
     for (const one of GESTURES)
       element(`body-${one}`).setAttribute("aria-pressed", String(one === gesture));
-    document.body.classList.toggle("gesturing", gesture !== null);
     if (gesture) this.notify(HELP[gesture]);
   }
 
@@ -151,7 +151,6 @@ export class Bodies {
 
   /**
    * A press on another body than the one that is worked on takes that one up; whether it did.
-   * `hit`: whether the press is on the one that is worked on, in front of all others.
    */
   takeUp(x: number, y: number): boolean {
     if (this.all.length < 2) return false;

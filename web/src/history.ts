@@ -3,7 +3,7 @@
 // was last. Strokes of one tool stand together in a group, which opens; lines above show where
 // branches leave. Only what is in view is in the page, and only its pictures are asked for.
 import { request } from "./access";
-import { MOVED, StepTree, type Branch, type Group, type Step } from "./steps";
+import { isAction, MOVED, StepTree, type Branch, type Group, type Step } from "./steps";
 import { BRUSHES } from "./brushes";
 import { TOOLS, held, iconOf, sizeOf } from "./tools";
 
@@ -362,7 +362,7 @@ export class History {
       shown.classList.toggle("earlier", picture !== step.id);
     }
     if (!url || picture !== step.id) shown.insertAdjacentHTML("beforeend", toolIcon(step));
-    const tool = step.parent === 0 ? "Stock" : toolName(step),
+    const tool = step.parent === 0 ? "Stock" : isAction(step) ? "" : toolName(step),
       when = time(step.made),
       words = document.createElement("span");
     words.className = "words";
@@ -388,6 +388,7 @@ export class History {
         named && `“${named}”`,
         step.parent !== 0 &&
           step.mode !== MOVED &&
+          !isAction(step) &&
           `${step.removed >= 0 ? "removed" : "added"} ${Math.abs(step.removed).toFixed(1)} mm³`,
         time(step.made, true),
       ];

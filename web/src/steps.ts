@@ -9,7 +9,7 @@ export interface Step {
   parent: number;
   removed: number; // [mm^3]; negative: added
   made: number; // [s since 1970]; 0: not known
-  tool: Tool | null; // null: the stock, and tools that pages do not know; steps of one tool share it
+  tool: Tool | null; // null: the stock, what is done with bodies, and tools that pages do not know; steps of one tool share it
   mode: Mode; // off: the tool only moved
   label: string;
   next: number[];
@@ -33,6 +33,9 @@ export interface Branch {
 const GROUP_S = 300;
 /** The mode of a step in which the tool only moved. */
 export const MOVED: Mode = "off";
+
+/** Whether it is no stroke, but what was done with bodies; its label says what. */
+export const isAction = (step: Step): boolean => step.tool === null && step.label !== "";
 
 export class StepTree {
   private steps = new Map<number, Step>();
@@ -131,6 +134,8 @@ export class StepTree {
         last &&
         first &&
         first.tool === step.tool &&
+        !isAction(first) &&
+        !isAction(step) &&
         (step.mode === last.mode || step.mode === MOVED || last.mode === MOVED);
       if (!alike || ended || step.made - first.made > GROUP_S)
         groups.push({ steps: [step], mode: step.mode });

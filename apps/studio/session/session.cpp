@@ -32,6 +32,37 @@ void mend(Material& material) {
         }
 }
 
+// As people call what was done with bodies.
+std::string label_of(const BodyAction& action) {
+  switch (action.verb) {
+    case BodyVerb::cut:
+      return "Cut";
+    case BodyVerb::join:
+      return "Join";
+    case BodyVerb::subtract:
+      return "Subtract";
+    case BodyVerb::intersect:
+      return "Intersect";
+    case BodyVerb::separate:
+      return "Separate";
+    case BodyVerb::duplicate:
+      return "Duplicate";
+    case BodyVerb::mirror:
+      return "Mirror";
+    case BodyVerb::move:
+      return "Move";
+    case BodyVerb::bake:
+      return "Bake";
+    case BodyVerb::remove:
+      return "Delete";
+    case BodyVerb::set:
+      break;
+  }
+  if (action.name) return "Name";
+  if (action.visible) return *action.visible ? "Show" : "Hide";
+  return action.locked && *action.locked ? "Lock" : "Unlock";
+}
+
 }  // namespace
 
 void Session::begin(Shown first, double removed_mm3) {
@@ -161,8 +192,11 @@ PastStep PastSteps::of(const Document& document, const Step& step) {
       mode = settings.value().mode;
     }
   }
+  std::string label = step.label;
+  if (step.action && label.empty())
+    if (const auto action = document.action(step.id)) label = label_of(action.value());
   return {step.id, step.parent, step.removed_mm3, step.made_s,
-          tool,    mode,        step.pictured,    step.label};
+          tool,    mode,        step.pictured,    label};
 }
 
 double removed_until(const Document& document, StepId step) {
