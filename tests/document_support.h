@@ -74,10 +74,13 @@ inline StrokeSettings some_settings(Random& random) {
   return s;
 }
 
-// A stroke of some ticks through the block, told to the document as it is carved.
+// A stroke of some ticks through the body that is worked on, told to the document as it is carved.
 inline void carve(Document& document, TriDexel& model, Random& random, int ticks,
-                  bool finish = true) {
-  const StrokeSettings s = some_settings(random);
+                  bool finish = true, Crumbs crumbs = Crumbs::stay) {
+  StrokeSettings s = some_settings(random);
+  s.body = document.active();
+  if (may_sever(s.mode)) s.crumbs = crumbs;
+  const Snapshot before = model.snapshot();
   const Pose start{random.in_box(0, 30), frame_from_axis(random.direction(), 0)};
   ASSERT_TRUE(document.begin(s, start, "by chance").ok());
   DirectTool stroke(model, start);
@@ -113,7 +116,8 @@ inline void carve(Document& document, TriDexel& model, Random& random, int ticks
     }
   }
   if (finish) {
-    ASSERT_TRUE(document.finish(model, removed).ok());
+    const CrumbResult severed = take_crumbs(model, before, s.crumbs);
+    ASSERT_TRUE(document.finish(model, removed + severed.fallen_mm3, severed.portions).ok());
   }
 }
 

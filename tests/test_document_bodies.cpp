@@ -1,0 +1,426 @@
+// SPDX-License-Identifier: MIT
+// Documents of several bodies: every state against full copies, a kill amid a split, rows that are
+// others, and a hand that works on a body that stands elsewhere.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <fstream>
+#include <map>
+#include <set>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include <kibori/body/workbench.h>
+#include <kibori/devices/virtual_device.h>
+#include <kibori/live/document_writer.h>
+#include <kibori/surface/surface.h>
+
+#include "tests/document_support.h"
+#include "tests/reshape_support.h"
+#include "tests/surface_check.h"
+
+namespace kibori {
+namespace {
+
+using namespace test;
+
+constexpr Crumbs kRules[] = {Crumbs::sort, Crumbs::stay, Crumbs::fall, Crumbs::body};
+
+// What is done with some of the bodies, by chance; it may be refused.
+BodyAction any_action(Random& random, const Bodies& bodies) {
+  BodyAction action;
+  constexpr BodyVerb kMix[] = {BodyVerb::cut,    BodyVerb::cut,       BodyVerb::cut,
+                               BodyVerb::join,   BodyVerb::subtract,  BodyVerb::intersect,
+                               BodyVerb::bake,   BodyVerb::duplicate, BodyVerb::mirror,
+                               BodyVerb::move,   BodyVerb::move,      BodyVerb::separate,
+                               BodyVerb::remove, BodyVerb::set};
+  action.verb = kMix[random.integer(0, static_cast<int>(std::size(kMix)) - 1)];
+  const auto one = [&] {
+    return bodies.all[static_cast<size_t>(
+                          random.integer(0, static_cast<int>(bodies.all.size()) - 1))]
+        .id;
+  };
+  action.bodies = {one()};
+  if (action.verb == BodyVerb::join || action.verb == BodyVerb::subtract ||
+      action.verb == BodyVerb::intersect)
+    action.bodies.push_back(one());
+  if (action.verb == BodyVerb::cut && random.integer(0, 1)) action.bodies.clear();
+  action.cutter.point_mm = random.in_box(5, 25);
+  action.cutter.normal =
+      random.integer(0, 2) ? random.direction() : Vec3(Vec3::Unit(random.integer(0, 2)));
+  if (random.integer(0, 2) == 0) action.cutter.kerf_mm = random.uniform(0.5, 4);
+  // A turn and a shift; or a shift alone, where joining stays exact.
+  action.pose.tip = random.in_box(-3, 3);
+  if (random.integer(0, 1)) action.pose.frame = rotation(0.3 * random.direction());
+  if (action.verb == BodyVerb::set) {
+    if (random.integer(0, 1)) action.name = "part <" + std::to_string(random.integer(0, 99)) + ">";
+    if (random.integer(0, 1)) action.visible = random.integer(0, 1) == 1;
+    action.locked = random.integer(0, 4) == 0;
+  }
+  return action;
+}
+
+struct Truth {
+  uint64_t hash = 0;
+  std::vector<std::string> list;  // of what is told of each body
+};
+Truth truth_of(const Bodies& bodies) {
+  Truth truth{bodies.content_hash(), {}};
+  for (const Body& body : bodies.all) {
+    char pose[400];
+    std::snprintf(pose, sizeof pose, "%d %d %.17g %.17g %.17g %.17g", body.visible, body.locked,
+                  body.pose.tip.x(), body.pose.tip.z(), body.pose.frame(0, 1),
+                  body.pose.frame(2, 0));
+    truth.list.push_back(std::to_string(body.id) + " " + body.name + " " + pose + " " +
+                         std::to_string(body.model.content_hash()));
+  }
+  return truth;
+}
+
+TEST(DocumentBodies, HistoryAgainstFullCopies) {
+  Random random;
+  SCOPED_TRACE(random.note());
+  Folder folder;
+  const int steps = rounds_of("KIBORI_BODY_HISTORY", 250);
+  auto model = std::make_unique<TriDexel>(stock(1.5));
+  auto document = created(folder / "a.kibori", *model);
+  std::map<StepId, Truth> truth{{1, truth_of(Bodies::of(*model))}};
+  size_t most = 1;
+  int acted = 0;
+  for (int i = 0; i < steps; i++) {
+    const int what = random.integer(0, 9);
+    if (what < 3) {
+      const std::vector<Body>& list = document->bodies_at(document->head()).all;
+      const int chosen = random.integer(0, static_cast<int>(list.size()) - 1);
+      ASSERT_TRUE(document->choose(list[static_cast<size_t>(chosen)].id).ok());
+      ASSERT_TRUE(document->go(*model, document->head()).ok());
+      if (document->bodies_at(document->head()).find(document->active())->locked) {
+        ASSERT_FALSE(document->begin({}, {}).ok());
+      } else {
+        carve(*document, *model, random, random.integer(1, 15), true, kRules[random.integer(0, 3)]);
+      }
+    } else if (what < 7) {
+      // As many bodies as can be told apart.
+      BodyAction action = any_action(random, document->bodies_at(document->head()));
+      if (document->bodies_at(document->head()).all.size() > 8) action.verb = BodyVerb::remove;
+      const StepId before = document->head();
+      const auto done = document->act(action);
+      if (!done) {
+        ASSERT_EQ(document->head(), before) << done.error();
+        ASSERT_FALSE(done.error().empty());
+      }
+      acted += done.ok();
+      ASSERT_TRUE(document->go(*model, document->head()).ok());
+    } else if (what == 7) {
+      static_cast<void>(document->undo(*model));
+    } else if (what == 8) {
+      static_cast<void>(document->redo(*model));
+    } else {
+      const auto to = std::next(truth.begin(),
+                                random.integer(0, static_cast<int>(truth.size()) - 1));
+      ASSERT_TRUE(document->go(*model, to->first).ok());
+    }
+    ASSERT_NE(document->worked_on(), nullptr);
+    const Bodies now = *document->worked_on();
+    most = std::max(most, now.all.size());
+    const Truth is = truth_of(now);
+    const auto [known, fresh] = truth.emplace(document->head(), is);
+    ASSERT_EQ(is.list, known->second.list) << i;
+    ASSERT_EQ(is.hash, document->steps().at(document->head()).hash) << i;
+    ASSERT_EQ(model->content_hash(), now.find(document->active())->model.content_hash()) << i;
+    if (fresh && random.integer(0, 4) == 0) {
+      for (const Body& body : now.all) {
+        EXPECT_EQ(broken(extract_surface(body.model)), "") << i << " body " << body.id;
+      }
+    }
+    if (i % 60 == 59) {
+      const StepId head = document->head();
+      document.reset();
+      document = opened(folder / "a.kibori");
+      ASSERT_NE(document, nullptr);
+      ASSERT_EQ(document->head(), head);
+      auto loaded = document->load();
+      ASSERT_TRUE(loaded.ok()) << loaded.error();
+      model = std::move(loaded).value();
+      const StepId any = std::next(truth.begin(), random.integer(
+                                                      0, static_cast<int>(truth.size()) - 1))
+                             ->first;
+      const auto bodies = document->load_bodies(any);
+      ASSERT_TRUE(bodies.ok()) << bodies.error();
+      ASSERT_EQ(truth_of(bodies.value()).list, truth[any].list);
+    }
+  }
+  EXPECT_GT(acted, 0);
+  EXPECT_GT(most, 1u);
+  EXPECT_EQ(wrongs(*document), std::vector<std::string>());
+  // A copy has all of it, too.
+  ASSERT_TRUE(document->save_copy(folder / "b.kibori").ok());
+  const auto copy = opened(folder / "b.kibori", Document::Access::read);
+  ASSERT_NE(copy, nullptr);
+  for (const auto& [step, known] : truth)
+    EXPECT_EQ(truth_of(copy->load_bodies(step).value()).list, known.list) << step;
+}
+
+// Whole bodies, however early the process is gone: those before the split, or both after it.
+TEST(DocumentBodies, AKillAmidASplitLeavesWholeBodies) {
+  Random random;
+  SCOPED_TRACE(random.note());
+  Folder folder;
+  const int kills = rounds_of("KIBORI_KILLS", 12);
+  size_t most = 0;
+  for (int round = 0; round < kills; round++) {
+    const auto file = folder / "k.kibori", log = folder / "told";
+    for (const char* end : {"", "-wal", "-shm"})
+      std::filesystem::remove(folder.path / (std::string("k.kibori") + end));
+    std::filesystem::remove(log);
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      TriDexel model = stock();
+      auto made = Document::create(file, model, "{}");
+      if (!made) _exit(1);
+      std::ofstream told(log, std::ios::binary);
+      for (int i = 1; i < 30; i++) {
+        BodyAction split;
+        split.verb = BodyVerb::cut;
+        split.cutter.point_mm = Vec3(40.0 * i / 30, 15, 10);
+        split.cutter.normal = Vec3(1, 0.1, 0.05);
+        if (!made.value()->act(split)) _exit(1);
+        told.put('s');
+        told.flush();
+      }
+      _exit(0);
+    }
+    std::this_thread::sleep_for(std::chrono::microseconds(random.integer(3000, 60000)));
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    if (!std::filesystem::exists(file)) continue;
+    std::error_code none;
+    const auto told = std::filesystem::exists(log) ? std::filesystem::file_size(log, none) : 0;
+    auto document = opened(file);
+    ASSERT_NE(document, nullptr);
+    auto model = document->load();
+    ASSERT_TRUE(model.ok()) << model.error();
+    const Bodies& bodies = *document->worked_on();
+    EXPECT_GE(bodies.all.size(), told + 1);
+    EXPECT_LE(bodies.all.size(), told + 2);
+    EXPECT_EQ(document->steps().size(), bodies.all.size());
+    EXPECT_NEAR(bodies.volume_mm3(), 40 * 30 * 20, 1e-6 * 40 * 30 * 20);
+    for (const Body& body : bodies.all) EXPECT_EQ(broken(extract_surface(body.model)), "");
+    EXPECT_EQ(wrongs(*document), std::vector<std::string>());
+    most = std::max(most, bodies.all.size());
+    // And work goes on.
+    carve(*document, *model.value(), random, 5, true, Crumbs::sort);
+    EXPECT_EQ(wrongs(*document), std::vector<std::string>());
+  }
+  EXPECT_GT(most, 1u);
+}
+
+TEST(DocumentBodies, RowsThatAreOthersAreTold) {
+  Folder folder;
+  TriDexel model = stock();
+  {
+    auto document = created(folder / "a.kibori", model);
+    BodyAction split;
+    split.verb = BodyVerb::cut;
+    split.cutter.point_mm = Vec3(20, 15, 10);
+    split.cutter.normal = Vec3::UnitX();
+    ASSERT_TRUE(document->act(split).ok());
+  }
+  const char* const kChanges[] = {
+      "UPDATE bodies SET json = '{\"next\":3,\"bodies\":[]}' WHERE step = 2",
+      "UPDATE bodies SET json = 'nonsense' WHERE step = 2",
+      "UPDATE bodies SET json = replace(json, '\"Body 2\"', '\"Body 9\"') WHERE step = 2",
+      "UPDATE bodies SET json = replace(json, '\"id\":2', '\"id\":1') WHERE step = 2",
+      "DELETE FROM bodies WHERE step = 2",
+      "UPDATE setting SET json = replace(json, '20', '21')",
+      "UPDATE setting SET json = '{}'",
+      "UPDATE step SET kind = 'stroke' WHERE id = 2",
+  };
+  for (const char* const change : kChanges) {
+    std::filesystem::copy_file(folder / "a.kibori", folder / "b.kibori",
+                               std::filesystem::copy_options::overwrite_existing);
+    {
+      auto database = Database::open(folder / "b.kibori", Database::Access::write);
+      ASSERT_TRUE(database.ok()) << database.error();
+      const Status changed = database.value().run(change);
+      ASSERT_TRUE(changed.ok()) << changed.error();
+    }
+    auto document = Document::open(folder / "b.kibori", Document::Access::read);
+    if (!document) {
+      EXPECT_NE(document.error().find("b.kibori"), std::string::npos) << change;
+      continue;
+    }
+    EXPECT_FALSE(wrongs(*document.value()).empty()) << change;
+  }
+}
+
+// ---- A hand
+
+// A split, the portion turned and moved away, and a device that draws over it there: the strokes
+// are the portion's own, in its own coordinates, and can be carved again; the force is the world's.
+TEST(DocumentBodies, AHandWorksOnABodyThatStandsElsewhere) {
+  Folder folder;
+  const auto file = folder / "h.kibori";
+  auto model = std::make_unique<TriDexel>(stock());
+  auto document = created(file, *model);
+  LiveSettings settings;
+  settings.tool = BallTool{3};
+  settings.log = settings.watched = true;
+  settings.idle_s = 0.02;
+  settings.model = ForceModel::energy;
+  VirtualDeviceSettings device;
+  device.capabilities.dof_in = 3;
+  device.capabilities.dof_out = 3;
+  // Over the portion where it stands in the end, and down into it.
+  const Vec3 away(0, 60, 5);
+  const Mat3 turn = rotation(Vec3(0, 0, std::numbers::pi / 2));
+  double depth = 10;  // above its top: [mm]
+  const auto target = [&](double t) -> VirtualDevice::Target {
+    return {Vec3(away + turn * Vec3(30, 15, 20) + Vec3(0, 4 * std::sin(20 * t), depth)),
+            Mat3::Identity(), 0};
+  };
+  auto made = LiveCarving::make(std::move(model),
+                                std::make_unique<VirtualDevice>(device, target), settings);
+  ASSERT_TRUE(made.ok()) << made.error();
+  LiveCarving& live = *made.value();
+  DocumentWriter writer(live, std::move(document), true);
+  live.context().safety().arm();
+  const auto run = [&](int ticks) {
+    for (int i = 0; i < ticks; i++) {
+      live.tick(0.001);
+      if (i % 5 == 0) writer.write();
+    }
+  };
+  const auto settle = [&] {
+    for (int i = 0; i < 400 && !writer.idle(); i++) run(5);
+    ASSERT_TRUE(writer.idle());
+  };
+  BodyAction split;
+  split.verb = BodyVerb::cut;
+  split.cutter.point_mm = Vec3(20, 15, 10);
+  split.cutter.normal = Vec3::UnitX();
+  writer.act(split);
+  settle();
+  BodyAction move;
+  move.verb = BodyVerb::move;
+  move.bodies = {2};
+  move.pose = {away, turn};
+  writer.act(move);
+  writer.choose(2);
+  settle();
+  EXPECT_EQ(writer.notice(), "");
+  EXPECT_EQ(writer.document().active(), 2);
+  run(200);
+  EXPECT_EQ(writer.document().steps().size(), 3u) << "nothing was touched";
+  depth = -2;
+  LiveTick tick;
+  double up = 0, removed = 0;
+  for (int i = 0; i < 300; i++) {
+    run(1);
+    while (live.next_tick(tick)) {
+      up = std::max(up, tick.computed.force.z());
+      removed += tick.removed_mm3;
+    }
+  }
+  depth = 10;
+  run(200);
+  live.context().finish_stroke();
+  writer.write();
+  EXPECT_GT(removed, 20);
+  EXPECT_GT(up, 0) << "the wood pushes up";
+  EXPECT_GT(tick.tool.tip.y(), 40) << "ticks tell where the tool is in the world";
+  Document& kept = writer.document();
+  const Bodies& bodies = *kept.worked_on();
+  ASSERT_EQ(bodies.all.size(), 2u);
+  EXPECT_NEAR(bodies.all[0].model.volume_mm3(), 12000, 1e-3);
+  EXPECT_NEAR(bodies.all[1].model.volume_mm3(), 12000 - removed, 1e-3);
+  EXPECT_EQ(wrongs(kept), std::vector<std::string>());
+  // Locked, it is felt and stays.
+  BodyAction lock;
+  lock.bodies = {2};
+  lock.locked = true;
+  writer.act(lock);
+  settle();
+  const uint64_t hash = live.context().model().content_hash();
+  depth = -4;
+  run(300);
+  double pushed = 0;
+  while (live.next_tick(tick)) pushed = std::max(pushed, tick.computed.force.z());
+  EXPECT_EQ(live.context().model().content_hash(), hash);
+  EXPECT_GT(pushed, 0);
+  // What can't be is told, and the hand goes on.
+  BodyAction none;
+  none.verb = BodyVerb::join;
+  none.bodies = {2, 7};
+  writer.act(none);
+  settle();
+  EXPECT_NE(writer.notice().find("7"), std::string::npos);
+}
+
+// A stroke that parts what it works on: its portion is there when the stroke is, one undo brings
+// back both, and a hand that goes on meanwhile only feels.
+TEST(DocumentBodies, WhatAStrokeSeversComesOff) {
+  Folder folder;
+  for (const Crumbs rule : kRules) {
+    const auto file = folder.path / (std::string(name_of(rule)) + ".kibori");
+    auto model = std::make_unique<TriDexel>(stock());
+    auto document = created(file, *model);
+    LiveSettings settings;
+    settings.tool = Flat{1.5, 40};
+    settings.log = settings.watched = true;
+    settings.idle_s = 0.02;
+    settings.model = ForceModel::energy;
+    settings.crumbs = rule;
+    VirtualDeviceSettings device;
+    device.capabilities.dof_in = 3;
+    // Across the block at x = 12.5, through its whole height.
+    const auto target = [](double t) -> VirtualDevice::Target {
+      return {Vec3(12.5, std::min(-6 + 80 * t, 36.0), -2), Mat3::Identity(), 0};
+    };
+    auto made = LiveCarving::make(std::move(model),
+                                  std::make_unique<VirtualDevice>(device, target), settings);
+    ASSERT_TRUE(made.ok()) << made.error();
+    LiveCarving& live = *made.value();
+    DocumentWriter writer(live, std::move(document));
+    int parted = 0;
+    double fallen = 0;
+    for (int i = 0; i < 700; i++) {
+      const LiveTick tick = live.tick(0.001);
+      parted += tick.parted;
+      fallen += tick.fallen_mm3;
+      if (i % 10 == 0) writer.write();
+    }
+    live.context().finish_stroke();
+    writer.write();
+    Document& kept = writer.document();
+    ASSERT_EQ(kept.steps().size(), 2u);
+    const Bodies& bodies = *kept.worked_on();
+    // A quarter of it is no crumb.
+    const bool apart = rule == Crumbs::sort || rule == Crumbs::body;
+    EXPECT_EQ(bodies.all.size(), apart ? 2u : 1u) << name_of(rule);
+    EXPECT_EQ(parted, apart ? 1 : 0);
+    EXPECT_NEAR(fallen, rule == Crumbs::fall ? 11 * 30 * 20 : 0, 1);
+    EXPECT_EQ(live.context().model().content_hash(), bodies.all[0].model.content_hash());
+    EXPECT_NEAR(bodies.all[0].model.volume_mm3(),
+                (rule == Crumbs::stay ? 37 : 26) * 30 * 20, 1);
+    if (apart) {
+      EXPECT_NEAR(bodies.all[1].model.volume_mm3(), 11 * 30 * 20, 1);
+    }
+    EXPECT_EQ(wrongs(kept), std::vector<std::string>());
+    writer.undo();
+    for (int i = 0; i < 2000 && !writer.idle(); i++) {
+      live.tick(0.001);
+      writer.write();
+    }
+    EXPECT_EQ(kept.worked_on()->all.size(), 1u);
+    EXPECT_NEAR(live.context().model().volume_mm3(), 40 * 30 * 20, 1e-3);
+  }
+}
+
+}  // namespace
+}  // namespace kibori
