@@ -2,6 +2,7 @@
 #include <kibori/body/cutter.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -288,19 +289,23 @@ double new_area_mm2(const Snapshot& before, const Snapshot& after) {
   for (const Axis axis : kAxes) {
     after.field(axis).for_changed_tiles(
         before.field(axis), [&](int, int, const Tile& was, const Tile& is) {
-          for (int slot = 0; slot < kTileRays; slot++)
-            for (const Plane* p = &is.first; p && !p->empty_at(slot); p = p->next) {
-              const auto known = [&](bool out, float depth) {
-                for (const Plane* q = &was.first; q && !q->empty_at(slot); q = q->next)
-                  if ((out ? q->out[slot] : q->in[slot]) == depth) return true;
-                return false;
-              };
-              const int d = depth_index(axis);
-              if (!known(false, p->in[slot]))
+          const int d = depth_index(axis);
+          for (const Plane* p = &is.first; p; p = p->next) {
+            // Whether an end was there before; all rays of a tile together, as they lie in memory.
+            std::array<uint32_t, kTileRays> known_in{}, known_out{};
+            for (const Plane* q = &was.first; q; q = q->next)
+              for (size_t slot = 0; slot < kTileRays; slot++) {
+                known_in[slot] |= q->in[slot] == p->in[slot];
+                known_out[slot] |= q->out[slot] == p->out[slot];
+              }
+            for (size_t slot = 0; slot < kTileRays; slot++) {
+              if (p->empty_at(static_cast<int>(slot))) continue;
+              if (!known_in[slot])
                 sum += std::abs(decode_normal(p->normal_in[slot], axis, false)[d]);
-              if (!known(true, p->out[slot]))
+              if (!known_out[slot])
                 sum += std::abs(decode_normal(p->normal_out[slot], axis, true)[d]);
             }
+          }
         });
   }
   return sum * after.lattice.pitch_mm * after.lattice.pitch_mm;

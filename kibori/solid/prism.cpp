@@ -157,8 +157,12 @@ Prism::Prism(const AcrossPlane& plane, std::vector<OutlineSide> outline)
 void Prism::fill(const RayTile& rays, TileIntervals& all) const {
   const Vec2 along = along_of(plane_, rays.axis);
   if (along.norm() < kAlong) {
+    // Which sides a line along x from a ray of the tile can cross.
+    std::vector<OutlineSide> near;
+    for (const OutlineSide* side : sides_near(sides_, plane_, rays, Vec2::UnitX(), 0))
+      near.push_back(*side);
     for_rays(plane_, rays, [&](size_t slot, const FlatRay& ray) {
-      if (is_inside(sides_, ray.from)) all[slot].push_back({-kFar, kFar, 0, 0});
+      if (is_inside(near, ray.from)) all[slot].push_back({-kFar, kFar, 0, 0});
     });
     return;
   }
@@ -166,22 +170,37 @@ void Prism::fill(const RayTile& rays, TileIntervals& all) const {
     double t;
     uint32_t normal;
   };
+  struct Side {
+    const OutlineSide* side;
+    double wa, wb;  // across the rays
+    bool straight;
+    uint32_t code;
+  };
+  std::vector<Side> near;
+  for (const OutlineSide* side : sides_near(sides_, plane_, rays, along, 0))
+    near.push_back({side, cross(along, side->a), cross(along, side->b),
+                    side->normal_a == side->normal_b,
+                    code_of(plane_, side->normal_a, rays.axis)});
   std::vector<Crossing> crossings;
-  const auto near = sides_near(sides_, plane_, rays, along, 0);
+  const double per = 1 / along.squaredNorm();
   for_rays(plane_, rays, [&](size_t slot, const FlatRay& ray) {
     crossings.clear();
     const double w = ray.across();
-    for (const OutlineSide* side : near) {
-      const double wa = cross(along, side->a), wb = cross(along, side->b);
+    for (const auto& [side, wa, wb, straight, code] : near) {
       if ((wa <= w) == (wb <= w)) continue;
       const double share = (w - wa) / (wb - wa);
       const Vec2 at = side->a + share * (side->b - side->a);
-      const Vec2 normal = side->normal_a + share * (side->normal_b - side->normal_a);
       crossings.push_back(
-          {(at - ray.from).dot(along) / along.squaredNorm(), code_of(plane_, normal, rays.axis)});
+          {(at - ray.from).dot(along) * per,
+           straight ? code
+                    : code_of(plane_, side->normal_a + share * (side->normal_b - side->normal_a),
+                              rays.axis)});
     }
-    std::sort(crossings.begin(), crossings.end(),
-              [](const Crossing& a, const Crossing& b) { return a.t < b.t; });
+    if (crossings.size() > 2)
+      std::sort(crossings.begin(), crossings.end(),
+                [](const Crossing& x, const Crossing& y) { return x.t < y.t; });
+    else if (crossings.size() == 2 && crossings[1].t < crossings[0].t)
+      std::swap(crossings[0], crossings[1]);
     for (size_t i = 0; i + 1 < crossings.size(); i += 2) {
       const auto lo = static_cast<float>(crossings[i].t),
                  hi = static_cast<float>(crossings[i + 1].t);
