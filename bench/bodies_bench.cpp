@@ -121,13 +121,15 @@ int main(int argc, char** argv) {
     };
     const double top = n - 12;
     timed(
-        "after a stroke over the top", [&] {
+        "after a stroke over the top",
+        [&] {
           stroke(model, BallTool{16}, {20, 0.5 * n, top - 6}, {n - 20, 0.55 * n, top - 6},
                  nodes / 2);
         },
         crumbs, 0);
     timed(
-        "after a stroke of a tenth of that", [&] {
+        "after a stroke of a tenth of that",
+        [&] {
           stroke(model, BallTool{16}, {0.5 * n, 0.5 * n, top - 6}, {0.6 * n, 0.5 * n, top - 6},
                  nodes / 20);
         },
@@ -135,12 +137,14 @@ int main(int argc, char** argv) {
     // Through the whole height, past the corner.
     const Flat mill{4, 2 * n};
     timed(
-        "after one that severs a corner", [&] {
+        "after one that severs a corner",
+        [&] {
           stroke(model, mill, {0, 40, 0}, {40, 0, 0}, 60);
         },
         crumbs, 10);
     timed(
-        "after one that severs half of it", [&] {
+        "after one that severs half of it",
+        [&] {
           stroke(model, mill, {0.5 * n, 0, 0}, {0.5 * n, n, 0}, nodes);
         },
         crumbs, 1);

@@ -39,8 +39,8 @@ BodyAction any_action(Random& random, const Bodies& bodies) {
                                BodyVerb::remove, BodyVerb::set};
   action.verb = kMix[random.integer(0, static_cast<int>(std::size(kMix)) - 1)];
   const auto one = [&] {
-    return bodies.all[static_cast<size_t>(
-                          random.integer(0, static_cast<int>(bodies.all.size()) - 1))]
+    return bodies
+        .all[static_cast<size_t>(random.integer(0, static_cast<int>(bodies.all.size()) - 1))]
         .id;
   };
   action.bodies = {one()};
@@ -119,8 +119,8 @@ TEST(DocumentBodies, HistoryAgainstFullCopies) {
     } else if (what == 8) {
       static_cast<void>(document->redo(*model));
     } else {
-      const auto to = std::next(truth.begin(),
-                                random.integer(0, static_cast<int>(truth.size()) - 1));
+      const auto to =
+          std::next(truth.begin(), random.integer(0, static_cast<int>(truth.size()) - 1));
       ASSERT_TRUE(document->go(*model, to->first).ok());
     }
     ASSERT_NE(document->worked_on(), nullptr);
@@ -145,9 +145,8 @@ TEST(DocumentBodies, HistoryAgainstFullCopies) {
       auto loaded = document->load();
       ASSERT_TRUE(loaded.ok()) << loaded.error();
       model = std::move(loaded).value();
-      const StepId any = std::next(truth.begin(), random.integer(
-                                                      0, static_cast<int>(truth.size()) - 1))
-                             ->first;
+      const StepId any =
+          std::next(truth.begin(), random.integer(0, static_cast<int>(truth.size()) - 1))->first;
       const auto bodies = document->load_bodies(any);
       ASSERT_TRUE(bodies.ok()) << bodies.error();
       ASSERT_EQ(truth_of(bodies.value()).list, truth[any].list);
@@ -284,8 +283,8 @@ TEST(DocumentBodies, AHandWorksOnABodyThatStandsElsewhere) {
     return {Vec3(away + turn * Vec3(30, 15, 20) + Vec3(0, 4 * std::sin(20 * t), depth)),
             Mat3::Identity(), 0};
   };
-  auto made = LiveCarving::make(std::move(model),
-                                std::make_unique<VirtualDevice>(device, target), settings);
+  auto made = LiveCarving::make(std::move(model), std::make_unique<VirtualDevice>(device, target),
+                                settings);
   ASSERT_TRUE(made.ok()) << made.error();
   LiveCarving& live = *made.value();
   DocumentWriter writer(live, std::move(document), true);
@@ -382,8 +381,8 @@ TEST(DocumentBodies, WhatAStrokeSeversComesOff) {
     const auto target = [](double t) -> VirtualDevice::Target {
       return {Vec3(12.5, std::min(-6 + 80 * t, 36.0), -2), Mat3::Identity(), 0};
     };
-    auto made = LiveCarving::make(std::move(model),
-                                  std::make_unique<VirtualDevice>(device, target), settings);
+    auto made = LiveCarving::make(std::move(model), std::make_unique<VirtualDevice>(device, target),
+                                  settings);
     ASSERT_TRUE(made.ok()) << made.error();
     LiveCarving& live = *made.value();
     DocumentWriter writer(live, std::move(document));
@@ -406,8 +405,7 @@ TEST(DocumentBodies, WhatAStrokeSeversComesOff) {
     EXPECT_EQ(parted, apart ? 1 : 0);
     EXPECT_NEAR(fallen, rule == Crumbs::fall ? 11 * 30 * 20 : 0, 1);
     EXPECT_EQ(live.context().model().content_hash(), bodies.all[0].model.content_hash());
-    EXPECT_NEAR(bodies.all[0].model.volume_mm3(),
-                (rule == Crumbs::stay ? 37 : 26) * 30 * 20, 1);
+    EXPECT_NEAR(bodies.all[0].model.volume_mm3(), (rule == Crumbs::stay ? 37 : 26) * 30 * 20, 1);
     if (apart) {
       EXPECT_NEAR(bodies.all[1].model.volume_mm3(), 11 * 30 * 20, 1);
     }

@@ -483,9 +483,12 @@ TEST(Studio, RaysNearAPlaceAndTheNodesThatVanishOnThem) {
     model.fill_block(all, 0);
     Removed removed;
     const auto carve = [&](double radius_mm) {
-      const Vec3 from = all.min + random.in_box(0, 1).cwiseProduct(all.size()), by = random.in_box(-2, 2);
-      cut(model, SweptTool(BallTool{radius_mm}, Pose{from, Mat3::Identity()}, by, lattice, lattice.whole()), {},
-          removed);
+      const Vec3 from = all.min + random.in_box(0, 1).cwiseProduct(all.size()),
+                 by = random.in_box(-2, 2);
+      cut(model,
+          SweptTool(BallTool{radius_mm}, Pose{from, Mat3::Identity()}, by, lattice,
+                    lattice.whole()),
+          {}, removed);
     };
     for (int i = 0; i < 6; i++) carve(1.5);
     const Snapshot before = model.snapshot();
@@ -519,7 +522,8 @@ TEST(Studio, RaysNearAPlaceAndTheNodesThatVanishOnThem) {
       for (int v = box.v; v < box.v + box.rows * box.every; v += box.every)
         for (int u = box.u; u < box.u + box.columns * box.every; u += box.every)
           for (int k = 0; k < lattice.nodes[di]; k++)
-            count += in_cube(di, k) && is_inside(before, axis, u, v, k) && !is_inside(now, axis, u, v, k);
+            count += in_cube(di, k) && is_inside(before, axis, u, v, k) &&
+                     !is_inside(now, axis, u, v, k);
       const RayBox more = finer(box);
       EXPECT_EQ(more.every, 1);
       EXPECT_GE(more.columns, box.columns);
@@ -532,7 +536,8 @@ TEST(Studio, RaysNearAPlaceAndTheNodesThatVanishOnThem) {
         const int u = node[static_cast<size_t>(ui)], v = node[static_cast<size_t>(vi)],
                   k = node[static_cast<size_t>(di)];
         ASSERT_TRUE(in_cube(di, k) && in_cube(ui, u) && in_cube(vi, v)) << random.note();
-        ASSERT_TRUE(is_inside(before, axis, u, v, k) && !is_inside(now, axis, u, v, k)) << random.note();
+        ASSERT_TRUE(is_inside(before, axis, u, v, k) && !is_inside(now, axis, u, v, k))
+            << random.note();
       }
     }
   }

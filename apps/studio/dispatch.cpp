@@ -170,10 +170,9 @@ struct Dispatch {
 }  // namespace
 
 void Server::State::on_message(WebSocketClient& page, const FromPage& message) {
-  const bool of_any_page = std::holds_alternative<Hello>(message) ||
-                           std::holds_alternative<Got>(message) ||
-                           std::holds_alternative<TakeTool>(message) ||
-                           std::holds_alternative<AskMethod>(message);
+  const bool of_any_page =
+      std::holds_alternative<Hello>(message) || std::holds_alternative<Got>(message) ||
+      std::holds_alternative<TakeTool>(message) || std::holds_alternative<AskMethod>(message);
   if (!of_any_page) {
     // Where no document is open, the page that begins one takes the tool.
     if (!session && holder != &page) hold(&page);

@@ -423,16 +423,18 @@ void HttpConnection::send_export() {
       return written ? kibori::Status(Ok{}) : kibori::Status(Error{written.error()});
     };
   } else if (format == "zip") {
-    make = [path](const kibori::Bodies&, const Snapshot& model) { return write_layers_zip(path, model, {}); };
+    make = [path](const kibori::Bodies&, const Snapshot& model) {
+      return write_layers_zip(path, model, {});
+    };
   } else {
     return respond(Status::bad_request, "there is no such format\n");
   }
-  server_.work(
-      "Writing " + format,
-      [bodies = server_.session->bodies(), model = server_.session->snapshot(), make,
-       sent](std::atomic<double>&) -> Job::Then {
-        return [sent, written = make(bodies, model)](bool wanted) { sent(written, wanted); };
-      });
+  server_.work("Writing " + format,
+               [bodies = server_.session->bodies(), model = server_.session->snapshot(), make,
+                sent](std::atomic<double>&) -> Job::Then {
+                 return
+                     [sent, written = make(bodies, model)](bool wanted) { sent(written, wanted); };
+               });
 }
 
 void HttpConnection::send_thumbnail() {

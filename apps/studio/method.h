@@ -39,7 +39,7 @@ class MethodView {
   uint32_t ticks_ = 0;              // since the last answer
   int64_t taken_ = 0;
   bool took_ = false;  // in the ticks before the last answer: a snapshot comes after its ticks
-  LiveTick newest_;  // that took or added points
+  LiveTick newest_;    // that took or added points
   Vec3 motion_ = Vec3::Zero(), force_ = Vec3::Zero();
 };
 

@@ -77,7 +77,7 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   std::set<Session::ChunkPlace, Before> dirty_;
   // A hash of each chunk, as it was sent last.
   std::map<Session::ChunkPlace, uint64_t, Before> sent_;
-  uint64_t told_bodies_ = 0;             // see Session::bodies_told()
+  uint64_t told_bodies_ = 0;  // see Session::bodies_told()
   std::string told_list_;
   std::map<BodyId, Pose> shown_bodies_;  // whose chunks the page has, or is to get
   uint32_t frame_ = 0, got_ = 0;

@@ -23,7 +23,7 @@ class CrumbWorker {
     Crumbs rule = Crumbs::sort;
   };
   struct Done {
-    Stroke stroke;        // its `after` and `bounds` are without the crumbs
+    Stroke stroke;         // its `after` and `bounds` are without the crumbs
     bool changed = false;  // there were any
     CrumbResult crumbs;
   };

@@ -111,7 +111,9 @@ void ServoContext::stand(const WorkedBody& body) {
 }
 
 // Of a body that stands as the world does, the same floats.
-Pose ServoContext::to_world(const Pose& pose) const { return turned_ ? body_.pose.to_world(pose) : pose; }
+Pose ServoContext::to_world(const Pose& pose) const {
+  return turned_ ? body_.pose.to_world(pose) : pose;
+}
 
 Pose ServoContext::to_body(const Pose& pose) const {
   return turned_ ? body_.pose.from_world(pose) : pose;
@@ -302,8 +304,11 @@ void ServoContext::end_stroke() {
   if (!std::exchange(in_stroke_, false)) return;
   if (!settings_.log) return;
   if (stroke_crumbs_ == Crumbs::stay)
-    log_.end({model_->snapshot(), std::move(before_stroke_), model_->material_bounds(),
-              stroke_removed_mm3_, {}});
+    log_.end({model_->snapshot(),
+              std::move(before_stroke_),
+              model_->material_bounds(),
+              stroke_removed_mm3_,
+              {}});
   else
     crumbs_.begin({std::move(before_stroke_), model_->snapshot(), model_->material_bounds(),
                    stroke_removed_mm3_, stroke_crumbs_});

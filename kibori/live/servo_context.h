@@ -36,12 +36,12 @@ struct LiveSettings {
   double force_scale = 1;      // of what the device gives, to what is computed
   double passivity_ns_mm = 0;  // the passivity controller's cap; 0: it only watches
   Workspace workspace;
-  int snapshot_ticks = 16;  // between snapshots
-  bool log = false;         // strokes go into LiveCarving::log(), for a DocumentWriter
-  double idle_s = 0.3;      // a stroke ends when the tool has not cut or filled for so long
-  bool watched = false;     // ticks can be read by next_tick()
+  int snapshot_ticks = 16;       // between snapshots
+  bool log = false;              // strokes go into LiveCarving::log(), for a DocumentWriter
+  double idle_s = 0.3;           // a stroke ends when the tool has not cut or filled for so long
+  bool watched = false;          // ticks can be read by next_tick()
   Crumbs crumbs = Crumbs::sort;  // what becomes of what a stroke severs, where strokes are logged
-  bool armed = true;        // start() arms the safety stage; else safety().arm() does, by a command
+  bool armed = true;  // start() arms the safety stage; else safety().arm() does, by a command
 };
 
 // What one tick came to, in the world.
@@ -58,8 +58,8 @@ struct LiveTick {
   bool gave_up = false;  // a brush's stroke took more memory than there is, and ended early
   SafetyStage::State safety = SafetyStage::State::off;
   Trip trip = Trip::none;  // why it is off
-  // Lattice nodes that vanished or came in this tick: K of force model `paper`. 0 where the material
-  // is only felt.
+  // Lattice nodes that vanished or came in this tick: K of force model `paper`. 0 where the
+  // material is only felt.
   int64_t points = 0;
 };
 
@@ -182,7 +182,7 @@ class ServoContext {
   StrokeLog log_;
   std::shared_ptr<const std::vector<Material>> logged_materials_;
   bool in_stroke_ = false;
-  std::unique_ptr<Watched> watched_;    // null: no one does
+  std::unique_ptr<Watched> watched_;  // null: no one does
   WorkedBody body_;
   bool turned_ = false;  // it stands otherwise than the world
   bool fenced_ = false;

@@ -179,8 +179,7 @@ void Prism::fill(const RayTile& rays, TileIntervals& all) const {
   std::vector<Side> near;
   for (const OutlineSide* side : sides_near(sides_, plane_, rays, along, 0))
     near.push_back({side, cross(along, side->a), cross(along, side->b),
-                    side->normal_a == side->normal_b,
-                    code_of(plane_, side->normal_a, rays.axis)});
+                    side->normal_a == side->normal_b, code_of(plane_, side->normal_a, rays.axis)});
   std::vector<Crossing> crossings;
   const double per = 1 / along.squaredNorm();
   for_rays(plane_, rays, [&](size_t slot, const FlatRay& ray) {

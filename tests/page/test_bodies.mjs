@@ -137,7 +137,8 @@ async function everyVerb() {
   const at = await page.evaluate((m) => {
     for (let x = m.x + 330; x > m.x + 80; x -= 4)
       for (const y of [m.y, m.y + 30, m.y - 30])
-        if (window.kibori.onPiece(x, y) && window.kibori.onPiece(x - 40, y)) return { x: x - 10, y };
+        if (window.kibori.onPiece(x, y) && window.kibori.onPiece(x - 40, y))
+          return { x: x - 10, y };
     return null;
   }, middle);
   check("the body that was moved is under the pointer", at !== null);
@@ -219,10 +220,7 @@ async function everyVerb() {
   await until(page, "the beginning", (s) => Number(s.step) === 1);
   await page.waitForTimeout(500);
   check("undone, there is one body", (await bodies(page)).length === 1);
-  check(
-    "of the volume it had",
-    Math.abs(Number((await state(page)).volume) / whole - 1) < 1e-9,
-  );
+  check("of the volume it had", Math.abs(Number((await state(page)).volume) / whole - 1) < 1e-9);
   for (let i = 0; i < 30 && !(await page.locator("#redo").isDisabled()); i++) {
     await page.locator("#redo").click();
     await page.waitForTimeout(250);
@@ -231,7 +229,10 @@ async function everyVerb() {
   await close(page);
   check("the command line comes to the same", /is whole|no faults|all/i.test(verified()));
   const list = told();
-  check("every body is closed", list.every((body) => body.closed));
+  check(
+    "every body is closed",
+    list.every((body) => body.closed),
+  );
   await studio.end();
 }
 
@@ -277,7 +278,10 @@ async function crumbs() {
         { hold: 500 },
       );
       const then = await after(page, now.step);
-      if (then.list.length > last.list.length || /came loose/.test(await page.locator("#notice").textContent()))
+      if (
+        then.list.length > last.list.length ||
+        /came loose/.test(await page.locator("#notice").textContent())
+      )
         return then;
     }
     throw new Error("the slab was not cut through");
@@ -306,7 +310,10 @@ async function crumbs() {
   const { hash } = last;
   await close(page);
   check("the command line comes to the same", /is whole|no faults|all/i.test(verified()));
-  check("every body is closed", told().every((body) => body.closed));
+  check(
+    "every body is closed",
+    told().every((body) => body.closed),
+  );
   check("a hash", hash.length > 8);
   await studio.end();
 }

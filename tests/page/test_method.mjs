@@ -101,7 +101,11 @@ async function byHand() {
     `an answer is bounded (${counts.bytes} bytes)`,
     counts.bytes > 500 && counts.bytes < 200000,
   );
-  const numbers = await untilSeen(page, "its numbers", (s) => Number(s.points) > 0 && s.force !== "–");
+  const numbers = await untilSeen(
+    page,
+    "its numbers",
+    (s) => Number(s.points) > 0 && s.force !== "–",
+  );
   // The paper's model: |F| is Kf K.
   check(`K, |F| and the volume are told (${JSON.stringify(numbers)})`, /N$/.test(numbers.force));
   check("the volume beside K h³", /mm³ \(K h³: [\d.e-]+\)/.test(numbers.volume));

@@ -96,7 +96,10 @@ export class Bodies {
     canvas.addEventListener("pointermove", (event) => this.move(event), { capture: true });
     canvas.addEventListener("pointerup", (event) => this.up(event), { capture: true });
     for (const end of ["pointercancel", "lostpointercapture"] as const)
-      canvas.addEventListener(end, (event) => event.pointerId === this.drag?.pointer && this.drop());
+      canvas.addEventListener(
+        end,
+        (event) => event.pointerId === this.drag?.pointer && this.drop(),
+      );
   }
 
   /** Another document. */
@@ -290,10 +293,7 @@ export class Bodies {
     const { clientX: x, clientY: y } = event;
     const from =
       this.view.hit(x, y)?.point ?? this.view.boxOf(this.active).getCenter(new THREE.Vector3());
-    const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(
-      this.view.towardsEye(from),
-      from,
-    );
+    const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(this.view.towardsEye(from), from);
     this.drag = {
       pointer: event.pointerId,
       line: [{ x, y }],
@@ -399,10 +399,13 @@ export class Bodies {
       return this.cutStraight(first, last, middle);
     // The curve lies as deep as the wood that was drawn on.
     const hits = line.flatMap((p) => this.view.hit(p.x, p.y)?.point ?? []);
-    const deep = hits.length > 0 ? hits.reduce((a, b) => a.add(b)).divideScalar(hits.length) : middle;
+    const deep =
+      hits.length > 0 ? hits.reduce((a, b) => a.add(b)).divideScalar(hits.length) : middle;
     const along = this.view.towardsEye(deep);
     const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(along, deep);
-    const places = (closed ? line.slice(0, -1) : line).flatMap((p) => this.on(plane, p.x, p.y) ?? []);
+    const places = (closed ? line.slice(0, -1) : line).flatMap(
+      (p) => this.on(plane, p.x, p.y) ?? [],
+    );
     // The middle of the body stays: what comes off lies to the left, as one looks.
     const at = this.view.onScreen(middle.toArray());
     const left = (last.x - first.x) * (at.y - first.y) - (last.y - first.y) * (at.x - first.x) < 0;

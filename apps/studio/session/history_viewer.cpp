@@ -23,8 +23,7 @@ Result<StepId> after(const Document& document, StepId step) {
 }  // namespace
 
 Result<std::unique_ptr<Session>> HistoryViewer::make(std::unique_ptr<Document> document,
-                                                     Bodies at_head,
-                                                     const std::string& notice) {
+                                                     Bodies at_head, const std::string& notice) {
   std::unique_ptr<HistoryViewer> viewer(new HistoryViewer);
   viewer->name_ = document->name();
   viewer->materials_ = known_materials();

@@ -11,8 +11,7 @@ namespace kibori {
 class HistoryViewer final : public Session {
  public:
   // `notice`: what the person is told first.
-  static Result<std::unique_ptr<Session>> make(std::unique_ptr<Document> document,
-                                               Bodies at_head,
+  static Result<std::unique_ptr<Session>> make(std::unique_ptr<Document> document, Bodies at_head,
                                                const std::string& notice);
   // At the last step that is whole, of a document whose head is not; `why`: what is damaged.
   static Result<std::unique_ptr<Session>> at_last_whole(const std::filesystem::path& file,

@@ -228,9 +228,9 @@ void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode asked, double
   lift();
   const Mode mode = mode_in(materials_[stock_material_], asked);
   if (const Body& body = active_body(); !body.visible || (body.locked && mode != Mode::touch))
-    return notify(Error{body.name + (body.visible
-                                         ? " is locked: unlock it first, or take up another body"
-                                         : " is hidden: show it first, or take up another body")});
+    return notify(
+        Error{body.name + (body.visible ? " is locked: unlock it first, or take up another body"
+                                        : " is hidden: show it first, or take up another body")});
   const std::optional<Pose> pose =
       std::isfinite(time_s) ? pose_of(tip_mm, axis, true) : std::nullopt;
   if (!pose) return;

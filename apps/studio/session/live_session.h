@@ -170,7 +170,7 @@ class LiveSession final : public Session {
     bool fresh = false;
     HistoryState history;
     std::optional<Bodies> bodies;  // where there are others, or they are others
-    std::vector<PastStep> steps;  // that were not told of yet
+    std::vector<PastStep> steps;   // that were not told of yet
     Versions versions;
     std::string notice;
   } told_;

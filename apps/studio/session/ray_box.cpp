@@ -91,8 +91,8 @@ VanishedNodes vanished_in(const RayBox& box, const Snapshot& before, const Snaps
   for_rays(box, [&](int u, int v) {
     left.clear();
     now.field(box.axis).for_spans(u, v, [&](const Span& span) {
-      left.push_back({first_node(static_cast<double>(span.in)),
-                      first_node(static_cast<double>(span.out))});
+      left.push_back(
+          {first_node(static_cast<double>(span.in)), first_node(static_cast<double>(span.out))});
     });
     size_t next = 0;
     before.field(box.axis).for_spans(u, v, [&](const Span& span) {

@@ -11,8 +11,8 @@
 
 namespace kibori {
 
-inline constexpr int kMaxBoxRays = 32;           // along u and along v
-inline constexpr size_t kMaxBoxSpans = 16;       // of one ray
+inline constexpr int kMaxBoxRays = 32;             // along u and along v
+inline constexpr size_t kMaxBoxSpans = 16;         // of one ray
 inline constexpr size_t kMaxVanishedNodes = 2048;  // that are listed
 
 // Rays u, u + every, ... (columns of them) by v, v + every, ... (rows of them) of a field, between

@@ -195,8 +195,7 @@ PastStep PastSteps::of(const Document& document, const Step& step) {
   std::string label = step.label;
   if (step.action && label.empty())
     if (const auto action = document.action(step.id)) label = label_of(action.value());
-  return {step.id, step.parent, step.removed_mm3, step.made_s,
-          tool,    mode,        step.pictured,    label};
+  return {step.id, step.parent, step.removed_mm3, step.made_s, tool, mode, step.pictured, label};
 }
 
 double removed_until(const Document& document, StepId step) {

@@ -93,7 +93,8 @@ class Session {
   double volume_mm3(BodyId body) const;
   // Ticks since the last call, oldest first.
   const std::vector<LiveTick>& ticks();
-  // Volume [mm^3] of all, as of the last follow() and ticks(); and how much less that is than the stock's.
+  // Volume [mm^3] of all, as of the last follow() and ticks(); and how much less that is than the
+  // stock's.
   double volume_mm3() const { return volume_mm3_; }
   double removed_mm3() const { return stock_mm3_ - volume_mm3_; }
 
