@@ -136,6 +136,7 @@ Result<std::vector<Vec3>> places_of(const Cutter& cutter, double tolerance_mm) {
 
 std::vector<Vec3> to_lattice(const std::vector<Vec3>& curve, const Lattice& lattice) {
   std::vector<Vec3> units;
+  units.reserve(curve.size());
   for (const Vec3& p : curve) units.push_back(lattice.to_lattice(p).units);
   return units;
 }
