@@ -73,10 +73,10 @@ export function unpack(
   }
 }
 
-/** The chunks as they were sent, in the order of their places. */
+/** One body's chunks as they were sent, in the order of their places. */
 export function pack(chunks: Map<string, THREE.BufferGeometry>, lattice: Lattice): Uint8Array {
   const placed = [...chunks].map(([name, geometry]) => ({
-    place: name.split(",").map(Number),
+    place: name.split(",", 3).map(Number),
     geometry,
   }));
   placed.sort(
