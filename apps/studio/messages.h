@@ -627,7 +627,7 @@ struct Method {
   }
 };
 // Which bodies there are, and the one that strokes go to. JSON: id, name, pose (of the body's
-// lattice in the world: its origin [mm], then the columns of its frame), visible, locked,
+// lattice in the world: its origin [mm], then the columns of its frame), visible, locked, no_go,
 // volume_mm3. Chunks of a body that is not there, is hidden, or stands otherwise than it was told
 // before are no more; those of one that is shown follow.
 struct Bodies {

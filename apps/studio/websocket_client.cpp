@@ -131,6 +131,7 @@ void WebSocketClient::offer_bodies() {
                     {"pose", std::move(pose)},
                     {"visible", body.visible},
                     {"locked", body.locked},
+                    {"no_go", body.no_go},
                     {"volume_mm3", session.volume_mm3(body.id)}});
   }
   const std::string json = list.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);

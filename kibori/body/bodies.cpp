@@ -10,6 +10,7 @@
 #include <kibori/body/placing.h>
 #include <kibori/edit/edit.h>
 #include <kibori/solid/dexel_solid.h>
+#include <kibori/solid/tool.h>
 
 namespace kibori {
 namespace {
@@ -102,7 +103,14 @@ class Acting {
     const bool pairs = action_.verb == BodyVerb::join || action_.verb == BodyVerb::subtract ||
                        action_.verb == BodyVerb::intersect;
     if (pairs && action_.bodies.size() < 2) return Error{"this takes two bodies or more"};
-    if (action_.bodies.empty() && action_.verb != BodyVerb::cut) return Error{"name a body"};
+    const bool of_none = action_.verb == BodyVerb::cut || action_.verb == BodyVerb::add;
+    if (action_.bodies.empty() && !of_none) return Error{"name a body"};
+    if (action_.verb == BodyVerb::add) {
+      if (!action_.bodies.empty()) return Error{"what is added is a body of its own; name none"};
+      if (!action_.tool) return Error{"say what shape is added"};
+      if (Status s = check_tool(*action_.tool); !s) return s;
+      if (action_.material >= kMaxMaterials) return Error{"there is no such material"};
+    }
     const bool all_change = action_.verb != BodyVerb::set && action_.verb != BodyVerb::duplicate;
     for (size_t i = 0; i < action_.bodies.size() && all_change; i++) {
       if (i > 0 && pairs && action_.verb != BodyVerb::join) break;
@@ -111,7 +119,7 @@ class Acting {
     }
     if (action_.verb == BodyVerb::cut || action_.verb == BodyVerb::mirror)
       if (Status s = check_cutter(action_.cutter); !s) return s;
-    if (action_.verb == BodyVerb::move && !is_rigid(action_.pose))
+    if ((action_.verb == BodyVerb::move || action_.verb == BodyVerb::add) && !is_rigid(action_.pose))
       return Error{"a body's pose must be a place and three unit axes at right angles"};
     if (action_.name && (action_.name->empty() || action_.name->size() > 100))
       return Error{"a body's name has 1 to 100 bytes"};
@@ -155,8 +163,11 @@ class Acting {
           if (action_.name) body.name = *action_.name;
           if (action_.visible) body.visible = *action_.visible;
           if (action_.locked) body.locked = *action_.locked;
+          if (action_.no_go) body.no_go = *action_.no_go;
           return Status(Ok{});
         });
+      case BodyVerb::add:
+        return add_shape();
     }
     return Ok{};
   }
@@ -175,6 +186,26 @@ class Acting {
     body.name = name.empty() ? "Body " + std::to_string(body.id) : name;
     change_.made.push_back(body.id);
     bodies_.all.push_back(std::move(body));
+  }
+  Status add_shape() {
+    const Snapshot& any = bodies_.all.front().model;
+    TriDexel model(any, TriDexel(any.lattice).material_bounds());
+    for (const Axis axis : kAxes) {
+      Field& field = model.field(axis);
+      for (int tv = 0; tv < field.tiles_v(); tv++)
+        for (int tu = 0; tu < field.tiles_u(); tu++) field.clear_tile(tu, tv);
+    }
+    Removed made;
+    const SweptTool solid(*action_.tool, action_.pose, Vec3::Zero(), any.lattice,
+                          any.lattice.whole());
+    deposit(model, solid.solid(), action_.material, edit_, made);
+    if (made.points() == 0) return Error{"what is added holds nothing within the lattice"};
+    change_.clipped |= made.clipped;
+    Body body;
+    body.no_go = action_.no_go.value_or(false);
+    put_back(body, model);
+    add(std::move(body), action_.name.value_or(std::string()));
+    return Ok{};
   }
   void remove(BodyId id) {
     std::erase_if(bodies_.all, [&](const Body& body) { return body.id == id; });
@@ -331,6 +362,27 @@ Result<BodyChange> apply(Bodies& bodies, const BodyAction& action, int threads) 
   Result<BodyChange> done = Acting(changed, action, threads).run();
   if (done) bodies = std::move(changed);
   return done;
+}
+
+Result<std::shared_ptr<const NoGo>> no_go_of(const Bodies& bodies, BodyId worked_on) {
+  const Body& own = *bodies.find(worked_on);
+  std::unique_ptr<TriDexel> all;
+  for (const Body& body : bodies.all) {
+    if (!body.no_go || body.id == worked_on || body.model.volume_mm3() == 0) continue;
+    if (!all) all = std::make_unique<TriDexel>(own.model.lattice);
+    Removed put_down;
+    if (stands_as(body.pose, own.pose)) {
+      deposit(*all, DexelSolid(body.model, body.material_bounds), 0, {}, put_down);
+      continue;
+    }
+    const Pose there = relative(body.pose, own.pose);
+    const Result<Placed> placed = place_model(body.model, {there.frame, there.tip});
+    if (!placed) return Error{"body " + quoted(body) + " is no-go: " + placed.error()};
+    const TriDexel& model = *placed.value().model;
+    deposit(*all, DexelSolid(model.snapshot(), model.material_bounds()), 0, {}, put_down);
+  }
+  if (!all) return std::shared_ptr<const NoGo>();
+  return std::shared_ptr<const NoGo>(std::make_shared<NoGo>(std::move(all)));
 }
 
 CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule) {

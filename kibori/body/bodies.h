@@ -7,6 +7,7 @@
 // A body that stands otherwise is put onto the other's lattice first, by its surface.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +16,8 @@
 #include <kibori/base/result.h>
 #include <kibori/body/cutter.h>
 #include <kibori/dexel/tri_dexel.h>
+#include <kibori/solid/no_go.h>
+#include <kibori/solid/tool.h>
 
 namespace kibori {
 
@@ -27,6 +30,7 @@ struct Body {
   Pose pose;
   bool visible = true;
   bool locked = false;  // nothing changes it
+  bool no_go = false;   // no stroke on another body cuts into what it holds: see no_go_of
   Snapshot model;
   LatticeBox material_bounds;
 };
@@ -60,20 +64,23 @@ enum class BodyVerb {
   move,       // to `pose`
   bake,       // its lattice stands as the world does, and its surface where it was
   remove,     // of the list
-  set         // name, visible, locked: those that are given
+  set,        // name, visible, locked, no_go: those that are given
+  add         // a new one: what `tool` holds at `pose`, of `material`
 };
-constexpr Names<11> names_of(BodyVerb) {
+constexpr Names<12> names_of(BodyVerb) {
   return {"cut",    "join", "subtract", "intersect", "separate", "duplicate",
-          "mirror", "move", "bake",     "remove",    "set"};
+          "mirror", "move", "bake",     "remove",    "set",       "add"};
 }
 
 struct BodyAction {
   BodyVerb verb = BodyVerb::set;
   std::vector<BodyId> bodies;
   Cutter cutter;  // cut, mirror
-  Pose pose;      // move
+  Pose pose;      // move, add
+  std::optional<Tool> tool;  // add
+  uint8_t material = 0;      // add
   std::optional<std::string> name;
-  std::optional<bool> visible, locked;
+  std::optional<bool> visible, locked, no_go;
 };
 
 struct BodyChange {
@@ -86,6 +93,10 @@ struct BodyChange {
 // Errors leave `bodies` as they are: no such body, a locked one, a cutter that check_cutter
 // refuses, a pose that is no rigid motion, too many bodies, or nothing that the action would do.
 Result<BodyChange> apply(Bodies& bodies, const BodyAction& action, int threads = 1);
+
+// What strokes on a body may not cut: all that other bodies which are no-go hold, as the body's
+// lattice stands; null: there is none. Errors: one of them can't be put there (place_model).
+Result<std::shared_ptr<const NoGo>> no_go_of(const Bodies& bodies, BodyId worked_on);
 
 // What becomes of pieces that a stroke severs: those of less than a tenth of what they were cut
 // from fall away and larger ones become bodies (sort); or all stay, fall away, or become bodies.

@@ -13,6 +13,7 @@ const Bodies& Workbench::bodies() {
 
 void Workbench::load() {
   if (!bodies_.find(active_)) active_ = bodies_.all.front().id;
+  no_go_.reset();
   const Body& body = *bodies_.find(active_);
   model_.restore(body.model);
   model_.include_material(body.material_bounds);
@@ -32,6 +33,15 @@ Result<BodyChange> Workbench::act(const BodyAction& action, int threads) {
   Result<BodyChange> done = apply(bodies_, action, threads);
   if (done) load();
   return done;
+}
+
+Result<const NoGo*> Workbench::no_go() {
+  if (!no_go_) {
+    Result<std::shared_ptr<const NoGo>> made = no_go_of(bodies_, active_);
+    if (!made) return Error{made.error()};
+    no_go_ = std::move(made).value();
+  }
+  return no_go_->get();
 }
 
 CrumbResult Workbench::end_stroke(const Snapshot& before, Crumbs rule) {

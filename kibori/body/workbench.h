@@ -24,6 +24,8 @@ class Workbench {
   Status activate(BodyId id);
   // Errors as of apply(). Where the active body goes, the first one becomes active.
   Result<BodyChange> act(const BodyAction& action, int threads = 1);
+  // What strokes on the active body may not cut, as of now; null: nothing. Errors as of no_go_of.
+  Result<const NoGo*> no_go();
   // What a stroke severed, which began at `before`.
   CrumbResult end_stroke(const Snapshot& before, Crumbs rule);
   // Others from now on.
@@ -35,6 +37,8 @@ class Workbench {
   TriDexel& model_;
   Bodies bodies_;
   BodyId active_;
+  // Of the active body, until others are there, or stand otherwise.
+  std::optional<std::shared_ptr<const NoGo>> no_go_;
 };
 
 }  // namespace kibori

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/document/body_codec.h>
+#include <kibori/document/codec.h>
 
 #include <limits>
 
@@ -85,10 +86,15 @@ std::string action_to_json(const BodyAction& action) {
   Json json{{"verb", name_of(action.verb)}, {"bodies", action.bodies}};
   if (action.verb == BodyVerb::cut || action.verb == BodyVerb::mirror)
     json["cutter"] = cutter_to_json(action.cutter);
-  if (action.verb == BodyVerb::move) json["pose"] = pose_to_json(action.pose);
+  if (action.verb == BodyVerb::add) {
+    if (action.tool) json["tool"] = Json::parse(tool_to_json(*action.tool));
+    json["material"] = action.material;
+  }
+  if (action.verb == BodyVerb::move || action.verb == BodyVerb::add) json["pose"] = pose_to_json(action.pose);
   if (action.name) json["name"] = *action.name;
   if (action.visible) json["visible"] = *action.visible;
   if (action.locked) json["locked"] = *action.locked;
+  if (action.no_go) json["no_go"] = *action.no_go;
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -116,7 +122,16 @@ Result<BodyAction> action_from_json(const std::string& text) {
     if (!cutter) return Error{cutter.error()};
     action.cutter = std::move(cutter).value();
   }
-  if (action.verb == BodyVerb::move && !read_pose(json.value("pose", Json()), action.pose))
+  if (action.verb == BodyVerb::add) {
+    Result<Tool> tool = tool_from_json(
+        json.value("tool", Json()).dump(-1, ' ', false, Json::error_handler_t::replace));
+    if (!tool) return Error{tool.error()};
+    action.tool = std::move(tool).value();
+    int material = 0;
+    fields.get("material", material, 0, static_cast<int>(kMaxMaterials) - 1);
+    action.material = static_cast<uint8_t>(material);
+  }
+  if ((action.verb == BodyVerb::move || action.verb == BodyVerb::add) && !read_pose(json.value("pose", Json()), action.pose))
     return Error{"a body's pose must be a place and three axes"};
   if (json.contains("name")) {
     action.name.emplace();
@@ -124,7 +139,7 @@ Result<BodyAction> action_from_json(const std::string& text) {
     if (!is_name(*action.name)) return Error{"a body's name has 1 to 100 bytes"};
   }
   for (const auto& [key, flag] :
-       {std::pair{"visible", &action.visible}, {"locked", &action.locked}}) {
+       {std::pair{"visible", &action.visible}, {"locked", &action.locked}, {"no_go", &action.no_go}}) {
     if (!json.contains(key)) continue;
     flag->emplace();
     if (!read_flag(json, key, **flag))
@@ -136,12 +151,14 @@ Result<BodyAction> action_from_json(const std::string& text) {
 
 std::string bodies_to_json(const Bodies& bodies) {
   Json list = Json::array();
-  for (const Body& body : bodies.all)
+  for (const Body& body : bodies.all) {
     list.push_back({{"id", body.id},
                     {"name", body.name},
                     {"pose", pose_to_json(body.pose)},
                     {"visible", body.visible},
                     {"locked", body.locked}});
+    if (body.no_go) list.back()["no_go"] = true;
+  }
   return Json{{"next", bodies.next}, {"bodies", list}}.dump(-1, ' ', false,
                                                             Json::error_handler_t::replace);
 }
@@ -163,7 +180,8 @@ Result<Bodies> bodies_from_json(const std::string& text) {
     f.get("name", body.name);
     if (!f.wrong.empty() || !is_name(body.name) || bodies.find(body.id) ||
         !read_pose(item.value("pose", Json()), body.pose) || !is_rigid(body.pose) ||
-        !read_flag(item, "visible", body.visible) || !read_flag(item, "locked", body.locked))
+        !read_flag(item, "visible", body.visible) || !read_flag(item, "locked", body.locked) ||
+        (item.contains("no_go") && !read_flag(item, "no_go", body.no_go)))
       return none;
     bodies.all.push_back(std::move(body));
   }

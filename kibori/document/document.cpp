@@ -231,6 +231,11 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start,
   if (!body) return wrong("has no body " + std::to_string(settings.body));
   if (body->locked)
     return wrong("body '" + sanitize_message(body->name) + "' is locked; unlock it first");
+  if (reshapes(settings.mode))
+    for (const Body& other : bodies_at(head_).all)
+      if (other.no_go && other.id != settings.body)
+        return wrong("body '" + sanitize_message(other.name) +
+                     "' is no-go, and only what cuts, adds or feels can work beside one");
   // What could not be read again is not written.
   const std::string json = settings_to_json(settings);
   if (const auto pose = decode_pose(encode_pose(start)); !pose)

@@ -223,9 +223,6 @@ class Document {
   // as it stood when the step began (at any pitch). `law`: another force model.
   Status replay(StepId step, Workbench& bench, const std::optional<ForceLaw>& law,
                 const std::function<void(const ReplayedTick&)>& use) const;
-  // A stroke alone, on its body's model. What it severs is taken out.
-  Status replay(StepId step, TriDexel& model, const std::optional<ForceLaw>& law,
-                const std::function<void(const ReplayedTick&)>& use) const;
 
   // Looks at everything there is: tables, tiles, ticks, and every step carved again. Calls
   // wrong(sentence) for all that is not as it should be; progress(share) now and then. Errors:
@@ -315,6 +312,7 @@ class Document {
   // Within a transaction.
   Status write_bodies(StepId step, const Bodies& bodies);
   Status replay_ticks(StepId step, const StrokeSettings& settings, TriDexel& model,
+                      const NoGo* no_go,
                       const std::optional<ForceLaw>& law,
                       const std::function<void(const ReplayedTick&)>& use) const;
   bool is_checkpoint(StepId step) const { return checkpoints_.count(step) != 0; }

@@ -524,29 +524,23 @@ Status Document::replay(StepId step, Workbench& bench, const std::optional<Force
   if (Status there = bench.activate(s.body); !there) return wrong(which + there.error());
   std::optional<Snapshot> before;
   if (s.crumbs != Crumbs::stay) before = bench.model().snapshot();
-  if (Status done = replay_ticks(step, s, bench.model(), law, use); !done) return done;
+  const Result<const NoGo*> no_go = bench.no_go();
+  if (!no_go) return wrong(which + no_go.error());
+  if (Status done = replay_ticks(step, s, bench.model(), no_go.value(), law, use); !done)
+    return done;
   if (before) bench.end_stroke(*before, s.crumbs);
   return Ok{};
 }
 
-Status Document::replay(StepId step, TriDexel& model, const std::optional<ForceLaw>& law,
-                        const std::function<void(const ReplayedTick&)>& use) const {
-  const Result<StrokeSettings> read = settings(step);
-  if (!read) return Error{read.error()};
-  std::optional<Snapshot> before;
-  if (read.value().crumbs != Crumbs::stay) before = model.snapshot();
-  if (Status done = replay_ticks(step, read.value(), model, law, use); !done) return done;
-  if (before) take_crumbs(model, *before, read.value().crumbs);
-  return Ok{};
-}
-
 Status Document::replay_ticks(StepId step, const StrokeSettings& s, TriDexel& model,
+                              const NoGo* no_go,
                               const std::optional<ForceLaw>& law,
                               const std::function<void(const ReplayedTick&)>& use) const {
   Result<Pose> begin = start(step);
   if (!begin) return Error{begin.error()};
   DirectTool stroke(model, begin.value());
   stroke.set_symmetry(s.symmetry);
+  stroke.set_no_go(no_go);
   ReshapeStroke reshape(model);
   const ReshapeSettings reshaping{s.mode,    s.brush,   s.tool, law.value_or(s.force.law),
                                   s.rate_hz, s.symmetry};

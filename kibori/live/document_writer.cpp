@@ -160,7 +160,10 @@ Status DocumentWriter::resolve_request() {
   if (!found) return Error{found.error()};
   to_ = std::make_shared<Document::Checkout>(std::move(found).value());
   const Body& body = *to_->bodies.find(to_->active);
-  waiting_ = [to = to_, at = WorkedBody{body.id, body.pose, body.locked}](ServoContext& live) {
+  Result<std::shared_ptr<const NoGo>> no_go = no_go_of(to_->bodies, body.id);
+  if (!no_go) return Error{no_go.error()};
+  waiting_ = [to = to_, at = WorkedBody{body.id, body.pose, body.locked, no_go.value()}](
+                 ServoContext& live) mutable {
     live.go_to(to->state, to->material_bounds, at);
   };
   if (live_.post(waiting_)) waiting_ = nullptr;

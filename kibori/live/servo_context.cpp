@@ -94,7 +94,7 @@ void ServoContext::place_in_body(const Pose& pose) {
   stroke_.place(pose);
 }
 
-void ServoContext::go_to(const Snapshot& state, const LatticeBox& bounds, const WorkedBody& body) {
+void ServoContext::go_to(const Snapshot& state, const LatticeBox& bounds, WorkedBody& body) {
   model_->include_material(bounds);
   model_->restore(state);
   model_changed();
@@ -103,11 +103,15 @@ void ServoContext::go_to(const Snapshot& state, const LatticeBox& bounds, const 
   log_.moved();
 }
 
-void ServoContext::stand(const WorkedBody& body) {
+void ServoContext::stand(WorkedBody& body) {
   // The tool stays where it is in the world, and comes to it anew.
   if (body.pose.tip != body_.pose.tip || body.pose.frame != body_.pose.frame) placed_ = false;
-  body_ = body;
-  turned_ = body.pose.tip != Vec3::Zero() || body.pose.frame != Mat3::Identity();
+  if (body.no_go != body_.no_go) {
+    series_.set_no_go(body.no_go.get());
+    stroke_.set_no_go(body.no_go.get());
+  }
+  std::swap(body_, body);
+  turned_ = body_.pose.tip != Vec3::Zero() || body_.pose.frame != Mat3::Identity();
 }
 
 // Of a body that stands as the world does, the same floats.
@@ -121,7 +125,8 @@ Pose ServoContext::to_body(const Pose& pose) const {
 
 Mode ServoContext::mode_now() const {
   const Mode mode = settings_.workspace.clutched() ? Mode::off : settings_.mode;
-  if (!body_.locked && !fenced_ && crumbs_.idle()) return mode;
+  const bool waits = body_.locked || fenced_ || !crumbs_.idle();
+  if (!waits && !(body_.no_go && reshapes(mode))) return mode;
   return mode == Mode::cut || mode == Mode::touch ? Mode::touch : Mode::off;
 }
 

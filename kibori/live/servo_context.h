@@ -78,6 +78,7 @@ struct WorkedBody {
   BodyId id = 1;
   Pose pose;            // of its lattice in the world
   bool locked = false;  // nothing changes it
+  std::shared_ptr<const NoGo> no_go = nullptr;  // that strokes on it may not cut
 };
 
 class ServoContext {
@@ -114,10 +115,11 @@ class ServoContext {
   void strike(double nmm) { strike_nmm_ = nmm; }
 
   // The model is that of another step of its document, or of another body, from now on, whose
-  // material lies within `bounds`; the log says so.
-  void go_to(const Snapshot& state, const LatticeBox& bounds, const WorkedBody& body = {});
-  // The model is of this body.
-  void stand(const WorkedBody& body);
+  // material lies within `bounds`; the log says so. `body` is then what was worked on before, so that
+  // its memory is let go of elsewhere.
+  void go_to(const Snapshot& state, const LatticeBox& bounds, WorkedBody& body);
+  // The model is of this body; the same of `body`.
+  void stand(WorkedBody& body);
   // The log says that all before this was done before it was asked for. Until go_to() or go_on()
   // the material is only felt.
   void fence_log() {

@@ -33,6 +33,8 @@ class DirectTool {
   void set_threads(int threads) { threads_ = threads; }
   // Whose images do the same; check_symmetry has passed.
   void set_symmetry(const Symmetry& symmetry) { edit_.set_symmetry(symmetry); }
+  // What is not cut; null: nothing. It must outlive the tool, or be taken away.
+  void set_no_go(const NoGo* no_go) { edit_.set_no_go(no_go); }
   // What the last advance removed or added, by material, images included.
   const Removed& removed() const { return removed_; }
 

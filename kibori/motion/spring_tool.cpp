@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include <kibori/edit/edit.h>
@@ -65,6 +66,7 @@ struct SpringTool::Tick {
   uint8_t material;  // of a deposit
   const std::vector<Material>& materials;
   double inside = 0;   // [cells^3] what the tool stands in at the start
+  double wall_inside = 0;  // and of what is not cut
   bool clear = false;  // the tool stands in nothing at the start, in the frame it keeps
   // From the way's end to the hand, where that is farther than a tick looks: as a way [mm], and its
   // length with the turn.
@@ -93,6 +95,7 @@ struct SpringTool::Resistance {
   bool touching = false;
   double room = 0;   // [mm^3] that may still be reached before it touches; negative: it touches
   double force = 0;  // N
+  bool walled = false;  // it touches what is not cut
 };
 
 // Calls f(solid, edit's options) for the straight substeps of the way up to `share`.
@@ -100,6 +103,8 @@ template <class F>
 void SpringTool::for_sweeps(const Tick& tick, double share, F&& f) const {
   const Lattice& lattice = model_.lattice();
   const ToolMotion way = tick.motion.part(share);
+  LatticeBox bounds = tick.mode == Mode::deposit ? lattice.whole() : model_.material_bounds();
+  if (edit_.no_go()) bounds.include(edit_.no_go()->bounds());
   const Result<int> counted = substeps_of(tick.tool, way, lattice);
   // advance() has refused what has too many.
   const int substeps = counted ? (counted.value() + kTrialPieces - 1) / kTrialPieces : 1;
@@ -108,14 +113,15 @@ void SpringTool::for_sweeps(const Tick& tick, double share, F&& f) const {
                     way.start.axis()};
   for (int i = 0; i < substeps; i++) {
     const SweptTool sweep(tick.tool, way.substep(i, substeps), way.travel_mm / substeps, lattice,
-                          tick.mode == Mode::deposit ? lattice.whole() : model_.material_bounds(),
-                          tick.clear && substeps == 1);
+                          bounds, tick.clear && substeps == 1);
     f(sweep.solid(), options);
   }
 }
 
 double SpringTool::reach_volume(const Tick& tick, double share) {
   trial_.reset();
+  walls_.reset();
+  const NoGo* const no_go = tick.mode == Mode::deposit ? nullptr : edit_.no_go();
   const Vec3 weights = tick.weights();
   for_sweeps(tick, share, [&](const Solid& solid, EditOptions& options) {
     for (size_t i = 0; i < 3; i++) options.fields[i] = weights[static_cast<int>(i)] > 0;
@@ -123,7 +129,10 @@ double SpringTool::reach_volume(const Tick& tick, double share) {
       deposit_contact(model_, solid, tick.material, options, trial_);
     else
       contact(model_, solid, options, trial_);
+    if (no_go) contact(no_go->model(), solid, options, walls_);
   });
+  wall_ = 0;
+  if (no_go) walls_.for_parts([&](int, const RemovedPart& part) { wall_ += tick.volume(part); });
   double sum = 0;
   trial_.for_parts([&](int, const RemovedPart& part) { sum += tick.volume(part); });
   return sum;
@@ -142,7 +151,18 @@ SpringTool::Resistance SpringTool::resistance(const Tick& tick, double share, bo
   r.room = std::max(kTouchVolume * cell + grazed - all_of_it * cell,
                     kMoreVolume * cell + grazed - volume);
   r.touching = r.room < 0;
+  if (edit_.no_go()) {
+    const double room =
+        std::max(kTouchVolume * cell + grazed - wall_ * cell,
+                 kMoreVolume * cell + grazed - std::max(0.0, wall_ - tick.wall_inside) * cell);
+    r.walled = room < 0;
+    r.touching |= r.walled;
+    r.room = std::min(r.room, room);
+  }
   if (!r.touching) return r;
+  // More than any hand pulls with.
+  if (r.walled) r.force = 2 * spring_.strength_n + 2 * pull(tick.length + tick.beyond);
+  if (r.walled) return r;
   double all = 0, yield = 0, u = 0, c = 0;
   trial_.for_parts([&](int i, const RemovedPart& part) {
     const double v = std::max(0.0, tick.volume(part));
@@ -166,7 +186,7 @@ SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) 
   const double h = model_.lattice().pitch_mm, whole_pull = pull(tick.length + tick.beyond);
   const double min = std::min(1.0, kMinStep * h / tick.length);
   const auto excess = [&](double share, const Resistance& r) {
-    return tick.mode == Mode::touch && r.touching
+    return r.walled || (tick.mode == Mode::touch && r.touching)
                ? -whole_pull
                : pull(tick.length * (1 - share) + tick.beyond) - r.force;
   };
@@ -363,7 +383,9 @@ SpringTool::Balance SpringTool::push(Tick& tick, const Vec3& up, bool likely_tou
 // The share of the way along which a blow of so much work drives the tool.
 double SpringTool::struck_share(const Tick& tick, double strike_nmm) {
   const auto work = [&](double share) {
-    return resistance(tick, share).force * share * tick.length;
+    const Resistance r = resistance(tick, share);
+    if (r.walled) return std::numeric_limits<double>::infinity();
+    return r.force * share * tick.length;
   };
   if (work(1) <= strike_nmm) return 1;
   double low = 0, high = 1;
@@ -381,7 +403,7 @@ std::optional<Pose> SpringTool::clear_place(const Tool& tool, const Pose& pose,
   for (;;) {
     const Pose there{pose.tip + back * pose.axis(), pose.frame};
     Tick rest{tool, {there, Vec3::Zero(), Vec3::Zero()}, h, Mode::touch, 0, materials};
-    if (reach_volume(rest, 0) <= kTouchVolume) return there;
+    if (reach_volume(rest, 0) <= kTouchVolume && wall_ <= kTouchVolume) return there;
     if (!(back < max)) return std::nullopt;
     back += step;
     step *= kBackFactor;
@@ -416,7 +438,8 @@ const Vec3& SpringTool::contact_normal(const Tick& tick) {
     for (const double sign : {1.0, -1.0}) {
       feel.motion.travel_mm = Vec3::Zero();
       feel.motion.travel_mm[i] = sign * step;
-      growth[i] += sign * reach_volume(feel, 1);
+      const double reached = reach_volume(feel, 1);
+      growth[i] += sign * (reached + wall_);
     }
   const double length = std::sqrt(growth.squaredNorm());
   normal_ = length > 0 ? Vec3(-growth / length) : Vec3(Vec3::Zero());
@@ -443,6 +466,7 @@ double SpringTool::slide(const Tick& tick, const Vec3& residual) {
             0,         tick.materials};
   slip.length = std::sqrt(slip.motion.travel_mm.squaredNorm());
   slip.inside = reach_volume(slip, 0);
+  slip.wall_inside = wall_;
   const Balance at = balance(slip, false);
   if (!(at.share > 0)) return 0;
   tool_pose_ = slip.motion.at(at.share);
@@ -504,7 +528,7 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
     // Standing in material: out first.
     go(1);
     Tick rest{tool, {tool_pose_, Vec3::Zero(), Vec3::Zero()}, h, Mode::touch, 0, materials};
-    engaged_ = reach_volume(rest, 0) <= kTouchVolume;
+    engaged_ = reach_volume(rest, 0) <= kTouchVolume && wall_ <= kTouchVolume;
     felt.inside = !engaged_;
   } else {
     const bool moves = tick.length > kMinStep * h;
@@ -521,6 +545,7 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
         Tick rest = tick;
         rest.mode = Mode::touch;
         tick.inside = reach_volume(rest, 0);
+        tick.wall_inside = wall_;
         touches = true;
       }
       if (moves && mode == Mode::cut && strike_nmm > 0)

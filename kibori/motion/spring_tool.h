@@ -92,6 +92,13 @@ class SpringTool {
   void show_resistance(bool show) { show_resistance_ = show; }
   // Mirrors every edit in these planes. Call check_symmetry first.
   void set_symmetry(const Symmetry& symmetry) { edit_.set_symmetry(symmetry); }
+  // What is not cut, and stops the tool as a rigid wall; null: nothing. It must outlive the tool, or
+  // be taken away.
+  void set_no_go(const NoGo* no_go) {
+    edit_.set_no_go(no_go);
+    if (no_go) Except::reserve();
+    disengage();
+  }
   // Puts the tool elsewhere, without a way there.
   void place(const Pose& pose) {
     tool_pose_ = pose;
@@ -156,7 +163,8 @@ class SpringTool {
   // The last normal, and where it was felt.
   Vec3 normal_ = Vec3::Zero();
   Pose normal_pose_;
-  Removed removed_, trial_;
+  Removed removed_, trial_, walls_;
+  double wall_ = 0;  // [cells^3] of what is not cut, as of the last reach_volume
   bool show_resistance_ = false;
   // The stretch of the cut's resistance, where depth gave way in this tick.
   std::optional<Vec3> resisted_mm_;

@@ -17,6 +17,8 @@ void ToolEdit::sweep(const Tool& tool, const ToolMotion& motion, const Pose& end
                           deposits ? lattice.whole() : model_.material_bounds(), clear && i == 0);
     if (deposits)
       deposit(model_, sweep.solid(), material, options, removed);
+    else if (no_go_)
+      cut(model_, Except(sweep.solid(), *no_go_), options, removed);
     else
       cut(model_, sweep.solid(), options, removed);
   }
@@ -32,7 +34,8 @@ void ToolEdit::run(const Tool& tool, const ToolMotion& motion, const Pose& end, 
     sweep(tool, image_of(motion, symmetry_.centre_mm(), image),
           image_of(end, symmetry_.centre_mm(), image), substeps, deposits, material, threads, false,
           images_);
-  if (deposits || turns) return forget();
+  // Beside what is not cut, material may be left where the tool stands.
+  if (deposits || turns || no_go_) return forget();
   clear_generation_ = model_.generation();
   clear_tool_ = tool;
   clear_pose_ = end;

@@ -7,6 +7,7 @@
 #include <kibori/edit/edit.h>
 #include <kibori/motion/substeps.h>
 #include <kibori/motion/symmetry.h>
+#include <kibori/solid/no_go.h>
 #include <kibori/solid/tool.h>
 
 namespace kibori {
@@ -21,6 +22,13 @@ class ToolEdit {
 
   // Whose images do the same; check_symmetry has passed.
   void set_symmetry(const Symmetry& symmetry) { symmetry_ = SymmetryImages(symmetry); }
+
+  // What is not cut; null: nothing. It must outlive what is run.
+  void set_no_go(const NoGo* no_go) {
+    no_go_ = no_go;
+    forget();
+  }
+  const NoGo* no_go() const { return no_go_; }
 
   // Sweeps the tool along `motion` to `end` in so many substeps (see substeps_of) and cuts, or
   // where `deposits` is set puts down `material`. Adds to `removed`; what the images did is in
@@ -47,6 +55,7 @@ class ToolEdit {
              bool deposits, uint8_t material, int threads, bool clear, Removed& removed);
 
   TriDexel& model_;
+  const NoGo* no_go_ = nullptr;
   SymmetryImages symmetry_;
   Removed images_;
   uint64_t clear_generation_ = kNever;

@@ -130,7 +130,10 @@ Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> doc
   if (!live) return Error{live.error()};
   session->live_ = std::move(live).value();
   const Body& body = *document->bodies_at(document->head()).find(document->active());
-  session->live_->context().stand({body.id, body.pose, body.locked});
+  auto no_go = no_go_of(*document->worked_on(), body.id);
+  if (!no_go) return Error{no_go.error()};
+  WorkedBody worked_on{body.id, body.pose, body.locked, std::move(no_go).value()};
+  session->live_->context().stand(worked_on);
   session->carved_ = session->live_->context().model().snapshot();
   session->carved_body_ = body.id;
   session->listed_ = *document->worked_on();
@@ -231,6 +234,11 @@ void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode asked, double
     return notify(
         Error{body.name + (body.visible ? " is locked: unlock it first, or take up another body"
                                         : " is hidden: show it first, or take up another body")});
+  if (reshapes(mode))
+    for (const Body& other : bodies().all)
+      if (other.no_go && other.id != active())
+        return notify(Error{other.name +
+                            " is no-go: only what cuts, adds or feels can work beside it"});
   const std::optional<Pose> pose =
       std::isfinite(time_s) ? pose_of(tip_mm, axis, true) : std::nullopt;
   if (!pose) return;

@@ -55,9 +55,12 @@ std::string label_of(const BodyAction& action) {
       return "Bake";
     case BodyVerb::remove:
       return "Delete";
+    case BodyVerb::add:
+      return "Add";
     case BodyVerb::set:
       break;
   }
+  if (action.no_go) return *action.no_go ? "No-go" : "May be cut";
   if (action.name) return "Name";
   if (action.visible) return *action.visible ? "Show" : "Hide";
   return action.locked && *action.locked ? "Lock" : "Unlock";

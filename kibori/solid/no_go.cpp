@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/solid/no_go.h>
+
+#include <array>
+#include <atomic>
+#include <vector>
+
+#include <kibori/dexel/normal_code.h>
+
+namespace kibori {
+namespace {
+
+struct Interval {
+  float lo, hi;
+  uint32_t normal_lo, normal_hi;  // out of the solid
+};
+using TileIntervals = std::array<std::vector<Interval>, kTileRays>;
+
+// Of the tile that this thread was asked for last.
+struct Cache {
+  uint64_t id = 0;
+  RayTile rays{Axis::x, -1, -1};
+  TileIntervals whole, part, rest;
+};
+Cache& cache() {
+  thread_local Cache own;
+  return own;
+}
+constexpr size_t kReady = 16;  // intervals of a ray
+
+void collect(const Solid& solid, const RayTile& rays, TileIntervals& all) {
+  for (auto& list : all) list.clear();
+  SpanLayer layer;
+  for (int i = 0;; i++) {
+    layer.normals_ready = 0;
+    layer.last = false;
+    if (!solid.spans(rays, i, layer)) return;
+    EndMasks ends = {};
+    for (size_t row = 0; row < kTileSide; row++) {
+      if (!((layer.rows >> row) & 1)) continue;
+      unsigned lanes = 0;
+      for (size_t lane = 0; lane < kTileSide; lane++) {
+        const size_t slot = row * kTileSide + lane;
+        if (layer.lo[slot] < layer.hi[slot]) lanes |= 1u << lane;
+      }
+      ends.mark(row, lanes, lanes);
+    }
+    solid.normals(rays, i, ends, layer);
+    for (size_t row = 0; row < kTileSide; row++)
+      for (size_t lane = 0; lane < kTileSide; lane++) {
+        const size_t slot = row * kTileSide + lane;
+        if ((ends.lo[row] >> lane) & 1)
+          all[slot].push_back(
+              {layer.lo[slot], layer.hi[slot], layer.codes.lo[slot], layer.codes.hi[slot]});
+      }
+    if (layer.last) return;
+  }
+}
+
+void subtract(const std::vector<Interval>& whole, const std::vector<Interval>& part,
+              std::vector<Interval>& rest) {
+  rest.clear();
+  for (Interval left : whole) {
+    for (const Interval& p : part) {
+      if (p.hi <= left.lo) continue;
+      if (p.lo >= left.hi) break;
+      // Out of what is left is into the part.
+      if (p.lo > left.lo)
+        rest.push_back({left.lo, p.lo, left.normal_lo, negate_normal(p.normal_lo)});
+      left.lo = p.hi;
+      left.normal_lo = negate_normal(p.normal_hi);
+    }
+    if (left.lo < left.hi) rest.push_back(left);
+  }
+}
+
+const TileIntervals& rest_of(uint64_t id, const RayTile& rays, const Solid& whole,
+                             const Solid& part) {
+  Cache& at = cache();
+  if (at.id == id && at.rays.axis == rays.axis && at.rays.u0 == rays.u0 && at.rays.v0 == rays.v0)
+    return at.rest;
+  collect(whole, rays, at.whole);
+  collect(part, rays, at.part);
+  for (size_t slot = 0; slot < kTileRays; slot++)
+    subtract(at.whole[slot], at.part[slot], at.rest[slot]);
+  at.id = id;
+  at.rays = rays;
+  return at.rest;
+}
+
+}  // namespace
+
+Except::Except(const Solid& whole, const NoGo& part) : whole_(whole), part_(part.solid()) {
+  static std::atomic<uint64_t> next{1};
+  id_ = next++;
+}
+
+bool Except::spans(const RayTile& rays, int layer, SpanLayer& out) const {
+  const TileIntervals& rest = rest_of(id_, rays, whole_, part_);
+  bool any = false;
+  out.last = true;
+  out.rows = 0xffff;
+  const auto i = static_cast<size_t>(layer);
+  for (size_t slot = 0; slot < kTileRays; slot++) {
+    const auto& list = rest[slot];
+    const bool there = i < list.size();
+    out.lo[slot] = there ? list[i].lo : kFar;
+    out.hi[slot] = there ? list[i].hi : -kFar;
+    any |= there;
+    out.last &= i + 1 >= list.size();
+  }
+  return any;
+}
+
+void Except::normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const {
+  const TileIntervals& rest = rest_of(id_, rays, whole_, part_);
+  for (size_t row = 0; row < kTileSide; row++)
+    for (size_t lane = 0; lane < kTileSide; lane++) {
+      const bool lo = (ends.lo[row] >> lane) & 1, hi = (ends.hi[row] >> lane) & 1;
+      if (!lo && !hi) continue;
+      const size_t slot = row * kTileSide + lane;
+      const Interval& i = rest[slot][static_cast<size_t>(layer)];
+      if (lo) of.codes.lo[slot] = of.flip ? negate_normal(i.normal_lo) : i.normal_lo;
+      if (hi) of.codes.hi[slot] = of.flip ? negate_normal(i.normal_hi) : i.normal_hi;
+    }
+}
+
+void Except::reserve() {
+  Cache& at = cache();
+  for (TileIntervals* const all : {&at.whole, &at.part, &at.rest})
+    for (auto& list : *all) list.reserve(kReady);
+}
+
+}  // namespace kibori
