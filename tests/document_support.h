@@ -2,6 +2,7 @@
 // Shared by the tests of documents: a block, and strokes through it.
 #pragma once
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -79,12 +80,23 @@ inline void carve(Document& document, TriDexel& model, Random& random, int ticks
                   bool finish = true, Crumbs crumbs = Crumbs::stay) {
   StrokeSettings s = some_settings(random);
   s.body = document.active();
+  const Bodies& bodies = *document.worked_on();
+  const bool beside = std::any_of(bodies.all.begin(), bodies.all.end(), [&](const Body& body) {
+    return body.no_go && body.id != s.body;
+  });
+  if (beside && reshapes(s.mode)) {
+    ASSERT_FALSE(document.begin(s, {}, "by chance").ok());
+    s.mode = Mode::cut;
+  }
+  const auto no_go = no_go_of(bodies, s.body);
+  ASSERT_TRUE(no_go.ok()) << no_go.error();
   if (may_sever(s.mode)) s.crumbs = crumbs;
   const Snapshot before = model.snapshot();
   const Pose start{random.in_box(0, 30), frame_from_axis(random.direction(), 0)};
   ASSERT_TRUE(document.begin(s, start, "by chance").ok());
   DirectTool stroke(model, start);
   stroke.set_symmetry(s.symmetry);
+  stroke.set_no_go(no_go.value().get());
   ReshapeStroke reshape(model);
   bool begun = false;
   const Vec3 way = random.direction();

@@ -36,7 +36,8 @@ BodyAction any_action(Random& random, const Bodies& bodies) {
                                BodyVerb::join,   BodyVerb::subtract,  BodyVerb::intersect,
                                BodyVerb::bake,   BodyVerb::duplicate, BodyVerb::mirror,
                                BodyVerb::move,   BodyVerb::move,      BodyVerb::separate,
-                               BodyVerb::remove, BodyVerb::set};
+                               BodyVerb::remove, BodyVerb::set,       BodyVerb::set,
+                               BodyVerb::add};
   action.verb = kMix[random.integer(0, static_cast<int>(std::size(kMix)) - 1)];
   const auto one = [&] {
     return bodies
@@ -59,6 +60,15 @@ BodyAction any_action(Random& random, const Bodies& bodies) {
     if (random.integer(0, 1)) action.name = "part <" + std::to_string(random.integer(0, 99)) + ">";
     if (random.integer(0, 1)) action.visible = random.integer(0, 1) == 1;
     action.locked = random.integer(0, 4) == 0;
+    if (random.integer(0, 1)) action.no_go = random.integer(0, 2) == 0;
+  }
+  if (action.verb == BodyVerb::add) {
+    action.bodies.clear();
+    action.tool = random.integer(0, 1) ? Tool(BallTool{random.uniform(2, 8)})
+                                       : Tool(BoxTool{random.in_box(2, 12)});
+    action.pose.tip = random.in_box(0, 25);
+    action.material = static_cast<uint8_t>(random.integer(0, 1));
+    action.no_go = random.integer(0, 3) != 0;
   }
   return action;
 }
@@ -71,7 +81,8 @@ Truth truth_of(const Bodies& bodies) {
   Truth truth{bodies.content_hash(), {}};
   for (const Body& body : bodies.all) {
     char pose[400];
-    std::snprintf(pose, sizeof pose, "%d %d %.17g %.17g %.17g %.17g", body.visible, body.locked,
+    std::snprintf(pose, sizeof pose, "%d %d %d %.17g %.17g %.17g %.17g", body.visible, body.locked,
+                  body.no_go,
                   body.pose.tip.x(), body.pose.tip.z(), body.pose.frame(0, 1),
                   body.pose.frame(2, 0));
     truth.list.push_back(std::to_string(body.id) + " " + body.name + " " + pose + " " +
@@ -97,7 +108,7 @@ TEST(DocumentBodies, HistoryAgainstFullCopies) {
       const int chosen = random.integer(0, static_cast<int>(list.size()) - 1);
       ASSERT_TRUE(document->choose(list[static_cast<size_t>(chosen)].id).ok());
       ASSERT_TRUE(document->go(*model, document->head()).ok());
-      if (document->bodies_at(document->head()).find(document->active())->locked) {
+      if (document->bodies_at(document->head()).find(document->active())->kept()) {
         ASSERT_FALSE(document->begin({}, {}).ok());
       } else {
         carve(*document, *model, random, random.integer(1, 15), true, kRules[random.integer(0, 3)]);

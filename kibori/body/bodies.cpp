@@ -116,6 +116,10 @@ class Acting {
       if (i > 0 && pairs && action_.verb != BodyVerb::join) break;
       const Body& body = *bodies_.find(action_.bodies[i]);
       if (body.locked) return Error{"body " + quoted(body) + " is locked; unlock it first"};
+      const bool stays = action_.verb == BodyVerb::move || action_.verb == BodyVerb::remove ||
+                         action_.verb == BodyVerb::bake;
+      if (body.no_go && !stays)
+        return Error{"body " + quoted(body) + " is no-go; allow cuts in it first"};
     }
     if (action_.verb == BodyVerb::cut || action_.verb == BodyVerb::mirror)
       if (Status s = check_cutter(action_.cutter); !s) return s;
@@ -139,7 +143,7 @@ class Acting {
       case BodyVerb::duplicate:
         return each([&](Body& body) {
           Body copy = body;
-          copy.locked = false;
+          copy.locked = copy.no_go = false;
           add(std::move(copy), body.name + " copy");
           return Status(Ok{});
         });
@@ -220,7 +224,7 @@ class Acting {
     std::vector<BodyId> ids = action_.bodies;
     if (ids.empty())
       for (const Body& body : bodies_.all)
-        if (body.visible && !body.locked) ids.push_back(body.id);
+        if (body.visible && !body.kept()) ids.push_back(body.id);
     bool any = false;
     for (const BodyId id : ids) {
       Body body = *bodies_.find(id);

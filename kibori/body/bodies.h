@@ -30,9 +30,12 @@ struct Body {
   Pose pose;
   bool visible = true;
   bool locked = false;  // nothing changes it
-  bool no_go = false;   // no stroke on another body cuts into what it holds: see no_go_of
+  bool no_go = false;   // and no stroke on another body cuts into what it holds: see no_go_of
   Snapshot model;
   LatticeBox material_bounds;
+
+  // Its material stays as it is.
+  bool kept() const { return locked || no_go; }
 };
 
 // Whether a pose is a place within a kilometre and a turn.

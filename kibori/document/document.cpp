@@ -231,6 +231,8 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start,
   if (!body) return wrong("has no body " + std::to_string(settings.body));
   if (body->locked)
     return wrong("body '" + sanitize_message(body->name) + "' is locked; unlock it first");
+  if (body->no_go)
+    return wrong("body '" + sanitize_message(body->name) + "' is no-go; allow cuts in it first");
   if (reshapes(settings.mode))
     for (const Body& other : bodies_at(head_).all)
       if (other.no_go && other.id != settings.body)

@@ -33,6 +33,16 @@ constexpr int kMaxTrials = 24;
 // run it into the material; the spring takes it back in the next tick.
 constexpr double kLift = 0.02;
 constexpr double kNormalStep = 0.25;  // cells: how far to feel around for the normal
+// What is not cut is at hand where it is met within this way [cells]: less than a lift takes the tool
+// off it, and it would go to and fro; more, and it would be held off it.
+constexpr double kWallReach = 0.1;
+// Its normal is felt over this way [cells]: over less a round wall has too few rays there.
+constexpr double kWallStep = 1;
+// And so far around the middle of what is met [cells], where it is smooth.
+constexpr double kWallLookAround = 2.5;
+// By which shares of its way it is lifted so that it does not run into the wall over this way [cells]:
+// the first that is enough.
+constexpr double kWallLifts[] = {0.02, 0.06, 0.2}, kWallLook = 0.5;
 // A depth that gives way is found to this share of the strength, from below: less would show as
 // steps of the groove's ground (a hundredth of the force is some hundredths of a mm of depth).
 constexpr double kRiseShare = 0.02;
@@ -87,6 +97,13 @@ struct SpringTool::Tick {
     for (int i = 0; i < 3; i++) sum += weight[i] * part.volume[static_cast<size_t>(i)];
     return sum;
   }
+  // About the tip at the way's end.
+  Vec3 moment(const RemovedPart& part) const {
+    const Vec3 weight = weights();
+    Vec3 sum = Vec3::Zero();
+    for (int i = 0; i < 3; i++) sum += weight[i] * part.moment[static_cast<size_t>(i)];
+    return sum;
+  }
 };
 
 // At one share of the way: what would be reached, and what resists.
@@ -120,8 +137,6 @@ void SpringTool::for_sweeps(const Tick& tick, double share, F&& f) const {
 
 double SpringTool::reach_volume(const Tick& tick, double share) {
   trial_.reset();
-  walls_.reset();
-  const NoGo* const no_go = tick.mode == Mode::deposit ? nullptr : edit_.no_go();
   const Vec3 weights = tick.weights();
   for_sweeps(tick, share, [&](const Solid& solid, EditOptions& options) {
     for (size_t i = 0; i < 3; i++) options.fields[i] = weights[static_cast<int>(i)] > 0;
@@ -129,12 +144,24 @@ double SpringTool::reach_volume(const Tick& tick, double share) {
       deposit_contact(model_, solid, tick.material, options, trial_);
     else
       contact(model_, solid, options, trial_);
-    if (no_go) contact(no_go->model(), solid, options, walls_);
   });
-  wall_ = 0;
-  if (no_go) walls_.for_parts([&](int, const RemovedPart& part) { wall_ += tick.volume(part); });
   double sum = 0;
   trial_.for_parts([&](int, const RemovedPart& part) { sum += tick.volume(part); });
+  return sum;
+}
+
+// The same [cells^3] of what is not cut.
+double SpringTool::wall_volume(const Tick& tick, double share) {
+  const NoGo* const no_go = tick.mode == Mode::deposit ? nullptr : edit_.no_go();
+  if (!no_go) return 0;
+  walls_.reset();
+  const Vec3 weights = tick.weights();
+  for_sweeps(tick, share, [&](const Solid& solid, EditOptions& options) {
+    for (size_t i = 0; i < 3; i++) options.fields[i] = weights[static_cast<int>(i)] > 0;
+    contact(no_go->model(), solid, options, walls_);
+  });
+  double sum = 0;
+  walls_.for_parts([&](int, const RemovedPart& part) { sum += tick.volume(part); });
   return sum;
 }
 
@@ -152,9 +179,10 @@ SpringTool::Resistance SpringTool::resistance(const Tick& tick, double share, bo
                     kMoreVolume * cell + grazed - volume);
   r.touching = r.room < 0;
   if (edit_.no_go()) {
+    const double wall = wall_volume(tick, share);
     const double room =
-        std::max(kTouchVolume * cell + grazed - wall_ * cell,
-                 kMoreVolume * cell + grazed - std::max(0.0, wall_ - tick.wall_inside) * cell);
+        std::max(kTouchVolume * cell + grazed - wall * cell,
+                 kMoreVolume * cell + grazed - std::max(0.0, wall - tick.wall_inside) * cell);
     r.walled = room < 0;
     r.touching |= r.walled;
     r.room = std::min(r.room, room);
@@ -213,7 +241,8 @@ SpringTool::Balance SpringTool::balance(const Tick& tick, bool likely_touching) 
     Resistance r = resistance(tick, probe, ahead);
     double e = excess(probe, r);
     if (ahead && e < 0)
-      if (const Resistance here = resistance(tick, probe); !here.touching) {
+      if (const Resistance here = resistance(tick, probe);
+          !here.touching || (r.walled && !here.walled)) {
         r = here;
         e = excess(probe, r);
       }
@@ -360,8 +389,9 @@ SpringTool::Balance SpringTool::push(Tick& tick, const Vec3& up, bool likely_tou
   const double h = model_.lattice().pitch_mm, k = spring_.stiffness_n_mm,
                strength = spring_.strength_n;
   if (k * (tick.length + tick.beyond) > strength) {
-    const double force = resistance(tick, 1).force;
-    if (force > strength + spare_nmm_ / tick.length && give_way(tick, up, force)) {
+    const Resistance whole = resistance(tick, 1);
+    const double force = whole.force;
+    if (!whole.walled && force > strength + spare_nmm_ / tick.length && give_way(tick, up, force)) {
       const Resistance r = resistance(tick, 1);
       spare_nmm_ = std::clamp(spare_nmm_ + (strength - r.force) * tick.length, 0.0,
                               kSpareWay * h * strength);
@@ -403,7 +433,7 @@ std::optional<Pose> SpringTool::clear_place(const Tool& tool, const Pose& pose,
   for (;;) {
     const Pose there{pose.tip + back * pose.axis(), pose.frame};
     Tick rest{tool, {there, Vec3::Zero(), Vec3::Zero()}, h, Mode::touch, 0, materials};
-    if (reach_volume(rest, 0) <= kTouchVolume && wall_ <= kTouchVolume) return there;
+    if (reach_volume(rest, 0) <= kTouchVolume && wall_volume(rest, 0) <= kTouchVolume) return there;
     if (!(back < max)) return std::nullopt;
     back += step;
     step *= kBackFactor;
@@ -438,8 +468,7 @@ const Vec3& SpringTool::contact_normal(const Tick& tick) {
     for (const double sign : {1.0, -1.0}) {
       feel.motion.travel_mm = Vec3::Zero();
       feel.motion.travel_mm[i] = sign * step;
-      const double reached = reach_volume(feel, 1);
-      growth[i] += sign * (reached + wall_);
+      growth[i] += sign * (reach_volume(feel, 1) + wall_volume(feel, 1));
     }
   const double length = std::sqrt(growth.squaredNorm());
   normal_ = length > 0 ? Vec3(-growth / length) : Vec3(Vec3::Zero());
@@ -466,11 +495,60 @@ double SpringTool::slide(const Tick& tick, const Vec3& residual) {
             0,         tick.materials};
   slip.length = std::sqrt(slip.motion.travel_mm.squaredNorm());
   slip.inside = reach_volume(slip, 0);
-  slip.wall_inside = wall_;
+  slip.wall_inside = wall_volume(slip, 0);
   const Balance at = balance(slip, false);
   if (!(at.share > 0)) return 0;
   tool_pose_ = slip.motion.at(at.share);
   return at.share;
+}
+
+// A tool that stands at what is not cut is led along it, as far as friction lets the spring pull it,
+// and cuts what is in its way there. False: it does not stand there.
+bool SpringTool::keep_to_wall(Tick& tick) {
+  const double h = model_.lattice().pitch_mm;
+  const Vec3 wanted = tick.motion.travel_mm;
+  const double far = std::sqrt(wanted.squaredNorm());
+  if (!edit_.no_go() || !(far > kMinStep * h)) return false;
+  Tick feel{tick.tool,     {tool_pose_, wanted * std::min(1.0, kWallReach * h / far), Vec3::Zero()},
+            kWallReach * h, Mode::touch, 0, tick.materials};
+  const double inside = wall_volume(feel, 0);
+  if (!(wall_volume(feel, 1) - inside > kMoreVolume + kTouchArea * kWallReach)) return false;
+  Vec3 growth = Vec3::Zero();
+  for (int i = 0; i < 3; i++)
+    for (const double sign : {1.0, -1.0}) {
+      feel.motion.travel_mm = sign * kWallStep * h * Vec3::Unit(i);
+      growth[i] += sign * wall_volume(feel, 1);
+    }
+  const double length = std::sqrt(growth.squaredNorm());
+  if (!(length > 0)) return false;
+  Vec3 normal = -growth / length;
+  // Where the wall is smooth its own normals are better: rays that come in one by one roughen the
+  // growth.
+  feel.motion.travel_mm = -kWallStep * h * normal;
+  const double met = wall_volume(feel, 1);
+  Vec3 moment = Vec3::Zero();
+  walls_.for_parts([&](int, const RemovedPart& part) { moment += feel.moment(part); });
+  const LatticePoint middle =
+      model_.lattice().to_lattice(tool_pose_.tip + feel.motion.travel_mm) +
+      LatticeVector{moment / met};
+  const Vec3 smooth = met > 0 ? edit_.no_go()->normal_near(middle, kWallLookAround) : Vec3::Zero();
+  if (smooth.dot(normal) > 0.5) normal = smooth;
+  const double pressed = -wanted.dot(normal);
+  if (!(pressed > 0)) return false;
+  const Vec3 along = wanted + pressed * normal;
+  const double slack = std::sqrt(along.squaredNorm());
+  const double way = slack - spring_.friction * pressed;
+  tick.motion.travel_mm = Vec3::Zero();
+  if (way > kMinStep * h)
+    for (const double lift : kWallLifts) {
+      tick.motion.travel_mm =
+          (along / slack + std::min(lift, 0.5 * slack / pressed) * normal) * way;
+      const double near = std::min(way, kWallLook * h);
+      feel.motion.travel_mm = tick.motion.travel_mm * (near / way);
+      if (wall_volume(feel, 1) - inside <= kMoreVolume + kTouchArea * near / h) break;
+    }
+  tick.length = length_of(tick.motion);
+  return true;
 }
 
 Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode mode,
@@ -500,6 +578,8 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
   const Result<int> substeps = substeps_of(tool, tick.motion, lattice);
   if (!substeps) return Error{substeps.error()};
 
+  const bool walled = mode == Mode::cut && engaged_ && keep_to_wall(tick);
+  const Vec3 target = walled ? tool_pose_.tip + tick.motion.travel_mm : device.tip;
   if (spring_.strength_n > 0 && mode != Mode::off && (mode == Mode::deposit || engaged_))
     look_ahead(tick, device);
 
@@ -509,7 +589,7 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
   const auto go = [&](double share) {
     ToolMotion way = tick.motion.part(share);
     Pose end = way.at(1);
-    if (share >= 1 && !resisted_mm_ && tick.rest_mm.isZero(0)) end.tip = device.tip;
+    if (share >= 1 && !resisted_mm_ && tick.rest_mm.isZero(0)) end.tip = target;
     way.travel_mm = end.tip - tool_pose_.tip;
     felt.motion.turn = way.turns() ? way.turn_rad : Vec3(Vec3::Zero());
     if (felt.edited) {
@@ -528,7 +608,7 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
     // Standing in material: out first.
     go(1);
     Tick rest{tool, {tool_pose_, Vec3::Zero(), Vec3::Zero()}, h, Mode::touch, 0, materials};
-    engaged_ = reach_volume(rest, 0) <= kTouchVolume && wall_ <= kTouchVolume;
+    engaged_ = reach_volume(rest, 0) <= kTouchVolume && wall_volume(rest, 0) <= kTouchVolume;
     felt.inside = !engaged_;
   } else {
     const bool moves = tick.length > kMinStep * h;
@@ -545,7 +625,7 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
         Tick rest = tick;
         rest.mode = Mode::touch;
         tick.inside = reach_volume(rest, 0);
-        tick.wall_inside = wall_;
+        tick.wall_inside = wall_volume(rest, 0);
         touches = true;
       }
       if (moves && mode == Mode::cut && strike_nmm > 0)
@@ -560,12 +640,13 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
     if (!resisted_mm_ && !resting) rise_mm_ = spare_nmm_ = 0;
     felt.touching = (at.share < 1 || resisted_mm_) && !resting;
     if (resting) felt.touching = touched_;
+    felt.touching |= walled;
     felt.cutting = puts_down || (at.touching && mode != Mode::touch && at.share > 0);
     felt.edited = felt.cutting;
     if (at.share > 0 || puts_down) go(std::min(1.0, at.share));
     if (at.share > 0) last_step_mm_ = at.share * tick.length;
     touched_ = felt.touching || felt.cutting;
-    if (felt.touching && !felt.cutting && !resting && !resisted_mm_ && mode != Mode::deposit)
+    if (felt.touching && !walled && !felt.cutting && !resting && !resisted_mm_ && mode != Mode::deposit)
       for (int faces = 0; faces < 2; faces++) {
         const Pose there = tool_pose_;
         const double share = slide(tick, device.tip - tool_pose_.tip);

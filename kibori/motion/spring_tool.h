@@ -151,6 +151,8 @@ class SpringTool {
   Balance push(Tick& tick, const Vec3& up, bool likely_touching);
   double struck_share(const Tick& tick, double strike_nmm);
   const Vec3& contact_normal(const Tick& tick);
+  double wall_volume(const Tick& tick, double share);
+  bool keep_to_wall(Tick& tick);
 
   TriDexel& model_;
   ToolEdit edit_;
@@ -164,7 +166,6 @@ class SpringTool {
   Vec3 normal_ = Vec3::Zero();
   Pose normal_pose_;
   Removed removed_, trial_, walls_;
-  double wall_ = 0;  // [cells^3] of what is not cut, as of the last reach_volume
   bool show_resistance_ = false;
   // The stretch of the cut's resistance, where depth gave way in this tick.
   std::optional<Vec3> resisted_mm_;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/solid/no_go.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <vector>
 
 #include <kibori/dexel/normal_code.h>
@@ -89,6 +91,38 @@ const TileIntervals& rest_of(uint64_t id, const RayTile& rays, const Solid& whol
 }
 
 }  // namespace
+
+Vec3 NoGo::normal_near(const LatticePoint& place, double radius) const {
+  // Ends whose normals keep within some 15 degrees of their mean.
+  constexpr double kAlike = 0.97;
+  Vec3 sum = Vec3::Zero();
+  double all = 0;
+  for (const Axis axis : kAxes) {
+    const FieldSnapshot& field = model_->field(axis).view();
+    const double u = place.units[u_index(axis)], v = place.units[v_index(axis)],
+                 depth = place.units[depth_index(axis)];
+    const auto add = [&](int i, int j, float end, uint32_t code, bool out) {
+      const Vec3 off(i + 0.5 - u, j + 0.5 - v, end - depth);
+      const double near = 1 - off.squaredNorm() / (radius * radius);
+      if (!(near > 0)) return;
+      // A field has as many ends as its rays meet.
+      const Vec3 normal = decode_normal(code, axis, out);
+      const double weight = near * near * std::abs(normal[depth_index(axis)]);
+      sum += weight * normal;
+      all += weight;
+    };
+    const int u_end = std::min(field.nodes_u(), static_cast<int>(std::ceil(u + radius))),
+              v_end = std::min(field.nodes_v(), static_cast<int>(std::ceil(v + radius)));
+    for (int j = std::max(0, static_cast<int>(std::floor(v - radius))); j < v_end; j++)
+      for (int i = std::max(0, static_cast<int>(std::floor(u - radius))); i < u_end; i++)
+        field.for_spans(i, j, [&](const Span& span) {
+          add(i, j, span.in, span.normal_in, false);
+          add(i, j, span.out, span.normal_out, true);
+        });
+  }
+  const double length = std::sqrt(sum.squaredNorm());
+  return length > kAlike * all && length > 0 ? Vec3(sum / length) : Vec3(Vec3::Zero());
+}
 
 Except::Except(const Solid& whole, const NoGo& part) : whole_(whole), part_(part.solid()) {
   static std::atomic<uint64_t> next{1};

@@ -132,7 +132,7 @@ Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> doc
   const Body& body = *document->bodies_at(document->head()).find(document->active());
   auto no_go = no_go_of(*document->worked_on(), body.id);
   if (!no_go) return Error{no_go.error()};
-  WorkedBody worked_on{body.id, body.pose, body.locked, std::move(no_go).value()};
+  WorkedBody worked_on{body.id, body.pose, body.kept(), std::move(no_go).value()};
   session->live_->context().stand(worked_on);
   session->carved_ = session->live_->context().model().snapshot();
   session->carved_body_ = body.id;
@@ -230,10 +230,11 @@ void LiveSession::turn(double roll_rad) {
 void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode asked, double time_s) {
   lift();
   const Mode mode = mode_in(materials_[stock_material_], asked);
-  if (const Body& body = active_body(); !body.visible || (body.locked && mode != Mode::touch))
-    return notify(
-        Error{body.name + (body.visible ? " is locked: unlock it first, or take up another body"
-                                        : " is hidden: show it first, or take up another body")});
+  if (const Body& body = active_body(); !body.visible || (body.kept() && mode != Mode::touch))
+    return notify(Error{body.name + (!body.visible ? " is hidden: show it first"
+                                     : body.locked ? " is locked: unlock it first"
+                                                   : " is no-go: allow cuts in it first") +
+                        ", or take up another body"});
   if (reshapes(mode))
     for (const Body& other : bodies().all)
       if (other.no_go && other.id != active())

@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: MIT
+// No-go: what nothing cuts, against arithmetic on intervals, and felt as a wall against closed forms.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <kibori/body/bodies.h>
+#include <kibori/motion/direct_tool.h>
+#include <kibori/motion/spring_tool.h>
+#include <kibori/surface/surface.h>
+
+#include "tests/reshape_support.h"
+#include "tests/support.h"
+#include "tests/surface_check.h"
+
+namespace kibori {
+namespace {
+
+using test::Random;
+
+using Intervals = std::vector<std::pair<float, float>>;
+
+Intervals on_ray(const Snapshot& model, Axis axis, int u, int v) {
+  Intervals list;
+  model.field(axis).for_spans(u, v, [&](const Span& s) { list.emplace_back(s.in, s.out); });
+  return list;
+}
+// Sorted, where they touch one.
+Intervals merged(Intervals list) {
+  std::sort(list.begin(), list.end());
+  Intervals out;
+  for (const auto& [in, to] : list)
+    if (!out.empty() && in <= out.back().second)
+      out.back().second = std::max(out.back().second, to);
+    else
+      out.emplace_back(in, to);
+  return out;
+}
+Intervals both(const Intervals& a, const Intervals& b) {
+  Intervals out;
+  for (const auto& [p, q] : a)
+    for (const auto& [r, s] : b)
+      if (std::max(p, r) < std::min(q, s)) out.emplace_back(std::max(p, r), std::min(q, s));
+  return merged(out);
+}
+
+// Their ends within rounding; slivers of that apart.
+bool alike(const Intervals& a, const Intervals& b) {
+  constexpr float kRounding = 2e-4f;
+  const auto solid = [](const Intervals& list) {
+    Intervals out;
+    for (const auto& [in, to] : list)
+      if (!out.empty() && in <= out.back().second + kRounding)
+        out.back().second = to;
+      else
+        out.emplace_back(in, to);
+    std::erase_if(out, [](const auto& span) { return span.second - span.first <= kRounding; });
+    return out;
+  };
+  const Intervals p = solid(a), q = solid(b);
+  return std::equal(p.begin(), p.end(), q.begin(), q.end(), [](const auto& s, const auto& t) {
+    return std::abs(s.first - t.first) <= kRounding && std::abs(s.second - t.second) <= kRounding;
+  });
+}
+
+Tool any_tool(Random& random) {
+  const Tool tools[] = {BallTool{random.uniform(0.4, 6)},
+                        Finger{0.2, 15},
+                        Flat{random.uniform(0.5, 4), 12},
+                        Cone{60, 3, 15},
+                        Bull{3, 1, 12},
+                        Capsule{2, 9},
+                        BoxTool{Vec3(3, 4, 5)},
+                        Ellipsoid{Vec3(3, 2, 4)},
+                        Drill{118, 2, 15},
+                        TaperedBall{1, 20, 3, 15}};
+  return tools[random.integer(0, static_cast<int>(std::size(tools)) - 1)];
+}
+
+TEST(NoGo, RandomStrokesNeverCutIntoIt) {
+  Random random;
+  SCOPED_TRACE(random.note());
+  const int strokes = test::rounds_of("KIBORI_NO_GO_STROKES", 10000);
+  Lattice lattice = test::cube(32);
+  lattice.nodes = Index3(32, 27, 21);
+  const std::vector<Material> materials(2);
+  std::unique_ptr<TriDexel> model, twin;
+  std::unique_ptr<NoGo> no_go;
+  Snapshot was;
+  int cut_without = 0;
+  for (int i = 0; i < strokes; i++) {
+    if (i % 10 == 0) {
+      model = std::make_unique<TriDexel>(lattice);
+      model->fill_block({Vec3(1.5, 2.25, 2), Vec3(30, 24, 19)}, 0);
+      auto kept = std::make_unique<TriDexel>(lattice);
+      for (int n = random.integer(1, 4); n > 0; n--)
+        test::add(*kept, test::tool_at(any_tool(random),
+                                       {random.in_box(2, 24), frame_from_axis(random.direction())},
+                                       lattice));
+      no_go = std::make_unique<NoGo>(std::move(kept));
+      was = model->snapshot();
+      twin = std::make_unique<TriDexel>(was, model->material_bounds());
+    }
+    const Tool tool = any_tool(random);
+    const Pose start{random.in_box(-2, 28), frame_from_axis(random.direction())};
+    Symmetry symmetry;
+    if (random.integer(0, 3) == 0) {
+      symmetry.planes[static_cast<size_t>(random.integer(0, 2))] = true;
+      symmetry.centre_mm = Vec3(16, 13.5, 10.5);
+    }
+    DirectTool guarded(*model, start), free(*twin, start);
+    guarded.set_no_go(no_go.get());
+    for (DirectTool* const stroke : {&guarded, &free}) stroke->set_symmetry(symmetry);
+    double less = 0;
+    for (int t = random.integer(1, 3); t > 0; t--) {
+      const Vec3 to = guarded.pose().tip + 4 * random.direction();
+      const Vec3 turn = random.integer(0, 2) ? Vec3(Vec3::Zero()) : Vec3(0.1 * random.direction());
+      const auto a = guarded.advance(tool, to, turn, Mode::cut, {}, materials);
+      const auto b = free.advance(tool, to, turn, Mode::cut, {}, materials);
+      ASSERT_TRUE(a.ok() && b.ok());
+      less += b.value().removed_mm3 - a.value().removed_mm3;
+    }
+    cut_without += less > 1e-6;
+    if (i % 5 != 4 && i + 1 != strokes) continue;
+    const Snapshot now = model->snapshot(), without = twin->snapshot(),
+                   kept = no_go->model().snapshot();
+    int wrong = 0;
+    for (const Axis axis : kAxes)
+      for (int v = 0; v < now.field(axis).nodes_v(); v++)
+        for (int u = 0; u < now.field(axis).nodes_u(); u++) {
+          const Intervals stays = both(on_ray(was, axis, u, v), on_ray(kept, axis, u, v));
+          Intervals all = on_ray(without, axis, u, v);
+          all.insert(all.end(), stays.begin(), stays.end());
+          const Intervals is = merged(on_ray(now, axis, u, v));
+          // To the bit where nothing may cut, and elsewhere as without it, but for rounding.
+          wrong += both(is, stays) != stays || !alike(is, merged(all));
+        }
+    ASSERT_EQ(wrong, 0) << i;
+    ASSERT_EQ(test::disagreeing(*model), 0) << i;
+    if (i % 50 == 4) {
+      ASSERT_EQ(test::broken(extract_surface(now)), "") << i;
+    }
+  }
+  EXPECT_GT(cut_without, strokes / 20);
+}
+
+// Stock that stands around what may not be cut: a block's lower half, or a ball.
+struct Bench {
+  explicit Bench(const Tool& kept, const Vec3& at)
+      : model(make_lattice(Vec3(40, 30, 20), 0.25, 10).value()) {
+    model.fill_block({Vec3::Zero(), Vec3(40, 30, 20)}, 0);
+    auto held = std::make_unique<TriDexel>(model.lattice());
+    test::add(*held, test::tool_at(kept, {at, Mat3::Identity()}, model.lattice()));
+    no_go = std::make_unique<NoGo>(std::move(held));
+    materials[0].yield_n = 0.3;
+    materials[0].u = 0.02;
+    materials[0].c = 0;
+  }
+  TriDexel model;
+  std::unique_ptr<NoGo> no_go;
+  std::vector<Material> materials = std::vector<Material>(1);
+};
+Pose upright(const Vec3& tip) { return {tip, Mat3::Identity()}; }
+
+// Down through the wood, into the wall, and back: the spring says how far the tool is held back, and
+// no tick's force leaps.
+TEST(NoGo, IsFeltAsAWallContinuously) {
+  for (const Tool& shape : {Tool(BallTool{4}), Tool(Finger{0.2, 15}), Tool(Flat{3, 15})}) {
+    Bench bench(BoxTool{Vec3(60, 60, 30)}, {20, 15, -20});  // up to z = 10
+    const SeriesSpring spring{1.5, 0, 0.2, 0.001};
+    SpringTool tool(bench.model, upright({20, 15, 21}), spring);
+    tool.set_no_go(bench.no_go.get());
+    const double step = 0.005;
+    double last = 0, most = 0, leap = 0, lowest = 99;
+    for (int i = 0; i < 6000; i++) {
+      const double z = i < 3000 ? 21 - step * i : 6 + step * (i - 3000);
+      const auto felt = tool.advance(shape, upright({20, 15, z}), Mode::cut, bench.materials);
+      ASSERT_TRUE(felt.ok());
+      const double force = felt.value().wrench.force.z();
+      leap = std::max(leap, std::abs(force - last));
+      most = std::max(most, force);
+      last = force;
+      lowest = std::min(lowest, tool.pose().tip.z());
+      // At the wall; on its way down the wood holds it back, too.
+      EXPECT_GT(force, spring.stiffness_n_mm * (10 - z) - 0.05) << z;
+      if (i >= 3000 && z < 9.5) {
+        EXPECT_NEAR(force, spring.stiffness_n_mm * (10 - z), 0.05 * spring.stiffness_n_mm);
+      }
+    }
+    EXPECT_NEAR(lowest, 10, 0.03);
+    EXPECT_NEAR(most, spring.stiffness_n_mm * 4, 0.1);
+    EXPECT_LE(leap, 1.01 * spring.stiffness_n_mm * step);
+    EXPECT_EQ(last, 0);
+  }
+}
+
+// A hand that pushes sideways slides along what may not be cut and leaves it bare.
+TEST(NoGo, IsSlidAlong) {
+  const double radius = 8;
+  const Vec3 centre(20, 15, 10);
+  Bench bench(BallTool{radius}, centre - Vec3(0, 0, radius));
+  for (const SeriesSpring& spring : {SeriesSpring{1.5, 0, 0, 0.001}, spring_of_hand(40)}) {
+    TriDexel model(bench.model.snapshot(), bench.model.material_bounds());
+    const double r = 2;
+    SpringTool tool(model, upright({20, 15, 21}), spring);
+    tool.set_no_go(bench.no_go.get());
+    Vec3 last = Vec3::Zero();
+    double leap = 0, most = 0, deepest = 99, farthest = 0;
+    for (int i = 0; i < 4000; i++) {
+      // Down to 1.5 mm within it, and then along it.
+      const double away_then = 13 - 4.5 * std::min(1.0, i / 1000.0),
+                   angle = 0.8 * std::max(0, i - 1000) / 3000.0;
+      const Vec3 to = centre - Vec3(0, 0, r) +
+                      away_then * Vec3(0.8 * std::sin(angle), 0.6 * std::sin(angle), std::cos(angle));
+      const auto felt = tool.advance(BallTool{r}, upright(to), Mode::cut, bench.materials);
+      ASSERT_TRUE(felt.ok());
+      const Vec3 force = felt.value().wrench.force;
+      leap = std::max(leap, Vec3(force - last).norm());
+      most = std::max(most, force.norm());
+      last = force;
+      const double away = Vec3(tool.pose().tip + Vec3(0, 0, r) - centre).norm();
+      deepest = std::min(deepest, away);
+      if (i > 1100) farthest = std::max(farthest, away);
+    }
+    EXPECT_GT(deepest, radius + r - 0.1);
+    EXPECT_LT(farthest, radius + r + 0.3);
+    EXPECT_LE(leap, 0.05 * most);
+    EXPECT_LT(model.volume_mm3(), 40 * 30 * 20 - 30);
+    const Snapshot now = model.snapshot(), kept = bench.no_go->model().snapshot();
+    for (int v = 0; v < now.field(Axis::z).nodes_v(); v++)
+      for (int u = 0; u < now.field(Axis::z).nodes_u(); u++) {
+        const Intervals held = on_ray(kept, Axis::z, u, v);
+        ASSERT_EQ(both(on_ray(now, Axis::z, u, v), held), held);
+      }
+  }
+}
+
+TEST(NoGo, BodiesThatAreItStandWhereTheyAreSeen) {
+  TriDexel model(make_lattice(Vec3(20, 20, 20), 0.5, 2).value());
+  model.fill_block({Vec3::Zero(), Vec3(20, 20, 20)}, 0);
+  Bodies bodies = Bodies::of(model);
+  EXPECT_EQ(no_go_of(bodies, 1).value(), nullptr);
+  BodyAction add;
+  add.verb = BodyVerb::add;
+  add.tool = BallTool{5};
+  add.pose.tip = Vec3(10, 10, 5);
+  add.name = "template";
+  add.no_go = true;
+  ASSERT_TRUE(apply(bodies, add).ok());
+  ASSERT_EQ(bodies.all.size(), 2u);
+  const BodyId id = bodies.all[1].id;
+  const double ball = 4.0 / 3 * 3.14159265358979 * 125;
+  auto kept = no_go_of(bodies, 1).value();
+  ASSERT_NE(kept, nullptr);
+  EXPECT_NEAR(kept->model().volume_mm3(), ball, 0.01 * ball);
+  // Of itself it is none; and what is moved is elsewhere.
+  EXPECT_EQ(no_go_of(bodies, id).value(), nullptr);
+  BodyAction move;
+  move.verb = BodyVerb::move;
+  move.bodies = {id};
+  move.pose.tip = Vec3(3, 0, 0);
+  move.pose.frame = rotation(Vec3(0, 0, 0.1));
+  ASSERT_TRUE(apply(bodies, move).ok());
+  kept = no_go_of(bodies, 1).value();
+  EXPECT_NEAR(kept->model().volume_mm3(), ball, 0.01 * ball);
+  const Vec3 centre = rotation(Vec3(0, 0, 0.1)) * Vec3(10, 10, 10) + Vec3(3, 0, 0);
+  const Lattice& lattice = kept->model().lattice();
+  const Vec3 middle =
+      lattice.origin_mm + lattice.pitch_mm * kept->model().material_bounds().centre().units;
+  EXPECT_LT(Vec3(middle - centre).norm(), 1);
+  // Nothing changes it.
+  for (const BodyVerb verb : {BodyVerb::cut, BodyVerb::mirror, BodyVerb::separate}) {
+    BodyAction action;
+    action.verb = verb;
+    action.bodies = {id};
+    action.cutter.point_mm = centre;
+    action.cutter.normal = Vec3::UnitX();
+    const auto done = apply(bodies, action);
+    ASSERT_FALSE(done.ok());
+    EXPECT_NE(done.error().find("no-go"), std::string::npos);
+  }
+  BodyAction subtract;
+  subtract.verb = BodyVerb::subtract;
+  subtract.bodies = {1, id};
+  EXPECT_TRUE(apply(bodies, subtract).ok());
+}
+
+}  // namespace
+}  // namespace kibori
