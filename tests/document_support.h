@@ -80,7 +80,8 @@ inline void carve(Document& document, TriDexel& model, Random& random, int ticks
                   bool finish = true, Crumbs crumbs = Crumbs::stay) {
   StrokeSettings s = some_settings(random);
   s.body = document.active();
-  const Bodies& bodies = *document.worked_on();
+  // Of a document that only this test carves, none need be loaded.
+  const Bodies bodies = document.worked_on() ? *document.worked_on() : Bodies::of(model);
   const bool beside = std::any_of(bodies.all.begin(), bodies.all.end(), [&](const Body& body) {
     return body.no_go && body.id != s.body;
   });

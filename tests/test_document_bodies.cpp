@@ -32,12 +32,11 @@ constexpr Crumbs kRules[] = {Crumbs::sort, Crumbs::stay, Crumbs::fall, Crumbs::b
 // What is done with some of the bodies, by chance; it may be refused.
 BodyAction any_action(Random& random, const Bodies& bodies) {
   BodyAction action;
-  constexpr BodyVerb kMix[] = {BodyVerb::cut,    BodyVerb::cut,       BodyVerb::cut,
-                               BodyVerb::join,   BodyVerb::subtract,  BodyVerb::intersect,
-                               BodyVerb::bake,   BodyVerb::duplicate, BodyVerb::mirror,
-                               BodyVerb::move,   BodyVerb::move,      BodyVerb::separate,
-                               BodyVerb::remove, BodyVerb::set,       BodyVerb::set,
-                               BodyVerb::add};
+  constexpr BodyVerb kMix[] = {
+      BodyVerb::cut,      BodyVerb::cut,       BodyVerb::cut,  BodyVerb::join,
+      BodyVerb::subtract, BodyVerb::intersect, BodyVerb::bake, BodyVerb::duplicate,
+      BodyVerb::mirror,   BodyVerb::move,      BodyVerb::move, BodyVerb::separate,
+      BodyVerb::remove,   BodyVerb::set,       BodyVerb::set,  BodyVerb::add};
   action.verb = kMix[random.integer(0, static_cast<int>(std::size(kMix)) - 1)];
   const auto one = [&] {
     return bodies
@@ -82,8 +81,7 @@ Truth truth_of(const Bodies& bodies) {
   for (const Body& body : bodies.all) {
     char pose[400];
     std::snprintf(pose, sizeof pose, "%d %d %d %.17g %.17g %.17g %.17g", body.visible, body.locked,
-                  body.no_go,
-                  body.pose.tip.x(), body.pose.tip.z(), body.pose.frame(0, 1),
+                  body.no_go, body.pose.tip.x(), body.pose.tip.z(), body.pose.frame(0, 1),
                   body.pose.frame(2, 0));
     truth.list.push_back(std::to_string(body.id) + " " + body.name + " " + pose + " " +
                          std::to_string(body.model.content_hash()));
@@ -204,7 +202,8 @@ TEST(DocumentBodies, AKillAmidASplitLeavesWholeBodies) {
       }
       _exit(0);
     }
-    // After so many splits told, and some part of the next: however slow the machine or its sanitiser is.
+    // After so many splits told, and some part of the next: however slow the machine or its
+    // sanitiser is.
     const auto splits = static_cast<std::uintmax_t>(random.integer(0, 10));
     const auto told_now = [&] {
       std::error_code none;

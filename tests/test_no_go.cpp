@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// No-go: what nothing cuts, against arithmetic on intervals, and felt as a wall against closed forms.
+// No-go: what nothing cuts, against arithmetic on intervals, and felt as a wall against closed
+// forms.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -164,8 +165,8 @@ struct Bench {
 };
 Pose upright(const Vec3& tip) { return {tip, Mat3::Identity()}; }
 
-// Down through the wood, into the wall, and back: the spring says how far the tool is held back, and
-// no tick's force leaps.
+// Down through the wood, into the wall, and back: the spring says how far the tool is held back,
+// and no tick's force leaps.
 TEST(NoGo, IsFeltAsAWallContinuously) {
   for (const Tool& shape : {Tool(BallTool{4}), Tool(Finger{0.2, 15}), Tool(Flat{3, 15})}) {
     Bench bench(BoxTool{Vec3(60, 60, 30)}, {20, 15, -20});  // up to z = 10
@@ -212,8 +213,9 @@ TEST(NoGo, IsSlidAlong) {
       // Down to 1.5 mm within it, and then along it.
       const double away_then = 13 - 4.5 * std::min(1.0, i / 1000.0),
                    angle = 0.8 * std::max(0, i - 1000) / 3000.0;
-      const Vec3 to = centre - Vec3(0, 0, r) +
-                      away_then * Vec3(0.8 * std::sin(angle), 0.6 * std::sin(angle), std::cos(angle));
+      const Vec3 to =
+          centre - Vec3(0, 0, r) +
+          away_then * Vec3(0.8 * std::sin(angle), 0.6 * std::sin(angle), std::cos(angle));
       const auto felt = tool.advance(BallTool{r}, upright(to), Mode::cut, bench.materials);
       ASSERT_TRUE(felt.ok());
       const Vec3 force = felt.value().wrench.force;

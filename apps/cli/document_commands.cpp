@@ -170,21 +170,22 @@ int DocumentCommands::run_bodies() const {
   }
   Result<Bodies> bodies = document.load_bodies(at);
   if (!bodies) return bad_input(bodies.error());
-  std::vector<Body>& all = bodies.value().all;
+  std::vector<Body> some = bodies.value().all;
   if (!body_.empty()) {
-    std::erase_if(all, [&](const Body& body) {
+    std::erase_if(some, [&](const Body& body) {
       return body.name != body_ && std::to_string(body.id) != body_;
     });
-    if (all.empty())
+    if (some.empty())
       return bad_input(file_ + ": has no body '" + sanitize_message(body_) + "'; 'kibori bodies " +
                        file_ + "' lists them");
   }
   if (!mesh_.empty()) {
-    const Result<size_t> out = write_bodies(mesh_, all, document_colors(document), 0, threads_);
+    const Result<size_t> out = write_bodies(mesh_, some, document_colors(document), 0, threads_);
     if (!out) return bad_input(out.error());
   }
-  const std::vector<BodyReport> reports = report_bodies(bodies.value(), threads_);
-  std::fputs((json_ ? bodies_json_text(reports) : bodies_text(reports)).c_str(), stdout);
+  const Result<std::vector<BodyReport>> reports = report_bodies(some, bodies.value(), threads_);
+  if (!reports) return bad_input(reports.error());
+  std::fputs((json_ ? bodies_json_text : bodies_text)(reports.value()).c_str(), stdout);
   return written();
 }
 

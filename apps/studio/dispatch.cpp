@@ -35,6 +35,8 @@ struct Dispatch {
     if (server.session) page.method().ask(m, MethodView::Clock::now());
   }
 
+  void operator()(const ShowRemains& m) const { page.show_remains(m.shown != 0); }
+
   // Of the page that holds the tool, with a document or without.
   void operator()(const CancelWork&) const {
     ExperimentSession* const run = server.session ? server.session->experiment() : nullptr;
@@ -172,7 +174,8 @@ struct Dispatch {
 void Server::State::on_message(WebSocketClient& page, const FromPage& message) {
   const bool of_any_page =
       std::holds_alternative<Hello>(message) || std::holds_alternative<Got>(message) ||
-      std::holds_alternative<TakeTool>(message) || std::holds_alternative<AskMethod>(message);
+      std::holds_alternative<TakeTool>(message) || std::holds_alternative<AskMethod>(message) ||
+      std::holds_alternative<ShowRemains>(message);
   if (!of_any_page) {
     // Where no document is open, the page that begins one takes the tool.
     if (!session && holder != &page) hold(&page);

@@ -200,15 +200,14 @@ void HttpConnection::let_in() {
 }
 
 void HttpConnection::take_import() {
-  if (server_.session || server_.job.busy())
-    return respond(Status::conflict, "a document is open, or something is under way\n");
   WebSocketClient* const page = server_.page_of(query(target_, "page"));
   if (!page) return respond(Status::forbidden, "this page has lost its connection; reload it\n");
+  if (!may_import()) return;
   name_ = query(target_, "name");
   const std::string ending = ending_of(name_);
   if (parser_->chunked())
     return respond(Status::length_required, "say how many bytes come: Content-Length\n");
-  if (!is_import(ending))
+  if (!is_import(ending) || (server_.session && !is_one_of(kMeshesRead, ending)))
     return respond(Status::unsupported_media_type, "that can't be carved; bring a mesh (" +
                                                        list_of(kMeshesRead) +
                                                        "), a picture (.png) or a .kibori\n");
@@ -261,9 +260,16 @@ void HttpConnection::open_brought() {
   respond(Status::accepted, "");
 }
 
+// A file becomes a document; or, where one is open that this page carves, a body of that.
+bool HttpConnection::may_import() {
+  const bool carves = server_.live() && server_.page_of(query(target_, "page")) == server_.holder;
+  if ((!server_.session || carves) && !server_.job.busy()) return true;
+  respond(Status::conflict, "a document is open, or something is under way\n");
+  return false;
+}
+
 void HttpConnection::look_at_import() {
-  if (server_.session || server_.job.busy())
-    return respond(Status::conflict, "a document is open, or something is under way\n");
+  if (!may_import()) return;
   server_.work("Reading " + sanitize_message(name_),
                [self = shared_from_this(), folder = folder_,
                 name = name_](std::atomic<double>&) -> Job::Then {
@@ -347,6 +353,7 @@ void HttpConnection::make_import() {
   const FileStock how{*size,   *rays, static_cast<size_t>(*material), {*up, *front},
                       *height, *base, query(target_, "invert") == "1"};
   const std::string called = query(target_, "name"), name = import->name;
+  if (server_.session) return make_body(*import, how);
   const Result<std::filesystem::path> place = server_.library.place_for(
       called.empty() ? std::filesystem::path(name).stem().string() : called);
   if (!place) return respond(Status::insufficient_storage, place.error() + "\n");
@@ -370,6 +377,36 @@ void HttpConnection::make_import() {
         self->respond(Status::unprocessable_entity, made.error() + "\n");
       });
   if (!opened) respond(Status::conflict, opened.error() + "\n");
+}
+
+// The file's shape, in the middle of the body that is worked on.
+void HttpConnection::make_body(const Import& import, const FileStock& how) {
+  if (!may_import()) return;
+  BodyAction add;
+  add.verb = BodyVerb::add;
+  add.material = server_.session->stock_material();
+  add.no_go = query(target_, "no_go") == "1";
+  if (const std::string called = query(target_, "name"); !called.empty()) add.name = called;
+  const Body& body = server_.session->active_body();
+  add.pose.tip =
+      body.pose.to_world(server_.session->lattice().to_mm(body.material_bounds.centre()));
+  server_.work("Reading " + sanitize_message(import.name),
+               [self = shared_from_this(), folder = import.folder, from = import.path(),
+                name = import.name, how, add](std::atomic<double>&) -> Job::Then {
+                 Result<Tool> shape = file_shape(from, how);
+                 return [self, from, name, add, shape](bool wanted) mutable {
+                   self->stream_.expires_after(kTransfer);
+                   LiveSession* const live = self->server_.live();
+                   if (!wanted || !live) return self->respond(Status::gone, "");
+                   if (!shape)
+                     return self->respond(Status::unprocessable_entity,
+                                          said_of(name, from, shape.error()).message + "\n");
+                   add.tool = std::move(shape).value();
+                   live->act(add);
+                   self->server_.imports.drop(self->server_.page_of(query(self->target_, "page")));
+                   self->respond(Status::no_content, "");
+                 };
+               });
 }
 
 void HttpConnection::send_export() {

@@ -14,6 +14,7 @@
 #include <kibori/base/file.h>
 
 #include "apps/studio/server_state.h"
+#include "apps/studio/session/stock_scene.h"
 
 namespace kibori::studio {
 
@@ -31,11 +32,13 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   // answer says what it seems to be (JSON of import_report.h, and its id), and it waits there.
   void take_import();
   void open_brought();
+  bool may_import();
   void look_at_import();
   // Requests on this page's import: preview, drop, make a document.
   void send_preview();
   void drop_import();
   void make_import();
+  void make_body(const Import& import, const FileStock& how);
   // null, and answered, where the page or the file is not there.
   const Import* waiting();
   void send_export();

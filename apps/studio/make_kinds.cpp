@@ -66,12 +66,12 @@ std::string kinds() {
          "/** A sentence on each. */\n"
          "export const MODEL_NOTES: Record<Model, string> = {\n" +
          models +
-         "};\n\n/** The files that can be brought, as <input accept> has them. */\nexport const "
-         "IMPORTS = "
-         "\"" +
-         kibori::list_of(kibori::kMeshesRead, ", ") + ", " +
+         "};\n\n/** The files that can be brought, as <input accept> has them: those that become "
+         "bodies, and "
+         "all. */\nexport const MESHES = \"" +
+         kibori::list_of(kibori::kMeshesRead, ", ") + "\";\nexport const IMPORTS = `${MESHES}, " +
          kibori::list_of(kibori::studio::kOtherImports, ", ") +
-         "\";\n\n/** Materials of one document, at most. */\nexport const MAX_MATERIALS = " +
+         "`;\n\n/** Materials of one document, at most. */\nexport const MAX_MATERIALS = " +
          std::to_string(kibori::kMaxMaterials) + ";\n";
 }
 

@@ -13,7 +13,7 @@
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 12;
+inline constexpr uint16_t kProtocolVersion = 13;
 
 // The first message of a page, with the key that POST /enter gave for the token. Welcome or Start
 // answers; where the key is another one, the line is closed with code 1008.
@@ -430,10 +430,23 @@ struct ChooseCrumbs {
     f(rule);
   }
 };
+// Whether the body that is worked on is shown in colours that tell how far its surface is from what
+// is no-go; Remains tells the numbers.
+struct ShowRemains {
+  static constexpr uint8_t kKind = 35;
+  uint8_t shown = 0;
+  bool in_range() const {
+    return shown <= 1;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(shown);
+  }
+};
 // A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz],
 // the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to
-// 1), which of them its stock is of, and what it is: 0 carved, 1 only looked at, 2 an experiment.
-// All that was shown before is of another one.
+// 1), which of them its stock is of, what it is: 0 carved, 1 only looked at, 2 an experiment; and
+// what the page is called in its requests over HTTP. All that was shown before is of another one.
 struct Welcome {
   static constexpr uint8_t kKind = 64;
   uint16_t version = 0;
@@ -445,9 +458,10 @@ struct Welcome {
   std::string materials;
   uint8_t material = 0;
   uint8_t what = 0;
+  std::string page;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(version, origin, nodes, pitch, rate, document, materials, material, what);
+    f(version, origin, nodes, pitch, rate, document, materials, material, what, page);
   }
 };
 // Surface of one body that changed; the page answers Got. Each chunk: place x y z (u16), numbers of
@@ -639,8 +653,22 @@ struct Bodies {
     f(active, json);
   }
 };
+// Of what ShowRemains asked for: how far the surface of the body that is worked on is from what is
+// no-go, at most and on average [mm], how much of it is outside that [mm^3], and the distance that
+// has the last colour [mm]. A scale of 0: nothing is no-go, and no colours are shown.
+struct Remains {
+  static constexpr uint8_t kKind = 78;
+  double max = 0;
+  double mean = 0;
+  double volume = 0;
+  double scale = 0;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(max, mean, volume, scale);
+  }
+};
 
 // What a page may say.
-using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs>;
+using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs, ShowRemains>;
 
 }  // namespace kibori::studio

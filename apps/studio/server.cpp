@@ -35,7 +35,9 @@ constexpr auto kStateEvery = std::chrono::milliseconds(50);
 // Every one of them, a frame's worth at a time.
 constexpr auto kTicksEvery = std::chrono::milliseconds(15);
 constexpr auto kWorkEvery = std::chrono::milliseconds(200);
-constexpr double kOwedNotice = 0.01;                      // [mm^3]
+constexpr double kOwedNotice = 0.01;  // [mm^3]
+// And what came loose [mm^3]: less is dust.
+constexpr double kFallenNotice = 1;
 constexpr auto kTroubleEvery = std::chrono::seconds(15);  // other sentences are to be read, too
 // Ticks are left out for a page that has not read so much of what was sent before.
 constexpr size_t kTicksWait = 400000;
@@ -314,7 +316,7 @@ void Server::State::send_ticks() {
                        : std::to_string(parted) +
                              " pieces came off. They are bodies of their own now; Undo puts them "
                              "back.");
-  if (fallen > 0) {
+  if (fallen > kFallenNotice) {
     char text[120];
     std::snprintf(text, sizeof text, "%.3g mm³ came loose and fell away. Undo puts it back.",
                   fallen);

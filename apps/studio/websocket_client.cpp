@@ -74,6 +74,8 @@ void WebSocketClient::restart() {
   sent_.clear();
   told_bodies_ = 0;
   told_list_.clear();
+  wants_remains_ = false;
+  remains_.reset();
   shown_bodies_.clear();
   told_steps_ = 0;
   told_versions_.clear();
@@ -90,7 +92,8 @@ void WebSocketClient::restart() {
                       session.stock_material(),
                       static_cast<uint8_t>(session.experiment() ? 2
                                            : !session.live()    ? 1
-                                                                : 0)}));
+                                                                : 0),
+                      key_}));
   server_.send_device(this);
   if (server_.shown) send(encode(*server_.shown));
   if (!server_.trace_sent.empty()) send(server_.trace_sent);
@@ -135,6 +138,7 @@ void WebSocketClient::offer_bodies() {
                     {"volume_mm3", session.volume_mm3(body.id)}});
   }
   const std::string json = list.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  follow_remains();
   std::string told = std::to_string(session.active()) + json;
   if (told == told_list_) return;
   told_list_ = std::move(told);
@@ -165,7 +169,12 @@ void WebSocketClient::offer_chunks() {
     const LiveSurface* const surface = server_.session->surface(at.body);
     if (!surface || !shown_bodies_.count(at.body)) continue;
     const size_t begin = frame.data.size();
-    put_chunk(frame.data, surface->chunk(at.at), at.at, server_.session->lattice());
+    const SurfaceChunk& chunk = surface->chunk(at.at);
+    const Lattice& lattice = server_.session->lattice();
+    if (remains_ && remains_->body() == at.body)
+      put_chunk(frame.data, remains_->paint(chunk, at.at), at.at, lattice);
+    else
+      put_chunk(frame.data, chunk, at.at, lattice);
     // What changed beneath may look the same.
     Hash hash;
     hash.add(frame.data.data() + begin, frame.data.size() - begin);
@@ -175,6 +184,38 @@ void WebSocketClient::offer_chunks() {
   frame.frame = ++frame_;
   frame.more = more_ = !dirty_.empty();
   send(encode(frame));
+  if (!remains_ || more_) return;
+  std::vector<uint8_t> said = encode(remains_->said(active_volume_mm3()));
+  if (said == told_remains_) return;
+  told_remains_ = said;
+  send(std::move(said));
+}
+
+void WebSocketClient::show_remains(bool shown) {
+  wants_remains_ = shown;
+  if (server_.session) follow_remains();
+}
+
+double WebSocketClient::active_volume_mm3() const {
+  const Session& session = *server_.session;
+  double volume = session.volume_mm3();
+  for (const Body& body : session.bodies().all)
+    if (body.id != session.active()) volume -= session.volume_mm3(body.id);
+  return volume;
+}
+
+// The map is of the bodies as they now are.
+void WebSocketClient::follow_remains() {
+  const Session& session = *server_.session;
+  if (remains_ && wants_remains_ && remains_->is_of(session.bodies(), session.active())) return;
+  const std::unique_ptr<RemainsMap> before = std::move(remains_);
+  if (wants_remains_)
+    remains_ = RemainsMap::make(session.bodies(), session.active(),
+                                *session.surface(session.active()), active_volume_mm3());
+  told_remains_.clear();
+  if (wants_remains_ && !remains_) send(encode(Remains{}));
+  for (const RemainsMap* const map : {before.get(), remains_.get()})
+    if (map && session.surface(map->body()) && shown_bodies_.count(map->body())) show(map->body());
 }
 
 void WebSocketClient::offer_history() {

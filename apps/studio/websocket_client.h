@@ -14,6 +14,7 @@
 #include <boost/beast/websocket.hpp>
 
 #include "apps/studio/method.h"
+#include "apps/studio/remains_map.h"
 #include "apps/studio/server_state.h"
 
 namespace kibori::studio {
@@ -43,6 +44,8 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   }
   // What this page looks at of the method.
   MethodView& method() { return method_; }
+  // Whether this page looks at what remains to be taken away.
+  void show_remains(bool shown);
   void offer_method(MethodView::Clock::time_point now);
   size_t waiting_bytes() const { return waiting_bytes_; }
   // What this page's requests over HTTP call it, and no other page knows.
@@ -57,6 +60,8 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
     }
   };
   void show(BodyId body);
+  void follow_remains();
+  double active_volume_mm3() const;
   void forget(BodyId body);
   void read();
   void greet();
@@ -85,6 +90,9 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   size_t told_steps_ = 0;
   Session::Versions told_versions_;
   MethodView method_;
+  bool wants_remains_ = false;
+  std::unique_ptr<RemainsMap> remains_;
+  std::vector<uint8_t> told_remains_;
   bool greeted_ = false, closed_ = false;
 };
 

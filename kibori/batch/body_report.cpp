@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/batch/body_report.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include <nlohmann/json.hpp>
@@ -8,6 +9,7 @@
 #include <kibori/base/file.h>
 #include <kibori/base/hash.h>
 #include <kibori/body/pieces.h>
+#include <kibori/edit/edit.h>
 #include <kibori/surface/surface.h>
 
 namespace kibori {
@@ -15,16 +17,43 @@ namespace {
 
 nlohmann::ordered_json list(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
+// Points of its surface that are measured from.
+constexpr int64_t kRemainsSamples = 100000;
+
+Result<std::optional<Remains>> remains_of(const Body& body, const Surface& surface,
+                                          const Bodies& bodies, int threads) {
+  std::optional<Remains> none;
+  if (body.no_go || surface.triangles.empty()) return none;
+  const Result<std::shared_ptr<const NoGo>> no_go = no_go_of(bodies, body.id);
+  if (!no_go) return Error{no_go.error()};
+  if (!no_go.value()) return none;
+  Removed within;
+  contact(TriDexel(body.model, body.material_bounds), no_go.value()->solid(), {}, within);
+  const double h = body.model.lattice.pitch_mm;
+  const Result<Distance> distance =
+      distance_from_to(surface, extract_surface(no_go.value()->model().snapshot(), threads),
+                       kRemainsSamples, threads);
+  if (!distance) return Error{distance.error()};
+  return std::optional<Remains>(
+      {std::max(0.0, body.model.volume_mm3() - within.mean_volume() * h * h * h),
+       distance.value()});
+}
+
 }  // namespace
 
-std::vector<BodyReport> report_bodies(const Bodies& bodies, int threads) {
+Result<std::vector<BodyReport>> report_bodies(const std::vector<Body>& some, const Bodies& all,
+                                              int threads) {
   std::vector<BodyReport> reports;
-  for (const Body& body : bodies.all) {
+  for (const Body& body : some) {
     BodyReport report;
     report.body = body;
     report.volume_mm3 = body.model.volume_mm3();
     report.pieces = find_pieces(body.model).all().size();
-    report.mesh = mesh_info(extract_surface(body.model, threads));
+    const Surface surface = extract_surface(body.model, threads);
+    report.mesh = mesh_info(surface);
+    Result<std::optional<Remains>> remains = remains_of(body, surface, all, threads);
+    if (!remains) return Error{remains.error()};
+    report.remains = remains.value();
     reports.push_back(std::move(report));
   }
   return reports;
@@ -33,13 +62,21 @@ std::vector<BodyReport> report_bodies(const Bodies& bodies, int threads) {
 std::string bodies_text(const std::vector<BodyReport>& reports) {
   std::string text = "  body    volume mm3  pieces  closed  name\n";
   for (const BodyReport& report : reports) {
-    char line[120];
+    char line[160];
     std::snprintf(line, sizeof line, "%6d  %12.6g  %6zu  %6s  ", report.body.id, report.volume_mm3,
                   report.pieces, report.mesh.closed ? "yes" : "no");
     text += line + sanitize_message(report.body.name);
     if (!report.body.visible) text += "  (hidden)";
     if (report.body.locked) text += "  (locked)";
+    if (report.body.no_go) text += "  (no-go)";
     text += "\n";
+    if (!report.remains) continue;
+    const Remains& remains = *report.remains;
+    std::snprintf(line, sizeof line,
+                  "%6s  %12.6g  outside what is no-go; its surface is %.4g mm away at most, %.4g "
+                  "on average\n",
+                  "", remains.volume_mm3, remains.distance.max, remains.distance.mean);
+    text += line;
   }
   return text;
 }
@@ -66,7 +103,12 @@ std::string bodies_json_text(const std::vector<BodyReport>& reports) {
            {"axes", {list(pose.frame.col(0)), list(pose.frame.col(1)), list(pose.frame.col(2))}}}},
          {"visible", report.body.visible},
          {"locked", report.body.locked},
+         {"no_go", report.body.no_go},
          {"hash", hash_text(report.body.model.content_hash())}});
+    if (!report.remains) continue;
+    all.back()["remains_mm3"] = report.remains->volume_mm3;
+    all.back()["remains_max_mm"] = report.remains->distance.max;
+    all.back()["remains_mean_mm"] = report.remains->distance.mean;
   }
   return all.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }

@@ -2,25 +2,38 @@
 // What can be said of each body of a document.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <kibori/body/bodies.h>
 #include <kibori/geometry/mesh_info.h>
+#include <kibori/measure/distance.h>
 
 namespace kibori {
+
+// What a carver who works towards what may not be cut has still to take away: of a body, outside
+// all that is no-go, and how far its surface is from that.
+struct Remains {
+  double volume_mm3 = 0;
+  Distance distance;
+};
 
 struct BodyReport {
   Body body;
   double volume_mm3 = 0;
-  size_t pieces = 0;  // that hang together
-  MeshInfo mesh;      // of its surface, in the body's own coordinates
+  size_t pieces = 0;               // that hang together
+  MeshInfo mesh;                   // of its surface, in the body's own coordinates
+  std::optional<Remains> remains;  // nothing is no-go: none
 };
-std::vector<BodyReport> report_bodies(const Bodies& bodies, int threads);
+// Of some bodies among all. Errors: as of no_go_of and distance_from_to.
+Result<std::vector<BodyReport>> report_bodies(const std::vector<Body>& some, const Bodies& all,
+                                              int threads);
 
 std::string bodies_text(const std::vector<BodyReport>& reports);
 // A list of objects: id, name, volume_mm3, closed, manifold, pieces, triangles, area_mm2,
-// bounds_mm, pose, visible, locked, hash.
+// bounds_mm, pose, visible, locked, no_go, hash, and where there is what remains, remains_mm3,
+// remains_max_mm, remains_mean_mm.
 std::string bodies_json_text(const std::vector<BodyReport>& reports);
 
 }  // namespace kibori

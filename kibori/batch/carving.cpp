@@ -219,6 +219,28 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
     document = std::move(made).value();
   }
   Workbench bench(model);
+  const auto act = [&](const BodyAction& action) -> Result<BodyChange> {
+    Result<BodyChange> done = bench.act(action, options.threads);
+    if (done && document) keep(status_of(document->act(action, options.threads)));
+    return done;
+  };
+  for (const SceneNoGo& no_go : scene.no_go) {
+    BodyAction add;
+    add.verb = BodyVerb::add;
+    add.tool = no_go.tool;
+    add.pose = no_go.pose;
+    add.no_go = true;
+    add.visible = false;  // it is what the piece shall come to, not a part of it
+    if (!no_go.name.empty()) add.name = no_go.name;
+    const Result<BodyChange> done = act(add);
+    if (done) continue;
+    settle_document();
+    return Error{scene.file + ":" + std::to_string(no_go.line) + ": [no_go]: " + done.error()};
+  }
+  const Result<const NoGo*> no_go = bench.no_go();
+  if (!no_go) return Error{scene.file + ": " + no_go.error()};
+  stroke.set_no_go(no_go.value());
+  series.set_no_go(no_go.value());
   std::optional<Snapshot> before_stroke;  // where its crumbs are looked for
   carving.trace.reserve(static_cast<size_t>(total));
   std::vector<double> step_us;
@@ -328,11 +350,6 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
     if (!to.label.empty())
       carving.marks.push_back({to.label, static_cast<double>(summary.ticks) / scene.rate_hz});
   }
-  const auto act = [&](const BodyAction& action) -> Result<BodyChange> {
-    Result<BodyChange> done = bench.act(action, options.threads);
-    if (done && document) keep(status_of(document->act(action, options.threads)));
-    return done;
-  };
   for (size_t i = 0; going && i < scene.cutters.size(); i++)
     if (const Status done = run_cutter(scene.cutters[i], bench.bodies(), act, summary); !done) {
       settle_document();
@@ -371,8 +388,13 @@ void add_tick(CarveSummary& summary, Mode mode, ToolTick& result) {
 void summarize(Carving& carving, std::vector<double> step_us) {
   CarveSummary& summary = carving.summary;
   const TriDexel& model = *carving.model;
-  summary.volume_mm3 = carving.bodies.volume_mm3();
-  summary.bodies = carving.bodies.all.size();
+  summary.volume_mm3 = 0;
+  summary.bodies = 0;
+  for (const Body& body : carving.bodies.all) {
+    if (body.no_go) continue;
+    summary.volume_mm3 += body.model.volume_mm3();
+    summary.bodies++;
+  }
   summary.state_hash = carving.bodies.content_hash();
   summary.pitch_mm = model.lattice().pitch_mm;
   summary.stock = model.count();

@@ -42,7 +42,8 @@ struct Mark {
 
 struct CarveSummary {
   int64_t ticks = 0;
-  // removed: by tools and kerfs. fallen: what was severed and fell away. volume: of all bodies.
+  // removed: by tools and kerfs. fallen: what was severed and fell away. volume: of all bodies that
+  // are not no-go, as bodies counts them.
   double removed_mm3 = 0, deposited_mm3 = 0, fallen_mm3 = 0, volume_mm3 = 0;
   size_t bodies = 1;
   int64_t points_removed = 0;

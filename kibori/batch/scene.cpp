@@ -59,7 +59,7 @@ class Reader {
   Result<Scene> read(const toml::table& root) {
     only(root, "",
          {"schema", "stock", "material", "tool", "force", "motion", "symmetry", "move", "crumbs",
-          "cutter"});
+          "cutter", "no_go"});
     if (root.contains("schema") && number(root, "", "schema") != 1)
       fail(root.get("schema"), "schema must be 1; a newer scene needs a newer kibori");
     read_force(root);
@@ -592,15 +592,49 @@ class Reader {
       else
         fail(root.get("crumbs"), "crumbs must be \"sort\", \"stay\", \"fall\" or \"body\"");
     }
-    const toml::node* node = root.get("cutter");
+    for_tables(root, "cutter", "cutters are", [&](const toml::table& t) { read_cutter(t); });
+    for_tables(root, "no_go", "what no move may cut is",
+               [&](const toml::table& t) { read_no_go(t); });
+  }
+
+  // Of [[key]]; up to the first error.
+  template <class F>
+  void for_tables(const toml::table& root, const char* key, const std::string& what, F&& f) {
+    const toml::node* node = root.get(key);
     if (!node) return;
     const toml::array* list = node->as_array();
     if (!list || !list->is_homogeneous(toml::node_type::table))
-      return fail(node, "cutters are written as [[cutter]]");
+      return fail(node, what + " written as [[" + key + "]]");
     for (const toml::node& element : *list) {
-      read_cutter(*element.as_table());
+      f(*element.as_table());
       if (!error_.empty()) return;
     }
+  }
+
+  void read_no_go(const toml::table& t) {
+    only(t, "no_go", {"tool", "place", "axis", "roll_deg", "name"});
+    SceneNoGo made;
+    made.line = line_of(t);
+    const toml::node* tool = t.get("tool");
+    if (!tool || !tool->is_table())
+      return fail(tool ? tool : &t,
+                  "[no_go] tool must be a table, as in tool = { shape = \"ball\" }");
+    made.tool = read_tool(*tool->as_table(), "tool", nullptr);
+    made.pose.tip = vector(t, "no_go", "place");
+    Vec3 axis = Vec3::UnitZ();
+    if (t.contains("axis")) axis = vector(t, "no_go", "axis");
+    if (!(axis.norm() > 0)) fail(t.get("axis"), "[no_go] axis must not be zero");
+    if (!error_.empty()) return;
+    made.pose.frame =
+        frame_from_axis(axis.normalized(), kRadPerDeg * number_or(t, "no_go", "roll_deg", 0));
+    if (t.contains("name")) made.name = text(t, "no_go", "name");
+    if (made.name.size() > 100) fail(t.get("name"), "[no_go] name has at most 100 bytes");
+    for (const Move& move : scene_.moves)
+      if (reshapes(move.mode))
+        return fail(move.line,
+                    "[move] mode \"" + std::string(name_of(move.mode)) +
+                        "\" can't work beside [[no_go]]; only what cuts, adds or feels can");
+    scene_.no_go.push_back(std::move(made));
   }
 
   Vec3 place_of(const toml::node& node) {

@@ -56,6 +56,14 @@ struct SceneCutter {
   int line = 0;                  // in the file
 };
 
+// What no move may cut: a body of its own, which is no-go.
+struct SceneNoGo {
+  Tool tool;  // its shape
+  Pose pose;
+  std::string name;  // empty: one is given
+  int line = 0;      // in the file
+};
+
 struct Scene {
   std::string file;                          // for messages
   std::vector<std::filesystem::path> files;  // that were read with it: meshes, pictures
@@ -67,6 +75,7 @@ struct Scene {
   Symmetry symmetry;  // of all moves; its centre is the lattice's middle, unless it is said
   bool symmetry_centred = false;
   std::vector<Move> moves;           // the first is where the tool starts
+  std::vector<SceneNoGo> no_go;      // there before the first move
   Crumbs crumbs = Crumbs::sort;      // of every stroke
   std::vector<SceneCutter> cutters;  // after the last move, in this order
 };

@@ -123,7 +123,8 @@ class Acting {
     }
     if (action_.verb == BodyVerb::cut || action_.verb == BodyVerb::mirror)
       if (Status s = check_cutter(action_.cutter); !s) return s;
-    if ((action_.verb == BodyVerb::move || action_.verb == BodyVerb::add) && !is_rigid(action_.pose))
+    if ((action_.verb == BodyVerb::move || action_.verb == BodyVerb::add) &&
+        !is_rigid(action_.pose))
       return Error{"a body's pose must be a place and three unit axes at right angles"};
     if (action_.name && (action_.name->empty() || action_.name->size() > 100))
       return Error{"a body's name has 1 to 100 bytes"};
@@ -207,6 +208,7 @@ class Acting {
     change_.clipped |= made.clipped;
     Body body;
     body.no_go = action_.no_go.value_or(false);
+    body.visible = action_.visible.value_or(true);
     put_back(body, model);
     add(std::move(body), action_.name.value_or(std::string()));
     return Ok{};

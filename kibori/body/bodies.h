@@ -72,14 +72,14 @@ enum class BodyVerb {
 };
 constexpr Names<12> names_of(BodyVerb) {
   return {"cut",    "join", "subtract", "intersect", "separate", "duplicate",
-          "mirror", "move", "bake",     "remove",    "set",       "add"};
+          "mirror", "move", "bake",     "remove",    "set",      "add"};
 }
 
 struct BodyAction {
   BodyVerb verb = BodyVerb::set;
   std::vector<BodyId> bodies;
-  Cutter cutter;  // cut, mirror
-  Pose pose;      // move, add
+  Cutter cutter;             // cut, mirror
+  Pose pose;                 // move, add
   std::optional<Tool> tool;  // add
   uint8_t material = 0;      // add
   std::optional<std::string> name;

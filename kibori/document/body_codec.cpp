@@ -90,7 +90,8 @@ std::string action_to_json(const BodyAction& action) {
     if (action.tool) json["tool"] = Json::parse(tool_to_json(*action.tool));
     json["material"] = action.material;
   }
-  if (action.verb == BodyVerb::move || action.verb == BodyVerb::add) json["pose"] = pose_to_json(action.pose);
+  if (action.verb == BodyVerb::move || action.verb == BodyVerb::add)
+    json["pose"] = pose_to_json(action.pose);
   if (action.name) json["name"] = *action.name;
   if (action.visible) json["visible"] = *action.visible;
   if (action.locked) json["locked"] = *action.locked;
@@ -131,15 +132,17 @@ Result<BodyAction> action_from_json(const std::string& text) {
     fields.get("material", material, 0, static_cast<int>(kMaxMaterials) - 1);
     action.material = static_cast<uint8_t>(material);
   }
-  if ((action.verb == BodyVerb::move || action.verb == BodyVerb::add) && !read_pose(json.value("pose", Json()), action.pose))
+  if ((action.verb == BodyVerb::move || action.verb == BodyVerb::add) &&
+      !read_pose(json.value("pose", Json()), action.pose))
     return Error{"a body's pose must be a place and three axes"};
   if (json.contains("name")) {
     action.name.emplace();
     fields.get("name", *action.name);
     if (!is_name(*action.name)) return Error{"a body's name has 1 to 100 bytes"};
   }
-  for (const auto& [key, flag] :
-       {std::pair{"visible", &action.visible}, {"locked", &action.locked}, {"no_go", &action.no_go}}) {
+  for (const auto& [key, flag] : {std::pair{"visible", &action.visible},
+                                  {"locked", &action.locked},
+                                  {"no_go", &action.no_go}}) {
     if (!json.contains(key)) continue;
     flag->emplace();
     if (!read_flag(json, key, **flag))

@@ -312,8 +312,7 @@ class Document {
   // Within a transaction.
   Status write_bodies(StepId step, const Bodies& bodies);
   Status replay_ticks(StepId step, const StrokeSettings& settings, TriDexel& model,
-                      const NoGo* no_go,
-                      const std::optional<ForceLaw>& law,
+                      const NoGo* no_go, const std::optional<ForceLaw>& law,
                       const std::function<void(const ReplayedTick&)>& use) const;
   bool is_checkpoint(StepId step) const { return checkpoints_.count(step) != 0; }
   void add_checkpoint(StepId step, const LatticeBox& bounds);

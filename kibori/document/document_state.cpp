@@ -533,8 +533,7 @@ Status Document::replay(StepId step, Workbench& bench, const std::optional<Force
 }
 
 Status Document::replay_ticks(StepId step, const StrokeSettings& s, TriDexel& model,
-                              const NoGo* no_go,
-                              const std::optional<ForceLaw>& law,
+                              const NoGo* no_go, const std::optional<ForceLaw>& law,
                               const std::function<void(const ReplayedTick&)>& use) const {
   Result<Pose> begin = start(step);
   if (!begin) return Error{begin.error()};

@@ -163,9 +163,7 @@ Status DocumentWriter::resolve_request() {
   Result<std::shared_ptr<const NoGo>> no_go = no_go_of(to_->bodies, body.id);
   if (!no_go) return Error{no_go.error()};
   waiting_ = [to = to_, at = WorkedBody{body.id, body.pose, body.kept(), no_go.value()}](
-                 ServoContext& live) mutable {
-    live.go_to(to->state, to->material_bounds, at);
-  };
+                 ServoContext& live) mutable { live.go_to(to->state, to->material_bounds, at); };
   if (live_.post(waiting_)) waiting_ = nullptr;
   return Ok{};
 }

@@ -76,8 +76,8 @@ struct LiveTotals {
 // The body that the tool works on.
 struct WorkedBody {
   BodyId id = 1;
-  Pose pose;            // of its lattice in the world
-  bool locked = false;  // nothing changes it
+  Pose pose;                                    // of its lattice in the world
+  bool locked = false;                          // nothing changes it
   std::shared_ptr<const NoGo> no_go = nullptr;  // that strokes on it may not cut
 };
 
@@ -115,8 +115,8 @@ class ServoContext {
   void strike(double nmm) { strike_nmm_ = nmm; }
 
   // The model is that of another step of its document, or of another body, from now on, whose
-  // material lies within `bounds`; the log says so. `body` is then what was worked on before, so that
-  // its memory is let go of elsewhere.
+  // material lies within `bounds`; the log says so. `body` is then what was worked on before, so
+  // that its memory is let go of elsewhere.
   void go_to(const Snapshot& state, const LatticeBox& bounds, WorkedBody& body);
   // The model is of this body; the same of `body`.
   void stand(WorkedBody& body);

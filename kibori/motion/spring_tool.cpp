@@ -33,15 +33,15 @@ constexpr int kMaxTrials = 24;
 // run it into the material; the spring takes it back in the next tick.
 constexpr double kLift = 0.02;
 constexpr double kNormalStep = 0.25;  // cells: how far to feel around for the normal
-// What is not cut is at hand where it is met within this way [cells]: less than a lift takes the tool
-// off it, and it would go to and fro; more, and it would be held off it.
+// What is not cut is at hand where it is met within this way [cells]: less than a lift takes the
+// tool off it, and it would go to and fro; more, and it would be held off it.
 constexpr double kWallReach = 0.1;
 // Its normal is felt over this way [cells]: over less a round wall has too few rays there.
 constexpr double kWallStep = 1;
 // And so far around the middle of what is met [cells], where it is smooth.
 constexpr double kWallLookAround = 2.5;
-// By which shares of its way it is lifted so that it does not run into the wall over this way [cells]:
-// the first that is enough.
+// By which shares of its way it is lifted so that it does not run into the wall over this way
+// [cells]: the first that is enough.
 constexpr double kWallLifts[] = {0.02, 0.06, 0.2}, kWallLook = 0.5;
 // A depth that gives way is found to this share of the strength, from below: less would show as
 // steps of the groove's ground (a hundredth of the force is some hundredths of a mm of depth).
@@ -75,9 +75,9 @@ struct SpringTool::Tick {
   Mode mode;
   uint8_t material;  // of a deposit
   const std::vector<Material>& materials;
-  double inside = 0;   // [cells^3] what the tool stands in at the start
+  double inside = 0;       // [cells^3] what the tool stands in at the start
   double wall_inside = 0;  // and of what is not cut
-  bool clear = false;  // the tool stands in nothing at the start, in the frame it keeps
+  bool clear = false;      // the tool stands in nothing at the start, in the frame it keeps
   // From the way's end to the hand, where that is farther than a tick looks: as a way [mm], and its
   // length with the turn.
   Vec3 rest_mm = Vec3::Zero();
@@ -110,8 +110,8 @@ struct SpringTool::Tick {
 struct SpringTool::Resistance {
   double reached = 0;  // [cells^3]
   bool touching = false;
-  double room = 0;   // [mm^3] that may still be reached before it touches; negative: it touches
-  double force = 0;  // N
+  double room = 0;      // [mm^3] that may still be reached before it touches; negative: it touches
+  double force = 0;     // N
   bool walled = false;  // it touches what is not cut
 };
 
@@ -502,15 +502,19 @@ double SpringTool::slide(const Tick& tick, const Vec3& residual) {
   return at.share;
 }
 
-// A tool that stands at what is not cut is led along it, as far as friction lets the spring pull it,
-// and cuts what is in its way there. False: it does not stand there.
+// A tool that stands at what is not cut is led along it, as far as friction lets the spring pull
+// it, and cuts what is in its way there. False: it does not stand there.
 bool SpringTool::keep_to_wall(Tick& tick) {
   const double h = model_.lattice().pitch_mm;
   const Vec3 wanted = tick.motion.travel_mm;
   const double far = std::sqrt(wanted.squaredNorm());
   if (!edit_.no_go() || !(far > kMinStep * h)) return false;
-  Tick feel{tick.tool,     {tool_pose_, wanted * std::min(1.0, kWallReach * h / far), Vec3::Zero()},
-            kWallReach * h, Mode::touch, 0, tick.materials};
+  Tick feel{tick.tool,
+            {tool_pose_, wanted * std::min(1.0, kWallReach * h / far), Vec3::Zero()},
+            kWallReach * h,
+            Mode::touch,
+            0,
+            tick.materials};
   const double inside = wall_volume(feel, 0);
   if (!(wall_volume(feel, 1) - inside > kMoreVolume + kTouchArea * kWallReach)) return false;
   Vec3 growth = Vec3::Zero();
@@ -528,9 +532,8 @@ bool SpringTool::keep_to_wall(Tick& tick) {
   const double met = wall_volume(feel, 1);
   Vec3 moment = Vec3::Zero();
   walls_.for_parts([&](int, const RemovedPart& part) { moment += feel.moment(part); });
-  const LatticePoint middle =
-      model_.lattice().to_lattice(tool_pose_.tip + feel.motion.travel_mm) +
-      LatticeVector{moment / met};
+  const LatticePoint middle = model_.lattice().to_lattice(tool_pose_.tip + feel.motion.travel_mm) +
+                              LatticeVector{moment / met};
   const Vec3 smooth = met > 0 ? edit_.no_go()->normal_near(middle, kWallLookAround) : Vec3::Zero();
   if (smooth.dot(normal) > 0.5) normal = smooth;
   const double pressed = -wanted.dot(normal);
@@ -646,7 +649,8 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
     if (at.share > 0 || puts_down) go(std::min(1.0, at.share));
     if (at.share > 0) last_step_mm_ = at.share * tick.length;
     touched_ = felt.touching || felt.cutting;
-    if (felt.touching && !walled && !felt.cutting && !resting && !resisted_mm_ && mode != Mode::deposit)
+    if (felt.touching && !walled && !felt.cutting && !resting && !resisted_mm_ &&
+        mode != Mode::deposit)
       for (int faces = 0; faces < 2; faces++) {
         const Pose there = tool_pose_;
         const double share = slide(tick, device.tip - tool_pose_.tip);

@@ -92,8 +92,8 @@ class SpringTool {
   void show_resistance(bool show) { show_resistance_ = show; }
   // Mirrors every edit in these planes. Call check_symmetry first.
   void set_symmetry(const Symmetry& symmetry) { edit_.set_symmetry(symmetry); }
-  // What is not cut, and stops the tool as a rigid wall; null: nothing. It must outlive the tool, or
-  // be taken away.
+  // What is not cut, and stops the tool as a rigid wall; null: nothing. It must outlive the tool,
+  // or be taken away.
   void set_no_go(const NoGo* no_go) {
     edit_.set_no_go(no_go);
     if (no_go) Except::reserve();

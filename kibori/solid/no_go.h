@@ -20,8 +20,8 @@ class NoGo {
   const TriDexel& model() const { return *model_; }
   const DexelSolid& solid() const { return solid_; }
   const LatticeBox& bounds() const { return model_->material_bounds(); }
-  // Out of it, as a mean over its surface within `radius` of a place [cells]; zero: there is none, or
-  // it bends too much there. Its length is 1 otherwise.
+  // Out of it, as a mean over its surface within `radius` of a place [cells]; zero: there is none,
+  // or it bends too much there. Its length is 1 otherwise.
   Vec3 normal_near(const LatticePoint& place, double radius) const;
 
  private:

@@ -4,7 +4,8 @@
 // sent as one action, which the history then has.
 import * as THREE from "three";
 import { element, input, put, select } from "./dom";
-import { write } from "./messages";
+import { MESHES } from "./kinds";
+import { write, type Remains } from "./messages";
 import type { View } from "./view";
 
 export interface Body {
@@ -14,6 +15,7 @@ export interface Body {
   matrix: THREE.Matrix4;
   visible: boolean;
   locked: boolean;
+  no_go: boolean;
   volume_mm3: number;
 }
 
@@ -34,6 +36,10 @@ const CLOSES_PX = 16,
 const LINE_PX = 0.7;
 const LEAST_LINE_PX = 8;
 const TURN_PER_PIXEL = 0.01; // [rad]
+
+const mm = (x: number): string => String(Number(x.toPrecision(2)));
+const shortVolume = (mm3: number): string =>
+  mm3 < 1000 ? `${mm3.toFixed(mm3 < 10 ? 2 : 0)} mm³` : `${(mm3 / 1000).toFixed(1)} cm³`;
 
 type Point = { x: number; y: number };
 const apart = (a: Point, b: Point): number => Math.hypot(a.x - b.x, a.y - b.y);
@@ -59,6 +65,8 @@ export function fewer(line: Point[], within: number): Point[] {
 const EYE = `<svg viewBox="0 0 20 20" aria-hidden="true"><path d="M2 10s3-5 8-5 8 5 8 5-3 5-8 5-8-5-8-5z"/><circle cx="10" cy="10" r="2.4"/></svg>`;
 const LOCK = `<svg viewBox="0 0 20 20" aria-hidden="true"><rect x="4.5" y="9" width="11" height="7.5" rx="1.5"/><path d="M7 9V6.5a3 3 0 0 1 6 0V9"/></svg>`;
 
+const NO_GO = `<svg viewBox="0 0 20 20" aria-hidden="true"><path d="M10 2.5l6.5 2.3v5c0 4-2.8 6.6-6.5 7.9-3.7-1.3-6.5-3.9-6.5-7.9v-5z"/><path d="M7 10h6"/></svg>`;
+
 export class Bodies {
   private all: Body[] = [];
   private active = 1;
@@ -73,6 +81,7 @@ export class Bodies {
     from: THREE.Vector3;
     by: THREE.Matrix4;
   } | null = null;
+  private remaining = false; // what remains is shown
   private drawn = element("drawn-line").querySelector("polyline")!;
 
   constructor(
@@ -81,7 +90,18 @@ export class Bodies {
     private send: (message: Uint8Array) => void,
     private notify: (text: string) => void,
     private holds: () => boolean,
+    private bring: (file: File, longest: number) => void,
   ) {
+    const file = input("body-file");
+    file.accept = MESHES;
+    element("body-add").onclick = () => file.click();
+    file.onchange = () => {
+      const chosen = file.files?.[0],
+        size = this.view.boxOf(this.active).getSize(new THREE.Vector3());
+      if (chosen) this.bring(chosen, Math.max(...size.toArray()));
+      file.value = ""; // so that the same one can be chosen again
+    };
+    element("body-remains").onclick = () => this.showRemains(!this.remaining);
     for (const gesture of GESTURES)
       element(`body-${gesture}`).onclick = () =>
         this.take(this.gesture === gesture ? null : gesture);
@@ -107,6 +127,8 @@ export class Bodies {
     this.take(null);
     this.all = [];
     this.ticked.clear();
+    this.remaining = false;
+    this.remains({ max: 0, mean: 0, volume: 0, scale: 0 });
   }
 
   /** What the studio said. */
@@ -163,6 +185,30 @@ export class Bodies {
     return true;
   }
 
+  /** Whether the surface is shown in colours that it does not have. */
+  get inColours(): boolean {
+    return this.remaining;
+  }
+  /** The body that is worked on in colours, or as it is. */
+  private showRemains(shown: boolean): void {
+    this.remaining = shown;
+    this.send(write.ShowRemains({ shown: shown ? 1 : 0 }));
+    this.remains({ max: 0, mean: 0, volume: 0, scale: 0 });
+  }
+  /** What the studio said of that. */
+  remains({ max, mean, volume, scale }: Remains): void {
+    const known = this.remaining && scale > 0;
+    element("body-remains").setAttribute("aria-pressed", String(this.remaining));
+    element("remains").hidden = !this.remaining;
+    put("remains-scale", known ? `${mm(scale)} mm` : "");
+    put(
+      "remains-said",
+      known
+        ? `At most ${mm(max)} mm remain, ${mm(mean)} mm on average; ${shortVolume(volume)} in all`
+        : "Nothing is no-go beside this body",
+    );
+  }
+
   private get body(): Body | undefined {
     return this.all.find((body) => body.id === this.active);
   }
@@ -203,6 +249,8 @@ export class Bodies {
       element<HTMLButtonElement>(`body-${verb}`).disabled = !others;
     element<HTMLButtonElement>("body-remove").disabled = this.all.length < 2;
     element("body-with").hidden = this.all.length < 2;
+    element<HTMLButtonElement>("body-remains").disabled =
+      !this.remaining && !this.all.some((body) => body.no_go && body.id !== this.active);
     element("bodies-box").dataset.active = String(this.active);
   }
 
@@ -233,22 +281,26 @@ export class Bodies {
     };
     const volume = document.createElement("span");
     volume.className = "quiet";
-    volume.textContent =
-      body.volume_mm3 < 1000
-        ? `${body.volume_mm3.toFixed(body.volume_mm3 < 10 ? 2 : 0)} mm³`
-        : `${(body.volume_mm3 / 1000).toFixed(1)} cm³`;
+    volume.textContent = shortVolume(body.volume_mm3);
     row.append(
       tick,
       name,
       volume,
       this.flag(body, "visible", EYE, body.visible ? "Hide" : "Show", !body.visible),
       this.flag(body, "locked", LOCK, body.locked ? "Unlock" : "Lock", body.locked),
+      this.flag(
+        body,
+        "no_go",
+        NO_GO,
+        body.no_go ? "Allow cuts in" : "No-go: nothing cuts into",
+        body.no_go,
+      ),
     );
     return row;
   }
   private flag(
     body: Body,
-    which: "visible" | "locked",
+    which: "visible" | "locked" | "no_go",
     picture: string,
     says: string,
     on: boolean,

@@ -76,6 +76,7 @@ export class Importer {
   private up = "z";
   private front = "-y";
   private longest = 80; // [mm], not rounded
+  private within = 0; // the longest side of the piece [mm] that it becomes a body in; 0: none is open
 
   constructor(
     private notify: (text: string) => void,
@@ -127,11 +128,13 @@ export class Importer {
 
   /**
    * The file that was chosen last is asked about; one that is still being read is forgotten when
-   * that is done.
+   * that is done. `within`: the longest side of the piece [mm] that it becomes a body in; 0: it is a
+   * document.
    */
-  bring(file: File): Promise<void> {
+  bring(file: File, within = 0): Promise<void> {
     const turn = ++this.turns,
       bringing = `Reading ${file.name} …`;
+    this.within = within;
     this.notify(bringing);
     this.reading = this.reading.then(() => this.read(file, turn, bringing));
     return this.reading;
@@ -177,6 +180,8 @@ export class Importer {
       part.hidden = (part.dataset.of === "mesh") !== mesh;
       for (const field of part.querySelectorAll("input")) field.disabled = part.hidden; // what is not shown need not be filled in
     }
+    for (const part of dialog("importing").querySelectorAll<HTMLElement>("[data-for]"))
+      part.hidden = (part.dataset.for === "body") !== this.within > 0;
     const wood = select("import-wood");
     wood.replaceChildren(...this.materials.map((m, i) => new Option(m.name, String(i))));
     this.trouble("");
@@ -189,6 +194,11 @@ export class Importer {
       select("import-unit").value = brought.unit;
       this.longest = brought.longest_mm;
       put("import-unit-why", brought.unit_why);
+      if (this.within > 0 && this.longest > this.within) {
+        this.longest = 0.9 * this.within;
+        select("import-unit").value = "fit";
+        put("import-unit-why", "Made smaller, so that it fits into the piece.");
+      }
       put("import-up-why", brought.up_why);
       [this.up, this.front] = [brought.up, brought.front];
       select("import-up").value = this.up;
@@ -341,11 +351,14 @@ export class Importer {
               : ["It is closed and sound: nothing is repaired."]),
           ]
         : [];
-    notes.push(
-      brought.kind === "mesh"
-        ? `Left out: colours, and what is thinner than ${short(pitch)} mm.`
-        : `${brought.width} × ${brought.height} pixels; what is finer than ${short(pitch)} mm is averaged.`,
-    );
+    if (this.within > 0)
+      notes.push("It comes into the middle of the piece; move and turn it there.");
+    else
+      notes.push(
+        brought.kind === "mesh"
+          ? `Left out: colours, and what is thinner than ${short(pitch)} mm.`
+          : `${brought.width} × ${brought.height} pixels; what is finer than ${short(pitch)} mm is averaged.`,
+      );
     element("import-notes").replaceChildren(
       ...notes.map((text) => {
         const item = document.createElement("li");
@@ -370,6 +383,7 @@ export class Importer {
       rays: select("import-detail").value,
       material: select("import-wood").value,
     };
+    if (this.within > 0) about.no_go = input("import-no-go").checked ? "1" : "0";
     if (brought.kind === "mesh") Object.assign(about, { up: this.up, front: this.front });
     else
       Object.assign(about, {

@@ -18,7 +18,29 @@ export type Tool =
   | { shape: "tapered"; ball: number; angle_deg: number; radius: number; length: number };
 
 /** What a tool does (kibori/motion/tool_tick.h). */
-export const MODES = ["cut", "deposit", "touch", "off", "smooth", "rasp", "fill", "inflate", "flatten", "crease", "paint", "grab", "nudge", "twist", "bend", "pinch", "scale", "node", "press", "throw", "turn"] as const;
+export const MODES = [
+  "cut",
+  "deposit",
+  "touch",
+  "off",
+  "smooth",
+  "rasp",
+  "fill",
+  "inflate",
+  "flatten",
+  "crease",
+  "paint",
+  "grab",
+  "nudge",
+  "twist",
+  "bend",
+  "pinch",
+  "scale",
+  "node",
+  "press",
+  "throw",
+  "turn",
+] as const;
 export type Mode = (typeof MODES)[number];
 
 /** How motion becomes force (kibori/haptics/force.h). */
@@ -35,8 +57,9 @@ export const MODEL_NOTES: Record<Model, string> = {
     "Paper: what vanishes, F = kf × grid points within a tick, against the motion; more at speed, uneven where they are few, and nothing at rest.",
 };
 
-/** The files that can be brought, as <input accept> has them. */
-export const IMPORTS = ".stl, .ply, .obj, .off, .3mf, .glb, .png, .kibori";
+/** The files that can be brought, as <input accept> has them: those that become bodies, and all. */
+export const MESHES = ".stl, .ply, .obj, .off, .3mf, .glb";
+export const IMPORTS = `${MESHES}, .png, .kibori`;
 
 /** Materials of one document, at most. */
 export const MAX_MATERIALS = 64;

@@ -84,6 +84,7 @@ const bodies = new Bodies(
   send,
   (text) => notify(text),
   () => hand.holds && !hand.readOnly,
+  (file, longest) => void start.importer.bring(file, longest),
 );
 const hand: Hand = new Hand(canvas, view, send, (x, y) => bodies.takeUp(x, y));
 const layout = new Layout((insets) => view.cover(insets));
@@ -169,6 +170,7 @@ function onMessage(said: FromStudio): void {
         input(id).max = String(Math.ceil(Math.max(...w.nodes) * w.pitch));
       view.begin({ origin: w.origin, pitch: w.pitch }, w.nodes);
       bodies.begin();
+      start.importer.offer(w.page, kinds);
       look.begin(w.document);
       method.begin(w.origin, w.pitch);
       plot.clear();
@@ -220,6 +222,9 @@ function onMessage(said: FromStudio): void {
     }
     case "Bodies":
       bodies.set(said.message.active, said.message.json);
+      break;
+    case "Remains":
+      bodies.remains(said.message);
       break;
     case "Method":
       method.take(said.message);
@@ -327,7 +332,7 @@ function showDevice(safety: number, trip: string, given: number): void {
 function pictureSoon(of: number, tries = 20): void {
   setTimeout(async () => {
     if (of !== step || !hand.holds || !history.wants(of) || tries === 0) return;
-    if (!view.whole || hand.working) return pictureSoon(of, tries - 1);
+    if (!view.whole || hand.working || bodies.inColours) return pictureSoon(of, tries - 1);
     const png = await view.thumbnail(128, 96);
     if (!png || of !== step) return;
     history.setPicture(of, png);

@@ -26,7 +26,8 @@ export interface Example {
 const value = (id: string): string => input(id).value;
 
 export class Start {
-  private importer: Importer;
+  /** Of files that become documents, or bodies of one. */
+  readonly importer: Importer;
 
   constructor(
     private send: (message: Uint8Array) => void,

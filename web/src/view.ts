@@ -38,6 +38,17 @@ const TURN_MS = 260;
 const TOOL_OPACITY = 0.75;
 /** Of the solid and the tool, where what is inside them is shown. */
 const GHOST = { solid: 0.3, tool: 0.4 };
+/** Of what is hidden, drawn over it; where two bodies have one face, neither hides the other. */
+const VEIL = new THREE.MeshBasicMaterial({
+  color: 0x0072b2,
+  transparent: true,
+  opacity: 0.3,
+  depthFunc: THREE.GreaterDepth,
+  depthWrite: false,
+  polygonOffset: true,
+  polygonOffsetFactor: -4,
+  polygonOffsetUnits: -64,
+});
 
 /** What a picture is of. Background: a colour of CSS; null for transparent. */
 export interface Capture {
@@ -55,6 +66,8 @@ export class View {
   private parallel = new THREE.OrthographicCamera(-1, 1, 1, -1, 1, 5000);
   private camera: THREE.PerspectiveCamera | THREE.OrthographicCamera = this.perspective;
   private chunks = new THREE.Group();
+  private noGo = new Set<number>(); // bodies
+  private veils = new THREE.Group(); // and what shows them
   /** By place and body: see nameOf. */
   private shown = new Map<string, THREE.Mesh>();
   private poses = new Map<number, THREE.Matrix4>(); // of bodies that are shown
@@ -169,6 +182,7 @@ export class View {
     this.level.visible = false;
     sky.layers.enable(PICTURED);
     this.over.add(
+      this.veils,
       this.planes,
       this.level,
       this.tool,
@@ -238,6 +252,8 @@ export class View {
         for (const name of [...this.shown.keys()]) if (bodyOf(name) === id) this.drop(name);
     this.poses = poses;
     this.active = active;
+    this.noGo = new Set(bodies.filter((b) => b.no_go).map((b) => b.id));
+    this.veil();
     this.redraw();
   }
 
@@ -261,7 +277,19 @@ export class View {
       this.chunks.add(mesh);
     });
     this.moved = true;
+    if (this.noGo.has(body)) this.veil();
     this.redraw();
+  }
+  /** What is no-go is seen through all that is before it. */
+  private veil(): void {
+    this.veils.clear();
+    for (const [name, { geometry, matrix }] of this.shown) {
+      if (!this.noGo.has(bodyOf(name))) continue;
+      const mesh = new THREE.Mesh(geometry, VEIL);
+      mesh.matrixAutoUpdate = mesh.frustumCulled = false;
+      mesh.matrix.copy(matrix);
+      this.veils.add(mesh);
+    }
   }
   private drop(name: string): void {
     const old = this.shown.get(name);
@@ -326,6 +354,7 @@ export class View {
         // Where it then is, is not known to bounds made before.
         mesh.frustumCulled = by === null;
       }
+    this.veil();
     this.moved = true;
     this.redrawSolid();
   }

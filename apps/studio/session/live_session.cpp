@@ -231,15 +231,16 @@ void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode asked, double
   lift();
   const Mode mode = mode_in(materials_[stock_material_], asked);
   if (const Body& body = active_body(); !body.visible || (body.kept() && mode != Mode::touch))
-    return notify(Error{body.name + (!body.visible ? " is hidden: show it first"
-                                     : body.locked ? " is locked: unlock it first"
-                                                   : " is no-go: allow cuts in it first") +
+    return notify(Error{body.name +
+                        (!body.visible ? " is hidden: show it first"
+                         : body.locked ? " is locked: unlock it first"
+                                       : " is no-go: allow cuts in it first") +
                         ", or take up another body"});
   if (reshapes(mode))
     for (const Body& other : bodies().all)
       if (other.no_go && other.id != active())
-        return notify(Error{other.name +
-                            " is no-go: only what cuts, adds or feels can work beside it"});
+        return notify(
+            Error{other.name + " is no-go: only what cuts, adds or feels can work beside it"});
   const std::optional<Pose> pose =
       std::isfinite(time_s) ? pose_of(tip_mm, axis, true) : std::nullopt;
   if (!pose) return;

@@ -2,8 +2,10 @@
 #include "apps/studio/session/stock_scene.h"
 
 #include <algorithm>
+#include <memory>
 
 #include <kibori/base/file.h>
+#include <kibori/formats/mesh_file.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/haptics/materials.h>
 
@@ -68,6 +70,21 @@ Result<Scene> file_scene(const std::filesystem::path& file, const FileStock& how
   }
   stock.pitch_mm = how.longest_mm / how.rays;
   return scene_of(stock, how.longest_mm, how.material);
+}
+
+Result<Tool> file_shape(const std::filesystem::path& file, const FileStock& how) {
+  if (!(how.longest_mm >= kMinMm && how.longest_mm <= kMaxMm)) return Error{kSize};
+  if (ending_of(file) == ".png") return Error{"a picture is no body; bring a mesh"};
+  Result<TriangleMesh> read = read_mesh(file);
+  if (!read) return Error{read.error()};
+  const auto mesh = std::make_shared<TriangleMesh>(std::move(read).value());
+  const Mat3 turn = rotation(how.orientation);
+  for (Vec3& p : mesh->vertices) p = turn * p;
+  const Box box = mesh->bounds();
+  const double longest = box.size().maxCoeff();
+  if (!(longest > 0)) return Error{"the mesh has no extent"};
+  for (Vec3& p : mesh->vertices) p = (p - box.centre()) * (how.longest_mm / longest);
+  return Tool(MeshTool{mesh});
 }
 
 }  // namespace kibori

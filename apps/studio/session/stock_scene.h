@@ -32,4 +32,8 @@ struct FileStock {
 // A mesh or, as a relief, a picture (PNG). Errors: those of reading a picture, and as above.
 Result<Scene> file_scene(const std::filesystem::path& file, const FileStock& how);
 
+// A mesh that is to be a body, as a tool whose tip is in the middle of its bounds. Of `how`, its
+// size and how it stands. Errors: those of reading it; a picture; the size.
+Result<Tool> file_shape(const std::filesystem::path& file, const FileStock& how);
+
 }  // namespace kibori

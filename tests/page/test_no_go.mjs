@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: MIT
+// No-go in a real browser: a mesh is added as a template, a stroke through it leaves it whole, what
+// remains is shown in colours and numbers, and the command line tells the same. See harness.mjs.
+// Usage: node test_no_go.mjs KIBORI [SCREENSHOTS]
+import { execFileSync } from "node:child_process";
+import { readdirSync, writeFileSync } from "node:fs";
+import { join } from "node:path";
+import {
+  check,
+  enter,
+  folder,
+  kibori,
+  open,
+  run,
+  show,
+  shown,
+  started,
+  state,
+  Studio,
+  until,
+} from "./harness.mjs";
+
+const SIZE = { width: 1280, height: 800 };
+
+/** An ellipsoid of these half axes [mm], as OBJ. */
+function ellipsoid(radii) {
+  const around = 48,
+    up = 24,
+    lines = [];
+  for (let j = 0; j <= up; j++)
+    for (let i = 0; i < around; i++) {
+      const a = (2 * Math.PI * i) / around,
+        b = (Math.PI * j) / up;
+      const v = [Math.sin(b) * Math.cos(a), Math.sin(b) * Math.sin(a), -Math.cos(b)];
+      lines.push(`v ${v.map((x, k) => (x * radii[k]).toFixed(5)).join(" ")}`);
+    }
+  const at = (i, j) => j * around + (i % around) + 1;
+  for (let j = 0; j < up; j++)
+    for (let i = 0; i < around; i++) {
+      if (j > 0) lines.push(`f ${at(i, j)} ${at(i + 1, j)} ${at(i + 1, j + 1)}`);
+      if (j + 1 < up) lines.push(`f ${at(i, j)} ${at(i + 1, j + 1)} ${at(i, j + 1)}`);
+    }
+  // The poles are rings of one place; a mesh has each place once.
+  return lines.join("\n").replaceAll(
+    /^f (.*)$/gm,
+    (_, f) =>
+      `f ${f
+        .split(" ")
+        .map((n) => pole(Number(n), around, up))
+        .join(" ")}`,
+  );
+}
+const pole = (n, around, up) => (n <= around ? 1 : n > up * around ? up * around + 1 : n);
+
+const newest = () =>
+  join(
+    folder,
+    "kibori",
+    readdirSync(join(folder, "kibori"))
+      .filter((name) => name.endsWith(".kibori"))
+      .sort()
+      .at(-1),
+  );
+const settled = async (page) => {
+  for (let i = 0; i < 300 && !(await page.evaluate(() => window.kibori.settled())); i++)
+    await page.waitForTimeout(50);
+  await page.waitForTimeout(300);
+};
+const said = (page) => page.locator("#remains-said").textContent();
+async function stroke(page, from, to) {
+  await page.mouse.move(from.x, from.y);
+  await page.waitForTimeout(100);
+  await page.mouse.down();
+  await page.mouse.move(to.x, to.y, { steps: 24 });
+  await page.waitForTimeout(400);
+  await page.mouse.up();
+}
+
+async function aTemplate() {
+  const studio = await Studio.start();
+  const page = await open(SIZE);
+  await enter(page, studio.url);
+  await started(page);
+  await page.locator('input[name=stock][value="0"]').check();
+  await page.locator("#wood").selectOption({ label: "limewood" });
+  await page.locator("#detail").selectOption("192");
+  await page.locator("#go").click();
+  await shown(page);
+  await page.locator("#bodies-box summary").click();
+  check(
+    "without anything no-go there is nothing that remains",
+    await page.locator("#body-remains").isDisabled(),
+  );
+
+  const file = join(folder, "egg.obj");
+  writeFileSync(file, ellipsoid([30, 20, 13]));
+  await page.locator("#body-file").setInputFiles(file);
+  await page.locator("#importing[open]").waitFor();
+  check("a body has no wood of its own", !(await page.locator("#import-wood").isVisible()));
+  await page.locator("#import-up").selectOption("z");
+  check("it is a template", await page.locator("#import-no-go").isChecked());
+  await show(page, "no-go-import");
+  let last = await state(page);
+  await page.locator("#importing button[value=yes]").click();
+  last = await until(page, "the template", (s) => Number(s.step) > Number(last.step));
+  await settled(page);
+  const rows = () =>
+    page.evaluate(() =>
+      [...document.querySelectorAll("#body-list li")].map((row) => ({
+        name: row.querySelector(".name").textContent,
+        current: row.classList.contains("current"),
+        noGo: row.querySelector(".no_go").ariaPressed === "true",
+      })),
+    );
+  const list = await rows();
+  check(`there are two bodies (${list.length})`, list.length === 2);
+  check("the stock is worked on, the template is no-go", list[0].current && list[1].noGo);
+  check("it has the file's name", list[1].name === "egg");
+  await show(page, "no-go-veil");
+
+  // Hidden, it is still there.
+  await page.locator('#body-list li[data-body="2"] .visible').click();
+  last = await until(page, "hidden", (s) => Number(s.step) > Number(last.step));
+  await page.locator("#body-remains").click();
+  await page.locator("#remains-said", { hasText: "At most" }).waitFor();
+  await settled(page);
+  const before = await said(page);
+  check(`what remains is told (${before})`, /At most [\d.]+ mm remain/.test(before));
+  await show(page, "no-go-remains");
+
+  // Strokes across the top, to and fro.
+  const middle = await page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
+  for (let i = -2; i <= 2; i++) {
+    await stroke(
+      page,
+      { x: middle.x - 220, y: middle.y + 26 * i },
+      { x: middle.x + 220, y: middle.y + 26 * i },
+    );
+    await page.waitForTimeout(300);
+  }
+  await settled(page);
+  const after = await said(page);
+  check(`less remains (${after})`, after !== before);
+  await show(page, "no-go-carved");
+
+  // On the template itself nothing works, nor what reshapes beside it.
+  await page.locator("#view").focus();
+  await page.keyboard.down("Shift");
+  await page.mouse.move(middle.x, middle.y);
+  await page.mouse.down();
+  await page.waitForTimeout(300);
+  await page.mouse.up();
+  await page.keyboard.up("Shift");
+  check(
+    "what reshapes is refused beside it",
+    /no-go/.test(await page.locator("#notice").textContent()),
+  );
+  await page.locator("#body-remains").click();
+  check("the colours are gone again", !(await page.locator("#remains").isVisible()));
+
+  // The flag, off and on again.
+  last = await state(page);
+  await page.locator('#body-list li[data-body="2"] .no_go').click();
+  last = await until(page, "no flag", (s) => Number(s.step) > Number(last.step));
+  await page.waitForTimeout(300);
+  check("the flag is off", !(await rows())[1].noGo);
+  check("nothing remains then", await page.locator("#body-remains").isDisabled());
+  await page.locator('#body-list li[data-body="2"] .no_go').click();
+  last = await until(page, "the flag", (s) => Number(s.step) > Number(last.step));
+  await page.locator("#leave").click();
+  await started(page);
+
+  check(
+    "carved again, all is as it was",
+    /all is as it was written/.test(
+      execFileSync(kibori, ["verify", newest()], { encoding: "utf8" }),
+    ),
+  );
+  const told = JSON.parse(
+    execFileSync(kibori, ["bodies", newest(), "--json"], { encoding: "utf8" }),
+  );
+  const egg = (4 / 3) * Math.PI * 30 * 20 * 13;
+  check("the template is whole", Math.abs(told[1].volume_mm3 / egg - 1) < 0.01);
+  check("no-go is told", told[1].no_go && !told[0].no_go);
+  const most = Number(/At most ([\d.]+)/.exec(after)[1]);
+  check(
+    `the command line measures the same (${told[0].remains_max_mm})`,
+    Math.abs(told[0].remains_max_mm / most - 1) < 0.06,
+  );
+  check(
+    "all of the template is within what was carved",
+    Math.abs(told[0].volume_mm3 - told[0].remains_mm3 - told[1].volume_mm3) < 1e-3 * egg,
+  );
+  await studio.end();
+}
+
+await run([aTemplate]);
