@@ -8,6 +8,7 @@
 
 #include <kibori/batch/carving.h>
 #include <kibori/batch/force_report.h>
+#include <kibori/edit/edit.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/reshape/reshaper.h>
 
@@ -136,7 +137,24 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"speed = 40", "speed = 40\ntool = 3", "table"},
         Bad{"speed = 40", "speed = 40\ntool = { radius = 3 }", "radius"},
         Bad{"[tool]", "schema = 2\n[tool]", "schema"}, Bad{"[tool]", "[tol]", "'tol'|'tool'"},
-        Bad{"[force]", "[force", ":8:"},
+        Bad{"[force]", "[force", ":8:"}, Bad{"[tool]", "[no_go]\n[tool]", "[[no_go]]"},
+        Bad{"[tool]", "[[no_go]]\n[tool]", ":4:|tool must be a table"},
+        Bad{"[tool]", "[[no_go]]\ntool = { shape = \"ball\", radius = 3 }\n[tool]",
+            "place|3 numbers"},
+        Bad{"[tool]",
+            "[[no_go]]\ntool = { shape = \"ball\", radius = 3 }\nplace = [90, 0, 0]\n[tool]",
+            ":4:|holds nothing"},
+        Bad{"[tool]",
+            "[[no_go]]\ntool = { shape = \"ball\", radius = 3 }\nplace = [9, 6, 2]\nat = 1\n[tool]",
+            ":7:|'at'"},
+        Bad{"[tool]",
+            "[[no_go]]\ntool = { shape = \"ball\", radius = 3 }\nplace = [9, 6, 2]\naxis = [0, 0, "
+            "0]\n[tool]",
+            ":7:|zero"},
+        Bad{"label = \"B\"",
+            "mode = \"smooth\"\n[[no_go]]\ntool = { shape = \"ball\", radius = 3 "
+            "}\nplace = [9, 6, 2]",
+            ":13:|smooth|[[no_go]]"},
         Bad{"[force]", "[motion]\nrate_hz = 0\n[force]", "rate_hz"}));
 
 TEST(Scene, KeysAreInheritedAndTicksCounted) {
@@ -341,6 +359,35 @@ TEST(Scene, SummaryAddsUp) {
 
 // One tick of 1000 N among others of 10 N: it is marked, and the others are as high as if it were
 // not there.
+TEST(Scene, NothingCutsWhatIsNoGo) {
+  for (const std::string model : {"energy", "series"}) {
+    const auto scene = parse_scene(kGood +
+                                       "[[no_go]]\nname = \"ball\"\ntool = { shape = \"ball\", "
+                                       "radius = 3 }\nplace = [10, 6, 4]\n",
+                                   "scene.toml", ".");
+    ASSERT_TRUE(scene.ok()) << scene.error();
+    Scene with = scene.value();
+    with.force.law.model = *value_of<ForceModel>(model);
+    Scene without = with;
+    without.no_go.clear();
+    const auto a = carve(with, {}), b = carve(without, {});
+    ASSERT_TRUE(a.ok() && b.ok());
+    const CarveSummary &guarded = a.value().summary, &free = b.value().summary;
+    EXPECT_LT(guarded.removed_mm3, free.removed_mm3);
+    EXPECT_NEAR(guarded.volume_mm3 + guarded.removed_mm3, 20 * 12 * 10, 1e-6 * 2400);
+    EXPECT_EQ(guarded.bodies, 1u);
+    const Bodies& bodies = a.value().bodies;
+    ASSERT_EQ(bodies.all.size(), 2u);
+    EXPECT_EQ(bodies.all[1].name, "ball");
+    EXPECT_TRUE(bodies.all[1].no_go && !bodies.all[1].visible);
+    // What is no-go and was stock is still there.
+    Removed within;
+    contact(*a.value().model, no_go_of(bodies, 1).value()->solid(), {}, within);
+    const double below = 4.0 / 3 * 3.14159265 * 27;  // all of the ball lies in the stock
+    EXPECT_NEAR(within.mean_volume() / 8, below, 0.03 * below);
+  }
+}
+
 TEST(Scene, ASpikeDoesNotFlattenThePlot) {
   const auto plot = [](double spike_n) {
     Carving carving;
