@@ -18,29 +18,7 @@ export type Tool =
   | { shape: "tapered"; ball: number; angle_deg: number; radius: number; length: number };
 
 /** What a tool does (kibori/motion/tool_tick.h). */
-export const MODES = [
-  "cut",
-  "deposit",
-  "touch",
-  "off",
-  "smooth",
-  "rasp",
-  "fill",
-  "inflate",
-  "flatten",
-  "crease",
-  "paint",
-  "grab",
-  "nudge",
-  "twist",
-  "bend",
-  "pinch",
-  "scale",
-  "node",
-  "press",
-  "throw",
-  "turn",
-] as const;
+export const MODES = ["cut", "deposit", "touch", "off", "smooth", "rasp", "fill", "inflate", "flatten", "crease", "paint", "grab", "nudge", "twist", "bend", "pinch", "scale", "node", "press", "throw", "turn"] as const;
 export type Mode = (typeof MODES)[number];
 
 /** How motion becomes force (kibori/haptics/force.h). */
