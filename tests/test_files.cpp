@@ -103,6 +103,62 @@ TEST(SurfaceFile, ComesBackFromEveryFormat) {
             5);
 }
 
+// Several come back where they stand, each under its name where the format has names.
+TEST(SurfaceFile, ObjectsComeBackWhereTheyStand) {
+  Lattice lattice;
+  lattice.nodes = Index3(24, 20, 16);
+  lattice.pitch_mm = 0.5;
+  TriDexel block(lattice), ball(lattice), nothing(lattice);
+  block.fill_block({Vec3(1, 1, 1), Vec3(11, 9, 7)}, 0);
+  Removed added;
+  deposit(ball, SweptBall(LatticePoint{Vec3(12, 10, 8)}, LatticeVector{Vec3(1, 0, 0)}, 5), 1, {},
+          added);
+  const auto source = [](const TriDexel& model) {
+    return [state = model.snapshot()](const SurfaceSink& sink) { stream_surface(state, 2, sink); };
+  };
+  const Pose there{Vec3(30, -7, 4), rotation(Vec3(0.4, -0.7, 1.1))};
+  const std::vector<SurfaceObject> objects{{"Lid <\"A&B\">", {}, source(block)},
+                                           {"nothing", {}, source(nothing)},
+                                           {"Knauf \xc3\xb6", there, source(ball)}};
+  const std::vector<Rgb> colors{{196, 154, 108}, {40, 90, 200}};
+  std::vector<Vec3> wanted;
+  size_t triangles = 0;
+  for (const auto& [model, pose] : {std::pair{&block, Pose()}, {&ball, there}}) {
+    const Surface surface = extract_surface(model->snapshot());
+    triangles += surface.triangles.size();
+    for (const SurfaceTriangle& t : surface.triangles)
+      for (const uint32_t corner : t) {
+        const auto& p = surface.vertices[corner].position;
+        wanted.push_back(pose.to_world(Vec3(p[0], p[1], p[2])));
+      }
+  }
+  const Folder folder;
+  for (const char* name : {"a.stl", "a.ply", "a.obj", "a.3mf", "a.glb"}) {
+    const Status written = write_objects(folder / name, objects, colors);
+    ASSERT_TRUE(written.ok()) << name << written.error();
+    const Result<TriangleMesh> back = read_mesh(folder / name);
+    ASSERT_TRUE(back.ok()) << name << " " << back.error();
+    const TriangleMesh& mesh = back.value();
+    ASSERT_EQ(mesh.triangles.size(), triangles) << name;
+    double far = 0;
+    for (size_t i = 0; i < wanted.size(); i++)
+      far = std::max(far, Vec3(mesh.vertices[mesh.triangles[i / 3][i % 3]] - wanted[i]).norm());
+    EXPECT_LT(far, 2e-5) << name;
+    std::ifstream in(folder / name, std::ios::binary);
+    const std::string bytes((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    if (std::string(name) == "a.obj") {
+      EXPECT_NE(bytes.find("\no Lid_<\"A&B\">\n"), std::string::npos);
+    }
+    if (std::string(name) == "a.glb") {
+      EXPECT_NE(bytes.find("Knauf \xc3\xb6"), std::string::npos);
+      EXPECT_EQ(bytes.find("nothing"), std::string::npos);
+    }
+  }
+  const std::vector<SurfaceObject> none{objects[1]};
+  EXPECT_FALSE(write_objects(folder / "b.3mf", none, colors).ok());
+  EXPECT_FALSE(std::filesystem::exists(folder / "b.3mf"));
+}
+
 // A cube of 10 mm as 3MF, by hand. `model`: replaces the whole model part.
 std::string model_part(const std::string& more = "", const std::string& head = "") {
   std::string text = "<?xml version=\"1.0\"?>" + head +

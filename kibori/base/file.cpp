@@ -149,10 +149,11 @@ void Spool::write(const void* data, size_t bytes) {
   size_ += bytes;
 }
 
-bool Spool::read_back(size_t unit, const std::function<void(const char*, size_t)>& f) {
-  if (failed_ || fseeko(file_, 0, SEEK_SET) != 0) return false;
+bool Spool::read_back(size_t unit, const std::function<void(const char*, size_t)>& f, uint64_t from,
+                      uint64_t most) {
+  if (failed_ || fseeko(file_, static_cast<off_t>(from), SEEK_SET) != 0) return false;
   std::vector<char> block((size_t{1} << 20) / unit * unit);
-  for (uint64_t left = size_; left > 0;) {
+  for (uint64_t left = std::min(most, size_ - std::min(from, size_)); left > 0;) {
     const size_t bytes = static_cast<size_t>(std::min<uint64_t>(left, block.size()));
     if (std::fread(block.data(), 1, bytes, file_) != bytes) return false;
     f(block.data(), bytes);

@@ -64,9 +64,10 @@ class Spool {
 
   void write(const void* data, size_t bytes);
   uint64_t size() const { return size_; }
-  // Calls f(data, bytes) for all that was written, in order, in blocks of whole multiples of `unit`
-  // bytes; false where writing or reading failed.
-  bool read_back(size_t unit, const std::function<void(const char*, size_t)>& f);
+  // Calls f(data, bytes) for so many bytes from there, or all that were written, in order, in
+  // blocks of whole multiples of `unit` bytes; false where writing or reading failed.
+  bool read_back(size_t unit, const std::function<void(const char*, size_t)>& f, uint64_t from = 0,
+                 uint64_t most = UINT64_MAX);
 
  private:
   std::FILE* file_ = nullptr;

@@ -70,20 +70,26 @@ bool is_placed(const Body& body) {
   return body.pose.tip != Vec3::Zero() || body.pose.frame != Mat3::Identity();
 }
 
+// The surface of a model; counts its triangles.
+void send_model(const Snapshot& model, double tolerance_mm, int threads, const SurfaceSink& sink,
+                size_t& triangles) {
+  const SurfaceSink counting = [&](const SurfacePart& part) {
+    triangles += part.triangles.size();
+    sink(part);
+  };
+  if (tolerance_mm > 0)
+    send_surface(simplify(extract_surface(model, threads), tolerance_mm), counting);
+  else
+    stream_surface(model, threads, counting);
+}
+
 }  // namespace
 
 Result<size_t> write_model(const std::filesystem::path& out, const Snapshot& model,
                            std::span<const Rgb> colors, double tolerance_mm, int threads) {
   size_t triangles = 0;
   const SurfaceSource source = [&](const SurfaceSink& sink) {
-    const SurfaceSink counting = [&](const SurfacePart& part) {
-      triangles += part.triangles.size();
-      sink(part);
-    };
-    if (tolerance_mm > 0)
-      send_surface(simplify(extract_surface(model, threads), tolerance_mm), counting);
-    else
-      stream_surface(model, threads, counting);
+    send_model(model, tolerance_mm, threads, sink, triangles);
   };
   if (const Status written = write_surface(out, source, colors); !written)
     return Error{written.error()};
@@ -116,14 +122,17 @@ Surface surface_of(std::span<const Body> bodies, int threads) {
 
 Result<size_t> write_bodies(const std::filesystem::path& out, std::span<const Body> bodies,
                             std::span<const Rgb> colors, double tolerance_mm, int threads) {
-  if (bodies.size() == 1 && !is_placed(bodies.front()))
-    return write_model(out, bodies.front().model, colors, tolerance_mm, threads);
-  Surface surface = surface_of(bodies, threads);
-  if (tolerance_mm > 0) surface = simplify(surface, tolerance_mm);
-  const SurfaceSource source = [&](const SurfaceSink& sink) { send_surface(surface, sink); };
-  if (const Status written = write_surface(out, source, colors); !written)
+  size_t triangles = 0;
+  std::vector<SurfaceObject> objects;
+  for (const Body& body : bodies) {
+    if (!body.visible) continue;
+    objects.push_back({body.name, body.pose, [&, model = body.model](const SurfaceSink& sink) {
+                         send_model(model, tolerance_mm, threads, sink, triangles);
+                       }});
+  }
+  if (const Status written = write_objects(out, objects, colors); !written)
     return Error{written.error()};
-  return surface.triangles.size();
+  return triangles;
 }
 
 }  // namespace kibori

@@ -44,8 +44,8 @@ Result<size_t> write_model(const std::filesystem::path& out, const Snapshot& mod
 // The surfaces of all that are visible, where they stand, as one.
 Surface surface_of(std::span<const Body> bodies, int threads);
 
-// The same as a file; one body alone is streamed, at its own place on the lattice, if it was not
-// moved. Returns the number of triangles. Errors: as of write_model.
+// All that are visible into a file, each as an object of its own where the format has such (see
+// write_objects). Returns the number of triangles. Errors: as of write_model.
 Result<size_t> write_bodies(const std::filesystem::path& out, std::span<const Body> bodies,
                             std::span<const Rgb> colors, double tolerance_mm, int threads);
 

@@ -193,7 +193,7 @@ Status Document::go(TriDexel& model, StepId step) {
   const Result<Bodies> made =
       rebuild(model, step, [&](StepId at, const Bodies& state) { to.states[at] = state; });
   to.material_bounds = model.material_bounds();
-  const Status done = made ? commit_checkout(to) : Status(Error{made.error()});
+  Status done = made ? commit_checkout(to) : Status(Error{made.error()});
   if (!done) model.restore(before);
   return done;
 }

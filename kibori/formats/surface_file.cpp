@@ -7,6 +7,9 @@
 #include <cstring>
 #include <limits>
 #include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
 
 #include <kibori/formats/endings.h>
 #include <kibori/formats/surface_writer.h>
@@ -79,18 +82,31 @@ class IndexedWriter : public SurfaceWriter {
   IndexedWriter(NewFile& file, Spool& triangles, std::span<const Rgb> colors)
       : file_(file), triangles_(triangles), colors_(colors) {}
 
+  void begin(const SurfaceObject& object) override {
+    objects_.push_back({object.name, object.pose, vertex_count_, 0, triangle_count_, 0});
+  }
   void put(const SurfacePart& part) override {
+    Object& object = objects_.back();
     for (const SurfaceVertex& v : part.vertices.first(part.own))
       put_vertex(v, color_of(v, colors_));
-    vertex_count_ += part.own;
+    const auto first = static_cast<uint32_t>(object.first_vertex);
     for (const SurfaceTriangle& t : part.triangles) {
-      const SurfaceTriangle numbers{part.number[t[0]], part.number[t[1]], part.number[t[2]]};
+      const SurfaceTriangle numbers{part.number[t[0]] + first, part.number[t[1]] + first,
+                                    part.number[t[2]] + first};
       triangles_.write(numbers.data(), sizeof numbers);
     }
+    vertex_count_ += part.own;
     triangle_count_ += part.triangles.size();
+    object.vertices += part.own;
+    object.triangles += part.triangles.size();
   }
 
  protected:
+  struct Object {
+    std::string name;
+    Pose pose;
+    uint64_t first_vertex, vertices, first_triangle, triangles;
+  };
   virtual void put_vertex(const SurfaceVertex& vertex, const Rgb& color) = 0;
 
   // Calls f(triangle) for all of them.
@@ -111,6 +127,7 @@ class IndexedWriter : public SurfaceWriter {
   NewFile& file_;
   Spool& triangles_;
   std::span<const Rgb> colors_;
+  std::vector<Object> objects_;
   uint64_t vertex_count_ = 0, triangle_count_ = 0;
 };
 
@@ -154,6 +171,13 @@ class PlyWriter final : public IndexedWriter {
   }
 };
 
+// Many readers end a name at its first space.
+std::string one_word(std::string name) {
+  for (char& c : name)
+    if (static_cast<unsigned char>(c) <= ' ') c = '_';
+  return name;
+}
+
 class ObjWriter final : public IndexedWriter {
  public:
   ObjWriter(NewFile& file, Spool& spool, std::span<const Rgb> colors)
@@ -161,7 +185,14 @@ class ObjWriter final : public IndexedWriter {
     file_.write("# Kibori, mm, Z up\n");
   }
   Status finish() override {
+    size_t next = 0;
+    uint64_t done = 0;
     return for_triangles([&](const SurfaceTriangle& t) {
+      // One without triangles is none.
+      for (; next < objects_.size() && done >= objects_[next].first_triangle; next++)
+        if (!objects_[next].name.empty() && objects_[next].triangles > 0)
+          file_.write("o " + one_word(objects_[next].name) + "\n");
+      done++;
       char line[100];
       const int length = std::snprintf(line, sizeof line, "f %u//%u %u//%u %u//%u\n", t[0] + 1,
                                        t[0] + 1, t[1] + 1, t[1] + 1, t[2] + 1, t[2] + 1);
@@ -181,70 +212,156 @@ class ObjWriter final : public IndexedWriter {
   }
 };
 
-// Binary glTF 2.0: metres and Y up, so (x, y, z) mm becomes (x, z, -y) / 1000.
+// Binary glTF 2.0: metres and Y up, so (x, y, z) mm becomes (x, z, -y) / 1000. One mesh a surface.
 class GlbWriter final : public IndexedWriter {
  public:
-  GlbWriter(NewFile& file, Spool& spool, std::span<const Rgb> colors)
-      : IndexedWriter(file, spool, colors) {
-    const std::string nothing(kBinary, ' ');
-    file_.write(nothing);
-    least_.fill(std::numeric_limits<float>::infinity());
-    most_.fill(-std::numeric_limits<float>::infinity());
+  GlbWriter(NewFile& file, Spool& spool, std::span<const Rgb> colors,
+            std::span<const SurfaceObject> objects)
+      : IndexedWriter(file, spool, colors), json_bytes_(kJson) {
+    for (const SurfaceObject& object : objects)
+      json_bytes_ += kObjectJson + static_cast<uint32_t>(Json(object.name).dump().size());
+    json_bytes_ += (4 - json_bytes_ % 4) % 4;
+    file_.write(std::string(before_binary(), ' '));
+  }
+  bool places() const override { return true; }
+  void begin(const SurfaceObject& object) override {
+    IndexedWriter::begin(object);
+    bounds_.emplace_back();
   }
   Status finish() override {
     const uint64_t vertex_bytes = vertex_count_ * kStride,
-                   index_bytes = triangle_count_ * sizeof(SurfaceTriangle),
-                   binary = vertex_bytes + index_bytes;
-    if (kBinary + binary > std::numeric_limits<uint32_t>::max())
+                   binary = vertex_bytes + triangle_count_ * sizeof(SurfaceTriangle);
+    if (before_binary() + binary > std::numeric_limits<uint32_t>::max())
       return Error{
           "a GLB file can hold 4 GB, and this surface takes more; use a coarser pitch or a "
           "tolerance"};
-    char json[kJson + 1];
-    const auto real = [](float x) { return static_cast<double>(x); };
-    const int length = std::snprintf(
-        json, sizeof json,
-        R"({"asset":{"version":"2.0","generator":"Kibori"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],)"
-        R"("meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1,"COLOR_0":2},"indices":3,"material":0}]}],)"
-        R"("materials":[{"pbrMetallicRoughness":{"metallicFactor":0,"roughnessFactor":0.8}}],)"
-        R"("buffers":[{"byteLength":%llu}],"bufferViews":[{"buffer":0,"byteLength":%llu,"byteStride":%u,"target":34962},)"
-        R"({"buffer":0,"byteOffset":%llu,"byteLength":%llu,"target":34963}],"accessors":[)"
-        R"({"bufferView":0,"componentType":5126,"count":%llu,"type":"VEC3","min":[%.9g,%.9g,%.9g],"max":[%.9g,%.9g,%.9g]},)"
-        R"({"bufferView":0,"byteOffset":12,"componentType":5126,"count":%llu,"type":"VEC3"},)"
-        R"({"bufferView":0,"byteOffset":24,"componentType":5121,"normalized":true,"count":%llu,"type":"VEC4"},)"
-        R"({"bufferView":1,"componentType":5125,"count":%llu,"type":"SCALAR"}]})",
-        number(binary), number(vertex_bytes), static_cast<unsigned>(kStride), number(vertex_bytes),
-        number(index_bytes), number(vertex_count_), real(least_[0]), real(least_[1]),
-        real(least_[2]), real(most_[0]), real(most_[1]), real(most_[2]), number(vertex_count_),
-        number(vertex_count_), number(3 * triangle_count_));
-    std::memset(json + length, ' ', kJson - static_cast<size_t>(length));
-    const uint32_t head[5] = {0x46546c67, 2, static_cast<uint32_t>(kBinary + binary), kJson,
-                              0x4e4f534a};
+    std::string json = describe(vertex_bytes).dump(-1, ' ', false, Json::error_handler_t::replace);
+    if (json.size() > json_bytes_) return Error{"a GLB file can't hold so many names"};
+    json.resize(json_bytes_, ' ');
+    const uint32_t head[5] = {0x46546c67, 2, static_cast<uint32_t>(before_binary() + binary),
+                              json_bytes_, 0x4e4f534a};
     const uint32_t chunk[2] = {static_cast<uint32_t>(binary), 0x004e4942};
     file_.overwrite(0, head, sizeof head);
-    file_.overwrite(sizeof head, json, kJson);
-    file_.overwrite(sizeof head + kJson, chunk, sizeof chunk);
-    return for_triangles([&](const SurfaceTriangle& t) { file_.write(t.data(), sizeof t); });
+    file_.overwrite(sizeof head, json.data(), json.size());
+    file_.overwrite(sizeof head + json.size(), chunk, sizeof chunk);
+    // A mesh's vertices are numbered from its first.
+    size_t at = 0;
+    uint64_t done = 0;
+    return for_triangles([&](const SurfaceTriangle& t) {
+      while (done >= objects_[at].first_triangle + objects_[at].triangles) at++;
+      done++;
+      const auto first = static_cast<uint32_t>(objects_[at].first_vertex);
+      const SurfaceTriangle own{t[0] - first, t[1] - first, t[2] - first};
+      file_.write(own.data(), sizeof own);
+    });
   }
 
  private:
-  // Two heads and a JSON chunk of fixed size, padded with spaces, as counts are known at the end.
-  static constexpr uint32_t kJson = 1400, kBinary = 12 + 8 + kJson + 8;
+  using Json = nlohmann::ordered_json;
+  // Two heads, and JSON padded with spaces, as counts are known at the end: room for what all
+  // objects share, and for each.
+  static constexpr uint32_t kJson = 500, kObjectJson = 1400;
   static constexpr size_t kStride = 28;
+  struct Bounds {
+    std::array<float, 3> least{kFarthest, kFarthest, kFarthest},
+        most{-kFarthest, -kFarthest, -kFarthest};
+  };
+  static constexpr float kFarthest = std::numeric_limits<float>::infinity();
 
-  static unsigned long long number(uint64_t n) { return n; }
+  uint64_t before_binary() const { return 12 + 8 + json_bytes_ + 8; }
+
+  Json describe(uint64_t vertex_bytes) const {
+    Json nodes = Json::array(), meshes = Json::array(), accessors = Json::array(),
+         views = Json::array(), shown = Json::array();
+    for (size_t i = 0; i < objects_.size(); i++) {
+      const Object& object = objects_[i];
+      if (object.triangles == 0) continue;
+      const size_t view = views.size(), accessor = accessors.size();
+      views.push_back({{"buffer", 0},
+                       {"byteOffset", object.first_vertex * kStride},
+                       {"byteLength", object.vertices * kStride},
+                       {"byteStride", kStride},
+                       {"target", 34962}});
+      views.push_back({{"buffer", 0},
+                       {"byteOffset", vertex_bytes + object.first_triangle * 12},
+                       {"byteLength", object.triangles * 12},
+                       {"target", 34963}});
+      accessors.push_back({{"bufferView", view},
+                           {"componentType", 5126},
+                           {"count", object.vertices},
+                           {"type", "VEC3"},
+                           {"min", bounds_[i].least},
+                           {"max", bounds_[i].most}});
+      accessors.push_back({{"bufferView", view},
+                           {"byteOffset", 12},
+                           {"componentType", 5126},
+                           {"count", object.vertices},
+                           {"type", "VEC3"}});
+      accessors.push_back({{"bufferView", view},
+                           {"byteOffset", 24},
+                           {"componentType", 5121},
+                           {"normalized", true},
+                           {"count", object.vertices},
+                           {"type", "VEC4"}});
+      accessors.push_back({{"bufferView", view + 1},
+                           {"componentType", 5125},
+                           {"count", 3 * object.triangles},
+                           {"type", "SCALAR"}});
+      Json primitive{
+          {"attributes",
+           {{"POSITION", accessor}, {"NORMAL", accessor + 1}, {"COLOR_0", accessor + 2}}},
+          {"indices", accessor + 3},
+          {"material", 0}};
+      Json node{{"mesh", meshes.size()}};
+      if (!object.name.empty()) node["name"] = object.name;
+      const Vec3& tip = object.pose.tip;
+      const Mat3& frame = object.pose.frame;
+      if (tip != Vec3::Zero() || frame != Mat3::Identity()) {
+        // Columns; of both sides, (x, y, z) is (x, z, -y).
+        Mat3 turned;
+        constexpr int kFrom[3] = {0, 2, 1};
+        constexpr double kSign[3] = {1, 1, -1};
+        for (int row = 0; row < 3; row++)
+          for (int column = 0; column < 3; column++)
+            turned(row, column) = kSign[row] * kSign[column] * frame(kFrom[row], kFrom[column]);
+        Json matrix = Json::array();
+        for (int column = 0; column < 3; column++) {
+          for (int row = 0; row < 3; row++) matrix.push_back(turned(row, column));
+          matrix.push_back(0);
+        }
+        for (const double x : {tip.x() / 1000, tip.z() / 1000, -tip.y() / 1000, 1.0})
+          matrix.push_back(x);
+        node["matrix"] = std::move(matrix);
+      }
+      shown.push_back(nodes.size());
+      nodes.push_back(std::move(node));
+      meshes.push_back({{"primitives", Json::array({std::move(primitive)})}});
+    }
+    return {{"asset", {{"version", "2.0"}, {"generator", "Kibori"}}},
+            {"scene", 0},
+            {"scenes", Json::array({{{"nodes", std::move(shown)}}})},
+            {"nodes", std::move(nodes)},
+            {"meshes", std::move(meshes)},
+            {"materials", Json::array({{{"pbrMetallicRoughness",
+                                         {{"metallicFactor", 0}, {"roughnessFactor", 0.8}}}}})},
+            {"buffers", Json::array({{{"byteLength", vertex_bytes + triangle_count_ * 12}}})},
+            {"bufferViews", std::move(views)},
+            {"accessors", std::move(accessors)}};
+  }
 
   void put_vertex(const SurfaceVertex& v, const Rgb& color) override {
     const auto metres = [](float mm) { return static_cast<float>(static_cast<double>(mm) / 1000); };
     const std::array<float, 3> at{metres(v.position[0]), metres(v.position[2]),
                                   metres(-v.position[1])};
     const std::array<float, 3> normal{v.normal[0], v.normal[2], -v.normal[1]};
+    Bounds& bounds = bounds_.back();
     char bytes[kStride];
     std::memcpy(bytes, at.data(), 12);
     std::memcpy(bytes + 12, normal.data(), 12);
     for (size_t i = 0; i < 3; i++) {
       bytes[24 + i] = static_cast<char>(linear(color[i]));
-      least_[i] = std::min(least_[i], at[i]);
-      most_[i] = std::max(most_[i], at[i]);
+      bounds.least[i] = std::min(bounds.least[i], at[i]);
+      bounds.most[i] = std::max(bounds.most[i], at[i]);
     }
     bytes[27] = static_cast<char>(255);
     file_.write(bytes, sizeof bytes);
@@ -256,15 +373,39 @@ class GlbWriter final : public IndexedWriter {
     return static_cast<uint8_t>(std::lround(255 * y));
   }
 
-  std::array<float, 3> least_, most_;
+  uint32_t json_bytes_;
+  std::vector<Bounds> bounds_;  // of the objects
 };
 
-Status write_pieces(SurfaceWriter& writer, const SurfaceSource& surface) {
+// Its vertices where they stand.
+SurfaceSink placed(const Pose& pose, const SurfaceSink& sink) {
+  return [pose, sink, vertices = std::vector<SurfaceVertex>()](const SurfacePart& part) mutable {
+    vertices.assign(part.vertices.begin(), part.vertices.end());
+    for (SurfaceVertex& v : vertices) {
+      const Vec3 at = pose.to_world(Vec3(v.position[0], v.position[1], v.position[2])),
+                 out = pose.frame * Vec3(v.normal[0], v.normal[1], v.normal[2]);
+      for (int i = 0; i < 3; i++) {
+        v.position[static_cast<size_t>(i)] = static_cast<float>(at[i]);
+        v.normal[static_cast<size_t>(i)] = static_cast<float>(out[i]);
+      }
+    }
+    SurfacePart moved = part;
+    moved.vertices = vertices;
+    sink(moved);
+  };
+}
+
+Status write_pieces(SurfaceWriter& writer, std::span<const SurfaceObject> objects) {
   bool any = false;
-  surface([&](const SurfacePart& part) {
-    any |= !part.triangles.empty();
-    writer.put(part);
-  });
+  for (const SurfaceObject& object : objects) {
+    writer.begin(object);
+    const SurfaceSink sink = [&](const SurfacePart& part) {
+      any |= !part.triangles.empty();
+      writer.put(part);
+    };
+    const bool stands = object.pose.tip == Vec3::Zero() && object.pose.frame == Mat3::Identity();
+    object.surface(stands || writer.places() ? sink : placed(object.pose, sink));
+  }
   if (!any)
     return Error{"there is no surface to write: no material, or none as thick as the pitch"};
   return writer.finish();
@@ -287,6 +428,12 @@ Status check_surface_ending(const std::filesystem::path& path) {
 
 Status write_surface(const std::filesystem::path& path, const SurfaceSource& surface,
                      std::span<const Rgb> material_colors) {
+  const SurfaceObject one{{}, {}, surface};
+  return write_objects(path, {&one, 1}, material_colors);
+}
+
+Status write_objects(const std::filesystem::path& path, std::span<const SurfaceObject> objects,
+                     std::span<const Rgb> material_colors) {
   if (Status known = check_surface_ending(path); !known) return known;
   if (Status can = check_writable(path); !can) return can;
   const std::string ending = ending_of(path);
@@ -296,9 +443,9 @@ Status write_surface(const std::filesystem::path& path, const SurfaceSource& sur
   if (ending == ".stl") writer = std::make_unique<StlWriter>(file);
   if (ending == ".ply") writer = std::make_unique<PlyWriter>(file, spool, material_colors);
   if (ending == ".obj") writer = std::make_unique<ObjWriter>(file, spool, material_colors);
-  if (ending == ".glb") writer = std::make_unique<GlbWriter>(file, spool, material_colors);
+  if (ending == ".glb") writer = std::make_unique<GlbWriter>(file, spool, material_colors, objects);
   if (ending == ".3mf") writer = threemf_writer(file, spool, more, material_colors);
-  if (const Status done = write_pieces(*writer, surface); !done)
+  if (const Status done = write_pieces(*writer, objects); !done)
     return Error{path.string() + ": " + done.error()};
   return file.commit();
 }

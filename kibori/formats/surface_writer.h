@@ -14,6 +14,10 @@ namespace kibori {
 class SurfaceWriter {
  public:
   virtual ~SurfaceWriter() = default;
+  // The pieces of the next object follow; their vertices are numbered from 0 again.
+  virtual void begin(const SurfaceObject&) {}
+  // Whether it places objects itself; else their vertices come as they stand.
+  virtual bool places() const { return false; }
   virtual void put(const SurfacePart& part) = 0;
   // After the last piece; an error is what can't be helped (limits of the format).
   virtual Status finish() = 0;

@@ -34,9 +34,15 @@ class ThreeMfWriter final : public SurfaceWriter {
   ThreeMfWriter(NewFile& file, Spool& vertices, Spool& triangles, std::span<const Rgb> colors)
       : zip_(file), vertices_(vertices), triangles_(triangles), colors_(colors) {}
 
+  bool places() const override { return true; }
+  void begin(const SurfaceObject& object) override {
+    objects_.push_back({object.name, object.pose, vertices_.size(), 0, triangles_.size(), 0});
+  }
   void put(const SurfacePart& part) override {
     for (const SurfaceVertex& v : part.vertices.first(part.own))
       vertices_.write(v.position.data(), 12);
+    objects_.back().vertex_bytes += 12 * part.own;
+    objects_.back().triangle_bytes += 24 * part.triangles.size();
     for (const SurfaceTriangle& t : part.triangles) {
       uint32_t row[6];  // vertices and their colours
       for (size_t i = 0; i < 3; i++) {
@@ -78,10 +84,48 @@ class ThreeMfWriter final : public SurfaceWriter {
       std::snprintf(line, sizeof line, "<m:color color=\"#%02X%02X%02X\"/>\n", c[0], c[1], c[2]);
       text += line;
     }
-    text +=
-        "</m:colorgroup>\n<object id=\"2\" type=\"model\" pid=\"1\" "
-        "pindex=\"0\">\n<mesh>\n<vertices>\n";
-    bool read = vertices_.read_back(12, [&](const char* data, size_t bytes) {
+    text += "</m:colorgroup>\n";
+    std::string build;
+    int id = 1;  // the colours'
+    bool read = true;
+    for (const Object& object : objects_) {
+      if (object.triangle_bytes == 0) continue;
+      text.append("<object id=\"").append(std::to_string(++id)).append("\" type=\"model\"");
+      if (!object.name.empty()) text.append(" name=\"").append(escaped(object.name)).append("\"");
+      text += " pid=\"1\" pindex=\"0\">\n<mesh>\n<vertices>\n";
+      read = read && write_mesh(object, text);
+      text += "</triangles>\n</mesh>\n</object>\n";
+      build.append("<item objectid=\"").append(std::to_string(id)).append("\"");
+      if (object.pose.tip != Vec3::Zero() || object.pose.frame != Mat3::Identity()) {
+        build += " transform=\"";
+        // 3MF multiplies rows by the matrix.
+        for (const double x : object.pose.frame.reshaped()) {
+          add(build, x);
+          build += ' ';
+        }
+        for (int i = 0; i < 3; i++) {
+          add(build, object.pose.tip[i]);
+          build += i < 2 ? " " : "\"";
+        }
+      }
+      build += "/>\n";
+    }
+    text.append("</resources>\n<build>\n").append(build).append("</build>\n</model>\n");
+    zip_.write(text);
+    zip_.end();
+    if (!read) return Error{"no space for temporary data beside the file"};
+    return zip_.finish();
+  }
+
+ private:
+  struct Object {
+    std::string name;
+    Pose pose;
+    uint64_t first_vertex, vertex_bytes, first_triangle, triangle_bytes;  // in the spools
+  };
+
+  bool write_mesh(const Object& object, std::string& text) {
+    const auto vertices = [&](const char* data, size_t bytes) {
       for (size_t at = 0; at < bytes; at += 12) {
         float p[3];
         std::memcpy(p, data + at, sizeof p);
@@ -94,33 +138,42 @@ class ThreeMfWriter final : public SurfaceWriter {
         text += "\"/>\n";
         pass_on(text);
       }
-    });
+    };
+    if (!vertices_.read_back(12, vertices, object.first_vertex, object.vertex_bytes)) return false;
     text += "</vertices>\n<triangles>\n";
-    read = read && triangles_.read_back(24, [&](const char* data, size_t bytes) {
-      constexpr const char* kNames[6] = {"<triangle v1=\"",    "\" v2=\"", "\" v3=\"",
-                                         "\" pid=\"1\" p1=\"", "\" p2=\"", "\" p3=\""};
-      const size_t shown = palette_.size() > 1 ? 6 : 3;
-      for (size_t at = 0; at < bytes; at += 24) {
-        uint32_t row[6];
-        std::memcpy(row, data + at, sizeof row);
-        for (size_t i = 0; i < shown; i++) {
-          text += kNames[i];
-          add(text, row[i]);
-        }
-        text += "\"/>\n";
-        pass_on(text);
-      }
-    });
-    text +=
-        "</triangles>\n</mesh>\n</object>\n</resources>\n<build>\n<item "
-        "objectid=\"2\"/>\n</build>\n</model>\n";
-    zip_.write(text);
-    zip_.end();
-    if (!read) return Error{"no space for temporary data beside the file"};
-    return zip_.finish();
+    return triangles_.read_back(
+        24,
+        [&](const char* data, size_t bytes) {
+          constexpr const char* kNames[6] = {"<triangle v1=\"",    "\" v2=\"", "\" v3=\"",
+                                             "\" pid=\"1\" p1=\"", "\" p2=\"", "\" p3=\""};
+          const size_t shown = palette_.size() > 1 ? 6 : 3;
+          for (size_t at = 0; at < bytes; at += 24) {
+            uint32_t row[6];
+            std::memcpy(row, data + at, sizeof row);
+            for (size_t i = 0; i < shown; i++) {
+              text += kNames[i];
+              add(text, row[i]);
+            }
+            text += "\"/>\n";
+            pass_on(text);
+          }
+        },
+        object.first_triangle, object.triangle_bytes);
   }
-
- private:
+  static std::string escaped(const std::string& name) {
+    std::string out;
+    for (const char c : name) {
+      if (c == '&')
+        out += "&amp;";
+      else if (c == '<')
+        out += "&lt;";
+      else if (c == '"')
+        out += "&quot;";
+      else
+        out += static_cast<unsigned char>(c) < ' ' ? ' ' : c;
+    }
+    return out;
+  }
   template <class T>
   static void add(std::string& text, T number) {
     char digits[32];
@@ -141,6 +194,7 @@ class ThreeMfWriter final : public SurfaceWriter {
   ZipWriter zip_;
   Spool &vertices_, &triangles_;
   std::span<const Rgb> colors_;
+  std::vector<Object> objects_;
   std::vector<Rgb> palette_;
   std::unordered_map<uint32_t, uint32_t> index_;
 };
