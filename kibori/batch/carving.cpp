@@ -218,6 +218,7 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
     if (!made) return Error{made.error()};
     document = std::move(made).value();
   }
+  CarveSummary& summary = carving.summary;
   Workbench bench(model);
   const auto act = [&](const BodyAction& action) -> Result<BodyChange> {
     Result<BodyChange> done = bench.act(action, options.threads);
@@ -237,6 +238,25 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
     settle_document();
     return Error{scene.file + ":" + std::to_string(no_go.line) + ": [no_go]: " + done.error()};
   }
+  for (const SceneSpline& spline : scene.splines) {
+    BodyAction shape;
+    shape.verb = BodyVerb::spline;
+    shape.bodies = {bench.active()};
+    shape.spline = spline.shape;
+    shape.operation = spline.operation;
+    shape.material = spline.material;
+    const Result<BodyChange> done = act(shape);
+    if (!done) {
+      settle_document();
+      return Error{scene.file + ":" + std::to_string(spline.line) + ": [spline]: " + done.error()};
+    }
+    (done.value().removed_mm3 > 0 ? summary.removed_mm3 : summary.deposited_mm3) +=
+        std::abs(done.value().removed_mm3);
+    if (done.value().clipped && options.warning)
+      options.warning(scene.file + ":" + std::to_string(spline.line) +
+                      ": the spline's shape reaches beyond the stock's room, and what is outside is "
+                      "dropped; raise [stock] room_mm");
+  }
   const Result<const NoGo*> no_go = bench.no_go();
   if (!no_go) return Error{scene.file + ": " + no_go.error()};
   stroke.set_no_go(no_go.value());
@@ -245,7 +265,6 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
   carving.trace.reserve(static_cast<size_t>(total));
   std::vector<double> step_us;
   step_us.reserve(static_cast<size_t>(total));
-  CarveSummary& summary = carving.summary;
   bool clipped = false;
   if (!first.label.empty()) carving.marks.push_back({first.label, 0});
   bool going = true;

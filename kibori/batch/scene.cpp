@@ -59,7 +59,7 @@ class Reader {
   Result<Scene> read(const toml::table& root) {
     only(root, "",
          {"schema", "stock", "material", "tool", "force", "motion", "symmetry", "move", "crumbs",
-          "cutter", "no_go"});
+          "cutter", "no_go", "spline"});
     if (root.contains("schema") && number(root, "", "schema") != 1)
       fail(root.get("schema"), "schema must be 1; a newer scene needs a newer kibori");
     read_force(root);
@@ -593,6 +593,7 @@ class Reader {
         fail(root.get("crumbs"), "crumbs must be \"sort\", \"stay\", \"fall\" or \"body\"");
     }
     for_tables(root, "cutter", "cutters are", [&](const toml::table& t) { read_cutter(t); });
+    for_tables(root, "spline", "splines are", [&](const toml::table& t) { read_spline(t); });
     for_tables(root, "no_go", "what no move may cut is",
                [&](const toml::table& t) { read_no_go(t); });
   }
@@ -637,16 +638,76 @@ class Reader {
     scene_.no_go.push_back(std::move(made));
   }
 
-  Vec3 place_of(const toml::node& node) {
-    const toml::array* list = node.as_array();
-    if (!list || list->size() != 3) {
-      fail(&node, "[cutter] curve must be a list of places [x, y, z]");
-      return Vec3::Zero();
+  // Of a list of places.
+  std::vector<Vec3> places(const toml::table& t, std::string_view name, std::string_view key) {
+    std::vector<Vec3> all;
+    const toml::node* node = t.get(key);
+    const toml::array* list = node ? node->as_array() : nullptr;
+    if (!list) {
+      fail(node ? node : &t, full(name, key) + " must be a list of places [x, y, z]");
+      return all;
     }
-    Vec3 place;
-    for (size_t i = 0; i < 3; i++)
-      place[static_cast<int>(i)] = as_number(list->get(i), "a place of [cutter] curve");
-    return place;
+    for (const toml::node& item : *list) {
+      const toml::array* place = item.as_array();
+      if (!place || place->size() != 3) {
+        fail(&item, full(name, key) + " must be a list of places [x, y, z]");
+        return all;
+      }
+      all.emplace_back();
+      for (size_t i = 0; i < 3; i++)
+        all.back()[static_cast<int>(i)] = as_number(place->get(i), "a place of " + full(name, key));
+    }
+    return all;
+  }
+
+  void read_spline(const toml::table& t) {
+    only(t, "spline",
+         {"kind", "points", "closed", "through", "direction", "length", "axis_point", "axis",
+          "radius", "mode", "material"});
+    SceneSpline made;
+    made.line = line_of(t);
+    SplineShape& shape = made.shape;
+    const std::string kind = text(t, "spline", "kind");
+    if (const auto known = value_of<SplineKind>(kind))
+      shape.kind = *known;
+    else
+      fail(t.get("kind"), "[spline] kind must be \"extrude\", \"revolve\" or \"sweep\"");
+    shape.curve.points_mm = places(t, "spline", "points");
+    shape.curve.closed = flag_or(t, "spline", "closed", false);
+    shape.curve.interpolate = flag_or(t, "spline", "through", true);
+    const auto of = [&](SplineKind of_kind, std::initializer_list<const char*> keys) {
+      for (const char* key : keys)
+        if (shape.kind != of_kind && t.contains(key))
+          fail(t.get(key), full("spline", key) + " is of kind = \"" +
+                               std::string(name_of(of_kind)) + "\"");
+    };
+    of(SplineKind::extrude, {"direction", "length"});
+    of(SplineKind::revolve, {"axis_point", "axis"});
+    of(SplineKind::sweep, {"radius"});
+    if (!error_.empty()) return;
+    if (shape.kind == SplineKind::extrude) {
+      if (t.contains("direction")) shape.direction = vector(t, "spline", "direction");
+      shape.length_mm = positive(t, "spline", "length");
+    }
+    if (shape.kind == SplineKind::revolve) {
+      if (t.contains("axis_point")) shape.axis_point_mm = vector(t, "spline", "axis_point");
+      if (t.contains("axis")) shape.axis = vector(t, "spline", "axis");
+    }
+    if (shape.kind == SplineKind::sweep) shape.radius_mm = positive(t, "spline", "radius");
+    if (t.contains("mode")) {
+      const std::string mode = text(t, "spline", "mode");
+      if (const auto known = value_of<SplineOperation>(mode))
+        made.operation = *known;
+      else
+        fail(t.get("mode"), "[spline] mode must be \"deposit\", \"cut\" or \"intersect\"");
+    }
+    made.material = scene_.stock.material;
+    if (t.contains("material"))
+      made.material = material(t.get("material"), text(t, "spline", "material"));
+    if (!error_.empty()) return;
+    if (const auto fits = make_spline_mesh(shape, scene_.stock.pitch_mm); !fits)
+      return fail(made.line, "[spline]: " + fits.error());
+    scene_.splines.push_back(std::move(made));
   }
 
   void read_cutter(const toml::table& t) {
@@ -655,13 +716,11 @@ class Reader {
     SceneCutter made;
     made.line = line_of(t);
     Cutter& cutter = made.cutter;
-    if (const toml::node* curve = t.get("curve")) {
+    if (t.contains("curve")) {
       cutter.kind = Cutter::Kind::curve;
       for (const char* key : {"point", "normal"})
         if (t.contains(key)) fail(t.get(key), std::string("[cutter] has a curve, so no ") + key);
-      const toml::array* places = curve->as_array();
-      if (!places) return fail(curve, "[cutter] curve must be a list of places [x, y, z]");
-      for (const toml::node& place : *places) cutter.curve_mm.push_back(place_of(place));
+      cutter.curve_mm = places(t, "cutter", "curve");
       if (t.contains("along")) cutter.along = vector(t, "cutter", "along");
       cutter.closed = flag_or(t, "cutter", "closed", false);
       cutter.smooth = flag_or(t, "cutter", "smooth", false);

@@ -16,6 +16,7 @@
 #include <kibori/motion/spring_tool.h>
 #include <kibori/motion/stroke_record.h>
 #include <kibori/solid/tool.h>
+#include <kibori/spline/apply_spline.h>
 
 namespace kibori {
 
@@ -64,6 +65,14 @@ struct SceneNoGo {
   int line = 0;      // in the file
 };
 
+// A spline's shape that the stock has before the first move: see BodyAction.
+struct SceneSpline {
+  SplineShape shape;
+  SplineOperation operation = SplineOperation::deposit;
+  uint8_t material = 0;
+  int line = 0;  // in the file
+};
+
 struct Scene {
   std::string file;                          // for messages
   std::vector<std::filesystem::path> files;  // that were read with it: meshes, pictures
@@ -76,6 +85,7 @@ struct Scene {
   bool symmetry_centred = false;
   std::vector<Move> moves;           // the first is where the tool starts
   std::vector<SceneNoGo> no_go;      // there before the first move
+  std::vector<SceneSpline> splines;  // then these, in this order
   Crumbs crumbs = Crumbs::sort;      // of every stroke
   std::vector<SceneCutter> cutters;  // after the last move, in this order
 };

@@ -111,6 +111,11 @@ class Acting {
       if (Status s = check_tool(*action_.tool); !s) return s;
       if (action_.material >= kMaxMaterials) return Error{"there is no such material"};
     }
+    if (action_.verb == BodyVerb::spline) {
+      if (action_.bodies.size() != 1) return Error{"a spline shapes one body"};
+      if (!action_.spline) return Error{"say what spline"};
+      if (action_.material >= kMaxMaterials) return Error{"there is no such material"};
+    }
     const bool all_change = action_.verb != BodyVerb::set && action_.verb != BodyVerb::duplicate;
     for (size_t i = 0; i < action_.bodies.size() && all_change; i++) {
       if (i > 0 && pairs && action_.verb != BodyVerb::join) break;
@@ -173,6 +178,8 @@ class Acting {
         });
       case BodyVerb::add:
         return add_shape();
+      case BodyVerb::spline:
+        return each([&](Body& body) { return shape_by_spline(body); });
     }
     return Ok{};
   }
@@ -212,6 +219,46 @@ class Acting {
     put_back(body, model);
     add(std::move(body), action_.name.value_or(std::string()));
     return Ok{};
+  }
+  Status shape_by_spline(Body& body) {
+    SplineShape there = *action_.spline;
+    const Pose back = body.pose.from_world(Pose());
+    for (Vec3& p : there.curve.points_mm) p = back.to_world(p);
+    there.axis_point_mm = back.to_world(there.axis_point_mm);
+    there.axis = back.frame * there.axis;
+    there.direction = back.frame * there.direction;
+    TriDexel model(body.model, body.material_bounds);
+    const double before = model.volume_mm3();
+    SplineOptions options;
+    options.threads = std::clamp(threads_, 1, 3);
+    const Result<Removed> done =
+        apply_spline(model, there, action_.operation, action_.material, options);
+    if (!done) return Error{done.error()};
+    if (action_.operation != SplineOperation::deposit) {
+      const Result<std::shared_ptr<const NoGo>> no_go = no_go_of(bodies_, body.id);
+      if (!no_go) return Error{no_go.error()};
+      if (no_go.value()) {
+        // What the body had of it is there again.
+        TriDexel kept(body.model, body.material_bounds);
+        Removed beside;
+        intersect(kept, no_go.value()->solid(), edit_, beside);
+        unite(model, kept.snapshot(), kept.material_bounds());
+      }
+    }
+    const double after = model.volume_mm3();
+    if (model.content_hash() == body.model.content_hash())
+      return Error{"the spline's shape changes nothing of body " + quoted(body)};
+    if (!(after > 0)) return Error{"the spline's shape leaves nothing of body " + quoted(body)};
+    change_.removed_mm3 += before - after;
+    change_.clipped |= action_.operation == SplineOperation::deposit && done.value().clipped;
+    put_back(body, model);
+    return Ok{};
+  }
+  void unite(TriDexel& model, const Snapshot& other, const LatticeBox& bounds) {
+    Removed changed;
+    for (const uint8_t material : materials_of(other))
+      deposit(model, DexelSolid(other, bounds, material), material, edit_, changed);
+    take_paint(model, other);
   }
   void remove(BodyId id) {
     std::erase_if(bodies_.all, [&](const Body& body) { return body.id == id; });
@@ -285,10 +332,7 @@ class Acting {
       if (action_.verb == BodyVerb::subtract) cut(model, solid, edit_, changed);
       if (action_.verb == BodyVerb::intersect) intersect(model, solid, edit_, changed);
       if (action_.verb == BodyVerb::join) {
-        for (const uint8_t material : materials_of(other.model))
-          deposit(model, DexelSolid(other.model, other.material_bounds, material), material, edit_,
-                  changed);
-        take_paint(model, other.model);
+        unite(model, other.model, other.material_bounds);
         remove(other.id);
       }
     }

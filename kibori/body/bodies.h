@@ -18,6 +18,7 @@
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/solid/no_go.h>
 #include <kibori/solid/tool.h>
+#include <kibori/spline/apply_spline.h>
 
 namespace kibori {
 
@@ -68,11 +69,12 @@ enum class BodyVerb {
   bake,       // its lattice stands as the world does, and its surface where it was
   remove,     // of the list
   set,        // name, visible, locked, no_go: those that are given
-  add         // a new one: what `tool` holds at `pose`, of `material`
+  add,        // a new one: what `tool` holds at `pose`, of `material`
+  spline      // what `spline` makes is added to it, of `material`, or cut from it; or all else goes
 };
-constexpr Names<12> names_of(BodyVerb) {
+constexpr Names<13> names_of(BodyVerb) {
   return {"cut",    "join", "subtract", "intersect", "separate", "duplicate",
-          "mirror", "move", "bake",     "remove",    "set",      "add"};
+          "mirror", "move", "bake",     "remove",    "set",      "add", "spline"};
 }
 
 struct BodyAction {
@@ -81,14 +83,16 @@ struct BodyAction {
   Cutter cutter;             // cut, mirror
   Pose pose;                 // move, add
   std::optional<Tool> tool;  // add
-  uint8_t material = 0;      // add
+  uint8_t material = 0;      // add, spline
+  std::optional<SplineShape> spline;  // in the world
+  SplineOperation operation = SplineOperation::deposit;
   std::optional<std::string> name;
   std::optional<bool> visible, locked, no_go;
 };
 
 struct BodyChange {
   std::vector<BodyId> made, gone;
-  double removed_mm3 = 0;  // by kerfs
+  double removed_mm3 = 0;  // by kerfs and splines; less than 0: added
   double area_mm2 = 0;     // of cuts
   bool clipped = false;    // material came to lie beyond the lattice, and is lost
 };

@@ -78,6 +78,61 @@ Result<Cutter> cutter_of(const Json& json) {
   return cutter;
 }
 
+Json spline_to_json(const SplineShape& shape, SplineOperation operation) {
+  Json json{{"kind", name_of(shape.kind)},
+            {"operation", name_of(operation)},
+            {"closed", shape.curve.closed},
+            {"interpolate", shape.curve.interpolate},
+            {"points_mm", Json::array()}};
+  for (const Vec3& p : shape.curve.points_mm) json["points_mm"].push_back(vec(p));
+  if (shape.kind == SplineKind::extrude) {
+    json["direction"] = vec(shape.direction);
+    json["length_mm"] = shape.length_mm;
+  }
+  if (shape.kind == SplineKind::revolve) {
+    json["axis_point_mm"] = vec(shape.axis_point_mm);
+    json["axis"] = vec(shape.axis);
+  }
+  if (shape.kind == SplineKind::sweep) json["radius_mm"] = shape.radius_mm;
+  return json;
+}
+
+Status read_spline(const Json& json, BodyAction& action) {
+  const Error none{"a spline must be a JSON object of a kind, an operation and points_mm"};
+  if (!json.is_object()) return none;
+  SplineShape& shape = action.spline.emplace();
+  Fields fields{json};
+  std::string kind, operation;
+  fields.get("kind", kind);
+  fields.get("operation", operation);
+  const auto known_kind = value_of<SplineKind>(kind);
+  const auto known_operation = value_of<SplineOperation>(operation);
+  const Json points = json.value("points_mm", Json());
+  if (!known_kind || !known_operation || !points.is_array() || points.size() > kMaxSplinePoints)
+    return none;
+  shape.kind = *known_kind;
+  action.operation = *known_operation;
+  for (const Json& item : points) {
+    Vec3 place;
+    if (!read_vec(item, place)) return none;
+    shape.curve.points_mm.push_back(place);
+  }
+  if (!read_flag(json, "closed", shape.curve.closed) ||
+      !read_flag(json, "interpolate", shape.curve.interpolate))
+    return none;
+  if (shape.kind == SplineKind::extrude) {
+    fields.get("direction", shape.direction);
+    fields.get("length_mm", shape.length_mm);
+  }
+  if (shape.kind == SplineKind::revolve) {
+    fields.get("axis_point_mm", shape.axis_point_mm);
+    fields.get("axis", shape.axis);
+  }
+  if (shape.kind == SplineKind::sweep) fields.get("radius_mm", shape.radius_mm);
+  if (!fields.wrong.empty()) return Error{"a spline " + fields.wrong};
+  return Ok{};
+}
+
 bool is_name(const std::string& name) { return !name.empty() && name.size() <= 100; }
 
 }  // namespace
@@ -86,6 +141,9 @@ std::string action_to_json(const BodyAction& action) {
   Json json{{"verb", name_of(action.verb)}, {"bodies", action.bodies}};
   if (action.verb == BodyVerb::cut || action.verb == BodyVerb::mirror)
     json["cutter"] = cutter_to_json(action.cutter);
+  if (action.verb == BodyVerb::spline && action.spline)
+    json["spline"] = spline_to_json(*action.spline, action.operation);
+  if (action.verb == BodyVerb::spline) json["material"] = action.material;
   if (action.verb == BodyVerb::add) {
     if (action.tool) json["tool"] = Json::parse(tool_to_json(*action.tool));
     json["material"] = action.material;
@@ -128,6 +186,11 @@ Result<BodyAction> action_from_json(const std::string& text) {
         json.value("tool", Json()).dump(-1, ' ', false, Json::error_handler_t::replace));
     if (!tool) return Error{tool.error()};
     action.tool = std::move(tool).value();
+  }
+  if (action.verb == BodyVerb::spline)
+    if (const Status read = read_spline(json.value("spline", Json()), action); !read)
+      return Error{read.error()};
+  if (action.verb == BodyVerb::add || action.verb == BodyVerb::spline) {
     int material = 0;
     fields.get("material", material, 0, static_cast<int>(kMaxMaterials) - 1);
     action.material = static_cast<uint8_t>(material);
