@@ -29,14 +29,36 @@ using namespace test;
 
 constexpr Crumbs kRules[] = {Crumbs::sort, Crumbs::stay, Crumbs::fall, Crumbs::body};
 
+SplineShape any_spline(Random& random) {
+  SplineShape shape;
+  shape.kind = static_cast<SplineKind>(random.integer(0, 2));
+  shape.curve.closed = shape.kind == SplineKind::extrude;
+  shape.curve.interpolate = random.integer(0, 1) == 1;
+  const Vec3 at = random.in_box(8, 22);
+  for (int i = 0; i < 5; i++) {
+    const double angle = 2 * 3.14159265 * i / 5;
+    if (shape.kind == SplineKind::extrude)
+      shape.curve.points_mm.push_back(at + random.uniform(3, 7) *
+                                               Vec3(std::cos(angle), std::sin(angle), 0));
+    else if (shape.kind == SplineKind::revolve)
+      shape.curve.points_mm.push_back(at + Vec3(random.uniform(2, 7), 0, 3.0 * i));
+    else
+      shape.curve.points_mm.push_back(at + Vec3(6.0 * i - 12, random.uniform(-3, 3), 0));
+  }
+  shape.axis_point_mm = at;
+  shape.radius_mm = random.uniform(1, 2.5);
+  return shape;
+}
+
 // What is done with some of the bodies, by chance; it may be refused.
 BodyAction any_action(Random& random, const Bodies& bodies) {
   BodyAction action;
-  constexpr BodyVerb kMix[] = {
-      BodyVerb::cut,      BodyVerb::cut,       BodyVerb::cut,  BodyVerb::join,
-      BodyVerb::subtract, BodyVerb::intersect, BodyVerb::bake, BodyVerb::duplicate,
-      BodyVerb::mirror,   BodyVerb::move,      BodyVerb::move, BodyVerb::separate,
-      BodyVerb::remove,   BodyVerb::set,       BodyVerb::set,  BodyVerb::add};
+  constexpr BodyVerb kMix[] = {BodyVerb::cut,    BodyVerb::cut,       BodyVerb::cut,
+                               BodyVerb::join,   BodyVerb::subtract,  BodyVerb::intersect,
+                               BodyVerb::bake,   BodyVerb::duplicate, BodyVerb::mirror,
+                               BodyVerb::move,   BodyVerb::move,      BodyVerb::separate,
+                               BodyVerb::remove, BodyVerb::set,       BodyVerb::set,
+                               BodyVerb::add,    BodyVerb::spline,    BodyVerb::spline};
   action.verb = kMix[random.integer(0, static_cast<int>(std::size(kMix)) - 1)];
   const auto one = [&] {
     return bodies
@@ -60,6 +82,11 @@ BodyAction any_action(Random& random, const Bodies& bodies) {
     if (random.integer(0, 1)) action.visible = random.integer(0, 1) == 1;
     action.locked = random.integer(0, 4) == 0;
     if (random.integer(0, 1)) action.no_go = random.integer(0, 2) == 0;
+  }
+  if (action.verb == BodyVerb::spline) {
+    action.spline = any_spline(random);
+    action.operation = static_cast<SplineOperation>(random.integer(0, 5) / 2 % 3);
+    action.material = static_cast<uint8_t>(random.integer(0, 1));
   }
   if (action.verb == BodyVerb::add) {
     action.bodies.clear();
@@ -170,6 +197,73 @@ TEST(DocumentBodies, HistoryAgainstFullCopies) {
   ASSERT_NE(copy, nullptr);
   for (const auto& [step, known] : truth)
     EXPECT_EQ(truth_of(copy->load_bodies(step).value()).list, known.list) << step;
+}
+
+// A control point that is moved later comes to what one that was there at first would have come to,
+// with all that was done since.
+TEST(DocumentBodies, WhatIsRevisedIsAsIfItHadBeenSoAtFirst) {
+  Random random;
+  SCOPED_TRACE(random.note());
+  Folder folder;
+  int revised = 0;
+  for (int round = 0; round < rounds_of("KIBORI_REVISE", 15); round++) {
+    BodyAction first;
+    first.verb = BodyVerb::spline;
+    first.bodies = {1};
+    first.spline = any_spline(random);
+    first.operation = random.integer(0, 1) ? SplineOperation::deposit : SplineOperation::cut;
+    BodyAction other = first;
+    other.spline->curve.points_mm[2] +=
+        Vec3(0.4, 0, first.spline->kind == SplineKind::extrude ? 0 : random.uniform(-1, 1));
+    std::vector<BodyAction> later;
+    for (int i = 0; i < 3; i++) later.push_back(any_action(random, Bodies::of(stock(1.5))));
+    const unsigned seed = random.seed() + static_cast<unsigned>(round);
+    uint64_t hashes[2] = {};
+    int counts[2] = {};
+    bool possible = true;
+    for (const bool fresh : {false, true}) {
+      const std::string name = std::to_string(round) + (fresh ? "f" : "r") + ".kibori";
+      TriDexel model = stock(1.5);
+      auto document = created(folder / name.c_str(), model);
+      Random same(seed);
+      carve(*document, model, same, 8, true, Crumbs::sort);
+      if (!document->act(fresh ? other : first)) {
+        possible = false;
+        break;
+      }
+      const StepId spline = document->head();
+      for (int i = 0; i < 3; i++) {
+        ASSERT_TRUE(document->choose(document->bodies_at(document->head()).all.front().id).ok());
+        ASSERT_TRUE(document->go(model, document->head()).ok());
+        if (!document->bodies_at(document->head()).all.front().kept())
+          carve(*document, model, same, 8, true, Crumbs::sort);
+        counts[fresh] += document->act(later[static_cast<size_t>(i)]).ok();
+      }
+      if (!fresh) {
+        const StepId head = document->head();
+        const size_t before = document->steps().size();
+        const Status done = document->revise(spline, other);
+        possible = done.ok();
+        if (done) {
+          EXPECT_EQ(document->steps().size(), 2 * before - 2);
+        } else {
+          EXPECT_EQ(document->head(), head) << done.error();
+        }
+        ASSERT_TRUE(document->go(model, document->head()).ok());
+        EXPECT_EQ(model.content_hash(),
+                  document->worked_on()->find(document->active())->model.content_hash());
+        EXPECT_EQ(wrongs(*document), std::vector<std::string>());
+        EXPECT_FALSE(document->revise(2, other).ok());
+        EXPECT_FALSE(document->revise(9999, other).ok());
+      }
+      hashes[fresh] = document->steps().at(document->head()).hash;
+    }
+    // Something that could be done after the one, and not after the other.
+    if (!possible || counts[0] != counts[1]) continue;
+    EXPECT_EQ(hashes[0], hashes[1]) << round;
+    revised++;
+  }
+  EXPECT_GT(revised, rounds_of("KIBORI_REVISE", 15) / 5);
 }
 
 // Whole bodies, however early the process is gone: those before the split, or both after it.

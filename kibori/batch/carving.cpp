@@ -253,9 +253,10 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
     (done.value().removed_mm3 > 0 ? summary.removed_mm3 : summary.deposited_mm3) +=
         std::abs(done.value().removed_mm3);
     if (done.value().clipped && options.warning)
-      options.warning(scene.file + ":" + std::to_string(spline.line) +
-                      ": the spline's shape reaches beyond the stock's room, and what is outside is "
-                      "dropped; raise [stock] room_mm");
+      options.warning(
+          scene.file + ":" + std::to_string(spline.line) +
+          ": the spline's shape reaches beyond the stock's room, and what is outside is "
+          "dropped; raise [stock] room_mm");
   }
   const Result<const NoGo*> no_go = bench.no_go();
   if (!no_go) return Error{scene.file + ": " + no_go.error()};

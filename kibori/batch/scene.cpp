@@ -678,8 +678,8 @@ class Reader {
     const auto of = [&](SplineKind of_kind, std::initializer_list<const char*> keys) {
       for (const char* key : keys)
         if (shape.kind != of_kind && t.contains(key))
-          fail(t.get(key), full("spline", key) + " is of kind = \"" +
-                               std::string(name_of(of_kind)) + "\"");
+          fail(t.get(key),
+               full("spline", key) + " is of kind = \"" + std::string(name_of(of_kind)) + "\"");
     };
     of(SplineKind::extrude, {"direction", "length"});
     of(SplineKind::revolve, {"axis_point", "axis"});

@@ -73,17 +73,17 @@ enum class BodyVerb {
   spline      // what `spline` makes is added to it, of `material`, or cut from it; or all else goes
 };
 constexpr Names<13> names_of(BodyVerb) {
-  return {"cut",    "join", "subtract", "intersect", "separate", "duplicate",
-          "mirror", "move", "bake",     "remove",    "set",      "add", "spline"};
+  return {"cut",  "join", "subtract", "intersect", "separate", "duplicate", "mirror",
+          "move", "bake", "remove",   "set",       "add",      "spline"};
 }
 
 struct BodyAction {
   BodyVerb verb = BodyVerb::set;
   std::vector<BodyId> bodies;
-  Cutter cutter;             // cut, mirror
-  Pose pose;                 // move, add
-  std::optional<Tool> tool;  // add
-  uint8_t material = 0;      // add, spline
+  Cutter cutter;                      // cut, mirror
+  Pose pose;                          // move, add
+  std::optional<Tool> tool;           // add
+  uint8_t material = 0;               // add, spline
   std::optional<SplineShape> spline;  // in the world
   SplineOperation operation = SplineOperation::deposit;
   std::optional<std::string> name;

@@ -174,6 +174,13 @@ class Document {
   // head by checkout(head()). Errors: as of apply(), or it can't be written; nothing has changed.
   Result<BodyChange> act(const BodyAction& action, int threads = 1);
 
+  // What was done with bodies on the way to the head is done otherwise: beside that step there is a
+  // new one, and what followed it on that way follows this one, done again. The old steps stay
+  // where they are. The caller's model then goes to the head by checkout(head()). Errors: that step
+  // is not on the way, or is a stroke; those of act(); something that followed can't be done any
+  // more. Then the head is where it was.
+  Status revise(StepId step, const BodyAction& action, int threads = 1);
+
   // A small picture of a step (PNG); empty if there is none.
   Status set_thumbnail(StepId step, const Bytes& png);
   Result<Bytes> thumbnail(StepId step) const;
@@ -311,6 +318,9 @@ class Document {
   void list(StepId step, Bodies bodies);
   // Within a transaction.
   Status write_bodies(StepId step, const Bodies& bodies);
+  // A step done again, from the head on.
+  Status do_again(StepId step, int threads);
+  Status carve_again(StepId step, const StrokeSettings& settings);
   Status replay_ticks(StepId step, const StrokeSettings& settings, TriDexel& model,
                       const NoGo* no_go, const std::optional<ForceLaw>& law,
                       const std::function<void(const ReplayedTick&)>& use) const;
