@@ -4,6 +4,8 @@
 #include <array>
 #include <functional>
 
+#include <nlohmann/json.hpp>
+
 #include <kibori/document/body_codec.h>
 #include <kibori/document/codec.h>
 
@@ -124,6 +126,31 @@ struct Dispatch {
       s.act(action.value());
       return Ok{};
     });
+  }
+  void operator()(const ReviseStep& m) const {
+    choose([&](LiveSession& s) -> Status {
+      const Result<BodyAction> action = action_from_json(m.action);
+      if (!action) return Error{action.error()};
+      s.revise(m.step, m.head, action.value());
+      return Ok{};
+    });
+  }
+  void operator()(const PreviewAction& m) const {
+    LiveSession* const live = server.live();
+    if (!live) return;
+    Previewed said;
+    if (m.action.empty()) {
+      live->end_preview();
+    } else if (const Result<BodyAction> action = action_from_json(m.action); !action) {
+      said.error = action.error();
+    } else if (const auto forces = live->preview(action.value()); !forces) {
+      said.error = forces.error();
+    } else {
+      nlohmann::json list = nlohmann::json::array();
+      for (const Vec3& f : forces.value()) list.push_back({f.x(), f.y(), f.z()});
+      said.forces = list.dump();
+    }
+    page.send(encode(said));
   }
   void operator()(const ChooseReach& m) const {
     choose([&](LiveSession& s) {

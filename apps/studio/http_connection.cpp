@@ -186,6 +186,7 @@ void HttpConnection::answer() {
   if (path_of(target) == "/import") return send_preview();
   if (path_of(target) == "/export") return send_export();
   if (path_of(target) == "/thumbnail") return send_thumbnail();
+  if (path_of(target) == "/spline") return send_spline();
   respond(Status::not_found, "there is no such file\n");
 }
 
@@ -486,6 +487,20 @@ void HttpConnection::send_thumbnail() {
   server_.session->thumbnail(
       static_cast<StepId>(*step),
       [&io = server_.io, sent](const Bytes& png) { asio::post(io, [sent, png] { sent(png); }); });
+}
+
+// The last spline that was applied, to be changed.
+void HttpConnection::send_spline() {
+  LiveSession* const live = server_.live();
+  if (!live) return respond(Status::conflict, "no document is carved\n");
+  live->last_spline([&io = server_.io, self = shared_from_this()](const std::string& json) {
+    asio::post(io, [self, json] {
+      if (json.empty())
+        self->respond(Status::not_found, "no spline was applied yet\n");
+      else
+        self->respond(Status::ok, json, "application/json");
+    });
+  });
 }
 
 void HttpConnection::send_file(const std::filesystem::path& path) {

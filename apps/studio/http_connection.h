@@ -43,6 +43,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   const Import* waiting();
   void send_export();
   void send_thumbnail();
+  void send_spline();
   void send_file(const std::filesystem::path& path);
   void respond(Status status, std::string body, const char* type = "text/plain; charset=utf-8");
   // `body` lives as long as the program.

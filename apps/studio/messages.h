@@ -443,6 +443,34 @@ struct ShowRemains {
     f(shown);
   }
 };
+// What this would come to is shown from now on, and is no step; text as of ActOnBodies, or empty:
+// no more. Previewed answers.
+struct PreviewAction {
+  static constexpr uint8_t kKind = 36;
+  std::string action;
+  bool in_range() const {
+    return action.size() <= 65536;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(action);
+  }
+};
+// What was done with bodies in a step, on the way to head, is done otherwise: text as of
+// ActOnBodies. A new step beside it, and what followed up to head done again after it.
+struct ReviseStep {
+  static constexpr uint8_t kKind = 37;
+  uint32_t step = 0;
+  uint32_t head = 0;
+  std::string action;
+  bool in_range() const {
+    return action.size() >= 2 && action.size() <= 65536;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(step, head, action);
+  }
+};
 // A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz],
 // the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to
 // 1), which of them its stock is of, what it is: 0 carved, 1 only looked at, 2 an experiment; and
@@ -667,8 +695,19 @@ struct Remains {
     f(max, mean, volume, scale);
   }
 };
+// Answers PreviewAction: why it can't be shown, or empty. Of a spline, forces: JSON, of each
+// control point the force [N] on the hand that moved it there since the last preview.
+struct Previewed {
+  static constexpr uint8_t kKind = 79;
+  std::string error;
+  std::string forces;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(error, forces);
+  }
+};
 
 // What a page may say.
-using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs, ShowRemains>;
+using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs, ShowRemains, PreviewAction, ReviseStep>;
 
 }  // namespace kibori::studio

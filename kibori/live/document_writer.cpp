@@ -143,6 +143,17 @@ Result<StepId> DocumentWriter::resolve() {
       if (!acted) return Error{acted.error()};
       return document_->head();
     }
+    case Kind::revise: {
+      if (document_->head() != request_->head) {
+        const Result<Document::Checkout> to = document_->checkout(request_->head);
+        if (!to) return Error{to.error()};
+        if (const Status there = document_->commit_checkout(to.value()); !there)
+          return Error{there.error()};
+      }
+      const Status revised = document_->revise(request_->step, request_->action);
+      if (!revised) publish(&DocumentWriter::notice_, revised.error());
+      return document_->head();
+    }
     case Kind::choose: {
       const Status chosen = document_->choose(static_cast<BodyId>(request_->step));
       if (!chosen) return Error{chosen.error()};
@@ -177,10 +188,10 @@ void DocumentWriter::done(const Status& how) {
   answered_++;
 }
 
-void DocumentWriter::ask(Kind kind, StepId step, const BodyAction& action) {
+void DocumentWriter::ask(Kind kind, StepId step, const BodyAction& action, StepId head) {
   const std::lock_guard<std::mutex> lock(mutex_);
   asked_++;
-  requests_.push_back({kind, step, action});
+  requests_.push_back({kind, step, action, head});
   was_asked_.notify_one();
 }
 

@@ -45,6 +45,10 @@ class DocumentWriter {
   void go(StepId step) { ask(Kind::go, step); }
   // What is done with bodies, as a step (Document::act).
   void act(const BodyAction& action) { ask(Kind::act, 0, action); }
+  // Document::revise of the step, on the way to `head`.
+  void revise(StepId step, StepId head, const BodyAction& action) {
+    ask(Kind::revise, step, action, head);
+  }
   // Strokes go to this body from then on.
   void choose(BodyId body) { ask(Kind::choose, static_cast<StepId>(body)); }
   // Whether all that was asked for is done. Any thread.
@@ -63,11 +67,12 @@ class DocumentWriter {
   Document& document() { return *document_; }
 
  private:
-  enum class Kind { undo, redo, go, act, choose };
+  enum class Kind { undo, redo, go, act, revise, choose };
   struct Request {
     Kind kind;
     StepId step;  // or body
     BodyAction action;
+    StepId head;  // of revise
   };
   using Command = std::function<void(ServoContext&)>;
 
@@ -77,7 +82,7 @@ class DocumentWriter {
     std::unique_ptr<StrokeLog::End> end;
   };
 
-  void ask(Kind kind, StepId step, const BodyAction& action = {});
+  void ask(Kind kind, StepId step, const BodyAction& action = {}, StepId head = 0);
   void read();
   Status take(const Item& item);
   // At the fence: where to, and the way there.

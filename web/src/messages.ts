@@ -75,6 +75,10 @@ export interface ChooseBody { body: number }
 export interface ChooseCrumbs { rule: number }
 /** Whether the body that is worked on is shown in colours that tell how far its surface is from what is no-go; Remains tells the numbers. */
 export interface ShowRemains { shown: number }
+/** What this would come to is shown from now on, and is no step; text as of ActOnBodies, or empty: no more. Previewed answers. */
+export interface PreviewAction { action: string }
+/** What was done with bodies in a step, on the way to head, is done otherwise: text as of ActOnBodies. A new step beside it, and what followed up to head done again after it. */
+export interface ReviseStep { step: number; head: number; action: string }
 /** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to 1), which of them its stock is of, what it is: 0 carved, 1 only looked at, 2 an experiment; and what the page is called in its requests over HTTP. All that was shown before is of another one. */
 export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; material: number; what: number; page: string }
 /** Surface of one body that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), whether any is painted (u16), vertices, corners (u16 each), and of painted ones a colour for each vertex (red, green, blue, 255 where it is painted or 0: u8). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
@@ -105,6 +109,8 @@ export interface Method { axis: number; every: number; u: number; v: number; col
 export interface Bodies { active: number; json: string }
 /** Of what ShowRemains asked for: how far the surface of the body that is worked on is from what is no-go, at most and on average [mm], how much of it is outside that [mm^3], and the distance that has the last colour [mm]. A scale of 0: nothing is no-go, and no colours are shown. */
 export interface Remains { max: number; mean: number; volume: number; scale: number }
+/** Answers PreviewAction: why it can't be shown, or empty. Of a spline, forces: JSON, of each control point the force [N] on the hand that moved it there since the last preview. */
+export interface Previewed { error: string; forces: string }
 
 export const write = {
   Hello: (m: Hello) => new Writer(1).u16(m.version).text(m.key).done(),
@@ -142,6 +148,8 @@ export const write = {
   ChooseBody: (m: ChooseBody) => new Writer(33).u32(m.body).done(),
   ChooseCrumbs: (m: ChooseCrumbs) => new Writer(34).u8(m.rule).done(),
   ShowRemains: (m: ShowRemains) => new Writer(35).u8(m.shown).done(),
+  PreviewAction: (m: PreviewAction) => new Writer(36).text(m.action).done(),
+  ReviseStep: (m: ReviseStep) => new Writer(37).u32(m.step).u32(m.head).text(m.action).done(),
 };
 
 /** What the studio may say. */
@@ -160,7 +168,8 @@ export type FromStudio =
   | { kind: "ShowTool"; message: ShowTool }
   | { kind: "Method"; message: Method }
   | { kind: "Bodies"; message: Bodies }
-  | { kind: "Remains"; message: Remains };
+  | { kind: "Remains"; message: Remains }
+  | { kind: "Previewed"; message: Previewed };
 
 /** Throws where it is none of them, or too short or long. */
 export function read(data: ArrayBuffer): FromStudio {
@@ -197,6 +206,8 @@ export function read(data: ArrayBuffer): FromStudio {
       return r.end({ kind: "Bodies", message: { active: r.u32(), json: r.text() } });
     case 78:
       return r.end({ kind: "Remains", message: { max: r.f64(), mean: r.f64(), volume: r.f64(), scale: r.f64() } });
+    case 79:
+      return r.end({ kind: "Previewed", message: { error: r.text(), forces: r.text() } });
     default:
       throw new Error(`a message of kind ${kind}, which is none`);
   }

@@ -11,12 +11,16 @@
 #include <utility>
 #include <variant>
 
+#include <nlohmann/json.hpp>
+
 #include <kibori/base/check.h>
 #include <kibori/base/tolerances.h>
 #include <kibori/batch/documents.h>
 #include <kibori/devices/registry.h>
 #include <kibori/devices/virtual_device.h>
+#include <kibori/document/body_codec.h>
 #include <kibori/document/rescue.h>
+#include <kibori/spline/spline_force.h>
 #include "apps/studio/session/stock_scene.h"
 
 namespace kibori {
@@ -34,6 +38,9 @@ constexpr size_t kMaxLater = 4096;
 // With a device a stroke ends when it has not cut for so long.
 constexpr double kDeviceIdleS = 0.3;
 constexpr double kMinReach = 0.1, kMaxReach = 20;
+constexpr int kPreviewThreads = 2;
+// How exactly a spline's forces are taken [cells]: they are a sum over its surface.
+constexpr double kForceTolerance = 0.25;
 
 // s: the hand's whole strength is the most that the device can give. Without force nothing is felt,
 // and s is of no matter.
@@ -451,6 +458,64 @@ void LiveSession::act(const BodyAction& action) {
   if (writer_) then([this, action] { writer_->act(action); });
 }
 
+void LiveSession::revise(StepId step, StepId head, const BodyAction& action) {
+  lift();
+  if (writer_) then([this, step, head, action] { writer_->revise(step, head, action); });
+}
+
+Result<std::vector<Vec3>> LiveSession::preview(const BodyAction& action) {
+  lift();
+  // As the document has them, with what the tool carved since.
+  Bodies would = listed_;
+  if (Body* const body = would.find(carved_body_)) body->model = carved_;
+  const Result<BodyChange> done = apply(would, action, kPreviewThreads);
+  if (!done) return Error{done.error()};
+  const std::optional<SplineShape> before = last_previewed_;
+  end_preview();
+  last_previewed_ = before;
+  shown_before_ = false;
+  previewed_ = std::move(would);
+  std::vector<Vec3> forces;
+  if (!action.spline) return forces;
+  const std::vector<Vec3>& points = action.spline->curve.points_mm;
+  if (last_previewed_ && last_previewed_->curve.points_mm.size() == points.size()) {
+    std::vector<Vec3> moved;
+    for (size_t i = 0; i < points.size(); i++)
+      moved.push_back(points[i] - last_previewed_->curve.points_mm[i]);
+    const Material& material = materials_[std::min<size_t>(action.material, materials_.size() - 1)];
+    if (const auto mesh = make_spline_mesh(*action.spline, kForceTolerance * lattice_.pitch_mm))
+      forces = spline_forces(mesh.value(), moved, material.u);
+  }
+  last_previewed_ = action.spline;
+  return forces;
+}
+
+void LiveSession::end_preview() {
+  if (!previewed_) return;
+  // What was made beside the model goes back there.
+  for (Body& body : previewed_->all) body.model.drop_shared();
+  previewed_.reset();
+  last_previewed_.reset();
+  shown_before_ = false;
+}
+
+void LiveSession::last_spline(std::function<void(std::string)> use) {
+  if (!writer_) return use({});
+  writer_->with([use = std::move(use)](Document& document) {
+    const auto& steps = document.steps();
+    for (StepId at = document.head(); at != 0; at = steps.at(at).parent) {
+      if (!steps.at(at).action) continue;
+      const Result<BodyAction> action = document.action(at);
+      if (!action || action.value().verb != BodyVerb::spline) continue;
+      nlohmann::json found{
+          {"step", at}, {"parent", steps.at(at).parent}, {"head", document.head()}};
+      found["action"] = nlohmann::json::parse(action_to_json(action.value()));
+      return use(found.dump());
+    }
+    use({});
+  });
+}
+
 void LiveSession::choose_body(BodyId body) {
   if (body == active()) return;
   lift();
@@ -459,8 +524,16 @@ void LiveSession::choose_body(BodyId body) {
 
 bool LiveSession::latest(Shown& shown) {
   go_on();
-  if (live_ && live_->latest(carved_, carved_body_)) shown_before_ = false;
+  if (live_ && live_->latest(carved_, carved_body_)) {
+    end_preview();
+    shown_before_ = false;
+  }
   if (std::exchange(shown_before_, true)) return false;
+  if (previewed_) {
+    shown.bodies = *previewed_;
+    if (!shown.bodies.find(shown.active)) shown.active = shown.bodies.all.front().id;
+    return true;
+  }
   shown = {listed_, carved_body_};
   if (Body* const body = shown.bodies.find(carved_body_))
     body->model = carved_;

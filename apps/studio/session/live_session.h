@@ -107,6 +107,16 @@ class LiveSession final : public Session {
 
   // What is done with bodies, as a step; what can't be is told by notice().
   void act(const BodyAction& action);
+  // The same in place of what was done in a step, on the way to `head`: Document::revise.
+  void revise(StepId step, StepId head, const BodyAction& action);
+  // What an action would come to is shown until the document has another state, or until
+  // end_preview(). Errors: it can't be done; then what was shown before is. Forces [N]: of a
+  // spline, of the hands that moved its control points since the preview before.
+  Result<std::vector<Vec3>> preview(const BodyAction& action);
+  void end_preview();
+  // The last spline on the way to the head, as JSON: step, parent, head, action; empty: there is
+  // none. `use` is called on another thread, or at once.
+  void last_spline(std::function<void(std::string)> use);
   // The body that strokes go to.
   void choose_body(BodyId body);
 
@@ -157,7 +167,9 @@ class LiveSession final : public Session {
   Bodies listed_;
   Snapshot carved_;
   BodyId carved_body_ = 1;
-  bool shown_before_ = true;  // what latest() gave is still as it is
+  bool shown_before_ = true;         // what latest() gave is still as it is
+  std::optional<Bodies> previewed_;  // is shown in place of them
+  std::optional<SplineShape> last_previewed_;
   std::optional<Brush> brush_;
   Brush brush_of(Mode mode) const;
   bool pressed_ = false, inside_ = false;
