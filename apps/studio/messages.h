@@ -696,7 +696,8 @@ struct Remains {
   }
 };
 // Answers PreviewAction: why it can't be shown, or empty. Of a spline, forces: JSON, of each
-// control point the force [N] on the hand that moved it there since the last preview.
+// control point the force [N] on the hand that moved it there since the last preview, as of soft
+// clay.
 struct Previewed {
   static constexpr uint8_t kKind = 79;
   std::string error;

@@ -122,6 +122,10 @@ export class Bodies {
       );
   }
 
+  /** The one that strokes go to. */
+  get activeBody(): number {
+    return this.active;
+  }
   /** Another document. */
   begin(): void {
     this.take(null);

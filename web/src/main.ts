@@ -2,6 +2,7 @@
 // The page: what the studio says to surface, plot, history and numbers; buttons and keys to the
 // studio.
 import { Bodies } from "./bodies";
+import { Splines } from "./splines";
 import { BRUSHES, BRUSH_MODES } from "./brushes";
 import * as THREE from "three";
 import { request } from "./access";
@@ -85,6 +86,14 @@ const bodies = new Bodies(
   (text) => notify(text),
   () => hand.holds && !hand.readOnly,
   (file, longest) => void start.importer.bring(file, longest),
+);
+const splines = new Splines(
+  canvas,
+  view,
+  send,
+  (text) => notify(text),
+  () => hand.holds && !hand.readOnly,
+  () => bodies.activeBody,
 );
 const hand: Hand = new Hand(canvas, view, send, (x, y) => bodies.takeUp(x, y));
 const layout = new Layout((insets) => view.cover(insets));
@@ -170,6 +179,7 @@ function onMessage(said: FromStudio): void {
         input(id).max = String(Math.ceil(Math.max(...w.nodes) * w.pitch));
       view.begin({ origin: w.origin, pitch: w.pitch }, w.nodes);
       bodies.begin();
+      splines.reset();
       start.importer.offer(w.page, kinds);
       look.begin(w.document);
       method.begin(w.origin, w.pitch);
@@ -222,6 +232,9 @@ function onMessage(said: FromStudio): void {
     }
     case "Bodies":
       bodies.set(said.message.active, said.message.json);
+      break;
+    case "Previewed":
+      splines.previewed(said.message);
       break;
     case "Remains":
       bodies.remains(said.message);
@@ -280,6 +293,7 @@ function onMessage(said: FromStudio): void {
       read("n-volume", `${(s.volume / 1000).toFixed(2)} cm³`);
       read("n-removed", `${(s.removed / 1000).toFixed(3)} cm³`);
       read("n-step", `${s.step} of ${s.steps}`);
+      splines.step(s.step);
       history.setHead(s.step);
       if (step !== s.step) {
         if (step !== 0) announce(`Step ${s.step} of ${s.steps}`);
@@ -453,6 +467,11 @@ const keys = new Keys(
       keys: ["k"],
       run: () => bodies.take("cut"),
     },
+    spline: {
+      label: "draw a spline",
+      keys: ["Shift+k"],
+      run: () => element("spline-draw").click(),
+    },
     body: { label: "the next body", keys: ["Shift+b"], run: () => bodies.next() },
     undo: { label: "undo", keys: ["Ctrl+z"], run: undo },
     redo: { label: "redo", keys: ["Ctrl+Shift+z", "Ctrl+y"], run: redo },
@@ -460,7 +479,7 @@ const keys = new Keys(
       label: "leave the stroke off",
       keys: ["Escape"],
       run: () => {
-        if (bodies.leaveOff()) return;
+        if (splines.leaveOff() || bodies.leaveOff()) return;
         send(write.Cancel());
         hand.lift();
       },

@@ -109,7 +109,7 @@ export interface Method { axis: number; every: number; u: number; v: number; col
 export interface Bodies { active: number; json: string }
 /** Of what ShowRemains asked for: how far the surface of the body that is worked on is from what is no-go, at most and on average [mm], how much of it is outside that [mm^3], and the distance that has the last colour [mm]. A scale of 0: nothing is no-go, and no colours are shown. */
 export interface Remains { max: number; mean: number; volume: number; scale: number }
-/** Answers PreviewAction: why it can't be shown, or empty. Of a spline, forces: JSON, of each control point the force [N] on the hand that moved it there since the last preview. */
+/** Answers PreviewAction: why it can't be shown, or empty. Of a spline, forces: JSON, of each control point the force [N] on the hand that moved it there since the last preview, as of soft clay. */
 export interface Previewed { error: string; forces: string }
 
 export const write = {

@@ -38,6 +38,9 @@ constexpr size_t kMaxLater = 4096;
 // With a device a stroke ends when it has not cut for so long.
 constexpr double kDeviceIdleS = 0.3;
 constexpr double kMinReach = 0.1, kMaxReach = 20;
+// Fingers shape a spline as they would potter's clay [N/mm^2], which yields at some 20 kPa,
+// whatever it is cut into: no finger could push it through wood.
+constexpr double kKneadedU = 0.02;
 constexpr int kPreviewThreads = 2;
 // How exactly a spline's forces are taken [cells]: they are a sum over its surface.
 constexpr double kForceTolerance = 0.25;
@@ -482,9 +485,8 @@ Result<std::vector<Vec3>> LiveSession::preview(const BodyAction& action) {
     std::vector<Vec3> moved;
     for (size_t i = 0; i < points.size(); i++)
       moved.push_back(points[i] - last_previewed_->curve.points_mm[i]);
-    const Material& material = materials_[std::min<size_t>(action.material, materials_.size() - 1)];
     if (const auto mesh = make_spline_mesh(*action.spline, kForceTolerance * lattice_.pitch_mm))
-      forces = spline_forces(mesh.value(), moved, material.u);
+      forces = spline_forces(mesh.value(), moved, kKneadedU);
   }
   last_previewed_ = action.spline;
   return forces;
@@ -610,7 +612,10 @@ std::string LiveSession::notice() {
   if (!notice_.empty()) return std::exchange(notice_, {});
   if (!writer_) return {};
   std::string text = writer_->notice();
-  if (!text.empty()) return text;
+  if (!text.empty()) {
+    end_preview();  // it may be of what can't be done
+    return text;
+  }
   const std::lock_guard<std::mutex> lock(told_mutex_);
   return std::exchange(told_.notice, {});
 }

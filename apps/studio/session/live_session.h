@@ -111,7 +111,8 @@ class LiveSession final : public Session {
   void revise(StepId step, StepId head, const BodyAction& action);
   // What an action would come to is shown until the document has another state, or until
   // end_preview(). Errors: it can't be done; then what was shown before is. Forces [N]: of a
-  // spline, of the hands that moved its control points since the preview before.
+  // spline, of the hands that moved its control points since the preview before,
+  // as of soft clay.
   Result<std::vector<Vec3>> preview(const BodyAction& action);
   void end_preview();
   // The last spline on the way to the head, as JSON: step, parent, head, action; empty: there is
