@@ -137,7 +137,26 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"speed = 40", "speed = 40\ntool = 3", "table"},
         Bad{"speed = 40", "speed = 40\ntool = { radius = 3 }", "radius"},
         Bad{"[tool]", "schema = 2\n[tool]", "schema"}, Bad{"[tool]", "[tol]", "'tol'|'tool'"},
-        Bad{"[force]", "[force", ":8:"}, Bad{"[tool]", "[no_go]\n[tool]", "[[no_go]]"},
+        Bad{"[force]", "[force", ":8:"}, Bad{"[tool]", "[spline]\n[tool]", "[[spline]]"},
+        Bad{"[tool]", "[[spline]]\n[tool]", "kind is missing"},
+        Bad{"[tool]", "[[spline]]\nkind = \"loft\"\n[tool]", ":5:|\"sweep\""},
+        Bad{"[tool]", "[[spline]]\nkind = \"sweep\"\nradius = 2\n[tool]", ":4:|points"},
+        Bad{"[tool]",
+            "[[spline]]\nkind = \"sweep\"\npoints = [[0, 0, 0], [9, 0]]\nradius = 2\n[tool]",
+            ":6:|[x, y, z]"},
+        Bad{"[tool]", "[[spline]]\nkind = \"sweep\"\npoints = [[0, 0, 0], [9, 0, 0]]\n[tool]",
+            "radius is missing"},
+        Bad{"[tool]",
+            "[[spline]]\nkind = \"sweep\"\npoints = [[0, 0, 0], [9, 0, 0]]\nlength = 2\n[tool]",
+            ":7:|length|extrude"},
+        Bad{"[tool]",
+            "[[spline]]\nkind = \"sweep\"\npoints = [[0, 0, 0], [9, 0, 0], [0, 1, 0]]\nradius = "
+            "5\n[tool]",
+            ":4:|thicker"},
+        Bad{"[tool]",
+            "[[spline]]\nkind = \"sweep\"\npoints = [[90, 0, 0], [99, 0, 0]]\nradius = 2\n[tool]",
+            ":4:|changes nothing"},
+        Bad{"[tool]", "[no_go]\n[tool]", "[[no_go]]"},
         Bad{"[tool]", "[[no_go]]\n[tool]", ":4:|tool must be a table"},
         Bad{"[tool]", "[[no_go]]\ntool = { shape = \"ball\", radius = 3 }\n[tool]",
             "place|3 numbers"},
@@ -359,6 +378,25 @@ TEST(Scene, SummaryAddsUp) {
 
 // One tick of 1000 N among others of 10 N: it is marked, and the others are as high as if it were
 // not there.
+TEST(Scene, SplinesShapeTheStock) {
+  const auto scene = parse_scene(
+      kGood +
+          "[[spline]]\nkind = \"sweep\"\npoints = [[4, 6, 10], [16, 6, 10]]\nradius = 2\n"
+          "[[spline]]\nkind = \"revolve\"\nmode = \"cut\"\naxis_point = [10, 6, 0]\n"
+          "points = [[12, 6, -1], [12, 6, 3]]\nthrough = false\n",
+      "scene.toml", ".");
+  ASSERT_TRUE(scene.ok()) << scene.error();
+  Scene still = scene.value();
+  still.moves.resize(1);
+  const auto made = carve(still, {});
+  ASSERT_TRUE(made.ok()) << made.error();
+  // Half of a rod with half balls at its ends, and a hole 3 deep.
+  const double rod = 0.5 * 3.14159265 * (4 * 12 + 4.0 / 3 * 8), hole = 3.14159265 * 4 * 3;
+  EXPECT_NEAR(made.value().summary.deposited_mm3, rod, 0.02 * rod);
+  EXPECT_NEAR(made.value().summary.removed_mm3, hole, 0.02 * hole);
+  EXPECT_NEAR(made.value().summary.volume_mm3, 20 * 12 * 10 + rod - hole, 0.02 * rod);
+}
+
 TEST(Scene, NothingCutsWhatIsNoGo) {
   for (const std::string model : {"energy", "series"}) {
     const auto scene = parse_scene(kGood +
