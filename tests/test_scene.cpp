@@ -138,6 +138,14 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"speed = 40", "speed = 40\ntool = { radius = 3 }", "radius"},
         Bad{"[tool]", "schema = 2\n[tool]", "schema"}, Bad{"[tool]", "[tol]", "'tol'|'tool'"},
         Bad{"[force]", "[force", ":8:"}, Bad{"[tool]", "[spline]\n[tool]", "[[spline]]"},
+        Bad{"[tool]",
+            "[[cutter]]\npoint = [9, 0, 0]\nnormal = [1, 0, 0]\nfeed = [0, 0, 0]\nspeed = "
+            "1\n[tool]",
+            ":7:|zero"},
+        Bad{"[tool]", "[[cutter]]\npoint = [9, 0, 0]\nnormal = [1, 0, 0]\nspeed = 1\n[tool]",
+            ":7:|feed"},
+        Bad{"[tool]", "[[cutter]]\npoint = [9, 0, 0]\nnormal = [1, 0, 0]\nfeed = [0, 0, 1]\n[tool]",
+            "speed is missing"},
         Bad{"[tool]", "[[spline]]\n[tool]", "kind is missing"},
         Bad{"[tool]", "[[spline]]\nkind = \"loft\"\n[tool]", ":5:|\"sweep\""},
         Bad{"[tool]", "[[spline]]\nkind = \"sweep\"\nradius = 2\n[tool]", ":4:|points"},
@@ -378,6 +386,36 @@ TEST(Scene, SummaryAddsUp) {
 
 // One tick of 1000 N among others of 10 N: it is marked, and the others are as high as if it were
 // not there.
+// A plane led through a block: its force times its way is the work of the face it lays bare.
+TEST(Scene, ACutterFeelsTheFaceItLaysBare) {
+  for (const double kerf : {0.0, 1.0}) {
+    std::string text =
+        kGood +
+        "[[material]]\nname = \"lime\"\ngc = 0.4\nu = 3\n[[cutter]]\npoint = [9.1, 0, 0]\n"
+        "normal = [1, 0, 0]\nfeed = [0, 0, -2]\nspeed = 50\n";
+    if (kerf > 0) text += "kerf = 1\n";
+    text.replace(text.find("pitch = 0.5"), 11, "pitch = 0.5\nmaterial = \"lime\"");
+    text.replace(text.find("kf = 0.001"), 10, "model = \"energy\"");
+    const auto scene = parse_scene(text, "scene.toml", ".");
+    ASSERT_TRUE(scene.ok()) << scene.error();
+    Scene still = scene.value();
+    still.moves.resize(1);
+    const auto made = carve(still, {});
+    ASSERT_TRUE(made.ok()) << made.error();
+    const double per_mm = 12 * (kerf > 0 ? 3 * kerf : 0.4);  // N over a height of 10
+    double work = 0, most = 0;
+    for (const TraceRow& row : made.value().trace) {
+      EXPECT_LE(row.result.wrench.force.head<2>().norm(), 1e-12);
+      EXPECT_GE(row.result.wrench.force.z(), 0);
+      most = std::max(most, row.result.wrench.force.z());
+      work += row.result.wrench.force.z() * 0.05;
+    }
+    EXPECT_NEAR(work, 10 * per_mm, 0.05 * 10 * per_mm) << kerf;
+    EXPECT_NEAR(most, per_mm, 0.15 * per_mm) << kerf;
+    EXPECT_NEAR(static_cast<double>(made.value().trace.size()), 10 / 0.05, 12);
+  }
+}
+
 TEST(Scene, SplinesShapeTheStock) {
   const auto scene = parse_scene(
       kGood +

@@ -231,7 +231,7 @@ class Reader {
       return fail(node, "materials are written as [[material]] tables");
     for (const toml::node& element : *list) {
       const toml::table& t = *element.as_table();
-      only(t, "material", {"name", "kf", "u", "c", "yield_n", "color", "plastic"});
+      only(t, "material", {"name", "kf", "u", "c", "yield_n", "color", "plastic", "gc"});
       Material material = defaults(text(t, "material", "name"));
       for (const Material& other : scene_.materials)
         if (other.name == material.name)
@@ -240,6 +240,7 @@ class Reader {
       at_least_zero(t, "material", "u", material.u);
       at_least_zero(t, "material", "c", material.c);
       at_least_zero(t, "material", "yield_n", material.yield_n);
+      at_least_zero(t, "material", "gc", material.gc);
       if (t.contains("color")) read_color(t, "material", material.color);
       if (const toml::node* plastic = t.get("plastic")) {
         const auto value = plastic->value_exact<bool>();
@@ -712,7 +713,8 @@ class Reader {
 
   void read_cutter(const toml::table& t) {
     only(t, "cutter",
-         {"point", "normal", "curve", "along", "closed", "smooth", "kerf", "body", "shift"});
+         {"point", "normal", "curve", "along", "closed", "smooth", "kerf", "body", "shift", "feed",
+          "speed"});
     SceneCutter made;
     made.line = line_of(t);
     Cutter& cutter = made.cutter;
@@ -731,6 +733,15 @@ class Reader {
     at_least_zero(t, "cutter", "kerf", cutter.kerf_mm);
     if (t.contains("body")) made.body = text(t, "cutter", "body");
     if (t.contains("shift")) made.shift_mm = vector(t, "cutter", "shift");
+    if (t.contains("feed")) {
+      const Vec3 feed = vector(t, "cutter", "feed");
+      if (!(feed.norm() > 0)) fail(t.get("feed"), "[cutter] feed must not be zero");
+      made.feed = feed.normalized();
+      made.speed_mm_s = positive(t, "cutter", "speed");
+    } else if (t.contains("speed")) {
+      fail(t.get("speed"),
+           "[cutter] speed is of its feed; say which way it goes: feed = [x, y, z]");
+    }
     if (!error_.empty()) return;
     if (const Status fits = check_cutter(cutter); !fits)
       return fail(made.line, "[cutter]: " + fits.error());

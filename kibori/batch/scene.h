@@ -54,7 +54,9 @@ struct SceneCutter {
   Cutter cutter;
   std::string body;              // the name of the one that it cuts; empty: all that it meets
   Vec3 shift_mm = Vec3::Zero();  // by which what comes away is moved
-  int line = 0;                  // in the file
+  Vec3 feed = Vec3::Zero();      // the way that it goes (unit); zero: it is through at once
+  double speed_mm_s = 0;
+  int line = 0;  // in the file
 };
 
 // What no move may cut: a body of its own, which is no-go.

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <numbers>
 
 #include <kibori/base/check.h>
@@ -285,31 +287,76 @@ CutOff cut_off(TriDexel& model, const Cutter& cutter, int threads) {
                             : without_kerf(model, cutter, threads);
 }
 
+namespace {
+
+// Calls f(place [cells], area [cells^2], material) for all ends that `after` has and `before` has
+// not.
+template <class F>
+void for_new_ends(const Snapshot& before, const Snapshot& after, F&& f) {
+  for (const Axis axis : kAxes) {
+    const int d = depth_index(axis), u = u_index(axis), v = v_index(axis);
+    after.field(axis).for_changed_tiles(before.field(axis), [&](int tu, int tv, const Tile& was,
+                                                                const Tile& is) {
+      for (const Plane* p = &is.first; p; p = p->next) {
+        // Whether an end was there before; all rays of a tile together, as they lie in memory.
+        std::array<uint32_t, kTileRays> known_in{}, known_out{};
+        for (const Plane* q = &was.first; q; q = q->next)
+          for (size_t slot = 0; slot < kTileRays; slot++) {
+            known_in[slot] |= q->in[slot] == p->in[slot];
+            known_out[slot] |= q->out[slot] == p->out[slot];
+          }
+        for (size_t slot = 0; slot < kTileRays; slot++) {
+          if (p->empty_at(static_cast<int>(slot))) continue;
+          const uint8_t material = is.material == kMixedMaterial ? p->material[slot] : is.material;
+          Vec3 place;
+          place[u] = tu * kTileSide + static_cast<int>(slot) % kTileSide + 0.5;
+          place[v] = tv * kTileSide + static_cast<int>(slot) / kTileSide + 0.5;
+          const auto end = [&](float depth, uint32_t code, bool out) {
+            place[d] = static_cast<double>(depth);
+            f(place, std::abs(decode_normal(code, axis, out)[d]), material);
+          };
+          if (!known_in[slot]) end(p->in[slot], p->normal_in[slot], false);
+          if (!known_out[slot]) end(p->out[slot], p->normal_out[slot], true);
+        }
+      }
+    });
+  }
+}
+
+}  // namespace
+
 double new_area_mm2(const Snapshot& before, const Snapshot& after) {
   double sum = 0;
-  for (const Axis axis : kAxes) {
-    after.field(axis).for_changed_tiles(
-        before.field(axis), [&](int, int, const Tile& was, const Tile& is) {
-          const int d = depth_index(axis);
-          for (const Plane* p = &is.first; p; p = p->next) {
-            // Whether an end was there before; all rays of a tile together, as they lie in memory.
-            std::array<uint32_t, kTileRays> known_in{}, known_out{};
-            for (const Plane* q = &was.first; q; q = q->next)
-              for (size_t slot = 0; slot < kTileRays; slot++) {
-                known_in[slot] |= q->in[slot] == p->in[slot];
-                known_out[slot] |= q->out[slot] == p->out[slot];
-              }
-            for (size_t slot = 0; slot < kTileRays; slot++) {
-              if (p->empty_at(static_cast<int>(slot))) continue;
-              if (!known_in[slot])
-                sum += std::abs(decode_normal(p->normal_in[slot], axis, false)[d]);
-              if (!known_out[slot])
-                sum += std::abs(decode_normal(p->normal_out[slot], axis, true)[d]);
-            }
-          }
-        });
-  }
+  for_new_ends(before, after, [&](const Vec3&, double area, uint8_t) { sum += area; });
   return sum * after.lattice.pitch_mm * after.lattice.pitch_mm;
+}
+
+CutProgress cut_progress(const Snapshot& before, const Snapshot& after, const Vec3& feed,
+                         const std::function<double(uint8_t)>& gc) {
+  const Lattice& lattice = after.lattice;
+  const double h = lattice.pitch_mm;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  const auto along = [&](const Vec3& place) {
+    return lattice.to_mm(LatticePoint{place}).dot(feed);
+  };
+  for_new_ends(before, after, [&](const Vec3& place, double, uint8_t) {
+    low = std::min(low, along(place));
+    high = std::max(high, along(place));
+  });
+  CutProgress progress;
+  progress.step_mm = h;
+  if (!(low <= high)) return progress;
+  progress.from_mm = low;
+  progress.steps.resize(static_cast<size_t>((high - low) / h) + 1);
+  for_new_ends(before, after, [&](const Vec3& place, double area, uint8_t material) {
+    auto& step = progress.steps[static_cast<size_t>((along(place) - low) / h)];
+    step.area_mm2 += area * h * h;
+    step.work_nmm += area * h * h * gc(material);
+    step.middle_mm += area * h * h * lattice.to_mm(LatticePoint{place});
+  });
+  for (auto& step : progress.steps)
+    if (step.area_mm2 > 0) step.middle_mm /= step.area_mm2;
+  return progress;
 }
 
 }  // namespace kibori

@@ -7,6 +7,7 @@
 // of the cut goes, and what then hangs together is one body.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include <kibori/base/result.h>
@@ -55,5 +56,19 @@ CutOff cut_off(TriDexel& model, const Cutter& cutter, int threads = 1);
 // The surface's area [mm^2] within half a thousandth of a cell of where `after` has ends that
 // `before` has not: what a cut laid bare. Both of one model or of models beside it.
 double new_area_mm2(const Snapshot& before, const Snapshot& after);
+
+// The same, as a cutter that goes along `feed` (unit, in the body's coordinates) lays it bare, by
+// steps of a cell. gc: by material, the work for it [N/mm].
+struct CutProgress {
+  struct Step {
+    double area_mm2 = 0, work_nmm = 0;
+    Vec3 middle_mm = Vec3::Zero();  // of the area
+  };
+  double from_mm = 0;  // along the feed, where it first meets any
+  double step_mm = 0;
+  std::vector<Step> steps;
+};
+CutProgress cut_progress(const Snapshot& before, const Snapshot& after, const Vec3& feed,
+                         const std::function<double(uint8_t)>& gc);
 
 }  // namespace kibori

@@ -278,6 +278,7 @@ std::string settings_to_json(const StrokeSettings& s) {
                          {"u", m.u},
                          {"c", m.c},
                          {"yield_n", m.yield_n},
+                         {"gc", m.gc},
                          {"color", m.color}});
     if (m.plastic) materials.back()["plastic"] = true;
   }
@@ -369,6 +370,7 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
       f.get("u", m.u);
       f.get("c", m.c);
       f.get("yield_n", m.yield_n);
+      if (item.contains("gc")) f.get("gc", m.gc);
       read_color(item, m.color);
       if (item.contains("plastic")) {
         if (!item["plastic"].is_boolean())

@@ -32,8 +32,8 @@ Status Document::revise(StepId step, const BodyAction& action, int threads) {
       all = Error{"step " + std::to_string(*next) +
                   " can't be done after that any more: " + again.error()};
   if (all) return all;
-  if (const Status back = stand(was); !back) return back;
-  return all;
+  Status back = stand(was);
+  return back ? all : back;
 }
 
 Status Document::do_again(StepId step, int threads) {
@@ -69,9 +69,9 @@ Status Document::carve_again(StepId step, const StrokeSettings& settings) {
     if (settings.crumbs != Crumbs::stay) crumbs = bench.end_stroke(before, settings.crumbs);
     carved = finish(bench.model(), removed + crumbs.fallen_mm3, crumbs.portions);
   }
-  if (!carved && open_step_ != 0)
-    if (const Status off = cancel(); !off) return off;
-  return carved;
+  if (carved || open_step_ == 0) return carved;
+  Status off = cancel();
+  return off ? carved : off;
 }
 
 }  // namespace kibori

@@ -18,6 +18,8 @@ struct Material {
   std::array<uint8_t, 3> color{196, 154, 108};
   // What a cut pushes away stays, around the tool: mode `press` (motion/reshape_stroke.h).
   bool plastic = false;
+  // What it takes to part it without removing any [N/mm = N mm / mm^2]: body/cutter.h.
+  double gc = 0.3;
   bool operator==(const Material&) const = default;
 };
 

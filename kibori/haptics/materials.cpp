@@ -14,20 +14,24 @@ namespace kibori {
 //  - Yield (the least force at which a carver's tool begins to cut): of the order of the edge's
 //    length (some mm) times what a sharp edge needs for each mm of it, 0.1 ... 0.2 N in these woods
 //    (Koch).
+//  - Fracture energy gc: I. Smith, E. Landis and M. Gong, Fracture and Fatigue in Wood (2003): 0.1
+//  ...
+//    0.6 N/mm where a crack runs along the grain, as a wedge splits; across it, some tens of times
+//    as much.
 //  - Wax, clay and foam: indentation and cutting tests of modelling materials scatter by an order
 //    of magnitude; these are values of the middle.
 // kf (force model `paper`, N for each point) has no counterpart in nature: the paper leaves it
 // open. It is in proportion to u.
 const std::vector<Species>& known_species() {
   static const std::vector<Species> list = {
-      {{"limewood", 0.0005, 11, 0.00002, 0.5, {214, 178, 130}}, 5.5, 530},
-      {{"pine", 0.0006, 12, 0.00002, 0.6, {222, 184, 135}}, 6, 510},
-      {{"walnut", 0.0009, 20, 0.00003, 0.9, {121, 83, 54}}, 10, 610},
-      {{"oak", 0.001, 25, 0.00003, 1.0, {184, 134, 84}}, 12, 720},
-      {{"balsa", 0.0002, 3, 0.00001, 0.2, {237, 211, 165}}, 1.5, 160},
-      {{"wax", 0.0002, 2, 0.00005, 0.1, {226, 214, 190}}, 2, 930},
-      {{"clay", 0.0002, 1, 0.0001, 0.1, {168, 110, 84}, true}, 1, 1700},
-      {{"foam", 0.0001, 0.5, 0.00001, 0.05, {190, 205, 215}}, 0.5, 40},
+      {{"limewood", 0.0005, 11, 0.00002, 0.5, {214, 178, 130}, false, 0.3}, 5.5, 530},
+      {{"pine", 0.0006, 12, 0.00002, 0.6, {222, 184, 135}, false, 0.25}, 6, 510},
+      {{"walnut", 0.0009, 20, 0.00003, 0.9, {121, 83, 54}, false, 0.4}, 10, 610},
+      {{"oak", 0.001, 25, 0.00003, 1.0, {184, 134, 84}, false, 0.5}, 12, 720},
+      {{"balsa", 0.0002, 3, 0.00001, 0.2, {237, 211, 165}, false, 0.1}, 1.5, 160},
+      {{"wax", 0.0002, 2, 0.00005, 0.1, {226, 214, 190}, false, 0.1}, 2, 930},
+      {{"clay", 0.0002, 1, 0.0001, 0.1, {168, 110, 84}, true, 0.05}, 1, 1700},
+      {{"foam", 0.0001, 0.5, 0.00001, 0.05, {190, 205, 215}, false, 0.1}, 0.5, 40},
   };
   return list;
 }
