@@ -310,7 +310,8 @@ void for_new_ends(const Snapshot& before, const Snapshot& after, F&& f) {
           const uint8_t material = is.material == kMixedMaterial ? p->material[slot] : is.material;
           Vec3 place;
           place[u] = tu * kTileSide + static_cast<int>(slot) % kTileSide + 0.5;
-          place[v] = tv * kTileSide + static_cast<int>(slot) / kTileSide + 0.5;
+          const int row = static_cast<int>(slot) / kTileSide;
+          place[v] = tv * kTileSide + row + 0.5;
           const auto end = [&](float depth, uint32_t code, bool out) {
             place[d] = static_cast<double>(depth);
             f(place, std::abs(decode_normal(code, axis, out)[d]), material);
