@@ -841,6 +841,68 @@ class Exchange(unittest.TestCase):
             self.assertIn(name, lost.stderr)
             self.assertEqual(sorted(os.listdir(self.folder)), before, words)
 
+    def test_bodies_are_cut_shaped_and_revised(self):
+        scene = self.folder / "revised.toml"
+        scene.write_text(
+            "[stock]\nblock = [20, 12, 10]\npitch = 0.5\n[tool]\nshape = \"ball\"\nradius = 2\n"
+            "[[move]]\nto = [-3, 6, 8]\n[[move]]\nto = [23, 6, 8]\nspeed = 40\n")
+        document = self.folder / "revised.kibori"
+        self.assertEqual(kibori("carve", scene, "-o", document).returncode, 0)
+
+        def act(action, *more):
+            return kibori("bodies", document, "--json", "--act", json.dumps(action), *more)
+
+        def rod(radius):
+            return {"verb": "spline", "bodies": [1], "material": 0,
+                    "spline": {"kind": "sweep", "operation": "cut", "radius_mm": radius,
+                               "points_mm": [[4, 6, -1], [4, 6, 11]]}}
+
+        done = act(rod(2))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        narrow = json.loads(done.stdout)[0]["volume_mm3"]
+        done = act({"verb": "cut", "bodies": [1], "cutter": {"point_mm": [12, 6, 5], "normal": [1, 0, 0]}})
+        bodies = json.loads(done.stdout)
+        self.assertEqual(len(bodies), 2)
+        self.assertAlmostEqual(sum(b["volume_mm3"] for b in bodies), narrow, delta=1e-6 * narrow)
+        steps = json.loads(kibori("history", document, "--json").stdout)["steps"]
+        spline = next(s for s in steps if s.get("action", {}).get("verb") == "spline")
+        self.assertEqual(spline["action"]["spline"]["radius_mm"], 2)
+
+        # Wider, with the cut done again after it.
+        done = act(rod(3), "--revise", spline["step"])
+        self.assertEqual(done.returncode, 0, done.stderr)
+        bodies = json.loads(done.stdout)
+        self.assertEqual(len(bodies), 2)
+        self.assertLess(sum(b["volume_mm3"] for b in bodies), narrow - 50)
+        self.assertEqual(kibori("verify", document).returncode, 0)
+        for wrong, why in (({"verb": "melt"}, "melt"), ({"verb": "bake", "bodies": [9]}, "body 9"),
+                           (rod(50), "thicker|changes nothing|leaves nothing")):
+            done = act(wrong)
+            self.assertEqual(done.returncode, 2)
+            self.assertEqual(done.stderr.count("\n"), 1)
+            self.assertRegex(done.stderr, why)
+        self.assertEqual(act(rod(1), "--revise", 2).returncode, 2)
+        self.assertEqual(len(json.loads(kibori("history", document, "--json").stdout)["steps"]), 6)
+
+    def test_no_go(self):
+        scene = self.folder / "no_go.toml"
+        scene.write_text(
+            "[stock]\nblock = [20, 12, 10]\npitch = 0.5\n[[no_go]]\nname = \"egg\"\n"
+            "tool = { shape = \"ball\", radius = 3 }\nplace = [10, 6, 1]\n"
+            "[tool]\nshape = \"flat\"\nradius = 12\nlength = 9\n"
+            "[[move]]\nto = [-30, 6, 2]\n[[move]]\nto = [50, 6, 2]\nspeed = 40\n")
+        document = self.folder / "no_go.kibori"
+        done = kibori("carve", scene, "-o", document, "--mesh", self.folder / "no_go.stl", "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        # A slab, and of the ball what is above it.
+        ball, cap = 4 / 3 * 3.14159265 * 27, 8 / 3 * 3.14159265
+        self.assertAlmostEqual(json.loads(done.stdout)["volume_mm3"], 480 + ball - cap, delta=0.03 * ball)
+        piece, egg = json.loads(kibori("bodies", document, "--json").stdout)
+        self.assertTrue(egg["no_go"] and not egg["visible"] and not piece["no_go"])
+        self.assertAlmostEqual(piece["remains_mm3"], 480 - cap, delta=1)
+        self.assertIn("outside what is no-go", kibori("bodies", document).stdout)
+        self.assertNotIn("remains_mm3", egg)
+
     def test_pictures(self):
         run = kibori("carve", "scene.toml", "--picture", "a.png", "--size", "160x120", "--samples", "4", cwd=self.folder)
         self.assertEqual(run.returncode, 0, run.stderr)

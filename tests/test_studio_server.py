@@ -678,9 +678,19 @@ class Beginning(unittest.TestCase):
         half.socket.sendall((f"POST /import?page={self.key}&name=x.stl HTTP/1.1\r\nHost: {self.studio.host}\r\n{self.bearer}\r\n"
                              f"{self.origin}\r\nContent-Length: 1000\r\n\r\n").encode() + b"solid")
         half.socket.close()
+        # Where a document is open, a mesh becomes a body of it; nothing else does, and of no other page.
         self.begin()
         self.until(64)
-        self.assertEqual(self.bring("x.stl", stl), 409)
+        for name in ("x.kibori", "x.png"):
+            self.assertEqual(self.bring(name, stl), 415)
+        other = self.key
+        self.key = "0" * len(other)
+        self.assertEqual(self.bring("x.stl", stl), 403)
+        self.key = other
+        self.assertEqual(self.bring("x.stl", stl, no_go=1), 204)
+        bodies = self.until(77)
+        while b'"no_go":true' not in bodies:
+            bodies = self.until(77)
 
     def test_a_name_that_was_cancelled_is_free_for_the_next(self):
         self.begin(size=(80, 80, 80), pitch=0.1, name="race")

@@ -7,6 +7,7 @@
 #include <kibori/batch/convert.h>
 #include <kibori/batch/documents.h>
 #include <kibori/batch/force_report.h>
+#include <kibori/document/body_codec.h>
 #include <kibori/document/rescue.h>
 #include <kibori/formats/endings.h>
 
@@ -92,6 +93,20 @@ DocumentCommands::DocumentCommands(CLI::App& app) {
       ->check(CLI::Range(1, 256))
       ->capture_default_str();
   bodies_->add_flag("--json", json_, "as JSON: a list, an object for each body");
+  bodies_
+      ->add_option(
+          "--act", act_,
+          "first do this with them, as a new step: JSON as 'kibori history --json' has it, "
+          "such as '{\"verb\":\"mirror\",\"bodies\":[1],\"cutter\":{\"point_mm\":[0,0,0],"
+          "\"normal\":[1,0,0]}}'")
+      ->type_name("JSON")
+      ->excludes("--to");
+  bodies_
+      ->add_option(
+          "--revise", revise_,
+          "with --act: in place of what that step did; what followed is done again after it")
+      ->type_name("VERSION|STEP")
+      ->needs("--act");
 }
 
 int DocumentCommands::run() const {
@@ -158,6 +173,8 @@ int DocumentCommands::run_bodies() const {
   if (const Status can = outputs.check(); !can) return bad_input(can.error());
   if (!mesh_.empty())
     if (const Status known = check_surface_ending(mesh_); !known) return bad_input(known.error());
+  if (!act_.empty())
+    if (const Status acted = act_on_bodies(); !acted) return bad_input(acted.error());
   Result<std::unique_ptr<Document>> opened = Document::open(file_, Document::Access::read);
   if (!opened) return bad_input(opened.error());
   const Document& document = *opened.value();
@@ -187,6 +204,26 @@ int DocumentCommands::run_bodies() const {
   if (!reports) return bad_input(reports.error());
   std::fputs((json_ ? bodies_json_text : bodies_text)(reports.value()).c_str(), stdout);
   return written();
+}
+
+Status DocumentCommands::act_on_bodies() const {
+  const Result<BodyAction> action = action_from_json(act_);
+  if (!action) return Error{"--act: " + action.error()};
+  Result<std::unique_ptr<Document>> opened = Document::open(file_, Document::Access::write);
+  if (!opened) return Error{opened.error()};
+  Document& document = *opened.value();
+  tell_missing(document);
+  if (const auto model = document.load(); !model) return Error{model.error()};
+  if (revise_.empty()) {
+    const Result<BodyChange> done = document.act(action.value(), threads_);
+    if (!done) return Error{file_ + ": " + done.error()};
+  } else {
+    const Result<StepId> step = document.find(revise_);
+    if (!step) return Error{step.error()};
+    if (Status done = document.revise(step.value(), action.value(), threads_); !done) return done;
+  }
+  const std::string elsewhere = settle(document);
+  return elsewhere.empty() ? Status(Ok{}) : Status(Error{elsewhere});
 }
 
 int DocumentCommands::run_verify() const {

@@ -6,6 +6,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include <kibori/base/result.h>
+
 class DocumentCommands {
  public:
   explicit DocumentCommands(CLI::App& app);
@@ -17,11 +19,13 @@ class DocumentCommands {
  private:
   int run_replay() const;
   int run_bodies() const;
+  kibori::Status act_on_bodies() const;
   int run_verify() const;
   int run_history() const;
 
   CLI::App *replay_, *verify_, *history_, *bodies_;
-  std::string file_, to_, model_, forces_, plot_, mesh_, name_, at_, copy_, salvage_, body_;
+  std::string file_, to_, model_, forces_, plot_, mesh_, name_, at_, copy_, salvage_, body_, act_,
+      revise_;
   double pitch_ = 0;
   int dof_ = 5, threads_ = 1;
   bool json_ = false;

@@ -473,8 +473,8 @@ struct ReviseStep {
 };
 // A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz],
 // the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to
-// 1), which of them its stock is of, what it is: 0 carved, 1 only looked at, 2 an experiment; and
-// what the page is called in its requests over HTTP. All that was shown before is of another one.
+// 1), which of them its stock is of, what the page is called in its requests over HTTP, and what it
+// is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one.
 struct Welcome {
   static constexpr uint8_t kKind = 64;
   uint16_t version = 0;
@@ -485,11 +485,11 @@ struct Welcome {
   std::string document;
   std::string materials;
   uint8_t material = 0;
-  uint8_t what = 0;
   std::string page;
+  uint8_t what = 0;
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(version, origin, nodes, pitch, rate, document, materials, material, what, page);
+    f(version, origin, nodes, pitch, rate, document, materials, material, page, what);
   }
 };
 // Surface of one body that changed; the page answers Got. Each chunk: place x y z (u16), numbers of

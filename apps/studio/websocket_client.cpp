@@ -89,11 +89,10 @@ void WebSocketClient::restart() {
                       lattice.pitch_mm, session.rate_hz(),
                       std::filesystem::path(session.name()).filename().string(),
                       materials.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace),
-                      session.stock_material(),
+                      session.stock_material(), key_,
                       static_cast<uint8_t>(session.experiment() ? 2
                                            : !session.live()    ? 1
-                                                                : 0),
-                      key_}));
+                                                                : 0)}));
   server_.send_device(this);
   if (server_.shown) send(encode(*server_.shown));
   if (!server_.trace_sent.empty()) send(server_.trace_sent);

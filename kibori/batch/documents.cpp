@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/batch/documents.h>
 #include <kibori/batch/convert.h>
+#include <kibori/document/body_codec.h>
 #include <kibori/document/rescue.h>
 
 #include <algorithm>
@@ -420,6 +421,9 @@ std::string history_json(const Document& document) {
                                             : "stroke"},
                      {"finished", step.finished},
                      {"state_hash", hash}});
+    if (!step.action) continue;
+    if (const Result<BodyAction> action = document.action(id))
+      steps.back()["action"] = Json::parse(action_to_json(action.value()));
   }
   for (const auto& [name, at] : document.versions()) versions[name] = at;
   return Json{{"head", document.head()}, {"steps", steps}, {"versions", versions}}.dump(

@@ -79,8 +79,8 @@ export interface ShowRemains { shown: number }
 export interface PreviewAction { action: string }
 /** What was done with bodies in a step, on the way to head, is done otherwise: text as of ActOnBodies. A new step beside it, and what followed up to head done again after it. */
 export interface ReviseStep { step: number; head: number; action: string }
-/** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to 1), which of them its stock is of, what it is: 0 carved, 1 only looked at, 2 an experiment; and what the page is called in its requests over HTTP. All that was shown before is of another one. */
-export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; material: number; what: number; page: string }
+/** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to 1), which of them its stock is of, what the page is called in its requests over HTTP, and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
+export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; material: number; page: string; what: number }
 /** Surface of one body that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), whether any is painted (u16), vertices, corners (u16 each), and of painted ones a colour for each vertex (red, green, blue, 255 where it is painted or 0: u8). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
 export interface Chunks { frame: number; more: number; body: number; data: Uint8Array }
 /** Every servo tick since the last: tip [mm], force of the wood on the tool [N], moment about the tip [N mm], and of the tool's frame the third column (its axis) and the first, fifteen f32 a tick. start: number of the first. */
@@ -177,7 +177,7 @@ export function read(data: ArrayBuffer): FromStudio {
   const kind = r.u8();
   switch (kind) {
     case 64:
-      return r.end({ kind: "Welcome", message: { version: r.u16(), origin: r.vec3(), nodes: r.vec3(), pitch: r.f64(), rate: r.f64(), document: r.text(), materials: r.text(), material: r.u8(), what: r.u8(), page: r.text() } });
+      return r.end({ kind: "Welcome", message: { version: r.u16(), origin: r.vec3(), nodes: r.vec3(), pitch: r.f64(), rate: r.f64(), document: r.text(), materials: r.text(), material: r.u8(), page: r.text(), what: r.u8() } });
     case 65:
       return r.end({ kind: "Chunks", message: { frame: r.u32(), more: r.u8(), body: r.u32(), data: r.raw() } });
     case 66:
