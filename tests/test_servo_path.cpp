@@ -174,8 +174,13 @@ bool ticks(long many) {
   settings.spring = {0.3, 200, 0.2, 0.001};
   settings.workspace = Workspace(Vec3(32, 24, 20));
   settings.log = true;
+  // The second hand, elsewhere, adds what the first then cuts.
+  settings.second = settings;
+  settings.second.tool = Flat{2, 8};
+  settings.second.mode = Mode::deposit;
+  const auto other = [script](double t) { return script(t + 1.7); };
   auto made = LiveCarving::make(std::move(model), std::make_unique<VirtualDevice>(device, script),
-                                settings);
+                                settings, std::make_unique<VirtualDevice>(device, other));
   if (!made) return std::printf("%s\n", made.error().c_str()), false;
   LiveCarving& live = *made.value();
   const Snapshot start = live.context().model().snapshot();
@@ -200,6 +205,7 @@ bool ticks(long many) {
       }
   });
   live.context().safety().arm();
+  live.context().second()->safety().arm();
   long done = 0;
   const bool good = quiet("ticks", 20000, many, [&](long count) {
     for (long i = 0; i < count; i++) {

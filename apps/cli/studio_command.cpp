@@ -54,6 +54,8 @@ StudioCommand::StudioCommand(CLI::App& app) {
   studio_->add_option(
       "--device", device_,
       "what holds the tool: a name that 'kibori devices' lists; by default mouse, pen or touch");
+  studio_->add_option("--second", second_,
+                      "with --device: what holds the second hand's tool; by default the pointer");
   studio_->add_flag(
       "--read-only", read_only_,
       "only look at the document and its history; while another process writes it, as it was "
@@ -66,10 +68,14 @@ int StudioCommand::run() const {
     return bad_input("this kibori was built without its page; './dev build' builds it with it");
   if (!file_.empty() && !is_document(file_))
     return bad_input(file_ + ": documents are .kibori files; give a scene by --stock");
-  if (read_only_ && (!stock_.empty() || !device_.empty()))
-    return bad_input("--read-only only looks: leave off --stock and --device");
+  if (read_only_ && (!stock_.empty() || !device_.empty() || !second_.empty()))
+    return bad_input("--read-only only looks: leave off --stock, --device and --second");
   if (!device_.empty() && device_ != "virtual")
     if (const auto device = open_device(device_); !device) return bad_input(device.error());
+  if (!second_.empty() && device_.empty())
+    return bad_input("--second is for a second device: say what holds the first tool by --device");
+  if (!second_.empty() && second_ != "virtual")
+    if (const auto device = open_device(second_); !device) return bad_input(device.error());
   Result<Library> library = Library::of_user();
   if (!library) {
     if (file_.empty()) return bad_input(library.error() + "; say which FILE.kibori to carve in");
@@ -86,7 +92,8 @@ int StudioCommand::run() const {
   std::signal(SIGTERM, end);
   std::signal(SIGHUP, end);  // its terminal is gone
   std::signal(SIGPIPE, SIG_IGN);
-  const SessionOptions how{read_only_, device_};
+  SessionOptions how{read_only_, device_};
+  how.second = second_;
   std::unique_ptr<Session> session;
   if (!file_.empty() || !stock_.empty()) {
     Result<Scene> scene = stock_.empty()

@@ -16,7 +16,7 @@ class StudioCommand {
 
  private:
   CLI::App* studio_;
-  std::string file_, stock_, device_;
+  std::string file_, stock_, device_, second_;
   uint16_t port_ = 0;
   bool no_browser_ = false, read_only_ = false;
 };

@@ -59,6 +59,13 @@ struct Dispatch {
     carve([&](LiveSession& s) { s.press(m.tip, m.axis, m.mode, m.time); });
   }
   void operator()(const Lift&) const { carve(&LiveSession::lift); }
+  void operator()(const PressSecond& m) const {
+    carve([&](LiveSession& s) { s.press_second(m.tip, m.axis, m.time); });
+  }
+  void operator()(const AimSecond& m) const {
+    carve([&](LiveSession& s) { s.aim_second(m.tip, m.axis, m.time); });
+  }
+  void operator()(const LiftSecond&) const { carve(&LiveSession::lift_second); }
   void operator()(const Cancel&) const { edit(&Session::cancel); }
   void operator()(const Undo&) const { edit(&Session::undo); }
   void operator()(const Redo&) const { edit(&Session::redo); }
@@ -164,6 +171,13 @@ struct Dispatch {
       Status done = s.choose_hand({m.strength, m.stiffness, m.powered != 0});
       server.send_device(done ? nullptr : &page);
       return done;
+    });
+  }
+  void operator()(const ChooseSecond& m) const {
+    choose([&](LiveSession& s) -> Status {
+      const Result<Tool> tool = tool_from_json(m.tool);
+      if (!tool) return Error{tool.error()};
+      return s.choose_second(tool.value(), m.mode);
     });
   }
   void operator()(const ChooseTool& m) const {

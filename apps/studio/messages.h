@@ -13,7 +13,7 @@
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 13;
+inline constexpr uint16_t kProtocolVersion = 14;
 
 // The first message of a page, with the key that POST /enter gave for the token. Welcome or Start
 // answers; where the key is another one, the line is closed with code 1008.
@@ -471,6 +471,59 @@ struct ReviseStep {
     f(step, head, action);
   }
 };
+// The second hand's tool from now on, and what it does while it is pressed: cut, deposit or touch;
+// off: there is no second hand.
+struct ChooseSecond {
+  static constexpr uint8_t kKind = 38;
+  std::string tool;
+  Mode mode = Mode::cut;
+  bool in_range() const {
+    return tool.size() <= 4096;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(tool, mode);
+  }
+};
+// The second hand's tool comes in at `tip`, as of Press; while the first works, in its stroke.
+// time: as of Aim.
+struct PressSecond {
+  static constexpr uint8_t kKind = 39;
+  Vec3 tip = Vec3::Zero();
+  Vec3 axis = Vec3::Zero();
+  double time = 0;
+  bool in_range() const {
+    return tip.minCoeff() >= -1e+12 && tip.maxCoeff() <= 1e+12 &&
+           axis.minCoeff() >= -1e+12 && axis.maxCoeff() <= 1e+12 &&
+           time >= -1e+12 && time <= 1e+12;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(tip, axis, time);
+  }
+};
+// Where the second hand's tool is wanted, as of Aim.
+struct AimSecond {
+  static constexpr uint8_t kKind = 40;
+  Vec3 tip = Vec3::Zero();
+  Vec3 axis = Vec3::Zero();
+  double time = 0;
+  bool in_range() const {
+    return tip.minCoeff() >= -1e+12 && tip.maxCoeff() <= 1e+12 &&
+           axis.minCoeff() >= -1e+12 && axis.maxCoeff() <= 1e+12 &&
+           time >= -1e+12 && time <= 1e+12;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(tip, axis, time);
+  }
+};
+// The second hand lets go, once its tool has been everywhere that it was aimed to.
+struct LiftSecond {
+  static constexpr uint8_t kKind = 41;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {}
+};
 // A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz],
 // the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to
 // 1), which of them its stock is of, what the page is called in its requests over HTTP, and what it
@@ -707,8 +760,23 @@ struct Previewed {
     f(error, forces);
   }
 };
+// The second hand's tool as of the newest tick: tip [mm], the third column of its frame (its axis)
+// and the first, and the force of the wood on it [N]; there: 0 where there is no second hand.
+struct SecondHand {
+  static constexpr uint8_t kKind = 80;
+  uint8_t there = 0;
+  std::string tool;
+  Vec3 tip = Vec3::Zero();
+  Vec3 axis = Vec3::Zero();
+  Vec3 side = Vec3::Zero();
+  Vec3 force = Vec3::Zero();
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(there, tool, tip, axis, side, force);
+  }
+};
 
 // What a page may say.
-using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs, ShowRemains, PreviewAction, ReviseStep>;
+using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs, ShowRemains, PreviewAction, ReviseStep, ChooseSecond, PressSecond, AimSecond, LiftSecond>;
 
 }  // namespace kibori::studio

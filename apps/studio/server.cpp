@@ -81,6 +81,8 @@ void Server::State::show(std::unique_ptr<Session> opened) {
   if (session) imports.drop_all();
   ticks_sent = 0;
   tick_rows.clear();
+  second_tick.reset();
+  second_told = false;
   traced = false;
   shown.reset();
   trace_sent.clear();
@@ -292,7 +294,8 @@ void Server::State::send_ticks() {
     fallen += tick.fallen_mm3;
     parted += tick.parted;
     gave_up |= tick.gave_up;
-    clipped |= tick.clipped;
+    clipped |= tick.clipped || (tick.second && tick.second->clipped);
+    if (tick.second) second_tick = tick.second;
     for (const Vec3& v :
          {tick.tool.tip, Vec3(wood * tick.computed.force), Vec3(wood * tick.computed.moment),
           tick.tool.axis(), Vec3(tick.tool.frame.col(0))})
@@ -332,10 +335,29 @@ void Server::State::send_ticks() {
   const auto* const raw = reinterpret_cast<const uint8_t*>(tick_rows.data());
   message.data.assign(raw, raw + tick_rows.size() * sizeof(float));
   tick_rows.clear();
-  const std::vector<uint8_t> felt = encode(message);
+  const std::vector<uint8_t> felt = encode(message), second = second_message();
   const std::vector<WebSocketClient*> all(pages.begin(), pages.end());
-  for (WebSocketClient* const page : all)
+  for (WebSocketClient* const page : all) {
     if (pages.count(page) && page->waiting_bytes() < kTicksWait) page->send(felt);
+    if (pages.count(page) && !second.empty()) page->send(second);
+  }
+}
+
+// Empty where nothing is to be told: there is no second hand, and was none.
+std::vector<uint8_t> Server::State::second_message() {
+  const Tool* const tool = session->second_tool();
+  const bool there = tool && second_tick;
+  if (!std::exchange(second_told, there) && !there) return {};
+  SecondHand said;
+  said.there = there;
+  said.tool = tool_message(there ? std::optional<Tool>(*tool) : std::nullopt);
+  if (!there) return encode(said);
+  const LiveSession::HapticDeviceState* const device = live() ? live()->second_held() : nullptr;
+  said.tip = second_tick->tool.tip;
+  said.axis = second_tick->tool.axis();
+  said.side = second_tick->tool.frame.col(0);
+  said.force = second_tick->computed.force / (device ? device->share : 1);
+  return encode(said);
 }
 
 void Server::State::send_state() {

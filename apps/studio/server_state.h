@@ -100,6 +100,9 @@ struct Server::State {
   // Where what was left lies, if not where it belongs. Written by the job that saves.
   const std::shared_ptr<std::string> left_unsaved = std::make_shared<std::string>();
   double ticks_sent = 0;
+  std::optional<HandTick> second_tick;  // the newest
+  bool second_told = false;             // pages know of a second hand
+  std::vector<uint8_t> second_message();
   std::vector<float> tick_rows;     // not sent yet
   bool traced = false;              // what the experiment came to was sent
   std::vector<uint8_t> trace_sent;  // for pages that come later; empty: not yet

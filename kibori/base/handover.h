@@ -55,6 +55,10 @@ class SmallQueue {
   bool empty() const {
     return begin_.load(std::memory_order_relaxed) == end_.load(std::memory_order_acquire);
   }
+  // Reader: what pop() would give; null where it is empty.
+  const T* front() const {
+    return empty() ? nullptr : &places_[begin_.load(std::memory_order_relaxed) % kRoom];
+  }
   // Reader; false where it is empty.
   bool pop(T& value) {
     const size_t begin = begin_.load(std::memory_order_relaxed);

@@ -29,6 +29,7 @@ constexpr auto kFlushEvery = std::chrono::milliseconds(50);
 
 // Clay that found no room [mm^3] is told beyond this.
 constexpr double kOwedWarning = 1e-3;
+const Wrench kNothingFelt;
 // Hours of a cutter's feed.
 constexpr double kMaxCutterTicks = 1e7;
 
@@ -115,6 +116,70 @@ Status run_cutter(const SceneCutter& with, const Bodies& bodies, Act&& act, cons
     if (const Result<BodyChange> moved = act(move); !moved) return Error{moved.error()};
   }
   return Ok{};
+}
+
+// A hand that a scene moves, and its tool on the model.
+class SceneHand {
+ public:
+  SceneHand(const Scene& scene, TriDexel& model, const Pose& start, int threads)
+      : scene_(scene),
+        wanted_(start),
+        direct_(model, start),
+        series_(model, start, scene.force.spring) {
+    direct_.set_threads(threads);
+  }
+  void set_symmetry(const Symmetry& symmetry) {
+    direct_.set_symmetry(symmetry);
+    series_.set_symmetry(symmetry);
+  }
+  void set_no_go(const NoGo* no_go) {
+    direct_.set_no_go(no_go);
+    series_.set_no_go(no_go);
+  }
+  // The model changed under the tool, or the tool its shape.
+  void disengage() { series_.disengage(); }
+  // Each stroke does not depend on what the tool did before: so it can be carved again alone.
+  void begin_stroke() {
+    direct_.place(direct_.pose());
+    series_.begin_stroke();
+  }
+  const Pose& pose() const { return scene_.force.series() ? series_.pose() : direct_.pose(); }
+
+  // The tick of `move` that brings the hand to `tip_mm`, and turns it by `turn_rad`; where it only
+  // rests, the hand is where it was.
+  template <class HandMove>
+  Result<ToolTick> advance(const HandMove& move, const Vec3& tip_mm, const Vec3& turn_rad,
+                           bool moving) {
+    const Tool& tool = scene_.tools[move.tool];
+    if (!scene_.force.series()) {
+      recorded_ = {tip_mm, turn_rad, move.mode != Mode::off};
+      return direct_.advance(tool, tip_mm, turn_rad, move.mode, scene_.force.law, scene_.materials,
+                             move.material);
+    }
+    if (moving) wanted_ = {tip_mm, rotation(turn_rad) * wanted_.frame};
+    Result<ToolTick> done =
+        series_.advance(tool, wanted_, move.mode, scene_.materials, move.material);
+    if (!done) return done;
+    const ToolTick& tick = done.value();
+    recorded_ = {tick.pose.tip, tick.motion.turn, tick.edited, wanted_.tip - tick.pose.tip,
+                 rotation_between(tick.pose.frame, wanted_.frame)};
+    return done;
+  }
+  // The last tick, as it stands in documents.
+  const StrokeTick& recorded() const { return recorded_; }
+
+ private:
+  const Scene& scene_;
+  Pose wanted_;  // where the hand is
+  DirectTool direct_;
+  SpringTool series_;
+  StrokeTick recorded_;
+};
+
+// Where the hand is at a share of the way.
+Vec3 on_the_way(const Vec3& from_mm, const Vec3& to_mm, int64_t tick, int64_t ticks) {
+  if (tick >= ticks) return to_mm;
+  return from_mm + (to_mm - from_mm) * (static_cast<double>(tick) / static_cast<double>(ticks));
 }
 
 double percentile(const std::vector<double>& sorted, double share) {
@@ -237,14 +302,17 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
       return Error{scene.file + text};
     }
   const Move& first = scene.moves.front();
-  Pose hand{first.to_mm, frame_from_axis(first.axis, first.roll_rad)};
-  DirectTool stroke(model, hand);
-  stroke.set_threads(options.threads);
-  SpringTool series(model, hand, scene.force.spring);
+  const auto hand_of = [&](const auto& start) {
+    return SceneHand(scene, model, {start.to_mm, frame_from_axis(start.axis, start.roll_rad)},
+                     options.threads);
+  };
+  SceneHand hand = hand_of(first);
+  std::optional<SceneHand> second;
+  if (first.second) second.emplace(hand_of(*first.second));
   Symmetry symmetry = scene.symmetry;
   if (!scene.symmetry_centred) symmetry.centre_mm = centre_of(model.lattice());
-  stroke.set_symmetry(symmetry);
-  series.set_symmetry(symmetry);
+  hand.set_symmetry(symmetry);
+  if (second) second->set_symmetry(symmetry);
   ReshapeStroke reshape(model);
   reshape.set_threads(options.threads);
   std::unique_ptr<Document> document;
@@ -312,8 +380,8 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
   }
   const Result<const NoGo*> no_go = bench.no_go();
   if (!no_go) return Error{scene.file + ": " + no_go.error()};
-  stroke.set_no_go(no_go.value());
-  series.set_no_go(no_go.value());
+  hand.set_no_go(no_go.value());
+  if (second) second->set_no_go(no_go.value());
   std::optional<Snapshot> before_stroke;  // where its crumbs are looked for
   carving.trace.reserve(static_cast<size_t>(total));
   std::vector<double> step_us;
@@ -326,15 +394,15 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
     const Move &from = scene.moves[i - 1], &to = scene.moves[i];
     const MovePlan& plan = plans[i - 1];
     const Tool& tool = scene.tools[to.tool];
-    if (to.tool != from.tool) series.disengage();
-    // Each move is a stroke, which does not depend on what the tool did before: so it can be carved
-    // again alone. Moves of one warp are one stroke.
+    if (to.tool != from.tool) hand.disengage();
+    if (second && to.second->tool != from.second->tool) second->disengage();
+    // Each move is a stroke; moves of one warp are one.
     const bool goes_on = i > 1 && one_stroke(from, to);
     const bool ends = i + 1 == scene.moves.size() || !one_stroke(to, scene.moves[i + 1]);
     if (!goes_on) {
-      stroke.place(stroke.pose());
-      series.begin_stroke();
-      const Pose& start = scene.force.series() ? series.pose() : stroke.pose();
+      hand.begin_stroke();
+      if (second) second->begin_stroke();
+      const Pose start = hand.pose();
       StrokeSettings settings = stroke_settings(scene, to);
       settings.symmetry = symmetry;
       if (reshapes(to.mode))
@@ -344,29 +412,35 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
             !begun)
           return Error{scene.file + ":" + std::to_string(to.line) + ": [move] " + begun.error()};
       if (document) keep(document->begin(settings, start, to.label));
+      if (document && to.both())
+        document->add(put_second(second->pose()), options.keep_forces ? &kNothingFelt : nullptr);
       before_stroke.reset();
       if (settings.crumbs != Crumbs::stay) before_stroke = model.snapshot();
     }
     if (!goes_on) removed_before = summary.removed_mm3 - summary.deposited_mm3;
     for (int64_t k = 1; k <= plan.ticks + plan.dwell_ticks && going; k++) {
       const bool moving = k <= plan.ticks;
-      const double share = static_cast<double>(k) / static_cast<double>(plan.ticks);
-      const Vec3 tip =
-          k < plan.ticks ? Vec3(from.to_mm + (to.to_mm - from.to_mm) * share) : to.to_mm;
-      const Vec3 turn =
-          moving ? Vec3(plan.turn_rad / static_cast<double>(plan.ticks)) : Vec3(Vec3::Zero());
-      StrokeTick recorded{tip, turn, to.mode != Mode::off};
+      const auto turn = [&](const Vec3& all) {
+        return moving ? Vec3(all / static_cast<double>(plan.ticks)) : Vec3(Vec3::Zero());
+      };
       const auto start = std::chrono::steady_clock::now();
-      if (scene.force.series() && moving) hand = {tip, rotation(turn) * hand.frame};
-      Result<ToolTick> tick =
-          scene.force.series() ? series.advance(tool, hand, to.mode, scene.materials, to.material)
-                               : stroke.advance(tool, tip, turn, to.mode, scene.force.law,
-                                                scene.materials, to.material);
+      Result<ToolTick> tick = hand.advance(to, on_the_way(from.to_mm, to.to_mm, k, plan.ticks),
+                                           turn(plan.turn_rad), moving);
       if (tick && reshapes(to.mode)) {
         Status reshaped = reshape.advance(tick.value());
         if (reshaped && ends && k == plan.ticks + plan.dwell_ticks)
           reshaped = reshape.end(tick.value());
         if (!reshaped) tick = Error{reshaped.error()};
+      }
+      std::shared_ptr<ToolTick> other;
+      if (tick && second) {
+        Result<ToolTick> done = second->advance(
+            *to.second, on_the_way(from.second->to_mm, to.second->to_mm, k, plan.ticks),
+            turn(plan.second_turn_rad), moving);
+        if (done)
+          other = std::make_shared<ToolTick>(std::move(done).value());
+        else
+          tick = Error{"the second hand: " + done.error()};
       }
       step_us.push_back(microseconds_since(start));
       if (!tick) {
@@ -375,18 +449,23 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
                      (carving.unsaved.empty() ? "" : "; " + carving.unsaved)};
       }
       ToolTick& result = tick.value();
-      if (scene.force.series())
-        recorded = {result.pose.tip, result.motion.turn, result.edited, hand.tip - result.pose.tip,
-                    rotation_between(result.pose.frame, hand.frame)};
       add_tick(summary, to.mode, result);
-      if (result.clipped && !std::exchange(clipped, true) && options.warning)
+      if (other) add_tick(summary, to.second->mode, *other);
+      summary.ticks++;
+      if ((result.clipped || (other && other->clipped)) && !std::exchange(clipped, true) &&
+          options.warning)
         options.warning(
             scene.file + ":" + std::to_string(to.line) +
             ": material reached beyond the stock's room, and what was outside is dropped; raise "
             "[stock] room_mm");
-      carving.trace.push_back({static_cast<double>(summary.ticks) / scene.rate_hz, result});
+      carving.trace.push_back({static_cast<double>(summary.ticks) / scene.rate_hz, result, other});
       if (document) {
-        document->add(recorded, options.keep_forces ? &result.wrench : nullptr);
+        document->add(hand.recorded(), options.keep_forces ? &result.wrench : nullptr);
+        if (to.both()) {
+          StrokeTick recorded = second->recorded();
+          recorded.second = true;
+          document->add(recorded, options.keep_forces ? &other->wrench : nullptr);
+        }
         if (const auto now = std::chrono::steady_clock::now(); now - flushed >= kFlushEvery) {
           keep(document->flush());
           flushed = now;
@@ -394,13 +473,15 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
       }
       if (options.progress && summary.ticks % 64 == 0)
         options.progress(static_cast<double>(summary.ticks) / static_cast<double>(total));
-      if (options.each)
-        going =
-            options.each(model, tool, scene.force.series() ? series.pose() : stroke.pose(), result);
+      if (options.each) {
+        std::optional<CarvedTick> beside;
+        if (other) beside.emplace(CarvedTick{scene.tools[to.second->tool], second->pose(), *other});
+        going = options.each(model, {tool, hand.pose(), result}, beside ? &*beside : nullptr);
+      }
     }
     if (ends && ends_apart(to.mode)) {
       // A tick that edits nothing: there what is owed comes back (see Document::replay).
-      if (document) document->add({stroke.pose().tip, Vec3::Zero(), false});
+      if (document) document->add({hand.pose().tip, Vec3::Zero(), false});
       if (reshape.owed_mm3() > kOwedWarning && options.warning) {
         char text[160];
         std::snprintf(text, sizeof text,
@@ -412,7 +493,10 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
     CrumbResult crumbs;
     if (ends && before_stroke) {
       crumbs = bench.end_stroke(*before_stroke, scene.crumbs);
-      if (crumbs.fallen > 0 || !crumbs.portions.empty()) series.disengage();
+      if (crumbs.fallen > 0 || !crumbs.portions.empty()) {
+        hand.disengage();
+        if (second) second->disengage();
+      }
       summary.fallen_mm3 += crumbs.fallen_mm3;
     }
     if (document && ends)
@@ -455,7 +539,6 @@ void add_tick(CarveSummary& summary, Mode mode, ToolTick& result) {
   summary.max_force_N = std::max(summary.max_force_N, std::sqrt(result.wrench.force.squaredNorm()));
   summary.max_moment_Nmm =
       std::max(summary.max_moment_Nmm, std::sqrt(result.wrench.moment.squaredNorm()));
-  summary.ticks++;
 }
 
 void summarize(Carving& carving, std::vector<double> step_us) {

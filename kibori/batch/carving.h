@@ -17,6 +17,13 @@
 
 namespace kibori {
 
+// What a hand's tool came to in a tick.
+struct CarvedTick {
+  const Tool& tool;
+  Pose pose;
+  const ToolTick& result;
+};
+
 struct CarveOptions {
   int threads = 1;                                  // results do not depend on it
   bool force = false;                               // take a mesh whose rays mostly disagree
@@ -24,14 +31,15 @@ struct CarveOptions {
   bool keep_forces = false;                         // in the document, too
   std::function<void(double share)> progress;       // 0..1, now and then
   std::function<void(const std::string&)> warning;  // one sentence each
-  // After every tick; false: no more of them.
-  std::function<bool(const TriDexel&, const Tool&, const Pose&, const ToolTick&)> each;
+  // After every tick; second: the second hand's, or null. false: no more of them.
+  std::function<bool(const TriDexel&, const CarvedTick& first, const CarvedTick* second)> each;
 };
 
 // A tick as it was felt.
 struct TraceRow {
   double time_s = 0;  // at the end of the tick
   ToolTick result;
+  std::shared_ptr<const ToolTick> second = nullptr;  // of the second hand, where there is one
 };
 
 // A labelled place on the path.
@@ -73,7 +81,7 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options);
 // As above, of a stock that make_stock made.
 Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
                       const CarveOptions& options);
-// Counts a tick in; what was touched only was not removed.
+// Counts what a hand did in a tick; what was touched only was not removed.
 void add_tick(CarveSummary& summary, Mode mode, ToolTick& result);
 // Fills in what of a summary comes from the model and the times of its steps.
 void summarize(Carving& carving, std::vector<double> step_us);

@@ -141,7 +141,11 @@ StrokeSettings stroke_settings(const Scene& scene, const Move& move) {
   s.materials = scene.materials;
   s.force = scene.force;
   s.rate_hz = scene.rate_hz;
-  s.crumbs = may_sever(move.mode) ? scene.crumbs : Crumbs::stay;
+  const bool severs = may_sever(move.mode) || (move.both() && may_sever(move.second->mode));
+  s.crumbs = severs ? scene.crumbs : Crumbs::stay;
+  if (move.both())
+    s.second = StrokeHand{scene.tools[move.second->tool], move.second->mode, move.second->material,
+                          scene.force};
   return s;
 }
 
@@ -354,7 +358,15 @@ Result<Replay> replay_document(const Document& document, const ReplayOptions& op
       const auto now = std::chrono::steady_clock::now();
       step_us.push_back(std::chrono::duration<double, std::micro>(now - last).count());
       ToolTick result = tick.result;
+      if (tick.recorded->second) {
+        add_tick(summary, s.second->mode, result);
+        // Beside the first hand's, which came before.
+        if (!tick.recorded->put && !carving.trace.empty())
+          carving.trace.back().second = std::make_shared<ToolTick>(result);
+        return;
+      }
       of_rate++;
+      summary.ticks++;
       add_tick(summary, s.mode, result);
       carving.trace.push_back({time(), result});
       if (options.carve.progress && summary.ticks % 64 == 0)

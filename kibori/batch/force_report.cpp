@@ -136,14 +136,16 @@ class Plot {
            top + height / 2, top + height / 2, panel.quantity, panel.unit);
     double key = kRight;
     for (auto s = panel.series.rbegin(); s != panel.series.rend() && panel.series.size() > 1; ++s) {
+      const double wide = std::max(
+          24.0, 0.75 * kLetterWidth * static_cast<double>(std::string_view(s->name).size()));
       append(svg_,
              "<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"end\" font-style=\"italic\">%s</text>", key,
              top - 9, s->name);
       append(svg_,
              "<line x1=\"%.1f\" x2=\"%.1f\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"%s\" "
              "stroke-width=\"2.5\"/>\n",
-             key - 58, key - 34, top - 13, top - 13, s->colour);
-      key -= 84;
+             key - wide - 34, key - wide - 10, top - 13, top - 13, s->colour);
+      key -= wide + 60;
     }
     append(svg_,
            "<clipPath id=\"panel%.0f\"><rect x=\"%d\" y=\"%.1f\" width=\"%d\" "
@@ -278,6 +280,11 @@ class Plot {
 
 double size_of(const Vec3& v) { return std::sqrt(v.squaredNorm()); }
 
+bool two_hands(const Carving& carving) {
+  return std::any_of(carving.trace.begin(), carving.trace.end(),
+                     [](const TraceRow& row) { return row.second != nullptr; });
+}
+
 }  // namespace
 
 std::vector<Mark> contact_marks(const Carving& carving) {
@@ -306,16 +313,23 @@ std::string forces_csv(const Carving& carving) {
   std::string csv =
       "time_s,x_mm,y_mm,z_mm,ax,ay,az,removed_mm3,points,fx_N,fy_N,fz_N,mx_Nmm,my_Nmm,mz_Nmm\n";
   csv.reserve(csv.size() + carving.trace.size() * 160);
-  for (const TraceRow& row : carving.trace) {
-    const Tick& tick = row.result.motion;
-    const Wrench& w = row.result.wrench;
+  const bool both = two_hands(carving);
+  if (both) csv.insert(csv.size() - 1, ",hand");
+  const auto put = [&](double time_s, const ToolTick& result, int hand) {
+    const Tick& tick = result.motion;
+    const Wrench& w = result.wrench;
     // + 0.0 turns -0 into 0.
-    append(csv, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%lld,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n",
-           row.time_s, tick.tip.x() + 0.0, tick.tip.y() + 0.0, tick.tip.z() + 0.0,
-           tick.axis.x() + 0.0, tick.axis.y() + 0.0, tick.axis.z() + 0.0,
-           row.result.removed_mm3 + 0.0, static_cast<long long>(row.result.points),
-           w.force.x() + 0.0, w.force.y() + 0.0, w.force.z() + 0.0, w.moment.x() + 0.0,
-           w.moment.y() + 0.0, w.moment.z() + 0.0);
+    append(csv, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%lld,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g",
+           time_s, tick.tip.x() + 0.0, tick.tip.y() + 0.0, tick.tip.z() + 0.0, tick.axis.x() + 0.0,
+           tick.axis.y() + 0.0, tick.axis.z() + 0.0, result.removed_mm3 + 0.0,
+           static_cast<long long>(result.points), w.force.x() + 0.0, w.force.y() + 0.0,
+           w.force.z() + 0.0, w.moment.x() + 0.0, w.moment.y() + 0.0, w.moment.z() + 0.0);
+    if (both) append(csv, ",%d", hand);
+    csv += '\n';
+  };
+  for (const TraceRow& row : carving.trace) {
+    put(row.time_s, row.result, 1);
+    if (row.second) put(row.time_s, *row.second, 2);
   }
   return csv;
 }
@@ -354,12 +368,19 @@ std::string forces_svg(const Carving& carving, const std::string& title, const s
   const auto moment = [](int i) {
     return [i](const TraceRow& r) { return r.result.wrench.moment[i]; };
   };
-  plot.panel(
-      {"|F|: size of the force on the hand",
-       "Force",
-       "N",
-       {{"|F|", kBlack, 1.8, [](const TraceRow& r) { return size_of(r.result.wrench.force); }}}},
-      top, height);
+  std::vector<Series> forces{
+      {"|F|", kBlack, 1.8, [](const TraceRow& r) { return size_of(r.result.wrench.force); }}};
+  std::vector<Series> moments{
+      {"|M|", kBlack, 1.8, [](const TraceRow& r) { return size_of(r.result.wrench.moment); }}};
+  if (two_hands(carving)) {
+    forces.push_back({"second hand", kOrange, 1.8, [](const TraceRow& r) {
+                        return r.second ? size_of(r.second->wrench.force) : 0;
+                      }});
+    moments.push_back({"second hand", kOrange, 1.8, [](const TraceRow& r) {
+                         return r.second ? size_of(r.second->wrench.moment) : 0;
+                       }});
+  }
+  plot.panel({"|F|: size of the force on the hand", "Force", "N", std::move(forces)}, top, height);
   plot.panel({"Its parts along x, y and z",
               "Force",
               "N",
@@ -367,12 +388,8 @@ std::string forces_svg(const Carving& carving, const std::string& title, const s
                {"Fy", kGreen, 1.4, force(1)},
                {"Fz", kBlue, 1.4, force(2)}}},
              top + height + gap, height);
-  plot.panel(
-      {"|M|: size of the moment about the tip",
-       "Moment",
-       "N mm",
-       {{"|M|", kBlack, 1.8, [](const TraceRow& r) { return size_of(r.result.wrench.moment); }}}},
-      top + 2 * (height + gap), height);
+  plot.panel({"|M|: size of the moment about the tip", "Moment", "N mm", std::move(moments)},
+             top + 2 * (height + gap), height);
   plot.panel({"Its parts about x, y and z",
               "Moment",
               "N mm",

@@ -516,6 +516,72 @@ class Reader {
     if (!fine) fail(node ? node : static_cast<const toml::node*>(&move), "[brush] " + fine.error());
   }
 
+  // Where a hand's tool goes, and what it does on its way; keys left out keep their value of the
+  // move before.
+  template <class HandMove>
+  void read_hand(const toml::table& t, std::string_view name, bool first, HandMove& hand) {
+    if (t.contains("to") || first) hand.to_mm = vector(t, name, "to");
+    if (t.contains("axis")) {
+      const Vec3 axis = vector(t, name, "axis");
+      const double largest = axis.cwiseAbs().maxCoeff();
+      if (!(largest > 0)) fail(t.get("axis"), full(name, "axis must not be zero"));
+      const Vec3 scaled = axis / largest;
+      hand.axis = scaled / std::sqrt(scaled.squaredNorm());
+    }
+    if (t.contains("roll_deg")) {
+      const double roll = number(t, name, "roll_deg");
+      if (!(std::abs(roll) <= 3600))
+        fail(t.get("roll_deg"), full(name, "roll_deg must lie between -3600 and 3600"));
+      hand.roll_rad = roll * kRadPerDeg;
+    }
+    if (t.contains("mode")) {
+      const std::string mode = text(t, name, "mode");
+      if (const auto known = value_of<Mode>(mode))
+        hand.mode = *known;
+      else
+        fail(t.get("mode"), "unknown mode \"" + mode + "\"; did you mean \"" +
+                                nearest(mode, strings(names_of(Mode{}))) + "\"?");
+    }
+    if (t.contains("material"))
+      hand.material = material(t.get("material"), text(t, name, "material"));
+    hand.mode = mode_in(scene_.materials[scene_.stock.material], hand.mode);
+    if (const toml::node* tool = t.get("tool")) {
+      if (!tool->is_table())
+        return fail(tool, full(name, "tool must be a table, as in tool = { ks = 0.2 }"));
+      scene_.tools.push_back(read_tool(*tool->as_table(), "tool", &scene_.tools[hand.tool]));
+      hand.tool = scene_.tools.size() - 1;
+    }
+  }
+
+  // The second hand is there from the first move on, or never.
+  void read_second(const toml::table& move, bool first, Move& of) {
+    const toml::node* node = move.get("second");
+    if (node && !node->is_table())
+      return fail(node, "[move] second must be a table, as in second = { to = [10, 20, 30] }");
+    if (node && !first && !of.second)
+      return fail(node,
+                  "[move] second: the first move must say where the second hand's tool starts");
+    if (node) {
+      const toml::table& t = *node->as_table();
+      only(t, "second", {"to", "axis", "roll_deg", "mode", "material", "tool"});
+      if (first) {
+        of.second.emplace();
+        of.second->material = scene_.stock.material;
+        of.second->tool = of.tool;
+      }
+      read_hand(t, "second", first, *of.second);
+    }
+    if (!of.second) return;
+    const Mode mode = of.second->mode;
+    if (reshapes(mode))
+      return fail(node, "[second] mode \"" + std::string(name_of(mode)) +
+                            "\" is for the first hand; the second cuts, deposits or touches");
+    if (reshapes(of.mode) && (mode == Mode::cut || mode == Mode::deposit))
+      fail(of.line, "[move] mode \"" + std::string(name_of(of.mode)) +
+                        "\" can't work beside a second hand that cuts or adds; give that mode = "
+                        "\"off\"");
+  }
+
   void read_moves(const toml::table& root) {
     if (const toml::table* t = table(root, "tool", true))
       scene_.tools.push_back(read_tool(*t, "tool", nullptr));
@@ -533,47 +599,18 @@ class Reader {
       const bool first = scene_.moves.empty();
       only(t, "move",
            {"to", "axis", "roll_deg", "speed", "turn_deg_s", "wait_s", "mode", "material", "label",
-            "tool", "brush"});
+            "tool", "brush", "second"});
       move.line = line_of(t);
       move.label.clear();
       move.wait_s = 0;
-      if (t.contains("to") || first) move.to_mm = vector(t, "move", "to");
-      if (t.contains("axis")) {
-        const Vec3 axis = vector(t, "move", "axis");
-        const double largest = axis.cwiseAbs().maxCoeff();
-        if (!(largest > 0)) fail(t.get("axis"), "[move] axis must not be zero");
-        const Vec3 scaled = axis / largest;
-        move.axis = scaled / std::sqrt(scaled.squaredNorm());
-      }
-      if (t.contains("roll_deg")) {
-        const double roll = number(t, "move", "roll_deg");
-        if (!(std::abs(roll) <= 3600))
-          fail(t.get("roll_deg"), "[move] roll_deg must lie between -3600 and 3600");
-        move.roll_rad = roll * kRadPerDeg;
-      }
+      read_hand(t, "move", first, move);
       if (t.contains("speed")) move.speed_mm_s = positive(t, "move", "speed");
       if (t.contains("turn_deg_s"))
         move.turn_rad_s = positive(t, "move", "turn_deg_s") * kRadPerDeg;
       at_least_zero(t, "move", "wait_s", move.wait_s);
-      if (t.contains("mode")) {
-        const std::string mode = text(t, "move", "mode");
-        if (const auto known = value_of<Mode>(mode))
-          move.mode = *known;
-        else
-          fail(t.get("mode"), "unknown mode \"" + mode + "\"; did you mean \"" +
-                                  nearest(mode, strings(names_of(Mode{}))) + "\"?");
-      }
-      if (t.contains("material"))
-        move.material = material(t.get("material"), text(t, "move", "material"));
-      move.mode = mode_in(scene_.materials[scene_.stock.material], move.mode);
       if (t.contains("brush") || reshapes(move.mode)) read_brush(t, move);
       if (t.contains("label")) move.label = text(t, "move", "label");
-      if (const toml::node* tool = t.get("tool")) {
-        if (!tool->is_table())
-          return fail(tool, "[move] tool must be a table, as in tool = { ks = 0.2 }");
-        scene_.tools.push_back(read_tool(*tool->as_table(), "tool", &scene_.tools[move.tool]));
-        move.tool = scene_.tools.size() - 1;
-      }
+      read_second(t, first, move);
       if (!error_.empty()) return;
       if (!first)
         if (auto plan = plan_move(scene_, scene_.moves.back(), move); !plan) {
@@ -824,19 +861,27 @@ Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to)
     return Error{scene.file + ":" + std::to_string(to.line) + ": " + what};
   };
   MovePlan plan;
-  Vec3 turn = shortest_turn(from.axis, to.axis);
-  // The same axis, but for the last bit.
-  if (turn.squaredNorm() < kNoTurn * kNoTurn) turn = Vec3::Zero();
-  const double roll = to.roll_rad - from.roll_rad;
-  if (from.axis.dot(to.axis) < -1 + 1e-9)
-    return wrong(
-        "[move] axis reverses exactly, so the way round is open; add a move with an axis in "
-        "between");
-  if (turn.squaredNorm() > 0 && roll != 0)
-    return wrong("[move] changes axis and roll_deg together; use two moves");
-  plan.turn_rad = roll != 0 ? Vec3(roll * to.axis) : turn;
-  const double length = std::sqrt((to.to_mm - from.to_mm).squaredNorm());
-  const double angle = std::sqrt(plan.turn_rad.squaredNorm());
+  double length = 0, angle = 0;  // the longer of both hands'
+  const auto plan_hand = [&](const auto& a, const auto& b, Vec3& turn_rad) -> Status {
+    Vec3 turn = shortest_turn(a.axis, b.axis);
+    // The same axis, but for the last bit.
+    if (turn.squaredNorm() < kNoTurn * kNoTurn) turn = Vec3::Zero();
+    const double roll = b.roll_rad - a.roll_rad;
+    if (a.axis.dot(b.axis) < -1 + 1e-9)
+      return wrong(
+          "[move] axis reverses exactly, so the way round is open; add a move with an axis in "
+          "between");
+    if (turn.squaredNorm() > 0 && roll != 0)
+      return wrong("[move] changes axis and roll_deg together; use two moves");
+    turn_rad = roll != 0 ? Vec3(roll * b.axis) : turn;
+    length = std::max(length, std::sqrt((b.to_mm - a.to_mm).squaredNorm()));
+    angle = std::max(angle, std::sqrt(turn_rad.squaredNorm()));
+    return Ok{};
+  };
+  if (const Status fine = plan_hand(from, to, plan.turn_rad); !fine) return Error{fine.error()};
+  if (from.second && to.second)
+    if (const Status fine = plan_hand(*from.second, *to.second, plan.second_turn_rad); !fine)
+      return Error{fine.error()};
   double ticks = 0;
   // A hair less before rounding up: 100 mm at 40 mm/s and 1000 Hz are 2500 ticks, whatever the last
   // bit says.

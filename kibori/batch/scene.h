@@ -34,6 +34,16 @@ struct Stock {
   int line = 0;  // in the file
 };
 
+// Where the second hand's tool goes meanwhile; both arrive together.
+struct SecondMove {
+  Vec3 to_mm = Vec3::Zero();
+  Vec3 axis = Vec3::UnitZ();  // unit
+  double roll_rad = 0;        // about the axis
+  Mode mode = Mode::cut;      // cut, deposit, touch or off
+  uint8_t material = 0;       // of a deposit
+  size_t tool = 0;            // index into Scene::tools
+};
+
 struct Move {
   Vec3 to_mm = Vec3::Zero();
   Vec3 axis = Vec3::UnitZ();  // unit
@@ -46,7 +56,10 @@ struct Move {
   Brush brush;           // of a mode that reshapes
   std::string label;
   size_t tool = 0;  // index into Scene::tools
-  int line = 0;     // in the file
+  std::optional<SecondMove> second;
+  int line = 0;  // in the file
+  // Whether the second hand takes part in its stroke.
+  bool both() const { return second && second->mode != Mode::off && !reshapes(mode); }
 };
 
 // A cutter of a scene: see BodyAction.
@@ -98,10 +111,12 @@ Result<Scene> read_scene(const std::filesystem::path& path);
 Result<Scene> parse_scene(const std::string& text, const std::string& name,
                           const std::optional<std::filesystem::path>& folder);
 
-// How one move runs: `ticks` of equal steps, then `dwell_ticks` at rest.
+// How one move runs: `ticks` of equal steps, then `dwell_ticks` at rest. Where there is a second
+// hand, the speed is that of the one that has the longer way.
 struct MovePlan {
   int64_t ticks = 0, dwell_ticks = 0;
   Vec3 turn_rad = Vec3::Zero();  // rotation vector of the whole move
+  Vec3 second_turn_rad = Vec3::Zero();
 };
 // Errors: a reversal of the axis, a missing speed, more ticks than 10^9.
 Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to);

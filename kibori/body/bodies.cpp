@@ -435,7 +435,34 @@ Result<std::shared_ptr<const NoGo>> no_go_of(const Bodies& bodies, BodyId worked
   return std::shared_ptr<const NoGo>(std::make_shared<NoGo>(std::move(all)));
 }
 
-CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule) {
+namespace {
+
+// Whether a piece of `z` reaches into what is no-go.
+bool holds_some(const Pieces& pieces, int piece, const FieldSnapshot& z, const NoGo& no_go) {
+  const NodeBounds& box = pieces.all()[static_cast<size_t>(piece)].box;
+  const LatticeBox& there = no_go.bounds();
+  if ((box.max.cast<double>() + 1 < there.units.min.array()).any() ||
+      (box.min.cast<double>() > there.units.max.array()).any())
+    return false;
+  const FieldSnapshot& kept = no_go.model().field(Axis::z).view();
+  for (int v = box.min.y(); v <= box.max.y(); v++)
+    for (int u = box.min.x(); u <= box.max.x(); u++) {
+      int number = 0;
+      bool meets = false;
+      z.for_spans(u, v, [&](const Span& span) {
+        if (pieces.of_span(u, v, number++) != piece) return;
+        kept.for_spans(u, v, [&](const Span& other) {
+          meets |= std::max(span.in, other.in) < std::min(span.out, other.out);
+        });
+      });
+      if (meets) return true;
+    }
+  return false;
+}
+
+}  // namespace
+
+CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule, const NoGo* no_go) {
   CrumbResult result;
   if (rule == Crumbs::stay) return result;
   const Snapshot after = model.snapshot();
@@ -445,6 +472,7 @@ CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule) {
   double taken = 0;
   for (const Severed::Part& part : severed.parts) {
     const auto piece = static_cast<size_t>(part.piece);
+    if (no_go && holds_some(severed.pieces, part.piece, after.field(Axis::z), *no_go)) continue;
     stays[piece] = false;
     const bool falls = rule == Crumbs::fall || (rule == Crumbs::sort && part.share < kCrumbShare);
     result.fallen += falls;
@@ -456,6 +484,7 @@ CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule) {
     result.portions.push_back({off.snapshot(), off.material_bounds()});
     taken += off.volume_mm3();
   }
+  if (result.fallen == 0 && result.portions.empty()) return result;
   keep_pieces(model, severed.pieces, stays, true);
   if (result.fallen > 0)
     result.fallen_mm3 = std::max(0.0, after.volume_mm3() - model.volume_mm3() - taken);

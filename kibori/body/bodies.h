@@ -118,7 +118,8 @@ struct CrumbResult {
 };
 // To be called at a stroke's end: `model` is as the stroke left it, `before` as it found it. Takes
 // what it severed out of `model`.
-CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule);
+CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule,
+                        const NoGo* no_go = nullptr);
 // Adds what take_crumbs gave, as bodies that stand as `from` does; their numbers.
 std::vector<BodyId> add_bodies(Bodies& bodies, const Body& from,
                                const std::vector<Portion>& portions);

@@ -52,6 +52,7 @@ class PointerDevice final : public Device {
   // Nothing before the first hover() or stroke.
   DeviceStatus read(DeviceReading& reading) override;
   bool behind() const override;
+  bool pressed() const override { return stroke_ != 0 && !ended_; }
   DeviceStatus write(const Wrench&) override { return DeviceStatus::ok; }
 
  private:

@@ -72,6 +72,8 @@ struct Reader {
   bool done() const { return at == bytes.size(); }
 };
 
+// Flags of a tick.
+constexpr uint8_t kEdits = 1, kSecond = 2, kPut = 4;
 // The columns of a tick, and of a force.
 constexpr int kColumns = 12, kForceColumns = 6;
 template <class T>
@@ -98,6 +100,50 @@ Json json_of(const Tool& tool) {
     for (const auto& t3 : t->mesh->triangles) triangles.push_back({t3[0], t3[1], t3[2]});
   }
   return json;
+}
+
+Json json_of(const StrokeForce& force) {
+  const bool series = force.series();
+  Json json{{"model", name_of(force.law.model)}};
+  if (series) {
+    json["stiffness_n_mm"] = force.spring.stiffness_n_mm;
+    json["torsion_nmm_rad"] = force.spring.torsion_nmm_rad;
+    json["friction"] = force.spring.friction;
+  } else {
+    json["dof"] = force.law.dof;
+  }
+  // Only where they are, so that strokes without them read as they always did.
+  if (series && force.spring.strength_n > 0) json["strength_n"] = force.spring.strength_n;
+  const double share = series ? force.spring.hand_share : force.law.hand_share;
+  if (share != 1) json["hand_share"] = share;
+  if (force.law.model == ForceModel::energy) json["start_resists"] = force.law.start_resists;
+  return json;
+}
+
+Status read_force(const Json& json, double rate_hz, StrokeForce& force) {
+  Fields f{json};
+  std::string model;
+  f.get("model", model);
+  const std::optional<ForceModel> named = value_of<ForceModel>(model);
+  if (!named) return Error{"no force model is called '" + sanitize_message(model) + "'"};
+  force.law.model = *named;
+  double& share = force.series() ? force.spring.hand_share : force.law.hand_share;
+  if (json.contains("hand_share")) f.get("hand_share", share);
+  if (!(share >= 0 && share <= 1)) return Error{"a stroke's hand_share is not from 0 to 1"};
+  if (force.series()) {
+    if (json.contains("strength_n")) f.get("strength_n", force.spring.strength_n);
+    if (!(force.spring.strength_n >= 0)) return Error{"a stroke's strength_n is below 0"};
+    f.get("stiffness_n_mm", force.spring.stiffness_n_mm);
+    f.get("torsion_nmm_rad", force.spring.torsion_nmm_rad);
+    f.get("friction", force.spring.friction);
+    force.spring.tick_s = 1 / rate_hz;
+  } else {
+    f.get("dof", force.law.dof, 5, 6);
+    // Strokes of before it was asked have no such key.
+    force.law.start_resists = json.value("start_resists", Json(true)) != Json(false);
+  }
+  if (!f.wrong.empty()) return Error{"the force " + f.wrong};
+  return Ok{};
 }
 
 Status read_tool_mesh(Fields& fields, MeshTool& tool) {
@@ -222,6 +268,39 @@ Status read_brush(const Json& json, Brush& brush) {
   return Ok{};
 }
 
+Status read_second(const Json& json, StrokeSettings& s) {
+  if (!json.is_object()) return Error{"a stroke's second hand is no JSON object"};
+  StrokeHand hand;
+  Fields fields{json};
+  std::string mode;
+  int material = 0;
+  fields.get("mode", mode);
+  fields.get("material", material, 0, static_cast<int>(s.materials.size()) - 1);
+  const Json *tool = fields.find("tool"), *force = fields.find("force");
+  if (!fields.wrong.empty()) return Error{"a stroke's second hand: it " + fields.wrong};
+  const std::optional<Mode> known = value_of<Mode>(mode);
+  if (!known || *known == Mode::off || reshapes(*known))
+    return Error{"a second hand cuts, deposits or touches, and does not '" +
+                 sanitize_message(mode) + "'"};
+  if (!tool->is_object() || !force->is_object())
+    return Error{"a second hand's tool or force is no JSON object"};
+  Result<Tool> read = tool_of(*tool);
+  if (!read) return Error{read.error()};
+  hand.tool = std::move(read).value();
+  hand.mode = *known;
+  hand.material = static_cast<uint8_t>(material);
+  if (Status felt = read_force(*force, s.rate_hz, hand.force); !felt) return felt;
+  if (Status fits = check_symmetry(s.symmetry, hand.tool); !fits) return fits;
+  s.second = std::move(hand);
+  return Ok{};
+}
+
+// A place, and a rotation.
+bool is_pose(const Pose& pose) {
+  return pose.tip.allFinite() && pose.frame.allFinite() &&
+         (pose.frame * pose.frame.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() < 1e-6;
+}
+
 }  // namespace
 
 std::string tool_to_json(const Tool& tool) { return json_of(tool).dump(); }
@@ -237,20 +316,7 @@ std::string settings_to_json(const StrokeSettings& s) {
             {"mode", name_of(s.mode)},
             {"material", s.material},
             {"rate_hz", s.rate_hz}};
-  if (s.force.series())
-    json["force"] = {{"model", name_of(s.force.law.model)},
-                     {"stiffness_n_mm", s.force.spring.stiffness_n_mm},
-                     {"torsion_nmm_rad", s.force.spring.torsion_nmm_rad},
-                     {"friction", s.force.spring.friction}};
-  else
-    json["force"] = {{"model", name_of(s.force.law.model)}, {"dof", s.force.law.dof}};
-  // Only where they are, so that strokes without them read as they always did.
-  if (s.force.series() && s.force.spring.strength_n > 0)
-    json["force"]["strength_n"] = s.force.spring.strength_n;
-  const double share = s.force.series() ? s.force.spring.hand_share : s.force.law.hand_share;
-  if (share != 1) json["force"]["hand_share"] = share;
-  if (s.force.law.model == ForceModel::energy)
-    json["force"]["start_resists"] = s.force.law.start_resists;
+  json["force"] = json_of(s.force);
   if (reshapes(s.mode)) {
     json["brush"] = {
         {"radius_mm", s.brush.radius_mm},      {"strength", s.brush.strength},
@@ -265,6 +331,11 @@ std::string settings_to_json(const StrokeSettings& s) {
   }
   if (s.body != 1) json["body"] = s.body;
   if (s.crumbs != Crumbs::stay) json["crumbs"] = name_of(s.crumbs);
+  if (s.second)
+    json["second"] = {{"tool", json_of(s.second->tool)},
+                      {"mode", name_of(s.second->mode)},
+                      {"material", s.second->material},
+                      {"force", json_of(s.second->force)}};
   if (s.symmetry.any())
     json["symmetry"] = {{"planes", s.symmetry.planes}, {"centre_mm", vec(s.symmetry.centre_mm)}};
   if (s.symmetry.fold > 1) {
@@ -303,30 +374,9 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
   s.mode = *known;
   fields.get("rate_hz", s.rate_hz);
   if (!(s.rate_hz > 0)) return Error{"a stroke's rate_hz is not positive"};
-  if (const Json* force = fields.find("force"); force && force->is_object()) {
-    Fields f{*force};
-    std::string model;
-    f.get("model", model);
-    const std::optional<ForceModel> named = value_of<ForceModel>(model);
-    if (!named) return Error{"no force model is called '" + sanitize_message(model) + "'"};
-    s.force.law.model = *named;
-    double& share = s.force.series() ? s.force.spring.hand_share : s.force.law.hand_share;
-    if (force->contains("hand_share")) f.get("hand_share", share);
-    if (!(share >= 0 && share <= 1)) return Error{"a stroke's hand_share is not from 0 to 1"};
-    if (s.force.series()) {
-      if (force->contains("strength_n")) f.get("strength_n", s.force.spring.strength_n);
-      if (!(s.force.spring.strength_n >= 0)) return Error{"a stroke's strength_n is below 0"};
-      f.get("stiffness_n_mm", s.force.spring.stiffness_n_mm);
-      f.get("torsion_nmm_rad", s.force.spring.torsion_nmm_rad);
-      f.get("friction", s.force.spring.friction);
-      s.force.spring.tick_s = 1 / s.rate_hz;
-    } else {
-      f.get("dof", s.force.law.dof, 5, 6);
-      // Strokes of before it was asked have no such key.
-      s.force.law.start_resists = force->value("start_resists", Json(true)) != Json(false);
-    }
-    if (!f.wrong.empty()) return Error{"the force " + f.wrong};
-  }
+  if (const Json* force = fields.find("force"); force && force->is_object())
+    if (const Status read = read_force(*force, s.rate_hz, s.force); !read)
+      return Error{read.error()};
   if (const auto symmetry = json.find("symmetry"); symmetry != json.end()) {
     const Error none{
         "a stroke's symmetry must have planes (three times true or false) and centre_mm"};
@@ -392,6 +442,8 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
     if (!rule) return Error{"no rule for crumbs is called '" + sanitize_message(crumbs) + "'"};
     s.crumbs = *rule;
   }
+  if (json.contains("second"))
+    if (const Status read = read_second(json["second"], s); !read) return Error{read.error()};
   if (!fields.wrong.empty()) return Error{"a stroke's settings: it " + fields.wrong};
   return s;
 }
@@ -445,7 +497,10 @@ Bytes encode_ticks(const StrokeTick* ticks, size_t count) {
   Bytes raw;
   const auto number = static_cast<uint32_t>(count);
   put(raw, &number, 1);
-  for (size_t i = 0; i < count; i++) raw.push_back(ticks[i].edits);
+  for (size_t i = 0; i < count; i++)
+    raw.push_back(static_cast<uint8_t>((ticks[i].edits ? kEdits : 0) |
+                                       (ticks[i].second ? kSecond : 0) |
+                                       (ticks[i].put ? kPut : 0)));
   put_columns(raw, count, kColumns, [&](size_t i, int c) { return column(ticks[i], c); });
   return compress(raw);
 }
@@ -458,12 +513,19 @@ Result<std::vector<StrokeTick>> decode_ticks(const Bytes& bytes) {
   if (!reader.take(&count, 1) || raw.value().size() != 4 + size_t{count} * (1 + 8 * kColumns))
     return Error{"a stroke's ticks: the block has not the length it should have"};
   std::vector<StrokeTick> ticks(count);
-  Bytes edits(count);
-  reader.take(edits.data(), count);
-  for (size_t i = 0; i < count; i++) ticks[i].edits = edits[i] != 0;
+  Bytes flags(count);
+  reader.take(flags.data(), count);
+  for (size_t i = 0; i < count; i++) {
+    ticks[i].edits = (flags[i] & kEdits) != 0;
+    ticks[i].second = (flags[i] & kSecond) != 0;
+    ticks[i].put = (flags[i] & kPut) != 0;
+  }
   if (!take_columns(reader, count, kColumns,
                     [&](size_t i, int c) -> double& { return column(ticks[i], c); }))
     return Error{"a stroke's ticks hold something that is not a number"};
+  for (const StrokeTick& tick : ticks)
+    if (tick.put && (!tick.second || tick.edits || !is_pose(put_pose(tick))))
+      return Error{"a stroke's ticks put a tool where it can't be"};
   return ticks;
 }
 
@@ -503,9 +565,8 @@ Result<Pose> decode_pose(const Bytes& bytes) {
   bool good = reader.take(pose.tip.data(), 3);
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) good = good && reader.take(&pose.frame(i, j), 1);
-  good = good && reader.done() && pose.tip.allFinite() && pose.frame.allFinite() &&
-         (pose.frame * pose.frame.transpose() - Mat3::Identity()).cwiseAbs().maxCoeff() < 1e-6;
-  if (!good) return Error{"a stroke's first pose is not a place and a rotation"};
+  if (!good || !reader.done() || !is_pose(pose))
+    return Error{"a stroke's first pose is not a place and a rotation"};
   return pose;
 }
 

@@ -59,7 +59,7 @@ struct Step {
   bool pictured = false;  // there is a thumbnail of it
 };
 
-// A tick as a replay felt it.
+// A tick as a replay felt it; of the second hand, where recorded->second.
 struct ReplayedTick {
   StepId step = 0;
   const StrokeTick* recorded = nullptr;

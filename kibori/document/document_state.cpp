@@ -34,6 +34,27 @@ void clear(TriDexel& model) {
   }
 }
 
+// A tick of the second hand, by its tool.
+Status replay_second(const StrokeSettings& s, const StrokeTick& tick,
+                     const std::optional<ForceLaw>& law, DirectTool& tool, ToolTick& result) {
+  if (!s.second) return Error{"it has ticks of a second hand, and none"};
+  if (tick.put) {
+    tool.place(put_pose(tick));
+    result = {};
+    result.pose = tool.pose();
+    return Ok{};
+  }
+  const StrokeHand& hand = *s.second;
+  Result<ToolTick> done =
+      tool.advance(hand.tool, tick.tip, tick.turn, tick.edits ? hand.mode : Mode::off,
+                   law.value_or(hand.force.law), s.materials, hand.material);
+  if (!done) return Error{done.error()};
+  result = std::move(done).value();
+  if (hand.force.series() && !law)
+    result.wrench = pull_of(hand.force.spring, tick.hand, tick.hand_turn);
+  return Ok{};
+}
+
 Body with_model(Body body, const TriDexel& model) {
   body.model = model.snapshot();
   body.material_bounds = model.material_bounds();
@@ -540,6 +561,9 @@ Status Document::replay_ticks(StepId step, const StrokeSettings& s, TriDexel& mo
   DirectTool stroke(model, begin.value());
   stroke.set_symmetry(s.symmetry);
   stroke.set_no_go(no_go);
+  DirectTool second(model, {});
+  second.set_symmetry(s.symmetry);
+  second.set_no_go(no_go);
   ReshapeStroke reshape(model);
   const ReshapeSettings reshaping{s.mode,    s.brush,   s.tool, law.value_or(s.force.law),
                                   s.rate_hz, s.symmetry};
@@ -549,6 +573,12 @@ Status Document::replay_ticks(StepId step, const StrokeSettings& s, TriDexel& mo
   int64_t count = 0;
   Status replayed = for_ticks(step, [&](const std::vector<StrokeTick>& ticks) -> Status {
     for (const StrokeTick& tick : ticks) {
+      out.recorded = &tick;
+      if (tick.second) {
+        if (Status moved = replay_second(s, tick, law, second, out.result); !moved) return moved;
+        if (use) use(out);
+        continue;
+      }
       const Mode mode = tick.edits ? s.mode : Mode::off;
       if (reshapes(mode) && !std::exchange(begun, true))
         if (Status fine = reshape.begin(reshaping, s.materials, stroke.pose()); !fine) return fine;
@@ -563,12 +593,11 @@ Status Document::replay_ticks(StepId step, const StrokeSettings& s, TriDexel& mo
           return reshaped;
       begun &= tick.edits;
       count++;
+      out.time_s = static_cast<double>(count) / s.rate_hz;
       if (!use) continue;
-      out.recorded = &tick;
       out.result = done.value();
       if (s.force.series() && !law && !reshapes(mode))
         out.result.wrench = pull_of(s.force.spring, tick.hand, tick.hand_turn);
-      out.time_s = static_cast<double>(count) / s.rate_hz;
       use(out);
     }
     return Ok{};

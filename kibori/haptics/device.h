@@ -55,6 +55,8 @@ class Device {
   // Whether more readings are due in this tick: of a device that plays a path back and has fallen
   // behind.
   virtual bool behind() const { return false; }
+  // Whether the hand works with its tool: a pointer does while it follows a stroke.
+  virtual bool pressed() const { return true; }
   // The wrench to give from now on: N and N mm about the grip, in the device's axes.
   virtual DeviceStatus write(const Wrench& wrench) = 0;
   // The stiffness that forces will come from, for devices that go on by themselves between writes.

@@ -47,10 +47,11 @@ void CrumbWorker::run() {
       {
         TriDexel model(stroke.after, stroke.bounds);
         const uint64_t was = model.generation();
-        done.crumbs = take_crumbs(model, stroke.before, stroke.rule);
+        done.crumbs = take_crumbs(model, stroke.before, stroke.rule, stroke.no_go.get());
         done.changed = model.generation() != was;
         if (done.changed) stroke.after = model.snapshot();
       }
+      stroke.no_go.reset();
       done.stroke = std::move(stroke);
       KIBORI_CHECK(done_.push(std::move(done)));
       answers_.fetch_add(1, std::memory_order_release);

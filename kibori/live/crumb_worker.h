@@ -7,6 +7,7 @@
 #pragma once
 
 #include <atomic>
+#include <memory>
 #include <thread>
 
 #include <kibori/base/handover.h>
@@ -21,6 +22,7 @@ class CrumbWorker {
     LatticeBox bounds;  // of the material
     double removed_mm3 = 0;
     Crumbs rule = Crumbs::sort;
+    std::shared_ptr<const NoGo> no_go;  // what holds some of it stays
   };
   struct Done {
     Stroke stroke;         // its `after` and `bounds` are without the crumbs

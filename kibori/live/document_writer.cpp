@@ -102,7 +102,7 @@ Status DocumentWriter::take(const Item& item) {
     case StrokeLog::Kind::begin: {
       const StrokeLog::Begin& b = *item.begin;
       return document_->begin({b.tool, b.mode, b.material, *b.materials, b.force, b.rate_hz,
-                               b.symmetry, b.brush, document_->active(), b.crumbs},
+                               b.symmetry, b.brush, document_->active(), b.crumbs, b.second},
                               b.start);
     }
     case StrokeLog::Kind::tick:

@@ -10,31 +10,32 @@ namespace kibori {
 
 Result<std::unique_ptr<LiveCarving>> LiveCarving::make(std::unique_ptr<TriDexel> model,
                                                        std::unique_ptr<Device> device,
-                                                       const LiveSettings& settings) {
+                                                       const LiveSettings& settings,
+                                                       std::unique_ptr<Device> second) {
   if (!(settings.rate_hz >= 100 && settings.rate_hz <= 4000))
     return Error{"the servo rate must be 100 to 4000 Hz"};
-  if (!(settings.force_scale > 0) || !std::isfinite(settings.force_scale))
-    return Error{"the force's scale must be positive"};
-  if (const Status fits = check_tool(settings.tool); !fits) return Error{fits.error()};
   if (const Status fits = check_symmetry(settings.symmetry, settings.tool); !fits)
     return Error{fits.error()};
   if (const Status fits = check_brush(settings.brush); !fits) return Error{fits.error()};
   if (settings.materials.empty() || settings.materials.size() > kMaxMaterials)
     return Error{"there must be 1 to 64 materials"};
-  const SeriesSpring& spring = settings.spring;
-  if (!(spring.stiffness_n_mm > 0) || !std::isfinite(spring.stiffness_n_mm) ||
-      !(spring.torsion_nmm_rad >= 0) || !std::isfinite(spring.torsion_nmm_rad) ||
-      !(spring.friction >= 0) || !std::isfinite(spring.friction))
-    return Error{"the spring's stiffness must be positive, its torsion and friction zero or more"};
-  if (settings.model == ForceModel::series) {
-    const double felt = spring.stiffness_n_mm * settings.workspace.scale() * settings.force_scale;
-    const Status stable = check_stability({felt, settings.passivity_ns_mm, 1 / settings.rate_hz},
-                                          device->capabilities());
-    if (!stable) return Error{stable.error()};
+  if (const Status fits =
+          ServoHand::check(settings, settings.model, settings.rate_hz, device->capabilities());
+      !fits)
+    return Error{fits.error()};
+  if (second) {
+    if (const Status fits = ServoHand::check(settings.second, settings.model, settings.rate_hz,
+                                             second->capabilities());
+        !fits)
+      return Error{fits.error()};
+    if (const Status fits = check_symmetry(settings.symmetry, settings.second.tool); !fits)
+      return Error{fits.error()};
+    if (reshapes(settings.second.mode))
+      return Error{"the second hand cuts, adds or feels; only the first can reshape"};
   }
   model->reserve(ServoContext::kReadyTiles);
   return std::unique_ptr<LiveCarving>(
-      new LiveCarving(std::move(model), std::move(device), settings));
+      new LiveCarving(std::move(model), std::move(device), settings, std::move(second)));
 }
 
 LiveCarving::~LiveCarving() {
@@ -49,14 +50,14 @@ void LiveCarving::start() {
   stopping_ = false;
   thread_ = std::thread([this] {
     scheduling_ = enter_real_time();
-    if (context_.settings_.armed) context_.safety_.arm();
+    if (context_.settings_.armed) context_.for_hands([](ServoHand& hand) { hand.safety().arm(); });
     ServoClock clock(context_.settings_.rate_hz);
     while (!stopping_.load(std::memory_order_relaxed)) {
       const double elapsed = clock.wait();
       run_tick(elapsed);
       clock.done();
     }
-    context_.device_->write({});
+    context_.for_hands([](ServoHand& hand) { hand.device().write({}); });
     context_.finish_stroke();
     statistics_ = clock.statistics();
   });
@@ -66,7 +67,7 @@ void LiveCarving::stop() {
   if (!thread_.joinable()) return;
   stopping_ = true;
   thread_.join();
-  context_.safety_.disarm();
+  context_.for_hands([](ServoHand& hand) { hand.safety().disarm(); });
 }
 
 void LiveCarving::check_stopped() const { KIBORI_CHECK(!thread_.joinable()); }
@@ -91,23 +92,27 @@ const LiveTotals& LiveCarving::totals() const {
   return context_.totals_;
 }
 
-bool LiveCarving::post(Command command) {
+bool LiveCarving::post(std::function<void(ServoContext&)> command, bool ends_stroke) {
   const std::lock_guard<std::mutex> lock(posting_);
   Command* done = nullptr;
   while (finished_.pop(done)) delete done;
-  auto own = std::make_unique<Command>(std::move(command));
+  auto own = std::make_unique<Command>(Command{std::move(command), ends_stroke});
   if (!commands_.push(own.get())) return false;
   static_cast<void>(own.release());
   return true;
 }
 
 void LiveCarving::run_command() {
-  if (commands_.empty() || !context_.settle()) return;
-  context_.end_stroke();
-  if (!context_.crumbs_.idle()) return;  // what it severed is looked for first
+  Command* const* const next = commands_.front();
+  if (!next) return;
+  if ((*next)->ends_stroke) {
+    if (!context_.settle()) return;
+    context_.end_stroke();
+    if (!context_.crumbs_.idle()) return;  // what it severed is looked for first
+  }
   Command* command = nullptr;
   commands_.pop(command);
-  (*command)(context_);
+  command->run(context_);
   // Twice as many places as for commands, and every post() empties it first: never full.
   finished_.push(command);
 }

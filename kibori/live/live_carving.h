@@ -15,6 +15,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include <kibori/base/handover.h>
 #include <kibori/base/result.h>
@@ -25,10 +26,12 @@ namespace kibori {
 
 class LiveCarving {
  public:
-  // Errors: a rate, tool or stiffness that can't be, or a rendering beyond the device's damping.
+  // `second`: of a second hand, as LiveSettings::second says; null: there is none. Errors: a rate,
+  // tool or stiffness that can't be, or a rendering beyond the device's damping.
   static Result<std::unique_ptr<LiveCarving>> make(std::unique_ptr<TriDexel> model,
                                                    std::unique_ptr<Device> device,
-                                                   const LiveSettings& settings);
+                                                   const LiveSettings& settings,
+                                                   std::unique_ptr<Device> second = nullptr);
   ~LiveCarving();
 
   // Starts the servo thread, which owns the model until stop(), and arms the safety stage if
@@ -42,8 +45,13 @@ class LiveCarving {
   LiveTick tick(double elapsed_s);
 
   // Runs `command` between two ticks, on the servo thread; false where 64 are waiting. Any thread.
-  // Dabs that are under way come first.
-  bool post(std::function<void(ServoContext&)> command);
+  // Dabs that are under way come first, and the stroke that is being made ends.
+  bool post(std::function<void(ServoContext&)> command) { return post(std::move(command), true); }
+  // The same, and the stroke goes on: for what the second hand does in it, as it is put down or
+  // lifted.
+  bool post_within_stroke(std::function<void(ServoContext&)> command) {
+    return post(std::move(command), false);
+  }
   // The newest snapshot, if there is one that was not taken yet. Always the same thread.
   bool latest(Snapshot& snapshot) {
     BodyId body = 0;
@@ -80,10 +88,14 @@ class LiveCarving {
   const LiveTotals& totals() const;
 
  private:
-  using Command = std::function<void(ServoContext&)>;
+  struct Command {
+    std::function<void(ServoContext&)> run;
+    bool ends_stroke = true;
+  };
   LiveCarving(std::unique_ptr<TriDexel> model, std::unique_ptr<Device> device,
-              const LiveSettings& settings)
-      : context_(std::move(model), std::move(device), settings) {}
+              const LiveSettings& settings, std::unique_ptr<Device> second)
+      : context_(std::move(model), std::move(device), settings, std::move(second)) {}
+  bool post(std::function<void(ServoContext&)> command, bool ends_stroke);
   void check_stopped() const;
   LiveTick run_tick(double elapsed_s);
   void run_command();

@@ -10,8 +10,6 @@
 namespace kibori {
 namespace {
 
-// Substeps of one tick's motion: a hand takes one or two, and each costs as much as a tick.
-constexpr double kMaxSubsteps = 64;
 // Readings of a device that has fallen behind, at most, beside the tick's own: so a path that lies
 // back is followed nine times as fast as it was made, and a tick stays short.
 constexpr int kMaxReadings = 8;
@@ -21,66 +19,58 @@ constexpr double kForceFadeS = 0.03, kVelocityFadeS = 0.02;
 }  // namespace
 
 ServoContext::ServoContext(std::unique_ptr<TriDexel> model, std::unique_ptr<Device> device,
-                           const LiveSettings& settings)
+                           const LiveSettings& settings, std::unique_ptr<Device> second)
     : model_(std::move(model)),
-      device_(std::move(device)),
       settings_(settings),
-      series_(*model_, {}, settings.spring),
-      stroke_(*model_, {}),
-      safety_(device_->capabilities(), 1 / settings.rate_hz),
-      passivity_(settings.passivity_ns_mm) {
-  settings_.spring.tick_s = 1 / settings_.rate_hz;
+      first_(*model_, std::move(device), settings_, settings.rate_hz) {
+  if (second)
+    second_ =
+        std::make_unique<ServoHand>(*model_, std::move(second), settings_.second, settings.rate_hz);
   if (settings_.watched) watched_ = std::make_unique<Watched>();
   logged_materials_ = std::make_shared<const std::vector<Material>>(settings_.materials);
-  series_.set_spring(settings_.spring);
-  series_.show_resistance(device_->capabilities().dof_out == 0);
   set_symmetry(settings_.symmetry);
   if (settings_.model == ForceModel::series)
-    device_->expect_stiffness(settings_.spring.stiffness_n_mm * settings_.workspace.scale() *
-                              settings_.force_scale);
+    for_hands([](ServoHand& hand) {
+      const ServoHandSettings& s = hand.settings();
+      hand.device().expect_stiffness(s.spring.stiffness_n_mm * s.workspace.scale() * s.force_scale);
+    });
 }
 
 void ServoContext::set_stiffness(double n_mm) {
-  const double felt = n_mm * settings_.workspace.scale() * settings_.force_scale;
-  if (!(n_mm > 0) || !check_stability({felt, settings_.passivity_ns_mm, 1 / settings_.rate_hz},
-                                      device_->capabilities()))
-    return;
-  settings_.spring.stiffness_n_mm = n_mm;
-  series_.set_spring(settings_.spring);
-  device_->expect_stiffness(felt);
+  SeriesSpring spring = settings_.spring;
+  spring.stiffness_n_mm = n_mm;
+  first_.set_spring(spring, settings_.force_scale);
 }
 
 void ServoContext::set_hand(double stiffness_n_mm, double strength_n, double hand_share,
                             double force_scale) {
-  const double felt = stiffness_n_mm * settings_.workspace.scale() * force_scale;
-  if (!(stiffness_n_mm > 0) ||
-      !check_stability({felt, settings_.passivity_ns_mm, 1 / settings_.rate_hz},
-                       device_->capabilities()))
-    return;
-  settings_.spring.stiffness_n_mm = stiffness_n_mm;
-  settings_.spring.strength_n = strength_n;
-  settings_.spring.hand_share = hand_share;
-  settings_.force_scale = force_scale;
-  series_.set_spring(settings_.spring);
-  device_->expect_stiffness(felt);
+  SeriesSpring spring = settings_.spring;
+  spring.stiffness_n_mm = stiffness_n_mm;
+  spring.strength_n = strength_n;
+  spring.hand_share = hand_share;
+  first_.set_spring(spring, force_scale);
+}
+
+void ServoContext::model_changed() {
+  for_hands([](ServoHand& hand) { hand.series().disengage(); });
 }
 
 void ServoContext::change_tool(const Tool& tool) {
   settings_.tool = tool;
   const Mode mode = settings_.mode;
-  if (mode == Mode::off || mode == Mode::deposit) return series_.disengage();
-  place_clear(to_world(series_.pose()));
+  if (mode == Mode::off || mode == Mode::deposit) return first_.series().disengage();
+  place_clear(to_world(first_.pose(settings_.model)));
 }
 
 std::optional<Pose> ServoContext::place_clear(const Pose& pose) {
   const std::optional<Pose> clear =
-      series_.clear_place(settings_.tool, to_body(pose), settings_.materials);
+      first_.series().clear_place(settings_.tool, to_body(pose), settings_.materials);
   if (!clear) {
     place_at(pose);
     return {};
   }
   place_in_body(*clear);
-  series_.place_clear(*clear);
+  first_.series().place_clear(*clear);
   return to_world(*clear);
 }
 
@@ -88,10 +78,26 @@ void ServoContext::place_at(const Pose& pose) { place_in_body(to_body(pose)); }
 
 void ServoContext::place_in_body(const Pose& pose) {
   end_stroke();
-  placed_ = true;
-  wanted_ = pose;
-  series_.place(pose);
-  stroke_.place(pose);
+  first_.place(pose);
+}
+
+std::optional<Pose> ServoContext::put_second_clear(const Pose& pose) {
+  const std::optional<Pose> clear =
+      second_->series().clear_place(second_->settings().tool, to_body(pose), settings_.materials);
+  if (!clear) {
+    put_second(pose);
+    return {};
+  }
+  put_second_in_body(*clear);
+  second_->series().place_clear(*clear);
+  return to_world(*clear);
+}
+
+void ServoContext::put_second(const Pose& pose) { put_second_in_body(to_body(pose)); }
+
+void ServoContext::put_second_in_body(const Pose& pose) {
+  second_->place(pose);
+  if (in_stroke_ && second_logged_) log_.tick(kibori::put_second(pose), {});
 }
 
 void ServoContext::go_to(const Snapshot& state, const LatticeBox& bounds, WorkedBody& body) {
@@ -104,12 +110,12 @@ void ServoContext::go_to(const Snapshot& state, const LatticeBox& bounds, Worked
 }
 
 void ServoContext::stand(WorkedBody& body) {
-  // The tool stays where it is in the world, and comes to it anew.
-  if (body.pose.tip != body_.pose.tip || body.pose.frame != body_.pose.frame) placed_ = false;
-  if (body.no_go != body_.no_go) {
-    series_.set_no_go(body.no_go.get());
-    stroke_.set_no_go(body.no_go.get());
-  }
+  // The tools stay where they are in the world, and come to it anew.
+  const bool moved = body.pose.tip != body_.pose.tip || body.pose.frame != body_.pose.frame;
+  for_hands([&](ServoHand& hand) {
+    if (moved) hand.place_again();
+    if (body.no_go != body_.no_go) hand.set_no_go(body.no_go.get());
+  });
   std::swap(body_, body);
   turned_ = body_.pose.tip != Vec3::Zero() || body_.pose.frame != Mat3::Identity();
 }
@@ -123,22 +129,17 @@ Pose ServoContext::to_body(const Pose& pose) const {
   return turned_ ? body_.pose.from_world(pose) : pose;
 }
 
-Mode ServoContext::mode_now() const {
-  const Mode mode = settings_.workspace.clutched() ? Mode::off : settings_.mode;
-  const bool waits = body_.locked || fenced_ || !crumbs_.idle();
-  if (!waits && !(body_.no_go && reshapes(mode))) return mode;
+Mode ServoContext::mode_now(const ServoHand& hand) const {
+  const Mode mode = hand.works() ? hand.settings().mode : Mode::off;
+  // Dabs are made beside the model, which no one else changes until they are in it.
+  const bool waits = body_.locked || fenced_ || !crumbs_.idle() || (is_second(hand) && dabbing_);
+  if (!waits && !(reshapes(mode) && (body_.no_go || is_second(hand)))) return mode;
   return mode == Mode::cut || mode == Mode::touch ? Mode::touch : Mode::off;
 }
 
 void ServoContext::set_symmetry(const Symmetry& symmetry) {
   settings_.symmetry = symmetry;
-  series_.set_symmetry(symmetry);
-  stroke_.set_symmetry(symmetry);
-}
-
-ForceLaw ServoContext::law() const {
-  return {settings_.model, device_->capabilities().dof_out == 6 ? 6 : 5,
-          settings_.spring.hand_share};
+  for_hands([&](ServoHand& hand) { hand.set_symmetry(symmetry); });
 }
 
 const std::shared_ptr<const std::vector<Material>>& ServoContext::shared_materials() {
@@ -148,30 +149,57 @@ const std::shared_ptr<const std::vector<Material>>& ServoContext::shared_materia
   return logged_materials_;
 }
 
-void ServoContext::begin_log(const Pose& before) {
+void ServoContext::begin_log(const Pose& start, const Pose* second) {
+  second_logged_ = second != nullptr;
   if (!settings_.log) return;
-  stroke_crumbs_ = may_sever(settings_.mode) ? settings_.crumbs : Crumbs::stay;
-  StrokeForce force;
-  force.spring = settings_.spring;
-  force.law = law();
-  log_.begin({settings_.tool, settings_.mode, settings_.material, force, settings_.rate_hz,
-              shared_materials(), before, settings_.symmetry, settings_.brush, stroke_crumbs_});
+  const bool severs = may_sever(settings_.mode) || (second && may_sever(second_->settings().mode));
+  stroke_crumbs_ = severs ? settings_.crumbs : Crumbs::stay;
+  StrokeLog::Begin begin{settings_.tool,
+                         settings_.mode,
+                         settings_.material,
+                         {first_.law(settings_.model), settings_.spring},
+                         settings_.rate_hz,
+                         shared_materials(),
+                         start,
+                         settings_.symmetry,
+                         settings_.brush,
+                         stroke_crumbs_};
+  if (second) {
+    const ServoHandSettings& s = second_->settings();
+    begin.second =
+        StrokeHand{s.tool, s.mode, s.material, {second_->law(settings_.model), s.spring}};
+  }
+  log_.begin(std::move(begin));
+  if (second) log_.tick(kibori::put_second(*second), {});
 }
 
-// Where the tool was before the tick, and what it did. Strokes begin with an edit.
-void ServoContext::log_tick(const Pose& before, const StrokeTick& tick, const Wrench& felt,
-                            double removed_mm3) {
+// Where a tool was before the tick, and what it did. Strokes begin with an edit.
+void ServoContext::log_tick(const ServoHand& hand, const ServoHand::Advance& done) {
   // A stroke of dabs is logged by take_dabs, and ends with its mode.
   if (dabbing_) return;
+  const bool second = is_second(hand), edited = done.tick.removed_mm3 != 0;
   if (!in_stroke_) {
-    if (!tick.edits || removed_mm3 == 0) return;
+    if (!done.recorded.edits || !edited) return;
     in_stroke_ = true;
     stroke_removed_mm3_ = 0;
-    begin_log(before);
+    // The other hand takes part from here on, and knows as little as one that carves it again.
+    const bool both = second_ && second_->settings().mode != Mode::off;
+    const Pose other = second ? first_.pose(settings_.model)
+                       : both ? second_->pose(settings_.model)
+                              : Pose{};
+    begin_log(second ? other : done.before, second ? &done.before : both ? &other : nullptr);
+    if (second)
+      first_.begin_stroke();
+    else if (both)
+      second_->begin_stroke();
   }
-  idle_ticks_ = removed_mm3 != 0 ? 0 : idle_ticks_ + 1;
-  stroke_removed_mm3_ += removed_mm3;
-  if (settings_.log) log_.tick(tick, felt);
+  idle_ticks_ = edited ? 0 : idle_ticks_ + !second;
+  stroke_removed_mm3_ += done.tick.removed_mm3;
+  if (settings_.log && (!second || second_logged_)) {
+    StrokeTick recorded = done.recorded;
+    recorded.second = second;
+    log_.tick(recorded, done.tick.computed);
+  }
   if (idle_ticks_ > settings_.idle_s * settings_.rate_hz) end_stroke();
 }
 
@@ -186,21 +214,22 @@ void ServoContext::reshape(Mode mode, const Pose& before, LiveTick& result) {
     return;
   }
   if (!settling_) {
-    if (!dabbing_)
-      dabbing_ = dabs_.begin(
-          {{mode, settings_.brush, settings_.tool, law(), settings_.rate_hz, settings_.symmetry},
-           shared_materials(),
-           before,
-           model_->snapshot(),
-           model_->material_bounds(),
-           0});
+    if (!dabbing_) end_stroke();  // that the other hand made
+    if (!dabbing_ && crumbs_.idle())
+      dabbing_ = dabs_.begin({{mode, settings_.brush, settings_.tool, first_.law(settings_.model),
+                               settings_.rate_hz, settings_.symmetry},
+                              shared_materials(),
+                              before,
+                              model_->snapshot(),
+                              model_->material_bounds(),
+                              0});
     if (dabbing_) dab_to(result.tool);
   }
   const double tick_s = settings_.spring.tick_s;
   const Vec3 way = result.tool.tip - before.tip;
   velocity_mm_s_ += std::min(1.0, tick_s / kVelocityFadeS) * (way / tick_s - velocity_mm_s_);
   // What the device can bear bounds the slope of a held force over the speed, and a warp's spring.
-  const DeviceCapabilities& can = device_->capabilities();
+  const DeviceCapabilities& can = device().capabilities();
   const double scale = settings_.workspace.scale() * settings_.force_scale;
   const bool felt = can.dof_out > 0 && can.damping_ns_mm > 0 && scale > 0;
   const double damping = felt ? can.damping_ns_mm / scale : 0;
@@ -223,7 +252,8 @@ void ServoContext::reshape(Mode mode, const Pose& before, LiveTick& result) {
     force = pull_.pull(stiffness, way, tick_s);
   } else {
     const double full = felt ? std::max(kFullForceSpeed, felt_per_mm_ / damping) : kFullForceSpeed;
-    force = held_force(law(), felt_per_mm_, velocity_mm_s_, settings_.rate_hz, full);
+    force = held_force(first_.law(settings_.model), felt_per_mm_, velocity_mm_s_, settings_.rate_hz,
+                       full);
   }
   const double size = std::sqrt(force.squaredNorm());
   if (strength > 0 && size > strength) force *= strength / size;
@@ -250,7 +280,7 @@ void ServoContext::take_dabs(LiveTick& result) {
     result.clipped |= done.felt.clipped;
     if (!std::exchange(in_stroke_, true)) {
       stroke_removed_mm3_ = 0;
-      begin_log(done.before);
+      begin_log(done.before, nullptr);
     }
     stroke_removed_mm3_ += done.felt.removed_mm3;
     result.removed_mm3 += done.felt.removed_mm3;
@@ -292,8 +322,10 @@ void ServoContext::settle_all() {
   rest.fallen_mm3 = std::exchange(fallen_mm3_, 0);
   rest.parted = std::exchange(parted_, 0);
   if (rest.removed_mm3 != 0 || rest.owed_mm3 > 0 || rest.gave_up || rest.fallen_mm3 > 0 ||
-      rest.parted > 0)
+      rest.parted > 0) {
+    count(rest);
     note(rest);
+  }
 }
 
 void ServoContext::finish_stroke() {
@@ -316,7 +348,7 @@ void ServoContext::end_stroke() {
               {}});
   else
     crumbs_.begin({std::move(before_stroke_), model_->snapshot(), model_->material_bounds(),
-                   stroke_removed_mm3_, stroke_crumbs_});
+                   stroke_removed_mm3_, stroke_crumbs_, body_.no_go});
 }
 
 void ServoContext::take_crumbs() {
@@ -347,127 +379,99 @@ void ServoContext::keep_before_stroke() {
   before_stroke_ = model_->snapshot();
 }
 
-// The device's next place, and what the tool does on its way there.
-LiveTick ServoContext::advance(DeviceStatus& status) {
-  LiveTick result;
+ServoHand::Advance ServoContext::advance(ServoHand& hand, Mode& mode) {
   keep_before_stroke();
-  status = device_->read(reading_);
-  Pose wanted = series_.pose();
-  if (status == DeviceStatus::ok || (status == DeviceStatus::stale && placed_))
-    wanted = to_body(settings_.workspace.pose_of(reading_));
-  // Where the hand was not seen for a while, or is not seen yet, there is no way that the tool
-  // could have gone.
-  if (status == DeviceStatus::stale && reading_.age_s > kDeadS) placed_ = false;
-  const double jump = kDeadS * device_->capabilities().speed_mm_s * settings_.workspace.scale();
-  // The hand's own motion: how far the tool hangs behind it is no jump.
-  const ToolMotion moved{wanted_, wanted.tip - wanted_.tip,
-                         rotation_between(wanted_.frame, wanted.frame)};
-  const bool jumped =
-      placed_ && !(moved.travel_mm.norm() <= jump &&
-                   pieces_needed(settings_.tool, moved, model_->lattice()) <= kMaxSubsteps);
-  if (status == DeviceStatus::ok && (!placed_ || jumped)) {
-    totals_.jumps += jumped;
-    placed_ = true;
-    end_stroke();
-    series_.place(wanted);
-    stroke_.place(wanted);
+  if (const auto place =
+          hand.read(settings_.model, turned_ ? &body_.pose : nullptr, totals_.jumps)) {
+    if (is_second(hand)) {
+      put_second_in_body(*place);
+    } else {
+      end_stroke();
+      hand.place(*place);
+    }
   }
-  if (!placed_ || jumped) wanted = series_.pose();
-  wanted_ = wanted;
-  const Mode mode = mode_now();
+  mode = mode_now(hand);
   // Each stroke begins knowing nothing, so that it can be carved again alone.
-  if (!in_stroke_) {
-    series_.begin_stroke();
-    stroke_.place(stroke_.pose());
-  }
-  if (settings_.model == ForceModel::series) {
-    const Pose before = series_.pose();
-    const auto felt = series_.advance(settings_.tool, wanted, mode, settings_.materials,
-                                      settings_.material, std::exchange(strike_nmm_, 0.0));
-    if (felt) {
-      const ToolTick& f = felt.value();
-      result = {f.pose, f.wrench, {}, f.removed_mm3, f.touching, f.cutting, f.inside};
-      result.clipped = f.clipped;
-      result.points = f.removed_mm3 != 0 ? f.points : 0;
-      log_tick(before,
-               {f.pose.tip, f.motion.turn, f.edited, f.stretch_mm,
-                rotation_between(f.pose.frame, wanted.frame)},
-               f.wrench, f.removed_mm3);
-    } else {
-      series_.place(wanted);
-      end_stroke();
-    }
-    reshape(mode, before, result);
-  } else {
-    const Pose before = stroke_.pose();
-    const Vec3 turn = rotation_between(before.frame, wanted.frame);
-    const auto felt = stroke_.advance(settings_.tool, wanted.tip, turn, mode, law(),
-                                      settings_.materials, settings_.material);
-    if (felt) {
-      const ToolTick& r = felt.value();
-      const bool edits = mode == Mode::cut || mode == Mode::deposit;
-      const double removed_mm3 = edits ? r.removed_mm3 : 0;  // what is only felt is still there
-      result = {stroke_.pose(), r.wrench, {}, removed_mm3, r.points > 0, removed_mm3 > 0, false};
-      result.clipped = r.clipped;
-      result.points = removed_mm3 != 0 ? r.points : 0;
-      log_tick(before, {wanted.tip, turn, edits, Vec3::Zero(), Vec3::Zero()}, r.wrench,
-               removed_mm3);
-    } else {
-      stroke_.place(wanted);
-      end_stroke();
-    }
-    reshape(mode, before, result);
-  }
+  if (!in_stroke_) hand.begin_stroke();
+  ServoHand::Advance done = hand.advance(settings_.model, mode, settings_.materials);
+  if (done.possible)
+    log_tick(hand, done);
+  else
+    end_stroke();
+  return done;
+}
+
+LiveTick ServoContext::advance_first() {
+  Mode mode = Mode::off;
+  const ServoHand::Advance done = advance(first_, mode);
+  LiveTick result;
+  static_cast<HandTick&>(result) = done.tick;
+  reshape(mode, done.before, result);
+  to_world(result);
   result.fallen_mm3 = std::exchange(fallen_mm3_, 0);
   result.parted = std::exchange(parted_, 0);
+  count(result);
   return result;
 }
 
-LiveTick ServoContext::advance_in_world(DeviceStatus& status) {
-  LiveTick result = advance(status);
-  if (!turned_) return result;
-  result.tool = to_world(result.tool);
-  result.computed.force = body_.pose.frame * result.computed.force;
-  result.computed.moment = body_.pose.frame * result.computed.moment;
+HandTick ServoContext::advance_second() {
+  Mode mode = Mode::off;
+  HandTick result = advance(*second_, mode).tick;
+  to_world(result);
+  count(result);
   return result;
+}
+
+void ServoContext::to_world(HandTick& tick) const {
+  if (!turned_) return;
+  tick.tool = to_world(tick.tool);
+  tick.computed.force = body_.pose.frame * tick.computed.force;
+  tick.computed.moment = body_.pose.frame * tick.computed.moment;
+}
+
+void ServoContext::count(const HandTick& tick) {
+  (tick.removed_mm3 < 0 ? totals_.deposited_mm3 : totals_.removed_mm3) +=
+      std::abs(tick.removed_mm3);
+  totals_.cutting_ticks += tick.cutting;
 }
 
 void ServoContext::note(const LiveTick& tick) {
-  (tick.removed_mm3 < 0 ? totals_.deposited_mm3 : totals_.removed_mm3) +=
-      std::abs(tick.removed_mm3);
-  totals_.max_computed_n =
-      std::max(totals_.max_computed_n, std::sqrt(tick.computed.force.squaredNorm()));
-  totals_.max_given_n = std::max(totals_.max_given_n, std::sqrt(tick.given.force.squaredNorm()));
-  totals_.cutting_ticks += tick.cutting;
+  const auto largest = [](double& of, const Wrench& wrench) {
+    of = std::max(of, std::sqrt(wrench.force.squaredNorm()));
+  };
+  largest(totals_.max_computed_n, tick.computed);
+  largest(totals_.max_given_n, tick.given);
+  if (tick.second) {
+    largest(totals_.max_computed_n, tick.second->computed);
+    largest(totals_.max_given_n, tick.second->given);
+  }
   if (watched_) watched_->push(tick);
 }
 
 LiveTick ServoContext::tick(double elapsed_s) {
-  const double tick_s = settings_.spring.tick_s;
-  DeviceStatus status = DeviceStatus::ok;
-  LiveTick result = advance_in_world(status);
-  for (int more = 0; more < kMaxReadings && device_->behind(); more++) {
+  LiveTick result = advance_first();
+  for (int more = 0; more < kMaxReadings && device().behind(); more++) {
     note(result);
-    result = advance_in_world(status);
+    result = advance_first();
   }
-  result.computed.force *= settings_.force_scale;
-  result.computed.moment *= settings_.force_scale;
-  result.computed.force = passivity_.tick(reading_.position_mm, result.computed.force, tick_s);
-
-  // What is computed now is fresh, however late; but a loop that stood still for longer than a
-  // command may be old does not go on as if nothing had been.
-  const double stood_still = elapsed_s > kDeadS ? elapsed_s : 0;
-  result.given = safety_.pass(
-      {result.computed, std::max(reading_.age_s, stood_still), status, reading_.velocity_mm_s});
-  const DeviceStatus written = device_->write(result.given);
-  if (written == DeviceStatus::unplugged || written == DeviceStatus::failed)
-    safety_.pass({{}, 0, written, Vec3::Zero()});
-  passivity_.given(result.given.force);
-  result.safety = safety_.state();
-  result.trip = safety_.trip();
-
+  first_.give(result, elapsed_s);
+  if (second_) {
+    HandTick second = advance_second();
+    for (int more = 0; more < kMaxReadings && second_->device().behind(); more++) {
+      const double removed_mm3 = second.removed_mm3;
+      second = advance_second();
+      second.removed_mm3 += removed_mm3;
+    }
+    second_->give(second, elapsed_s);
+    result.second = second;
+    // A stroke is over when both hands are lifted.
+    if (in_stroke_ && !dabbing_ && second_logged_ && settings_.mode == Mode::off &&
+        !second_->works())
+      end_stroke();
+  }
   note(result);
-  if (totals_.trip == Trip::none) totals_.trip = safety_.trip();
+  if (totals_.trip == Trip::none) totals_.trip = result.trip;
+  if (totals_.trip == Trip::none && result.second) totals_.trip = result.second->trip;
   return result;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the servo thread owns, and what a command may do with it between two ticks: model, tool,
-// device, spring, safety stage and the stroke that is being made. LiveCarving gives it to the
+// What the servo thread owns, and what a command may do with it between two ticks: model, one hand
+// or two, and the stroke that is being made. LiveCarving gives it to the
 // commands that others post, and to its owner while no thread runs; so whoever holds one may call
 // everything here.
 #pragma once
@@ -11,31 +11,21 @@
 
 #include <kibori/base/handover.h>
 #include <kibori/dexel/tri_dexel.h>
-#include <kibori/haptics/device.h>
-#include <kibori/haptics/passivity.h>
-#include <kibori/haptics/safety.h>
-#include <kibori/haptics/workspace.h>
 #include <kibori/live/crumb_worker.h>
 #include <kibori/live/dab_worker.h>
+#include <kibori/live/servo_hand.h>
 #include <kibori/live/stroke_log.h>
-#include <kibori/motion/direct_tool.h>
-#include <kibori/motion/spring_tool.h>
 
 namespace kibori {
 
-struct LiveSettings {
+// Of the first hand, and of all.
+struct LiveSettings : ServoHandSettings {
   double rate_hz = 1000;  // 100 ... 4000
-  Tool tool = BallTool{};
-  Mode mode = Mode::cut;
-  uint8_t material = 0;  // of a deposit
-  Brush brush;           // of a mode that reshapes
+  Brush brush;            // of a mode that reshapes
   std::vector<Material> materials{Material{}};
   Symmetry symmetry;
   ForceModel model = ForceModel::series;
-  SeriesSpring spring;         // its tick_s is set from rate_hz
-  double force_scale = 1;      // of what the device gives, to what is computed
-  double passivity_ns_mm = 0;  // the passivity controller's cap; 0: it only watches
-  Workspace workspace;
+  ServoHandSettings second;      // of a second hand; its mode is cut, deposit, touch or off
   int snapshot_ticks = 16;       // between snapshots
   bool log = false;              // strokes go into LiveCarving::log(), for a DocumentWriter
   double idle_s = 0.3;           // a stroke ends when the tool has not cut or filled for so long
@@ -44,23 +34,14 @@ struct LiveSettings {
   bool armed = true;  // start() arms the safety stage; else safety().arm() does, by a command
 };
 
-// What one tick came to, in the world.
-struct LiveTick {
-  Pose tool;
-  Wrench computed, given;  // before and after the safety stage
-  double removed_mm3 = 0;
-  bool touching = false, cutting = false, inside = false;
-  double owed_mm3 = 0;   // clay that was pressed away and found no room, at a stroke's end
-  bool clipped = false;  // material reached beyond the lattice, and is not there
+// What one tick came to: of the first hand, and of all.
+struct LiveTick : HandTick {
+  double owed_mm3 = 0;  // clay that was pressed away and found no room, at a stroke's end
   // What the stroke before severed: material that fell away, and pieces that are bodies now.
   double fallen_mm3 = 0;
   int parted = 0;
   bool gave_up = false;  // a brush's stroke took more memory than there is, and ended early
-  SafetyStage::State safety = SafetyStage::State::off;
-  Trip trip = Trip::none;  // why it is off
-  // Lattice nodes that vanished or came in this tick: K of force model `paper`. 0 where the
-  // material is only felt.
-  int64_t points = 0;
+  std::optional<HandTick> second;
 };
 
 // Over all ticks.
@@ -88,10 +69,19 @@ class ServoContext {
   static constexpr int kReadyTiles = 1024;
 
   TriDexel& model() { return *model_; }
-  Device& device() { return *device_; }
-  SafetyStage& safety() { return safety_; }
-  const PassivityObserver& passivity() const { return passivity_; }
+  // Of the first hand.
+  Device& device() { return first_.device(); }
+  SafetyStage& safety() { return first_.safety(); }
+  const PassivityObserver& passivity() const { return first_.passivity(); }
   LiveSettings& settings() { return settings_; }
+  // The second hand; null: there is none.
+  ServoHand* second() { return second_.get(); }
+  // Its tool is at `pose`, or backed out from there along its axis until it is clear of material,
+  // and works from now on. Gives where it is; nothing where it can't be clear. Unlike place_clear()
+  // it goes on with the stroke that is being made.
+  std::optional<Pose> put_second_clear(const Pose& pose);
+  // The same, without looking whether it is clear.
+  void put_second(const Pose& pose);
   // The spring's stiffness [N/mm]; where the device could not bear it, nothing changes.
   void set_stiffness(double n_mm);
   // The hand's strength [N] and stiffness, and the share of the cut's force that it bears; a device
@@ -100,9 +90,9 @@ class ServoContext {
   // From the next stroke on; check_symmetry has passed.
   void set_symmetry(const Symmetry& symmetry);
   // The next reading of the device puts the tool there at once; nothing is cut on the way.
-  void place_again() { placed_ = false; }
+  void place_again() { first_.place_again(); }
   // The model was changed from outside.
-  void model_changed() { series_.disengage(); }
+  void model_changed();
   // Another tool from now on. Where it stands in material it backs out along its axis, and comes in
   // again from there; where it can't, it waits to be pulled out.
   void change_tool(const Tool& tool);
@@ -112,7 +102,7 @@ class ServoContext {
   // The same, without looking whether it is clear: where material is put down.
   void place_at(const Pose& pose);
   // A mallet's blow of so much work, in the next tick: see SpringTool::advance.
-  void strike(double nmm) { strike_nmm_ = nmm; }
+  void strike(double nmm) { first_.strike(nmm); }
 
   // The model is that of another step of its document, or of another body, from now on, whose
   // material lies within `bounds`; the log says so. `body` is then what was worked on before, so
@@ -136,7 +126,7 @@ class ServoContext {
   using Watched = SmallQueue<LiveTick, 8192>;
   // `settings` have passed LiveCarving::make.
   ServoContext(std::unique_ptr<TriDexel> model, std::unique_ptr<Device> device,
-               const LiveSettings& settings);
+               const LiveSettings& settings, std::unique_ptr<Device> second);
   ServoContext(const ServoContext&) = delete;
 
   // One tick, `elapsed_s` after the last.
@@ -151,9 +141,17 @@ class ServoContext {
   // looked for from now on.
   void end_stroke();
   void take_crumbs();
-  // Of a tool that may not change anything now.
-  Mode mode_now() const;
+  // Touch or off where a tool may not change anything now.
+  Mode mode_now(const ServoHand& hand) const;
+  bool is_second(const ServoHand& hand) const { return &hand == second_.get(); }
+  // f(hand) of each.
+  template <class F>
+  void for_hands(F&& f) {
+    f(first_);
+    if (second_) f(*second_);
+  }
   void place_in_body(const Pose& pose);
+  void put_second_in_body(const Pose& pose);
   Pose to_world(const Pose& pose) const;
   Pose to_body(const Pose& pose) const;
   // The brush of a reshaping mode goes on from `before` to where the tool is now; what the worker
@@ -161,26 +159,24 @@ class ServoContext {
   void reshape(Mode mode, const Pose& before, LiveTick& result);
   void take_dabs(LiveTick& result);
   void dab_to(const Pose& pose, bool ends = false);
-  void begin_log(const Pose& before);
+  // `start`: of the first hand's tool; of the second hand's, where it takes part.
+  void begin_log(const Pose& start, const Pose* second);
   const std::shared_ptr<const std::vector<Material>>& shared_materials();
   void keep_before_stroke();
-  ForceLaw law() const;
-  // In the body.
-  LiveTick advance(DeviceStatus& status);
-  LiveTick advance_in_world(DeviceStatus& status);
+  // The hand's next place, and what its tool does on its way there.
+  ServoHand::Advance advance(ServoHand& hand, Mode& mode);
+  LiveTick advance_first();
+  HandTick advance_second();
+  void to_world(HandTick& tick) const;
+  void count(const HandTick& tick);
   void note(const LiveTick& tick);
-  void log_tick(const Pose& before, const StrokeTick& tick, const Wrench& felt, double removed_mm3);
+  void log_tick(const ServoHand& hand, const ServoHand::Advance& done);
 
   std::unique_ptr<TriDexel> model_;
-  std::unique_ptr<Device> device_;
   LiveSettings settings_;
-  SpringTool series_;
-  DirectTool stroke_;
-  SafetyStage safety_;
-  PassivityObserver passivity_;
-  DeviceReading reading_;
-  bool placed_ = false;  // the tool is where a hand was seen
-  Pose wanted_;          // by the hand, in the last tick
+  ServoHand first_;
+  std::unique_ptr<ServoHand> second_;
+  bool second_logged_ = false;  // it takes part in the stroke that is being made
   StrokeLog log_;
   std::shared_ptr<const std::vector<Material>> logged_materials_;
   bool in_stroke_ = false;
@@ -192,7 +188,6 @@ class ServoContext {
   uint64_t before_generation_ = ~0ull;  // of it
   int idle_ticks_ = 0;                  // since the stroke's last edit
   double stroke_removed_mm3_ = 0;
-  double strike_nmm_ = 0;
   CrumbWorker crumbs_;
   double fallen_mm3_ = 0;  // that no tick has told of yet, as the next
   int parted_ = 0;

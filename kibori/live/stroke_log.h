@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <kibori/base/handover.h>
@@ -27,6 +28,7 @@ class StrokeLog {
     Symmetry symmetry;
     Brush brush = {};
     Crumbs crumbs = Crumbs::stay;
+    std::optional<StrokeHand> second = std::nullopt;
   };
   struct End {
     Snapshot state;     // without what it severed

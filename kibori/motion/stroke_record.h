@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <kibori/body/bodies.h>
@@ -25,13 +26,39 @@ struct StrokeTick {
   // Force model `series`: the hand, from the tool, which is what stretches the springs.
   Vec3 hand = Vec3::Zero();       // [mm]
   Vec3 hand_turn = Vec3::Zero();  // [rad]
+  bool second = false;            // of the second hand, after the first hand's
+  // The tool was put there, without a way: the columns of its frame stand in turn, hand and
+  // hand_turn.
+  bool put = false;
 };
+
+// Of the second hand, whose tool is there from now on.
+inline StrokeTick put_second(const Pose& pose) {
+  return {pose.tip, pose.frame.col(0), false, pose.frame.col(1), pose.frame.col(2), true, true};
+}
+// Where a tick put its tool.
+inline Pose put_pose(const StrokeTick& tick) {
+  Pose pose;
+  pose.tip = tick.tip;
+  pose.frame.col(0) = tick.turn;
+  pose.frame.col(1) = tick.hand;
+  pose.frame.col(2) = tick.hand_turn;
+  return pose;
+}
 
 // How motion becomes force.
 struct StrokeForce {
   ForceLaw law;
   SeriesSpring spring;  // of model `series`
   bool series() const { return law.model == ForceModel::series; }
+};
+
+// Another hand that works at the same time, on the same body.
+struct StrokeHand {
+  Tool tool = BallTool{};
+  Mode mode = Mode::cut;  // cut, deposit or touch
+  uint8_t material = 0;   // of a deposit
+  StrokeForce force;
 };
 
 struct StrokeSettings {
@@ -45,6 +72,7 @@ struct StrokeSettings {
   Brush brush = {};  // of a mode that reshapes
   BodyId body = 1;   // that it works on
   Crumbs crumbs = Crumbs::stay;
+  std::optional<StrokeHand> second = std::nullopt;
 };
 
 }  // namespace kibori

@@ -5,6 +5,7 @@ import { BRUSHES, brushButtons, fillPalette } from "./brushes";
 import { element, input, put, select } from "./dom";
 import type { Mode, Model, Tool } from "./kinds";
 import { write } from "./messages";
+import { SecondHand } from "./second_hand";
 import {
   TOOLS,
   held,
@@ -72,6 +73,8 @@ export class Hand {
   private over: Hit | null = null;
   /** The key that lets a stroke begin anywhere is down. */
   private anywhere = false;
+  /** Another finger, or the pointer beside a device. */
+  readonly second: SecondHand;
   private sliding: { id: "size" | "depth"; x: number; from: number } | null = null;
   private at = { x: 0, y: 0 };
   private shown: HeldTool | null = null;
@@ -86,6 +89,14 @@ export class Hand {
     private takesUp: (x: number, y: number) => boolean,
   ) {
     element("shapes").insertAdjacentHTML("beforeend", toolButtons());
+    this.second = new SecondHand(canvas, view, send, {
+      own: () => this.bare(),
+      depth: () => this.depth(),
+      radius: () => this.radius(),
+      working: () => this.stroke !== null,
+      beginning: (x, y) => this.beginning(x, y),
+      onPlane: (x, y, plane) => this.onPlane(x, y, plane),
+    });
     element("shapes").addEventListener("change", () => this.chooseShape());
     element("brushes").insertAdjacentHTML("beforeend", brushButtons());
     fillPalette(element("palette"));
@@ -119,18 +130,23 @@ export class Hand {
     // that.
     canvas.addEventListener(
       "pointerrawupdate",
-      (event) => this.stroke && this.follow(event as PointerEvent),
+      (event) =>
+        this.second.follow(event as PointerEvent) ||
+        (this.stroke && this.follow(event as PointerEvent)),
     );
-    canvas.addEventListener(
-      "pointerup",
-      (event) => event.pointerId === this.stroke?.pointer && this.lift(),
-    );
+    canvas.addEventListener("pointerup", (event) => {
+      this.second.lift(event.pointerId);
+      if (event.pointerId === this.stroke?.pointer) this.lift();
+    });
     for (const end of ["pointercancel", "lostpointercapture"] as const)
-      canvas.addEventListener(
-        end,
-        (event) => event.pointerId === this.stroke?.pointer && this.lift(),
-      );
-    window.addEventListener("blur", () => this.lift());
+      canvas.addEventListener(end, (event) => {
+        this.second.lift(event.pointerId);
+        if (event.pointerId === this.stroke?.pointer) this.lift();
+      });
+    window.addEventListener("blur", () => {
+      this.second.lift();
+      this.lift();
+    });
     for (const [kind, down] of [
       ["keydown", true],
       ["keyup", false],
@@ -143,7 +159,8 @@ export class Hand {
 
   /** Another document: nothing is under way. */
   begin(): void {
-    if (this.stroke) this.view.endStroke();
+    if (this.stroke || this.second.working) this.view.endStroke();
+    this.second.begin();
     this.stroke = this.sliding = null;
     this.there = false;
     this.shown = this.plane = this.over = null;
@@ -162,10 +179,11 @@ export class Hand {
     this.chooseWork();
     this.send(write.ChooseMaterial({ material: Number(select("material").value) }));
     this.send(write.ChooseModel({ model: select("model").value as Model }));
+    if (this.second.there) this.second.choose();
   }
 
   get working(): boolean {
-    return this.stroke !== null;
+    return this.stroke !== null || this.second.working;
   }
   /** Whether the tool, whose tip is there, is to cut and far from where it is wanted. */
   heldBack(tip: Vec3): boolean {
@@ -274,8 +292,10 @@ export class Hand {
     if (!this.stroke) return;
     const { last, mode } = this.stroke;
     this.stroke = null;
-    this.view.controls.enabled = true;
-    this.view.endStroke();
+    if (!this.second.goesOn()) {
+      this.view.controls.enabled = true;
+      this.view.endStroke();
+    }
     this.view.showWheel(this.mode === "turn", false);
     this.send(write.Lift());
     if (BRUSHES[mode]?.goes === "turns") this.chooseTurn();
@@ -337,10 +357,14 @@ export class Hand {
     this.send(write.ChooseTool({ tool }));
     if (this.brush && !this.stroke) this.chooseBrush();
   }
-  private own(): HeldTool {
+  /** The tool that is chosen, whatever it does. */
+  private bare(): HeldTool {
     const { form, make } = TOOLS[this.shape];
     if (form) form.value = Number(input("form").value);
-    const tool = make(this.radius(), form?.value ?? 0);
+    return make(this.radius(), form?.value ?? 0);
+  }
+  private own(): HeldTool {
+    const tool = this.bare();
     return this.adds ? shortened(tool, this.depth() + Math.max(this.depth(), this.radius())) : tool;
   }
   /** The tool that is held: here, as it is chosen; elsewhere, as the studio says. */
@@ -497,6 +521,9 @@ export class Hand {
   private down(event: PointerEvent): void {
     if (this.handing) return;
     element("hint").hidden = true;
+    if (this.second.there && (this.stroke || this.device) && this.holds && !this.readOnly)
+      if (event.button === 0 && (this.second.down(event) || this.stroke))
+        return event.stopImmediatePropagation();
     if (this.stroke && event.pointerType === "touch" && event.pointerId !== this.stroke.pointer) {
       // The hand that holds a pen may rest on the glass.
       if (this.stroke.type !== "touch") return event.stopImmediatePropagation();
@@ -522,7 +549,8 @@ export class Hand {
       this.sliding = null;
       return event.stopImmediatePropagation();
     }
-    const first = event.pointerType !== "touch" || event.isPrimary; // another finger looks
+    // Another finger looks.
+    const first = event.pointerType !== "touch" || event.isPrimary || this.second.working;
     const begins = first && event.button === 0 && this.holds && !this.stroke && !this.readOnly;
     if (begins && this.takesUp(event.clientX, event.clientY)) {
       event.stopImmediatePropagation();
@@ -589,6 +617,7 @@ export class Hand {
       );
       return this.chooseTool();
     }
+    if (this.second.follow(event)) return;
     if (this.stroke) return this.follow(event);
     if (event.buttons !== 0) return;
     this.over = this.view.hit(event.clientX, event.clientY);

@@ -249,6 +249,9 @@ function onMessage(said: FromStudio): void {
       hand.show(said.message.tool);
       break;
     }
+    case "SecondHand":
+      hand.second.show(said.message);
+      break;
     case "Device": {
       const d = said.message;
       hand.device = true;

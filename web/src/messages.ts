@@ -3,7 +3,7 @@
 import type { Mode, Model, Tool } from "./kinds";
 import { Reader, Writer, type Vec3 } from "./wire";
 
-export const PROTOCOL_VERSION = 13;
+export const PROTOCOL_VERSION = 14;
 
 /** The first message of a page, with the key that POST /enter gave for the token. Welcome or Start answers; where the key is another one, the line is closed with code 1008. */
 export interface Hello { version: number; key: string }
@@ -79,6 +79,14 @@ export interface ShowRemains { shown: number }
 export interface PreviewAction { action: string }
 /** What was done with bodies in a step, on the way to head, is done otherwise: text as of ActOnBodies. A new step beside it, and what followed up to head done again after it. */
 export interface ReviseStep { step: number; head: number; action: string }
+/** The second hand's tool from now on, and what it does while it is pressed: cut, deposit or touch; off: there is no second hand. */
+export interface ChooseSecond { tool: Tool | null; mode: Mode }
+/** The second hand's tool comes in at `tip`, as of Press; while the first works, in its stroke. time: as of Aim. */
+export interface PressSecond { tip: Vec3; axis: Vec3; time: number }
+/** Where the second hand's tool is wanted, as of Aim. */
+export interface AimSecond { tip: Vec3; axis: Vec3; time: number }
+/** The second hand lets go, once its tool has been everywhere that it was aimed to. */
+export type LiftSecond = Record<string, never>;
 /** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to 1), which of them its stock is of, what the page is called in its requests over HTTP, and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
 export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; material: number; page: string; what: number }
 /** Surface of one body that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), whether any is painted (u16), vertices, corners (u16 each), and of painted ones a colour for each vertex (red, green, blue, 255 where it is painted or 0: u8). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
@@ -111,6 +119,8 @@ export interface Bodies { active: number; json: string }
 export interface Remains { max: number; mean: number; volume: number; scale: number }
 /** Answers PreviewAction: why it can't be shown, or empty. Of a spline, forces: JSON, of each control point the force [N] on the hand that moved it there since the last preview, as of soft clay. */
 export interface Previewed { error: string; forces: string }
+/** The second hand's tool as of the newest tick: tip [mm], the third column of its frame (its axis) and the first, and the force of the wood on it [N]; there: 0 where there is no second hand. */
+export interface SecondHand { there: number; tool: Tool | null; tip: Vec3; axis: Vec3; side: Vec3; force: Vec3 }
 
 export const write = {
   Hello: (m: Hello) => new Writer(1).u16(m.version).text(m.key).done(),
@@ -150,6 +160,10 @@ export const write = {
   ShowRemains: (m: ShowRemains) => new Writer(35).u8(m.shown).done(),
   PreviewAction: (m: PreviewAction) => new Writer(36).text(m.action).done(),
   ReviseStep: (m: ReviseStep) => new Writer(37).u32(m.step).u32(m.head).text(m.action).done(),
+  ChooseSecond: (m: ChooseSecond) => new Writer(38).tool(m.tool).mode(m.mode).done(),
+  PressSecond: (m: PressSecond) => new Writer(39).vec3(m.tip).vec3(m.axis).f64(m.time).done(),
+  AimSecond: (m: AimSecond) => new Writer(40).vec3(m.tip).vec3(m.axis).f64(m.time).done(),
+  LiftSecond: () => new Writer(41).done(),
 };
 
 /** What the studio may say. */
@@ -169,7 +183,8 @@ export type FromStudio =
   | { kind: "Method"; message: Method }
   | { kind: "Bodies"; message: Bodies }
   | { kind: "Remains"; message: Remains }
-  | { kind: "Previewed"; message: Previewed };
+  | { kind: "Previewed"; message: Previewed }
+  | { kind: "SecondHand"; message: SecondHand };
 
 /** Throws where it is none of them, or too short or long. */
 export function read(data: ArrayBuffer): FromStudio {
@@ -208,6 +223,8 @@ export function read(data: ArrayBuffer): FromStudio {
       return r.end({ kind: "Remains", message: { max: r.f64(), mean: r.f64(), volume: r.f64(), scale: r.f64() } });
     case 79:
       return r.end({ kind: "Previewed", message: { error: r.text(), forces: r.text() } });
+    case 80:
+      return r.end({ kind: "SecondHand", message: { there: r.u8(), tool: r.tool(), tip: r.vec3(), axis: r.vec3(), side: r.vec3(), force: r.vec3() } });
     default:
       throw new Error(`a message of kind ${kind}, which is none`);
   }

@@ -9,7 +9,8 @@ import type { Body } from "./bodies";
 import { firstHit, type Hit } from "./pick";
 import { SolidImage, type Shades } from "./shading";
 import { Thumbnails } from "./thumbnails";
-import { toolSurface, type HeldTool } from "./tools";
+import { ToolFigure } from "./tool_figure";
+import type { HeldTool } from "./tools";
 import { WheelHead } from "./wheel_head";
 import type { Vec3 } from "./wire";
 import { Wood, type Shading } from "./wood";
@@ -25,8 +26,6 @@ function drawnBySoftware(): boolean {
   return /swiftshader|llvmpipe|software|basic render/i.test(name);
 }
 
-const STEEL = 0xb8bcc2,
-  RED = 0xc62828;
 const PICTURED = 1; // the layer of what thumbnails show
 /** Where one looks from when a document is opened. */
 const HOME = new THREE.Vector3(-0.55, -1, 0.75);
@@ -35,9 +34,8 @@ const FIELD = 35; // of view [degrees]
 const REST_MS = 350; // without a change, after which a slow machine draws as well as it can
 const ROUGH = 0.4; // pixels a pixel, where drawing is slow and the camera moves
 const TURN_MS = 260;
-const TOOL_OPACITY = 0.75;
-/** Of the solid and the tool, where what is inside them is shown. */
-const GHOST = { solid: 0.3, tool: 0.4 };
+/** Of the solid, where what is inside is shown. */
+const GHOST = 0.3;
 /** Of what is hidden, drawn over it; where two bodies have one face, neither hides the other. */
 const VEIL = new THREE.MeshBasicMaterial({
   color: 0x0072b2,
@@ -78,15 +76,10 @@ export class View {
   // sink by itself. null: there was none.
   private before: Map<string, THREE.Mesh | null> | null = null;
   readonly wood = new Wood();
-  private tool = new THREE.Group();
+  private tool = new ToolFigure(() => this.redraw());
+  private secondTool = new ToolFigure(() => this.redraw());
   private wheel = new WheelHead();
   private ring: THREE.Mesh;
-  private arrow = new THREE.ArrowHelper(
-    new THREE.Vector3(0, 0, 1),
-    new THREE.Vector3(),
-    1,
-    0xd55e00,
-  );
   private sun = new THREE.DirectionalLight(0xfff8ee, 2.3);
   private sunFrom = new THREE.Vector3();
   private grid: THREE.GridHelper | null = null;
@@ -172,7 +165,7 @@ export class View {
         transparent: true,
       }),
     );
-    this.ring.visible = this.arrow.visible = false;
+    this.ring.visible = false;
     this.ring.renderOrder = 2;
     this.chunks.matrixWorldAutoUpdate = false;
     const sky = new THREE.HemisphereLight(0xf6f8ff, 0xc4bbb0, 1.75);
@@ -185,10 +178,10 @@ export class View {
       this.veils,
       this.planes,
       this.level,
-      this.tool,
+      this.tool.group,
+      this.secondTool.group,
       this.wheel.group,
       this.ring,
-      this.arrow,
       this.aids,
       lamp,
       new THREE.HemisphereLight(0xffffff, 0xb5a48f, 1.7),
@@ -207,9 +200,10 @@ export class View {
     this.coarse.follow(this.shown, lattice);
     this.endStroke();
     this.framed = this.whole = false;
-    this.arrow.visible = this.ring.visible = this.tool.visible = false;
+    this.ring.visible = false;
+    this.tool.hide();
+    this.secondTool.hide();
     this.showWheel(false, false);
-    this.told = "";
     const size = nodes.map((n) => n * lattice.pitch);
     for (const frame of this.planes.children as THREE.LineLoop[]) {
       frame.geometry.dispose();
@@ -487,51 +481,23 @@ export class View {
     return { x: r.left + ((1 + at.x) / 2) * r.width, y: r.top + ((1 - at.y) / 2) * r.height };
   }
 
-  private held = ""; // the tool that is drawn
   /** The tool as it is; null: none that can be drawn. */
   setTool(tool: HeldTool | null): void {
-    const told = JSON.stringify(tool);
-    if (told === this.held) return;
-    this.held = told;
-    for (const mesh of this.tool.children as THREE.Mesh[]) {
-      mesh.geometry.dispose();
-      (mesh.material as THREE.Material).dispose();
-    }
-    this.tool.clear();
-    if (!tool) return this.redraw();
-    const color = this.red ? RED : STEEL;
-    const steel = new THREE.MeshStandardMaterial({
-      color,
-      roughness: 0.3,
-      metalness: 0.6,
-      transparent: true,
-    });
-    this.fadeTool(steel);
-    this.tool.add(new THREE.Mesh(toolSurface(tool), steel));
-    this.redraw();
+    this.tool.set(tool);
+  }
+  setSecondTool(tool: HeldTool | null): void {
+    this.secondTool.set(tool);
   }
 
   /** Whether solid and tool are seen through, as what showAid() adds lies within them. */
   set ghost(on: boolean) {
-    this.ghostly = on;
-    for (const mesh of this.tool.children as THREE.Mesh[])
-      this.fadeTool(mesh.material as THREE.Material);
+    this.ghostly = this.tool.ghost = this.secondTool.ghost = on;
     this.redraw();
   }
   private ghostly = false;
-  private fadeTool(material: THREE.Material): void {
-    material.opacity = this.ghostly ? GHOST.tool : TOOL_OPACITY;
-    material.depthWrite = !this.ghostly;
-  }
   /** Half as wide as the tool that is drawn [mm]; 0: none is. */
   get toolWidth(): number {
-    let wide = 0;
-    for (const { geometry } of this.tool.children as THREE.Mesh[]) {
-      if (!geometry.boundingBox) geometry.computeBoundingBox();
-      const { min, max } = geometry.boundingBox!;
-      wide = Math.max(wide, max.x, max.y, -min.x, -min.y);
-    }
-    return wide;
+    return this.tool.width;
   }
   /** Something that explains the solid; pictures and films leave it out. */
   showAid(thing: THREE.Object3D): void {
@@ -563,45 +529,18 @@ export class View {
     this.redraw();
   }
 
-  /** Where it is; null: nowhere yet. */
+  /** Where the tool is; null: nowhere yet. */
   showTool(tip: Vec3 | null, axis: Vec3, side: Vec3, force: Vec3): void {
-    const told = tip ? [...tip, ...axis, ...side, ...force].join() : "";
-    if (told === this.told) return;
-    this.told = told;
-    this.redraw();
-    this.tool.visible = tip !== null;
-    this.arrow.visible = false;
-    if (!tip) return;
-    this.tool.position.set(...tip);
-    const x = new THREE.Vector3(...side),
-      z = new THREE.Vector3(...axis);
-    this.tool.quaternion.setFromRotationMatrix(
-      new THREE.Matrix4().makeBasis(x, z.clone().cross(x), z),
-    );
-    const f = new THREE.Vector3(...force);
-    const n = f.length();
-    this.arrow.visible = n > 0.01;
-    if (this.arrow.visible) {
-      this.arrow.position.set(...tip);
-      this.arrow.setDirection(f.divideScalar(n));
-      const long = Math.min(40, 6 + 12 * Math.log1p(n));
-      this.arrow.setLength(long, 3, 1.6);
-    }
+    this.tool.place(tip, axis, side, force);
   }
-  private told = ""; // where the tool was said to be
+  showSecondTool(tip: Vec3 | null, axis: Vec3, side: Vec3, force: Vec3): void {
+    this.secondTool.place(tip, axis, side, force);
+  }
 
-  /**
-   * Whether the tool stands where it can't work. It is told again and again, and only a change is
-   * drawn.
-   */
+  /** Whether the tool stands where it can't work. */
   set blocked(now: boolean) {
-    if (now === this.red) return;
-    this.red = now;
-    for (const mesh of this.tool.children as THREE.Mesh[])
-      (mesh.material as THREE.MeshStandardMaterial).color.set(now ? RED : STEEL);
-    this.redraw();
+    this.tool.blocked = now;
   }
-  private red = false; // the tool is drawn as one that can't work
 
   /** A plane that depth counts from; null: none. */
   showPlane(plane: Hit | null): void {
@@ -835,10 +774,10 @@ export class View {
   /** As well as can be, without the tool and what goes with it, and without the grid. */
   private drawWhole(): void {
     const hidden: THREE.Object3D[] = [
-      this.tool,
+      this.tool.group,
+      this.secondTool.group,
       this.wheel.group,
       this.ring,
-      this.arrow,
       this.planes,
       this.level,
       this.aids,
@@ -981,7 +920,7 @@ export class View {
     this.changed = [];
     this.seen.camera.copy(this.camera.matrixWorld);
     this.seen.lens.copy(this.camera.projectionMatrix);
-    this.image.show(this.ghostly ? GHOST.solid : 1);
+    this.image.show(this.ghostly ? GHOST : 1);
     this.renderer.render(this.over, this.camera);
     this.frames++;
     if (turned) this.onCamera();

@@ -36,14 +36,19 @@ Result<std::unique_ptr<Session>> ExperimentSession::start(const Scene& scene, do
         CarveOptions options;
         options.progress = [self](double share) { self->share_ = share; };
         const Tool* in_hand = nullptr;
-        options.each = [&](const TriDexel& model_now, const Tool& tool_now, const Pose& pose,
-                           const ToolTick& result) {
-          if (std::exchange(in_hand, &tool_now) != &tool_now) self->tools_.put(tool_now);
+        options.each = [&](const TriDexel& model_now, const CarvedTick& first,
+                           const CarvedTick* second) {
+          if (std::exchange(in_hand, &first.tool) != &first.tool) self->tools_.put(first.tool);
+          const auto show = [](const CarvedTick& carved, HandTick& tick) {
+            tick.tool = carved.pose;
+            tick.computed = carved.result.wrench;
+            tick.removed_mm3 = carved.result.removed_mm3;
+            tick.points = carved.result.points;
+          };
           LiveTick tick;
-          tick.tool = pose;
-          tick.computed = result.wrench;
-          tick.removed_mm3 = result.removed_mm3;
-          tick.points = result.points;
+          show(first, tick);
+          if (second) show(*second, tick.second.emplace());
+          self->second_tool_ = second ? &second->tool : nullptr;
           self->ticks_.push(tick);
           count++;
           const auto now = Clock::now();

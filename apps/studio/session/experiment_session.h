@@ -41,12 +41,14 @@ class ExperimentSession final : public Session {
   explicit ExperimentSession(Scene scene) : scene_(std::move(scene)) {}
   // As of LiveCarving. Whoever falls behind is left out.
   bool latest(Shown& shown) override { return states_.take(shown); }
+  const Tool* second_tool() const override { return second_tool_; }
   bool next_tick(LiveTick& tick) override { return ticks_.pop(tick); }
   void update_history() override {}
   bool busy() const override { return cutting_ && !done_; }
 
   Scene scene_;
   LatestValue<Shown> states_;
+  std::atomic<const Tool*> second_tool_{nullptr};  // of scene_
   SmallQueue<LiveTick, 8192> ticks_;
   LatestValue<Tool> tools_;
   std::atomic<double> share_{0};

@@ -51,6 +51,38 @@ double felt_share(const DeviceCapabilities& device, double strength_n) {
   return device.dof_out > 0 && device.force_n > 0 ? device.force_n / strength_n : 1;
 }
 
+// A device as it holds a tool over a stock of that size.
+LiveSession::HapticDeviceState held_by(const DeviceCapabilities& can, const Vec3& size_mm,
+                                       double rate_hz, double strength_n) {
+  LiveSession::HapticDeviceState held;
+  held.name = can.name;
+  held.force_n = can.dof_out > 0 ? can.force_n : 0;
+  // The hand's workspace spans the stock, where that is known.
+  const Box& hand = can.workspace_mm;
+  if (hand.max.x() > hand.min.x())
+    held.scale =
+        std::clamp(size_mm.maxCoeff() / (hand.max - hand.min).maxCoeff(), kMinReach, kMaxReach);
+  // What the device can bear: k T/2 within its damping, whichever way it is rounded.
+  held.max_n_mm = 2 * rate_hz * can.damping_ns_mm * (1 - 1e-9);
+  held.stiffness_n_mm = std::min(can.stiffness_n_mm, held.max_n_mm);
+  held.share = felt_share(can, strength_n);
+  return held;
+}
+
+// How a pointer's tool stands there. `aimed`: how it stood before, without the roll, and now;
+// `anew`: as it does upright, else it goes on from there, so that it does not spin. Nothing where
+// that can't be.
+std::optional<Pose> pose_of(const Vec3& tip_mm, const Vec3& axis, double roll_rad, bool anew,
+                            Mat3& aimed) {
+  const double length = std::sqrt(axis.squaredNorm());
+  if (!tip_mm.allFinite() || !(length > 1e-9) || !std::isfinite(length)) return {};
+  const Mat3 before = anew ? Mat3(Mat3::Identity()) : aimed;
+  const Vec3 z = axis / length, was = before.col(2);
+  aimed =
+      was.dot(z) > -1 + 1e-9 ? Mat3(rotation(shortest_turn(was, z)) * before) : frame_from_axis(z);
+  return Pose{tip_mm, aimed * rotation(Vec3(0, 0, roll_rad))};
+}
+
 // A hand that goes about over the stock and dips into it now and then.
 std::unique_ptr<Device> simulated_hand(const Vec3& size_mm, double rate_hz) {
   VirtualDeviceSettings settings;
@@ -95,48 +127,57 @@ Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> doc
   settings.spring.stiffness_n_mm = session->hand_.strength_n / kHandGiveMm;
   settings.spring.hand_share = kPoweredShare;
   settings.rate_hz = session->rate_hz_;
-  std::unique_ptr<Device> device;
-  if (options.device.empty()) {
-    auto pointer = std::make_unique<PointerDevice>(settings.rate_hz);
-    session->pointer_ = pointer.get();
-    device = std::move(pointer);
-  } else {
-    const Box material_mm = session->lattice_.to_mm(model->material_bounds());
-    const Vec3 size = material_mm.size();
-    if (options.stepped && options.device != "virtual")
-      return Error{"only a pointer and the simulated hand can be stepped"};
-    if (options.device == "virtual") {
-      device = simulated_hand(size, settings.rate_hz);
-    } else {
-      auto opened = open_device(options.device);
-      if (!opened) return Error{opened.error()};
-      device = std::move(opened).value();
-    }
-    const DeviceCapabilities& can = device->capabilities();
-    HapticDeviceState held;
-    held.name = can.name;
-    held.force_n = can.dof_out > 0 ? can.force_n : 0;
-    // The hand's workspace spans the stock, where that is known.
-    const Box& hand = can.workspace_mm;
-    if (hand.max.x() > hand.min.x())
-      held.scale =
-          std::clamp(size.maxCoeff() / (hand.max - hand.min).maxCoeff(), kMinReach, kMaxReach);
-    // What the device can bear: k T/2 within its damping, whichever way it is rounded.
-    held.max_n_mm = 2 * session->rate_hz_ * can.damping_ns_mm * (1 - 1e-9);
-    held.stiffness_n_mm = std::min(can.stiffness_n_mm, held.max_n_mm);
-    held.share = felt_share(can, session->hand_.strength_n);
-    session->default_n_mm_ = held.stiffness_n_mm;
-    session->held_ = held;
-    settings.force_scale = held.share;
-    settings.spring.stiffness_n_mm = held.stiffness_n_mm / (held.share * held.scale);
+  std::unique_ptr<Device> device, second;
+  ServoHandSettings& other = settings.second;
+  other.mode = Mode::off;
+  other.tool = settings.tool;
+  other.material = settings.material;
+  other.spring = settings.spring;
+  const Box material_mm = session->lattice_.to_mm(model->material_bounds());
+  const auto pointer_of = [&](PointerDevice*& pointer) {
+    auto made = std::make_unique<PointerDevice>(settings.rate_hz);
+    pointer = made.get();
+    return made;
+  };
+  // A device that holds a tool over the stock.
+  const auto hold =
+      [&](const std::string& name, ServoHandSettings& hand,
+          std::optional<HapticDeviceState>& state) -> Result<std::unique_ptr<Device>> {
+    Result<std::unique_ptr<Device>> opened =
+        name == "virtual" ? simulated_hand(material_mm.size(), settings.rate_hz)
+                          : open_device(name);
+    if (!opened) return opened;
+    state = held_by(opened.value()->capabilities(), material_mm.size(), settings.rate_hz,
+                    session->hand_.strength_n);
+    hand.force_scale = state->share;
+    hand.spring.stiffness_n_mm = state->stiffness_n_mm / (state->share * state->scale);
     Vec3 top = material_mm.centre();
     top.z() = material_mm.max.z();
     // The second button is the clutch: as one lifts a mouse.
-    settings.workspace = Workspace(top, held.scale, 1);
+    hand.workspace = Workspace(top, state->scale, 1);
+    return opened;
+  };
+  if (options.device.empty()) {
+    device = pointer_of(session->pointer_);
+  } else {
+    if (options.stepped && options.device != "virtual")
+      return Error{"only a pointer and the simulated hand can be stepped"};
+    auto opened = hold(options.device, settings, session->held_);
+    if (!opened) return Error{opened.error()};
+    device = std::move(opened).value();
+    session->default_n_mm_ = session->held_->stiffness_n_mm;
     settings.idle_s = kDeviceIdleS;
     settings.armed = false;
   }
-  auto live = LiveCarving::make(std::move(model), std::move(device), settings);
+  if (options.second.empty()) {
+    other.while_pressed = true;
+    second = pointer_of(session->second_pointer_);
+  } else {
+    auto opened = hold(options.second, other, session->second_held_);
+    if (!opened) return Error{opened.error()};
+    second = std::move(opened).value();
+  }
+  auto live = LiveCarving::make(std::move(model), std::move(device), settings, std::move(second));
   if (!live) return Error{live.error()};
   session->live_ = std::move(live).value();
   const Body& body = *document->bodies_at(document->head()).find(document->active());
@@ -175,8 +216,8 @@ std::string LiveSession::close_document() {
         kibori::keep_thumbnail(document, document.head(), Bodies(*bodies), materials_, 1));
   std::string where = settle(document);
   later_.clear();
-  pressed_ = false;
-  pointer_ = nullptr;
+  pressed_ = second_pressed_ = false;
+  pointer_ = second_pointer_ = nullptr;
   writer_.reset();
   live_.reset();
   return where;
@@ -185,46 +226,35 @@ std::string LiveSession::close_document() {
 Status LiveSession::post(std::function<void(ServoContext&)> command) {
   if (!live_) return Error{"this is closed"};
   if (later_.size() >= kMaxLater) return Error{"the servo is busy; try again"};
-  later_.push_back({0, [this, command = std::move(command)] { return live_->post(command); }});
+  later_.push_back({[this, command = std::move(command)] { return live_->post(command); }});
   go_on();
   return Ok{};
 }
 
 void LiveSession::then(std::function<void()> what) {
-  later_.push_back({0, [what = std::move(what)] {
-                      what();
-                      return true;
-                    }});
+  later_.push_back({[what = std::move(what)] {
+    what();
+    return true;
+  }});
   go_on();
 }
 
 void LiveSession::go_on() {
-  if (pointer_) pointer_->pump();
+  for (PointerDevice* const pointer : {pointer_, second_pointer_})
+    if (pointer) pointer->pump();
   while (!later_.empty()) {
     // What was asked of the document comes first: until then the material is only felt.
     if (!writer_->idle()) return;
-    Later& next = later_.front();
-    if (next.stroke != 0 ? pointer_->finished() < next.stroke : !next.run()) return;
+    if (!later_.front().run()) return;
     later_.pop_front();
   }
 }
 
 // ---- A pointer
 
-// How the tool stands there; `anew`: as it does upright, else it goes on from how it stood, so that
-// it does not spin. Nothing where that can't be.
-std::optional<Pose> LiveSession::pose_of(const Vec3& tip_mm, const Vec3& axis, bool anew) {
-  const double length = std::sqrt(axis.squaredNorm());
-  if (!pointer_ || !tip_mm.allFinite() || !(length > 1e-9) || !std::isfinite(length)) return {};
-  const Mat3 before = anew ? Mat3(Mat3::Identity()) : aimed_;
-  const Vec3 z = axis / length, was = before.col(2);
-  aimed_ =
-      was.dot(z) > -1 + 1e-9 ? Mat3(rotation(shortest_turn(was, z)) * before) : frame_from_axis(z);
-  return Pose{tip_mm, aimed_ * rotation(Vec3(0, 0, roll_rad_))};
-}
-
 void LiveSession::aim(const Vec3& tip_mm, const Vec3& axis, double time_s) {
-  const std::optional<Pose> pose = pose_of(tip_mm, axis, !pressed_);
+  if (!pointer_) return;
+  const std::optional<Pose> pose = pose_of(tip_mm, axis, roll_rad_, !pressed_, aimed_);
   if (!pose) return;
   if (!pressed_)
     pointer_->hover(*pose);
@@ -237,22 +267,27 @@ void LiveSession::turn(double roll_rad) {
   if (std::isfinite(roll_rad)) roll_rad_ = std::remainder(roll_rad, 2 * std::numbers::pi);
 }
 
-void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode asked, double time_s) {
-  lift();
-  const Mode mode = mode_in(materials_[stock_material_], asked);
+Status LiveSession::can_work(Mode mode) const {
   if (const Body& body = active_body(); !body.visible || (body.kept() && mode != Mode::touch))
-    return notify(Error{body.name +
-                        (!body.visible ? " is hidden: show it first"
-                         : body.locked ? " is locked: unlock it first"
-                                       : " is no-go: allow cuts in it first") +
-                        ", or take up another body"});
+    return Error{body.name +
+                 (!body.visible ? " is hidden: show it first"
+                  : body.locked ? " is locked: unlock it first"
+                                : " is no-go: allow cuts in it first") +
+                 ", or take up another body"};
   if (reshapes(mode))
     for (const Body& other : bodies().all)
       if (other.no_go && other.id != active())
-        return notify(
-            Error{other.name + " is no-go: only what cuts, adds or feels can work beside it"});
+        return Error{other.name + " is no-go: only what cuts, adds or feels can work beside it"};
+  return Ok{};
+}
+
+void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode asked, double time_s) {
+  lift();
+  if (!pointer_) return;
+  const Mode mode = mode_in(materials_[stock_material_], asked);
+  if (const Status can = can_work(mode); !can) return notify(can);
   const std::optional<Pose> pose =
-      std::isfinite(time_s) ? pose_of(tip_mm, axis, true) : std::nullopt;
+      std::isfinite(time_s) ? pose_of(tip_mm, axis, roll_rad_, true, aimed_) : std::nullopt;
   if (!pose) return;
   const Status posted = post([pointer = pointer_, stroke = stroke_ + 1, place = *pose, mode,
                               brush = brush_of(mode)](ServoContext& live) {
@@ -273,7 +308,7 @@ void LiveSession::lift() {
   if (!pressed_) return;
   pressed_ = false;
   pointer_->end();
-  later_.push_back({stroke_, {}});
+  later_.push_back({[this, stroke = stroke_] { return pointer_->finished() >= stroke; }});
   static_cast<void>(post([pointer = pointer_, stroke = stroke_](ServoContext& live) {
     live.settings().mode = Mode::off;
     pointer->give_up(stroke);
@@ -282,6 +317,67 @@ void LiveSession::lift() {
 
 void LiveSession::strike() {
   if (pressed_ || held_) notify(post([](ServoContext& live) { live.strike(kMalletNmm); }));
+}
+
+// ---- The second hand
+
+Status LiveSession::choose_second(const Tool& tool, Mode mode) {
+  if (reshapes(mode))
+    return Error{"the second hand cuts, adds or feels; only the first can reshape"};
+  if (Status fits = fits_hand(tool); !fits) return fits;
+  lift_second();
+  Status posted = post([tool, mode](ServoContext& live) {
+    ServoHandSettings& hand = live.second()->settings();
+    hand.tool = tool;
+    hand.mode = mode;
+    live.second()->series().disengage();
+  });
+  if (!posted) return posted;
+  second_mode_ = mode;
+  second_tool_ = mode == Mode::off ? std::nullopt : std::optional<Tool>(tool);
+  return posted;
+}
+
+void LiveSession::aim_second(const Vec3& tip_mm, const Vec3& axis, double time_s) {
+  if (!second_pointer_ || !second_tool_) return;
+  const std::optional<Pose> pose = pose_of(tip_mm, axis, 0, !second_pressed_, second_aimed_);
+  if (!pose) return;
+  if (!second_pressed_)
+    second_pointer_->hover(*pose);
+  else if (std::isfinite(time_s))
+    second_pointer_->move(*pose, time_s);
+}
+
+void LiveSession::press_second(const Vec3& tip_mm, const Vec3& axis, double time_s) {
+  if (!second_pointer_ || !second_tool_ || !live_) return;
+  lift_second();
+  if (const Status can = can_work(second_mode_); !can) return notify(can);
+  const std::optional<Pose> pose =
+      std::isfinite(time_s) ? pose_of(tip_mm, axis, 0, true, second_aimed_) : std::nullopt;
+  if (!pose || later_.size() >= kMaxLater) return;
+  const auto begin = [pointer = second_pointer_, stroke = second_stroke_ + 1, place = *pose,
+                      adds = second_mode_ == Mode::deposit](ServoContext& live) {
+    if (pointer->finished() >= stroke) return;  // it was cancelled before it began
+    if (adds) live.put_second(place);
+    const std::optional<Pose> clear = adds ? place : live.put_second_clear(place);
+    pointer->follow(stroke, clear.value_or(place));
+  };
+  later_.push_back({[this, begin] { return live_->post_within_stroke(begin); }});
+  second_stroke_ = second_pointer_->begin(*pose, time_s);
+  second_pressed_ = true;
+  go_on();
+}
+
+void LiveSession::lift_second() {
+  if (!second_pressed_) return;
+  second_pressed_ = false;
+  second_pointer_->end();
+  later_.push_back({[this, stroke = second_stroke_] {
+    return second_pointer_->finished() >= stroke &&
+           live_->post_within_stroke(
+               [pointer = second_pointer_, stroke](ServoContext&) { pointer->give_up(stroke); });
+  }});
+  go_on();
 }
 
 // ---- A force device
@@ -298,10 +394,8 @@ void LiveSession::work(Mode asked) {
 void LiveSession::arm(bool armed) {
   if (!held_) return;
   notify(post([armed](ServoContext& live) {
-    if (armed)
-      live.safety().arm();
-    else
-      live.safety().disarm();
+    for (SafetyStage* const stage : {&live.safety(), &live.second()->safety()})
+      armed ? stage->arm() : stage->disarm();
   }));
 }
 
@@ -325,38 +419,46 @@ void LiveSession::cancel() {
   if (!live_) return;
   live_->cancel_stroke();
   volume_known_ = false;
-  if (!pressed_) return;
-  lift();
-  // What is left of its path is not gone any more.
-  if (!live_->post([pointer = pointer_, stroke = stroke_](ServoContext& live) {
-        live.settings().mode = Mode::off;
-        pointer->give_up(stroke);
+  if (!pressed_ && !second_pressed_) return;
+  PointerDevice *const first = pressed_ ? pointer_ : nullptr, *const second = second_pressed_
+                                                                                  ? second_pointer_
+                                                                                  : nullptr;
+  lift_both();
+  // What is left of their paths is not gone any more.
+  if (!live_->post([=, stroke = stroke_, second_stroke = second_stroke_](ServoContext& live) {
+        if (first) live.settings().mode = Mode::off;
+        if (first) first->give_up(stroke);
+        if (second) second->give_up(second_stroke);
       }))
     notify(Error{"the servo is busy; try again"});
 }
 
 void LiveSession::undo() {
-  lift();
+  lift_both();
   if (writer_) then([this] { writer_->undo(); });
 }
 
 void LiveSession::redo() {
-  lift();
+  lift_both();
   if (writer_) then([this] { writer_->redo(); });
 }
 
 void LiveSession::go(StepId step) {
-  lift();
+  lift_both();
   if (writer_) then([this, step] { writer_->go(step); });
 }
 
-Status LiveSession::choose_tool(const Tool& tool) {
+Status LiveSession::fits_hand(const Tool& tool) const {
   if (Status fits = check_tool(tool); !fits) return fits;
   // What the servo can sweep within a tick: no mesh, and no farther than float32 can tell.
   if (std::holds_alternative<MeshTool>(tool) ||
       !(reach_mm(tool) <= kMaxToolReach * lattice_.pitch_mm))
     return Error{std::string("a hand can't hold that ") + shape_of(tool)};
-  if (Status fits = check_symmetry(symmetry_, tool); !fits) return fits;
+  return check_symmetry(symmetry_, tool);
+}
+
+Status LiveSession::choose_tool(const Tool& tool) {
+  if (Status fits = fits_hand(tool); !fits) return fits;
   Status posted = post([tool](ServoContext& live) { live.change_tool(tool); });
   if (posted) tool_ = tool;
   return posted;
@@ -388,12 +490,18 @@ Status LiveSession::give_hand(const Hand& hand, double reach) {
     stiffness = held_->stiffness_n_mm / (share * reach);
   }
   const double borne = hand.powered ? kPoweredShare : 1;
-  Status posted = post(
-      [=, strength = hand.strength_n, moved = held_ && reach != held_->scale](ServoContext& live) {
-        live.settings().workspace.set_scale(reach);
-        live.set_hand(stiffness, strength, borne, share);
-        if (moved) live.place_again();
-      });
+  Status posted = post([=, strength = hand.strength_n, moved = held_ && reach != held_->scale,
+                        pointer = second_pointer_ != nullptr](ServoContext& live) {
+    live.settings().workspace.set_scale(reach);
+    live.set_hand(stiffness, strength, borne, share);
+    if (pointer) {
+      SeriesSpring spring = spring_of_hand(strength);
+      spring.hand_share = borne;
+      spring.tick_s = live.second()->settings().spring.tick_s;
+      live.second()->set_spring(spring, 1);
+    }
+    if (moved) live.place_again();
+  });
   if (!posted) return posted;
   hand_ = hand;
   if (held_) {
@@ -431,7 +539,7 @@ Status LiveSession::choose_brush(const Brush& brush) {
 Status LiveSession::choose_material(size_t material) {
   if (material >= materials_.size()) return Error{"there is no such material"};
   return post([number = static_cast<uint8_t>(material)](ServoContext& live) {
-    live.settings().material = number;
+    live.settings().material = live.second()->settings().material = number;
   });
 }
 
@@ -439,12 +547,15 @@ Status LiveSession::choose_model(ForceModel model) {
   return post([model](ServoContext& live) {
     live.settings().model = model;
     live.place_again();
+    live.second()->place_again();
   });
 }
 
 Status LiveSession::choose_symmetry(const std::array<bool, 3>& planes, int fold, Axis axis) {
   const Symmetry symmetry{planes, centre_of(lattice_), fold, axis};
   if (Status fits = check_symmetry(symmetry, tool_); !fits) return fits;
+  if (second_tool_)
+    if (Status fits = check_symmetry(symmetry, *second_tool_); !fits) return fits;
   Status posted = post([symmetry](ServoContext& live) { live.set_symmetry(symmetry); });
   if (posted) symmetry_ = symmetry;
   return posted;
@@ -457,17 +568,17 @@ Status LiveSession::choose_crumbs(Crumbs crumbs) {
 }
 
 void LiveSession::act(const BodyAction& action) {
-  lift();
+  lift_both();
   if (writer_) then([this, action] { writer_->act(action); });
 }
 
 void LiveSession::revise(StepId step, StepId head, const BodyAction& action) {
-  lift();
+  lift_both();
   if (writer_) then([this, step, head, action] { writer_->revise(step, head, action); });
 }
 
 Result<std::vector<Vec3>> LiveSession::preview(const BodyAction& action) {
-  lift();
+  lift_both();
   // As the document has them, with what the tool carved since.
   Bodies would = listed_;
   if (Body* const body = would.find(carved_body_)) body->model = carved_;
@@ -520,7 +631,7 @@ void LiveSession::last_spline(std::function<void(std::string)> use) {
 
 void LiveSession::choose_body(BodyId body) {
   if (body == active()) return;
-  lift();
+  lift_both();
   if (writer_) then([this, body] { writer_->choose(body); });
 }
 
@@ -551,6 +662,11 @@ bool LiveSession::next_tick(LiveTick& tick) {
     held_->safety = tick.safety;
     held_->trip = tick.trip;
     held_->given_n = std::sqrt(tick.given.force.squaredNorm());
+  }
+  if (second_held_ && tick.second) {
+    second_held_->safety = tick.second->safety;
+    second_held_->trip = tick.second->trip;
+    second_held_->given_n = std::sqrt(tick.second->given.force.squaredNorm());
   }
   return true;
 }

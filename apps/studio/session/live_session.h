@@ -73,12 +73,25 @@ class LiveSession final : public Session {
   // How far the tool is turned about its own axis from then on [rad].
   void turn(double roll_rad);
   // Whether a stroke is being made, or has not come to its end yet.
-  bool pressed() const { return pressed_ || !later_.empty(); }
+  bool pressed() const { return pressed_ || second_pressed_ || !later_.empty(); }
   // Whether the tool, which is pressed, stands in material and can't back out: it cuts nothing
   // there.
   bool blocked() const { return pressed() && inside_; }
+  // The second hand's tool, and what it does while its pointer is pressed, or all the time where a
+  // device holds it: cut, deposit, touch; off: there is no second hand. Errors: what the tool can't
+  // be, or another mode; nothing has changed.
+  Status choose_second(const Tool& tool, Mode mode);
+  const Tool* second_tool() const override { return second_tool_ ? &*second_tool_ : nullptr; }
+  // As aim(), press() and lift(), of its pointer. What both hands do until both are lifted is one
+  // stroke.
+  void aim_second(const Vec3& tip_mm, const Vec3& axis, double time_s);
+  void press_second(const Vec3& tip_mm, const Vec3& axis, double time_s);
+  void lift_second();
+
   // The force device, as of the last ticks(); null: a pointer holds the tool.
   const HapticDeviceState* held() const { return held_ ? &*held_ : nullptr; }
+  // Of the second hand.
+  const HapticDeviceState* second_held() const { return second_held_ ? &*second_held_ : nullptr; }
   // What its tool does from now on.
   void work(Mode mode);
   void arm(bool armed);
@@ -139,8 +152,13 @@ class LiveSession final : public Session {
   Status post(std::function<void(ServoContext&)> command);
   void then(std::function<void()> what);
   void go_on();
-  std::optional<Pose> pose_of(const Vec3& tip_mm, const Vec3& axis, bool anew);
   Status give_hand(const Hand& hand, double reach);
+  Status fits_hand(const Tool& tool) const;
+  Status can_work(Mode mode) const;
+  void lift_both() {
+    lift();
+    lift_second();
+  }
 
   bool latest(Shown& shown) override;
   bool next_tick(LiveTick& tick) override;
@@ -151,14 +169,19 @@ class LiveSession final : public Session {
   uint32_t stroke_ = 0;               // the pointer's newest
   // What waits for the end of a stroke: until it is finished, or for a command's room.
   struct Later {
-    uint32_t stroke = 0;          // to wait for, or
-    std::function<bool()> run{};  // false: there was no room for it, and it is run again
+    std::function<bool()> run;  // false: it is not time yet, or there was no room; it is run again
   };
   std::deque<Later> later_;
   Hand hand_;
   double default_n_mm_ = 0;  // the stiffness that suits the device
-  // The frame that was aimed at last, before the turn about its own axis.
-  Mat3 aimed_ = Mat3::Identity();
+  // The frame that was aimed at last, before the turn about its own axis; of the second pointer.
+  Mat3 aimed_ = Mat3::Identity(), second_aimed_ = Mat3::Identity();
+  PointerDevice* second_pointer_ = nullptr;  // live_'s, unless a device holds the second tool
+  uint32_t second_stroke_ = 0;               // its newest
+  bool second_pressed_ = false;
+  std::optional<Tool> second_tool_;  // nothing: there is no second hand
+  Mode second_mode_ = Mode::off;
+  std::optional<HapticDeviceState> second_held_;
   double roll_rad_ = 0;  // that turn
   std::optional<HapticDeviceState> held_;
   Tool tool_;

@@ -193,8 +193,11 @@ PastStep PastSteps::of(const Document& document, const Step& step) {
   auto& [tool, mode] = seen->second;
   if (fresh && !step.stock) {
     if (const auto settings = document.settings(step.id)) {
-      tool = settings.value().tool;
-      mode = settings.value().mode;
+      // Where the first hand only went along, it is the second's.
+      const StrokeSettings& s = settings.value();
+      const bool second = s.mode == Mode::off && s.second;
+      tool = second ? s.second->tool : s.tool;
+      mode = second ? s.second->mode : s.mode;
     }
   }
   std::string label = step.label;

@@ -52,6 +52,8 @@ struct SessionOptions {
   // No thread of its own moves the tool, but LiveSession::tick() does: a test's time is then exact.
   // Only a pointer and the simulated hand can be stepped: no one would let go of a real device.
   bool stepped = false;
+  // As device, of the second hand's tool, where a device holds the first's.
+  std::string second = {};
 };
 
 class Session {
@@ -65,6 +67,9 @@ class Session {
   // Null, unless a hand carves or a scene does.
   virtual LiveSession* live() { return nullptr; }
   virtual ExperimentSession* experiment() { return nullptr; }
+
+  // Of the second hand; null: there is none.
+  virtual const Tool* second_tool() const { return nullptr; }
 
   const Lattice& lattice() const { return lattice_; }
   const std::string& name() const { return name_; }  // of the document or the scene

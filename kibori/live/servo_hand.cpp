@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/live/servo_hand.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace kibori {
+namespace {
+
+// Substeps of one tick's motion: a hand takes one or two, and each costs as much as a tick.
+constexpr double kMaxSubsteps = 64;
+
+double felt_stiffness(const SeriesSpring& spring, double force_scale, const Workspace& workspace) {
+  return spring.stiffness_n_mm * workspace.scale() * force_scale;
+}
+
+}  // namespace
+
+ServoHand::ServoHand(TriDexel& model, std::unique_ptr<Device> device, ServoHandSettings& settings,
+                     double rate_hz)
+    : model_(model),
+      device_(std::move(device)),
+      settings_(settings),
+      tick_s_(1 / rate_hz),
+      series_(model, {}, settings.spring),
+      direct_(model, {}),
+      safety_(device_->capabilities(), tick_s_),
+      passivity_(settings.passivity_ns_mm) {
+  settings_.spring.tick_s = tick_s_;
+  series_.set_spring(settings_.spring);
+  series_.show_resistance(device_->capabilities().dof_out == 0);
+}
+
+Status ServoHand::check(const ServoHandSettings& settings, ForceModel model, double rate_hz,
+                        const DeviceCapabilities& device) {
+  if (!(settings.force_scale > 0) || !std::isfinite(settings.force_scale))
+    return Error{"the force's scale must be positive"};
+  if (Status fits = check_tool(settings.tool); !fits) return fits;
+  const SeriesSpring& spring = settings.spring;
+  if (!(spring.stiffness_n_mm > 0) || !std::isfinite(spring.stiffness_n_mm) ||
+      !(spring.torsion_nmm_rad >= 0) || !std::isfinite(spring.torsion_nmm_rad) ||
+      !(spring.friction >= 0) || !std::isfinite(spring.friction))
+    return Error{"the spring's stiffness must be positive, its torsion and friction zero or more"};
+  if (model != ForceModel::series) return Ok{};
+  return check_stability({felt_stiffness(spring, settings.force_scale, settings.workspace),
+                          settings.passivity_ns_mm, 1 / rate_hz},
+                         device);
+}
+
+bool ServoHand::set_spring(const SeriesSpring& spring, double force_scale) {
+  const double felt = felt_stiffness(spring, force_scale, settings_.workspace);
+  if (!(spring.stiffness_n_mm > 0) ||
+      !check_stability({felt, settings_.passivity_ns_mm, tick_s_}, device_->capabilities()))
+    return false;
+  settings_.spring = spring;
+  settings_.force_scale = force_scale;
+  series_.set_spring(spring);
+  device_->expect_stiffness(felt);
+  return true;
+}
+
+void ServoHand::set_symmetry(const Symmetry& symmetry) {
+  series_.set_symmetry(symmetry);
+  direct_.set_symmetry(symmetry);
+}
+
+void ServoHand::set_no_go(const NoGo* no_go) {
+  series_.set_no_go(no_go);
+  direct_.set_no_go(no_go);
+}
+
+ForceLaw ServoHand::law(ForceModel model) const {
+  return {model, device_->capabilities().dof_out == 6 ? 6 : 5, settings_.spring.hand_share};
+}
+
+void ServoHand::place(const Pose& pose) {
+  placed_ = true;
+  wanted_ = pose;
+  series_.place(pose);
+  direct_.place(pose);
+}
+
+void ServoHand::begin_stroke() {
+  series_.begin_stroke();
+  direct_.place(direct_.pose());
+}
+
+bool ServoHand::works() const {
+  return !settings_.workspace.clutched() && !(settings_.while_pressed && !device_->pressed());
+}
+
+std::optional<Pose> ServoHand::read(ForceModel model, const Pose* body, uint64_t& leaps) {
+  status_ = device_->read(reading_);
+  Pose wanted = pose(model);
+  if (status_ == DeviceStatus::ok || (status_ == DeviceStatus::stale && placed_)) {
+    wanted = settings_.workspace.pose_of(reading_);
+    if (body) wanted = body->from_world(wanted);
+  }
+  // Where the hand was not seen for a while, or is not seen yet, there is no way that the tool
+  // could have gone.
+  if (status_ == DeviceStatus::stale && reading_.age_s > kDeadS) placed_ = false;
+  const double farthest = kDeadS * device_->capabilities().speed_mm_s * settings_.workspace.scale();
+  // The hand's own motion: how far the tool hangs behind it is no jump.
+  const ToolMotion moved{wanted_, wanted.tip - wanted_.tip,
+                         rotation_between(wanted_.frame, wanted.frame)};
+  const bool leapt =
+      placed_ && !(moved.travel_mm.norm() <= farthest &&
+                   pieces_needed(settings_.tool, moved, model_.lattice()) <= kMaxSubsteps);
+  const bool puts = status_ == DeviceStatus::ok && (!placed_ || leapt);
+  if (puts) leaps += leapt;
+  if (!puts && (!placed_ || leapt)) wanted = pose(model);
+  wanted_ = wanted;
+  return puts ? std::optional<Pose>(wanted) : std::nullopt;
+}
+
+ServoHand::Advance ServoHand::advance(ForceModel model, Mode mode,
+                                      const std::vector<Material>& materials) {
+  Advance result;
+  result.before = pose(model);
+  const Vec3 turn = rotation_between(result.before.frame, wanted_.frame);
+  const bool springs = model == ForceModel::series;
+  const auto felt = springs ? series_.advance(settings_.tool, wanted_, mode, materials,
+                                              settings_.material, std::exchange(strike_nmm_, 0.0))
+                            : direct_.advance(settings_.tool, wanted_.tip, turn, mode, law(model),
+                                              materials, settings_.material);
+  if (!felt) {
+    if (springs)
+      series_.place(wanted_);
+    else
+      direct_.place(wanted_);
+    result.possible = false;
+    result.tick.tool = wanted_;
+    return result;
+  }
+  const ToolTick& f = felt.value();
+  HandTick& tick = result.tick;
+  tick.tool = f.pose;
+  tick.computed = f.wrench;
+  tick.clipped = f.clipped;
+  if (springs) {
+    tick.removed_mm3 = f.removed_mm3;
+    tick.touching = f.touching;
+    tick.cutting = f.cutting;
+    tick.inside = f.inside;
+    result.recorded = {f.pose.tip, f.motion.turn, f.edited, f.stretch_mm,
+                       rotation_between(f.pose.frame, wanted_.frame)};
+  } else {
+    const bool edits = mode == Mode::cut || mode == Mode::deposit;
+    tick.removed_mm3 = edits ? f.removed_mm3 : 0;  // what is only felt is still there
+    tick.touching = f.points > 0;
+    tick.cutting = tick.removed_mm3 > 0;
+    // What is felt only is felt again, where it is carved again.
+    result.recorded = {wanted_.tip, turn, edits || mode == Mode::touch, Vec3::Zero(), Vec3::Zero()};
+  }
+  tick.points = tick.removed_mm3 != 0 ? f.points : 0;
+  return result;
+}
+
+void ServoHand::give(HandTick& tick, double elapsed_s) {
+  tick.computed.force *= settings_.force_scale;
+  tick.computed.moment *= settings_.force_scale;
+  tick.computed.force = passivity_.tick(reading_.position_mm, tick.computed.force, tick_s_);
+  // What is computed now is fresh, however late; but a loop that stood still for longer than a
+  // command may be old does not go on as if nothing had been.
+  const double stood_still = elapsed_s > kDeadS ? elapsed_s : 0;
+  tick.given = safety_.pass(
+      {tick.computed, std::max(reading_.age_s, stood_still), status_, reading_.velocity_mm_s});
+  const DeviceStatus written = device_->write(tick.given);
+  if (written == DeviceStatus::unplugged || written == DeviceStatus::failed)
+    safety_.pass({{}, 0, written, Vec3::Zero()});
+  passivity_.given(tick.given.force);
+  tick.safety = safety_.state();
+  tick.trip = safety_.trip();
+}
+
+}  // namespace kibori

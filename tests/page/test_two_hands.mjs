@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+// Two hands in a real browser: two fingers on glass, each with a tool of its own, make one stroke;
+// and the pointer works beside a device. The command line carves it again. See harness.mjs.
+// Usage: node test_two_hands.mjs KIBORI [SCREENSHOTS]
+import { execFileSync } from "node:child_process";
+import { readdirSync } from "node:fs";
+import { join } from "node:path";
+import {
+  check,
+  enter,
+  folder,
+  kibori,
+  open,
+  run,
+  show,
+  shown,
+  started,
+  state,
+  Studio,
+  until,
+} from "./harness.mjs";
+
+const SIZE = { width: 1280, height: 800 };
+
+const newest = () =>
+  join(
+    folder,
+    "kibori",
+    readdirSync(join(folder, "kibori"))
+      .filter((name) => name.endsWith(".kibori"))
+      .sort()
+      .at(-1),
+  );
+const verified = () =>
+  /all is as it was written/.test(execFileSync(kibori, ["verify", newest()], { encoding: "utf8" }));
+
+async function begin(page, url) {
+  await enter(page, url);
+  await started(page);
+  await page.locator('input[name=stock][value="0"]').check();
+  await page.locator("#wood").selectOption({ label: "limewood" });
+  await page.locator("#detail").selectOption("192");
+  await page.locator("#go").click();
+  await shown(page);
+}
+const choose = (page, name, value) =>
+  page.evaluate(
+    ([name, value]) => document.querySelector(`input[name=${name}][value=${value}]`).click(),
+    [name, value],
+  );
+
+async function twoFingers() {
+  const studio = await Studio.start();
+  const page = await open(SIZE, { hasTouch: true });
+  await begin(page, studio.url);
+  const first = await state(page);
+  const glass = await page.context().newCDPSession(page);
+  const touch = (type, ...places) =>
+    glass.send("Input.dispatchTouchEvent", {
+      type,
+      touchPoints: places.map(([id, x, y]) => ({ id, x, y })),
+    });
+  const middle = await page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
+  const at = (dx, dy) => [middle.x + dx, middle.y + dy];
+
+  check("nothing is told of a second hand", !(await page.locator("#second-tool").isVisible()));
+  await choose(page, "shape", "flat");
+  await page.locator("#second-mode").selectOption("cut");
+  check(
+    "it takes the tool that is chosen",
+    /Flat|End/i.test(await page.locator("#second-name").textContent()),
+  );
+  await choose(page, "shape", "ball");
+  check(
+    "and keeps it when another is chosen",
+    /Flat|End/i.test(await page.locator("#second-name").textContent()),
+  );
+  const eye = await page.evaluate(() => window.kibori.eye());
+
+  // Both at once, to and fro in two grooves; the second finger comes later and leaves sooner.
+  await touch("touchStart", [1, ...at(-160, -40)]);
+  for (let i = 1; i <= 40; i++) {
+    const one = [1, ...at(-160 + 8 * i, -40)],
+      two = [2, ...at(160 - 8 * (i - 8), 40)];
+    if (i === 8) await touch("touchStart", one, two);
+    else if (i === 32) await touch("touchMove", one); // the other is lifted
+    else if (i > 8 && i < 32) await touch("touchMove", one, two);
+    else await touch("touchMove", one);
+    await page.waitForTimeout(20);
+    if (i === 24) {
+      await show(page, "two-hands");
+      check(
+        "the second hand's force is told",
+        parseFloat(await page.locator("#second-newtons").textContent()) > 0,
+      );
+    }
+  }
+  await touch("touchEnd");
+  let last = await until(
+    page,
+    "the stroke",
+    (s) => s.step !== first.step && s.hash !== first.hash,
+  );
+  await page.waitForTimeout(800);
+  last = await state(page);
+  check(`one stroke of both (${last.step})`, Number(last.step) === Number(first.step) + 1);
+  check(
+    "the view stands still",
+    JSON.stringify(await page.evaluate(() => window.kibori.eye())) === JSON.stringify(eye),
+  );
+  await show(page, "two-hands-carved");
+  await page.keyboard.press("Control+z");
+  await until(page, "both are taken back", (s) => s.hash === first.hash);
+  await page.keyboard.press("Control+Shift+z");
+  await until(page, "and are there again", (s) => s.hash === last.hash);
+
+  // The second hand adds, while the first carves; the first is lifted before it.
+  await page.locator("#second-mode").selectOption("deposit");
+  await touch("touchStart", [1, ...at(-160, -80)]);
+  await touch("touchStart", [1, ...at(-150, -80)], [2, ...at(0, 80)]);
+  for (let i = 1; i <= 20; i++) {
+    await touch("touchMove", [1, ...at(-150 + 8 * i, -80)], [2, ...at(6 * i, 80)]);
+    await page.waitForTimeout(20);
+  }
+  await touch("touchMove", [2, ...at(120, 80)]); // the first is lifted
+  for (let i = 1; i <= 10; i++) {
+    await touch("touchMove", [2, ...at(120 + 4 * i, 80)]);
+    await page.waitForTimeout(20);
+  }
+  await touch("touchEnd");
+  await page.waitForTimeout(1500);
+  await show(page, "two-hands-added");
+  // One step or two, as what the first hand was aimed to is over sooner or later.
+  last = await until(page, "the second one", (s) => Number(s.step) > Number(last.step));
+
+  // Without one, two fingers look again.
+  await page.locator("#second-mode").selectOption("off");
+  const before = await state(page);
+  await touch("touchStart", [1, ...at(-100, 0)]);
+  await touch("touchStart", [1, ...at(-100, 0)], [2, ...at(100, 0)]);
+  for (let i = 1; i <= 10; i++)
+    await touch("touchMove", [1, ...at(-100 - 6 * i, 0)], [2, ...at(100 + 6 * i, 0)]);
+  await touch("touchEnd");
+  await page.waitForTimeout(500);
+  check(
+    "the view moves",
+    JSON.stringify(await page.evaluate(() => window.kibori.eye())) !== JSON.stringify(eye),
+  );
+  check("and nothing is cut", (await state(page)).hash === before.hash);
+  await page.locator("#leave").click();
+  await started(page);
+  check("carved again, all is as it was", verified());
+  await studio.end();
+}
+
+async function besideADevice() {
+  const studio = await Studio.start("--device", "virtual");
+  const page = await open(SIZE);
+  await begin(page, studio.url);
+  const first = await state(page);
+  await page.locator("#second-mode").selectOption("cut");
+  const middle = await page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
+  await page.mouse.move(middle.x - 120, middle.y + 60);
+  await page.mouse.down();
+  await page.mouse.move(middle.x + 120, middle.y + 60, { steps: 30 });
+  await page.waitForTimeout(300);
+  await show(page, "two-hands-device");
+  await page.mouse.up();
+  await until(
+    page,
+    "a cut beside the device",
+    (s) => Number(s.volume) < Number(first.volume) - 5,
+  );
+  await page.locator("#leave").click();
+  await started(page);
+  check("carved again, all is as it was", verified());
+  await studio.end();
+}
+
+await run([twoFingers, besideADevice]);

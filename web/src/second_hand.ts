@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: MIT
+// The second hand: another finger, or the pointer where a force device holds the first tool. It
+// works beside the first, with a tool of its own; what both do until both are lifted is one stroke.
+import * as THREE from "three";
+import { element, put, select } from "./dom";
+import type { Mode } from "./kinds";
+import { write } from "./messages";
+import type { SecondHand as Told } from "./messages";
+import { TOOLS, held, heightOf, shortened, sizeOf, type HeldTool } from "./tools";
+import type { Hit, View } from "./view";
+import type { Vec3 } from "./wire";
+
+/** What it needs of the first hand. */
+export interface FirstHand {
+  /** The tool that is chosen now. */
+  own(): HeldTool;
+  depth(): number;
+  radius(): number;
+  working(): boolean;
+  /** Where a stroke begins that is pressed there: on the wood, or beside it. */
+  beginning(x: number, y: number): Hit | null;
+  /** Where a point of the window meets the plane through a place. */
+  onPlane(x: number, y: number, plane: Hit): Hit | null;
+}
+
+export class SecondHand {
+  private tool: HeldTool | null = null; // that was given to it
+  private used: HeldTool | null = null; // the same, as it works
+  private stroke: {
+    pointer: number;
+    last: Hit;
+    wood: Hit;
+    axis: THREE.Vector3;
+    time: number;
+    /** Whether it began to look at the wood as it was; else the first hand did. */
+    looks: boolean;
+  } | null = null;
+
+  constructor(
+    private canvas: HTMLCanvasElement,
+    private view: View,
+    private send: (message: Uint8Array) => void,
+    private first: FirstHand,
+  ) {
+    select("second-mode").addEventListener("change", () => this.choose());
+    element("second-takes").onclick = () => {
+      this.tool = this.first.own();
+      this.choose();
+    };
+  }
+
+  get mode(): Mode {
+    return select("second-mode").value as Mode;
+  }
+  /** Whether there is one. */
+  get there(): boolean {
+    return this.mode !== "off";
+  }
+  get working(): boolean {
+    return this.stroke !== null;
+  }
+
+  /** What is chosen, to the studio. */
+  choose(): void {
+    this.lift();
+    this.tool ??= this.first.own();
+    const { there, tool } = this;
+    element("second-tool").hidden = !there;
+    put("second-name", `${TOOLS[tool.shape].name}, ${sizeOf(tool)}`);
+    const depth = this.first.depth(),
+      adds = this.mode === "deposit";
+    this.used = adds ? shortened(tool, depth + Math.max(depth, this.first.radius())) : tool;
+    this.send(write.ChooseSecond({ tool: this.used, mode: this.mode }));
+  }
+  /** Another document: nothing is under way, and there is none. */
+  begin(): void {
+    this.stroke = null;
+    this.tool = null;
+    select("second-mode").value = "off";
+    element("second-tool").hidden = true;
+    this.show(null);
+  }
+  /** As the studio says; null: there is none. */
+  show(told: Told | null): void {
+    const there = told !== null && told.there !== 0;
+    for (const id of ["second-force", "second-newtons"]) element(id).hidden = !there;
+    if (told && there) this.view.setSecondTool(held(told.tool));
+    this.view.showSecondTool(
+      there ? told.tip : null,
+      told?.axis ?? [0, 0, 1],
+      told?.side ?? [1, 0, 0],
+      told?.force ?? [0, 0, 0],
+    );
+    if (told && there) put("second-newtons", `${Math.hypot(...told.force).toFixed(1)} N`);
+  }
+
+  /** Whether a press there is this hand's. */
+  down(event: PointerEvent): boolean {
+    if (!this.there || this.stroke) return false;
+    const hit = this.first.beginning(event.clientX, event.clientY);
+    if (!hit) return false;
+    this.canvas.setPointerCapture(event.pointerId);
+    const looks = this.view.controls.enabled;
+    this.view.controls.enabled = false;
+    if (looks) this.view.beginStroke();
+    const axis = hit.normal.clone();
+    this.stroke = {
+      pointer: event.pointerId,
+      last: hit,
+      wood: hit,
+      axis,
+      time: event.timeStamp,
+      looks,
+    };
+    this.send(
+      write.PressSecond({
+        tip: this.tipAt(hit, axis),
+        axis: axis.toArray() as Vec3,
+        time: event.timeStamp / 1000,
+      }),
+    );
+    return true;
+  }
+
+  /** Whether this pointer is the hand's. */
+  follow(event: PointerEvent): boolean {
+    const { stroke } = this;
+    if (!stroke || event.pointerId !== stroke.pointer) return false;
+    const all = event.getCoalescedEvents?.() ?? [];
+    for (const one of all.length > 0 ? all : [event]) {
+      if (one.timeStamp <= stroke.time) continue;
+      stroke.time = one.timeStamp;
+      const at = this.view.hit(one.clientX, one.clientY, true);
+      if (at) stroke.wood = at;
+      // Beside the wood the path goes on along the plane it left.
+      const next = at ?? this.first.onPlane(one.clientX, one.clientY, stroke.wood);
+      if (next) {
+        // A hand does not turn at once where the surface does.
+        const way = next.point.distanceTo(stroke.last.point);
+        const share = 1 - Math.exp((-2 * way) / this.first.radius());
+        stroke.axis.lerp(next.normal, share).normalize();
+        stroke.last = next;
+      }
+      this.send(
+        write.AimSecond({
+          tip: this.tipAt(stroke.last, stroke.axis),
+          axis: stroke.axis.toArray() as Vec3,
+          time: one.timeStamp / 1000,
+        }),
+      );
+    }
+    return true;
+  }
+
+  /** The first hand lets go: whether this one goes on. */
+  goesOn(): boolean {
+    if (!this.stroke) return false;
+    return (this.stroke.looks = true);
+  }
+
+  lift(pointer?: number): void {
+    const { stroke } = this;
+    if (!stroke || (pointer !== undefined && stroke.pointer !== pointer)) return;
+    this.stroke = null;
+    if (stroke.looks && !this.first.working()) {
+      this.view.controls.enabled = true;
+      this.view.endStroke();
+    }
+    this.send(write.LiftSecond());
+  }
+
+  private tipAt(hit: Hit, axis: THREE.Vector3): Vec3 {
+    const depth = this.first.depth();
+    const deep = this.mode === "deposit" ? heightOf(this.used!) - depth : depth;
+    return hit.point.clone().addScaledVector(axis, -deep).toArray() as Vec3;
+  }
+}
