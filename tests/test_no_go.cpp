@@ -7,7 +7,9 @@
 
 #include <gtest/gtest.h>
 
+#include <kibori/batch/carving.h>
 #include <kibori/body/bodies.h>
+#include <kibori/body/workbench.h>
 #include <kibori/motion/direct_tool.h>
 #include <kibori/motion/spring_tool.h>
 #include <kibori/surface/surface.h>
@@ -287,6 +289,147 @@ TEST(NoGo, BodiesThatAreItStandWhereTheyAreSeen) {
   subtract.verb = BodyVerb::subtract;
   subtract.bodies = {1, id};
   EXPECT_TRUE(apply(bodies, subtract).ok());
+}
+
+// A bridge to a knob is cut through: the knob falls away, unless it holds some of a template.
+TEST(NoGo, WhatHoldsATemplateDoesNotFallAway) {
+  for (const bool templated : {false, true})
+    for (const Crumbs rule : {Crumbs::sort, Crumbs::fall, Crumbs::body}) {
+      TriDexel model(make_lattice(Vec3(40, 20, 20), 0.5, 4).value());
+      model.fill_block({Vec3::Zero(), Vec3(40, 20, 20)}, 0);
+      Workbench bench(model);
+      if (templated) {
+        BodyAction add;
+        add.verb = BodyVerb::add;
+        add.tool = BallTool{2};
+        add.pose.tip = Vec3(37, 10, 8);
+        add.no_go = true;
+        ASSERT_TRUE(bench.act(add).ok());
+      }
+      const auto no_go = bench.no_go();
+      ASSERT_TRUE(no_go.ok());
+      const Snapshot before = model.snapshot();
+      DirectTool saw(model, {Vec3(33, -5, -2), Mat3::Identity()});
+      saw.set_no_go(no_go.value());
+      ASSERT_TRUE(saw.advance(Flat{1, 30}, Vec3(33, 25, -2), Vec3::Zero(), Mode::cut,
+                              {ForceModel::energy}, {Material{}})
+                      .ok());
+      const double cut = model.volume_mm3();
+      const CrumbResult crumbs = bench.end_stroke(before, rule);
+      EXPECT_EQ(crumbs.fallen + static_cast<int>(crumbs.portions.size()), templated ? 0 : 1);
+      EXPECT_EQ(model.volume_mm3() == cut, templated);
+    }
+}
+
+// What a ball reaches along a way is masked: nothing cuts it, until the mask is taken away there.
+TEST(NoGo, AMaskThatIsPainted) {
+  TriDexel model(make_lattice(Vec3(40, 20, 20), 0.5, 4).value());
+  model.fill_block({Vec3::Zero(), Vec3(40, 20, 20)}, 0);
+  Workbench bench(model);
+  BodyAction paint;
+  paint.verb = BodyVerb::protect;
+  paint.bodies = {1};
+  paint.tool = BallTool{3};
+  paint.way_mm = {Vec3(10, 10, 17), Vec3(20, 10, 17), Vec3(20, 16, 17)};
+  const auto done = bench.act(paint);
+  ASSERT_TRUE(done.ok()) << done.error();
+  ASSERT_EQ(done.value().made, std::vector<BodyId>{2});
+  EXPECT_EQ(bench.act(paint).ok(), true);  // another mask, as none was named
+  BodyAction remove;
+  remove.verb = BodyVerb::remove;
+  remove.bodies = {3};
+  ASSERT_TRUE(bench.act(remove).ok());
+  const Body mask = *bench.bodies().find(2);
+  EXPECT_TRUE(mask.no_go);
+  // Half a capsule and half another, which share a quarter of a ball and more: two half tubes and
+  // what their bend adds, by sampling.
+  int64_t inside = 0;
+  const double step = 0.1;
+  for (double x = 5 + step / 2; x < 25; x += step)
+    for (double y = 5 + step / 2; y < 20; y += step)
+      for (double z = 15 + step / 2; z < 20; z += step) {
+        const auto near = [&](const Vec3& a, const Vec3& b) {
+          const Vec3 p(x, y, z), ab = b - a;
+          const double t = std::clamp((p - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0);
+          return (p - a - t * ab).squaredNorm() < 9;
+        };
+        inside +=
+            near(Vec3(10, 10, 20), Vec3(20, 10, 20)) || near(Vec3(20, 10, 20), Vec3(20, 16, 20));
+      }
+  const double sampled = static_cast<double>(inside) * step * step * step;
+  EXPECT_NEAR(mask.model.volume_mm3(), sampled, 0.005 * sampled);
+
+  const auto no_go = bench.no_go();
+  ASSERT_TRUE(no_go.ok() && no_go.value());
+  DirectTool mill(model, {Vec3(-5, 10, 16), Mat3::Identity()});
+  mill.set_no_go(no_go.value());
+  ASSERT_TRUE(mill.advance(Flat{8, 30}, Vec3(45, 10, 16), Vec3::Zero(), Mode::cut,
+                           {ForceModel::energy}, {Material{}})
+                  .ok());
+  TriDexel held(model.snapshot(), model.material_bounds());
+  Removed changed;
+  intersect(held, DexelSolid(mask.model, mask.material_bounds), {}, changed);
+  EXPECT_NEAR(held.volume_mm3(), mask.model.volume_mm3(), 1e-9);
+
+  paint.bodies = {1, 2};
+  paint.way_mm = {Vec3(10, 10, 17), Vec3(15, 10, 17)};
+  EXPECT_FALSE(bench.act(paint).ok());  // it is protected already
+  paint.operation = SplineOperation::cut;
+  ASSERT_TRUE(bench.act(paint).ok());
+  EXPECT_LT(bench.bodies().find(2)->model.volume_mm3(), 0.7 * mask.model.volume_mm3());
+  EXPECT_FALSE(bench.act(paint).ok());  // nothing is there any more
+  paint.way_mm = {Vec3(0, 10, 17), Vec3(30, 10, 17), Vec3(20, 10, 17), Vec3(20, 25, 17)};
+  ASSERT_TRUE(bench.act(paint).ok());
+  EXPECT_EQ(bench.bodies().all.size(), 1u);
+  const auto free = bench.no_go();
+  EXPECT_TRUE(free.ok() && !free.value());
+  const auto wrong = [&](const auto& change) {
+    BodyAction bad = paint;
+    bad.operation = SplineOperation::deposit;
+    bad.bodies = {1};
+    change(bad);
+    return bench.act(bad).ok();
+  };
+  EXPECT_FALSE(wrong([](BodyAction& a) { a.way_mm.clear(); }));
+  EXPECT_FALSE(wrong([](BodyAction& a) { a.tool.reset(); }));
+  EXPECT_FALSE(wrong([](BodyAction& a) { a.bodies = {1, 9}; }));
+  EXPECT_FALSE(wrong([](BodyAction& a) { a.operation = SplineOperation::cut; }));
+  EXPECT_FALSE(wrong([](BodyAction& a) { a.way_mm = {Vec3(0, 0, 400)}; }));
+  EXPECT_FALSE(wrong([](BodyAction& a) { a.way_mm = {Vec3(0, 0, std::nan(""))}; }));
+}
+
+// A mask of a scene: what stands of it is as high as the stock was.
+TEST(NoGo, AMaskInAScene) {
+  const std::string text = R"([stock]
+block = [40, 20, 20]
+pitch = 0.5
+[tool]
+shape = "flat"
+radius = 8
+length = 20
+[[no_go]]
+tool = { shape = "ball", radius = 3 }
+way = [[10, 10, 17], [20, 10, 17]]
+[[move]]
+to = [-10, 10, 16]
+[[move]]
+to = [50, 10, 16]
+speed = 60
+)";
+  const auto scene = parse_scene(text, "mask.toml", ".");
+  ASSERT_TRUE(scene) << scene.error();
+  const auto carving = carve(scene.value(), {});
+  ASSERT_TRUE(carving) << carving.error();
+  const Bodies& bodies = carving.value().bodies;
+  ASSERT_EQ(bodies.all.size(), 2u);
+  EXPECT_EQ(bodies.all[1].name, "Mask");
+  TriDexel held(bodies.all[0].model, bodies.all[0].material_bounds);
+  Removed changed;
+  intersect(held, DexelSolid(bodies.all[1].model, bodies.all[1].material_bounds), {}, changed);
+  EXPECT_NEAR(held.volume_mm3(), bodies.all[1].model.volume_mm3(), 1e-9);
+  std::string both = text;
+  both.insert(both.find("way = "), "place = [1, 2, 3]\n");
+  EXPECT_FALSE(parse_scene(both, "mask.toml", "."));
 }
 
 }  // namespace

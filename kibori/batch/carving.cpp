@@ -347,10 +347,16 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
   };
   for (const SceneNoGo& no_go : scene.no_go) {
     BodyAction add;
-    add.verb = BodyVerb::add;
     add.tool = no_go.tool;
-    add.pose = no_go.pose;
-    add.no_go = true;
+    if (no_go.way_mm.empty()) {
+      add.verb = BodyVerb::add;
+      add.pose = no_go.pose;
+      add.no_go = true;
+    } else {
+      add.verb = BodyVerb::protect;
+      add.bodies = {bench.active()};
+      add.way_mm = no_go.way_mm;
+    }
     add.visible = false;  // it is what the piece shall come to, not a part of it
     if (!no_go.name.empty()) add.name = no_go.name;
     const Result<BodyChange> done = act(add);

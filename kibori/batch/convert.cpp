@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/batch/convert.h>
 
+#include <algorithm>
+
 #include <kibori/batch/documents.h>
 #include <kibori/batch/stock.h>
 #include <kibori/formats/mesh_file.h>
@@ -83,6 +85,13 @@ void send_model(const Snapshot& model, double tolerance_mm, int threads, const S
     stream_surface(model, threads, counting);
 }
 
+// What is no-go stands in the material of others, as a template or a mask: it is shown alone only.
+bool is_shown(const Body& body, std::span<const Body> among) {
+  if (!body.visible) return false;
+  return !body.no_go ||
+         std::all_of(among.begin(), among.end(), [](const Body& b) { return b.no_go; });
+}
+
 }  // namespace
 
 Result<size_t> write_model(const std::filesystem::path& out, const Snapshot& model,
@@ -99,7 +108,7 @@ Result<size_t> write_model(const std::filesystem::path& out, const Snapshot& mod
 Surface surface_of(std::span<const Body> bodies, int threads) {
   Surface all;
   for (const Body& body : bodies) {
-    if (!body.visible) continue;
+    if (!is_shown(body, bodies)) continue;
     const Surface surface = extract_surface(body.model, threads);
     const auto first = static_cast<uint32_t>(all.vertices.size());
     const auto placed = [&](const std::array<float, 3>& a, const Vec3& shift) {
@@ -125,7 +134,7 @@ Result<size_t> write_bodies(const std::filesystem::path& out, std::span<const Bo
   size_t triangles = 0;
   std::vector<SurfaceObject> objects;
   for (const Body& body : bodies) {
-    if (!body.visible) continue;
+    if (!is_shown(body, bodies)) continue;
     objects.push_back({body.name, body.pose, [&, model = body.model](const SurfaceSink& sink) {
                          send_model(model, tolerance_mm, threads, sink, triangles);
                        }});

@@ -651,7 +651,7 @@ class Reader {
   }
 
   void read_no_go(const toml::table& t) {
-    only(t, "no_go", {"tool", "place", "axis", "roll_deg", "name"});
+    only(t, "no_go", {"tool", "place", "axis", "roll_deg", "way", "name"});
     SceneNoGo made;
     made.line = line_of(t);
     const toml::node* tool = t.get("tool");
@@ -659,7 +659,14 @@ class Reader {
       return fail(tool ? tool : &t,
                   "[no_go] tool must be a table, as in tool = { shape = \"ball\" }");
     made.tool = read_tool(*tool->as_table(), "tool", nullptr);
-    made.pose.tip = vector(t, "no_go", "place");
+    if (t.contains("way")) {
+      for (const char* key : {"place", "axis", "roll_deg"})
+        if (t.contains(key))
+          fail(t.get(key), "[no_go] has " + std::string(key) + " or a way, not both");
+      made.way_mm = places(t, "no_go", "way");
+    } else {
+      made.pose.tip = vector(t, "no_go", "place");
+    }
     Vec3 axis = Vec3::UnitZ();
     if (t.contains("axis")) axis = vector(t, "no_go", "axis");
     if (!(axis.norm() > 0)) fail(t.get("axis"), "[no_go] axis must not be zero");

@@ -76,8 +76,9 @@ struct SceneCutter {
 struct SceneNoGo {
   Tool tool;  // its shape
   Pose pose;
-  std::string name;  // empty: one is given
-  int line = 0;      // in the file
+  std::vector<Vec3> way_mm;  // a mask: what the stock holds of the tool's way; empty: at `pose`
+  std::string name;          // empty: one is given
+  int line = 0;              // in the file
 };
 
 // A spline's shape that the stock has before the first move: see BodyAction.

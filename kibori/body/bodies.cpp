@@ -15,6 +15,8 @@
 namespace kibori {
 namespace {
 
+constexpr double kFarthestMm = 1e6;  // that a body or a place may be
+
 bool stands_as(const Pose& a, const Pose& b) { return a.tip == b.tip && a.frame == b.frame; }
 
 Pose relative(const Pose& of, const Pose& to) {
@@ -116,7 +118,26 @@ class Acting {
       if (!action_.spline) return Error{"say what spline"};
       if (action_.material >= kMaxMaterials) return Error{"there is no such material"};
     }
-    const bool all_change = action_.verb != BodyVerb::set && action_.verb != BodyVerb::duplicate;
+    if (action_.verb == BodyVerb::protect) {
+      if (action_.bodies.size() > 2) return Error{"a mask is of one body; name that, and the mask"};
+      if (!action_.tool || action_.way_mm.empty()) return Error{"say where, and how wide"};
+      if (Status s = check_tool(*action_.tool); !s) return s;
+      if (action_.way_mm.size() > kMaxWayPoints)
+        return Error{"a way has at most " + std::to_string(kMaxWayPoints) + " places"};
+      for (const Vec3& p : action_.way_mm)
+        if (!(p.norm() < kFarthestMm)) return Error{"a way's place is none, or too far away"};
+      const Body& own = *bodies_.find(action_.bodies.front());
+      if (own.no_go) return Error{"body " + quoted(own) + " is no-go itself"};
+      if (action_.bodies.size() == 2) {
+        const Body& mask = *bodies_.find(action_.bodies[1]);
+        if (!mask.no_go || mask.locked || !stands_as(mask.pose, own.pose))
+          return Error{"body " + quoted(mask) + " is no mask of body " + quoted(own)};
+      } else if (action_.operation == SplineOperation::cut) {
+        return Error{"name the mask that is to go"};
+      }
+    }
+    const bool all_change = action_.verb != BodyVerb::set && action_.verb != BodyVerb::duplicate &&
+                            action_.verb != BodyVerb::protect;
     for (size_t i = 0; i < action_.bodies.size() && all_change; i++) {
       if (i > 0 && pairs && action_.verb != BodyVerb::join) break;
       const Body& body = *bodies_.find(action_.bodies[i]);
@@ -178,6 +199,8 @@ class Acting {
         });
       case BodyVerb::add:
         return add_shape();
+      case BodyVerb::protect:
+        return protect(*bodies_.find(action_.bodies.front()));
       case BodyVerb::spline:
         return each([&](Body& body) { return shape_by_spline(body); });
     }
@@ -199,7 +222,8 @@ class Acting {
     change_.made.push_back(body.id);
     bodies_.all.push_back(std::move(body));
   }
-  Status add_shape() {
+  // No material, in the memory of the bodies.
+  TriDexel nothing() const {
     const Snapshot& any = bodies_.all.front().model;
     TriDexel model(any, TriDexel(any.lattice).material_bounds());
     for (const Axis axis : kAxes) {
@@ -207,6 +231,57 @@ class Acting {
       for (int tv = 0; tv < field.tiles_v(); tv++)
         for (int tu = 0; tu < field.tiles_u(); tu++) field.clear_tile(tu, tv);
     }
+    return model;
+  }
+  // All that a tool reaches whose tip goes along the way, as the body stands.
+  void sweep_way(TriDexel& model, const Pose& body) {
+    const Lattice& lattice = model.lattice();
+    const Pose back = body.from_world(Pose());
+    Removed made;
+    for (size_t i = 0; i < action_.way_mm.size(); i++) {
+      const Vec3 from = back.to_world(action_.way_mm[i]),
+                 to = back.to_world(action_.way_mm[std::min(i + 1, action_.way_mm.size() - 1)]);
+      if (i > 0 && from == to) continue;
+      const SweptTool solid(*action_.tool, {from, back.frame}, Vec3(to - from), lattice,
+                            lattice.whole());
+      deposit(model, solid.solid(), 0, edit_, made);
+    }
+  }
+  Status protect(const Body& own) {
+    TriDexel region = nothing();
+    sweep_way(region, own.pose);
+    const bool more = action_.operation != SplineOperation::cut;
+    Body* const mask = action_.bodies.size() > 1 ? bodies_.find(action_.bodies[1]) : nullptr;
+    Removed changed;
+    TriDexel model = nothing();
+    if (mask) unite(model, mask->model, mask->material_bounds);
+    if (more) {
+      TriDexel held(own.model, own.material_bounds);
+      intersect(held, DexelSolid(region.snapshot(), region.material_bounds()), edit_, changed);
+      if (!(held.volume_mm3() > 0))
+        return Error{"there is nothing of body " + quoted(own) + " to protect there"};
+      unite(model, held.snapshot(), held.material_bounds());
+    } else {
+      cut(model, DexelSolid(region.snapshot(), region.material_bounds()), edit_, changed);
+    }
+    if (mask && model.content_hash() == mask->model.content_hash())
+      return Error{more ? "that is protected already" : "nothing is protected there"};
+    if (!mask) {
+      Body made;
+      made.no_go = true;
+      made.pose = own.pose;
+      put_back(made, model);
+      add(std::move(made), action_.name.value_or("Mask"));
+    } else if (model.volume_mm3() > 0) {
+      put_back(*mask, model);
+    } else {
+      remove(mask->id);
+    }
+    return Ok{};
+  }
+  Status add_shape() {
+    const Snapshot& any = bodies_.all.front().model;
+    TriDexel model = nothing();
     Removed made;
     const SweptTool solid(*action_.tool, action_.pose, Vec3::Zero(), any.lattice,
                           any.lattice.whole());
@@ -369,7 +444,7 @@ class Acting {
 }  // namespace
 
 bool is_rigid(const Pose& pose) {
-  return pose.tip.allFinite() && pose.tip.norm() < 1e6 && pose.frame.allFinite() &&
+  return pose.tip.allFinite() && pose.tip.norm() < kFarthestMm && pose.frame.allFinite() &&
          (pose.frame.transpose() * pose.frame - Mat3::Identity()).norm() < 1e-9 &&
          pose.frame.determinant() > 0;
 }

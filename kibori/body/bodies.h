@@ -70,22 +70,26 @@ enum class BodyVerb {
   remove,     // of the list
   set,        // name, visible, locked, no_go: those that are given
   add,        // a new one: what `tool` holds at `pose`, of `material`
-  spline      // what `spline` makes is added to it, of `material`, or cut from it; or all else goes
+  protect,  // what the first holds of the way of `tool` becomes no-go: a body of its own, or of the
+            // second; operation cut: it may be cut again
+  spline    // what `spline` makes is added to it, of `material`, or cut from it; or all else goes
 };
-constexpr Names<13> names_of(BodyVerb) {
+constexpr Names<14> names_of(BodyVerb) {
   return {"cut",  "join", "subtract", "intersect", "separate", "duplicate", "mirror",
-          "move", "bake", "remove",   "set",       "add",      "spline"};
+          "move", "bake", "remove",   "set",       "add",      "protect",   "spline"};
 }
+inline constexpr size_t kMaxWayPoints = 4096;
 
 struct BodyAction {
   BodyVerb verb = BodyVerb::set;
   std::vector<BodyId> bodies;
   Cutter cutter;                      // cut, mirror
   Pose pose;                          // move, add
-  std::optional<Tool> tool;           // add
+  std::optional<Tool> tool;           // add, protect
+  std::vector<Vec3> way_mm;           // protect: of its tip, upright, in the world
   uint8_t material = 0;               // add, spline
   std::optional<SplineShape> spline;  // in the world
-  SplineOperation operation = SplineOperation::deposit;
+  SplineOperation operation = SplineOperation::deposit;  // spline, protect
   std::optional<std::string> name;
   std::optional<bool> visible, locked, no_go;
 };

@@ -148,6 +148,12 @@ std::string action_to_json(const BodyAction& action) {
     if (action.tool) json["tool"] = Json::parse(tool_to_json(*action.tool));
     json["material"] = action.material;
   }
+  if (action.verb == BodyVerb::protect) {
+    if (action.tool) json["tool"] = Json::parse(tool_to_json(*action.tool));
+    json["operation"] = name_of(action.operation);
+    json["way_mm"] = Json::array();
+    for (const Vec3& p : action.way_mm) json["way_mm"].push_back(vec(p));
+  }
   if (action.verb == BodyVerb::move || action.verb == BodyVerb::add)
     json["pose"] = pose_to_json(action.pose);
   if (action.name) json["name"] = *action.name;
@@ -181,7 +187,23 @@ Result<BodyAction> action_from_json(const std::string& text) {
     if (!cutter) return Error{cutter.error()};
     action.cutter = std::move(cutter).value();
   }
-  if (action.verb == BodyVerb::add) {
+  if (action.verb == BodyVerb::protect) {
+    const Json way = json.value("way_mm", Json());
+    std::string operation = "deposit";
+    if (json.contains("operation")) fields.get("operation", operation);
+    const auto known_operation = value_of<SplineOperation>(operation);
+    if (!known_operation || *known_operation == SplineOperation::intersect)
+      return Error{"what is protected has the operation deposit, or cut"};
+    action.operation = *known_operation;
+    if (!way.is_array() || way.size() > kMaxWayPoints)
+      return Error{"way_mm must be a list of at most " + std::to_string(kMaxWayPoints) + " places"};
+    for (const Json& item : way) {
+      Vec3 place;
+      if (!read_vec(item, place)) return Error{"a place of way_mm must be three numbers"};
+      action.way_mm.push_back(place);
+    }
+  }
+  if (action.verb == BodyVerb::add || action.verb == BodyVerb::protect) {
     Result<Tool> tool = tool_from_json(
         json.value("tool", Json()).dump(-1, ' ', false, Json::error_handler_t::replace));
     if (!tool) return Error{tool.error()};

@@ -151,7 +151,8 @@ async function byHand() {
   await studio.end();
 }
 
-// The paper's finger: a groove that deepens, as slow as can be looked at.
+// The paper's finger: a groove that deepens, as slow as can be looked at, and so that a machine that
+// draws slowly is there before its end.
 const SCENE = `
 [stock]
 block = [60, 30, 20]
@@ -171,7 +172,7 @@ to = [-8, 15, 20]
 axis = [0, 0, 1]
 [[move]]
 to = [68, 15, 8]
-speed = 3
+speed = 1.2
 `;
 const KF = 0.05,
   PITCH = 0.5;

@@ -194,4 +194,50 @@ async function aTemplate() {
   await studio.end();
 }
 
-await run([aTemplate]);
+async function aMask() {
+  const studio = await Studio.start();
+  const page = await open(SIZE);
+  await enter(page, studio.url);
+  await started(page);
+  await page.locator('input[name=stock][value="0"]').check();
+  await page.locator("#detail").selectOption("192");
+  await page.locator("#go").click();
+  await shown(page);
+  const first = await state(page);
+  const middle = await page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
+  const at = (x, y) => ({ x: middle.x + x, y: middle.y + y });
+  await page.locator("#bodies-box summary").click();
+  await page.locator("#body-mask").click();
+  await stroke(page, at(-80, -60), at(60, -60));
+  let last = await until(page, "a mask", (s) => Number(s.step) > Number(first.step));
+  await settled(page);
+  const rows = await page.locator("#body-list li").count();
+  check(`the mask is in the list (${rows})`, rows === 2);
+  // Off with some of it.
+  await page.keyboard.down("Alt");
+  await stroke(page, at(60, -60), at(20, -60));
+  await page.keyboard.up("Alt");
+  last = await until(page, "less of it", (s) => Number(s.step) > Number(last.step));
+  await page.keyboard.press("Escape");
+  await page.locator("#bodies-box summary").click();
+  const volume = () =>
+    JSON.parse(execFileSync(kibori, ["bodies", newest(), "--json"], { encoding: "utf8" }))[1]
+      .volume_mm3;
+  for (let i = -1; i <= 1; i++) await stroke(page, at(-140, -60 + 14 * i), at(120, -60 + 14 * i));
+  await page.waitForTimeout(600);
+  await settled(page);
+  await show(page, "no-go-mask");
+  check("it was carved beside it", Number((await state(page)).volume) < Number(last.volume) - 50);
+  await page.locator("#leave").click();
+  await started(page);
+  check(
+    "carved again, all is as it was",
+    /all is as it was written/.test(
+      execFileSync(kibori, ["verify", newest()], { encoding: "utf8" }),
+    ),
+  );
+  check("the mask holds wood", volume() > 10);
+  await studio.end();
+}
+
+await run([aTemplate, aMask]);

@@ -19,12 +19,13 @@ export interface Body {
   volume_mm3: number;
 }
 
-type Gesture = "cut" | "move" | "turn";
-const GESTURES: Gesture[] = ["cut", "move", "turn"];
+type Gesture = "cut" | "move" | "turn" | "mask";
+const GESTURES: Gesture[] = ["cut", "move", "turn", "mask"];
 const HELP: Record<Gesture, string> = {
   cut: "Draw a line across the piece: it is cut there, all the way through. A closed line cuts out what is inside. With Shift the line is straight. Escape leaves it off.",
   move: "Drag the body to where it is to be. Escape leaves it off.",
   turn: "Drag to turn the body about its middle; with Shift, about the way you look. Escape leaves it off.",
+  mask: "Paint over what nothing is to cut; with Alt, over what may be cut again. As wide as the tool. Escape ends it.",
 };
 
 /** So far a drawn line may lie beside the straight one between its ends to be one [of its length]. */
@@ -36,6 +37,10 @@ const CLOSES_PX = 16,
 const LINE_PX = 0.7;
 const LEAST_LINE_PX = 8;
 const TURN_PER_PIXEL = 0.01; // [rad]
+/** Places of a mask's stroke are so far apart [its radii]; the studio takes no more than so many. */
+const MASK_APART = 0.2,
+  MASK_PLACES = 4096;
+const MASK = "Mask"; // as the studio calls it
 
 const mm = (x: number): string => String(Number(x.toPrecision(2)));
 const shortVolume = (mm3: number): string =>
@@ -80,6 +85,9 @@ export class Bodies {
     plane: THREE.Plane;
     from: THREE.Vector3;
     by: THREE.Matrix4;
+    /** Of a mask: on the wood; and whether it is taken away. */
+    places: THREE.Vector3[];
+    away: boolean;
   } | null = null;
   private remaining = false; // what remains is shown
   private drawn = element("drawn-line").querySelector("polyline")!;
@@ -184,7 +192,9 @@ export class Bodies {
   takeUp(x: number, y: number): boolean {
     if (this.all.length < 2) return false;
     const body = this.view.bodyAt(x, y);
+    // A template or a mask is in the way of no stroke.
     if (body === null || body === this.active) return false;
+    if (this.all.some((one) => one.id === body && one.no_go)) return false;
     this.choose(body);
     return true;
   }
@@ -345,7 +355,7 @@ export class Bodies {
 
   private down(event: PointerEvent): void {
     if (!this.gesture || event.button !== 0 || this.drag) return;
-    event.stopImmediatePropagation();
+    if (this.gesture !== "mask") event.stopImmediatePropagation();
     const { clientX: x, clientY: y } = event;
     const from =
       this.view.hit(x, y)?.point ?? this.view.boxOf(this.active).getCenter(new THREE.Vector3());
@@ -356,7 +366,18 @@ export class Bodies {
       plane,
       from: this.on(plane, x, y) ?? from,
       by: new THREE.Matrix4(),
+      places: [],
+      away: event.altKey,
     };
+    if (this.gesture === "mask") {
+      const hit = this.view.hit(x, y);
+      if (!hit) {
+        this.drag = null; // beside it: the view turns
+        return;
+      }
+      this.drag.places.push(hit.point);
+    }
+    event.stopImmediatePropagation();
     this.view.controls.enabled = false;
     this.canvas.setPointerCapture(event.pointerId);
   }
@@ -365,13 +386,24 @@ export class Bodies {
     const { drag } = this;
     if (!drag) {
       if (this.gesture) event.stopImmediatePropagation();
+      if (this.gesture === "mask" && event.buttons === 0)
+        this.view.showRing(this.view.hit(event.clientX, event.clientY), this.maskRadius);
       return;
     }
     if (event.pointerId !== drag.pointer) return;
     event.stopImmediatePropagation();
     const now = { x: event.clientX, y: event.clientY };
     const begin = drag.line[0];
-    if (this.gesture === "cut") {
+    if (this.gesture === "mask") {
+      const hit = this.view.hit(now.x, now.y);
+      this.view.showRing(hit, this.maskRadius);
+      const last = drag.places[drag.places.length - 1];
+      if (hit && hit.point.distanceTo(last) > MASK_APART * this.maskRadius) {
+        drag.places.push(hit.point);
+        drag.line.push(now);
+        this.drawn.setAttribute("points", drag.line.map((p) => `${p.x},${p.y}`).join(" "));
+      }
+    } else if (this.gesture === "cut") {
       if (event.shiftKey) drag.line = [begin, now];
       else if (apart(drag.line[drag.line.length - 1], now) >= 1) drag.line.push(now);
       this.drawn.setAttribute("points", drag.line.map((p) => `${p.x},${p.y}`).join(" "));
@@ -389,6 +421,7 @@ export class Bodies {
     if (!drag || event.pointerId !== drag.pointer) return;
     event.stopImmediatePropagation();
     this.drop();
+    if (gesture === "mask") return this.mask(drag.places, drag.away);
     this.take(null);
     if (gesture === "cut") this.cut(drag.line);
     else if (!drag.by.equals(new THREE.Matrix4())) this.place(drag.by);
@@ -401,6 +434,26 @@ export class Bodies {
     this.drawn.setAttribute("points", "");
     this.view.controls.enabled = true;
     this.view.showMoved(this.active, null);
+  }
+
+  private get maskRadius(): number {
+    return Number(input("size").value);
+  }
+  /** What a ball reaches whose middle goes along these places. */
+  private mask(places: THREE.Vector3[], away: boolean): void {
+    const radius = this.maskRadius,
+      own = this.body;
+    const mask = this.all.find(
+      (body) => body.no_go && body.name === MASK && own && body.matrix.equals(own.matrix),
+    );
+    if (away && !mask) return this.notify("Nothing of this body is masked.");
+    this.act({
+      verb: "protect",
+      bodies: mask ? [this.active, mask.id] : [this.active],
+      tool: { shape: "ball", radius },
+      operation: away ? "cut" : "deposit",
+      way_mm: places.slice(0, MASK_PLACES).map((p) => [p.x, p.y, p.z - radius]),
+    });
   }
 
   private on(plane: THREE.Plane, x: number, y: number): THREE.Vector3 | null {

@@ -48,6 +48,17 @@ const VEIL = new THREE.MeshBasicMaterial({
   polygonOffsetUnits: -64,
 });
 
+/** Of what is no-go, where it is seen. */
+const SKIN = new THREE.MeshBasicMaterial({
+  color: 0x0072b2,
+  transparent: true,
+  opacity: 0.35,
+  depthWrite: false,
+  polygonOffset: true,
+  polygonOffsetFactor: -4,
+  polygonOffsetUnits: -64,
+});
+
 /** What a picture is of. Background: a colour of CSS; null for transparent. */
 export interface Capture {
   width: number;
@@ -274,15 +285,17 @@ export class View {
     if (this.noGo.has(body)) this.veil();
     this.redraw();
   }
-  /** What is no-go is seen through all that is before it. */
+  /** What is no-go is blue, and seen through all that is before it. */
   private veil(): void {
     this.veils.clear();
     for (const [name, { geometry, matrix }] of this.shown) {
       if (!this.noGo.has(bodyOf(name))) continue;
-      const mesh = new THREE.Mesh(geometry, VEIL);
-      mesh.matrixAutoUpdate = mesh.frustumCulled = false;
-      mesh.matrix.copy(matrix);
-      this.veils.add(mesh);
+      for (const material of [VEIL, SKIN]) {
+        const mesh = new THREE.Mesh(geometry, material);
+        mesh.matrixAutoUpdate = mesh.frustumCulled = false;
+        mesh.matrix.copy(matrix);
+        this.veils.add(mesh);
+      }
     }
   }
   private drop(name: string): void {

@@ -57,6 +57,8 @@ std::string label_of(const BodyAction& action) {
       return "Delete";
     case BodyVerb::add:
       return "Add";
+    case BodyVerb::protect:
+      return action.operation == SplineOperation::cut ? "Unmask" : "Mask";
     case BodyVerb::spline:
       return "Spline";
     case BodyVerb::set:
