@@ -168,11 +168,11 @@ kf = 0.05
 [motion]
 rate_hz = 1000
 [[move]]
-to = [-8, 15, 20]
+to = [4, 15, 20]
 axis = [0, 0, 1]
 [[move]]
-to = [68, 15, 8]
-speed = 1.2
+to = [36, 15, 12]
+speed = 0.5
 `;
 const KF = 0.05,
   PITCH = 0.5;
@@ -200,7 +200,7 @@ async function anExperiment() {
   // Nearer, where the finger goes.
   const place = await page.evaluate(() => window.kibori.onScreen([31, 15, 17]));
   await page.mouse.move(place.x, place.y);
-  for (let i = 0; i < 8; i++) {
+  for (let i = 0; i < 4; i++) {
     await page.mouse.wheel(0, -320);
     await page.waitForTimeout(100);
   }
@@ -222,7 +222,7 @@ async function anExperiment() {
   }
   await page.locator("#force .fold").click();
   await page.mouse.move(1230, 700); // no ring
-  for (let i = 0; i < 600; i++) {
+  for (let i = 0; i < 1200; i++) {
     const tip = (await page.locator("#n-tip").textContent()).split(" ").map(Number);
     if (tip[0] > 29.5) break;
     await page.waitForTimeout(50);
