@@ -544,7 +544,6 @@ CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule, co
   const Severed severed = find_severed(before, after);
   if (severed.parts.empty()) return result;
   std::vector<bool> stays(severed.pieces.all().size(), true);
-  double taken = 0;
   for (const Severed::Part& part : severed.parts) {
     const auto piece = static_cast<size_t>(part.piece);
     if (no_go && holds_some(severed.pieces, part.piece, after.field(Axis::z), *no_go)) continue;
@@ -557,12 +556,13 @@ CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule, co
     TriDexel off(after, model.material_bounds());
     keep_pieces(off, severed.pieces, this_one, false);
     result.portions.push_back({off.snapshot(), off.material_bounds()});
-    taken += off.volume_mm3();
   }
   if (result.fallen == 0 && result.portions.empty()) return result;
   keep_pieces(model, severed.pieces, stays, true);
-  if (result.fallen > 0)
-    result.fallen_mm3 = std::max(0.0, after.volume_mm3() - model.volume_mm3() - taken);
+  if (result.fallen == 0) return result;
+  double taken = 0;
+  for (const Portion& portion : result.portions) taken += portion.model.volume_mm3();
+  result.fallen_mm3 = std::max(0.0, -model.snapshot().volume_mm3_since(after) - taken);
   return result;
 }
 

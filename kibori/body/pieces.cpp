@@ -6,6 +6,7 @@
 #include <climits>
 #include <cmath>
 #include <map>
+#include <numeric>
 
 #include <kibori/edit/ray_edit.h>
 
@@ -362,14 +363,28 @@ Severed find_severed(const Snapshot& before, const Snapshot& after) {
     return std::any_of(to.begin(), to.end(), [](const auto& pieces) { return pieces.size() > 1; });
   };
   // Where what was together in these tiles still is, every way through them can still be gone.
-  if (!falls_apart(fates(PieceFinder(was, &mask).take(), PieceFinder(is, &mask).take())))
-    return severed;
+  const Pieces old_here = PieceFinder(was, &mask).take();
+  if (!falls_apart(fates(old_here, PieceFinder(is, &mask).take()))) return severed;
+  // Elsewhere nothing changed: so pieces that were one were together in these tiles, too, one by
+  // one.
   Pieces now = find_pieces(after);
-  const std::vector<std::vector<int>> to = fates(find_pieces(before), now);
-  for (std::vector<int> pieces : to) {
+  std::vector<int> group(now.all().size());
+  std::iota(group.begin(), group.end(), 0);
+  const auto first_of = [&](int piece) {
+    while (group[size_of(piece)] != piece) piece = group[size_of(piece)];
+    return piece;
+  };
+  for (const std::vector<int>& pieces : fates(old_here, now))
+    for (const int piece : pieces) {
+      const int one = first_of(pieces.front()), other = first_of(piece);
+      group[size_of(std::max(one, other))] = std::min(one, other);
+    }
+  std::map<int, std::vector<int>> apart;  // by their first
+  for (size_t piece = 0; piece < group.size(); piece++)
+    apart[first_of(static_cast<int>(piece))].push_back(static_cast<int>(piece));
+  for (const auto& [first, pieces] : apart) {
     if (pieces.size() < 2) continue;
-    std::sort(pieces.begin(), pieces.end());
-    int largest = pieces.front();
+    int largest = first;
     double all = 0;
     for (const int piece : pieces) {
       const int64_t nodes = now.all()[size_of(piece)].nodes;
@@ -377,9 +392,7 @@ Severed find_severed(const Snapshot& before, const Snapshot& after) {
       if (nodes > now.all()[size_of(largest)].nodes) largest = piece;
     }
     for (const int piece : pieces)
-      if (piece != largest &&
-          std::none_of(severed.parts.begin(), severed.parts.end(),
-                       [&](const Severed::Part& part) { return part.piece == piece; }))
+      if (piece != largest)
         severed.parts.push_back(
             {piece, static_cast<double>(now.all()[size_of(piece)].nodes) / all});
   }

@@ -165,6 +165,14 @@ void FieldSnapshot::swap(FieldSnapshot& other) noexcept {
   std::swap(root_, other.root_);
 }
 
+double FieldSnapshot::volume(const Tile& tile) {
+  double sum = 0;
+  for (const Plane* p = tile.empty ? nullptr : &tile.first; p; p = p->next)
+    for (int slot = 0; slot < kTileRays; slot++)
+      if (!p->empty_at(slot)) sum += static_cast<double>(p->out[slot]) - p->in[slot];
+  return sum;
+}
+
 double FieldSnapshot::volume() const {
   std::unordered_map<const Tile*, double> known;
   double total = 0;
@@ -173,11 +181,7 @@ double FieldSnapshot::volume() const {
       const Tile& t = tile(tu, tv);
       if (t.empty) continue;
       auto [entry, fresh] = known.try_emplace(&t, 0.0);
-      if (fresh)
-        for (const Plane* p = &t.first; p; p = p->next)
-          for (int slot = 0; slot < kTileRays; slot++)
-            if (!p->empty_at(slot))
-              entry->second += static_cast<double>(p->out[slot]) - p->in[slot];
+      if (fresh) entry->second = volume(t);
       total += entry->second;
     }
   return total;

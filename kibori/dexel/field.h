@@ -143,6 +143,7 @@ class FieldSnapshot {
 
   // Sum of span lengths [lattice units^3]; the same on every machine.
   double volume() const;
+  static double volume(const Tile& tile);
   struct Count {
     int64_t spans = 0;
     int64_t bytes = 0;  // of distinct tiles, pages and the root

@@ -15,6 +15,16 @@ double Snapshot::volume_mm3() const {
   return sum / 3 * (lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm);
 }
 
+double Snapshot::volume_mm3_since(const Snapshot& before) const {
+  double sum = 0;
+  for (const Axis axis : kAxes)
+    field(axis).for_changed_tiles(before.field(axis),
+                                  [&](int, int, const Tile& was, const Tile& is) {
+                                    sum += FieldSnapshot::volume(is) - FieldSnapshot::volume(was);
+                                  });
+  return sum / 3 * (lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm);
+}
+
 uint64_t Snapshot::content_hash() const {
   Hash hash;
   hash.add(lattice.pitch_mm);

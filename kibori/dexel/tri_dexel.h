@@ -19,6 +19,8 @@ struct Snapshot {
   const FieldSnapshot& field(Axis axis) const { return fields[static_cast<size_t>(axis)]; }
   // Volume [mm^3], the mean of the three fields.
   double volume_mm3() const;
+  // How much more it is than an earlier snapshot of the same model; costs what changed.
+  double volume_mm3_since(const Snapshot& before) const;
   // Hash of the whole content, not of how it is stored.
   uint64_t content_hash() const;
   // Refills the pools of its model for edits that touch up to `tiles` tiles a field, where

@@ -111,7 +111,7 @@ void LiveCarving::run_command() {
     if (!context_.crumbs_.idle()) return;  // what it severed is looked for first
   }
   Command* command = nullptr;
-  commands_.pop(command);
+  if (!commands_.pop(command)) return;
   command->run(context_);
   // Twice as many places as for commands, and every post() empties it first: never full.
   finished_.push(command);
@@ -119,7 +119,7 @@ void LiveCarving::run_command() {
 
 LiveTick LiveCarving::tick(double elapsed_s) {
   check_stopped();
-  const LiveTick result = run_tick(elapsed_s);
+  LiveTick result = run_tick(elapsed_s);
   context_.crumbs_.wait();
   return result;
 }
