@@ -286,13 +286,18 @@ TEST(TwoHands, ASecondPointerComesAndGoesWithinAStroke) {
   const uint64_t carved = l.context().model().content_hash();
   EXPECT_NE(carved, fresh);
   EXPECT_EQ(writer.document().steps().at(writer.document().head()).hash, carved);
-  // Alone, the second hand's stroke ends as it is lifted.
+  // Alone, the second hand's stroke ends as it is lifted; the first, which leaps about meanwhile,
+  // does not break it off.
   const uint32_t alone = stroke(*second, at(20, 15, 19), at(25, 15, 19), 20);
   ASSERT_TRUE(l.post_within_stroke([&](ServoContext& c) {
     c.put_second(at(20, 15, 19));
     second->follow(alone, at(20, 15, 19));
   }));
-  run(50);
+  run(20);
+  first->hover(at(0, 0, 80));
+  run(20);
+  first->hover(at(38, 28, 60));
+  run(20);
   ways.clear();
   second->end();
   run(400);

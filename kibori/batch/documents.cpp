@@ -358,10 +358,11 @@ Result<Replay> replay_document(const Document& document, const ReplayOptions& op
       const auto now = std::chrono::steady_clock::now();
       step_us.push_back(std::chrono::duration<double, std::micro>(now - last).count());
       ToolTick result = tick.result;
+      if (tick.recorded->put) return;
       if (tick.recorded->second) {
         add_tick(summary, s.second->mode, result);
         // Beside the first hand's, which came before.
-        if (!tick.recorded->put && !carving.trace.empty())
+        if (!carving.trace.empty())
           carving.trace.back().second = std::make_shared<ToolTick>(result);
         return;
       }

@@ -524,7 +524,7 @@ Result<std::vector<StrokeTick>> decode_ticks(const Bytes& bytes) {
                     [&](size_t i, int c) -> double& { return column(ticks[i], c); }))
     return Error{"a stroke's ticks hold something that is not a number"};
   for (const StrokeTick& tick : ticks)
-    if (tick.put && (!tick.second || tick.edits || !is_pose(put_pose(tick))))
+    if (tick.put && (tick.edits || !is_pose(put_pose(tick))))
       return Error{"a stroke's ticks put a tool where it can't be"};
   return ticks;
 }

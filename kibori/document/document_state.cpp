@@ -38,12 +38,6 @@ void clear(TriDexel& model) {
 Status replay_second(const StrokeSettings& s, const StrokeTick& tick,
                      const std::optional<ForceLaw>& law, DirectTool& tool, ToolTick& result) {
   if (!s.second) return Error{"it has ticks of a second hand, and none"};
-  if (tick.put) {
-    tool.place(put_pose(tick));
-    result = {};
-    result.pose = tool.pose();
-    return Ok{};
-  }
   const StrokeHand& hand = *s.second;
   Result<ToolTick> done =
       tool.advance(hand.tool, tick.tip, tick.turn, tick.edits ? hand.mode : Mode::off,
@@ -574,6 +568,14 @@ Status Document::replay_ticks(StepId step, const StrokeSettings& s, TriDexel& mo
   Status replayed = for_ticks(step, [&](const std::vector<StrokeTick>& ticks) -> Status {
     for (const StrokeTick& tick : ticks) {
       out.recorded = &tick;
+      if (tick.put) {
+        DirectTool& tool = tick.second ? second : stroke;
+        tool.place(put_pose(tick));
+        out.result = {};
+        out.result.pose = tool.pose();
+        if (use) use(out);
+        continue;
+      }
       if (tick.second) {
         if (Status moved = replay_second(s, tick, law, second, out.result); !moved) return moved;
         if (use) use(out);

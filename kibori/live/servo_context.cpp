@@ -95,9 +95,11 @@ std::optional<Pose> ServoContext::put_second_clear(const Pose& pose) {
 
 void ServoContext::put_second(const Pose& pose) { put_second_in_body(to_body(pose)); }
 
-void ServoContext::put_second_in_body(const Pose& pose) {
-  second_->place(pose);
-  if (in_stroke_ && second_logged_) log_.tick(kibori::put_second(pose), {});
+void ServoContext::put_second_in_body(const Pose& pose) { put(*second_, pose); }
+
+void ServoContext::put(ServoHand& hand, const Pose& pose) {
+  hand.place(pose);
+  if (settings_.log && in_stroke_ && second_logged_) log_.tick(put_tick(pose, is_second(hand)), {});
 }
 
 void ServoContext::go_to(const Snapshot& state, const LatticeBox& bounds, WorkedBody& body) {
@@ -170,7 +172,7 @@ void ServoContext::begin_log(const Pose& start, const Pose* second) {
         StrokeHand{s.tool, s.mode, s.material, {second_->law(settings_.model), s.spring}};
   }
   log_.begin(std::move(begin));
-  if (second) log_.tick(kibori::put_second(*second), {});
+  if (second) log_.tick(put_tick(*second, true), {});
 }
 
 // Where a tool was before the tick, and what it did. Strokes begin with an edit.
@@ -383,12 +385,9 @@ ServoHand::Advance ServoContext::advance(ServoHand& hand, Mode& mode) {
   keep_before_stroke();
   if (const auto place =
           hand.read(settings_.model, turned_ ? &body_.pose : nullptr, totals_.jumps)) {
-    if (is_second(hand)) {
-      put_second_in_body(*place);
-    } else {
-      end_stroke();
-      hand.place(*place);
-    }
+    // A hand that does nothing does not end what the other does.
+    if (!is_second(hand) && (settings_.mode != Mode::off || !second_logged_)) end_stroke();
+    put(hand, *place);
   }
   mode = mode_now(hand);
   // Each stroke begins knowing nothing, so that it can be carved again alone.

@@ -152,6 +152,8 @@ class ServoContext {
   }
   void place_in_body(const Pose& pose);
   void put_second_in_body(const Pose& pose);
+  // Places the tool, and the stroke that is being made goes on.
+  void put(ServoHand& hand, const Pose& pose);
   Pose to_world(const Pose& pose) const;
   Pose to_body(const Pose& pose) const;
   // The brush of a reshaping mode goes on from `before` to where the tool is now; what the worker

@@ -32,9 +32,9 @@ struct StrokeTick {
   bool put = false;
 };
 
-// Of the second hand, whose tool is there from now on.
-inline StrokeTick put_second(const Pose& pose) {
-  return {pose.tip, pose.frame.col(0), false, pose.frame.col(1), pose.frame.col(2), true, true};
+// A hand's tool is there from now on.
+inline StrokeTick put_tick(const Pose& pose, bool second) {
+  return {pose.tip, pose.frame.col(0), false, pose.frame.col(1), pose.frame.col(2), second, true};
 }
 // Where a tick put its tool.
 inline Pose put_pose(const StrokeTick& tick) {

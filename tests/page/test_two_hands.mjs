@@ -83,7 +83,8 @@ async function twoFingers() {
     const one = [1, ...at(-160 + 8 * i, -40)],
       two = [2, ...at(160 - 8 * (i - 8), 40)];
     if (i === 8) await touch("touchStart", one, two);
-    else if (i === 32) await touch("touchMove", one); // the other is lifted
+    else if (i === 32)
+      await touch("touchMove", one); // the other is lifted
     else if (i > 8 && i < 32) await touch("touchMove", one, two);
     else await touch("touchMove", one);
     await page.waitForTimeout(20);
@@ -96,11 +97,7 @@ async function twoFingers() {
     }
   }
   await touch("touchEnd");
-  let last = await until(
-    page,
-    "the stroke",
-    (s) => s.step !== first.step && s.hash !== first.hash,
-  );
+  let last = await until(page, "the stroke", (s) => s.step !== first.step && s.hash !== first.hash);
   await page.waitForTimeout(800);
   last = await state(page);
   check(`one stroke of both (${last.step})`, Number(last.step) === Number(first.step) + 1);
@@ -166,11 +163,7 @@ async function besideADevice() {
   await page.waitForTimeout(300);
   await show(page, "two-hands-device");
   await page.mouse.up();
-  await until(
-    page,
-    "a cut beside the device",
-    (s) => Number(s.volume) < Number(first.volume) - 5,
-  );
+  await until(page, "a cut beside the device", (s) => Number(s.volume) < Number(first.volume) - 5);
   await page.locator("#leave").click();
   await started(page);
   check("carved again, all is as it was", verified());

@@ -179,7 +179,7 @@ export class Hand {
     this.chooseWork();
     this.send(write.ChooseMaterial({ material: Number(select("material").value) }));
     this.send(write.ChooseModel({ model: select("model").value as Model }));
-    if (this.second.there) this.second.choose();
+    this.second.choose();
   }
 
   get working(): boolean {

@@ -25,7 +25,8 @@ export interface FirstHand {
 
 export class SecondHand {
   private tool: HeldTool | null = null; // that was given to it
-  private used: HeldTool | null = null; // the same, as it works
+  private used: HeldTool | null = null; // the same, as it works at this depth
+  private depth = 0;
   private stroke: {
     pointer: number;
     last: Hit;
@@ -63,11 +64,12 @@ export class SecondHand {
   /** What is chosen, to the studio. */
   choose(): void {
     this.lift();
-    this.tool ??= this.first.own();
-    const { there, tool } = this;
+    const { there } = this,
+      tool = this.tool ?? this.first.own();
+    if (there) this.tool = tool;
     element("second-tool").hidden = !there;
     put("second-name", `${TOOLS[tool.shape].name}, ${sizeOf(tool)}`);
-    const depth = this.first.depth(),
+    const depth = (this.depth = this.first.depth()),
       adds = this.mode === "deposit";
     this.used = adds ? shortened(tool, depth + Math.max(depth, this.first.radius())) : tool;
     this.send(write.ChooseSecond({ tool: this.used, mode: this.mode }));
@@ -99,6 +101,7 @@ export class SecondHand {
     if (!this.there || this.stroke) return false;
     const hit = this.first.beginning(event.clientX, event.clientY);
     if (!hit) return false;
+    if (this.mode === "deposit" && this.depth !== this.first.depth()) this.choose();
     this.canvas.setPointerCapture(event.pointerId);
     const looks = this.view.controls.enabled;
     this.view.controls.enabled = false;
@@ -170,8 +173,8 @@ export class SecondHand {
   }
 
   private tipAt(hit: Hit, axis: THREE.Vector3): Vec3 {
-    const depth = this.first.depth();
-    const deep = this.mode === "deposit" ? heightOf(this.used!) - depth : depth;
+    const { depth } = this;
+    const deep = this.mode === "deposit" ? heightOf(this.used!) - depth : this.first.depth();
     return hit.point.clone().addScaledVector(axis, -deep).toArray() as Vec3;
   }
 }

@@ -76,7 +76,7 @@ class LiveSession final : public Session {
   bool pressed() const { return pressed_ || second_pressed_ || !later_.empty(); }
   // Whether the tool, which is pressed, stands in material and can't back out: it cuts nothing
   // there.
-  bool blocked() const { return pressed() && inside_; }
+  bool blocked() const { return (pressed_ || !later_.empty()) && inside_; }
   // The second hand's tool, and what it does while its pointer is pressed, or all the time where a
   // device holds it: cut, deposit, touch; off: there is no second hand. Errors: what the tool can't
   // be, or another mode; nothing has changed.
