@@ -419,7 +419,8 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
           return Error{scene.file + ":" + std::to_string(to.line) + ": [move] " + begun.error()};
       if (document) keep(document->begin(settings, start, to.label));
       if (document && to.both())
-        document->add(put_tick(second->pose(), true), options.keep_forces ? &kNothingFelt : nullptr);
+        document->add(put_tick(second->pose(), true),
+                      options.keep_forces ? &kNothingFelt : nullptr);
       before_stroke.reset();
       if (settings.crumbs != Crumbs::stay) before_stroke = model.snapshot();
     }
