@@ -334,7 +334,8 @@ async function shiftSmooths() {
   const taken = Number(cut.volume) - Number(smoothed.volume);
   check(`smoothing moves what it should (${taken.toFixed(2)} mm³)`, Math.abs(taken) < 60);
   check("it is a step of its own", smoothed.hash !== cut.hash);
-  check("the history says so", await page.getByText("Smooth", { exact: true }).first().isVisible());
+  // It is drawn with the next frame, which may take a while.
+  await page.getByText("Smooth", { exact: true }).first().waitFor();
   await undone(page, cut.hash);
   check("the studio ends well", (await studio.end()) === 0);
 }
