@@ -88,14 +88,12 @@ std::optional<Pose> ServoContext::put_second_clear(const Pose& pose) {
     put_second(pose);
     return {};
   }
-  put_second_in_body(*clear);
+  put(*second_, *clear);
   second_->series().place_clear(*clear);
   return to_world(*clear);
 }
 
-void ServoContext::put_second(const Pose& pose) { put_second_in_body(to_body(pose)); }
-
-void ServoContext::put_second_in_body(const Pose& pose) { put(*second_, pose); }
+void ServoContext::put_second(const Pose& pose) { put(*second_, to_body(pose)); }
 
 void ServoContext::put(ServoHand& hand, const Pose& pose) {
   hand.place(pose);

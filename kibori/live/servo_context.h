@@ -151,8 +151,7 @@ class ServoContext {
     if (second_) f(*second_);
   }
   void place_in_body(const Pose& pose);
-  void put_second_in_body(const Pose& pose);
-  // Places the tool, and the stroke that is being made goes on.
+  // Places the tool, in the body; the stroke that is being made goes on.
   void put(ServoHand& hand, const Pose& pose);
   Pose to_world(const Pose& pose) const;
   Pose to_body(const Pose& pose) const;

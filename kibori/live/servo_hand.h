@@ -66,8 +66,6 @@ class ServoHand {
   ServoHandSettings& settings() { return settings_; }
   const ServoHandSettings& settings() const { return settings_; }
   SpringTool& series() { return series_; }
-  DirectTool& direct() { return direct_; }
-  const Pose& wanted() const { return wanted_; }
   // The tool's, in the body.
   const Pose& pose(ForceModel model) const {
     return model == ForceModel::series ? series_.pose() : direct_.pose();
