@@ -85,7 +85,8 @@ export class Importer {
     const box = dialog("importing");
     select("import-up").replaceChildren(...UPS.map((name) => new Option(name.toUpperCase(), name)));
     box.querySelector<HTMLButtonElement>("button[value=no]")!.onclick = () => box.close("no");
-    box.onclose = () => box.returnValue !== "yes" && this.drop();
+    // The event comes a little after the closing, by when the dialog may have been opened again.
+    box.onclose = () => !box.open && box.returnValue !== "yes" && this.drop();
     box.querySelector("form")!.onsubmit = (event) => {
       event.preventDefault();
       box.close("yes");
