@@ -50,7 +50,14 @@ inline StrokeSettings some_settings(Random& random) {
                         BoxTool{Vec3(3, 4, 5)},
                         Ellipsoid{Vec3(3, 2, 4)},
                         Drill{118, 2, 15},
-                        TaperedBall{1, 20, 3, 15}};
+                        TaperedBall{1, 20, 3, 15},
+                        Gouge{9, 5, 1, 15},
+                        Vee{60, 4, 1, 15},
+                        Chisel{5, 25, 2, 15},
+                        Skew{4, 30, 40, 1.5, 15},
+                        Knife{20, 60, 12},
+                        Lollipop{2, 1, 6, 1.5, 15},
+                        TSlot{3, 1.5, 1, 6, 1.5, 15}};
   s.tool = tools[random.integer(0, static_cast<int>(std::size(tools)) - 1)];
   s.mode = random.integer(0, 3) == 0 ? Mode::deposit : Mode::cut;
   if (random.integer(0, 3) == 0) {

@@ -110,6 +110,13 @@ Tool random_tool(double pitch, Random& random, bool half_space) {
                         Ellipsoid{Vec3(cells(0.3, 9), cells(0.3, 9), cells(0.3, 9))},
                         Drill{118, wide, long_mm + 2 * wide},
                         TaperedBall{narrow, 30, narrow + wide, long_mm + 8 * wide},
+                        Gouge{double(random.integer(2, 11)), 2 * wide, narrow, long_mm},
+                        Vee{random.uniform(20, 150), 2 * wide, narrow, long_mm},
+                        Chisel{2 * wide, 25, narrow, long_mm},
+                        Skew{wide, 30, 40, narrow, long_mm + 2 * wide},
+                        Knife{random.uniform(5, 60), 60, long_mm},
+                        Lollipop{wide, narrow, 2 * wide + narrow, narrow, long_mm + 2 * wide},
+                        TSlot{wide, narrow, narrow, 2 * narrow, narrow, long_mm},
                         HalfSpace{}};
   const Tool& tool =
       tools[random.integer(0, static_cast<int>(std::size(tools)) - (half_space ? 1 : 2))];

@@ -78,7 +78,13 @@ Tool any_tool(Random& random) {
                         BoxTool{Vec3(3, 4, 5)},
                         Ellipsoid{Vec3(3, 2, 4)},
                         Drill{118, 2, 15},
-                        TaperedBall{1, 20, 3, 15}};
+                        TaperedBall{1, 20, 3, 15},
+                        Gouge{7, random.uniform(1, 8), 1, 12},
+                        Vee{60, 4, 1, 12},
+                        Skew{4, 30, 40, 1.5, 12},
+                        Knife{20, 60, 12},
+                        Lollipop{3, 1, 8, 1.5, 12},
+                        TSlot{4, 1.5, 1, 6, 1.5, 12}};
   return tools[random.integer(0, static_cast<int>(std::size(tools)) - 1)];
 }
 

@@ -121,7 +121,10 @@ bool edits(long many) {
                         Cone{60, 2, 10},
                         Capsule{1, 8},
                         BoxTool{Vec3(3, 3, 3)},
-                        TaperedBall{0.7, 20, 2, 10}};
+                        TaperedBall{0.7, 20, 2, 10},
+                        Gouge{9, 4, 1, 10},
+                        Skew{3, 30, 40, 1, 10},
+                        Lollipop{2, 1, 5, 1, 10}};
   uint64_t state = 1;
   const auto random = [&](double low, double high) {
     state = state * 6364136223846793005u + 1442695040888963407u;

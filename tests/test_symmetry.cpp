@@ -35,7 +35,14 @@ Tool some_tool(Random& random) {
                         Capsule{2, 8},
                         BoxTool{Vec3(3, 4, 5)},
                         Ellipsoid{Vec3(3, 2, 4)},
-                        TaperedBall{1, 30, 3, 12}};
+                        TaperedBall{1, 30, 3, 12},
+                        Gouge{9, 5, 1, 12},
+                        Vee{60, 4, 1, 12},
+                        Chisel{5, 25, 2, 12},
+                        Skew{4, 30, 40, 1.5, 12},
+                        Knife{20, 60, 12},
+                        Lollipop{2, 1, 6, 1.5, 12},
+                        TSlot{3, 1.5, 1, 6, 1.5, 12}};
   return tools[random.integer(0, static_cast<int>(std::size(tools)) - 1)];
 }
 

@@ -2,6 +2,7 @@
 // What each message of a page does. A message without a function here does not compile.
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <functional>
 
 #include <nlohmann/json.hpp>
@@ -119,6 +120,25 @@ struct Dispatch {
   }
   void operator()(const ChooseModel& m) const {
     choose([&](LiveSession& s) { return s.choose_model(m.model); });
+  }
+  void operator()(const ChooseGuide& m) const {
+    choose([&](LiveSession& s) -> Status {
+      StrokeGuideSettings guide;
+      guide.guide = static_cast<Guide>(m.guide);
+      guide.snap_deg = m.snap;
+      guide.centre_mm = m.centre;
+      guide.steady_mm = m.steady;
+      guide.lead = m.lead != 0;
+      guide.entry_mm = m.entry;
+      guide.lift_mm = m.lift;
+      guide.closed = m.closed != 0;
+      constexpr size_t kPoint = 3 * sizeof(double);
+      if (m.curve.size() % kPoint != 0) return Error{"a guide's curve is cut short"};
+      guide.curve_mm.resize(m.curve.size() / kPoint);
+      for (size_t i = 0; i < guide.curve_mm.size(); i++)
+        std::memcpy(guide.curve_mm[i].data(), m.curve.data() + i * kPoint, kPoint);
+      return s.choose_guide(guide);
+    });
   }
   void operator()(const ChooseCrumbs& m) const {
     choose([&](LiveSession& s) { return s.choose_crumbs(static_cast<Crumbs>(m.rule)); });

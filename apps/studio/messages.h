@@ -13,7 +13,7 @@
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 14;
+inline constexpr uint16_t kProtocolVersion = 15;
 
 // The first message of a page, with the key that POST /enter gave for the token. Welcome or Start
 // answers; where the key is another one, the line is closed with code 1008.
@@ -524,6 +524,38 @@ struct LiftSecond {
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
+// How the pointer's strokes behave from the next one on. guide: 0 none, 1 a straight line, whose
+// direction is a multiple of snap [degrees] (0: any), 2 a circle about the centre [mm], 3 the curve
+// through these points (three f64 each [mm]), closed or not. steady: the tool is drawn behind the
+// hand on a string so long [mm]. lead: its local x axis turns to the way it goes; it goes in and
+// comes out over `entry` [mm], from `lift` [mm] above.
+struct ChooseGuide {
+  static constexpr uint8_t kKind = 42;
+  uint8_t guide = 0;
+  double snap = 0;
+  Vec3 centre = Vec3::Zero();
+  uint8_t closed = 0;
+  double steady = 0;
+  uint8_t lead = 0;
+  double entry = 0;
+  double lift = 0;
+  std::vector<uint8_t> curve;
+  bool in_range() const {
+    return guide <= 3 &&
+           snap >= 0 && snap <= 180 &&
+           centre.minCoeff() >= -1e+12 && centre.maxCoeff() <= 1e+12 &&
+           closed <= 1 &&
+           steady >= 0 && steady <= 1e+06 &&
+           lead <= 1 &&
+           entry >= 0 && entry <= 1e+06 &&
+           lift >= 0 && lift <= 1e+06 &&
+           curve.size() <= 240000;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(guide, snap, centre, closed, steady, lead, entry, lift, curve);
+  }
+};
 // A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz],
 // the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to
 // 1), which of them its stock is of, what the page is called in its requests over HTTP, and what it
@@ -777,6 +809,6 @@ struct SecondHand {
 };
 
 // What a page may say.
-using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs, ShowRemains, PreviewAction, ReviseStep, ChooseSecond, PressSecond, AimSecond, LiftSecond>;
+using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs, ShowRemains, PreviewAction, ReviseStep, ChooseSecond, PressSecond, AimSecond, LiftSecond, ChooseGuide>;
 
 }  // namespace kibori::studio

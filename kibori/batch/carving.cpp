@@ -144,6 +144,8 @@ class SceneHand {
     series_.begin_stroke();
   }
   const Pose& pose() const { return scene_.force.series() ? series_.pose() : direct_.pose(); }
+  // Where the hand itself is.
+  const Pose& wanted() const { return scene_.force.series() ? wanted_ : direct_.pose(); }
 
   // The tick of `move` that brings the hand to `tip_mm`, and turns it by `turn_rad`; where it only
   // rests, the hand is where it was.
@@ -424,6 +426,8 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
       before_stroke.reset();
       if (settings.crumbs != Crumbs::stay) before_stroke = model.snapshot();
     }
+    const Pose began = hand.wanted();
+    Pose wanted = began;
     if (!goes_on) removed_before = summary.removed_mm3 - summary.deposited_mm3;
     for (int64_t k = 1; k <= plan.ticks + plan.dwell_ticks && going; k++) {
       const bool moving = k <= plan.ticks;
@@ -431,8 +435,14 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
         return moving ? Vec3(all / static_cast<double>(plan.ticks)) : Vec3(Vec3::Zero());
       };
       const auto start = std::chrono::steady_clock::now();
-      Result<ToolTick> tick = hand.advance(to, on_the_way(from.to_mm, to.to_mm, k, plan.ticks),
-                                           turn(plan.turn_rad), moving);
+      Vec3 tip = on_the_way(from.to_mm, to.to_mm, k, plan.ticks), turned = turn(plan.turn_rad);
+      if (plan.way && moving) {
+        const Pose next =
+            plan.way->at(static_cast<double>(k) / static_cast<double>(plan.ticks), began);
+        tip = next.tip;
+        turned = rotation_between(std::exchange(wanted, next).frame, next.frame);
+      }
+      Result<ToolTick> tick = hand.advance(to, tip, turned, moving);
       if (tick && reshapes(to.mode)) {
         Status reshaped = reshape.advance(tick.value());
         if (reshaped && ends && k == plan.ticks + plan.dwell_ticks)

@@ -553,6 +553,59 @@ class Reader {
     }
   }
 
+  // The keys of a way that is not the straight one; only those of `lead` are kept for the next
+  // move.
+  void read_way(const toml::table& t, bool first, Move& move) {
+    move.along_mm.clear();
+    move.arc.reset();
+    move.straight = false;
+    if (const toml::node* node = t.get("along")) {
+      if (t.contains("to") || t.contains("arc"))
+        return fail(node, "[move] goes along its points; leave out to and arc");
+      move.along_mm = places(t, "move", "along");
+      if (!error_.empty()) return;
+      if (move.along_mm.empty()) return fail(node, "[move] along must have a point at least");
+      move.to_mm = move.along_mm.back();
+    }
+    if (const toml::node* straight = t.get("straight")) {
+      const auto value = straight->value_exact<bool>();
+      if (!value) return fail(straight, "[move] straight must be true or false");
+      move.straight = *value;
+    }
+    if (const toml::node* node = t.get("arc")) {
+      if (t.contains("to")) return fail(node, "[move] goes along an arc; leave out to");
+      const toml::table* arc = node->as_table();
+      if (!arc)
+        return fail(
+            node,
+            "[move] arc must be a table, as in arc = { centre = [20, 20, 15], turn_deg = 90 }");
+      only(*arc, "arc", {"centre", "turn_deg"});
+      const double turn = number(*arc, "arc", "turn_deg");
+      if (!(std::abs(turn) <= 36000 && turn != 0))
+        return fail(arc->get("turn_deg"),
+                    "[arc] turn_deg must lie between -36000 and 36000, and not be 0");
+      move.arc = MoveArc{vector(*arc, "arc", "centre"), turn * kRadPerDeg};
+    }
+    if (const toml::node* node = t.get("lead")) {
+      const auto on = node->value_exact<bool>();
+      const toml::table* lead = node->as_table();
+      if (on) {
+        move.lead.on = *on;
+      } else if (lead) {
+        only(*lead, "lead", {"entry", "lift"});
+        move.lead.on = true;
+        at_least_zero(*lead, "lead", "entry", move.lead.entry_mm);
+        at_least_zero(*lead, "lead", "lift", move.lead.lift_mm);
+      } else {
+        return fail(
+            node,
+            "[move] lead must be true, false, or a table, as in lead = { entry = 5, lift = 3 }");
+      }
+    }
+    if (first && (move.winds() || move.lead.on))
+      fail(move.line, "[move] the first says where the tool starts; it goes no way yet");
+  }
+
   // The second hand is there from the first move on, or never.
   void read_second(const toml::table& move, bool first, Move& of) {
     const toml::node* node = move.get("second");
@@ -599,11 +652,12 @@ class Reader {
       const bool first = scene_.moves.empty();
       only(t, "move",
            {"to", "axis", "roll_deg", "speed", "turn_deg_s", "wait_s", "mode", "material", "label",
-            "tool", "brush", "second"});
+            "tool", "brush", "second", "along", "straight", "arc", "lead"});
       move.line = line_of(t);
       move.label.clear();
       move.wait_s = 0;
       read_hand(t, "move", first, move);
+      read_way(t, first, move);
       if (t.contains("speed")) move.speed_mm_s = positive(t, "move", "speed");
       if (t.contains("turn_deg_s"))
         move.turn_rad_s = positive(t, "move", "turn_deg_s") * kRadPerDeg;
@@ -612,11 +666,14 @@ class Reader {
       if (t.contains("label")) move.label = text(t, "move", "label");
       read_second(t, first, move);
       if (!error_.empty()) return;
-      if (!first)
-        if (auto plan = plan_move(scene_, scene_.moves.back(), move); !plan) {
+      if (!first) {
+        auto plan = plan_move(scene_, scene_.moves.back(), move);
+        if (!plan) {
           error_ = plan.error();
           return;
         }
+        if (plan.value().way) move.to_mm = plan.value().way->places.back().tip;
+      }
       scene_.moves.push_back(move);
     }
     if (scene_.moves.empty()) fail(node, "a scene needs at least one [[move]]");
@@ -869,6 +926,14 @@ Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to)
   };
   MovePlan plan;
   double length = 0, angle = 0;  // the longer of both hands'
+  if (to.winds() || to.leads()) {
+    if (to.axis.dot(from.axis) < 1 - 1e-12)
+      return wrong("[move] along, arc and lead need an axis that stays; turn it in a move before");
+    Result<MoveWay> way = way_of(from, to, scene.stock.pitch_mm);
+    if (!way) return wrong("[move] " + way.error());
+    length = way.value().length_mm();
+    plan.way = std::move(way).value();
+  }
   const auto plan_hand = [&](const auto& a, const auto& b, Vec3& turn_rad) -> Status {
     Vec3 turn = shortest_turn(a.axis, b.axis);
     // The same axis, but for the last bit.
@@ -881,6 +946,7 @@ Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to)
     if (turn.squaredNorm() > 0 && roll != 0)
       return wrong("[move] changes axis and roll_deg together; use two moves");
     turn_rad = roll != 0 ? Vec3(roll * b.axis) : turn;
+    if (plan.way && static_cast<const void*>(&a) == &from) return Ok{};
     length = std::max(length, std::sqrt((b.to_mm - a.to_mm).squaredNorm()));
     angle = std::max(angle, std::sqrt(turn_rad.squaredNorm()));
     return Ok{};

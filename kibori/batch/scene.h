@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <kibori/base/result.h>
+#include <kibori/batch/move_way.h>
 #include <kibori/geometry/mesh.h>
 #include <kibori/geometry/orientation.h>
 #include <kibori/haptics/force.h>
@@ -44,6 +45,18 @@ struct SecondMove {
   size_t tool = 0;            // index into Scene::tools
 };
 
+// A way around an axis, which is the tool's.
+struct MoveArc {
+  Vec3 centre_mm = Vec3::Zero();
+  double turn_rad = 0;  // counterclockwise where the tool is looked at along its axis
+};
+
+// A tool whose local x axis turns to the way it goes; see StrokeGuideSettings.
+struct MoveLead {
+  bool on = false;
+  double entry_mm = 0, lift_mm = 0;
+};
+
 struct Move {
   Vec3 to_mm = Vec3::Zero();
   Vec3 axis = Vec3::UnitZ();  // unit
@@ -56,8 +69,19 @@ struct Move {
   Brush brush;           // of a mode that reshapes
   std::string label;
   size_t tool = 0;  // index into Scene::tools
+  // The way, where it is not the straight one: points that it goes through, the last of which is
+  // its end; or an arc. to_mm is where the tool is after it.
+  std::vector<Vec3> along_mm;
+  bool straight = false;  // from point to point; else a smooth curve
+  std::optional<MoveArc> arc;
+  MoveLead lead;
   std::optional<SecondMove> second;
   int line = 0;  // in the file
+  // Whether the tool leads itself on this move; whether its way is not the straight one.
+  bool leads() const {
+    return lead.on && mode != Mode::off && (!reshapes(mode) || mode == Mode::press);
+  }
+  bool winds() const { return !along_mm.empty() || arc; }
   // Whether the second hand takes part in its stroke.
   bool both() const { return second && second->mode != Mode::off && !reshapes(mode); }
 };
@@ -117,6 +141,7 @@ Result<Scene> parse_scene(const std::string& text, const std::string& name,
 struct MovePlan {
   int64_t ticks = 0, dwell_ticks = 0;
   Vec3 turn_rad = Vec3::Zero();  // rotation vector of the whole move
+  std::optional<MoveWay> way;    // of a move that winds, or whose tool leads itself
   Vec3 second_turn_rad = Vec3::Zero();
 };
 // Errors: a reversal of the axis, a missing speed, more ticks than 10^9.

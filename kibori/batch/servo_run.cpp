@@ -57,10 +57,22 @@ Result<HandPath> hand_path(const Scene& scene) {
     if (!plan) return Error{plan.error()};
     const double length =
         static_cast<double>(plan.value().ticks + plan.value().dwell_ticks) / scene.rate_hz;
-    path.legs.push_back(
-        {time, time + length, pose, Vec3(scene.moves[i].to_mm - pose.tip), plan.value().turn_rad});
-    pose = ToolMotion{pose, path.legs.back().travel_mm, plan.value().turn_rad}.at(1);
-    time += length;
+    const auto go = [&](const Vec3& travel, const Vec3& turn_rad, double seconds) {
+      path.legs.push_back({time, time + seconds, pose, travel, turn_rad});
+      pose = ToolMotion{pose, travel, turn_rad}.at(1);
+      time += seconds;
+    };
+    if (!plan.value().way) {
+      go(scene.moves[i].to_mm - pose.tip, plan.value().turn_rad, length);
+      continue;
+    }
+    const MoveWay& way = *plan.value().way;
+    for (size_t k = 0; k < way.places.size(); k++) {
+      const double share = (way.at_mm[k] - (k > 0 ? way.at_mm[k - 1] : 0)) / way.length_mm();
+      go(way.places[k].tip - pose.tip,
+         way.leads ? rotation_between(pose.frame, way.places[k].frame) : Vec3(Vec3::Zero()),
+         share * length);
+    }
   }
   return path;
 }

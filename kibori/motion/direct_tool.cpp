@@ -28,8 +28,8 @@ void DirectTool::touch(const Tool& tool, const ToolMotion& motion, int substeps,
   }
   const SweptTool sweep(tool, motion.substep(0, 1), motion.travel_mm, lattice,
                         model_.material_bounds());
-  if (std::holds_alternative<MeshTool>(tool)) {
-    // Not convex, but the start pose is part of the sweep: its share is taken away.
+  if (!is_convex(tool)) {
+    // The start pose is part of the sweep: its share is taken away again.
     Removed before;
     contact(model_, start, options, before);
     contact(model_, sweep, options, removed_);

@@ -115,7 +115,119 @@ ConvexBody thick_parallelogram(const Vec3& a, const Vec3& b, double radius) {
   return body;
 }
 
+// A box upright between two heights.
+ConvexBody upright_box(double half_x, double half_y, double z0, const Top& top) {
+  ConvexBody body;
+  for (const auto& [axis, half] : {std::pair{0, half_x}, {1, half_y}}) {
+    body.add_plane(Vec3::Unit(axis), half);
+    body.add_plane(-Vec3::Unit(axis), half);
+  }
+  body.add_plane(Vec3(0, 0, 1), -z0);
+  top.close(body);
+  body.local_bounds = {Vec3(-half_x, -half_y, z0), Vec3(half_x, half_y, top.height)};
+  return body;
+}
+
+// The arc of a gouge, from its lowest line up to `top`.
+ConvexBody gouge_body(const GougeArc& arc, double half_thickness, double half_width,
+                      const Top& top) {
+  ConvexBody body;
+  body.q.diagonal() << 0, -arc.upright / (arc.across * arc.across), -1 / arc.upright;
+  body.b = Vec3(0, 0, 1);
+  body.c = 0;
+  body.add_plane(Vec3(1, 0, 0), half_thickness);
+  body.add_plane(Vec3(-1, 0, 0), half_thickness);
+  top.close(body);
+  body.local_bounds = {Vec3(-half_thickness, -half_width, 0),
+                       Vec3(half_thickness, half_width, top.height)};
+  return body;
+}
+
+// A V of that half angle along the local axis `along` (0: x, 1: y), up to `top`; it is 2 half_wide
+// wide there.
+ConvexBody wedge(int along, const SinCos& half, double half_long, double half_wide,
+                 const Top& top) {
+  ConvexBody body;
+  const Vec3 across = Vec3::Unit(1 - along);
+  body.add_plane(half.sin * Vec3::UnitZ() + half.cos * across, 0);
+  body.add_plane(half.sin * Vec3::UnitZ() - half.cos * across, 0);
+  body.add_plane(Vec3::Unit(along), half_long);
+  body.add_plane(-Vec3::Unit(along), half_long);
+  top.close(body);
+  Vec3 side = half_wide * across;
+  side[along] = half_long;
+  body.local_bounds = {-side, Vec3(side.x(), side.y(), top.height)};
+  return body;
+}
+
+// The two parts of a skew chisel: its bevels, up to where they are as far apart as it is thick, and
+// what is above them.
+struct SkewParts {
+  ConvexBody bevels, blade;
+};
+SkewParts skew_parts(double width, const SinCos& skew, const SinCos& half, double thickness,
+                     double length) {
+  const Vec3 up(0, -skew.sin, skew.cos);  // square to the edge, in the blade's plane
+  const double deep = thickness / 2 * half.cos / half.sin;
+  SkewParts parts;
+  for (ConvexBody* part : {&parts.bevels, &parts.blade}) {
+    part->add_plane(Vec3::UnitY(), 0);
+    part->add_plane(-Vec3::UnitY(), width);
+    part->local_bounds = {Vec3(-thickness / 2, 0, 0), Vec3(thickness / 2, width, length)};
+  }
+  for (const double side : {1.0, -1.0}) {
+    parts.bevels.add_plane(half.sin * up + Vec3(side * half.cos, 0, 0), 0);
+    parts.blade.add_plane(Vec3(side, 0, 0), thickness / 2);
+  }
+  parts.bevels.add_plane(-up, deep);
+  parts.blade.add_plane(up, -deep);
+  parts.blade.add_plane(-Vec3::UnitZ(), length);
+  return parts;
+}
+
+// How high a skew chisel's bevels go, at the end of its edge.
+double skew_bevels_mm(const Skew& t) {
+  const SinCos skew = sin_cos(t.skew_deg * (std::numbers::pi / 180)),
+               half = half_angle(t.bevel_deg);
+  return t.width * skew.sin / skew.cos + t.thickness / 2 * half.cos / half.sin / skew.cos;
+}
+
+ConvexBody knife_body(const SinCos& edge, const SinCos& point, const Top& top) {
+  ConvexBody body;
+  for (const double x : {1.0, -1.0})
+    for (const double y : {1.0, -1.0}) {
+      // The height above the edge times the sine of its half angle, less the way to the side.
+      const Vec3 up(-x * point.cos, 0, point.sin);
+      body.add_plane(edge.sin * up - y * edge.cos * Vec3::UnitY(), 0);
+    }
+  top.close(body);
+  const double half_x = top.height * point.sin / point.cos,
+               half_y = top.height * point.sin * edge.sin / edge.cos;
+  body.local_bounds = {Vec3(-half_x, -half_y, 0), Vec3(half_x, half_y, top.height)};
+  return body;
+}
+
 }  // namespace
+
+GougeArc gouge_arc(const Gouge& gouge) {
+  // Of circles: radius over width; each gets rounder by about as much as the one before. Carvers'
+  // lists (London pattern, Swiss) differ from one another by as much as a number.
+  constexpr double kRadius[] = {2.5, 1.75, 1.25, 1, 0.75, 0.625, 0.55};  // 2 to 8
+  // Deeper than half circles: depth over width.
+  constexpr double kDepth[] = {0.5, 0.65, 0.85};  // 9 to 11
+  const int sweep = static_cast<int>(gouge.sweep);
+  if (sweep >= 9) {
+    const double depth = kDepth[sweep - 9] * gouge.width;
+    return {gouge.width / 2, depth, depth};
+  }
+  const double radius = kRadius[sweep - 2] * gouge.width;
+  return {radius, radius, radius - std::sqrt(radius * radius - gouge.width * gouge.width / 4)};
+}
+
+bool is_convex(const Tool& tool) {
+  return !std::holds_alternative<MeshTool>(tool) && !std::holds_alternative<Lollipop>(tool) &&
+         !std::holds_alternative<TSlot>(tool);
+}
 
 std::optional<Tool> default_tool(std::string_view shape) {
   std::optional<Tool> tool;
@@ -147,6 +259,15 @@ Status check_tool(const Tool& tool) {
   const auto check_angle = [&](double angle_deg) {
     require(angle_deg >= 1 && angle_deg <= 175, "angle_deg must be between 1 and 175");
   };
+  const auto check_bevel = [&](double bevel_deg) {
+    require(bevel_deg >= 5 && bevel_deg <= 120, "bevel_deg must be between 5 and 120");
+  };
+  const auto check_stem = [&](const auto& t, double head) {
+    require(t.neck <= t.radius, "neck must not exceed radius");
+    require(t.neck <= t.shank, "neck must not exceed shank");
+    require(t.reach >= head, "reach must be at least the height of the head");
+    require(t.length >= t.reach, "length must be at least reach");
+  };
   std::visit(
       Overloaded{
           [](const Finger&) {}, [](const BallTool&) {}, [](const Flat&) {},
@@ -167,13 +288,35 @@ Status check_tool(const Tool& tool) {
             check_angle(t.angle_deg);
             require(t.ball <= t.radius, "ball must not exceed radius");
             require(t.length >= 2 * t.ball, "length must be at least twice the ball's radius");
-          }},
+          },
+          [&](const Gouge& t) {
+            require(t.sweep >= 2 && t.sweep <= 11 && t.sweep == std::floor(t.sweep),
+                    "sweep must be a whole number from 2 to 11");
+          },
+          [&](const Vee& t) { check_angle(t.angle_deg); },
+          [&](const Chisel& t) { check_bevel(t.bevel_deg); },
+          [&](const Skew& t) {
+            check_bevel(t.bevel_deg);
+            require(t.skew_deg <= 75, "skew_deg must not exceed 75");
+            require(t.length >= skew_bevels_mm(t),
+                    "length must be at least the height of the bevels: make it longer, or the "
+                    "chisel narrower");
+          },
+          [&](const Knife& t) {
+            require(t.edge_deg >= 1 && t.edge_deg <= 120, "edge_deg must be between 1 and 120");
+            require(t.point_deg >= 5 && t.point_deg <= 150, "point_deg must be between 5 and 150");
+          },
+          [&](const Lollipop& t) { check_stem(t, 2 * t.radius); },
+          [&](const TSlot& t) { check_stem(t, t.height); }},
       tool);
   if (!wrong.empty()) return Error{wrong};
   return Ok{};
 }
 
 double reach_mm(const Tool& tool) {
+  const auto blade = [](const auto& t) {
+    return Vec3(t.thickness / 2, t.width / 2, t.length).norm();
+  };
   return std::visit(
       Overloaded{
           [](const Finger& t) { return std::hypot(t.length, std::sqrt(t.length / t.ks)); },
@@ -190,13 +333,22 @@ double reach_mm(const Tool& tool) {
             return reach;
           },
           [](const Drill& t) { return std::hypot(t.length, t.radius); },
-          [](const TaperedBall& t) { return std::hypot(t.length, t.radius); }},
+          [](const TaperedBall& t) { return std::hypot(t.length, t.radius); },
+          [&](const Gouge& t) { return blade(t); }, [&](const Vee& t) { return blade(t); },
+          [&](const Chisel& t) { return blade(t); },
+          [](const Skew& t) { return Vec3(t.thickness / 2, t.width, t.length).norm(); },
+          [](const Knife& t) {
+            const SinCos point = half_angle(t.point_deg);
+            return t.length / point.cos;
+          },
+          [](const Lollipop& t) { return std::hypot(t.length, std::max(t.shank, t.radius)); },
+          [](const TSlot& t) { return std::hypot(t.length, std::max(t.shank, t.radius)); }},
       tool);
 }
 
 SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
-                     const Lattice& lattice, const LatticeBox& material_bounds,
-                     bool start_is_clear) {
+                     const Lattice& lattice, const LatticeBox& material_bounds, bool start_is_clear)
+    : convex_(is_convex(tool)) {
   const double scale = 1 / lattice.pitch_mm;
   const LatticePoint tip = lattice.to_lattice(start.tip);
   const LatticeVector motion = lattice.vector_to_lattice(motion_mm);
@@ -227,6 +379,21 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
     convex(cone_body(slope, 0, Top(height * scale, useful())));
     if (length > height && useful() > height * scale)
       convex(cylinder(radius * scale, height * scale, Top(length * scale, useful())));
+  };
+  // A blade's lower part, and its upright sides above the height `at`.
+  const auto blade = [&](const auto& t, double at, const auto& lower) {
+    convex(lower(Top(std::min(at, t.length) * scale, useful())));
+    if (t.length > at && useful() > at * scale) {
+      convex(upright_box(t.thickness / 2 * scale, t.width / 2 * scale, at * scale,
+                         Top(t.length * scale, useful())));
+    }
+  };
+  // From within the head up, so that no ray finds a gap between the two.
+  const auto stem = [&](const auto& t, double from) {
+    if (useful() > from * scale)
+      convex(cylinder(t.neck * scale, from * scale, Top(t.length * scale, useful())));
+    if (useful() > t.reach * scale && t.length > t.reach)
+      convex(cylinder(t.shank * scale, t.reach * scale, Top(t.length * scale, useful())));
   };
   std::visit(
       Overloaded{
@@ -303,6 +470,44 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
                                above_tip(apex), frame, motion, start_is_clear);
             if (t.length > full && useful() > full * scale)
               convex(cylinder(t.radius * scale, full * scale, Top(t.length * scale, useful())));
+          },
+          [&](const Gouge& t) {
+            const GougeArc mm = gouge_arc(t);
+            const GougeArc arc{mm.across * scale, mm.upright * scale, mm.depth * scale};
+            blade(t, mm.depth, [&](const Top& top) {
+              return gouge_body(arc, t.thickness / 2 * scale, t.width / 2 * scale, top);
+            });
+          },
+          [&](const Vee& t) {
+            const SinCos half = half_angle(t.angle_deg);
+            blade(t, t.width / 2 * half.cos / half.sin, [&](const Top& top) {
+              return wedge(0, half, t.thickness / 2 * scale, t.width / 2 * scale, top);
+            });
+          },
+          [&](const Chisel& t) {
+            const SinCos half = half_angle(t.bevel_deg);
+            blade(t, t.thickness / 2 * half.cos / half.sin, [&](const Top& top) {
+              return wedge(1, half, t.width / 2 * scale, t.thickness / 2 * scale, top);
+            });
+          },
+          [&](const Skew& t) {
+            const SkewParts parts =
+                skew_parts(t.width * scale, sin_cos(t.skew_deg * (std::numbers::pi / 180)),
+                           half_angle(t.bevel_deg), t.thickness * scale, t.length * scale);
+            convex(parts.bevels);
+            convex(parts.blade);
+          },
+          [&](const Knife& t) {
+            convex(knife_body(half_angle(t.edge_deg), half_angle(t.point_deg),
+                              Top(t.length * scale, useful())));
+          },
+          [&](const Lollipop& t) {
+            add<SweptBall>(above_tip(t.radius * scale), motion, t.radius * scale, start_is_clear);
+            stem(t, t.radius);
+          },
+          [&](const TSlot& t) {
+            convex(cylinder(t.radius * scale, 0, Top(t.height * scale, useful())));
+            stem(t, t.height / 2);
           }},
       tool);
 }
@@ -313,7 +518,55 @@ LatticeBox SweptTool::bounds() const {
   return box;
 }
 
+// The parts' intervals of each ray, merged where they meet; the one whose turn it is.
+bool SweptTool::spans_apart(const RayTile& rays, int layer, SpanLayer& out) const {
+  std::array<SpanLayer, std::tuple_size_v<decltype(rooms_)>> parts;
+  unsigned rows = 0;
+  bool more = false;
+  for (size_t i = 0; i < count_; i++) {
+    parts[i].normals_ready = 0;
+    parts[i].last = false;
+    if (!solids_[i]->spans(rays, 0, parts[i])) parts[i].rows = 0;
+    rows |= parts[i].rows;
+  }
+  out.normals_ready = 0;
+  out.rows = 0;
+  for (int row = 0; row < kTileSide; row++) {
+    if (!((rows >> row) & 1)) continue;
+    bool any = false;
+    for (int slot = row * kTileSide; slot < (row + 1) * kTileSide; slot++) {
+      // Sorted by their beginnings.
+      std::array<std::pair<float, float>, std::tuple_size_v<decltype(rooms_)>> found;
+      size_t count = 0;
+      for (size_t i = 0; i < count_; i++) {
+        if (!((parts[i].rows >> row) & 1) || !(parts[i].lo[slot] < parts[i].hi[slot])) continue;
+        size_t at = count++;
+        for (; at > 0 && found[at - 1].first > parts[i].lo[slot]; at--) found[at] = found[at - 1];
+        found[at] = {parts[i].lo[slot], parts[i].hi[slot]};
+      }
+      out.lo[slot] = kFar;
+      out.hi[slot] = -kFar;
+      int turn = 0;
+      for (size_t i = 0; i < count; turn++) {
+        const float lo = found[i].first;
+        float hi = found[i].second;
+        for (i++; i < count && found[i].first <= hi; i++) hi = std::max(hi, found[i].second);
+        if (turn == layer) {
+          out.lo[slot] = lo;
+          out.hi[slot] = hi;
+          any = true;
+        }
+        more |= turn > layer;
+      }
+    }
+    if (any) out.rows |= static_cast<uint16_t>(1u << row);
+  }
+  out.last = !more;
+  return out.rows != 0;
+}
+
 bool SweptTool::spans(const RayTile& rays, int layer, SpanLayer& out) const {
+  if (!convex_ && count_ > 1) return spans_apart(rays, layer, out);
   const bool first = solids_[0]->spans(rays, layer, out);
   if (count_ == 1) return first;
   if (layer != 0) return false;

@@ -147,9 +147,117 @@ struct TaperedBall {
   bool operator==(const TaperedBall&) const = default;
 };
 
+// A carver's gouge: its section, across the way it leads (its local x axis), is the arc of its
+// sweep and everything above that between upright walls. Sweeps 2 to 8 are arcs of circles that get
+// rounder, 9 is half a circle, 10 and 11 are half ellipses, deeper than half as wide.
+struct Gouge {
+  static constexpr const char* kShape = "gouge";
+  double sweep = 7, width = 10, thickness = 1, length = 30;
+  static void for_numbers(auto& tool, auto&& f) {
+    f("sweep", tool.sweep);
+    f("width", tool.width);
+    f("thickness", tool.thickness);
+    f("length", tool.length);
+  }
+  bool operator==(const Gouge&) const = default;
+};
+
+// How deep and how wide the arc of a gouge is, all [mm].
+struct GougeArc {
+  double across, upright;  // half axes of the ellipse it is of; equal for a circle
+  double depth;            // where the arc is as wide as the gouge
+};
+// Of a gouge that check_tool accepts.
+GougeArc gouge_arc(const Gouge& gouge);
+
+// V-gouge, a carver's parting tool: as a gouge, with a V of full angle angle_deg for its section.
+struct Vee {
+  static constexpr const char* kShape = "vee";
+  double angle_deg = 60, width = 8, thickness = 1, length = 30;
+  static void for_numbers(auto& tool, auto&& f) {
+    f("angle_deg", tool.angle_deg);
+    f("width", tool.width);
+    f("thickness", tool.thickness);
+    f("length", tool.length);
+  }
+  bool operator==(const Vee&) const = default;
+};
+
+// A flat carving chisel: its edge lies along the local y axis, with bevels of full angle bevel_deg
+// on both sides up to `thickness`.
+struct Chisel {
+  static constexpr const char* kShape = "chisel";
+  double width = 12, bevel_deg = 25, thickness = 3, length = 30;
+  static void for_numbers(auto& tool, auto&& f) {
+    f("width", tool.width);
+    f("bevel_deg", tool.bevel_deg);
+    f("thickness", tool.thickness);
+    f("length", tool.length);
+  }
+  bool operator==(const Chisel&) const = default;
+};
+
+// A skew chisel: the edge rises by skew_deg from the tip, its corner, along the local y axis.
+struct Skew {
+  static constexpr const char* kShape = "skew";
+  double width = 12, skew_deg = 30, bevel_deg = 25, thickness = 3, length = 30;
+  static void for_numbers(auto& tool, auto&& f) {
+    f("width", tool.width);
+    f("skew_deg", tool.skew_deg);
+    f("bevel_deg", tool.bevel_deg);
+    f("thickness", tool.thickness);
+    f("length", tool.length);
+  }
+  bool operator==(const Skew&) const = default;
+};
+
+// A knife with a spear point: a blade in the local xz plane, whose two edges of full angle edge_deg
+// meet at the tip under the angle point_deg.
+struct Knife {
+  static constexpr const char* kShape = "knife";
+  double edge_deg = 20, point_deg = 60, length = 20;
+  static void for_numbers(auto& tool, auto&& f) {
+    f("edge_deg", tool.edge_deg);
+    f("point_deg", tool.point_deg);
+    f("length", tool.length);
+  }
+  bool operator==(const Knife&) const = default;
+};
+
+// Lollipop cutter: a ball on a thin neck, for undercuts. `neck` and `shank` are radii; the neck
+// goes up to the height `reach` above the tip, the shank from there to `length`.
+struct Lollipop {
+  static constexpr const char* kShape = "lollipop";
+  double radius = 4, neck = 2, reach = 20, shank = 3, length = 40;
+  static void for_numbers(auto& tool, auto&& f) {
+    f("radius", tool.radius);
+    f("neck", tool.neck);
+    f("reach", tool.reach);
+    f("shank", tool.shank);
+    f("length", tool.length);
+  }
+  bool operator==(const Lollipop&) const = default;
+};
+
+// T-slot cutter: a disc of that `height` on a thin neck; neck and shank as a lollipop's.
+struct TSlot {
+  static constexpr const char* kShape = "tslot";
+  double radius = 6, height = 3, neck = 2.5, reach = 20, shank = 3, length = 40;
+  static void for_numbers(auto& tool, auto&& f) {
+    f("radius", tool.radius);
+    f("height", tool.height);
+    f("neck", tool.neck);
+    f("reach", tool.reach);
+    f("shank", tool.shank);
+    f("length", tool.length);
+  }
+  bool operator==(const TSlot&) const = default;
+};
+
 // All tools: the one list of their shapes.
-using Tool = std::variant<Finger, BallTool, Flat, Bull, Cone, Capsule, HalfSpace, BoxTool,
-                          Ellipsoid, MeshTool, Drill, TaperedBall>;
+using Tool =
+    std::variant<Finger, BallTool, Flat, Bull, Cone, Capsule, HalfSpace, BoxTool, Ellipsoid,
+                 MeshTool, Drill, TaperedBall, Gouge, Vee, Chisel, Skew, Knife, Lollipop, TSlot>;
 
 namespace internal {
 template <class... Shape>
@@ -187,6 +295,9 @@ Status check_tool(const Tool& tool);
 // The farthest point of the tool from its tip [mm]; infinite for a half-space.
 double reach_mm(const Tool& tool);
 
+// Whether no ray can leave the tool and enter it again.
+bool is_convex(const Tool& tool);
+
 // The solid that `tool` sweeps while it moves by motion_mm without turning; in place, without
 // allocation (but for a mesh). Parts of long tools that lie beyond `material` [lattice units] are
 // left out of the work.
@@ -221,11 +332,14 @@ class SweptTool final : public Solid {
                                           sizeof(SweptMesh)})];
   };
 
-  // One solid, or convex solids whose union is convex: the interval of the union is the hull of
-  // theirs.
+  bool spans_apart(const RayTile& rays, int layer, SpanLayer& out) const;
+
+  // One solid, or convex solids. Where their union is convex, its interval is the hull of theirs;
+  // else theirs are merged where they meet.
   std::array<Room, 5> rooms_;
   std::array<const Solid*, 5> solids_;  // in rooms_
   size_t count_ = 0;
+  bool convex_;
 };
 
 }  // namespace kibori

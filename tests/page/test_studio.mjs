@@ -407,6 +407,27 @@ async function whatIsShownIsTheModel() {
               { shape: "tapered", ball: size / 3, angle_deg: random(10, 90), radius: size, length },
               { shape: "box", size: [size, random(1, 4), random(1, 4)] },
               { shape: "ellipsoid", radii: [size, random(1, 4), random(1, 4)] },
+              {
+                shape: "gouge",
+                sweep: Math.floor(random(2, 12)),
+                width: 2 * size,
+                thickness: 1,
+                length,
+              },
+              { shape: "vee", angle_deg: random(30, 120), width: 2 * size, thickness: 1, length },
+              { shape: "chisel", width: 2 * size, bevel_deg: 25, thickness: 1, length },
+              { shape: "skew", width: size, skew_deg: 30, bevel_deg: 40, thickness: 1, length },
+              { shape: "knife", edge_deg: 20, point_deg: random(20, 120), length },
+              { shape: "lollipop", radius: size, neck: size / 2, reach: 10, shank: size, length },
+              {
+                shape: "tslot",
+                radius: size,
+                height: 1,
+                neck: size / 2,
+                reach: 10,
+                shank: size,
+                length,
+              },
             ];
             const tool = new TextEncoder().encode(
               JSON.stringify(tools[Math.floor(random(0, tools.length))]),
@@ -518,6 +539,7 @@ async function mirrorsDevicesAndExperiments() {
     ["Ellipsoid", "Breadth", "6"],
     ["Drill", "Point", "118"],
     ["Tapered ball nose", "Taper", "30"],
+    ["Lollipop cutter", "Neck", "1"],
     ["Ball burr"],
   ]) {
     await page.locator(`#shapes input[aria-label="${name}"]`).check({ force: true });

@@ -6,6 +6,7 @@ import { element, input, put, select } from "./dom";
 import type { Mode, Model, Tool } from "./kinds";
 import { write } from "./messages";
 import { SecondHand } from "./second_hand";
+import { StrokeGuide } from "./stroke_guide";
 import {
   TOOLS,
   held,
@@ -75,6 +76,8 @@ export class Hand {
   private anywhere = false;
   /** Another finger, or the pointer beside a device. */
   readonly second: SecondHand;
+  /** What keeps strokes to a way. */
+  private guide: StrokeGuide;
   private sliding: { id: "size" | "depth"; x: number; from: number } | null = null;
   private at = { x: 0, y: 0 };
   private shown: HeldTool | null = null;
@@ -89,6 +92,7 @@ export class Hand {
     private takesUp: (x: number, y: number) => boolean,
   ) {
     element("shapes").insertAdjacentHTML("beforeend", toolButtons());
+    this.guide = new StrokeGuide(view, (message) => this.readOnly || send(message));
     this.second = new SecondHand(canvas, view, send, {
       own: () => this.bare(),
       depth: () => this.depth(),
@@ -167,6 +171,7 @@ export class Hand {
     this.view.showPlane(null);
     this.view.controls.enabled = true;
     this.chooseShape();
+    this.guide.begin();
     this.view.mirrored = this.readOnly ? 0 : this.planes();
   }
 
@@ -177,6 +182,7 @@ export class Hand {
     this.chooseHand();
     this.chooseSymmetry();
     this.chooseWork();
+    this.guide.choose();
     this.send(write.ChooseMaterial({ material: Number(select("material").value) }));
     this.send(write.ChooseModel({ model: select("model").value as Model }));
     this.second.choose();
@@ -189,6 +195,7 @@ export class Hand {
   heldBack(tip: Vec3): boolean {
     return (
       this.stroke?.mode === "cut" &&
+      !this.guide.guides &&
       Math.hypot(...tip.map((x, i) => x - this.aimed[i])) > this.depth() / 2
     );
   }
@@ -217,6 +224,10 @@ export class Hand {
     this.plane = { point: this.over.point.clone(), normal: this.over.normal.clone() };
     select("depth-from").value = "set";
     this.chooseDepthFrom();
+  }
+  /** Strokes go in circles about the wood under the pointer. */
+  setCentre(): void {
+    if (!this.readOnly && this.over) this.guide.setCentre(this.over);
   }
   private chooseDepthFrom(): void {
     const set = this.depthFrom === "set";
@@ -292,6 +303,7 @@ export class Hand {
     if (!this.stroke) return;
     const { last, mode } = this.stroke;
     this.stroke = null;
+    this.guide.lift();
     if (!this.second.goesOn()) {
       this.view.controls.enabled = true;
       this.view.endStroke();
@@ -351,9 +363,14 @@ export class Hand {
     put("depth-out", `${this.depth().toFixed(1)} mm`);
     // A corner is no wider than the tool.
     const said = tool.shape === "bull" ? tool.corner : (form?.value ?? 0);
-    if (form) put("form-out", `${said.toFixed(form.unit === "°" ? 0 : 1)} ${form.unit}`);
+    if (form) put("form-out", `${said.toFixed(form.unit === "mm" ? 1 : 0)} ${form.unit}`);
     this.draw();
     if (this.readOnly) return;
+    this.guide.hold(
+      TOOLS[this.shape].leads ?? false,
+      this.depth(),
+      this.brush !== undefined || this.adds,
+    );
     this.send(write.ChooseTool({ tool }));
     if (this.brush && !this.stroke) this.chooseBrush();
   }
@@ -597,6 +614,7 @@ export class Hand {
     this.axis = this.axisAt(goes ? hit : at, event);
     this.aimed = this.tipAt(at, this.pressed(event));
     this.there = true;
+    this.guide.press(at);
     this.send(
       write.Press({
         tip: this.aimed,
@@ -671,6 +689,7 @@ export class Hand {
     if (at) {
       const way = at.point.distanceTo(stroke.last.point);
       stroke.last = at;
+      this.guide.follow(at);
       if (goes) return this.aim(at, 0, event.timeStamp);
       // A hand does not turn at once where the surface does: over half the tool's radius, however
       // fast it goes.

@@ -15,7 +15,14 @@ export type Tool =
   | { shape: "ellipsoid"; radii: Vec3 }
   | { shape: "mesh" }
   | { shape: "drill"; angle_deg: number; radius: number; length: number }
-  | { shape: "tapered"; ball: number; angle_deg: number; radius: number; length: number };
+  | { shape: "tapered"; ball: number; angle_deg: number; radius: number; length: number }
+  | { shape: "gouge"; sweep: number; width: number; thickness: number; length: number }
+  | { shape: "vee"; angle_deg: number; width: number; thickness: number; length: number }
+  | { shape: "chisel"; width: number; bevel_deg: number; thickness: number; length: number }
+  | { shape: "skew"; width: number; skew_deg: number; bevel_deg: number; thickness: number; length: number }
+  | { shape: "knife"; edge_deg: number; point_deg: number; length: number }
+  | { shape: "lollipop"; radius: number; neck: number; reach: number; shank: number; length: number }
+  | { shape: "tslot"; radius: number; height: number; neck: number; reach: number; shank: number; length: number };
 
 /** What a tool does (kibori/motion/tool_tick.h). */
 export const MODES = ["cut", "deposit", "touch", "off", "smooth", "rasp", "fill", "inflate", "flatten", "crease", "paint", "grab", "nudge", "twist", "bend", "pinch", "scale", "node", "press", "throw", "turn"] as const;

@@ -450,6 +450,11 @@ const keys = new Keys(
       keys: ["p"],
       run: () => hand.setPlane(),
     },
+    centre: {
+      label: "strokes in circles about the place under the pointer",
+      keys: ["o"],
+      run: () => hand.setCentre(),
+    },
     mirror: {
       label: "mirror left and right, or nothing",
       keys: ["x"],

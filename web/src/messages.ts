@@ -3,7 +3,7 @@
 import type { Mode, Model, Tool } from "./kinds";
 import { Reader, Writer, type Vec3 } from "./wire";
 
-export const PROTOCOL_VERSION = 14;
+export const PROTOCOL_VERSION = 15;
 
 /** The first message of a page, with the key that POST /enter gave for the token. Welcome or Start answers; where the key is another one, the line is closed with code 1008. */
 export interface Hello { version: number; key: string }
@@ -87,6 +87,8 @@ export interface PressSecond { tip: Vec3; axis: Vec3; time: number }
 export interface AimSecond { tip: Vec3; axis: Vec3; time: number }
 /** The second hand lets go, once its tool has been everywhere that it was aimed to. */
 export type LiftSecond = Record<string, never>;
+/** How the pointer's strokes behave from the next one on. guide: 0 none, 1 a straight line, whose direction is a multiple of snap [degrees] (0: any), 2 a circle about the centre [mm], 3 the curve through these points (three f64 each [mm]), closed or not. steady: the tool is drawn behind the hand on a string so long [mm]. lead: its local x axis turns to the way it goes; it goes in and comes out over `entry` [mm], from `lift` [mm] above. */
+export interface ChooseGuide { guide: number; snap: number; centre: Vec3; closed: number; steady: number; lead: number; entry: number; lift: number; curve: Uint8Array }
 /** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to 1), which of them its stock is of, what the page is called in its requests over HTTP, and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
 export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; material: number; page: string; what: number }
 /** Surface of one body that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), whether any is painted (u16), vertices, corners (u16 each), and of painted ones a colour for each vertex (red, green, blue, 255 where it is painted or 0: u8). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
@@ -164,6 +166,7 @@ export const write = {
   PressSecond: (m: PressSecond) => new Writer(39).vec3(m.tip).vec3(m.axis).f64(m.time).done(),
   AimSecond: (m: AimSecond) => new Writer(40).vec3(m.tip).vec3(m.axis).f64(m.time).done(),
   LiftSecond: () => new Writer(41).done(),
+  ChooseGuide: (m: ChooseGuide) => new Writer(42).u8(m.guide).f64(m.snap).vec3(m.centre).u8(m.closed).f64(m.steady).u8(m.lead).f64(m.entry).f64(m.lift).raw(m.curve).done(),
 };
 
 /** What the studio may say. */

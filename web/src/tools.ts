@@ -28,6 +28,8 @@ interface Row<S extends Shape> {
   form?: Form;
   /** Whether it matters how far it is turned about its axis. */
   turns?: boolean;
+  /** Whether its edge is to lie across, or along, the way it goes. */
+  leads?: boolean;
   make(radius: number, form: number): Of<S>;
   /** From the tip to the other end [mm]. */
   height(tool: Of<S>): number;
@@ -41,7 +43,11 @@ interface Row<S extends Shape> {
 
 /** From a tool's tip to its other end [mm], where its size does not say. */
 const LENGTH = 25,
-  FINGER_LENGTH = 20;
+  FINGER_LENGTH = 20,
+  BLADE = 1;
+/** A carver holds a blade so far back from upright [rad], and it is drawn so long [mm]. */
+const LEAN = (50 * Math.PI) / 180,
+  DRAWN = 45;
 const SEGMENTS = 40;
 /** Sharper than that, an edge is drawn as one [rad]. */
 const CREASE = 0.5;
@@ -83,6 +89,69 @@ function pointed({
     wide = Math.min(radius, slope * length);
   return lathe([0, 0], [wide, wide / slope], [wide, length], [0, length]);
 }
+
+/**
+ * A blade as it is held, leaning back from its edge: `outline` is the edge, seen along the way, from
+ * one side to the other [mm], `wall` the steel above it. What cuts is upright; where it works, the
+ * two are the same.
+ */
+function leaning(outline: [number, number][], wall: number): THREE.BufferGeometry {
+  const inner = [...outline].reverse().map(([y, z]): [number, number] => {
+    const middle = outline[Math.floor(outline.length / 2)];
+    const widest = Math.max(...outline.map(([at]) => Math.abs(at - middle[0])));
+    return [y - (wall * (y - middle[0])) / Math.max(widest, wall), z + wall];
+  });
+  const shape = new THREE.Shape([...outline, ...inner].map(([y, z]) => new THREE.Vector2(y, z)));
+  const solid = new THREE.ExtrudeGeometry(shape, { depth: DRAWN, bevelEnabled: false });
+  // Its x, y and depth are across, up and back along the blade.
+  solid.applyMatrix4(
+    new THREE.Matrix4().set(
+      ...([0, 0, -Math.sin(LEAN), 0] as const),
+      ...([1, 0, 0, 0] as const),
+      ...([0, 1, Math.cos(LEAN), 0] as const),
+      ...([0, 0, 0, 1] as const),
+    ),
+  );
+  return toCreasedNormals(solid, CREASE);
+}
+/** As gouge_arc of kibori/solid/tool.cpp. */
+function gougeArc(
+  sweep: number,
+  width: number,
+): { across: number; upright: number; depth: number } {
+  const radii = [2.5, 1.75, 1.25, 1, 0.75, 0.625, 0.55],
+    depths = [0.5, 0.65, 0.85];
+  if (sweep >= 9) {
+    const depth = depths[sweep - 9] * width;
+    return { across: width / 2, upright: depth, depth };
+  }
+  const r = radii[sweep - 2] * width;
+  return { across: r, upright: r, depth: r - Math.sqrt(r * r - (width * width) / 4) };
+}
+/** How high the bevels of a skew chisel go; it is no shorter. */
+function bevelsOf({ width, skew_deg, bevel_deg, thickness }: Of<"skew">): number {
+  const skew = (skew_deg * Math.PI) / 180;
+  return (
+    1.001 * (width * Math.tan(skew) + thickness / 2 / Math.tan(half(bevel_deg)) / Math.cos(skew))
+  );
+}
+const bladed = <T extends { length: number }>(tool: T, height: number): T => ({
+  ...tool,
+  length: Math.min(tool.length, height),
+});
+/** Head, neck and shank, as turned. */
+const stemmed = (
+  head: [number, number][],
+  { neck, reach, shank, length }: { neck: number; reach: number; shank: number; length: number },
+): THREE.BufferGeometry =>
+  lathe(
+    ...head,
+    [neck, head[head.length - 1][1]],
+    [neck, reach],
+    [shank, reach],
+    [shank, length],
+    [0, length],
+  );
 
 export const TOOLS: { [S in Shape]: Row<S> } = {
   ball: {
@@ -235,6 +304,215 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
     shortened: (tool, height) => ({ ...tool, length: Math.min(tool.length, height) }),
     size: byRadius,
     surface: pointed,
+  },
+  gouge: {
+    name: "Gouge",
+    icon: '<path d="M3 7c0 18 18 18 18 0M6.5 7c0 12 11 12 11 0M3 7h3.5M17.5 7H21" />',
+    powered: false,
+    turns: true,
+    leads: true,
+    form: { name: "Sweep", unit: "", min: 2, max: 11, value: 7 },
+    make: (radius, sweep) => ({
+      shape: "gouge",
+      sweep: Math.round(sweep),
+      width: 2 * radius,
+      thickness: BLADE,
+      length: LENGTH,
+    }),
+    height: length,
+    shortened: bladed,
+    size: (tool) => `no. ${tool.sweep}, ${compact(tool.width)} mm`,
+    surface({ sweep, width }) {
+      const { across, upright, depth } = gougeArc(sweep, width);
+      const wall = Math.min(1.5, width / 8),
+        sides: [number, number][] = sweep > 9 ? [[width / 2, depth + width / 8]] : [];
+      const round = Array.from({ length: 25 }, (_, i): [number, number] => {
+        const y = (width / 2) * Math.sin((Math.PI * (i - 12)) / 24);
+        return [y, upright * (1 - Math.sqrt(Math.max(0, 1 - (y / across) ** 2)))];
+      });
+      return leaning(
+        [...sides.map(([y, z]): [number, number] => [-y, z]), ...round, ...sides],
+        wall,
+      );
+    },
+  },
+  vee: {
+    name: "V-gouge",
+    icon: '<path d="M3 5l9 16 9-16M7 5l5 9 5-9M3 5h4M17 5h4" />',
+    powered: false,
+    turns: true,
+    leads: true,
+    form: { name: "Angle", unit: "°", min: 20, max: 150, value: 60 },
+    make: (radius, angle_deg) => ({
+      shape: "vee",
+      angle_deg,
+      width: 2 * radius,
+      thickness: BLADE,
+      length: LENGTH,
+    }),
+    height: length,
+    shortened: bladed,
+    size: (tool) => `${compact(tool.angle_deg)}°, ${compact(tool.width)} mm`,
+    surface({ angle_deg, width }) {
+      const high = width / 2 / Math.tan(half(angle_deg));
+      return leaning(
+        [
+          [-width / 2, high],
+          [0, 0],
+          [width / 2, high],
+        ],
+        Math.min(1.5, width / 8),
+      );
+    },
+  },
+  chisel: {
+    name: "Chisel",
+    icon: '<path d="M7 2h10v14H7zM7 16v5h10v-5" />',
+    powered: false,
+    turns: true,
+    leads: true,
+    form: { name: "Bevel", unit: "°", min: 10, max: 60, value: 25 },
+    make: (radius, bevel_deg) => ({
+      shape: "chisel",
+      width: 2 * radius,
+      bevel_deg,
+      thickness: 2 * BLADE,
+      length: LENGTH,
+    }),
+    height: length,
+    shortened: bladed,
+    size: (tool) => `${compact(tool.width)} mm`,
+    surface: ({ width, thickness }) =>
+      leaning(
+        [
+          [-width / 2, 0],
+          [0, 0],
+          [width / 2, 0],
+        ],
+        thickness,
+      ),
+  },
+  skew: {
+    name: "Skew chisel",
+    icon: '<path d="M7 2h10v14L7 21z" />',
+    powered: false,
+    turns: true,
+    leads: true,
+    form: { name: "Skew", unit: "°", min: 5, max: 60, value: 30 },
+    make(radius, skew_deg) {
+      const tool: Of<"skew"> = {
+        shape: "skew",
+        width: 2 * radius,
+        skew_deg,
+        bevel_deg: 25,
+        thickness: 2 * BLADE,
+        length: LENGTH,
+      };
+      return { ...tool, length: Math.max(LENGTH, bevelsOf(tool)) };
+    },
+    height: length,
+    shortened: (tool, height) => ({
+      ...tool,
+      length: Math.min(tool.length, Math.max(height, bevelsOf(tool))),
+    }),
+    size: (tool) => `${compact(tool.width)} mm`,
+    surface: ({ width, skew_deg, thickness }) =>
+      leaning(
+        [
+          [0, 0],
+          [width / 2, (width / 2) * Math.tan((skew_deg * Math.PI) / 180)],
+          [width, width * Math.tan((skew_deg * Math.PI) / 180)],
+        ],
+        thickness,
+      ),
+  },
+  knife: {
+    name: "Knife",
+    icon: '<path d="M12 22L7 12V2h10v10zM12 22V2" />',
+    powered: false,
+    turns: true,
+    leads: true,
+    form: { name: "Point", unit: "°", min: 20, max: 120, value: 60 },
+    make: (radius, point_deg) => ({
+      shape: "knife",
+      edge_deg: 20,
+      point_deg,
+      length: 3 * radius + 3,
+    }),
+    height: length,
+    shortened: (tool, height) => ({ ...tool, length: Math.min(tool.length, height) }),
+    size: (tool) => `${compact(tool.length)} mm`,
+    surface({ edge_deg, point_deg, length }) {
+      const wide = length * Math.tan(half(point_deg)),
+        thick = length * Math.sin(half(point_deg)) * Math.tan(half(edge_deg));
+      return toCreasedNormals(
+        new THREE.ConeGeometry(1, length, 4)
+          .rotateX(-Math.PI / 2)
+          .translate(0, 0, length / 2)
+          .scale(wide, thick, 1),
+        0.1,
+      );
+    },
+  },
+  lollipop: {
+    name: "Lollipop cutter",
+    icon: '<path d="M10 2h4v9h-4z" /><circle cx="12" cy="16.5" r="5.5" />',
+    powered: true,
+    form: { name: "Neck", unit: "mm", min: 0.3, max: 10, value: 1.5 },
+    make(radius, wide) {
+      const neck = Math.min(wide, 0.9 * radius),
+        reach = 2 * radius + LENGTH;
+      return {
+        shape: "lollipop",
+        radius,
+        neck,
+        reach,
+        shank: Math.max(neck, 3),
+        length: reach + 15,
+      };
+    },
+    height: length,
+    shortened: (tool, height) => {
+      const reach = Math.min(tool.reach, Math.max(height, 2 * tool.radius));
+      return { ...tool, reach, length: Math.min(tool.length, reach) };
+    },
+    size: byRadius,
+    surface: (tool) =>
+      stemmed(arc(0, tool.radius, tool.radius, Math.PI - Math.asin(tool.neck / tool.radius)), tool),
+  },
+  tslot: {
+    name: "T-slot cutter",
+    icon: '<path d="M10 2h4v12h7v6H3v-6h7z" />',
+    powered: true,
+    form: { name: "Height", unit: "mm", min: 0.3, max: 12, value: 2 },
+    make(radius, height) {
+      const neck = 0.4 * radius,
+        reach = height + LENGTH;
+      return {
+        shape: "tslot",
+        radius,
+        height,
+        neck,
+        reach,
+        shank: Math.max(neck, 3),
+        length: reach + 15,
+      };
+    },
+    height: length,
+    shortened: (tool, height) => {
+      const reach = Math.min(tool.reach, Math.max(height, tool.height));
+      return { ...tool, reach, length: Math.min(tool.length, reach) };
+    },
+    size: byRadius,
+    surface: (tool) =>
+      stemmed(
+        [
+          [0, 0],
+          [tool.radius, 0],
+          [tool.radius, tool.height],
+        ],
+        tool,
+      ),
   },
 };
 export const SHAPES = Object.keys(TOOLS) as Shape[];

@@ -142,7 +142,7 @@ export class View {
     this.renderer.localClippingEnabled = true;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = this.slow ? THREE.PCFShadowMap : THREE.PCFSoftShadowMap;
-    if (this.slow) this.ratio = 1;
+    if (this.slow) this.ratio = Math.min(1, this.ratio);
     // Shadows are drawn anew when what throws them changes, not when the camera moves.
     this.renderer.shadowMap.autoUpdate = false;
     this.best = new SolidImage(this.renderer, {
@@ -456,6 +456,13 @@ export class View {
     return seen.unproject(this.camera).distanceTo(beside.unproject(this.camera));
   }
   /** What the view turns about. */
+  /** The middle of the piece, and how long it is [mm]. */
+  get middle(): THREE.Vector3 {
+    return this.piece.isEmpty() ? new THREE.Vector3() : this.piece.getCenter(new THREE.Vector3());
+  }
+  get pieceSize(): number {
+    return this.piece.isEmpty() ? 1 : this.piece.getSize(new THREE.Vector3()).length();
+  }
   get target(): THREE.Vector3 {
     return this.controls.target;
   }

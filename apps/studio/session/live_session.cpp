@@ -258,7 +258,11 @@ void LiveSession::aim(const Vec3& tip_mm, const Vec3& axis, double time_s) {
   if (!pose) return;
   if (!pressed_)
     pointer_->hover(*pose);
-  else if (std::isfinite(time_s))
+  else if (!std::isfinite(time_s))
+    return;
+  else if (guided_)
+    guided_->move(*pose, time_s, [&](const Pose& at, double s) { pointer_->move(at, s); });
+  else
     pointer_->move(*pose, time_s);
 }
 
@@ -286,9 +290,16 @@ void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode asked, double
   if (!pointer_) return;
   const Mode mode = mode_in(materials_[stock_material_], asked);
   if (const Status can = can_work(mode); !can) return notify(can);
-  const std::optional<Pose> pose =
+  std::optional<Pose> pose =
       std::isfinite(time_s) ? pose_of(tip_mm, axis, roll_rad_, true, aimed_) : std::nullopt;
   if (!pose) return;
+  // What a warp or the wheel drags goes where the hand does.
+  guided_.reset();
+  if (guide_.guides() && !warps(mode) && !on_wheel(mode)) {
+    StrokeGuideSettings guide = guide_;
+    guide.lead &= !reshapes(mode) || mode == Mode::press;  // a brush has no edge
+    pose = guided_.emplace(guide).begin(*pose, time_s);
+  }
   const Status posted = post([pointer = pointer_, stroke = stroke_ + 1, place = *pose, mode,
                               brush = brush_of(mode)](ServoContext& live) {
     if (pointer->finished() >= stroke) return;  // it was cancelled before it began
@@ -307,6 +318,7 @@ void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode asked, double
 void LiveSession::lift() {
   if (!pressed_) return;
   pressed_ = false;
+  if (guided_) guided_->end([&](const Pose& at, double s) { pointer_->move(at, s); });
   pointer_->end();
   later_.push_back({[this, stroke = stroke_] { return pointer_->finished() >= stroke; }});
   static_cast<void>(post([pointer = pointer_, stroke = stroke_](ServoContext& live) {
@@ -462,6 +474,12 @@ Status LiveSession::choose_tool(const Tool& tool) {
   Status posted = post([tool](ServoContext& live) { live.change_tool(tool); });
   if (posted) tool_ = tool;
   return posted;
+}
+
+Status LiveSession::choose_guide(const StrokeGuideSettings& guide) {
+  Status good = check_stroke_guide(guide);
+  if (good) guide_ = guide;
+  return good;
 }
 
 Status LiveSession::choose_hand(const Hand& hand) {

@@ -15,6 +15,7 @@
 #include <optional>
 
 #include <kibori/devices/pointer_device.h>
+#include <kibori/motion/stroke_guide.h>
 #include <kibori/live/document_writer.h>
 #include "apps/studio/session/session.h"
 
@@ -114,6 +115,9 @@ class LiveSession final : public Session {
   Status choose_model(ForceModel model);
   // Planes and axis through the lattice's middle; see Symmetry.
   Status choose_symmetry(const std::array<bool, 3>& planes, int fold, Axis axis);
+  // Of the pointer's strokes from the next one on. Errors: what a guide can't be; nothing has
+  // changed.
+  Status choose_guide(const StrokeGuideSettings& guide);
   // Of strokes from the next one on: what becomes of what they sever.
   Status choose_crumbs(Crumbs crumbs);
   Crumbs crumbs() const { return crumbs_; }
@@ -183,6 +187,8 @@ class LiveSession final : public Session {
   Mode second_mode_ = Mode::off;
   std::optional<HapticDeviceState> second_held_;
   double roll_rad_ = 0;  // that turn
+  StrokeGuideSettings guide_;
+  std::optional<StrokeGuide> guided_;  // the stroke that is being made, where it is guided
   std::optional<HapticDeviceState> held_;
   Tool tool_;
   Symmetry symmetry_;

@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/motion/stroke_guide.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include <kibori/base/tolerances.h>
+#include <kibori/base/trig.h>
+
+namespace kibori {
+namespace {
+
+// A line's direction is that to where the hand is when it has come so far [mm]: less, and a hand's
+// tremor decides.
+constexpr double kAimMm = 2;
+// A leading tool's way is that from a point drawn behind it by so much [mm].
+constexpr double kTrailMm = 1.5;
+// Going in and coming out are given in so many places, so that they are arcs.
+constexpr int kEntryPlaces = 16;
+// How fast a leading tool that goes no way goes in and out.
+constexpr double kStabMmS = 50;
+// Of a length: less has no direction that rounding leaves alone.
+constexpr double kNoWay = 1e-6;
+constexpr size_t kMaxCurvePoints = 100'000;
+
+double length(const Vec3& v) { return std::sqrt(v.squaredNorm()); }
+
+// What is left of `v` square to a unit vector.
+Vec3 across(const Vec3& v, const Vec3& unit) { return v - v.dot(unit) * unit; }
+
+// `frame` turned about its third column so that its first points along `way`, as far as it can.
+Mat3 led(const Mat3& frame, const Vec3& way) {
+  const Vec3 z = frame.col(2), x = across(way, z);
+  const double size = length(x);
+  if (size < kNoWay) return frame;
+  Mat3 turned;
+  turned.col(0) = x / size;
+  turned.col(1) = z.cross(turned.col(0));
+  turned.col(2) = z;
+  return turned;
+}
+
+}  // namespace
+
+Status check_stroke_guide(const StrokeGuideSettings& s) {
+  const auto at_least_zero = [](double value) { return value >= 0 && value <= kMaxCoordinate; };
+  if (!(s.snap_deg >= 0 && s.snap_deg <= 180))
+    return Error{"a guide's snap must be 0 to 180 degrees"};
+  if (!at_least_zero(s.steady_mm) || !at_least_zero(s.entry_mm) || !at_least_zero(s.lift_mm))
+    return Error{"a guide's steady, entry and lift must be lengths of at least 0 mm"};
+  if (!s.centre_mm.allFinite()) return Error{"a guide's circle has its centre at no place at all"};
+  if (s.guide == Guide::curve) {
+    if (s.curve_mm.size() < 2 || s.curve_mm.size() > kMaxCurvePoints)
+      return Error{"a guide's curve needs 2 to 100000 points"};
+    for (const Vec3& point : s.curve_mm)
+      if (!(point.cwiseAbs().maxCoeff() <= kMaxCoordinate))
+        return Error{"a guide's curve has a point at no place at all"};
+  }
+  return Ok{};
+}
+
+// ---- The guide
+
+Vec3 StrokeGuide::on_curve(const Vec3& tip) {
+  const std::vector<Vec3>& points = settings_.curve_mm;
+  const size_t pieces = points.size() - (settings_.closed ? 0 : 1);
+  // Where the tool is on it decides which pieces can be meant: where a curve comes near itself, the
+  // tool does not leap across. It goes little farther along it than the hand did.
+  const double reach = along_mm_ < 0 ? std::numeric_limits<double>::infinity()
+                                     : kAimMm + 2 * length(across(tip - at_, normal_));
+  double total = 0;
+  for (size_t i = 0; i < pieces; i++) total += length(points[(i + 1) % points.size()] - points[i]);
+  double best = std::numeric_limits<double>::infinity(), best_along = std::max(along_mm_, 0.0),
+         from = 0;
+  Vec3 best_at = at_;
+  for (size_t i = 0; i < pieces; i++) {
+    const Vec3 &a = points[i], way = points[(i + 1) % points.size()] - a;
+    const Vec3 flat = across(way, normal_);
+    const double flat2 = flat.squaredNorm(), size = length(way);
+    const double share =
+        flat2 > kNoWay * kNoWay ? std::clamp((tip - a).dot(flat) / flat2, 0.0, 1.0) : 0;
+    const double along = from + share * size;
+    double apart = std::abs(along - along_mm_);
+    if (settings_.closed) apart = std::min(apart, total - apart);
+    const Vec3 at = a + share * way;
+    const double off = across(tip - at, normal_).squaredNorm();
+    if (apart <= reach && off < best) {
+      best = off;
+      best_along = along;
+      best_at = at;
+    }
+    from += size;
+  }
+  if (std::isfinite(best)) along_mm_ = best_along;
+  return best_at;
+}
+
+// Where the guide has the tip; none while that is not known.
+std::optional<Vec3> StrokeGuide::guided(const Pose& hand) {
+  const Vec3& tip = hand.tip;
+  switch (settings_.guide) {
+    case Guide::none:
+      return tip;
+    case Guide::line: {
+      if (!direction_) {
+        const Vec3 way = across(tip - start_, normal_);
+        if (length(way) < kAimMm) return std::nullopt;
+        Vec3 direction = way / length(way);
+        if (settings_.snap_deg > 0) {
+          const Mat3 frame = frame_from_axis(normal_);
+          const double step = settings_.snap_deg * (std::numbers::pi / 180),
+                       angle = std::atan2(direction.dot(frame.col(1)), direction.dot(frame.col(0)));
+          const SinCos snapped = sin_cos(step * std::round(angle / step));
+          direction = snapped.cos * frame.col(0) + snapped.sin * frame.col(1);
+        }
+        direction_ = direction;
+      }
+      const Vec3 off = tip - start_;
+      return start_ + off.dot(*direction_) * *direction_ + off.dot(normal_) * normal_;
+    }
+    case Guide::circle: {
+      const Vec3 from_centre = across(start_ - settings_.centre_mm, normal_),
+                 to = across(tip - settings_.centre_mm, normal_);
+      // Over its centre the hand says nothing.
+      if (length(to) < kNoWay) return std::nullopt;
+      return tip - to + to * (length(from_centre) / length(to));
+    }
+    case Guide::curve: {
+      const Vec3 at = on_curve(tip);
+      return at + (tip - at).dot(normal_) * normal_;
+    }
+  }
+  return tip;
+}
+
+// ---- The stroke
+
+Pose StrokeGuide::begin(const Pose& hand, double time_s) {
+  start_ = hand.tip;
+  normal_ = hand.axis();
+  direction_.reset();
+  along_mm_ = -1;
+  turned_ = false;
+  behind_.clear();
+  Pose first = hand;
+  // A line begins where the hand does.
+  if (settings_.guide != Guide::line) first.tip = guided(hand).value_or(hand.tip);
+  drawn_ = hand.tip;
+  at_ = trail_ = first.tip;
+  if (settings_.lead) {
+    behind_.push_back({first, time_s, 0});
+    first.tip += settings_.lift_mm * first.axis();
+  }
+  return first;
+}
+
+void StrokeGuide::move(const Pose& hand, double time_s, const Emit& emit) {
+  Pose pose = hand;
+  if (settings_.steady_mm > 0) {
+    const Vec3 string = hand.tip - drawn_;
+    const double size = length(string);
+    if (size <= settings_.steady_mm) return;
+    pose.tip = drawn_ = drawn_ + string * (1 - settings_.steady_mm / size);
+  }
+  const std::optional<Vec3> tip = guided(pose);
+  if (!tip) return;
+  pose.tip = at_ = *tip;
+  if (settings_.lead)
+    lead_to(pose, time_s, emit);
+  else
+    emit(pose, time_s);
+}
+
+// The tool at a place from which the end is at least so far.
+void StrokeGuide::give(const Place& place, double left_mm, const Emit& emit) const {
+  Pose pose = place.pose;
+  const double entry = settings_.entry_mm;
+  if (entry > 0) {
+    // A parabola that ends level where the tool is as deep as it goes.
+    const double share = 1 - std::clamp(std::min(place.way_mm, left_mm) / entry, 0.0, 1.0);
+    pose.tip += settings_.lift_mm * share * share * pose.axis();
+  }
+  emit(pose, place.time_s);
+}
+
+void StrokeGuide::lead_to(const Pose& pose, double time_s, const Emit& emit) {
+  // Copied: the queue grows.
+  const Place last = behind_.back();
+  const Vec3 way = pose.tip - last.pose.tip;
+  const double size = length(way), entry = settings_.entry_mm;
+  // So that going in and coming out are arcs, however far apart a hand's places are, and that the
+  // tool turns where the way does.
+  const double step = entry > 0 ? std::min(entry / kEntryPlaces, kTrailMm) : kTrailMm;
+  const int pieces = std::clamp(static_cast<int>(std::ceil(size / step)), 1, 100'000);
+  for (int i = 1; i <= pieces; i++) {
+    const double share = static_cast<double>(i) / pieces;
+    Place place{pose, last.time_s + share * (time_s - last.time_s), last.way_mm + share * size};
+    place.pose.tip = last.pose.tip + share * way;
+    const Vec3 drawn = place.pose.tip - trail_;
+    if (length(drawn) > kTrailMm) trail_ = place.pose.tip - drawn * (kTrailMm / length(drawn));
+    if (!turned_ && place.way_mm >= kTrailMm) {
+      // Now the way is known, for what waits as well.
+      turned_ = true;
+      const Vec3 known = place.pose.tip - behind_.front().pose.tip;
+      for (Place& waits : behind_) waits.pose.frame = led(waits.pose.frame, known);
+    }
+    place.pose.frame =
+        led(pose.frame, turned_ ? Vec3(place.pose.tip - trail_) : Vec3(Vec3::Zero()));
+    behind_.push_back(place);
+  }
+  if (!turned_) return;
+  // What is given before the end is `entry` away from it at least. The newest stays, to go on from.
+  const double head = behind_.back().way_mm;
+  while (behind_.size() > 1 && head - behind_.front().way_mm >= entry) {
+    give(behind_.front(), entry, emit);
+    behind_.pop_front();
+  }
+}
+
+void StrokeGuide::end(const Emit& emit) {
+  if (!settings_.lead) return;
+  const Place last = behind_.back();
+  if (!turned_) {
+    // It went no way: it is pressed in where it stands, and drawn out again.
+    Pose out = last.pose;
+    out.tip += settings_.lift_mm * out.axis();
+    const double takes_s = settings_.lift_mm / kStabMmS;
+    emit(last.pose, last.time_s + takes_s);
+    emit(out, last.time_s + 2 * takes_s);
+    return;
+  }
+  for (const Place& place : behind_) give(place, last.way_mm - place.way_mm, emit);
+  behind_.clear();
+}
+
+}  // namespace kibori
