@@ -350,7 +350,7 @@ async function whoHasTheKey() {
 // loaded anew shows in the end the same triangles that the document's surface has, extracted by
 // another process.
 async function whatIsShownIsTheModel() {
-  const strokes = Number(process.env.KIBORI_STROKES ?? (process.env.KIBORI_SHORT ? 100 : 1000));
+  const strokes = Number(process.env.KIBORI_STROKES ?? 300);
   const seed = Number(process.env.KIBORI_SEED ?? Date.now() % 1e9);
   const studio = await Studio.start(join(folder, "shown.kibori"));
   const watcher = await open({ width: 480, height: 360 });
