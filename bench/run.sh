@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Runs one benchmark of build/bench. Usage: run.sh step|import|surface|reshape|spline|bodies|servo|document|studio|hover|memory|instructions [--json] [--quick] ...
+# Runs one benchmark of build/bench. Usage: run.sh step|tools|import|surface|reshape|spline|bodies|servo|document|studio|hover|memory|instructions [--json] [--quick] ...
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 name=$1; shift
 bin=build/bench/bin
 case "$name" in
-  step | reshape | spline | bodies | servo | document) $bin/${name}_bench "$@" ;;
+  step | tools | reshape | spline | bodies | servo | document) $bin/${name}_bench "$@" ;;
   memory | instructions) $bin/step_bench "--$name" "$@" ;;
   studio) node bench/studio_latency.mjs $bin/kibori "$@" ;;
   hover) node bench/studio_hover.mjs $bin/kibori "$@" ;;

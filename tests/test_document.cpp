@@ -46,7 +46,8 @@ TEST(Codec, SettingsOfEveryToolComeBack) {
     StrokeSettings s;
     s.tool = tool;
     s.mode = Mode::touch;
-    s.materials = {Material{}, {"oak \"a\"", 0.1, 1.0 / 7, 1e-5, 0.3, {1, 2, 255}}};
+    s.materials = {Material{},
+                   {"oak \"a\"", 0.1, 1.0 / 7, 1e-5, 0.3, {1, 2, 255}, false, 0.2, 1.0 / 9, 0.7}};
     s.material = 1;
     s.rate_hz = 2000;
     s.force.spring = {1.5, 20, 0.1, 1.0 / 2000};

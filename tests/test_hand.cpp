@@ -32,7 +32,7 @@ struct Bench {
   uint32_t stroke = 0;
 
   explicit Bench(const char* wood, const Tool& tool, bool powered, double strength_n = 200,
-                 double pitch = 0.25) {
+                 double pitch = 0.25, bool grained = true) {
     auto model = std::make_unique<TriDexel>(make_lattice(Vec3(80, 40, 20), pitch, 8).value());
     model->fill_block({Vec3::Zero(), Vec3(80, 40, 20)}, 0);
     LiveSettings settings;
@@ -41,6 +41,7 @@ struct Bench {
     for (const Material& material : known_materials())
       if (material.name == wood) settings.materials = {material};
     EXPECT_EQ(settings.materials.front().name, wood);
+    if (!grained) settings.materials.front().u_along = settings.materials.front().ring = 0;
     settings.spring.strength_n = strength_n;
     settings.spring.stiffness_n_mm = strength_n / kHandGiveMm;
     settings.spring.hand_share = powered ? kPoweredShare : 1;
@@ -114,7 +115,7 @@ void straight(
 
 TEST(Hand, AGrooveInOakAnswersAsOakDoes) {
   // 9.83 mm^2 of oak at 25 N/mm^2: some 245 N, which a strong hand has.
-  Bench bench("oak", BallTool{4}, false, 1000);
+  Bench bench("oak", BallTool{4}, false, 1000, 0.25, false);
   double sum = 0;
   int count = 0;
   straight(bench, 15, 60, 2, 500, [&] {
@@ -136,9 +137,28 @@ TEST(Hand, AGrooveInOakAnswersAsOakDoes) {
   EXPECT_EQ(bench.felt.force.norm(), 0);
 }
 
+// Along its grain, which runs along the block, oak takes 12 N/mm^2; its rings make it more and
+// less.
+TEST(Hand, AlongTheGrainOakTakesHalf) {
+  Bench bench("oak", BallTool{4}, false, 1000);
+  double sum = 0;
+  int count = 0;
+  straight(bench, 15, 65, 2, 500, [&] {
+    for (int i = 0; i < 4; i++) {
+      bench.tick();
+      if (!(bench.tip().x() > 20 && bench.tip().x() < 60)) continue;
+      sum += bench.felt.force.norm(), count++;
+    }
+  });
+  bench.finish();
+  ASSERT_GT(count, 100);
+  const double expected = 12 * groove_mm2(4, 2) + 1;
+  EXPECT_NEAR(sum / count, expected, 0.3 * expected);
+}
+
 TEST(Hand, DepthGivesWayBeforeTheWayDoes) {
   // 200 N afford 8 mm^2 of oak, not the 9.83 of a groove 2 mm deep: the tool follows, less deep.
-  Bench bench("oak", BallTool{4}, false);
+  Bench bench("oak", BallTool{4}, false, 200, 0.25, false);
   straight(bench, 15, 65, 2, 500);
   bench.finish();
   EXPECT_NEAR(bench.tip().x(), 65, 0.3);
@@ -285,7 +305,7 @@ TEST(Hand, TheStartingToolSinksInEveryWood) {
 // A plunge stops where the wood's resistance is the hand's strength: u dV/dz = S.
 TEST(Hand, APlungeGoesAsDeepAsTheStrength) {
   for (const double strength : {50.0, 200.0, 800.0}) {
-    Bench bench("oak", BallTool{4}, false, strength);
+    Bench bench("oak", BallTool{4}, false, strength, 0.25, false);
     bench.press(upright(40, 20, 16), 1);
     bench.finish();
     double deep = 0;
@@ -311,7 +331,7 @@ TEST(Hand, ABlunterFingerGoesOnCutting) {
 
 // A blow is 3 J of work, or less where the aim is reached.
 TEST(Hand, AMalletDrivesAHandTool) {
-  Bench bench("oak", BoxTool{Vec3(8, 4, 25)}, false);
+  Bench bench("oak", BoxTool{Vec3(8, 4, 25)}, false, 200, 0.25, false);
   bench.press(upright(40, 20, 12), 1);
   bench.tick(60);
   EXPECT_LT(bench.removed_mm3, 1);  // 32 mm^2 of oak would take 800 N

@@ -182,6 +182,21 @@ INSTANTIATE_TEST_SUITE_P(
             "mode = \"smooth\"\n[[no_go]]\ntool = { shape = \"ball\", radius = 3 "
             "}\nplace = [9, 6, 2]",
             ":13:|smooth|[[no_go]]"},
+        Bad{"to = [25, 6, 6]", "to = [25, 6, 6]\nalong = [[1, 2, 3]]", ":15:|leave out to"},
+        Bad{"to = [25, 6, 6]", "along = []", ":14:|a point"},
+        Bad{"to = [25, 6, 6]", "along = [[1, 2]]", ":14:|[x, y, z]"},
+        Bad{"to = [25, 6, 6]", "along = [[9, 6, 8], [9, 6, 8]]", ":13:|along"},
+        Bad{"to = [25, 6, 6]", "along = [[9, 6, 8]]\nstraight = 1", ":15:|true or false"},
+        Bad{"to = [25, 6, 6]", "arc = 3", ":14:|table"},
+        Bad{"to = [25, 6, 6]", "arc = { centre = [0, 6, 8], turn_deg = 0 }", ":14:|turn_deg"},
+        Bad{"to = [25, 6, 6]", "arc = { centre = [-5, 6, 0], turn_deg = 90 }", ":13:|beside"},
+        Bad{"to = [25, 6, 6]", "arc = { center = [0, 6, 0], turn_deg = 90 }", ":14:|'centre'"},
+        Bad{"speed = 40", "speed = 40\nlead = 3", ":16:|lead"},
+        Bad{"speed = 40", "speed = 40\nlead = { entry = -1 }", ":16:|entry"},
+        Bad{"speed = 40", "speed = 40\nlead = true\naxis = [0, 1, 1]", ":13:|axis that stays"},
+        Bad{"label = \"A\"", "label = \"A\"\nlead = true", ":10:|starts"},
+        Bad{"shape = \"finger\"\nks = 0.4",
+            "shape = \"gouge\"\nsweep = 7.5\nwidth = 8\nthickness = 1", "whole number|2 to 11"},
         Bad{"[force]", "[motion]\nrate_hz = 0\n[force]", "rate_hz"}));
 
 TEST(Scene, KeysAreInheritedAndTicksCounted) {
@@ -235,6 +250,80 @@ axis = [0, 0, 1e-200]
 
 // A move without a way is one dab, where the tool stands; a way has one where it begins, and then
 // one at every quarter of the brush's radius. Keys left out are as in the move before.
+// Ways that are not straight: through their points, around a centre; and a tool that leads itself
+// goes in, along, and out. Where it is then, the next move begins.
+TEST(Scene, MovesGoAlongCurvesArcsAndByThemselves) {
+  const std::string begin = R"([stock]
+block = [60, 60, 10]
+pitch = 0.5
+[tool]
+shape = "vee"
+angle_deg = 60
+width = 6
+thickness = 1
+length = 20
+[[move]]
+to = [10, 30, 12]
+[[move]]
+speed = 50
+)";
+  std::vector<Pose> poses;
+  const auto carved = [&](const std::string& moves) {
+    poses.clear();
+    const auto scene = parse_scene(begin + moves, "scene.toml", ".");
+    EXPECT_TRUE(scene.ok()) << scene.error();
+    CarveOptions options;
+    options.each = [&](const TriDexel&, const CarvedTick& tick, const CarvedTick*) {
+      poses.push_back(tick.pose);
+      return true;
+    };
+    const auto done = carve(scene.value(), options);
+    EXPECT_TRUE(done.ok()) << done.error();
+  };
+  const auto nearest = [&](const Vec3& at) {
+    double best = 1e9;
+    for (const Pose& pose : poses) best = std::min(best, (pose.tip - at).norm());
+    return best;
+  };
+  carved("along = [[20, 40, 12], [30, 30, 11], [45, 45, 9]]\n");
+  for (const Vec3& at : {Vec3(20, 40, 12), Vec3(30, 30, 11), Vec3(45, 45, 9)})
+    EXPECT_LT(nearest(at), 0.06);
+  EXPECT_LT((poses.back().tip - Vec3(45, 45, 9)).norm(), 1e-9);
+  for (size_t i = 1; i < poses.size(); i++) {  // ticks of equal length, and no turn
+    EXPECT_NEAR((poses[i].tip - poses[i - 1].tip).norm(), 0.05, 0.001);
+    EXPECT_LT((poses[i].frame - poses[0].frame).norm(), 1e-9);
+  }
+  carved("along = [[20, 40, 12], [30, 30, 11]]\nstraight = true\n");
+  EXPECT_LT(nearest(Vec3(15, 35, 12)), 0.06);
+  EXPECT_LT(nearest(Vec3(25, 35, 11.5)), 0.06);
+
+  carved("arc = { centre = [30, 30, 0], turn_deg = 180 }\n");
+  for (const Pose& pose : poses) {
+    EXPECT_NEAR((pose.tip - Vec3(30, 30, 12)).norm(), 20, 0.01);
+    EXPECT_LT(pose.tip.y(), 30.01);  // counterclockwise from the left goes below
+  }
+  EXPECT_LT((poses.back().tip - Vec3(50, 30, 12)).norm(), 1e-9);
+
+  carved(
+      "arc = { centre = [30, 30, 0], turn_deg = -360 }\nlead = { entry = 5, lift = 4 }\n[[move]]\n"
+      "to = [14, 30, 8]\n");
+  double deepest = 1e9;
+  size_t led = 0;
+  for (const Pose& pose : poses) {
+    deepest = std::min(deepest, pose.tip.z());
+    const Vec3 out = Vec3(pose.tip.x() - 30, pose.tip.y() - 30, 0).normalized();
+    const Vec3 way(out.y(), -out.x(), 0);
+    led += pose.frame.col(0).dot(way) > 0.995;
+  }
+  EXPECT_NEAR(deepest, 8, 1e-6);
+  // The last move was led, too.
+  EXPECT_GT(led, poses.size() * 8 / 10);
+  EXPECT_LT((poses.back().tip - Vec3(14, 30, 12)).norm(), 1e-9);
+  carved("lead = { lift = 3 }\n");
+  EXPECT_LT(nearest(Vec3(10, 30, 9)), 1e-9);
+  EXPECT_LT((poses.back().tip - Vec3(10, 30, 12)).norm(), 1e-9);
+}
+
 TEST(Scene, BrushesMakeDabs) {
   const std::string begin = R"([stock]
 block = [20, 12, 10]

@@ -200,7 +200,8 @@ int DocumentCommands::run_bodies() const {
     const Result<size_t> out = write_bodies(mesh_, some, document_colors(document), 0, threads_);
     if (!out) return bad_input(out.error());
   }
-  const Result<std::vector<BodyReport>> reports = report_bodies(some, bodies.value(), threads_);
+  const Result<std::vector<BodyReport>> reports =
+      report_bodies(some, bodies.value(), document_materials(document), threads_);
   if (!reports) return bad_input(reports.error());
   std::fputs((json_ ? bodies_json_text : bodies_text)(reports.value()).c_str(), stdout);
   return written();

@@ -510,6 +510,7 @@ int main(int argc, char** argv) {
       "  shape = \"finger\"         # finger ball flat bull cone drill tapered capsule halfspace "
       "box "
       "ellipsoid mesh\n"
+      "                           # gouge vee chisel skew knife lollipop tslot\n"
       "  ks = 0.1                 # 1/mm\n"
       "  length = 40\n"
       "  [force]\n"

@@ -9,6 +9,8 @@
 
 #include <kibori/document/body_codec.h>
 #include <kibori/document/codec.h>
+#include <kibori/haptics/materials.h>
+#include <kibori/measure/mass.h>
 
 #include "apps/studio/server_state.h"
 #include "apps/studio/tool_message.h"
@@ -161,6 +163,20 @@ struct Dispatch {
       s.revise(m.step, m.head, action.value());
       return Ok{};
     });
+  }
+  void operator()(const AskMass&) const {
+    if (!server.session) return;
+    const Body& body = server.session->active_body();
+    std::vector<double> densities;
+    for (const Material& m : server.session->materials()) densities.push_back(density_of(m.name));
+    if (densities.empty()) densities.push_back(0);
+    const MassProperties mass = mass_of(body.model, densities);
+    Mass said;
+    said.body = static_cast<uint32_t>(body.id);
+    for (const double volume : mass.volume_mm3) said.volume += volume;
+    said.mass = mass.mass_g;
+    if (said.volume > 0) said.centre = body.pose.to_world(mass.centre_mm);
+    page.send(encode(said));
   }
   void operator()(const PreviewAction& m) const {
     LiveSession* const live = server.live();

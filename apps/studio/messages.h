@@ -556,6 +556,12 @@ struct ChooseGuide {
     f(guide, snap, centre, closed, steady, lead, entry, lift, curve);
   }
 };
+// What the body that is worked on weighs; Mass answers.
+struct AskMass {
+  static constexpr uint8_t kKind = 43;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {}
+};
 // A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz],
 // the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to
 // 1), which of them its stock is of, what the page is called in its requests over HTTP, and what it
@@ -807,8 +813,21 @@ struct SecondHand {
     f(there, tool, tip, axis, side, force);
   }
 };
+// Answers AskMass: the body, its volume [mm^3], its mass [g] (0: of one of its materials the
+// density is not known), and its centre of gravity [mm] in the world.
+struct Mass {
+  static constexpr uint8_t kKind = 81;
+  uint32_t body = 0;
+  double volume = 0;
+  double mass = 0;
+  Vec3 centre = Vec3::Zero();
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(body, volume, mass, centre);
+  }
+};
 
 // What a page may say.
-using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs, ShowRemains, PreviewAction, ReviseStep, ChooseSecond, PressSecond, AimSecond, LiftSecond, ChooseGuide>;
+using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs, ShowRemains, PreviewAction, ReviseStep, ChooseSecond, PressSecond, AimSecond, LiftSecond, ChooseGuide, AskMass>;
 
 }  // namespace kibori::studio

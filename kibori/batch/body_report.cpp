@@ -10,6 +10,7 @@
 #include <kibori/base/hash.h>
 #include <kibori/body/pieces.h>
 #include <kibori/edit/edit.h>
+#include <kibori/haptics/materials.h>
 #include <kibori/surface/surface.h>
 
 namespace kibori {
@@ -42,12 +43,16 @@ Result<std::optional<Remains>> remains_of(const Body& body, const Surface& surfa
 }  // namespace
 
 Result<std::vector<BodyReport>> report_bodies(const std::vector<Body>& some, const Bodies& all,
-                                              int threads) {
+                                              const std::vector<Material>& materials, int threads) {
   std::vector<BodyReport> reports;
+  std::vector<double> densities;
+  for (const Material& m : materials) densities.push_back(density_of(m.name));
+  if (densities.empty()) densities.push_back(0);
   for (const Body& body : some) {
     BodyReport report;
     report.body = body;
     report.volume_mm3 = body.model.volume_mm3();
+    report.mass = mass_of(body.model, densities);
     report.pieces = find_pieces(body.model).all().size();
     const Surface surface = extract_surface(body.model, threads);
     report.mesh = mesh_info(surface);
@@ -70,6 +75,17 @@ std::string bodies_text(const std::vector<BodyReport>& reports) {
     if (report.body.locked) text += "  (locked)";
     if (report.body.no_go) text += "  (no-go)";
     text += "\n";
+    if (report.volume_mm3 > 0) {
+      const Vec3 centre = report.body.pose.to_world(report.mass.centre_mm);
+      std::snprintf(line, sizeof line, "%6s  %12s", "",
+                    report.mass.mass_g > 0 ? "" : "mass not known");
+      if (report.mass.mass_g > 0)
+        std::snprintf(line, sizeof line, "%6s  %10.4g g", "", report.mass.mass_g);
+      text += line;
+      std::snprintf(line, sizeof line, "  centre of gravity %.4g %.4g %.4g mm\n", centre.x(),
+                    centre.y(), centre.z());
+      text += line;
+    }
     if (!report.remains) continue;
     const Remains& remains = *report.remains;
     std::snprintf(line, sizeof line,
@@ -90,6 +106,9 @@ std::string bodies_json_text(const std::vector<BodyReport>& reports) {
         {{"id", report.body.id},
          {"name", report.body.name},
          {"volume_mm3", report.volume_mm3},
+         {"mass_g", report.mass.mass_g > 0 ? nlohmann::ordered_json(report.mass.mass_g)
+                                           : nlohmann::ordered_json()},
+         {"centre_mm", list(pose.to_world(report.mass.centre_mm))},
          {"closed", report.mesh.closed},
          {"manifold", report.mesh.manifold},
          {"pieces", report.pieces},

@@ -136,6 +136,10 @@ class SceneHand {
     direct_.set_no_go(no_go);
     series_.set_no_go(no_go);
   }
+  void set_grain(const Grain* grain) {
+    direct_.set_grain(grain);
+    series_.set_grain(grain);
+  }
   // The model changed under the tool, or the tool its shape.
   void disengage() { series_.disengage(); }
   // Each stroke does not depend on what the tool did before: so it can be carved again alone.
@@ -315,6 +319,9 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
   if (!scene.symmetry_centred) symmetry.centre_mm = centre_of(model.lattice());
   hand.set_symmetry(symmetry);
   if (second) second->set_symmetry(symmetry);
+  const std::shared_ptr<const Grain> grain = Grain::of(model.lattice(), scene.materials);
+  hand.set_grain(grain.get());
+  if (second) second->set_grain(grain.get());
   ReshapeStroke reshape(model);
   reshape.set_threads(options.threads);
   std::unique_ptr<Document> document;

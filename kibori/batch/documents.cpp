@@ -267,14 +267,16 @@ Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, in
   return mesh;
 }
 
+std::vector<Material> document_materials(const Document& document) {
+  for (StepId at = document.head(); at != 0; at = document.steps().at(at).parent)
+    if (const Result<StrokeSettings> settings = document.settings(at))
+      return settings.value().materials;
+  return {};
+}
+
 std::vector<Rgb> document_colors(const Document& document) {
   std::vector<Rgb> colors;
-  for (StepId at = document.head(); at != 0; at = document.steps().at(at).parent) {
-    const Result<StrokeSettings> settings = document.settings(at);
-    if (!settings) continue;
-    for (const Material& material : settings.value().materials) colors.push_back(material.color);
-    break;
-  }
+  for (const Material& material : document_materials(document)) colors.push_back(material.color);
   return colors;
 }
 

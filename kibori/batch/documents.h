@@ -37,7 +37,8 @@ Result<StepId> salvage(const Document& document, const std::filesystem::path& in
 // A mesh file, or the surface of a document at its head.
 Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, int threads);
 
-// The colours of its materials, by the last stroke; none where there is no stroke.
+// Its materials, by the last stroke; none where there is no stroke. Their colours.
+std::vector<Material> document_materials(const Document& document);
 std::vector<Rgb> document_colors(const Document& document);
 // A small picture of a step, kept with it. `bodies`: its state.
 Status keep_thumbnail(Document& document, StepId step, const Bodies& bodies,

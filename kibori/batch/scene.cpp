@@ -231,7 +231,8 @@ class Reader {
       return fail(node, "materials are written as [[material]] tables");
     for (const toml::node& element : *list) {
       const toml::table& t = *element.as_table();
-      only(t, "material", {"name", "kf", "u", "c", "yield_n", "color", "plastic", "gc"});
+      only(t, "material",
+           {"name", "kf", "u", "c", "yield_n", "color", "plastic", "gc", "u_along", "ring"});
       Material material = defaults(text(t, "material", "name"));
       for (const Material& other : scene_.materials)
         if (other.name == material.name)
@@ -241,6 +242,13 @@ class Reader {
       at_least_zero(t, "material", "c", material.c);
       at_least_zero(t, "material", "yield_n", material.yield_n);
       at_least_zero(t, "material", "gc", material.gc);
+      // A u that is given alone is that of all directions and places.
+      if (t.contains("u")) material.u_along = material.ring = 0;
+      at_least_zero(t, "material", "u_along", material.u_along);
+      at_least_zero(t, "material", "ring", material.ring);
+      if (material.ring > kMaxRing)
+        fail(t.get("ring"),
+             "[material] ring must not exceed 5: early wood would not resist at all");
       if (t.contains("color")) read_color(t, "material", material.color);
       if (const toml::node* plastic = t.get("plastic")) {
         const auto value = plastic->value_exact<bool>();
@@ -268,7 +276,10 @@ class Reader {
       if (known.name == name) material = known;
     material.name = name;
     if (kf_) material.kf = *kf_;
-    if (u_) material.u = *u_;
+    if (u_) {
+      material.u = *u_;
+      material.u_along = material.ring = 0;  // that of all directions and places
+    }
     return material;
   }
   uint8_t add(const toml::node* where, const Material& material) {
@@ -666,6 +677,10 @@ class Reader {
       if (t.contains("label")) move.label = text(t, "move", "label");
       read_second(t, first, move);
       if (!error_.empty()) return;
+      // A tool that leads itself to no other place goes in and out where it is.
+      if (!first && move.leads() && !move.winds())
+        move.along_mm = {t.contains("to") ? move.to_mm
+                                          : Vec3(move.to_mm - move.lead.lift_mm * move.axis)};
       if (!first) {
         auto plan = plan_move(scene_, scene_.moves.back(), move);
         if (!plan) {

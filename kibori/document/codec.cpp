@@ -352,6 +352,8 @@ std::string settings_to_json(const StrokeSettings& s) {
                          {"gc", m.gc},
                          {"color", m.color}});
     if (m.plastic) materials.back()["plastic"] = true;
+    if (m.u_along != 0) materials.back()["u_along"] = m.u_along;
+    if (m.ring != 0) materials.back()["ring"] = m.ring;
   }
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -421,6 +423,10 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
       f.get("c", m.c);
       f.get("yield_n", m.yield_n);
       if (item.contains("gc")) f.get("gc", m.gc);
+      if (item.contains("u_along")) f.get("u_along", m.u_along);
+      if (item.contains("ring")) f.get("ring", m.ring);
+      if (!(m.u_along >= 0 && m.ring >= 0 && m.ring <= kMaxRing))
+        return Error{"a material's u_along or ring is out of range"};
       read_color(item, m.color);
       if (item.contains("plastic")) {
         if (!item["plastic"].is_boolean())

@@ -558,6 +558,11 @@ Status Document::replay_ticks(StepId step, const StrokeSettings& s, TriDexel& mo
   DirectTool second(model, {});
   second.set_symmetry(s.symmetry);
   second.set_no_go(no_go);
+  // Forces are of no one who does not look.
+  const std::shared_ptr<const Grain> grain =
+      use ? Grain::of(model.lattice(), s.materials) : nullptr;
+  stroke.set_grain(grain.get());
+  second.set_grain(grain.get());
   ReshapeStroke reshape(model);
   const ReshapeSettings reshaping{s.mode,    s.brush,   s.tool, law.value_or(s.force.law),
                                   s.rate_hz, s.symmetry};

@@ -15,6 +15,7 @@
 #include <array>
 
 #include <kibori/dexel/tri_dexel.h>
+#include <kibori/edit/grain.h>
 #include <kibori/edit/removed.h>
 #include <kibori/solid/solid.h>
 
@@ -30,6 +31,9 @@ struct Motion {
   LatticeVector shift;
   Vec3 turn = Vec3::Zero();
   Vec3 tool_axis = Vec3::UnitZ();
+  // Wood that is felt; null: none is. While not turning: sin^2 of the motion's angle to the grain.
+  const Grain* grain = nullptr;
+  double across2 = 1;
 };
 
 // Results do not depend on `threads`: the three fields share nothing, so each may have a thread of

@@ -22,7 +22,12 @@ struct RemovedPart {
   std::array<Vec3, 3> moment;
   int64_t points;                   // lattice nodes, decided by the z field
   std::array<int64_t, 3> node_sum;  // sums of their indices
-  bool turning;                     // whether there are turn sums
+  // Where wood is felt (edit/grain.h): the same sums, each bit as much as it resists, over its
+  // material's u. Meaningful while `grained`.
+  bool grained;
+  std::array<double, 3> felt_volume;
+  std::array<Vec3, 3> felt_moment;
+  bool turning;  // whether there are turn sums
   struct TurnSums {
     // Every element resists against its own displacement s. By field, sums of f = dV w s/|s|^2 with
     // w = (component of s along the field's rays)^2 / |s|^2, of its moments about the reference
@@ -42,11 +47,24 @@ struct RemovedPart {
     return turn_;
   }
 
+  // What resists, over the material's u.
+  double resisting(size_t field) const { return grained ? felt_volume[field] : volume[field]; }
+  const Vec3& resisting_moment(size_t field) const {
+    return grained ? felt_moment[field] : moment[field];
+  }
+  void feel() {
+    if (grained) return;
+    felt_volume = {0, 0, 0};
+    felt_moment = {Vec3(Vec3::Zero()), Vec3(Vec3::Zero()), Vec3(Vec3::Zero())};
+    grained = true;
+  }
+
   void clear() {
     volume = {0, 0, 0};
     moment = {Vec3(Vec3::Zero()), Vec3(Vec3::Zero()), Vec3(Vec3::Zero())};
     points = 0;
     node_sum = {0, 0, 0};
+    grained = false;
     turning = false;  // leaves turn_ alone
   }
   // sign: -1 takes the other's sums away.
@@ -57,6 +75,13 @@ struct RemovedPart {
       node_sum[i] += sign * other.node_sum[i];
     }
     points += sign * other.points;
+    if (other.grained) {
+      feel();
+      for (size_t i = 0; i < 3; i++) {
+        felt_volume[i] += sign * other.felt_volume[i];
+        felt_moment[i] += sign * other.felt_moment[i];
+      }
+    }
     if (!other.turning) return;
     TurnSums& sums = turn();
     for (size_t i = 0; i < 3; i++) {

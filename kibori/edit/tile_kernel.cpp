@@ -32,9 +32,14 @@ struct LaneTotals {
   double of[LaneSums::kCount], by_lane[LaneSums::kCount];
 };
 
-// Whether sums need the scalar path: per element while turning, per span where materials mix.
-inline bool scalar_sums(const TileJob& job, bool mixed) {
-  return job.request.motion->turning || mixed || (job.request.deep && job.rays.axis == Axis::z);
+// Whether sums need the scalar path: per element while turning, per span where materials mix or
+// have a grain.
+inline bool scalar_sums(const TileJob& job, bool growing) {
+  const Motion& motion = *job.request.motion;
+  const uint8_t material = growing ? job.request.material : job.tile->material;
+  return motion.turning || material == kMixedMaterial ||
+         (motion.grain && motion.grain->felt(material)) ||
+         (job.request.deep && job.rays.axis == Axis::z);
 }
 // From now on the tile is the model's own: a copy of what snapshots share.
 inline void make_writable(TileJob& job) {
@@ -593,7 +598,7 @@ void RunVectors(TileJob& job) {
   const bool growing = operation == Operation::deposit || operation == Operation::deposit_contact;
   if (operation == Operation::paint) {
     PaintTile(job);
-  } else if (scalar_sums(job, !growing && job.tile->material == kMixedMaterial)) {
+  } else if (scalar_sums(job, growing)) {
     AddScalarSums(job, growing);
     RunSummed<Summed::nothing>(job);
   } else if (job.rays.axis == Axis::z) {
@@ -638,11 +643,22 @@ void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t sp
     part.node_sum[static_cast<size_t>(vi)] += n * (job.rays.v0 + row);
     part.node_sum[static_cast<size_t>(ti)] += n * (k0 + k1 - 1) / 2;
   }
+  const Vec3 s =
+      motion.turning ? Vec3(motion.shift.units + motion.turn.cross(r)) : Vec3(Vec3::Zero());
+  double resists = 1;  // over u
+  if (const Grain* const grain = motion.grain; grain && grain->felt(span_material)) {
+    resists =
+        grain->by_direction(span_material, motion.turning ? grain->across2(s) : motion.across2) *
+        grain->by_ring(span_material, job.rays.axis, job.rays.u0 + lane + 0.5,
+                       job.rays.v0 + row + 0.5, lo, hi);
+    part.feel();
+    part.felt_volume[axis] += resists * length;
+    part.felt_moment[axis] += resists * length * r;
+  }
   if (!motion.turning) return;
-  const Vec3 s = motion.shift.units + motion.turn.cross(r);
   const double s2 = s.squaredNorm();
   if (!(s2 > 0)) return;
-  const double weight = length * (s[ti] * s[ti]) / s2;
+  const double weight = resists * length * (s[ti] * s[ti]) / s2;
   const Vec3 f = (weight / s2) * s;
   RemovedPart::TurnSums& turn = part.turn();
   turn.force[axis] += f;

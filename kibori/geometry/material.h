@@ -20,7 +20,19 @@ struct Material {
   bool plastic = false;
   // What it takes to part it without removing any [N/mm = N mm / mm^2]: body/cutter.h.
   double gc = 0.3;
+  // Specific cutting energy along the grain [N/mm^2], where u is that across it; 0: as across.
+  double u_along = 0;
+  // By what share of u late wood of a year's ring resists more than early wood (edit/grain.h).
+  double ring = 0;
   bool operator==(const Material&) const = default;
 };
+
+// More, and early wood would resist less than nothing (see kMeanLate).
+inline constexpr double kMaxRing = 5;
+
+// Whether it matters where, and which way, it is cut.
+inline bool has_grain(const Material& m) {
+  return (m.u_along > 0 && m.u_along != m.u) || m.ring != 0;
+}
 
 }  // namespace kibori

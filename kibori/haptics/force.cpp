@@ -43,8 +43,8 @@ Wrench energy(int dof, const RemovedPart& part, double u, const Tick& tick, doub
   Vec3 moment = Vec3::Zero();
   for (int i = 0; i < 3; i++) {
     const double weight = direction[i] * direction[i];
-    volume += weight * part.volume[static_cast<size_t>(i)];
-    moment += weight * part.moment[static_cast<size_t>(i)];
+    volume += weight * part.resisting(static_cast<size_t>(i));
+    moment += weight * part.resisting_moment(static_cast<size_t>(i));
   }
   const Vec3 lever = dof == 6 ? moment : Vec3(moment.dot(tick.axis) * tick.axis);
   sum.force = (-u * h3 * volume / length) * direction;

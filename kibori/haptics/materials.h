@@ -4,17 +4,18 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <kibori/haptics/force.h>
 
 namespace kibori {
 
-// A material and what its species is known for. Force models use `material`; its u is the one
-// across the grain, as nothing feels the grain's direction yet.
+// A material and what its species is known for. Force models use `material`. Its u is that across
+// the grain: the mean of 0-90 and 90-90 in wood science's names for cutting directions, which
+// motion alone can't tell apart; u_along is that of 90-0.
 struct Species {
   Material material;
-  double u_along_n_mm2;  // specific cutting energy along the grain; of what has none, as across
   double density_kg_m3;  // woods: at 12 % moisture
 };
 
@@ -22,5 +23,7 @@ struct Species {
 const std::vector<Species>& known_species();
 // Their materials, in the same order.
 const std::vector<Material>& known_materials();
+// Of the known one of that name [kg/m^3]; 0: there is none.
+double density_of(std::string_view name);
 
 }  // namespace kibori

@@ -29,6 +29,8 @@ ServoContext::ServoContext(std::unique_ptr<TriDexel> model, std::unique_ptr<Devi
   if (settings_.watched) watched_ = std::make_unique<Watched>();
   logged_materials_ = std::make_shared<const std::vector<Material>>(settings_.materials);
   set_symmetry(settings_.symmetry);
+  grain_ = Grain::of(model_->lattice(), settings_.materials);
+  for_hands([&](ServoHand& hand) { hand.set_grain(grain_.get()); });
   if (settings_.model == ForceModel::series)
     for_hands([](ServoHand& hand) {
       const ServoHandSettings& s = hand.settings();

@@ -181,7 +181,8 @@ class ServoContext {
   StrokeLog log_;
   std::shared_ptr<const std::vector<Material>> logged_materials_;
   bool in_stroke_ = false;
-  std::unique_ptr<Watched> watched_;  // null: no one does
+  std::unique_ptr<Watched> watched_;    // null: no one does
+  std::shared_ptr<const Grain> grain_;  // of the lattice's wood
   WorkedBody body_;
   bool turned_ = false;  // it stands otherwise than the world
   bool fenced_ = false;

@@ -70,6 +70,11 @@ void ServoHand::set_no_go(const NoGo* no_go) {
   direct_.set_no_go(no_go);
 }
 
+void ServoHand::set_grain(const Grain* grain) {
+  series_.set_grain(grain);
+  direct_.set_grain(grain);
+}
+
 ForceLaw ServoHand::law(ForceModel model) const {
   return {model, device_->capabilities().dof_out == 6 ? 6 : 5, settings_.spring.hand_share};
 }

@@ -76,6 +76,7 @@ class ServoHand {
   bool set_spring(const SeriesSpring& spring, double force_scale);
   void set_symmetry(const Symmetry& symmetry);
   void set_no_go(const NoGo* no_go);
+  void set_grain(const Grain* grain);
   // The next reading of the device puts the tool there at once; nothing is cut on the way.
   void place_again() { placed_ = false; }
   // The tool is there, in the body; it is not known whether it stands in material.

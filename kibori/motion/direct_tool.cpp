@@ -42,7 +42,7 @@ void DirectTool::touch(const Tool& tool, const ToolMotion& motion, int substeps,
 void DirectTool::stand(const Tool& tool, const ToolMotion& motion, const Pose& end, bool deposits,
                        uint8_t material) {
   const Lattice& lattice = model_.lattice();
-  const EditOptions options{sums_of(motion, end, lattice), threads_};
+  const EditOptions options{sums_of(motion, end, lattice, edit_.grain()), threads_};
   const SweptTool there(tool, motion.start, Vec3::Zero(), lattice,
                         deposits ? lattice.whole() : model_.material_bounds());
   standing_.reset();
@@ -75,7 +75,7 @@ Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const
     const bool stood = mode != Mode::touch && law.model != ForceModel::paper &&
                        !law.start_resists && std::exchange(begins_, false);
     if (mode == Mode::touch) {
-      touch(tool, motion, substeps, {sums_of(motion, end, lattice), threads_});
+      touch(tool, motion, substeps, {sums_of(motion, end, lattice, edit_.grain()), threads_});
     } else {
       if (stood) stand(tool, motion, end, mode == Mode::deposit, material);
       edit_.run(tool, motion, end, substeps, mode == Mode::deposit, material, threads_, removed_);

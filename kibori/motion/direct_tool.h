@@ -35,6 +35,8 @@ class DirectTool {
   void set_symmetry(const Symmetry& symmetry) { edit_.set_symmetry(symmetry); }
   // What is not cut; null: nothing. It must outlive the tool, or be taken away.
   void set_no_go(const NoGo* no_go) { edit_.set_no_go(no_go); }
+  // How the model's wood is felt; null: as its materials' u alone. It must outlive the tool.
+  void set_grain(const Grain* grain) { edit_.set_grain(grain); }
   // What the last advance removed or added, by material, images included.
   const Removed& removed() const { return removed_; }
 

@@ -97,6 +97,13 @@ struct SpringTool::Tick {
     for (int i = 0; i < 3; i++) sum += weight[i] * part.volume[static_cast<size_t>(i)];
     return sum;
   }
+  // The same, as much as each bit of it resists over its material's u.
+  double resisting(const RemovedPart& part) const {
+    const Vec3 weight = weights();
+    double sum = 0;
+    for (int i = 0; i < 3; i++) sum += weight[i] * part.resisting(static_cast<size_t>(i));
+    return std::max(0.0, sum);
+  }
   // About the tip at the way's end.
   Vec3 moment(const RemovedPart& part) const {
     const Vec3 weight = weights();
@@ -126,8 +133,14 @@ void SpringTool::for_sweeps(const Tick& tick, double share, F&& f) const {
   // advance() has refused what has too many.
   const int substeps = counted ? (counted.value() + kTrialPieces - 1) / kTrialPieces : 1;
   EditOptions options;
-  options.motion = {lattice.to_lattice(way.at(1).tip), false, LatticeVector(), Vec3::Zero(),
-                    way.start.axis()};
+  const Grain* const grain = edit_.grain();
+  options.motion = {lattice.to_lattice(way.at(1).tip),
+                    false,
+                    LatticeVector(),
+                    Vec3::Zero(),
+                    way.start.axis(),
+                    grain,
+                    grain ? grain->across2(way.travel_mm) : 1};
   for (int i = 0; i < substeps; i++) {
     const SweptTool sweep(tick.tool, way.substep(i, substeps), way.travel_mm / substeps, lattice,
                           bounds, tick.clear && substeps == 1);
@@ -158,6 +171,7 @@ double SpringTool::wall_volume(const Tick& tick, double share) {
   const Vec3 weights = tick.weights();
   for_sweeps(tick, share, [&](const Solid& solid, EditOptions& options) {
     for (size_t i = 0; i < 3; i++) options.fields[i] = weights[static_cast<int>(i)] > 0;
+    options.motion.grain = nullptr;
     contact(no_go->model(), solid, options, walls_);
   });
   double sum = 0;
@@ -197,7 +211,7 @@ SpringTool::Resistance SpringTool::resistance(const Tick& tick, double share, bo
     const Material& m = material_of(tick.materials, i);
     all += v;
     yield += v * spring_.hand_share * m.yield_n;
-    u += v * spring_.hand_share * m.u;
+    u += tick.resisting(part) * spring_.hand_share * m.u;
     c += v * m.c;
   });
   if (!(all > 0)) return r;

@@ -99,6 +99,8 @@ class SpringTool {
     if (no_go) Except::reserve();
     disengage();
   }
+  // How the model's wood is felt; null: as its materials' u alone. It must outlive the tool.
+  void set_grain(const Grain* grain) { edit_.set_grain(grain); }
   // Puts the tool elsewhere, without a way there.
   void place(const Pose& pose) {
     tool_pose_ = pose;

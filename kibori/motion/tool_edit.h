@@ -13,8 +13,9 @@
 namespace kibori {
 
 // How sums over an edit are taken: about the tip at the end, and where the tool turns by each
-// element's own way.
-Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice);
+// element's own way; `grain`: of wood that is felt, or null.
+Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice,
+               const Grain* grain);
 
 class ToolEdit {
  public:
@@ -29,6 +30,10 @@ class ToolEdit {
     forget();
   }
   const NoGo* no_go() const { return no_go_; }
+
+  // How the model's wood is felt; null: as its materials' u alone. It must outlive what is run.
+  void set_grain(const Grain* grain) { grain_ = grain; }
+  const Grain* grain() const { return grain_; }
 
   // Sweeps the tool along `motion` to `end` in so many substeps (see substeps_of) and cuts, or
   // where `deposits` is set puts down `material`. Adds to `removed`; what the images did is in
@@ -56,6 +61,7 @@ class ToolEdit {
 
   TriDexel& model_;
   const NoGo* no_go_ = nullptr;
+  const Grain* grain_ = nullptr;
   SymmetryImages symmetry_;
   Removed images_;
   uint64_t clear_generation_ = kNever;

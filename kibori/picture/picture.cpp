@@ -170,20 +170,7 @@ class Painter {
     const Vec3 side = right_, up = Vec3::UnitZ();
     // From the left, above, a little from the camera's side.
     light_ = (-0.75 * side - 0.55 * forward_flat() + 1.15 * up).normalized();
-    // The grain runs along the plank's longest side; the pith lies below and beside it, but in a
-    // log, whose other two sides are equal, near the middle.
-    const Box plank = options.plank.value_or(box_);
-    int longest = 0;
-    plank.size().maxCoeff(&longest);
-    log_.along = Vec3(Vec3::Unit(longest) + Vec3(0.05, 0.09, 0.06)).normalized();
-    Vec3 aside = Vec3(0.31, 0.55, -0.77);
-    aside = Vec3(aside - aside.dot(log_.along) * log_.along).normalized();
-    const double u = plank.size()[(longest + 1) % 3], v = plank.size()[(longest + 2) % 3];
-    const bool log = std::abs(u - v) < 0.02 * u;
-    log_.pith =
-        plank.centre() +
-        (log ? 0.06 * u : 0.45 * plank.size().minCoeff() + 0.12 * plank.size().norm()) * aside;
-    log_.ring = plank.size().maxCoeff() / 26;
+    log_ = log_of(options.plank.value_or(box_));
   }
 
   void row(int y, std::array<uint8_t, 3>* pixels) const {

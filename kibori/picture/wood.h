@@ -3,16 +3,9 @@
 // Internal to `picture`.
 #pragma once
 
-#include <kibori/geometry/vec.h>
+#include <kibori/geometry/wood.h>
 
 namespace kibori {
-
-// A log: where its pith runs, how wide its rings are.
-struct Log {
-  Vec3 pith;        // a point on it [mm]
-  Vec3 along;       // unit, the way the tree grew
-  double ring = 2;  // mean width of a year's ring [mm]
-};
 
 struct WoodPoint {
   double dark;   // 0: early wood, light; 1: late wood, dark

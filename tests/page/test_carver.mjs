@@ -204,4 +204,70 @@ async function guidedStrokes() {
   await ended(page, studio);
 }
 
-await run([everyTool, guidedStrokes]);
+/** Distances, an angle, a wall, and what the piece weighs, before and after a cut. */
+async function measures() {
+  const studio = await Studio.start();
+  const page = await open(SIZE);
+  await enter(page, studio.url);
+  const middle = await begun(page, "limewood");
+  const told = async (id) => page.locator(`#measure-${id}`).textContent();
+  const first = await state(page);
+  check("nothing is measured unless one asks", !(await page.locator("#measures").isVisible()));
+  await page.keyboard.press("Shift+M");
+  check("Shift+M measures", await page.locator("#measures").isVisible());
+  const corner = { x: middle.x - 60, y: middle.y + 20 };
+  const places = [
+    { x: middle.x + 80, y: middle.y + 20 },
+    corner,
+    { x: corner.x, y: corner.y - 70 },
+  ];
+  const points = [];
+  for (const place of places) {
+    points.push(await at(page, place));
+    await page.mouse.move(place.x, place.y);
+    await page.mouse.down();
+    await page.mouse.up();
+  }
+  const apart = Math.hypot(...points[2].map((x, i) => x - points[1][i]));
+  check(
+    `the distance of the last two (${await told("distance")}, ${apart})`,
+    Math.abs(parseFloat(await told("distance")) - apart) < 0.02,
+  );
+  check(
+    `a right angle (${await told("angle")})`,
+    Math.abs(parseFloat(await told("angle")) - 90) < 1,
+  );
+  check(
+    `30 mm of wood (${await told("wall")})`,
+    Math.abs(parseFloat(await told("wall")) - 30) < 0.05,
+  );
+  const weight = async (grams) => {
+    for (let i = 0; i < 200; i++) {
+      if (Math.abs(parseFloat(await told("mass")) - grams) < 0.001 * grams) return true;
+      await page.waitForTimeout(50);
+    }
+    return false;
+  };
+  check(`120 cm³ of lime (${await told("mass")})`, await weight(120 * 0.53));
+  const centre = (await told("centre")).split(/\s+/).map(Number);
+  check(
+    `in the middle (${centre})`,
+    [40, 25, 15].every((x, i) => Math.abs(x - centre[i]) < 0.06),
+  );
+  await show(page, "measures");
+  check("measuring cuts nothing", (await state(page)).hash === first.hash);
+  await page.keyboard.press("Escape");
+  check("Escape leaves it off", !(await page.locator("#measures").isVisible()));
+  await drag(page, [
+    { x: middle.x + 40, y: middle.y },
+    { x: middle.x + 160, y: middle.y },
+  ]);
+  const cut = await after(page, first.step);
+  await page.keyboard.press("Shift+M");
+  check("it weighs less", await weight((Number(cut.volume) / 1000) * 0.53));
+  const moved = Number((await told("centre")).split(/\s+/)[0]);
+  check(`the centre moves away from the cut (${moved})`, moved < centre[0]);
+  await ended(page, studio);
+}
+
+await run([everyTool, guidedStrokes, measures]);

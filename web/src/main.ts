@@ -17,6 +17,7 @@ import { Look } from "./look";
 import { lookByKeys } from "./look_keys";
 import { write, type FromStudio } from "./messages";
 import { MODEL_NOTES, type Model } from "./kinds";
+import { Measure } from "./measure";
 import { MethodView } from "./method_view";
 import { makeNumberRows } from "./number_row";
 import { ForcePlot } from "./plot";
@@ -95,6 +96,7 @@ const splines = new Splines(
   () => hand.holds && !hand.readOnly,
   () => bodies.activeBody,
 );
+const measure = new Measure(canvas, view, () => send(write.AskMass()));
 const hand: Hand = new Hand(canvas, view, send, (x, y) => bodies.takeUp(x, y));
 const layout = new Layout((insets) => view.cover(insets));
 const look = new Look(canvas, view, notify, (ending, what) => save(`${title}.${ending}`, what));
@@ -198,6 +200,7 @@ function onMessage(said: FromStudio): void {
       layout.measure();
       settings.restore();
       hand.begin();
+      measure.begin();
       break;
     }
     case "Chunks": {
@@ -232,6 +235,9 @@ function onMessage(said: FromStudio): void {
     }
     case "Bodies":
       bodies.set(said.message.active, said.message.json);
+      break;
+    case "Mass":
+      measure.weigh(said.message.volume, said.message.mass, said.message.centre);
       break;
     case "Previewed":
       splines.previewed(said.message);
@@ -302,6 +308,7 @@ function onMessage(said: FromStudio): void {
         if (step !== 0) announce(`Step ${s.step} of ${s.steps}`);
         pictureSoon((step = s.step));
       }
+      if (document.body.dataset.hash !== s.hash) measure.changed();
       Object.assign(document.body.dataset, {
         hash: s.hash,
         step: String(s.step),
@@ -452,7 +459,7 @@ const keys = new Keys(
     },
     centre: {
       label: "strokes in circles about the place under the pointer",
-      keys: ["o"],
+      keys: ["e"],
       run: () => hand.setCentre(),
     },
     mirror: {
@@ -487,7 +494,7 @@ const keys = new Keys(
       label: "leave the stroke off",
       keys: ["Escape"],
       run: () => {
-        if (splines.leaveOff() || bodies.leaveOff()) return;
+        if (splines.leaveOff() || bodies.leaveOff() || measure.leaveOff()) return;
         send(write.Cancel());
         hand.lift();
       },
@@ -516,6 +523,11 @@ const keys = new Keys(
       label: "the method: rays, dexels and vanished points, or not",
       keys: ["m"],
       run: () => look.toggleMethod(),
+    },
+    measure: {
+      label: "measure, or carve again",
+      keys: ["Shift+m"],
+      run: () => measure.toggle(),
     },
     all: { label: "show all", keys: ["Home"], run: () => view.frame() },
     export: { label: "export", keys: ["Ctrl+e"], run: askExport },

@@ -89,6 +89,8 @@ export interface AimSecond { tip: Vec3; axis: Vec3; time: number }
 export type LiftSecond = Record<string, never>;
 /** How the pointer's strokes behave from the next one on. guide: 0 none, 1 a straight line, whose direction is a multiple of snap [degrees] (0: any), 2 a circle about the centre [mm], 3 the curve through these points (three f64 each [mm]), closed or not. steady: the tool is drawn behind the hand on a string so long [mm]. lead: its local x axis turns to the way it goes; it goes in and comes out over `entry` [mm], from `lift` [mm] above. */
 export interface ChooseGuide { guide: number; snap: number; centre: Vec3; closed: number; steady: number; lead: number; entry: number; lift: number; curve: Uint8Array }
+/** What the body that is worked on weighs; Mass answers. */
+export type AskMass = Record<string, never>;
 /** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to 1), which of them its stock is of, what the page is called in its requests over HTTP, and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
 export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; material: number; page: string; what: number }
 /** Surface of one body that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), whether any is painted (u16), vertices, corners (u16 each), and of painted ones a colour for each vertex (red, green, blue, 255 where it is painted or 0: u8). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
@@ -123,6 +125,8 @@ export interface Remains { max: number; mean: number; volume: number; scale: num
 export interface Previewed { error: string; forces: string }
 /** The second hand's tool as of the newest tick: tip [mm], the third column of its frame (its axis) and the first, and the force of the wood on it [N]; there: 0 where there is no second hand. */
 export interface SecondHand { there: number; tool: Tool | null; tip: Vec3; axis: Vec3; side: Vec3; force: Vec3 }
+/** Answers AskMass: the body, its volume [mm^3], its mass [g] (0: of one of its materials the density is not known), and its centre of gravity [mm] in the world. */
+export interface Mass { body: number; volume: number; mass: number; centre: Vec3 }
 
 export const write = {
   Hello: (m: Hello) => new Writer(1).u16(m.version).text(m.key).done(),
@@ -167,6 +171,7 @@ export const write = {
   AimSecond: (m: AimSecond) => new Writer(40).vec3(m.tip).vec3(m.axis).f64(m.time).done(),
   LiftSecond: () => new Writer(41).done(),
   ChooseGuide: (m: ChooseGuide) => new Writer(42).u8(m.guide).f64(m.snap).vec3(m.centre).u8(m.closed).f64(m.steady).u8(m.lead).f64(m.entry).f64(m.lift).raw(m.curve).done(),
+  AskMass: () => new Writer(43).done(),
 };
 
 /** What the studio may say. */
@@ -187,7 +192,8 @@ export type FromStudio =
   | { kind: "Bodies"; message: Bodies }
   | { kind: "Remains"; message: Remains }
   | { kind: "Previewed"; message: Previewed }
-  | { kind: "SecondHand"; message: SecondHand };
+  | { kind: "SecondHand"; message: SecondHand }
+  | { kind: "Mass"; message: Mass };
 
 /** Throws where it is none of them, or too short or long. */
 export function read(data: ArrayBuffer): FromStudio {
@@ -228,6 +234,8 @@ export function read(data: ArrayBuffer): FromStudio {
       return r.end({ kind: "Previewed", message: { error: r.text(), forces: r.text() } });
     case 80:
       return r.end({ kind: "SecondHand", message: { there: r.u8(), tool: r.tool(), tip: r.vec3(), axis: r.vec3(), side: r.vec3(), force: r.vec3() } });
+    case 81:
+      return r.end({ kind: "Mass", message: { body: r.u32(), volume: r.f64(), mass: r.f64(), centre: r.vec3() } });
     default:
       throw new Error(`a message of kind ${kind}, which is none`);
   }

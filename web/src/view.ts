@@ -482,6 +482,16 @@ export class View {
         if (mesh && bodyOf(name) === body) surface.push(mesh.geometry);
     return firstHit(surface, ray, this.shades.section);
   }
+  /** How thick the wood is under a place of its surface, square to that [mm]; null: not known. */
+  thickness(at: Hit): number | null {
+    const inward = at.normal.clone().negate(),
+      from = at.point.clone().addScaledVector(inward, 1e-4 * this.pieceSize);
+    const surface = [...this.shown]
+      .filter(([name]) => bodyOf(name) === this.active)
+      .map(([, mesh]) => mesh.geometry);
+    const other = firstHit(surface, new THREE.Ray(from, inward), null);
+    return other && other.point.distanceTo(at.point);
+  }
   /** The body that a point of the window shows; null: none. */
   bodyAt(x: number, y: number): number | null {
     const eye = this.rayAt(x, y).origin.clone();

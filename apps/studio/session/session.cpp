@@ -30,6 +30,12 @@ void mend(Material& material) {
           material = known;
           material.color = color;
         }
+  // Woods of before their grain was felt.
+  for (const Material& known : known_materials())
+    if (known.name == material.name && known.u == material.u && !has_grain(material)) {
+      material.u_along = known.u_along;
+      material.ring = known.ring;
+    }
 }
 
 // As people call what was done with bodies.

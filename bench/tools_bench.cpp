@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: MIT
+// A step of every tool: each is as wide as a ball of R = 32 cells and scrapes the top of a block of
+// 512^3 nodes, a quarter of its radius deep, one cell a step, with the forces of model `energy`; in
+// plain stock, and in oak, whose grain and rings are felt. Usage: tools_bench [--json] [--quick]
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include <kibori/haptics/materials.h>
+#include <kibori/motion/direct_tool.h>
+
+#include "bench/workload.h"
+
+using namespace kibori;
+using namespace kibori_bench;
+
+namespace {
+
+constexpr int kNodes = 512, kRadius = 32;
+
+Tool tool_of(const char* shape) {
+  const double r = kRadius, length = 100;
+  const std::string name = shape;
+  if (name == "finger") return Finger{1 / r, length};
+  if (name == "ball") return BallTool{r};
+  if (name == "flat") return Flat{r, length};
+  if (name == "bull") return Bull{r, r / 3, length};
+  if (name == "cone") return Cone{90, r, length};
+  if (name == "capsule") return Capsule{r, length};
+  if (name == "box") return BoxTool{Vec3(2 * r, 2 * r, length)};
+  if (name == "ellipsoid") return Ellipsoid{Vec3(r, 0.7 * r, r)};
+  if (name == "drill") return Drill{118, r, length};
+  if (name == "tapered") return TaperedBall{r / 3, 40, r, length};
+  if (name == "gouge") return Gouge{7, 2 * r, 4, length};
+  if (name == "vee") return Vee{90, 2 * r, 4, length};
+  if (name == "chisel") return Chisel{2 * r, 25, 8, length};
+  if (name == "skew") return Skew{2 * r, 30, 25, 8, length};
+  if (name == "knife") return Knife{20, 60, length};
+  if (name == "lollipop") return Lollipop{r, r / 3, length, r / 2, 1.5 * length};
+  if (name == "tslot") return TSlot{r, r / 2, r / 3, length, r / 2, 1.5 * length};
+  return HalfSpace{};  // none: a mesh has no size of its own, a half-space no reach
+}
+
+std::vector<double> steps_of(const Tool& tool, const Material& material, int steps) {
+  Lattice lattice;
+  lattice.nodes = Index3(kNodes, kNodes, kNodes);
+  TriDexel model(lattice);
+  model.fill_block({Vec3::Zero(), Vec3::Constant(kNodes)}, 0);
+  model.reserve(6000);
+  const std::vector<Material> materials{material};
+  const std::shared_ptr<const Grain> grain = Grain::of(lattice, materials);
+  const std::vector<Point> path = scrape_path(kNodes, kRadius, steps);
+  const auto tip = [&](const Point& p) {
+    return Vec3(p.x + 0.5, p.y + 0.5, p.z + 0.5 - 0.25 * kRadius);
+  };
+  DirectTool stroke(model, Pose{tip(path[0]), Mat3::Identity()});
+  stroke.set_grain(grain.get());
+  std::vector<double> us;
+  us.reserve(path.size());
+  for (const Point& p : path) {
+    const double start = now_us();
+    if (!stroke.advance(tool, tip(p), Vec3::Zero(), Mode::cut, {ForceModel::energy, 6}, materials))
+      std::abort();
+    us.push_back(now_us() - start);
+  }
+  return us;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  bool json = false, quick = false;
+  for (int i = 1; i < argc; i++) {
+    if (std::strcmp(argv[i], "--json") == 0)
+      json = true;
+    else if (std::strcmp(argv[i], "--quick") == 0)
+      quick = true;
+    else
+      return std::fprintf(stderr, "tools_bench: unknown option %s\n", argv[i]), 2;
+  }
+  const int steps = quick ? 200 : 2000;
+  Material oak;
+  for (const Material& known : known_materials())
+    if (known.name == "oak") oak = known;
+  nlohmann::ordered_json all;
+  if (!json)
+    std::printf("us a step, R = 32 cells in 512^3\n%-10s %8s %8s %8s %8s\n", "", "plain p50", "p99",
+                "oak p50", "p99");
+  for (const char* shape : kToolShapes) {
+    const Tool tool = tool_of(shape);
+    if (std::holds_alternative<HalfSpace>(tool)) continue;
+    const std::vector<double> plain = steps_of(tool, Material{}, steps),
+                              felt = steps_of(tool, oak, steps);
+    all[shape] = {{"plain_p50_us", median(plain)},
+                  {"plain_p99_us", percentile(plain, 0.99)},
+                  {"oak_p50_us", median(felt)},
+                  {"oak_p99_us", percentile(felt, 0.99)}};
+    if (!json)
+      std::printf("%-10s %8.1f %8.1f %8.1f %8.1f\n", shape, median(plain), percentile(plain, 0.99),
+                  median(felt), percentile(felt, 0.99));
+  }
+  if (json) std::printf("%s\n", all.dump(1).c_str());
+}

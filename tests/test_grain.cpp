@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: MIT
+// Wood that is felt: forces against closed forms and against dense sampling of the wood that was
+// removed, in any direction and any place; what it must not change.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <kibori/edit/grain.h>
+#include <kibori/haptics/materials.h>
+#include <kibori/motion/direct_tool.h>
+#include <kibori/motion/spring_tool.h>
+
+#include "tests/support.h"
+
+namespace kibori {
+namespace {
+
+using test::Random;
+
+constexpr double kU = 20, kAlong = 8;
+
+Material wood(double u_along, double ring) {
+  Material m;
+  m.u = kU;
+  m.u_along = u_along;
+  m.ring = ring;
+  return m;
+}
+
+TriDexel block(const Vec3& size, double pitch) {
+  TriDexel model(make_lattice(size, pitch, 2).value());
+  model.fill_block({Vec3::Zero(), size}, 0);
+  return model;
+}
+
+ForceLaw energy() {
+  ForceLaw law;
+  law.model = ForceModel::energy;
+  return law;
+}
+
+TEST(Grain, TheMeanOfARingIsAsItIsSaid) {
+  double sum = 0;
+  constexpr int kSamples = 400000;
+  for (int i = 0; i < kSamples; i++) sum += late_wood((i + 0.5) * 400 / kSamples);
+  EXPECT_NEAR(sum / kSamples, kMeanLate, 0.001);
+}
+
+// A box that is driven through the wood below its surface takes u(theta) times what it faces.
+TEST(Grain, AlongAndAcrossAreHankinsons) {
+  const double pi = std::numbers::pi;
+  for (int i = 0; i <= 12; i++) {
+    const double turn = i * pi / 24, lean = (i % 3) * 0.2;  // of the way, and of the grain
+    TriDexel model = block(Vec3(40, 40, 20), 0.5);
+    const std::vector<Material> materials{wood(kAlong, 0)};
+    Log log;
+    log.along = Vec3(std::cos(lean), 0, std::sin(lean));
+    const Grain grain(log, model.lattice(), materials);
+    const Vec3 way(std::cos(turn), std::sin(turn), 0);
+    const Vec3 start(12, 12, 8);
+    DirectTool tool(model, {start, frame_from_axis(Vec3::UnitZ(), turn)});
+    tool.set_grain(&grain);
+    const Tool box = BoxTool{Vec3(4, 6, 5)};
+    const auto pull = [&](DirectTool& by, const std::vector<Material>& of) {
+      // The first tick takes out what it stands in.
+      EXPECT_TRUE(by.advance(box, start + 0.5 * way, Vec3::Zero(), Mode::cut, energy(), of).ok());
+      const auto tick = by.advance(box, start + 3 * way, Vec3::Zero(), Mode::cut, energy(), of);
+      EXPECT_TRUE(tick.ok());
+      return tick.value().wrench.force;
+    };
+    const double cos = way.dot(log.along), sin2 = 1 - cos * cos;
+    const double u = kAlong * kU / (kAlong * sin2 + kU * cos * cos);
+    const Vec3 felt = pull(tool, materials);
+    const double force = felt.norm();
+    // What the fields make of a face that stands across them is off by up to a percent.
+    EXPECT_NEAR(force, u * 6 * 5, 0.015 * u * 30) << i;
+    // It is against the way.
+    EXPECT_NEAR(felt.dot(way), -force, 1e-9 * force);
+    TriDexel same = block(Vec3(40, 40, 20), 0.5);
+    DirectTool plain(same, {start, frame_from_axis(Vec3::UnitZ(), turn)});
+    EXPECT_NEAR(force / pull(plain, {wood(0, 0)}).norm(), u / kU, 1e-5) << i;
+  }
+}
+
+// Of random tools, ways and logs: the work over the way is the integral of u over what was removed,
+// which is sampled in cells of a fifth.
+TEST(Grain, RingsAreFeltWhereTheyAre) {
+  Random random;
+  for (int trial = 0; trial < 12; trial++) {
+    SCOPED_TRACE(random.note());
+    TriDexel model = block(Vec3(24, 22, 16), 0.25);
+    const std::vector<Material> materials{wood(random.uniform(4, 20), random.uniform(0.5, 4))};
+    Log log;
+    log.pith = random.in_box(-20, 40);
+    log.along = random.direction();
+    log.ring = random.uniform(2.5, 6);
+    const Grain grain(log, model.lattice(), materials);
+    const double radius = random.uniform(3, 5);
+    const Vec3 start = random.in_box(6, 14), way = random.direction() * random.uniform(3, 6);
+    DirectTool tool(model, {start - Vec3(0, 0, radius), frame_from_axis(Vec3::UnitZ())});
+    tool.set_grain(&grain);
+    const auto tick = tool.advance(BallTool{radius}, start - Vec3(0, 0, radius) + way, Vec3::Zero(),
+                                   Mode::cut, energy(), materials);
+    ASSERT_TRUE(tick.ok());
+    // The ball's start has no way of its own (see DirectTool::stand).
+    double sum = 0, volume = 0;
+    constexpr double kStep = 0.1;
+    const double cos = way.dot(log.along) / way.norm(), along = materials[0].u_along;
+    const double u = along * kU / (along * (1 - cos * cos) + kU * cos * cos);
+    for (double z = kStep / 2; z < 16; z += kStep)
+      for (double y = kStep / 2; y < 22; y += kStep)
+        for (double x = kStep / 2; x < 24; x += kStep) {
+          const Vec3 p = Vec3(x, y, z) - start;
+          const double s = std::clamp(p.dot(way) / way.squaredNorm(), 0.0, 1.0);
+          if ((p - s * way).norm() >= radius || p.norm() < radius) continue;
+          const Vec3 at(x, y, z);
+          sum += u * (1 + materials[0].ring *
+                              (late_wood(rings_at(log, at, ring_wave(log, at))) - kMeanLate));
+          volume++;
+        }
+    if (volume < 2000) continue;
+    const double expected = sum * kStep * kStep * kStep / way.norm();
+    EXPECT_NEAR(tick.value().wrench.force.norm(), expected, 0.01 * expected);
+  }
+}
+
+// Neither a little turn of the way nor a little step aside makes a jump.
+TEST(Grain, ForceIsContinuousInDirectionAndPlace) {
+  const std::vector<Material> materials{wood(kAlong, 1)};
+  const auto force_of = [&](double turn, double aside) {
+    TriDexel model = block(Vec3(30, 30, 12), 0.5);
+    const std::shared_ptr<const Grain> grain = Grain::of(model.lattice(), materials);
+    EXPECT_TRUE(grain);
+    const Vec3 way(std::cos(turn), std::sin(turn), 0), start(8, 8 + aside, 4);
+    DirectTool tool(model, {start, frame_from_axis(Vec3::UnitZ(), turn)});
+    tool.set_grain(grain.get());
+    const auto tick =
+        tool.advance(BallTool{3}, start + 6 * way, Vec3::Zero(), Mode::cut, energy(), materials);
+    EXPECT_TRUE(tick.ok());
+    return tick.value().wrench.force.norm();
+  };
+  double last = force_of(0.2, 0);
+  for (int i = 1; i <= 30; i++) {
+    const double now = force_of(0.2 + 0.01 * i, 0);
+    EXPECT_NEAR(now, last, 0.02 * last) << i;
+    last = now;
+  }
+  last = force_of(0.2, 0);
+  for (int i = 1; i <= 30; i++) {
+    const double now = force_of(0.2, 0.05 * i);
+    EXPECT_NEAR(now, last, 0.03 * last) << i;
+    last = now;
+  }
+}
+
+// A grain that makes no difference makes none: also where the tool turns, in several materials, and
+// to the moment.
+TEST(Grain, WithoutADifferenceForcesAreThoseOfPlainWood) {
+  Random random;
+  for (int trial = 0; trial < 30; trial++) {
+    SCOPED_TRACE(random.note());
+    const std::vector<Material> plain{wood(0, 0), wood(0, 0)},
+        grained{wood(kU * (1 + 1e-13), 0), wood(kU * (1 + 1e-13), 0)};
+    TriDexel a = block(Vec3(20, 18, 14), 0.5), b = block(Vec3(20, 18, 14), 0.5);
+    const std::shared_ptr<const Grain> grain = Grain::of(b.lattice(), grained);
+    ASSERT_TRUE(grain);
+    const Pose start{random.in_box(4, 14), frame_from_axis(random.direction())};
+    DirectTool first(a, start), second(b, start);
+    second.set_grain(grain.get());
+    ForceLaw law = energy();
+    law.dof = trial % 2 ? 5 : 6;
+    Vec3 tip = start.tip;
+    for (int i = 0; i < 6; i++) {
+      tip += random.direction();
+      const Vec3 turn = trial % 3 == 0 ? Vec3(random.direction() * 0.1) : Vec3(Vec3::Zero());
+      const Mode mode = i % 3 == 1 ? Mode::deposit : i % 3 == 2 ? Mode::touch : Mode::cut;
+      const Tool tool = Flat{2, 9};
+      const auto one = first.advance(tool, tip, turn, mode, law, plain, 1),
+                 other = second.advance(tool, tip, turn, mode, law, grained, 1);
+      ASSERT_TRUE(one.ok() && other.ok());
+      const Wrench &u = one.value().wrench, &v = other.value().wrench;
+      // Sums of vectors are float32 within a tile.
+      EXPECT_LT((u.force - v.force).norm(), 1e-4 * (1 + u.force.norm()));
+      EXPECT_LT((u.moment - v.moment).norm(), 1e-4 * (1 + u.moment.norm()));
+      EXPECT_EQ(a.content_hash(), b.content_hash());
+    }
+  }
+}
+
+// A hand that drives a tool on a spring needs less along the grain than across it, as the woods
+// say.
+TEST(Grain, AHandFeelsItThroughTheSpring) {
+  const auto pull = [](const Vec3& way) {
+    TriDexel model = block(Vec3(60, 60, 14), 0.5);
+    const std::vector<Material> materials{wood(kU / 2, 0)};
+    Log log;
+    log.along = Vec3::UnitX();
+    const Grain grain(log, model.lattice(), materials);
+    SeriesSpring spring;
+    spring.stiffness_n_mm = 400;
+    spring.friction = 0;
+    const Vec3 start = Vec3(30, 30, 12) - 34 * way;
+    SpringTool tool(model, {start, frame_from_axis(Vec3::UnitZ())}, spring);
+    tool.set_grain(&grain);
+    double sum = 0;
+    int count = 0;
+    for (int i = 1; i <= 500; i++) {
+      const auto tick =
+          tool.advance(Flat{3, 10}, {start + 0.1 * i * way, frame_from_axis(Vec3::UnitZ())},
+                       Mode::cut, materials);
+      EXPECT_TRUE(tick.ok());
+      if (i < 200) continue;
+      sum += tick.value().wrench.force.norm();
+      count++;
+    }
+    return sum / count;
+  };
+  const double along = pull(Vec3::UnitX()), across = pull(Vec3::UnitY());
+  EXPECT_NEAR(across / along, 2, 0.04);
+  EXPECT_NEAR(across, kU * 6 * 2, 0.03 * across);
+}
+
+TEST(Grain, WoodsHaveOneAndWaxHasNone) {
+  for (const Species& species : known_species()) {
+    const bool is_wood = species.material.name != "wax" && species.material.name != "clay" &&
+                         species.material.name != "foam";
+    EXPECT_EQ(has_grain(species.material), is_wood) << species.material.name;
+    if (is_wood) {
+      EXPECT_LT(species.material.u_along, species.material.u);
+    }
+  }
+  EXPECT_FALSE(Grain::of(make_lattice(Vec3(10, 10, 10), 1, 1).value(), {Material{}}));
+}
+
+// Lattices of any shape: one cell, flat, long.
+TEST(Grain, AnyLatticeHasPlacesForAllOfIt) {
+  Random random;
+  for (const Vec3& size : {Vec3(1, 1, 1), Vec3(100, 1, 1), Vec3(1, 200, 3), Vec3(70, 60, 2)}) {
+    const Lattice lattice = make_lattice(size, 1, 0.5).value();
+    const std::vector<Material> materials{wood(kAlong, 2)};
+    const Log log = log_of(lattice.to_mm(lattice.whole()));
+    const Grain grain(log, lattice, materials);
+    for (int i = 0; i < 200; i++) {
+      const Vec3 at = random.in_box(0, 1).cwiseProduct(lattice.nodes.matrix().cast<double>());
+      const Vec3 mm = lattice.to_mm(LatticePoint{at});
+      const double here = grain.by_ring(0, Axis::z, at[u_index(Axis::z)], at[v_index(Axis::z)],
+                                        at[2] - 1e-6, at[2] + 1e-6);
+      // The waves are looked up on a coarse grid: off by a few hundredths of a ring at most.
+      double low = 1e9, high = -1e9;
+      for (int k = -20; k <= 20; k++) {
+        const double value =
+            1 + 2 * (late_wood(rings_at(log, mm, ring_wave(log, mm)) + 0.003 * k) - kMeanLate);
+        low = std::min(low, value);
+        high = std::max(high, value);
+      }
+      EXPECT_GE(here, low - 0.06) << random.note();
+      EXPECT_LE(here, high + 0.06) << random.note();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace kibori
