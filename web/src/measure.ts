@@ -61,7 +61,7 @@ export class Measure {
     this.weighs = volume > 0;
     this.centre.set(...centre);
     put("measure-mass", mass > 0 ? `${mass.toPrecision(4)} g` : "not known");
-    put("measure-centre", volume > 0 ? centre.map((x) => x.toFixed(1)).join("  ") : "–");
+    put("measure-centre", volume > 0 ? centre.map((x) => x.toFixed(2)).join("  ") : "–");
     if (this.active) this.draw();
   }
 
