@@ -12,6 +12,7 @@
 #include <kibori/devices/pointer_device.h>
 #include <kibori/haptics/materials.h>
 #include <kibori/live/live_carving.h>
+#include <kibori/motion/stroke_guide.h>
 
 #include "tests/support.h"
 
@@ -313,6 +314,46 @@ TEST(Hand, APlungeGoesAsDeepAsTheStrength) {
     EXPECT_NEAR(20 - bench.tip().z(), deep, 0.08 + 0.05 * deep) << strength;
     EXPECT_NEAR(bench.felt.force.norm(), strength, 0.02 * strength);
   }
+}
+
+// A blade that turns with a bend is felt as steadily as on a straight way: from tick to tick the
+// force changes by little of itself.
+TEST(Hand, ABladeThatTurnsWithABendDoesNotShake) {
+  const auto shaking = [](double radius) {
+    Bench bench("walnut", Vee{60, 8, 1, 25}, false, 400, 0.4, false);
+    StrokeGuideSettings settings;
+    settings.lead = true;
+    settings.entry_mm = 4;
+    settings.lift_mm = 2.5;
+    StrokeGuide guide(settings);
+    const auto at = [&](double along) {
+      const double angle = along / radius;
+      return Pose{Vec3(15 + radius * std::sin(angle), 8 + radius * (1 - std::cos(angle)), 18),
+                  frame_from_axis(Vec3::UnitZ())};
+    };
+    std::vector<std::pair<Pose, double>> path;
+    const auto take = [&](const Pose& pose, double s) { path.emplace_back(pose, s); };
+    take(guide.begin(at(0), 0), 0);
+    for (int i = 1; i <= 300; i++) guide.move(at(0.1 * i), 0.002 * i, take);
+    guide.end(take);
+    bench.press(path.front().first, path.front().second);
+    for (size_t i = 1; i < path.size(); i++) bench.pointer->move(path[i].first, path[i].second);
+    // Where it is as deep as it goes.
+    double changes = 0, sum = 0, last = 0;
+    int count = 0, within = 0;
+    for (int i = 0; i < 500; i++) {
+      bench.tick();
+      const double force = bench.felt.force.norm();
+      within = bench.tip().z() < 18.3 ? within + 1 : 0;
+      if (within > 5) changes += std::abs(force - last), sum += force, count++;
+      last = force;
+    }
+    EXPECT_GT(count, 30);
+    EXPECT_GT(sum / count, 15);
+    return changes / sum;
+  };
+  EXPECT_LT(shaking(1e6), 0.08);
+  EXPECT_LT(shaking(16), 0.08);
 }
 
 // METHOD: Ks changes at any moment. A blunter finger backs out, and comes in again.

@@ -61,6 +61,11 @@ constexpr double kLookWay = 64, kLookSubsteps = 12;
 // stray by four tenths of a cell. Fewer, and walls are felt where they are not; more, and a turning
 // tool costs a tick ten times what a straight one does.
 constexpr int kTrialPieces = 4;
+// A tool whose farthest point goes by its turn so many times as far as by its shift (squared)
+// mostly turns: then all fields count alike. Below that the shift's direction tells which rays
+// carry no ripple: a blade that turns a little in every tick of a bend would shake by as much as
+// its force.
+constexpr double kMostlyTurns = 16;
 // Steps of the search for a clear place: the first in cells, each longer than the last by this
 // factor, so that a place is overshot by a fifth of the way at most.
 constexpr double kFirstBack = 1, kBackFactor = 1.2;
@@ -83,12 +88,14 @@ struct SpringTool::Tick {
   Vec3 rest_mm = Vec3::Zero();
   double beyond = 0;
   bool whole = true;  // the way leads to the hand
+  double reach2 = 0;  // [mm^2] of the tool
 
   // What each field counts: the motion's direction cosines squared, see haptics/force.h. At any
   // share of the way the same, so that what is reached can be compared.
   Vec3 weights() const {
     const double length2 = motion.travel_mm.squaredNorm();
-    if (!(length2 > 0) || motion.turns()) return Vec3::Constant(1.0 / 3);
+    if (!(length2 > 0) || motion.turn_rad.squaredNorm() * reach2 > kMostlyTurns * length2)
+      return Vec3::Constant(1.0 / 3);
     return motion.travel_mm.cwiseAbs2() / length2;
   }
   double volume(const RemovedPart& part) const {
@@ -592,6 +599,10 @@ Result<ToolTick> SpringTool::advance(const Tool& tool, const Pose& device, Mode 
       material,
       materials};
   tick.length = length_of(tick.motion);
+  if (tick.motion.turns()) {
+    const double reach = reach_mm(tool);
+    tick.reach2 = reach * reach;
+  }
   const Result<int> substeps = substeps_of(tool, tick.motion, lattice);
   if (!substeps) return Error{substeps.error()};
 
