@@ -292,6 +292,14 @@ class CommandLine(unittest.TestCase):
             run = kibori("info", "t.off", "--json", cwd=self.folder)
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertAlmostEqual(json.loads(run.stdout)["volume_mm3"], 1 / 6, 6)
+        # A frustum on its smaller face: its sides lean 56 degrees, and its base lies on the bed.
+        frustum = "OFF\n8 12 0\n" + "".join(f"{x} {y} {z}\n" for z, r in ((0, 5), (10, 20)) for x, y in ((-r, -r), (r, -r), (r, r), (-r, r)))
+        frustum += "3 0 2 1\n3 0 3 2\n3 4 5 6\n3 4 6 7\n" + "".join(f"3 {i} {(i + 1) % 4} {(i + 1) % 4 + 4}\n3 {i} {(i + 1) % 4 + 4} {i + 4}\n" for i in range(4))
+        (self.folder / "f.off").write_text(frustum)
+        for degrees, area in (([], 4 * 25 * 325 ** 0.5), (["--overhang", "60"], 0)):
+            run = kibori("info", "f.off", "--json", *degrees, cwd=self.folder)
+            self.assertAlmostEqual(json.loads(run.stdout)["overhangs"]["area_mm2"], area, 2)
+        self.assertIn("overhangs    1802.78 mm2", kibori("info", "f.off", cwd=self.folder).stdout)
         for wrong in ("4", "-1", "99999999999", "nan"):
             (self.folder / "t.off").write_text(tetrahedron.replace("3 0 1 3", f"3 0 1 {wrong}"))
             self.refused("info", "t.off", says=["t.off:9: a face names a vertex that is not there"])

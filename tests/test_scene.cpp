@@ -6,10 +6,13 @@
 
 #include <gtest/gtest.h>
 
+#include <kibori/base/file.h>
 #include <kibori/batch/carving.h>
+#include <kibori/batch/documents.h>
 #include <kibori/batch/force_report.h>
 #include <kibori/edit/edit.h>
 #include <kibori/formats/mesh_file.h>
+#include <kibori/measure/mass.h>
 #include <kibori/reshape/reshaper.h>
 
 #include "tests/support.h"
@@ -183,6 +186,15 @@ INSTANTIATE_TEST_SUITE_P(
             "}\nplace = [9, 6, 2]",
             ":13:|smooth|[[no_go]]"},
         Bad{"to = [25, 6, 6]", "to = [25, 6, 6]\nalong = [[1, 2, 3]]", ":15:|leave out to"},
+        Bad{"[tool]", "[layer]\n[tool]", ":4:|[[layer]]"},
+        Bad{"[tool]", "[[layer]]\nplace = [1, 2, 3]\n[tool]", ":4:|tool must be a table"},
+        Bad{"[tool]",
+            "[[layer]]\ntool = { shape = \"ball\", radius = 3 }\nplace = [9, 6, 2]\n[tool]",
+            "material"},
+        Bad{"[tool]",
+            "[[layer]]\ntool = { shape = \"ball\", radius = 3 }\nplace = [90, 6, 2]\nmaterial = "
+            "\"oak\"\n[tool]",
+            ":4:|holds nothing"},
         Bad{"to = [25, 6, 6]", "along = []", ":14:|a point"},
         Bad{"to = [25, 6, 6]", "along = [[1, 2]]", ":14:|[x, y, z]"},
         Bad{"to = [25, 6, 6]", "along = [[9, 6, 8], [9, 6, 8]]", ":13:|along"},
@@ -322,6 +334,84 @@ speed = 50
   carved("lead = { lift = 3 }\n");
   EXPECT_LT(nearest(Vec3(10, 30, 9)), 1e-9);
   EXPECT_LT((poses.back().tip - Vec3(10, 30, 12)).norm(), 1e-9);
+}
+
+// Dentine within enamel: each has its volume, its own force, and a document keeps them.
+TEST(Scene, LayersAreOfTheirMaterial) {
+  const std::string text = R"([stock]
+block = [24, 16, 14]
+pitch = 0.25
+material = "enamel"
+[[material]]
+name = "enamel"
+u = 60
+[[material]]
+name = "dentine"
+u = 20
+[[material]]
+name = "pulp"
+u = 1
+[[layer]]
+tool = { shape = "ball", radius = 6 }
+place = [12, 8, 1]
+material = "dentine"
+[[layer]]
+tool = { shape = "flat", radius = 2, length = 40 }
+place = [12, 8, 4]
+material = "pulp"
+[force]
+model = "energy"
+[tool]
+shape = "box"
+size = [1, 2, 20]
+[[move]]
+to = [-3, 8, 6]
+[[move]]
+to = [27, 8, 6]
+speed = 100
+)";
+  const auto scene = parse_scene(text, "scene.toml", ".");
+  ASSERT_TRUE(scene.ok()) << scene.error();
+  const auto stock = make_stock(scene.value().stock, "scene.toml", {});
+  ASSERT_TRUE(stock.ok()) << stock.error();
+  const double pi = std::acos(-1.0), ball = 4.0 / 3 * pi * 216;
+  // Of the rod from 4 to 14 high, what is in the ball is 9 long at its middle and less at its rim.
+  const double rod = pi * 4 * 10;
+  double both = 0;
+  for (double r = 0.005; r < 2; r += 0.01)
+    both += 2 * pi * r * 0.01 * (7 + std::sqrt(36 - r * r) - 4);
+  const std::vector<double> volume = mass_of(stock.value()->snapshot(), {0, 0, 0}).volume_mm3;
+  EXPECT_NEAR(volume[0], 24 * 16 * 14 - ball - (rod - both), 1e-3 * 24 * 16 * 14);
+  EXPECT_NEAR(volume[1], ball - both, 2e-3 * ball);
+  EXPECT_NEAR(volume[2], rod, 2e-2 * rod);  // eight cells in radius
+  EXPECT_NEAR(volume[0] + volume[1] + volume[2], 24 * 16 * 14, 1e-6);
+
+  const auto folder = TemporaryFolder::make();
+  ASSERT_TRUE(folder);
+  CarveOptions options;
+  options.document = folder.value()->path() / "tooth.kibori";
+  const auto carving = carve(scene.value(), options);
+  ASSERT_TRUE(carving.ok()) << carving.error();
+  // 2 mm broad and 8 high: first all enamel, then in the middle enamel over dentine around pulp.
+  double outside = 0, inside = 1e9;
+  for (const TraceRow& row : carving.value().trace) {
+    const double x = row.result.pose.tip.x(), force = row.result.wrench.force.norm();
+    if (x > 1 && x < 4) outside = std::max(outside, force);
+    if (x > 11.5 && x < 12.5) inside = std::min(inside, force);
+  }
+  EXPECT_NEAR(outside, 60 * 2 * 8, 0.02 * 60 * 16);
+  EXPECT_LT(inside, 0.2 * outside);
+  ReplayOptions again;
+  again.pitch_mm = 0.5;
+  const auto document = Document::open(options.document, Document::Access::read);
+  ASSERT_TRUE(document.ok()) << document.error();
+  const auto replayed = replay_document(*document.value(), again);
+  ASSERT_TRUE(replayed.ok()) << replayed.error();
+  double now = 1e9;
+  for (const TraceRow& row : replayed.value().carving.trace)
+    if (row.result.pose.tip.x() > 11.5 && row.result.pose.tip.x() < 12.5)
+      now = std::min(now, row.result.wrench.force.norm());
+  EXPECT_NEAR(now, inside, 0.2 * outside);
 }
 
 TEST(Scene, BrushesMakeDabs) {

@@ -353,7 +353,7 @@ int run_convert(const ConvertArguments& arguments) {
 
 struct InfoArguments {
   std::string file;
-  double wall = 1, pitch = 0;
+  double wall = 1, overhang = 45, pitch = 0;
   int threads = 1;
   bool json = false;
 };
@@ -362,6 +362,7 @@ int run_info(const InfoArguments& arguments) {
   using namespace kibori;
   MeshReportOptions options;
   options.wall_mm = arguments.wall;
+  options.overhang_deg = arguments.overhang;
   options.threads = arguments.threads;
   if (arguments.pitch != 0) options.pitch_mm = arguments.pitch;
   const Result<MeshReport> report = report_mesh(arguments.file, options);
@@ -549,12 +550,17 @@ int main(int argc, char** argv) {
 
   InfoArguments info_arguments;
   CLI::App* info = app.add_subcommand(
-      "info", "Measure a mesh: size, volume, area, closed, manifold, thin walls");
+      "info", "Measure a mesh: size, volume, area, closed, manifold, thin walls, overhangs");
   info->add_option("FILE", info_arguments.file, mesh_or_document)->required();
   info->add_flag("--json", info_arguments.json, "as JSON");
   info->add_option("--wall", info_arguments.wall, "walls thinner than this are thin")
       ->type_name("MM")
       ->check(kPositive)
+      ->capture_default_str();
+  info->add_option("--overhang", info_arguments.overhang,
+                   "faces that look down and lean from upright by more hang over")
+      ->type_name("DEG")
+      ->check(CLI::Range(0.0, 90.0))
       ->capture_default_str();
   info->add_option("--pitch", info_arguments.pitch,
                    "of the dexels that look for thin walls; by default the longest side by 256")

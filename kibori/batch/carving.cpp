@@ -14,7 +14,9 @@
 #include <kibori/batch/documents.h>
 #include <kibori/batch/relief.h>
 #include <kibori/batch/stock.h>
+#include <kibori/edit/edit.h>
 #include <kibori/formats/mesh_file.h>
+#include <kibori/solid/dexel_solid.h>
 
 namespace kibori {
 namespace {
@@ -196,8 +198,11 @@ double percentile(const std::vector<double>& sorted, double share) {
 
 }  // namespace
 
-Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::string& scene_file,
-                                             const CarveOptions& options) {
+namespace {
+
+// All of one material.
+Result<std::unique_ptr<TriDexel>> plain_stock(const Stock& stock, const std::string& scene_file,
+                                              const CarveOptions& options) {
   const auto wrong = [&](const std::string& what) {
     std::string where = scene_file;
     if (stock.line > 0) where.append(":").append(std::to_string(stock.line));
@@ -264,6 +269,34 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
   }
   if (!(model->volume_mm3() > 0)) return wrong("holds no material at this pitch; use a finer one");
   return model;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::string& scene_file,
+                                             const CarveOptions& options) {
+  Result<std::unique_ptr<TriDexel>> made = plain_stock(stock, scene_file, options);
+  if (!made) return made;
+  TriDexel& model = *made.value();
+  EditOptions edit;
+  edit.threads = options.threads;
+  for (const StockLayer& layer : stock.layers) {
+    const SweptTool shape(layer.shape, layer.pose, Vec3::Zero(), model.lattice(),
+                          model.material_bounds());
+    // What the stock has of it, taken out and put back as the other material: the same floats.
+    TriDexel within(model.snapshot(), model.material_bounds());
+    Removed changed;
+    intersect(within, shape.solid(), edit, changed);
+    if (!(within.volume_mm3() > 0)) {
+      std::string where = scene_file;
+      if (layer.line > 0) where.append(":").append(std::to_string(layer.line));
+      return Error{where + ": [layer] holds nothing of the stock; move it, or make it larger"};
+    }
+    const DexelSolid part(within.snapshot(), within.material_bounds());
+    cut(model, part, edit, changed);
+    deposit(model, part, layer.material, edit, changed);
+  }
+  return made;
 }
 
 Result<Carving> carve(const Scene& scene, const CarveOptions& options) {

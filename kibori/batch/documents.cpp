@@ -2,6 +2,7 @@
 #include <kibori/batch/documents.h>
 #include <kibori/batch/convert.h>
 #include <kibori/document/body_codec.h>
+#include <kibori/document/codec.h>
 #include <kibori/document/rescue.h>
 
 #include <algorithm>
@@ -14,6 +15,7 @@
 
 #include <kibori/base/file.h>
 #include <kibori/batch/force_report.h>
+#include <kibori/body/bodies.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/picture/picture.h>
@@ -47,7 +49,34 @@ std::string stock_to_json(const Stock& stock, const std::string& label) {
   if (stock.kind == Stock::Kind::relief)
     json.update(
         {{"width_mm", stock.width_mm}, {"height_mm", stock.height_mm}, {"base_mm", stock.base_mm}});
+  for (const StockLayer& layer : stock.layers) {
+    Json pose = Json::array();
+    for (const double number : layer.pose.tip) pose.push_back(number);
+    for (const double number : layer.pose.frame.reshaped()) pose.push_back(number);
+    json["layers"].push_back({{"tool", Json::parse(tool_to_json(layer.shape))},
+                              {"pose", std::move(pose)},
+                              {"material", layer.material}});
+  }
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Result<StockLayer> layer_from_json(const Json& json) {
+  const Error wrong{"has a stock whose layers can't be read"};
+  StockLayer layer;
+  if (!json.is_object()) return wrong;
+  Result<Tool> shape = tool_from_json(json.value("tool", Json()).dump());
+  const Json pose = json.value("pose", Json()), material = json.value("material", Json());
+  if (!shape || !pose.is_array() || pose.size() != 12 || !material.is_number_integer() ||
+      material < 0 || material >= kMaxMaterials)
+    return wrong;
+  layer.shape = std::move(shape).value();
+  for (size_t i = 0; i < 12; i++) {
+    if (!pose[i].is_number()) return wrong;
+    (i < 3 ? layer.pose.tip.data()[i] : layer.pose.frame.data()[i - 3]) = pose[i].get<double>();
+  }
+  if (!layer.pose.tip.allFinite() || !is_rigid(layer.pose)) return wrong;
+  layer.material = material.get<uint8_t>();
+  return layer;
 }
 
 Result<Stock> stock_from_json(const Json& json) {
@@ -84,6 +113,14 @@ Result<Stock> stock_from_json(const Json& json) {
     *axis = *read;
   }
   if (!stock.size_mm.allFinite() || !is_turn(stock.orientation)) return none;
+  if (const auto layers = json.find("layers"); layers != json.end()) {
+    if (!layers->is_array() || layers->size() > kMaxLayers) return none;
+    for (const Json& one : *layers) {
+      Result<StockLayer> layer = layer_from_json(one);
+      if (!layer) return Error{layer.error()};
+      stock.layers.push_back(std::move(layer).value());
+    }
+  }
   return stock;
 }
 

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numbers>
 
 #include <nlohmann/json.hpp>
 
 #include <kibori/base/percent.h>
-#include <kibori/batch/documents.h>
 #include <kibori/batch/documents.h>
 #include <kibori/batch/stock.h>
 #include <kibori/dexel/normal_code.h>
@@ -55,6 +55,36 @@ ThinWalls thin_walls(const Snapshot& model, double threshold_mm) {
   return walls;
 }
 
+// Of the height: what is so near to the lowest place lies on the bed.
+constexpr double kOnBed = 1e-4;
+
+Overhangs overhangs_of(const Surface& surface, double threshold_deg) {
+  Overhangs found{threshold_deg};
+  const auto at = [&](uint32_t v) {
+    const auto& p = surface.vertices[v].position;
+    return Vec3(p[0], p[1], p[2]);
+  };
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const SurfaceTriangle& t : surface.triangles)
+    for (const uint32_t v : t) {
+      low = std::min(low, at(v).z());
+      high = std::max(high, at(v).z());
+    }
+  const double bed = low + kOnBed * (high - low),
+               steepest = std::sin(threshold_deg * std::numbers::pi / 180);
+  double all = 0;
+  for (const SurfaceTriangle& t : surface.triangles) {
+    const Vec3 a = at(t[0]), b = at(t[1]), c = at(t[2]), twice = (b - a).cross(c - a);
+    const double area = twice.norm() / 2;
+    all += area;
+    if (std::max({a.z(), b.z(), c.z()}) <= bed) continue;
+    // A hair more than the threshold: a face of just that leans no more.
+    if (-twice.z() / 2 > area * (steepest + 1e-6)) found.area_mm2 += area;
+  }
+  found.share = all > 0 ? found.area_mm2 / all : 0;
+  return found;
+}
+
 }  // namespace
 
 Result<MeshReport> report_mesh(const std::filesystem::path& path,
@@ -64,6 +94,7 @@ Result<MeshReport> report_mesh(const std::filesystem::path& path,
   const Surface surface = surface_of_mesh(mesh.value());
   MeshReport report;
   report.info = mesh_info(surface, mesh.value().triangles.size() - surface.triangles.size());
+  report.overhangs = overhangs_of(surface, options.overhang_deg);
   const double longest = mesh.value().bounds().size().maxCoeff();
   const double pitch = options.pitch_mm.value_or(longest / 256);
   if (!(pitch > 0)) return report;
@@ -96,6 +127,9 @@ std::string mesh_report_text(const MeshReport& report) {
   if (i.open_edges) add("open edges   %zu\n", i.open_edges);
   if (i.overfull_edges) add("edges of more than two triangles  %zu\n", i.overfull_edges);
   if (i.degenerate) add("degenerate   %zu triangles\n", i.degenerate);
+  add("overhangs    %.6g mm2, %s of the surface, lean more than %g degrees\n",
+      report.overhangs.area_mm2, percent(report.overhangs.share).c_str(),
+      report.overhangs.threshold_deg);
   if (!report.walls)
     add("walls        not measured: %.300s\n",
         report.no_walls.empty() ? "no extent" : report.no_walls.c_str());
@@ -126,6 +160,10 @@ std::string mesh_report_json(const MeshReport& report) {
       {"open_edges", i.open_edges},
       {"overfull_edges", i.overfull_edges},
       {"degenerate_triangles", i.degenerate},
+      {"overhangs",
+       {{"threshold_deg", report.overhangs.threshold_deg},
+        {"area_mm2", report.overhangs.area_mm2},
+        {"share", report.overhangs.share}}},
       {"thin_walls", nullptr}};
   if (report.walls) {
     const ThinWalls& w = *report.walls;

@@ -20,14 +20,25 @@ struct ThinWalls {
   double share;                   // of the wall area (pairs of opposite faces) below the threshold
 };
 
+// Faces that a printer, which builds upward along z, has to put down in the air: they look down,
+// and lean from upright by more than `threshold_deg`. What lies on the bed, the lowest height, is
+// none.
+struct Overhangs {
+  double threshold_deg;
+  double area_mm2 = 0;
+  double share = 0;  // of the whole surface
+};
+
 struct MeshReport {
   MeshInfo info;
+  Overhangs overhangs{};
   std::optional<ThinWalls> walls;
   std::string no_walls;  // why there are none
 };
 
 struct MeshReportOptions {
   double wall_mm = 1;
+  double overhang_deg = 45;
   // Of the dexels that look for thin walls; default: the longest side by 256.
   std::optional<double> pitch_mm;
   int threads = 1;

@@ -59,12 +59,14 @@ class Reader {
   Result<Scene> read(const toml::table& root) {
     only(root, "",
          {"schema", "stock", "material", "tool", "force", "motion", "symmetry", "move", "crumbs",
-          "cutter", "no_go", "spline"});
+          "cutter", "no_go", "spline", "layer"});
     if (root.contains("schema") && number(root, "", "schema") != 1)
       fail(root.get("schema"), "schema must be 1; a newer scene needs a newer kibori");
     read_force(root);
     read_materials(root);
     read_stock(root);
+    for_tables(root, "layer", "what of the stock is of another material is",
+               [&](const toml::table& t) { read_layer(t); });
     read_motion(root);
     read_moves(root);
     read_symmetry(root);
@@ -722,15 +724,40 @@ class Reader {
     }
   }
 
+  // A shape that stands in the stock: which, and how it stands.
+  Tool read_shape(const toml::table& t, std::string_view name) {
+    const toml::node* tool = t.get("tool");
+    if (tool && tool->is_table()) return read_tool(*tool->as_table(), "tool", nullptr);
+    fail(tool ? tool : &t, full(name, "tool must be a table, as in tool = { shape = \"ball\" }"));
+    return {};
+  }
+  Mat3 frame_of(const toml::table& t, std::string_view name) {
+    Vec3 axis = Vec3::UnitZ();
+    if (t.contains("axis")) axis = vector(t, name, "axis");
+    if (!(axis.norm() > 0)) fail(t.get("axis"), full(name, "axis must not be zero"));
+    if (!error_.empty()) return Mat3::Identity();
+    return frame_from_axis(axis.normalized(), kRadPerDeg * number_or(t, name, "roll_deg", 0));
+  }
+
+  void read_layer(const toml::table& t) {
+    only(t, "layer", {"tool", "place", "axis", "roll_deg", "material"});
+    StockLayer layer;
+    layer.line = line_of(t);
+    layer.shape = read_shape(t, "layer");
+    if (!error_.empty()) return;
+    layer.pose = {vector(t, "layer", "place"), frame_of(t, "layer")};
+    layer.material = material(t.get("material"), text(t, "layer", "material"));
+    if (scene_.stock.layers.size() >= kMaxLayers)
+      return fail(&t, "a scene can hold at most " + std::to_string(kMaxLayers) + " layers");
+    scene_.stock.layers.push_back(std::move(layer));
+  }
+
   void read_no_go(const toml::table& t) {
     only(t, "no_go", {"tool", "place", "axis", "roll_deg", "way", "name"});
     SceneNoGo made;
     made.line = line_of(t);
-    const toml::node* tool = t.get("tool");
-    if (!tool || !tool->is_table())
-      return fail(tool ? tool : &t,
-                  "[no_go] tool must be a table, as in tool = { shape = \"ball\" }");
-    made.tool = read_tool(*tool->as_table(), "tool", nullptr);
+    made.tool = read_shape(t, "no_go");
+    if (!error_.empty()) return;
     if (t.contains("way")) {
       for (const char* key : {"place", "axis", "roll_deg"})
         if (t.contains(key))
@@ -739,12 +766,8 @@ class Reader {
     } else {
       made.pose.tip = vector(t, "no_go", "place");
     }
-    Vec3 axis = Vec3::UnitZ();
-    if (t.contains("axis")) axis = vector(t, "no_go", "axis");
-    if (!(axis.norm() > 0)) fail(t.get("axis"), "[no_go] axis must not be zero");
+    made.pose.frame = frame_of(t, "no_go");
     if (!error_.empty()) return;
-    made.pose.frame =
-        frame_from_axis(axis.normalized(), kRadPerDeg * number_or(t, "no_go", "roll_deg", 0));
     if (t.contains("name")) made.name = text(t, "no_go", "name");
     if (made.name.size() > 100) fail(t.get("name"), "[no_go] name has at most 100 bytes");
     for (const Move& move : scene_.moves)

@@ -21,6 +21,17 @@
 
 namespace kibori {
 
+// What of a stock lies within a tool's shape that stands so is of another material, as dentine lies
+// within enamel. Later ones lie within, or over, earlier ones.
+struct StockLayer {
+  Tool shape;
+  Pose pose;
+  uint8_t material = 0;
+  int line = 0;  // in the file
+};
+
+inline constexpr size_t kMaxLayers = 64;
+
 struct Stock {
   enum class Kind { block, sphere, cylinder, mesh, relief } kind = Kind::block;
   Vec3 size_mm = Vec3::Zero();                      // of the bounds; block: its size
@@ -32,6 +43,7 @@ struct Stock {
   double pitch_mm = 0;
   std::optional<double> room_mm;  // space around the stock
   uint8_t material = 0;
+  std::vector<StockLayer> layers;
   int line = 0;  // in the file
 };
 

@@ -2,6 +2,7 @@
 #include <kibori/motion/spring_tool.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -89,6 +90,9 @@ struct SpringTool::Tick {
   double beyond = 0;
   bool whole = true;  // the way leads to the hand
   double reach2 = 0;  // [mm^2] of the tool
+  // How much more than its u each material resists here, and that way, as far as it is known.
+  mutable uint64_t known = 0;
+  mutable std::array<double, kMaxMaterials> grained{};
 
   // What each field counts: the motion's direction cosines squared, see haptics/force.h. At any
   // share of the way the same, so that what is reached can be compared.
@@ -140,14 +144,8 @@ void SpringTool::for_sweeps(const Tick& tick, double share, F&& f) const {
   // advance() has refused what has too many.
   const int substeps = counted ? (counted.value() + kTrialPieces - 1) / kTrialPieces : 1;
   EditOptions options;
-  const Grain* const grain = edit_.grain();
-  options.motion = {lattice.to_lattice(way.at(1).tip),
-                    false,
-                    LatticeVector(),
-                    Vec3::Zero(),
-                    way.start.axis(),
-                    grain,
-                    grain ? grain->across2(way.travel_mm) : 1};
+  options.motion = {lattice.to_lattice(way.at(1).tip), false, LatticeVector(), Vec3::Zero(),
+                    way.start.axis()};
   for (int i = 0; i < substeps; i++) {
     const SweptTool sweep(tick.tool, way.substep(i, substeps), way.travel_mm / substeps, lattice,
                           bounds, tick.clear && substeps == 1);
@@ -155,11 +153,13 @@ void SpringTool::for_sweeps(const Tick& tick, double share, F&& f) const {
   }
 }
 
-double SpringTool::reach_volume(const Tick& tick, double share) {
+double SpringTool::reach_volume(const Tick& tick, double share, const Grain* grain) {
   trial_.reset();
   const Vec3 weights = tick.weights();
   for_sweeps(tick, share, [&](const Solid& solid, EditOptions& options) {
     for (size_t i = 0; i < 3; i++) options.fields[i] = weights[static_cast<int>(i)] > 0;
+    options.motion.grain = grain;
+    if (grain) options.motion.across2 = grain->across2(tick.motion.travel_mm);
     if (tick.mode == Mode::deposit)
       deposit_contact(model_, solid, tick.material, options, trial_);
     else
@@ -178,12 +178,27 @@ double SpringTool::wall_volume(const Tick& tick, double share) {
   const Vec3 weights = tick.weights();
   for_sweeps(tick, share, [&](const Solid& solid, EditOptions& options) {
     for (size_t i = 0; i < 3; i++) options.fields[i] = weights[static_cast<int>(i)] > 0;
-    options.motion.grain = nullptr;
     contact(no_go->model(), solid, options, walls_);
   });
   double sum = 0;
   walls_.for_parts([&](int, const RemovedPart& part) { sum += tick.volume(part); });
   return sum;
+}
+
+// What the wood's grain makes of what the last trial met: asked once in a tick of each material, as
+// it changes little along a tick's way and takes longer than the trial itself.
+void SpringTool::feel_grain(const Tick& tick, double share) {
+  uint64_t met = 0;
+  trial_.for_parts([&](int i, const RemovedPart&) { met |= uint64_t{1} << i; });
+  const uint64_t missing = met & ~tick.known;
+  if (missing == 0) return;
+  if (grain_) reach_volume(tick, share, grain_);
+  trial_.for_parts([&](int i, const RemovedPart& part) {
+    if (!((missing >> i) & 1)) return;
+    const double volume = tick.volume(part);
+    tick.grained[static_cast<size_t>(i)] = volume > 0 ? tick.resisting(part) / volume : 1;
+  });
+  tick.known |= missing;
 }
 
 SpringTool::Resistance SpringTool::resistance(const Tick& tick, double share, bool ahead) {
@@ -212,13 +227,14 @@ SpringTool::Resistance SpringTool::resistance(const Tick& tick, double share, bo
   // More than any hand pulls with.
   if (r.walled) r.force = 2 * spring_.strength_n + 2 * pull(tick.length + tick.beyond);
   if (r.walled) return r;
+  feel_grain(tick, share);
   double all = 0, yield = 0, u = 0, c = 0;
   trial_.for_parts([&](int i, const RemovedPart& part) {
     const double v = std::max(0.0, tick.volume(part));
     const Material& m = material_of(tick.materials, i);
     all += v;
     yield += v * spring_.hand_share * m.yield_n;
-    u += tick.resisting(part) * spring_.hand_share * m.u;
+    u += v * tick.grained[static_cast<size_t>(i)] * spring_.hand_share * m.u;
     c += v * m.c;
   });
   if (!(all > 0)) return r;

@@ -100,7 +100,7 @@ class SpringTool {
     disengage();
   }
   // How the model's wood is felt; null: as its materials' u alone. It must outlive the tool.
-  void set_grain(const Grain* grain) { edit_.set_grain(grain); }
+  void set_grain(const Grain* grain) { grain_ = grain; }
   // Puts the tool elsewhere, without a way there.
   void place(const Pose& pose) {
     tool_pose_ = pose;
@@ -137,7 +137,8 @@ class SpringTool {
   struct Tick;
   template <class F>
   void for_sweeps(const Tick& tick, double share, F&& f) const;
-  double reach_volume(const Tick& tick, double share);
+  double reach_volume(const Tick& tick, double share, const Grain* grain = nullptr);
+  void feel_grain(const Tick& tick, double share);
   Resistance resistance(const Tick& tick, double share, bool ahead = false);
   // How far it goes, and whether it touches there.
   struct Balance {
@@ -158,6 +159,7 @@ class SpringTool {
 
   TriDexel& model_;
   ToolEdit edit_;
+  const Grain* grain_ = nullptr;
   Pose tool_pose_;
   SeriesSpring spring_;
   bool engaged_ = false, touched_ = false, begins_ = true;

@@ -191,10 +191,14 @@ void StrokeGuide::lead_to(const Pose& pose, double time_s, const Emit& emit) {
   const Place last = behind_.back();
   const Vec3 way = pose.tip - last.pose.tip;
   const double size = length(way), entry = settings_.entry_mm;
+  if (size < kNoWay) {
+    behind_.back().time_s = time_s;  // it rests there
+    return;
+  }
   // So that going in and coming out are arcs, however far apart a hand's places are, and that the
   // tool turns where the way does.
   const double step = entry > 0 ? std::min(entry / kEntryPlaces, kTrailMm) : kTrailMm;
-  const int pieces = std::clamp(static_cast<int>(std::ceil(size / step)), 1, 100'000);
+  const int pieces = std::clamp(static_cast<int>(std::ceil(size / step)), 1, 2000);
   for (int i = 1; i <= pieces; i++) {
     const double share = static_cast<double>(i) / pieces;
     Place place{pose, last.time_s + share * (time_s - last.time_s), last.way_mm + share * size};

@@ -172,7 +172,8 @@ export class Hand {
     this.view.controls.enabled = true;
     this.chooseShape();
     this.guide.begin();
-    this.view.mirrored = this.readOnly ? 0 : this.planes();
+    if (this.readOnly) this.view.showSymmetry(0, 1, 2);
+    else this.showSymmetry();
   }
 
   /** All that is chosen, to the studio. */
@@ -195,8 +196,7 @@ export class Hand {
   heldBack(tip: Vec3): boolean {
     return (
       this.stroke?.mode === "cut" &&
-      !this.guide.guides &&
-      Math.hypot(...tip.map((x, i) => x - this.aimed[i])) > this.depth() / 2
+      Math.hypot(...tip.map((x, i) => x - this.aimed[i])) > this.depth() / 2 + this.guide.slack
     );
   }
   /** What to do where wood holds the tool back. */
@@ -401,11 +401,19 @@ export class Hand {
       0,
     );
   }
+  /** How many times all is done around which axis. */
+  private around(): { fold: number; axis: number } {
+    const fold = Math.min(16, Math.max(1, Math.round(Number(input("fold").value)) || 1));
+    return { fold, axis: Number(select("fold-axis").value) };
+  }
+  private showSymmetry(): void {
+    const { fold, axis } = this.around();
+    this.view.showSymmetry(this.planes(), fold, axis);
+  }
   private chooseSymmetry(): void {
-    this.view.mirrored = this.planes();
-    const fold = Math.min(16, Math.max(1, Math.round(Number(input("fold").value)) || 1)),
-      axis = Number(select("fold-axis").value);
+    const { fold, axis } = this.around();
     input("fold").value = String(fold);
+    this.showSymmetry();
     this.send(write.ChooseSymmetry({ planes: this.planes(), fold, axis }));
   }
   /** A pointer says what its tool does when it presses. */

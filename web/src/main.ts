@@ -121,6 +121,8 @@ const settings = new Settings([
   "rumble",
   "pressure",
   "crumbs",
+  "steady",
+  "leads",
 ]);
 const start = new Start(
   send,

@@ -52,9 +52,20 @@ export class StrokeGuide {
     this.choose();
   }
 
-  /** Whether the tool may be somewhere else than where the hand is. */
-  get guides(): boolean {
-    return this.kind > 0 || this.steady > 0 || this.leads;
+  /** How far from the hand the tool may be, though nothing holds it [mm]. */
+  get slack(): number {
+    if (this.kind > 0) return Infinity;
+    return this.steady + (this.leads ? this.entry + this.above : 0);
+  }
+  /** Over what way a tool that leads goes in, and from how high above its path [mm]. */
+  private get entry(): number {
+    return ENTRY * this.depth;
+  }
+  private get above(): number {
+    return this.depth + ABOVE;
+  }
+  private get depth(): number {
+    return Math.max(0.2, this.held.depth);
   }
   private get kind(): number {
     return GUIDES.indexOf(select("guide").value);
@@ -102,7 +113,6 @@ export class StrokeGuide {
     element("curve-help").hidden = !missing;
     element("leading").hidden = !this.held.leads;
     put("steady-out", `${this.steady.toFixed(1)} mm`);
-    const depth = Math.max(0.2, this.held.depth);
     this.send(
       write.ChooseGuide({
         guide: missing ? 0 : this.kind,
@@ -111,8 +121,8 @@ export class StrokeGuide {
         closed: 0,
         steady: this.steady,
         lead: this.leads ? 1 : 0,
-        entry: ENTRY * depth,
-        lift: depth + ABOVE,
+        entry: this.entry,
+        lift: this.above,
         curve: new Uint8Array(
           new Float64Array(missing ? [] : this.curve.flatMap((p) => p.toArray())).buffer,
         ),

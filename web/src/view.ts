@@ -197,6 +197,7 @@ export class View {
       lamp,
       new THREE.HemisphereLight(0xffffff, 0xb5a48f, 1.7),
     );
+    this.aids.add(this.folds);
     this.thumbnails = new Thumbnails(this.scene, this.sun, PICTURED);
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
@@ -553,11 +554,43 @@ export class View {
     this.redraw();
   }
 
-  /** Frames around the planes of symmetry: bits 1 normal to x, 2 to y, 4 to z. */
-  set mirrored(planes: number) {
+  /**
+   * Frames around the planes of symmetry (bits 1 normal to x, 2 to y, 4 to z); the axis that all
+   * goes around, and where each of so many parts begins.
+   */
+  showSymmetry(planes: number, fold: number, axis: number): void {
     this.planes.children.forEach((frame, i) => (frame.visible = ((planes >> i) & 1) === 1));
+    this.folds.geometry.dispose();
+    const points: THREE.Vector3[] = [];
+    if (fold > 1) {
+      const middle = this.middle,
+        half = this.piece.getSize(new THREE.Vector3()).multiplyScalar(0.5);
+      const [u, v] = [(axis + 1) % 3, (axis + 2) % 3],
+        reach = Math.hypot(half.getComponent(u), half.getComponent(v));
+      const at = (along: number, turn: number, out: number): THREE.Vector3 =>
+        new THREE.Vector3()
+          .setComponent(axis, along * half.getComponent(axis))
+          .setComponent(u, out * Math.cos(turn))
+          .setComponent(v, out * Math.sin(turn))
+          .add(middle);
+      points.push(at(-1.2, 0, 0), at(1.2, 0, 0));
+      for (let i = 0; i < fold; i++) {
+        const turn = (2 * Math.PI * i) / fold;
+        points.push(at(1, turn, 0), at(1, turn, reach));
+      }
+    }
+    this.folds.geometry = new THREE.BufferGeometry().setFromPoints(points);
     this.redraw();
   }
+  private folds = new THREE.LineSegments(
+    new THREE.BufferGeometry(),
+    new THREE.LineBasicMaterial({
+      color: 0x0072b2,
+      depthTest: false,
+      transparent: true,
+      opacity: 0.35,
+    }),
+  );
 
   /** Where the tool is; null: nowhere yet. */
   showTool(tip: Vec3 | null, axis: Vec3, side: Vec3, force: Vec3): void {
