@@ -168,6 +168,7 @@ struct Dispatch {
     if (!server.session) return;
     const Body& body = server.session->active_body();
     std::vector<double> densities;
+    densities.reserve(server.session->materials().size() + 1);
     for (const Material& m : server.session->materials()) densities.push_back(density_of(m.name));
     if (densities.empty()) densities.push_back(0);
     const MassProperties mass = mass_of(body.model, densities);

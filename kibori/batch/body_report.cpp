@@ -46,6 +46,7 @@ Result<std::vector<BodyReport>> report_bodies(const std::vector<Body>& some, con
                                               const std::vector<Material>& materials, int threads) {
   std::vector<BodyReport> reports;
   std::vector<double> densities;
+  densities.reserve(materials.size() + 1);
   for (const Material& m : materials) densities.push_back(density_of(m.name));
   if (densities.empty()) densities.push_back(0);
   for (const Body& body : some) {
