@@ -105,6 +105,12 @@ TEST(Grain, RingsAreFeltWhereTheyAre) {
     const auto tick = tool.advance(BallTool{radius}, start - Vec3(0, 0, radius) + way, Vec3::Zero(),
                                    Mode::cut, energy(), materials);
     ASSERT_TRUE(tick.ok());
+    // The same cut in plain wood: what dexels make of a ball's volume is not the grain's.
+    TriDexel same = block(Vec3(24, 22, 16), 0.25);
+    DirectTool plain(same, {start - Vec3(0, 0, radius), frame_from_axis(Vec3::UnitZ())});
+    const auto unfelt = plain.advance(BallTool{radius}, start - Vec3(0, 0, radius) + way,
+                                      Vec3::Zero(), Mode::cut, energy(), {wood(0, 0)});
+    ASSERT_TRUE(unfelt.ok());
     // The ball's start has no way of its own (see DirectTool::stand).
     double sum = 0, volume = 0;
     constexpr double kStep = 0.1;
@@ -122,8 +128,9 @@ TEST(Grain, RingsAreFeltWhereTheyAre) {
           volume++;
         }
     if (volume < 2000) continue;
-    const double expected = sum * kStep * kStep * kStep / way.norm();
-    EXPECT_NEAR(tick.value().wrench.force.norm(), expected, 0.01 * expected);
+    const double expected = sum / volume / kU;
+    EXPECT_NEAR(tick.value().wrench.force.norm() / unfelt.value().wrench.force.norm(), expected,
+                0.01 * expected);
   }
 }
 
@@ -187,6 +194,24 @@ TEST(Grain, WithoutADifferenceForcesAreThoseOfPlainWood) {
       EXPECT_LT((u.moment - v.moment).norm(), 1e-4 * (1 + u.moment.norm()));
       EXPECT_EQ(a.content_hash(), b.content_hash());
     }
+  }
+}
+
+// What is put down resists as the wood that it is, whatever wood it is put down beside and into.
+TEST(Grain, ADepositIsFeltAsItsOwnWood) {
+  for (const bool beside_grain : {false, true}) {
+    const Material put = wood(kU * (1 + 1e-13), 0), there = beside_grain ? wood(4, 3) : wood(0, 0);
+    const std::vector<Material> materials{there, put};
+    TriDexel model(make_lattice(Vec3(30, 20, 20), 0.5, 6).value());
+    model.fill_block({Vec3::Zero(), Vec3(30, 20, 12)}, 0);
+    const std::shared_ptr<const Grain> grain = Grain::of(model.lattice(), materials);
+    DirectTool tool(model, {Vec3(8, 10, 9), frame_from_axis(Vec3::UnitZ())});
+    tool.set_grain(grain.get());
+    const auto tick = tool.advance(BoxTool{Vec3(4, 6, 8)}, Vec3(12, 10, 9), Vec3::Zero(),
+                                   Mode::deposit, energy(), materials, 1);
+    ASSERT_TRUE(tick.ok());
+    // 5 mm of its 8 are above the wood.
+    EXPECT_NEAR(tick.value().wrench.force.norm(), kU * 6 * 5, 0.02 * kU * 30) << beside_grain;
   }
 }
 

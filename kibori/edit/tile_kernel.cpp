@@ -624,8 +624,10 @@ void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t sp
   const auto axis = static_cast<size_t>(job.rays.axis);
   const int ui = u_index(job.rays.axis), vi = v_index(job.rays.axis),
             ti = depth_index(job.rays.axis);
-  RemovedPart& part = job.removed->part(
-      job.request.material == kMixedMaterial ? span_material : job.request.material);
+  // What a deposit meets counts as much as what it puts down, of which it is taken away.
+  const uint8_t material =
+      job.request.material == kMixedMaterial ? span_material : job.request.material;
+  RemovedPart& part = job.removed->part(material);
   const Motion& motion = *job.request.motion;
   const double length = sign * (static_cast<double>(hi) - lo);
   Vec3 r;
@@ -646,11 +648,10 @@ void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t sp
   const Vec3 s =
       motion.turning ? Vec3(motion.shift.units + motion.turn.cross(r)) : Vec3(Vec3::Zero());
   double resists = 1;  // over u
-  if (const Grain* const grain = motion.grain; grain && grain->felt(span_material)) {
-    resists =
-        grain->by_direction(span_material, motion.turning ? grain->across2(s) : motion.across2) *
-        grain->by_ring(span_material, job.rays.axis, job.rays.u0 + lane + 0.5,
-                       job.rays.v0 + row + 0.5, lo, hi);
+  if (const Grain* const grain = motion.grain; grain && grain->felt(material)) {
+    resists = grain->by_direction(material, motion.turning ? grain->across2(s) : motion.across2) *
+              grain->by_ring(material, job.rays.axis, job.rays.u0 + lane + 0.5,
+                             job.rays.v0 + row + 0.5, lo, hi);
     part.feel();
     part.felt_volume[axis] += resists * length;
     part.felt_moment[axis] += resists * length * r;

@@ -139,6 +139,11 @@ const bladed = <T extends { length: number }>(tool: T, height: number): T => ({
   ...tool,
   length: Math.min(tool.length, height),
 });
+/** Of head and neck so much, and no shank. */
+function withoutShank<T extends { reach: number; length: number }>(tool: T, height: number): T {
+  const reach = Math.min(tool.reach, height);
+  return { ...tool, reach, length: reach };
+}
 /** Head, neck and shank, as turned. */
 const stemmed = (
   head: [number, number][],
@@ -472,10 +477,7 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
       };
     },
     height: length,
-    shortened: (tool, height) => {
-      const reach = Math.min(tool.reach, Math.max(height, 2 * tool.radius));
-      return { ...tool, reach, length: Math.min(tool.length, reach) };
-    },
+    shortened: (tool, height) => withoutShank(tool, Math.max(height, 2 * tool.radius)),
     size: byRadius,
     surface: (tool) =>
       stemmed(arc(0, tool.radius, tool.radius, Math.PI - Math.asin(tool.neck / tool.radius)), tool),
@@ -499,10 +501,7 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
       };
     },
     height: length,
-    shortened: (tool, height) => {
-      const reach = Math.min(tool.reach, Math.max(height, tool.height));
-      return { ...tool, reach, length: Math.min(tool.length, reach) };
-    },
+    shortened: (tool, height) => withoutShank(tool, Math.max(height, tool.height)),
     size: byRadius,
     surface: (tool) =>
       stemmed(
