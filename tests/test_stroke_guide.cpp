@@ -345,5 +345,113 @@ TEST(StrokeGuide, AGougeLeavesACleanChannel) {
   }
 }
 
+// ---- Stamps
+
+// Where a stamp is pressed in: places that are as deep as the hand, with such above them before and
+// after.
+std::vector<Pose> pressed(const std::vector<Timed>& path, double lift_mm) {
+  std::vector<Pose> places;
+  for (size_t i = 1; i + 1 < path.size(); i++) {
+    const auto above = [&](const Timed& t) {
+      return (t.pose.tip - path[i].pose.tip - lift_mm * path[i].pose.axis()).norm() < 1e-9;
+    };
+    if (above(path[i - 1]) && above(path[i + 1])) places.push_back(path[i].pose);
+  }
+  return places;
+}
+
+TEST(StrokeGuide, AStampIsPressedInOnceWhereTheStrokeBegins) {
+  Random random;
+  StrokeGuideSettings settings;
+  settings.stamp = true;
+  settings.lift_mm = 3;
+  for (int round = 0; round < 50; round++) {
+    settings.lead = round % 2 == 1;
+    const std::vector<Timed> hand = wandering(random, random.integer(1, 40), 2),
+                             path = path_of(settings, hand);
+    ASSERT_EQ(path.size(), 4u) << random.note();
+    const std::vector<Pose> places = pressed(path, 3);
+    ASSERT_EQ(places.size(), 1u) << random.note();
+    EXPECT_EQ(places[0].tip, hand[0].pose.tip);
+    const Vec3 way = across(hand.back().pose.tip - hand[0].pose.tip, hand[0].pose.axis());
+    if (!settings.lead) {
+      EXPECT_EQ(places[0].frame, hand[0].pose.frame);
+    } else if (way.norm() > 2) {
+      EXPECT_GT(places[0].frame.col(0).dot(way.normalized()), 1 - 1e-9) << random.note();
+    }
+    for (size_t i = 1; i < path.size(); i++) EXPECT_GE(path[i].time_s, path[i - 1].time_s);
+  }
+}
+
+TEST(StrokeGuide, AStampIsPressedInAtEqualDistances) {
+  Random random;
+  for (int round = 0; round < 100; round++) {
+    StrokeGuideSettings settings;
+    settings.stamp = true;
+    settings.lead = round % 2 == 1;
+    settings.lift_mm = random.uniform(0.5, 4);
+    settings.every_mm = random.uniform(0.4, 9);
+    // Straight on, by steps of any size.
+    const Vec3 axis = random.direction(), way = across(random.direction(), axis).normalized();
+    std::vector<Timed> hand{at(random.in_box(0, 50), 0, axis)};
+    double length = 0;
+    for (int i = 1; i < 30; i++) {
+      const double step = random.uniform(0, 4);
+      length += step;
+      hand.push_back(at(hand[0].pose.tip + length * way, 0.02 * i, axis));
+    }
+    const std::vector<Timed> path = path_of(settings, hand);
+    const std::vector<Pose> places = pressed(path, settings.lift_mm);
+    ASSERT_EQ(places.size(), static_cast<size_t>(length / settings.every_mm) + 1) << random.note();
+    for (size_t i = 0; i < places.size(); i++) {
+      const Vec3 wanted = hand[0].pose.tip + static_cast<double>(i) * settings.every_mm * way;
+      EXPECT_LT((places[i].tip - wanted).norm(), 1e-6) << random.note();
+      if (settings.lead) {
+        EXPECT_GT(places[i].frame.col(0).dot(way), 1 - 1e-9) << random.note();
+      }
+    }
+    // Between them it is never as deep as the hand.
+    size_t deep = 0;
+    for (const Timed& t : path)
+      deep += (t.pose.tip - hand[0].pose.tip).dot(axis) < settings.lift_mm - 1e-9 ? 1 : 0;
+    EXPECT_EQ(deep, places.size()) << random.note();
+    for (size_t i = 1; i < path.size(); i++) EXPECT_GE(path[i].time_s, path[i - 1].time_s);
+  }
+}
+
+TEST(StrokeGuide, AStampGoesAroundACircle) {
+  StrokeGuideSettings settings;
+  settings.guide = Guide::circle;
+  settings.centre_mm = Vec3(20, 20, 0);
+  settings.stamp = settings.lead = true;
+  settings.lift_mm = 2;
+  constexpr double kRadius = 12;
+  settings.every_mm = 2 * std::numbers::pi * kRadius / 16;
+  std::vector<Timed> hand;
+  for (int i = 0; i <= 360; i++) {
+    const double a = i * 0.99 * std::numbers::pi / 180;
+    hand.push_back(at(settings.centre_mm + kRadius * Vec3(std::cos(a), std::sin(a), 0), 0.01 * i));
+  }
+  const std::vector<Pose> places = pressed(path_of(settings, hand), 2);
+  ASSERT_EQ(places.size(), 16u);
+  for (size_t i = 0; i < places.size(); i++) {
+    const double a = 2 * std::numbers::pi * static_cast<double>(i) / 16;
+    const Vec3 wanted = settings.centre_mm + kRadius * Vec3(std::cos(a), std::sin(a), 0);
+    EXPECT_LT((places[i].tip - wanted).norm(), 0.05);
+    EXPECT_GT(places[i].frame.col(0).dot(Vec3(-std::sin(a), std::cos(a), 0)), std::cos(0.005));
+  }
+}
+
+TEST(StrokeGuide, AStampsDistanceIsChecked) {
+  StrokeGuideSettings settings;
+  settings.stamp = true;
+  settings.every_mm = 0.01;
+  EXPECT_FALSE(check_stroke_guide(settings));
+  settings.every_mm = std::nan("");
+  EXPECT_FALSE(check_stroke_guide(settings));
+  settings.every_mm = 0.1;
+  EXPECT_TRUE(check_stroke_guide(settings));
+}
+
 }  // namespace
 }  // namespace kibori

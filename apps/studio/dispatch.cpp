@@ -7,8 +7,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include <kibori/base/file.h>
+#include <kibori/batch/stamp.h>
 #include <kibori/document/body_codec.h>
 #include <kibori/document/codec.h>
+#include <kibori/formats/endings.h>
 #include <kibori/haptics/materials.h>
 #include <kibori/measure/mass.h>
 
@@ -21,11 +24,38 @@ namespace {
 
 constexpr size_t kMaxThumbnailBytes = 65536;
 constexpr size_t kMaxNameBytes = 400;
+constexpr double kStampBackMm = 8;  // of the plate behind a picture
 
 bool is_png(const Bytes& bytes) {
   constexpr std::array<uint8_t, 8> kBegin{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
   return bytes.size() <= kMaxThumbnailBytes && bytes.size() > kBegin.size() &&
          std::equal(kBegin.begin(), kBegin.end(), bytes.begin());
+}
+
+Result<Tool> stamp_of(const ChooseStamp& m, double pitch_mm) {
+  if (m.what == 0) return text_stamp({m.text, m.font, m.size, m.depth});
+  // What came is put where readers find it.
+  const auto folder = TemporaryFolder::make();
+  if (!folder) return Error{folder.error()};
+  const std::string ending = ending_of(m.name);
+  if (m.what == 1 ? ending != ".png" : !is_one_of(kMeshesRead, ending))
+    return Error{m.what == 1 ? "a picture must be a PNG file"
+                             : "a mesh must be a file of " + list_of(kMeshesRead, ", ", " or ")};
+  const std::filesystem::path path = folder.value()->path() / ("stamp" + ending);
+  NewFile file(path);
+  file.write(m.data.data(), m.data.size());
+  if (const Status written = file.commit(); !written) return Error{written.error()};
+  Result<Tool> tool =
+      m.what == 1 ? picture_stamp(path, {m.size, m.depth, kStampBackMm, m.invert != 0}, pitch_mm)
+                  : mesh_stamp(path, m.size);
+  // The sentence names the file as the person knows it.
+  if (!tool) {
+    std::string error = tool.error();
+    if (const size_t at = error.find(path.string()); at != error.npos)
+      error.replace(at, path.string().size(), sanitize_message(m.name));
+    return Error{error};
+  }
+  return tool;
 }
 
 struct Dispatch {
@@ -133,6 +163,8 @@ struct Dispatch {
       guide.lead = m.lead != 0;
       guide.entry_mm = m.entry;
       guide.lift_mm = m.lift;
+      guide.stamp = m.stamp != 0;
+      guide.every_mm = m.every;
       guide.closed = m.closed != 0;
       constexpr size_t kPoint = 3 * sizeof(double);
       if (m.curve.size() % kPoint != 0) return Error{"a guide's curve is cut short"};
@@ -205,7 +237,8 @@ struct Dispatch {
   }
   void operator()(const ChooseHand& m) const {
     choose([&](LiveSession& s) {
-      Status done = s.choose_hand({m.strength, m.stiffness, m.powered != 0});
+      constexpr std::array kShares{1.0, kPoweredShare, kPressShare};
+      Status done = s.choose_hand({m.strength, m.stiffness, kShares[m.powered]});
       server.send_device(done ? nullptr : &page);
       return done;
     });
@@ -221,13 +254,29 @@ struct Dispatch {
     choose([&](LiveSession& s) -> Status {
       const Result<Tool> tool = tool_from_json(m.tool);
       if (!tool) return Error{tool.error()};
-      Status done = s.choose_tool(tool.value());
-      if (done) server.send(encode(server.shown.emplace(ShowTool{tool_message(tool.value())})));
-      return done;
+      // A mesh is none of a page's own: ChooseStamp makes it.
+      if (std::holds_alternative<MeshTool>(tool.value())) return Error{"choose a stamp"};
+      return hold(s, tool.value());
     });
+  }
+  void operator()(const ChooseStamp& m) const {
+    choose([&](LiveSession& s) -> Status {
+      const Result<Tool> tool = stamp_of(m, s.lattice().pitch_mm);
+      if (!tool) return Error{tool.error()};
+      return hold(s, tool.value());
+    });
+  }
+  void operator()(const AskFonts&) const {
+    page.send(encode(Fonts{nlohmann::json(font_families())
+                               .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)}));
   }
 
  private:
+  Status hold(LiveSession& live, const Tool& tool) const {
+    Status done = live.choose_tool(tool);
+    if (done) server.show_tool(tool);
+    return done;
+  }
   void respond(const Status& done) const {
     if (!done && server.session) page.notify(done.error());
   }

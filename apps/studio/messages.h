@@ -13,7 +13,7 @@
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 15;
+inline constexpr uint16_t kProtocolVersion = 16;
 
 // The first message of a page, with the key that POST /enter gave for the token. Welcome or Start
 // answers; where the key is another one, the line is closed with code 1008.
@@ -103,7 +103,7 @@ struct ChooseTool {
 };
 // The hand's strength [N], 20 to 1000; the stiffness between hand and tool [N/mm], 0: what suits a
 // pointer or the device; powered: 1 where a motor turns the tool, and the hand bears a tenth of the
-// cut.
+// cut; 2 where a press drives it, and the hand bears a hundredth.
 struct ChooseHand {
   static constexpr uint8_t kKind = 9;
   double strength = 0;
@@ -112,7 +112,7 @@ struct ChooseHand {
   bool in_range() const {
     return strength >= -1e+12 && strength <= 1e+12 &&
            stiffness >= -1e+12 && stiffness <= 1e+12 &&
-           powered <= 1;
+           powered <= 2;
   }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
@@ -528,7 +528,8 @@ struct LiftSecond {
 // direction is a multiple of snap [degrees] (0: any), 2 a circle about the centre [mm], 3 the curve
 // through these points (three f64 each [mm]), closed or not. steady: the tool is drawn behind the
 // hand on a string so long [mm]. lead: its local x axis turns to the way it goes; it goes in and
-// comes out over `entry` [mm], from `lift` [mm] above.
+// comes out over `entry` [mm], from `lift` [mm] above. stamp: it is pressed in, from `lift` above,
+// where the stroke begins, or, where `every` is not 0, at so many mm from each other on its way.
 struct ChooseGuide {
   static constexpr uint8_t kKind = 42;
   uint8_t guide = 0;
@@ -539,6 +540,8 @@ struct ChooseGuide {
   uint8_t lead = 0;
   double entry = 0;
   double lift = 0;
+  uint8_t stamp = 0;
+  double every = 0;
   std::vector<uint8_t> curve;
   bool in_range() const {
     return guide <= 3 &&
@@ -549,16 +552,53 @@ struct ChooseGuide {
            lead <= 1 &&
            entry >= 0 && entry <= 1e+06 &&
            lift >= 0 && lift <= 1e+06 &&
+           stamp <= 1 &&
+           every >= 0 && every <= 1e+06 &&
            curve.size() <= 240000;
   }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(guide, snap, centre, closed, steady, lead, entry, lift, curve);
+    f(guide, snap, centre, closed, steady, lead, entry, lift, stamp, every, curve);
   }
 };
 // What the body that is worked on weighs; Mass answers.
 struct AskMass {
   static constexpr uint8_t kKind = 43;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {}
+};
+// A stamp is held from now on. what: 0 letters: `text` in a `font` (a family), `size` [mm] high as
+// a capital H, `depth` long; 1 a picture (PNG) as a relief, `size` wide, white `depth` deeper than
+// black, or, inverted, black deeper; 2 a mesh, `size` wide as the longer of its sides. name: the
+// file's, data: its bytes. ShowStamp tells what it is.
+struct ChooseStamp {
+  static constexpr uint8_t kKind = 44;
+  uint8_t what = 0;
+  std::string text;
+  std::string font;
+  double size = 0;
+  double depth = 0;
+  uint8_t invert = 0;
+  std::string name;
+  std::vector<uint8_t> data;
+  bool in_range() const {
+    return what <= 2 &&
+           text.size() <= 1024 &&
+           font.size() <= 256 &&
+           size >= 0.1 && size <= 1000 &&
+           depth >= 0.1 && depth <= 1000 &&
+           invert <= 1 &&
+           name.size() <= 256 &&
+           data.size() <= 1000000;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(what, text, font, size, depth, invert, name, data);
+  }
+};
+// Which fonts are installed where the studio runs; Fonts answers.
+struct AskFonts {
+  static constexpr uint8_t kKind = 45;
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
@@ -826,8 +866,28 @@ struct Mass {
     f(body, volume, mass, centre);
   }
 };
+// The stamp that is held: its triangles in its own frame [mm], tip at the origin: vertices (three
+// f32 each) and their corners (three u32 each).
+struct ShowStamp {
+  static constexpr uint8_t kKind = 82;
+  std::vector<uint8_t> vertices;
+  std::vector<uint8_t> triangles;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(vertices, triangles);
+  }
+};
+// Answers AskFonts. JSON: the families, in alphabetical order.
+struct Fonts {
+  static constexpr uint8_t kKind = 83;
+  std::string json;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(json);
+  }
+};
 
 // What a page may say.
-using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs, ShowRemains, PreviewAction, ReviseStep, ChooseSecond, PressSecond, AimSecond, LiftSecond, ChooseGuide, AskMass>;
+using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs, ShowRemains, PreviewAction, ReviseStep, ChooseSecond, PressSecond, AimSecond, LiftSecond, ChooseGuide, AskMass, ChooseStamp, AskFonts>;
 
 }  // namespace kibori::studio

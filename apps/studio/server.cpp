@@ -85,6 +85,7 @@ void Server::State::show(std::unique_ptr<Session> opened) {
   second_told = false;
   traced = false;
   shown.reset();
+  stamp.reset();
   trace_sent.clear();
   state_at = {};
   const std::vector<WebSocketClient*> all(pages.begin(), pages.end());
@@ -212,9 +213,15 @@ void Server::State::run_experiment(WebSocketClient& page, const RunExperiment& r
   if (!opened) page.notify(opened.error());
 }
 
+void Server::State::show_tool(const Tool& tool) {
+  stamp = stamp_message(tool);
+  if (stamp) send(encode(*stamp));
+  send(encode(shown.emplace(ShowTool{tool_message(tool)})));
+}
+
 void Server::State::follow_experiment() {
   ExperimentSession& run = *session->experiment();
-  if (Tool now; run.next_tool(now)) send(encode(shown.emplace(ShowTool{tool_message(now)})));
+  if (Tool now; run.next_tool(now)) show_tool(now);
   if (traced) return;
   const Result<Carving>* const outcome = run.outcome();
   if (!outcome) {

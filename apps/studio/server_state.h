@@ -74,6 +74,8 @@ struct Server::State {
             bool cancellable = true);
   void carve_example(WebSocketClient& page, const std::string& name);
   void run_experiment(WebSocketClient& page, const RunExperiment& run);
+  // The tool from now on, to every page.
+  void show_tool(const Tool& tool);
   // What an experiment came to, once.
   void follow_experiment();
   // To every page.
@@ -107,6 +109,7 @@ struct Server::State {
   bool traced = false;              // what the experiment came to was sent
   std::vector<uint8_t> trace_sent;  // for pages that come later; empty: not yet
   std::optional<ShowTool> shown;    // the tool; none: no one has said
+  std::optional<ShowStamp> stamp;   // its triangles, where it is a stamp
   std::string trouble_told;
   Clock::time_point trouble_at{}, clipped_at{};
   Clock::time_point state_at{}, ticks_at{}, work_at{};

@@ -94,6 +94,7 @@ void WebSocketClient::restart() {
                                            : !session.live()    ? 1
                                                                 : 0)}));
   server_.send_device(this);
+  if (server_.stamp) send(encode(*server_.stamp));
   if (server_.shown) send(encode(*server_.shown));
   if (!server_.trace_sent.empty()) send(server_.trace_sent);
   offer_bodies();

@@ -16,7 +16,9 @@
 #include <kibori/batch/stock.h>
 #include <kibori/edit/edit.h>
 #include <kibori/formats/mesh_file.h>
+#include <kibori/formats/nrrd.h>
 #include <kibori/solid/dexel_solid.h>
+#include <kibori/solid/grid_solid.h>
 
 namespace kibori {
 namespace {
@@ -200,7 +202,58 @@ double percentile(const std::vector<double>& sorted, double share) {
 
 namespace {
 
-// All of one material.
+// What the model has within a solid becomes of another material, its faces bit for bit as they
+// were. False: it has nothing there.
+bool change_material(TriDexel& model, const Solid& solid, uint8_t material,
+                     const EditOptions& edit) {
+  TriDexel within(model.snapshot(), model.material_bounds());
+  Removed changed;
+  intersect(within, solid, edit, changed);
+  if (!(within.volume_mm3() > 0)) return false;
+  const DexelSolid part(within.snapshot(), within.material_bounds());
+  cut(model, part, edit, changed);
+  deposit(model, part, material, edit, changed);
+  return true;
+}
+
+// Each label's voxels of its material.
+Result<std::unique_ptr<TriDexel>> volume_stock(const Stock& stock, const CarveOptions& options) {
+  const Result<LabelVolume> read = read_nrrd(stock.mesh_path);
+  if (!read) return Error{"volume " + read.error()};
+  const LabelVolume& volume = read.value();
+  const LabelShapes shapes(volume);
+  if (shapes.labels().empty()) return Error{"volume holds nothing but air"};
+  for (const uint16_t label : shapes.labels()) {
+    if (stock.labels.contains(label)) continue;
+    const auto name = volume.names.find(label);
+    return Error{"labels does not say which material label " + std::to_string(label) +
+                 (name == volume.names.end() ? "" : " (" + name->second + ")") + " is of"};
+  }
+  const Vec3 size = volume.size_mm();
+  Result<Lattice> lattice =
+      make_lattice(size, stock.pitch_mm, stock.room_mm.value_or(0.1 * size.maxCoeff()));
+  if (!lattice) return Error{lattice.error()};
+  if (const Status fits = check_memory(lattice.value(), false); !fits) return Error{fits.error()};
+  auto model = std::make_unique<TriDexel>(lattice.value());
+  EditOptions edit;
+  edit.threads = options.threads;
+  Removed added;
+  const ShapeGrid whole = shapes.whole();
+  const uint16_t first = shapes.labels().front();
+  deposit(*model, GridSolid(whole, Vec3::Zero(), lattice.value()), stock.labels.at(first), edit,
+          added);
+  for (const uint16_t label : shapes.labels()) {
+    if (label == first) continue;
+    const ShapeGrid share = shapes.share_of(label);
+    change_material(*model, GridSolid(share, Vec3::Zero(), lattice.value()), stock.labels.at(label),
+                    edit);
+  }
+  if (!(model->volume_mm3() > 0))
+    return Error{"volume holds no material at this pitch; use a finer one"};
+  return model;
+}
+
+// All of one material, but for a volume.
 Result<std::unique_ptr<TriDexel>> plain_stock(const Stock& stock, const std::string& scene_file,
                                               const CarveOptions& options) {
   const auto wrong = [&](const std::string& what) {
@@ -237,6 +290,10 @@ Result<std::unique_ptr<TriDexel>> plain_stock(const Stock& stock, const std::str
       return wrong("holds no material at this pitch; use a finer one");
     return std::move(made.value().model);
   }
+  if (stock.kind == Stock::Kind::volume) {
+    Result<std::unique_ptr<TriDexel>> made = volume_stock(stock, options);
+    return made ? std::move(made) : wrong(made.error());
+  }
   const Vec3 size = stock.size_mm;
   Result<Lattice> lattice =
       make_lattice(size, stock.pitch_mm, stock.room_mm.value_or(0.1 * size.maxCoeff()));
@@ -265,6 +322,7 @@ Result<std::unique_ptr<TriDexel>> plain_stock(const Stock& stock, const std::str
       break;
     case Stock::Kind::mesh:
     case Stock::Kind::relief:
+    case Stock::Kind::volume:
       break;  // above
   }
   if (!(model->volume_mm3() > 0)) return wrong("holds no material at this pitch; use a finer one");
@@ -283,18 +341,11 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
   for (const StockLayer& layer : stock.layers) {
     const SweptTool shape(layer.shape, layer.pose, Vec3::Zero(), model.lattice(),
                           model.material_bounds());
-    // What the stock has of it, taken out and put back as the other material: the same floats.
-    TriDexel within(model.snapshot(), model.material_bounds());
-    Removed changed;
-    intersect(within, shape.solid(), edit, changed);
-    if (!(within.volume_mm3() > 0)) {
+    if (!change_material(model, shape.solid(), layer.material, edit)) {
       std::string where = scene_file;
       if (layer.line > 0) where.append(":").append(std::to_string(layer.line));
       return Error{where + ": [layer] holds nothing of the stock; move it, or make it larger"};
     }
-    const DexelSolid part(within.snapshot(), within.material_bounds());
-    cut(model, part, edit, changed);
-    deposit(model, part, layer.material, edit, changed);
   }
   return made;
 }

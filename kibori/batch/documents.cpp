@@ -26,10 +26,11 @@ namespace {
 
 using Json = nlohmann::json;
 
-const char* const kKinds[] = {"block", "sphere", "cylinder", "mesh", "relief"};
+const char* const kKinds[] = {"block", "sphere", "cylinder", "mesh", "relief", "volume"};
 
 bool has_file(const Stock& stock) {
-  return stock.kind == Stock::Kind::mesh || stock.kind == Stock::Kind::relief;
+  return stock.kind == Stock::Kind::mesh || stock.kind == Stock::Kind::relief ||
+         stock.kind == Stock::Kind::volume;
 }
 
 std::string stock_to_json(const Stock& stock, const std::string& label) {
@@ -49,6 +50,8 @@ std::string stock_to_json(const Stock& stock, const std::string& label) {
   if (stock.kind == Stock::Kind::relief)
     json.update(
         {{"width_mm", stock.width_mm}, {"height_mm", stock.height_mm}, {"base_mm", stock.base_mm}});
+  for (const auto& [label_number, material] : stock.labels)
+    json["labels"].push_back({label_number, material});
   for (const StockLayer& layer : stock.layers) {
     Json pose = Json::array();
     for (const double number : layer.pose.tip) pose.push_back(number);
@@ -88,7 +91,7 @@ Result<Stock> stock_from_json(const Json& json) {
     return found != json.end() && found->is_number() ? found->get<double>() : otherwise;
   };
   int kind = -1;
-  for (int i = 0; i < 5; i++)
+  for (int i = 0; i < static_cast<int>(std::size(kKinds)); i++)
     if (json.value("kind", Json()) == kKinds[i]) kind = i;
   const Json size = json.value("size_mm", Json());
   if (kind < 0 || !size.is_array() || size.size() != 3) return none;
@@ -113,6 +116,15 @@ Result<Stock> stock_from_json(const Json& json) {
     *axis = *read;
   }
   if (!stock.size_mm.allFinite() || !is_turn(stock.orientation)) return none;
+  if (const auto labels = json.find("labels"); labels != json.end()) {
+    if (!labels->is_array()) return none;
+    for (const Json& pair : *labels) {
+      if (!pair.is_array() || pair.size() != 2 || !pair[0].is_number_unsigned() ||
+          !pair[1].is_number_unsigned() || pair[0] > 65535 || pair[1] >= kMaxMaterials)
+        return none;
+      stock.labels[pair[0].get<uint16_t>()] = pair[1].get<uint8_t>();
+    }
+  }
   if (const auto layers = json.find("layers"); layers != json.end()) {
     if (!layers->is_array() || layers->size() > kMaxLayers) return none;
     for (const Json& one : *layers) {

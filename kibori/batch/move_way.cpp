@@ -61,7 +61,8 @@ Pose MoveWay::at(double share, const Pose& start) const {
 
 Result<MoveWay> way_of(const Move& from, const Move& to, double pitch_mm) {
   const bool leads = to.leads();
-  const Vec3 start = from.to_mm - (leads ? to.lead.lift_mm : 0) * to.axis;
+  const double lift = to.stamps() ? to.stamp.lift_mm : leads ? to.lead.lift_mm : 0;
+  const Vec3 start = from.to_mm - lift * to.axis;
   Result<std::vector<Vec3>> line = line_of(start, to, pitch_mm);
   if (!line) return Error{line.error()};
   MoveWay way;
@@ -69,7 +70,9 @@ Result<MoveWay> way_of(const Move& from, const Move& to, double pitch_mm) {
   StrokeGuideSettings settings;
   settings.lead = leads;
   settings.entry_mm = to.lead.entry_mm;
-  settings.lift_mm = to.lead.lift_mm;
+  settings.lift_mm = lift;
+  settings.stamp = to.stamps();
+  settings.every_mm = to.stamp.every_mm;
   StrokeGuide guide(settings);
   const Mat3 frame = frame_from_axis(to.axis, to.roll_rad);
   const auto put = [&](const Pose& pose, double) { way.places.push_back(pose); };

@@ -2,6 +2,7 @@
 #include <kibori/batch/scene.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <initializer_list>
@@ -11,6 +12,7 @@
 #include <toml++/toml.h>
 
 #include <kibori/base/file.h>
+#include <kibori/batch/stamp.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/haptics/materials.h>
 #include <kibori/motion/reshape_stroke.h>
@@ -19,6 +21,9 @@ namespace kibori {
 namespace {
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
+// What says of a mesh tool which mesh it is.
+constexpr std::array kStampKeys{"file", "text",  "picture", "font",
+                                "size", "width", "depth",   "invert"};
 
 // Levenshtein distance, for "did you mean".
 size_t distance(std::string_view a, std::string_view b) {
@@ -215,8 +220,11 @@ class Reader {
       }
     }
     if (const toml::node* powered = force->get("powered")) {
-      if (!powered->is_boolean()) fail(powered, "[force] powered must be true or false");
-      if (powered->value_or(false)) law.hand_share = spring.hand_share = kPoweredShare;
+      const bool press = powered->value<std::string>() == "press";
+      if (!powered->is_boolean() && !press)
+        fail(powered, "[force] powered must be true, false or \"press\"");
+      if (press || powered->value_or(false))
+        law.hand_share = spring.hand_share = press ? kPressShare : kPoweredShare;
     }
     if (force->contains("kf")) at_least_zero(*force, "force", "kf", kf_.emplace());
     if (force->contains("u")) at_least_zero(*force, "force", "u", u_.emplace());
@@ -312,14 +320,14 @@ class Reader {
     if (!t) return;
     only(*t, "stock",
          {"block", "mesh", "sphere", "cylinder", "relief", "pitch", "material", "fit_mm", "room_mm",
-          "width_mm", "height_mm", "base_mm", "invert", "up", "front"});
+          "width_mm", "height_mm", "base_mm", "invert", "up", "front", "volume", "labels"});
     Stock& stock = scene_.stock;
     stock.line = line_of(*t);
     int kinds = 0;
-    for (const char* kind : {"block", "mesh", "sphere", "cylinder", "relief"})
+    for (const char* kind : {"block", "mesh", "sphere", "cylinder", "relief", "volume"})
       kinds += t->contains(kind) ? 1 : 0;
     if (kinds != 1)
-      fail(t, "[stock] needs exactly one of block, mesh, sphere, cylinder and relief");
+      fail(t, "[stock] needs exactly one of block, mesh, sphere, cylinder, relief and volume");
     if (t->contains("block")) {
       stock.kind = Stock::Kind::block;
       stock.size_mm = vector(*t, "stock", "block");
@@ -343,7 +351,13 @@ class Reader {
       stock.width_mm = positive(*t, "stock", "width_mm");
       stock.height_mm = positive(*t, "stock", "height_mm");
       stock.base_mm = positive(*t, "stock", "base_mm");
+    } else if (t->contains("volume")) {
+      stock.kind = Stock::Kind::volume;
+      stock.mesh_path = file(*t, "stock", "volume");
+      read_labels(*t, stock);
     }
+    if (t->contains("labels") && stock.kind != Stock::Kind::volume)
+      fail(t->get("labels"), "[stock] labels goes with volume");
     for (const char* key : {"width_mm", "height_mm", "base_mm"})
       if (t->contains(key) && stock.kind != Stock::Kind::relief)
         fail(t->get(key), std::string("[stock] ") + key + " goes with relief");
@@ -361,10 +375,34 @@ class Reader {
       stock.fit_mm = positive(*t, "stock", "fit_mm");
     }
     if (t->contains("room_mm")) at_least_zero(*t, "stock", "room_mm", stock.room_mm.emplace());
+    if (stock.kind == Stock::Kind::volume && !stock.labels.empty())
+      stock.material = stock.labels.begin()->second;
     if (t->contains("material"))
       stock.material = material(t->get("material"), text(*t, "stock", "material"));
     else if (scene_.materials.empty())
       add(t, defaults("material"));
+  }
+
+  // Which material the voxels of each label are of: labels = { 1 = "enamel", 2 = "dentine" }.
+  void read_labels(const toml::table& t, Stock& stock) {
+    const toml::node* node = t.get("labels");
+    const toml::table* labels = node ? node->as_table() : nullptr;
+    if (!labels || labels->empty())
+      return fail(
+          node ? node : &t,
+          "[stock] volume needs the material of each label, as in labels = { 1 = \"oak\", 2 "
+          "= \"pine\" }");
+    for (const auto& [key, value] : *labels) {
+      const std::string label(key.str());
+      const auto name = value.value_exact<std::string>();
+      int number = 0;
+      const auto [end, error] = std::from_chars(label.data(), label.data() + label.size(), number);
+      if (error != std::errc() || end != label.data() + label.size() || number < 1 ||
+          number > 65535)
+        return fail(node, "[stock] labels are numbers from 1 to 65535, not \"" + label + "\"");
+      if (!name) return fail(node, "[stock] label " + label + " must be a material's name");
+      stock.labels[static_cast<uint16_t>(number)] = material(node, *name);
+    }
   }
 
   void read_orientation(const toml::table& t, Stock& stock) {
@@ -458,23 +496,70 @@ class Reader {
     const bool is_mesh = std::holds_alternative<MeshTool>(tool);
     std::vector<std::string> keys = {"shape"};
     for_tool_numbers(tool, [&](const char* key, const auto&) { keys.emplace_back(key); });
-    if (is_mesh) keys.emplace_back("file");
+    if (is_mesh) keys.insert(keys.end(), kStampKeys.begin(), kStampKeys.end());
     only(t, name, keys);
     for_tool_numbers(tool, [&](const char* key, auto& value) {
       if (t.contains(key) || !keep) read_tool_number(t, name, key, value);
     });
-    if (is_mesh && (t.contains("file") || !keep)) {
-      if (const std::filesystem::path path = file(t, name, "file"); !path.empty()) {
-        auto mesh = read_mesh(path);
-        if (!mesh)
-          fail(t.get("file"), mesh.error());
-        else
-          tool = MeshTool{std::make_shared<TriangleMesh>(std::move(mesh).value())};
-      }
-    }
+    if (is_mesh && (t.contains("file") || t.contains("text") || t.contains("picture") || !keep))
+      tool = read_stamp(t, name);
     if (error_.empty())
       if (const Status ok = check_tool(tool); !ok) fail(&t, full(name, ok.error()));
     return tool;
+  }
+
+  // A mesh, letters, or a picture.
+  Tool read_stamp(const toml::table& t, std::string_view name) {
+    const int kinds = int{t.contains("file")} + t.contains("text") + t.contains("picture");
+    if (kinds != 1) {
+      fail(&t, full(name, "a mesh needs exactly one of file, text and picture"));
+      return MeshTool{};
+    }
+    const auto goes_with = [&](const char* key, const char* what) {
+      if (t.contains(key) && !t.contains(what))
+        fail(t.get(key), full(name, std::string(key) + " goes with " + what));
+    };
+    goes_with("font", "text");
+    goes_with("size", "text");
+    goes_with("invert", "picture");
+    if (t.contains("width") && t.contains("text"))
+      fail(t.get("width"), full(name, "letters are as wide as their size makes them"));
+    if (t.contains("depth") && t.contains("file"))
+      fail(t.get("depth"), full(name, "a mesh is as deep as it is"));
+    if (!error_.empty()) return MeshTool{};
+    const auto given = [&](const char* key, double otherwise) {
+      return t.contains(key) ? positive(t, name, key) : otherwise;
+    };
+    Result<Tool> made = Error{""};
+    const char* what = "file";
+    if (t.contains("text")) {
+      what = "text";
+      Lettering letters;
+      letters.text = text(t, name, "text");
+      if (t.contains("font")) letters.font = text(t, name, "font");
+      letters.height_mm = given("size", letters.height_mm);
+      letters.depth_mm = given("depth", letters.depth_mm);
+      made = text_stamp(letters);
+    } else if (t.contains("picture")) {
+      what = "picture";
+      const std::filesystem::path path = file(t, name, "picture");
+      PictureStamp size;
+      size.width_mm = given("width", size.width_mm);
+      size.depth_mm = given("depth", size.depth_mm);
+      size.invert = flag_or(t, name, "invert", false);
+      if (!path.empty()) made = picture_stamp(path, size, scene_.stock.pitch_mm);
+    } else if (const std::filesystem::path path = file(t, name, "file"); !path.empty()) {
+      if (t.contains("width")) {
+        made = mesh_stamp(path, positive(t, name, "width"));
+      } else if (auto mesh = read_mesh(path)) {
+        made = Tool(MeshTool{std::make_shared<TriangleMesh>(std::move(mesh).value())});
+      } else {
+        made = Error{mesh.error()};
+      }
+    }
+    if (made) return std::move(made).value();
+    if (error_.empty()) fail(t.get(what), made.error());
+    return MeshTool{};
   }
 
   // Keys left out keep their value of the move before.
@@ -566,8 +651,8 @@ class Reader {
     }
   }
 
-  // The keys of a way that is not the straight one; only those of `lead` are kept for the next
-  // move.
+  // The keys of a way that is not the straight one; only those of `lead` and `stamp` are kept for
+  // the next move.
   void read_way(const toml::table& t, bool first, Move& move) {
     move.along_mm.clear();
     move.arc.reset();
@@ -615,7 +700,25 @@ class Reader {
             "[move] lead must be true, false, or a table, as in lead = { entry = 5, lift = 3 }");
       }
     }
-    if (first && (move.winds() || move.lead.on))
+    if (const toml::node* node = t.get("stamp")) {
+      const auto on = node->value_exact<bool>();
+      const toml::table* stamp = node->as_table();
+      if (!on && !stamp)
+        return fail(node,
+                    "[move] stamp must be true, false, or a table, as in stamp = { every = 12, "
+                    "lift = 3 }");
+      move.stamp.on = on.value_or(true);
+      if (stamp) {
+        only(*stamp, "stamp", {"every", "lift"});
+        at_least_zero(*stamp, "stamp", "every", move.stamp.every_mm);
+        at_least_zero(*stamp, "stamp", "lift", move.stamp.lift_mm);
+      }
+    }
+    if (move.stamps() && !first && move.stamp.every_mm == 0 && (move.winds() || t.contains("to")))
+      return fail(move.line,
+                  "[move] stamps once, where it stands; leave out its way, or say how far from one "
+                  "place to the next, as in stamp = { every = 12, lift = 3 }");
+    if (first && (move.winds() || move.lead.on || move.stamp.on))
       fail(move.line, "[move] the first says where the tool starts; it goes no way yet");
   }
 
@@ -665,7 +768,7 @@ class Reader {
       const bool first = scene_.moves.empty();
       only(t, "move",
            {"to", "axis", "roll_deg", "speed", "turn_deg_s", "wait_s", "mode", "material", "label",
-            "tool", "brush", "second", "along", "straight", "arc", "lead"});
+            "tool", "brush", "second", "along", "straight", "arc", "lead", "stamp"});
       move.line = line_of(t);
       move.label.clear();
       move.wait_s = 0;
@@ -679,10 +782,10 @@ class Reader {
       if (t.contains("label")) move.label = text(t, "move", "label");
       read_second(t, first, move);
       if (!error_.empty()) return;
-      // A tool that leads itself to no other place goes in and out where it is.
-      if (!first && move.leads() && !move.winds())
-        move.along_mm = {t.contains("to") ? move.to_mm
-                                          : Vec3(move.to_mm - move.lead.lift_mm * move.axis)};
+      // A tool that leads itself, or stamps, to no other place goes in and out where it is.
+      const double lift = move.stamps() ? move.stamp.lift_mm : move.lead.lift_mm;
+      if (!first && (move.leads() || move.stamps()) && !move.winds())
+        move.along_mm = {t.contains("to") ? move.to_mm : Vec3(move.to_mm - lift * move.axis)};
       if (!first) {
         auto plan = plan_move(scene_, scene_.moves.back(), move);
         if (!plan) {
@@ -964,9 +1067,10 @@ Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to)
   };
   MovePlan plan;
   double length = 0, angle = 0;  // the longer of both hands'
-  if (to.winds() || to.leads()) {
+  if (to.winds() || to.leads() || to.stamps()) {
     if (to.axis.dot(from.axis) < 1 - 1e-12)
-      return wrong("[move] along, arc and lead need an axis that stays; turn it in a move before");
+      return wrong(
+          "[move] along, arc, lead and stamp need an axis that stays; turn it in a move before");
     Result<MoveWay> way = way_of(from, to, scene.stock.pitch_mm);
     if (!way) return wrong("[move] " + way.error());
     length = way.value().length_mm();

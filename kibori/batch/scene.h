@@ -4,6 +4,7 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -33,9 +34,9 @@ struct StockLayer {
 inline constexpr size_t kMaxLayers = 64;
 
 struct Stock {
-  enum class Kind { block, sphere, cylinder, mesh, relief } kind = Kind::block;
+  enum class Kind { block, sphere, cylinder, mesh, relief, volume } kind = Kind::block;
   Vec3 size_mm = Vec3::Zero();                      // of the bounds; block: its size
-  std::filesystem::path mesh_path;                  // mesh, or relief: its picture
+  std::filesystem::path mesh_path;                  // mesh; relief: its picture; volume: its labels
   double width_mm = 0, height_mm = 0, base_mm = 0;  // relief
   bool invert = false;                              // relief: black is highest
   std::optional<double> fit_mm;                     // mesh: scaled so that its longest side is this
@@ -43,6 +44,7 @@ struct Stock {
   double pitch_mm = 0;
   std::optional<double> room_mm;  // space around the stock
   uint8_t material = 0;
+  std::map<uint16_t, uint8_t> labels;  // volume: the material of each label
   std::vector<StockLayer> layers;
   int line = 0;  // in the file
 };
@@ -69,6 +71,12 @@ struct MoveLead {
   double entry_mm = 0, lift_mm = 0;
 };
 
+// A tool that is pressed in and drawn out on its way; see StrokeGuideSettings.
+struct MoveStamp {
+  bool on = false;
+  double every_mm = 0, lift_mm = 0;
+};
+
 struct Move {
   Vec3 to_mm = Vec3::Zero();
   Vec3 axis = Vec3::UnitZ();  // unit
@@ -87,12 +95,14 @@ struct Move {
   bool straight = false;  // from point to point; else a smooth curve
   std::optional<MoveArc> arc;
   MoveLead lead;
+  MoveStamp stamp;
   std::optional<SecondMove> second;
   int line = 0;  // in the file
-  // Whether the tool leads itself on this move; whether its way is not the straight one.
+  // Whether the tool leads itself on this move, or stamps; whether its way is not the straight one.
   bool leads() const {
     return lead.on && mode != Mode::off && (!reshapes(mode) || mode == Mode::press);
   }
+  bool stamps() const { return stamp.on && (mode == Mode::cut || mode == Mode::deposit); }
   bool winds() const { return !along_mm.empty() || arc; }
   // Whether the second hand takes part in its stroke.
   bool both() const { return second && second->mode != Mode::off && !reshapes(mode); }
@@ -153,7 +163,7 @@ Result<Scene> parse_scene(const std::string& text, const std::string& name,
 struct MovePlan {
   int64_t ticks = 0, dwell_ticks = 0;
   Vec3 turn_rad = Vec3::Zero();  // rotation vector of the whole move
-  std::optional<MoveWay> way;    // of a move that winds, or whose tool leads itself
+  std::optional<MoveWay> way;    // of a move that winds, or whose tool leads itself or stamps
   Vec3 second_turn_rad = Vec3::Zero();
 };
 // Errors: a reversal of the axis, a missing speed, more ticks than 10^9.

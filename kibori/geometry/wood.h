@@ -9,9 +9,9 @@ namespace kibori {
 
 // A log: where its pith runs, how wide its rings are.
 struct Log {
-  Vec3 pith;        // a point on it [mm]
-  Vec3 along;       // unit, the way the tree grew
-  double ring = 2;  // mean width of a year's ring [mm]
+  Vec3 pith = Vec3::Zero();    // a point on it [mm]
+  Vec3 along = Vec3::UnitZ();  // unit, the way the tree grew
+  double ring = 2;             // mean width of a year's ring [mm]
 };
 
 // The log that a plank of that box was cut from: the grain runs along its longest side; the pith

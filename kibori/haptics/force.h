@@ -40,6 +40,8 @@ struct Tick {
 // tenth of what a knife of the same chip would need. More, and a ball burr in oak is harder to push
 // than a carver can; less, and hard and soft wood feel alike.
 inline constexpr double kPoweredShare = 0.1;
+// The same where a press or an arbor drives a stamp in, by its lever and screw.
+inline constexpr double kPressShare = 0.01;
 
 struct ForceLaw {
   // With `series` a tick has the wrench of `energy`, and the spring's pull stands in for it.

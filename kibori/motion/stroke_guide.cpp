@@ -20,8 +20,11 @@ constexpr double kAimMm = 2;
 constexpr double kTrailMm = 1.5;
 // Going in and coming out are given in so many places, so that they are arcs.
 constexpr int kEntryPlaces = 16;
-// How fast a leading tool that goes no way goes in and out.
+// How fast a stamp, or a leading tool that goes no way, goes in and out.
 constexpr double kStabMmS = 50;
+// A stamp is pressed in no nearer to the place before than this [mm], nor so often in a stroke.
+constexpr double kMinEveryMm = 0.1;
+constexpr int kMostPresses = 10'000;
 // Of a length: less has no direction that rounding leaves alone.
 constexpr double kNoWay = 1e-6;
 constexpr size_t kMaxCurvePoints = 100'000;
@@ -51,6 +54,8 @@ Status check_stroke_guide(const StrokeGuideSettings& s) {
     return Error{"a guide's snap must be 0 to 180 degrees"};
   if (!at_least_zero(s.steady_mm) || !at_least_zero(s.entry_mm) || !at_least_zero(s.lift_mm))
     return Error{"a guide's steady, entry and lift must be lengths of at least 0 mm"};
+  if (!(s.every_mm == 0 || (s.every_mm >= kMinEveryMm && s.every_mm <= kMaxCoordinate)))
+    return Error{"a stamp is pressed in every 0.1 mm or more, or, with 0, once"};
   if (!s.centre_mm.allFinite()) return Error{"a guide's circle has its centre at no place at all"};
   if (s.guide == Guide::curve) {
     if (s.curve_mm.size() < 2 || s.curve_mm.size() > kMaxCurvePoints)
@@ -136,6 +141,15 @@ std::optional<Vec3> StrokeGuide::guided(const Pose& hand) {
   return tip;
 }
 
+// The way that the tool goes at `tip`: the circle's own there, else that from the point drawn
+// behind it to its `head`.
+Vec3 StrokeGuide::way_at(const Vec3& tip, const Vec3& head) const {
+  const Vec3 drawn = head - trail_;
+  if (settings_.guide != Guide::circle) return drawn;
+  const Vec3 round = normal_.cross(Vec3(tip - settings_.centre_mm));
+  return round.dot(drawn) < 0 ? Vec3(-round) : round;
+}
+
 // ---- The stroke
 
 Pose StrokeGuide::begin(const Pose& hand, double time_s) {
@@ -150,7 +164,12 @@ Pose StrokeGuide::begin(const Pose& hand, double time_s) {
   if (settings_.guide != Guide::line) first.tip = guided(hand).value_or(hand.tip);
   drawn_ = hand.tip;
   at_ = trail_ = first.tip;
-  if (settings_.lead) {
+  if (settings_.stamp) {
+    over_ = {first, time_s, 0};
+    begun_ = first.tip;
+    next_mm_ = pressing_s_ = 0;
+    first.tip += settings_.lift_mm * first.axis();
+  } else if (settings_.lead) {
     behind_.push_back({first, time_s, 0});
     first.tip += settings_.lift_mm * first.axis();
   }
@@ -168,10 +187,53 @@ void StrokeGuide::move(const Pose& hand, double time_s, const Emit& emit) {
   const std::optional<Vec3> tip = guided(pose);
   if (!tip) return;
   pose.tip = at_ = *tip;
-  if (settings_.lead)
+  if (settings_.stamp)
+    stamp_to(pose, time_s, emit);
+  else if (settings_.lead)
     lead_to(pose, time_s, emit);
   else
     emit(pose, time_s);
+}
+
+// From above the wood, and out again.
+void StrokeGuide::press(const Pose& pose, double time_s, const Emit& emit) {
+  Pose above = pose;
+  above.tip += settings_.lift_mm * above.axis();
+  const double takes_s = settings_.lift_mm / kStabMmS;
+  emit(above, time_s + pressing_s_);
+  emit(pose, time_s + pressing_s_ + takes_s);
+  pressing_s_ += 2 * takes_s;
+  emit(above, time_s + pressing_s_);
+}
+
+void StrokeGuide::stamp_to(const Pose& pose, double time_s, const Emit& emit) {
+  const Place from = over_;
+  const Vec3 way = pose.tip - from.pose.tip;
+  const double size = length(way), every = settings_.every_mm;
+  over_ = {pose, time_s, from.way_mm + size};
+  if (every == 0 || size < kNoWay) return;  // once: at the end
+  // So short that its turn follows that of the way.
+  const int pieces = std::clamp(static_cast<int>(std::ceil(size / kTrailMm)), 1, 2000);
+  Place last = from;
+  for (int i = 1; i <= pieces; i++) {
+    const double share = static_cast<double>(i) / pieces;
+    Place place{pose, from.time_s + share * (time_s - from.time_s), from.way_mm + share * size};
+    place.pose.tip = from.pose.tip + share * way;
+    const Vec3 drawn = place.pose.tip - trail_;
+    if (length(drawn) > kTrailMm) trail_ = place.pose.tip - drawn * (kTrailMm / length(drawn));
+    // What waited until the way was known is on the straight line from the beginning.
+    if (settings_.lead && place.way_mm < kTrailMm) continue;
+    if (settings_.lead && !turned_) last = {{begun_, pose.frame}, from.time_s, 0};
+    turned_ = true;
+    for (; next_mm_ <= place.way_mm && next_mm_ <= kMostPresses * every; next_mm_ += every) {
+      Pose at = pose;
+      at.tip = last.pose.tip + (next_mm_ - last.way_mm) / (place.way_mm - last.way_mm) *
+                                   (place.pose.tip - last.pose.tip);
+      if (settings_.lead) at.frame = led(at.frame, way_at(at.tip, place.pose.tip));
+      press(at, place.time_s, emit);
+    }
+    last = place;
+  }
 }
 
 // The tool at a place from which the end is at least so far.
@@ -211,8 +273,7 @@ void StrokeGuide::lead_to(const Pose& pose, double time_s, const Emit& emit) {
       const Vec3 known = place.pose.tip - behind_.front().pose.tip;
       for (Place& waits : behind_) waits.pose.frame = led(waits.pose.frame, known);
     }
-    place.pose.frame =
-        led(pose.frame, turned_ ? Vec3(place.pose.tip - trail_) : Vec3(Vec3::Zero()));
+    if (turned_) place.pose.frame = led(pose.frame, way_at(place.pose.tip, place.pose.tip));
     behind_.push_back(place);
   }
   if (!turned_) return;
@@ -225,6 +286,15 @@ void StrokeGuide::lead_to(const Pose& pose, double time_s, const Emit& emit) {
 }
 
 void StrokeGuide::end(const Emit& emit) {
+  if (settings_.stamp) {
+    if (next_mm_ > 0) return;
+    // Once, or it went no way: where the stroke began, turned to where it ended.
+    Pose at{begun_, over_.pose.frame};
+    const Vec3 way = over_.pose.tip - begun_;
+    if (settings_.lead && length(way) >= kTrailMm) at.frame = led(at.frame, way);
+    press(at, over_.time_s, emit);
+    return;
+  }
   if (!settings_.lead) return;
   const Place last = behind_.back();
   if (!turned_) {

@@ -13,6 +13,9 @@
 //            the wood until it knows that way, goes in over `entry_mm`, and, drawn behind the hand
 //            by as much, comes out over the same length where the stroke ends
 //
+//   stamp    the tool is pressed in where the stroke begins, or at equal distances along its way,
+//            and carried from place to place above the wood
+//
 //            hand's path  ●────────────────────────●
 //            tip           ╲______________________╱     entry_mm long on both sides
 //
@@ -50,10 +53,14 @@ struct StrokeGuideSettings {
   bool lead = false;
   double entry_mm = 0;  // of a tool that leads
   double lift_mm = 0;   // how far above its path, along its axis, it goes in and comes out
+  // Pressed in and drawn out; a tool that leads is turned to its way meanwhile. every_mm: how far
+  // from one place to the next, as the tool goes above the wood; 0: once, where the stroke begins.
+  bool stamp = false;
+  double every_mm = 0;
   bool operator==(const StrokeGuideSettings&) const = default;
 
   // Whether hand and tool go different ways at all.
-  bool guides() const { return guide != Guide::none || steady_mm > 0 || lead; }
+  bool guides() const { return guide != Guide::none || steady_mm > 0 || lead || stamp; }
 };
 
 // Ok, or one sentence on what can't be.
@@ -82,7 +89,10 @@ class StrokeGuide {
 
   std::optional<Vec3> guided(const Pose& hand);
   Vec3 on_curve(const Vec3& tip);
+  Vec3 way_at(const Vec3& tip, const Vec3& head) const;
   void lead_to(const Pose& pose, double time_s, const Emit& emit);
+  void stamp_to(const Pose& pose, double time_s, const Emit& emit);
+  void press(const Pose& pose, double time_s, const Emit& emit);
   void give(const Place& place, double left_mm, const Emit& emit) const;
 
   StrokeGuideSettings settings_;
@@ -96,6 +106,11 @@ class StrokeGuide {
   Vec3 trail_ = Vec3::Zero();  // drawn behind the tool: the way it goes is from there
   bool turned_ = false;        // the way is known
   std::deque<Place> behind_;   // of which it is not known yet how far they are from the end
+  // Of a stamp.
+  Place over_{};               // where it is carried
+  Vec3 begun_ = Vec3::Zero();  // where the stroke began
+  double next_mm_ = 0;         // along its way: where it is pressed in next
+  double pressing_s_ = 0;      // how long it has been pressed in and drawn out by now
 };
 
 }  // namespace kibori

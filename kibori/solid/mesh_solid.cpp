@@ -2,8 +2,9 @@
 #include <kibori/solid/mesh_solid.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 #include <kibori/dexel/normal_code.h>
 #include <kibori/solid/crossings.h>
@@ -17,6 +18,8 @@ constexpr float kSeam = 1e-3f;
 // A triangle whose prism a ray sees edge-on, sine below this, has no interval of its own there: its
 // neighbours have it. Larger, and thin slits open; smaller, and the interval is rounding.
 constexpr double kEdgeOn = 1e-12;
+// Fewer triangles are not sorted into tiles.
+constexpr size_t kWorthBins = 64;
 
 uint32_t code_of(const Vec3& normal, Axis axis) {
   return encode_normal(normal[u_index(axis)], normal[v_index(axis)], normal[depth_index(axis)]);
@@ -34,47 +37,89 @@ void clip(double slope, double offset, double& lo, double& hi) {
 
 }  // namespace
 
-SweptMesh::SweptMesh(const TriangleMesh& mesh, const Pose& start, const LatticeVector& motion,
-                     const Lattice& lattice)
-    : triangles_(mesh.triangles), motion_(motion.units) {
-  static std::atomic<uint64_t> next_id{1};
-  id_ = next_id++;
-  points_.reserve(mesh.vertices.size());
-  for (const Vec3& p : mesh.vertices) {
+SweptMesh::SweptMesh(std::shared_ptr<const TriangleMesh> mesh, const Pose& start,
+                     const LatticeVector& motion, const Lattice& lattice)
+    : mesh_(std::move(mesh)), motion_(motion.units) {
+  points_.reserve(mesh_->vertices.size());
+  for (const Vec3& p : mesh_->vertices) {
     points_.push_back(lattice.to_lattice(start.to_world(p)).units);
     bounds_.include(points_.back());
     bounds_.include(Vec3(points_.back() + motion_));
   }
+  if (mesh_->triangles.size() < kWorthBins) return;
+  for (const Axis axis : kAxes) sort_into(bins_[static_cast<size_t>(axis)], axis, lattice);
 }
 
-const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const {
-  struct Cache {
-    uint64_t id = 0;
-    RayTile rays{Axis::x, -1, -1};
-    TileIntervals intervals;
-    std::array<std::vector<std::pair<float, std::pair<int, uint32_t>>>, kTileRays> crossings;
+std::array<double, 4> SweptMesh::swept_rect(uint32_t triangle, Axis axis) const {
+  const auto& corners = mesh_->triangles[triangle];
+  const Vec3 &a = points_[corners[0]], &b = points_[corners[1]], &c = points_[corners[2]];
+  const int ui = u_index(axis), vi = v_index(axis);
+  const auto [u_lo, u_hi] = std::minmax({a[ui], b[ui], c[ui]});
+  const auto [v_lo, v_hi] = std::minmax({a[vi], b[vi], c[vi]});
+  return {u_lo + std::min(motion_[ui], 0.0), u_hi + std::max(motion_[ui], 0.0),
+          v_lo + std::min(motion_[vi], 0.0), v_hi + std::max(motion_[vi], 0.0)};
+}
+
+void SweptMesh::sort_into(Bins& bins, Axis axis, const Lattice& lattice) const {
+  const auto tile_of = [](double at, int nodes) {
+    return static_cast<int>(std::floor(std::clamp(at, 0.0, nodes - 1.0) / kTileSide));
   };
-  thread_local Cache cache;
-  if (cache.id == id_ && cache.rays.axis == rays.axis && cache.rays.u0 == rays.u0 &&
-      cache.rays.v0 == rays.v0)
-    return cache.intervals;
-  cache.id = id_;
-  cache.rays = rays;
-  for (auto& list : cache.intervals) list.clear();
-  for (auto& list : cache.crossings) list.clear();
+  const int ui = u_index(axis), vi = v_index(axis);
+  bins.u = tile_of(bounds_.min[ui] - 1, lattice.nodes[ui]);
+  bins.v = tile_of(bounds_.min[vi] - 1, lattice.nodes[vi]);
+  bins.across = tile_of(bounds_.max[ui] + 1, lattice.nodes[ui]) - bins.u + 1;
+  bins.down = tile_of(bounds_.max[vi] + 1, lattice.nodes[vi]) - bins.v + 1;
+  // Counted, then put in their places; a triangle that touches two tiles is of both.
+  const auto for_bins = [&](auto&& f) {
+    for (uint32_t i = 0; i < mesh_->triangles.size(); i++) {
+      const auto [u_lo, u_hi, v_lo, v_hi] = swept_rect(i, axis);
+      const int tu0 = tile_of(u_lo - 1, lattice.nodes[ui]),
+                tu1 = tile_of(u_hi + 1, lattice.nodes[ui]),
+                tv0 = tile_of(v_lo - 1, lattice.nodes[vi]),
+                tv1 = tile_of(v_hi + 1, lattice.nodes[vi]);
+      for (int v = std::max(tv0, bins.v); v <= std::min(tv1, bins.v + bins.down - 1); v++)
+        for (int u = std::max(tu0, bins.u); u <= std::min(tu1, bins.u + bins.across - 1); u++)
+          f(static_cast<size_t>((v - bins.v) * bins.across + u - bins.u), i);
+    }
+  };
+  bins.first.assign(static_cast<size_t>(bins.across) * static_cast<size_t>(bins.down) + 1, 0);
+  for_bins([&](size_t bin, uint32_t) { bins.first[bin + 1]++; });
+  for (size_t i = 1; i < bins.first.size(); i++) bins.first[i] += bins.first[i - 1];
+  bins.triangles.resize(bins.first.back());
+  std::vector<uint32_t> next(bins.first.begin(), bins.first.end() - 1);
+  for_bins([&](size_t bin, uint32_t triangle) { bins.triangles[next[bin]++] = triangle; });
+}
+
+void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
+  struct Crossing {
+    float depth;
+    int sign;
+    uint32_t code;
+    bool operator<(const Crossing& other) const {
+      return std::tie(depth, sign, code) < std::tie(other.depth, other.sign, other.code);
+    }
+  };
+  thread_local std::array<std::vector<Crossing>, kTileRays> crossings_of;
+  for (auto& list : crossings_of) list.clear();
+  const Bins& bins = bins_[static_cast<size_t>(rays.axis)];
+  const int tile_u = rays.u0 / kTileSide - bins.u, tile_v = rays.v0 / kTileSide - bins.v;
+  // A tile that no bin is for is asked about by all triangles.
+  const bool binned = rays.u0 % kTileSide == 0 && rays.v0 % kTileSide == 0 && tile_u >= 0 &&
+                      tile_v >= 0 && tile_u < bins.across && tile_v < bins.down;
+  const size_t bin = binned ? static_cast<size_t>(tile_v * bins.across + tile_u) : 0,
+               begins = binned ? bins.first[bin] : 0,
+               ends = binned ? bins.first[bin + 1] : mesh_->triangles.size();
 
   const Axis axis = rays.axis;
   const int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
   const RayRect rect{rays.u0, rays.u0 + kTileSide, rays.v0, rays.v0 + kTileSide};
-  const double mu = motion_[ui], mv = motion_[vi];
   const bool moving = motion_.squaredNorm() > kNoSweep * kNoSweep;
-  for (const auto& triangle : triangles_) {
+  for (size_t i = begins; i < ends; i++) {
+    const auto number = binned ? bins.triangles[i] : static_cast<uint32_t>(i);
+    const auto& triangle = mesh_->triangles[number];
     const Vec3 &a = points_[triangle[0]], &b = points_[triangle[1]], &c = points_[triangle[2]];
-    const auto [u_lo, u_hi] = std::minmax({a[ui], b[ui], c[ui]});
-    const auto [v_lo, v_hi] = std::minmax({a[vi], b[vi], c[vi]});
-    if (u_hi + std::max(mu, 0.0) < rect.u0 || u_lo + std::min(mu, 0.0) > rect.u1 ||
-        v_hi + std::max(mv, 0.0) < rect.v0 || v_lo + std::min(mv, 0.0) > rect.v1)
-      continue;
+    const auto [u_lo, u_hi, v_lo, v_hi] = swept_rect(number, axis);
+    if (u_hi < rect.u0 || u_lo > rect.u1 || v_hi < rect.v0 || v_lo > rect.v1) continue;
     const Vec3 normal = (b - a).cross(c - a);
     const uint32_t face_code = code_of(normal, axis);
     for_crossings(snap({a}, axis), snap({b}, axis), snap({c}, axis), axis, rect,
@@ -88,7 +133,7 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
                     const auto [low, high] = std::minmax({a[di], b[di], c[di]});
                     const double exact = normal.dot(a - o) / normal[di];
                     depth = std::isfinite(exact) ? std::clamp(exact, low, high) : depth;
-                    cache.crossings[slot].push_back({static_cast<float>(depth), {sign, face_code}});
+                    crossings_of[slot].push_back({static_cast<float>(depth), sign, face_code});
                   });
     if (!moving) continue;
     // The prism: over the (t, s) plane of a ray, the triangle is a line (its plane) clipped by
@@ -102,12 +147,10 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
     Vec3 side[3] = {(b - a).cross(motion_), (c - b).cross(motion_), (a - c).cross(motion_)};
     for (int e = 0; e < 3; e++)
       if (side[e].dot(*corner[(e + 2) % 3] - *corner[e]) > 0) side[e] = -side[e];
-    const int u0 = std::max(rect.u0, static_cast<int>(std::floor(u_lo + std::min(mu, 0.0) - 0.5)));
-    const int u1 =
-        std::min(rect.u1 - 1, static_cast<int>(std::ceil(u_hi + std::max(mu, 0.0) - 0.5)));
-    const int v0 = std::max(rect.v0, static_cast<int>(std::floor(v_lo + std::min(mv, 0.0) - 0.5)));
-    const int v1 =
-        std::min(rect.v1 - 1, static_cast<int>(std::ceil(v_hi + std::max(mv, 0.0) - 0.5)));
+    const int u0 = std::max(rect.u0, static_cast<int>(std::floor(u_lo - 0.5)));
+    const int u1 = std::min(rect.u1 - 1, static_cast<int>(std::ceil(u_hi - 0.5)));
+    const int v0 = std::max(rect.v0, static_cast<int>(std::floor(v_lo - 0.5)));
+    const int v1 = std::min(rect.v1 - 1, static_cast<int>(std::ceil(v_hi - 0.5)));
     for (int v = v0; v <= v1; v++)
       for (int u = u0; u <= u1; u++) {
         Vec3 o = Vec3::Zero();
@@ -145,26 +188,26 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
         const Vec3& n1 = edge_hi < 0 ? normal : side[edge_hi];
         const auto slot = static_cast<size_t>((v - rays.v0) * kTileSide + (u - rays.u0));
         if (forward)
-          cache.intervals[slot].push_back({static_cast<float>(t0), static_cast<float>(t1),
-                                           facing(n0, code0, false), facing(n1, code1, true)});
+          all[slot].push_back({static_cast<float>(t0), static_cast<float>(t1),
+                               facing(n0, code0, false), facing(n1, code1, true)});
         else
-          cache.intervals[slot].push_back({static_cast<float>(t1), static_cast<float>(t0),
-                                           facing(n1, code1, false), facing(n0, code0, true)});
+          all[slot].push_back({static_cast<float>(t1), static_cast<float>(t0),
+                               facing(n1, code1, false), facing(n0, code0, true)});
       }
   }
   for (size_t slot = 0; slot < kTileRays; slot++) {
-    auto& crossings = cache.crossings[slot];
-    auto& list = cache.intervals[slot];
+    auto& crossings = crossings_of[slot];
+    auto& list = all[slot];
     std::sort(crossings.begin(), crossings.end());
     int winding = 0;
     for (size_t i = 0; i < crossings.size(); i++) {
       const int before = winding;
-      winding += crossings[i].second.first;
+      winding += crossings[i].sign;
       if (before == 0)
-        list.push_back({crossings[i].first, crossings[i].first, crossings[i].second.second, 0});
+        list.push_back({crossings[i].depth, crossings[i].depth, crossings[i].code, 0});
       if (winding == 0 && before != 0) {
-        list.back().hi = crossings[i].first;
-        list.back().normal_hi = crossings[i].second.second;
+        list.back().hi = crossings[i].depth;
+        list.back().normal_hi = crossings[i].code;
       }
     }
     std::sort(list.begin(), list.end(), [](const Interval& a, const Interval& b) {
@@ -184,37 +227,6 @@ const SweptMesh::TileIntervals& SweptMesh::intervals(const RayTile& rays) const 
     list.resize(kept);
     std::erase_if(list, [](const Interval& i) { return !(i.lo < i.hi); });
   }
-  return cache.intervals;
-}
-
-bool SweptMesh::spans(const RayTile& rays, int layer, SpanLayer& out) const {
-  const TileIntervals& all = intervals(rays);
-  out.rows = 0;
-  const auto wanted = static_cast<size_t>(layer);
-  for (int row = 0; row < kTileSide; row++)
-    for (int lane = 0; lane < kTileSide; lane++) {
-      const int slot = row * kTileSide + lane;
-      const auto& list = all[static_cast<size_t>(slot)];
-      const bool there = wanted < list.size();
-      out.lo[slot] = there ? list[wanted].lo : kFar;
-      out.hi[slot] = there ? list[wanted].hi : -kFar;
-      if (there) out.rows |= static_cast<uint16_t>(1u << row);
-    }
-  return out.rows != 0;
-}
-
-void SweptMesh::normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const {
-  const TileIntervals& all = intervals(rays);
-  for (int row = 0; row < kTileSide; row++)
-    for (int lane = 0; lane < kTileSide; lane++) {
-      const int slot = row * kTileSide + lane;
-      const auto& list = all[static_cast<size_t>(slot)];
-      if (static_cast<size_t>(layer) >= list.size()) continue;
-      const Interval& own = list[static_cast<size_t>(layer)];
-      const auto turned = [&](uint32_t code) { return of.flip ? negate_normal(code) : code; };
-      if ((ends.lo[row] >> lane) & 1) of.codes.lo[slot] = turned(own.normal_lo);
-      if ((ends.hi[row] >> lane) & 1) of.codes.hi[slot] = turned(own.normal_hi);
-    }
 }
 
 }  // namespace kibori

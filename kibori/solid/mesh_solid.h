@@ -1,42 +1,44 @@
 // SPDX-License-Identifier: MIT
 // A closed mesh as a tool, swept along a straight line: the mesh at its start, and the prism that
-// each triangle sweeps. Exact and not convex, so in several layers. For batch work: it keeps its
-// own copy of the mesh, and costs triangles x touched tiles.
+// each triangle sweeps. Exact and not convex. Costs its triangles, and for each tile those that can
+// come to its rays; it allocates.
 #pragma once
 
 #include <array>
+#include <memory>
 #include <vector>
 
-#include <kibori/dexel/field.h>
 #include <kibori/geometry/mesh.h>
-#include <kibori/solid/solid.h>
+#include <kibori/solid/interval_solid.h>
 
 namespace kibori {
 
-class SweptMesh final : public Solid {
+class SweptMesh final : public IntervalSolid {
  public:
   // `mesh` in tool coordinates [mm], `start` in the world.
-  SweptMesh(const TriangleMesh& mesh, const Pose& start, const LatticeVector& motion,
-            const Lattice& lattice);
+  SweptMesh(std::shared_ptr<const TriangleMesh> mesh, const Pose& start,
+            const LatticeVector& motion, const Lattice& lattice);
 
   LatticeBox bounds() const override { return {bounds_}; }
-  bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
-  void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
  private:
-  struct Interval {
-    float lo, hi;
-    uint32_t normal_lo, normal_hi;
+  // Which triangles can come to which tile of one field's rays.
+  struct Bins {
+    int u = 0, v = 0, across = 0, down = 0;  // tiles: the first, and how many
+    std::vector<uint32_t> first;             // in `triangles`, of each tile, and the end
+    std::vector<uint32_t> triangles;
   };
-  using TileIntervals = std::array<std::vector<Interval>, kTileRays>;
-  // The intervals of every ray of a tile; remembered while the same tile is asked about.
-  const TileIntervals& intervals(const RayTile& rays) const;
 
+  void fill(const RayTile& rays, TileIntervals& all) const override;
+  void sort_into(Bins& bins, Axis axis, const Lattice& lattice) const;
+  // The rectangle that a triangle sweeps across the rays: low and high u, low and high v.
+  std::array<double, 4> swept_rect(uint32_t triangle, Axis axis) const;
+
+  std::shared_ptr<const TriangleMesh> mesh_;
   std::vector<Vec3> points_;  // lattice units, at the start
-  std::vector<std::array<uint32_t, 3>> triangles_;
   Vec3 motion_;
   Box bounds_;
-  uint64_t id_;
+  std::array<Bins, 3> bins_;
 };
 
 }  // namespace kibori

@@ -2,7 +2,6 @@
 #include <kibori/solid/prism.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -20,11 +19,6 @@ struct FlatRay {
   Vec2 from, along;
   double across() const { return cross(along, from); }
 };
-
-uint64_t next_id() {
-  static std::atomic<uint64_t> id{1};
-  return id++;
-}
 
 // A ray that runs along the direction to this much is one point in the plane.
 constexpr double kAlong = 1e-9;
@@ -94,59 +88,9 @@ AcrossPlane::AcrossPlane(const Vec3& direction) {
   v = frame.col(1);
 }
 
-SweptOutline::SweptOutline(const AcrossPlane& plane, std::vector<OutlineSide> sides)
-    : plane_(plane), sides_(std::move(sides)), id_(next_id()) {}
-
 LatticeBox SweptOutline::bounds() const {
   constexpr double inf = std::numeric_limits<double>::infinity();
   return {{Vec3::Constant(-inf), Vec3::Constant(inf)}};
-}
-
-const SweptOutline::TileIntervals& SweptOutline::intervals(const RayTile& rays) const {
-  struct Cache {
-    uint64_t id = 0;
-    RayTile rays{Axis::x, -1, -1};
-    TileIntervals intervals;
-  };
-  thread_local Cache cache;
-  if (cache.id != id_ || cache.rays.axis != rays.axis || cache.rays.u0 != rays.u0 ||
-      cache.rays.v0 != rays.v0) {
-    for (auto& list : cache.intervals) list.clear();
-    fill(rays, cache.intervals);
-    cache.id = id_;
-    cache.rays = rays;
-  }
-  return cache.intervals;
-}
-
-bool SweptOutline::spans(const RayTile& rays, int layer, SpanLayer& out) const {
-  const TileIntervals& all = intervals(rays);
-  const auto at = static_cast<size_t>(layer);
-  bool any = false;
-  out.last = true;
-  for (size_t slot = 0; slot < kTileRays; slot++) {
-    const bool there = at < all[slot].size();
-    out.lo[slot] = there ? all[slot][at].lo : kFar;
-    out.hi[slot] = there ? all[slot][at].hi : -kFar;
-    any |= there;
-    out.last &= at + 1 >= all[slot].size();
-  }
-  out.rows = 0xffff;
-  return any;
-}
-
-void SweptOutline::normals(const RayTile& rays, int layer, const EndMasks& ends,
-                           SpanLayer& of) const {
-  const TileIntervals& all = intervals(rays);
-  for (size_t row = 0; row < kTileSide; row++)
-    for (size_t lane = 0; lane < kTileSide; lane++) {
-      const bool lo = (ends.lo[row] >> lane) & 1, hi = (ends.hi[row] >> lane) & 1;
-      if (!lo && !hi) continue;
-      const size_t slot = row * kTileSide + lane;
-      const Interval& i = all[slot][static_cast<size_t>(layer)];
-      if (lo) of.codes.lo[slot] = of.flip ? negate_normal(i.normal_lo) : i.normal_lo;
-      if (hi) of.codes.hi[slot] = of.flip ? negate_normal(i.normal_hi) : i.normal_hi;
-    }
 }
 
 // ---- Prism

@@ -4,10 +4,10 @@
 // direction every ray is a straight line; its intervals lie between its crossings.
 #pragma once
 
-#include <array>
+#include <utility>
 #include <vector>
 
-#include <kibori/solid/solid.h>
+#include <kibori/solid/interval_solid.h>
 
 namespace kibori {
 
@@ -25,30 +25,17 @@ struct AcrossPlane {
   Eigen::Vector2d to_plane(const Vec3& p) const { return {u.dot(p), v.dot(p)}; }
 };
 
-// What Prism and Wall share: intervals of a tile's rays, remembered while the same tile is asked
-// about.
-class SweptOutline : public Solid {
+// What Prism and Wall share.
+class SweptOutline : public IntervalSolid {
  public:
   LatticeBox bounds() const override;
-  bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
-  void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
  protected:
-  struct Interval {
-    float lo, hi;
-    uint32_t normal_lo, normal_hi;  // out of the solid
-  };
-  using TileIntervals = std::array<std::vector<Interval>, kTileRays>;
-
-  SweptOutline(const AcrossPlane& plane, std::vector<OutlineSide> sides);
-  virtual void fill(const RayTile& rays, TileIntervals& all) const = 0;
+  SweptOutline(const AcrossPlane& plane, std::vector<OutlineSide> sides)
+      : plane_(plane), sides_(std::move(sides)) {}
 
   AcrossPlane plane_;
   std::vector<OutlineSide> sides_;
-
- private:
-  const TileIntervals& intervals(const RayTile& rays) const;
-  uint64_t id_;
 };
 
 class Prism final : public SweptOutline {

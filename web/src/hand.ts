@@ -6,6 +6,7 @@ import { element, input, put, select } from "./dom";
 import type { Mode, Model, Tool } from "./kinds";
 import { write } from "./messages";
 import { SecondHand } from "./second_hand";
+import { Stamp } from "./stamp";
 import { StrokeGuide } from "./stroke_guide";
 import {
   TOOLS,
@@ -34,6 +35,8 @@ const BEYOND = 3;
  */
 const BLOW_AFTER_MS = 120;
 
+/** So long are letters that are pressed in [mm]. */
+const STAMP_LENGTH = 12;
 /** With Shift a brush smooths that is so many times as wide as the tool. */
 const SHIFT_WIDTH = 1.5;
 /** What is twisted turns by so much where the pointer goes to the right [rad]: half a turn in 300. */
@@ -78,6 +81,7 @@ export class Hand {
   readonly second: SecondHand;
   /** What keeps strokes to a way. */
   private guide: StrokeGuide;
+  readonly stamp: Stamp;
   private sliding: { id: "size" | "depth"; x: number; from: number } | null = null;
   private at = { x: 0, y: 0 };
   private shown: HeldTool | null = null;
@@ -90,9 +94,15 @@ export class Hand {
     private send: (message: Uint8Array) => void,
     /** Whether a press there took another body up. */
     private takesUp: (x: number, y: number) => boolean,
+    tell: (sentence: string) => void,
   ) {
     element("shapes").insertAdjacentHTML("beforeend", toolButtons());
     this.guide = new StrokeGuide(view, (message) => this.readOnly || send(message));
+    this.stamp = new Stamp(
+      (message) => this.readOnly || send(message),
+      () => this.chooseTool(),
+      tell,
+    );
     this.second = new SecondHand(canvas, view, send, {
       own: () => this.bare(),
       depth: () => this.depth(),
@@ -170,6 +180,7 @@ export class Hand {
     this.shown = this.plane = this.over = null;
     this.view.showPlane(null);
     this.view.controls.enabled = true;
+    this.stamp.begin();
     this.chooseShape();
     this.guide.begin();
     if (this.readOnly) this.view.showSymmetry(0, 1, 2);
@@ -208,9 +219,10 @@ export class Hand {
       : "Strike it with the mallet (Space), move it sideways, raise Strength, or take a smaller tool or one with a motor.";
     return `The wood holds the ${name} back: the hand pushes with all its ${strength} N. ${more}`;
   }
-  /** Whether a motor turns the tool. */
+  /** Whether a motor turns the tool, or a press drives it. */
   private get powered(): boolean {
-    return TOOLS[this.shape].powered && input("powered").checked;
+    const { powered, pressed } = TOOLS[this.shape];
+    return pressed || (powered && input("powered").checked);
   }
 
   /** A blow of the mallet. */
@@ -252,6 +264,12 @@ export class Hand {
   /** The tool that is held in some page. */
   show(tool: Tool | null): void {
     this.shown = held(tool);
+    this.draw();
+  }
+  /** The triangles of the stamp that is held in some page. */
+  showStamp(vertices: Uint8Array, triangles: Uint8Array): void {
+    this.stamp.showShape(vertices, triangles);
+    this.view.setTool(null);
     this.draw();
   }
 
@@ -337,9 +355,10 @@ export class Hand {
 
   /** Another shape, with the number it had when it was last held. */
   private chooseShape(): void {
-    const { form, turns, powered } = TOOLS[this.shape];
+    const { form, turns, powered, pressed } = TOOLS[this.shape];
     element("forms").hidden = !form;
-    element("motor").hidden = !powered;
+    element("stamp").hidden = this.shape !== "mesh";
+    element("motor").hidden = !powered || pressed === true;
     element("mallet").hidden = powered;
     element("turns").hidden = !turns;
     if (form) {
@@ -358,7 +377,7 @@ export class Hand {
     put("shape-out", name);
     put(
       "size-out",
-      `${this.radius().toFixed(1)} mm${tool.shape === "finger" ? `, ${sizeOf(tool)}` : ""}`,
+      `${this.radius().toFixed(1)} mm${tool.shape === "finger" ? `, ${sizeOf(tool)}` : tool.shape === "mesh" ? `, ${this.stamp.sizeOf(2 * this.radius())}` : ""}`,
     );
     put("depth-out", `${this.depth().toFixed(1)} mm`);
     // A corner is no wider than the tool.
@@ -370,8 +389,17 @@ export class Hand {
       TOOLS[this.shape].leads ?? false,
       this.depth(),
       this.brush !== undefined || this.adds,
+      tool.shape === "mesh" ? this.stamp.every : null,
     );
-    this.send(write.ChooseTool({ tool }));
+    if (tool.shape === "mesh") {
+      // As high and as wide as a ball would be; long enough to go in, or to stand as high as added.
+      const depth = this.depth(),
+        radius = this.radius();
+      this.stamp.choose(2 * radius, this.adds ? depth + Math.max(depth, radius) : STAMP_LENGTH);
+    } else {
+      this.stamp.leave();
+      this.send(write.ChooseTool({ tool }));
+    }
     if (this.brush && !this.stroke) this.chooseBrush();
   }
   /** The tool that is chosen, whatever it does. */
@@ -463,7 +491,13 @@ export class Hand {
     const strength = Number(input("strength").value),
       stiffness = Number(input("stiffness").value) || 0;
     put("strength-out", `${strength.toFixed(0)} N`);
-    this.send(write.ChooseHand({ strength, stiffness, powered: this.powered ? 1 : 0 }));
+    this.send(
+      write.ChooseHand({
+        strength,
+        stiffness,
+        powered: TOOLS[this.shape].pressed ? 2 : this.powered ? 1 : 0,
+      }),
+    );
   }
 
   /** Which way the tool points there: away from the wood. */

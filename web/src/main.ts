@@ -97,7 +97,7 @@ const splines = new Splines(
   () => bodies.activeBody,
 );
 const measure = new Measure(canvas, view, () => send(write.AskMass()));
-const hand: Hand = new Hand(canvas, view, send, (x, y) => bodies.takeUp(x, y));
+const hand: Hand = new Hand(canvas, view, send, (x, y) => bodies.takeUp(x, y), notify);
 const layout = new Layout((insets) => view.cover(insets));
 const look = new Look(canvas, view, notify, (ending, what) => save(`${title}.${ending}`, what));
 lookByKeys(canvas, view.controls);
@@ -123,6 +123,8 @@ const settings = new Settings([
   "crumbs",
   "steady",
   "leads",
+  "stamp-text",
+  "every",
 ]);
 const start = new Start(
   send,
@@ -257,6 +259,12 @@ function onMessage(said: FromStudio): void {
       hand.show(said.message.tool);
       break;
     }
+    case "ShowStamp":
+      hand.showStamp(said.message.vertices, said.message.triangles);
+      break;
+    case "Fonts":
+      hand.stamp.showFonts(said.message.json);
+      break;
     case "SecondHand":
       hand.second.show(said.message);
       break;

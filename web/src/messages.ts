@@ -3,7 +3,7 @@
 import type { Mode, Model, Tool } from "./kinds";
 import { Reader, Writer, type Vec3 } from "./wire";
 
-export const PROTOCOL_VERSION = 15;
+export const PROTOCOL_VERSION = 16;
 
 /** The first message of a page, with the key that POST /enter gave for the token. Welcome or Start answers; where the key is another one, the line is closed with code 1008. */
 export interface Hello { version: number; key: string }
@@ -21,7 +21,7 @@ export type Undo = Record<string, never>;
 export type Redo = Record<string, never>;
 /** The tool that is held from now on. */
 export interface ChooseTool { tool: Tool | null }
-/** The hand's strength [N], 20 to 1000; the stiffness between hand and tool [N/mm], 0: what suits a pointer or the device; powered: 1 where a motor turns the tool, and the hand bears a tenth of the cut. */
+/** The hand's strength [N], 20 to 1000; the stiffness between hand and tool [N/mm], 0: what suits a pointer or the device; powered: 1 where a motor turns the tool, and the hand bears a tenth of the cut; 2 where a press drives it, and the hand bears a hundredth. */
 export interface ChooseHand { strength: number; stiffness: number; powered: number }
 /** The page has taken this frame of chunks in, and can take the next. */
 export interface Got { frame: number }
@@ -87,10 +87,14 @@ export interface PressSecond { tip: Vec3; axis: Vec3; time: number }
 export interface AimSecond { tip: Vec3; axis: Vec3; time: number }
 /** The second hand lets go, once its tool has been everywhere that it was aimed to. */
 export type LiftSecond = Record<string, never>;
-/** How the pointer's strokes behave from the next one on. guide: 0 none, 1 a straight line, whose direction is a multiple of snap [degrees] (0: any), 2 a circle about the centre [mm], 3 the curve through these points (three f64 each [mm]), closed or not. steady: the tool is drawn behind the hand on a string so long [mm]. lead: its local x axis turns to the way it goes; it goes in and comes out over `entry` [mm], from `lift` [mm] above. */
-export interface ChooseGuide { guide: number; snap: number; centre: Vec3; closed: number; steady: number; lead: number; entry: number; lift: number; curve: Uint8Array }
+/** How the pointer's strokes behave from the next one on. guide: 0 none, 1 a straight line, whose direction is a multiple of snap [degrees] (0: any), 2 a circle about the centre [mm], 3 the curve through these points (three f64 each [mm]), closed or not. steady: the tool is drawn behind the hand on a string so long [mm]. lead: its local x axis turns to the way it goes; it goes in and comes out over `entry` [mm], from `lift` [mm] above. stamp: it is pressed in, from `lift` above, where the stroke begins, or, where `every` is not 0, at so many mm from each other on its way. */
+export interface ChooseGuide { guide: number; snap: number; centre: Vec3; closed: number; steady: number; lead: number; entry: number; lift: number; stamp: number; every: number; curve: Uint8Array }
 /** What the body that is worked on weighs; Mass answers. */
 export type AskMass = Record<string, never>;
+/** A stamp is held from now on. what: 0 letters: `text` in a `font` (a family), `size` [mm] high as a capital H, `depth` long; 1 a picture (PNG) as a relief, `size` wide, white `depth` deeper than black, or, inverted, black deeper; 2 a mesh, `size` wide as the longer of its sides. name: the file's, data: its bytes. ShowStamp tells what it is. */
+export interface ChooseStamp { what: number; text: string; font: string; size: number; depth: number; invert: number; name: string; data: Uint8Array }
+/** Which fonts are installed where the studio runs; Fonts answers. */
+export type AskFonts = Record<string, never>;
 /** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to 1), which of them its stock is of, what the page is called in its requests over HTTP, and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
 export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; material: number; page: string; what: number }
 /** Surface of one body that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), whether any is painted (u16), vertices, corners (u16 each), and of painted ones a colour for each vertex (red, green, blue, 255 where it is painted or 0: u8). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
@@ -127,6 +131,10 @@ export interface Previewed { error: string; forces: string }
 export interface SecondHand { there: number; tool: Tool | null; tip: Vec3; axis: Vec3; side: Vec3; force: Vec3 }
 /** Answers AskMass: the body, its volume [mm^3], its mass [g] (0: of one of its materials the density is not known), and its centre of gravity [mm] in the world. */
 export interface Mass { body: number; volume: number; mass: number; centre: Vec3 }
+/** The stamp that is held: its triangles in its own frame [mm], tip at the origin: vertices (three f32 each) and their corners (three u32 each). */
+export interface ShowStamp { vertices: Uint8Array; triangles: Uint8Array }
+/** Answers AskFonts. JSON: the families, in alphabetical order. */
+export interface Fonts { json: string }
 
 export const write = {
   Hello: (m: Hello) => new Writer(1).u16(m.version).text(m.key).done(),
@@ -170,8 +178,10 @@ export const write = {
   PressSecond: (m: PressSecond) => new Writer(39).vec3(m.tip).vec3(m.axis).f64(m.time).done(),
   AimSecond: (m: AimSecond) => new Writer(40).vec3(m.tip).vec3(m.axis).f64(m.time).done(),
   LiftSecond: () => new Writer(41).done(),
-  ChooseGuide: (m: ChooseGuide) => new Writer(42).u8(m.guide).f64(m.snap).vec3(m.centre).u8(m.closed).f64(m.steady).u8(m.lead).f64(m.entry).f64(m.lift).raw(m.curve).done(),
+  ChooseGuide: (m: ChooseGuide) => new Writer(42).u8(m.guide).f64(m.snap).vec3(m.centre).u8(m.closed).f64(m.steady).u8(m.lead).f64(m.entry).f64(m.lift).u8(m.stamp).f64(m.every).raw(m.curve).done(),
   AskMass: () => new Writer(43).done(),
+  ChooseStamp: (m: ChooseStamp) => new Writer(44).u8(m.what).text(m.text).text(m.font).f64(m.size).f64(m.depth).u8(m.invert).text(m.name).raw(m.data).done(),
+  AskFonts: () => new Writer(45).done(),
 };
 
 /** What the studio may say. */
@@ -193,7 +203,9 @@ export type FromStudio =
   | { kind: "Remains"; message: Remains }
   | { kind: "Previewed"; message: Previewed }
   | { kind: "SecondHand"; message: SecondHand }
-  | { kind: "Mass"; message: Mass };
+  | { kind: "Mass"; message: Mass }
+  | { kind: "ShowStamp"; message: ShowStamp }
+  | { kind: "Fonts"; message: Fonts };
 
 /** Throws where it is none of them, or too short or long. */
 export function read(data: ArrayBuffer): FromStudio {
@@ -236,6 +248,10 @@ export function read(data: ArrayBuffer): FromStudio {
       return r.end({ kind: "SecondHand", message: { there: r.u8(), tool: r.tool(), tip: r.vec3(), axis: r.vec3(), side: r.vec3(), force: r.vec3() } });
     case 81:
       return r.end({ kind: "Mass", message: { body: r.u32(), volume: r.f64(), mass: r.f64(), centre: r.vec3() } });
+    case 82:
+      return r.end({ kind: "ShowStamp", message: { vertices: r.raw(), triangles: r.raw() } });
+    case 83:
+      return r.end({ kind: "Fonts", message: { json: r.text() } });
     default:
       throw new Error(`a message of kind ${kind}, which is none`);
   }

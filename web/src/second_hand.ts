@@ -45,7 +45,7 @@ export class SecondHand {
   ) {
     select("second-mode").addEventListener("change", () => this.choose());
     element("second-takes").onclick = () => {
-      this.tool = this.first.own();
+      this.tool = this.taken();
       this.choose();
     };
   }
@@ -61,11 +61,17 @@ export class SecondHand {
     return this.stroke !== null;
   }
 
+  /** The first hand's tool; a press is not held in the second, and a ball is taken for a stamp. */
+  private taken(): HeldTool {
+    const tool = this.first.own();
+    return tool.shape === "mesh" ? TOOLS.ball.make(this.first.radius(), 0) : tool;
+  }
+
   /** What is chosen, to the studio. */
   choose(): void {
     this.lift();
     const { there } = this,
-      tool = this.tool ?? this.first.own();
+      tool = this.tool ?? this.taken();
     if (there) this.tool = tool;
     element("second-tool").hidden = !there;
     put("second-name", `${TOOLS[tool.shape].name}, ${sizeOf(tool)}`);

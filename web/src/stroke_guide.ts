@@ -24,7 +24,12 @@ export class StrokeGuide {
   private curve: THREE.Vector3[] = [];
   private centre: Hit | null = null;
   private drawn = new THREE.Group();
-  private held = { leads: false, depth: 0, brush: false };
+  private held: { leads: boolean; depth: number; brush: boolean; every: number | null } = {
+    leads: false,
+    depth: 0,
+    brush: false,
+    every: null,
+  };
 
   constructor(
     private view: View,
@@ -44,17 +49,26 @@ export class StrokeGuide {
     this.choose();
   }
 
-  /** The tool that is held, and how deep it goes. */
-  hold(leads: boolean, depth: number, brush: boolean): void {
+  /**
+   * The tool that is held, and how deep it goes; `every`: of a stamp, how far it is from one place
+   * to the next [mm].
+   */
+  hold(leads: boolean, depth: number, brush: boolean, every: number | null): void {
     const { held } = this;
-    if (held.leads === leads && held.depth === depth && held.brush === brush) return;
-    this.held = { leads, depth, brush };
+    if (
+      held.leads === leads &&
+      held.depth === depth &&
+      held.brush === brush &&
+      held.every === every
+    )
+      return;
+    this.held = { leads, depth, brush, every };
     this.choose();
   }
 
   /** How far from the hand the tool may be, though nothing holds it [mm]. */
   get slack(): number {
-    if (this.kind > 0) return Infinity;
+    if (this.kind > 0 || this.stamps) return Infinity;
     return this.steady + (this.leads ? this.entry + this.above : 0);
   }
   /** Over what way a tool that leads goes in, and from how high above its path [mm]. */
@@ -75,6 +89,10 @@ export class StrokeGuide {
   }
   private get leads(): boolean {
     return this.held.leads && !this.held.brush && input("leads").checked;
+  }
+
+  private get stamps(): boolean {
+    return this.held.every !== null && !this.held.brush;
   }
 
   /** A stroke begins there on the wood, goes on, and ends. */
@@ -123,6 +141,8 @@ export class StrokeGuide {
         lead: this.leads ? 1 : 0,
         entry: this.entry,
         lift: this.above,
+        stamp: this.stamps ? 1 : 0,
+        every: this.held.every ?? 0,
         curve: new Uint8Array(
           new Float64Array(missing ? [] : this.curve.flatMap((p) => p.toArray())).buffer,
         ),

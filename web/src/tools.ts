@@ -6,8 +6,8 @@ import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.j
 import type { Tool } from "./kinds";
 import type { Vec3 } from "./wire";
 
-/** A mesh and a half-space are of scenes only. */
-export type HeldTool = Exclude<Tool, { shape: "mesh" | "halfspace" }>;
+/** A half-space is of scenes only. */
+export type HeldTool = Exclude<Tool, { shape: "halfspace" }>;
 export type Shape = HeldTool["shape"];
 type Of<S extends Shape> = Extract<HeldTool, { shape: S }>;
 
@@ -25,6 +25,8 @@ interface Row<S extends Shape> {
   icon: string;
   /** A motor turns it, unless that is switched off; a hand or a mallet drives the others. */
   powered: boolean;
+  /** A press drives it in, whatever the hand does. */
+  pressed?: boolean;
   form?: Form;
   /** Whether it matters how far it is turned about its axis. */
   turns?: boolean;
@@ -157,6 +159,17 @@ const stemmed = (
     [shank, length],
     [0, length],
   );
+
+/** The stamp that is held, as the studio made it. */
+let stamp = new THREE.BufferGeometry();
+export function setStamp(vertices: Float32Array, triangles: Uint32Array): void {
+  const solid = new THREE.BufferGeometry();
+  solid.setAttribute("position", new THREE.BufferAttribute(vertices, 3));
+  solid.setIndex(new THREE.BufferAttribute(triangles, 1));
+  stamp.dispose();
+  stamp = toCreasedNormals(solid, CREASE);
+  stamp.computeBoundingBox();
+}
 
 export const TOOLS: { [S in Shape]: Row<S> } = {
   ball: {
@@ -512,6 +525,19 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
         ],
         tool,
       ),
+  },
+  mesh: {
+    name: "Stamp",
+    icon: '<path d="M9 2h6v6l-2 3v3h7v4H4v-4h7v-3L9 8zM5 21h14" />',
+    powered: true,
+    pressed: true,
+    turns: true,
+    leads: true,
+    make: () => ({ shape: "mesh" }),
+    height: () => stamp.boundingBox?.max.z ?? 0,
+    shortened: (tool) => tool,
+    size: () => "",
+    surface: () => stamp.clone(),
   },
 };
 export const SHAPES = Object.keys(TOOLS) as Shape[];

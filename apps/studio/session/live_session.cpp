@@ -16,6 +16,7 @@
 #include <kibori/base/check.h>
 #include <kibori/base/tolerances.h>
 #include <kibori/batch/documents.h>
+#include <kibori/batch/stamp.h>
 #include <kibori/devices/registry.h>
 #include <kibori/devices/virtual_device.h>
 #include <kibori/document/body_codec.h>
@@ -462,8 +463,9 @@ void LiveSession::go(StepId step) {
 
 Status LiveSession::fits_hand(const Tool& tool) const {
   if (Status fits = check_tool(tool); !fits) return fits;
-  // What the servo can sweep within a tick: no mesh, and no farther than float32 can tell.
-  if (std::holds_alternative<MeshTool>(tool) ||
+  // What the servo can sweep within a tick, and no farther than float32 can tell.
+  const auto* mesh = std::get_if<MeshTool>(&tool);
+  if ((mesh && mesh->mesh->triangles.size() > kMaxStampTriangles) ||
       !(reach_mm(tool) <= kMaxToolReach * lattice_.pitch_mm))
     return Error{std::string("a hand can't hold that ") + shape_of(tool)};
   return check_symmetry(symmetry_, tool);
@@ -507,8 +509,8 @@ Status LiveSession::give_hand(const Hand& hand, double reach) {
     held_->stiffness_n_mm = hand.stiffness_n_mm > 0 ? hand.stiffness_n_mm : default_n_mm_;
     stiffness = held_->stiffness_n_mm / (share * reach);
   }
-  const double borne = hand.powered ? kPoweredShare : 1;
-  Status posted = post([=, strength = hand.strength_n, moved = held_ && reach != held_->scale,
+  Status posted = post([=, strength = hand.strength_n, borne = hand.share,
+                        moved = held_ && reach != held_->scale,
                         pointer = second_pointer_ != nullptr](ServoContext& live) {
     live.settings().workspace.set_scale(reach);
     live.set_hand(stiffness, strength, borne, share);

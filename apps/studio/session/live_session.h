@@ -31,7 +31,7 @@ class LiveSession final : public Session {
     double strength_n = kHandStrengthN;  // S: it pushes with this at most
     // Between hand and tool; 0: what suits a pointer, or the device.
     double stiffness_n_mm = 0;
-    bool powered = true;  // a motor turns the tool, and the hand bears kPoweredShare of the cut
+    double share = kPoweredShare;  // of the cut's force, what the hand bears
   };
   // Of the force device that holds the tool.
   struct HapticDeviceState {
