@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // A step of every tool: each is as wide as a ball of R = 32 cells and scrapes the top of a block of
 // 512^3 nodes, a quarter of its radius deep, one cell a step, with the forces of model `energy`; in
-// plain stock, and in oak, whose grain and rings are felt. Usage: tools_bench [--json] [--quick]
+// plain stock, and in oak, whose grain and rings are felt.
+// Usage: tools_bench [--json] [--quick] [SHAPE]
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -11,6 +12,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <kibori/batch/stamp.h>
 #include <kibori/haptics/materials.h>
 #include <kibori/motion/direct_tool.h>
 
@@ -43,7 +45,12 @@ Tool tool_of(const char* shape) {
   if (name == "knife") return Knife{20, 60, length};
   if (name == "lollipop") return Lollipop{r, r / 3, length, r / 2, 1.5 * length};
   if (name == "tslot") return TSlot{r, r / 2, r / 3, length, r / 2, 1.5 * length};
-  return HalfSpace{};  // none: a mesh has no size of its own, a half-space no reach
+  if (name == "mesh") {
+    // Letters, as wide as the others.
+    const Result<Tool> stamp = text_stamp({"KIBORI", "DejaVu Sans", 0.45 * r, length, 0}, 1);
+    if (stamp) return stamp.value();
+  }
+  return HalfSpace{};  // none: a half-space has no reach
 }
 
 std::vector<double> steps_of(const Tool& tool, const Material& material, int steps) {
@@ -75,11 +82,14 @@ std::vector<double> steps_of(const Tool& tool, const Material& material, int ste
 
 int main(int argc, char** argv) {
   bool json = false, quick = false;
+  std::string only;
   for (int i = 1; i < argc; i++) {
     if (std::strcmp(argv[i], "--json") == 0)
       json = true;
     else if (std::strcmp(argv[i], "--quick") == 0)
       quick = true;
+    else if (const auto tool = default_tool(argv[i]))
+      only = argv[i];
     else
       return std::fprintf(stderr, "tools_bench: unknown option %s\n", argv[i]), 2;
   }
@@ -92,6 +102,7 @@ int main(int argc, char** argv) {
     std::printf("us a step, R = 32 cells in 512^3\n%-10s %8s %8s %8s %8s\n", "", "plain p50", "p99",
                 "oak p50", "p99");
   for (const char* shape : kToolShapes) {
+    if (!only.empty() && only != shape) continue;
     const Tool tool = tool_of(shape);
     if (std::holds_alternative<HalfSpace>(tool)) continue;
     const std::vector<double> plain = steps_of(tool, Material{}, steps),

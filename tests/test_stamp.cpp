@@ -65,7 +65,7 @@ TEST(Lettering, EveryLetterHasItsAreaAndIsClosed) {
   ASSERT_EQ(FT_New_Face(library, kSans, 0, &face), 0);
   for (const char letter :
        std::string("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789&?!@%$")) {
-    const auto mesh = letter_mesh({std::string(1, letter), kSans, 20, 3});
+    const auto mesh = letter_mesh({std::string(1, letter), kSans, 20, 3, 0});
     ASSERT_TRUE(mesh) << letter << ": " << mesh.error();
     const MeshInfo info = mesh_info(surface_of_mesh(mesh.value()));
     EXPECT_TRUE(info.closed) << letter;
@@ -82,7 +82,7 @@ TEST(Lettering, EveryLetterHasItsAreaAndIsClosed) {
 }
 
 TEST(Lettering, CapitalsAreAsHighAsTold) {
-  const auto mesh = letter_mesh({"H", "DejaVu Serif", 12.5, 2});
+  const auto mesh = letter_mesh({"H", "DejaVu Serif", 12.5, 2, 0});
   ASSERT_TRUE(mesh) << mesh.error();
   EXPECT_NEAR(mesh.value().bounds().size().y(), 12.5, 1e-9);
 }
@@ -90,12 +90,13 @@ TEST(Lettering, CapitalsAreAsHighAsTold) {
 // Accents overlap their letters, letters each other; lines stand below each other.
 TEST(Lettering, WhatOverlapsIsOneSolid) {
   for (const char* text : {"Ägypten", "Œuvre\nﬁn", "ÀÇÊ\n\nñ", "ffi"}) {
-    const auto mesh = letter_mesh({text, "DejaVu Serif:bold", 8, 2});
+    const auto mesh = letter_mesh({text, "DejaVu Serif:bold", 8, 2, 0});
     ASSERT_TRUE(mesh) << mesh.error();
     EXPECT_TRUE(mesh_info(surface_of_mesh(mesh.value())).closed) << text;
     EXPECT_GT(volume_of(mesh.value()), 0);
   }
-  const auto one = letter_mesh({"H", kSans, 10, 1}), two = letter_mesh({"H\nH", kSans, 10, 1});
+  const auto one = letter_mesh({"H", kSans, 10, 1, 0}),
+             two = letter_mesh({"H\nH", kSans, 10, 1, 0});
   ASSERT_TRUE(one && two);
   EXPECT_NEAR(volume_of(two.value()), 2 * volume_of(one.value()), 1e-6);
   EXPECT_GT(two.value().bounds().size().y(), 20);
@@ -105,7 +106,7 @@ TEST(Lettering, EveryInstalledFontMakesClosedSolids) {
   int tried = 0;
   for (const std::string& family : font_families()) {
     if (++tried > test::rounds_of("KIBORI_FONTS", 60)) break;
-    const auto mesh = letter_mesh({"HQgR&8", family, 10, 2});
+    const auto mesh = letter_mesh({"HQgR&8", family, 10, 2, 0});
     if (!mesh) {  // of another script, or drawn as pictures
       EXPECT_EQ(mesh.error().find('\n'), std::string::npos);
       continue;
@@ -121,18 +122,19 @@ TEST(Lettering, SaysWhatCannotBe) {
     const auto mesh = letter_mesh(lettering);
     return mesh ? std::string("(none)") : mesh.error();
   };
-  EXPECT_NE(error_of({"A", "No Such Font", 10, 2}).find("no font called 'No Such Font'"),
+  EXPECT_NE(error_of({"A", "No Such Font", 10, 2, 0}).find("no font called 'No Such Font'"),
             std::string::npos);
-  EXPECT_NE(error_of({"A", "/nowhere/a.ttf", 10, 2}).find("there is no font file"),
+  EXPECT_NE(error_of({"A", "/nowhere/a.ttf", 10, 2, 0}).find("there is no font file"),
             std::string::npos);
-  EXPECT_NE(error_of({"A", __FILE__, 10, 2}).find("can't be read"), std::string::npos);
-  EXPECT_NE(error_of({"日", kSans, 10, 2}).find("has no letter '日'"), std::string::npos);
-  EXPECT_NE(error_of({"", kSans, 10, 2}).find("no letters"), std::string::npos);
-  EXPECT_NE(error_of({" \n ", kSans, 10, 2}).find("no letters"), std::string::npos);
-  EXPECT_NE(error_of({"\xff\xfe", kSans, 10, 2}).find("not UTF-8"), std::string::npos);
-  EXPECT_NE(error_of({std::string(201, 'A'), kSans, 10, 2}).find("200 letters"), std::string::npos);
-  EXPECT_NE(error_of({"A", kSans, 0, 2}).find("0.1 to 1000"), std::string::npos);
-  EXPECT_NE(error_of({"A", kSans, std::nan(""), 2}).find("0.1 to 1000"), std::string::npos);
+  EXPECT_NE(error_of({"A", __FILE__, 10, 2, 0}).find("can't be read"), std::string::npos);
+  EXPECT_NE(error_of({"日", kSans, 10, 2, 0}).find("has no letter '日'"), std::string::npos);
+  EXPECT_NE(error_of({"", kSans, 10, 2, 0}).find("no letters"), std::string::npos);
+  EXPECT_NE(error_of({" \n ", kSans, 10, 2, 0}).find("no letters"), std::string::npos);
+  EXPECT_NE(error_of({"\xff\xfe", kSans, 10, 2, 0}).find("not UTF-8"), std::string::npos);
+  EXPECT_NE(error_of({std::string(201, 'A'), kSans, 10, 2, 0}).find("200 letters"),
+            std::string::npos);
+  EXPECT_NE(error_of({"A", kSans, 0, 2, 0}).find("0.1 to 1000"), std::string::npos);
+  EXPECT_NE(error_of({"A", kSans, std::nan(""), 2, 0}).find("0.1 to 1000"), std::string::npos);
 }
 
 // Pressed in from above.
@@ -159,7 +161,7 @@ bool is_material(const TriDexel& model, const Vec3& p) {
 }
 
 TEST(Stamp, TextReadsFromAboveAndTakesItsVolume) {
-  const auto tool = text_stamp({"L", kSans, 14, 6});
+  const auto tool = text_stamp({"L", kSans, 14, 6, 0}, 0.1);
   ASSERT_TRUE(tool) << tool.error();
   const auto model = pressed(tool.value(), 2, 0.1);
   const double whole = 24 * 24 * 8, wanted = volume_of(mesh_of(tool.value())) / 6 * 2;
@@ -250,7 +252,7 @@ bool in_mesh(const TriangleMesh& mesh, const Vec3& p) {
 
 TEST(Stamp, SweptLettersAgreeWithDenseSampling) {
   Random random;
-  const auto tool = text_stamp({"R&", kSans, 10, 3});
+  const auto tool = text_stamp({"R&", kSans, 10, 3, 0}, 0.5);
   ASSERT_TRUE(tool) << tool.error();
   const TriangleMesh& mesh = mesh_of(tool.value());
   constexpr double kNear = 0.06;  // [mm], of cells of 0.5: what samples between poses leave open

@@ -33,7 +33,7 @@ bool is_png(const Bytes& bytes) {
 }
 
 Result<Tool> stamp_of(const ChooseStamp& m, double pitch_mm) {
-  if (m.what == 0) return text_stamp({m.text, m.font, m.size, m.depth});
+  if (m.what == 0) return text_stamp({m.text, m.font, m.size, m.depth, 0}, pitch_mm);
   // What came is put where readers find it.
   const auto folder = TemporaryFolder::make();
   if (!folder) return Error{folder.error()};

@@ -21,7 +21,7 @@
 namespace kibori {
 namespace {
 
-// Of the height: how far a chord may be from its curve.
+// Of the height: how far a chord may be from its curve, where nothing is said.
 constexpr double kFlat = 1.0 / 1000;
 constexpr double kMinMm = 0.1, kMaxMm = 1000;
 // Of the height of a capital H, where a font has none: how high its letters are, of an em.
@@ -172,14 +172,14 @@ double capital_of(FT_Face face) {
 }
 
 Result<std::vector<Contour>> outlines_of(const std::vector<FcChar32>& letters, FT_Face face,
-                                         double capital) {
+                                         double tolerance) {
   FT_Outline_Funcs calls{};
   calls.move_to = Outlines::move;
   calls.line_to = Outlines::line;
   calls.conic_to = Outlines::conic;
   calls.cubic_to = Outlines::cubic;
   Outlines drawn;
-  drawn.tolerance = capital * kFlat;
+  drawn.tolerance = tolerance;
   // Lines are centred below each other.
   Point pen = Point::Zero();
   size_t line_begins = 0;
@@ -340,7 +340,9 @@ Result<TriangleMesh> letter_mesh(const Lettering& lettering) {
     return Error{"the font file " + file.value().path + " has no outlines"};
 
   const double capital = capital_of(face.get());
-  Result<std::vector<Contour>> drawn = outlines_of(*letters, face.get(), capital);
+  const double scale = lettering.height_mm / capital,
+               tolerance = std::max(capital * kFlat, lettering.tolerance_mm / scale);
+  Result<std::vector<Contour>> drawn = outlines_of(*letters, face.get(), tolerance);
   if (!drawn) return Error{drawn.error()};
   size_t points = 0;
   for (const Contour& contour : drawn.value()) points += contour.size();
@@ -349,7 +351,6 @@ Result<TriangleMesh> letter_mesh(const Lettering& lettering) {
   std::optional<TriangleMesh> mesh = extruded(drawn.value(), lettering.depth_mm);
   if (!mesh || mesh->triangles.empty()) return Error{"the text's letters have no inside"};
   const Vec3 middle = mesh->bounds().centre();
-  const double scale = lettering.height_mm / capital;
   for (Vec3& p : mesh->vertices) {
     p.x() = (p.x() - middle.x()) * scale;
     p.y() = (p.y() - middle.y()) * scale;

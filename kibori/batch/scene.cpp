@@ -539,7 +539,7 @@ class Reader {
       if (t.contains("font")) letters.font = text(t, name, "font");
       letters.height_mm = given("size", letters.height_mm);
       letters.depth_mm = given("depth", letters.depth_mm);
-      made = text_stamp(letters);
+      made = text_stamp(letters, scene_.stock.pitch_mm);
     } else if (t.contains("picture")) {
       what = "picture";
       const std::filesystem::path path = file(t, name, "picture");

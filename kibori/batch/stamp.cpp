@@ -16,6 +16,8 @@ namespace {
 
 // A picture has no more points than this across, however fine the pitch.
 constexpr double kMostAcross = 128;
+// How far letters may be from their curves, of a pitch.
+constexpr double kTextPitches = 0.05;
 // How far a simplified relief may be from the picture, of a pitch.
 constexpr double kSimplifyPitches = 0.1;
 
@@ -38,7 +40,8 @@ Tool tool_of(TriangleMesh mesh) {
 
 }  // namespace
 
-Result<Tool> text_stamp(const Lettering& lettering) {
+Result<Tool> text_stamp(Lettering lettering, double pitch_mm) {
+  lettering.tolerance_mm = std::max(lettering.tolerance_mm, kTextPitches * pitch_mm);
   Result<TriangleMesh> mesh = letter_mesh(lettering);
   if (!mesh) return Error{mesh.error()};
   if (const Status fits = check_triangles(mesh.value(), "the text"); !fits)

@@ -16,8 +16,9 @@ inline constexpr size_t kMaxStampTriangles = 20'000;
 // All stand on their lowest place, the tip, in the middle of their width and depth. Pressed into a
 // top that one looks down on, texts and pictures read as they should.
 
-// The letters, extruded from the tip upwards by their depth. Errors: those of letter_mesh.
-Result<Tool> text_stamp(const Lettering& lettering);
+// The letters, extruded from the tip upwards by their depth, as true to their font as pitch_mm can
+// tell. Errors: those of letter_mesh.
+Result<Tool> text_stamp(Lettering lettering, double pitch_mm);
 
 struct PictureStamp {
   double width_mm = 20;  // of the picture; its other side follows

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -35,19 +36,134 @@ void clip(double slope, double offset, double& lo, double& hi) {
     hi = lo - 1;
 }
 
+// The products of a vector with (o - corner), o being where a ray of a tile begins. What is of a
+// column or of a row alone is multiplied once.
+class TileDots {
+ public:
+  // Of the rays of `seen`, which is of one tile.
+  TileDots(const Vec3& vector, const Vec3& corner, Axis axis, const RayRect& seen) : axis_(axis) {
+    const int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
+    for (int u = seen.u0; u < seen.u1; u++)
+      of_u_[u - seen.u0] = vector[ui] * (u + 0.5 - corner[ui]);
+    for (int v = seen.v0; v < seen.v1; v++)
+      of_v_[v - seen.v0] = vector[vi] * (v + 0.5 - corner[vi]);
+    of_depth_ = vector[di] * (0 - corner[di]);
+  }
+  // Of a ray counted from the first that is seen; added up in the order that Eigen does.
+  double at(int u, int v) const {
+    switch (axis_) {
+      case Axis::x:
+        return of_depth_ + (of_u_[u] + of_v_[v]);
+      case Axis::y:
+        return of_v_[v] + (of_depth_ + of_u_[u]);
+      case Axis::z:
+        return of_u_[u] + (of_v_[v] + of_depth_);
+    }
+    return 0;
+  }
+
+ private:
+  Axis axis_;
+  double of_u_[kTileSide], of_v_[kTileSide], of_depth_;
+};
+
+// What a triangle covers of the (u, v) plane while it moves: a convex polygon whose sides run as
+// its edges do, or as the motion. Row by row it says which rays can come to it.
+class SweptShadow {
+ public:
+  SweptShadow(const Vec3* const corner[3], const Vec3& motion, int ui, int vi) {
+    const double mu = motion[ui], mv = motion[vi];
+    for (size_t e = 0; e < 4; e++) {
+      const Vec3 along = e < 3 ? Vec3(*corner[(e + 1) % 3] - *corner[e]) : motion;
+      Strip& strip = strips_[e];
+      strip.a = -along[vi];
+      strip.b = along[ui];
+      for (int i = 0; i < 3; i++) {
+        const double at = strip.a * (*corner[i])[ui] + strip.b * (*corner[i])[vi];
+        strip.lo = i ? std::min(strip.lo, at) : at;
+        strip.hi = i ? std::max(strip.hi, at) : at;
+      }
+      const double moved = strip.a * mu + strip.b * mv,
+                   slack = kSlack * (std::abs(strip.a) + std::abs(strip.b));
+      strip.lo += std::min(moved, 0.0) - slack;
+      strip.hi += std::max(moved, 0.0) + slack;
+      strip.per_a = strip.a != 0 ? 1 / strip.a : 0;
+    }
+  }
+
+  // Narrows [u0, u1] to the rays of row v that can come to it.
+  void narrow(int v, int& u0, int& u1) const {
+    const double at = v + 0.5;
+    double lo = u0 + 0.5, hi = u1 + 0.5;
+    for (const Strip& strip : strips_) {
+      const double from = strip.lo - strip.b * at, to = strip.hi - strip.b * at;
+      if (std::abs(strip.a) < kLevel) {
+        if (from > kLevel * kMaxNodesPerAxis || to < -kLevel * kMaxNodesPerAxis) hi = lo - 1;
+        continue;
+      }
+      lo = std::max(lo, strip.per_a * (strip.a > 0 ? from : to));
+      hi = std::min(hi, strip.per_a * (strip.a > 0 ? to : from));
+    }
+    u0 = static_cast<int>(std::ceil(lo - 0.5));
+    u1 = hi < lo ? u0 - 1 : static_cast<int>(std::floor(hi - 0.5));
+  }
+
+ private:
+  // Cells by which it is taken for larger; and a side that runs along rows by less is level.
+  static constexpr double kSlack = 1e-6, kLevel = 1e-9;
+  struct Strip {
+    double a, b, per_a, lo, hi;  // lo <= a u + b v <= hi
+  };
+  Strip strips_[4];
+};
+
+// The rays of a rectangle that come to a box.
+RayRect within(const RayRect& rect, const Box& box, int ui, int vi) {
+  const auto first = [](double low, int at) {
+    return low > at ? static_cast<int>(std::min(std::ceil(low - 0.5), at + 1.0 * kTileSide)) : at;
+  };
+  const auto end = [](double high, int at) {
+    return high < at ? static_cast<int>(std::max(std::floor(high + 0.5), at - 1.0 * kTileSide))
+                     : at;
+  };
+  return {first(box.min[ui], rect.u0), end(box.max[ui], rect.u1), first(box.min[vi], rect.v0),
+          end(box.max[vi], rect.v1)};
+}
+
 }  // namespace
 
 SweptMesh::SweptMesh(std::shared_ptr<const TriangleMesh> mesh, const Pose& start,
-                     const LatticeVector& motion, const Lattice& lattice)
-    : mesh_(std::move(mesh)), motion_(motion.units) {
+                     const LatticeVector& motion, const Lattice& lattice,
+                     const LatticeBox& material)
+    : mesh_(std::move(mesh)), motion_(motion.units), material_(material.units) {
   points_.reserve(mesh_->vertices.size());
   for (const Vec3& p : mesh_->vertices) {
     points_.push_back(lattice.to_lattice(start.to_world(p)).units);
     bounds_.include(points_.back());
     bounds_.include(Vec3(points_.back() + motion_));
   }
+  faces_.reserve(mesh_->triangles.size());
+  for (const auto& triangle : mesh_->triangles) faces_.push_back(face_of(triangle));
   if (mesh_->triangles.size() < kWorthBins) return;
   for (const Axis axis : kAxes) sort_into(bins_[static_cast<size_t>(axis)], axis, lattice);
+}
+
+SweptMesh::Face SweptMesh::face_of(const std::array<uint32_t, 3>& triangle) const {
+  const Vec3* const corner[3] = {&points_[triangle[0]], &points_[triangle[1]],
+                                 &points_[triangle[2]]};
+  Face face;
+  face.normal = (*corner[1] - *corner[0]).cross(*corner[2] - *corner[0]);
+  face.along_motion = -face.normal.dot(motion_);
+  face.edge_on = kEdgeOn * face.normal.norm();
+  for (int e = 0; e < 3; e++) {
+    const Vec3 edge = *corner[(e + 1) % 3] - *corner[e];
+    face.edge_normal[e] = face.normal.cross(edge);
+    face.edge_along_motion[e] = -face.edge_normal[e].dot(motion_);
+    // Silhouette normals of the prism's sides, per edge.
+    face.side[e] = edge.cross(motion_);
+    if (face.side[e].dot(*corner[(e + 2) % 3] - *corner[e]) > 0) face.side[e] = -face.side[e];
+  }
+  return face;
 }
 
 std::array<double, 4> SweptMesh::swept_rect(uint32_t triangle, Axis axis) const {
@@ -112,17 +228,24 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
 
   const Axis axis = rays.axis;
   const int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
-  const RayRect rect{rays.u0, rays.u0 + kTileSide, rays.v0, rays.v0 + kTileSide};
+  const RayRect rect{rays.u0, rays.u0 + kTileSide, rays.v0, rays.v0 + kTileSide},
+      seen = within(rect, material_, ui, vi);
+  if (seen.u0 >= seen.u1 || seen.v0 >= seen.v1) return;
   const bool moving = motion_.squaredNorm() > kNoSweep * kNoSweep;
   for (size_t i = begins; i < ends; i++) {
     const auto number = binned ? bins.triangles[i] : static_cast<uint32_t>(i);
     const auto& triangle = mesh_->triangles[number];
     const Vec3 &a = points_[triangle[0]], &b = points_[triangle[1]], &c = points_[triangle[2]];
     const auto [u_lo, u_hi, v_lo, v_hi] = swept_rect(number, axis);
-    if (u_hi < rect.u0 || u_lo > rect.u1 || v_hi < rect.v0 || v_lo > rect.v1) continue;
-    const Vec3 normal = (b - a).cross(c - a);
-    const uint32_t face_code = code_of(normal, axis);
-    for_crossings(snap({a}, axis), snap({b}, axis), snap({c}, axis), axis, rect,
+    if (u_hi < seen.u0 || u_lo > seen.u1 || v_hi < seen.v0 || v_lo > seen.v1) continue;
+    const Face& face = faces_[number];
+    const Vec3& normal = face.normal;
+    std::optional<uint32_t> face_code;  // once it is asked for
+    const auto code_of_face = [&] {
+      if (!face_code) face_code = code_of(normal, axis);
+      return *face_code;
+    };
+    for_crossings(snap({a}, axis), snap({b}, axis), snap({c}, axis), axis, seen,
                   [&](int u, int v, double depth, int sign) {
                     const auto slot =
                         static_cast<size_t>((v - rays.v0) * kTileSide + (u - rays.u0));
@@ -133,67 +256,78 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
                     const auto [low, high] = std::minmax({a[di], b[di], c[di]});
                     const double exact = normal.dot(a - o) / normal[di];
                     depth = std::isfinite(exact) ? std::clamp(exact, low, high) : depth;
-                    crossings_of[slot].push_back({static_cast<float>(depth), sign, face_code});
+                    crossings_of[slot].push_back({static_cast<float>(depth), sign, code_of_face()});
                   });
     if (!moving) continue;
     // The prism: over the (t, s) plane of a ray, the triangle is a line (its plane) clipped by
     // three edges and 0 <= s <= 1; the prism's interval is the shadow of that segment on t.
-    const double alpha = normal[di], beta = -normal.dot(motion_);
-    if (std::abs(alpha) + std::abs(beta) < kEdgeOn * normal.norm()) continue;
+    const double alpha = normal[di], beta = face.along_motion;
+    if (std::abs(alpha) + std::abs(beta) < face.edge_on) continue;
+    const int u0 = std::max(seen.u0, static_cast<int>(std::floor(u_lo - 0.5)));
+    const int u1 = std::min(seen.u1 - 1, static_cast<int>(std::ceil(u_hi - 0.5)));
+    const int v0 = std::max(seen.v0, static_cast<int>(std::floor(v_lo - 0.5)));
+    const int v1 = std::min(seen.v1 - 1, static_cast<int>(std::ceil(v_hi - 0.5)));
+    if (u0 > u1 || v0 > v1) continue;
+    // A triangle that slides in its own plane reaches nothing that the mesh is not in. What passes
+    // by the material in depth takes nothing of it.
+    if (beta == 0) continue;
+    const auto [d_lo, d_hi] = std::minmax({a[di], b[di], c[di]});
+    if (d_hi + std::max(motion_[di], 0.0) < material_.min[di] - 1 ||
+        d_lo + std::min(motion_[di], 0.0) > material_.max[di] + 1)
+      continue;
     const bool by_s = std::abs(alpha) >= std::abs(beta);
-    const Vec3 edge_normal[3] = {normal.cross(b - a), normal.cross(c - b), normal.cross(a - c)};
-    const Vec3* corner[3] = {&a, &b, &c};
-    // Silhouette normals of the prism's sides, per edge.
-    Vec3 side[3] = {(b - a).cross(motion_), (c - b).cross(motion_), (a - c).cross(motion_)};
-    for (int e = 0; e < 3; e++)
-      if (side[e].dot(*corner[(e + 2) % 3] - *corner[e]) > 0) side[e] = -side[e];
-    const int u0 = std::max(rect.u0, static_cast<int>(std::floor(u_lo - 0.5)));
-    const int u1 = std::min(rect.u1 - 1, static_cast<int>(std::ceil(u_hi - 0.5)));
-    const int v0 = std::max(rect.v0, static_cast<int>(std::floor(v_lo - 0.5)));
-    const int v1 = std::min(rect.v1 - 1, static_cast<int>(std::ceil(v_hi - 0.5)));
-    for (int v = v0; v <= v1; v++)
-      for (int u = u0; u <= u1; u++) {
-        Vec3 o = Vec3::Zero();
-        o[ui] = u + 0.5;
-        o[vi] = v + 0.5;
-        const double gamma = normal.dot(o - a);
-        const double other0 = by_s ? -gamma / alpha : -gamma / beta,
-                     step = by_s ? -beta / alpha : -alpha / beta;
+    const double step = by_s ? -beta / alpha : -alpha / beta;
+    const Vec3* const corner[3] = {&a, &b, &c};
+    std::optional<uint32_t> side_code[3];  // once they are asked for
+    double slope[3], per[3];
+    const RayRect near{u0, u1 + 1, v0, v1 + 1};
+    const TileDots across(normal, a, axis, near),
+        edge_across[3]{{face.edge_normal[0], a, axis, near},
+                       {face.edge_normal[1], b, axis, near},
+                       {face.edge_normal[2], c, axis, near}};
+    for (int e = 0; e < 3; e++) {
+      const double per_t = face.edge_normal[e][di], per_s = face.edge_along_motion[e];
+      slope[e] = by_s ? per_s + per_t * step : per_t + per_s * step;
+      per[e] = by_s ? per_t : per_s;
+    }
+    // The tri's own face normal turns with the side of the prism it closes: codes carry no depth
+    // sign, so flip where the component along the ray would come out wrong.
+    const auto facing = [&](int edge, bool at_hi) {
+      if (edge >= 0 && !side_code[edge]) side_code[edge] = code_of(face.side[edge], axis);
+      const uint32_t code = edge < 0 ? code_of_face() : *side_code[edge];
+      const double along = edge < 0 ? normal[di] : face.side[edge][di];
+      return (along > 0) == at_hi || along == 0 ? code : negate_normal(code);
+    };
+    const SweptShadow shadow(corner, motion_, ui, vi);
+    for (int v = 0; v <= v1 - v0; v++) {
+      int first = u0, last = u1;
+      if (last > first) shadow.narrow(v0 + v, first, last);
+      for (int u = first - u0; u <= last - u0; u++) {
+        const double gamma = across.at(u, v);
+        const double other0 = by_s ? -gamma / alpha : -gamma / beta;
         double lo = by_s ? 0 : -1e30, hi = by_s ? 1 : 1e30;
         if (!by_s) {
           clip(step, other0, lo, hi);
           clip(-step, 1 - other0, lo, hi);
         }
         int edge_lo = -1, edge_hi = -1;
-        for (int e = 0; e < 3; e++) {
-          const double per_t = edge_normal[e][di], per_s = -edge_normal[e].dot(motion_);
-          const double base = edge_normal[e].dot(o - *corner[e]);
-          const double slope = by_s ? per_s + per_t * step : per_t + per_s * step;
+        for (int e = 0; e < 3 && lo <= hi; e++) {
           const double lo_before = lo, hi_before = hi;
-          clip(slope, base + other0 * (by_s ? per_t : per_s), lo, hi);
+          clip(slope[e], edge_across[e].at(u, v) + other0 * per[e], lo, hi);
           if (lo != lo_before) edge_lo = e;
           if (hi != hi_before) edge_hi = e;
         }
         if (!(lo <= hi)) continue;
         const double t0 = by_s ? other0 + step * lo : lo, t1 = by_s ? other0 + step * hi : hi;
-        const uint32_t code0 = code_of(edge_lo < 0 ? normal : side[edge_lo], axis);
-        const uint32_t code1 = code_of(edge_hi < 0 ? normal : side[edge_hi], axis);
-        const bool forward = t0 <= t1;
-        // The tri's own face normal turns with the side of the prism it closes: codes carry no
-        // depth sign, so flip where the component along the ray would come out wrong.
-        const auto facing = [&](const Vec3& n, uint32_t code, bool at_hi) {
-          return (n[di] > 0) == at_hi || n[di] == 0 ? code : negate_normal(code);
-        };
-        const Vec3& n0 = edge_lo < 0 ? normal : side[edge_lo];
-        const Vec3& n1 = edge_hi < 0 ? normal : side[edge_hi];
-        const auto slot = static_cast<size_t>((v - rays.v0) * kTileSide + (u - rays.u0));
-        if (forward)
+        const auto slot = static_cast<size_t>((v0 + v - rays.v0) * kTileSide + u0 + u - rays.u0);
+        if (t0 <= t1)
           all[slot].push_back({static_cast<float>(t0), static_cast<float>(t1),
-                               facing(n0, code0, false), facing(n1, code1, true)});
+                               facing(edge_lo, false), facing(edge_hi, true)});
         else
           all[slot].push_back({static_cast<float>(t1), static_cast<float>(t0),
-                               facing(n1, code1, false), facing(n0, code0, true)});
+                               facing(edge_hi, false), facing(edge_lo, true)});
       }
+    }
   }
   for (size_t slot = 0; slot < kTileRays; slot++) {
     auto& crossings = crossings_of[slot];

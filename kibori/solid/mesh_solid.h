@@ -15,9 +15,10 @@ namespace kibori {
 
 class SweptMesh final : public IntervalSolid {
  public:
-  // `mesh` in tool coordinates [mm], `start` in the world.
+  // `mesh` in tool coordinates [mm], `start` in the world. Rays that pass by `material` [lattice
+  // units] may be left out.
   SweptMesh(std::shared_ptr<const TriangleMesh> mesh, const Pose& start,
-            const LatticeVector& motion, const Lattice& lattice);
+            const LatticeVector& motion, const Lattice& lattice, const LatticeBox& material);
 
   LatticeBox bounds() const override { return {bounds_}; }
 
@@ -29,15 +30,27 @@ class SweptMesh final : public IntervalSolid {
     std::vector<uint32_t> triangles;
   };
 
+  // What a triangle and its prism are, whichever rays look at it.
+  struct Face {
+    Vec3 normal;          // as long as twice its area
+    double along_motion;  // of the normal
+    double edge_on;       // below that a ray sees its prism edge-on
+    Vec3 edge_normal[3];  // in its plane, into the triangle
+    double edge_along_motion[3];
+    Vec3 side[3];  // normals of the prism's sides
+  };
+
   void fill(const RayTile& rays, TileIntervals& all) const override;
+  Face face_of(const std::array<uint32_t, 3>& triangle) const;
   void sort_into(Bins& bins, Axis axis, const Lattice& lattice) const;
   // The rectangle that a triangle sweeps across the rays: low and high u, low and high v.
   std::array<double, 4> swept_rect(uint32_t triangle, Axis axis) const;
 
   std::shared_ptr<const TriangleMesh> mesh_;
   std::vector<Vec3> points_;  // lattice units, at the start
+  std::vector<Face> faces_;
   Vec3 motion_;
-  Box bounds_;
+  Box bounds_, material_;
   std::array<Bins, 3> bins_;
 };
 

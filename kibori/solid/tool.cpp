@@ -456,7 +456,8 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
           },
           [&](const MeshTool& t) {
             // Divided: documents carved with mesh tools replay to the same bits.
-            add<SweptMesh>(t.mesh, start, LatticeVector{motion_mm / lattice.pitch_mm}, lattice);
+            add<SweptMesh>(t.mesh, start, LatticeVector{motion_mm / lattice.pitch_mm}, lattice,
+                           material_bounds);
           },
           [&](const Drill& t) { pointed(t.angle_deg, t.radius, t.length); },
           [&](const TaperedBall& t) {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Carvers' tools and guided strokes in a real browser: each tool is picked up once and driven by the
 // pointer at its defaults, and what the page shows is what the command line carves again; strokes on
-// lines, circles and the way of another stroke; a hand that is steadied.
+// lines, circles and the way of another stroke; a hand that is steadied; stamps of letters, of a
+// picture and of a mesh.
 // Usage: node test_carver.mjs KIBORI [SCREENSHOTS]
 import { execFileSync } from "node:child_process";
 import { readdirSync } from "node:fs";
@@ -270,4 +271,165 @@ async function measures() {
   await ended(page, studio);
 }
 
-await run([everyTool, guidedStrokes, measures]);
+/** A mesh of a pyramid on its point, 6 mm wide and high. */
+const PYRAMID = `solid p
+${[
+  [
+    [0, 0, 0],
+    [-3, 3, 6],
+    [3, 3, 6],
+  ],
+  [
+    [0, 0, 0],
+    [3, 3, 6],
+    [3, -3, 6],
+  ],
+  [
+    [0, 0, 0],
+    [3, -3, 6],
+    [-3, -3, 6],
+  ],
+  [
+    [0, 0, 0],
+    [-3, -3, 6],
+    [-3, 3, 6],
+  ],
+  [
+    [-3, -3, 6],
+    [3, -3, 6],
+    [3, 3, 6],
+  ],
+  [
+    [-3, -3, 6],
+    [3, 3, 6],
+    [-3, 3, 6],
+  ],
+]
+  .map(
+    (t) =>
+      `facet normal 0 0 0\nouter loop\n${t.map((p) => `vertex ${p.join(" ")}`).join("\n")}\nendloop\nendfacet`,
+  )
+  .join("\n")}
+endsolid p
+`;
+
+async function stamps() {
+  const studio = await Studio.start();
+  const page = await open(SIZE);
+  await enter(page, studio.url);
+  const middle = await begun(page, "walnut");
+  const top = (await at(page, middle))[2];
+  const depth = (x, y) => at(page, { x: middle.x + x, y: middle.y + y }).then((p) => top - p[2]);
+  const pressed = async (places) => {
+    const before = await state(page);
+    await drag(
+      page,
+      places.map(([x, y]) => ({ x: middle.x + x, y: middle.y + y })),
+    );
+    const now = await after(page, before.step);
+    return Number(before.volume) - Number(now.volume);
+  };
+  /** Waits until it is so in the page. */
+  const wait = async (what, holds) => {
+    for (let i = 0; i < 400; i++) {
+      if (await page.evaluate(holds)) return;
+      await page.waitForTimeout(50);
+    }
+    check(what, false);
+  };
+  const told = async (ask) => {
+    await page.waitForTimeout(100);
+    await ask();
+    await page.waitForTimeout(900);
+    await wait("a stamp is made", () => window.kibori.toolWidth() > 0);
+  };
+
+  await choose(page, "Stamp");
+  check("a stamp has its panel", await page.locator("#stamp").isVisible());
+  check("no motor, no mallet", !(await page.locator("#motor").isVisible()));
+  await page.locator("#stamp-font option").nth(1).waitFor({ state: "attached" });
+  await told(() => page.locator("#size").fill("5"));
+  await page.mouse.move(middle.x, middle.y - 40);
+  await page.waitForTimeout(400);
+  await show(page, "stamp-held");
+  // Letters, once, by a click: they have 121 mm2.
+  const taken = await pressed([[0, -70]]);
+  check(`the letters are in the wood (${taken} mm3)`, Math.abs(taken - 244) < 10);
+  const along = [];
+  for (let x = -150; x <= 150; x += 2) along.push(await depth(x, -70));
+  const deep = along.filter((d) => d > 1.7 && d < 2.1).length,
+    flat = along.filter((d) => d < 0.1).length;
+  check(`strokes of letters, and wood between (${deep}, ${flat})`, deep > 12 && flat > 60);
+  check(
+    "nothing else",
+    along.every((d) => d < 2.1),
+  );
+  await show(page, "stamp-letters");
+  // Stars along a straight line.
+  await told(async () => {
+    await page.locator("#stamp-text").fill("★");
+    await page.locator("#stamp-font").selectOption("DejaVu Sans");
+    await page.locator("#every").fill("8");
+  });
+  await page.locator("#guide").selectOption("line");
+  await page.locator("#snap").selectOption("90");
+  const stars = await pressed([
+    [-160, 30],
+    [0, 44],
+    [160, 20],
+  ]);
+  await page.locator("#guide").selectOption("none");
+  const row = [];
+  for (let x = -170; x <= 170; x += 2) row.push((await depth(x, 30)) > 1);
+  const count = row.filter((deep, i) => deep && !row[i - 1]).length;
+  check(`a row of stars (${count}, ${stars} mm3)`, count >= 4 && count <= 8);
+  await show(page, "stamp-stars");
+  // A mesh, from a file.
+  await told(async () => {
+    await page.locator("#every").fill("0");
+    await page.locator("#stamp-what").selectOption("2");
+    await page
+      .locator("#stamp-file")
+      .setInputFiles({ name: "pyramid.stl", mimeType: "model/stl", buffer: Buffer.from(PYRAMID) });
+  });
+  const point = await pressed([[-100, 110]]);
+  // 10 mm wide, as high: 2 mm deep it is a pyramid 2 mm wide.
+  check(`a pyramid's point (${point} mm3)`, Math.abs(point - (2 * 2 * 2) / 3) < 0.3);
+  // A picture: what the page drew itself, letters in the dark.
+  const png = await page.evaluate(() => {
+    const canvas = document.createElement("canvas");
+    canvas.width = canvas.height = 64;
+    const draw = canvas.getContext("2d");
+    const light = draw.createRadialGradient(32, 32, 4, 32, 32, 30);
+    light.addColorStop(0, "white");
+    light.addColorStop(1, "black");
+    draw.fillStyle = light;
+    draw.fillRect(0, 0, 64, 64);
+    return canvas.toDataURL("image/png").split(",")[1];
+  });
+  await told(async () => {
+    await page.locator("#stamp-what").selectOption("1");
+    await page.locator("#stamp-file").setInputFiles({
+      name: "bowl.png",
+      mimeType: "image/png",
+      buffer: Buffer.from(png, "base64"),
+    });
+  });
+  const bowl = await pressed([[60, 110]]);
+  check(`a hollow from a picture (${bowl} mm3)`, bowl > 35 && bowl < 60);
+  const hollow = await depth(60, 110);
+  check(`its middle is deepest (${hollow})`, Math.abs(hollow - 2) < 0.15);
+  // What is none says so, and the stamp stays.
+  await page.locator("#stamp-file").setInputFiles({
+    name: "broken.png",
+    mimeType: "image/png",
+    buffer: Buffer.from("no picture"),
+  });
+  await wait("a broken picture is told", () =>
+    /broken\.png/.test(document.getElementById("notice").textContent ?? ""),
+  );
+  await show(page, "stamps");
+  await ended(page, studio);
+}
+
+await run([everyTool, guidedStrokes, measures, stamps]);

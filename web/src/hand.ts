@@ -395,7 +395,11 @@ export class Hand {
       // As high and as wide as a ball would be; long enough to go in, or to stand as high as added.
       const depth = this.depth(),
         radius = this.radius();
-      this.stamp.choose(2 * radius, this.adds ? depth + Math.max(depth, radius) : STAMP_LENGTH);
+      this.stamp.choose({
+        size: 2 * radius,
+        depth,
+        length: this.adds ? depth + Math.max(depth, radius) : STAMP_LENGTH,
+      });
     } else {
       this.stamp.leave();
       this.send(write.ChooseTool({ tool }));

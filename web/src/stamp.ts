@@ -10,9 +10,16 @@ const STILL_MS = 250;
 const MOST_BYTES = 1_000_000;
 const ENDINGS = ["", ".png", ".stl,.ply,.obj,.off,.3mf,.glb"];
 
+/** How large it is [mm]: how high or wide; how deep it goes; and how long letters are. */
+interface Held {
+  size: number;
+  depth: number;
+  length: number;
+}
+
 export class Stamp {
   private file: { name: string; data: Uint8Array } | null = null;
-  private size = { size: 0, depth: 0 };
+  private held: Held = { size: 0, depth: 0, length: 0 };
   private sent = "";
   private timer = 0;
   private asked = false;
@@ -57,9 +64,8 @@ export class Stamp {
     this.sent = "";
   }
 
-  /** It is held, so large and so long [mm]. */
-  choose(size: number, depth: number): void {
-    this.size = { size, depth };
+  choose(held: Held): void {
+    this.held = held;
     this.show();
     if (!this.asked) this.send(write.AskFonts());
     this.asked = true;
@@ -108,7 +114,8 @@ export class Stamp {
   }
   private order(): void {
     const { what, file } = this,
-      { size, depth } = this.size,
+      { size } = this.held,
+      depth = what === 1 ? this.held.depth : this.held.length,
       text = input("stamp-text").value,
       font = select("stamp-font").value,
       dark = input("stamp-dark").checked ? 1 : 0;
