@@ -16,6 +16,7 @@
 #include <kibori/document/codec.h>
 #include <kibori/document/document.h>
 #include <kibori/formats/mesh_file.h>
+#include <kibori/formats/nrrd.h>
 #include <kibori/formats/ply.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/formats/threemf.h>
@@ -118,6 +119,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   sound(parse_3mf(bytes, "a.3mf"));
 #elif defined(KIBORI_FUZZ_PNG)
   one_sentence(parse_png_grey(bytes, "a.png"));
+#elif defined(KIBORI_FUZZ_NRRD)
+  one_sentence(parse_nrrd(bytes, "a.nrrd"));
 #elif defined(KIBORI_FUZZ_SCENE)
   one_sentence(parse_scene({bytes.data(), bytes.size()}, "a.toml", "."));
 #elif defined(KIBORI_FUZZ_DOCUMENT)

@@ -3,6 +3,8 @@
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 export KIBORI_SHORT=1 UBSAN_OPTIONS=print_stacktrace=1
+# What fontconfig keeps until the end is not ours.
+export LSAN_OPTIONS="suppressions=$PWD/tests/leaks.supp:print_suppressions=0"
 case "$1" in
   # Half of them beside the other half.
   asan)

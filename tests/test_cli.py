@@ -516,6 +516,63 @@ class CommandLine(unittest.TestCase):
             self.assertEqual(plain["state_hash"], one["state_hash"])  # writing one changes nothing
             self.assertEqual(kibori("verify", "d.kibori", cwd=self.folder).returncode, 0)
 
+    def test_labelled_volumes_and_stamps_are_carved_and_replayed(self):
+        voxels = bytes((1 if x < 6 else 2) if 1 <= x < 11 and 1 <= y < 9 and 1 <= z < 9 else 0 for z in range(10) for y in range(10) for x in range(12))
+        head = b"NRRD0004\ntype: uint8\ndimension: 3\nsizes: 12 10 10\nspacings: 1 1 1\nencoding: raw\n\n"
+        (self.folder / "v.nrrd").write_bytes(head + voxels)
+        text = """[stock]
+volume = "v.nrrd"
+labels = { 1 = "oak", 2 = "pine" }
+pitch = 0.25
+[tool]
+shape = "mesh"
+text = "I"
+size = 4
+depth = 3
+[force]
+model = "energy"
+powered = "press"
+[[move]]
+to = [4, 5, 11]
+[[move]]
+stamp = { lift = 3 }
+speed = 20
+[[move]]
+along = [[8, 5, 8]]
+stamp = { every = 2, lift = 3 }
+lead = true
+"""
+        scene = self.scene(text)
+        carve = kibori("carve", scene, "-o", "d.kibori", "--json", cwd=self.folder)
+        self.assertEqual(carve.returncode, 0, carve.stderr)
+        one = json.loads(carve.stdout)
+        # Ten by eight by eight voxels; less three strokes of an I.
+        self.assertAlmostEqual((one["volume_mm3"] + one["removed_mm3"]) / 640, 1, delta=0.006)
+        self.assertTrue(4 < one["removed_mm3"] < 20, one)
+        replay = json.loads(kibori("replay", "d.kibori", "--json", cwd=self.folder).stdout)
+        self.assertEqual(replay["state_hash"], one["state_hash"])
+        self.assertEqual(kibori("verify", "d.kibori", cwd=self.folder).returncode, 0)
+        fine = kibori("replay", "d.kibori", "--pitch", "0.125", "--json", cwd=self.folder)
+        self.assertEqual(fine.returncode, 0, fine.stderr)
+        self.assertAlmostEqual(json.loads(fine.stdout)["volume_mm3"] / one["volume_mm3"], 1, delta=0.015)
+        for wrong, says in (
+            (text.replace(", 2 = \"pine\"", ""), "label 2"),
+            (text.replace("1 = \"oak\"", "one = \"oak\""), "numbers from 1"),
+            (text.replace("labels = { 1 = \"oak\", 2 = \"pine\" }\n", ""), "material of each label"),
+            (text.replace("v.nrrd", "none.nrrd"), "none.nrrd"),
+            (text.replace("text = \"I\"", "text = \"\""), "no letters"),
+            (text.replace("size = 4", "font = \"No Such Font\""), "No Such Font"),
+            (text.replace("size = 4", "file = \"a.stl\""), "exactly one of file, text and picture"),
+            (text.replace("size = 4", "invert = true"), "invert goes with picture"),
+            (text.replace("every = 2, ", ""), "stamps once"),
+            (text.replace("every = 2", "every = 0.01"), "0.1 mm"),
+            (text.replace("\"press\"", "3"), "powered"),
+        ):
+            carve = kibori("carve", self.scene(wrong), cwd=self.folder)
+            self.assertNotEqual(carve.returncode, 0, says)
+            self.assertEqual(carve.stderr.count("\n"), 1, carve.stderr)
+            self.assertIn(says, carve.stderr)
+
     def test_documents_are_taken_wherever_a_mesh_is(self):
         scene = self.scene()
         carve = kibori("carve", scene, "-o", "d.kibori", "--mesh", "m.stl", "--json", cwd=self.folder)

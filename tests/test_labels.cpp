@@ -99,6 +99,29 @@ TEST(GridSolid, IsWhereTheInterpolationIsAboveZero) {
   }
 }
 
+// A box that nearly fills its grid: its faces are where they were, also at the grid's end.
+TEST(Labels, FacesStayWhereTheyWere) {
+  for (const int margin : {0, 1, 2, 7}) {
+    const Index3 size = Index3::Constant(12 + 2 * margin);
+    const LabelVolume volume = volume_of(size, Vec3::Ones(), [&](const Vec3& p) {
+      const bool in = (p.array() > margin).all() && (p.array() < margin + 12).all();
+      return static_cast<uint16_t>(in ? 1 : 0);
+    });
+    const ShapeGrid shape = shape_of_labels(volume, [](uint16_t l) { return l == 1; });
+    // Along the middle, where no edge is near.
+    for (int axis = 0; axis < 3; axis++) {
+      Vec3 at = Vec3::Constant(margin + 6);
+      double low = margin - 0.9, high = margin + 3;
+      for (int i = 0; i < 40; i++) {
+        at[axis] = (low + high) / 2;
+        (interpolated(shape, at) > 0 ? high : low) = at[axis];
+      }
+      // Beyond the grid it falls to -1 at once.
+      EXPECT_NEAR(high, margin, margin == 0 ? 0.25 : 0.02) << margin;
+    }
+  }
+}
+
 // However thin and small: every voxel's middle stays on its side.
 TEST(Labels, EveryVoxelStaysOnItsSide) {
   Random random;

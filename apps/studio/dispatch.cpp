@@ -71,6 +71,9 @@ struct Dispatch {
   }
 
   void operator()(const ShowRemains& m) const { page.show_remains(m.shown != 0); }
+  void operator()(const ShowFaults& m) const {
+    page.show_faults(m.shown != 0, {m.wall, m.overhang, Vec3::UnitZ()});
+  }
 
   // Of the page that holds the tool, with a document or without.
   void operator()(const CancelWork&) const {
@@ -302,7 +305,7 @@ void Server::State::on_message(WebSocketClient& page, const FromPage& message) {
   const bool of_any_page =
       std::holds_alternative<Hello>(message) || std::holds_alternative<Got>(message) ||
       std::holds_alternative<TakeTool>(message) || std::holds_alternative<AskMethod>(message) ||
-      std::holds_alternative<ShowRemains>(message);
+      std::holds_alternative<ShowRemains>(message) || std::holds_alternative<ShowFaults>(message);
   if (!of_any_page) {
     // Where no document is open, the page that begins one takes the tool.
     if (!session && holder != &page) hold(&page);

@@ -602,6 +602,24 @@ struct AskFonts {
   template <class F>
   void fields([[maybe_unused]] F&& f) {}
 };
+// Whether the body that is worked on is shown in colours that tell what a printer would fail at (1;
+// no longer what ShowRemains asked for): walls thinner than `wall` [mm], faces that look down and
+// lean from upright by more than `overhang` [degrees], loose pieces. PrintFaults tells the numbers.
+struct ShowFaults {
+  static constexpr uint8_t kKind = 46;
+  uint8_t shown = 0;
+  double wall = 0;
+  double overhang = 0;
+  bool in_range() const {
+    return shown <= 1 &&
+           wall >= 0.01 && wall <= 1000 &&
+           overhang >= 0 && overhang <= 90;
+  }
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(shown, wall, overhang);
+  }
+};
 // A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz],
 // the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to
 // 1), which of them its stock is of, what the page is called in its requests over HTTP, and what it
@@ -886,8 +904,23 @@ struct Fonts {
     f(json);
   }
 };
+// Of what ShowFaults asked for: surface that hangs, and that is of thin walls [mm^2], of so much in
+// all; the thinnest wall [mm], 0: there is none; and how many pieces there are, of which all but
+// the largest are loose.
+struct PrintFaults {
+  static constexpr uint8_t kKind = 84;
+  double overhang = 0;
+  double thin = 0;
+  double area = 0;
+  double thinnest = 0;
+  uint32_t pieces = 0;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(overhang, thin, area, thinnest, pieces);
+  }
+};
 
 // What a page may say.
-using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs, ShowRemains, PreviewAction, ReviseStep, ChooseSecond, PressSecond, AimSecond, LiftSecond, ChooseGuide, AskMass, ChooseStamp, AskFonts>;
+using FromPage = std::variant<Hello, Aim, Press, Lift, Cancel, Undo, Redo, ChooseTool, ChooseHand, Got, TakeTool, Begin, Open, Leave, Go, NameVersion, KeepThumbnail, ChooseMaterial, ChooseModel, CancelWork, CarveExample, ChooseSymmetry, ChooseWork, Arm, BringTool, ChooseReach, RunExperiment, ChooseTurn, Strike, ChooseBrush, AskMethod, ActOnBodies, ChooseBody, ChooseCrumbs, ShowRemains, PreviewAction, ReviseStep, ChooseSecond, PressSecond, AimSecond, LiftSecond, ChooseGuide, AskMass, ChooseStamp, AskFonts, ShowFaults>;
 
 }  // namespace kibori::studio

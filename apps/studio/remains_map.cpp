@@ -48,7 +48,7 @@ std::vector<RemainsMap::Key> RemainsMap::key_of(const kibori::Bodies& bodies, Bo
   return key;
 }
 
-bool RemainsMap::is_of(const kibori::Bodies& bodies, BodyId worked_on) const {
+bool RemainsMap::is_of(const kibori::Bodies& bodies, BodyId worked_on, StepId) const {
   return key_ == key_of(bodies, worked_on);
 }
 
@@ -102,7 +102,7 @@ SurfaceChunk RemainsMap::paint(SurfaceChunk chunk, const Index3& at) {
   return chunk;
 }
 
-Remains RemainsMap::said(double volume_mm3) const {
+std::vector<uint8_t> RemainsMap::said(double volume_mm3) const {
   Remains said;
   said.scale = scale_mm_;
   said.volume = std::max(0.0, volume_mm3 - within_mm3_);
@@ -113,7 +113,7 @@ Remains RemainsMap::said(double volume_mm3) const {
     area += part.area;
   }
   said.mean = area > 0 ? said.mean / area : 0;
-  return said;
+  return encode(said);
 }
 
 }  // namespace kibori::studio

@@ -3,7 +3,6 @@
 // what may not be cut, in colours and in numbers.
 #pragma once
 
-#include <algorithm>
 #include <map>
 #include <memory>
 #include <optional>
@@ -14,33 +13,25 @@
 #include <kibori/surface/surface.h>
 
 #include "apps/studio/messages.h"
+#include "apps/studio/surface_map.h"
 
 namespace kibori::studio {
 
-// Of one page that looks at it.
-class RemainsMap {
+class RemainsMap final : public SurfaceMap {
  public:
   // A body's surface against all that is no-go besides; null: nothing is, or it can't be measured
   // from there. `volume_mm3`: of the body now.
   static std::unique_ptr<RemainsMap> make(const kibori::Bodies& bodies, BodyId worked_on,
                                           const LiveSurface& surface, double volume_mm3);
 
-  BodyId body() const { return body_; }
-  // Whether it is still of these bodies.
-  bool is_of(const kibori::Bodies& bodies, BodyId worked_on) const;
-  // The chunk in colours; its numbers are kept.
-  SurfaceChunk paint(SurfaceChunk chunk, const Index3& at);
-  // The numbers of all chunks that were painted.
-  Remains said(double volume_mm3) const;
+  BodyId body() const override { return body_; }
+  bool is_of(const kibori::Bodies& bodies, BodyId worked_on, StepId step) const override;
+  SurfaceChunk paint(SurfaceChunk chunk, const Index3& at) override;
+  std::vector<uint8_t> said(double volume_mm3) const override;
 
  private:
   struct Part {
     double max = 0, sum = 0, area = 0;  // [mm], [mm^3], [mm^2]
-  };
-  struct Place {
-    bool operator()(const Index3& a, const Index3& b) const {
-      return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
-    }
   };
   // What makes a map another one: the body, and of what is no-go its pose and model.
   struct Key {
@@ -60,7 +51,7 @@ class RemainsMap {
   std::optional<DistanceTree> tree_;
   double within_mm3_ = 0;  // of the body, in what may not be cut
   double scale_mm_ = 1;    // the last colour's
-  std::map<Index3, Part, Place> parts_;
+  std::map<Index3, Part, ChunkOrder> parts_;
 };
 
 }  // namespace kibori::studio

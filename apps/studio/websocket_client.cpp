@@ -74,8 +74,8 @@ void WebSocketClient::restart() {
   sent_.clear();
   told_bodies_ = 0;
   told_list_.clear();
-  wants_remains_ = false;
-  remains_.reset();
+  wants_ = Map::none;
+  map_.reset();
   shown_bodies_.clear();
   told_steps_ = 0;
   told_versions_.clear();
@@ -138,7 +138,7 @@ void WebSocketClient::offer_bodies() {
                     {"volume_mm3", session.volume_mm3(body.id)}});
   }
   const std::string json = list.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  follow_remains();
+  follow_map();
   std::string told = std::to_string(session.active()) + json;
   if (told == told_list_) return;
   told_list_ = std::move(told);
@@ -171,8 +171,8 @@ void WebSocketClient::offer_chunks() {
     const size_t begin = frame.data.size();
     const SurfaceChunk& chunk = surface->chunk(at.at);
     const Lattice& lattice = server_.session->lattice();
-    if (remains_ && remains_->body() == at.body)
-      put_chunk(frame.data, remains_->paint(chunk, at.at), at.at, lattice);
+    if (map_ && map_->body() == at.body)
+      put_chunk(frame.data, map_->paint(chunk, at.at), at.at, lattice);
     else
       put_chunk(frame.data, chunk, at.at, lattice);
     // What changed beneath may look the same.
@@ -184,16 +184,22 @@ void WebSocketClient::offer_chunks() {
   frame.frame = ++frame_;
   frame.more = more_ = !dirty_.empty();
   send(encode(frame));
-  if (!remains_ || more_) return;
-  std::vector<uint8_t> said = encode(remains_->said(active_volume_mm3()));
-  if (said == told_remains_) return;
-  told_remains_ = said;
+  if (!map_ || more_) return;
+  std::vector<uint8_t> said = map_->said(active_volume_mm3());
+  if (said == told_map_) return;
+  told_map_ = said;
   send(std::move(said));
 }
 
 void WebSocketClient::show_remains(bool shown) {
-  wants_remains_ = shown;
-  if (server_.session) follow_remains();
+  wants_ = shown ? Map::remains : Map::none;
+  repaint();
+}
+
+void WebSocketClient::show_faults(bool shown, const PrintCheckOptions& options) {
+  wants_ = shown ? Map::faults : Map::none;
+  print_ = options;
+  repaint();
 }
 
 double WebSocketClient::active_volume_mm3() const {
@@ -204,17 +210,25 @@ double WebSocketClient::active_volume_mm3() const {
   return volume;
 }
 
-// The map is of the bodies as they now are.
-void WebSocketClient::follow_remains() {
-  const Session& session = *server_.session;
-  if (remains_ && wants_remains_ && remains_->is_of(session.bodies(), session.active())) return;
-  const std::unique_ptr<RemainsMap> before = std::move(remains_);
-  if (wants_remains_)
-    remains_ = RemainsMap::make(session.bodies(), session.active(),
-                                *session.surface(session.active()), active_volume_mm3());
-  told_remains_.clear();
-  if (wants_remains_ && !remains_) send(encode(Remains{}));
-  for (const RemainsMap* const map : {before.get(), remains_.get()})
+void WebSocketClient::follow_map() {
+  Session& session = *server_.session;
+  if (!map_ && wants_ == Map::none) return;
+  if (map_ && map_->is_of(session.bodies(), session.active(), session.history().step)) return;
+  repaint();
+}
+
+void WebSocketClient::repaint() {
+  if (!server_.session) return;
+  Session& session = *server_.session;
+  const std::unique_ptr<SurfaceMap> before = std::move(map_);
+  if (wants_ == Map::remains)
+    map_ = RemainsMap::make(session.bodies(), session.active(), *session.surface(session.active()),
+                            active_volume_mm3());
+  else if (wants_ == Map::faults)
+    map_ = std::make_unique<PrintMap>(session.active_body(), print_, session.history().step);
+  told_map_.clear();
+  if (wants_ == Map::remains && !map_) send(encode(Remains{}));
+  for (const SurfaceMap* const map : {before.get(), map_.get()})
     if (map && session.surface(map->body()) && shown_bodies_.count(map->body())) show(map->body());
 }
 

@@ -14,6 +14,7 @@
 #include <boost/beast/websocket.hpp>
 
 #include "apps/studio/method.h"
+#include "apps/studio/print_map.h"
 #include "apps/studio/remains_map.h"
 #include "apps/studio/server_state.h"
 
@@ -44,8 +45,12 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   }
   // What this page looks at of the method.
   MethodView& method() { return method_; }
-  // Whether this page looks at what remains to be taken away.
+  // What this page looks at in colours: what remains to be taken away, or what a printer would fail
+  // at.
   void show_remains(bool shown);
+  void show_faults(bool shown, const PrintCheckOptions& options);
+  // The colours are of the bodies as they now are.
+  void follow_map();
   void offer_method(MethodView::Clock::time_point now);
   size_t waiting_bytes() const { return waiting_bytes_; }
   // What this page's requests over HTTP call it, and no other page knows.
@@ -60,7 +65,7 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
     }
   };
   void show(BodyId body);
-  void follow_remains();
+  void repaint();
   double active_volume_mm3() const;
   void forget(BodyId body);
   void read();
@@ -90,9 +95,10 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   size_t told_steps_ = 0;
   Session::Versions told_versions_;
   MethodView method_;
-  bool wants_remains_ = false;
-  std::unique_ptr<RemainsMap> remains_;
-  std::vector<uint8_t> told_remains_;
+  enum class Map { none, remains, faults } wants_ = Map::none;
+  PrintCheckOptions print_;
+  std::unique_ptr<SurfaceMap> map_;
+  std::vector<uint8_t> told_map_;
   bool greeted_ = false, closed_ = false;
 };
 

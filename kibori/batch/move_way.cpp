@@ -73,6 +73,7 @@ Result<MoveWay> way_of(const Move& from, const Move& to, double pitch_mm) {
   settings.lift_mm = lift;
   settings.stamp = to.stamps();
   settings.every_mm = to.stamp.every_mm;
+  if (const Status good = check_stroke_guide(settings); !good) return Error{good.error()};
   StrokeGuide guide(settings);
   const Mat3 frame = frame_from_axis(to.axis, to.roll_rad);
   const auto put = [&](const Pose& pose, double) { way.places.push_back(pose); };

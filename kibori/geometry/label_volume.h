@@ -44,7 +44,7 @@ using ShapeGrid = VoxelGrid<float>;
 // The shape of the labels that `is_of` takes. Steps of voxels are smoothed away as far as the
 // voxels leave it open: the middle of each is on its own side, so that faces are within half a
 // voxel of where they were, and round faces keep their place (sqrt(2) G - G G, G binomial of
-// variance 3: what each does to a face of any radius cancels). It takes 8 bytes a voxel meanwhile,
+// variance 2: what each does to a face of any radius cancels). It takes 8 bytes a voxel meanwhile,
 // 4 at the end.
 ShapeGrid shape_of_labels(const LabelVolume& volume, const std::function<bool(uint16_t)>& is_of);
 

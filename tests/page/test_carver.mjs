@@ -271,6 +271,52 @@ async function measures() {
   await ended(page, studio);
 }
 
+/** What a printer would fail at: a wall that is too thin, once it is carved. */
+async function printing() {
+  const studio = await Studio.start();
+  const page = await open(SIZE);
+  await enter(page, studio.url);
+  await begun(page, "limewood");
+  const told = (id) => page.locator(`#faults-${id}`).textContent();
+  const said = async (what, holds) => {
+    for (let i = 0; i < 200; i++) {
+      if (await holds()) return;
+      await page.waitForTimeout(50);
+    }
+    check(what, false);
+  };
+  await page.keyboard.press("Shift+P");
+  check("Shift+P checks", await page.locator("#faults").isVisible());
+  await said("a block hangs nowhere", async () => (await told("overhang")) === "none");
+  check("it has no thin walls", (await told("thin")) === "none");
+  check("nor loose pieces", (await told("loose")) === "none");
+  // An end mill of 4 mm along the edge leaves a wall of 0.7 mm, as high as it goes deep.
+  await choose(page, "End mill");
+  await page.locator("#size").fill("4");
+  await page.locator("#depth").fill("6");
+  const before = await state(page);
+  const on = (x) => page.evaluate((at) => window.kibori.onScreen(at), [x, 4.7, 30]);
+  await drag(page, [await on(10), await on(70)]);
+  await after(page, before.step);
+  const area = async () => parseFloat(await told("thin"));
+  // Both sides of it: 60 to 68 mm long, 6 high.
+  await said("a thin wall is told", async () => /cm²/.test(await told("thin")));
+  check(`its area (${await told("thin")})`, (await area()) > 6 && (await area()) < 9);
+  const thinnest = parseFloat(await told("thinnest"));
+  check(`how thin it is (${thinnest})`, Math.abs(thinnest - 0.7) < 0.15);
+  await page.locator("#view").focus();
+  await page.keyboard.press("1");
+  await page.waitForTimeout(1500);
+  await show(page, "print-check");
+  await page.locator("#thin-wall").fill("0.3");
+  await page.locator("#thin-wall").press("Enter");
+  await said("thinner walls are none", async () => (await told("thin")) === "none");
+  await page.locator("#view").focus();
+  await page.keyboard.press("Shift+P");
+  check("and it is left off", !(await page.locator("#faults").isVisible()));
+  await ended(page, studio);
+}
+
 /** A mesh of a pyramid on its point, 6 mm wide and high. */
 const PYRAMID = `solid p
 ${[
@@ -432,4 +478,4 @@ async function stamps() {
   await ended(page, studio);
 }
 
-await run([everyTool, guidedStrokes, measures, stamps]);
+await run([everyTool, guidedStrokes, measures, printing, stamps]);

@@ -99,6 +99,8 @@ export class Bodies {
     private notify: (text: string) => void,
     private holds: () => boolean,
     private bring: (file: File, longest: number) => void,
+    /** What else is shown in colours is not, from now on. */
+    private otherColours: () => void,
   ) {
     const file = input("body-file");
     file.accept = MESHES;
@@ -203,8 +205,14 @@ export class Bodies {
   get inColours(): boolean {
     return this.remaining;
   }
+  /** It is to be shown in other colours. */
+  leaveColours(): void {
+    this.remaining = false;
+    this.remains({ max: 0, mean: 0, volume: 0, scale: 0 });
+  }
   /** The body that is worked on in colours, or as it is. */
   private showRemains(shown: boolean): void {
+    if (shown) this.otherColours();
     this.remaining = shown;
     this.send(write.ShowRemains({ shown: shown ? 1 : 0 }));
     this.remains({ max: 0, mean: 0, volume: 0, scale: 0 });

@@ -20,6 +20,7 @@ import { MODEL_NOTES, type Model } from "./kinds";
 import { Measure } from "./measure";
 import { MethodView } from "./method_view";
 import { makeNumberRows } from "./number_row";
+import { PrintCheck } from "./print_check";
 import { ForcePlot } from "./plot";
 import { Senses } from "./senses";
 import { Settings } from "./settings";
@@ -87,6 +88,7 @@ const bodies = new Bodies(
   (text) => notify(text),
   () => hand.holds && !hand.readOnly,
   (file, longest) => void start.importer.bring(file, longest),
+  () => printing.leave(),
 );
 const splines = new Splines(
   canvas,
@@ -97,6 +99,7 @@ const splines = new Splines(
   () => bodies.activeBody,
 );
 const measure = new Measure(canvas, view, () => send(write.AskMass()));
+const printing = new PrintCheck(send, () => bodies.leaveColours());
 const hand: Hand = new Hand(canvas, view, send, (x, y) => bodies.takeUp(x, y), notify);
 const layout = new Layout((insets) => view.cover(insets));
 const look = new Look(canvas, view, notify, (ending, what) => save(`${title}.${ending}`, what));
@@ -205,6 +208,7 @@ function onMessage(said: FromStudio): void {
       settings.restore();
       hand.begin();
       measure.begin();
+      printing.leave();
       break;
     }
     case "Chunks": {
@@ -245,6 +249,9 @@ function onMessage(said: FromStudio): void {
       break;
     case "Previewed":
       splines.previewed(said.message);
+      break;
+    case "PrintFaults":
+      printing.show(said.message);
       break;
     case "Remains":
       bodies.remains(said.message);
@@ -366,7 +373,8 @@ function showDevice(safety: number, trip: string, given: number): void {
 function pictureSoon(of: number, tries = 20): void {
   setTimeout(async () => {
     if (of !== step || !hand.holds || !history.wants(of) || tries === 0) return;
-    if (!view.whole || hand.working || bodies.inColours) return pictureSoon(of, tries - 1);
+    if (!view.whole || hand.working || bodies.inColours || printing.inColours)
+      return pictureSoon(of, tries - 1);
     const png = await view.thumbnail(128, 96);
     if (!png || of !== step) return;
     history.setPicture(of, png);
@@ -538,6 +546,11 @@ const keys = new Keys(
       label: "measure, or carve again",
       keys: ["Shift+m"],
       run: () => measure.toggle(),
+    },
+    printing: {
+      label: "check for printing, or not",
+      keys: ["Shift+p"],
+      run: () => printing.toggle(),
     },
     all: { label: "show all", keys: ["Home"], run: () => view.frame() },
     export: { label: "export", keys: ["Ctrl+e"], run: askExport },

@@ -95,6 +95,8 @@ export type AskMass = Record<string, never>;
 export interface ChooseStamp { what: number; text: string; font: string; size: number; depth: number; invert: number; name: string; data: Uint8Array }
 /** Which fonts are installed where the studio runs; Fonts answers. */
 export type AskFonts = Record<string, never>;
+/** Whether the body that is worked on is shown in colours that tell what a printer would fail at (1; no longer what ShowRemains asked for): walls thinner than `wall` [mm], faces that look down and lean from upright by more than `overhang` [degrees], loose pieces. PrintFaults tells the numbers. */
+export interface ShowFaults { shown: number; wall: number; overhang: number }
 /** A document is open: the lattice (lower corner [mm], nodes, pitch [mm]), the servo's rate [Hz], the document's name, its materials (JSON: name, color, rings: how strongly they stand out, 0 to 1), which of them its stock is of, what the page is called in its requests over HTTP, and what it is: 0 carved, 1 only looked at, 2 an experiment. All that was shown before is of another one. */
 export interface Welcome { version: number; origin: Vec3; nodes: Vec3; pitch: number; rate: number; document: string; materials: string; material: number; page: string; what: number }
 /** Surface of one body that changed; the page answers Got. Each chunk: place x y z (u16), numbers of vertices and triangles (u32), whether any is painted (u16), vertices, corners (u16 each), and of painted ones a colour for each vertex (red, green, blue, 255 where it is painted or 0: u8). A vertex: x y z (u16, 1/2048 pitch from 16 place - 1), normal (3 x i8, 1/127), material (u8). */
@@ -135,6 +137,8 @@ export interface Mass { body: number; volume: number; mass: number; centre: Vec3
 export interface ShowStamp { vertices: Uint8Array; triangles: Uint8Array }
 /** Answers AskFonts. JSON: the families, in alphabetical order. */
 export interface Fonts { json: string }
+/** Of what ShowFaults asked for: surface that hangs, and that is of thin walls [mm^2], of so much in all; the thinnest wall [mm], 0: there is none; and how many pieces there are, of which all but the largest are loose. */
+export interface PrintFaults { overhang: number; thin: number; area: number; thinnest: number; pieces: number }
 
 export const write = {
   Hello: (m: Hello) => new Writer(1).u16(m.version).text(m.key).done(),
@@ -182,6 +186,7 @@ export const write = {
   AskMass: () => new Writer(43).done(),
   ChooseStamp: (m: ChooseStamp) => new Writer(44).u8(m.what).text(m.text).text(m.font).f64(m.size).f64(m.depth).u8(m.invert).text(m.name).raw(m.data).done(),
   AskFonts: () => new Writer(45).done(),
+  ShowFaults: (m: ShowFaults) => new Writer(46).u8(m.shown).f64(m.wall).f64(m.overhang).done(),
 };
 
 /** What the studio may say. */
@@ -205,7 +210,8 @@ export type FromStudio =
   | { kind: "SecondHand"; message: SecondHand }
   | { kind: "Mass"; message: Mass }
   | { kind: "ShowStamp"; message: ShowStamp }
-  | { kind: "Fonts"; message: Fonts };
+  | { kind: "Fonts"; message: Fonts }
+  | { kind: "PrintFaults"; message: PrintFaults };
 
 /** Throws where it is none of them, or too short or long. */
 export function read(data: ArrayBuffer): FromStudio {
@@ -252,6 +258,8 @@ export function read(data: ArrayBuffer): FromStudio {
       return r.end({ kind: "ShowStamp", message: { vertices: r.raw(), triangles: r.raw() } });
     case 83:
       return r.end({ kind: "Fonts", message: { json: r.text() } });
+    case 84:
+      return r.end({ kind: "PrintFaults", message: { overhang: r.f64(), thin: r.f64(), area: r.f64(), thinnest: r.f64(), pieces: r.u32() } });
     default:
       throw new Error(`a message of kind ${kind}, which is none`);
   }

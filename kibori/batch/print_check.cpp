@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/batch/print_check.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include <kibori/dexel/normal_code.h>
+
+namespace kibori {
+namespace {
+
+// Of a pitch: what is so near to the lowest place lies on the bed.
+constexpr double kOnBed = 0.5;
+// A face's opposite looks away from it by more than this (cosine).
+constexpr double kOpposite = -0.5;
+// Of a pitch: how far a vertex is from the end of its dexel at most, times what the face leans.
+constexpr double kNear = 3;
+
+Vec3 place_of(const SurfaceVertex& v) { return {v.position[0], v.position[1], v.position[2]}; }
+Vec3 normal_of(const SurfaceVertex& v) { return {v.normal[0], v.normal[1], v.normal[2]}; }
+
+}  // namespace
+
+PrintCheck::PrintCheck(const Snapshot& model, const PrintCheckOptions& options)
+    : model_(model),
+      options_(options),
+      pieces_(find_pieces(model)),
+      bed_(std::numeric_limits<double>::infinity()),
+      steepest_(std::sin(options.overhang_deg * (std::numbers::pi / 180))) {
+  for (int i = 0; i < pieces(); i++)
+    if (largest_ < 0 || pieces_.all()[static_cast<size_t>(i)].nodes >
+                            pieces_.all()[static_cast<size_t>(largest_)].nodes)
+      largest_ = i;
+  const FieldSnapshot& z = model_.field(Axis::z);
+  for (int v = 0; v < z.nodes_v(); v++)
+    for (int u = 0; u < z.nodes_u(); u++)
+      z.for_spans(u, v, [&](const Span& s) {
+        for (const float end : {s.in, s.out})
+          bed_ = std::min(bed_, options_.up.dot(model_.lattice.to_mm(
+                                    LatticePoint{Vec3(u + 0.5, v + 0.5, double{end})})));
+      });
+}
+
+bool PrintCheck::find(const SurfaceVertex& vertex, Dexel& dexel) const {
+  const Vec3 normal = normal_of(vertex);
+  int along = 0;
+  normal.cwiseAbs().maxCoeff(&along);
+  dexel.axis = static_cast<Axis>(along);
+  const FieldSnapshot& field = model_.field(dexel.axis);
+  const LatticePoint at = model_.lattice.to_lattice(place_of(vertex));
+  const double depth = at[along];
+  const int u = static_cast<int>(std::floor(at[u_index(dexel.axis)])),
+            v = static_cast<int>(std::floor(at[v_index(dexel.axis)]));
+  // Of the rays around, that whose end is nearest.
+  double nearest = kNear;
+  bool found = false;
+  for (const auto& [du, dv] : {std::array{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+    if (u + du < 0 || v + dv < 0 || u + du >= field.nodes_u() || v + dv >= field.nodes_v())
+      continue;
+    field.for_spans(u + du, v + dv, [&](const Span& s) {
+      // Which end looks the way the surface does.
+      const double off = std::abs(depth - (normal[along] > 0 ? s.out : s.in));
+      if (off < nearest) {
+        nearest = off;
+        dexel.u = u + du;
+        dexel.v = v + dv;
+        dexel.span = s;
+        found = true;
+      }
+    });
+    if (found) break;
+  }
+  return found;
+}
+
+double PrintCheck::thickness_mm(const SurfaceVertex& vertex) const {
+  Dexel dexel;
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  if (!find(vertex, dexel)) return inf;
+  // What is of several materials is one wall.
+  float in = dexel.span.in, out = dexel.span.out;
+  uint32_t code_in = dexel.span.normal_in, code_out = dexel.span.normal_out;
+  model_.field(dexel.axis).for_spans(dexel.u, dexel.v, [&](const Span& s) {
+    if (s.in == out) {
+      out = s.out;
+      code_out = s.normal_out;
+    }
+  });
+  for (bool more = true; more;) {
+    more = false;
+    model_.field(dexel.axis).for_spans(dexel.u, dexel.v, [&](const Span& s) {
+      if (s.out != in) return;
+      in = s.in;
+      code_in = s.normal_in;
+      more = true;
+    });
+  }
+  const Vec3 near = decode_normal(code_in, dexel.axis, false),
+             far = decode_normal(code_out, dexel.axis, true);
+  if (near.dot(far) > kOpposite) return inf;
+  const double cosine = std::abs(near[static_cast<int>(dexel.axis)]);
+  return (double{out} - double{in}) * cosine * model_.lattice.pitch_mm;
+}
+
+PrintFault PrintCheck::at(const SurfaceVertex& vertex) const {
+  if (pieces() > 1) {
+    const LatticePoint inside = model_.lattice.to_lattice(
+        place_of(vertex) - 0.5 * model_.lattice.pitch_mm * normal_of(vertex));
+    const Index3 node = inside.units.array().floor().cast<int>();
+    if ((node >= 0).all() && (node < model_.lattice.nodes).all()) {
+      const int piece = pieces_.at(model_.field(Axis::z), node);
+      if (piece >= 0 && piece != largest_) return PrintFault::loose;
+    }
+  }
+  if (thickness_mm(vertex) < options_.wall_mm) return PrintFault::thin;
+  // A hair more than the angle: a face of just that leans no more.
+  if (options_.up.dot(place_of(vertex)) > bed_ + kOnBed * model_.lattice.pitch_mm &&
+      -options_.up.dot(normal_of(vertex)) > steepest_ + 1e-3)
+    return PrintFault::overhang;
+  return PrintFault::none;
+}
+
+}  // namespace kibori
