@@ -20,7 +20,7 @@ PrintCheckOptions standing(PrintCheckOptions options, const Pose& pose) {
 
 }  // namespace
 
-PrintMap::PrintMap(const Body& body, PrintCheckOptions options, StepId step)
+PrintMap::PrintMap(const Body& body, const PrintCheckOptions& options, StepId step)
     : body_(body.id),
       pose_(body.pose),
       step_(step),

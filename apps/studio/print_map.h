@@ -16,7 +16,7 @@ namespace kibori::studio {
 class PrintMap final : public SurfaceMap {
  public:
   // The body, printed as it stands in the world. Options' `up` is set here.
-  PrintMap(const Body& body, PrintCheckOptions options, StepId step);
+  PrintMap(const Body& body, const PrintCheckOptions& options, StepId step);
 
   BodyId body() const override { return body_; }
   bool is_of(const kibori::Bodies& bodies, BodyId worked_on, StepId step) const override;

@@ -57,19 +57,19 @@ bool PrintCheck::find(const SurfaceVertex& vertex, Dexel& dexel) const {
   // Of the rays around, that whose end is nearest.
   double nearest = kNear;
   bool found = false;
-  for (const auto& [du, dv] : {std::array{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
-    if (u + du < 0 || v + dv < 0 || u + du >= field.nodes_u() || v + dv >= field.nodes_v())
-      continue;
-    field.for_spans(u + du, v + dv, [&](const Span& s) {
+  constexpr std::array<std::array<int, 2>, 5> kAround{{{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
+  for (const std::array<int, 2>& off : kAround) {
+    const int ray_u = u + off[0], ray_v = v + off[1];
+    if (ray_u < 0 || ray_v < 0 || ray_u >= field.nodes_u() || ray_v >= field.nodes_v()) continue;
+    field.for_spans(ray_u, ray_v, [&](const Span& s) {
       // Which end looks the way the surface does.
-      const double off = std::abs(depth - (normal[along] > 0 ? s.out : s.in));
-      if (off < nearest) {
-        nearest = off;
-        dexel.u = u + du;
-        dexel.v = v + dv;
-        dexel.span = s;
-        found = true;
-      }
+      const double away = std::abs(depth - (normal[along] > 0 ? s.out : s.in));
+      if (away >= nearest) return;
+      nearest = away;
+      dexel.u = ray_u;
+      dexel.v = ray_v;
+      dexel.span = s;
+      found = true;
     });
     if (found) break;
   }

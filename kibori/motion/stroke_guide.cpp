@@ -144,7 +144,7 @@ std::optional<Vec3> StrokeGuide::guided(const Pose& hand) {
 // The way that the tool goes at `tip`: the circle's own there, else that from the point drawn
 // behind it to its `head`.
 Vec3 StrokeGuide::way_at(const Vec3& tip, const Vec3& head) const {
-  const Vec3 drawn = head - trail_;
+  Vec3 drawn = head - trail_;
   if (settings_.guide != Guide::circle) return drawn;
   const Vec3 round = normal_.cross(Vec3(tip - settings_.centre_mm));
   return round.dot(drawn) < 0 ? Vec3(-round) : round;
