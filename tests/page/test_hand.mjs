@@ -172,7 +172,7 @@ async function everyToolBites() {
   const names = await page
     .locator("#shapes input")
     .evaluateAll((all) => all.map((one) => one.getAttribute("aria-label")));
-  check("there are seventeen tools", names.length === 17);
+  check("there are eighteen tools", names.length === 18);
   for (const name of names)
     for (const along of CAMPAIGN || name === names[0] ? ["normal", "view", "pen"] : ["normal"]) {
       await choose(page, name);

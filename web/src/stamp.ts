@@ -69,7 +69,9 @@ export class Stamp {
     this.show();
     if (!this.asked) this.send(write.AskFonts());
     this.asked = true;
-    this.soon();
+    // One that was not held before, at once: who picked it up may press already.
+    if (this.sent === "") this.order();
+    else this.soon();
   }
   /** Another tool is held. */
   leave(): void {
