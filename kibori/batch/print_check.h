@@ -30,8 +30,8 @@ class PrintCheck {
 
   // The worst that is wrong at a vertex of the model's surface: loose before thin before overhang.
   // A wall's thickness is the length of the dexel nearest, along the axis that the vertex looks
-  // along most, times the cosine between that and the dexel's end; where the face behind does not look the other way it is none. Thinner
-  // walls than the pitch may be missed.
+  // along most, times the cosine between that and the dexel's end; where the face behind does not
+  // look the other way it is none. Thinner walls than the pitch may be missed.
   PrintFault at(const SurfaceVertex& vertex) const;
   // How thick the wall is there [mm]; infinite: there is none.
   double thickness_mm(const SurfaceVertex& vertex) const;
