@@ -14,6 +14,7 @@
 import { execFileSync } from "node:child_process";
 import { mkdirSync, readFileSync } from "node:fs";
 import { join } from "node:path";
+import { fileURLToPath } from "node:url";
 import {
   check,
   enter,
@@ -56,7 +57,7 @@ const smoothMax = (a, b, k) => -smoothMin(-a, -b, k);
 
 // ---- The studio, as a person uses it
 
-class Bench {
+export class Bench {
   clock = 0;
   events = 0;
   strokes = 0;
@@ -1221,4 +1222,6 @@ async function figure() {
 mkdirSync(out, { recursive: true });
 const wanted = process.argv.slice(4),
   all = [bowl, relief, figure];
-await run(all.filter((piece) => wanted.length === 0 || wanted.includes(piece.name)));
+// Others carve on its bench (carvers.mjs).
+if (process.argv[1] === fileURLToPath(import.meta.url))
+  await run(all.filter((piece) => wanted.length === 0 || wanted.includes(piece.name)));
