@@ -2,6 +2,7 @@
 // Something that is told of a body by the colours of its surface, and in numbers.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 

@@ -3,8 +3,8 @@
 // ways to wait. A test calls run(parts): each part is a function whose name KIBORI_PART chooses.
 // The program's arguments are KIBORI [SCREENSHOTS' FOLDER]. The page's policy forbids eval, so what
 // is waited for is asked again and again.
-import { spawn } from "node:child_process";
-import { chmodSync, existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { execFileSync, spawn } from "node:child_process";
+import { chmodSync, existsSync, mkdtempSync, readdirSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
@@ -123,6 +123,19 @@ export async function fetched(page, path) {
   }, path);
   return Buffer.from(url.slice(url.indexOf(",") + 1), "base64");
 }
+/** The document that was begun last. */
+export const newest = () =>
+  join(
+    folder,
+    "kibori",
+    readdirSync(join(folder, "kibori"))
+      .filter((name) => name.endsWith(".kibori"))
+      .sort()
+      .at(-1),
+  );
+/** It is carved again by the command line, step by step, to the same hashes. */
+export const verified = () =>
+  /all is as it was written/.test(execFileSync(kibori, ["verify", newest()], { encoding: "utf8" }));
 export const state = (page) => page.evaluate(() => ({ ...document.body.dataset }));
 export async function until(page, what, holds, seconds = 60) {
   const end = Date.now() + 1000 * seconds;

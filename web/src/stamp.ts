@@ -17,6 +17,9 @@ interface Held {
   length: number;
 }
 
+/** As large as a stamp may be [mm]. */
+const within = (mm: number): number => Math.min(1000, Math.max(0.1, mm));
+
 export class Stamp {
   private file: { name: string; data: Uint8Array } | null = null;
   private held: Held = { size: 0, depth: 0, length: 0 };
@@ -130,10 +133,10 @@ export class Stamp {
         what,
         text: what === 0 ? text : "",
         font,
-        size,
-        depth,
+        size: within(size),
+        depth: within(depth),
         invert: dark,
-        name: file?.name ?? "",
+        name: file?.name.slice(-60) ?? "", // of which the ending matters
         data: what === 0 ? new Uint8Array() : file!.data,
       }),
     );
