@@ -201,6 +201,22 @@ async function guidedStrokes() {
   for (const x of [-60, 0, 60]) check(`the string steadies at ${x}`, (await depth(x, 122)) < 0.05);
   await show(page, "guide-steady");
   await page.locator("#steady").fill("0");
+
+  // A brush follows a guide as well: where it puffs up the wood is a straight ridge.
+  await page.locator("#guide").selectOption("line");
+  await page.locator("input[name=mode][value=inflate]").check({ force: true });
+  await page.locator("#size").fill("3");
+  await go([
+    [-140, -100],
+    [-40, -112],
+    [40, -88],
+    [140, -104],
+  ]);
+  for (const x of [-80, 0, 80]) {
+    const [ridge, beside] = [-(await depth(x, -100)), -(await depth(x, -130))];
+    check(`a brush keeps to the line at ${x} (${ridge}, ${beside})`, ridge > 0.1 && beside < 0.02);
+  }
+  await show(page, "guide-brush");
   // The whole is as the command line has it.
   await ended(page, studio);
 }

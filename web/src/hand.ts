@@ -190,6 +190,7 @@ export class Hand {
   /** All that is chosen, to the studio. */
   chooseAll(): void {
     if (this.readOnly) return;
+    this.stamp.begin();
     this.chooseTurn();
     this.chooseHand();
     this.chooseSymmetry();

@@ -62,7 +62,7 @@ export class Stamp {
     return `${size.toFixed(1)} mm ${this.what === 0 ? "high" : "wide"}`;
   }
 
-  /** Another document: what was sent is not known there. */
+  /** Another document, or another page held the tool: what was sent is not known any more. */
   begin(): void {
     this.sent = "";
   }

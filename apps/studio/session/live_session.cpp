@@ -299,6 +299,7 @@ void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode asked, double
   if (guide_.guides() && !warps(mode) && !on_wheel(mode)) {
     StrokeGuideSettings guide = guide_;
     guide.lead &= !reshapes(mode) || mode == Mode::press;  // a brush has no edge
+    guide.stamp &= mode == Mode::cut || mode == Mode::touch;
     pose = guided_.emplace(guide).begin(*pose, time_s);
   }
   const Status posted = post([pointer = pointer_, stroke = stroke_ + 1, place = *pose, mode,
