@@ -401,15 +401,21 @@ async function stamps() {
   };
   const told = async (ask) => {
     await page.waitForTimeout(100);
+    const before = await page.evaluate(() => window.kibori.stampsMade());
     await ask();
-    await page.waitForTimeout(900);
-    await wait("a stamp is made", () => window.kibori.toolWidth() > 0);
+    for (let i = 0; i < 400; i++) {
+      if ((await page.evaluate(() => window.kibori.stampsMade())) > before) break;
+      await page.waitForTimeout(50);
+    }
+    // What was asked for in several parts comes once more.
+    await page.waitForTimeout(600);
   };
 
   await choose(page, "Stamp");
   check("a stamp has its panel", await page.locator("#stamp").isVisible());
   check("no motor, no mallet", !(await page.locator("#motor").isVisible()));
   await page.locator("#stamp-font option").nth(1).waitFor({ state: "attached" });
+  await wait("a stamp is made", () => window.kibori.stampsMade() > 0);
   await told(() => page.locator("#size").fill("5"));
   await page.mouse.move(middle.x, middle.y - 40);
   await page.waitForTimeout(400);

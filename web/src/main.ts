@@ -592,7 +592,7 @@ Object.assign(window, {
     onScreen: (place: Vec3) => view.onScreen(place),
     thumbnail: () => view.thumbnail(128, 96),
     onPiece: (x: number, y: number) => view.hit(x, y) !== null,
-    toolWidth: () => view.toolWidth,
+    stampsMade: () => hand.stamp.made,
     breakLine: () => line.breakOff(),
     at: (x: number, y: number) => view.hit(x, y)?.point.toArray() ?? null,
     slowFrames,

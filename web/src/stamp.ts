@@ -89,8 +89,11 @@ export class Stamp {
     select("stamp-font").replaceChildren(...fonts.map((name) => new Option(name, name)));
     select("stamp-font").value = fonts.includes(held) ? held : (fonts[0] ?? "");
   }
+  /** How many the studio has made, for tests. */
+  made = 0;
   /** Its triangles. */
   showShape(vertices: Uint8Array, triangles: Uint8Array): void {
+    this.made++;
     setStamp(new Float32Array(vertices.slice().buffer), new Uint32Array(triangles.slice().buffer));
   }
 
