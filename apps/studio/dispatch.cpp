@@ -24,7 +24,6 @@ namespace {
 
 constexpr size_t kMaxThumbnailBytes = 65536;
 constexpr size_t kMaxNameBytes = 400;
-constexpr double kStampBackMm = 8;  // of the plate behind a picture
 
 bool is_png(const Bytes& bytes) {
   constexpr std::array<uint8_t, 8> kBegin{0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
@@ -33,7 +32,11 @@ bool is_png(const Bytes& bytes) {
 }
 
 Result<Tool> stamp_of(const ChooseStamp& m, double pitch_mm) {
-  if (m.what == 0) return text_stamp({m.text, m.font, m.size, m.depth, 0}, pitch_mm);
+  if (m.what == 0) {
+    // A family; a page has no say over files here.
+    if (m.font.find('/') != std::string::npos) return Error{"a font is named by its family"};
+    return text_stamp({m.text, m.font, m.size, m.depth, 0}, pitch_mm);
+  }
   // What came is put where readers find it.
   const auto folder = TemporaryFolder::make();
   if (!folder) return Error{folder.error()};
@@ -45,9 +48,12 @@ Result<Tool> stamp_of(const ChooseStamp& m, double pitch_mm) {
   NewFile file(path);
   file.write(m.data.data(), m.data.size());
   if (const Status written = file.commit(); !written) return Error{written.error()};
+  PictureStamp picture;
+  picture.width_mm = m.size;
+  picture.depth_mm = m.depth;
+  picture.invert = m.invert != 0;
   Result<Tool> tool =
-      m.what == 1 ? picture_stamp(path, {m.size, m.depth, kStampBackMm, m.invert != 0}, pitch_mm)
-                  : mesh_stamp(path, m.size);
+      m.what == 1 ? picture_stamp(path, picture, pitch_mm) : mesh_stamp(path, m.size);
   // The sentence names the file as the person knows it.
   if (!tool) {
     std::string error = tool.error();

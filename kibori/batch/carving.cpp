@@ -221,9 +221,9 @@ Result<std::unique_ptr<TriDexel>> volume_stock(const Stock& stock, const CarveOp
   const Result<LabelVolume> read = read_nrrd(stock.mesh_path);
   if (!read) return Error{"volume " + read.error()};
   const LabelVolume& volume = read.value();
-  const LabelShapes shapes(volume);
-  if (shapes.labels().empty()) return Error{"volume holds nothing but air"};
-  for (const uint16_t label : shapes.labels()) {
+  const std::vector<uint16_t> labels = labels_of(volume);
+  if (labels.empty()) return Error{"volume holds nothing but air"};
+  for (const uint16_t label : labels) {
     if (stock.labels.contains(label)) continue;
     const auto name = volume.names.find(label);
     return Error{"labels does not say which material label " + std::to_string(label) +
@@ -238,11 +238,12 @@ Result<std::unique_ptr<TriDexel>> volume_stock(const Stock& stock, const CarveOp
   EditOptions edit;
   edit.threads = options.threads;
   Removed added;
+  const LabelShapes shapes(volume);
   const ShapeGrid whole = shapes.whole();
-  const uint16_t first = shapes.labels().front();
+  const uint16_t first = labels.front();
   deposit(*model, GridSolid(whole, Vec3::Zero(), lattice.value()), stock.labels.at(first), edit,
           added);
-  for (const uint16_t label : shapes.labels()) {
+  for (const uint16_t label : labels) {
     if (label == first) continue;
     const ShapeGrid share = shapes.share_of(label);
     change_material(*model, GridSolid(share, Vec3::Zero(), lattice.value()), stock.labels.at(label),

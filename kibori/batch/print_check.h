@@ -5,7 +5,6 @@
 
 #include <cstdint>
 
-#include <kibori/base/names.h>
 #include <kibori/body/pieces.h>
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/geometry/mesh.h>
@@ -13,9 +12,6 @@
 namespace kibori {
 
 enum class PrintFault : uint8_t { none, overhang, thin, loose };
-constexpr auto names_of(PrintFault) {
-  return std::to_array<std::string_view>({"none", "overhang", "thin", "loose"});
-}
 
 struct PrintCheckOptions {
   double wall_mm = 1;        // thinner walls are too thin
@@ -36,7 +32,7 @@ class PrintCheck {
   // How thick the wall is there [mm]; infinite: there is none.
   double thickness_mm(const SurfaceVertex& vertex) const;
 
-  // How many pieces there are, and the largest one, which is none of the loose.
+  // How many pieces there are; all but the largest are loose.
   int pieces() const { return static_cast<int>(pieces_.all().size()); }
 
  private:

@@ -537,6 +537,10 @@ class Reader {
       Lettering letters;
       letters.text = text(t, name, "text");
       if (t.contains("font")) letters.font = text(t, name, "font");
+      // Of a file as any other: beside the scene, and only where it may name files.
+      if (letters.font.find('/') != std::string::npos)
+        letters.font = file(t, name, "font").string();
+      if (!error_.empty()) return MeshTool{};
       letters.height_mm = given("size", letters.height_mm);
       letters.depth_mm = given("depth", letters.depth_mm);
       made = text_stamp(letters, scene_.stock.pitch_mm);

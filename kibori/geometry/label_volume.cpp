@@ -74,11 +74,16 @@ ShapeGrid shape_of_labels(const LabelVolume& volume, const std::function<bool(ui
   return shape;
 }
 
-LabelShapes::LabelShapes(const LabelVolume& volume) : volume_(volume) {
+std::vector<uint16_t> labels_of(const LabelVolume& volume) {
   std::vector<bool> there(size_t{1} << 16);
   for (const uint16_t label : volume.values) there[label] = true;
+  std::vector<uint16_t> labels;
   for (size_t label = 1; label < there.size(); label++)
-    if (there[label]) labels_.push_back(static_cast<uint16_t>(label));
+    if (there[label]) labels.push_back(static_cast<uint16_t>(label));
+  return labels;
+}
+
+LabelShapes::LabelShapes(const LabelVolume& volume) : volume_(volume), labels_(labels_of(volume)) {
   if (labels_.size() < 2) return;
   first_.assign(volume.values.size(), -2);
   second_ = first_;

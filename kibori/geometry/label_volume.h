@@ -48,15 +48,16 @@ using ShapeGrid = VoxelGrid<float>;
 // 4 at the end.
 ShapeGrid shape_of_labels(const LabelVolume& volume, const std::function<bool(uint16_t)>& is_of);
 
+// The labels that a volume has, rising; air is none.
+std::vector<uint16_t> labels_of(const LabelVolume& volume);
+
 // The shapes of all labels of a volume, so that each place of the whole is of one: of the label
-// whose own shape is strongest there. It keeps 10 bytes a voxel.
+// whose own shape is strongest there. It keeps 10 bytes a voxel; each label takes a pass over all.
 class LabelShapes {
  public:
   // `volume` must outlive it.
   explicit LabelShapes(const LabelVolume& volume);
 
-  // Those that the volume has, rising; air is none.
-  const std::vector<uint16_t>& labels() const { return labels_; }
   // All that is no air.
   ShapeGrid whole() const;
   // Of the whole, what is of that label; beyond the whole it says nothing.

@@ -376,10 +376,13 @@ export class Hand {
     const tool = this.own(),
       { name, form } = TOOLS[this.shape];
     put("shape-out", name);
-    put(
-      "size-out",
-      `${this.radius().toFixed(1)} mm${tool.shape === "finger" ? `, ${sizeOf(tool)}` : tool.shape === "mesh" ? `, ${this.stamp.sizeOf(2 * this.radius())}` : ""}`,
-    );
+    const means =
+      tool.shape === "finger"
+        ? `, ${sizeOf(tool)}`
+        : tool.shape === "mesh"
+          ? `, ${this.stamp.sizeOf(2 * this.radius())}`
+          : "";
+    put("size-out", `${this.radius().toFixed(1)} mm${means}`);
     put("depth-out", `${this.depth().toFixed(1)} mm`);
     // A corner is no wider than the tool.
     const said = tool.shape === "bull" ? tool.corner : (form?.value ?? 0);
