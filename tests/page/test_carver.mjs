@@ -433,6 +433,24 @@ async function stamps() {
     along.every((d) => d < 2.1),
   );
   await show(page, "stamp-letters");
+  // A stamp can't be mirrored; a plane that was chosen waits for the next tool.
+  check("no mirrors", await page.locator("#symmetry").evaluate((set) => set.disabled));
+  await choose(page, "Ball burr");
+  await page.locator("#symmetry input").first().check();
+  await choose(page, "Stamp");
+  await page.waitForTimeout(500);
+  const word = await page.locator("#notice").textContent();
+  check(`nothing is complained of (${word})`, word === "");
+  await choose(page, "Ball burr");
+  check("mirrors are back", await page.locator("#symmetry input").first().isChecked());
+  const twice = await pressed([[100, 120]]);
+  await page.keyboard.press("Control+z");
+  await page.locator("#symmetry input").first().uncheck();
+  const once = await pressed([[100, 120]]);
+  check(`it was mirrored (${twice}, ${once})`, Math.abs(twice - 2 * once) < 0.1 * once);
+  await page.keyboard.press("Control+z");
+  await page.waitForTimeout(600);
+  await choose(page, "Stamp");
   // Stars along a straight line.
   await told(async () => {
     await page.locator("#stamp-text").fill("★");

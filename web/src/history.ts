@@ -69,7 +69,7 @@ function time(made: number, whole = false): string {
 }
 function toolName(step: Step): string {
   const known = held(step.tool),
-    tool = known ? `${TOOLS[known.shape].name} ${sizeOf(known)}` : "Other tool";
+    tool = known ? `${TOOLS[known.shape].name} ${sizeOf(known)}`.trimEnd() : "Other tool";
   if (step.mode === "deposit") return `${tool}, adds`;
   if (step.mode === "press") return `${tool}, presses`;
   if (step.mode === "throw" || step.mode === "turn") return `${tool}, on the wheel`;
