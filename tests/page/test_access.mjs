@@ -202,6 +202,17 @@ async function axeFindsNothing() {
     }
   }
   for (const fold of await page.locator(".fold[aria-expanded=false]").all()) await fold.click();
+  // Panels that are of one tool, or asked for.
+  await page.locator('#shapes input[aria-label="Stamp"]').check({ force: true });
+  for (const what of ["0", "1"]) {
+    await page.locator("#stamp-what").selectOption(what);
+    await both(`a stamp of kind ${what}`);
+  }
+  await page.locator("#view").focus();
+  await page.keyboard.press("Shift+P");
+  await page.waitForTimeout(300);
+  await both("the check before printing");
+  await page.keyboard.press("Shift+P");
   // Every dialog of the page, also one that has no button yet; each fits into a small window, or
   // scrolls.
   for (const id of await page.evaluate(() =>
