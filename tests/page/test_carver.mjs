@@ -324,6 +324,8 @@ async function printing() {
   await page.keyboard.press("1");
   await page.waitForTimeout(1500);
   await show(page, "print-check");
+  // By the pointer, as a person comes to it.
+  await page.locator("#thin-wall").click({ timeout: 5000 });
   await page.locator("#thin-wall").fill("0.3");
   await page.locator("#thin-wall").press("Enter");
   await said("thinner walls are none", async () => (await told("thin")) === "none");
