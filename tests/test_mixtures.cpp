@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <hwy/highway.h>
 
+#include <kibori/batch/stamp.h>
 #include <kibori/motion/direct_tool.h>
 #include <kibori/motion/reshape_stroke.h>
 #include <kibori/surface/surface.h>
@@ -97,6 +98,15 @@ struct Edit {
   std::vector<StrokeTick> ticks;
 };
 
+// A letter that has a hole and overlaps nothing, 8 cells wide or so; or less, or more.
+Tool letter_stamp(double pitch, double wide, double deep) {
+  static const Tool letter = text_stamp({"R", "DejaVu Sans", 10, 10}, 0.5).value();
+  auto mesh = std::make_shared<TriangleMesh>(*std::get<MeshTool>(letter).mesh);
+  for (auto& place : mesh->vertices)
+    place = (place.array() * Eigen::Array3d(wide, wide, deep) * pitch / 10).matrix();
+  return MeshTool{mesh};
+}
+
 Tool random_tool(double pitch, Random& random, bool half_space) {
   const auto cells = [&](double low, double high) { return pitch * random.uniform(low, high); };
   const double wide = cells(1, 9), narrow = cells(0.2, 0.9), long_mm = cells(10, 40);
@@ -117,6 +127,7 @@ Tool random_tool(double pitch, Random& random, bool half_space) {
                         Knife{random.uniform(5, 60), 60, long_mm},
                         Lollipop{wide, narrow, 2 * wide + narrow, narrow, long_mm + 2 * wide},
                         TSlot{wide, narrow, narrow, 2 * narrow, narrow, long_mm},
+                        letter_stamp(pitch, random.uniform(2, 25), random.uniform(1, 12)),
                         HalfSpace{}};
   const Tool& tool =
       tools[random.integer(0, static_cast<int>(std::size(tools)) - (half_space ? 1 : 2))];
@@ -152,6 +163,7 @@ Edit random_edit(const Scene& scene, Random& random) {
     s.symmetry.centre_mm =
         random.integer(0, 1) ? Vec3(0.5 * scene.size_mm) : somewhere(scene, random);
   }
+  if (std::holds_alternative<MeshTool>(s.tool)) s.symmetry.planes = {};  // see check_symmetry
   edit.start = turned_somehow(somewhere(scene, random, -0.2, 1.2), random);
   const int ticks = random.integer(1, 6);
   const Vec3 way = scene.pitch * random.in_box(-9, 9);
