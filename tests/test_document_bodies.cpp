@@ -53,12 +53,12 @@ SplineShape any_spline(Random& random) {
 // What is done with some of the bodies, by chance; it may be refused.
 BodyAction any_action(Random& random, const Bodies& bodies) {
   BodyAction action;
-  constexpr BodyVerb kMix[] = {BodyVerb::cut,    BodyVerb::cut,       BodyVerb::cut,
-                               BodyVerb::join,   BodyVerb::subtract,  BodyVerb::intersect,
-                               BodyVerb::bake,   BodyVerb::duplicate, BodyVerb::mirror,
-                               BodyVerb::move,   BodyVerb::move,      BodyVerb::separate,
-                               BodyVerb::remove, BodyVerb::set,       BodyVerb::set,
-                               BodyVerb::add,    BodyVerb::spline,    BodyVerb::spline};
+  constexpr BodyVerb kMix[] = {
+      BodyVerb::cut,      BodyVerb::cut,       BodyVerb::cut,    BodyVerb::join,
+      BodyVerb::subtract, BodyVerb::intersect, BodyVerb::bake,   BodyVerb::duplicate,
+      BodyVerb::mirror,   BodyVerb::move,      BodyVerb::move,   BodyVerb::separate,
+      BodyVerb::remove,   BodyVerb::set,       BodyVerb::set,    BodyVerb::add,
+      BodyVerb::spline,   BodyVerb::spline,    BodyVerb::protect};
   action.verb = kMix[random.integer(0, static_cast<int>(std::size(kMix)) - 1)];
   const auto one = [&] {
     return bodies
@@ -88,6 +88,11 @@ BodyAction any_action(Random& random, const Bodies& bodies) {
     action.operation = static_cast<SplineOperation>(random.integer(0, 5) / 2 % 3);
     action.material = static_cast<uint8_t>(random.integer(0, 1));
   }
+  if (action.verb == BodyVerb::protect) {
+    action.tool = BallTool{random.uniform(1, 5)};
+    action.way_mm = {random.in_box(0, 25), random.in_box(0, 25)};
+    action.follows = random.integer(0, 2) != 0;
+  }
   if (action.verb == BodyVerb::add) {
     action.bodies.clear();
     action.tool = random.integer(0, 1) ? Tool(BallTool{random.uniform(2, 8)})
@@ -107,9 +112,9 @@ Truth truth_of(const Bodies& bodies) {
   Truth truth{bodies.content_hash(), {}};
   for (const Body& body : bodies.all) {
     char pose[400];
-    std::snprintf(pose, sizeof pose, "%d %d %d %.17g %.17g %.17g %.17g", body.visible, body.locked,
-                  body.no_go, body.pose.tip.x(), body.pose.tip.z(), body.pose.frame(0, 1),
-                  body.pose.frame(2, 0));
+    std::snprintf(pose, sizeof pose, "%d %d %d %d %.17g %.17g %.17g %.17g", body.visible,
+                  body.locked, body.no_go, body.mask_of, body.pose.tip.x(), body.pose.tip.z(),
+                  body.pose.frame(0, 1), body.pose.frame(2, 0));
     truth.list.push_back(std::to_string(body.id) + " " + body.name + " " + pose + " " +
                          std::to_string(body.model.content_hash()));
   }

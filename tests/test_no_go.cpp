@@ -406,6 +406,88 @@ TEST(NoGo, AMaskThatIsPainted) {
   EXPECT_FALSE(wrong([](BodyAction& a) { a.way_mm = {Vec3(0, 0, std::nan(""))}; }));
 }
 
+// Moved, turned and mirrored, a body keeps its mask where it is on it; a mask can go its own way.
+TEST(NoGo, AMaskGoesWithItsBody) {
+  TriDexel model(make_lattice(Vec3(40, 20, 20), 0.5, 12).value());
+  model.fill_block({Vec3::Zero(), Vec3(40, 20, 20)}, 0);
+  Workbench bench(model);
+  BodyAction paint;
+  paint.verb = BodyVerb::protect;
+  paint.bodies = {1};
+  paint.tool = BallTool{3};
+  paint.way_mm = {Vec3(10, 10, 17)};
+  ASSERT_TRUE(bench.act(paint).ok());
+  const auto alone = bench.no_go();
+  ASSERT_TRUE(alone.ok() && alone.value());
+  const uint64_t held = alone.value()->model().content_hash();
+  const auto act = [&](BodyVerb verb, std::vector<BodyId> bodies, const Pose& pose = {}) {
+    BodyAction action;
+    action.verb = verb;
+    action.bodies = std::move(bodies);
+    action.pose = pose;
+    action.cutter.point_mm = Vec3(20, 10, 10);
+    action.cutter.normal = Vec3::UnitX();
+    const auto done = bench.act(action);
+    EXPECT_TRUE(done.ok()) << done.error();
+  };
+  const auto mask = [&]() -> const Body& { return *bench.bodies().find(2); };
+  const auto own = [&]() -> const Body& { return *bench.bodies().find(1); };
+  // As the body sees it, it has not moved, to the bit.
+  act(BodyVerb::move, {1}, {Vec3(3, -2, 5), rotation(Vec3(0.3, -0.2, 0.5))});
+  EXPECT_EQ(mask().pose.tip, own().pose.tip);
+  const auto moved = bench.no_go();
+  ASSERT_TRUE(moved.ok() && moved.value());
+  EXPECT_EQ(moved.value()->model().content_hash(), held);
+  // Baked, both stand as the world does, the mask still within the body.
+  act(BodyVerb::bake, {1});
+  EXPECT_TRUE(mask().pose.tip.isZero() && own().pose.tip.isZero());
+  TriDexel within(mask().model, mask().material_bounds);
+  const double volume = within.volume_mm3();
+  Removed changed;
+  intersect(within, DexelSolid(own().model, own().material_bounds), {}, changed);
+  EXPECT_NEAR(within.volume_mm3(), volume, 1e-3 * volume);
+  act(BodyVerb::move, {1}, {});
+  act(BodyVerb::mirror, {1});
+  TriDexel mirrored(mask().model, mask().material_bounds);
+  intersect(mirrored, DexelSolid(own().model, own().material_bounds), {}, changed);
+  EXPECT_NEAR(mirrored.volume_mm3(), volume, 0.01 * volume);
+  // Named itself, it goes by itself; one that shall not follow stays.
+  act(BodyVerb::move, {2}, {Vec3(1, 0, 0), Mat3::Identity()});
+  EXPECT_EQ(own().pose.tip, Vec3(Vec3::Zero()));
+  act(BodyVerb::move, {1}, {Vec3(0, 4, 0), Mat3::Identity()});
+  EXPECT_EQ(mask().pose.tip, Vec3(1, 4, 0));
+  paint.follows = false;
+  paint.way_mm = {bench.bodies().find(1)->pose.to_world(Vec3(20, 10, 10))};
+  ASSERT_TRUE(bench.act(paint).ok());
+  act(BodyVerb::move, {1}, {Vec3(0, 8, 0), Mat3::Identity()});
+  EXPECT_EQ(bench.bodies().find(3)->pose.tip, Vec3(0, 4, 0));
+}
+
+// What holds no node can't be put elsewhere, and is in nobody's way there.
+TEST(NoGo, ACrumbThatHoldsNothingIsNoWall) {
+  TriDexel model(make_lattice(Vec3(20, 20, 20), 1, 4).value());
+  model.fill_block({Vec3::Zero(), Vec3(20, 20, 20)}, 0);
+  Bodies bodies = Bodies::of(model);
+  TriDexel thin(model.lattice());
+  // On a ray along y, between two nodes.
+  test::add(thin, test::tool_at(BoxTool{Vec3(0.2, 0.6, 0.2)},
+                                {Vec3(10.5, 10, 10.4), Mat3::Identity()}, model.lattice()));
+  ASSERT_GT(thin.volume_mm3(), 0);
+  Body crumb;
+  crumb.id = bodies.next++;
+  crumb.no_go = true;
+  crumb.model = thin.snapshot();
+  crumb.material_bounds = thin.material_bounds();
+  crumb.pose = {Vec3(0.3, 0.3, 0.3), rotation(Vec3(0.1, 0.2, 0))};
+  bodies.all.push_back(crumb);
+  const auto no_go = no_go_of(bodies, 1);
+  ASSERT_TRUE(no_go.ok()) << no_go.error();
+  BodyAction bake;
+  bake.verb = BodyVerb::bake;
+  bake.bodies = {crumb.id};
+  EXPECT_EQ(apply(bodies, bake).error(), "body 'Body 1': there is no material left");
+}
+
 // A mask of a scene: what stands of it is as high as the stock was.
 TEST(NoGo, AMaskInAScene) {
   const std::string text = R"([stock]

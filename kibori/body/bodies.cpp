@@ -175,14 +175,19 @@ class Acting {
           return Status(Ok{});
         });
       case BodyVerb::mirror:
-        return each([&](Body& body) { return mirror(body); });
+        return each_and_masks([&](Body& body) { return mirror(body); });
       case BodyVerb::move:
         return each([&](Body& body) {
+          for (Body& mask : bodies_.all)
+            if (goes_with(mask, body))
+              mask.pose = stands_as(mask.pose, body.pose)
+                              ? action_.pose
+                              : action_.pose.to_world(body.pose.from_world(mask.pose));
           body.pose = action_.pose;
           return Status(Ok{});
         });
       case BodyVerb::bake:
-        return each([&](Body& body) {
+        return each_and_masks([&](Body& body) {
           return place(body, {body.pose.frame, body.pose.tip}, [&] { body.pose = Pose(); });
         });
       case BodyVerb::remove:
@@ -215,6 +220,20 @@ class Acting {
       *bodies_.find(id) = std::move(body);
     }
     return Ok{};
+  }
+  // Masks that are named themselves go their own way.
+  bool goes_with(const Body& mask, const Body& body) const {
+    return mask.mask_of == body.id &&
+           std::count(action_.bodies.begin(), action_.bodies.end(), mask.id) == 0;
+  }
+  template <class F>
+  Status each_and_masks(F&& f) {
+    return each([&](Body& body) -> Status {
+      for (Body& mask : bodies_.all)
+        if (goes_with(mask, body))
+          if (Status s = f(mask); !s) return s;
+      return f(body);
+    });
   }
   void add(Body body, const std::string& name = {}) {
     body.id = bodies_.next++;
@@ -269,6 +288,7 @@ class Acting {
     if (!mask) {
       Body made;
       made.no_go = true;
+      if (action_.follows) made.mask_of = own.id;
       made.pose = own.pose;
       put_back(made, model);
       add(std::move(made), action_.name.value_or("Mask"));
@@ -408,6 +428,8 @@ class Acting {
       if (action_.verb == BodyVerb::intersect) intersect(model, solid, edit_, changed);
       if (action_.verb == BodyVerb::join) {
         unite(model, other.model, other.material_bounds);
+        for (Body& mask : bodies_.all)
+          if (mask.mask_of == other.id) mask.mask_of = first.id;
         remove(other.id);
       }
     }
@@ -428,6 +450,8 @@ class Acting {
   Status place(Body& body, const Affine& to, F&& done) {
     Result<Placed> placed = place_model(body.model, to, threads_);
     if (!placed) return Error{"body " + quoted(body) + ": " + placed.error()};
+    if (placed.value().model->material_bounds().empty())
+      return Error{"body " + quoted(body) + ": there is no material left"};
     change_.clipped |= placed.value().clipped;
     put_back(body, *placed.value().model);
     done();
@@ -504,6 +528,7 @@ Result<std::shared_ptr<const NoGo>> no_go_of(const Bodies& bodies, BodyId worked
     const Result<Placed> placed = place_model(body.model, {there.frame, there.tip});
     if (!placed) return Error{"body " + quoted(body) + " is no-go: " + placed.error()};
     const TriDexel& model = *placed.value().model;
+    if (model.material_bounds().empty()) continue;
     deposit(*all, DexelSolid(model.snapshot(), model.material_bounds()), 0, {}, put_down);
   }
   if (!all) return std::shared_ptr<const NoGo>();

@@ -32,6 +32,7 @@ struct Body {
   bool visible = true;
   bool locked = false;  // nothing changes it
   bool no_go = false;   // and no stroke on another body cuts into what it holds: see no_go_of
+  BodyId mask_of = 0;   // that it moves with; 0: of none
   Snapshot model;
   LatticeBox material_bounds;
 
@@ -91,6 +92,7 @@ struct BodyAction {
   std::optional<SplineShape> spline;  // in the world
   SplineOperation operation = SplineOperation::deposit;  // spline, protect
   std::optional<std::string> name;
+  bool follows = true;  // protect: a mask that is made moves, turns and mirrors with the first
   std::optional<bool> visible, locked, no_go;
 };
 

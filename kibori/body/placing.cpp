@@ -213,12 +213,23 @@ class Copy {
   std::vector<Span> spans_;
 };
 
+// In the memory of the model.
+std::unique_ptr<TriDexel> no_material(const Snapshot& model) {
+  auto made = std::make_unique<TriDexel>(model, LatticeBox{});
+  for (const Axis axis : kAxes) {
+    Field& field = made->field(axis);
+    for (int tv = 0; tv < field.tiles_v(); tv++)
+      for (int tu = 0; tu < field.tiles_u(); tu++) field.clear_tile(tu, tv);
+  }
+  return made;
+}
+
 }  // namespace
 
 Result<Placed> place_model(const Snapshot& model, const Affine& to, int threads) {
   const Lattice& lattice = model.lattice;
   const Surface surface = extract_surface(model, threads);
-  if (surface.triangles.empty()) return Error{"there is no material left"};
+  if (surface.triangles.empty()) return Placed{no_material(model), false};
   TriangleMesh mesh;
   mesh.vertices.reserve(surface.vertices.size());
   for (const SurfaceVertex& vertex : surface.vertices) {
@@ -247,13 +258,10 @@ Result<Placed> place_model(const Snapshot& model, const Affine& to, int threads)
   if (!report) return Error{report.error()};
   const Look look(model);
   Placed placed;
-  placed.model = std::make_unique<TriDexel>(model, LatticeBox{});
+  placed.model = no_material(model);
   Copy copy(look, lattice, to, offset);
   for (const Axis axis : kAxes) {
-    Field& field = placed.model->field(axis);
-    for (int tv = 0; tv < field.tiles_v(); tv++)
-      for (int tu = 0; tu < field.tiles_u(); tu++) field.clear_tile(tu, tv);
-    placed.clipped |= copy.run(scanned.field(axis).view(), field);
+    placed.clipped |= copy.run(scanned.field(axis).view(), placed.model->field(axis));
   }
   placed.model->include_material(box);
   placed.model->touch();

@@ -22,8 +22,8 @@ struct Placed {
   bool clipped = false;             // a part came to lie beyond the lattice, and is not there
 };
 
-// Materials and paint go with it, to the nearest cell. Errors: no material, or it reaches farther
-// than a lattice can.
+// Materials and paint go with it, to the nearest cell. What holds no node is not there after that.
+// Errors: it reaches farther than a lattice can.
 Result<Placed> place_model(const Snapshot& model, const Affine& to, int threads = 1);
 
 }  // namespace kibori

@@ -151,6 +151,7 @@ std::string action_to_json(const BodyAction& action) {
   if (action.verb == BodyVerb::protect) {
     if (action.tool) json["tool"] = Json::parse(tool_to_json(*action.tool));
     json["operation"] = name_of(action.operation);
+    json["follows"] = action.follows;
     json["way_mm"] = Json::array();
     for (const Vec3& p : action.way_mm) json["way_mm"].push_back(vec(p));
   }
@@ -195,6 +196,9 @@ Result<BodyAction> action_from_json(const std::string& text) {
     if (!known_operation || *known_operation == SplineOperation::intersect)
       return Error{"what is protected has the operation deposit, or cut"};
     action.operation = *known_operation;
+    action.follows = false;  // before version 11
+    if (json.contains("follows") && !read_flag(json, "follows", action.follows))
+      return Error{"whether a mask follows its body is true or false"};
     if (!way.is_array() || way.size() > kMaxWayPoints)
       return Error{"way_mm must be a list of at most " + std::to_string(kMaxWayPoints) + " places"};
     for (const Json& item : way) {
@@ -246,6 +250,7 @@ std::string bodies_to_json(const Bodies& bodies) {
                     {"visible", body.visible},
                     {"locked", body.locked}});
     if (body.no_go) list.back()["no_go"] = true;
+    if (body.mask_of) list.back()["mask_of"] = body.mask_of;
   }
   return Json{{"next", bodies.next}, {"bodies", list}}.dump(-1, ' ', false,
                                                             Json::error_handler_t::replace);
@@ -266,6 +271,7 @@ Result<Bodies> bodies_from_json(const std::string& text) {
     Fields f{item};
     f.get("id", body.id, 1, bodies.next - 1);
     f.get("name", body.name);
+    if (item.contains("mask_of")) f.get("mask_of", body.mask_of, 1, bodies.next - 1);
     if (!f.wrong.empty() || !is_name(body.name) || bodies.find(body.id) ||
         !read_pose(item.value("pose", Json()), body.pose) || !is_rigid(body.pose) ||
         !read_flag(item, "visible", body.visible) || !read_flag(item, "locked", body.locked) ||

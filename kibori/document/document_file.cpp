@@ -20,8 +20,9 @@ namespace {
 constexpr int kApplication = 0x4B49424F;  // "KIBO"
 // 2: forces and thumbnails. 3: tiles found by place. 4: symmetry. 5: seals. 6: strokes that
 // reshape. 7: warps, creases, paint, clay, the wheel, symmetry about an axis.
-// 8: what resists where a stroke begins, two fingers on the wheel. 9: bodies.
-constexpr int64_t kVersion = 10;
+// 8: what resists where a stroke begins, two fingers on the wheel. 9: bodies. 10: two
+// hands. 11: masks that follow their bodies.
+constexpr int64_t kVersion = 11;
 // Beyond, SQLite would number new ones out of order.
 constexpr StepId kMaxSteps = StepId{1} << 62;
 const char* const kSchema = R"(
