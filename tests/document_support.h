@@ -136,7 +136,7 @@ inline void carve(Document& document, TriDexel& model, Random& random, int ticks
     }
   }
   if (finish) {
-    const CrumbResult severed = take_crumbs(model, before, s.crumbs);
+    const CrumbResult severed = take_crumbs(model, before, s.crumbs, no_go.value().get());
     ASSERT_TRUE(document.finish(model, removed + severed.fallen_mm3, severed.portions).ok());
   }
 }

@@ -15,6 +15,7 @@
 #include <kibori/batch/import_report.h>
 #include <kibori/geometry/cluster.h>
 #include <kibori/geometry/mesh_info.h>
+#include <kibori/haptics/materials.h>
 #include "apps/studio/session/stock_scene.h"
 #include <kibori/surface/surface.h>
 
@@ -305,6 +306,68 @@ TEST(Import, AReportSaysWhatItIs) {
   std::ofstream(folder / "none.stl") << "solid x\nendsolid x\n";
   EXPECT_FALSE(report_import(folder / "none.stl").ok());
   EXPECT_FALSE(report_import(folder / "nowhere.obj").ok());
+}
+
+// A labelled volume: what its labels are, what is shown of them, and the stock that is made.
+TEST(Import, ALabelledVolume) {
+  Folder folder;
+  // 24 x 16 x 10 voxels of 1 mm, a shell of air; the lower half is label 7, the upper label 2.
+  std::string voxels;
+  for (int z = 0; z < 10; z++)
+    for (int y = 0; y < 16; y++)
+      for (int x = 0; x < 24; x++) {
+        const bool air = x < 2 || x > 21 || y < 2 || y > 13 || z < 2 || z > 7;
+        voxels += air ? '\0' : z < 5 ? '\7' : '\2';
+      }
+  std::ofstream(folder / "scan.nrrd", std::ios::binary)
+      << "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 24 16 10\nspacings: 1 1 1\n"
+      << "encoding: raw\nSegment0_LabelValue:=2\nSegment0_Name:=Oak\n\n"
+      << voxels;
+  const Result<ImportReport> report = report_import(folder / "scan.nrrd");
+  ASSERT_TRUE(report.ok()) << report.error();
+  ASSERT_EQ(report.value().kind, ImportReport::Kind::volume);
+  ASSERT_EQ(report.value().labels.size(), 2u);
+  const LabelReport &upper = report.value().labels[0], &lower = report.value().labels[1];
+  EXPECT_EQ(upper.label, 2);
+  EXPECT_EQ(upper.name, "Oak");
+  EXPECT_EQ(known_materials()[upper.material].name, "oak");
+  EXPECT_EQ(upper.volume_mm3, 20 * 12 * 3);
+  EXPECT_EQ(lower.name, "label 7");
+  // Its edges are rounded.
+  EXPECT_NEAR(report.value().area_mm2, 2 * (20 * 12 + 12 * 6 + 6 * 20), 100);
+  // What is shown stands where the voxels are, and each half has its label.
+  const TriangleMesh& preview = report.value().preview;
+  ASSERT_EQ(report.value().kinds.size(), preview.vertices.size());
+  for (size_t i = 0; i < preview.vertices.size(); i++) {
+    const Vec3 p = 24 * preview.vertices[i];
+    EXPECT_TRUE(p.x() > 1.5 && p.x() < 22.5 && p.z() > 1.5 && p.z() < 8.5) << p.transpose();
+    if (std::abs(p.z() - 5) > 0.6) {
+      EXPECT_EQ(report.value().kinds[i], p.z() > 5 ? 0u : 1u) << p.transpose();
+    }
+  }
+  const nlohmann::json json = nlohmann::json::parse(import_report_json(report.value()));
+  EXPECT_EQ(json["kind"], "volume");
+  EXPECT_EQ(json["labels"][1]["label"], 7);
+  EXPECT_EQ(import_preview(report.value()).size(),
+            8 + 16 * preview.vertices.size() + 12 * preview.triangles.size());
+
+  FileStock how{24, 96};
+  how.labels = {{2, 3}, {7, 0}};
+  const Result<Scene> scene = file_scene(folder / "scan.nrrd", how);
+  ASSERT_TRUE(scene.ok()) << scene.error();
+  const auto model = make_stock(scene.value().stock, "a test", {});
+  ASSERT_TRUE(model.ok()) << model.error();
+  EXPECT_NEAR(model.value()->volume_mm3(), 20 * 12 * 6, 15);
+  how.labels = {{2, 3}};
+  const Result<Scene> part = file_scene(folder / "scan.nrrd", how);
+  ASSERT_TRUE(part.ok());
+  EXPECT_FALSE(make_stock(part.value().stock, "a test", {}).ok());  // nothing said of label 7
+  how.labels = {{2, 200}};
+  EXPECT_FALSE(file_scene(folder / "scan.nrrd", how).ok());
+  std::ofstream(folder / "air.nrrd", std::ios::binary)
+      << "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n\n"
+      << std::string(8, '\0');
+  EXPECT_FALSE(report_import(folder / "air.nrrd").ok());
 }
 
 TEST(Import, APictureMayBeInverted) {

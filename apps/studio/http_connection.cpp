@@ -3,6 +3,7 @@
 
 #include <charconv>
 #include <future>
+#include <map>
 
 #include <boost/asio/post.hpp>
 #include <boost/beast/websocket.hpp>
@@ -87,6 +88,23 @@ std::optional<double> number(const std::string& text) {
   if (text.empty() || read.ec != std::errc() || read.ptr != text.data() + text.size())
     return std::nullopt;
   return value;
+}
+
+// "1:4,2:0": label 1 is of material 4, label 2 of material 0.
+std::optional<std::map<uint16_t, uint8_t>> labels_of(const std::string& text) {
+  std::map<uint16_t, uint8_t> labels;
+  const char *at = text.data(), *const end = at + text.size();
+  while (at != end) {
+    uint16_t label = 0;
+    uint8_t material = 0;
+    const auto read = std::from_chars(at, end, label);
+    if (read.ec != std::errc() || read.ptr == end || *read.ptr != ':') return std::nullopt;
+    const auto of = std::from_chars(read.ptr + 1, end, material);
+    if (of.ec != std::errc() || (of.ptr != end && *of.ptr != ',')) return std::nullopt;
+    labels[label] = material;
+    at = of.ptr == end ? end : of.ptr + 1;
+  }
+  return labels;
 }
 
 std::string_view path_of(std::string_view target) { return target.substr(0, target.find('?')); }
@@ -211,7 +229,8 @@ void HttpConnection::take_import() {
   if (!is_import(ending) || (server_.session && !is_one_of(kMeshesRead, ending)))
     return respond(Status::unsupported_media_type, "that can't be carved; bring a mesh (" +
                                                        list_of(kMeshesRead) +
-                                                       "), a picture (.png) or a .kibori\n");
+                                                       "), a picture (.png), a labelled volume "
+                                                       "(.nrrd) or a .kibori\n");
   server_.imports.drop(page);
   room_ = server_.imports.room(parser_->content_length().value_or(0));
   if (!room_)
@@ -351,8 +370,12 @@ void HttpConnection::make_import() {
   if (!up || !front || !is_turn({*up, *front}))
     return respond(Status::bad_request,
                    "up and front must be two axes at right angles, each x, -x, y, -y, z or -z\n");
-  const FileStock how{*size,   *rays, static_cast<size_t>(*material), {*up, *front},
-                      *height, *base, query(target_, "invert") == "1"};
+  const auto labels = labels_of(query(target_, "labels"));
+  if (!labels)
+    return respond(Status::bad_request,
+                   "labels must say which material each is of, as 1:4,2:0 does\n");
+  const FileStock how{*size,   *rays, static_cast<size_t>(*material),  {*up, *front},
+                      *height, *base, query(target_, "invert") == "1", *labels};
   const std::string called = query(target_, "name"), name = import->name;
   if (server_.session) return make_body(*import, how);
   const Result<std::filesystem::path> place = server_.library.place_for(

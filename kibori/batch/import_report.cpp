@@ -5,15 +5,23 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <limits>
+#include <map>
 
 #include <nlohmann/json.hpp>
 
 #include <kibori/base/file.h>
 #include <kibori/base/memory.h>
 #include <kibori/dexel/tile.h>
+#include <kibori/edit/edit.h>
 #include <kibori/formats/mesh_file.h>
+#include <kibori/formats/nrrd.h>
 #include <kibori/geometry/cluster.h>
+#include <kibori/geometry/label_volume.h>
 #include <kibori/geometry/mesh_info.h>
+#include <kibori/haptics/materials.h>
+#include <kibori/solid/grid_solid.h>
+#include <kibori/surface/surface.h>
 
 namespace kibori {
 namespace {
@@ -23,11 +31,22 @@ namespace {
 constexpr double kMinMeantMm = 10, kMaxMeantMm = 1000;
 constexpr size_t kPreviewTriangles = 30000;
 constexpr int kPreviewPixels = 160;
+constexpr double kPreviewNodes = 96;  // along a volume's longest side
 // Looking for holes takes about a second and 300 MB for so many.
 constexpr size_t kMaxLookedAt = 2000000;
 
 // A side of a shape counts as one to stand on from this share of its footprint.
 constexpr double kFlat = 0.05;
+
+// [mm^2]
+double area_of(const TriangleMesh& mesh) {
+  double area = 0;
+  for (const auto& t : mesh.triangles)
+    area += 0.5 * (mesh.vertices[t[1]] - mesh.vertices[t[0]])
+                      .cross(mesh.vertices[t[2]] - mesh.vertices[t[0]])
+                      .norm();
+  return area;
+}
 
 std::string length_text(double mm) {
   char text[40];
@@ -164,13 +183,99 @@ UpGuess guess_up(const std::string& ending, const TriangleMesh& mesh) {
               std::string(here > kFlat ? ", and it has a flat base so." : ".")};
 }
 
+namespace {
+
+// The label of the voxel of material that is nearest to a place, of those around it.
+uint16_t label_near(const LabelVolume& volume, const Vec3& at_mm) {
+  const Vec3 at = at_mm.cwiseQuotient(volume.voxel_mm) - Vec3::Constant(0.5);
+  const Eigen::Vector3i middle = at.array().round().matrix().cast<int>();
+  uint16_t found = 0;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int z = -1; z <= 1; z++)
+    for (int y = -1; y <= 1; y++)
+      for (int x = -1; x <= 1; x++) {
+        const Eigen::Vector3i voxel = middle + Eigen::Vector3i(x, y, z);
+        const uint16_t label = volume.at(voxel.x(), voxel.y(), voxel.z(), 0);
+        const double far = (voxel.cast<double>() - at).cwiseProduct(volume.voxel_mm).squaredNorm();
+        if (label == 0 || far >= nearest) continue;
+        found = label;
+        nearest = far;
+      }
+  return found;
+}
+
+std::vector<LabelReport> report_labels(const LabelVolume& volume) {
+  const std::vector<Material> materials = known_materials();
+  std::map<uint16_t, size_t> voxels;
+  for (const uint16_t label : volume.values)
+    if (label != 0) voxels[label]++;
+  std::vector<LabelReport> labels;
+  for (const auto& [label, count] : voxels) {
+    LabelReport one;
+    one.label = label;
+    const auto named = volume.names.find(label);
+    one.name = named == volume.names.end() ? "label " + std::to_string(label)
+                                           : sanitize_message(named->second);
+    one.volume_mm3 = static_cast<double>(count) * volume.voxel_mm.prod();
+    // Neighbours in the list look alike.
+    one.material = static_cast<uint8_t>(3 * labels.size() % materials.size());
+    std::string called = one.name;
+    std::transform(called.begin(), called.end(), called.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
+    for (size_t i = 0; i < materials.size(); i++)
+      if (materials[i].name == called) one.material = static_cast<uint8_t>(i);
+    labels.push_back(std::move(one));
+  }
+  return labels;
+}
+
+Result<ImportReport> report_volume(const std::filesystem::path& path) {
+  const Result<LabelVolume> read = read_nrrd(path);
+  if (!read) return Error{read.error()};
+  const LabelVolume& volume = read.value();
+  ImportReport report;
+  report.kind = ImportReport::Kind::volume;
+  report.labels = report_labels(volume);
+  if (report.labels.empty()) return Error{path.string() + ": holds nothing but air"};
+  report.size_mm = volume.size_mm();
+  const double longest = report.size_mm.maxCoeff(), pitch = longest / kPreviewNodes;
+  const Result<Lattice> lattice = make_lattice(report.size_mm, pitch, 2 * pitch);
+  if (!lattice) return Error{path.string() + ": " + lattice.error()};
+  const ShapeGrid whole = shape_of_labels(volume, [](uint16_t label) { return label != 0; });
+  TriDexel model(lattice.value());
+  Removed added;
+  deposit(model, GridSolid(whole, Vec3::Zero(), lattice.value()), 0, {}, added);
+  const Surface surface = extract_surface(model.snapshot());
+  if (surface.triangles.empty())
+    return Error{path.string() + ": what it holds is too thin to be carved"};
+  TriangleMesh mesh;
+  for (const SurfaceVertex& vertex : surface.vertices)
+    mesh.vertices.emplace_back(vertex.position[0], vertex.position[1], vertex.position[2]);
+  mesh.triangles.assign(surface.triangles.begin(), surface.triangles.end());
+  report.triangles = mesh.triangles.size();
+  report.area_mm2 = area_of(mesh);
+  report.preview = cluster(mesh, kPreviewTriangles);
+  for (Vec3& p : report.preview.vertices) {
+    const uint16_t label = label_near(volume, p);
+    const auto kind = std::find_if(report.labels.begin(), report.labels.end(),
+                                   [&](const LabelReport& one) { return one.label == label; });
+    report.kinds.push_back(
+        kind == report.labels.end() ? 0 : static_cast<uint32_t>(kind - report.labels.begin()));
+    p /= longest;
+  }
+  return report;
+}
+
+}  // namespace
+
 Result<ImportReport> report_import(const std::filesystem::path& path) {
   ImportReport report;
   const std::string ending = ending_of(path);
+  if (ending == ".nrrd") return report_volume(path);
   if (ending == ".png") {
     const Result<GreyMap> picture = read_png_grey(path);
     if (!picture) return Error{picture.error()};
-    report.relief = true;
+    report.kind = ImportReport::Kind::relief;
     report.width = picture.value().width;
     report.height = picture.value().height;
     report.picture = shrunk(picture.value());
@@ -183,10 +288,7 @@ Result<ImportReport> report_import(const std::filesystem::path& path) {
   report.size_mm = mesh.bounds().size();
   const double longest = report.size_mm.maxCoeff();
   if (!(longest > 0)) return Error{path.string() + ": has no extent"};
-  for (const auto& t : mesh.triangles)
-    report.area_mm2 += 0.5 * (mesh.vertices[t[1]] - mesh.vertices[t[0]])
-                                 .cross(mesh.vertices[t[2]] - mesh.vertices[t[0]])
-                                 .norm();
+  report.area_mm2 = area_of(mesh);
   report.unit_mm = ending == ".glb" ? 1000 : 1;
   report.size = guess_size(ending, longest);
   report.up = guess_up(ending, mesh);
@@ -202,12 +304,20 @@ std::string import_report_json(const ImportReport& report) {
   // What a ray can take, as check_memory counts it.
   Json json{{"ray_bytes", static_cast<double>(sizeof(Tile)) / kTileRays + 40},
             {"free_bytes", available_bytes()}};
-  if (report.relief) {
+  const Json size{report.size_mm.x(), report.size_mm.y(), report.size_mm.z()};
+  if (report.kind == ImportReport::Kind::relief) {
     json.update({{"kind", "relief"}, {"width", report.width}, {"height", report.height}});
+  } else if (report.kind == ImportReport::Kind::volume) {
+    json.update({{"kind", "volume"}, {"size_mm", size}, {"area_mm2", report.area_mm2}});
+    for (const LabelReport& one : report.labels)
+      json["labels"].push_back({{"label", one.label},
+                                {"name", one.name},
+                                {"volume_mm3", one.volume_mm3},
+                                {"material", one.material}});
   } else {
     json.update({{"kind", "mesh"},
                  {"triangles", report.triangles},
-                 {"size_mm", {report.size_mm.x(), report.size_mm.y(), report.size_mm.z()}},
+                 {"size_mm", size},
                  {"area_mm2", report.area_mm2},
                  {"unit_mm", report.unit_mm},
                  {"unit", report.size.unit},
@@ -223,7 +333,7 @@ std::string import_report_json(const ImportReport& report) {
 
 std::vector<uint8_t> import_preview(const ImportReport& report) {
   Bytes32 out;
-  if (report.relief) {
+  if (report.kind == ImportReport::Kind::relief) {
     out.put(static_cast<uint32_t>(report.picture.width));
     out.put(static_cast<uint32_t>(report.picture.height));
     for (const uint16_t pixel : report.picture.pixels) out.put(pixel / 65535.0);
@@ -235,6 +345,7 @@ std::vector<uint8_t> import_preview(const ImportReport& report) {
     for (int i = 0; i < 3; i++) out.put(p[i]);
   for (const auto& triangle : report.preview.triangles)
     for (const uint32_t corner : triangle) out.put(corner);
+  for (const uint32_t kind : report.kinds) out.put(kind);
   return out.take();
 }
 

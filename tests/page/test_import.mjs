@@ -3,6 +3,7 @@
 // harness.mjs.
 import { existsSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
+import { fileURLToPath } from "node:url";
 import {
   check,
   enter,
@@ -495,4 +496,40 @@ async function models() {
   await ended(at);
 }
 
-await run([standing, turned, refused, byKeyboard, windows, models]);
+// A labelled volume: its labels are named, each gets a material, and the piece holds them.
+async function labels() {
+  const at = await begun({ width: 1280, height: 720 }),
+    { page } = at;
+  await choose(page, fileURLToPath(new URL("../../examples/molar.nrrd", import.meta.url)));
+  const rows = page.locator("#import-labels label");
+  check("three labels", (await rows.count()) === 3);
+  check("enamel is named", /enamel, [\d.]+ mm³/i.test(await rows.nth(0).textContent()));
+  check(
+    "no unit, size, turns or single wood",
+    !(await page.locator("#import-unit").isVisible()) &&
+      !(await page.locator("#import-longest").isVisible()) &&
+      !(await page.locator("#import-wood").isVisible()),
+  );
+  const size = await sizes(page);
+  check(`its grid (${size})`, size.join() === "12,11.2,20");
+  await rows.nth(0).locator("select").selectOption({ label: "wax" });
+  await rows.nth(1).locator("select").selectOption({ label: "oak" });
+  await rows.nth(2).locator("select").selectOption({ label: "clay" });
+  check("it is drawn", (await drawn(page)) > 0.02);
+  check("it fits the window", await fits(page));
+  await show(page, "import-labels");
+  await page.locator("#import-detail").selectOption("192");
+  await importIt(page);
+  await show(page, "import-labels-made");
+  const colors = new Set(
+    String(await fetched(page, "/export?format=obj"))
+      .match(/^v .*$/gm)
+      .map((line) => line.split(" ").slice(4).join()),
+  );
+  // Outside are wax and oak; the pulp opens at the roots' ends or not at all.
+  check(`of its materials (${colors.size})`, colors.size >= 2 && colors.size <= 3);
+  await close(page);
+  await ended(at);
+}
+
+await run([standing, turned, refused, byKeyboard, windows, models, labels]);

@@ -4,7 +4,14 @@
 import * as THREE from "three";
 import { request } from "./access";
 import { dialog, element, input, put, select } from "./dom";
-import { ImportView, meshShape, readPicture, reliefShape, type Picture } from "./import_view";
+import {
+  ImportView,
+  meshShape,
+  readPicture,
+  reliefShape,
+  volumeShape,
+  type Picture,
+} from "./import_view";
 import type { Material } from "./start";
 import type { Vec3 } from "./wire";
 
@@ -27,7 +34,13 @@ interface Relief {
   width: number;
   height: number; // of the picture
 }
-type Brought = (Mesh | Relief) & { import: string; ray_bytes: number; free_bytes: number };
+interface Volume {
+  kind: "volume";
+  size_mm: Vec3; // of its grid
+  area_mm2: number;
+  labels: { label: number; name: string; volume_mm3: number; material: number }[];
+}
+type Brought = (Mesh | Relief | Volume) & { import: string; ray_bytes: number; free_bytes: number };
 
 const UNITS: [string, string, number][] = [
   ["mm", "millimetres", 1],
@@ -176,13 +189,14 @@ export class Importer {
     this.shape = this.picture = null;
     put("import-title", `Import ${name}`);
     input("import-name").value = name.replace(/\.[^.]*$/, "");
-    const mesh = brought.kind === "mesh";
-    for (const part of dialog("importing").querySelectorAll<HTMLElement>("[data-of]")) {
-      part.hidden = (part.dataset.of === "mesh") !== mesh;
+    for (const part of dialog("importing").querySelectorAll<HTMLElement>("[data-of], [data-for]")) {
+      const { of, for: use } = part.dataset;
+      part.hidden =
+        (of !== undefined && !of.split(" ").includes(brought.kind)) ||
+        (use !== undefined && (use === "body") !== this.within > 0);
+      if (of === undefined) continue;
       for (const field of part.querySelectorAll("input")) field.disabled = part.hidden; // what is not shown need not be filled in
     }
-    for (const part of dialog("importing").querySelectorAll<HTMLElement>("[data-for]"))
-      part.hidden = (part.dataset.for === "body") !== this.within > 0;
     const wood = select("import-wood");
     wood.replaceChildren(...this.materials.map((m, i) => new Option(m.name, String(i))));
     this.trouble("");
@@ -203,6 +217,10 @@ export class Importer {
       put("import-up-why", brought.up_why);
       [this.up, this.front] = [brought.up, brought.front];
       select("import-up").value = this.up;
+    } else if (brought.kind === "volume") {
+      this.shape = volumeShape(data);
+      this.longest = Math.max(...brought.size_mm);
+      this.askLabels(brought);
     } else {
       this.picture = readPicture(data);
       this.longest = 80;
@@ -213,6 +231,25 @@ export class Importer {
     this.reopen();
     this.show(true);
     this.showWood();
+  }
+  /** Which material each label is of. */
+  private askLabels(volume: Volume): void {
+    element("import-labels").replaceChildren(
+      ...volume.labels.map(({ label, name, volume_mm3, material }) => {
+        const row = document.createElement("label"),
+          choice = document.createElement("select");
+        row.className = "pair";
+        row.append(`${name}, ${short(volume_mm3)} mm³ `, choice);
+        choice.dataset.label = String(label);
+        choice.append(...this.materials.map((m, i) => new Option(m.name, String(i))));
+        choice.value = String(material);
+        choice.onchange = () => this.showWood();
+        return row;
+      }),
+    );
+  }
+  private labels(): HTMLSelectElement[] {
+    return [...element("import-labels").querySelectorAll("select")];
   }
   private reopen(): void {
     dialog("importing").returnValue = "";
@@ -263,6 +300,7 @@ export class Importer {
         (row) => scale * Math.abs(row.reduce((sum, x, i) => sum + x * brought.size_mm[i], 0)),
       ) as Vec3;
     }
+    if (brought.kind === "volume") return brought.size_mm;
     const max = Math.max(brought.width, brought.height);
     return [
       (this.longest * brought.width) / max,
@@ -286,9 +324,8 @@ export class Importer {
       apart = this.view.show(shape, new THREE.Matrix4(), again);
       shape.dispose();
     } else {
-      const [x, y, z] = rows(this.up, this.front).map((row) =>
-        row.map((entry) => entry * this.longest),
-      );
+      const turn = this.brought.kind === "mesh" ? rows(this.up, this.front) : rows("z", "-y");
+      const [x, y, z] = turn.map((row) => row.map((entry) => entry * this.longest));
       apart = this.view.show(
         this.shape!,
         new THREE.Matrix4().set(
@@ -317,8 +354,9 @@ export class Importer {
   }
 
   private showWood(): void {
-    const wood = this.materials[Number(select("import-wood").value)];
-    if (wood) this.view?.setWood(wood);
+    const choices = this.brought?.kind === "volume" ? this.labels() : [select("import-wood")];
+    const woods = choices.map((choice) => this.materials[Number(choice.value)]);
+    if (woods.every(Boolean)) this.view?.setWoods(woods);
   }
 
   /** What the chosen detail comes to: an estimate. */
@@ -330,7 +368,7 @@ export class Importer {
     const rays = nodes[0] * nodes[1] + nodes[1] * nodes[2] + nodes[2] * nodes[0];
     const brought = this.brought;
     const area =
-      brought.kind === "mesh"
+      brought.kind !== "relief"
         ? brought.area_mm2 * (this.longest / Math.max(...brought.size_mm)) ** 2
         : 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]);
     const bytes = rays * brought.ray_bytes;
@@ -358,7 +396,9 @@ export class Importer {
       notes.push(
         brought.kind === "mesh"
           ? `Left out: colours, and what is thinner than ${short(pitch)} mm.`
-          : `${brought.width} × ${brought.height} pixels; what is finer than ${short(pitch)} mm is averaged.`,
+          : brought.kind === "volume"
+            ? `Steps of voxels are smoothed away; no face moves by more than half a voxel. What is thinner than ${short(pitch)} mm is left out.`
+            : `${brought.width} × ${brought.height} pixels; what is finer than ${short(pitch)} mm is averaged.`,
       );
     element("import-notes").replaceChildren(
       ...notes.map((text) => {
@@ -386,6 +426,10 @@ export class Importer {
     };
     if (this.within > 0) about.no_go = input("import-no-go").checked ? "1" : "0";
     if (brought.kind === "mesh") Object.assign(about, { up: this.up, front: this.front });
+    else if (brought.kind === "volume")
+      about.labels = this.labels()
+        .map((choice) => `${choice.dataset.label}:${choice.value}`)
+        .join(",");
     else
       Object.assign(about, {
         height: input("import-height").value,

@@ -13,7 +13,21 @@ const CREASE = (35 * Math.PI) / 180; // edges sharper than this are drawn sharp
 /**
  * A mesh as the studio sends it: its longest side is 1, the lower corner of its bounds the origin.
  */
-export function meshShape(data: ArrayBuffer): THREE.BufferGeometry {
+export const meshShape = (data: ArrayBuffer): THREE.BufferGeometry =>
+  toCreasedNormals(sentShape(data), CREASE);
+
+/** The same of a labelled volume; "kind" of a vertex is which label it is of, from 0. */
+export function volumeShape(data: ArrayBuffer): THREE.BufferGeometry {
+  const [vertices, triangles] = new Uint32Array(data, 0, 2);
+  const kinds = new Uint32Array(data, 8 + 12 * (vertices + triangles), vertices);
+  const shape = sentShape(data).setAttribute(
+    "kind",
+    new THREE.BufferAttribute(Float32Array.from(kinds), 1),
+  );
+  return toCreasedNormals(shape, CREASE);
+}
+
+function sentShape(data: ArrayBuffer): THREE.BufferGeometry {
   const [vertices, triangles] = new Uint32Array(data, 0, 2);
   const shape = new THREE.BufferGeometry();
   shape.setAttribute(
@@ -23,7 +37,7 @@ export function meshShape(data: ArrayBuffer): THREE.BufferGeometry {
   shape.setIndex(
     new THREE.BufferAttribute(new Uint32Array(data, 8 + 12 * vertices, 3 * triangles), 1),
   );
-  return toCreasedNormals(shape, CREASE);
+  return shape;
 }
 
 export interface Picture {
@@ -109,8 +123,9 @@ export class ImportView {
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
 
-  setWood(wood: Material): void {
-    this.wood.setKinds([wood]);
+  /** Of each kind that a shape's vertices are of. */
+  setWoods(woods: Material[]): void {
+    this.wood.setKinds(woods);
     this.redraw();
   }
 
@@ -126,10 +141,11 @@ export class ImportView {
       size = box.getSize(new THREE.Vector3());
     const middle = box.getCenter(new THREE.Vector3());
     piece.translate(-middle.x, -middle.y, -box.min.z);
-    piece.setAttribute(
-      "kind",
-      new THREE.BufferAttribute(new Float32Array(piece.attributes.position.count), 1),
-    );
+    if (!piece.hasAttribute("kind"))
+      piece.setAttribute(
+        "kind",
+        new THREE.BufferAttribute(new Float32Array(piece.attributes.position.count), 1),
+      );
     piece.setAttribute(
       "paint",
       new THREE.BufferAttribute(new Uint8Array(4 * piece.attributes.position.count), 4, true),

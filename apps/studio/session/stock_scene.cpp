@@ -25,7 +25,8 @@ Result<Scene> scene_of(const Stock& stock, double longest_mm, size_t material) {
   scene.stock = stock;
   scene.materials = known_materials();
   if (material >= scene.materials.size()) return Error{"there is no such material"};
-  scene.stock.material = static_cast<uint8_t>(material);
+  scene.stock.material =
+      stock.labels.empty() ? static_cast<uint8_t>(material) : stock.labels.begin()->second;
   scene.tools = {BallTool{4}};
   scene.moves = {Move{}};
   return scene;
@@ -63,6 +64,11 @@ Result<Scene> file_scene(const std::filesystem::path& file, const FileStock& how
     stock.height_mm = how.height_mm;
     stock.base_mm = how.base_mm;
     stock.invert = how.invert;
+  } else if (ending_of(file) == ".nrrd") {
+    stock.kind = Stock::Kind::volume;
+    stock.labels = how.labels;
+    for (const auto& [label, material] : how.labels)
+      if (material >= known_materials().size()) return Error{"there is no such material"};
   } else {
     stock.kind = Stock::Kind::mesh;
     stock.fit_mm = how.longest_mm;

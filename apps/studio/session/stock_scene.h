@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 
 #include <kibori/base/result.h>
@@ -20,16 +21,19 @@ Result<Scene> stock_scene(Stock::Kind kind, const Vec3& size_mm, double pitch_mm
 
 // How a file becomes a stock.
 struct FileStock {
-  // It is scaled so that its longest side is this; of a picture without its height.
+  // It is scaled so that its longest side is this; of a picture without its height. A volume is
+  // not: it is what the rays are counted by.
   double longest_mm = 0;
   double rays = 0;  // along that side
   size_t material = 0;
-  Orientation orientation = {};       // mesh
-  double height_mm = 5, base_mm = 5;  // picture
-  bool invert = false;                // picture
+  Orientation orientation = {};             // mesh
+  double height_mm = 5, base_mm = 5;        // picture
+  bool invert = false;                      // picture
+  std::map<uint16_t, uint8_t> labels = {};  // volume: the material of each
 };
 
-// A mesh or, as a relief, a picture (PNG). Errors: those of reading a picture, and as above.
+// A mesh, a labelled volume or, as a relief, a picture (PNG). Errors: those of reading a picture,
+// and as above.
 Result<Scene> file_scene(const std::filesystem::path& file, const FileStock& how);
 
 // A mesh that is to be a body, as a tool whose tip is in the middle of its bounds. Of `how`, its
