@@ -17,8 +17,6 @@
 #include <kibori/edit/edit.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/nrrd.h>
-#include <kibori/solid/dexel_solid.h>
-#include <kibori/solid/grid_solid.h>
 
 namespace kibori {
 namespace {
@@ -202,20 +200,6 @@ double percentile(const std::vector<double>& sorted, double share) {
 
 namespace {
 
-// What the model has within a solid becomes of another material, its faces bit for bit as they
-// were. False: it has nothing there.
-bool change_material(TriDexel& model, const Solid& solid, uint8_t material,
-                     const EditOptions& edit) {
-  TriDexel within(model.snapshot(), model.material_bounds());
-  Removed changed;
-  intersect(within, solid, edit, changed);
-  if (!(within.volume_mm3() > 0)) return false;
-  const DexelSolid part(within.snapshot(), within.material_bounds());
-  cut(model, part, edit, changed);
-  deposit(model, part, material, edit, changed);
-  return true;
-}
-
 // Each label's voxels of its material.
 Result<std::unique_ptr<TriDexel>> volume_stock(const Stock& stock, const CarveOptions& options) {
   const Result<LabelVolume> read = read_nrrd(stock.mesh_path);
@@ -229,29 +213,7 @@ Result<std::unique_ptr<TriDexel>> volume_stock(const Stock& stock, const CarveOp
     return Error{"labels does not say which material label " + std::to_string(label) +
                  (name == volume.names.end() ? "" : " (" + name->second + ")") + " is of"};
   }
-  const Vec3 size = volume.size_mm();
-  Result<Lattice> lattice =
-      make_lattice(size, stock.pitch_mm, stock.room_mm.value_or(0.1 * size.maxCoeff()));
-  if (!lattice) return Error{lattice.error()};
-  if (const Status fits = check_memory(lattice.value(), false); !fits) return Error{fits.error()};
-  auto model = std::make_unique<TriDexel>(lattice.value());
-  EditOptions edit;
-  edit.threads = options.threads;
-  Removed added;
-  const LabelShapes shapes(volume);
-  const ShapeGrid whole = shapes.whole();
-  const uint16_t first = labels.front();
-  deposit(*model, GridSolid(whole, Vec3::Zero(), lattice.value()), stock.labels.at(first), edit,
-          added);
-  for (const uint16_t label : labels) {
-    if (label == first) continue;
-    const ShapeGrid share = shapes.share_of(label);
-    change_material(*model, GridSolid(share, Vec3::Zero(), lattice.value()), stock.labels.at(label),
-                    edit);
-  }
-  if (!(model->volume_mm3() > 0))
-    return Error{"volume holds no material at this pitch; use a finer one"};
-  return model;
+  return stock_of_labels(volume, stock.labels, stock.pitch_mm, stock.room_mm, options.threads);
 }
 
 // All of one material, but for a volume.

@@ -5,6 +5,9 @@
 #include <cstdio>
 
 #include <kibori/base/memory.h>
+#include <kibori/edit/edit.h>
+#include <kibori/solid/dexel_solid.h>
+#include <kibori/solid/grid_solid.h>
 
 namespace kibori {
 
@@ -50,6 +53,48 @@ Result<MeshStock> stock_of_mesh(const TriangleMesh& mesh, double pitch_mm, doubl
   if (!report) return Error{report.error()};
   stock.report = report.value();
   return stock;
+}
+
+bool change_material(TriDexel& model, const Solid& solid, uint8_t material,
+                     const EditOptions& edit) {
+  TriDexel within(model.snapshot(), model.material_bounds());
+  Removed changed;
+  intersect(within, solid, edit, changed);
+  if (!(within.volume_mm3() > 0)) return false;
+  const DexelSolid part(within.snapshot(), within.material_bounds());
+  cut(model, part, edit, changed);
+  deposit(model, part, material, edit, changed);
+  return true;
+}
+
+Result<std::unique_ptr<TriDexel>> stock_of_labels(const LabelVolume& volume,
+                                                  const std::map<uint16_t, uint8_t>& materials,
+                                                  double pitch_mm, std::optional<double> room_mm,
+                                                  int threads) {
+  const std::vector<uint16_t> labels = labels_of(volume);
+  KIBORI_CHECK(!labels.empty());
+  const Vec3 size = volume.size_mm();
+  Result<Lattice> lattice = make_lattice(size, pitch_mm, room_mm.value_or(0.1 * size.maxCoeff()));
+  if (!lattice) return Error{lattice.error()};
+  if (const Status fits = check_memory(lattice.value(), false); !fits) return Error{fits.error()};
+  auto model = std::make_unique<TriDexel>(lattice.value());
+  EditOptions edit;
+  edit.threads = threads;
+  Removed added;
+  const LabelShapes shapes(volume);
+  const ShapeGrid whole = shapes.whole();
+  const uint16_t first = labels.front();
+  deposit(*model, GridSolid(whole, Vec3::Zero(), lattice.value()), materials.at(first), edit,
+          added);
+  for (const uint16_t label : labels) {
+    if (label == first) continue;
+    const ShapeGrid share = shapes.share_of(label);
+    change_material(*model, GridSolid(share, Vec3::Zero(), lattice.value()), materials.at(label),
+                    edit);
+  }
+  if (!(model->volume_mm3() > 0))
+    return Error{"volume holds no material at this pitch; use a finer one"};
+  return model;
 }
 
 }  // namespace kibori

@@ -1,0 +1,286 @@
+# SPDX-License-Identifier: MIT
+"""Types of the module kibori; help(kibori) and docs/python.md say what all of it does."""
+from os import PathLike
+from types import TracebackType
+from typing import Literal, Mapping, Optional, Sequence, Union, overload
+
+import numpy as np
+import numpy.typing as npt
+
+Path = Union[str, "PathLike[str]"]
+Vector = Sequence[float]
+Shape = Union[
+    Finger, Ball, Flat, Bull, Cone, Capsule, Halfspace, Box, Ellipsoid, Mesh, Drill, Tapered, Gouge, Vee,
+    Chisel, Skew, Knife, Lollipop, Tslot,
+]
+ModeName = Literal[
+    "cut", "deposit", "touch", "off", "smooth", "rasp", "fill", "inflate", "flatten", "crease", "paint", "grab",
+    "nudge", "twist", "bend", "pinch", "scale", "node", "press", "throw", "turn",
+]
+ForceName = Literal["series", "energy", "paper"]
+CrumbsName = Literal["sort", "stay", "fall", "body"]
+View = Union[str, Vector]
+
+__version__: str
+SHAPES: tuple[str, ...]
+MODES: tuple[str, ...]
+FORCE_MODELS: tuple[str, ...]
+
+class Error(RuntimeError): ...
+
+class Finger:
+    ks: float
+    length: float
+    def __init__(self, *numbers: float, **named: float) -> None: ...
+
+class _Numbers:
+    def __init__(self, *numbers: Union[float, Vector], **named: Union[float, Vector]) -> None: ...
+
+class Ball(_Numbers):
+    radius: float
+
+class Flat(_Numbers):
+    radius: float
+    length: float
+
+class Bull(_Numbers):
+    radius: float
+    corner: float
+    length: float
+
+class Cone(_Numbers):
+    angle_deg: float
+    radius: float
+    length: float
+
+class Capsule(_Numbers):
+    radius: float
+    length: float
+
+class Halfspace(_Numbers): ...
+
+class Box(_Numbers):
+    size: Vector
+
+class Ellipsoid(_Numbers):
+    radii: Vector
+
+class Mesh:
+    def __init__(self, vertices: npt.ArrayLike, triangles: npt.ArrayLike) -> None: ...
+
+class Drill(_Numbers):
+    angle_deg: float
+    radius: float
+    length: float
+
+class Tapered(_Numbers):
+    ball: float
+    angle_deg: float
+    radius: float
+    length: float
+
+class Gouge(_Numbers):
+    sweep: float
+    width: float
+    thickness: float
+    length: float
+
+class Vee(_Numbers):
+    angle_deg: float
+    width: float
+    thickness: float
+    length: float
+
+class Chisel(_Numbers):
+    width: float
+    bevel_deg: float
+    thickness: float
+    length: float
+
+class Skew(_Numbers):
+    width: float
+    skew_deg: float
+    bevel_deg: float
+    thickness: float
+    length: float
+
+class Knife(_Numbers):
+    edge_deg: float
+    point_deg: float
+    length: float
+
+class Lollipop(_Numbers):
+    radius: float
+    neck: float
+    reach: float
+    shank: float
+    length: float
+
+class Tslot(_Numbers):
+    radius: float
+    height: float
+    neck: float
+    reach: float
+    shank: float
+    length: float
+
+def text_stamp(
+    text: str, font: str = ..., height: float = ..., depth: float = ..., pitch: float = ...
+) -> Shape: ...
+def picture_stamp(
+    file: str, width: float = ..., depth: float = ..., back: float = ..., invert: bool = ..., pitch: float = ...
+) -> Shape: ...
+def mesh_stamp(file: str, width: float = ...) -> Shape: ...
+
+class Material:
+    name: str
+    u: float
+    kf: float
+    c: float
+    yield_n: float
+    color: list[int]
+    plastic: bool
+    gc: float
+    u_along: float
+    ring: float
+    def __init__(
+        self, name: str, u: float, *, kf: float = ..., c: float = ..., yield_n: float = ..., color: Sequence[int] = ...,
+        plastic: bool = ..., gc: float = ..., u_along: float = ..., ring: float = ...,
+    ) -> None: ...
+
+def known_materials() -> list[Material]: ...
+
+class Carved:
+    removed_mm3: npt.NDArray[np.float64]
+    points: npt.NDArray[np.int64]
+    force: npt.NDArray[np.float64]
+    moment: npt.NDArray[np.float64]
+    poses: npt.NDArray[np.float64]
+    fallen_mm3: float
+    severed: list[int]
+    def __len__(self) -> int: ...
+
+class Tick:
+    removed_mm3: float
+    points: int
+    force: list[float]
+    moment: list[float]
+    pose: list[float]
+
+class Stroke:
+    def move(self, pose: npt.ArrayLike) -> Tick: ...
+    def end(self) -> None: ...
+    def cancel(self) -> None: ...
+    def __enter__(self) -> Stroke: ...
+    def __exit__(
+        self, kind: Optional[type[BaseException]], error: Optional[BaseException], trace: Optional[TracebackType]
+    ) -> None: ...
+
+class Surface:
+    vertices: npt.NDArray[np.float32]
+    normals: npt.NDArray[np.float32]
+    triangles: npt.NDArray[np.uint32]
+    materials: npt.NDArray[np.uint8]
+    paint: npt.NDArray[np.uint32]
+
+class Snapshot:
+    volume_mm3: float
+    hash: int
+    def surface(self, threads: int = ...) -> Surface: ...
+    def occupancy(self) -> npt.NDArray[np.bool_]: ...
+    def signed_distance(self, threads: int = ...) -> npt.NDArray[np.float32]: ...
+    def height_map(self) -> npt.NDArray[np.float32]: ...
+
+class Body:
+    id: int
+    name: str
+    visible: bool
+    locked: bool
+    no_go: bool
+    volume_mm3: float
+    pose: list[float]
+
+class Model:
+    volume_mm3: float
+    hash: int
+    pitch: float
+    nodes: list[int]
+    origin: list[float]
+    materials: list[Material]
+    mass_g: float
+    bodies: list[Body]
+    active: int
+    steps: int
+    @staticmethod
+    def block(
+        size: Vector, pitch: float, material: Union[str, Material] = ..., *, room: Optional[float] = ..., threads: int = ...
+    ) -> Model: ...
+    @staticmethod
+    def sphere(
+        diameter: float, pitch: float, material: Union[str, Material] = ..., *, room: Optional[float] = ...,
+        threads: int = ...,
+    ) -> Model: ...
+    @staticmethod
+    def cylinder(
+        diameter: float, height: float, pitch: float, material: Union[str, Material] = ..., *,
+        room: Optional[float] = ..., threads: int = ...,
+    ) -> Model: ...
+    @overload
+    @staticmethod
+    def mesh(
+        path: Path, pitch: float, material: Union[str, Material] = ..., *, fit: Optional[float] = ...,
+        room: Optional[float] = ..., threads: int = ...,
+    ) -> Model: ...
+    @overload
+    @staticmethod
+    def mesh(
+        vertices: npt.ArrayLike, triangles: npt.ArrayLike, pitch: float, material: Union[str, Material] = ..., *,
+        room: Optional[float] = ..., threads: int = ...,
+    ) -> Model: ...
+    @staticmethod
+    def volume(
+        labels: npt.ArrayLike, voxel: Vector, pitch: float, materials: Mapping[int, Union[str, Material]] = ..., *,
+        room: Optional[float] = ..., threads: int = ...,
+    ) -> Model: ...
+    @staticmethod
+    def open(path: Path) -> Model: ...
+    def carve(
+        self, tool: Shape, path: npt.ArrayLike, mode: ModeName = ..., material: Union[None, str, Material] = ..., *,
+        force: ForceName = ..., dof: int = ..., rate: float = ..., powered: Literal["", "motor", "press"] = ...,
+        mirror: str = ..., fold: int = ..., axis: Literal["x", "y", "z"] = ..., centre: Optional[Vector] = ...,
+        crumbs: CrumbsName = ..., brush: Mapping[str, object] = ..., label: str = ...,
+    ) -> Carved: ...
+    def stroke(
+        self, tool: Shape, start: npt.ArrayLike, mode: ModeName = ..., material: Union[None, str, Material] = ..., *,
+        force: ForceName = ..., dof: int = ..., rate: float = ..., powered: Literal["", "motor", "press"] = ...,
+        mirror: str = ..., fold: int = ..., axis: Literal["x", "y", "z"] = ..., centre: Optional[Vector] = ...,
+        crumbs: CrumbsName = ..., brush: Mapping[str, object] = ..., label: str = ...,
+    ) -> Stroke: ...
+    def snapshot(self) -> Snapshot: ...
+    def surface(self, threads: int = ...) -> Surface: ...
+    def occupancy(self) -> npt.NDArray[np.bool_]: ...
+    def signed_distance(self, threads: int = ...) -> npt.NDArray[np.float32]: ...
+    def height_map(self) -> npt.NDArray[np.float32]: ...
+    def picture(
+        self, width: int = ..., height: int = ..., view: View = ..., samples: int = ..., threads: int = ...
+    ) -> npt.NDArray[np.uint8]: ...
+    def png(
+        self, width: int = ..., height: int = ..., view: View = ..., samples: int = ..., threads: int = ...
+    ) -> bytes: ...
+    def _repr_png_(self) -> bytes: ...
+    def undo(self) -> None: ...
+    def redo(self) -> None: ...
+    def save(self, path: Path, overwrite: bool = ...) -> None: ...
+    def export(self, path: Path, tolerance: float = ..., threads: int = ...) -> int: ...
+    def activate(self, id: int) -> None: ...
+    def split(
+        self, point: Vector, normal: Vector, kerf: float = ..., bodies: Sequence[int] = ...
+    ) -> list[int]: ...
+    def separate(self, id: int) -> list[int]: ...
+    def join(self, ids: Sequence[int]) -> None: ...
+    def subtract(self, ids: Sequence[int]) -> None: ...
+    def intersect(self, ids: Sequence[int]) -> None: ...
+    def duplicate(self, id: int) -> list[int]: ...
+    def place(self, id: int, pose: npt.ArrayLike) -> None: ...
+    def remove(self, id: int) -> None: ...
+    def set_no_go(self, id: int, no_go: bool = ...) -> None: ...

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: MIT
+// Between Kibori's values and Python's: errors, places, poses, arrays.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <kibori/base/result.h>
+#include <kibori/geometry/vec.h>
+
+namespace kibori::python {
+
+namespace py = pybind11;
+
+// Raised as kibori.Error.
+struct Failure : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+template <class T>
+T value_of(Result<T> result) {
+  if (!result) throw Failure(result.error());
+  return std::move(result).value();
+}
+inline void must(const Status& status) {
+  if (!status) throw Failure(status.error());
+}
+
+using Three = std::array<double, 3>;
+inline Vec3 vec(const Three& v) { return {v[0], v[1], v[2]}; }
+inline Three three(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+// A contiguous array of doubles; whatever NumPy can make one of.
+using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+// The poses of a path: rows of x, y, z, or x, y, z and a quaternion x, y, z, w (as ROS and SciPy
+// order it). Errors: other shapes, numbers that are not finite, a quaternion without length.
+std::vector<Pose> poses_of(const Doubles& rows);
+Pose pose_of(const Doubles& row);
+// x, y, z, and the quaternion.
+std::array<double, 7> seven(const Pose& pose);
+
+// An array of `shape` that owns `data`.
+template <class T>
+py::array_t<T> array_of(std::vector<T> data, std::vector<py::ssize_t> shape) {
+  auto* const kept = new std::vector<T>(std::move(data));
+  const py::capsule owner(kept, [](void* p) { delete static_cast<std::vector<T>*>(p); });
+  return py::array_t<T>(std::move(shape), kept->data(), owner);
+}
+
+}  // namespace kibori::python

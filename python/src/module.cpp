@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+// The module kibori._kibori: Kibori for Python. python/kibori has what is written in Python.
+#include <kibori/haptics/force.h>
+#include <kibori/motion/tool_tick.h>
+
+#include "python/src/conversions.h"
+#include "python/src/model.h"
+#include "python/src/tools.h"
+
+namespace {
+
+template <class Enum>
+pybind11::tuple names() {
+  pybind11::list list;
+  for (const std::string_view& name : names_of(Enum())) list.append(std::string(name));
+  return pybind11::tuple(list);
+}
+
+}  // namespace
+
+PYBIND11_MODULE(_kibori, module) {
+  using namespace kibori;
+  module.attr("__version__") = KIBORI_VERSION;
+  pybind11::register_exception<python::Failure>(module, "Error", PyExc_RuntimeError);
+  pybind11::list shapes;
+  for (const char* shape : kToolShapes) shapes.append(shape);
+  module.attr("SHAPES") = pybind11::tuple(shapes);
+  module.attr("MODES") = names<Mode>();
+  module.attr("FORCE_MODELS") = names<ForceModel>();
+  python::bind_tools(module);
+  python::bind_model(module);
+}

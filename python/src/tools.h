@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <cstdint>
+
+#include <kibori/geometry/mesh.h>
+#include <kibori/solid/tool.h>
+
+#include "python/src/conversions.h"
+
+namespace kibori::python {
+
+using Indices = py::array_t<int64_t, py::array::c_style | py::array::forcecast>;
+
+// Errors: other shapes, numbers that are not finite, triangles of vertices that are not there.
+TriangleMesh mesh_of(const Doubles& vertices, const Indices& triangles);
+
+void bind_tools(py::module_& module);
+
+}  // namespace kibori::python

@@ -1,0 +1,479 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""`import kibori`: against the command line, closed forms and NumPy's own sums.
+
+Usage: test_python.py KIBORI [unittest's arguments]; PYTHONPATH holds the package.
+"""
+import ast
+import gc
+import json
+import os
+import pathlib
+import random
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+import numpy as np
+
+import kibori as kb
+
+KIBORI = ""
+SIZE = (40, 30, 20)
+
+
+def block(pitch=0.5, material="wax", **more):
+    return kb.Model.block(SIZE, pitch, material, **more)
+
+
+def groove(y=15, depth=2, rows=41):
+    x = np.linspace(-6, 46, rows)
+    return np.stack([x, np.full(rows, y), np.full(rows, SIZE[2] - depth)], axis=1)
+
+
+def run(*arguments):
+    return subprocess.run([KIBORI, *map(str, arguments)], capture_output=True, text=True)
+
+
+class Folder(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def verified(self, path):
+        done = run("verify", path)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+
+class Carving(Folder):
+    def test_as_the_readme_says(self):
+        m = kb.Model.block(size=(80, 50, 30), pitch=0.5)
+        r = m.carve(kb.Ball(radius=5), [[10, 25, 28], [70, 25, 28]])
+        self.assertEqual((r.removed_mm3.shape, r.force.shape, r.moment.shape, r.poses.shape), ((1,), (1, 3), (1, 3), (1, 7)))
+        # Two deep and five round: a segment along 60 mm, and a cap of two halves.
+        h, R = 2, 5
+        segment = R * R * np.arccos((R - h) / R) - (R - h) * np.sqrt(2 * R * h - h * h)
+        cap = np.pi * h * h * (3 * R - h) / 3
+        # It is four rays deep.
+        self.assertAlmostEqual(r.removed_mm3[0], 60 * segment + cap, delta=0.02 * (60 * segment + cap))
+        self.assertAlmostEqual(m.volume_mm3, 80 * 50 * 30 - r.removed_mm3[0], delta=1e-3)
+
+    def test_as_the_command_line(self):
+        scene = self.folder / "scene.toml"
+        scene.write_text(
+            '[stock]\nblock = [40, 30, 20]\npitch = 0.5\nmaterial = "wax"\n[tool]\nshape = "flat"\nradius = 4\n'
+            'length = 30\n[force]\nmodel = "energy"\n[[move]]\nto = [-6, 12, 17]\n'
+            "[[move]]\nto = [46, 18, 15]\nspeed = 200\n")
+        document, csv = self.folder / "a.kibori", self.folder / "a.csv"
+        done = run("carve", scene, "-o", document, "--forces", csv, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        said = json.loads(done.stdout)
+        start, end = np.array([-6.0, 12, 17]), np.array([46.0, 18, 15])
+        ticks = said["ticks"]
+        share = np.arange(ticks + 1) / ticks
+        path = start + (end - start) * share[:, None]
+        path[-1] = end
+        m = block()
+        r = m.carve(kb.Flat(radius=4, length=30), path)
+        self.assertEqual(kb.Model.open(document).hash, m.hash)
+        rows = np.genfromtxt(csv, delimiter=",", names=True)
+        names = rows.dtype.names
+        for axis, name in enumerate("xyz"):
+            column = next(n for n in names if n.lower().startswith("f" + name))
+            np.testing.assert_allclose(r.force[:, axis], rows[column], atol=1e-5)
+        self.assertAlmostEqual(r.removed_mm3.sum(), said["removed_mm3"], delta=1e-6 * said["removed_mm3"])
+
+    def test_forces_are_the_laws(self):
+        u = 7.0
+        m = block(material=kb.Material("even", u=u, kf=0.004))
+        path = groove()
+        r = m.carve(kb.Ball(5), path)
+        way = np.diff(path, axis=0)
+        length = np.linalg.norm(way, axis=1)
+        # Its work is u for each mm3; four rays deep, fields differ by a hundredth.
+        work = -np.einsum("ij,ij->i", r.force, way)
+        self.assertAlmostEqual(work.sum(), u * r.removed_mm3.sum(), delta=0.02 * work.sum())
+        np.testing.assert_allclose(np.cross(r.force, way), 0, atol=1e-9)
+        m = block(material=kb.Material("even", u=u, kf=0.004))
+        r = m.carve(kb.Ball(5), path, force="paper")
+        np.testing.assert_allclose(r.force, -0.004 * (r.points / length)[:, None] * way, atol=1e-9)
+        motor = block(material=kb.Material("even", u=u)).carve(kb.Ball(5), path, powered="motor")
+        np.testing.assert_allclose(motor.force, 0.1 * block(material=kb.Material("even", u=u)).carve(kb.Ball(5), path).force)
+
+    def test_a_hand_on_a_spring(self):
+        m = block(material="oak")
+        r = m.carve(kb.Ball(3), groove(rows=2000, depth=1), force="series")
+        self.assertGreater(np.linalg.norm(r.force, axis=1).max(), 0)
+        m.save(self.folder / "a.kibori")
+        self.verified(self.folder / "a.kibori")
+
+    def test_turned_tools(self):
+        # A flat cutter of a square foot, turned by 30 degrees, stamped in: the hole is turned so.
+        a = np.radians(30)
+        pose = lambda z: [20, 15, z, 0, 0, np.sin(a / 2), np.cos(a / 2)]
+        m = block(0.25)
+        r = m.carve(kb.Box(size=(10, 4, 30)), [pose(25), pose(17)])
+        self.assertAlmostEqual(r.removed_mm3[0], 10 * 4 * 3, delta=0.6)
+        hole = ~m.occupancy()[:, :, int((19 - m.origin[2]) / m.pitch)]
+        x, y = np.nonzero(hole)
+        x = m.origin[0] + (x + 0.5) * m.pitch - 20
+        y = m.origin[1] + (y + 0.5) * m.pitch - 15
+        inside = (abs(x) < 8) & (abs(y) < 8)
+        along = abs(np.cos(a) * x + np.sin(a) * y)[inside]
+        across = abs(-np.sin(a) * x + np.cos(a) * y)[inside]
+        self.assertLess(along.max(), 5.01)
+        self.assertLess(across.max(), 2.01)
+        np.testing.assert_allclose(r.poses[0], pose(17), atol=1e-9)
+
+    def test_row_by_row_is_the_same(self):
+        path = groove(rows=30)
+        one, two = block(), block()
+        r = one.carve(kb.Gouge(), path)
+        with two.stroke(kb.Gouge(), path[0]) as stroke:
+            ticks = [stroke.move(row) for row in path[1:]]
+        self.assertEqual(one.hash, two.hash)
+        np.testing.assert_array_equal([t.removed_mm3 for t in ticks], r.removed_mm3)
+        np.testing.assert_array_equal([t.force for t in ticks], r.force)
+        self.assertEqual(two.steps, 1)
+        before = two.hash
+        with self.assertRaises(ZeroDivisionError):
+            with two.stroke(kb.Ball(5), [5, 5, 15]) as stroke:
+                stroke.move([35, 25, 15])
+                1 / 0
+        self.assertEqual((two.hash, two.steps), (before, 1))
+        with self.assertRaisesRegex(kb.Error, "has ended"):
+            stroke.move([0, 0, 0])
+
+    def test_modes_that_reshape(self):
+        m = block()
+        m.carve(kb.Ball(4), groove())
+        volume = m.volume_mm3
+        m.carve(kb.Ball(4), groove(depth=0), "smooth", brush={"radius": 5, "strength": 1})
+        self.assertNotEqual(m.volume_mm3, volume)
+        clay = block(material="clay")
+        before = clay.volume_mm3
+        r = clay.carve(kb.Ball(4), [[10, 15, 19], [30, 15, 18]], "press")
+        self.assertAlmostEqual(clay.volume_mm3, before, delta=1e-4 * before)
+        self.assertAlmostEqual(r.removed_mm3.sum(), before - clay.volume_mm3, delta=1e-2)
+        pulled = block(room=10)
+        pulled.carve(kb.Ball(4), [[20, 15, 20], [20, 15, 26]], "grab", brush={"radius": 6})
+        self.assertGreater(np.nanmax(pulled.height_map()), 24.5)
+        for model in (m, clay, pulled):
+            model.save(self.folder / "a.kibori", overwrite=True)
+            self.verified(self.folder / "a.kibori")
+
+    def test_deposits_materials_and_stamps(self):
+        m = block()
+        added = m.carve(kb.Ball(4), [[10, 15, 20], [30, 15, 20]], "deposit", "oak")
+        self.assertLess(added.removed_mm3[0], 0)
+        self.assertEqual([one.name for one in m.materials], ["wax", "oak"])
+        self.assertEqual(set(m.surface().materials), {0, 1})
+        stamp = kb.text_stamp("I", height=8, depth=3)
+        r = block().carve(stamp, [[20, 15, 22], [20, 15, 18.5]])
+        self.assertGreater(r.removed_mm3[0], 5)
+
+    def test_symmetry_and_crumbs(self):
+        m = block()
+        m.carve(kb.Ball(3), [[10, 10, 18], [14, 10, 18]], mirror="xy")
+        heights = np.nan_to_num(m.height_map())
+        np.testing.assert_allclose(heights, heights[::-1, ::-1], atol=1e-4)
+        slit = kb.Box(size=(1, 60, 60))
+        m = block()
+        r = m.carve(slit, [[35, 15, -20], [36, 15, -20]], crumbs="body")
+        self.assertEqual(len(r.severed), 1)
+        self.assertEqual(len(m.bodies), 2)
+
+
+class Stocks(Folder):
+    def test_balls_and_cylinders(self):
+        self.assertAlmostEqual(kb.Model.sphere(20, 0.5).volume_mm3, np.pi * 20**3 / 6, delta=4)
+        self.assertAlmostEqual(kb.Model.cylinder(20, 10, 0.5).volume_mm3, np.pi * 100 * 10, delta=12)
+        self.assertAlmostEqual(block().mass_g, 40 * 30 * 20 * 1e-3 * 0.93, delta=1e-3)
+
+    def test_meshes(self):
+        v = [[0, 0, 0], [10, 0, 0], [0, 12, 0], [0, 0, 8]]
+        t = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
+        m = kb.Model.mesh(v, t, pitch=0.2)
+        self.assertAlmostEqual(m.volume_mm3, 10 * 12 * 8 / 6, delta=0.5)
+        m.carve(kb.Ball(1), [[1, 1, 1], [2, 2, 1]])
+        m.save(self.folder / "a.kibori")
+        self.verified(self.folder / "a.kibori")
+        self.assertGreater(m.export(self.folder / "a.stl"), 100)
+        again = kb.Model.mesh(self.folder / "a.stl", 0.2, fit=24)
+        self.assertAlmostEqual(again.volume_mm3, 8 * m.volume_mm3, delta=5)
+
+    def test_volumes(self):
+        labels = np.zeros((24, 20, 16), np.uint8)
+        labels[2:22, 2:18, 2:14] = 1
+        labels[8:16, 6:14, 5:11] = 2
+        m = kb.Model.volume(labels, (1, 1, 1), 0.5, {1: "oak", 2: "wax"})
+        self.assertAlmostEqual(m.volume_mm3, 20 * 16 * 12, delta=80)
+        self.assertEqual([one.name for one in m.materials], ["oak", "wax"])
+        m.carve(kb.Flat(3, 30), [[12, -5, 8], [12, 25, 8]])
+        self.assertEqual(set(m.surface().materials), {0, 1})
+        with self.assertRaisesRegex(kb.Error, "label 2"):
+            kb.Model.volume(labels, (1, 1, 1), 0.5, {1: "oak"})
+        with self.assertRaisesRegex(kb.Error, "air"):
+            kb.Model.volume(np.zeros((2, 2, 2)), (1, 1, 1), 0.5)
+
+
+class Arrays(unittest.TestCase):
+    def test_a_surface_is_closed_and_encloses_the_volume(self):
+        m = block()
+        m.carve(kb.Ball(5), groove())
+        s = m.surface()
+        edges = np.concatenate([s.triangles[:, [0, 1]], s.triangles[:, [1, 2]], s.triangles[:, [2, 0]]]).astype(np.int64)
+        keys = edges[:, 0] * (len(s.vertices) + 1) + edges[:, 1]
+        back = edges[:, 1] * (len(s.vertices) + 1) + edges[:, 0]
+        self.assertEqual(len(np.unique(keys)), len(keys))
+        np.testing.assert_array_equal(np.sort(keys), np.sort(back))
+        a, b, c = (s.vertices[s.triangles[:, i]].astype(float) for i in range(3))
+        volume = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6
+        self.assertAlmostEqual(volume, m.volume_mm3, delta=1e-3 * volume)
+        np.testing.assert_allclose(np.linalg.norm(s.normals, axis=1), 1, atol=1e-4)
+
+    def test_arrays_outlive_their_model(self):
+        m = block()
+        m.carve(kb.Ball(5), groove())
+        s, kept = m.surface(), m.snapshot()
+        vertices, triangles, hash_then = s.vertices, s.triangles, m.hash
+        copy = vertices.copy()
+        m.carve(kb.Ball(5), groove(y=5))
+        del m, s
+        gc.collect()
+        np.testing.assert_array_equal(vertices, copy)
+        self.assertLess(triangles.max(), len(vertices))
+        self.assertEqual(kept.hash, hash_then)
+        self.assertAlmostEqual(kept.occupancy().sum() * 0.125, kept.volume_mm3, delta=0.01 * kept.volume_mm3)
+
+    def test_heights_occupancy_and_distances(self):
+        m = kb.Model.sphere(20, 0.5)
+        x, y, z = (m.origin[i] + (np.arange(m.nodes[i]) + 0.5) * m.pitch for i in range(3))
+        X, Y, Z = np.meshgrid(x, y, z, indexing="ij")
+        exact = np.sqrt((X - 10) ** 2 + (Y - 10) ** 2 + (Z - 10) ** 2) - 10
+        np.testing.assert_allclose(m.signed_distance(), exact, atol=0.02)
+        clear = abs(exact) > 1e-3
+        np.testing.assert_array_equal(m.occupancy()[clear], (exact < 0)[clear])
+        heights = m.height_map()
+        radius2 = (X[:, :, 0] - 10) ** 2 + (Y[:, :, 0] - 10) ** 2
+        there = radius2 < 9.9**2
+        np.testing.assert_allclose(heights[there], 10 + np.sqrt(100 - radius2[there]), atol=1e-4)
+        self.assertTrue(np.isnan(heights[radius2 > 10.1**2]).all())
+
+    def test_pictures(self):
+        m = block(material="oak")
+        pixels = m.picture(160, 120, "front", samples=4)
+        self.assertEqual((pixels.shape, pixels.dtype), ((120, 160, 3), np.uint8))
+        self.assertLess(pixels[60, 80, 2], pixels[60, 80, 0])  # oak is brown
+        self.assertTrue(m._repr_png_().startswith(b"\x89PNG"))
+
+
+class History(Folder):
+    def test_back_and_forth(self):
+        m = block()
+        hashes = [m.hash]
+        for y in (5, 15, 25):
+            m.carve(kb.Ball(4), groove(y=y))
+            hashes.append(m.hash)
+        for known in reversed(hashes[:-1]):
+            m.undo()
+            self.assertEqual(m.hash, known)
+        with self.assertRaisesRegex(kb.Error, "nothing to undo"):
+            m.undo()
+        m.redo()
+        self.assertEqual((m.hash, m.steps), (hashes[1], 1))
+        m.carve(kb.Ball(2), groove(y=20))
+        with self.assertRaisesRegex(kb.Error, "nothing to redo"):
+            m.redo()
+        m.save(self.folder / "a.kibori")
+        self.verified(self.folder / "a.kibori")
+        self.assertEqual(kb.Model.open(self.folder / "a.kibori").hash, m.hash)
+
+    def test_an_opened_document_goes_on(self):
+        first, second = self.folder / "a.kibori", self.folder / "b.kibori"
+        m = block()
+        m.carve(kb.Ball(4), groove())
+        m.split((20, 0, 0), (1, 0, 0))
+        m.save(first)
+        m = kb.Model.open(first)
+        self.assertEqual(len(m.bodies), 2)
+        m.activate(2)
+        m.carve(kb.Gouge(), groove(y=8), crumbs="sort")
+        m.place(2, [10, 0, 0])
+        m.carve(kb.Ball(3), groove(y=22))
+        with self.assertRaisesRegex(kb.Error, "there already"):
+            m.save(first)
+        m.save(second)
+        self.verified(first)
+        self.verified(second)
+        self.assertEqual(kb.Model.open(second).hash, m.hash)
+        with self.assertRaises(kb.Error):
+            m.save(self.folder / "none" / "c.kibori")
+        with self.assertRaisesRegex(kb.Error, "kibori"):
+            m.save(self.folder / "c.stl")
+        self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["a.kibori", "b.kibori"])
+
+    def test_bodies(self):
+        m = block()
+        whole = m.volume_mm3
+        (piece,) = m.split((15, 0, 0), (1, 0, 0.3))
+        volumes = [b.volume_mm3 for b in m.bodies]
+        self.assertAlmostEqual(sum(volumes), whole, delta=1e-6 * whole)
+        m.join([1, piece])
+        self.assertEqual(len(m.bodies), 1)
+        self.assertAlmostEqual(m.volume_mm3, whole, delta=1e-6 * whole)
+        (copy,) = m.duplicate(1)
+        m.set_no_go(copy)
+        self.assertEqual(m.carve(kb.Ball(5), groove()).removed_mm3.sum(), 0)
+        m.remove(copy)
+        self.assertGreater(m.carve(kb.Ball(5), groove()).removed_mm3.sum(), 0)
+        with self.assertRaisesRegex(kb.Error, "no body"):
+            m.activate(77)
+
+    def test_by_chance(self):
+        seed = int(os.environ.get("KIBORI_SEED", random.randrange(2**31)))
+        print(f"seed {seed}", flush=True)
+        chance = random.Random(seed)
+        tools = [kb.Ball(3), kb.Flat(2, 30), kb.Gouge(), kb.Vee(), kb.Lollipop(), kb.Box(size=(3, 5, 7)), kb.Finger()]
+        for _ in range(4):
+            m = block(chance.choice([0.7, 1.1]))
+            for _ in range(12):
+                what = chance.randrange(10)
+                try:
+                    if what < 6:
+                        rows = [[chance.uniform(-5, s + 5) for s in SIZE] for _ in range(chance.randrange(2, 6))]
+                        mode = chance.choice(["cut", "cut", "deposit", "touch", "smooth", "press", "grab"])
+                        m.carve(chance.choice(tools), rows, mode, crumbs=chance.choice(["stay", "sort", "body", "fall"]))
+                    elif what == 6:
+                        m.split([chance.uniform(0, s) for s in SIZE], [chance.uniform(-1, 1) for _ in range(3)])
+                    elif what == 7:
+                        m.activate(chance.choice(m.bodies).id)
+                    elif what == 8:
+                        m.undo()
+                    else:
+                        m.redo()
+                except kb.Error as error:
+                    self.assertNotIn("\n", str(error))
+            path = self.folder / "a.kibori"
+            m.save(path, overwrite=True)
+            self.verified(path)
+            self.assertEqual(kb.Model.open(path).hash, m.hash)
+
+
+class BadInput(unittest.TestCase):
+    def test_is_an_exception_and_changes_nothing(self):
+        m = block()
+        m.carve(kb.Ball(4), groove())
+        before, good = m.hash, groove()
+        nan = good.copy()
+        nan[7, 1] = np.nan
+        for path, kind in [
+            ([], ValueError), ([[1, 2, 3]], ValueError), ([1, 2, 3], ValueError), (np.zeros((4, 5)), ValueError),
+            (np.zeros((4, 7)), kb.Error), (nan, kb.Error), ("abc", (TypeError, ValueError)), (None, (TypeError, ValueError)),
+            ([[0, 0, 0], [1e300, 0, 0]], kb.Error), ([["a", 0, 0], [1, 0, 0]], (TypeError, ValueError)),
+        ]:
+            with self.assertRaises(kind, msg=str(path)):
+                m.carve(kb.Ball(4), path)
+        for named in [
+            {"mode": "chop"}, {"force": "none"}, {"dof": 4}, {"rate": 0}, {"rate": float("nan")}, {"powered": "yes"},
+            {"mirror": "q"}, {"fold": 99}, {"axis": "w"}, {"crumbs": "?"}, {"material": "unobtainium"}, {"mode": "smooth", "brush": {"radius": -1}},
+            {"brush": {"size": 3}}, {"mode": "smooth", "brush": {"radius": float("nan")}},
+        ]:
+            with self.assertRaises(kb.Error, msg=str(named)):
+                m.carve(kb.Ball(4), good, **named)
+        for call in [
+            lambda: kb.Ball(0), lambda: kb.Ball(float("inf")), lambda: kb.Cone(angle_deg=400), lambda: kb.Model.block((0, 1, 1), 1),
+            lambda: kb.Model.block((10, 10, 10), 0), lambda: kb.Model.block((1e5, 1e5, 1e5), 0.01), lambda: kb.Model.sphere(-1, 1),
+            lambda: kb.Model.open("nowhere.kibori"), lambda: kb.Model.mesh("nowhere.stl", 1), lambda: kb.Material("x", u=-1),
+            lambda: kb.Model.mesh([[0, 0, 0]], [[0, 1, 2]], 1), lambda: m.picture(1, 1), lambda: m.picture(view="inside"),
+            lambda: m.split((0, 0, 0), (0, 0, 0)), lambda: m.place(1, [0, 0, 0, 9, 9, 9, 9]), lambda: m.export("a.xyz"),
+            lambda: m.carve(kb.Ball(1e9), good), lambda: kb.text_stamp(""),
+        ]:
+            with self.assertRaises(kb.Error):
+                call()
+        for call in [lambda: kb.Ball(1, 2), lambda: kb.Ball(size=3), lambda: m.carve("ball", good), lambda: kb.Model()]:
+            with self.assertRaises(TypeError):
+                call()
+        self.assertEqual((m.hash, m.steps), (before, 1))
+        with m.stroke(kb.Ball(4), good[0]) as stroke:
+            for call in [lambda: m.carve(kb.Ball(4), good), m.undo, lambda: m.split((0, 0, 0), (1, 0, 0)), lambda: m.save("a.kibori")]:
+                with self.assertRaisesRegex(kb.Error, "stroke"):
+                    call()
+            stroke.cancel()
+        self.assertEqual((m.hash, m.steps), (before, 1))
+
+
+class Threads(unittest.TestCase):
+    def test_the_lock_is_free_while_it_carves(self):
+        m, path = block(0.25), groove(rows=20000)
+        counted, done = 0, threading.Event()
+
+        def work():
+            m.carve(kb.Ball(5), path)
+            done.set()
+
+        worker = threading.Thread(target=work)
+        worker.start()
+        while not done.is_set():
+            counted += 1
+        worker.join()
+        self.assertGreater(counted, 1000)
+
+    def test_threads_take_turns(self):
+        m = block(0.5)
+        def work(i):
+            for k in range(10):
+                m.carve(kb.Ball(2), groove(y=3 * i + 2, rows=20 + k))
+                m.volume_mm3, m.surface().vertices.sum(), m.hash
+        workers = [threading.Thread(target=work, args=(i,)) for i in range(4)]
+        for worker in workers:
+            worker.start()
+        for worker in workers:
+            worker.join()
+        self.assertEqual(m.steps, 40)
+        same = block(0.5)
+        for i in range(4):
+            for k in range(10):
+                same.carve(kb.Ball(2), groove(y=3 * i + 2, rows=20 + k))
+        self.assertAlmostEqual(m.volume_mm3, same.volume_mm3, delta=1e-3)
+
+
+class Package(unittest.TestCase):
+    def test_lists_are_the_librarys(self):
+        shapes = [name for name in kb.SHAPES if not hasattr(kb, name.capitalize())]
+        self.assertEqual(shapes, [])
+        self.assertIn("cut", kb.MODES)
+        self.assertEqual(run("--version").stdout.split()[-1], kb.__version__)
+
+    def test_stubs_name_all_there_is(self):
+        folder = pathlib.Path(kb.__file__).parent
+        self.assertTrue((folder / "py.typed").exists())
+        tree = ast.parse((folder / "__init__.pyi").read_text())
+        known = {}
+        for node in tree.body:
+            if isinstance(node, ast.ClassDef):
+                known[node.name] = {n.name for n in node.body if isinstance(n, ast.FunctionDef)} | {
+                    n.target.id for n in node.body if isinstance(n, ast.AnnAssign)}
+            elif isinstance(node, ast.FunctionDef):
+                known[node.name] = set()
+            elif isinstance(node, ast.AnnAssign):
+                known[node.target.id] = set()
+        for name in dir(kb):
+            if name.startswith("_") and name != "__version__":
+                continue
+            if isinstance(getattr(kb, name), type(sys)):
+                continue
+            self.assertIn(name, known)
+            if isinstance(getattr(kb, name), type) and name != "Error":
+                for member in vars(getattr(kb, name)):
+                    if not member.startswith("_"):
+                        self.assertIn(member, known[name], f"{name}.{member}")
+                        self.assertTrue(getattr(getattr(kb, name), member).__doc__ or name not in ("Model", "Carved"), f"{name}.{member} says nothing")
+
+
+if __name__ == "__main__":
+    KIBORI = sys.argv.pop(1)
+    unittest.main()
