@@ -217,7 +217,13 @@ class Stocks(Folder):
         with self.assertRaisesRegex(kb.Error, "label 2"):
             kb.Model.volume(labels, (1, 1, 1), 0.5, {1: "oak"})
         with self.assertRaisesRegex(kb.Error, "air"):
-            kb.Model.volume(np.zeros((2, 2, 2)), (1, 1, 1), 0.5)
+            kb.Model.volume(np.zeros((2, 2, 2), int), (1, 1, 1), 0.5)
+        for bad in (labels.astype(float), labels[0], "abc", labels.astype(complex)):
+            with self.assertRaises((ValueError, TypeError)):
+                kb.Model.volume(bad, (1, 1, 1), 0.5)
+        for bad in (-1, 70000):
+            with self.assertRaisesRegex(kb.Error, "65535"):
+                kb.Model.volume(labels * np.int64(bad), (1, 1, 1), 0.5)
 
 
 class Arrays(unittest.TestCase):
@@ -363,6 +369,103 @@ class History(Folder):
             self.assertEqual(kb.Model.open(path).hash, m.hash)
 
 
+class Recordings(Folder):
+    def test_are_read_back_to_the_last_value(self):
+        m = block(0.7, material="oak")
+        felt = [m.carve(kb.Ball(4), groove(rows=50)), m.carve(kb.Gouge(), groove(y=8, rows=30), force="series"),
+                m.carve(kb.Ball(3), groove(depth=1, rows=10), "deposit", "wax")]
+        document = self.folder / "a.kibori"
+        m.save(document)
+        done = run("export", document, "--csv", self.folder / "a.csv", "--mcap", self.folder / "a.mcap", "--hdf5", self.folder / "a.h5")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        read = kb.read_recording(self.folder / "a.csv")
+        same = lambda a, b: np.testing.assert_array_equal(a, b)
+        for other in (kb.read_recording(document), self.h5()):
+            for name in read:
+                same(other[name], read[name])
+        # What the module said while it carved.
+        same(read["removed_mm3"], np.concatenate([r.removed_mm3 for r in felt]))
+        same(read["force_N"][:49], felt[0].force)
+        np.testing.assert_allclose(read["tool_pose"][:, :3], np.concatenate([r.poses for r in felt])[:, :3], atol=1e-12)
+        np.testing.assert_allclose(read["removed_of_mm3"].sum(axis=1), read["removed_mm3"], atol=1e-9)
+        self.assertLess(read["removed_of_mm3"][-9:, 1].sum(), 0)
+        self.assertEqual(read["about"]["materials"], ["oak", "wax"])
+        self.assertEqual(list(read["mode"][-9:]), ["deposit"] * 9)
+        self.assertEqual([s["kind"] for s in read["about"]["steps"]], ["stock"] + ["stroke"] * 3)
+        self.assertTrue((np.diff(read["time_s"]) > 0).all())
+        self.mcap(read)
+
+    def h5(self):
+        try:
+            import h5py  # noqa: F401
+        except ImportError:
+            self.skipTest("h5py is not installed")
+        return kb.read_recording(self.folder / "a.h5")
+
+    def mcap(self, read):
+        judge = pathlib.Path(__file__).parent / "judges/read_mcap.mjs"
+        if not (judge.parent / "node_modules/@mcap").exists():
+            self.skipTest("@mcap/core is not installed: ./dev setup test")
+        done = subprocess.run(["node", judge, self.folder / "a.mcap"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        first, *messages = map(json.loads, done.stdout.splitlines())
+        self.assertEqual(json.loads(first["metadata"]["kibori"]["recording"]), read["about"])
+        self.assertEqual(first["messages"], len(messages))
+        ticks = [m for m in messages if m["topic"] == "/kibori/tick"]
+        self.assertEqual(len(messages) - len(ticks), 3)
+        xyz = lambda v: [v["x"], v["y"], v["z"]]
+        np.testing.assert_array_equal([t["removed_mm3"] for t in ticks], read["removed_mm3"])
+        np.testing.assert_array_equal([xyz(t["computed"]["moment"]) for t in ticks], read["moment_Nmm"])
+        np.testing.assert_array_equal([xyz(t["hand_pose"]["position"]) for t in ticks], read["hand_pose"][:, :3])
+        np.testing.assert_array_equal([t["time_s"] for t in ticks], read["time_s"])
+        np.testing.assert_allclose([t["time_ns"] for t in ticks], 1e9 * read["time_s"], atol=1)
+
+    def test_forces_that_were_given(self):
+        scene = self.folder / "scene.toml"
+        scene.write_text('[stock]\nblock = [40, 30, 20]\npitch = 1\n[tool]\nshape = "ball"\nradius = 4\n[[move]]\nto = [-6, 12, 17]\n'
+                         "[[move]]\nto = [46, 18, 15]\nspeed = 200\n")
+        document = self.folder / "a.kibori"
+        self.assertEqual(run("carve", scene, "-o", document, "--keep-forces").returncode, 0)
+        read = kb.read_recording(document)
+        np.testing.assert_array_equal(read["given_force_N"], read["force_N"])
+        self.assertGreater(np.abs(read["force_N"]).max(), 0)
+
+    def test_long_ones_and_none(self):
+        m = block(2)
+        x = np.linspace(-5, 45, 20000)
+        m.carve(kb.Ball(2), np.column_stack([x, 15 + 10 * np.sin(x), np.full_like(x, 19)]))
+        m.save(self.folder / "a.kibori")
+        block(2).save(self.folder / "empty.kibori")
+        for name in ("a", "empty"):
+            done = run("export", self.folder / f"{name}.kibori", "--mcap", self.folder / f"{name}.mcap", "--hdf5", self.folder / f"{name}.h5",
+                       "--csv", self.folder / f"{name}.csv")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            read = kb.read_recording(self.folder / f"{name}.csv")
+            self.assertEqual(len(read["step"]), 19999 if name == "a" else 0)
+            judge = pathlib.Path(__file__).parent / "judges/read_mcap.mjs"
+            if (judge.parent / "node_modules/@mcap").exists():
+                lines = subprocess.run(["node", judge, self.folder / f"{name}.mcap"], capture_output=True, text=True, check=True).stdout.splitlines()
+                self.assertEqual(len(lines), 20001 if name == "a" else 1)
+
+    def test_bad_ones(self):
+        for arguments in ([self.folder / "none.kibori", "--csv", self.folder / "a.csv"], [__file__, "--csv", self.folder / "a.csv"]):
+            done = run("export", *arguments)
+            self.assertEqual((done.returncode, done.stderr.count("\n")), (2, 1))
+        m = block(2)
+        m.save(self.folder / "a.kibori")
+        for where in ("/nowhere/a.h5", "/dev/full"):
+            for option in ("--hdf5", "--mcap", "--csv"):
+                done = run("export", self.folder / "a.kibori", option, where)
+                self.assertEqual(done.returncode, 2, option + where)
+        self.assertEqual(run("export", self.folder / "a.kibori").returncode, 2)
+        self.assertEqual([p.name for p in self.folder.iterdir()], ["a.kibori"])
+        (self.folder / "b.csv").write_text("a,b\n1,2\n")
+        (self.folder / "b.h5").write_text("no")
+        for name in ("b.csv", "b.h5", "none.csv", "b.txt", "none.kibori"):
+            with self.assertRaises(kb.Error):
+                kb.read_recording(self.folder / name)
+
+
 class BadInput(unittest.TestCase):
     def test_is_an_exception_and_changes_nothing(self):
         m = block()
@@ -439,6 +542,43 @@ class Threads(unittest.TestCase):
             for k in range(10):
                 same.carve(kb.Ball(2), groove(y=3 * i + 2, rows=20 + k))
         self.assertAlmostEqual(m.volume_mm3, same.volume_mm3, delta=1e-3)
+
+
+class Studio(Folder):
+    def setUp(self):
+        super().setUp()
+        path = os.environ["PATH"]
+        os.environ["PATH"] = f"{pathlib.Path(KIBORI).resolve().parent}:{path}"
+        self.addCleanup(os.environ.__setitem__, "PATH", path)
+
+    def test_opens_on_the_model(self):
+        m = block(2)
+        m.carve(kb.Ball(4), groove())
+        with m.studio(browser=False) as studio:
+            self.assertTrue(studio.url.startswith("http://127.0.0.1"))
+            self.assertEqual(studio.model().hash, m.hash)
+            self.assertIn(studio.url, studio._repr_html_())
+        path = self.folder / "mine.kibori"
+        studio = m.studio(path, browser=False)
+        self.assertEqual(studio.close().hash, m.hash)
+        self.verified(path)
+        with self.assertRaisesRegex(kb.Error, "there already"):
+            m.studio(path, browser=False)
+
+
+class Examples(Folder):
+    def test_they_run(self):
+        for script in sorted((pathlib.Path(__file__).parent.parent / "examples/python").glob("*.py")):
+            with self.subTest(script.name):
+                # Their own sizes take a minute: coarser, and less of a picture.
+                text = script.read_text().replace("pitch=0.2", "pitch=0.8").replace("pitch=0.3", "pitch=0.8")
+                text = text.replace("samples=64", "samples=1").replace("width=900, height=", "width=90, height=")
+                quick = self.folder / script.name
+                quick.write_text(text)
+                done = subprocess.run([sys.executable, quick, self.folder], capture_output=True, text=True)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertTrue(done.stdout)
+        self.verified(self.folder / "first_carve.kibori")
 
 
 class Package(unittest.TestCase):

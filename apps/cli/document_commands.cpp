@@ -7,6 +7,7 @@
 #include <kibori/batch/convert.h>
 #include <kibori/batch/documents.h>
 #include <kibori/batch/force_report.h>
+#include <kibori/batch/tick_records.h>
 #include <kibori/document/body_codec.h>
 #include <kibori/document/rescue.h>
 #include <kibori/formats/endings.h>
@@ -107,12 +108,56 @@ DocumentCommands::DocumentCommands(CLI::App& app) {
           "with --act: in place of what that step did; what followed is done again after it")
       ->type_name("VERSION|STEP")
       ->needs("--act");
+
+  export_ = app.add_subcommand("export",
+                               "Write every tick of a document for research: poses of hand and "
+                               "tool, forces, removed volume");
+  export_->add_option("FILE", file_, "document: .kibori")->required();
+  export_->add_option("--csv", csv_, "text; its first line says what it is of, as JSON")
+      ->type_name("FILE.csv");
+  export_->add_option("--mcap", mcap_, "messages in JSON, as Foxglove and @mcap/core read them")
+      ->type_name("FILE.mcap");
+  export_->add_option("--hdf5", hdf5_, "tables, as h5py reads them")->type_name("FILE.h5");
+  export_
+      ->add_option("--to", to_,
+                   "a version's name or a step's number; by default where the document stands")
+      ->type_name("VERSION|STEP");
+  export_->footer("docs/recordings.md has the columns. Exit status: 0 written, 2 bad input.");
 }
 
 int DocumentCommands::run() const {
   if (*replay_) return run_replay();
   if (*bodies_) return run_bodies();
+  if (*export_) return run_export();
   return *verify_ ? run_verify() : run_history();
+}
+
+int DocumentCommands::run_export() const {
+  Outputs outputs;
+  outputs.reads(file_);
+  outputs.writes("--csv", csv_);
+  outputs.writes("--mcap", mcap_);
+  outputs.writes("--hdf5", hdf5_);
+  if (const Status can = outputs.check(); !can) return bad_input(can.error());
+  if (csv_.empty() && mcap_.empty() && hdf5_.empty())
+    return bad_input("say what is to be written: --csv, --mcap or --hdf5");
+  Result<std::unique_ptr<Document>> document = Document::open(file_, Document::Access::read);
+  if (!document) return bad_input(document.error());
+  tell_missing(*document.value());
+  StepId to = document.value()->head();
+  if (!to_.empty()) {
+    const Result<StepId> found = document.value()->find(to_);
+    if (!found) return bad_input(found.error());
+    to = found.value();
+  }
+  using Write = Status (*)(const std::filesystem::path&, const Document&, StepId);
+  for (const auto& [path, write] : {std::pair<std::string, Write>{csv_, write_ticks_csv},
+                                    {mcap_, write_ticks_mcap},
+                                    {hdf5_, write_ticks_hdf5}})
+    if (!path.empty())
+      if (const Status done = write(path, *document.value(), to); !done)
+        return bad_input(done.error());
+  return 0;
 }
 
 int DocumentCommands::run_replay() const {

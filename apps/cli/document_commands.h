@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// replay, verify, history, and bodies: what one does with a document.
+// replay, verify, history, bodies and export: what one does with a document.
 #pragma once
 
 #include <string>
@@ -12,7 +12,7 @@ class DocumentCommands {
  public:
   explicit DocumentCommands(CLI::App& app);
   // Whether one of them was given.
-  bool given() const { return *replay_ || *verify_ || *history_ || *bodies_; }
+  bool given() const { return *replay_ || *verify_ || *history_ || *bodies_ || *export_; }
   // Its exit status.
   int run() const;
 
@@ -22,10 +22,11 @@ class DocumentCommands {
   kibori::Status act_on_bodies() const;
   int run_verify() const;
   int run_history() const;
+  int run_export() const;
 
-  CLI::App *replay_, *verify_, *history_, *bodies_;
+  CLI::App *replay_, *verify_, *history_, *bodies_, *export_;
   std::string file_, to_, model_, forces_, plot_, mesh_, name_, at_, copy_, salvage_, body_, act_,
-      revise_;
+      revise_, csv_, mcap_, hdf5_;
   double pitch_ = 0;
   int dof_ = 5, threads_ = 1;
   bool json_ = false;

@@ -260,16 +260,11 @@ Status Workpiece::save(const std::filesystem::path& path, bool overwrite) {
   const std::filesystem::path made = folder.value()->path() / "workpiece.kibori";
   if (Status written = opened_.empty() ? write(made) : write_after_opened(made); !written)
     return written;
-  if (Status fits = check_writable(path); !fits) return fits;
-  std::filesystem::path beside = path;
-  beside += ".part";
-  std::error_code failed;
-  std::filesystem::copy_file(made, beside, std::filesystem::copy_options::overwrite_existing,
-                             failed);
-  if (!failed) std::filesystem::rename(beside, path, failed);
-  if (!failed) return Ok{};
-  std::filesystem::remove(beside, unknown);
-  return Error{path.string() + ": can't be written: " + failed.message()};
+  const Result<std::vector<char>> bytes = read_file(made);
+  if (!bytes) return Error{bytes.error()};
+  NewFile file(path);
+  file.write(bytes.value().data(), bytes.value().size());
+  return file.commit();
 }
 
 Status Workpiece::record(Document& document, const Step& step) {

@@ -64,7 +64,9 @@ struct ReplayedTick {
   StepId step = 0;
   const StrokeTick* recorded = nullptr;
   ToolTick result;    // wrench: by the stroke's own force model, or the one asked for
-  double time_s = 0;  // since the first stroke's beginning
+  // What of which material a cut took, or a deposit put down, images included; else null.
+  const Removed* removed = nullptr;
+  double time_s = 0;  // since the stroke's beginning
 };
 
 class Document {

@@ -578,11 +578,13 @@ Status Document::replay_ticks(StepId step, const StrokeSettings& s, TriDexel& mo
         tool.place(put_pose(tick));
         out.result = {};
         out.result.pose = tool.pose();
+        out.removed = nullptr;
         if (use) use(out);
         continue;
       }
       if (tick.second) {
         if (Status moved = replay_second(s, tick, law, second, out.result); !moved) return moved;
+        out.removed = tick.edits ? &second.removed() : nullptr;
         if (use) use(out);
         continue;
       }
@@ -603,6 +605,7 @@ Status Document::replay_ticks(StepId step, const StrokeSettings& s, TriDexel& mo
       out.time_s = static_cast<double>(count) / s.rate_hz;
       if (!use) continue;
       out.result = done.value();
+      out.removed = tick.edits && !reshapes(s.mode) ? &stroke.removed() : nullptr;
       if (s.force.series() && !law && !reshapes(mode))
         out.result.wrench = pull_of(s.force.spring, tick.hand, tick.hand_turn);
       use(out);

@@ -9,8 +9,22 @@
 Lengths are mm, angles degrees, forces N, moments N mm. What can't be done raises kibori.Error with
 one sentence.
 """
-from ._kibori import *  # noqa: F401,F403
-from ._kibori import Error, Model, __version__  # noqa: F401
+import csv
+import json
+import os
+import pathlib
+import tempfile
+
+import numpy as np
+
+# The program that reads what is not to be trusted comes along with a wheel.
+_beside = pathlib.Path(__file__).parent / "bin" / "kibori-import"
+if _beside.exists():
+    os.environ.setdefault("KIBORI_IMPORT", str(_beside))
+
+from ._kibori import *  # noqa: E402,F401,F403
+from ._kibori import Error, Model, __version__, _write_ticks_csv  # noqa: E402,F401
+from ._studio import Studio  # noqa: E402,F401
 
 
 def _repr_png_(self):
@@ -18,3 +32,72 @@ def _repr_png_(self):
 
 
 Model._repr_png_ = _repr_png_
+
+
+def read_recording(path):
+    """Every tick of a recording as arrays, by name: see docs/recordings.md.
+
+    path: what kibori export wrote, .csv or .h5 (which needs h5py), or a .kibori document itself. "about" is the
+    JSON that says what it is of, as a dict; the others are arrays with a row a tick. Errors: kibori.Error.
+    """
+    path = pathlib.Path(path)
+    ending = path.suffix.lower()
+    if ending == ".kibori":
+        with tempfile.TemporaryDirectory() as folder:
+            written = pathlib.Path(folder) / "ticks.csv"
+            _write_ticks_csv(path, written)
+            return _read_csv(written)
+    if ending == ".csv":
+        return _read_csv(path)
+    if ending == ".h5":
+        return _read_hdf5(path)
+    raise Error(f"{path}: recordings are .csv, .h5 or .kibori")
+
+
+_TABLES = {
+    "tool_pose": ["x_mm", "y_mm", "z_mm", "qx", "qy", "qz", "qw"],
+    "hand_pose": ["hand_x_mm", "hand_y_mm", "hand_z_mm", "hand_qx", "hand_qy", "hand_qz", "hand_qw"],
+    "force_N": ["fx_N", "fy_N", "fz_N"],
+    "moment_Nmm": ["mx_Nmm", "my_Nmm", "mz_Nmm"],
+    "given_force_N": ["given_fx_N", "given_fy_N", "given_fz_N"],
+    "given_moment_Nmm": ["given_mx_Nmm", "given_my_Nmm", "given_mz_Nmm"],
+}
+
+
+def _read_csv(path):
+    try:
+        with open(path, newline="") as file:
+            about = json.loads(file.readline().removeprefix("# "))
+            rows = list(csv.reader(file))
+        names, rows = rows[0], rows[1:]
+        columns = {name: [row[i] for row in rows] for i, name in enumerate(names)}
+        number = lambda name: np.array([float(text) for text in columns[name]])
+        read = {"about": about, "mode": np.array(columns["mode"])}
+        for name in ("step", "hand", "points"):
+            read[name] = number(name).astype(np.int64)
+        for name in ("time_s", "removed_mm3"):
+            read[name] = number(name)
+        for table, parts in _TABLES.items():
+            read[table] = np.column_stack([number(part) for part in parts])
+        kinds = names[names.index("points") + 1 :]
+        read["removed_of_mm3"] = np.column_stack([number(kind) for kind in kinds]) if kinds else np.zeros((len(rows), 0))
+        return read
+    except (OSError, ValueError, KeyError, IndexError) as error:
+        raise Error(f"{path}: is no recording that kibori export wrote: {error}") from error
+
+
+def _read_hdf5(path):
+    try:
+        import h5py
+    except ImportError as error:
+        raise Error("reading .h5 needs h5py; install it, or export --csv") from error
+    try:
+        with h5py.File(path) as file:
+            read = {name: table[:] for name, table in file["ticks"].items()}
+            read["about"] = json.loads(file["about"][()])
+            modes = np.array(file.attrs["modes"].split(","))
+        read["mode"] = modes[read["mode"]]
+        read["removed_of_mm3"] = read["removed_of_mm3"].reshape(len(read["step"]), -1)[:, : len(read["about"]["materials"])]
+        return read
+    except (OSError, ValueError, KeyError, AttributeError) as error:
+        raise Error(f"{path}: is no recording that kibori export wrote: {error}") from error

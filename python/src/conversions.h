@@ -34,6 +34,16 @@ inline void must(const Status& status) {
   if (!status) throw Failure(status.error());
 }
 
+// What Python gave as a T; else a TypeError that says what it should be.
+template <class T>
+T given(const py::handle& value, const std::string& what) {
+  try {
+    return py::cast<T>(value);
+  } catch (const py::cast_error&) {
+    throw py::type_error(what);
+  }
+}
+
 using Three = std::array<double, 3>;
 inline Vec3 vec(const Three& v) { return {v[0], v[1], v[2]}; }
 inline Three three(const Vec3& v) { return {v.x(), v.y(), v.z()}; }

@@ -128,11 +128,15 @@ Shared mesh_arrays(const Doubles& vertices, const Indices& triangles, double pit
 }
 
 // Labels [x, y, z]; 0 is air.
-Shared volume(const py::array_t<uint16_t, py::array::forcecast>& labels, const Three& voxel,
-              double pitch, const std::map<uint16_t, MaterialOrName>& of,
-              const std::optional<double>& room, int threads) {
-  if (labels.ndim() != 3)
+Shared volume(const py::array& given_labels, const Three& voxel, double pitch,
+              const std::map<uint16_t, MaterialOrName>& of, const std::optional<double>& room,
+              int threads) {
+  const char kind = given_labels.dtype().kind();
+  if (given_labels.ndim() != 3 || (kind != 'b' && kind != 'u' && kind != 'i'))
     throw py::value_error("a volume is an array of labels [x, y, z]: whole numbers, 0 is air");
+  const auto labels =
+      py::array_t<int64_t, py::array::c_style | py::array::forcecast>::ensure(given_labels);
+  if (!labels) throw py::error_already_set();
   LabelVolume volume;
   volume.voxel_mm = vec(voxel);
   for (int i = 0; i < 3; i++) {
@@ -146,7 +150,10 @@ Shared volume(const py::array_t<uint16_t, py::array::forcecast>& labels, const T
   volume.values.reserve(static_cast<size_t>(labels.size()));
   for (int z = 0; z < volume.size.z(); z++)
     for (int y = 0; y < volume.size.y(); y++)
-      for (int x = 0; x < volume.size.x(); x++) volume.values.push_back(at(x, y, z));
+      for (int x = 0; x < volume.size.x(); x++) {
+        if (at(x, y, z) < 0 || at(x, y, z) > 65535) throw Failure("labels are 0 to 65535");
+        volume.values.push_back(static_cast<uint16_t>(at(x, y, z)));
+      }
   const std::vector<uint16_t> known = labels_of(volume);
   if (known.empty()) throw Failure("the volume holds nothing but air");
   std::vector<Material> materials;
@@ -219,29 +226,32 @@ StrokeChoice choice_of(const Tool& tool, const std::string& mode,
   s.crumbs = named<Crumbs>("rule for crumbs", crumbs);
   s.brush.strength = default_strength(s.mode);
   for (const auto& [key, value] : brush) {
-    const auto name = py::cast<std::string>(key);
+    const auto name = given<std::string>(key, "what a brush has is called by a name");
+    const std::string what = "a brush's " + sanitize_message(name) + " is not of that kind";
+    const auto number = [&] { return given<double>(value, what); };
+    const auto word = [&] { return given<std::string>(value, what); };
     if (name == "radius")
-      s.brush.radius_mm = py::cast<double>(value);
+      s.brush.radius_mm = number();
     else if (name == "strength")
-      s.brush.strength = py::cast<double>(value);
+      s.brush.strength = number();
     else if (name == "falloff")
-      s.brush.falloff = named<Falloff>("falloff", py::cast<std::string>(value));
+      s.brush.falloff = named<Falloff>("falloff", word());
     else if (name == "sigma")
-      s.brush.sigma_mm = py::cast<double>(value);
+      s.brush.sigma_mm = number();
     else if (name == "keep_volume")
-      s.brush.keep_volume = py::cast<bool>(value);
+      s.brush.keep_volume = given<bool>(value, what);
     else if (name == "spacing")
-      s.brush.spacing = py::cast<double>(value);
+      s.brush.spacing = number();
     else if (name == "wall")
-      s.brush.wall_mm = py::cast<double>(value);
+      s.brush.wall_mm = number();
     else if (name == "flatten_to")
-      s.brush.flatten_to = named<FlattenTo>("plane", py::cast<std::string>(value));
+      s.brush.flatten_to = named<FlattenTo>("plane", word());
     else if (name == "point")
-      s.brush.plane.point_mm = vec(py::cast<Three>(value));
+      s.brush.plane.point_mm = vec(given<Three>(value, what));
     else if (name == "normal")
-      s.brush.plane.normal = vec(py::cast<Three>(value));
+      s.brush.plane.normal = vec(given<Three>(value, what));
     else if (name == "color")
-      s.brush.color = py::cast<std::array<uint8_t, 3>>(value);
+      s.brush.color = given<std::array<uint8_t, 3>>(value, what);
     else
       throw Failure("a brush has no '" + sanitize_message(name) +
                     "'; it has radius, strength, falloff, sigma, keep_volume, spacing, wall, "
@@ -493,7 +503,8 @@ Image draw(Workpiece& piece, int width, int height, const std::variant<std::stri
   std::vector<Rgb> colors;
   for (const Material& material : piece.materials()) {
     colors.push_back(material.color);
-    options.contrasts.push_back(ring_contrast(material.name));
+    // Rings are seen where they are felt.
+    options.contrasts.push_back(has_grain(material) ? ring_contrast(material.name) : 0);
   }
   return value_of(draw_picture(surface_of(piece.bench().bodies().all, threads), colors, options));
 }

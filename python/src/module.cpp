@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The module kibori._kibori: Kibori for Python. python/kibori has what is written in Python.
+#include <kibori/batch/tick_records.h>
 #include <kibori/haptics/force.h>
 #include <kibori/motion/tool_tick.h>
 
@@ -27,6 +28,12 @@ PYBIND11_MODULE(_kibori, module) {
   module.attr("SHAPES") = pybind11::tuple(shapes);
   module.attr("MODES") = names<Mode>();
   module.attr("FORCE_MODELS") = names<ForceModel>();
+  module.def("_write_ticks_csv", [](const std::filesystem::path& document,
+                                    const std::filesystem::path& to) {
+    const pybind11::gil_scoped_release no_gil;
+    const auto opened = python::value_of(Document::open(document, Document::Access::read));
+    python::must(write_ticks_csv(to, *opened, opened->head()));
+  });
   python::bind_tools(module);
   python::bind_model(module);
 }

@@ -29,9 +29,9 @@ py::object to_python(const Number& number) {
 template <class Number>
 void from_python(Number& number, const py::handle& value) {
   if constexpr (std::is_same_v<Number, Vec3>)
-    number = vec(py::cast<Three>(value));
+    number = vec(given<Three>(value, "a size is three numbers"));
   else
-    number = py::cast<double>(value);
+    number = given<double>(value, "a tool's number is a number");
 }
 
 // Sets what is called so; false: there is no such number.

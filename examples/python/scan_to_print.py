@@ -1,0 +1,39 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""From a labelled volume to a mesh that prints: a shell over a core is opened, cut in two, and exported.
+
+The volume is made here; a segmented scan as an array of labels does as well. Usage: scan_to_print.py [FOLDER]
+"""
+import pathlib
+import sys
+
+import numpy as np
+
+import kibori as kb
+
+folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ".")
+
+voxel = 0.5
+x, y, z = np.meshgrid(*(np.arange(80) * voxel - 20 + voxel / 2 for _ in range(3)), indexing="ij")
+far = np.sqrt((x / 17) ** 2 + (y / 15) ** 2 + (z / 18) ** 2) + 0.03 * np.sin(x / 3) * np.sin(y / 3)
+labels = np.where(far < 0.75, 2, np.where(far < 1, 1, 0))
+
+bone = kb.Material("shell", u=20, color=(235, 226, 205))
+marrow = kb.Material("core", u=2, color=(186, 88, 74))
+model = kb.Model.volume(labels, voxel=(voxel,) * 3, pitch=0.3, materials={1: bone, 2: marrow})
+whole = model.volume_mm3
+
+# A window is milled, layer by layer, and every tick is felt.
+rounds = np.linspace(0, 2 * np.pi * 60, 4000)
+out_and_in = 7 * np.abs(np.arcsin(np.sin(rounds / 12))) / (np.pi / 2)
+window = np.column_stack([20 + out_and_in * np.cos(rounds), 20 + out_and_in * np.sin(rounds), np.linspace(39, 29, len(rounds))])
+felt = model.carve(kb.Flat(radius=3, length=30), window, powered="motor")
+force = np.linalg.norm(felt.force, axis=1)
+print(f"milled {felt.removed_mm3.sum() / 1000:.2f} cm3 of {whole / 1000:.1f}; {force.max():.1f} N at most")
+
+(half,) = model.split(point=(20, 20, 20), normal=(0, -1, 0))
+model.place(half, (0, -12, 0))
+print(f"two parts of {model.bodies[0].volume_mm3 / 1000:.2f} and {model.bodies[1].volume_mm3 / 1000:.2f} cm3")
+(folder / "scan_to_print.png").write_bytes(model.png(width=900, height=640, view=(-0.45, 0.9, -0.7), samples=64, threads=2))
+triangles = model.export(folder / "scan_to_print.3mf", tolerance=0.02)
+print(f"{triangles} triangles, closed: scan_to_print.3mf")

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: MIT
+// Writes MCAP (https://mcap.dev/spec): messages of several channels in chunks, with an index. Its
+// own library is not in Debian.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <kibori/base/file.h>
+#include <kibori/base/result.h>
+
+namespace kibori {
+
+class McapWriter {
+ public:
+  // `program`: what writes it.
+  McapWriter(const std::filesystem::path& path, const std::string& program);
+
+  // Channels are numbered from 1. Messages are JSON as the schema (JSON Schema) says.
+  uint16_t add_channel(const std::string& topic, const std::string& schema_name,
+                       const std::string& json_schema);
+  void add_metadata(const std::string& name, const std::map<std::string, std::string>& entries);
+  // In order of time.
+  void write(uint16_t channel, uint64_t time_ns, const std::string& message);
+  // Errors: those of the file, which is whole or not there.
+  Status commit();
+
+ private:
+  using Record = std::string;
+  struct Channel {
+    Record schema, channel;
+    uint64_t messages = 0;
+    Record index;  // of the chunk: times and places
+    bool told = false;
+  };
+  struct Chunk {
+    uint64_t first_ns, last_ns, at, bytes, index_bytes, size;
+    std::map<uint16_t, uint64_t> indices;
+  };
+
+  void put(uint8_t kind, const Record& content);
+  void end_chunk();
+
+  NewFile file_;
+  std::vector<Channel> channels_;
+  Record chunk_;
+  uint64_t chunk_first_ = 0, chunk_last_ = 0, first_ns_ = 0, last_ns_ = 0;
+  uint64_t messages_ = 0;
+  uint32_t metadata_ = 0;
+  std::vector<Record> metadata_indices_;
+  std::vector<Chunk> chunks_;
+};
+
+}  // namespace kibori

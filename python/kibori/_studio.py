@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: MIT
+"""From a script to the hand and back: the studio on a model, in a browser."""
+import atexit
+import os
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import tempfile
+
+from ._kibori import Error, Model
+
+
+def _program():
+    beside = pathlib.Path(__file__).parent / "bin" / "kibori"
+    found = str(beside) if beside.exists() else shutil.which("kibori")
+    if not found:
+        raise Error("the command 'kibori' is not on the PATH, and the studio is a part of it; install it")
+    return found
+
+
+class Studio:
+    """The studio that Model.studio() opened. With it as a context, it ends with the block.
+
+    url: where a browser finds it. path: the document that it carves.
+    """
+
+    def __init__(self, model, path, read_only, browser):
+        if path is None:
+            # Models that are opened from it may be saved as long as the script runs.
+            folder = tempfile.mkdtemp()
+            atexit.register(shutil.rmtree, folder, ignore_errors=True)
+            path = pathlib.Path(folder) / "model.kibori"
+        self.path = pathlib.Path(path)
+        program = _program()
+        model.save(self.path)
+        command = [program, "studio", str(self.path)] + ["--read-only"] * read_only + ["--no-browser"] * (not browser)
+        # Ctrl-C is the script's own.
+        self._process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
+            env={**os.environ, "PYTHONUNBUFFERED": "1"})
+        said, self.url = "", ""
+        for line in self._process.stdout:
+            said += line
+            if found := re.search(r"https?://\S+", line):
+                self.url = found[0]
+                break
+        if not self.url:
+            self._process.wait()
+            raise Error(said.strip().splitlines()[-1] if said.strip() else "the studio did not open")
+
+    def model(self):
+        """What the document holds now, with all that was carved by hand, as a Model of its own."""
+        return Model.open(self.path)
+
+    def wait(self):
+        """Waits until the person ends the studio; the Model that they leave."""
+        self._process.communicate()
+        return self.model()
+
+    def close(self):
+        """Ends the studio; the Model that is left."""
+        if self._process.poll() is None:
+            self._process.send_signal(signal.SIGINT)
+            self._process.communicate()
+        return self.model()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self._process.poll() is None:
+            self._process.send_signal(signal.SIGINT)
+            self._process.communicate()
+
+    def _repr_html_(self):
+        return f'<a href="{self.url}" target="_blank">Carve it in the studio</a>'
+
+
+def studio(self, path=None, *, read_only=False, browser=True):
+    """Opens the studio on this model, in a browser: a person goes on where the script is. Returns a Studio.
+
+    path: the document that is made and carved, a temporary one unless given; read_only: only to look; browser: opens
+    one by itself. The model itself stays as it is: Studio.close() and wait() give what the person made of it.
+    """
+    return Studio(self, path, read_only, browser)
+
+
+Model.studio = studio

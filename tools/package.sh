@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+# Leaves a wheel and Debian packages of a build in OUT_DIR. Usage: package.sh BUILD_DIR OUT_DIR
+set -euo pipefail
+build=$(realpath "$1"); mkdir -p "$2"; out=$(realpath "$2")
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+rm -f "$out"/*.whl "$out"/*.deb
+/usr/bin/python3 tools/make_wheel.py "$build" "$out"
+version=$(sed -nE 's/^project\(kibori VERSION ([0-9.]+).*/\1/p' CMakeLists.txt)
+source="$out/source/kibori-$version"
+rm -rf "$out/source"; mkdir -p "$source"
+cp -r debian tools cmake "$source/"
+cat >"$source/debian/changelog" <<TXT
+kibori ($version) UNRELEASED; urgency=medium
+
+  * As CHANGELOG.md says.
+
+ -- The Kibori authors <kibori@example.org>  $(date -R)
+TXT
+(cd "$source" && KIBORI_BUILD=$build DEB_BUILD_OPTIONS=noautodbgsym dpkg-buildpackage --build=binary --no-sign --no-check-builddeps >"$out/debian.log" 2>&1) ||
+  { tail -n 30 "$out/debian.log" >&2; exit 1; }
+mv "$out"/source/*.deb "$out/"
+rm -rf "$out/source"
+ls -1 "$out"/*.deb
