@@ -25,7 +25,7 @@ no_checkout "$wheel"
 # Every library that it loads is its own, or libc's.
 for binary in "$wheel"/kibori/_kibori*.so "$wheel"/kibori/bin/*; do
   ldd "$binary" | awk '/=>/ { print $1, $3 }' | while read -r name path; do
-    case "$name" in libc.so.* | libm.so.* | libdl.so.* | librt.so.* | libpthread.so.*) continue ;; esac
+    case "$name" in libc.so.* | libm.so.* | libdl.so.* | librt.so.* | libpthread.so.* | libresolv.so.*) continue ;; esac
     case "$(realpath "$path")" in "$wheel"/*) ;; *) echo "packages.sh: $binary loads $path" >&2; exit 1 ;; esac
   done
 done
@@ -63,6 +63,6 @@ if command -v node >/dev/null; then
   say "the studio of the package, in a browser"
   mkdir "$folder/pictures"
   status=0
-  KIBORI_PART=quickStrokes node "$here/page/test_hand.mjs" "$root/usr/bin/kibori" "$folder/pictures" || status=$?
+  KIBORI_PART=shiftSmooths node "$here/page/test_hand.mjs" "$root/usr/bin/kibori" "$folder/pictures" || status=$?
   [ $status -eq 0 ] || [ $status -eq 77 ] || exit $status
 fi

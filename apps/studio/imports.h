@@ -18,8 +18,8 @@ namespace kibori::studio {
 
 class WebSocketClient;
 
-// What a page may bring, besides meshes: a picture, which becomes a relief, a labelled volume, and a
-// document, which opens at once.
+// What a page may bring, besides meshes: a picture, which becomes a relief, a labelled volume, and
+// a document, which opens at once.
 inline constexpr std::array<std::string_view, 3> kOtherImports{".png", ".nrrd", ".kibori"};
 constexpr bool is_import(std::string_view ending) {
   return is_one_of(kMeshesRead, ending) || is_one_of(kOtherImports, ending);

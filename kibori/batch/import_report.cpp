@@ -205,7 +205,7 @@ uint16_t label_near(const LabelVolume& volume, const Vec3& at_mm) {
 }
 
 std::vector<LabelReport> report_labels(const LabelVolume& volume) {
-  const std::vector<Material> materials = known_materials();
+  const std::vector<Material>& materials = known_materials();
   std::map<uint16_t, size_t> voxels;
   for (const uint16_t label : volume.values)
     if (label != 0) voxels[label]++;

@@ -128,7 +128,7 @@ Status for_tick_records(const Document& document, StepId to, const TickRecords& 
     double ended_s = begun_s;
     TickRecord record;
     record.step = id;
-    const Status carved = document.replay(id, bench, std::nullopt, [&](const ReplayedTick& tick) {
+    Status carved = document.replay(id, bench, std::nullopt, [&](const ReplayedTick& tick) {
       if (!used) return;
       const StrokeTick& recorded = *tick.recorded;
       record.time_s = begun_s + tick.time_s;

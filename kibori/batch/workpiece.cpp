@@ -76,7 +76,7 @@ Result<std::unique_ptr<Workpiece>> Workpiece::of(std::unique_ptr<TriDexel> model
   model->reserve(1024);
   Bodies bodies = Bodies::of(*model);
   return std::unique_ptr<Workpiece>(
-      new Workpiece(std::move(model), std::move(bodies), 1, materials));
+      new Workpiece(std::move(model), std::move(bodies), 1, std::move(materials)));
 }
 
 Result<std::unique_ptr<Workpiece>> Workpiece::open(const std::filesystem::path& path) {

@@ -85,8 +85,9 @@ class Look {
           const Color color = out ? p->paint->out[slot] : p->paint->in[slot];
           if (color == 0) continue;
           Vec3 at;
-          at[u_index(field.axis())] = tu * kTileSide + slot % kTileSide + 0.5;
-          at[v_index(field.axis())] = tv * kTileSide + slot / kTileSide + 0.5;
+          at[u_index(field.axis())] = tu * kTileSide + (slot % kTileSide) + 0.5;
+          const int row = slot / kTileSide;
+          at[v_index(field.axis())] = tv * kTileSide + row + 0.5;
           at[depth_index(field.axis())] = out ? p->out[slot] : p->in[slot];
           painted_[cell(at)].emplace_back(at.cast<float>(), color);
         }

@@ -63,7 +63,7 @@ struct Step {
 struct ReplayedTick {
   StepId step = 0;
   const StrokeTick* recorded = nullptr;
-  ToolTick result;    // wrench: by the stroke's own force model, or the one asked for
+  ToolTick result;  // wrench: by the stroke's own force model, or the one asked for
   // What of which material a cut took, or a deposit put down, images included; else null.
   const Removed* removed = nullptr;
   double time_s = 0;  // since the stroke's beginning
