@@ -23,10 +23,11 @@ marrow = kb.Material("core", u=2, color=(186, 88, 74))
 model = kb.Model.volume(labels, voxel=(voxel,) * 3, pitch=0.3, materials={1: bone, 2: marrow})
 whole = model.volume_mm3
 
-# A window is milled, layer by layer, and every tick is felt.
-rounds = np.linspace(0, 2 * np.pi * 60, 4000)
-out_and_in = 7 * np.abs(np.arcsin(np.sin(rounds / 12))) / (np.pi / 2)
-window = np.column_stack([20 + out_and_in * np.cos(rounds), 20 + out_and_in * np.sin(rounds), np.linspace(39, 29, len(rounds))])
+# A window is milled, layer by layer: down in the middle, out on a spiral, and back.
+turns = np.linspace(0, 2 * np.pi * 4, 400)
+out = np.column_stack([20 + 7 * turns / turns[-1] * np.cos(turns), 20 + 7 * turns / turns[-1] * np.sin(turns)])
+layers = [np.column_stack([side, np.full(len(side), z)]) for z in np.arange(38.5, 28, -1.5) for side in (out, out[::-1])]
+window = np.vstack([[20, 20, 40], *layers])
 felt = model.carve(kb.Flat(radius=3, length=30), window, powered="motor")
 force = np.linalg.norm(felt.force, axis=1)
 print(f"milled {felt.removed_mm3.sum() / 1000:.2f} cm3 of {whole / 1000:.1f}; {force.max():.1f} N at most")
