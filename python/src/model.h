@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
-// What Python's Model, Stroke, Snapshot and Body are.
+// What Python's Model is.
 #pragma once
 
-#include <functional>
+#include <array>
 #include <memory>
 #include <mutex>
-#include <string>
 
 #include <kibori/batch/workpiece.h>
 
@@ -30,6 +29,16 @@ class Model : public std::enable_shared_from_this<Model> {
   std::unique_ptr<Workpiece> piece_;
 };
 
+using Shared = std::shared_ptr<Model>;
+using ModelClass = py::class_<Model, Shared>;
+
+// Lattice nodes along x, y and z.
+std::array<py::ssize_t, 3> shape_of(const Lattice& lattice);
+
 void bind_model(py::module_& module);
+void bind_stocks(ModelClass& model);
+void bind_strokes(py::module_& module, ModelClass& model);
+void bind_arrays(py::module_& module, ModelClass& model);
+void bind_bodies(py::module_& module, ModelClass& model);
 
 }  // namespace kibori::python

@@ -5,6 +5,7 @@
 #include <kibori/motion/tool_tick.h>
 
 #include "python/src/conversions.h"
+#include "python/src/materials.h"
 #include "python/src/model.h"
 #include "python/src/tools.h"
 
@@ -35,5 +36,6 @@ PYBIND11_MODULE(_kibori, module) {
     python::must(write_ticks_csv(to, *opened, opened->head()));
   });
   python::bind_tools(module);
+  python::bind_materials(module);
   python::bind_model(module);
 }

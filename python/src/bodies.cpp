@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: MIT
+// The bodies of a model, and what is done with them.
+#include "python/src/model.h"
+
+namespace kibori::python {
+namespace {
+
+struct BodyView {
+  BodyId id;
+  std::string name;
+  bool visible, locked, no_go;
+  double volume_mm3;
+  std::array<double, 7> pose;
+};
+
+std::vector<BodyView> bodies_of(Workpiece& piece) {
+  std::vector<BodyView> list;
+  for (const Body& body : piece.bench().bodies().all)
+    list.push_back({body.id, body.name, body.visible, body.locked, body.no_go,
+                    body.model.volume_mm3(), seven(body.pose)});
+  return list;
+}
+
+std::vector<BodyId> act(Model& model, const BodyAction& action) {
+  return model.with([&](Workpiece& piece) { return value_of(piece.act(action)).made; });
+}
+
+BodyAction with_bodies(BodyVerb verb, std::vector<BodyId> bodies) {
+  BodyAction action;
+  action.verb = verb;
+  action.bodies = std::move(bodies);
+  return action;
+}
+
+}  // namespace
+
+void bind_bodies(py::module_& module, ModelClass& model) {
+  py::class_<BodyView>(module, "Body", "A body as it was when Model.bodies was read.")
+      .def_readonly("id", &BodyView::id)
+      .def_readonly("name", &BodyView::name)
+      .def_readonly("visible", &BodyView::visible)
+      .def_readonly("locked", &BodyView::locked)
+      .def_readonly("no_go", &BodyView::no_go)
+      .def_readonly("volume_mm3", &BodyView::volume_mm3)
+      .def_readonly("pose", &BodyView::pose)
+      .def("__repr__", [](const BodyView& body) {
+        return "<kibori.Body " + std::to_string(body.id) + " '" + body.name + "'>";
+      });
+  using Ids = std::vector<BodyId>;
+  model
+      .def_property_readonly(
+          "bodies", [](Model& self) { return self.with(bodies_of); },
+          "All bodies, as they are now.")
+      .def_property_readonly(
+          "active",
+          [](Model& self) {
+            return self.with([](Workpiece& piece) { return piece.bench().active(); });
+          },
+          "Number of the body that strokes work on.")
+      .def(
+          "activate",
+          [](Model& self, BodyId id) {
+            self.with([&](Workpiece& piece) { must(piece.bench().activate(id)); });
+          },
+          py::arg("id"), "Strokes work on that body from now on.")
+      .def(
+          "split",
+          [](Model& self, const Three& point, const Three& normal, double kerf, const Ids& bodies) {
+            BodyAction action = with_bodies(BodyVerb::cut, bodies);
+            action.cutter.point_mm = vec(point);
+            action.cutter.normal = vec(normal);
+            action.cutter.kerf_mm = kerf;
+            return act(self, action);
+          },
+          py::arg("point"), py::arg("normal"), py::arg("kerf") = 0.0, py::arg("bodies") = Ids(),
+          "Cuts by a plane; what lies where normal points becomes bodies of its own, whose numbers "
+          "these are. kerf [mm]: what a saw would take. bodies: which; none: all.")
+      .def(
+          "separate",
+          [](Model& self, BodyId id) { return act(self, with_bodies(BodyVerb::separate, {id})); },
+          py::arg("id"), "Each piece becomes a body; the largest stays. The new ones' numbers.")
+      .def(
+          "join", [](Model& self, const Ids& ids) { act(self, with_bodies(BodyVerb::join, ids)); },
+          py::arg("ids"), "The others go into the first.")
+      .def(
+          "subtract",
+          [](Model& self, const Ids& ids) { act(self, with_bodies(BodyVerb::subtract, ids)); },
+          py::arg("ids"), "The others are cut from the first, and stay.")
+      .def(
+          "intersect",
+          [](Model& self, const Ids& ids) { act(self, with_bodies(BodyVerb::intersect, ids)); },
+          py::arg("ids"), "Of the first stays what lies in all others, which stay.")
+      .def(
+          "duplicate",
+          [](Model& self, BodyId id) { return act(self, with_bodies(BodyVerb::duplicate, {id})); },
+          py::arg("id"), "A copy in the same place; its number.")
+      .def(
+          "place",
+          [](Model& self, BodyId id, const Doubles& pose) {
+            BodyAction action = with_bodies(BodyVerb::move, {id});
+            action.pose = pose_of(pose);
+            act(self, action);
+          },
+          py::arg("id"), py::arg("pose"),
+          "Puts a body's lattice there: x, y, z, or x, y, z and a quaternion x, y, z, w [mm].")
+      .def(
+          "remove", [](Model& self, BodyId id) { act(self, with_bodies(BodyVerb::remove, {id})); },
+          py::arg("id"))
+      .def(
+          "set_no_go",
+          [](Model& self, BodyId id, bool no_go) {
+            BodyAction action = with_bodies(BodyVerb::set, {id});
+            action.no_go = no_go;
+            act(self, action);
+          },
+          py::arg("id"), py::arg("no_go") = true,
+          "No stroke on another body cuts into what it holds.");
+}
+
+}  // namespace kibori::python

@@ -1,0 +1,306 @@
+// SPDX-License-Identifier: MIT
+// Tools along paths: what comes of them, as arrays.
+#include <algorithm>
+#include <array>
+
+#include <kibori/motion/reshape_stroke.h>
+
+#include "python/src/materials.h"
+#include "python/src/model.h"
+
+namespace kibori::python {
+namespace {
+
+constexpr int kRowsBetweenSignals = 256;
+
+template <class Enum>
+Enum named(const std::string& what, const std::string& name) {
+  const auto value = kibori::value_of<Enum>(name);
+  if (value) return *value;
+  std::string known;
+  for (const std::string_view& one : names_of(Enum())) {
+    if (!known.empty()) known += ", ";
+    known += one;
+  }
+  throw Failure("there is no " + what + " '" + sanitize_message(name) + "'; there are " + known);
+}
+
+// What the keywords of carve() and stroke() say.
+struct StrokeChoice {
+  StrokeSettings settings;
+  std::optional<MaterialOrName> material;
+  std::optional<Three> centre;
+  std::string label;
+
+  // Of a piece.
+  StrokeSettings of(Workpiece& piece) const {
+    StrokeSettings s = settings;
+    s.material = number_of(piece, material);
+    s.symmetry.centre_mm = centre ? vec(*centre) : centre_of(piece.model().lattice());
+    return s;
+  }
+};
+
+StrokeChoice choice_of(const Tool& tool, const std::string& mode,
+                       const std::optional<MaterialOrName>& material, const std::string& force,
+                       int dof, double rate, const std::string& powered, const std::string& mirror,
+                       int fold, const std::string& axis, const std::optional<Three>& centre,
+                       const std::string& crumbs, const py::dict& brush, const std::string& label) {
+  StrokeChoice choice;
+  StrokeSettings& s = choice.settings;
+  choice.label = label;
+  choice.material = material;
+  choice.centre = centre;
+  s.tool = tool;
+  s.mode = named<Mode>("mode", mode);
+  s.force.law.model = named<ForceModel>("force model", force);
+  if (dof != 5 && dof != 6) throw Failure("dof is 5 or 6");
+  s.force.law.dof = dof;
+  if (!(rate > 0) || !(rate <= 1e6)) throw Failure("rate is so many ticks a second, up to 1e6");
+  s.rate_hz = rate;
+  if (powered == "motor")
+    s.force.law.hand_share = kPoweredShare;
+  else if (powered == "press")
+    s.force.law.hand_share = kPressShare;
+  else if (!powered.empty())
+    throw Failure("powered is \"motor\", \"press\" or nothing");
+  s.force.spring.hand_share = s.force.law.hand_share;
+  for (const char letter : mirror) {
+    const size_t plane = std::string("xyz").find(letter);
+    if (plane == std::string::npos) throw Failure("mirror names planes by letters of \"xyz\"");
+    s.symmetry.planes[plane] = true;
+  }
+  s.symmetry.fold = fold;
+  s.symmetry.axis = axis == "x" ? Axis::x : axis == "y" ? Axis::y : Axis::z;
+  if (axis != "x" && axis != "y" && axis != "z") throw Failure("axis is \"x\", \"y\" or \"z\"");
+  s.crumbs = named<Crumbs>("rule for crumbs", crumbs);
+  s.brush.strength = default_strength(s.mode);
+  for (const auto& [key, value] : brush) {
+    const auto name = given<std::string>(key, "what a brush has is called by a name");
+    const std::string what = "a brush's " + sanitize_message(name) + " is not of that kind";
+    const auto number = [&] { return given<double>(value, what); };
+    const auto word = [&] { return given<std::string>(value, what); };
+    if (name == "radius")
+      s.brush.radius_mm = number();
+    else if (name == "strength")
+      s.brush.strength = number();
+    else if (name == "falloff")
+      s.brush.falloff = named<Falloff>("falloff", word());
+    else if (name == "sigma")
+      s.brush.sigma_mm = number();
+    else if (name == "keep_volume")
+      s.brush.keep_volume = given<bool>(value, what);
+    else if (name == "spacing")
+      s.brush.spacing = number();
+    else if (name == "wall")
+      s.brush.wall_mm = number();
+    else if (name == "flatten_to")
+      s.brush.flatten_to = named<FlattenTo>("plane", word());
+    else if (name == "point")
+      s.brush.plane.point_mm = vec(given<Three>(value, what));
+    else if (name == "normal")
+      s.brush.plane.normal = vec(given<Three>(value, what));
+    else if (name == "color")
+      s.brush.color = given<std::array<uint8_t, 3>>(value, what);
+    else
+      throw Failure("a brush has no '" + sanitize_message(name) +
+                    "'; it has radius, strength, falloff, sigma, keep_volume, spacing, wall, "
+                    "flatten_to, point, normal, color");
+  }
+  return choice;
+}
+
+struct Carved {
+  py::array_t<double> removed_mm3, force, moment, poses;
+  py::array_t<int64_t> points;
+  double fallen_mm3 = 0;
+  std::vector<BodyId> severed;
+};
+
+std::vector<BodyId> ids_from(Workpiece& piece, BodyId first) {
+  std::vector<BodyId> ids;
+  for (const Body& body : piece.bench().bodies().all)
+    if (body.id >= first) ids.push_back(body.id);
+  return ids;
+}
+
+Carved carve(Model& model, const StrokeChoice& choice, const std::vector<Pose>& path) {
+  if (path.size() < 2)
+    throw py::value_error("a path has two rows at least: where the tool starts, and where it goes");
+  const auto sweeps = static_cast<py::ssize_t>(path.size() - 1);
+  Carved carved;
+  carved.removed_mm3 = py::array_t<double>(sweeps);
+  carved.points = py::array_t<int64_t>(sweeps);
+  carved.force = py::array_t<double>({sweeps, py::ssize_t{3}});
+  carved.moment = py::array_t<double>({sweeps, py::ssize_t{3}});
+  carved.poses = py::array_t<double>({sweeps, py::ssize_t{7}});
+  double* const removed = carved.removed_mm3.mutable_data();
+  int64_t* const points = carved.points.mutable_data();
+  double *const force = carved.force.mutable_data(), *const moment = carved.moment.mutable_data(),
+                *const poses = carved.poses.mutable_data();
+  model.with([&](Workpiece& piece) {
+    const BodyId next = piece.bench().bodies().next;
+    must(piece.begin(choice.of(piece), path.front(), choice.label));
+    // All of it, or nothing.
+    const auto stop = [&](const std::string& why) {
+      piece.cancel();
+      throw Failure(why);
+    };
+    for (size_t i = 1; i < path.size(); i++) {
+      Result<ToolTick> done = piece.advance(path[i]);
+      if (!done) stop("row " + std::to_string(i) + " of the path: " + done.error());
+      ToolTick& tick = done.value();
+      const std::array<double, 7> pose = seven(tick.pose);
+      if (i + 1 == path.size()) {
+        const Result<CrumbResult> ended = piece.end(&tick);
+        if (!ended) stop(ended.error());
+        carved.fallen_mm3 = ended.value().fallen_mm3;
+        if (!ended.value().portions.empty()) carved.severed = ids_from(piece, next);
+      }
+      removed[i - 1] = tick.removed_mm3;
+      points[i - 1] = tick.points;
+      for (int k = 0; k < 3; k++) {
+        force[3 * (i - 1) + static_cast<size_t>(k)] = tick.wrench.force[k];
+        moment[3 * (i - 1) + static_cast<size_t>(k)] = tick.wrench.moment[k];
+      }
+      std::copy(pose.begin(), pose.end(), poses + 7 * (i - 1));
+      if (i % kRowsBetweenSignals == 0) {
+        const py::gil_scoped_acquire gil;
+        if (PyErr_CheckSignals() != 0) {
+          piece.cancel();
+          throw py::error_already_set();
+        }
+      }
+    }
+  });
+  return carved;
+}
+
+struct Felt {
+  double removed_mm3 = 0;
+  int64_t points = 0;
+  Three force{}, moment{};
+  std::array<double, 7> pose{};
+};
+
+// A stroke that is led pose by pose.
+class Stroke {
+ public:
+  Stroke(Shared model, const StrokeChoice& choice, const Pose& start) : model_(std::move(model)) {
+    model_->with(
+        [&](Workpiece& piece) { must(piece.begin(choice.of(piece), start, choice.label)); });
+    open_ = true;
+  }
+  Felt move(const Pose& to) {
+    if (!open_) throw Failure("this stroke has ended");
+    return model_->with([&](Workpiece& piece) {
+      const ToolTick tick = value_of(piece.advance(to));
+      return Felt{tick.removed_mm3, tick.points, three(tick.wrench.force),
+                  three(tick.wrench.moment), seven(tick.pose)};
+    });
+  }
+  void end() {
+    if (!std::exchange(open_, false)) return;
+    model_->with([&](Workpiece& piece) { value_of(piece.end()); });
+  }
+  void cancel() {
+    if (!std::exchange(open_, false)) return;
+    model_->with([&](Workpiece& piece) { piece.cancel(); });
+  }
+
+ private:
+  Shared model_;
+  bool open_ = false;
+};
+
+}  // namespace
+
+void bind_strokes(py::module_& module, ModelClass& model) {
+  py::class_<Carved>(module, "Carved", "What a path came to, sweep by sweep.")
+      .def_readonly("removed_mm3", &Carved::removed_mm3,
+                    "[N-1] mm^3, the mean of the three fields; negative where material was added.")
+      .def_readonly("points", &Carved::points, "[N-1] lattice nodes that were removed or added.")
+      .def_readonly("force", &Carved::force, "[N-1, 3] N, on the tool (series: on the hand).")
+      .def_readonly("moment", &Carved::moment, "[N-1, 3] N mm, about the tip.")
+      .def_readonly("poses", &Carved::poses,
+                    "[N-1, 7] of the tool at each end: x, y, z [mm] and a quaternion x, y, z, w.")
+      .def_readonly("fallen_mm3", &Carved::fallen_mm3, "What was severed and fell away.")
+      .def_readonly("severed", &Carved::severed, "Numbers of the bodies that were severed.")
+      .def("__len__", [](const Carved& carved) { return carved.removed_mm3.size(); });
+  py::class_<Felt>(module, "Tick", "What one move of a stroke came to.")
+      .def_readonly("removed_mm3", &Felt::removed_mm3)
+      .def_readonly("points", &Felt::points)
+      .def_readonly("force", &Felt::force, "N, on the tool (series: on the hand).")
+      .def_readonly("moment", &Felt::moment, "N mm, about the tip.")
+      .def_readonly("pose", &Felt::pose, "x, y, z [mm] and a quaternion x, y, z, w.");
+  py::class_<Stroke>(module, "Stroke", "A stroke that is led pose by pose: see Model.stroke.")
+      .def(
+          "move", [](Stroke& self, const Doubles& pose) { return self.move(pose_of(pose)); },
+          py::arg("pose"), "Moves the tool there, x, y, z or x, y, z and a quaternion; a Tick.")
+      .def("end", &Stroke::end, "It is one step of the history from now on.")
+      .def("cancel", &Stroke::cancel, "It is as if it had not been.")
+      .def("__enter__", [](py::object self) { return self; })
+      .def("__exit__",
+           [](Stroke& self, const py::object& type, const py::object&, const py::object&) {
+             if (type.is_none())
+               self.end();
+             else
+               self.cancel();
+           });
+  const char* const about =
+      "carve(tool, path, mode='cut', ...) -> Carved\n\n"
+      "Moves a tool along a path, exactly from each pose to the next, as one stroke.\n\n"
+      "path: array [N, 3] of tips, or [N, 7] of poses (x, y, z, and a quaternion x, y, z, w that "
+      "turns the upright tool), mm. N rows give N - 1 sweeps.\n"
+      "mode: cut, deposit, touch, off, or one that reshapes (smooth, rasp, fill, inflate, flatten, "
+      "crease, paint, grab, nudge, twist, bend, pinch, scale, node, press, throw, turn).\n"
+      "material: name or Material that a deposit puts down.\n"
+      "force: energy (-u dV/|p|), paper (-Kf K) or series (the path is a hand's, and the tool "
+      "hangs "
+      "on its spring); dof: 5 or 6; rate: ticks a second; powered: '', 'motor' or 'press'.\n"
+      "mirror: planes, letters of 'xyz'; fold, axis: turns about an axis; centre: a point of both "
+      "[mm], the lattice's middle unless given.\n"
+      "crumbs: what becomes of what is severed: stay, sort, fall, body.\n"
+      "brush: dict of radius, strength, falloff, sigma, ... for modes that reshape [mm].\n\n"
+      "Errors (kibori.Error, ValueError) leave the model as it was. Other Python threads run "
+      "meanwhile.";
+  model.def(
+      "carve",
+      [](const Shared& self, const Tool& tool, const Doubles& path, const std::string& mode,
+         const std::optional<MaterialOrName>& material, const std::string& force, int dof,
+         double rate, const std::string& powered, const std::string& mirror, int fold,
+         const std::string& axis, const std::optional<Three>& centre, const std::string& crumbs,
+         const py::dict& brush, const std::string& label) {
+        const std::vector<Pose> poses = poses_of(path);
+        const StrokeChoice choice = choice_of(tool, mode, material, force, dof, rate, powered,
+                                              mirror, fold, axis, centre, crumbs, brush, label);
+        return carve(*self, choice, poses);
+      },
+      py::arg("tool"), py::arg("path"), py::arg("mode") = "cut", py::arg("material") = py::none(),
+      py::kw_only(), py::arg("force") = "energy", py::arg("dof") = 5, py::arg("rate") = 1000.0,
+      py::arg("powered") = "", py::arg("mirror") = "", py::arg("fold") = 1, py::arg("axis") = "z",
+      py::arg("centre") = py::none(), py::arg("crumbs") = "stay", py::arg("brush") = py::dict(),
+      py::arg("label") = "", about);
+  model.def(
+      "stroke",
+      [](const Shared& self, const Tool& tool, const Doubles& start, const std::string& mode,
+         const std::optional<MaterialOrName>& material, const std::string& force, int dof,
+         double rate, const std::string& powered, const std::string& mirror, int fold,
+         const std::string& axis, const std::optional<Three>& centre, const std::string& crumbs,
+         const py::dict& brush, const std::string& label) {
+        const Pose pose = pose_of(start);
+        const StrokeChoice choice = choice_of(tool, mode, material, force, dof, rate, powered,
+                                              mirror, fold, axis, centre, crumbs, brush, label);
+        return std::make_unique<Stroke>(self, choice, pose);
+      },
+      py::arg("tool"), py::arg("start"), py::arg("mode") = "cut", py::arg("material") = py::none(),
+      py::kw_only(), py::arg("force") = "energy", py::arg("dof") = 5, py::arg("rate") = 1000.0,
+      py::arg("powered") = "", py::arg("mirror") = "", py::arg("fold") = 1, py::arg("axis") = "z",
+      py::arg("centre") = py::none(), py::arg("crumbs") = "stay", py::arg("brush") = py::dict(),
+      py::arg("label") = "",
+      "stroke(tool, start, ...) -> Stroke\n\nThe same, led pose by pose: with m.stroke(tool, "
+      "start) "
+      "as s: tick = s.move(pose).");
+}
+
+}  // namespace kibori::python
