@@ -187,6 +187,36 @@ class Carving(Folder):
         self.assertEqual(len(m.bodies), 2)
 
 
+class SimulatedHand(unittest.TestCase):
+    def test_leans_on_wood_and_gives_way(self):
+        from kibori import testing
+        # Down into the wood in 200 ms, held there for a second.
+        z = np.concatenate([np.linspace(22, 12, 200), np.full(1000, 12)])
+        targets = np.column_stack([np.full_like(z, 20), np.full_like(z, 15), z])
+        hand = testing.Hand(targets[0], grip=0.3)
+        felt = testing.carve_by_hand(block(material="oak"), kb.Ball(4), targets, hand=hand, spring={"stiffness": 0.5})
+        # At rest, grip and spring pull alike: the wood is held off by the springs in series, or by its yield.
+        end = felt["hand"][-1]
+        self.assertAlmostEqual(0.3 * (end[2] - 12), felt["force"][-1, 2], delta=0.02)
+        self.assertAlmostEqual(0.5 * (felt["tool"][-1, 2] - end[2]), felt["force"][-1, 2], delta=0.02)
+        self.assertGreater(felt["force"][-1, 2], 0.5)
+        self.assertLess(felt["tool"][-1, 2], 20)  # it has gone in
+        self.assertGreater(hand.min_work_mj, -1e-6)
+        soft = testing.carve_by_hand(block(material="foam"), kb.Ball(4), targets, hand=testing.Hand(targets[0], grip=0.3))
+        self.assertGreater(soft["removed_mm3"].sum(), 5 * felt["removed_mm3"].sum())
+
+    def test_refuses_what_cant_be(self):
+        from kibori import testing
+        for call in (lambda: testing.Hand([0, 0, 0], hand_mass=-1), lambda: testing.Hand([0, 0, 0], hand_mass=0, device_mass=0),
+                     lambda: testing.carve_by_hand(block(2), kb.Ball(4), [[0, 0, 0], [1, 1, 1]], rate=0),
+                     lambda: block(2).carve(kb.Ball(4), groove(), spring={"stiffness": 0}),
+                     lambda: block(2).carve(kb.Ball(4), groove(), spring={"color": 1})):
+            with self.assertRaises(kb.Error):
+                call()
+        with self.assertRaises(ValueError):
+            testing.carve_by_hand(block(2), kb.Ball(4), [1, 2, 3])
+
+
 class Stocks(Folder):
     def test_balls_and_cylinders(self):
         self.assertAlmostEqual(kb.Model.sphere(20, 0.5).volume_mm3, np.pi * 20**3 / 6, delta=4)

@@ -258,13 +258,13 @@ class Model:
         self, tool: Shape, path: npt.ArrayLike, mode: ModeName = ..., material: Union[None, str, Material] = ..., *,
         force: ForceName = ..., dof: int = ..., rate: float = ..., powered: Literal["", "motor", "press"] = ...,
         mirror: str = ..., fold: int = ..., axis: Literal["x", "y", "z"] = ..., centre: Optional[Vector] = ...,
-        crumbs: CrumbsName = ..., brush: Mapping[str, object] = ..., label: str = ...,
+        crumbs: CrumbsName = ..., brush: Mapping[str, object] = ..., label: str = ..., spring: Mapping[str, float] = ...,
     ) -> Carved: ...
     def stroke(
         self, tool: Shape, start: npt.ArrayLike, mode: ModeName = ..., material: Union[None, str, Material] = ..., *,
         force: ForceName = ..., dof: int = ..., rate: float = ..., powered: Literal["", "motor", "press"] = ...,
         mirror: str = ..., fold: int = ..., axis: Literal["x", "y", "z"] = ..., centre: Optional[Vector] = ...,
-        crumbs: CrumbsName = ..., brush: Mapping[str, object] = ..., label: str = ...,
+        crumbs: CrumbsName = ..., brush: Mapping[str, object] = ..., label: str = ..., spring: Mapping[str, float] = ...,
     ) -> Stroke: ...
     def snapshot(self) -> Snapshot: ...
     def surface(self, threads: int = ...) -> Surface: ...

@@ -13,7 +13,7 @@
 namespace kibori::python {
 
 // A piece that any thread may ask: one at a time, and without Python's lock meanwhile.
-class Model : public std::enable_shared_from_this<Model> {
+class Model {
  public:
   explicit Model(std::unique_ptr<Workpiece> piece) : piece_(std::move(piece)) {}
 

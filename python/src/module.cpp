@@ -2,6 +2,7 @@
 // The module kibori._kibori: Kibori for Python. python/kibori has what is written in Python.
 #include <kibori/batch/tick_records.h>
 #include <kibori/haptics/force.h>
+#include <kibori/haptics/hand.h>
 #include <kibori/motion/tool_tick.h>
 
 #include "python/src/conversions.h"
@@ -35,6 +36,24 @@ PYBIND11_MODULE(_kibori, module) {
     const auto opened = python::value_of(Document::open(document, Document::Access::read));
     python::must(write_ticks_csv(to, *opened, opened->head()));
   });
+  pybind11::class_<SimulatedHand>(module, "_SimulatedHand")
+      .def(pybind11::init([](const python::Three& at, double hand_mass, double grip,
+                             double grip_damping, double device_mass, double device_damping) {
+        for (const double number : {hand_mass, grip, grip_damping, device_mass, device_damping})
+          if (!(number >= 0) || !(number < 1e9))
+            throw python::Failure("a hand's numbers are 0 or more");
+        if (!(hand_mass + device_mass > 0)) throw python::Failure("a hand has some mass");
+        return SimulatedHand({hand_mass, grip, grip_damping, device_mass, device_damping},
+                             python::vec(at));
+      }))
+      .def("step",
+           [](SimulatedHand& hand, const python::Three& force, const python::Three& target,
+              const python::Three& velocity, double seconds) {
+             hand.step(python::vec(force), python::vec(target), python::vec(velocity), seconds);
+             return python::three(hand.position_mm());
+           })
+      .def_property_readonly("work_mj", &SimulatedHand::work_mj)
+      .def_property_readonly("min_work_mj", &SimulatedHand::min_work_mj);
   python::bind_tools(module);
   python::bind_materials(module);
   python::bind_model(module);

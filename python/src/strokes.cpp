@@ -2,6 +2,7 @@
 // Tools along paths: what comes of them, as arrays.
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include <kibori/motion/reshape_stroke.h>
 
@@ -45,7 +46,8 @@ StrokeChoice choice_of(const Tool& tool, const std::string& mode,
                        const std::optional<MaterialOrName>& material, const std::string& force,
                        int dof, double rate, const std::string& powered, const std::string& mirror,
                        int fold, const std::string& axis, const std::optional<Three>& centre,
-                       const std::string& crumbs, const py::dict& brush, const std::string& label) {
+                       const std::string& crumbs, const py::dict& brush, const std::string& label,
+                       const py::dict& spring) {
   StrokeChoice choice;
   StrokeSettings& s = choice.settings;
   choice.label = label;
@@ -64,6 +66,25 @@ StrokeChoice choice_of(const Tool& tool, const std::string& mode,
     s.force.law.hand_share = kPressShare;
   else if (!powered.empty())
     throw Failure("powered is \"motor\", \"press\" or nothing");
+  for (const auto& [key, value] : spring) {
+    const auto name = given<std::string>(key, "what a spring has is called by a name");
+    const auto number = given<double>(value, "a spring's numbers are numbers");
+    if (!(number >= 0) || !std::isfinite(number))
+      throw Failure("a spring's " + sanitize_message(name) + " must be 0 or more");
+    if (name == "stiffness" && number > 0)
+      s.force.spring.stiffness_n_mm = number;
+    else if (name == "torsion")
+      s.force.spring.torsion_nmm_rad = number;
+    else if (name == "friction")
+      s.force.spring.friction = number;
+    else if (name == "strength")
+      s.force.spring.strength_n = number;
+    else
+      throw Failure(
+          "a spring has a stiffness above 0 [N/mm], torsion [N mm/rad], friction and "
+          "strength [N], not '" +
+          sanitize_message(name) + "'");
+  }
   s.force.spring.hand_share = s.force.law.hand_share;
   for (const char letter : mirror) {
     const size_t plane = std::string("xyz").find(letter);
@@ -261,6 +282,7 @@ void bind_strokes(py::module_& module, ModelClass& model) {
       "mirror: planes, letters of 'xyz'; fold, axis: turns about an axis; centre: a point of both "
       "[mm], the lattice's middle unless given.\n"
       "crumbs: what becomes of what is severed: stay, sort, fall, body.\n"
+      "spring: dict of stiffness [N/mm], torsion [N mm/rad], friction, strength [N], of series.\n"
       "brush: dict of radius, strength, falloff, sigma, ... for modes that reshape [mm].\n\n"
       "Errors (kibori.Error, ValueError) leave the model as it was. Other Python threads run "
       "meanwhile.";
@@ -270,34 +292,36 @@ void bind_strokes(py::module_& module, ModelClass& model) {
          const std::optional<MaterialOrName>& material, const std::string& force, int dof,
          double rate, const std::string& powered, const std::string& mirror, int fold,
          const std::string& axis, const std::optional<Three>& centre, const std::string& crumbs,
-         const py::dict& brush, const std::string& label) {
+         const py::dict& brush, const std::string& label, const py::dict& spring) {
         const std::vector<Pose> poses = poses_of(path);
-        const StrokeChoice choice = choice_of(tool, mode, material, force, dof, rate, powered,
-                                              mirror, fold, axis, centre, crumbs, brush, label);
+        const StrokeChoice choice =
+            choice_of(tool, mode, material, force, dof, rate, powered, mirror, fold, axis, centre,
+                      crumbs, brush, label, spring);
         return carve(*self, choice, poses);
       },
       py::arg("tool"), py::arg("path"), py::arg("mode") = "cut", py::arg("material") = py::none(),
       py::kw_only(), py::arg("force") = "energy", py::arg("dof") = 5, py::arg("rate") = 1000.0,
       py::arg("powered") = "", py::arg("mirror") = "", py::arg("fold") = 1, py::arg("axis") = "z",
       py::arg("centre") = py::none(), py::arg("crumbs") = "stay", py::arg("brush") = py::dict(),
-      py::arg("label") = "", about);
+      py::arg("label") = "", py::arg("spring") = py::dict(), about);
   model.def(
       "stroke",
       [](const Shared& self, const Tool& tool, const Doubles& start, const std::string& mode,
          const std::optional<MaterialOrName>& material, const std::string& force, int dof,
          double rate, const std::string& powered, const std::string& mirror, int fold,
          const std::string& axis, const std::optional<Three>& centre, const std::string& crumbs,
-         const py::dict& brush, const std::string& label) {
+         const py::dict& brush, const std::string& label, const py::dict& spring) {
         const Pose pose = pose_of(start);
-        const StrokeChoice choice = choice_of(tool, mode, material, force, dof, rate, powered,
-                                              mirror, fold, axis, centre, crumbs, brush, label);
+        const StrokeChoice choice =
+            choice_of(tool, mode, material, force, dof, rate, powered, mirror, fold, axis, centre,
+                      crumbs, brush, label, spring);
         return std::make_unique<Stroke>(self, choice, pose);
       },
       py::arg("tool"), py::arg("start"), py::arg("mode") = "cut", py::arg("material") = py::none(),
       py::kw_only(), py::arg("force") = "energy", py::arg("dof") = 5, py::arg("rate") = 1000.0,
       py::arg("powered") = "", py::arg("mirror") = "", py::arg("fold") = 1, py::arg("axis") = "z",
       py::arg("centre") = py::none(), py::arg("crumbs") = "stay", py::arg("brush") = py::dict(),
-      py::arg("label") = "",
+      py::arg("label") = "", py::arg("spring") = py::dict(),
       "stroke(tool, start, ...) -> Stroke\n\nThe same, led pose by pose: with m.stroke(tool, "
       "start) "
       "as s: tick = s.move(pose).");
