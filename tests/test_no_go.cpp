@@ -456,11 +456,25 @@ TEST(NoGo, AMaskGoesWithItsBody) {
   EXPECT_EQ(own().pose.tip, Vec3(Vec3::Zero()));
   act(BodyVerb::move, {1}, {Vec3(0, 4, 0), Mat3::Identity()});
   EXPECT_EQ(mask().pose.tip, Vec3(1, 4, 0));
+  // A copy of a mask is none; a locked one holds its body.
+  act(BodyVerb::duplicate, {2});
+  EXPECT_EQ(bench.bodies().find(3)->mask_of, 0);
+  act(BodyVerb::remove, {3});
+  BodyAction lock;
+  lock.bodies = {2};
+  lock.locked = true;
+  ASSERT_TRUE(bench.act(lock).ok());
+  BodyAction move;
+  move.verb = BodyVerb::move;
+  move.bodies = {1};
+  EXPECT_FALSE(bench.act(move).ok());
+  lock.locked = false;
+  ASSERT_TRUE(bench.act(lock).ok());
   paint.follows = false;
   paint.way_mm = {bench.bodies().find(1)->pose.to_world(Vec3(20, 10, 10))};
   ASSERT_TRUE(bench.act(paint).ok());
   act(BodyVerb::move, {1}, {Vec3(0, 8, 0), Mat3::Identity()});
-  EXPECT_EQ(bench.bodies().find(3)->pose.tip, Vec3(0, 4, 0));
+  EXPECT_EQ(bench.bodies().find(4)->pose.tip, Vec3(0, 4, 0));
 }
 
 // What holds no node can't be put elsewhere, and is in nobody's way there.

@@ -6,10 +6,12 @@ Usage: test_python.py KIBORI [unittest's arguments]; PYTHONPATH holds the packag
 """
 import ast
 import gc
+import importlib.util
 import json
 import os
 import pathlib
 import random
+import signal
 import subprocess
 import sys
 import tempfile
@@ -352,6 +354,56 @@ class History(Folder):
             m.save(self.folder / "c.stl")
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["a.kibori", "b.kibori"])
 
+    def test_saved_over_itself_and_again(self):
+        path = self.folder / "a.kibori"
+        block(2, "oak").save(path)
+        m = kb.Model.open(path)
+        self.assertEqual([one.name for one in m.materials], ["oak"])
+        self.assertGreater(m.mass_g, 0)
+        for i in range(3):
+            m.carve(kb.Ball(4), groove(y=5 + 5 * i))
+            m.save(path, overwrite=True)
+            self.verified(path)
+            self.assertEqual(kb.Model.open(path).hash, m.hash)
+        path.unlink()
+        m.save(path)
+        self.verified(path)
+        (self.folder / "b.kibori").write_text("no document")
+        with self.assertRaises(kb.Error):
+            m.save(self.folder / "b.kibori", overwrite=True)
+        labels = np.ones((8, 8, 8), np.uint8)
+        labels[4:] = 2
+        kb.Model.volume(labels, (2, 2, 2), 1, {1: "oak", 2: "balsa"}).save(self.folder / "c.kibori")
+        self.assertEqual([one.name for one in kb.Model.open(self.folder / "c.kibori").materials], ["oak", "balsa"])
+
+    def test_a_document_that_another_writes_is_not_overwritten(self):
+        path = self.folder / "a.kibori"
+        m = block(2)
+        m.save(path)
+        studio = subprocess.Popen([KIBORI, "studio", path, "--no-browser"], stdout=subprocess.PIPE, text=True)
+        try:
+            studio.stdout.readline()
+            with self.assertRaises(kb.Error):
+                m.save(path, overwrite=True)
+        finally:
+            studio.terminate()
+            studio.communicate()
+        m.save(path, overwrite=True)
+        self.verified(path)
+
+    def test_undo_goes_back_to_the_body(self):
+        m = block()
+        m.split((20, 0, 0), (1, 0, 0))
+        m.activate(2)
+        m.carve(kb.Ball(4), groove())
+        m.undo()
+        self.assertEqual(m.active, 2)
+        m.redo()
+        self.assertEqual(m.active, 2)
+        m.undo()
+        m.undo()
+        self.assertEqual((m.active, len(m.bodies)), (1, 1))
+
     def test_bodies(self):
         m = block()
         whole = m.volume_mm3
@@ -471,11 +523,23 @@ class Recordings(Folder):
                        "--csv", self.folder / f"{name}.csv")
             self.assertEqual(done.returncode, 0, done.stderr)
             read = kb.read_recording(self.folder / f"{name}.csv")
+            if name == "empty" and importlib.util.find_spec("h5py"):
+                self.assertEqual(len(kb.read_recording(self.folder / "empty.h5")["removed_of_mm3"]), 0)
             self.assertEqual(len(read["step"]), 19999 if name == "a" else 0)
             judge = pathlib.Path(__file__).parent / "judges/read_mcap.mjs"
             if (judge.parent / "node_modules/@mcap").exists():
                 lines = subprocess.run(["node", judge, self.folder / f"{name}.mcap"], capture_output=True, text=True, check=True).stdout.splitlines()
                 self.assertEqual(len(lines), 20001 if name == "a" else 1)
+
+    def test_materials_of_any_name(self):
+        m = block(2, kb.Material("桜", u=3))
+        m.carve(kb.Ball(4), groove())
+        m.carve(kb.Ball(4), groove(depth=0), "deposit", kb.Material("松", u=4))
+        m.save(self.folder / "a.kibori")
+        read = kb.read_recording(self.folder / "a.kibori")
+        self.assertEqual(read["about"]["materials"], ["桜", "松"])
+        self.assertGreater(read["removed_of_mm3"][:, 0].sum(), 0)
+        self.assertLess(read["removed_of_mm3"][:, 1].sum(), 0)
 
     def test_bad_ones(self):
         for arguments in ([self.folder / "none.kibori", "--csv", self.folder / "a.csv"], [__file__, "--csv", self.folder / "a.csv"]):
@@ -531,8 +595,19 @@ class BadInput(unittest.TestCase):
             with self.assertRaises(TypeError):
                 call()
         self.assertEqual((m.hash, m.steps), (before, 1))
+        m.stroke(kb.Ball(4), good[0]).move(good[1])  # let go of
+        gc.collect()
+        self.assertEqual((m.hash, m.steps), (before, 1))
+        with self.assertRaises(kb.Error):
+            m.carve(kb.Ball(4), [[5, 15, 18], [1e300, 0, 0]], "deposit", "oak")
+        self.assertEqual([one.name for one in m.materials], ["wax"])
+        for call in [lambda: block(2, room=-1), lambda: block(2, room=-100), lambda: m.png(20, 20, view=(np.nan, 0, 0)),
+                     lambda: m.png(20, 20, view=(0, 0, 0)), lambda: kb.Model.mesh([[0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9]],
+                     [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]], 1, room=-50)]:
+            with self.assertRaises(kb.Error):
+                call()
         with m.stroke(kb.Ball(4), good[0]) as stroke:
-            for call in [lambda: m.carve(kb.Ball(4), good), m.undo, lambda: m.split((0, 0, 0), (1, 0, 0)), lambda: m.save("a.kibori")]:
+            for call in [lambda: m.activate(1), lambda: m.carve(kb.Ball(4), good), m.undo, lambda: m.split((0, 0, 0), (1, 0, 0)), lambda: m.save("a.kibori")]:
                 with self.assertRaisesRegex(kb.Error, "stroke"):
                     call()
             stroke.cancel()
@@ -554,6 +629,27 @@ class Threads(unittest.TestCase):
             counted += 1
         worker.join()
         self.assertGreater(counted, 1000)
+
+    def test_a_signal_takes_a_path_back(self):
+        m = block(0.25)
+        before, asked = m.hash, []
+
+        def handler(*_):
+            try:
+                m.volume_mm3
+            except kb.Error as error:
+                asked.append(str(error))
+            raise KeyboardInterrupt
+
+        old = signal.signal(signal.SIGALRM, handler)
+        try:
+            signal.setitimer(signal.ITIMER_REAL, 0.2)
+            with self.assertRaises(KeyboardInterrupt):
+                m.carve(kb.Ball(5), np.tile(groove(), (20000, 1)))
+        finally:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.signal(signal.SIGALRM, old)
+        self.assertEqual((m.hash, m.steps, len(asked)), (before, 0, 1))
 
     def test_threads_take_turns(self):
         m = block(0.5)

@@ -66,20 +66,20 @@ TEST(Workpiece, IsWhatItsDocumentSays) {
   for (int round = 0; round < test::rounds_of("KIBORI_WORKPIECES", 3); round++) {
     Folder folder;
     std::unique_ptr<Workpiece> p = piece(random.uniform(0.7, 2));
-    std::map<size_t, uint64_t> hashes{{0, p->bench().bodies().content_hash()}};
+    std::map<size_t, uint64_t> hashes{{0, p->bodies().content_hash()}};
     for (int i = 0; i < 15; i++) {
-      const uint64_t was = p->bench().bodies().content_hash();
+      const uint64_t was = p->bodies().content_hash();
       const size_t done = p->done();
       if (const int what = random.integer(0, 9); what < 6) {
-        const size_t bodies = p->bench().bodies().all.size();
-        const double volume = p->bench().bodies().volume_mm3();
+        const size_t bodies = p->bodies().all.size();
+        const double volume = p->bodies().volume_mm3();
         const double removed = stroke(*p, random);
-        if (bodies == p->bench().bodies().all.size()) {
-          EXPECT_NEAR(volume - p->bench().bodies().volume_mm3(), removed,
+        if (bodies == p->bodies().all.size()) {
+          EXPECT_NEAR(volume - p->bodies().volume_mm3(), removed,
                       1e-3 * std::abs(removed) + 1e-3 * volume);
         }
         if (p->done() == done) {
-          EXPECT_EQ(p->bench().bodies().content_hash(), was);
+          EXPECT_EQ(p->bodies().content_hash(), was);
         }
       } else if (what == 6) {
         BodyAction cut;
@@ -93,11 +93,11 @@ TEST(Workpiece, IsWhatItsDocumentSays) {
       } else {
         static_cast<void>(p->redo());
       }
-      const uint64_t now = p->bench().bodies().content_hash();
+      const uint64_t now = p->bodies().content_hash();
       if (p->done() > done && p->done() == p->steps()) hashes[p->done()] = now;
       EXPECT_EQ(now, hashes.at(p->done())) << i;
     }
-    const uint64_t hash = p->bench().bodies().content_hash();
+    const uint64_t hash = p->bodies().content_hash();
     // Written twice: as it was made, and by way of an opened document.
     for (const char* name : {"a.kibori", "b.kibori"}) {
       ASSERT_TRUE(p->save(folder / name, false).ok());
@@ -107,11 +107,11 @@ TEST(Workpiece, IsWhatItsDocumentSays) {
       EXPECT_EQ(test::wrongs(*document), std::vector<std::string>());
       auto opened = Workpiece::open(folder / name);
       ASSERT_TRUE(opened.ok()) << opened.error();
-      EXPECT_EQ(opened.value()->bench().bodies().content_hash(), hash);
+      EXPECT_EQ(opened.value()->bodies().content_hash(), hash);
       p = std::move(opened).value();
       stroke(*p, random);
       stroke(*p, random);
-      const uint64_t after = p->bench().bodies().content_hash();
+      const uint64_t after = p->bodies().content_hash();
       const std::string next = std::string(name) + ".kibori";
       const Status saved = p->save(folder / next.c_str(), true);
       ASSERT_TRUE(saved.ok()) << saved.error();
@@ -119,7 +119,7 @@ TEST(Workpiece, IsWhatItsDocumentSays) {
       EXPECT_EQ(more->steps().at(more->head()).hash, after);
       EXPECT_EQ(test::wrongs(*more), std::vector<std::string>());
       while (p->done() > 0) ASSERT_TRUE(p->undo().ok());
-      EXPECT_EQ(p->bench().bodies().content_hash(), hash);
+      EXPECT_EQ(p->bodies().content_hash(), hash);
     }
   }
 }

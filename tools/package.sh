@@ -4,11 +4,13 @@
 set -euo pipefail
 build=$(realpath "$1"); mkdir -p "$2"; out=$(realpath "$2")
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-rm -f "$out"/*.whl "$out"/*.deb
+rm -f "$out"/kibori-*.whl "$out"/{kibori,libkibori-dev,python3-kibori}_*.deb
 /usr/bin/python3 tools/make_wheel.py "$build" "$out"
 version=$(sed -nE 's/^project\(kibori VERSION ([0-9.]+).*/\1/p' CMakeLists.txt)
-source="$out/source/kibori-$version"
-rm -rf "$out/source"; mkdir -p "$source"
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+source="$work/kibori-$version"
+mkdir "$source"
 cp -r debian tools cmake "$source/"
 cat >"$source/debian/changelog" <<TXT
 kibori ($version) UNRELEASED; urgency=medium
@@ -19,6 +21,5 @@ kibori ($version) UNRELEASED; urgency=medium
 TXT
 (cd "$source" && KIBORI_BUILD=$build DEB_BUILD_OPTIONS=noautodbgsym dpkg-buildpackage --build=binary --no-sign --no-check-builddeps >"$out/debian.log" 2>&1) ||
   { tail -n 30 "$out/debian.log" >&2; exit 1; }
-mv "$out"/source/*.deb "$out/"
-rm -rf "$out/source"
+mv "$work"/*.deb "$out/"
 ls -1 "$out"/*.deb

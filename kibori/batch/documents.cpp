@@ -63,6 +63,13 @@ std::string stock_to_json(const Stock& stock, const std::string& label) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
+// As settings of strokes have them.
+Json materials_to_json(const std::vector<Material>& materials) {
+  StrokeSettings settings;
+  settings.materials = materials;
+  return Json::parse(settings_to_json(settings))["materials"];
+}
+
 Result<StockLayer> layer_from_json(const Json& json) {
   const Error wrong{"has a stock whose layers can't be read"};
   StockLayer layer;
@@ -170,8 +177,17 @@ Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path
     if (!file) return Error{file.error()};
     source.assign(file.value().begin(), file.value().end());
   }
-  return Document::create(path, model, stock_to_json(scene.stock, scene.moves.front().label),
+  Json stock = Json::parse(stock_to_json(scene.stock, scene.moves.front().label));
+  stock["materials"] = materials_to_json(scene.materials);
+  return Document::create(path, model, stock.dump(-1, ' ', false, Json::error_handler_t::replace),
                           source);
+}
+
+Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path,
+                                               const std::vector<Material>& materials,
+                                               const TriDexel& model) {
+  const Json stock{{"materials", materials_to_json(materials)}};
+  return Document::create(path, model, stock.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 uint8_t document_material(const Document& document) {
@@ -320,7 +336,15 @@ std::vector<Material> document_materials(const Document& document) {
   for (StepId at = document.head(); at != 0; at = document.steps().at(at).parent)
     if (const Result<StrokeSettings> settings = document.settings(at))
       return settings.value().materials;
-  return {};
+  const Result<std::string> text = document.stock();
+  const Json stock = Json::parse(text ? text.value() : std::string(), nullptr, false);
+  if (!stock.is_object() || !stock.contains("materials")) return {};
+  StrokeSettings settings;
+  Json json = Json::parse(settings_to_json(settings));
+  json["materials"] = stock["materials"];
+  const Result<StrokeSettings> read =
+      settings_from_json(json.dump(-1, ' ', false, Json::error_handler_t::replace));
+  return read ? read.value().materials : std::vector<Material>();
 }
 
 std::vector<Rgb> document_colors(const Document& document) {

@@ -21,6 +21,10 @@ bool is_document(const std::filesystem::path& path);
 // A document of the stock, before the first move; the stock's own file goes in with it.
 Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path,
                                                const Scene& scene, const TriDexel& model);
+// The same of a model that came otherwise: it can't be carved at another pitch.
+Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path,
+                                               const std::vector<Material>& materials,
+                                               const TriDexel& model);
 // What the document's stock is of: a number of its materials; 0 where it does not say.
 uint8_t document_material(const Document& document);
 // What a stroke of a move is carved with.
@@ -37,7 +41,8 @@ Result<StepId> salvage(const Document& document, const std::filesystem::path& in
 // A mesh file, or the surface of a document at its head.
 Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, int threads);
 
-// Its materials, by the last stroke; none where there is no stroke. Their colours.
+// Its materials, by the last stroke, or else by its stock; none where that does not say (before
+// version 11). Their colours.
 std::vector<Material> document_materials(const Document& document);
 std::vector<Rgb> document_colors(const Document& document);
 // A small picture of a step, kept with it. `bodies`: its state.

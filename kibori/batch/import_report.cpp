@@ -237,6 +237,10 @@ Result<ImportReport> report_volume(const std::filesystem::path& path) {
   report.kind = ImportReport::Kind::volume;
   report.labels = report_labels(volume);
   if (report.labels.empty()) return Error{path.string() + ": holds nothing but air"};
+  if (report.labels.size() > kMaxMaterials)
+    return Error{path.string() + ": has " + std::to_string(report.labels.size()) +
+                 " labels, and a piece has at most " + std::to_string(kMaxMaterials) +
+                 " materials; is it a segmentation?"};
   report.size_mm = volume.size_mm();
   const double longest = report.size_mm.maxCoeff(), pitch = longest / kPreviewNodes;
   const Result<Lattice> lattice = make_lattice(report.size_mm, pitch, 2 * pitch);

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include <Eigen/Geometry>
@@ -39,9 +39,10 @@ std::string column_name(const std::string& material) {
 }
 
 void append(std::string& to, double number) {
+  // Whatever the locale.
   char text[40];
-  std::snprintf(text, sizeof text, ",%.17g", number);
-  to += text;
+  const auto written = std::to_chars(text, text + sizeof text, number);
+  to.append(",").append(text, written.ptr);
 }
 
 }  // namespace
@@ -174,9 +175,14 @@ Status write_ticks_csv(const std::filesystem::path& path, const Document& docume
       "step,time_s,hand,mode,x_mm,y_mm,z_mm,qx,qy,qz,qw,hand_x_mm,hand_y_mm,hand_z_mm,hand_qx,"
       "hand_qy,hand_qz,hand_qw,fx_N,fy_N,fz_N,mx_Nmm,my_Nmm,mz_Nmm,given_fx_N,given_fy_N,"
       "given_fz_N,given_mx_Nmm,given_my_Nmm,given_mz_Nmm,removed_mm3,points";
+  std::vector<std::string> columns;
   for (const std::string& material : records.value().materials) {
-    line += ',';
-    line += column_name(material);
+    std::string column = column_name(material);
+    // Names that differ in other characters alone.
+    if (std::find(columns.begin(), columns.end(), column) != columns.end())
+      column.append("_").append(std::to_string(columns.size() + 1));
+    columns.push_back(column);
+    line.append(",").append(column);
   }
   file.write(line + "\n");
   const Status done =
@@ -403,7 +409,7 @@ Status write_ticks_hdf5(const std::filesystem::path& path, const Document& docum
     written = H5Fclose(file) >= 0 && written;
   }
   if (!done) return done;
-  if (!written) return Error{path.string() + ": the temporary folder is full"};
+  if (!written) return Error{path.string() + ": can't be written into the temporary folder first"};
   const Result<std::vector<char>> bytes = read_file(made);
   if (!bytes) return Error{bytes.error()};
   NewFile whole(path);

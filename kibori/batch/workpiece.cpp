@@ -13,6 +13,11 @@
 #include <kibori/motion/spring_tool.h>
 
 namespace kibori {
+namespace {
+
+constexpr const char* kFailed = "the stroke failed; cancel it";
+
+}  // namespace
 
 // The tool of a stroke that is under way.
 struct Workpiece::Stroke {
@@ -40,6 +45,7 @@ struct Workpiece::Stroke {
   ReshapeStroke reshape;
   Snapshot before;
   std::shared_ptr<const Grain> grain;
+  bool failed = false;  // the model has a part of a tick
 };
 
 Workpiece::Workpiece(std::unique_ptr<TriDexel> model, Bodies bodies, BodyId active,
@@ -48,7 +54,7 @@ Workpiece::Workpiece(std::unique_ptr<TriDexel> model, Bodies bodies, BodyId acti
       bench_(*model_, std::move(bodies), active),
       materials_(std::move(materials)) {
   first_ = bench_.bodies();
-  first_active_ = active;
+  first_materials_ = materials_;
 }
 
 Workpiece::~Workpiece() = default;
@@ -91,12 +97,21 @@ Result<std::unique_ptr<Workpiece>> Workpiece::open(const std::filesystem::path& 
   if (materials.empty()) materials = {Material{}};
   std::unique_ptr<Workpiece> piece(new Workpiece(std::move(model).value(), *document.worked_on(),
                                                  document.active(), std::move(materials)));
-  piece->opened_ = path;
+  const Result<std::shared_ptr<TemporaryFolder>> folder = TemporaryFolder::make();
+  if (!folder) return Error{folder.error()};
+  piece->folder_ = folder.value();
+  piece->opened_ = piece->folder_->path() / "opened.kibori";
+  if (Status kept = document.save_copy(piece->opened_); !kept) return Error{kept.error()};
   return piece;
 }
 
 Status Workpiece::no_stroke() const {
   return stroke_ ? Status(Error{"a stroke is under way; end it first"}) : Status(Ok{});
+}
+
+Status Workpiece::activate(BodyId body) {
+  if (Status free = no_stroke(); !free) return free;
+  return bench_.activate(body);
 }
 
 Status Workpiece::begin(StrokeSettings settings, const Pose& start, const std::string& label) {
@@ -122,6 +137,7 @@ Status Workpiece::begin(StrokeSettings settings, const Pose& start, const std::s
   if (!may_sever(settings.mode)) settings.crumbs = Crumbs::stay;
   settings.force.spring.tick_s = 1 / settings.rate_hz;
   Step step;
+  step.began = bench_.active();
   step.label = label;
   step.settings = std::move(settings);
   step.start = start;
@@ -149,6 +165,7 @@ Result<ToolTick> Workpiece::advance(const Pose& to) {
   if (!stroke_) return Error{"there is no stroke; begin one"};
   Stroke& stroke = *stroke_;
   const StrokeSettings& s = stroke.step.settings;
+  if (stroke.failed) return Error{kFailed};
   if (!to.tip.allFinite() || !to.frame.allFinite())
     return Error{"the tool can't go to a place that is no number"};
   StrokeTick recorded;
@@ -169,8 +186,10 @@ Result<ToolTick> Workpiece::advance(const Pose& to) {
     recorded = {to.tip, turn, s.mode != Mode::off};
   }
   if (reshapes(s.mode))
-    if (Status reshaped = stroke.reshape.advance(done.value()); !reshaped)
+    if (Status reshaped = stroke.reshape.advance(done.value()); !reshaped) {
+      stroke.failed = true;
       return Error{reshaped.error()};
+    }
   stroke.step.ticks.push_back(recorded);
   if (s.mode == Mode::touch) done.value().removed_mm3 = 0;
   stroke.step.removed_mm3 += done.value().removed_mm3;
@@ -181,9 +200,13 @@ Result<CrumbResult> Workpiece::end(ToolTick* last) {
   if (!stroke_) return Error{"there is no stroke; begin one"};
   Stroke& stroke = *stroke_;
   const StrokeSettings& s = stroke.step.settings;
+  if (stroke.failed) return Error{kFailed};
   if (reshapes(s.mode) && !stroke.step.ticks.empty()) {
     ToolTick own;
-    if (Status ended = stroke.reshape.end(own); !ended) return Error{ended.error()};
+    if (Status ended = stroke.reshape.end(own); !ended) {
+      stroke.failed = true;
+      return Error{ended.error()};
+    }
     stroke.step.removed_mm3 += own.removed_mm3;
     if (last) {
       last->removed_mm3 += own.removed_mm3;
@@ -218,33 +241,31 @@ void Workpiece::keep(Step step) {
 
 Result<BodyChange> Workpiece::act(const BodyAction& action) {
   if (Status free = no_stroke(); !free) return Error{free.error()};
+  Step step;
+  step.began = bench_.active();
   Result<BodyChange> done = bench_.act(action, threads_);
   if (!done) return done;
-  Step step;
   step.action = action;
   keep(std::move(step));
   return done;
 }
 
-void Workpiece::stand_at(size_t done) {
+void Workpiece::stand_at(size_t done, BodyId active) {
   done_ = done;
-  if (done == 0)
-    bench_.set(first_, first_active_);
-  else
-    bench_.set(steps_[done - 1].after, steps_[done - 1].active);
+  bench_.set(done == 0 ? first_ : steps_[done - 1].after, active);
 }
 
 Status Workpiece::undo() {
   if (Status free = no_stroke(); !free) return free;
   if (done_ == 0) return Error{"there is nothing to undo"};
-  stand_at(done_ - 1);
+  stand_at(done_ - 1, steps_[done_ - 1].began);
   return Ok{};
 }
 
 Status Workpiece::redo() {
   if (Status free = no_stroke(); !free) return free;
   if (done_ == steps_.size()) return Error{"there is nothing to redo"};
-  stand_at(done_ + 1);
+  stand_at(done_ + 1, steps_[done_].active);
   return Ok{};
 }
 
@@ -252,8 +273,13 @@ Status Workpiece::save(const std::filesystem::path& path, bool overwrite) {
   if (Status free = no_stroke(); !free) return free;
   if (!is_document(path)) return Error{path.string() + ": documents end in .kibori"};
   std::error_code unknown;
-  if (!overwrite && std::filesystem::exists(path, unknown))
-    return Error{path.string() + ": is there already; choose another name, or overwrite it"};
+  if (std::filesystem::exists(path, unknown)) {
+    if (!overwrite)
+      return Error{path.string() + ": is there already; choose another name, or overwrite it"};
+    // Nobody else writes it, and its log is put away: it would be taken for the new one's.
+    if (const auto there = Document::open(path, Document::Access::write); !there)
+      return Error{there.error()};
+  }
   const Result<std::shared_ptr<TemporaryFolder>> folder = TemporaryFolder::make();
   if (!folder) return Error{folder.error()};
   // Whole beside it, then in its place.
@@ -287,7 +313,7 @@ Status Workpiece::write(const std::filesystem::path& path) const {
   const Body& body = first_.all.front();
   const TriDexel stock(body.model, body.material_bounds);
   Result<std::unique_ptr<Document>> made =
-      scene_ ? new_document(path, *scene_, stock) : Document::create(path, stock, "{}");
+      scene_ ? new_document(path, *scene_, stock) : new_document(path, first_materials_, stock);
   if (!made) return Error{made.error()};
   Document& document = *made.value();
   for (size_t i = 0; i < done_; i++) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include <kibori/base/file.h>
 #include <kibori/base/result.h>
 #include <kibori/batch/scene.h>
 #include <kibori/body/workbench.h>
@@ -32,8 +33,12 @@ class Workpiece {
   static Result<std::unique_ptr<Workpiece>> open(const std::filesystem::path& document);
   ~Workpiece();
 
-  Workbench& bench() { return bench_; }
+  const Bodies& bodies() { return bench_.bodies(); }
+  BodyId active() const { return bench_.active(); }
+  // Strokes work on that body from then on. Errors: no such body; a stroke is under way.
+  Status activate(BodyId body);
   const TriDexel& model() const { return *model_; }
+  // What strokes are of; more may be put at its end.
   std::vector<Material>& materials() { return materials_; }
   void set_threads(int threads) { threads_ = threads; }
 
@@ -42,8 +47,8 @@ class Workpiece {
   // check_tool, check_symmetry and check_brush_of refuse.
   Status begin(StrokeSettings settings, const Pose& start, const std::string& label = {});
   // The tool goes there; with the force model `series`, the hand does. What came of it. Errors:
-  // there is no stroke; those of DirectTool, SpringTool and ReshapeStroke, after which the stroke
-  // goes on from where it was.
+  // there is no stroke; those of DirectTool and SpringTool, after which the stroke goes on from
+  // where it was; those of ReshapeStroke, after which it can only be cancelled.
   Result<ToolTick> advance(const Pose& to);
   // The stroke is over, and is one step of the history. `last`: the last tick, to which is added
   // what a reshaping mode does at its end; may be null. What it severed.
@@ -65,8 +70,8 @@ class Workpiece {
   size_t done() const { return done_; }
 
   // The stock, or the document that was opened, and all steps that are done, as a new document.
-  // Errors: a file that is there already, unless `overwrite`; those of writing it. Nothing is half
-  // written.
+  // Errors: a file that is there already, unless `overwrite`, and it is a document that nobody
+  // writes; those of writing it. Nothing is half written.
   Status save(const std::filesystem::path& path, bool overwrite);
 
  private:
@@ -81,13 +86,13 @@ class Workpiece {
     std::vector<Portion> severed;
     std::optional<BodyAction> action;  // instead of a stroke
     Bodies after;
-    BodyId active = 1;
+    BodyId began = 1, active = 1;  // the body that was worked on before, and after
   };
 
   Workpiece(std::unique_ptr<TriDexel> model, Bodies bodies, BodyId active,
             std::vector<Material> materials);
   void keep(Step step);
-  void stand_at(size_t done);
+  void stand_at(size_t done, BodyId active);
   static Status record(Document& document, const Step& step);
   Status write(const std::filesystem::path& path) const;
   Status write_after_opened(const std::filesystem::path& path) const;
@@ -98,9 +103,11 @@ class Workpiece {
   std::vector<Material> materials_;
   int threads_ = 1;
   Bodies first_;  // before any step
-  BodyId first_active_ = 1;
-  std::optional<Scene> scene_;    // how the stock was made
-  std::filesystem::path opened_;  // or the document it came from
+  std::vector<Material> first_materials_;
+  std::optional<Scene> scene_;  // how the stock was made
+  // Or the document that it came from, as it was then, in a folder of its own.
+  std::filesystem::path opened_;
+  std::shared_ptr<TemporaryFolder> folder_;
   std::vector<Step> steps_;
   size_t done_ = 0;
   std::unique_ptr<Stroke> stroke_;

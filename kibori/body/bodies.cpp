@@ -144,6 +144,11 @@ class Acting {
       if (body.locked) return Error{"body " + quoted(body) + " is locked; unlock it first"};
       const bool stays = action_.verb == BodyVerb::move || action_.verb == BodyVerb::remove ||
                          action_.verb == BodyVerb::bake;
+      const bool places = action_.verb == BodyVerb::move || action_.verb == BodyVerb::mirror ||
+                          action_.verb == BodyVerb::bake;
+      for (const Body& mask : bodies_.all)
+        if (places && mask.locked && goes_with(mask, body))
+          return Error{"its mask " + quoted(mask) + " is locked; unlock it first"};
       if (body.no_go && !stays)
         return Error{"body " + quoted(body) + " is no-go; allow cuts in it first"};
     }
@@ -171,6 +176,7 @@ class Acting {
         return each([&](Body& body) {
           Body copy = body;
           copy.locked = copy.no_go = false;
+          copy.mask_of = 0;
           add(std::move(copy), body.name + " copy");
           return Status(Ok{});
         });
@@ -223,7 +229,7 @@ class Acting {
   }
   // Masks that are named themselves go their own way.
   bool goes_with(const Body& mask, const Body& body) const {
-    return mask.mask_of == body.id &&
+    return mask.mask_of == body.id && mask.no_go &&
            std::count(action_.bodies.begin(), action_.bodies.end(), mask.id) == 0;
   }
   template <class F>
@@ -450,7 +456,8 @@ class Acting {
   Status place(Body& body, const Affine& to, F&& done) {
     Result<Placed> placed = place_model(body.model, to, threads_);
     if (!placed) return Error{"body " + quoted(body) + ": " + placed.error()};
-    if (placed.value().model->material_bounds().empty())
+    // Of a mask little may be left.
+    if (placed.value().model->material_bounds().empty() && body.mask_of == 0)
       return Error{"body " + quoted(body) + ": there is no material left"};
     change_.clipped |= placed.value().clipped;
     put_back(body, *placed.value().model);

@@ -358,6 +358,8 @@ Result<Image> draw_picture(const Surface& surface, std::span<const std::array<ui
   for (const int side : {options.width, options.height})
     if (side < 16 || side > 16384)
       return Error{"a picture has 16 to 16384 pixels a side, not " + std::to_string(side)};
+  if (!options.view.allFinite() || !(options.view.norm() > 0))
+    return Error{"a picture needs a direction to look in"};
   const Scene scene(surface);
   if (!scene.good()) return Error{"there is not enough memory to draw so many triangles"};
   const Painter painter(surface, colors, options, scene);

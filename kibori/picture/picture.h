@@ -47,7 +47,8 @@ struct PictureOptions {
 };
 
 // The surface, filling the frame and standing on the ground. `colors` are those of materials; what
-// has paint shows its paint. Errors: nothing to draw, a size out of 16 ... 16384 pixels.
+// has paint shows its paint. Errors: nothing to draw, a size out of 16 ... 16384 pixels,
+// a view without direction.
 Result<Image> draw_picture(const Surface& surface, std::span<const std::array<uint8_t, 3>> colors,
                            const PictureOptions& options);
 

@@ -66,7 +66,7 @@ _TABLES = {
 
 def _read_csv(path):
     try:
-        with open(path, newline="") as file:
+        with open(path, newline="", encoding="utf-8") as file:
             about = json.loads(file.readline().removeprefix("# "))
             rows = list(csv.reader(file))
         names, rows = rows[0], rows[1:]
@@ -79,8 +79,8 @@ def _read_csv(path):
             read[name] = number(name)
         for table, parts in _TABLES.items():
             read[table] = np.column_stack([number(part) for part in parts])
-        kinds = names[names.index("points") + 1 :]
-        read["removed_of_mm3"] = np.column_stack([number(kind) for kind in kinds]) if kinds else np.zeros((len(rows), 0))
+        first = names.index("points") + 1
+        read["removed_of_mm3"] = np.array([[float(text) for text in row[first:]] for row in rows]).reshape(len(rows), len(names) - first)
         return read
     except (OSError, ValueError, KeyError, IndexError) as error:
         raise Error(f"{path}: is no recording that kibori export wrote: {error}") from error
@@ -97,7 +97,7 @@ def _read_hdf5(path):
             read["about"] = json.loads(file["about"][()])
             modes = np.array(file.attrs["modes"].split(","))
         read["mode"] = modes[read["mode"]]
-        read["removed_of_mm3"] = read["removed_of_mm3"].reshape(len(read["step"]), -1)[:, : len(read["about"]["materials"])]
+        read["removed_of_mm3"] = read["removed_of_mm3"].reshape(len(read["step"]), max(1, len(read["about"]["materials"])))[:, : len(read["about"]["materials"])]
         return read
     except (OSError, ValueError, KeyError, AttributeError) as error:
         raise Error(f"{path}: is no recording that kibori export wrote: {error}") from error

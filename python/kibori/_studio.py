@@ -40,6 +40,7 @@ class Studio:
         self._process = subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
             env={**os.environ, "PYTHONUNBUFFERED": "1"})
+        atexit.register(self._end)  # before its document goes
         said, self.url = "", ""
         for line in self._process.stdout:
             said += line
@@ -61,18 +62,19 @@ class Studio:
 
     def close(self):
         """Ends the studio; the Model that is left."""
+        self._end()
+        return self.model()
+
+    def _end(self):
         if self._process.poll() is None:
             self._process.send_signal(signal.SIGINT)
             self._process.communicate()
-        return self.model()
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
-        if self._process.poll() is None:
-            self._process.send_signal(signal.SIGINT)
-            self._process.communicate()
+        self._end()
 
     def _repr_html_(self):
         return f'<a href="{self.url}" target="_blank">Carve it in the studio</a>'

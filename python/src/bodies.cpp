@@ -15,7 +15,7 @@ struct BodyView {
 
 std::vector<BodyView> bodies_of(Workpiece& piece) {
   std::vector<BodyView> list;
-  for (const Body& body : piece.bench().bodies().all)
+  for (const Body& body : piece.bodies().all)
     list.push_back({body.id, body.name, body.visible, body.locked, body.no_go,
                     body.model.volume_mm3(), seven(body.pose)});
   return list;
@@ -53,14 +53,12 @@ void bind_bodies(py::module_& module, ModelClass& model) {
           "All bodies, as they are now.")
       .def_property_readonly(
           "active",
-          [](Model& self) {
-            return self.with([](Workpiece& piece) { return piece.bench().active(); });
-          },
+          [](Model& self) { return self.with([](Workpiece& piece) { return piece.active(); }); },
           "Number of the body that strokes work on.")
       .def(
           "activate",
           [](Model& self, BodyId id) {
-            self.with([&](Workpiece& piece) { must(piece.bench().activate(id)); });
+            self.with([&](Workpiece& piece) { must(piece.activate(id)); });
           },
           py::arg("id"), "Strokes work on that body from now on.")
       .def(

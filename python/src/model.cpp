@@ -40,7 +40,7 @@ Image draw(Workpiece& piece, int width, int height, const std::variant<std::stri
     // Rings are seen where they are felt.
     options.contrasts.push_back(has_grain(material) ? ring_contrast(material.name) : 0);
   }
-  return value_of(draw_picture(surface_of(piece.bench().bodies().all, threads), colors, options));
+  return value_of(draw_picture(surface_of(piece.bodies().all, threads), colors, options));
 }
 
 std::string repr(Workpiece& piece) {
@@ -63,8 +63,7 @@ void bind_looking(ModelClass& model) {
       .def_property_readonly(
           "hash",
           [](Model& self) {
-            return self.with(
-                [](Workpiece& piece) { return piece.bench().bodies().content_hash(); });
+            return self.with([](Workpiece& piece) { return piece.bodies().content_hash(); });
           },
           "Of the whole content of all bodies; equal models have equal hashes.")
       .def_property_readonly(
@@ -160,8 +159,7 @@ void bind_history(ModelClass& model) {
             return self.with([&](Workpiece& piece) {
               std::vector<Rgb> colors;
               for (const Material& m : piece.materials()) colors.push_back(m.color);
-              return value_of(
-                  write_bodies(path, piece.bench().bodies().all, colors, tolerance, threads));
+              return value_of(write_bodies(path, piece.bodies().all, colors, tolerance, threads));
             });
           },
           py::arg("path"), py::arg("tolerance") = 0.0, py::arg("threads") = 1,

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <memory>
 #include <mutex>
+#include <thread>
 
 #include <kibori/batch/workpiece.h>
 
@@ -19,13 +21,26 @@ class Model {
 
   template <class F>
   auto with(F&& f) {
+    // A signal's handler runs on the thread that carves.
+    if (owner_ == std::this_thread::get_id())
+      throw Failure("the model is being carved; ask it when that is done");
     const py::gil_scoped_release no_gil;
     const std::lock_guard<std::mutex> lock(mutex_);
+    const Owned owned(owner_);
     return f(*piece_);
   }
 
  private:
+  struct Owned {
+    explicit Owned(std::atomic<std::thread::id>& of) : owner(of) {
+      owner = std::this_thread::get_id();
+    }
+    ~Owned() { owner = std::thread::id(); }
+    std::atomic<std::thread::id>& owner;
+  };
+
   std::mutex mutex_;
+  std::atomic<std::thread::id> owner_;
   std::unique_ptr<Workpiece> piece_;
 };
 

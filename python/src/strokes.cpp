@@ -2,6 +2,7 @@
 // Tools along paths: what comes of them, as arrays.
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 
 #include <kibori/motion/reshape_stroke.h>
@@ -12,7 +13,7 @@
 namespace kibori::python {
 namespace {
 
-constexpr int kRowsBetweenSignals = 256;
+constexpr auto kBetweenSignals = std::chrono::milliseconds(50);
 
 template <class Enum>
 Enum named(const std::string& what, const std::string& name) {
@@ -140,10 +141,35 @@ struct Carved {
 
 std::vector<BodyId> ids_from(Workpiece& piece, BodyId first) {
   std::vector<BodyId> ids;
-  for (const Body& body : piece.bench().bodies().all)
+  for (const Body& body : piece.bodies().all)
     if (body.id >= first) ids.push_back(body.id);
   return ids;
 }
+
+// A stroke that has begun: all of it is kept, or nothing.
+class Begun {
+ public:
+  Begun(Workpiece& piece, const StrokeChoice& choice, const Pose& start)
+      : piece_(piece), materials_(piece.materials().size()) {
+    const Status begun = piece.begin(choice.of(piece), start, choice.label);
+    if (begun) return;
+    piece.materials().resize(materials_);
+    throw Failure(begun.error());
+  }
+  Begun(const Begun&) = delete;
+  Begun& operator=(const Begun&) = delete;
+  ~Begun() {
+    if (kept_) return;
+    piece_.cancel();
+    piece_.materials().resize(materials_);
+  }
+  void keep() { kept_ = true; }
+
+ private:
+  Workpiece& piece_;
+  const size_t materials_;
+  bool kept_ = false;
+};
 
 Carved carve(Model& model, const StrokeChoice& choice, const std::vector<Pose>& path) {
   if (path.size() < 2)
@@ -160,23 +186,24 @@ Carved carve(Model& model, const StrokeChoice& choice, const std::vector<Pose>& 
   double *const force = carved.force.mutable_data(), *const moment = carved.moment.mutable_data(),
                 *const poses = carved.poses.mutable_data();
   model.with([&](Workpiece& piece) {
-    const BodyId next = piece.bench().bodies().next;
-    must(piece.begin(choice.of(piece), path.front(), choice.label));
-    // All of it, or nothing.
-    const auto stop = [&](const std::string& why) {
-      piece.cancel();
-      throw Failure(why);
-    };
+    const BodyId next = piece.bodies().next;
+    Begun begun(piece, choice, path.front());
+    auto asked = std::chrono::steady_clock::now();
     for (size_t i = 1; i < path.size(); i++) {
+      if (const auto now = std::chrono::steady_clock::now(); now - asked > kBetweenSignals) {
+        asked = now;
+        const py::gil_scoped_acquire gil;
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      }
       Result<ToolTick> done = piece.advance(path[i]);
-      if (!done) stop("row " + std::to_string(i) + " of the path: " + done.error());
+      if (!done) throw Failure("row " + std::to_string(i) + " of the path: " + done.error());
       ToolTick& tick = done.value();
       const std::array<double, 7> pose = seven(tick.pose);
       if (i + 1 == path.size()) {
-        const Result<CrumbResult> ended = piece.end(&tick);
-        if (!ended) stop(ended.error());
-        carved.fallen_mm3 = ended.value().fallen_mm3;
-        if (!ended.value().portions.empty()) carved.severed = ids_from(piece, next);
+        const CrumbResult ended = value_of(piece.end(&tick));
+        begun.keep();
+        carved.fallen_mm3 = ended.fallen_mm3;
+        if (!ended.portions.empty()) carved.severed = ids_from(piece, next);
       }
       removed[i - 1] = tick.removed_mm3;
       points[i - 1] = tick.points;
@@ -185,13 +212,6 @@ Carved carve(Model& model, const StrokeChoice& choice, const std::vector<Pose>& 
         moment[3 * (i - 1) + static_cast<size_t>(k)] = tick.wrench.moment[k];
       }
       std::copy(pose.begin(), pose.end(), poses + 7 * (i - 1));
-      if (i % kRowsBetweenSignals == 0) {
-        const py::gil_scoped_acquire gil;
-        if (PyErr_CheckSignals() != 0) {
-          piece.cancel();
-          throw py::error_already_set();
-        }
-      }
     }
   });
   return carved;
@@ -208,9 +228,18 @@ struct Felt {
 class Stroke {
  public:
   Stroke(Shared model, const StrokeChoice& choice, const Pose& start) : model_(std::move(model)) {
-    model_->with(
-        [&](Workpiece& piece) { must(piece.begin(choice.of(piece), start, choice.label)); });
+    model_->with([&](Workpiece& piece) { Begun(piece, choice, start).keep(); });
     open_ = true;
+  }
+  Stroke(const Stroke&) = delete;
+  Stroke& operator=(const Stroke&) = delete;
+  // Left open, it is as if it had not been.
+  ~Stroke() {
+    try {
+      cancel();
+    } catch (const std::exception&) {
+      // Its model is being carved by who let go of it.
+    }
   }
   Felt move(const Pose& to) {
     if (!open_) throw Failure("this stroke has ended");
@@ -221,8 +250,9 @@ class Stroke {
     });
   }
   void end() {
-    if (!std::exchange(open_, false)) return;
+    if (!open_) return;
     model_->with([&](Workpiece& piece) { value_of(piece.end()); });
+    open_ = false;
   }
   void cancel() {
     if (!std::exchange(open_, false)) return;

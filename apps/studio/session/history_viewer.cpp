@@ -26,9 +26,8 @@ Result<std::unique_ptr<Session>> HistoryViewer::make(std::unique_ptr<Document> d
                                                      Bodies at_head, const std::string& notice) {
   std::unique_ptr<HistoryViewer> viewer(new HistoryViewer);
   viewer->name_ = document->name();
-  viewer->materials_ = known_materials();
-  if (const auto last = document->settings(document->head()))
-    viewer->materials_ = last.value().materials;
+  viewer->materials_ = document_materials(*document);
+  if (viewer->materials_.empty()) viewer->materials_ = known_materials();
   if (const uint8_t own = document_material(*document); own < viewer->materials_.size())
     viewer->stock_material_ = own;
   const BodyId first = at_head.all.front().id;

@@ -169,13 +169,12 @@ Result<std::unique_ptr<Session>> open_session(const std::filesystem::path& file,
   auto model = document.value()->load();
   if (!model) return HistoryViewer::at_last_whole(file, std::move(document).value(), model.error());
   Scene scene;
-  scene.materials = known_materials();
+  scene.materials = document_materials(*document.value());
+  if (scene.materials.empty()) scene.materials = known_materials();
+  for (Material& material : scene.materials) mend(material);
   scene.tools = {BallTool{4}};
-  if (const auto last = document.value()->settings(document.value()->head())) {
-    scene.materials = last.value().materials;
-    for (Material& material : scene.materials) mend(material);
+  if (const auto last = document.value()->settings(document.value()->head()))
     scene.tools = {last.value().tool};
-  }
   scene.stock.material = document_material(*document.value());
   return LiveSession::make(std::move(document).value(), std::move(model).value(), scene, options,
                            missing);
