@@ -293,7 +293,11 @@ Status Workpiece::save(const std::filesystem::path& path, bool overwrite) {
   return file.commit();
 }
 
-Status Workpiece::record(Document& document, const Step& step) {
+Status Workpiece::record(Document& document, const Step& step) const {
+  if (step.action) {
+    const Result<BodyChange> acted = document.act(*step.action, threads_);
+    return acted ? Status(Ok{}) : Status(Error{acted.error()});
+  }
   if (Status chosen = document.choose(step.settings.body); !chosen) return chosen;
   if (Status begun = document.begin(step.settings, step.start, step.label); !begun) return begun;
   for (const StrokeTick& tick : step.ticks) document.add(tick);
@@ -318,12 +322,8 @@ Status Workpiece::write(const std::filesystem::path& path) const {
   Document& document = *made.value();
   for (size_t i = 0; i < done_; i++) {
     const Step& step = steps_[i];
-    if (step.action) {
-      if (const Result<BodyChange> acted = document.act(*step.action, threads_); !acted)
-        return Error{acted.error()};
-      continue;
-    }
-    if (Status begun = record(document, step); !begun) return begun;
+    if (Status recorded = record(document, step); !recorded) return recorded;
+    if (step.action) continue;
     const Body& after = *step.after.find(step.settings.body);
     if (Status done =
             document.finish(after.model, after.material_bounds, step.removed_mm3, step.severed);
@@ -350,12 +350,8 @@ Status Workpiece::write_after_opened(const std::filesystem::path& path) const {
   Workbench bench(*model.value());
   for (size_t i = 0; i < done_; i++) {
     const Step& step = steps_[i];
-    if (step.action) {
-      if (const Result<BodyChange> acted = document.act(*step.action, threads_); !acted)
-        return Error{acted.error()};
-      continue;
-    }
-    if (Status begun = record(document, step); !begun) return begun;
+    if (Status recorded = record(document, step); !recorded) return recorded;
+    if (step.action) continue;
     if (Status flushed = document.flush(); !flushed) return flushed;
     bench.set(*document.worked_on(), document.active());
     const BodyId fresh = bench.bodies().next;

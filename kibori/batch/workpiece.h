@@ -93,7 +93,8 @@ class Workpiece {
             std::vector<Material> materials);
   void keep(Step step);
   void stand_at(size_t done, BodyId active);
-  static Status record(Document& document, const Step& step);
+  // Into the document: what was done with bodies, done; a stroke, begun and with its ticks.
+  Status record(Document& document, const Step& step) const;
   Status write(const std::filesystem::path& path) const;
   Status write_after_opened(const std::filesystem::path& path) const;
   Status no_stroke() const;
