@@ -126,7 +126,8 @@ TEST(Lettering, SaysWhatCannotBe) {
             std::string::npos);
   EXPECT_NE(error_of({"A", "/nowhere/a.ttf", 10, 2, 0}).find("there is no font file"),
             std::string::npos);
-  EXPECT_NE(error_of({"A", KIBORI_SOURCE_DIR "/CMakeLists.txt", 10, 2, 0}).find("can't be read"), std::string::npos);
+  EXPECT_NE(error_of({"A", KIBORI_SOURCE_DIR "/CMakeLists.txt", 10, 2, 0}).find("can't be read"),
+            std::string::npos);
   EXPECT_NE(error_of({"日", kSans, 10, 2, 0}).find("has no letter '日'"), std::string::npos);
   EXPECT_NE(error_of({"", kSans, 10, 2, 0}).find("no letters"), std::string::npos);
   EXPECT_NE(error_of({" \n ", kSans, 10, 2, 0}).find("no letters"), std::string::npos);
