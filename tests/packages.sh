@@ -52,6 +52,8 @@ no_checkout "$root"
 bare "$root/usr/bin/kibori" verify a.kibori
 two=$(bare PATH="$root/usr/bin:/usr/bin:/bin" PYTHONPATH="$root/usr/lib/python3/dist-packages" /usr/bin/python3 use.py b.kibori)
 [ "$one" = "$two" ] || { echo "packages.sh: the wheel carves $one, the package $two" >&2; exit 1; }
+said=$(bare "$root/usr/bin/kibori" servo --publish dds:39 --publish 127.0.0.1:0 --seconds 0.2 --no-surface 2>&1)
+[[ $said == *"DDS topics /kibori/..., domain 39 and ws://127.0.0.1:"* ]] || { echo "packages.sh: $said" >&2; exit 1; }
 zcat "$root/usr/share/man/man1/kibori-carve.1.gz" | grep -q forces
 bare bash -c ". '$root/usr/share/bash-completion/completions/kibori'; COMP_WORDS=(kibori ver); COMP_CWORD=1; _kibori; [ \"\${COMPREPLY[*]}\" = verify ]"
 cmake -S "$here/consumer" -B "$folder/build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$root/usr" >/dev/null

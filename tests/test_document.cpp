@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <kibori/document/codec.h>
+#include <kibori/document/database.h>
 #include <kibori/document/document.h>
 #include <kibori/motion/direct_tool.h>
 
@@ -555,6 +556,21 @@ TEST(Document, CopiesAreWholeAndIndependent) {
   EXPECT_EQ(copy->load().value()->content_hash(), model.content_hash());
 }
 
+// That the file says it is of.
+int64_t version_of(const std::filesystem::path& path) {
+  Result<Database> database = Database::open(path, Database::Access::read);
+  if (!database) return -1;
+  Result<Statement> read = database.value().prepare("PRAGMA user_version");
+  return read && read.value().row() ? read.value().integer(0) : -1;
+}
+
+TEST(Document, SaysWhichVersionItIsOf) {
+  Folder folder;
+  TriDexel model = stock();
+  created(folder / "a.kibori", model);
+  EXPECT_EQ(version_of(folder / "a.kibori"), 12);
+}
+
 // A document of each version that there was opens and is what it was.
 TEST(Document, OldVersionsOpen) {
   for (const auto& [name, hash, steps] :
@@ -576,6 +592,7 @@ TEST(Document, OldVersionsOpen) {
     document.reset();
     document = opened(folder / name);
     ASSERT_NE(document, nullptr);
+    EXPECT_EQ(version_of(folder / name), 12);
     EXPECT_TRUE(document->set_thumbnail(3, {1, 2, 3}).ok());
     EXPECT_EQ(document->steps().size(), steps);
     EXPECT_EQ(wrongs(*document), std::vector<std::string>());
@@ -595,13 +612,13 @@ TEST(Document, AMillionTicksAtOnceAndForcesOfSome) {
   Folder folder;
   TriDexel model = stock();
   auto document = created(folder / "a.kibori", model);
-  const Wrench felt;
+  const Wrench felt, given{Vec3(1, 2, 3), Vec3(4, 5, 6)};
   ASSERT_TRUE(document->begin({}, {}).ok());
   for (int i = 0; i < 1000100; i++) document->add({});
   ASSERT_TRUE(document->finish(model, 0).ok());
   ASSERT_TRUE(document->begin({}, {}).ok());
   for (int i = 0; i < 20; i++) {
-    document->add({}, i == 15 ? nullptr : &felt);
+    document->add({}, i == 15 ? nullptr : &felt, &given);
     if (i % 4 == 3) {
       ASSERT_TRUE(document->flush().ok());
     }
@@ -626,6 +643,17 @@ TEST(Document, AMillionTicksAtOnceAndForcesOfSome) {
   }
   EXPECT_EQ(ticks, 1000120);
   EXPECT_EQ(forces, 0);
+  // What all of them have is kept.
+  size_t kept = 0;
+  ASSERT_TRUE(document
+                  ->for_given(3,
+                              [&](const std::vector<Wrench>& block) -> Status {
+                                for (const Wrench& row : block)
+                                  kept += row.force == given.force && row.moment == given.moment;
+                                return Ok{};
+                              })
+                  .ok());
+  EXPECT_EQ(kept, 20u);
   EXPECT_EQ(wrongs(*document), std::vector<std::string>());
 }
 

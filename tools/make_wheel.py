@@ -103,6 +103,7 @@ def main():
         (top / info / "METADATA").write_text(
             f"Metadata-Version: 2.1\nName: kibori\nVersion: {version}\nSummary: Carve virtual solids by hand and feel them\n"
             f"License: MIT\nRequires-Python: =={sys.version_info.major}.{sys.version_info.minor}.*\nRequires-Dist: numpy\n"
+            "Provides-Extra: listen\nRequires-Dist: websockets; extra == 'listen'\n"
             "Description-Content-Type: text/markdown\n\n" + (ROOT / "docs/python.md").read_text())
         (top / info / "WHEEL").write_text(f"Wheel-Version: 1.0\nGenerator: kibori\nRoot-Is-Purelib: false\nTag: {tag}\n")
         out.mkdir(parents=True, exist_ok=True)

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 #include <unistd.h>
 
@@ -30,6 +31,18 @@ inline const CLI::Validator kPositive(
 inline int bad_input(const std::string& what) {
   std::fprintf(stderr, "kibori: %s\n", kibori::sanitize_message(what).c_str());
   return kBadInput;
+}
+
+// --publish, of what is carved in real time.
+inline void add_publish(CLI::App& command, std::vector<std::string>& where) {
+  command
+      .add_option("--publish", where,
+                  "give every tick to whoever reads while it is made: over WebSocket at HOST:PORT "
+                  "(127.0.0.1:7070: this machine alone may), and as ROS 2's topics by dds or "
+                  "dds:DOMAIN")
+      ->type_name("HOST:PORT|dds")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 
 inline int written() {

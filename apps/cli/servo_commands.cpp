@@ -13,6 +13,7 @@
 
 #include "apps/cli/common.h"
 #include "apps/cli/outputs.h"
+#include "apps/publish/publisher.h"
 
 using namespace kibori;
 
@@ -41,6 +42,7 @@ ServoCommands::ServoCommands(CLI::App& app) {
       ->add_option("-o,--output", document_, "write a document, stroke by stroke, as it is carved")
       ->type_name("FILE.kibori");
   servo_->add_flag("--keep-forces", keep_forces_, "in the document, too")->needs("-o");
+  add_publish(*servo_, publish_);
   servo_->add_option("--seconds", seconds_, "how long")->check(kPositive)->capture_default_str();
   servo_->add_option("--rate", rate_hz_, "ticks a second, 100 to 4000")
       ->type_name("HZ")
@@ -109,6 +111,21 @@ int ServoCommands::run_servo() const {
     Result<std::unique_ptr<Device>> opened = open_device(device_);
     if (!opened) return bad_input(opened.error());
     device = std::move(opened).value();
+  }
+  std::unique_ptr<Publisher> publisher;
+  if (!publish_.empty()) {
+    Result<std::unique_ptr<Publisher>> opened = Publisher::open(publish_);
+    if (!opened) return bad_input(opened.error());
+    publisher = std::move(opened).value();
+    std::fprintf(stderr, "%s\n", publisher->where().c_str());
+    options.begins = [&](const std::string& device_name, const Lattice& lattice) {
+      publisher->about({std::filesystem::path(document_).filename().string(), device_name, rate_hz_,
+                        lattice, scene.materials});
+    };
+    options.told = [&](const std::vector<LiveTick>& ticks) {
+      for (const LiveTick& tick : ticks) publisher->add(tick);
+      publisher->flush();
+    };
   }
   // Ctrl-C ends the run in order: no force stays on, and a recording is kept.
   std::signal(SIGINT, [](int) { interrupted = 1; });

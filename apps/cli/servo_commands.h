@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -19,6 +20,7 @@ class ServoCommands {
   int run_servo() const;
 
   CLI::App *devices_, *servo_;
+  std::vector<std::string> publish_;
   std::string scene_, device_ = "virtual", model_, record_, document_;
   double seconds_ = 10, rate_hz_ = 1000, stiffness_n_mm_ = 0;
   bool no_surface_ = false, json_ = false, keep_forces_ = false;

@@ -16,6 +16,7 @@
 #include "apps/studio/session/session.h"
 
 #include "apps/cli/common.h"
+#include "apps/publish/publisher.h"
 #include "apps/studio/bundle.h"
 #include "apps/studio/server.h"
 
@@ -60,6 +61,7 @@ StudioCommand::StudioCommand(CLI::App& app) {
       "--read-only", read_only_,
       "only look at the document and its history; while another process writes it, as it was "
       "when this began");
+  add_publish(*studio_, publish_);
   studio_->add_flag("--no-browser", no_browser_, "only print the address");
 }
 
@@ -113,14 +115,22 @@ int StudioCommand::run() const {
   }
   auto server = studio::Server::listen(library.value(), port_, how);
   if (!server) return bad_input(server.error());
+  std::string published;
+  if (!publish_.empty()) {
+    auto publisher = Publisher::open(publish_);
+    if (!publisher) return bad_input(publisher.error());
+    published = publisher.value()->where() + ".\n";
+    server.value()->publish_by(std::move(publisher).value());
+  }
   const std::string url = server.value()->url();
   server.value()->on_new_address([](const std::string& another) {
     std::printf("An address opens the studio once. For another browser there is\n  %s\n",
                 another.c_str());
     std::fflush(stdout);
   });
-  std::printf("%s at\n  %s\nCtrl-C ends it; all is saved as you carve.\n",
-              session ? (session->name() + " is open").c_str() : "The studio is open", url.c_str());
+  std::printf("%s at\n  %s\n%sCtrl-C ends it; all is saved as you carve.\n",
+              session ? (session->name() + " is open").c_str() : "The studio is open", url.c_str(),
+              published.c_str());
   if (const int status = written(); status != 0) return status;
   if (session) server.value()->show(std::move(session));
   const auto way = TemporaryFolder::make();

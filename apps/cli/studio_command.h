@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -16,6 +17,7 @@ class StudioCommand {
 
  private:
   CLI::App* studio_;
+  std::vector<std::string> publish_;
   std::string file_, stock_, device_, second_;
   uint16_t port_ = 0;
   bool no_browser_ = false, read_only_ = false;

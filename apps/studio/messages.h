@@ -13,7 +13,7 @@
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 16;
+inline constexpr uint16_t kProtocolVersion = 17;
 
 // The first message of a page, with the key that POST /enter gave for the token. Welcome or Start
 // answers; where the key is another one, the line is closed with code 1008.
@@ -917,6 +917,27 @@ struct PrintFaults {
   template <class F>
   void fields([[maybe_unused]] F&& f) {
     f(overhang, thin, area, thinnest, pieces);
+  }
+};
+// At --publish HOST:PORT, the first message and again where another document is opened; readers say
+// nothing. JSON: what the rows of PublishedTicks are of, row_bytes, and their columns (name, type,
+// offset in bytes, count).
+struct PublishedAbout {
+  static constexpr uint8_t kKind = 96;
+  uint16_t version = 0;
+  std::string json;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(version, json);
+  }
+};
+// Every servo tick since the last such message: rows of PublishedAbout's row_bytes, one for each hand.
+struct PublishedTicks {
+  static constexpr uint8_t kKind = 97;
+  std::vector<uint8_t> rows;
+  template <class F>
+  void fields([[maybe_unused]] F&& f) {
+    f(rows);
   }
 };
 

@@ -79,6 +79,7 @@ void Server::State::hold(WebSocketClient* page) {
 void Server::State::show(std::unique_ptr<Session> opened) {
   session = std::move(opened);
   if (session) imports.drop_all();
+  tell_publisher();
   ticks_sent = 0;
   tick_rows.clear();
   second_tick.reset();
@@ -91,6 +92,14 @@ void Server::State::show(std::unique_ptr<Session> opened) {
   const std::vector<WebSocketClient*> all(pages.begin(), pages.end());
   for (WebSocketClient* const page : all)
     if (pages.count(page)) page->restart();
+}
+
+void Server::State::tell_publisher() {
+  if (!publisher || !live()) return;
+  const LiveSession::HapticDeviceState* const device = haptic_device();
+  publisher->about({std::filesystem::path(session->name()).filename().string(),
+                    device ? device->name : "a pointer", session->rate_hz(), session->lattice(),
+                    session->materials()});
 }
 
 void Server::State::work(const std::string& what,
@@ -295,7 +304,9 @@ void Server::State::send_ticks() {
   std::vector<MethodView*> views;
   for (WebSocketClient* const page : pages)
     if (page->method().watching()) views.push_back(&page->method());
+  const bool publishes = publisher && live();
   for (const LiveTick& tick : session->ticks()) {
+    if (publishes) publisher->add(tick);
     for (MethodView* const view : views) view->add(tick, wood);
     owed += tick.owed_mm3;
     fallen += tick.fallen_mm3;
@@ -308,6 +319,7 @@ void Server::State::send_ticks() {
           tick.tool.axis(), Vec3(tick.tool.frame.col(0))})
       for (int i = 0; i < 3; i++) tick_rows.push_back(static_cast<float>(v[i]));
   }
+  if (publishes) publisher->flush();
   if (gave_up)
     notify(
         "The stroke ended early: there is not enough memory for so large a brush. Use a smaller "
@@ -468,6 +480,10 @@ void Server::on_new_address(std::function<void(const std::string&)> notify) {
   state_->door.on_new_token = [this, notify = std::move(notify)](const std::string&) {
     notify(url());
   };
+}
+void Server::publish_by(std::unique_ptr<Publisher> publisher) {
+  state_->publisher = std::move(publisher);
+  state_->tell_publisher();
 }
 void Server::show(std::unique_ptr<Session> session) { state_->show(std::move(session)); }
 

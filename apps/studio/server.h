@@ -17,6 +17,7 @@
 #include <string>
 
 #include <kibori/base/result.h>
+#include "apps/publish/publisher.h"
 #include "apps/studio/session/library.h"
 #include "apps/studio/session/session.h"
 
@@ -46,6 +47,8 @@ class Server {
   // Told the next address when one that was used is opened by another browser, which the person may
   // want.
   void on_new_address(std::function<void(const std::string& url)> notify);
+  // Every tick that a hand makes goes to it, too.
+  void publish_by(std::unique_ptr<Publisher> publisher);
   // The document that is carved.
   void show(std::unique_ptr<Session> session);
   // Until stop() says so, which is asked every few ms.

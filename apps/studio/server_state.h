@@ -105,11 +105,13 @@ struct Server::State {
   std::optional<HandTick> second_tick;  // the newest
   bool second_told = false;             // pages know of a second hand
   std::vector<uint8_t> second_message();
-  std::vector<float> tick_rows;     // not sent yet
-  bool traced = false;              // what the experiment came to was sent
-  std::vector<uint8_t> trace_sent;  // for pages that come later; empty: not yet
-  std::optional<ShowTool> shown;    // the tool; none: no one has said
-  std::optional<ShowStamp> stamp;   // its triangles, where it is a stamp
+  std::vector<float> tick_rows;          // not sent yet
+  std::unique_ptr<Publisher> publisher;  // null: nobody asked for one
+  void tell_publisher();                 // which document it is
+  bool traced = false;                   // what the experiment came to was sent
+  std::vector<uint8_t> trace_sent;       // for pages that come later; empty: not yet
+  std::optional<ShowTool> shown;         // the tool; none: no one has said
+  std::optional<ShowStamp> stamp;        // its triangles, where it is a stamp
   std::string trouble_told;
   Clock::time_point trouble_at{}, clipped_at{};
   Clock::time_point state_at{}, ticks_at{}, work_at{};

@@ -251,7 +251,7 @@ Result<StepId> salvage(const Document& document, const std::filesystem::path& in
     StrokeSettings settings;
     Pose start;
     std::vector<StrokeTick> ticks;
-    std::vector<Wrench> felt;
+    std::vector<Wrench> felt, given;
   };
   const auto read = [&](StepId step) -> Result<Kept> {
     Kept kept;
@@ -265,11 +265,14 @@ Result<StepId> salvage(const Document& document, const std::filesystem::path& in
       kept.ticks.insert(kept.ticks.end(), ticks.begin(), ticks.end());
       return Ok{};
     });
-    if (done)
-      done = document.for_forces(step, [&](const std::vector<Wrench>& felt) -> Status {
-        kept.felt.insert(kept.felt.end(), felt.begin(), felt.end());
+    const auto gather = [](std::vector<Wrench>& all) {
+      return [&all](const std::vector<Wrench>& some) -> Status {
+        all.insert(all.end(), some.begin(), some.end());
         return Ok{};
-      });
+      };
+    };
+    if (done) done = document.for_forces(step, gather(kept.felt));
+    if (done) done = document.for_given(step, gather(kept.given));
     if (done) done = document.replay(step, bench, std::nullopt, {});
     const Step& was = document.steps().at(step);
     if (done && was.finished && bench.bodies().content_hash() != was.hash)
@@ -295,10 +298,11 @@ Result<StepId> salvage(const Document& document, const std::filesystem::path& in
     }
     const Result<Kept> kept = read(step);
     if (!kept) break;  // up to here
-    const auto& [settings_then, start_then, ticks, felt] = kept.value();
+    const auto& [settings_then, start_then, ticks, felt, given] = kept.value();
     Status written = made.value()->begin(settings_then, start_then, was.label);
     for (size_t k = 0; k < ticks.size(); k++)
-      made.value()->add(ticks[k], felt.size() == ticks.size() ? &felt[k] : nullptr);
+      made.value()->add(ticks[k], felt.size() == ticks.size() ? &felt[k] : nullptr,
+                        given.size() == ticks.size() ? &given[k] : nullptr);
     // What the stroke severed stands at the end of the list.
     std::vector<Portion> severed;
     for (size_t k = bodies_before; k < bench.bodies().all.size(); k++)

@@ -221,6 +221,7 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
                                                            : device->capabilities().stiffness_n_mm);
   settings.workspace = Workspace(centre);
   settings.log = !options.document.empty();
+  settings.watched = static_cast<bool>(options.told);
   std::unique_ptr<Document> document;
   if (settings.log) {
     Result<std::unique_ptr<Document>> created =
@@ -241,6 +242,16 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
   std::optional<DocumentWriter> writer;
   if (document) writer.emplace(live, std::move(document), options.keep_forces).start();
   EmptyLoop empty(options.rate_hz, options.empty_loop);
+  if (options.begins) options.begins(report.device, live.context().model().lattice());
+  std::vector<LiveTick> ticks;
+  const auto tell = [&] {
+    if (!options.told) return;
+    ticks.clear();
+    do ticks.emplace_back();
+    while (live.next_tick(ticks.back()));
+    ticks.pop_back();
+    if (!ticks.empty()) options.told(ticks);
+  };
   live.start();
   const auto begin = std::chrono::steady_clock::now();
   const auto elapsed = [&] {
@@ -248,6 +259,7 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
   };
   Snapshot snapshot;
   while (elapsed() < options.seconds && !(options.cancelled && options.cancelled())) {
+    tell();
     if (live.latest(snapshot)) {
       report.snapshots++;
       if (surface) report.surface_chunks += surface->update(snapshot).size();
@@ -258,6 +270,7 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
     if (options.progress) options.progress(std::min(1.0, elapsed() / options.seconds));
   }
   live.stop();
+  tell();
   if (writer) {
     writer->stop();
     Document& written = writer->document();

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <kibori/base/result.h>
 #include <kibori/batch/scene.h>
@@ -27,6 +28,9 @@ struct ServoRunOptions {
   std::filesystem::path record;    // keep the device's readings here, for replay:FILE
   std::filesystem::path document;  // keep what is carved here
   bool keep_forces = false;        // and what was felt
+  // What is carved, before the first tick; and every tick, some at a time, while others are made.
+  std::function<void(const std::string& device, const Lattice& lattice)> begins;
+  std::function<void(const std::vector<LiveTick>& ticks)> told;
   std::function<void(double share)> progress;
   // Asked now and then; true ends the run as if the time were over.
   std::function<bool()> cancelled;

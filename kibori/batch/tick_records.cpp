@@ -117,11 +117,11 @@ Status for_tick_records(const Document& document, StepId to, const TickRecords& 
           std::find(records.materials.begin(), records.materials.end(), material.name) -
           records.materials.begin()));
     std::vector<Wrench> kept;
-    if (Status read = document.for_forces(id,
-                                          [&](const std::vector<Wrench>& felt) -> Status {
-                                            kept.insert(kept.end(), felt.begin(), felt.end());
-                                            return Ok{};
-                                          });
+    if (Status read = document.for_given(id,
+                                         [&](const std::vector<Wrench>& felt) -> Status {
+                                           kept.insert(kept.end(), felt.begin(), felt.end());
+                                           return Ok{};
+                                         });
         !read)
       return read;
     Status used = Ok{};

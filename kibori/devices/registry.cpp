@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/devices/registry.h>
 
+#include <kibori/devices/dds_device.h>
+#include <kibori/devices/dds_link.h>
 #include <kibori/devices/force_dimension.h>
 #include <kibori/devices/gamepad_device.h>
 #include <kibori/devices/haply_device.h>
@@ -35,6 +37,11 @@ Result<std::unique_ptr<Device>> open_device(const std::string& name) {
     if (!address) return Error{address.error()};
     return as_device(VrpnDevice::open(address.value()));
   }
+  if (name == "dds" || name.starts_with("dds:")) {
+    const Result<uint32_t> domain = parse_dds_domain(name);
+    if (!domain) return Error{domain.error()};
+    return as_device(DdsDevice::open(domain.value()));
+  }
   if (name.rfind("replay:", 0) == 0) {
     Result<std::vector<RecordedReading>> readings = read_recording(name.substr(7));
     if (!readings) return Error{readings.error()};
@@ -47,7 +54,7 @@ Result<std::unique_ptr<Device>> open_device(const std::string& name) {
   }
   return Error{"no kind of device is called '" + name +
                "'; there are virtual, forcedim, haply[:HOST:PORT], openhaptics, gamepad, "
-               "vrpn:NAME@HOST[:PORT] and replay:FILE.csv"};
+               "vrpn:NAME@HOST[:PORT], dds[:DOMAIN] and replay:FILE.csv"};
 }
 
 std::vector<DeviceFound> find_devices() {
@@ -58,6 +65,8 @@ std::vector<DeviceFound> find_devices() {
         {name, device.ok(), device ? device.value()->capabilities().name : device.error()});
   }
   found.push_back({"vrpn:NAME@HOST[:PORT]", false, "is not looked for: say which server"});
+  found.push_back({"dds[:DOMAIN]", false,
+                   "is not looked for: a ROS 2 program that sends /kibori/device/pose"});
   return found;
 }
 

@@ -7,6 +7,7 @@
 //   openhaptics                3D Systems' Touch family
 //   gamepad                    a game controller that rumbles
 //   vrpn:NAME@HOST[:PORT]      anything behind a VRPN server
+//   dds[:DOMAIN]               a program that sends poses as ROS 2 does
 //   replay:FILE.csv            a recording: the hand's way again
 #pragma once
 

@@ -267,9 +267,8 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start,
   if (!kept) return kept;
   open_step_ = begun.id;
   open_sequence_ = saved_ticks_ = 0;
-  waiting_.clear();
-  waiting_forces_.clear();
-  all_felt_ = true;
+  drop_waiting();
+  forces_.all = given_.all = true;
   begun.parent = head_;
   begun.label = label;
   begun.finished = false;
@@ -286,22 +285,40 @@ Status Document::write_ticks(int64_t& sequence) {
       return Error{"a tick of the stroke has a number that is not finite"};
   Result<Statement> tick = storage_->database.prepare("INSERT INTO tick VALUES (?, ?, ?, ?)");
   if (!tick) return Error{tick.error()};
-  Result<Statement> force = storage_->database.prepare("INSERT INTO force VALUES (?, ?, ?, ?)");
-  if (!force) return Error{force.error()};
-  const auto put = [&](Statement& into, size_t count, const Bytes& data) {
-    return into.bind(open_step_).bind(sequence).bind(static_cast<int64_t>(count)).bind(data).run();
-  };
   for (size_t from = 0; from < waiting_.size(); from += kTicksABlock, sequence++) {
     const size_t count = std::min(kTicksABlock, waiting_.size() - from);
-    if (Status s = put(tick.value(), count, encode_ticks(&waiting_[from], count)); !s) return s;
-    if (!all_felt_) continue;
-    if (Status s = put(force.value(), count, encode_forces(&waiting_forces_[from], count)); !s)
-      return s;
+    const auto put = [&](Statement& into, const Bytes& data) {
+      return into.bind(open_step_)
+          .bind(sequence)
+          .bind(static_cast<int64_t>(count))
+          .bind(data)
+          .run();
+    };
+    if (Status s = put(tick.value(), encode_ticks(&waiting_[from], count)); !s) return s;
+    for (const WaitingForces* const forces : {&forces_, &given_}) {
+      if (!forces->all) continue;
+      const std::string sql = std::string("INSERT INTO ") + forces->table + " VALUES (?, ?, ?, ?)";
+      Result<Statement> row = storage_->database.prepare(sql.c_str());
+      if (!row) return Error{row.error()};
+      if (Status s = put(row.value(), encode_forces(&forces->rows[from], count)); !s) return s;
+    }
   }
-  if (all_felt_ || open_sequence_ == 0) return Ok{};
-  // Some were felt, and others not.
-  Result<Statement> drop = storage_->database.prepare("DELETE FROM force WHERE step = ?");
-  return drop ? drop.value().bind(open_step_).run() : Status(Error{drop.error()});
+  if (open_sequence_ == 0) return Ok{};
+  for (const WaitingForces* const forces : {&forces_, &given_}) {
+    if (forces->all) continue;
+    // Some were felt, and others not.
+    const std::string sql = std::string("DELETE FROM ") + forces->table + " WHERE step = ?";
+    Result<Statement> drop = storage_->database.prepare(sql.c_str());
+    if (!drop) return Error{drop.error()};
+    if (Status s = drop.value().bind(open_step_).run(); !s) return s;
+  }
+  return Ok{};
+}
+
+void Document::drop_waiting() {
+  waiting_.clear();
+  forces_.rows.clear();
+  given_.rows.clear();
 }
 
 Status Document::flush() {
@@ -314,8 +331,7 @@ Status Document::flush() {
   if (!kept) return kept;
   open_sequence_ = sequence;
   saved_ticks_ += static_cast<int64_t>(waiting_.size());
-  waiting_.clear();
-  waiting_forces_.clear();
+  drop_waiting();
   keep_some_tiles(kTilesAtOnce);
   return Ok{};
 }
@@ -361,8 +377,7 @@ Status Document::finish(const Snapshot& now, const LatticeBox& material_bounds, 
   last_child_.erase(step.parent);
   head_ = step.id;
   open_step_ = 0;
-  waiting_.clear();
-  waiting_forces_.clear();
+  drop_waiting();
   remember(step.id, after);
   wait_for_tiles(step.id, after);
   return Ok{};
@@ -438,7 +453,7 @@ Status Document::cancel() {
   const StepId id = open_step_;
   Status kept = commit("cancelling a stroke", [&]() -> Status {
     for (const char* sql : {"DELETE FROM tick WHERE step = ?", "DELETE FROM force WHERE step = ?",
-                            "DELETE FROM step WHERE id = ?"}) {
+                            "DELETE FROM given WHERE step = ?", "DELETE FROM step WHERE id = ?"}) {
       Result<Statement> drop = storage_->database.prepare(sql);
       if (!drop) return Error{drop.error()};
       if (Status s = drop.value().bind(id).run(); !s) return s;
@@ -448,8 +463,7 @@ Status Document::cancel() {
   if (!kept) return kept;
   steps_.erase(id);
   open_step_ = 0;
-  waiting_.clear();
-  waiting_forces_.clear();
+  drop_waiting();
   return Ok{};
 }
 

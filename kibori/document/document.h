@@ -191,13 +191,12 @@ class Document {
   // Errors, here and of flush and finish: neither file nor memory can be written; nothing is
   // dropped, and it can be tried again.
   Status begin(const StrokeSettings& settings, const Pose& start, const std::string& label = {});
-  // `felt`: by the stroke's own force model; kept too where every tick of the stroke has one.
-  void add(const StrokeTick& tick, const Wrench* felt = nullptr) {
+  // `felt`: by the stroke's own force model; `given`: what the hand's device was given, within what
+  // is safe. Each is kept too where every tick of the stroke has one.
+  void add(const StrokeTick& tick, const Wrench* felt = nullptr, const Wrench* given = nullptr) {
     waiting_.push_back(tick);
-    if (felt)
-      waiting_forces_.push_back(*felt);
-    else
-      all_felt_ = false;
+    forces_.add(felt);
+    given_.add(given);
   }
   bool in_stroke() const { return open_step_ != 0; }
   Status flush();
@@ -226,6 +225,8 @@ class Document {
   // Calls f(force and moment of the ticks of one flush) for all of them, if they were kept: see
   // add().
   Status for_forces(StepId step, const std::function<Status(const std::vector<Wrench>&)>& f) const;
+  // The same, of what the hand's device was given.
+  Status for_given(StepId step, const std::function<Status(const std::vector<Wrench>&)>& f) const;
   // What was done with bodies.
   Result<BodyAction> action(StepId step) const;
   // Carves a stroke again on the bench, or does again what was done with bodies: all stands there
@@ -355,8 +356,20 @@ class Document {
   std::map<StepId, Bodies> lists_;  // of steps after which there are other bodies; without models
   int64_t open_sequence_ = 0, saved_ticks_ = 0;
   std::vector<StrokeTick> waiting_;
-  std::vector<Wrench> waiting_forces_;
-  bool all_felt_ = true;  // so far
+  // Of the ticks that wait, where all that the stroke had by now have one.
+  struct WaitingForces {
+    const char* const table;
+    std::vector<Wrench> rows = {};
+    bool all = true;
+    void add(const Wrench* row) {
+      if (row)
+        rows.push_back(*row);
+      else
+        all = false;
+    }
+  };
+  WaitingForces forces_{"force"}, given_{"given"};
+  void drop_waiting();
   bool marked_ = false;
   // States by step, of the one memory that is worked in.
   std::map<StepId, Bodies> states_;

@@ -21,8 +21,9 @@ constexpr int kApplication = 0x4B49424F;  // "KIBO"
 // 2: forces and thumbnails. 3: tiles found by place. 4: symmetry. 5: seals. 6: strokes that
 // reshape. 7: warps, creases, paint, clay, the wheel, symmetry about an axis.
 // 8: what resists where a stroke begins, two fingers on the wheel. 9: bodies. 10: two
-// hands. 11: masks that follow their bodies.
-constexpr int64_t kVersion = 11;
+// hands. 11: masks that follow their bodies. 12: what a hand was given. (Files of 10 and 11 say
+// that they are of 9.)
+constexpr int64_t kVersion = 12;
 // Beyond, SQLite would number new ones out of order.
 constexpr StepId kMaxSteps = StepId{1} << 62;
 const char* const kSchema = R"(
@@ -57,7 +58,11 @@ CREATE TABLE seal (step INTEGER PRIMARY KEY REFERENCES step, value TEXT NOT NULL
 const char* const kSchemaSince9 = R"(
 CREATE TABLE bodies (step INTEGER PRIMARY KEY REFERENCES step, json TEXT NOT NULL);
 )";
-const char* const kThisVersion = "PRAGMA user_version = 9";
+const char* const kSchemaSince12 = R"(
+CREATE TABLE given (step INTEGER NOT NULL REFERENCES step, sequence INTEGER NOT NULL, count INTEGER NOT NULL,
+  data BLOB NOT NULL, PRIMARY KEY (step, sequence)) WITHOUT ROWID;
+)";
+const std::string kThisVersion = "PRAGMA user_version = " + std::to_string(kVersion);
 
 // A database, and what may stand beside it.
 void clear_away(const std::filesystem::path& path) {
@@ -217,8 +222,8 @@ Result<std::unique_ptr<Document>> Document::create(const std::filesystem::path& 
       const std::string first = "PRAGMA application_id=" + std::to_string(kApplication);
       if (Status s = document->storage_->database.run(first.c_str()); !s) return s;
       return document->commit("making it", [&]() -> Status {
-        for (const char* tables :
-             {kSchema, kSchemaSince2, kSchemaSince3, kSchemaSince5, kSchemaSince9, kThisVersion})
+        for (const char* tables : {kSchema, kSchemaSince2, kSchemaSince3, kSchemaSince5,
+                                   kSchemaSince9, kSchemaSince12, kThisVersion.c_str()})
           if (Status s = document->storage_->database.run(tables); !s) return s;
         Result<Statement> meta =
             document->storage_->database.prepare("INSERT INTO meta VALUES (?, ?)");
@@ -322,7 +327,8 @@ Result<std::unique_ptr<Document>> Document::attach(const std::filesystem::path& 
         if (Status made = document->storage_->database.run(kSchemaSince5); !made) return made;
         if (Status sealed = document->seal_all(); !sealed) return sealed;
       }
-      return document->storage_->database.run(kThisVersion);
+      if (Status made = document->storage_->database.run(kSchemaSince12); !made) return made;
+      return document->storage_->database.run(kThisVersion.c_str());
     });
     if (!s) return Error{s.error()};
     document->version_ = kVersion;
@@ -395,7 +401,8 @@ Status Document::check_tables() {
                                    {2, kSchemaSince2},
                                    {3, kSchemaSince3},
                                    {5, kSchemaSince5},
-                                   {9, kSchemaSince9}})
+                                   {9, kSchemaSince9},
+                                   {12, kSchemaSince12}})
     if (version_ >= since)
       if (Status s = model.value().run(sql); !s) return failed("opening", s.error());
   const Result<Tables> ours = tables_of(model.value()), found = tables_of(storage_->database);

@@ -512,16 +512,30 @@ Status Document::for_ticks(StepId step,
   });
 }
 
-Status Document::for_forces(StepId step,
-                            const std::function<Status(const std::vector<Wrench>&)>& f) const {
-  if (version_ < 2) return Ok{};
-  return for_blocks("force", step, [&](const Bytes& data, int64_t count) -> Status {
+namespace {
+
+// The blocks of `force` or `given`.
+std::function<Status(const Bytes&, int64_t)> forces_into(
+    const std::function<Status(const std::vector<Wrench>&)>& f) {
+  return [&f](const Bytes& data, int64_t count) -> Status {
     const Result<std::vector<Wrench>> felt = decode_forces(data);
     if (!felt) return Error{felt.error()};
     if (static_cast<int64_t>(felt.value().size()) != count)
       return Error{"some of its forces are missing"};
     return f(felt.value());
-  });
+  };
+}
+
+}  // namespace
+
+Status Document::for_forces(StepId step,
+                            const std::function<Status(const std::vector<Wrench>&)>& f) const {
+  return version_ < 2 ? Status(Ok{}) : for_blocks("force", step, forces_into(f));
+}
+
+Status Document::for_given(StepId step,
+                           const std::function<Status(const std::vector<Wrench>&)>& f) const {
+  return version_ < 12 ? Status(Ok{}) : for_blocks("given", step, forces_into(f));
 }
 
 Status Document::replay(StepId step, Workbench& bench, const std::optional<ForceLaw>& law,

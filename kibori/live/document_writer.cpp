@@ -106,7 +106,8 @@ Status DocumentWriter::take(const Item& item) {
                               b.start);
     }
     case StrokeLog::Kind::tick:
-      document_->add(item.event.tick, forces_ ? &item.event.felt : nullptr);
+      document_->add(item.event.tick, forces_ ? &item.event.felt : nullptr,
+                     forces_ ? &item.event.given : nullptr);
       return Ok{};
     case StrokeLog::Kind::end:
       return document_->finish(item.end->state, item.end->bounds, item.end->removed_mm3,

@@ -99,7 +99,9 @@ void ServoContext::put_second(const Pose& pose) { put(*second_, to_body(pose)); 
 
 void ServoContext::put(ServoHand& hand, const Pose& pose) {
   hand.place(pose);
-  if (settings_.log && in_stroke_ && second_logged_) log_.tick(put_tick(pose, is_second(hand)), {});
+  log_waiting();
+  if (settings_.log && in_stroke_ && second_logged_)
+    log_.tick(put_tick(pose, is_second(hand)), {}, {});
 }
 
 void ServoContext::go_to(const Snapshot& state, const LatticeBox& bounds, WorkedBody& body) {
@@ -172,7 +174,7 @@ void ServoContext::begin_log(const Pose& start, const Pose* second) {
         StrokeHand{s.tool, s.mode, s.material, {second_->law(settings_.model), s.spring}};
   }
   log_.begin(std::move(begin));
-  if (second) log_.tick(put_tick(*second, true), {});
+  if (second) log_.tick(put_tick(*second, true), {}, {});
 }
 
 // Where a tool was before the tick, and what it did. Strokes begin with an edit.
@@ -198,11 +200,27 @@ void ServoContext::log_tick(const ServoHand& hand, const ServoHand::Advance& don
   idle_ticks_ = edited ? 0 : idle_ticks_ + !second;
   stroke_removed_mm3_ += done.tick.removed_mm3;
   if (settings_.log && (!second || second_logged_)) {
-    StrokeTick recorded = done.recorded;
-    recorded.second = second;
-    log_.tick(recorded, done.tick.computed);
+    log_waiting();  // where the device is read twice, what it was given stays on
+    waiting_tick_ = {done.recorded, done.tick.computed};
+    waiting_tick_->tick.second = second;
   }
   if (idle_ticks_ > settings_.idle_s * settings_.rate_hz) end_stroke();
+}
+
+void ServoContext::log_waiting() {
+  if (!waiting_tick_) return;
+  const ServoHand& hand = waiting_tick_->tick.second ? *second_ : first_;
+  log_.tick(waiting_tick_->tick, waiting_tick_->felt, given_in_body(hand));
+  waiting_tick_.reset();
+}
+
+Wrench ServoContext::given_in_body(const ServoHand& hand) const {
+  Wrench given = hand.given();
+  if (turned_) {
+    given.force = body_.pose.frame.transpose() * given.force;
+    given.moment = body_.pose.frame.transpose() * given.moment;
+  }
+  return given;
 }
 
 void ServoContext::reshape(Mode mode, const Pose& before, LiveTick& result) {
@@ -292,7 +310,7 @@ void ServoContext::take_dabs(LiveTick& result) {
     stiffness_n_mm_ = done.stiffness_n_mm;
     if (settings_.log)
       log_.tick({done.felt.pose.tip, done.felt.motion.turn, !done.ends, Vec3::Zero(), Vec3::Zero()},
-                done.felt.wrench);
+                done.felt.wrench, given_in_body(first_));
     if (!done.changed) continue;
     changed = true;
     state = std::move(done.state);
@@ -325,6 +343,7 @@ void ServoContext::settle_all() {
   rest.parted = std::exchange(parted_, 0);
   if (rest.removed_mm3 != 0 || rest.owed_mm3 > 0 || rest.gave_up || rest.fallen_mm3 > 0 ||
       rest.parted > 0) {
+    rest.tool = rest.hand = to_world(first_.pose(settings_.model));
     count(rest);
     note(rest);
   }
@@ -338,6 +357,7 @@ void ServoContext::finish_stroke() {
 }
 
 void ServoContext::end_stroke() {
+  log_waiting();
   if (std::exchange(dabbing_, false)) dabs_.drop();
   settling_ = dab_waits_ = dab_ends_ = false;
   if (!std::exchange(in_stroke_, false)) return;
@@ -367,6 +387,7 @@ void ServoContext::take_crumbs() {
 }
 
 void ServoContext::discard_stroke() {
+  waiting_tick_.reset();
   if (std::exchange(dabbing_, false)) dabs_.drop();
   if (!in_stroke_ || !settings_.log) return;
   in_stroke_ = false;
@@ -424,6 +445,7 @@ HandTick ServoContext::advance_second() {
 void ServoContext::to_world(HandTick& tick) const {
   if (!turned_) return;
   tick.tool = to_world(tick.tool);
+  tick.hand = to_world(tick.hand);
   tick.computed.force = body_.pose.frame * tick.computed.force;
   tick.computed.moment = body_.pose.frame * tick.computed.moment;
 }
@@ -434,7 +456,9 @@ void ServoContext::count(const HandTick& tick) {
   totals_.cutting_ticks += tick.cutting;
 }
 
-void ServoContext::note(const LiveTick& tick) {
+void ServoContext::note(LiveTick& tick) {
+  tick.number = noted_++;
+  tick.time_s = time_s_;
   const auto largest = [](double& of, const Wrench& wrench) {
     of = std::max(of, std::sqrt(wrench.force.squaredNorm()));
   };
@@ -448,12 +472,14 @@ void ServoContext::note(const LiveTick& tick) {
 }
 
 LiveTick ServoContext::tick(double elapsed_s) {
+  time_s_ += elapsed_s;
   LiveTick result = advance_first();
   for (int more = 0; more < kMaxReadings && device().behind(); more++) {
     note(result);
     result = advance_first();
   }
   first_.give(result, elapsed_s);
+  log_waiting();
   if (second_) {
     HandTick second = advance_second();
     for (int more = 0; more < kMaxReadings && second_->device().behind(); more++) {
@@ -462,6 +488,7 @@ LiveTick ServoContext::tick(double elapsed_s) {
       second.removed_mm3 += removed_mm3;
     }
     second_->give(second, elapsed_s);
+    log_waiting();
     result.second = second;
     // A stroke is over when both hands are lifted.
     if (in_stroke_ && !dabbing_ && second_logged_ && settings_.mode == Mode::off &&

@@ -36,6 +36,8 @@ struct LiveSettings : ServoHandSettings {
 
 // What one tick came to: of the first hand, and of all.
 struct LiveTick : HandTick {
+  uint64_t number = 0;  // of all ticks that are told: one that is missing was left out
+  double time_s = 0;    // since the servo thread began; of its own clock
   double owed_mm3 = 0;  // clay that was pressed away and found no room, at a stroke's end
   // What the stroke before severed: material that fell away, and pieces that are bodies now.
   double fallen_mm3 = 0;
@@ -170,8 +172,11 @@ class ServoContext {
   HandTick advance_second();
   void to_world(HandTick& tick) const;
   void count(const HandTick& tick);
-  void note(const LiveTick& tick);
+  void note(LiveTick& tick);
+  // A tick is in the log once it is known what its hand was given.
   void log_tick(const ServoHand& hand, const ServoHand::Advance& done);
+  void log_waiting();
+  Wrench given_in_body(const ServoHand& hand) const;
 
   std::unique_ptr<TriDexel> model_;
   LiveSettings settings_;
@@ -179,9 +184,16 @@ class ServoContext {
   std::unique_ptr<ServoHand> second_;
   bool second_logged_ = false;  // it takes part in the stroke that is being made
   StrokeLog log_;
+  struct WaitingTick {
+    StrokeTick tick;
+    Wrench felt;
+  };
+  std::optional<WaitingTick> waiting_tick_;  // for the log
   std::shared_ptr<const std::vector<Material>> logged_materials_;
   bool in_stroke_ = false;
   std::unique_ptr<Watched> watched_;    // null: no one does
+  uint64_t noted_ = 0;                  // ticks
+  double time_s_ = 0;                   // of all ticks
   std::shared_ptr<const Grain> grain_;  // of the lattice's wood
   WorkedBody body_;
   bool turned_ = false;  // it stands otherwise than the world

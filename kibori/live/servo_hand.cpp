@@ -123,6 +123,8 @@ ServoHand::Advance ServoHand::advance(ForceModel model, Mode mode,
                                       const std::vector<Material>& materials) {
   Advance result;
   result.before = pose(model);
+  result.tick.hand = wanted_;
+  result.tick.mode = mode;
   const Vec3 turn = rotation_between(result.before.frame, wanted_.frame);
   const bool springs = model == ForceModel::series;
   const auto felt = springs ? series_.advance(settings_.tool, wanted_, mode, materials,
@@ -165,12 +167,14 @@ ServoHand::Advance ServoHand::advance(ForceModel model, Mode mode,
 void ServoHand::give(HandTick& tick, double elapsed_s) {
   tick.computed.force *= settings_.force_scale;
   tick.computed.moment *= settings_.force_scale;
+  tick.force_scale = settings_.force_scale;
   tick.computed.force = passivity_.tick(reading_.position_mm, tick.computed.force, tick_s_);
   // What is computed now is fresh, however late; but a loop that stood still for longer than a
   // command may be old does not go on as if nothing had been.
   const double stood_still = elapsed_s > kDeadS ? elapsed_s : 0;
   tick.given = safety_.pass(
       {tick.computed, std::max(reading_.age_s, stood_still), status_, reading_.velocity_mm_s});
+  given_ = tick.given;
   const DeviceStatus written = device_->write(tick.given);
   if (written == DeviceStatus::unplugged || written == DeviceStatus::failed)
     safety_.pass({{}, 0, written, Vec3::Zero()});

@@ -38,7 +38,12 @@ struct ServoHandSettings {
 // What one hand's tool came to in one tick, in the world.
 struct HandTick {
   Pose tool;
-  Wrench computed, given;  // before and after the safety stage
+  Pose hand;              // where the hand wants the tool
+  Mode mode = Mode::off;  // what the tool is to do
+  // What the device is asked for, and what it is given: before and after the safety stage. Of the
+  // force on the tool it is the share `force_scale`.
+  Wrench computed, given;
+  double force_scale = 1;
   double removed_mm3 = 0;
   bool touching = false, cutting = false, inside = false;
   bool clipped = false;  // material reached beyond the lattice, and is not there
@@ -103,6 +108,8 @@ class ServoHand {
   // Gives the device what `tick` has computed, in the world; what was given and whether it is safe
   // are put there.
   void give(HandTick& tick, double elapsed_s);
+  // What it gave last.
+  const Wrench& given() const { return given_; }
 
  private:
   TriDexel& model_;
@@ -114,6 +121,7 @@ class ServoHand {
   SafetyStage safety_;
   PassivityObserver passivity_;
   DeviceReading reading_;
+  Wrench given_;
   DeviceStatus status_ = DeviceStatus::ok;
   bool placed_ = false;  // the tool is where a hand was seen
   Pose wanted_;          // by the hand, in the last tick

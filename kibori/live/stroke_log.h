@@ -42,8 +42,8 @@ class StrokeLog {
   enum class Kind : uint8_t { begin, tick, end, cancel, fence, moved };
   struct Event {
     Kind kind = Kind::tick;
-    StrokeTick tick;
-    Wrench felt;
+    StrokeTick tick = {};
+    Wrench felt = {}, given = {};  // by the stroke's force model; by the device
   };
 
   // The reader.
@@ -58,17 +58,19 @@ class StrokeLog {
   void begin(Begin begin) {
     if (lost()) return;
     if (!begins_.push(std::move(begin))) return lose();
-    put({Kind::begin, {}, {}});
+    put({Kind::begin});
   }
-  void tick(const StrokeTick& tick, const Wrench& felt) { put({Kind::tick, tick, felt}); }
+  void tick(const StrokeTick& tick, const Wrench& felt, const Wrench& given) {
+    put({Kind::tick, tick, felt, given});
+  }
   void end(End end) {
     if (lost()) return;
     if (!ends_.push(std::move(end))) return lose();
-    put({Kind::end, {}, {}});
+    put({Kind::end});
   }
-  void cancel() { put({Kind::cancel, {}, {}}); }
-  void fence() { put({Kind::fence, {}, {}}); }
-  void moved() { put({Kind::moved, {}, {}}); }
+  void cancel() { put({Kind::cancel}); }
+  void fence() { put({Kind::fence}); }
+  void moved() { put({Kind::moved}); }
 
   static constexpr size_t kMaxEvents = 32768;  // 8 s at 4 kHz
   void put(const Event& event) {

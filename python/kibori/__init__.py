@@ -24,6 +24,7 @@ if _beside.exists():
 
 from ._kibori import *  # noqa: E402,F401,F403
 from ._kibori import Error, Model, __version__, _write_ticks_csv  # noqa: E402,F401
+from ._published import Listener, listen  # noqa: E402,F401
 from ._studio import Studio  # noqa: E402,F401
 
 

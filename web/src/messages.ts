@@ -3,7 +3,7 @@
 import type { Mode, Model, Tool } from "./kinds";
 import { Reader, Writer, type Vec3 } from "./wire";
 
-export const PROTOCOL_VERSION = 16;
+export const PROTOCOL_VERSION = 17;
 
 /** The first message of a page, with the key that POST /enter gave for the token. Welcome or Start answers; where the key is another one, the line is closed with code 1008. */
 export interface Hello { version: number; key: string }
@@ -139,6 +139,10 @@ export interface ShowStamp { vertices: Uint8Array; triangles: Uint8Array }
 export interface Fonts { json: string }
 /** Of what ShowFaults asked for: surface that hangs, and that is of thin walls [mm^2], of so much in all; the thinnest wall [mm], 0: there is none; and how many pieces there are, of which all but the largest are loose. */
 export interface PrintFaults { overhang: number; thin: number; area: number; thinnest: number; pieces: number }
+/** At --publish HOST:PORT, the first message and again where another document is opened; readers say nothing. JSON: what the rows of PublishedTicks are of, row_bytes, and their columns (name, type, offset in bytes, count). */
+export interface PublishedAbout { version: number; json: string }
+/** Every servo tick since the last such message: rows of PublishedAbout's row_bytes, one for each hand. */
+export interface PublishedTicks { rows: Uint8Array }
 
 export const write = {
   Hello: (m: Hello) => new Writer(1).u16(m.version).text(m.key).done(),

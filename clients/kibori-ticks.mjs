@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+// Ticks while they are made, from kibori servo|studio --publish HOST:PORT: for pages, and for Node with the package ws.
+// One file, to be copied to where it is needed. What stands in a row: docs/recordings.md.
+//
+//   import { listen } from "./kibori-ticks.mjs";
+//   for await (const { about, ticks } of listen("127.0.0.1:7070"))
+//     for (const tick of ticks) console.log(tick.time_s, tick.force_N);
+
+const ABOUT = 96,
+  TICKS = 97; // kinds of docs/protocol.md
+const BYTES = { u8: 1, u64: 8, i64: 8, f64: 8 };
+
+/** One number of a row. u64 and i64 count ticks and lattice nodes: they fit a number. */
+function read(view, type, at) {
+  switch (type) {
+    case "u8":
+      return view.getUint8(at);
+    case "u64":
+      return Number(view.getBigUint64(at, true));
+    case "i64":
+      return Number(view.getBigInt64(at, true));
+    case "f64":
+      return view.getFloat64(at, true);
+    default:
+      throw new Error(`a column of type ${type}, which is none`);
+  }
+}
+
+/** The rows of a message of ticks: objects with the columns' names; columns of several numbers are arrays. */
+export function decodeTicks(view, about) {
+  const ticks = [];
+  const length = view.getUint32(1, true);
+  for (let row = 0; row + about.row_bytes <= length; row += about.row_bytes) {
+    const tick = {};
+    for (const { name, type, offset, count } of about.columns) {
+      const at = 5 + row + offset;
+      tick[name] =
+        count === 1
+          ? read(view, type, at)
+          : Array.from({ length: count }, (_, i) => read(view, type, at + BYTES[type] * i));
+    }
+    ticks.push(tick);
+  }
+  return ticks;
+}
+
+/**
+ * Gives { about, ticks, lost } for each message of ticks: what they are of, the ticks, each as soon as it is made, and how many
+ * did not reach this reader by now. Ends where kibori does. Leaving the loop closes the connection.
+ * @param {string} address HOST:PORT
+ * @param {{ WebSocket?: typeof WebSocket }} options WebSocket: of the package ws, where there is none
+ */
+export async function* listen(address, { WebSocket: Socket = globalThis.WebSocket } = {}) {
+  const socket = new Socket(`ws://${address}`);
+  socket.binaryType = "arraybuffer";
+  const come = [];
+  let wake = () => {};
+  let about = null,
+    last = null,
+    lost = 0,
+    ended = false,
+    failed = null;
+  const add = (event) => {
+    come.push(event);
+    wake();
+  };
+  socket.addEventListener("message", ({ data }) => add(new DataView(data)));
+  socket.addEventListener(
+    "error",
+    () =>
+      (failed ??= new Error(`nobody publishes ticks at ${address}; begin kibori with --publish`)),
+  );
+  socket.addEventListener("close", () => {
+    ended = true;
+    wake();
+  });
+  try {
+    for (;;) {
+      while (come.length > 0) {
+        const view = come.shift();
+        const kind = view.getUint8(0);
+        if (kind === ABOUT) {
+          about = JSON.parse(
+            new TextDecoder().decode(
+              new Uint8Array(view.buffer, view.byteOffset + 7, view.getUint32(3, true)),
+            ),
+          );
+          last = null;
+        }
+        if (kind !== TICKS || !about) continue;
+        const ticks = decodeTicks(view, about);
+        for (const { tick } of ticks) {
+          if (last !== null && tick > last + 1) lost += tick - last - 1;
+          last = tick;
+        }
+        yield { about, ticks, lost };
+      }
+      if (ended) break;
+      await new Promise((resolve) => (wake = resolve));
+    }
+    if (failed && !about) throw failed;
+  } finally {
+    socket.close();
+  }
+}

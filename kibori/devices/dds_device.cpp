@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/devices/dds_device.h>
+
+#include <atomic>
+#include <chrono>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include <kibori/base/handover.h>
+#include <kibori/devices/dds_link.h>
+
+namespace kibori {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kFreshS = 0.002;
+// Poses closer together than this say more about the clock than about the hand; those farther
+// apart, nothing.
+constexpr double kBetweenS = 0.0009, kTogetherS = 1;
+
+}  // namespace
+
+struct DdsDevice::State {
+  struct Timed {
+    DeviceReading reading;
+    Clock::time_point at;
+  };
+  DeviceCapabilities capabilities;
+  LatestValue<Timed> readings;
+  Timed last;
+  bool seen = false;
+
+  // Of Fast DDS's threads, one after another.
+  std::mutex coming;
+  // The one that the velocity is told from.
+  std::optional<DeviceReading> came;
+  Clock::time_point came_at;
+  int64_t came_ns = 0;
+
+  LatestValue<Wrench> wrench;
+  std::atomic<int> signals{0};
+  std::atomic<bool> stopping{false};
+  std::unique_ptr<DdsLink> link;  // gone before what its threads use
+  std::thread thread;
+
+  void take(int64_t ns, const Pose& pose) {
+    const std::lock_guard<std::mutex> lock(coming);
+    Timed now{{pose.tip, pose.frame}, Clock::now()};
+    // By the sender's clock, where it has one: what is late comes in bursts.
+    const double told = 1e-9 * static_cast<double>(ns - came_ns),
+                 since = told > 0 && told < kTogetherS
+                             ? told
+                             : std::chrono::duration<double>(now.at - came_at).count();
+    if (came && since < kBetweenS) {
+      now.reading.velocity_mm_s = came->velocity_mm_s;
+    } else {
+      if (came) now.reading.velocity_mm_s = (pose.tip - came->position_mm) / since;
+      came = now.reading;
+      came_at = now.at;
+      came_ns = ns;
+    }
+    readings.put(now);
+  }
+
+  void run() {
+    while (!stopping.load(std::memory_order_relaxed)) {
+      const int heard = signals.load(std::memory_order_acquire);
+      Wrench now;
+      if (wrench.take(now)) link->write(0, "kibori_device", ns_since_1970(), now);
+      if (!stopping) signals.wait(heard, std::memory_order_acquire);
+    }
+    link->write(0, "kibori_device", ns_since_1970(), Wrench());
+  }
+  void signal() {
+    signals.fetch_add(1, std::memory_order_release);
+    signals.notify_one();
+  }
+};
+
+DdsDevice::DdsDevice(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+Result<std::unique_ptr<DdsDevice>> DdsDevice::open(uint32_t domain) {
+  auto state = std::make_unique<State>();
+  Result<std::unique_ptr<DdsLink>> link = DdsLink::open(
+      domain, {{},
+               {"/kibori/device/wrench"},
+               "/kibori/device/pose",
+               [state = state.get()](int64_t ns, const Pose& pose) { state->take(ns, pose); }});
+  if (!link) return Error{link.error()};
+  state->link = std::move(link).value();
+  DeviceCapabilities& c = state->capabilities;
+  c.name = "a hand behind DDS (domain " + std::to_string(domain) + ")";
+  c.dof_in = 6;
+  c.dof_out = 6;
+  c.torque_nmm = 100;
+  state->thread = std::thread([state = state.get()] { state->run(); });
+  return std::unique_ptr<DdsDevice>(new DdsDevice(std::move(state)));
+}
+
+DdsDevice::~DdsDevice() {
+  state_->stopping = true;
+  state_->signal();
+  state_->thread.join();
+}
+
+const DeviceCapabilities& DdsDevice::capabilities() const { return state_->capabilities; }
+
+DeviceStatus DdsDevice::read(DeviceReading& reading) {
+  state_->seen |= state_->readings.take(state_->last);
+  reading = state_->last.reading;
+  if (!state_->seen) return reading.age_s = kUnknownAge, DeviceStatus::stale;
+  reading.age_s = std::chrono::duration<double>(Clock::now() - state_->last.at).count();
+  return reading.age_s < kFreshS ? DeviceStatus::ok : DeviceStatus::stale;
+}
+
+DeviceStatus DdsDevice::write(const Wrench& wrench) {
+  state_->wrench.put(wrench);
+  state_->signal();
+  return DeviceStatus::ok;
+}
+
+std::string DdsDevice::complaint() const {
+  return state_->seen ? std::string()
+                      : capabilities().name + ": no pose has come on /kibori/device/pose yet";
+}
+
+}  // namespace kibori

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+// Published ticks: a reader that does not read loses ticks, which their numbers tell, and nobody
+// else loses any. tests/test_publish.py has the rest, with programs of their own.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <thread>
+
+#include <boost/asio/connect.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/websocket.hpp>
+
+#include "apps/publish/publisher.h"
+#include "apps/publish/tick_server.h"
+
+namespace kibori {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+using tcp = asio::ip::tcp;
+
+class Reader {
+ public:
+  explicit Reader(const std::string& address) {
+    const size_t colon = address.rfind(':');
+    tcp::socket& socket = beast::get_lowest_layer(stream_).socket();
+    asio::connect(socket,
+                  tcp::resolver(io_).resolve(address.substr(0, colon), address.substr(colon + 1)));
+    stream_.handshake(address, "/");
+    stream_.read_message_max(0);
+  }
+  // Its kind, then its bytes.
+  std::vector<uint8_t> message() {
+    beast::flat_buffer buffer;
+    stream_.read(buffer);
+    const auto* const data = static_cast<const uint8_t*>(buffer.data().data());
+    return {data, data + buffer.size()};
+  }
+  // Of the rows of the next message of ticks.
+  std::vector<uint64_t> numbers() {
+    std::vector<uint8_t> bytes;
+    do bytes = message();
+    while (bytes.at(0) != 97);
+    std::vector<uint64_t> numbers((bytes.size() - 5) / sizeof(TickRow));
+    EXPECT_EQ(bytes.size(), 5 + numbers.size() * sizeof(TickRow));
+    for (size_t i = 0; i < numbers.size(); i++)
+      std::memcpy(&numbers[i], bytes.data() + 5 + i * sizeof(TickRow), sizeof numbers[i]);
+    return numbers;
+  }
+
+ private:
+  asio::io_context io_;
+  beast::websocket::stream<beast::tcp_stream> stream_{io_};
+};
+
+std::unique_ptr<TickServer> server() {
+  Result<std::unique_ptr<TickServer>> made = TickServer::listen("127.0.0.1:0");
+  EXPECT_TRUE(made.ok()) << made.error();
+  made.value()->about(about_rows({"a.kibori", "a hand", 1000, {}, {}}));
+  return std::move(made).value();
+}
+
+TEST(Publish, ColumnsAreARow) {
+  const nlohmann::json columns = tick_columns();
+  std::vector<bool> taken(sizeof(TickRow));
+  for (const auto& column : columns) {
+    const std::string type = column.at("type");
+    const size_t each = type == "u8" ? 1 : 8, from = column.at("offset"),
+                 to = from + each * column.at("count").get<size_t>();
+    EXPECT_EQ(from % each, 0u);
+    ASSERT_LE(to, taken.size());
+    for (size_t i = from; i < to; i++) {
+      EXPECT_FALSE(taken[i]) << column;
+      taken[i] = true;
+    }
+  }
+  EXPECT_EQ(std::count(taken.begin(), taken.end(), false), 0);
+}
+
+TEST(Publish, SaysWhatItIsOfFirstAndAgain) {
+  const auto publishing = server();
+  Reader reader(publishing->address());
+  std::vector<uint8_t> about = reader.message();
+  EXPECT_EQ(about.at(0), 96);
+  EXPECT_NE(std::string(about.begin(), about.end()).find("a.kibori"), std::string::npos);
+  std::vector<TickRow> rows(3);
+  for (size_t i = 0; i < rows.size(); i++) rows[i].tick = i;
+  publishing->publish(rows);
+  publishing->publish({});
+  publishing->about(about_rows({"b.kibori", "a hand", 1000, {}, {}}));
+  publishing->publish(rows);
+  EXPECT_EQ(reader.numbers(), (std::vector<uint64_t>{0, 1, 2}));
+  about = reader.message();
+  EXPECT_EQ(about.at(0), 96);
+  EXPECT_NE(std::string(about.begin(), about.end()).find("b.kibori"), std::string::npos);
+  EXPECT_EQ(reader.numbers(), (std::vector<uint64_t>{0, 1, 2}));
+}
+
+TEST(Publish, WhoDoesNotReadLosesTicksAloneAndIsTold) {
+  const auto publishing = server();
+  Reader slow(publishing->address()), quick(publishing->address());
+  constexpr size_t kMessages = 600, kRows = 1000;  // 150 MB
+  EXPECT_EQ(quick.message().at(0), 96);
+  uint64_t expected = 0;
+  std::vector<TickRow> rows(kRows);
+  for (size_t m = 0; m < kMessages; m++) {
+    for (size_t i = 0; i < kRows; i++) rows[i].tick = m * kRows + i;
+    publishing->publish(rows);
+    for (const uint64_t number : quick.numbers()) ASSERT_EQ(number, expected++);
+  }
+  EXPECT_EQ(expected, kMessages * kRows);
+  // The other has what was waiting for it, in order, and goes on with what comes now.
+  uint64_t last = 0, gaps = 0, came = 0;
+  bool first = true;
+  std::thread more([&] {
+    for (size_t m = 0; m < 200; m++) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      for (size_t i = 0; i < kRows; i++) rows[i].tick = (kMessages + m) * kRows + i;
+      publishing->publish(rows);
+    }
+  });
+  while (last != (kMessages + 200) * kRows - 1)
+    for (const uint64_t number : slow.numbers()) {
+      ASSERT_TRUE(first || number > last);
+      if (first) {
+        EXPECT_EQ(number, 0u);
+      }
+      gaps += !first && number > last + 1;
+      last = number;
+      first = false;
+      came++;
+    }
+  more.join();
+  EXPECT_GE(gaps, 1u);
+  EXPECT_LT(came, kMessages * kRows);
+}
+
+TEST(Publish, ReadersComeAndGo) {
+  const auto publishing = server();
+  std::vector<TickRow> rows(10);
+  for (int round = 0; round < 50; round++) {
+    Reader one(publishing->address());
+    auto two = std::make_unique<Reader>(publishing->address());
+    EXPECT_EQ(one.message().at(0), 96);
+    EXPECT_EQ(two->message().at(0), 96);
+    publishing->publish(rows);
+    if (round % 2) two.reset();
+    publishing->publish(rows);
+    EXPECT_EQ(one.numbers().size(), 10u);
+    EXPECT_EQ(one.numbers().size(), 10u);
+  }
+}
+
+TEST(Publish, TheSecondHandHasARowOfItsOwn) {
+  LiveTick tick;
+  tick.number = 7;
+  tick.removed_mm3 = 2;
+  tick.computed.force = Vec3(1, 2, 3);
+  tick.force_scale = 0.5;
+  tick.second.emplace();
+  tick.second->removed_mm3 = 3;
+  tick.second->tool.tip = Vec3(4, 5, 6);
+  std::vector<TickRow> rows;
+  append_rows(tick, rows);
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[0].hand, 1);
+  EXPECT_EQ(rows[1].hand, 2);
+  EXPECT_EQ(rows[0].tick, 7u);
+  EXPECT_EQ(rows[1].tick, 7u);
+  EXPECT_EQ(rows[0].force_n, (std::array<double, 3>{2, 4, 6}));  // on the tool
+  EXPECT_EQ(rows[1].removed_mm3, 3);
+  EXPECT_EQ(rows[1].tool_pose, (std::array<double, 7>{4, 5, 6, 0, 0, 0, 1}));
+}
+
+}  // namespace
+}  // namespace kibori
