@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The short form of ./dev golden: this compiler and level, every vector unit of this machine, 1, 2
 // and 8 threads.
+#include <cstdio>
 #include <cstdlib>
 #include <vector>
 
@@ -8,6 +9,7 @@
 
 #include <hwy/highway.h>
 
+#include "tests/golden_paths.h"
 #include "tests/golden_session.h"
 
 namespace kibori {
@@ -31,6 +33,24 @@ TEST(Golden, SameBytesOnEveryVectorUnitAndNumberOfThreads) {
     hwy::SetSupportedTargetsForTest(0);
   }
   EXPECT_GT(units, 0);
+}
+
+TEST(Golden, PathsOfScripts) {
+  for (int64_t targets = hwy::SupportedTargets() & HWY_TARGETS; targets; targets &= targets - 1) {
+    const int64_t target = targets & -targets;
+    hwy::SetSupportedTargetsForTest(target);
+    for (const int threads : {1, 8}) {
+      const test::PathsOutcome outcome = test::golden_paths(threads);
+      char said[120];
+      std::snprintf(said, sizeof said, "%s, %d threads: {0x%016llx, %a, %a}",
+                    hwy::TargetName(target), threads, static_cast<unsigned long long>(outcome.hash),
+                    outcome.removed_mm3, outcome.force_n);
+      EXPECT_EQ(outcome.hash, test::kGoldenPaths.hash) << said;
+      EXPECT_EQ(outcome.removed_mm3, test::kGoldenPaths.removed_mm3) << said;
+      EXPECT_EQ(outcome.force_n, test::kGoldenPaths.force_n) << said;
+    }
+    hwy::SetSupportedTargetsForTest(0);
+  }
 }
 
 }  // namespace

@@ -11,6 +11,7 @@ import json
 import os
 import pathlib
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -87,6 +88,36 @@ class Carving(Folder):
             column = next(n for n in names if n.lower().startswith("f" + name))
             np.testing.assert_allclose(r.force[:, axis], rows[column], atol=1e-5)
         self.assertAlmostEqual(r.removed_mm3.sum(), said["removed_mm3"], delta=1e-6 * said["removed_mm3"])
+
+    def test_golden_paths(self):
+        """As tests/golden_paths.h does it in C++: the same model, volumes and forces to the last bit."""
+        state = 20261120
+
+        def uniform(low, high):
+            nonlocal state
+            state = (state * 6364136223846793005 + 1442695040888963407) % 2**64
+            return low + (high - low) * ((state >> 11) / 9007199254740992.0)
+
+        in_box = lambda low, high: np.array([uniform(low, high) for _ in range(3)])
+        materials = [kb.Material("a", u=0.002), kb.Material("b", u=0.007)]
+        m = kb.Model.block((40, 32, 24), 0.5, materials[0], room=4)
+        tools = [kb.Ball(3), kb.Flat(2, 12), kb.Bull(3, 1, 12), kb.Cone(50, 3, 14), kb.Capsule(1.5, 9), kb.Ellipsoid((3, 2, 4))]
+        removed = force = 0.0
+        for i in range(200):
+            mode = "deposit" if i % 7 == 3 else "touch" if i % 11 == 5 else "cut"
+            tip = np.array([20, 16, 22]) + in_box(-1, 1) * [19, 15, 5]
+            xyz = in_box(-0.3, 0.3)
+            w = np.sqrt(1 - ((xyz[0] * xyz[0] + xyz[1] * xyz[1]) + xyz[2] * xyz[2]))
+            path = [tip]
+            for _ in range(2 + i % 4):
+                path.append(path[-1] + in_box(-0.6, 0.6))
+            r = m.carve(tools[i % 6], [[*tip, *xyz, w] for tip in path], mode, materials[1] if mode == "deposit" else None,
+                        force="energy" if i % 3 else "paper")
+            for k in range(len(r)):
+                removed += float(r.removed_mm3[k])
+                force += float(np.abs(r.force[k]).max())
+        wanted = re.search(r"kGoldenPaths\{(0x\w+),\s*(\S+),\s*(\S+)\}", (pathlib.Path(__file__).parent / "golden_paths.h").read_text())
+        self.assertEqual((hex(m.hash), removed.hex(), force.hex()), (wanted[1], *(float.fromhex(text).hex() for text in wanted.groups()[1:])))
 
     def test_forces_are_the_laws(self):
         u = 7.0
@@ -683,6 +714,9 @@ class Studio(Folder):
         with m.studio(browser=False) as studio:
             self.assertTrue(studio.url.startswith("http://127.0.0.1"))
             self.assertEqual(studio.model().hash, m.hash)
+            with studio.listen() as ticks:
+                self.assertEqual(ticks.about["document"], studio.path.name)
+                self.assertGreater(sum(len(next(ticks)) for _ in range(20)), 20)
             self.assertIn(studio.url, studio._repr_html_())
         path = self.folder / "mine.kibori"
         studio = m.studio(path, browser=False)

@@ -70,8 +70,9 @@ int StudioCommand::run() const {
     return bad_input("this kibori was built without its page; './dev build' builds it with it");
   if (!file_.empty() && !is_document(file_))
     return bad_input(file_ + ": documents are .kibori files; give a scene by --stock");
-  if (read_only_ && (!stock_.empty() || !device_.empty() || !second_.empty()))
-    return bad_input("--read-only only looks: leave off --stock, --device and --second");
+  if (read_only_ && (!stock_.empty() || !device_.empty() || !second_.empty() || !publish_.empty()))
+    return bad_input(
+        "--read-only only looks: leave off --stock, --device, --second and --publish");
   if (!device_.empty() && device_ != "virtual")
     if (const auto device = open_device(device_); !device) return bad_input(device.error());
   if (!second_.empty() && device_.empty())

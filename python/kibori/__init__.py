@@ -22,10 +22,13 @@ _beside = pathlib.Path(__file__).parent / "bin" / "kibori-import"
 if _beside.exists():
     os.environ.setdefault("KIBORI_IMPORT", str(_beside))
 
+from . import _kibori  # noqa: E402
 from ._kibori import *  # noqa: E402,F401,F403
 from ._kibori import Error, Model, __version__, _write_ticks_csv  # noqa: E402,F401
 from ._published import Listener, listen  # noqa: E402,F401
 from ._studio import Studio  # noqa: E402,F401
+
+__all__ = [name for name in dir(_kibori) if not name.startswith("_")] + ["Listener", "Studio", "listen", "read_recording"]
 
 
 def _repr_png_(self):

@@ -10,6 +10,7 @@ import subprocess
 import tempfile
 
 from ._kibori import Error, Model
+from ._published import listen
 
 
 def _program():
@@ -35,17 +36,21 @@ class Studio:
         self.path = pathlib.Path(path)
         program = _program()
         model.save(self.path)
-        command = [program, "studio", str(self.path)] + ["--read-only"] * read_only + ["--no-browser"] * (not browser)
+        command = [program, "studio", str(self.path)] + ["--no-browser"] * (not browser) + (
+            ["--read-only"] if read_only else ["--publish", "127.0.0.1:0"])
         # Ctrl-C is the script's own.
         self._process = subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
             env={**os.environ, "PYTHONUNBUFFERED": "1"})
         atexit.register(self._end)  # before its document goes
-        said, self.url = "", ""
+        said, self.url, self._ticks = "", "", ""
         for line in self._process.stdout:
             said += line
             if found := re.search(r"https?://\S+", line):
                 self.url = found[0]
+            if found := re.search(r"ws://(\S+:\d+)", line):
+                self._ticks = found[1]
+            if line.startswith("Ctrl-C"):  # the last one
                 break
         if not self.url:
             self._process.wait()
@@ -54,6 +59,12 @@ class Studio:
     def model(self):
         """What the document holds now, with all that was carved by hand, as a Model of its own."""
         return Model.open(self.path)
+
+    def listen(self, *, timeout=10):
+        """Every tick while the person makes it: see kibori.listen."""
+        if not self._ticks:
+            raise Error("a studio that only looks makes no ticks")
+        return listen(self._ticks, timeout=timeout)
 
     def wait(self):
         """Waits until the person ends the studio; the Model that they leave."""

@@ -3,6 +3,8 @@
 
     target --/\\/\\/\\--+-- [hand + device mass] -- the device's own damping
            --[ ]----+             ^ force from the program
+
+Lengths are mm, times s, forces N, stiffnesses N/mm.
 """
 import numpy as np
 
