@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Runs one benchmark of build/bench. Usage: run.sh step|tools|import|surface|reshape|spline|bodies|servo|document|python|studio|hover|memory|instructions [--json] [--quick] ...
+# Runs one benchmark of build/bench. Usage: run.sh step|tools|import|surface|reshape|spline|bodies|servo|document|python|publish|studio|hover|memory|instructions [--json] [--quick] ...
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 name=$1; shift
@@ -7,6 +7,7 @@ bin=build/bench/bin
 case "$name" in
   step | tools | reshape | spline | bodies | servo | document) $bin/${name}_bench "$@" ;;
   python) PYTHONPATH=build/bench/python /usr/bin/python3 bench/python_loop.py $bin/python_bench "$@" ;;
+  publish) PYTHONPATH=build/bench/python /usr/bin/python3 bench/publish_loop.py $bin/kibori "$@" ;;
   memory | instructions) $bin/step_bench "--$name" "$@" ;;
   studio) node bench/studio_latency.mjs $bin/kibori "$@" ;;
   hover) node bench/studio_hover.mjs $bin/kibori "$@" ;;

@@ -17,6 +17,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 import unittest
 
 import numpy as np
@@ -248,6 +249,68 @@ class SimulatedHand(unittest.TestCase):
                 call()
         with self.assertRaises(ValueError):
             testing.carve_by_hand(block(2), kb.Ball(4), [1, 2, 3])
+
+
+class ServoLoop(Folder):
+    def test_a_hand_carves_while_python_is_busy(self):
+        m = block(0.5, material="oak")
+        top = m.origin[2] + m.nodes[2] * m.pitch
+        busy = threading.Event()
+
+        def burn():
+            while not busy.is_set():
+                sum(range(1000))
+
+        threads = [threading.Thread(target=burn) for _ in range(3)]
+        for thread in threads:
+            thread.start()
+        rows = []
+        with m.servo(kb.Ball(4), at=(5, 15, top), path=self.folder / "s.kibori") as servo:
+            self.assertEqual(servo.about["materials"], ["oak"])
+            with self.assertRaisesRegex(kb.Error, "when it has ended"):
+                servo._servo.statistics()
+            for i in range(40):
+                servo.aim((5 + i / 2, 15, 25 if i < 8 else 18))
+                time.sleep(0.025)
+                rows.append(servo.ticks())
+            servo.hold(kb.Flat(2), "cut")
+            for i in range(20):
+                servo.aim((25 - i / 2, 12, 18))
+                time.sleep(0.025)
+            rows.append(servo.ticks())
+        busy.set()
+        for thread in threads:
+            thread.join()
+        rows.append(servo.ticks())
+        rows = np.concatenate(rows)
+        # No tick is left out, whatever Python does.
+        np.testing.assert_array_equal(np.diff(rows["tick"].astype(int)), 1)
+        self.assertGreaterEqual(len(rows), servo.statistics["ticks"])
+        self.assertGreater(servo.statistics["compute_us"]["p50"], 0)
+        made = servo.close()
+        self.assertEqual(rows["removed_mm3"].sum() > 100, True)
+        np.testing.assert_allclose(m.volume_mm3 - made.volume_mm3, (rows["removed_mm3"] + rows["fallen_mm3"]).sum(), rtol=1e-6)
+        self.assertGreater(np.linalg.norm(rows["force_N"], axis=1).max(), 5)
+        read = kb.read_recording(servo.path)
+        np.testing.assert_allclose(read["removed_mm3"].sum(), rows["removed_mm3"].sum(), rtol=1e-9)
+        self.assertEqual([s["settings"]["tool"]["shape"] for s in read["about"]["steps"] if s["kind"] == "stroke"][-1], "flat")
+        self.verified(servo.path)
+        with self.assertRaisesRegex(kb.Error, "has ended"):
+            servo.hold(kb.Ball(2))
+
+    def test_says_what_cant_be(self):
+        m = block(1)
+        for wrong, sentence in (({"device": "spoon"}, "no kind of device"), ({"rate": 50}, "100 to 4000"), ({"force": "x"}, "there is no force model"),
+                                ({"mode": "x"}, "there is no mode"), ({"strength": 0}, "strength"), ({"powered": "x"}, "powered"),
+                                ({"stiffness": 1e9}, "N/mm"), ({"at": (1, 2, float("nan"))}, "not finite"), ({"material": "lead"}, "no material"),
+                                ({"path": self.folder / "no" / "s.kibori"}, "no")):
+            with self.assertRaisesRegex(kb.Error, sentence):
+                m.servo(kb.Ball(4), **wrong)
+        with self.assertRaises(ValueError):
+            m.servo(kb.Ball(4), at=(1, 2))
+        servo = m.servo(kb.Ball(4))  # let go of without an end
+        del servo, m
+        gc.collect()
 
 
 class Stocks(Folder):

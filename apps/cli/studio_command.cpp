@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: MIT
 #include "apps/cli/studio_command.h"
 
+#include <algorithm>
+#include <array>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <optional>
+#include <utility>
 
 #include <spawn.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <kibori/base/file.h>
@@ -40,6 +46,48 @@ void open_browser(const std::string& url, const std::filesystem::path& folder) {
   static_cast<void>(posix_spawnp(&child, "xdg-open", nullptr, nullptr, arguments, environ));
 }
 
+// Whether a file has changed since it was shown: it was written, or another took its name. It is
+// looked at twice a second, and more rarely where showing it takes long.
+class Changes {
+ public:
+  explicit Changes(std::string file) : file_(std::move(file)), last_(state()) {}
+  bool seen() {
+    const auto now = Clock::now();
+    if (now - looked_ < std::max<Clock::duration>(std::chrono::milliseconds(500), 4 * took_))
+      return false;
+    looked_ = now;
+    found_ = state();
+    return found_ && found_ != last_;
+  }
+  // As it was when it was seen.
+  void shown() {
+    last_ = found_;
+    took_ = Clock::now() - looked_;
+    looked_ = Clock::now();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  // Of the file, and of the log beside it, into which a process writes that has it open.
+  using State = std::optional<std::array<int64_t, 6>>;
+  State state() const {
+    struct stat file {
+    }, log{};
+    if (stat(file_.c_str(), &file) != 0) return std::nullopt;
+    if (stat((file_ + "-wal").c_str(), &log) != 0) log = {};
+    return std::array<int64_t, 6>{static_cast<int64_t>(file.st_ino),
+                                  file.st_mtim.tv_sec,
+                                  file.st_mtim.tv_nsec,
+                                  log.st_size,
+                                  log.st_mtim.tv_sec,
+                                  log.st_mtim.tv_nsec};
+  }
+  const std::string file_;
+  Clock::time_point looked_ = Clock::now();
+  Clock::duration took_{0};
+  State last_, found_;
+};
+
 }  // namespace
 
 StudioCommand::StudioCommand(CLI::App& app) {
@@ -61,6 +109,12 @@ StudioCommand::StudioCommand(CLI::App& app) {
       "--read-only", read_only_,
       "only look at the document and its history; while another process writes it, as it was "
       "when this began");
+  studio_
+      ->add_flag(
+          "--follow", follow_,
+          "with --read-only: shows the document anew whenever it has changed, as a script or "
+          "another process carves it")
+      ->needs("--read-only");
   add_publish(*studio_, publish_);
   studio_->add_flag("--no-browser", no_browser_, "only print the address");
 }
@@ -71,8 +125,7 @@ int StudioCommand::run() const {
   if (!file_.empty() && !is_document(file_))
     return bad_input(file_ + ": documents are .kibori files; give a scene by --stock");
   if (read_only_ && (!stock_.empty() || !device_.empty() || !second_.empty() || !publish_.empty()))
-    return bad_input(
-        "--read-only only looks: leave off --stock, --device, --second and --publish");
+    return bad_input("--read-only only looks: leave off --stock, --device, --second and --publish");
   if (!device_.empty() && device_ != "virtual")
     if (const auto device = open_device(device_); !device) return bad_input(device.error());
   if (!second_.empty() && device_.empty())
@@ -136,7 +189,15 @@ int StudioCommand::run() const {
   if (session) server.value()->show(std::move(session));
   const auto way = TemporaryFolder::make();
   if (!no_browser_ && way) open_browser(url, way.value()->path());
-  server.value()->run([] { return interrupted != 0; });
+  Changes changes(file_);
+  server.value()->run([&] {
+    if (follow_ && changes.seen())
+      if (auto opened = open_session(file_, how)) {
+        server.value()->show(std::move(opened).value());
+        changes.shown();
+      }
+    return interrupted != 0;
+  });
   const std::string where = server.value()->close();
   return where.empty() ? written() : bad_input(where);
 }

@@ -20,5 +20,5 @@ class StudioCommand {
   std::vector<std::string> publish_;
   std::string file_, stock_, device_, second_;
   uint16_t port_ = 0;
-  bool no_browser_ = false, read_only_ = false;
+  bool no_browser_ = false, read_only_ = false, follow_ = false;
 };

@@ -14,7 +14,7 @@
 
 #include <kibori/base/result.h>
 
-#include "apps/publish/tick_row.h"
+#include <kibori/batch/tick_row.h>
 
 namespace kibori {
 

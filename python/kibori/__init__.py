@@ -26,9 +26,10 @@ from . import _kibori  # noqa: E402
 from ._kibori import *  # noqa: E402,F401,F403
 from ._kibori import Error, Model, __version__, _write_ticks_csv  # noqa: E402,F401
 from ._published import Listener, listen  # noqa: E402,F401
+from ._servo import Servo  # noqa: E402,F401
 from ._studio import Studio  # noqa: E402,F401
 
-__all__ = [name for name in dir(_kibori) if not name.startswith("_")] + ["Listener", "Studio", "listen", "read_recording"]
+__all__ = [name for name in dir(_kibori) if not name.startswith("_")] + ["Listener", "Servo", "Studio", "listen", "read_recording"]
 
 
 def _repr_png_(self):

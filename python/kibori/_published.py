@@ -19,7 +19,8 @@ _ABOUT, _TICKS = 96, 97  # kinds of docs/protocol.md
 _TYPES = {"u8": "u1", "u64": "<u8", "i64": "<i8", "f64": "<f8"}
 
 
-def _row_type(about):
+def row_type(about):
+    """Of rows as `about` describes their columns."""
     columns = about["columns"]
     return np.dtype({
         "names": [column["name"] for column in columns],
@@ -66,7 +67,7 @@ class Listener:
         if kind == _ABOUT:
             (length,) = struct.unpack_from("<I", message, 3)
             self.about = json.loads(message[7:7 + length])
-            self._rows = _row_type(self.about)
+            self._rows = row_type(self.about)
             self._last = None
             return None
         if kind != _TICKS:

@@ -28,6 +28,7 @@ class Studio:
     """
 
     def __init__(self, model, path, read_only, browser):
+        self._model, self._read_only = model, read_only
         if path is None:
             # Models that are opened from it may be saved as long as the script runs.
             folder = tempfile.mkdtemp()
@@ -37,7 +38,7 @@ class Studio:
         program = _program()
         model.save(self.path)
         command = [program, "studio", str(self.path)] + ["--no-browser"] * (not browser) + (
-            ["--read-only"] if read_only else ["--publish", "127.0.0.1:0"])
+            ["--read-only", "--follow"] if read_only else ["--publish", "127.0.0.1:0"])
         # Ctrl-C is the script's own.
         self._process = subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
@@ -59,6 +60,12 @@ class Studio:
     def model(self):
         """What the document holds now, with all that was carved by hand, as a Model of its own."""
         return Model.open(self.path)
+
+    def update(self):
+        """Shows the model as it is now in a studio that only looks: a live view of what a script carves."""
+        if not self._read_only:
+            raise Error("the studio has a document of its own, which a hand carves; open it with read_only=True to look on")
+        self._model.save(self.path, overwrite=True)
 
     def listen(self, *, timeout=10):
         """Every tick while the person makes it: see kibori.listen."""
@@ -94,8 +101,9 @@ class Studio:
 def studio(self, path=None, *, read_only=False, browser=True):
     """Opens the studio on this model, in a browser: a person goes on where the script is. Returns a Studio.
 
-    path: the document that is made and carved, a temporary one unless given; read_only: only to look; browser: opens
-    one by itself. The model itself stays as it is: Studio.close() and wait() give what the person made of it.
+    path: the document that is made and carved, a temporary one unless given; browser: opens one by itself. The model
+    itself stays as it is: Studio.close() and wait() give what the person made of it. read_only: only to look, from any side,
+    while the script carves on: Studio.update() shows what it has made by then.
     """
     return Studio(self, path, read_only, browser)
 

@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 
+#include <kibori/haptics/force.h>
+
 namespace kibori::python {
 namespace {
 
@@ -43,6 +45,13 @@ Pose pose_of(const Doubles& row) {
   if (row.ndim() != 1 || (row.shape(0) != 3 && row.shape(0) != 7))
     throw py::value_error("a pose is x, y, z, or x, y, z and a quaternion x, y, z, w");
   return pose_of_numbers(row.data(0), row.shape(0), "the pose");
+}
+
+double share_of(const std::string& powered) {
+  if (powered.empty()) return 1;
+  if (powered == "motor") return kPoweredShare;
+  if (powered == "press") return kPressShare;
+  throw Failure("powered is \"motor\", \"press\" or nothing");
 }
 
 std::array<double, 7> seven(const Pose& pose) {

@@ -13,6 +13,8 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <kibori/base/file.h>
+#include <kibori/base/names.h>
 #include <kibori/base/result.h>
 #include <kibori/geometry/vec.h>
 
@@ -44,9 +46,25 @@ T given(const py::handle& value, const std::string& what) {
   }
 }
 
+// A value of a list by its name. Errors: there is none, with those there are.
+template <class Enum>
+Enum named(const std::string& what, const std::string& name) {
+  const auto value = kibori::value_of<Enum>(name);
+  if (value) return *value;
+  std::string known;
+  for (const std::string_view& one : names_of(Enum())) {
+    if (!known.empty()) known += ", ";
+    known += one;
+  }
+  throw Failure("there is no " + what + " '" + sanitize_message(name) + "'; there are " + known);
+}
+
 using Three = std::array<double, 3>;
 inline Vec3 vec(const Three& v) { return {v[0], v[1], v[2]}; }
 inline Three three(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+// Of the cut's force, what the hand bears: "", "motor" or "press". Errors: another word.
+double share_of(const std::string& powered);
 
 // A contiguous array of doubles; whatever NumPy can make one of.
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;

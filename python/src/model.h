@@ -54,6 +54,7 @@ void bind_model(py::module_& module);
 void bind_stocks(ModelClass& model);
 void bind_strokes(py::module_& module, ModelClass& model);
 void bind_arrays(py::module_& module, ModelClass& model);
+void bind_servo(py::module_& module);
 void bind_bodies(py::module_& module, ModelClass& model);
 
 }  // namespace kibori::python

@@ -57,4 +57,5 @@ PYBIND11_MODULE(_kibori, module) {
   python::bind_tools(module);
   python::bind_materials(module);
   python::bind_model(module);
+  python::bind_servo(module);
 }

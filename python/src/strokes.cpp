@@ -15,18 +15,6 @@ namespace {
 
 constexpr auto kBetweenSignals = std::chrono::milliseconds(50);
 
-template <class Enum>
-Enum named(const std::string& what, const std::string& name) {
-  const auto value = kibori::value_of<Enum>(name);
-  if (value) return *value;
-  std::string known;
-  for (const std::string_view& one : names_of(Enum())) {
-    if (!known.empty()) known += ", ";
-    known += one;
-  }
-  throw Failure("there is no " + what + " '" + sanitize_message(name) + "'; there are " + known);
-}
-
 // What the keywords of carve() and stroke() say.
 struct StrokeChoice {
   StrokeSettings settings;
@@ -61,12 +49,7 @@ StrokeChoice choice_of(const Tool& tool, const std::string& mode,
   s.force.law.dof = dof;
   if (!(rate > 0) || !(rate <= 1e6)) throw Failure("rate is so many ticks a second, up to 1e6");
   s.rate_hz = rate;
-  if (powered == "motor")
-    s.force.law.hand_share = kPoweredShare;
-  else if (powered == "press")
-    s.force.law.hand_share = kPressShare;
-  else if (!powered.empty())
-    throw Failure("powered is \"motor\", \"press\" or nothing");
+  s.force.law.hand_share = share_of(powered);
   for (const auto& [key, value] : spring) {
     const auto name = given<std::string>(key, "what a spring has is called by a name");
     const auto number = given<double>(value, "a spring's numbers are numbers");

@@ -2,8 +2,8 @@
 // The history strip and the force plots: groups, keys, branches, thousands of steps, thumbnails by
 // one camera, scales that a spike does not flatten. Usage: node test_history.mjs KIBORI
 // [SCREENSHOTS' FOLDER]
-import { execFileSync } from "node:child_process";
-import { writeFileSync } from "node:fs";
+import { execFileSync, spawn } from "node:child_process";
+import { existsSync, renameSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { pathToFileURL } from "node:url";
 import {
@@ -478,4 +478,57 @@ async function thousandsOfSteps() {
   execFileSync(kibori, ["verify", file]);
 }
 
-await run([scalesOfPlots, theTreeOfSteps, oneCamera, thousandsOfSteps]);
+/** What others carve is seen as they do, from where one looks: a file that is replaced, and one that is written. */
+async function whatOthersCarve() {
+  const file = join(folder, "live.kibori");
+  const carved = (name, moves) => {
+    writeFileSync(
+      join(folder, `${name}.toml`),
+      `[stock]\nblock = [40, 30, 20]\npitch = 0.5\n[tool]\nshape = "ball"\nradius = 4\n[[move]]\nto = [-6, 15, 18]\n${moves}`,
+    );
+    const made = join(folder, `${name}.kibori`);
+    execFileSync(kibori, ["carve", join(folder, `${name}.toml`), "-o", made], { stdio: "ignore" });
+    return made;
+  };
+  renameSync(carved("first", "[[move]]\nto = [20, 15, 18]\nspeed = 200\n"), file);
+  const studio = await Studio.start(file, "--read-only", "--follow");
+  const page = await open({ width: 900, height: 560 });
+  await enter(page, studio.url);
+  const before = await shown(page);
+  await page.keyboard.press("3");
+  await page.waitForTimeout(300);
+  const eye = await page.evaluate(() => window.kibori.eye());
+  await show(page, "live-before");
+  renameSync(
+    carved(
+      "second",
+      "[[move]]\nto = [46, 15, 18]\nspeed = 200\n[[move]]\nto = [46, 8, 15]\nspeed = 200\n[[move]]\nto = [-6, 8, 15]\nspeed = 200\n",
+    ),
+    file,
+  );
+  await until(page, "more is gone", (s) => Number(s.volume) < Number(before.volume) - 1000);
+  const now = await shown(page);
+  await show(page, "live-after");
+  check(
+    "seen from the same place",
+    (await page.evaluate(() => window.kibori.eye())).join() === eye.join(),
+  );
+  // While the servo writes it.
+  const written = join(folder, "written.kibori");
+  const servo = spawn(kibori, ["servo", "--seconds", "12", "--no-surface", "-o", written], {
+    stdio: "ignore",
+  });
+  while (!existsSync(written)) await page.waitForTimeout(100);
+  const second = await Studio.start(written, "--read-only", "--follow");
+  await enter(page, second.url);
+  const begun = await shown(page);
+  await until(page, "a stroke grows", (s) => Number(s.volume) < Number(begun.volume) - 5);
+  servo.kill("SIGINT");
+  await page.context().close();
+  check(
+    "both end well",
+    (await studio.end()) === 0 && (await second.end()) === 0 && now.hash !== before.hash,
+  );
+}
+
+await run([whatOthersCarve, scalesOfPlots, theTreeOfSteps, oneCamera, thousandsOfSteps]);

@@ -164,6 +164,7 @@ function onMessage(said: FromStudio): void {
     case "Welcome": {
       const w = said.message;
       rate = w.rate;
+      const again = title === w.document.replace(/\.kibori$/, "");
       title = w.document.replace(/\.kibori$/, "");
       step = 0;
       document.title = `${title} – Kibori`;
@@ -186,7 +187,7 @@ function onMessage(said: FromStudio): void {
       // A tool may be as large as the piece and the room around it.
       for (const id of ["size", "depth"])
         input(id).max = String(Math.ceil(Math.max(...w.nodes) * w.pitch));
-      view.begin({ origin: w.origin, pitch: w.pitch }, w.nodes);
+      view.begin({ origin: w.origin, pitch: w.pitch }, w.nodes, again);
       bodies.begin();
       splines.reset();
       start.importer.offer(w.page, kinds);

@@ -202,7 +202,13 @@ export class View {
     new ResizeObserver(() => this.redraw()).observe(canvas);
   }
 
-  begin(lattice: Lattice, nodes: Vec3): void {
+  /** again: of the document that is shown; it is looked at from where it was. */
+  begin(lattice: Lattice, nodes: Vec3, again = false): void {
+    const before = this.lattice;
+    const same =
+      again &&
+      lattice.pitch === before.pitch &&
+      lattice.origin.every((x, i) => x === before.origin[i]);
     for (const mesh of this.shown.values()) mesh.geometry.dispose();
     this.shown.clear();
     this.chunks.clear();
@@ -211,7 +217,8 @@ export class View {
     this.lattice = lattice;
     this.coarse.follow(this.shown, lattice);
     this.endStroke();
-    this.framed = this.whole = false;
+    this.framed &&= same;
+    this.whole = false;
     this.ring.visible = false;
     this.tool.hide();
     this.secondTool.hide();

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "apps/publish/tick_row.h"
+#include <kibori/batch/tick_row.h>
 
 #include <cstddef>
 
 #include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
 
 #include <kibori/base/names.h>
 #include <kibori/document/codec.h>
@@ -40,14 +41,6 @@ TickRow row_of(const HandTick& tick, const LiveTick& of, uint8_t hand) {
   return row;
 }
 
-}  // namespace
-
-void append_rows(const LiveTick& tick, std::vector<TickRow>& rows) {
-  rows.push_back(row_of(tick, tick, 1));
-  rows.back().fallen_mm3 = tick.fallen_mm3;
-  if (tick.second) rows.push_back(row_of(*tick.second, tick, 2));
-}
-
 nlohmann::json tick_columns() {
   nlohmann::json columns = nlohmann::json::array();
   const auto add = [&](const char* name, const char* type, size_t offset, size_t count = 1) {
@@ -73,6 +66,14 @@ nlohmann::json tick_columns() {
   add("safety", "u8", offsetof(TickRow, safety));
   add("trip", "u8", offsetof(TickRow, trip));
   return columns;
+}
+
+}  // namespace
+
+void append_rows(const LiveTick& tick, std::vector<TickRow>& rows) {
+  rows.push_back(row_of(tick, tick, 1));
+  rows.back().fallen_mm3 = tick.fallen_mm3;
+  if (tick.second) rows.push_back(row_of(*tick.second, tick, 2));
 }
 
 std::string about_rows(const Published& published) {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: MIT
 // One tick of one hand, as it is published while it is made: 256 bytes, little-endian. What readers
-// are told of the columns (tick_columns) is of this struct itself.
+// are told of the columns (about_rows) is of this struct itself.
 #pragma once
 
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <string>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 #include <kibori/live/servo_context.h>
 
@@ -38,11 +37,9 @@ static_assert(sizeof(TickRow) == 256 && std::endian::native == std::endian::litt
 // The rows of one tick: one for each hand.
 void append_rows(const LiveTick& tick, std::vector<TickRow>& rows);
 
-// Columns of a row: name, type (u8, u64, i64, f64), offset in bytes and how many.
-nlohmann::json tick_columns();
-
 // What rows are of, for their readers: JSON of program, document, device, rate, materials, units,
-// columns. docs/recordings.md says what stands there.
+// and the columns of a row: name, type (u8, u64, i64, f64), offset in bytes and how many.
+// docs/recordings.md says what stands there.
 struct Published {
   std::string document, device;
   double rate_hz = 1000;

@@ -1,0 +1,60 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The servo loop with and without readers of its ticks, in turn: what publishing costs it, and what readers miss.
+
+Usage: publish_loop.py KIBORI [--json] [--quick] [--seconds S]; PYTHONPATH holds the module. Topics over DDS are written
+where kibori_dds.so is; nobody reads them here.
+"""
+import json
+import os
+import statistics
+import subprocess
+import sys
+import threading
+
+import kibori as kb
+
+quick = "--quick" in sys.argv
+seconds = float(sys.argv[sys.argv.index("--seconds") + 1]) if "--seconds" in sys.argv else 0.5 if quick else 20
+rounds = 1 if quick else 5
+kibori = sys.argv[1]
+dds = os.path.exists(os.path.join(os.path.dirname(kibori), "kibori_dds.so"))
+WAYS = {"nobody": [], "a reader": ["127.0.0.1:0"]} | ({"a reader, DDS": ["127.0.0.1:0", "dds:97"]} if dds else {})
+
+
+def run(places):
+    program = subprocess.Popen([kibori, "servo", "--json", "--seconds", str(seconds), *(a for p in places for a in ("--publish", p))],
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    read = {"rows": 0, "lost": 0, "first": 0}
+    if places:
+        address = program.stderr.readline().split("ws://")[1].split()[0]
+
+        def listens():
+            with kb.listen(address) as ticks:
+                for rows in ticks:
+                    read["first"] = read["first"] or int(rows["tick"][0])
+                    read["rows"] += len(rows)
+                read["lost"] = ticks.lost
+        reader = threading.Thread(target=listens)
+        reader.start()
+    said = json.loads(program.communicate()[0])
+    if places:
+        reader.join()
+    return said, read
+
+
+took = {way: [] for way in WAYS}
+for _ in range(rounds):
+    for way, places in WAYS.items():
+        said, read = run(places)
+        took[way].append({"compute_p50_us": said["compute_us"]["p50"], "compute_p999_us": said["compute_us"]["p999"],
+                          "late_p999_us": said["late_us"]["p999"], "empty_loop_late_p999_us": said["empty_loop_late_us"]["p999"],
+                          "missed": said["missed"], "ticks": said["ticks"], "read": read["rows"], "lost": read["lost"]})
+median = {way: {name: statistics.median(run[name] for run in runs) for name in runs[0]} for way, runs in took.items()}
+if "--json" in sys.argv:
+    print(json.dumps(median))
+else:
+    print(f"servo loop, {seconds:g} s each, medians of {rounds}; p99.9 of what it computes and of how late it begins [us]")
+    for way, m in median.items():
+        print(f"{way:14} compute p50 {m['compute_p50_us']:6.1f} p99.9 {m['compute_p999_us']:7.1f}   late p99.9 {m['late_p999_us']:7.1f}"
+              f" (an empty loop: {m['empty_loop_late_p999_us']:7.1f})   missed {m['missed']:g} of {m['ticks']:g}   read {m['read']:g}, lost {m['lost']:g}")

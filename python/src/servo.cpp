@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: MIT
+// The servo loop in the script's own process: a thread of C++ that never waits for Python.
+#include <algorithm>
+#include <mutex>
+
+#include <kibori/batch/documents.h>
+#include <kibori/batch/tick_row.h>
+#include <kibori/devices/registry.h>
+#include <kibori/devices/virtual_device.h>
+#include <kibori/document/rescue.h>
+#include <kibori/live/document_writer.h>
+
+#include "python/src/materials.h"
+#include "python/src/model.h"
+
+namespace kibori::python {
+namespace {
+
+struct ServoChoice {
+  Tool tool;
+  Mode mode = Mode::cut;
+  std::string device;
+  Pose at;  // of the virtual hand, in the beginning
+  double rate_hz = 1000;
+  ForceModel force = ForceModel::series;
+  std::optional<double> stiffness_n_mm;  // at the device
+  double strength_n = kHandStrengthN, hand_share = kPoweredShare;
+  std::string material;  // of a deposit; empty: the first
+  bool keep_forces = true;
+};
+
+class Servo {
+ public:
+  // Works on the document of the model that lies at `path`.
+  Servo(const std::filesystem::path& path, const ServoChoice& choice) {
+    std::unique_ptr<Document> document = value_of(Document::open(path, Document::Access::write));
+    std::unique_ptr<TriDexel> model = value_of(document->load());
+    const Vec3 centre = model->lattice().to_mm(model->material_bounds().centre());
+    LiveSettings settings;
+    settings.rate_hz = choice.rate_hz;
+    settings.tool = choice.tool;
+    settings.mode = choice.mode;
+    settings.brush.strength = default_strength(choice.mode);
+    settings.materials = document_materials(*document);
+    settings.material = number_of(settings.materials, choice.material);
+    settings.model = choice.force;
+    settings.workspace = Workspace(centre);
+    settings.log = settings.watched = true;
+    std::unique_ptr<Device> device = device_of(choice, centre);
+    // As in the studio: the hand's whole strength is the most that the device can give.
+    const DeviceCapabilities& can = device->capabilities();
+    if (!(choice.strength_n > 0 && choice.strength_n < 1e6))
+      throw Failure("the strength of a hand is above 0 [N]");
+    if (can.dof_out > 0 && can.force_n > 0) settings.force_scale = can.force_n / choice.strength_n;
+    const double bears = 2 * choice.rate_hz * can.damping_ns_mm * (1 - 1e-9);
+    settings.spring.stiffness_n_mm =
+        choice.stiffness_n_mm.value_or(std::min(can.stiffness_n_mm, bears)) / settings.force_scale;
+    settings.spring.strength_n = choice.strength_n;
+    settings.spring.hand_share = choice.hand_share;
+    published_ = {path.filename().string(), device->capabilities().name, choice.rate_hz,
+                  model->lattice(), settings.materials};
+    live_ = value_of(LiveCarving::make(std::move(model), std::move(device), settings));
+    writer_.emplace(*live_, std::move(document), choice.keep_forces);
+    writer_->start();
+    live_->start();
+  }
+  Servo(const Servo&) = delete;
+  Servo& operator=(const Servo&) = delete;
+  ~Servo() { stop(); }
+
+  std::string about() const { return about_rows(published_); }
+
+  // Where the virtual hand wants to be.
+  void aim(const Pose& pose) {
+    const std::lock_guard<std::mutex> lock(aiming_);
+    if (!virtual_) throw Failure("a real device is led by its hand");
+    aims_.put(pose);
+  }
+
+  void hold(const Tool& tool, Mode mode, const std::string& material) {
+    if (const Status can = check_tool(tool); !can) throw Failure(can.error());
+    const std::lock_guard<std::mutex> lock(stopping_);
+    if (!running_) throw Failure("the servo loop has ended");
+    const uint8_t number = number_of(published_.materials, material);
+    if (!live_->post([tool, mode, number](ServoContext& context) {
+          context.settings().mode = mode;
+          context.settings().material = number;
+          context.settings().brush.strength = default_strength(mode);
+          context.change_tool(tool);
+        }))
+      throw Failure("the servo loop has too much to do; wait a moment");
+  }
+
+  // The rows since it was last asked.
+  std::vector<TickRow> ticks() {
+    const std::lock_guard<std::mutex> lock(reading_);
+    std::vector<TickRow> rows;
+    LiveTick tick;
+    while (live_->next_tick(tick)) append_rows(tick, rows);
+    return rows;
+  }
+
+  // Ends it; all strokes are in the document then.
+  void stop() {
+    const std::lock_guard<std::mutex> lock(stopping_);
+    if (!std::exchange(running_, false)) return;
+    live_->stop();
+    writer_->stop();
+    statistics_ = live_->statistics();
+    unsaved_ = settle(writer_->document());
+    writer_.reset();
+  }
+  // Where the document is, if not where it belongs; empty: it is there.
+  const std::string& unsaved() const { return unsaved_; }
+
+  // Of the loop that has ended.
+  ServoStatistics statistics() {
+    const std::lock_guard<std::mutex> lock(stopping_);
+    if (running_) throw Failure("how the loop kept time is known when it has ended");
+    return statistics_;
+  }
+
+ private:
+  static uint8_t number_of(const std::vector<Material>& materials, const std::string& name) {
+    if (name.empty()) return 0;
+    for (size_t i = 0; i < materials.size(); i++)
+      if (materials[i].name == name) return static_cast<uint8_t>(i);
+    throw Failure("the model has no material '" + sanitize_message(name) + "'");
+  }
+  std::unique_ptr<Device> device_of(const ServoChoice& choice, const Vec3& centre) {
+    virtual_ = choice.device == "virtual";
+    if (!virtual_) return value_of(open_device(choice.device));
+    VirtualDeviceSettings settings;
+    settings.capabilities.name = "a virtual device";
+    settings.capabilities.dof_in = settings.capabilities.dof_out = 6;
+    settings.capabilities.torque_nmm = 100;
+    settings.tick_s = 1 / choice.rate_hz;
+    return std::make_unique<VirtualDevice>(
+        settings, [this, centre, aim = choice.at](double) mutable -> VirtualDevice::Target {
+          aims_.take(aim);
+          return {aim.tip - centre, aim.frame, 0};
+        });
+  }
+
+  std::mutex aiming_, reading_, stopping_;
+  bool virtual_ = false;
+  LatestValue<Pose> aims_;  // before the device, which reads it
+  Published published_;
+  std::unique_ptr<LiveCarving> live_;
+  std::optional<DocumentWriter> writer_;
+  bool running_ = true;
+  ServoStatistics statistics_;
+  std::string unsaved_;
+};
+
+py::dict times(const Histogram& of) {
+  py::dict dict;
+  for (const auto& [name, share] : {std::pair{"p50", 0.5}, {"p99", 0.99}, {"p999", 0.999}})
+    dict[name] = static_cast<double>(of.quantile_ns(share)) / 1000;
+  dict["max"] = static_cast<double>(of.max_ns()) / 1000;
+  return dict;
+}
+
+}  // namespace
+
+void bind_servo(py::module_& module) {
+  py::class_<Servo>(module, "_Servo")
+      .def(py::init([](const std::filesystem::path& path, const Tool& tool, const std::string& mode,
+                       const std::string& device, const Doubles& at, double rate,
+                       const std::string& force, const std::optional<double>& stiffness,
+                       double strength, const std::string& powered, const std::string& material,
+                       bool keep_forces) {
+        const ServoChoice choice{tool,
+                                 named<Mode>("mode", mode),
+                                 device,
+                                 pose_of(at),
+                                 rate,
+                                 named<ForceModel>("force model", force),
+                                 stiffness,
+                                 strength,
+                                 share_of(powered),
+                                 material,
+                                 keep_forces};
+        const py::gil_scoped_release no_gil;
+        return std::make_unique<Servo>(path, choice);
+      }))
+      .def_property_readonly("about", &Servo::about)
+      .def("aim", [](Servo& self, const Doubles& pose) { self.aim(pose_of(pose)); })
+      .def("hold",
+           [](Servo& self, const Tool& tool, const std::string& mode, const std::string& material) {
+             const Mode value = named<Mode>("mode", mode);
+             const py::gil_scoped_release no_gil;
+             self.hold(tool, value, material);
+           })
+      .def("ticks",
+           [](Servo& self) {
+             const std::vector<TickRow> rows = [&] {
+               const py::gil_scoped_release no_gil;
+               return self.ticks();
+             }();
+             return py::bytes(reinterpret_cast<const char*>(rows.data()),
+                              rows.size() * sizeof(TickRow));
+           })
+      .def("stop",
+           [](Servo& self) {
+             const py::gil_scoped_release no_gil;
+             self.stop();
+           })
+      .def_property_readonly("unsaved", &Servo::unsaved)
+      .def("statistics", [](Servo& self) {
+        const ServoStatistics s = self.statistics();
+        py::dict dict;
+        dict["ticks"] = s.ticks;
+        dict["missed"] = s.missed;
+        dict["seconds"] = s.seconds;
+        dict["compute_us"] = times(s.compute_ns);
+        dict["late_us"] = times(s.late_ns);
+        return dict;
+      });
+}
+
+}  // namespace kibori::python
