@@ -65,8 +65,8 @@ std::vector<DeviceFound> find_devices() {
         {name, device.ok(), device ? device.value()->capabilities().name : device.error()});
   }
   found.push_back({"vrpn:NAME@HOST[:PORT]", false, "is not looked for: say which server"});
-  found.push_back({"dds[:DOMAIN]", false,
-                   "is not looked for: a ROS 2 program that sends /kibori/device/pose"});
+  found.push_back(
+      {"dds[:DOMAIN]", false, "is not looked for: a ROS 2 program that sends /kibori/device/pose"});
   return found;
 }
 
