@@ -140,6 +140,28 @@ TEST(Publish, WhoDoesNotReadLosesTicksAloneAndIsTold) {
   EXPECT_LT(came, kMessages * kRows);
 }
 
+TEST(Publish, AtItsEndAllIsRead) {
+  for (int round = 0; round < 20; round++) {
+    auto publishing = server();
+    Reader reader(publishing->address());
+    EXPECT_EQ(reader.message().at(0), 96);
+    std::vector<TickRow> rows(2000);
+    for (int i = 0; i < 4; i++) publishing->publish(rows);
+    std::thread end([&] { publishing.reset(); });
+    size_t came = 0;
+    EXPECT_THROW(for (;;) came += reader.numbers().size(), beast::system_error);
+    EXPECT_EQ(came, 8000u);
+    end.join();
+  }
+  // Nor does one that never reads keep it from ending.
+  auto publishing = server();
+  Reader reader(publishing->address());
+  EXPECT_EQ(reader.message().at(0), 96);
+  std::vector<TickRow> rows(4000);
+  for (int i = 0; i < 20; i++) publishing->publish(rows);
+  publishing.reset();
+}
+
 TEST(Publish, ReadersComeAndGo) {
   const auto publishing = server();
   std::vector<TickRow> rows(10);

@@ -12,6 +12,7 @@
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
@@ -32,6 +33,7 @@ constexpr size_t kReaders = 32;
 // Half a minute at 1 kHz: ticks are left out for a reader that has not read so much.
 constexpr size_t kWaitingBytes = size_t{8} << 20;
 constexpr auto kHeaderTime = std::chrono::seconds(10);
+constexpr auto kGoodbyeTime = std::chrono::seconds(1);
 
 // The host of "http://host:port" or "host:port".
 std::string_view host_of(std::string_view text) {
@@ -47,19 +49,23 @@ std::string_view host_of(std::string_view text) {
 struct TickServer::State {
   class Reader;
 
-  explicit State(std::string at) : host(std::move(at)), acceptor(io) {}
+  explicit State(std::string at) : host(std::move(at)), acceptor(io), limit(io) {}
 
   void accept();
   bool may_read(const http::request<http::empty_body>& request) const;
   void send(const Message& message, bool ticks);
+  // Whoever reads gets what waits for it, if it reads that soon; then `io` has nothing more to do.
+  void finish();
 
   const std::string host;
   std::string address;
   Message about;
   std::atomic<size_t> readers{0};
+  bool runs = true;
   std::set<Reader*> all;  // that read, and that still say what they want
   asio::io_context io{1};
   tcp::acceptor acceptor;
+  asio::steady_timer limit;  // of finish()
   std::thread thread;
 };
 
@@ -71,6 +77,7 @@ class TickServer::State::Reader : public std::enable_shared_from_this<Reader> {
   ~Reader() {
     server_.all.erase(this);
     if (reads_) server_.readers--;
+    if (server_.runs && server_.all.empty()) server_.limit.cancel();
   }
 
   void begin() {
@@ -87,6 +94,12 @@ class TickServer::State::Reader : public std::enable_shared_from_this<Reader> {
     waiting_bytes_ += message->size();
     queue_.push_back(message);
     if (queue_.size() == 1) write();
+  }
+
+  void finish() {
+    if (!reads_) return close();
+    finishing_ = true;
+    if (queue_.empty()) say_goodbye();
   }
 
  private:
@@ -137,8 +150,16 @@ class TickServer::State::Reader : public std::enable_shared_from_this<Reader> {
                           self->waiting_bytes_ -= self->queue_.front()->size();
                           self->queue_.pop_front();
                           if (failed) return self->close();
-                          if (!self->queue_.empty()) self->write();
+                          if (!self->queue_.empty())
+                            self->write();
+                          else if (self->finishing_)
+                            self->say_goodbye();
                         });
+  }
+
+  void say_goodbye() {
+    socket_.async_close(websocket::close_code::normal,
+                        [self = shared_from_this()](beast::error_code) { self->close(); });
   }
 
   void close() {
@@ -155,7 +176,7 @@ class TickServer::State::Reader : public std::enable_shared_from_this<Reader> {
   http::response<http::string_body> refusal_;
   std::deque<Message> queue_;
   size_t waiting_bytes_ = 0;
-  bool reads_ = false, closed_ = false;
+  bool reads_ = false, finishing_ = false, closed_ = false;
 };
 
 void TickServer::State::accept() {
@@ -183,11 +204,25 @@ void TickServer::State::send(const Message& message, bool ticks) {
     if (all.count(reader)) reader->send(message, ticks);
 }
 
+void TickServer::State::finish() {
+  beast::error_code ignored;
+  acceptor.close(ignored);
+  if (all.empty()) return;
+  limit.expires_after(kGoodbyeTime);
+  limit.async_wait([this](beast::error_code stopped) {
+    if (!stopped) io.stop();
+  });
+  const std::vector<Reader*> now(all.begin(), all.end());
+  for (Reader* const reader : now)
+    if (all.count(reader)) reader->finish();
+}
+
 TickServer::TickServer(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
 TickServer::~TickServer() {
-  state_->io.stop();
+  asio::post(state_->io, [state = state_.get()] { state->finish(); });
   state_->thread.join();
+  state_->runs = false;  // what is left goes with `io`
 }
 
 Result<std::unique_ptr<TickServer>> TickServer::listen(const std::string& address) {
