@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The servo loop with and without readers of its ticks, in turn: what publishing costs it, and what readers miss.
+"""The servo loop with and without readers of its ticks, in turn: what publishing costs it, and what readers miss. And the loop
+in a script: with threads of Python that hold its lock, and with as many processes beside it, which do not.
 
 Usage: publish_loop.py KIBORI [--json] [--quick] [--seconds S]; PYTHONPATH holds the module. Topics over DDS are written
 where kibori_dds.so is; nobody reads them here.
@@ -11,6 +12,9 @@ import statistics
 import subprocess
 import sys
 import threading
+import time
+
+import numpy as np
 
 import kibori as kb
 
@@ -43,8 +47,45 @@ def run(places):
     return said, read
 
 
-took = {way: [] for way in WAYS}
+def in_script(busy_threads, busy_processes):
+    """The loop of Model.servo() by the same hand and block, while others keep Python busy."""
+    done = threading.Event()
+
+    def burn():
+        while not done.is_set():
+            sum(range(1000))
+
+    threads = [threading.Thread(target=burn) for _ in range(busy_threads)]
+    processes = [subprocess.Popen([sys.executable, "-c", "while True: sum(range(1000))"]) for _ in range(busy_processes)]
+    for thread in threads:
+        thread.start()
+    rows = []
+    with kb.Model.block((80, 50, 30), 0.25, "oak").servo(kb.Ball(4), at=(5, 25, 40)) as servo:
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0:
+            share = 1 - left / seconds
+            servo.aim((5 + 70 * share, 25, 29))
+            rows.append(servo.ticks())
+            time.sleep(0.01)
+    rows.append(servo.ticks())
+    done.set()
+    for thread in threads:
+        thread.join()
+    for process in processes:
+        process.kill()
+        process.wait()
+    numbers = np.concatenate([r["tick"] for r in rows]).astype(int)
+    s = servo.statistics
+    return {"compute_p50_us": s["compute_us"]["p50"], "compute_p999_us": s["compute_us"]["p999"], "late_p999_us": s["late_us"]["p999"],
+            "empty_loop_late_p999_us": 0, "missed": s["missed"], "ticks": s["ticks"], "read": len(numbers),
+            "lost": int((np.diff(numbers) - 1).sum())}
+
+
+SCRIPTS = {"in a script": (0, 0), "2 busy threads": (2, 0), "2 processes": (0, 2)}
+took = {way: [] for way in [*WAYS, *SCRIPTS]}
 for _ in range(rounds):
+    for way, busy in SCRIPTS.items():
+        took[way].append(in_script(*busy))
     for way, places in WAYS.items():
         said, read = run(places)
         took[way].append({"compute_p50_us": said["compute_us"]["p50"], "compute_p999_us": said["compute_us"]["p999"],
@@ -56,5 +97,6 @@ if "--json" in sys.argv:
 else:
     print(f"servo loop, {seconds:g} s each, medians of {rounds}; p99.9 of what it computes and of how late it begins [us]")
     for way, m in median.items():
-        print(f"{way:14} compute p50 {m['compute_p50_us']:6.1f} p99.9 {m['compute_p999_us']:7.1f}   late p99.9 {m['late_p999_us']:7.1f}"
-              f" (an empty loop: {m['empty_loop_late_p999_us']:7.1f})   missed {m['missed']:g} of {m['ticks']:g}   read {m['read']:g}, lost {m['lost']:g}")
+        empty = f" (an empty loop: {m['empty_loop_late_p999_us']:7.1f})" if m["empty_loop_late_p999_us"] else " " * 26
+        print(f"{way:14} compute p50 {m['compute_p50_us']:6.1f} p99.9 {m['compute_p999_us']:7.1f}   late p99.9 {m['late_p999_us']:7.1f}{empty}"
+              f"   missed {m['missed']:g} of {m['ticks']:g}   read {m['read']:g}, lost {m['lost']:g}")
