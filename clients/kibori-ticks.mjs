@@ -8,6 +8,8 @@
 
 const ABOUT = 96,
   TICKS = 97; // kinds of docs/protocol.md
+const FORMAT = 1;
+const WAITING = 2 ** 26; // bytes that a reader may leave unread
 const BYTES = { u8: 1, u64: 8, i64: 8, f64: 8 };
 
 /** One number of a row. u64 and i64 count ticks and lattice nodes: they fit a number. */
@@ -60,11 +62,17 @@ export async function* listen(address, { WebSocket: Socket = globalThis.WebSocke
     lost = 0,
     ended = false,
     failed = null;
-  const add = (event) => {
-    come.push(event);
+  let waiting = 0;
+  const add = (data) => {
+    // What is left out, the numbers of the ticks tell.
+    if (!(data instanceof ArrayBuffer) || data.byteLength === 0) return;
+    const view = new DataView(data);
+    if (waiting > WAITING && view.getUint8(0) === TICKS) return;
+    waiting += data.byteLength;
+    come.push(view);
     wake();
   };
-  socket.addEventListener("message", ({ data }) => add(new DataView(data)));
+  socket.addEventListener("message", ({ data }) => add(data));
   socket.addEventListener(
     "error",
     () =>
@@ -78,6 +86,7 @@ export async function* listen(address, { WebSocket: Socket = globalThis.WebSocke
     for (;;) {
       while (come.length > 0) {
         const view = come.shift();
+        waiting -= view.byteLength;
         const kind = view.getUint8(0);
         if (kind === ABOUT) {
           about = JSON.parse(
@@ -85,6 +94,10 @@ export async function* listen(address, { WebSocket: Socket = globalThis.WebSocke
               new Uint8Array(view.buffer, view.byteOffset + 7, view.getUint32(3, true)),
             ),
           );
+          if (about.format !== FORMAT)
+            throw new Error(
+              `this kibori publishes in format ${about.format}; this reader knows ${FORMAT}`,
+            );
           last = null;
         }
         if (kind !== TICKS || !about) continue;

@@ -6,6 +6,7 @@ DDS to another vendor's.
 Usage: test_publish.py KIBORI [unittest's arguments]; PYTHONPATH holds the package, KIBORI_DDS_PEER names tests/dds's
 program, where there is one.
 """
+import asyncio
 import json
 import os
 import pathlib
@@ -208,11 +209,59 @@ class Readers(Folder):
         self.listens()
 
     def test_more_than_there_is_room_for(self):
-        with_a_place = [socket.create_connection(("127.0.0.1", self.port)) for _ in range(40)]
-        for connection in with_a_place:
+        silent = [socket.create_connection(("127.0.0.1", self.port), timeout=20) for _ in range(32)]
+        time.sleep(0.2)
+        with socket.create_connection(("127.0.0.1", self.port), timeout=20) as one_more:
+            self.assertEqual(one_more.recv(1), b"")
+        for connection in silent:
             connection.close()
         time.sleep(0.5)
         self.listens()
+
+    def test_a_reader_that_pauses(self):
+        """It is kept, gets what waited for it, and within a running loop it works, too."""
+        with kb.listen(f"127.0.0.1:{self.port}") as ticks:
+            next(ticks)
+            time.sleep(35)  # longer than kibori waits for an answer
+            count = 0
+            while count < 36000:
+                count += len(next(ticks))
+            self.assertEqual(ticks.lost, 0)
+
+        async def within():
+            with kb.listen(f"127.0.0.1:{self.port}") as ticks:
+                return len(next(ticks))
+        self.assertGreater(asyncio.run(within()), 0)
+
+    def test_what_is_no_kibori(self):
+        from websockets.exceptions import ConnectionClosed
+        from websockets.server import serve
+
+        for say, sentence in ((b"", "not what kibori"), (b"x", "not what kibori"), (bytes([97, 0, 0, 0, 0]), "not what kibori"),
+                              (bytes([96, 17, 0, 255, 0, 0, 0]), "not what kibori"), (b"\x60\x11\x00\x02\x00\x00\x00{}", "not what kibori"),
+                              (b'\x60\x11\x00\x0c\x00\x00\x00{"format":9}', "in format 9")):
+            async def answer(socket):
+                await socket.send(say)
+                try:
+                    await socket.wait_closed()
+                except ConnectionClosed:
+                    pass
+            begun, ended = threading.Event(), None
+
+            async def run():
+                nonlocal ended
+                ended = asyncio.get_running_loop().create_future()
+                async with serve(answer, "127.0.0.1", other):
+                    begun.set()
+                    await ended
+            other = port()
+            thread = threading.Thread(target=lambda: asyncio.run(run()))
+            thread.start()
+            begun.wait()
+            with self.assertRaisesRegex(kb.Error, sentence):
+                kb.listen(f"127.0.0.1:{other}", timeout=5)
+            ended.get_loop().call_soon_threadsafe(ended.set_result, None)
+            thread.join()
 
     def test_says_what_is_wrong(self):
         for place, sentence in (("7070", "write HOST:PORT"), ("127.0.0.1:", "0 to 65535"), ("127.0.0.1:70707", "0 to 65535"),
@@ -285,6 +334,7 @@ class Dds(Folder):
         self.assertEqual(done.returncode, 0, done.stderr)
         report = json.loads(done.stdout)
         self.assertEqual((report["removed_mm3"], report["max_given_N"]), (0, 0))
+        self.assertIn("no pose has come on /kibori/device/pose yet", report["device_complaint"])
 
     def test_without_the_module(self):
         done = subprocess.run([KIBORI, "servo", "--publish", "dds", "--seconds", "0.1"], capture_output=True, text=True,

@@ -298,6 +298,36 @@ class ServoLoop(Folder):
         with self.assertRaisesRegex(kb.Error, "has ended"):
             servo.hold(kb.Ball(2))
 
+    def test_works_on_the_active_body_where_it_stands(self):
+        """Of two halves of a block that stand apart; a no-go one is refused, and no stroke cuts into it."""
+        m = block(0.5, material="oak")
+        two = m.split((20, 15, 10), (1, 0, 0))
+        body = two[-1] if two[-1] != 1 else two[0]
+        m.place(body, (50, 0, 0))
+        m.activate(body)
+
+        def dip(x):
+            with m.servo(kb.Ball(4), at=(x, 15, 30)) as servo:
+                for z in (30, 24, 18, 18, 18, 30):
+                    servo.aim((x, 15, z))
+                    time.sleep(0.2)
+            return servo.close()
+
+        volumes = lambda model: {b.id: b.volume_mm3 for b in model.bodies}
+        before, made = volumes(m), dip(80)
+        after = volumes(made)
+        self.assertLess(after[body], before[body] - 10)
+        self.assertEqual(after[1], before[1])
+        m.set_no_go(body, True)
+        with self.assertRaisesRegex(kb.Error, "no-go"):
+            m.servo(kb.Ball(4), path=self.folder / "refused.kibori")
+        self.assertFalse((self.folder / "refused.kibori").exists())
+        m.activate(1)
+        made = dip(10)
+        self.assertLess(volumes(made)[1], before[1] - 10)
+        with self.assertRaisesRegex(kb.Error, "reshaped"):
+            m.servo(kb.Ball(4), "smooth")
+
     def test_says_what_cant_be(self):
         m = block(1)
         for wrong, sentence in (({"device": "spoon"}, "no kind of device"), ({"rate": 50}, "100 to 4000"), ({"force": "x"}, "there is no force model"),
@@ -774,7 +804,7 @@ class Studio(Folder):
     def test_opens_on_the_model(self):
         m = block(2)
         m.carve(kb.Ball(4), groove())
-        with m.studio(browser=False) as studio:
+        with m.studio(browser=False, publish=True) as studio:
             self.assertTrue(studio.url.startswith("http://127.0.0.1"))
             self.assertEqual(studio.model().hash, m.hash)
             with studio.listen() as ticks:

@@ -150,6 +150,7 @@ int StudioCommand::run() const {
   std::signal(SIGPIPE, SIG_IGN);
   SessionOptions how{read_only_, device_};
   how.second = second_;
+  Changes changes(file_);  // since it is read
   std::unique_ptr<Session> session;
   if (!file_.empty() || !stock_.empty()) {
     Result<Scene> scene = stock_.empty()
@@ -189,13 +190,18 @@ int StudioCommand::run() const {
   if (session) server.value()->show(std::move(session));
   const auto way = TemporaryFolder::make();
   if (!no_browser_ && way) open_browser(url, way.value()->path());
-  Changes changes(file_);
+  std::string told;
   server.value()->run([&] {
-    if (follow_ && changes.seen())
-      if (auto opened = open_session(file_, how)) {
+    // Only what is still looked at.
+    if (follow_ && server.value()->shows(file_) && changes.seen()) {
+      auto opened = open_session(file_, how);
+      if (opened) {
         server.value()->show(std::move(opened).value());
         changes.shown();
       }
+      const std::string wrong = opened ? std::string() : opened.error();
+      if (std::exchange(told, wrong) != wrong && !wrong.empty()) server.value()->notify(wrong);
+    }
     return interrupted != 0;
   });
   const std::string where = server.value()->close();

@@ -54,7 +54,10 @@ class TopicWriter {
       for (const LiveTick& tick : now) {
         const std::string frame = "kibori_world";
         const auto since_ns = static_cast<int64_t>(1e9 * tick.time_s);
-        if (tick.number == 0 || begun_ns_ == 0) begun_ns_ = ns_since_1970() - since_ns;
+        // What is written late says no later time; another servo begins anew.
+        const int64_t begun_ns = ns_since_1970() - since_ns;
+        if (begun_ns_ == 0 || tick.number < last_ || begun_ns < begun_ns_) begun_ns_ = begun_ns;
+        last_ = tick.number;
         const int64_t ns = begun_ns_ + since_ns;
         link_->write(0, frame, ns, tick.tool);
         link_->write(1, frame, ns, tick.hand);
@@ -73,6 +76,7 @@ class TopicWriter {
   std::deque<LiveTick> waiting_;
   bool stopping_ = false;
   int64_t begun_ns_ = 0;  // when the ticks' time began, since 1970; of thread_
+  uint64_t last_ = 0;
   std::thread thread_;
 };
 

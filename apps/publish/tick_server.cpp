@@ -65,7 +65,7 @@ struct TickServer::State {
   std::set<Reader*> all;  // that read, and that still say what they want
   asio::io_context io{1};
   tcp::acceptor acceptor;
-  asio::steady_timer limit;  // of finish()
+  asio::steady_timer limit;  // of finish(), and before accept() is tried again
   std::thread thread;
 };
 
@@ -181,8 +181,15 @@ class TickServer::State::Reader : public std::enable_shared_from_this<Reader> {
 
 void TickServer::State::accept() {
   acceptor.async_accept([this](beast::error_code failed, tcp::socket socket) {
-    if (failed == asio::error::operation_aborted) return;
-    if (!failed && all.size() < kReaders) {
+    if (failed == asio::error::operation_aborted || !acceptor.is_open()) return;
+    if (failed) {  // no more files may be opened: later, perhaps
+      limit.expires_after(kGoodbyeTime);
+      limit.async_wait([this](beast::error_code) {
+        if (acceptor.is_open()) accept();
+      });
+      return;
+    }
+    if (all.size() < kReaders) {
       beast::error_code ignored;
       socket.set_option(tcp::no_delay(true), ignored);
       std::make_shared<Reader>(std::move(socket), *this)->begin();
@@ -207,6 +214,7 @@ void TickServer::State::send(const Message& message, bool ticks) {
 void TickServer::State::finish() {
   beast::error_code ignored;
   acceptor.close(ignored);
+  limit.cancel();
   if (all.empty()) return;
   limit.expires_after(kGoodbyeTime);
   limit.async_wait([this](beast::error_code stopped) {

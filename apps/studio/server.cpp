@@ -95,7 +95,8 @@ void Server::State::show(std::unique_ptr<Session> opened) {
 }
 
 void Server::State::tell_publisher() {
-  if (!publisher || !live()) return;
+  if (!publisher) return;
+  if (!live()) return publisher->about({"", "", 0, {}, {}});
   const LiveSession::HapticDeviceState* const device = haptic_device();
   publisher->about({std::filesystem::path(session->name()).filename().string(),
                     device ? device->name : "a pointer", session->rate_hz(), session->lattice(),
@@ -486,6 +487,11 @@ void Server::publish_by(std::unique_ptr<Publisher> publisher) {
   state_->tell_publisher();
 }
 void Server::show(std::unique_ptr<Session> session) { state_->show(std::move(session)); }
+
+bool Server::shows(const std::string& file) const {
+  return state_->session && !state_->job.busy() && state_->session->name() == file;
+}
+void Server::notify(const std::string& text) { state_->notify(text); }
 
 void Server::run(const std::function<bool()>& stop) {
   state_->stop = stop;

@@ -51,6 +51,10 @@ class Server {
   void publish_by(std::unique_ptr<Publisher> publisher);
   // The document that is carved.
   void show(std::unique_ptr<Session> session);
+  // Whether that document is shown, and nothing else is under way.
+  bool shows(const std::string& file) const;
+  // A sentence for every page.
+  void notify(const std::string& text);
   // Until stop() says so, which is asked every few ms.
   void run(const std::function<bool()>& stop);
   // Saves and closes what is open. A sentence on where it is, if not where it belongs.

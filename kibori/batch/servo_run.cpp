@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/batch/servo_run.h>
-#include <kibori/document/rescue.h>
 
 #include <algorithm>
 #include <atomic>
@@ -278,9 +277,7 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
     if (const Bodies* const bodies = written.worked_on())
       static_cast<void>(
           keep_thumbnail(written, written.head(), Bodies(*bodies), scene.materials, 1));
-    const bool in_memory = !written.unsaved().empty();
-    report.unsaved = settle(written);
-    if (!in_memory) report.unsaved = writer->trouble();
+    report.unsaved = writer->settled();
   }
   report.empty_late_ns = empty.stop();
   if (options.progress) options.progress(1);
@@ -288,6 +285,7 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
     report.left_out = recording->left_out();
     if (const Status saved = recording->save(options.record); !saved) return Error{saved.error()};
   }
+  report.complaint = live.context().device().complaint();
   report.scheduling = live.scheduling();
   report.servo = live.statistics();
   report.totals = live.totals();
@@ -321,6 +319,7 @@ std::string servo_report_text(const ServoReport& r) {
   if (r.left_out > 0)
     text += "recording  without the last " + std::to_string(r.left_out) +
             " ticks: the run was longer than it should have been\n";
+  if (!r.complaint.empty()) text += "device     " + r.complaint + "\n";
   if (r.trip != Trip::none) text += "safety     " + trip_text(r.trip) + "\n";
   return text;
 }
@@ -345,6 +344,7 @@ std::string servo_report_json(const ServoReport& r) {
       {"snapshots", r.snapshots},
       {"surface_chunks", r.surface_chunks},
       {"recording_left_out", r.left_out},
+      {"device_complaint", r.complaint},
       {"trip", r.trip == Trip::none ? nlohmann::json() : nlohmann::json(trip_text(r.trip))}};
   return json.dump(2);
 }

@@ -46,6 +46,8 @@ struct ServoReport {
   double min_energy_mj = 0;  // what the program gave back beyond what it got, at worst
   uint64_t snapshots = 0, surface_chunks = 0;
   uint64_t left_out = 0;  // ticks that the recording had no room for
+  // What the device says is wrong; empty: nothing.
+  std::string complaint;
   // Why the document holds only the beginning, and where the rest is; empty: all is there.
   std::string unsaved;
 };

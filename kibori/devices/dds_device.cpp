@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/devices/dds_device.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <mutex>
@@ -17,6 +18,8 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kFreshS = 0.002;
+// A hand that is told so rarely is not older between two poses than it was at the last.
+constexpr double kLongestPeriodS = 0.005, kPeriodFade = 0.05;
 // Poses closer together than this say more about the clock than about the hand; those farther
 // apart, nothing.
 constexpr double kBetweenS = 0.0009, kTogetherS = 1;
@@ -27,6 +30,7 @@ struct DdsDevice::State {
   struct Timed {
     DeviceReading reading;
     Clock::time_point at;
+    double period_s = 0;  // from pose to pose
   };
   DeviceCapabilities capabilities;
   LatestValue<Timed> readings;
@@ -38,6 +42,7 @@ struct DdsDevice::State {
   // The one that the velocity is told from.
   std::optional<DeviceReading> came;
   Clock::time_point came_at;
+  double period_s = 0;
   int64_t came_ns = 0;
 
   LatestValue<Wrench> wrench;
@@ -48,12 +53,14 @@ struct DdsDevice::State {
 
   void take(int64_t ns, const Pose& pose) {
     const std::lock_guard<std::mutex> lock(coming);
-    Timed now{{pose.tip, pose.frame}, Clock::now()};
+    Timed now{{pose.tip, pose.frame}, Clock::now(), 0};
     // By the sender's clock, where it has one: what is late comes in bursts.
     const double told = 1e-9 * static_cast<double>(ns - came_ns),
                  since = told > 0 && told < kTogetherS
                              ? told
                              : std::chrono::duration<double>(now.at - came_at).count();
+    if (came) period_s += kPeriodFade * (std::min(since, kLongestPeriodS) - period_s);
+    now.period_s = period_s;
     if (came && since < kBetweenS) {
       now.reading.velocity_mm_s = came->velocity_mm_s;
     } else {
@@ -112,7 +119,10 @@ DeviceStatus DdsDevice::read(DeviceReading& reading) {
   state_->seen |= state_->readings.take(state_->last);
   reading = state_->last.reading;
   if (!state_->seen) return reading.age_s = kUnknownAge, DeviceStatus::stale;
-  reading.age_s = std::chrono::duration<double>(Clock::now() - state_->last.at).count();
+  // Twice the period: what comes when it is due may be late by as much.
+  reading.age_s =
+      std::max(0.0, std::chrono::duration<double>(Clock::now() - state_->last.at).count() -
+                        2 * state_->last.period_s);
   return reading.age_s < kFreshS ? DeviceStatus::ok : DeviceStatus::stale;
 }
 

@@ -14,6 +14,7 @@
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 #include <fastdds/dds/log/Log.hpp>
+#include <fastdds/dds/log/StdoutErrConsumer.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
@@ -134,7 +135,12 @@ void* open_link(uint32_t domain, const char* const* poses, int pose_count,
     return nullptr;
   };
   try {
+    // Standard output is the program's own.
+    dds::Log::ClearConsumers();
     dds::Log::SetVerbosity(dds::Log::Kind::Error);
+    auto errors = std::make_unique<dds::StdoutErrConsumer>();
+    errors->stderr_threshold(dds::Log::Kind::Error);
+    dds::Log::RegisterConsumer(std::move(errors));
     auto link = std::make_unique<Link>();
     link->on_pose = on_pose;
     link->user = user;

@@ -1,9 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/live/document_writer.h>
 
+#include <kibori/document/rescue.h>
+
 #include <chrono>
 
 namespace kibori {
+
+Result<WorkedBody> worked_body(const Bodies& bodies, BodyId id) {
+  const Body& body = *bodies.find(id);
+  Result<std::shared_ptr<const NoGo>> no_go = no_go_of(bodies, id);
+  if (!no_go) return Error{no_go.error()};
+  return WorkedBody{id, body.pose, body.kept(), std::move(no_go).value()};
+}
 
 DocumentWriter::DocumentWriter(LiveCarving& live, std::unique_ptr<Document> document, bool forces)
     : live_(live),
@@ -171,11 +180,11 @@ Status DocumentWriter::resolve_request() {
   Result<Document::Checkout> found = document_->checkout(step.value());
   if (!found) return Error{found.error()};
   to_ = std::make_shared<Document::Checkout>(std::move(found).value());
-  const Body& body = *to_->bodies.find(to_->active);
-  Result<std::shared_ptr<const NoGo>> no_go = no_go_of(to_->bodies, body.id);
-  if (!no_go) return Error{no_go.error()};
-  waiting_ = [to = to_, at = WorkedBody{body.id, body.pose, body.kept(), no_go.value()}](
-                 ServoContext& live) mutable { live.go_to(to->state, to->material_bounds, at); };
+  const Result<WorkedBody> body = worked_body(to_->bodies, to_->active);
+  if (!body) return Error{body.error()};
+  waiting_ = [to = to_, at = body.value()](ServoContext& live) mutable {
+    live.go_to(to->state, to->material_bounds, at);
+  };
   if (live_.post(waiting_)) waiting_ = nullptr;
   return Ok{};
 }
@@ -199,6 +208,12 @@ void DocumentWriter::ask(Kind kind, StepId step, const BodyAction& action, StepI
 void DocumentWriter::with(std::function<void(Document&)> f) {
   const std::lock_guard<std::mutex> lock(mutex_);
   calls_.push_back(std::move(f));
+}
+
+std::string DocumentWriter::settled() {
+  const bool in_memory = !document_->unsaved().empty();
+  const std::string where = settle(*document_);
+  return in_memory ? where : trouble();
 }
 
 std::string DocumentWriter::trouble() const {

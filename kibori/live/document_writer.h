@@ -22,6 +22,9 @@
 
 namespace kibori {
 
+// One of a document's bodies, as a servo works on it (ServoContext::stand). Errors: as of no_go_of.
+Result<WorkedBody> worked_body(const Bodies& bodies, BodyId id);
+
 class DocumentWriter {
  public:
   // `live` must log (LiveSettings::log) and stand at the document's head; it must outlive the
@@ -63,6 +66,9 @@ class DocumentWriter {
   std::string trouble() const;
   // Why the last request failed; empty if none did. Reading clears it. Any thread.
   std::string notice();
+  // After stop(): saves elsewhere what could not be saved where it belongs. Why the document holds
+  // only the beginning, and where the rest is; empty: all is there.
+  std::string settled();
   // While no thread runs.
   Document& document() { return *document_; }
 

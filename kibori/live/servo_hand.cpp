@@ -125,6 +125,10 @@ ServoHand::Advance ServoHand::advance(ForceModel model, Mode mode,
   result.before = pose(model);
   result.tick.hand = wanted_;
   result.tick.mode = mode;
+  // Until give() says otherwise.
+  result.tick.given = given_;
+  result.tick.safety = safety_.state();
+  result.tick.trip = safety_.trip();
   const Vec3 turn = rotation_between(result.before.frame, wanted_.frame);
   const bool springs = model == ForceModel::series;
   const auto felt = springs ? series_.advance(settings_.tool, wanted_, mode, materials,
@@ -179,6 +183,8 @@ void ServoHand::give(HandTick& tick, double elapsed_s) {
   if (written == DeviceStatus::unplugged || written == DeviceStatus::failed)
     safety_.pass({{}, 0, written, Vec3::Zero()});
   passivity_.given(tick.given.force);
+  // To a device without force nothing is given.
+  if (device_->capabilities().dof_out == 0) tick.given = given_ = {};
   tick.safety = safety_.state();
   tick.trip = safety_.trip();
 }

@@ -2,8 +2,11 @@
 """Ticks while they are made, from kibori servo|studio --publish HOST:PORT. Needs NumPy and websockets; this file
 works without the rest of kibori, too."""
 import asyncio
+import collections
+import concurrent.futures
 import json
 import struct
+import threading
 
 import numpy as np
 
@@ -16,6 +19,9 @@ except ImportError:  # copied out of the package
 
 
 _ABOUT, _TICKS = 96, 97  # kinds of docs/protocol.md
+_FORMAT = 1
+_LONGEST = 1 << 26  # bytes of a message
+_WAITING = 1 << 26  # bytes that a reader may leave unread: some minutes
 _TYPES = {"u8": "u1", "u64": "<u8", "i64": "<i8", "f64": "<f8"}
 
 
@@ -40,38 +46,90 @@ class Listener:
     def __init__(self, address, timeout):
         try:
             import websockets.exceptions
-            from websockets import connect
         except ImportError:
             raise Error("reading published ticks needs the Python package websockets (Debian: python3-websockets)") from None
-        self._closed = websockets.exceptions.ConnectionClosed
         self._timeout = timeout
-        self._loop = asyncio.new_event_loop()
-        self._socket = None
         self.about, self.lost, self._last = {}, 0, None
+        self._come, self._bytes, self._end = collections.deque(), 0, None
+        self._changed = threading.Condition()
+        # A thread of its own, so that it works where a loop runs already (in a notebook), and kibori is answered while
+        # the script does something else.
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
+        self._thread.start()
+        self._socket = None
+        why = "no answer"
         try:
-            self._socket = self._wait(lambda: connect(f"ws://{address}", max_size=None, compression=None))
-            while not self.about:
-                self._take(self._wait(self._socket.recv))
-        except (OSError, asyncio.TimeoutError, websockets.exceptions.WebSocketException) as why:
+            asyncio.run_coroutine_threadsafe(self._connect(address), self._loop).result(timeout)
+            if self._next_message(timeout):
+                return
+        except Error:
             self.close()
-            raise Error(f"nobody publishes ticks at {address}: {why or 'no answer'}; begin kibori with --publish") from None
+            raise
+        except (OSError, TimeoutError, asyncio.TimeoutError, concurrent.futures.TimeoutError, ValueError,
+                websockets.exceptions.WebSocketException) as failed:
+            why = str(failed) or why
+        self.close()
+        raise Error(f"nobody publishes ticks at {address}: {why}; begin kibori with --publish")
 
-    def _wait(self, begin):
-        async def within():
-            return await asyncio.wait_for(begin(), self._timeout)
-        return self._loop.run_until_complete(within())
+    async def _connect(self, address):
+        from websockets import connect
+        self._socket = await connect(f"ws://{address}", compression=None, max_size=_LONGEST, max_queue=None,
+                                     ping_interval=None, close_timeout=1)
+        asyncio.ensure_future(self._read(self._socket))
+
+    async def _read(self, socket):
+        from websockets.exceptions import ConnectionClosed
+        end = "the connection to kibori was lost"
+        try:
+            async for message in socket:
+                with self._changed:
+                    # What is left out, the numbers of the ticks tell.
+                    if isinstance(message, bytes) and (self._bytes < _WAITING or message[:1] != bytes([_TICKS])):
+                        self._come.append(message)
+                        self._bytes += len(message)
+                    self._changed.notify()
+            end = ""
+        except ConnectionClosed:
+            pass
+        with self._changed:
+            self._end = end
+            self._changed.notify()
+
+    async def _leave(self):
+        if self._socket is not None:
+            await self._socket.close()
+        others = asyncio.all_tasks() - {asyncio.current_task()}
+        for task in others:
+            task.cancel()
+        await asyncio.gather(*others, return_exceptions=True)
+
+    def _next_message(self, timeout):
+        """The rows of the next message, or True where it says what they are of; None at the end."""
+        with self._changed:
+            if not self._changed.wait_for(lambda: self._come or self._end is not None, timeout):
+                raise Error(f"no tick came for {timeout:g} s")
+            if not self._come:
+                if self._end:
+                    raise Error(self._end)
+                return None
+            message = self._come.popleft()
+            self._bytes -= len(message)
+        try:
+            return self._take(message)
+        except (IndexError, KeyError, TypeError, ValueError, struct.error):
+            raise Error("what came is not what kibori publishes") from None
 
     def _take(self, message):
-        """The rows of a message; None where it says what they are of."""
-        kind = message[0] if isinstance(message, bytes) and message else 0
-        if kind == _ABOUT:
+        if message[0] == _ABOUT:
             (length,) = struct.unpack_from("<I", message, 3)
-            self.about = json.loads(message[7:7 + length])
-            self._rows = row_type(self.about)
-            self._last = None
-            return None
-        if kind != _TICKS:
-            return None
+            about = json.loads(message[7:7 + length])
+            if about["format"] != _FORMAT:
+                raise Error(f"this kibori publishes in format {about['format']}; this reader knows {_FORMAT}")
+            self.about, self._rows, self._last = about, row_type(about), None
+            return True
+        if message[0] != _TICKS or not self.about:
+            raise ValueError
         rows = np.frombuffer(message, self._rows, offset=5)
         if len(rows):
             numbers = rows["tick"]
@@ -85,24 +143,25 @@ class Listener:
         return self
 
     def __next__(self):
-        """Ticks that came, a structured array with the columns of docs/recordings.md. Ends where kibori does. Error:
-        nothing came within the time that listen() was given."""
-        try:
-            while True:
-                rows = self._take(self._wait(self._socket.recv))
-                if rows is not None:
-                    return rows
-        except asyncio.TimeoutError:
-            raise Error(f"no tick came for {self._timeout} s") from None
-        except self._closed:
-            self.close()
-            raise StopIteration from None
+        """Ticks that came, a structured array with the columns of docs/recordings.md. Ends where kibori does. Errors:
+        nothing came within the time that listen() was given; the connection was lost."""
+        while True:
+            rows = self._next_message(self._timeout)
+            if rows is None:
+                self.close()
+                raise StopIteration
+            if rows is not True:
+                return rows
 
     def close(self):
-        if self._loop.is_closed():
+        if not self._thread.is_alive():
             return
-        if self._socket is not None:
-            self._loop.run_until_complete(self._socket.close())
+        try:
+            asyncio.run_coroutine_threadsafe(self._leave(), self._loop).result(5)
+        except (OSError, TimeoutError, concurrent.futures.TimeoutError):
+            pass
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._thread.join()
         self._loop.close()
 
     def __enter__(self):

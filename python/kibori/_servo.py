@@ -25,7 +25,11 @@ class Servo:
             path = pathlib.Path(self._folder.name) / "model.kibori"
         self.path = pathlib.Path(path)
         model.save(self.path)
-        self._servo = _Servo(self.path, *choice)
+        try:
+            self._servo = _Servo(self.path, model.active, *choice)
+        except BaseException:
+            self.path.unlink(missing_ok=True)  # it was made for this
+            raise
         self.about = json.loads(self._servo.about)
         self._rows = row_type(self.about)
         self.statistics = None
@@ -45,18 +49,24 @@ class Servo:
 
     def close(self):
         """Ends the loop, the force first; the Model that is left. In its document each stroke is a step."""
+        self._stop()
+        return Model.open(self.path)
+
+    def _stop(self):
         self._servo.stop()
         self.statistics = self._servo.statistics()
         if self._servo.unsaved:
             raise Error(self._servo.unsaved)
-        return Model.open(self.path)
 
     def __enter__(self):
         return self
 
-    def __exit__(self, *_):
-        self._servo.stop()
-        self.statistics = self._servo.statistics()
+    def __exit__(self, kind, *_):
+        try:
+            self._stop()
+        except Error:
+            if kind is None:
+                raise
 
 
 def servo(self, tool, mode="cut", material="", *, at=None, device="virtual", rate=1000, force="series", stiffness=None,

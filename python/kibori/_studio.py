@@ -27,7 +27,7 @@ class Studio:
     url: where a browser finds it. path: the document that it carves.
     """
 
-    def __init__(self, model, path, read_only, browser):
+    def __init__(self, model, path, read_only, browser, publish):
         self._model, self._read_only = model, read_only
         if path is None:
             # Models that are opened from it may be saved as long as the script runs.
@@ -38,7 +38,7 @@ class Studio:
         program = _program()
         model.save(self.path)
         command = [program, "studio", str(self.path)] + ["--no-browser"] * (not browser) + (
-            ["--read-only", "--follow"] if read_only else ["--publish", "127.0.0.1:0"])
+            ["--read-only", "--follow"] if read_only else ["--publish", "127.0.0.1:0"] if publish else [])
         # Ctrl-C is the script's own.
         self._process = subprocess.Popen(
             command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
@@ -70,7 +70,7 @@ class Studio:
     def listen(self, *, timeout=10):
         """Every tick while the person makes it: see kibori.listen."""
         if not self._ticks:
-            raise Error("a studio that only looks makes no ticks")
+            raise Error("open the studio with publish=True to listen to its ticks")
         return listen(self._ticks, timeout=timeout)
 
     def wait(self):
@@ -98,14 +98,15 @@ class Studio:
         return f'<a href="{self.url}" target="_blank">Carve it in the studio</a>'
 
 
-def studio(self, path=None, *, read_only=False, browser=True):
+def studio(self, path=None, *, read_only=False, browser=True, publish=False):
     """Opens the studio on this model, in a browser: a person goes on where the script is. Returns a Studio.
 
     path: the document that is made and carved, a temporary one unless given; browser: opens one by itself. The model
     itself stays as it is: Studio.close() and wait() give what the person made of it. read_only: only to look, from any side,
-    while the script carves on: Studio.update() shows what it has made by then.
+    while the script carves on: Studio.update() shows what it has made by then. publish: its ticks can be read, by
+    Studio.listen() and whoever else is on this machine.
     """
-    return Studio(self, path, read_only, browser)
+    return Studio(self, path, read_only, browser, publish)
 
 
 Model.studio = studio

@@ -7,7 +7,6 @@
 #include <kibori/batch/tick_row.h>
 #include <kibori/devices/registry.h>
 #include <kibori/devices/virtual_device.h>
-#include <kibori/document/rescue.h>
 #include <kibori/live/document_writer.h>
 
 #include "python/src/materials.h"
@@ -32,10 +31,19 @@ struct ServoChoice {
 class Servo {
  public:
   // Works on the document of the model that lies at `path`.
-  Servo(const std::filesystem::path& path, const ServoChoice& choice) {
+  Servo(const std::filesystem::path& path, BodyId worked_on, const ServoChoice& choice) {
     std::unique_ptr<Document> document = value_of(Document::open(path, Document::Access::write));
     std::unique_ptr<TriDexel> model = value_of(document->load());
-    const Vec3 centre = model->lattice().to_mm(model->material_bounds().centre());
+    if (worked_on != document->active()) {
+      must(document->choose(worked_on));
+      const Body& chosen = *document->worked_on()->find(worked_on);
+      model = std::make_unique<TriDexel>(chosen.model, chosen.material_bounds);
+    }
+    WorkedBody body = value_of(worked_body(*document->worked_on(), worked_on));
+    check_mode(choice.mode, body);
+    no_go_beside_ = body.no_go != nullptr;
+    const Vec3 centre =
+        body.pose.to_world(model->lattice().to_mm(model->material_bounds().centre()));
     LiveSettings settings;
     settings.rate_hz = choice.rate_hz;
     settings.tool = choice.tool;
@@ -60,6 +68,7 @@ class Servo {
     published_ = {path.filename().string(), device->capabilities().name, choice.rate_hz,
                   model->lattice(), settings.materials};
     live_ = value_of(LiveCarving::make(std::move(model), std::move(device), settings));
+    live_->context().stand(body);
     writer_.emplace(*live_, std::move(document), choice.keep_forces);
     writer_->start();
     live_->start();
@@ -81,6 +90,7 @@ class Servo {
     if (const Status can = check_tool(tool); !can) throw Failure(can.error());
     const std::lock_guard<std::mutex> lock(stopping_);
     if (!running_) throw Failure("the servo loop has ended");
+    if (no_go_beside_ && reshapes(mode)) throw Failure(kNoReshaping);
     const uint8_t number = number_of(published_.materials, material);
     if (!live_->post([tool, mode, number](ServoContext& context) {
           context.settings().mode = mode;
@@ -107,11 +117,14 @@ class Servo {
     live_->stop();
     writer_->stop();
     statistics_ = live_->statistics();
-    unsaved_ = settle(writer_->document());
+    unsaved_ = writer_->settled();
     writer_.reset();
   }
-  // Where the document is, if not where it belongs; empty: it is there.
-  const std::string& unsaved() const { return unsaved_; }
+  // Why the document holds only the beginning, and where the rest is; empty: all is there.
+  std::string unsaved() {
+    const std::lock_guard<std::mutex> lock(stopping_);
+    return unsaved_;
+  }
 
   // Of the loop that has ended.
   ServoStatistics statistics() {
@@ -121,6 +134,12 @@ class Servo {
   }
 
  private:
+  static constexpr const char* kNoReshaping =
+      "only cuts and deposits stay out of a no-go body: nothing can be reshaped beside it";
+  static void check_mode(Mode mode, const WorkedBody& body) {
+    if (body.locked) throw Failure("the body is locked or no-go, and can't be carved");
+    if (body.no_go && reshapes(mode)) throw Failure(kNoReshaping);
+  }
   static uint8_t number_of(const std::vector<Material>& materials, const std::string& name) {
     if (name.empty()) return 0;
     for (size_t i = 0; i < materials.size(); i++)
@@ -143,7 +162,7 @@ class Servo {
   }
 
   std::mutex aiming_, reading_, stopping_;
-  bool virtual_ = false;
+  bool virtual_ = false, no_go_beside_ = false;
   LatestValue<Pose> aims_;  // before the device, which reads it
   Published published_;
   std::unique_ptr<LiveCarving> live_;
@@ -165,11 +184,11 @@ py::dict times(const Histogram& of) {
 
 void bind_servo(py::module_& module) {
   py::class_<Servo>(module, "_Servo")
-      .def(py::init([](const std::filesystem::path& path, const Tool& tool, const std::string& mode,
-                       const std::string& device, const Doubles& at, double rate,
-                       const std::string& force, const std::optional<double>& stiffness,
-                       double strength, const std::string& powered, const std::string& material,
-                       bool keep_forces) {
+      .def(py::init([](const std::filesystem::path& path, BodyId body, const Tool& tool,
+                       const std::string& mode, const std::string& device, const Doubles& at,
+                       double rate, const std::string& force,
+                       const std::optional<double>& stiffness, double strength,
+                       const std::string& powered, const std::string& material, bool keep_forces) {
         const ServoChoice choice{tool,
                                  named<Mode>("mode", mode),
                                  device,
@@ -182,7 +201,7 @@ void bind_servo(py::module_& module) {
                                  material,
                                  keep_forces};
         const py::gil_scoped_release no_gil;
-        return std::make_unique<Servo>(path, choice);
+        return std::make_unique<Servo>(path, body, choice);
       }))
       .def_property_readonly("about", &Servo::about)
       .def("aim", [](Servo& self, const Doubles& pose) { self.aim(pose_of(pose)); })

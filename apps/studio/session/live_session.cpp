@@ -20,7 +20,6 @@
 #include <kibori/devices/registry.h>
 #include <kibori/devices/virtual_device.h>
 #include <kibori/document/body_codec.h>
-#include <kibori/document/rescue.h>
 #include <kibori/spline/spline_force.h>
 #include "apps/studio/session/stock_scene.h"
 
@@ -181,15 +180,14 @@ Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> doc
   auto live = LiveCarving::make(std::move(model), std::move(device), settings, std::move(second));
   if (!live) return Error{live.error()};
   session->live_ = std::move(live).value();
-  const Body& body = *document->bodies_at(document->head()).find(document->active());
-  auto no_go = no_go_of(*document->worked_on(), body.id);
-  if (!no_go) return Error{no_go.error()};
-  WorkedBody worked_on{body.id, body.pose, body.kept(), std::move(no_go).value()};
-  session->live_->context().stand(worked_on);
+  const BodyId active = document->active();
+  Result<WorkedBody> worked_on = worked_body(*document->worked_on(), active);
+  if (!worked_on) return Error{worked_on.error()};
+  session->live_->context().stand(worked_on.value());
   session->carved_ = session->live_->context().model().snapshot();
-  session->carved_body_ = body.id;
+  session->carved_body_ = active;
   session->listed_ = *document->worked_on();
-  session->begin({session->listed_, body.id}, removed_until(*document, document->head()));
+  session->begin({session->listed_, active}, removed_until(*document, document->head()));
   session->writer_ = std::make_unique<DocumentWriter>(*session->live_, std::move(document));
   session->writer_->start();
   session->stepped_ = options.stepped;
@@ -215,7 +213,7 @@ std::string LiveSession::close_document() {
   if (const Bodies* const bodies = document.worked_on())
     static_cast<void>(
         kibori::keep_thumbnail(document, document.head(), Bodies(*bodies), materials_, 1));
-  std::string where = settle(document);
+  std::string where = writer_->settled();
   later_.clear();
   pressed_ = second_pressed_ = false;
   pointer_ = second_pointer_ = nullptr;
