@@ -4,7 +4,8 @@
 // never the servo: the numbers of the ticks tell which.
 //
 // Anyone who reaches the address may read, and nobody can change anything. A page in a browser may
-// only if it comes from this machine or from the host that is named: other sites' pages are refused.
+// only if it comes from this machine or from the host that is named: other sites' pages are
+// refused.
 #pragma once
 
 #include <memory>
