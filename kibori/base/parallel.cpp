@@ -2,6 +2,7 @@
 #include <kibori/base/parallel.h>
 
 #include <algorithm>
+#include <map>
 
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -10,8 +11,11 @@
 namespace kibori::detail {
 
 void run_on_pool(int threads, size_t count, void (*call)(void*, size_t), void* context) {
-  oneapi::tbb::task_arena arena(std::min(threads, oneapi::tbb::info::default_concurrency()));
-  arena.execute(
+  // Kept, for each thread that asks: TBB is slow to forget an arena, and all of it slows down, and
+  // grows, with those that it has not forgotten yet.
+  thread_local std::map<int, oneapi::tbb::task_arena> arenas;
+  const int width = std::min(threads, oneapi::tbb::info::default_concurrency());
+  arenas.try_emplace(width, width).first->second.execute(
       [&] { oneapi::tbb::parallel_for(size_t{0}, count, [&](size_t i) { call(context, i); }); });
 }
 
