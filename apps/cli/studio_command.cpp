@@ -195,11 +195,11 @@ int StudioCommand::run() const {
     // Only what is still looked at.
     if (follow_ && server.value()->shows(file_) && changes.seen()) {
       auto opened = open_session(file_, how);
+      const std::string wrong = opened ? std::string() : opened.error();
       if (opened) {
         server.value()->show(std::move(opened).value());
         changes.shown();
       }
-      const std::string wrong = opened ? std::string() : opened.error();
       if (std::exchange(told, wrong) != wrong && !wrong.empty()) server.value()->notify(wrong);
     }
     return interrupted != 0;

@@ -76,6 +76,7 @@ Result<std::unique_ptr<DdsLink>> DdsLink::open(uint32_t domain, Topics topics) {
   state->topics = std::move(topics);
   const auto names = [](const std::vector<std::string>& of) {
     std::vector<const char*> pointers;
+    pointers.reserve(of.size());
     for (const std::string& name : of) pointers.push_back(name.c_str());
     return pointers;
   };
