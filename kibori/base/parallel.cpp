@@ -15,8 +15,9 @@ void run_on_pool(int threads, size_t count, void (*call)(void*, size_t), void* c
   // grows, with those that it has not forgotten yet.
   thread_local std::map<int, oneapi::tbb::task_arena> arenas;
   const int width = std::min(threads, oneapi::tbb::info::default_concurrency());
-  arenas.try_emplace(width, width).first->second.execute(
-      [&] { oneapi::tbb::parallel_for(size_t{0}, count, [&](size_t i) { call(context, i); }); });
+  arenas.try_emplace(width, width).first->second.execute([&] {
+    oneapi::tbb::parallel_for(size_t{0}, count, [&](size_t i) { call(context, i); });
+  });
 }
 
 }  // namespace kibori::detail
