@@ -181,13 +181,9 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
   if (!device) {
     Result<HandPath> path = hand_path(scene);
     if (!path) return Error{path.error()};
-    VirtualDeviceSettings settings;
-    settings.capabilities.name = "a virtual device";
-    settings.capabilities.dof_in = settings.capabilities.dof_out = 6;
-    settings.capabilities.torque_nmm = 100;
-    settings.tick_s = 1 / options.rate_hz;
     device = std::make_unique<VirtualDevice>(
-        settings, [path = std::move(path).value(), centre](double t) -> VirtualDevice::Target {
+        wristed_hand("a virtual device", options.rate_hz),
+        [path = std::move(path).value(), centre](double t) -> VirtualDevice::Target {
           const Pose pose = path.at(t);
           return {pose.tip - centre, pose.frame, 0};
         });

@@ -7,12 +7,12 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Geometry>
 #include <hdf5.h>
 #include <nlohmann/json.hpp>
 
 #include <kibori/base/file.h>
 #include <kibori/batch/documents.h>
+#include <kibori/batch/tick_row.h>
 #include <kibori/document/body_codec.h>
 #include <kibori/document/codec.h>
 #include <kibori/formats/mcap.h>
@@ -25,10 +25,6 @@ using Json = nlohmann::json;
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 constexpr size_t kRowsAtOnce = 4096;
 
-std::array<double, 7> seven(const Pose& pose) {
-  const Eigen::Quaterniond turn(pose.frame);
-  return {pose.tip.x(), pose.tip.y(), pose.tip.z(), turn.x(), turn.y(), turn.z(), turn.w()};
-}
 std::array<double, 3> three(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 // Names of materials as columns have them.
@@ -191,7 +187,7 @@ Status write_ticks_csv(const std::filesystem::path& path, const Document& docume
         append(line, tick.time_s);
         line.append(tick.hand == 2 ? ",2," : ",1,").append(name_of(tick.mode));
         for (const Pose* pose : {&tick.tool, &tick.hand_pose})
-          for (const double number : seven(*pose)) append(line, number);
+          for (const double number : numbers_of(*pose)) append(line, number);
         for (const Wrench* wrench : {&tick.computed, &tick.given})
           for (const Vec3* v : {&wrench->force, &wrench->moment})
             for (const double number : three(*v)) append(line, number);
@@ -209,7 +205,7 @@ namespace {
 
 Json json_of(const Vec3& v) { return {{"x", v.x()}, {"y", v.y()}, {"z", v.z()}}; }
 Json json_of(const Pose& pose) {
-  const std::array<double, 7> q = seven(pose);
+  const std::array<double, 7> q = numbers_of(pose);
   return {{"position", {{"x", q[0]}, {"y", q[1]}, {"z", q[2]}}},
           {"orientation", {{"x", q[3]}, {"y", q[4]}, {"z", q[5]}, {"w", q[6]}}}};
 }
@@ -373,8 +369,8 @@ Status fill_hdf5(hid_t file, const Document& document, StepId to, const TickReco
       time.add(one(tick.time_s));
       hand.add(one(tick.hand));
       mode.add(one(static_cast<double>(tick.mode)));
-      tool.add(seven(tick.tool));
-      hand_pose.add(seven(tick.hand_pose));
+      tool.add(numbers_of(tick.tool));
+      hand_pose.add(numbers_of(tick.hand_pose));
       force.add(three(tick.computed.force));
       moment.add(three(tick.computed.moment));
       given_force.add(three(tick.given.force));

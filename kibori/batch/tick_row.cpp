@@ -12,18 +12,14 @@
 namespace kibori {
 namespace {
 
-std::array<double, 7> seven(const Pose& pose) {
-  const Eigen::Quaterniond turn(pose.frame);
-  return {pose.tip.x(), pose.tip.y(), pose.tip.z(), turn.x(), turn.y(), turn.z(), turn.w()};
-}
 std::array<double, 3> three(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 TickRow row_of(const HandTick& tick, const LiveTick& of, uint8_t hand) {
   TickRow row;
   row.tick = of.number;
   row.time_s = of.time_s;
-  row.tool_pose = seven(tick.tool);
-  row.hand_pose = seven(tick.hand);
+  row.tool_pose = numbers_of(tick.tool);
+  row.hand_pose = numbers_of(tick.hand);
   row.force_n = three(tick.computed.force / tick.force_scale);
   row.moment_nmm = three(tick.computed.moment / tick.force_scale);
   row.given_force_n = three(tick.given.force);
@@ -69,6 +65,11 @@ nlohmann::json tick_columns() {
 }
 
 }  // namespace
+
+std::array<double, 7> numbers_of(const Pose& pose) {
+  const Eigen::Quaterniond turn(pose.frame);
+  return {pose.tip.x(), pose.tip.y(), pose.tip.z(), turn.x(), turn.y(), turn.z(), turn.w()};
+}
 
 void append_rows(const LiveTick& tick, std::vector<TickRow>& rows) {
   rows.push_back(row_of(tick, tick, 1));

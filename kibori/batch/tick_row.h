@@ -34,6 +34,9 @@ struct TickRow {
 };
 static_assert(sizeof(TickRow) == 256 && std::endian::native == std::endian::little);
 
+// A pose as researchers' files have it: x, y, z [mm], and the quaternion x, y, z, w.
+std::array<double, 7> numbers_of(const Pose& pose);
+
 // The rows of one tick: one for each hand.
 void append_rows(const LiveTick& tick, std::vector<TickRow>& rows);
 

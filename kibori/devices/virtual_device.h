@@ -5,6 +5,8 @@
 
 #include <array>
 #include <functional>
+#include <string>
+#include <utility>
 
 #include <kibori/haptics/device.h>
 #include <kibori/haptics/hand.h>
@@ -18,6 +20,16 @@ struct VirtualDeviceSettings {
   double count_mm = 0.01;  // what its encoders tell apart; 0: everything
   int delay_ticks = 0;     // until a force acts, 0 ... 8
 };
+
+// A hand with a wrist, at so many ticks a second, whose device gives force and moment.
+inline VirtualDeviceSettings wristed_hand(std::string name, double rate_hz) {
+  VirtualDeviceSettings settings;
+  settings.capabilities.name = std::move(name);
+  settings.capabilities.dof_in = settings.capabilities.dof_out = 6;
+  settings.capabilities.torque_nmm = 100;
+  settings.tick_s = 1 / rate_hz;
+  return settings;
+}
 
 class VirtualDevice final : public Device {
  public:

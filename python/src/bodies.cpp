@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The bodies of a model, and what is done with them.
+#include <kibori/batch/tick_row.h>
+
 #include "python/src/model.h"
 
 namespace kibori::python {
@@ -17,7 +19,7 @@ std::vector<BodyView> bodies_of(Workpiece& piece) {
   std::vector<BodyView> list;
   for (const Body& body : piece.bodies().all)
     list.push_back({body.id, body.name, body.visible, body.locked, body.no_go,
-                    body.model.volume_mm3(), seven(body.pose)});
+                    body.model.volume_mm3(), numbers_of(body.pose)});
   return list;
 }
 

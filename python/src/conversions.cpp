@@ -54,9 +54,4 @@ double share_of(const std::string& powered) {
   throw Failure("powered is \"motor\", \"press\" or nothing");
 }
 
-std::array<double, 7> seven(const Pose& pose) {
-  const Eigen::Quaterniond turn(pose.frame);
-  return {pose.tip.x(), pose.tip.y(), pose.tip.z(), turn.x(), turn.y(), turn.z(), turn.w()};
-}
-
 }  // namespace kibori::python

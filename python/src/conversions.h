@@ -73,8 +73,6 @@ using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 // order it). Errors: other shapes, numbers that are not finite, a quaternion without length.
 std::vector<Pose> poses_of(const Doubles& rows);
 Pose pose_of(const Doubles& row);
-// x, y, z, and the quaternion.
-std::array<double, 7> seven(const Pose& pose);
 
 // An array of `shape` that owns `data`.
 template <class T>

@@ -149,13 +149,9 @@ class Servo {
   std::unique_ptr<Device> device_of(const ServoChoice& choice, const Vec3& centre) {
     virtual_ = choice.device == "virtual";
     if (!virtual_) return value_of(open_device(choice.device));
-    VirtualDeviceSettings settings;
-    settings.capabilities.name = "a virtual device";
-    settings.capabilities.dof_in = settings.capabilities.dof_out = 6;
-    settings.capabilities.torque_nmm = 100;
-    settings.tick_s = 1 / choice.rate_hz;
     return std::make_unique<VirtualDevice>(
-        settings, [this, centre, aim = choice.at](double) mutable -> VirtualDevice::Target {
+        wristed_hand("a virtual device", choice.rate_hz),
+        [this, centre, aim = choice.at](double) mutable -> VirtualDevice::Target {
           aims_.take(aim);
           return {aim.tip - centre, aim.frame, 0};
         });

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 
+#include <kibori/batch/tick_row.h>
 #include <kibori/motion/reshape_stroke.h>
 
 #include "python/src/materials.h"
@@ -181,7 +182,7 @@ Carved carve(Model& model, const StrokeChoice& choice, const std::vector<Pose>& 
       Result<ToolTick> done = piece.advance(path[i]);
       if (!done) throw Failure("row " + std::to_string(i) + " of the path: " + done.error());
       ToolTick& tick = done.value();
-      const std::array<double, 7> pose = seven(tick.pose);
+      const std::array<double, 7> pose = numbers_of(tick.pose);
       if (i + 1 == path.size()) {
         const CrumbResult ended = value_of(piece.end(&tick));
         begun.keep();
@@ -229,7 +230,7 @@ class Stroke {
     return model_->with([&](Workpiece& piece) {
       const ToolTick tick = value_of(piece.advance(to));
       return Felt{tick.removed_mm3, tick.points, three(tick.wrench.force),
-                  three(tick.wrench.moment), seven(tick.pose)};
+                  three(tick.wrench.moment), numbers_of(tick.pose)};
     });
   }
   void end() {

@@ -85,16 +85,12 @@ std::optional<Pose> pose_of(const Vec3& tip_mm, const Vec3& axis, double roll_ra
 
 // A hand that goes about over the stock and dips into it now and then.
 std::unique_ptr<Device> simulated_hand(const Vec3& size_mm, double rate_hz) {
-  VirtualDeviceSettings settings;
-  settings.capabilities.name = "a simulated hand";
-  settings.capabilities.dof_in = settings.capabilities.dof_out = 6;
-  settings.capabilities.torque_nmm = 100;
-  settings.tick_s = 1 / rate_hz;
-  return std::make_unique<VirtualDevice>(settings, [size_mm](double t) -> VirtualDevice::Target {
-    return {Vec3(0.3 * size_mm.x() * std::sin(0.9 * t), 0.3 * size_mm.y() * std::sin(1.3 * t),
-                 3 * std::cos(0.7 * t)),
-            Mat3::Identity(), 0};
-  });
+  return std::make_unique<VirtualDevice>(
+      wristed_hand("a simulated hand", rate_hz), [size_mm](double t) -> VirtualDevice::Target {
+        return {Vec3(0.3 * size_mm.x() * std::sin(0.9 * t), 0.3 * size_mm.y() * std::sin(1.3 * t),
+                     3 * std::cos(0.7 * t)),
+                Mat3::Identity(), 0};
+      });
 }
 
 }  // namespace
