@@ -11,6 +11,7 @@
 
 #include <kibori/body/bodies.h>
 #include <kibori/body/pieces.h>
+#include <kibori/body/workbench.h>
 #include <kibori/body/placing.h>
 #include <kibori/solid/dexel_solid.h>
 #include <kibori/surface/surface.h>
@@ -565,6 +566,29 @@ TEST(Bodies, CrumbsFallStayOrBecomeBodies) {
         EXPECT_NEAR(result.fallen_mm3 / volume, share, 0.03);
       }
     }
+  }
+}
+
+// A comb loses its spine: all its teeth but one are bodies, each where the comb stood.
+TEST(Bodies, ManyPiecesOfAStrokeStandWhereTheirBodyStood) {
+  TriDexel model = block({40, 30, 20}, 0.5);
+  const auto take = [&](const Vec3& size, const Vec3& tip) {
+    Removed removed;
+    cut(model, test::tool_at(BoxTool{size}, {tip, Mat3::Identity()}, model.lattice()), {}, removed);
+  };
+  for (const double x : {8.0, 16.0, 24.0, 32.0}) take(Vec3(1, 52, 80), Vec3(x, 0, -20));
+  Workbench bench(model);
+  BodyAction move = action_on(BodyVerb::move, {1});
+  move.pose = {Vec3(5, 6, 7), frame_from_axis(Vec3(0, 0.6, 0.8), 0.3)};
+  ASSERT_TRUE(bench.act(move));
+  const Pose stands = bench.bodies().all[0].pose;
+  const Snapshot before = model.snapshot();
+  take(Vec3(80, 10, 80), Vec3(20, 29, -20));
+  EXPECT_EQ(bench.end_stroke(before, Crumbs::body).portions.size(), 4u);
+  ASSERT_EQ(bench.bodies().all.size(), 5u);
+  for (const Body& body : bench.bodies().all) {
+    EXPECT_EQ(body.pose.tip, stands.tip);
+    EXPECT_EQ(body.pose.frame, stands.frame);
   }
 }
 

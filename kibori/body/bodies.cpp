@@ -386,7 +386,7 @@ class Acting {
       change_.area_mm2 += off.area_mm2;
       put_back(body, model);
       *bodies_.find(id) = body;
-      for (const BodyId made : add_bodies(bodies_, body, off.portions))
+      for (const BodyId made : add_bodies(bodies_, body.pose, off.portions))
         change_.made.push_back(made);
     }
     return any ? Status(Ok{}) : Status(Error{"the cutter meets no body"});
@@ -415,7 +415,7 @@ class Acting {
     TriDexel rest(body.model, body.material_bounds);
     keep_pieces(rest, pieces, keep, true);
     put_back(body, rest);
-    for (const BodyId made : add_bodies(bodies_, body, portions)) change_.made.push_back(made);
+    for (const BodyId made : add_bodies(bodies_, body.pose, portions)) change_.made.push_back(made);
     return Ok{};
   }
 
@@ -598,14 +598,14 @@ CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule, co
   return result;
 }
 
-std::vector<BodyId> add_bodies(Bodies& bodies, const Body& from,
+std::vector<BodyId> add_bodies(Bodies& bodies, const Pose pose,
                                const std::vector<Portion>& portions) {
   std::vector<BodyId> made;
   for (const Portion& portion : portions) {
     Body body;
     body.id = bodies.next++;
     body.name = "Body " + std::to_string(body.id);
-    body.pose = from.pose;
+    body.pose = pose;
     body.model = portion.model;
     body.material_bounds = portion.material_bounds;
     made.push_back(body.id);

@@ -47,7 +47,7 @@ Result<const NoGo*> Workbench::no_go() {
 CrumbResult Workbench::end_stroke(const Snapshot& before, Crumbs rule) {
   const Result<const NoGo*> kept = no_go();
   CrumbResult result = take_crumbs(model_, before, rule, kept ? kept.value() : nullptr);
-  if (!result.portions.empty()) add_bodies(bodies_, *bodies_.find(active_), result.portions);
+  if (!result.portions.empty()) add_bodies(bodies_, bodies_.find(active_)->pose, result.portions);
   return result;
 }
 

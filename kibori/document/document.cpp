@@ -347,7 +347,7 @@ Status Document::finish(const Snapshot& now, const LatticeBox& material_bounds, 
   Body& worked_on = *after.find(step.body);
   worked_on.model = now;
   worked_on.material_bounds = material_bounds;
-  add_bodies(after, Body(worked_on), severed);
+  add_bodies(after, worked_on.pose, severed);
   step.ticks = saved_ticks_ + static_cast<int64_t>(waiting_.size());
   step.removed_mm3 = removed_mm3;
   step.hash = after.content_hash();

@@ -27,11 +27,10 @@ constexpr float kMinDiscriminant = 1e-36f;
 // A quadric that curves less along the motion than this [1/lattice unit^2] has no silhouette of its
 // own.
 constexpr float kNoSilhouette = 1e-20f;
-// A discriminant below this share of the terms that it is the difference of is float32 rounding
-// (four times 2^-23): both roots are one, and whether they are real at all is chance. Smaller, and
-// a ray through the path of a cone's apex loses its end; larger, and the apex cuts rays that pass
-// it at more than a thousandth of their way.
-constexpr float kDoubleRoot = 5e-7f;
+// How far [share of the point's place in the tool's frame] a point may lie on the wrong side of a
+// cone's apex: float32 rounding (2^-24) of some five terms. Smaller, and a ray that meets the path
+// of the apex loses its end; larger, and the sweep is that much longer there.
+constexpr float kApexRounding = 1e-6f;
 
 struct Interval {
   VF lo, hi;
@@ -250,26 +249,32 @@ struct RowSolver {
     }
   }
 
-  // Lanes whose ray meets the path of a cone's apex, where its two silhouettes are one: the apex
-  // itself.
-  HWY_INLINE void AtApex(MF valid, VF b, float a) {
+  // A cone's silhouettes are planes through the apex's path, one on either side of it: nothing is
+  // lost to cancellation where a ray passes near that path and both are almost one.
+  HWY_INLINE void AtConeTangents() {
     const DF d;
-    if (hn::AllFalse(d, valid)) return;
-    const VF t = hn::Mul(b, F(-1.0f / a));
-    const VF s = hn::Mul(hn::Add(hn::Mul(t, F(k.ts)), lin_s), F(-1.0f / k.ss));
-    valid = hn::And(valid, hn::And(hn::Ge(s, F(k.s_min)), hn::Le(s, F(k.s_max))));
-    for (int j = k.first_face; j < k.planes; j++) {
-      const VF value =
-          hn::Add(plane[j], hn::Add(hn::Mul(t, F(k.nt[j])), hn::Mul(s, F(k.slope[j]))));
-      valid = hn::And(valid, hn::Ge(value, hn::Zero(d)));
+    const VF from = hn::Add(hn::Abs(u), hn::Abs(v));
+    for (const SweptConvex::View::Tangent& tangent : k.tangents) {
+      if (tangent.nt == 0) continue;
+      const VF t = hn::Add(hn::Mul(u, F(tangent.t_by_u)), hn::Mul(v, F(tangent.t_by_v)));
+      const VF s = hn::Mul(hn::Add(hn::Mul(t, F(k.ts)), lin_s), F(-1.0f / k.ss));
+      MF valid = hn::And(hn::Ge(s, F(k.s_min)), hn::Le(s, F(k.s_max)));
+      for (int j = 0; j < k.planes; j++) {
+        const VF value =
+            hn::Add(plane[j], hn::Add(hn::Mul(t, F(k.nt[j])), hn::Mul(s, F(k.slope[j]))));
+        const VF least =
+            j < k.first_face ? hn::Mul(hn::Add(from, hn::Abs(t)), F(-kApexRounding)) : hn::Zero(d);
+        valid = hn::And(valid, hn::Ge(value, least));
+      }
+      Offer(valid, t, true, true, F(tangent.nu), F(tangent.nv), F(tangent.nt));
     }
-    OfferPlane(valid, t, 0, true, true);
   }
 
   // Silhouettes: points of q = 0 where dq/ds = 0.
   HWY_INLINE void AtTangents() {
     const DF d;
     if (!(k.ss < -kNoSilhouette)) return;
+    if (k.cone) return AtConeTangents();
     const float inverse = 1.0f / k.ss;
     const float a = k.tt - k.ts * k.ts * inverse;
     const VF b = hn::Sub(lin_t, hn::Mul(lin_s, F(k.ts * inverse)));
@@ -277,13 +282,6 @@ struct RowSolver {
     // Both roots are wanted, whatever the sign of a.
     const float safe = std::abs(a) < kNoCurve ? -kNoCurve : a;
     const VF disc = hn::Sub(hn::Mul(b, b), hn::Mul(F(safe), c));
-    if (k.first_face == 1) {
-      const VF terms = hn::Add(
-          hn::Mul(hn::Abs(b), hn::Add(hn::Abs(lin_t), hn::Abs(hn::Mul(lin_s, F(k.ts * inverse))))),
-          hn::Mul(F(std::abs(safe)),
-                  hn::Add(hn::Abs(con), hn::Abs(hn::Mul(hn::Mul(lin_s, lin_s), F(inverse))))));
-      AtApex(hn::Le(disc, hn::Mul(F(kDoubleRoot), terms)), b, safe);
-    }
     const MF real = hn::Ge(disc, hn::Zero(d));
     if (hn::AllFalse(d, real)) return;
     const VF root = hn::Sqrt(hn::Max(disc, F(kMinDiscriminant)));
@@ -377,6 +375,19 @@ ConvexBody ConvexBody::scaled(double factor) const {
 
 namespace {
 
+// The outward normals of the two planes that touch the cone x'Qx >= 0 about `axis` along a ruling
+// and hold the motion, which leads out of it.
+std::array<Vec3, 2> cone_tangents(const Mat3& q, const Vec3& axis, const Vec3& motion) {
+  // The rulings are where x'Qx = 0 and x'Q motion = 0.
+  const Vec3 conjugate = (q * motion).normalized();
+  const Vec3 across = conjugate.cross(axis).normalized();
+  Vec3 along = conjugate.cross(across);
+  if (along.dot(axis) < 0) along = -along;
+  const double width = std::sqrt(std::max(0.0, -along.dot(q * along) / across.dot(q * across)));
+  return {Vec3(-(q * (along + width * across)).normalized()),
+          Vec3(-(q * (along - width * across)).normalized())};
+}
+
 // The view of one field with the tip at `tip`; s runs over [s_min, s_max].
 void set_view(SweptConvex::View& k, Axis axis, const Mat3& q, const Vec3& b, double c,
               const Vec3& motion, int planes,
@@ -416,6 +427,14 @@ void set_view(SweptConvex::View& k, Axis axis, const Mat3& q, const Vec3& b, dou
   }
 }
 
+SweptConvex::View::Tangent tangent_seen(Axis axis, const Vec3& normal) {
+  const double nu = normal[u_index(axis)], nv = normal[v_index(axis)],
+               nt = normal[depth_index(axis)];
+  if (std::abs(nt) < 1e-12) return {};  // along the rays: none ends on it
+  const auto f = [](double x) { return static_cast<float>(x); };
+  return {f(nu), f(nv), f(nt), f(-nu / nt), f(-nv / nt)};
+}
+
 }  // namespace
 
 SweptConvex::SweptConvex(const ConvexBody& body, const LatticePoint& tip, const Mat3& frame,
@@ -428,6 +447,9 @@ SweptConvex::SweptConvex(const ConvexBody& body, const LatticePoint& tip, const 
     plane_offset_[static_cast<size_t>(j)] = body.plane_offset[static_cast<size_t>(j)];
   }
   const double length = std::sqrt(motion_.squaredNorm());
+  std::array<Vec3, 2> tangents{Vec3::Zero(), Vec3::Zero()};
+  if (body.cone && motion_.dot(q_ * motion_) < 0)
+    tangents = cone_tangents(q_, plane_normal_[0], motion_);
   recentre_ = length > kRecentreLength;
   for (Axis axis : kAxes) {
     View& k = views_[static_cast<size_t>(axis)];
@@ -440,6 +462,7 @@ SweptConvex::SweptConvex(const ConvexBody& body, const LatticePoint& tip, const 
     k.moving = length > kNoSweep;
     k.cone = body.cone;
     k.first_face = body.cone && body.plane_offset[0] == 0 ? 1 : 0;
+    for (size_t i = 0; i < 2; i++) k.tangents[i] = tangent_seen(axis, tangents[i]);
   }
   // A point comes in where some of q, l_j is negative at s = 0 and grows with s. q is concave in s,
   // so it must grow from the beginning: dq/ds = -2 (Q x + b)'motion > 0 at s = 0.

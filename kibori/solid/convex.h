@@ -11,6 +11,7 @@
 //   - where q = 0 has a vertical tangent (silhouette).        │ ╭╯    │
 // Each is one quadratic; those inside the region are        0 ┼─╰─────╯──  <- start pose
 // candidates, and the interval is their hull.                 └──────────► t
+// A cone's silhouettes are two planes, which no rounding makes one.
 #pragma once
 
 #include <array>
@@ -29,8 +30,9 @@ struct ConvexBody {
   int planes = 0;
   std::array<Vec3, kMaxPlanes> plane_normal;
   std::array<double, kMaxPlanes> plane_offset;
-  // Set for a cone: q is not concave, and plane 0 picks the nappe. Through the apex it has no face
-  // of its own; above the apex it is the lower face of a frustum.
+  // Set for a cone (circular, apex at the origin): q is not concave, and plane 0, square to its
+  // axis, picks the nappe. Through the apex it has no face of its own; above the apex it is the
+  // lower face of a frustum.
   bool cone = false;
   // A box [lattice units, tool frame] that holds the body; infinite where the body is.
   Box local_bounds;
@@ -64,6 +66,10 @@ class SweptConvex final : public Solid {
     int planes, first_face;  // the plane through a cone's apex has no face
     float nu[ConvexBody::kMaxPlanes], nv[ConvexBody::kMaxPlanes], nt[ConvexBody::kMaxPlanes];
     float offset[ConvexBody::kMaxPlanes], slope[ConvexBody::kMaxPlanes];  // slope: d l_j / d s
+    // A cone's silhouettes: planes through the tip, by their outward normals and as t(u, v).
+    struct Tangent {
+      float nu, nv, nt, t_by_u, t_by_v;
+    } tangents[2];
   };
 
  private:
