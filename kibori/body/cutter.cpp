@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <numbers>
 
 #include <kibori/base/check.h>
@@ -21,6 +22,7 @@ namespace {
 
 using Vec2 = Eigen::Vector2d;
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // A severed piece of less than this share of what it was cut from is sawdust.
 constexpr double kSawdust = 1e-5;
 // Sides of a smooth curve that meet at an angle of more than 20 degrees (its cosine) have a corner.
@@ -176,10 +178,12 @@ CutOff without_kerf(TriDexel& model, const Cutter& cutter, int threads) {
     }
     const AcrossPlane plane(cutter.along);
     const std::vector<Vec2> flat = flat_places(curve_in(cutter, lattice), plane, cutter.closed);
-    return part_in_two(model, off,
-                       Prism(plane, sides_through(outline_of(flat, cutter.closed, plane, lattice),
-                                                  true, cutter.smooth)),
-                       threads);
+    return part_in_two(
+        model, off,
+        Prism(plane,
+              sides_through(outline_of(flat, cutter.closed, plane, lattice), true, cutter.smooth),
+              lattice.whole()),
+        threads);
   }();
   if (!in_two) return done;
   done.area_mm2 = new_area_mm2(before, model.snapshot());
@@ -187,27 +191,36 @@ CutOff without_kerf(TriDexel& model, const Cutter& cutter, int threads) {
   return done;
 }
 
+// All within half the kerf of the cutter's plane or curve.
+std::unique_ptr<Solid> kerf_of(const Cutter& cutter, const Lattice& lattice) {
+  const double kerf = cutter.kerf_mm / lattice.pitch_mm;
+  if (cutter.kind == Cutter::Kind::plane) {
+    ConvexBody slab;
+    slab.add_plane(Vec3::UnitZ(), kerf / 2);
+    slab.add_plane(-Vec3::UnitZ(), kerf / 2);
+    slab.local_bounds = {Vec3::Constant(-kInfinity), Vec3::Constant(kInfinity)};
+    // Its point may be far away, where float32 is coarse; what is cut is here.
+    const Vec3 middle = lattice.whole().centre().units, normal = cutter.normal.normalized(),
+               point = lattice.to_lattice(cutter.point_mm).units;
+    return std::make_unique<SweptConvex>(slab,
+                                         LatticePoint{middle + normal.dot(point - middle) * normal},
+                                         frame_from_axis(cutter.normal), LatticeVector{});
+  }
+  const AcrossPlane plane(cutter.along);
+  return std::make_unique<Wall>(
+      plane,
+      sides_through(flat_places(curve_in(cutter, lattice), plane, cutter.closed), cutter.closed,
+                    cutter.smooth),
+      kerf);
+}
+
 CutOff with_kerf(TriDexel& model, const Cutter& cutter, int threads) {
   const Lattice& lattice = model.lattice();
-  Vec3 along = cutter.along;
-  std::vector<Vec3> curve = curve_in(cutter, lattice);
-  if (cutter.kind == Cutter::Kind::plane) {
-    // A straight line as long as it takes, seen along itself.
-    const Mat3 frame = frame_from_axis(cutter.normal);
-    along = frame.col(1);
-    const Vec3 middle = lattice.to_lattice(cutter.point_mm).units,
-               way = frame.col(0) * (lattice.whole().units.size().norm() + middle.norm()) * 2;
-    curve = {middle - way, middle + way};
-  }
-  const AcrossPlane plane(along);
-  const bool closed = cutter.kind == Cutter::Kind::curve && cutter.closed;
-  const Wall wall(plane, sides_through(flat_places(curve, plane, closed), closed, cutter.smooth),
-                  cutter.kerf_mm / lattice.pitch_mm);
   const Snapshot before = model.snapshot();
   EditOptions options;
   options.threads = threads;
   Removed removed;
-  cut(model, wall, options, removed);
+  cut(model, *kerf_of(cutter, lattice), options, removed);
   CutOff done;
   const double cell = lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm;
   done.removed_mm3 = removed.mean_volume() * cell;
@@ -297,27 +310,28 @@ void for_new_ends(const Snapshot& before, const Snapshot& after, F&& f) {
     const int d = depth_index(axis), u = u_index(axis), v = v_index(axis);
     after.field(axis).for_changed_tiles(before.field(axis), [&](int tu, int tv, const Tile& was,
                                                                 const Tile& is) {
-      for (const Plane* p = &is.first; p; p = p->next) {
-        // Whether an end was there before; all rays of a tile together, as they lie in memory.
-        std::array<uint32_t, kTileRays> known_in{}, known_out{};
+      for (const Plane* p = &is.first; p && !is.empty; p = p->next) {
+        // Which ends are new; all rays of a tile together, as they lie in memory.
+        std::array<uint32_t, kTileRays> new_in, new_out;
+        for (size_t slot = 0; slot < kTileRays; slot++)
+          new_in[slot] = new_out[slot] = p->in[slot] < p->out[slot];
         for (const Plane* q = &was.first; q; q = q->next)
           for (size_t slot = 0; slot < kTileRays; slot++) {
-            known_in[slot] |= q->in[slot] == p->in[slot];
-            known_out[slot] |= q->out[slot] == p->out[slot];
+            new_in[slot] &= q->in[slot] != p->in[slot];
+            new_out[slot] &= q->out[slot] != p->out[slot];
           }
         for (size_t slot = 0; slot < kTileRays; slot++) {
-          if (p->empty_at(static_cast<int>(slot))) continue;
+          if (!(new_in[slot] | new_out[slot])) continue;
           const uint8_t material = is.material == kMixedMaterial ? p->material[slot] : is.material;
           Vec3 place;
           place[u] = tu * kTileSide + static_cast<int>(slot) % kTileSide + 0.5;
-          const int row = static_cast<int>(slot) / kTileSide;
-          place[v] = tv * kTileSide + row + 0.5;
-          const auto end = [&](float depth, uint32_t code, bool out) {
+          place[v] = tv * kTileSide + static_cast<int>(slot) / kTileSide + 0.5;
+          const auto end = [&](float depth, uint32_t code) {
             place[d] = static_cast<double>(depth);
-            f(place, std::abs(decode_normal(code, axis, out)[d]), material);
+            f(place, depth_share(code), material);
           };
-          if (!known_in[slot]) end(p->in[slot], p->normal_in[slot], false);
-          if (!known_out[slot]) end(p->out[slot], p->normal_out[slot], true);
+          if (new_in[slot]) end(p->in[slot], p->normal_in[slot]);
+          if (new_out[slot]) end(p->out[slot], p->normal_out[slot]);
         }
       }
     });
@@ -336,7 +350,7 @@ CutProgress cut_progress(const Snapshot& before, const Snapshot& after, const Ve
                          const std::function<double(uint8_t)>& gc) {
   const Lattice& lattice = after.lattice;
   const double h = lattice.pitch_mm;
-  double low = std::numeric_limits<double>::infinity(), high = -low;
+  double low = kInfinity, high = -low;
   const auto along = [&](const Vec3& place) {
     return lattice.to_mm(LatticePoint{place}).dot(feed);
   };

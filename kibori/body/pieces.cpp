@@ -17,6 +17,9 @@ namespace {
 struct NodeRange {
   int begin, end;
   bool empty() const { return begin >= end; }
+  bool shares(const NodeRange& other) const {
+    return std::max(begin, other.begin) < std::min(end, other.end);
+  }
 };
 
 NodeRange nodes_of(float in, float out) {
@@ -47,8 +50,7 @@ template <class F>
 void for_shared(RayWalk one, RayWalk other, F&& f) {
   while (!one.at_end() && !other.at_end()) {
     const NodeRange a = one.nodes(), b = other.nodes();
-    if (!a.empty() && !b.empty() && a.begin < b.end && b.begin < a.end)
-      f(one.number(), other.number());
+    if (a.shares(b)) f(one.number(), other.number());
     if (a.end < b.end)
       one.next();
     else
@@ -217,7 +219,7 @@ class PieceFinder {
     const int one = found_.tiles_[a].one, other = found_.tiles_[b].one;
     if (one >= 0 && other >= 0) {
       const NodeRange &p = whole_[a].all, &q = whole_[b].all;
-      if (p.begin < q.end && q.begin < p.end) return unite(one, other);
+      if (p.shares(q)) return unite(one, other);
     }
     const Tile &before = z_.tile(tu0, tv0), &after = z_.tile(tu1, tv1);
     for (size_t i = 0; i < kTileSide; i++) {
@@ -265,6 +267,17 @@ void keep_pieces(TriDexel& model, const Pieces& pieces, const std::vector<bool>&
                  bool keep_dust) {
   const Snapshot before = model.snapshot();
   const FieldSnapshot& z = before.field(Axis::z);
+  struct Going {
+    int slot;
+    float in, out;
+  };
+  std::vector<Going> going;
+  // Of the ray one lane before: a span that shares a node's depth with one of them is of its piece.
+  struct Beside {
+    NodeRange nodes;
+    int piece;
+  };
+  std::vector<Beside> beside;
   const auto near_one = [&](bool kept, Axis axis, int tu, int tv) {
     // A span may reach half a cell beyond its nodes, and rounding may have put its end past one.
     const int u = tu * kTileSide, v = tv * kTileSide;
@@ -287,10 +300,11 @@ void keep_pieces(TriDexel& model, const Pieces& pieces, const std::vector<bool>&
           field.clear_tile(tu, tv);
           continue;
         }
-        Tile* writable = nullptr;
+        going.clear();
         int left = 0;
         for (int slot = 0; slot < kTileRays; slot++) {
           const int u = tu * kTileSide + slot % kTileSide, v = tv * kTileSide + slot / kTileSide;
+          if (slot % kTileSide == 0) beside.clear();
           int number = 0;
           for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next, number++) {
             int piece = -1;
@@ -298,25 +312,31 @@ void keep_pieces(TriDexel& model, const Pieces& pieces, const std::vector<bool>&
               piece = pieces.of_span(u, v, number);
             } else {
               const NodeRange nodes = nodes_of(p->in[slot], p->out[slot]);
+              if (size_of(number) < beside.size() && nodes.shares(beside[size_of(number)].nodes))
+                piece = beside[size_of(number)].piece;
               for (int k = nodes.begin; k < nodes.end && piece < 0; k++) {
                 Index3 node;
                 node[ui] = u, node[vi] = v, node[di] = k;
                 piece = pieces.at(z, node);
               }
+              if (size_of(number) == beside.size()) beside.emplace_back();
+              beside[size_of(number)] = {nodes, piece};
             }
-            if (piece < 0 ? keep_dust : keep[size_of(piece)]) {
+            if (piece < 0 ? keep_dust : keep[size_of(piece)])
               left++;
-              continue;
-            }
-            if (!writable) writable = &field.writable(tu, tv);
-            cut_ray(field, *writable, slot, p->in[slot], p->out[slot]);
+            else
+              going.push_back({slot, p->in[slot], p->out[slot]});
           }
+          if (size_of(number) < beside.size()) beside.resize(size_of(number));
         }
-        if (!writable) continue;
-        if (left == 0)
+        if (going.empty()) continue;
+        if (left == 0) {
           field.clear_tile(tu, tv);
-        else
-          field.trim_planes(*writable);
+          continue;
+        }
+        Tile& writable = field.writable(tu, tv);
+        for (const Going& span : going) cut_ray(field, writable, span.slot, span.in, span.out);
+        field.trim_planes(writable);
       }
   }
   model.touch();

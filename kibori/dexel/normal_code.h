@@ -46,4 +46,11 @@ inline Vec3 decode_normal(uint32_t code, Axis axis, bool at_out) {
   return normal.normalized();
 }
 
+// Size of the depth component of the unit normal.
+inline double depth_share(uint32_t code) {
+  const double u = static_cast<int16_t>(code & 0xffffu) / 32767.0;
+  const double v = static_cast<int16_t>(code >> 16) / 32767.0;
+  return std::sqrt(std::fmax(0.0, 1 - u * u - v * v));
+}
+
 }  // namespace kibori

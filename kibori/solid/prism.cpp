@@ -2,6 +2,7 @@
 #include <kibori/solid/prism.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -20,6 +21,7 @@ struct FlatRay {
   double across() const { return cross(along, from); }
 };
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // A ray that runs along the direction to this much is one point in the plane.
 constexpr double kAlong = 1e-9;
 
@@ -28,40 +30,80 @@ uint32_t code_of(const AcrossPlane& plane, const Vec2& normal, Axis axis) {
   return encode_normal(n[u_index(axis)], n[v_index(axis)], n[depth_index(axis)]);
 }
 
-// Which sides the rays of a tile can come within `reach` of: by what is across them.
+// Of a ray of the tile, counted from its corner, at depth 0.
+Vec3 place_of(const RayTile& rays, double du, double dv) {
+  Vec3 place = Vec3::Zero();
+  place[u_index(rays.axis)] = rays.u0 + du;
+  place[v_index(rays.axis)] = rays.v0 + dv;
+  return place;
+}
+
+// What of the plane the rays of a tile cover.
+struct Strip {
+  Vec2 along;                                          // of a ray, for each cell of depth
+  double low, high;                                    // across the rays
+  double from_min = kInfinity, from_max = -kInfinity;  // of a ray's depth 0 [cells along it]
+
+  Strip(const AcrossPlane& plane, const RayTile& rays, const Vec2& along_) : along(along_) {
+    low = kInfinity;
+    high = -kInfinity;
+    for (const double du : {0.0, 1.0})
+      for (const double dv : {0.0, 1.0}) {
+        const Vec2 at = plane.to_plane(place_of(rays, du * kTileSide, dv * kTileSide));
+        const double w = cross(along, at), from = at.dot(along) / along.squaredNorm();
+        low = std::min(low, w);
+        high = std::max(high, w);
+        from_min = std::min(from_min, from);
+        from_max = std::max(from_max, from);
+      }
+  }
+};
+
+// Which sides the rays of a strip can come within `reach` of: by what is across them.
 std::vector<const OutlineSide*> sides_near(const std::vector<OutlineSide>& sides,
-                                           const AcrossPlane& plane, const RayTile& rays,
-                                           const Vec2& along, double reach) {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const double du : {0.0, 1.0})
-    for (const double dv : {0.0, 1.0}) {
-      Vec3 corner = Vec3::Zero();
-      corner[u_index(rays.axis)] = rays.u0 + du * kTileSide;
-      corner[v_index(rays.axis)] = rays.v0 + dv * kTileSide;
-      const double w = cross(along, plane.to_plane(corner));
-      low = std::min(low, w);
-      high = std::max(high, w);
-    }
-  const double slack = reach * along.norm() + 1e-6;
+                                           const Strip& strip, double reach) {
+  const double slack = reach * strip.along.norm() + 1e-6;
   std::vector<const OutlineSide*> near;
   for (const OutlineSide& side : sides) {
-    const auto [a, b] = std::minmax({cross(along, side.a), cross(along, side.b)});
-    if (b >= low - slack && a <= high + slack) near.push_back(&side);
+    const auto [a, b] = std::minmax({cross(strip.along, side.a), cross(strip.along, side.b)});
+    if (b >= strip.low - slack && a <= strip.high + slack) near.push_back(&side);
   }
   return near;
 }
 
-template <class F>
-void for_rays(const AcrossPlane& plane, const RayTile& rays, F&& f) {
-  Vec3 direction = Vec3::Zero();
-  direction[depth_index(rays.axis)] = 1;
-  const Vec2 along = plane.to_plane(direction);
-  for (int row = 0; row < kTileSide; row++)
-    for (int lane = 0; lane < kTileSide; lane++) {
-      Vec3 o = Vec3::Zero();
-      o[u_index(rays.axis)] = rays.u0 + lane + 0.5;
-      o[v_index(rays.axis)] = rays.v0 + row + 0.5;
-      f(static_cast<size_t>(row * kTileSide + lane), FlatRay{plane.to_plane(o), along});
+// Which sides come within `reach` of the tile's rays, which are points in the plane.
+std::vector<OutlineSide> sides_beside(const std::vector<OutlineSide>& sides,
+                                      const AcrossPlane& plane, const RayTile& rays, double reach) {
+  std::vector<OutlineSide> near;
+  for (const OutlineSide* side : sides_near(sides, Strip(plane, rays, Vec2::UnitX()), reach))
+    near.push_back(*side);
+  std::vector<OutlineSide> nearer;
+  for (const OutlineSide* side : sides_near(near, Strip(plane, rays, Vec2::UnitY()), reach))
+    nearer.push_back(*side);
+  return nearer;
+}
+
+// Calls f(ray, its list of `all`) for the rays of a tile; those that are one in the plane have
+// equal lists.
+template <class All, class F>
+void for_rays(const AcrossPlane& plane, const RayTile& rays, const Vec2& along, All& all, F&& f) {
+  std::array<Vec2, kTileSide> by_lane, by_row;
+  const int u = u_index(rays.axis), v = v_index(rays.axis);
+  for (int i = 0; i < kTileSide; i++) {
+    by_lane[static_cast<size_t>(i)] = (rays.u0 + i + 0.5) * Vec2(plane.u[u], plane.v[u]);
+    by_row[static_cast<size_t>(i)] = (rays.v0 + i + 0.5) * Vec2(plane.u[v], plane.v[v]);
+  }
+  const bool lanes_are_one = by_lane.front() == by_lane.back(),
+             rows_are_one = by_row.front() == by_row.back();
+  for (size_t row = 0; row < kTileSide; row++)
+    for (size_t lane = 0; lane < kTileSide; lane++) {
+      const size_t slot = row * kTileSide + lane;
+      if (rows_are_one && row > 0)
+        all[slot] = all[lane];
+      else if (lanes_are_one && lane > 0)
+        all[slot] = all[slot - 1];
+      else
+        f(FlatRay{by_lane[lane] + by_row[row], along}, all[slot]);
     }
 }
 
@@ -89,24 +131,30 @@ AcrossPlane::AcrossPlane(const Vec3& direction) {
 }
 
 LatticeBox SweptOutline::bounds() const {
-  constexpr double inf = std::numeric_limits<double>::infinity();
-  return {{Vec3::Constant(-inf), Vec3::Constant(inf)}};
+  return {{Vec3::Constant(-kInfinity), Vec3::Constant(kInfinity)}};
 }
 
 // ---- Prism
 
-Prism::Prism(const AcrossPlane& plane, std::vector<OutlineSide> outline)
-    : SweptOutline(plane, std::move(outline)) {}
+Prism::Prism(const AcrossPlane& plane, std::vector<OutlineSide> outline, const LatticeBox& within)
+    : SweptOutline(plane, std::move(outline)), within_(within) {}
 
 void Prism::fill(const RayTile& rays, TileIntervals& all) const {
   const Vec2 along = along_of(plane_, rays.axis);
   if (along.norm() < kAlong) {
+    if (sides_beside(sides_, plane_, rays, 0).empty()) {
+      // The outline does not pass between the rays, so they are all within it or all outside.
+      const Vec3 middle = place_of(rays, kTileSide / 2.0, kTileSide / 2.0);
+      if (is_inside(sides_, plane_.to_plane(middle)))
+        for (auto& ray : all) ray.push_back({-kFar, kFar, 0, 0});
+      return;
+    }
     // Which sides a line along x from a ray of the tile can cross.
     std::vector<OutlineSide> near;
-    for (const OutlineSide* side : sides_near(sides_, plane_, rays, Vec2::UnitX(), 0))
+    for (const OutlineSide* side : sides_near(sides_, Strip(plane_, rays, Vec2::UnitX()), 0))
       near.push_back(*side);
-    for_rays(plane_, rays, [&](size_t slot, const FlatRay& ray) {
-      if (is_inside(near, ray.from)) all[slot].push_back({-kFar, kFar, 0, 0});
+    for_rays(plane_, rays, along, all, [&](const FlatRay& ray, auto& list) {
+      if (is_inside(near, ray.from)) list.push_back({-kFar, kFar, 0, 0});
     });
     return;
   }
@@ -120,34 +168,64 @@ void Prism::fill(const RayTile& rays, TileIntervals& all) const {
     bool straight;
     uint32_t code;
   };
-  std::vector<Side> near;
-  for (const OutlineSide* side : sides_near(sides_, plane_, rays, along, 0))
-    near.push_back({side, cross(along, side->a), cross(along, side->b),
-                    side->normal_a == side->normal_b, code_of(plane_, side->normal_a, rays.axis)});
-  std::vector<Crossing> crossings;
   const double per = 1 / along.squaredNorm();
-  for_rays(plane_, rays, [&](size_t slot, const FlatRay& ray) {
+  const Strip strip(plane_, rays, along);
+  const double first = within_.units.min[depth_index(rays.axis)] - 1,
+               last = within_.units.max[depth_index(rays.axis)] + 1;
+  // Those that rays meet in the box, and those they meet before it; what they meet after it does
+  // nothing to it.
+  std::vector<Side> here, before;
+  for (const OutlineSide* side : sides_near(sides_, strip, 0)) {
+    const double wa = cross(along, side->a), wb = cross(along, side->b);
+    if (wa == wb) continue;
+    const auto depth = [&](double w) {
+      const double share = std::clamp((w - wa) / (wb - wa), 0.0, 1.0);
+      return (side->a + share * (side->b - side->a)).dot(along) * per;
+    };
+    const auto [a, b] = std::minmax({depth(strip.low), depth(strip.high)});
+    if (a - strip.from_max > last) continue;
+    (b - strip.from_min < first ? before : here)
+        .push_back({side, wa, wb, side->normal_a == side->normal_b,
+                    code_of(plane_, side->normal_a, rays.axis)});
+  }
+  const auto crosses = [](const Side& side, double w) { return (side.wa <= w) != (side.wb <= w); };
+  const auto is_in_at_first = [&](double w) {
+    bool in = false;
+    for (const Side& side : before) in ^= crosses(side, w);
+    return in;
+  };
+  if (here.empty()) {
+    // As above.
+    if (is_in_at_first((strip.low + strip.high) / 2))
+      for (auto& ray : all) ray.push_back({-kFar, kFar, 0, 0});
+    return;
+  }
+  std::vector<Crossing> crossings;
+  for_rays(plane_, rays, along, all, [&](const FlatRay& ray, auto& list) {
     crossings.clear();
     const double w = ray.across();
-    for (const auto& [side, wa, wb, straight, code] : near) {
-      if ((wa <= w) == (wb <= w)) continue;
-      const double share = (w - wa) / (wb - wa);
-      const Vec2 at = side->a + share * (side->b - side->a);
+    if (is_in_at_first(w)) crossings.push_back({-kFar, 0});
+    for (const Side& s : here) {
+      if (!crosses(s, w)) continue;
+      const OutlineSide& side = *s.side;
+      const double share = (w - s.wa) / (s.wb - s.wa);
+      const Vec2 at = side.a + share * (side.b - side.a);
       crossings.push_back(
           {(at - ray.from).dot(along) * per,
-           straight ? code
-                    : code_of(plane_, side->normal_a + share * (side->normal_b - side->normal_a),
-                              rays.axis)});
+           s.straight ? s.code
+                      : code_of(plane_, side.normal_a + share * (side.normal_b - side.normal_a),
+                                rays.axis)});
     }
+    if (crossings.size() % 2 == 1) crossings.push_back({kFar, 0});
     if (crossings.size() > 2)
       std::sort(crossings.begin(), crossings.end(),
                 [](const Crossing& x, const Crossing& y) { return x.t < y.t; });
     else if (crossings.size() == 2 && crossings[1].t < crossings[0].t)
       std::swap(crossings[0], crossings[1]);
-    for (size_t i = 0; i + 1 < crossings.size(); i += 2) {
+    for (size_t i = 0; i < crossings.size(); i += 2) {
       const auto lo = static_cast<float>(crossings[i].t),
                  hi = static_cast<float>(crossings[i + 1].t);
-      if (lo < hi) all[slot].push_back({lo, hi, crossings[i].normal, crossings[i + 1].normal});
+      if (lo < hi) list.push_back({lo, hi, crossings[i].normal, crossings[i + 1].normal});
     }
   });
 }
@@ -160,12 +238,14 @@ Wall::Wall(const AcrossPlane& plane, std::vector<OutlineSide> curve, double thic
 void Wall::fill(const RayTile& rays, TileIntervals& all) const {
   const Vec2 along = along_of(plane_, rays.axis);
   if (along.norm() < kAlong) {
-    for_rays(plane_, rays, [&](size_t slot, const FlatRay& ray) {
-      for (const OutlineSide& side : sides_) {
+    const std::vector<OutlineSide> near = sides_beside(sides_, plane_, rays, half_);
+    if (near.empty()) return;
+    for_rays(plane_, rays, along, all, [&](const FlatRay& ray, auto& list) {
+      for (const OutlineSide& side : near) {
         const Vec2 d = side.b - side.a;
         const double s = std::clamp((ray.from - side.a).dot(d) / d.squaredNorm(), 0.0, 1.0);
         if ((ray.from - side.a - s * d).squaredNorm() > half_ * half_) continue;
-        all[slot].push_back({-kFar, kFar, 0, 0});
+        list.push_back({-kFar, kFar, 0, 0});
         break;
       }
     });
@@ -175,7 +255,21 @@ void Wall::fill(const RayTile& rays, TileIntervals& all) const {
     double lo, hi;
     Vec2 normal_lo, normal_hi;
   };
-  const auto near = sides_near(sides_, plane_, rays, along, half_);
+  struct Side {
+    const OutlineSide* side;
+    Vec2 d, n;             // along it, and to its right; unit
+    double right, left;    // of its faces, along n and -n
+    double after, before;  // of its ends, along d and -d
+    bool ends_alone;       // at its end no other side of `near` begins
+  };
+  std::vector<Side> near;
+  for (const OutlineSide* side : sides_near(sides_, Strip(plane_, rays, along), half_)) {
+    const Vec2 d = (side->b - side->a).normalized(), n(d.y(), -d.x());
+    if (!near.empty() && near.back().side->b == side->a) near.back().ends_alone = false;
+    near.push_back({side, d, n, n.dot(side->a) + half_, half_ - n.dot(side->a), d.dot(side->b),
+                    -d.dot(side->a), true});
+  }
+  if (near.empty()) return;
   const double per = 1 / along.squaredNorm();
   std::vector<Part> parts;
   // A disc at each corner, and the strip between two.
@@ -188,9 +282,8 @@ void Wall::fill(const RayTile& rays, TileIntervals& all) const {
     parts.push_back({middle - reach, middle + reach, (nearest - reach * along) / half_,
                      (nearest + reach * along) / half_});
   };
-  const auto add_strip = [&](const FlatRay& ray, const OutlineSide& side) {
-    const Vec2 d = (side.b - side.a).normalized(), n(d.y(), -d.x());
-    Part part{-1e30, 1e30, n, n};
+  const auto add_strip = [&](const FlatRay& ray, const Side& side) {
+    Part part{-1e30, 1e30, side.n, side.n};
     // Where normal . (from + t along) <= limit; of two faces that rays lie in, one is the strip's.
     const auto clip = [&](const Vec2& normal, double limit, bool closed) {
       const double slope = normal.dot(along), rest = limit - normal.dot(ray.from);
@@ -204,18 +297,18 @@ void Wall::fill(const RayTile& rays, TileIntervals& all) const {
         part.hi = -1e30;
       }
     };
-    clip(n, n.dot(side.a) + half_, true);
-    clip(-n, half_ - n.dot(side.a), false);
-    clip(d, d.dot(side.b), true);
-    clip(-d, -d.dot(side.a), true);
+    clip(side.n, side.right, true);
+    clip(-side.n, side.left, false);
+    clip(side.d, side.after, true);
+    clip(-side.d, side.before, true);
     if (part.lo < part.hi) parts.push_back(part);
   };
-  for_rays(plane_, rays, [&](size_t slot, const FlatRay& ray) {
+  for_rays(plane_, rays, along, all, [&](const FlatRay& ray, auto& list) {
     parts.clear();
-    for (const OutlineSide* side : near) {
-      add_disc(ray, side->a);
-      add_disc(ray, side->b);
-      add_strip(ray, *side);
+    for (const Side& side : near) {
+      add_disc(ray, side.side->a);
+      if (side.ends_alone) add_disc(ray, side.side->b);
+      add_strip(ray, side);
     }
     std::sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) {
       return a.lo != b.lo ? a.lo < b.lo : a.hi > b.hi;
@@ -229,8 +322,8 @@ void Wall::fill(const RayTile& rays, TileIntervals& all) const {
         }
       const auto lo = static_cast<float>(whole.lo), hi = static_cast<float>(whole.hi);
       if (lo < hi)
-        all[slot].push_back({lo, hi, code_of(plane_, whole.normal_lo, rays.axis),
-                             code_of(plane_, whole.normal_hi, rays.axis)});
+        list.push_back({lo, hi, code_of(plane_, whole.normal_lo, rays.axis),
+                        code_of(plane_, whole.normal_hi, rays.axis)});
     }
   });
 }

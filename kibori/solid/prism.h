@@ -41,10 +41,13 @@ class SweptOutline : public IntervalSolid {
 class Prism final : public SweptOutline {
  public:
   // `outline`: its sides, one after another, counter-clockwise, closed, not crossing itself.
-  Prism(const AcrossPlane& plane, std::vector<OutlineSide> outline);
+  // `within`: where it is looked at; ends elsewhere are not told from none.
+  Prism(const AcrossPlane& plane, std::vector<OutlineSide> outline, const LatticeBox& within);
 
  private:
   void fill(const RayTile& rays, TileIntervals& all) const override;
+
+  LatticeBox within_;
 };
 
 class Wall final : public SweptOutline {
