@@ -90,12 +90,18 @@ int main(int argc, char** argv) {
     line.kind = Cutter::Kind::curve;
     for (int i = 0; i <= 60; i++)
       line.curve_mm.push_back({0.5 * n + 0.05 * n * std::sin(0.2 * i), n * i / 60, 0});
+    Cutter askew = line;
+    askew.along = Vec3(0.3, 0.2, 1).normalized();
     Cutter saw = tilted;
     saw.kerf_mm = 3;
+    Cutter wire = line;
+    wire.kerf_mm = 2;
     for (const auto& [name, cutter] : {std::pair{"split by a plane", plane},
                                        {"split by a tilted plane", tilted},
                                        {"split along a line of 60 places", line},
-                                       {"split by a saw of 3 cells", saw}})
+                                       {"split along that line, drawn askew", askew},
+                                       {"split by a saw of 3 cells", saw},
+                                       {"split by a wire of 2 cells along the line", wire}})
       timed(
           name, nothing, [&, &by = cutter] { return cut_off(model, by).portions.size(); }, 1);
     model.restore(scraped);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Ticks while they are made, from kibori servo|studio --publish HOST:PORT: for pages, and for Node with the package ws.
+// Ticks while they are made, from kibori servo|studio --publish HOST:PORT: for pages, and for Node (before 22, with the
+// package ws).
 // One file, to be copied to where it is needed. What stands in a row: docs/recordings.md.
 //
 //   import { listen } from "./kibori-ticks.mjs";
@@ -50,9 +51,16 @@ export function decodeTicks(view, about) {
  * Gives { about, ticks, lost } for each message of ticks: what they are of, the ticks, each as soon as it is made, and how many
  * did not reach this reader by now. Ends where kibori does. Leaving the loop closes the connection.
  * @param {string} address HOST:PORT
- * @param {{ WebSocket?: typeof WebSocket }} options WebSocket: of the package ws, where there is none
+ * @param {{ WebSocket?: typeof WebSocket }} options WebSocket: another than the platform's own or, without one, that of ws
  */
 export async function* listen(address, { WebSocket: Socket = globalThis.WebSocket } = {}) {
+  if (!Socket) {
+    try {
+      Socket = (await import("ws")).WebSocket;
+    } catch {
+      throw new Error("there is no WebSocket here; install the package ws, or use Node 22");
+    }
+  }
   const socket = new Socket(`ws://${address}`);
   socket.binaryType = "arraybuffer";
   const come = [];

@@ -23,6 +23,7 @@ import unittest
 import numpy as np
 
 import kibori as kb
+import kibori.testing
 
 KIBORI = ""
 SIZE = (40, 30, 20)
@@ -162,6 +163,32 @@ class Carving(Folder):
         self.assertLess(across.max(), 2.01)
         np.testing.assert_allclose(r.poses[0], pose(17), atol=1e-9)
 
+    def test_where_the_body_stands(self):
+        """Turned and moved, a body is carved where it is seen: the same cut, forces and recording, all of it moved along."""
+        m, moved = block(), block()
+        c, t = np.cos(0.35), np.sin(0.35)
+        moved.place(1, (100, -20, 7, 0, 0, t, c))  # about z
+        turn = np.array([[c * c - t * t, -2 * c * t, 0], [2 * c * t, c * c - t * t, 0], [0, 0, 1]])
+        there = lambda points: np.asarray(points) @ turn.T + (100, -20, 7)
+        path = groove()
+        one, other = m.carve(kb.Ball(4), path), moved.carve(kb.Ball(4), there(path))
+        np.testing.assert_allclose(other.removed_mm3, one.removed_mm3, rtol=1e-5, atol=1e-3)
+        np.testing.assert_allclose(other.force, one.force @ turn.T, atol=2e-2)
+        np.testing.assert_allclose(other.poses[:, :3], there(path[1:]), atol=1e-9)
+        with moved.stroke(kb.Ball(4), there([[20, -6, 18]])[0]) as led:
+            tick = led.move(there([[20, 10, 18]])[0])
+        np.testing.assert_allclose(tick.pose[:3], there([[20, 10, 18]])[0], atol=1e-9)
+        moved.save(self.folder / "moved.kibori")
+        read = kb.read_recording(self.folder / "moved.kibori")
+        np.testing.assert_allclose(read["tool_pose"][: len(path) - 1, :3], there(path[1:]), atol=1e-9)
+        np.testing.assert_array_equal(read["force_N"][: len(path) - 1], other.force)
+        servo = moved.servo(kb.Ball(4))
+        time.sleep(0.1)
+        servo.close()
+        at = servo.ticks()["hand_pose"][0, :3]
+        np.testing.assert_allclose(at[:2], there([[20, 15, 0]])[0, :2], atol=0.5)
+        self.assertGreater(at[2], 27 + 10)
+
     def test_row_by_row_is_the_same(self):
         path = groove(rows=30)
         one, two = block(), block()
@@ -293,7 +320,9 @@ class ServoLoop(Folder):
         self.assertGreater(np.linalg.norm(rows["force_N"], axis=1).max(), 5)
         read = kb.read_recording(servo.path)
         np.testing.assert_allclose(read["removed_mm3"].sum(), rows["removed_mm3"].sum(), rtol=1e-9)
-        self.assertEqual([s["settings"]["tool"]["shape"] for s in read["about"]["steps"] if s["kind"] == "stroke"][-1], "flat")
+        made_by = [step["settings"] for step in read["about"]["steps"] if step["kind"] == "stroke"][-1]
+        self.assertEqual((made_by["tool"]["shape"], made_by["device"]), ("flat", servo.about["device"]))
+        self.assertEqual(read["about"]["version"], kb.__version__)
         self.verified(servo.path)
         with self.assertRaisesRegex(kb.Error, "has ended"):
             servo.hold(kb.Ball(2))
@@ -685,6 +714,40 @@ class Recordings(Folder):
 
 
 class BadInput(unittest.TestCase):
+    def test_stocks_that_cant_be(self):
+        nan = float("nan")
+        vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+        faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+        for make in (
+            lambda: kb.Model.sphere(-20, 0.5),
+            lambda: kb.Model.sphere(nan, 0.5),
+            lambda: kb.Model.block((-20, -20, -20), 0.5),
+            lambda: kb.Model.block((20, 0, 20), 0.5),
+            lambda: kb.Model.block((20, nan, 20), 0.5),
+            lambda: kb.Model.block((20, 20, 20), nan),
+            lambda: kb.Model.block((20, 20, 20), -1),
+            lambda: kb.Model.block((20, 20, 20), 0.5, room=nan),
+            lambda: kb.Model.cylinder(20, nan, 0.5),
+            lambda: kb.Model.cylinder(-20, 10, 0.5),
+            lambda: kb.Model.mesh(vertices, faces, 100),
+            lambda: block().export(pathlib.Path("never.stl"), tolerance=nan),
+            lambda: block().export(pathlib.Path("never.stl"), tolerance=-1),
+            lambda: kb.Material("", u=1),
+            lambda: kb.testing.Hand((0, 0, 0)).step((nan, 0, 0), (0, 0, 0)),
+            lambda: kb.testing.Hand((0, 0, 0)).step((0, 0, 0), (0, 0, 0), seconds=-1),
+        ):
+            with self.assertRaises(kb.Error) as said:
+                make()
+            self.assertGreater(len(str(said.exception)), 10)
+            self.assertNotIn("nan", str(said.exception))
+        with self.assertRaisesRegex(ValueError, "whole numbers"):
+            kb.Model.mesh(vertices, faces + 0.5, 0.1)
+        self.assertGreater(kb.Model.volume(np.ones((5, 5, 5), int).tolist(), (1, 1, 1), 0.25).volume_mm3, 90)
+        # Names of files are bytes.
+        for name in (b"/tmp/\xff/none.kibori", b"\xff.stl"):
+            with self.assertRaisesRegex(kb.Error, "."):
+                kb.Model.open(name)
+
     def test_is_an_exception_and_changes_nothing(self):
         m = block()
         m.carve(kb.Ball(4), groove())

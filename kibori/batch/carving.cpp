@@ -240,6 +240,8 @@ Result<std::unique_ptr<TriDexel>> plain_stock(const Stock& stock, const std::str
     const Box box = mesh.bounds();
     const double longest = box.size().maxCoeff();
     if (!(longest > 0)) return wrong(name + "has no extent");
+    if (stock.fit_mm && !(*stock.fit_mm > 0 && std::isfinite(*stock.fit_mm)))
+      return wrong("fit must be a number of mm above 0");
     const double scale = stock.fit_mm ? *stock.fit_mm / longest : 1;
     for (Vec3& p : mesh.vertices) p = (p - box.min) * scale;
     Result<MeshStock> made =
@@ -258,6 +260,7 @@ Result<std::unique_ptr<TriDexel>> plain_stock(const Stock& stock, const std::str
     return made ? std::move(made) : wrong(made.error());
   }
   const Vec3 size = stock.size_mm;
+  if (!(size.array() > 0).all()) return wrong("must be larger than 0 mm along x, y and z");
   Result<Lattice> lattice =
       make_lattice(size, stock.pitch_mm, stock.room_mm.value_or(0.1 * size.maxCoeff()));
   if (!lattice) return wrong(lattice.error());

@@ -30,7 +30,11 @@ std::array<double, 3> three(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 // Names of materials as columns have them.
 std::string column_name(const std::string& material) {
   std::string name = "removed_";
-  for (const char c : material) name += std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  // Letters beyond ASCII stay.
+  for (const char c : material) {
+    const auto byte = static_cast<unsigned char>(c);
+    name += byte >= 0x80 || std::isalnum(byte) ? c : '_';
+  }
   return name + "_mm3";
 }
 
@@ -76,6 +80,7 @@ Result<TickRecords> about_ticks(const Document& document, StepId to) {
   }
   const Json about{
       {"program", "kibori"},
+      {"version", KIBORI_VERSION},
       {"format", 1},
       {"document", std::filesystem::path(document.name()).filename().string()},
       {"lattice", Json::parse(lattice_to_json(document.lattice()), nullptr, false)},
@@ -125,6 +130,8 @@ Status for_tick_records(const Document& document, StepId to, const TickRecords& 
     double ended_s = begun_s;
     TickRecord record;
     record.step = id;
+    const Body* const body = bench.bodies().find(s.body);
+    const Pose stands = body ? body->pose : Pose{};
     Status carved = document.replay(id, bench, std::nullopt, [&](const ReplayedTick& tick) {
       if (!used) return;
       const StrokeTick& recorded = *tick.recorded;
@@ -139,7 +146,10 @@ Status for_tick_records(const Document& document, StepId to, const TickRecords& 
         record.hand_pose.tip += recorded.hand;
         record.hand_pose.frame = rotation(recorded.hand_turn) * record.tool.frame;
       }
-      record.computed = tick.result.wrench;
+      record.tool = stands.to_world(record.tool);
+      record.hand_pose = stands.to_world(record.hand_pose);
+      record.computed = {stands.frame * tick.result.wrench.force,
+                         stands.frame * tick.result.wrench.moment};
       const Vec3 none = Vec3::Constant(kNothing);
       record.given = count < kept.size() ? kept[count] : Wrench{none, none};
       count++;
@@ -261,13 +271,13 @@ Status write_ticks_mcap(const std::filesystem::path& path, const Document& docum
 
 namespace {
 
-// A table that grows: rows of `width` numbers.
+// A table that grows: rows of `width` numbers; of one each, it has one dimension (rank).
 class Column {
  public:
-  Column(hid_t group, const char* name, hsize_t width, hid_t type) : width_(width) {
+  Column(hid_t group, const char* name, hsize_t width, hid_t type, int rank)
+      : width_(width), rank_(rank) {
     const hsize_t dims[] = {0, width}, most[] = {H5S_UNLIMITED, width},
                   chunk[] = {kRowsAtOnce, width};
-    const int rank = width > 1 ? 2 : 1;
     const hid_t space = H5Screate_simple(rank, dims, most), how = H5Pcreate(H5P_DATASET_CREATE);
     H5Pset_chunk(how, rank, chunk);
     H5Pset_deflate(how, 4);
@@ -291,9 +301,8 @@ class Column {
     if (waiting_.empty()) return good_;
     const hsize_t rows = waiting_.size() / width_, all[] = {rows_ + rows, width_},
                   from[] = {rows_, 0}, block[] = {rows, width_};
-    const int rank = width_ > 1 ? 2 : 1;
     good_ &= H5Dset_extent(set_, all) >= 0;
-    const hid_t space = H5Dget_space(set_), memory = H5Screate_simple(rank, block, nullptr);
+    const hid_t space = H5Dget_space(set_), memory = H5Screate_simple(rank_, block, nullptr);
     good_ &= H5Sselect_hyperslab(space, H5S_SELECT_SET, from, nullptr, block, nullptr) >= 0 &&
              H5Dwrite(set_, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, waiting_.data()) >= 0;
     H5Sclose(memory);
@@ -306,6 +315,7 @@ class Column {
  private:
   hid_t set_ = -1;
   hsize_t width_, rows_ = 0;
+  int rank_;
   std::vector<double> waiting_;
   bool good_ = true;
 };
@@ -356,13 +366,17 @@ Status fill_hdf5(hid_t file, const Document& document, StepId to, const TickReco
     const auto whole = H5T_STD_I64LE;
     const auto real = H5T_IEEE_F64LE;
     const hsize_t kinds = std::max<size_t>(1, records.materials.size());
-    Column step(ticks, "step", 1, whole), time(ticks, "time_s", 1, real),
-        hand(ticks, "hand", 1, whole), mode(ticks, "mode", 1, whole),
-        tool(ticks, "tool_pose", 7, real), hand_pose(ticks, "hand_pose", 7, real),
-        force(ticks, "force_N", 3, real), moment(ticks, "moment_Nmm", 3, real),
-        given_force(ticks, "given_force_N", 3, real),
-        given_moment(ticks, "given_moment_Nmm", 3, real), removed(ticks, "removed_mm3", 1, real),
-        points(ticks, "points", 1, whole), removed_of(ticks, "removed_of_mm3", kinds, real);
+    const auto numbers = [&](const char* name, hid_t of) { return Column(ticks, name, 1, of, 1); };
+    const auto rows_of = [&](const char* name, hsize_t width) {
+      return Column(ticks, name, width, real, 2);
+    };
+    Column step = numbers("step", whole), time = numbers("time_s", real),
+           hand = numbers("hand", whole), mode = numbers("mode", whole),
+           tool = rows_of("tool_pose", 7), hand_pose = rows_of("hand_pose", 7),
+           force = rows_of("force_N", 3), moment = rows_of("moment_Nmm", 3),
+           given_force = rows_of("given_force_N", 3), given_moment = rows_of("given_moment_Nmm", 3),
+           removed = numbers("removed_mm3", real), points = numbers("points", whole),
+           removed_of = rows_of("removed_of_mm3", kinds);
     const auto one = [](double number) { return std::array<double, 1>{number}; };
     done = for_tick_records(document, to, records, [&](const TickRecord& tick) -> Status {
       step.add(one(static_cast<double>(tick.step)));

@@ -20,7 +20,7 @@ struct TickRecord {
   double time_s = 0;  // since the recording's first tick; strokes follow one another
   int hand = 1;       // 2: the second one
   Mode mode = Mode::off;
-  Pose tool, hand_pose;  // [mm]
+  Pose tool, hand_pose;  // in the world [mm]
   Wrench computed;       // by the stroke's own force model [N, N mm]
   Wrench given;          // what was kept of what was felt; NaN where nothing was
   double removed_mm3 = 0;
@@ -29,7 +29,7 @@ struct TickRecord {
 };
 
 // What a recording is of: all that its readers need to know of it, as JSON (program, document,
-// lattice, materials, units, clock, steps with their settings).
+// version, lattice, materials, units, clock, steps with their settings and device).
 struct TickRecords {
   std::string about;
   std::vector<std::string> materials;  // of removed_of, all that any stroke names

@@ -108,6 +108,10 @@ Result<Lattice> make_lattice(const Vec3& size_mm, double pitch_mm, double room_m
   char text[256];
   if (!(pitch_mm > 0) || !std::isfinite(pitch_mm))
     return Error{"pitch must be a positive number of mm"};
+  if (!size_mm.allFinite() || (size_mm.array() < 0).any())
+    return Error{"sides must be numbers of mm, 0 or more"};
+  if (!(room_mm >= 0) || !std::isfinite(room_mm))
+    return Error{"room must be a number of mm, 0 or more"};
   Lattice lattice;
   lattice.pitch_mm = pitch_mm;
   const double room = std::ceil(room_mm / pitch_mm - 1e-9);

@@ -330,6 +330,7 @@ std::string settings_to_json(const StrokeSettings& s) {
                                 {"normal", vec(s.brush.plane.normal)}};
   }
   if (s.body != 1) json["body"] = s.body;
+  if (!s.device.empty()) json["device"] = s.device;
   if (s.crumbs != Crumbs::stay) json["crumbs"] = name_of(s.crumbs);
   if (s.second)
     json["second"] = {{"tool", json_of(s.second->tool)},
@@ -374,6 +375,7 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
   const std::optional<Mode> known = value_of<Mode>(mode);
   if (!known) return Error{"no mode is called '" + sanitize_message(mode) + "'"};
   s.mode = *known;
+  if (json.contains("device")) fields.get("device", s.device);
   fields.get("rate_hz", s.rate_hz);
   if (!(s.rate_hz > 0)) return Error{"a stroke's rate_hz is not positive"};
   if (const Json* force = fields.find("force"); force && force->is_object())

@@ -18,6 +18,7 @@ DocumentWriter::DocumentWriter(LiveCarving& live, std::unique_ptr<Document> docu
     : live_(live),
       document_(std::move(document)),
       forces_(forces),
+      device_(live.context().device().capabilities().name),
       of_model_(live.context().model().snapshot()) {}
 
 void DocumentWriter::start() {
@@ -110,9 +111,10 @@ Status DocumentWriter::take(const Item& item) {
   switch (item.event.kind) {
     case StrokeLog::Kind::begin: {
       const StrokeLog::Begin& b = *item.begin;
-      return document_->begin({b.tool, b.mode, b.material, *b.materials, b.force, b.rate_hz,
-                               b.symmetry, b.brush, document_->active(), b.crumbs, b.second},
-                              b.start);
+      return document_->begin(
+          {b.tool, b.mode, b.material, *b.materials, b.force, b.rate_hz, b.symmetry, b.brush,
+           document_->active(), b.crumbs, b.second, device_},
+          b.start);
     }
     case StrokeLog::Kind::tick:
       document_->add(item.event.tick, forces_ ? &item.event.felt : nullptr,

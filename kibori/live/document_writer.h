@@ -100,6 +100,7 @@ class DocumentWriter {
   LiveCarving& live_;
   std::unique_ptr<Document> document_;
   const bool forces_;
+  const std::string device_;  // that the first hand holds
   std::thread reader_, writer_;
   std::atomic<bool> stopping_{false};
   std::atomic<uint64_t> asked_{0}, answered_{0};

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <kibori/body/bodies.h>
@@ -73,6 +74,7 @@ struct StrokeSettings {
   BodyId body = 1;   // that it works on
   Crumbs crumbs = Crumbs::stay;
   std::optional<StrokeHand> second = std::nullopt;
+  std::string device = {};  // that the hand held; empty: none
 };
 
 }  // namespace kibori

@@ -42,7 +42,7 @@ Model._repr_png_ = _repr_png_
 def read_recording(path):
     """Every tick of a recording as arrays, by name: see docs/recordings.md.
 
-    path: what kibori export wrote, .csv or .h5 (which needs h5py), or a .kibori document itself. "about" is the
+    path: what kibori export wrote, .csv or .h5, .hdf5 (which needs h5py), or a .kibori document itself. "about" is the
     JSON that says what it is of, as a dict; the others are arrays with a row a tick. Errors: kibori.Error.
     """
     path = pathlib.Path(path)
@@ -54,9 +54,9 @@ def read_recording(path):
             return _read_csv(written)
     if ending == ".csv":
         return _read_csv(path)
-    if ending == ".h5":
+    if ending in (".h5", ".hdf5"):
         return _read_hdf5(path)
-    raise Error(f"{path}: recordings are .csv, .h5 or .kibori")
+    raise Error(f"{path}: recordings are .csv, .h5, .hdf5 or .kibori")
 
 
 _TABLES = {
@@ -74,6 +74,8 @@ def _read_csv(path):
         with open(path, newline="", encoding="utf-8") as file:
             about = json.loads(file.readline().removeprefix("# "))
             rows = list(csv.reader(file))
+        if not rows or any(len(row) != len(rows[0]) for row in rows):
+            raise ValueError("it ends in the middle of a line")
         names, rows = rows[0], rows[1:]
         columns = {name: [row[i] for row in rows] for i, name in enumerate(names)}
         number = lambda name: np.array([float(text) for text in columns[name]])
@@ -102,7 +104,7 @@ def _read_hdf5(path):
             read["about"] = json.loads(file["about"][()])
             modes = np.array(file.attrs["modes"].split(","))
         read["mode"] = modes[read["mode"]]
-        read["removed_of_mm3"] = read["removed_of_mm3"].reshape(len(read["step"]), max(1, len(read["about"]["materials"])))[:, : len(read["about"]["materials"])]
+        read["removed_of_mm3"] = read["removed_of_mm3"][:, : len(read["about"]["materials"])]
         return read
     except (OSError, ValueError, KeyError, AttributeError) as error:
         raise Error(f"{path}: is no recording that kibori export wrote: {error}") from error

@@ -18,13 +18,13 @@ class Servo:
     missed, seconds, and of what it computed and how late it began (compute_us, late_us) p50, p99, p999 and max [us].
     """
 
-    def __init__(self, model, path, *choice):
+    def __init__(self, model, path, overwrite, *choice):
         self._folder = None
         if path is None:
             self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
             path = pathlib.Path(self._folder.name) / "model.kibori"
         self.path = pathlib.Path(path)
-        model.save(self.path)
+        model.save(self.path, overwrite=overwrite)
         try:
             self._servo = _Servo(self.path, model.active, *choice)
         except BaseException:
@@ -70,19 +70,16 @@ class Servo:
 
 
 def servo(self, tool, mode="cut", material="", *, at=None, device="virtual", rate=1000, force="series", stiffness=None,
-          strength=200, powered="motor", keep_forces=True, path=None):
+          strength=200, powered="motor", keep_forces=True, path=None, overwrite=False):
     """Begins the servo loop on this model, in this process: a hand carves it and feels it. Returns a Servo.
 
-    at: where a simulated hand begins, x, y, z [mm]; 20 mm above the lattice's middle unless given. device: a name that kibori
+    at: where a simulated hand begins, x, y, z [mm], in the world; 20 mm above the active body's middle unless given. device: a name that kibori
     devices lists instead of it. rate: ticks a second, 100 to 4000. force: series, energy or paper. strength: of the hand [N];
     at the device it is as much as that can give. powered: "motor" turns the tool, and the hand bears a tenth of the cut;
     "press", a hundredth; "": all. stiffness: of the spring, at the device [N/mm]; by default what suits it. path: the document that is made and carved, a temporary one unless given;
-    keep_forces: with the forces of every tick. The model itself stays as it is: Servo.close() gives what was made of it.
+    overwrite: though there is one; keep_forces: with the forces of every tick. The model itself stays as it is: Servo.close() gives what was made of it.
     """
-    if at is None:
-        size = np.array(self.nodes) * self.pitch
-        at = np.array(self.origin) + size / 2 + [0, 0, size[2] / 2 + 20]
-    return Servo(self, path, tool, mode, device, at, rate, force, stiffness, strength, powered, material, keep_forces)
+    return Servo(self, path, overwrite, tool, mode, device, at, rate, force, stiffness, strength, powered, material, keep_forces)
 
 
 Model.servo = servo

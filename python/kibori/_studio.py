@@ -27,7 +27,7 @@ class Studio:
     url: where a browser finds it. path: the document that it carves.
     """
 
-    def __init__(self, model, path, read_only, browser, publish):
+    def __init__(self, model, path, read_only, browser, publish, overwrite):
         self._model, self._read_only = model, read_only
         if path is None:
             # Models that are opened from it may be saved as long as the script runs.
@@ -36,7 +36,7 @@ class Studio:
             path = pathlib.Path(folder) / "model.kibori"
         self.path = pathlib.Path(path)
         program = _program()
-        model.save(self.path)
+        model.save(self.path, overwrite=overwrite)
         command = [program, "studio", str(self.path)] + ["--no-browser"] * (not browser) + (
             ["--read-only", "--follow"] if read_only else ["--publish", "127.0.0.1:0"] if publish else [])
         # Ctrl-C is the script's own.
@@ -98,15 +98,17 @@ class Studio:
         return f'<a href="{self.url}" target="_blank">Carve it in the studio</a>'
 
 
-def studio(self, path=None, *, read_only=False, browser=True, publish=False):
+def studio(self, path=None, *, read_only=False, browser=True, publish=False, overwrite=False):
     """Opens the studio on this model, in a browser: a person goes on where the script is. Returns a Studio.
 
-    path: the document that is made and carved, a temporary one unless given; browser: opens one by itself. The model
+    path: the document that is made and carved, a temporary one unless given; overwrite: though there is one; browser: opens one by itself. The model
     itself stays as it is: Studio.close() and wait() give what the person made of it. read_only: only to look, from any side,
     while the script carves on: Studio.update() shows what it has made by then. publish: its ticks can be read, by
     Studio.listen() and whoever else is on this machine.
     """
-    return Studio(self, path, read_only, browser, publish)
+    if read_only and publish:
+        raise Error("in a studio that only looks nobody carves, and there are no ticks to publish")
+    return Studio(self, path, read_only, browser, publish, overwrite)
 
 
 Model.studio = studio

@@ -40,7 +40,7 @@ class Hand:
 def carve_by_hand(model, tool, targets, *, rate=1000, hand=None, **stroke):
     """A simulated hand goes after targets, a row a tick, and feels what it carves (force model series).
 
-    targets: array [N, 3], mm. stroke: as of Model.stroke. A dict of arrays [N - 1, 3]: hand (where it was, mm), tool,
+    targets: array [N, 3], mm, in the world. stroke: as of Model.stroke. A dict of arrays [N - 1, 3]: hand (where it was, mm), tool,
     force (on the hand, N), and removed_mm3 [N - 1].
     """
     targets = np.asarray(targets, float)
@@ -48,6 +48,8 @@ def carve_by_hand(model, tool, targets, *, rate=1000, hand=None, **stroke):
         raise ValueError("targets are an array of two rows or more: x, y, z")
     if not rate > 0:
         raise Error("rate is so many ticks a second, more than 0")
+    if "force" in stroke:
+        raise Error("a hand that feels what it carves carves by the force model series")
     hand = hand or Hand(targets[0])
     velocity = np.diff(targets, axis=0) * rate
     felt = {"hand": [], "tool": [], "force": [], "removed_mm3": []}

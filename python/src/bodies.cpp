@@ -38,13 +38,15 @@ BodyAction with_bodies(BodyVerb verb, std::vector<BodyId> bodies) {
 
 void bind_bodies(py::module_& module, ModelClass& model) {
   py::class_<BodyView>(module, "Body", "A body as it was when Model.bodies was read.")
-      .def_readonly("id", &BodyView::id)
+      .def_readonly("id", &BodyView::id, "Its number, which stays.")
       .def_readonly("name", &BodyView::name)
-      .def_readonly("visible", &BodyView::visible)
-      .def_readonly("locked", &BodyView::locked)
-      .def_readonly("no_go", &BodyView::no_go)
-      .def_readonly("volume_mm3", &BodyView::volume_mm3)
-      .def_readonly("pose", &BodyView::pose)
+      .def_readonly("visible", &BodyView::visible, "Whether pictures show it.")
+      .def_readonly("locked", &BodyView::locked, "Whether nothing may change it.")
+      .def_readonly("no_go", &BodyView::no_go, "Whether no stroke may cut into what it holds.")
+      .def_readonly("volume_mm3", &BodyView::volume_mm3, "mm^3, the mean of the three fields.")
+      .def_readonly("pose", &BodyView::pose,
+                    "Where its own coordinates stand in the world: x, y, z [mm] and a quaternion "
+                    "x, y, z, w.")
       .def("__repr__", [](const BodyView& body) {
         return "<kibori.Body " + std::to_string(body.id) + " '" + body.name + "'>";
       });
@@ -105,7 +107,7 @@ void bind_bodies(py::module_& module, ModelClass& model) {
           "Puts a body's lattice there: x, y, z, or x, y, z and a quaternion x, y, z, w [mm].")
       .def(
           "remove", [](Model& self, BodyId id) { act(self, with_bodies(BodyVerb::remove, {id})); },
-          py::arg("id"))
+          py::arg("id"), "Takes the body away; undo brings it back.")
       .def(
           "set_no_go",
           [](Model& self, BodyId id, bool no_go) {

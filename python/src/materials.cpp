@@ -36,14 +36,22 @@ uint8_t number_of(Workpiece& piece, const std::optional<MaterialOrName>& wanted)
 void bind_materials(py::module_& module) {
   py::class_<Material>(
       module, "Material",
-      "Material(name, u, kf=..., u_along=0, ring=0, ...): what is carved. u: "
-      "specific cutting energy [N/mm^2]; kf [N a point], of the force model paper.")
+      "Material(name, u, kf=..., u_along=0, ring=0, ...): what is carved.\n\n"
+      "u: specific cutting energy [N/mm^2]; u_along: the same along the grain (0: as "
+      "across); ring: by what share of u late wood of a ring resists more than early wood (0 to "
+      "5); kf: force "
+      "of a lattice node [N], of the force model paper; c: viscous part of the force [N s/mm^3], "
+      "and yield_n: "
+      "least force that cuts [N], of the force model series; gc: work of a cutter's cut [N/mm]; "
+      "color: red, green, blue, 0 to "
+      "255; plastic: whether a tool presses it aside, as clay.")
       .def(py::init([](const std::string& name, double u, double kf, double c, double yield_n,
                        const std::array<uint8_t, 3>& color, bool plastic, double gc, double u_along,
                        double ring) {
              for (const double number : {u, kf, c, yield_n, gc, u_along, ring})
                if (!(number >= 0) || !(number < 1e9))
                  throw Failure("a material's numbers are 0 or more");
+             if (name.empty()) throw Failure("a material has a name");
              if (ring > kMaxRing) throw Failure("ring is at most 5");
              return Material{name, kf, u, c, yield_n, color, plastic, gc, u_along, ring};
            }),

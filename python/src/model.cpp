@@ -2,6 +2,7 @@
 // Model as a whole: its numbers, pictures, history and files.
 #include "python/src/model.h"
 
+#include <cmath>
 #include <cstdio>
 
 #include <kibori/batch/convert.h>
@@ -156,6 +157,8 @@ void bind_history(ModelClass& model) {
       .def(
           "export",
           [](Model& self, const std::filesystem::path& path, double tolerance, int threads) {
+            if (!(tolerance >= 0) || !std::isfinite(tolerance))
+              throw Failure("tolerance is 0 mm or more");
             return self.with([&](Workpiece& piece) {
               std::vector<Rgb> colors;
               for (const Material& m : piece.materials()) colors.push_back(m.color);

@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The module kibori._kibori: Kibori for Python. python/kibori has what is written in Python.
+#include <cmath>
+#include <exception>
+#include <string_view>
+
 #include <kibori/batch/tick_records.h>
 #include <kibori/haptics/force.h>
 #include <kibori/haptics/hand.h>
@@ -24,7 +28,23 @@ pybind11::tuple names() {
 PYBIND11_MODULE(_kibori, module) {
   using namespace kibori;
   module.attr("__version__") = KIBORI_VERSION;
-  pybind11::register_exception<python::Failure>(module, "Error", PyExc_RuntimeError);
+  static PyObject* error_class =
+      pybind11::exception<python::Failure>(module, "Error", PyExc_RuntimeError).ptr();
+  pybind11::setattr(error_class, "__doc__",
+                    pybind11::str("What can't be done, in one sentence; all is as it was."));
+  pybind11::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const python::Failure& failure) {
+      // Names of files need not be UTF-8.
+      const std::string_view said = failure.what();
+      PyErr_SetObject(
+          error_class,
+          pybind11::reinterpret_steal<pybind11::object>(
+              PyUnicode_DecodeUTF8(said.data(), static_cast<Py_ssize_t>(said.size()), "replace"))
+              .ptr());
+    }
+  });
   pybind11::list shapes;
   for (const char* shape : kToolShapes) shapes.append(shape);
   module.attr("SHAPES") = pybind11::tuple(shapes);
@@ -49,6 +69,11 @@ PYBIND11_MODULE(_kibori, module) {
       .def("step",
            [](SimulatedHand& hand, const python::Three& force, const python::Three& target,
               const python::Three& velocity, double seconds) {
+             for (const python::Three& numbers : {force, target, velocity})
+               if (!python::vec(numbers).allFinite())
+                 throw python::Failure("a hand's force, target and velocity are finite numbers");
+             if (!(seconds >= 0) || !std::isfinite(seconds))
+               throw python::Failure("seconds are 0 or more");
              hand.step(python::vec(force), python::vec(target), python::vec(velocity), seconds);
              return python::three(hand.position_mm());
            })

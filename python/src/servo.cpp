@@ -15,11 +15,13 @@
 namespace kibori::python {
 namespace {
 
+constexpr double kAboveMm = 20;  // where a virtual hand begins
+
 struct ServoChoice {
   Tool tool;
   Mode mode = Mode::cut;
   std::string device;
-  Pose at;  // of the virtual hand, in the beginning
+  std::optional<Pose> at;  // of the virtual hand, in the beginning; none: above the middle
   double rate_hz = 1000;
   ForceModel force = ForceModel::series;
   std::optional<double> stiffness_n_mm;  // at the device
@@ -54,7 +56,12 @@ class Servo {
     settings.model = choice.force;
     settings.workspace = Workspace(centre);
     settings.log = settings.watched = true;
-    std::unique_ptr<Device> device = device_of(choice, centre);
+    const double height_mm = model->lattice().nodes.z() * model->lattice().pitch_mm;
+    const Pose above{body.pose.to_world(model->lattice().to_mm(model->lattice().whole().centre())) +
+                         Vec3(0, 0, height_mm / 2 + kAboveMm),
+                     Mat3::Identity()};
+    std::unique_ptr<Device> device =
+        device_of(choice.device, choice.rate_hz, choice.at.value_or(above), centre);
     // As in the studio: the hand's whole strength is the most that the device can give.
     const DeviceCapabilities& can = device->capabilities();
     if (!(choice.strength_n > 0 && choice.strength_n < 1e6))
@@ -144,14 +151,18 @@ class Servo {
     if (name.empty()) return 0;
     for (size_t i = 0; i < materials.size(); i++)
       if (materials[i].name == name) return static_cast<uint8_t>(i);
-    throw Failure("the model has no material '" + sanitize_message(name) + "'");
+    std::string there;
+    for (const Material& material : materials) there += (there.empty() ? "" : ", ") + material.name;
+    throw Failure("the model has no material '" + sanitize_message(name) + "'; it has " + there +
+                  ", and more once something of them was put down");
   }
-  std::unique_ptr<Device> device_of(const ServoChoice& choice, const Vec3& centre) {
-    virtual_ = choice.device == "virtual";
-    if (!virtual_) return value_of(open_device(choice.device));
+  std::unique_ptr<Device> device_of(const std::string& name, double rate_hz, const Pose& at,
+                                    const Vec3& centre) {
+    virtual_ = name == "virtual";
+    if (!virtual_) return value_of(open_device(name));
     return std::make_unique<VirtualDevice>(
-        wristed_hand("a virtual device", choice.rate_hz),
-        [this, centre, aim = choice.at](double) mutable -> VirtualDevice::Target {
+        wristed_hand("a virtual device", rate_hz),
+        [this, centre, aim = at](double) mutable -> VirtualDevice::Target {
           aims_.take(aim);
           return {aim.tip - centre, aim.frame, 0};
         });
@@ -181,14 +192,14 @@ py::dict times(const Histogram& of) {
 void bind_servo(py::module_& module) {
   py::class_<Servo>(module, "_Servo")
       .def(py::init([](const std::filesystem::path& path, BodyId body, const Tool& tool,
-                       const std::string& mode, const std::string& device, const Doubles& at,
-                       double rate, const std::string& force,
+                       const std::string& mode, const std::string& device,
+                       const std::optional<Doubles>& at, double rate, const std::string& force,
                        const std::optional<double>& stiffness, double strength,
                        const std::string& powered, const std::string& material, bool keep_forces) {
         const ServoChoice choice{tool,
                                  named<Mode>("mode", mode),
                                  device,
-                                 pose_of(at),
+                                 at ? std::optional(pose_of(*at)) : std::nullopt,
                                  rate,
                                  named<ForceModel>("force model", force),
                                  stiffness,

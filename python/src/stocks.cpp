@@ -21,7 +21,7 @@ Shared make_stock_of(Stock stock, const MaterialOrName& material, int threads) {
 }
 
 const std::optional<double>& checked(const std::optional<double>& room) {
-  if (room && !(*room >= 0 && *room < 1e9)) throw Failure("room is 0 mm or more");
+  if (room && !(*room >= 0 && *room < 1e9)) throw Failure("room is 0 to 1e9 mm");
   return room;
 }
 
@@ -65,22 +65,25 @@ Shared mesh_file(const std::filesystem::path& path, double pitch, const Material
   return make_stock_of(stock, material, threads);
 }
 
-Shared mesh_arrays(const Doubles& vertices, const Indices& triangles, double pitch,
+Shared mesh_arrays(const Doubles& vertices, const py::object& triangles, double pitch,
                    const MaterialOrName& material, const std::optional<double>& room, int threads) {
   const TriangleMesh mesh = mesh_of(vertices, triangles);
   const std::vector<Material> materials{material_named(material)};
   const py::gil_scoped_release no_gil;
   const double room_mm = checked(room).value_or(0.1 * mesh.bounds().size().maxCoeff());
   MeshStock made = value_of(stock_of_mesh(mesh, pitch, room_mm, 0, threads, false));
+  if (!(made.model->volume_mm3() > 0))
+    throw Failure("the mesh holds no material at this pitch; use a finer one");
   return shared(Workpiece::of(std::move(made.model), materials));
 }
 
 // Labels [x, y, z]; 0 is air.
-Shared volume(const py::array& given_labels, const Three& voxel, double pitch,
+Shared volume(const py::object& given_volume, const Three& voxel, double pitch,
               const std::map<uint16_t, MaterialOrName>& of, const std::optional<double>& room,
               int threads) {
-  const char kind = given_labels.dtype().kind();
-  if (given_labels.ndim() != 3 || (kind != 'b' && kind != 'u' && kind != 'i'))
+  const auto given_labels = py::array::ensure(given_volume);
+  const char kind = given_labels ? given_labels.dtype().kind() : ' ';
+  if (!given_labels || given_labels.ndim() != 3 || (kind != 'b' && kind != 'u' && kind != 'i'))
     throw py::value_error("a volume is an array of labels [x, y, z]: whole numbers, 0 is air");
   const auto labels =
       py::array_t<int64_t, py::array::c_style | py::array::forcecast>::ensure(given_labels);
@@ -129,31 +132,33 @@ void bind_stocks(ModelClass& model) {
       .def_static(
           "block", &block, py::arg("size"), py::arg("pitch"), py::arg("material") = lime,
           py::kw_only(), py::arg("room") = py::none(), py::arg("threads") = 1,
-          "A block from the origin to size [mm]; room: space around it [mm], a tenth of its "
-          "longest side unless given.")
+          "A block from the origin to size [mm]; pitch: between two rays [mm]; room: space around "
+          "it [mm], a tenth of its longest side unless given.")
       .def_static("sphere", &sphere, py::arg("diameter"), py::arg("pitch"),
                   py::arg("material") = lime, py::kw_only(), py::arg("room") = py::none(),
                   py::arg("threads") = 1, "A ball whose bounds begin at the origin.")
       .def_static("cylinder", &cylinder, py::arg("diameter"), py::arg("height"), py::arg("pitch"),
                   py::arg("material") = lime, py::kw_only(), py::arg("room") = py::none(),
                   py::arg("threads") = 1, "Upright; its bounds begin at the origin.")
-      .def_static("mesh", &mesh_file, py::arg("path"), py::arg("pitch"), py::arg("material") = lime,
-                  py::kw_only(), py::arg("fit") = py::none(), py::arg("room") = py::none(),
-                  py::arg("threads") = 1,
-                  "A mesh file (.stl, .ply, .obj, .off, .3mf, .glb), in mm; fit: its longest side "
-                  "[mm].")
+      .def_static(
+          "mesh", &mesh_file, py::arg("path"), py::arg("pitch"), py::arg("material") = lime,
+          py::kw_only(), py::arg("fit") = py::none(), py::arg("room") = py::none(),
+          py::arg("threads") = 1,
+          "A mesh file (.stl, .ply, .obj, .off, .3mf, .glb), in mm, moved so that its bounds "
+          "begin at the origin; fit: scaled so that this is its longest side [mm].")
       .def_static(
           "mesh", &mesh_arrays, py::arg("vertices"), py::arg("triangles"), py::arg("pitch"),
           py::arg("material") = lime, py::kw_only(), py::arg("room") = py::none(),
           py::arg("threads") = 1,
-          "A mesh of arrays: vertices [N, 3] in mm, triangles [M, 3], counterclockwise seen "
-          "from outside.")
+          "A mesh of arrays, where it is: vertices [N, 3] in mm, triangles [M, 3], whole numbers, "
+          "counterclockwise seen from outside.")
       .def_static(
           "volume", &volume, py::arg("labels"), py::arg("voxel"), py::arg("pitch"),
           py::arg("materials") = std::map<uint16_t, MaterialOrName>(), py::kw_only(),
           py::arg("room") = py::none(), py::arg("threads") = 1,
-          "Labelled voxels [x, y, z], 0 is air; voxel: their sides [mm]; materials: of each "
-          "label.")
+          "Labelled voxels [x, y, z], 0 is air; voxel: their sides [mm]; materials: of each label. "
+          "Labels are bounded by smooth surfaces between voxels: what is thinner than three "
+          "voxels loses volume.")
       .def_static(
           "open",
           [](const std::filesystem::path& path) {

@@ -16,6 +16,13 @@ namespace {
 
 constexpr auto kBetweenSignals = std::chrono::milliseconds(50);
 
+// Strokes are in the world; a piece carves its active body in the body's own coordinates.
+Pose pose_of_active(Workpiece& piece) { return piece.bodies().find(piece.active())->pose; }
+
+Wrench to_world(const Pose& stands, const Wrench& wrench) {
+  return {stands.frame * wrench.force, stands.frame * wrench.moment};
+}
+
 // What the keywords of carve() and stroke() say.
 struct StrokeChoice {
   StrokeSettings settings;
@@ -27,7 +34,13 @@ struct StrokeChoice {
   StrokeSettings of(Workpiece& piece) const {
     StrokeSettings s = settings;
     s.material = number_of(piece, material);
-    s.symmetry.centre_mm = centre ? vec(*centre) : centre_of(piece.model().lattice());
+    const Pose stands = pose_of_active(piece);
+    const auto to_body = [&](const Vec3& place) {
+      return stands.from_world(Pose{place, Mat3::Identity()}).tip;
+    };
+    s.symmetry.centre_mm = centre ? to_body(vec(*centre)) : centre_of(piece.model().lattice());
+    s.brush.plane.point_mm = to_body(s.brush.plane.point_mm);
+    s.brush.plane.normal = stands.frame.transpose() * s.brush.plane.normal;
     return s;
   }
 };
@@ -135,7 +148,8 @@ class Begun {
  public:
   Begun(Workpiece& piece, const StrokeChoice& choice, const Pose& start)
       : piece_(piece), materials_(piece.materials().size()) {
-    const Status begun = piece.begin(choice.of(piece), start, choice.label);
+    const Status begun =
+        piece.begin(choice.of(piece), pose_of_active(piece).from_world(start), choice.label);
     if (begun) return;
     piece.materials().resize(materials_);
     throw Failure(begun.error());
@@ -171,6 +185,7 @@ Carved carve(Model& model, const StrokeChoice& choice, const std::vector<Pose>& 
                 *const poses = carved.poses.mutable_data();
   model.with([&](Workpiece& piece) {
     const BodyId next = piece.bodies().next;
+    const Pose stands = pose_of_active(piece);
     Begun begun(piece, choice, path.front());
     auto asked = std::chrono::steady_clock::now();
     for (size_t i = 1; i < path.size(); i++) {
@@ -179,10 +194,10 @@ Carved carve(Model& model, const StrokeChoice& choice, const std::vector<Pose>& 
         const py::gil_scoped_acquire gil;
         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
       }
-      Result<ToolTick> done = piece.advance(path[i]);
+      Result<ToolTick> done = piece.advance(stands.from_world(path[i]));
       if (!done) throw Failure("row " + std::to_string(i) + " of the path: " + done.error());
       ToolTick& tick = done.value();
-      const std::array<double, 7> pose = numbers_of(tick.pose);
+      const std::array<double, 7> pose = numbers_of(stands.to_world(tick.pose));
       if (i + 1 == path.size()) {
         const CrumbResult ended = value_of(piece.end(&tick));
         begun.keep();
@@ -191,9 +206,10 @@ Carved carve(Model& model, const StrokeChoice& choice, const std::vector<Pose>& 
       }
       removed[i - 1] = tick.removed_mm3;
       points[i - 1] = tick.points;
+      const Wrench felt = to_world(stands, tick.wrench);
       for (int k = 0; k < 3; k++) {
-        force[3 * (i - 1) + static_cast<size_t>(k)] = tick.wrench.force[k];
-        moment[3 * (i - 1) + static_cast<size_t>(k)] = tick.wrench.moment[k];
+        force[3 * (i - 1) + static_cast<size_t>(k)] = felt.force[k];
+        moment[3 * (i - 1) + static_cast<size_t>(k)] = felt.moment[k];
       }
       std::copy(pose.begin(), pose.end(), poses + 7 * (i - 1));
     }
@@ -212,7 +228,10 @@ struct Felt {
 class Stroke {
  public:
   Stroke(Shared model, const StrokeChoice& choice, const Pose& start) : model_(std::move(model)) {
-    model_->with([&](Workpiece& piece) { Begun(piece, choice, start).keep(); });
+    model_->with([&](Workpiece& piece) {
+      stands_ = pose_of_active(piece);
+      Begun(piece, choice, start).keep();
+    });
     open_ = true;
   }
   Stroke(const Stroke&) = delete;
@@ -228,9 +247,10 @@ class Stroke {
   Felt move(const Pose& to) {
     if (!open_) throw Failure("this stroke has ended");
     return model_->with([&](Workpiece& piece) {
-      const ToolTick tick = value_of(piece.advance(to));
-      return Felt{tick.removed_mm3, tick.points, three(tick.wrench.force),
-                  three(tick.wrench.moment), numbers_of(tick.pose)};
+      const ToolTick tick = value_of(piece.advance(stands_.from_world(to)));
+      const Wrench felt = to_world(stands_, tick.wrench);
+      return Felt{tick.removed_mm3, tick.points, three(felt.force), three(felt.moment),
+                  numbers_of(stands_.to_world(tick.pose))};
     });
   }
   void end() {
@@ -245,6 +265,7 @@ class Stroke {
 
  private:
   Shared model_;
+  Pose stands_;  // the body that it carves
   bool open_ = false;
 };
 
@@ -263,8 +284,9 @@ void bind_strokes(py::module_& module, ModelClass& model) {
       .def_readonly("severed", &Carved::severed, "Numbers of the bodies that were severed.")
       .def("__len__", [](const Carved& carved) { return carved.removed_mm3.size(); });
   py::class_<Felt>(module, "Tick", "What one move of a stroke came to.")
-      .def_readonly("removed_mm3", &Felt::removed_mm3)
-      .def_readonly("points", &Felt::points)
+      .def_readonly("removed_mm3", &Felt::removed_mm3,
+                    "mm^3, the mean of the three fields; negative where material was added.")
+      .def_readonly("points", &Felt::points, "Lattice nodes that were removed or added.")
       .def_readonly("force", &Felt::force, "N, on the tool (series: on the hand).")
       .def_readonly("moment", &Felt::moment, "N mm, about the tip.")
       .def_readonly("pose", &Felt::pose, "x, y, z [mm] and a quaternion x, y, z, w.");
@@ -286,18 +308,22 @@ void bind_strokes(py::module_& module, ModelClass& model) {
       "carve(tool, path, mode='cut', ...) -> Carved\n\n"
       "Moves a tool along a path, exactly from each pose to the next, as one stroke.\n\n"
       "path: array [N, 3] of tips, or [N, 7] of poses (x, y, z, and a quaternion x, y, z, w that "
-      "turns the upright tool), mm. N rows give N - 1 sweeps.\n"
+      "turns the upright tool), mm, in the world, as all that Carved has. N rows give N - 1 "
+      "sweeps.\n"
       "mode: cut, deposit, touch, off, or one that reshapes (smooth, rasp, fill, inflate, flatten, "
       "crease, paint, grab, nudge, twist, bend, pinch, scale, node, press, throw, turn).\n"
       "material: name or Material that a deposit puts down.\n"
       "force: energy (-u dV/|p|), paper (-Kf K) or series (the path is a hand's, and the tool "
       "hangs "
       "on its spring); dof: 5 or 6; rate: ticks a second; powered: '', 'motor' or 'press'.\n"
-      "mirror: planes, letters of 'xyz'; fold, axis: turns about an axis; centre: a point of both "
-      "[mm], the lattice's middle unless given.\n"
+      "mirror: planes, letters of 'xyz'; fold, axis: turns about an axis, each of the body's own; "
+      "centre: a point of both [mm], in the world, the lattice's middle unless given.\n"
       "crumbs: what becomes of what is severed: stay, sort, fall, body.\n"
-      "spring: dict of stiffness [N/mm], torsion [N mm/rad], friction, strength [N], of series.\n"
-      "brush: dict of radius, strength, falloff, sigma, ... for modes that reshape [mm].\n\n"
+      "spring: dict of stiffness [N/mm] (0.5), torsion [N mm/rad], friction, strength [N], of "
+      "series.\n"
+      "brush: of modes that reshape, dict of radius [mm], strength (0 to 1), falloff ('smooth', "
+      "'linear', 'constant'), sigma [mm], keep_volume, spacing [radii], wall [mm], flatten_to, "
+      "point, normal, color.\n\n"
       "Errors (kibori.Error, ValueError) leave the model as it was. Other Python threads run "
       "meanwhile.";
   model.def(

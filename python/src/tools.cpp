@@ -136,11 +136,15 @@ void bind_shapes(py::module_& module, std::type_identity<std::variant<Shape...>>
 
 }  // namespace
 
-TriangleMesh mesh_of(const Doubles& vertices, const Indices& triangles) {
+TriangleMesh mesh_of(const Doubles& vertices, const py::object& given_triangles) {
   if (vertices.ndim() != 2 || vertices.shape(1) != 3)
     throw py::value_error("vertices are an array of N rows: x, y, z");
-  if (triangles.ndim() != 2 || triangles.shape(1) != 3)
+  const auto whole = py::array::ensure(given_triangles);
+  if (!whole || whole.ndim() != 2 || whole.shape(1) != 3 ||
+      (whole.dtype().kind() != 'i' && whole.dtype().kind() != 'u'))
     throw py::value_error("triangles are an array of N rows of three whole numbers");
+  const auto triangles = Indices::ensure(whole);
+  if (!triangles) throw py::value_error("triangles are an array of N rows of three whole numbers");
   TriangleMesh mesh;
   const py::ssize_t count = vertices.shape(0);
   for (py::ssize_t i = 0; i < count; i++) {
@@ -185,7 +189,9 @@ void bind_tools(py::module_& module) {
       "black. width: of the picture [mm]; back: thickness of the plate behind it [mm].");
   module.def(
       "mesh_stamp",
-      [](const std::string& file, double width) { return value_of(mesh_stamp(file, width)); },
+      [](const std::filesystem::path& file, double width) {
+        return value_of(mesh_stamp(file, width));
+      },
       py::arg("file"), py::arg("width") = 0.0,
       "A mesh file as a tool that stands on its lowest place, scaled so that the longer of its "
       "sides "
