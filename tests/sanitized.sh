@@ -19,9 +19,10 @@ case "$1" in
     export TSAN_OPTIONS=ignore_noninstrumented_modules=1:halt_on_error=0
     status=0
     build/tsan/bin/kibori_tests --gtest_brief=1 --gtest_filter='Snapshots.*:BlockPool.*:Scene.SummaryAddsUp:Scan.SoupsAgree*:Golden.*:Surface.LiveSurface*:Surface.RandomCarves*:Layers.*:Live.ASecond*:DocumentWriter.*:Reshape.RandomMixtures*:Studio.*:Document.Destinations*:Haply.*:Vrpn.*:OpenHaptics.*:Publish.*:-DocumentWriter.Killed*' || status=1
-    # Threads of Python beside a servo in a script. Python itself is not instrumented, so it has to find the runtime.
+    # Threads of Python beside a servo in a script; documents are verified by the plain program. Python itself is not
+    # instrumented, so it has to find the runtime.
     LD_PRELOAD=$(gcc -print-file-name=libtsan.so) PYTHONPATH=build/tsan/python \
-      /usr/bin/python3 -W ignore tests/test_python.py build/tsan/bin/kibori -k ServoLoop || status=1
+      /usr/bin/python3 -W ignore tests/test_python.py build/test/bin/kibori -k ServoLoop || status=1
     exit $status
     ;;
 esac

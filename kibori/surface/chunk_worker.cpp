@@ -334,17 +334,22 @@ class ChunkWorker::Impl {
       hits_.emplace_back();
     }
     Hit& h = hits_[number];
-    // As decode_normal, in float32.
+    h.offset = Vec4f::Zero();
+    h.offset[di] = depth - static_cast<float>(first_[di] + at[di] + 1);
+    h.normal = normal_of<axis>(plane, slot, at_out);
+    h.look = look_of(plane.paint ? (at_out ? plane.paint->out : plane.paint->in)[slot] : 0,
+                     plane.material[slot]);
+  }
+  // As decode_normal, in float32; w = 1.
+  template <Axis axis>
+  static Vec4f normal_of(const Plane& plane, int slot, bool at_out) {
     const uint32_t code = (at_out ? plane.normal_out : plane.normal_in)[slot];
     const float nu = static_cast<float>(static_cast<int16_t>(code & 0xffffu)) * (1 / 32767.0f),
                 nv = static_cast<float>(static_cast<int16_t>(code >> 16)) * (1 / 32767.0f);
     const float nd = std::sqrt(std::max(0.0f, 1 - nu * nu - nv * nv)), normal = at_out ? nd : -nd;
-    const float along = depth - static_cast<float>(first_[di] + at[di] + 1);
-    if constexpr (axis == Axis::x) h.offset = {along, 0, 0, 0}, h.normal = {normal, nu, nv, 1};
-    if constexpr (axis == Axis::y) h.offset = {0, along, 0, 0}, h.normal = {nv, normal, nu, 1};
-    if constexpr (axis == Axis::z) h.offset = {0, 0, along, 0}, h.normal = {nu, nv, normal, 1};
-    h.look = look_of(plane.paint ? (at_out ? plane.paint->out : plane.paint->in)[slot] : 0,
-                     plane.material[slot]);
+    if constexpr (axis == Axis::x) return {normal, nu, nv, 1};
+    if constexpr (axis == Axis::y) return {nv, normal, nu, 1};
+    return {nu, nv, normal, 1};
   }
 
   // Sums over the ends on each sheet's edges; then all vertices at once.
@@ -423,10 +428,57 @@ class ChunkWorker::Impl {
       ends.add(point, to);
       ends.with_normal += h.normal[3] != 0;
     }
-    const SheetVertex placed = place_vertex(ends);
+    SheetVertex placed = place_vertex(ends);
+    while (goes_far(ends, placed) && ends.faces_beside < kMaxFacesBeside &&
+           add_face_beside(cell.at, placed, ends))
+      placed = place_vertex(ends);
     normal = placed.normal;
     place = placed_at(place, placed.point, cell.at, static_cast<int>(sheet.sheet));
     place.rank = placed.rank;
+  }
+  // Adds the face that a vertex passes by most, of those in its cell and the cells around it.
+  bool add_face_beside(const Index3& cell, const SheetVertex& placed, SheetEnds& ends) {
+    float most = 0;
+    Vec4f most_point = Vec4f::Zero(), most_normal = Vec4f::Zero();
+    const auto look_at = [&](const Vec4f& point, const Vec4f& normal) {
+      const float beyond = passes(ends, placed, point, normal);
+      if (beyond <= most) return;
+      most = beyond;
+      most_point = point;
+      most_normal = normal;
+    };
+    for_ends_around<Axis::x>(cell, look_at);
+    for_ends_around<Axis::y>(cell, look_at);
+    for_ends_around<Axis::z>(cell, look_at);
+    if (most > 0) ends.add_beside(most_point, most_normal);
+    return most > 0;
+  }
+  // Calls f(point, normal) for all ends in a cell and the 26 around it, from the cell's centre;
+  // also of spans that hold no node.
+  template <Axis axis, class F>
+  void for_ends_around(const Index3& cell, F&& f) const {
+    constexpr int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
+    const FieldSnapshot& field = model_->field(axis);
+    const Index3 at = first_ + cell;  // the cell stands between this node and the next
+    const int u_end = std::min(at[ui] + 2, field.nodes_u() - 1),
+              v_end = std::min(at[vi] + 2, field.nodes_v() - 1);
+    const auto centre = static_cast<float>(at[di] + 1);
+    for (int v = std::max(at[vi] - 1, 0); v <= v_end; v++)
+      for (int u = std::max(at[ui] - 1, 0); u <= u_end; u++) {
+        const int slot = v % kTileSide * kTileSide + u % kTileSide;
+        const Tile& tile = field.tile(u / kTileSide, v / kTileSide);
+        for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next)
+          for (const bool at_out : {false, true}) {
+            const float depth = (at_out ? p->out : p->in)[slot] - centre;
+            if (!(std::abs(depth) <= 1.5f)) continue;
+            Vec4f point = Vec4f::Zero(), normal = normal_of<axis>(*p, slot, at_out);
+            point[ui] = static_cast<float>(u - at[ui]) - 0.5f;
+            point[vi] = static_cast<float>(v - at[vi]) - 0.5f;
+            point[di] = depth;
+            normal[3] = 0;
+            f(point, normal);
+          }
+      }
   }
   // A place in quanta for a point counted from a cell's centre.
   QuantizedPosition placed_at(const QuantizedPosition& centre, const Vec4f& point,
