@@ -20,7 +20,7 @@ constexpr float kTouching = 0.02f;
 // meet in one place make of it, as those of a splinter thinner than a cell.
 constexpr float kBeyond = 0.1f;
 // Nearer to the mean of its ends [lattice units] a vertex passes no face that would show.
-constexpr float kNear = 0.3f;
+constexpr float kNear = 0.5f;
 
 // Whether all normals are within kFlat of their mean, of length `length` before it was made a unit
 // vector.
