@@ -652,7 +652,7 @@ TEST(Surface, KnifeEdgesEndAtTheFaceThatCutsThemOff) {
         angle_deg, out, count, farthest);
     // Those that are: the third face has no end in the cells around. Before it was looked for, one
     // vertex in 780 was out at 30 degrees.
-    EXPECT_LE(static_cast<double>(out), 3e-4 * static_cast<double>(count)) << random.note();
+    EXPECT_LE(static_cast<double>(out), 6e-4 * static_cast<double>(count)) << random.note();
     EXPECT_LT(farthest, 1.5) << random.note();
   }
 }

@@ -438,6 +438,8 @@ class ChunkWorker::Impl {
   }
   // Adds the face that a vertex passes by most, of those in its cell and the cells around it.
   bool add_face_beside(const Index3& cell, const SheetVertex& placed, SheetEnds& ends) {
+    // The farther it went, the farther off a face may be that it passed.
+    const float beside = 3 * ends.way_to(placed.point);
     float most = 0;
     Vec4f most_point = Vec4f::Zero(), most_normal = Vec4f::Zero();
     const auto look_at = [&](const Vec4f& point, const Vec4f& normal) {
@@ -447,16 +449,16 @@ class ChunkWorker::Impl {
       most_point = point;
       most_normal = normal;
     };
-    for_ends_around<Axis::x>(cell, look_at);
-    for_ends_around<Axis::y>(cell, look_at);
-    for_ends_around<Axis::z>(cell, look_at);
+    for_ends_around<Axis::x>(cell, placed.point, beside, look_at);
+    for_ends_around<Axis::y>(cell, placed.point, beside, look_at);
+    for_ends_around<Axis::z>(cell, placed.point, beside, look_at);
     if (most > 0) ends.add_beside(most_point, most_normal);
     return most > 0;
   }
   // Calls f(point, normal) for all ends in a cell and the 26 around it, from the cell's centre;
   // also of spans that hold no node.
   template <Axis axis, class F>
-  void for_ends_around(const Index3& cell, F&& f) const {
+  void for_ends_around(const Index3& cell, const Vec4f& about, float beside, F&& f) const {
     constexpr int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
     const FieldSnapshot& field = model_->field(axis);
     const Index3 at = first_ + cell;  // the cell stands between this node and the next
@@ -465,15 +467,18 @@ class ChunkWorker::Impl {
     const auto centre = static_cast<float>(at[di] + 1);
     for (int v = std::max(at[vi] - 1, 0); v <= v_end; v++)
       for (int u = std::max(at[ui] - 1, 0); u <= u_end; u++) {
+        Vec4f ray = Vec4f::Zero();
+        ray[ui] = static_cast<float>(u - at[ui]) - 0.5f;
+        ray[vi] = static_cast<float>(v - at[vi]) - 0.5f;
+        if (std::abs(ray[ui] - about[ui]) > beside || std::abs(ray[vi] - about[vi]) > beside)
+          continue;
         const int slot = v % kTileSide * kTileSide + u % kTileSide;
         const Tile& tile = field.tile(u / kTileSide, v / kTileSide);
         for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next)
           for (const bool at_out : {false, true}) {
             const float depth = (at_out ? p->out : p->in)[slot] - centre;
             if (!(std::abs(depth) <= 1.5f)) continue;
-            Vec4f point = Vec4f::Zero(), normal = normal_of<axis>(*p, slot, at_out);
-            point[ui] = static_cast<float>(u - at[ui]) - 0.5f;
-            point[vi] = static_cast<float>(v - at[vi]) - 0.5f;
+            Vec4f point = ray, normal = normal_of<axis>(*p, slot, at_out);
             point[di] = depth;
             normal[3] = 0;
             f(point, normal);

@@ -20,7 +20,7 @@ constexpr float kTouching = 0.02f;
 // meet in one place make of it, as those of a splinter thinner than a cell.
 constexpr float kBeyond = 0.1f;
 // Nearer to the mean of its ends [lattice units] a vertex passes no face that would show.
-constexpr float kNear = 0.5f;
+constexpr float kNear = 0.3f;
 
 // Whether all normals are within kFlat of their mean, of length `length` before it was made a unit
 // vector.
@@ -53,7 +53,7 @@ void hold_within(const SheetEnds& ends, const Vec4f& mean, SheetVertex& vertex) 
 }  // namespace
 
 SheetVertex place_vertex(const SheetEnds& ends) {
-  const Vec4f mean = ends.point_sum * (1 / static_cast<float>(ends.count));
+  const Vec4f mean = ends.mean();
   SheetVertex vertex{mean, Vec4f(0, 0, 1, 0), 1};
   const float length = std::sqrt(ends.normal_sum.squaredNorm());
   if (ends.with_normal == 0 || !(length > 1e-9f)) return vertex;
@@ -99,13 +99,12 @@ SheetVertex place_vertex(const SheetEnds& ends) {
 }
 
 bool goes_far(const SheetEnds& ends, const SheetVertex& vertex) {
-  const Vec4f mean = ends.point_sum * (1 / static_cast<float>(ends.count));
-  return vertex.rank > 1 && (vertex.point - mean).squaredNorm() > kNear * kNear;
+  return vertex.rank > 1 && ends.way_to(vertex.point) > kNear;
 }
 
 float passes(const SheetEnds& ends, const SheetVertex& vertex, const Vec4f& point,
              const Vec4f& normal) {
-  const Vec4f mean = ends.point_sum * (1 / static_cast<float>(ends.count));
+  const Vec4f mean = ends.mean();
   const float side = side_of(vertex, mean);
   const float beyond = side * (vertex.point - point).dot(normal);
   if (!(beyond > kTouching)) return 0;

@@ -32,6 +32,8 @@ struct SheetEnds {
     faces_beside++;
   }
   int planes() const { return count + faces_beside; }
+  Vec4f mean() const { return point_sum * (1 / static_cast<float>(count)); }
+  float way_to(const Vec4f& place) const { return (place - mean()).norm(); }
 };
 
 struct SheetVertex {
