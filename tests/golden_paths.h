@@ -18,8 +18,8 @@ struct PathsOutcome {
   // sign.
   double removed_mm3 = 0, force_n = 0;
 };
-inline constexpr PathsOutcome kGoldenPaths{0x6c7b52f280a74f67, 0x1.a246113035551p+11,
-                                           0x1.b66bb201ca51p+4};
+inline constexpr PathsOutcome kGoldenPaths{0x66ebf59b99d85f22, 0x1.a246112f6aaa8p+11,
+                                           0x1.b66bb1f7afdd8p+4};
 
 inline PathsOutcome golden_paths(int threads) {
   Sequence sequence;

@@ -13,7 +13,7 @@
 
 namespace kibori::test {
 
-inline constexpr uint64_t kGoldenHash = 0x6c743465e84dcb74;
+inline constexpr uint64_t kGoldenHash = 0x79439ef971cae391;
 
 // Numbers that do not depend on the C++ library.
 class Sequence {

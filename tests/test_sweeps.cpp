@@ -428,8 +428,9 @@ TEST(SweptConvex, RaysBesideTheApexsPathEndWhereDenseSamplingSays) {
   Random random;
   long close = 0;
   for (int trial = 0; trial < 500; trial++) {
-    const Tool tool =
-        trial == 0 ? Cone{60, 3, 15} : Cone{random.uniform(15, 120), random.uniform(2, 6), 15};
+    const Tool tool = trial == 0   ? Cone{60, 3, 15}
+                      : trial == 1 ? Cone{40.956708897691087, 5.1169674734407131, 15}
+                                   : Cone{random.uniform(15, 120), random.uniform(2, 6), 15};
     Pose pose;
     Vec3 motion;
     if (trial == 0) {
@@ -438,6 +439,11 @@ TEST(SweptConvex, RaysBesideTheApexsPathEndWhereDenseSamplingSays) {
           frame_from_axis(Vec3(0x1.fc0ca9a237abp-6, -0x1.a99e3c377514ep-1, 0x1.1c265f85a42edp-1));
       motion =
           Vec3(0x1.c2fe4bf044833p+3, 27 - 0x1.39185f56462aep+4, 0x1.2a20a4fa21128p+4) - pose.tip;
+    } else if (trial == 1) {
+      pose.tip = Vec3(12.03356213545978, 9.213067504274207, 19.847159796095134);
+      pose.frame =
+          frame_from_axis(Vec3(-0.84603455323704613, -0.53007134483452234, -0.057007930275646414));
+      motion = Vec3(1.2661702070459011, -1.7127845532551553, -1.3469848501599992);
     } else {
       pose.frame = frame_from_axis((random.in_box(-1, 1) + Vec3(0.01, 0, 0)).normalized());
       motion = random.in_box(-3, 3);

@@ -153,9 +153,23 @@ struct RowSolver {
   HWY_INLINE void AtPose(float s) {
     const DF d;
     const VF vs = F(s);
-    const VF b = hn::Add(lin_t, F(k.ts * s));
-    const VF c = hn::Add(con, hn::Mul(vs, hn::Add(hn::Mul(F(2.0f), lin_s), F(k.ss * s))));
+    // A cone from its apex at that pose: a ray that passes close to it meets next to nothing, which
+    // would be lost between the squares of how far the pose is. What is along the ray is counted
+    // from `base`.
+    const VF base = F(k.cone ? s * k.mt : 0.0f);
+    VF b, c;
+    if (k.cone) {
+      const VF pu = hn::Sub(u, F(s * k.mu)), pv = hn::Sub(v, F(s * k.mv));
+      b = hn::Add(hn::Mul(pu, F(k.qut)), hn::Mul(pv, F(k.qvt)));
+      c = hn::Add(hn::Mul(pu, hn::Add(hn::Mul(pu, F(k.quu)), hn::Mul(pv, F(2 * k.quv)))),
+                  hn::Mul(hn::Mul(pv, pv), F(k.qvv)));
+    } else {
+      b = hn::Add(lin_t, F(k.ts * s));
+      c = hn::Add(con, hn::Mul(vs, hn::Add(hn::Mul(F(2.0f), lin_s), F(k.ss * s))));
+    }
     Interval x = Solve(k.tt, b, c, k.cone, k.cone && k.nt[0] > 0);
+    x.lo = hn::Add(x.lo, base);
+    x.hi = hn::Add(x.hi, base);
     const Interval quadric = x;
     VF at[ConvexBody::kMaxPlanes];
     for (int j = 0; j < k.planes; j++) {
