@@ -474,15 +474,20 @@ class ChunkWorker::Impl {
           continue;
         const int slot = v % kTileSide * kTileSide + u % kTileSide;
         const Tile& tile = field.tile(u / kTileSide, v / kTileSide);
-        for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next)
+        float last_out = -kFar;
+        for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next) {
           for (const bool at_out : {false, true}) {
-            const float depth = (at_out ? p->out : p->in)[slot] - centre;
-            if (!(std::abs(depth) <= 1.5f)) continue;
+            const float end = (at_out ? p->out : p->in)[slot], depth = end - centre;
+            // Where only the material changes there is no face.
+            const bool goes_on = at_out ? p->next && p->next->in[slot] == end : last_out == end;
+            if (goes_on || !(std::abs(depth) <= 1.5f)) continue;
             Vec4f point = ray, normal = normal_of<axis>(*p, slot, at_out);
             point[di] = depth;
             normal[3] = 0;
             f(point, normal);
           }
+          last_out = p->out[slot];
+        }
       }
   }
   // A place in quanta for a point counted from a cell's centre.
