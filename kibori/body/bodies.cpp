@@ -598,19 +598,21 @@ CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule, co
   return result;
 }
 
-std::vector<BodyId> add_bodies(Bodies& bodies, const Pose pose,
+std::vector<BodyId> add_bodies(Bodies& bodies, const Pose& pose,
                                const std::vector<Portion>& portions) {
   std::vector<BodyId> made;
+  // All of them before the list grows, which moves the bodies that are there.
+  std::vector<Body> added;
   for (const Portion& portion : portions) {
-    Body body;
+    Body& body = added.emplace_back();
     body.id = bodies.next++;
     body.name = "Body " + std::to_string(body.id);
     body.pose = pose;
     body.model = portion.model;
     body.material_bounds = portion.material_bounds;
     made.push_back(body.id);
-    bodies.all.push_back(std::move(body));
   }
+  for (Body& body : added) bodies.all.push_back(std::move(body));
   return made;
 }
 

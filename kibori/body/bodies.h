@@ -126,8 +126,9 @@ struct CrumbResult {
 // what it severed out of `model`.
 CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule,
                         const NoGo* no_go = nullptr);
-// Adds what take_crumbs gave, as bodies that stand at `pose`; their numbers. (By value: it may be
-// the pose of one of `bodies`, which move when others are added.)
-std::vector<BodyId> add_bodies(Bodies& bodies, Pose pose, const std::vector<Portion>& portions);
+// Adds what take_crumbs gave, as bodies that stand at `pose`, which may be that of one of `bodies`;
+// their numbers.
+std::vector<BodyId> add_bodies(Bodies& bodies, const Pose& pose,
+                               const std::vector<Portion>& portions);
 
 }  // namespace kibori
