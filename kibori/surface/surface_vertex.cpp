@@ -38,6 +38,15 @@ float side_of(const SheetVertex& vertex, const Vec4f& mean) {
   return (vertex.point - mean).dot(vertex.normal) > 0 ? 1.0f : -1.0f;
 }
 
+// Whether no end lies in front of another's face: the faces bound one convex corner. Normals that
+// are not those of their ends, as at a torn rim, hardly ever do.
+bool is_convex(const SheetEnds& ends, float side) {
+  for (int i = 0; i < ends.count; i++)
+    for (int j = 0; j < ends.count; j++)
+      if (side * (ends.points[i] - ends.points[j]).dot(ends.normals[j]) > kTouching) return false;
+  return true;
+}
+
 // Back towards the mean of the ends, as far as it is beyond a face that the mean is not.
 void hold_within(const SheetEnds& ends, const Vec4f& mean, SheetVertex& vertex) {
   const float side = side_of(vertex, mean);
@@ -47,7 +56,7 @@ void hold_within(const SheetEnds& ends, const Vec4f& mean, SheetVertex& vertex) 
     const float inside = -side * (mean - ends.points[i]).dot(ends.normals[i]);
     if (beyond > kBeyond && inside >= 0) share = std::min(share, inside / (inside + beyond));
   }
-  vertex.point = mean + share * (vertex.point - mean);
+  if (share < 1 && is_convex(ends, side)) vertex.point = mean + share * (vertex.point - mean);
 }
 
 }  // namespace
