@@ -172,8 +172,9 @@ class Carving(Folder):
         there = lambda points: np.asarray(points) @ turn.T + (100, -20, 7)
         path = groove()
         one, other = m.carve(kb.Ball(4), path), moved.carve(kb.Ball(4), there(path))
-        np.testing.assert_allclose(other.removed_mm3, one.removed_mm3, rtol=1e-5, atol=1e-3)
-        np.testing.assert_allclose(other.force, one.force @ turn.T, atol=2e-2)
+        # The same lattice, but for the last digits of turning there and back, which float32 may round another way.
+        np.testing.assert_allclose(other.removed_mm3, one.removed_mm3, rtol=1e-5, atol=1e-4)
+        np.testing.assert_allclose(other.force, one.force @ turn.T, atol=1e-3)
         np.testing.assert_allclose(other.poses[:, :3], there(path[1:]), atol=1e-9)
         with moved.stroke(kb.Ball(4), there([[20, -6, 18]])[0]) as led:
             tick = led.move(there([[20, 10, 18]])[0])
@@ -182,12 +183,22 @@ class Carving(Folder):
         read = kb.read_recording(self.folder / "moved.kibori")
         np.testing.assert_allclose(read["tool_pose"][: len(path) - 1, :3], there(path[1:]), atol=1e-9)
         np.testing.assert_array_equal(read["force_N"][: len(path) - 1], other.force)
-        servo = moved.servo(kb.Ball(4))
-        time.sleep(0.1)
-        servo.close()
-        at = servo.ticks()["hand_pose"][0, :3]
-        np.testing.assert_allclose(at[:2], there([[20, 15, 0]])[0, :2], atol=0.5)
-        self.assertGreater(at[2], 27 + 10)
+        with moved.servo(kb.Ball(4)) as servo:
+            for x in np.linspace(15, 25, 20):
+                servo.aim(there([[x, 22, 18]])[0])
+                time.sleep(0.05)
+        live = servo.ticks()
+        np.testing.assert_allclose(live["hand_pose"][0, :2], there([[20, 15, 0]])[0, :2], atol=0.5)
+        self.assertGreater(live["hand_pose"][0, 2], 27 + 10)
+        # What was published and what was recorded, tick by tick: told by the place of the hand, where it was there once.
+        read = kb.read_recording(servo.path)
+        names = [[tuple(row) for row in np.round(ticks["hand_pose"], 9)] for ticks in (live, read)]
+        once = [{name: i for i, name in enumerate(of) if of.count(name) == 1} for of in names]
+        live_at, read_at = map(np.array, zip(*[(i, once[1][name]) for name, i in once[0].items() if name in once[1]]))
+        self.assertGreater(len(live_at), 300)
+        for name in ("force_N", "given_force_N", "moment_Nmm"):
+            np.testing.assert_allclose(read[name][read_at][:-1], live[name][live_at][:-1], atol=1e-9, err_msg=name)
+        self.assertGreater(np.linalg.norm(read["given_force_N"][read_at], axis=1).max(), 0.01)  # of a device that is weaker
 
     def test_row_by_row_is_the_same(self):
         path = groove(rows=30)

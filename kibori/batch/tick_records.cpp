@@ -146,12 +146,15 @@ Status for_tick_records(const Document& document, StepId to, const TickRecords& 
         record.hand_pose.tip += recorded.hand;
         record.hand_pose.frame = rotation(recorded.hand_turn) * record.tool.frame;
       }
+      // The document has it all in the body's own coordinates.
+      const auto turned = [&](const Wrench& wrench) {
+        return Wrench{stands.frame * wrench.force, stands.frame * wrench.moment};
+      };
       record.tool = stands.to_world(record.tool);
       record.hand_pose = stands.to_world(record.hand_pose);
-      record.computed = {stands.frame * tick.result.wrench.force,
-                         stands.frame * tick.result.wrench.moment};
+      record.computed = turned(tick.result.wrench);
       const Vec3 none = Vec3::Constant(kNothing);
-      record.given = count < kept.size() ? kept[count] : Wrench{none, none};
+      record.given = count < kept.size() ? turned(kept[count]) : Wrench{none, none};
       count++;
       record.removed_mm3 = record.mode == Mode::touch ? 0 : tick.result.removed_mm3;
       record.points = tick.result.points;
@@ -271,7 +274,7 @@ Status write_ticks_mcap(const std::filesystem::path& path, const Document& docum
 
 namespace {
 
-// A table that grows: rows of `width` numbers; of one each, it has one dimension (rank).
+// A table that grows: rows of `width` numbers. rank 1: a number a row, without a second dimension.
 class Column {
  public:
   Column(hid_t group, const char* name, hsize_t width, hid_t type, int rank)

@@ -20,16 +20,17 @@ struct TickRecord {
   double time_s = 0;  // since the recording's first tick; strokes follow one another
   int hand = 1;       // 2: the second one
   Mode mode = Mode::off;
-  Pose tool, hand_pose;  // in the world [mm]
+  // In the world, wherever the body stood.
+  Pose tool, hand_pose;  // [mm]
   Wrench computed;       // by the stroke's own force model [N, N mm]
-  Wrench given;          // what was kept of what was felt; NaN where nothing was
+  Wrench given;          // what the device was given, where that was kept; else NaN
   double removed_mm3 = 0;
   std::vector<double> removed_of;  // of each material of the recording [mm^3], by cuts and deposits
   int64_t points = 0;              // lattice nodes
 };
 
-// What a recording is of: all that its readers need to know of it, as JSON (program, document,
-// version, lattice, materials, units, clock, steps with their settings and device).
+// What a recording is of: all that its readers need to know of it, as JSON (program, version,
+// document, lattice, materials, units, clock, steps with their settings and device).
 struct TickRecords {
   std::string about;
   std::vector<std::string> materials;  // of removed_of, all that any stroke names

@@ -34,23 +34,23 @@ inline uint32_t negate_normal(uint32_t code) {
   return low | (static_cast<uint32_t>(high) << 16);
 }
 
-// Unit normal in world axes. at_out: true for an `out` end.
-inline Vec3 decode_normal(uint32_t code, Axis axis, bool at_out) {
-  const double u = static_cast<int16_t>(code & 0xffffu) / 32767.0;
-  const double v = static_cast<int16_t>(code >> 16) / 32767.0;
-  const double depth = std::sqrt(std::fmax(0.0, 1 - u * u - v * v));
-  Vec3 normal;
-  normal[u_index(axis)] = u;
-  normal[v_index(axis)] = v;
-  normal[depth_index(axis)] = at_out ? depth : -depth;
-  return normal.normalized();
-}
-
 // Size of the depth component of the unit normal.
 inline double depth_share(uint32_t code) {
   const double u = static_cast<int16_t>(code & 0xffffu) / 32767.0;
   const double v = static_cast<int16_t>(code >> 16) / 32767.0;
   return std::sqrt(std::fmax(0.0, 1 - u * u - v * v));
+}
+
+// Unit normal in world axes. at_out: true for an `out` end.
+inline Vec3 decode_normal(uint32_t code, Axis axis, bool at_out) {
+  const double u = static_cast<int16_t>(code & 0xffffu) / 32767.0;
+  const double v = static_cast<int16_t>(code >> 16) / 32767.0;
+  const double depth = depth_share(code);
+  Vec3 normal;
+  normal[u_index(axis)] = u;
+  normal[v_index(axis)] = v;
+  normal[depth_index(axis)] = at_out ? depth : -depth;
+  return normal.normalized();
 }
 
 }  // namespace kibori

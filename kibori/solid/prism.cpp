@@ -83,8 +83,8 @@ std::vector<OutlineSide> sides_beside(const std::vector<OutlineSide>& sides,
   return nearer;
 }
 
-// Calls f(ray, its list of `all`) for the rays of a tile; those that are one in the plane have
-// equal lists.
+// Calls f(ray, its list of `all`) for the rays of a tile, once for those that are one ray in the
+// plane: they have equal lists.
 template <class All, class F>
 void for_rays(const AcrossPlane& plane, const RayTile& rays, const Vec2& along, All& all, F&& f) {
   std::array<Vec2, kTileSide> by_lane, by_row;
@@ -195,7 +195,7 @@ void Prism::fill(const RayTile& rays, TileIntervals& all) const {
     return in;
   };
   if (here.empty()) {
-    // As above.
+    // No ray meets the outline in the box, so they are all within it there or all outside.
     if (is_in_at_first((strip.low + strip.high) / 2))
       for (auto& ray : all) ray.push_back({-kFar, kFar, 0, 0});
     return;

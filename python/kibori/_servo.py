@@ -73,7 +73,7 @@ def servo(self, tool, mode="cut", material="", *, at=None, device="virtual", rat
           strength=200, powered="motor", keep_forces=True, path=None, overwrite=False):
     """Begins the servo loop on this model, in this process: a hand carves it and feels it. Returns a Servo.
 
-    at: where a simulated hand begins, x, y, z [mm], in the world; 20 mm above the active body's middle unless given. device: a name that kibori
+    at: where a simulated hand begins, x, y, z [mm], in the world; 20 mm above the middle of the active body's lattice, from its top, unless given. device: a name that kibori
     devices lists instead of it. rate: ticks a second, 100 to 4000. force: series, energy or paper. strength: of the hand [N];
     at the device it is as much as that can give. powered: "motor" turns the tool, and the hand bears a tenth of the cut;
     "press", a hundredth; "": all. stiffness: of the spring, at the device [N/mm]; by default what suits it. path: the document that is made and carved, a temporary one unless given;

@@ -37,14 +37,12 @@ void bind_materials(py::module_& module) {
   py::class_<Material>(
       module, "Material",
       "Material(name, u, kf=..., u_along=0, ring=0, ...): what is carved.\n\n"
-      "u: specific cutting energy [N/mm^2]; u_along: the same along the grain (0: as "
-      "across); ring: by what share of u late wood of a ring resists more than early wood (0 to "
-      "5); kf: force "
-      "of a lattice node [N], of the force model paper; c: viscous part of the force [N s/mm^3], "
-      "and yield_n: "
-      "least force that cuts [N], of the force model series; gc: work of a cutter's cut [N/mm]; "
-      "color: red, green, blue, 0 to "
-      "255; plastic: whether a tool presses it aside, as clay.")
+      "u: specific cutting energy [N/mm^2]; u_along: the same along the grain (0: as across);\n"
+      "ring: by what share of u late wood of a ring resists more than early wood (0 to 5);\n"
+      "kf: force of a lattice node [N], of the force model paper; c: viscous part of the force\n"
+      "[N s/mm^3], and yield_n: least force that cuts [N], of the force model series;\n"
+      "gc: work of a cutter's cut [N/mm]; color: red, green, blue, 0 to 255;\n"
+      "plastic: whether a tool presses it aside, as clay.")
       .def(py::init([](const std::string& name, double u, double kf, double c, double yield_n,
                        const std::array<uint8_t, 3>& color, bool plastic, double gc, double u_along,
                        double ring) {

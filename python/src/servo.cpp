@@ -21,7 +21,7 @@ struct ServoChoice {
   Tool tool;
   Mode mode = Mode::cut;
   std::string device;
-  std::optional<Pose> at;  // of the virtual hand, in the beginning; none: above the middle
+  std::optional<Pose> at;  // of the virtual hand, in the beginning; none: above the body
   double rate_hz = 1000;
   ForceModel force = ForceModel::series;
   std::optional<double> stiffness_n_mm;  // at the device
@@ -56,9 +56,9 @@ class Servo {
     settings.model = choice.force;
     settings.workspace = Workspace(centre);
     settings.log = settings.watched = true;
-    const double height_mm = model->lattice().nodes.z() * model->lattice().pitch_mm;
-    const Pose above{body.pose.to_world(model->lattice().to_mm(model->lattice().whole().centre())) +
-                         Vec3(0, 0, height_mm / 2 + kAboveMm),
+    const Box lattice = model->lattice().to_mm(model->lattice().whole());
+    const double half_height = (body.pose.frame.row(2).cwiseAbs() * lattice.size())[0] / 2;
+    const Pose above{body.pose.to_world(lattice.centre()) + Vec3(0, 0, half_height + kAboveMm),
                      Mat3::Identity()};
     std::unique_ptr<Device> device =
         device_of(choice.device, choice.rate_hz, choice.at.value_or(above), centre);

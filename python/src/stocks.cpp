@@ -20,17 +20,12 @@ Shared make_stock_of(Stock stock, const MaterialOrName& material, int threads) {
   return shared(Workpiece::make(stock, materials, threads));
 }
 
-const std::optional<double>& checked(const std::optional<double>& room) {
-  if (room && !(*room >= 0 && *room < 1e9)) throw Failure("room is 0 to 1e9 mm");
-  return room;
-}
-
 Shared block(const Three& size, double pitch, const MaterialOrName& material,
              const std::optional<double>& room, int threads) {
   Stock stock;
   stock.size_mm = vec(size);
   stock.pitch_mm = pitch;
-  stock.room_mm = checked(room);
+  stock.room_mm = room;
   return make_stock_of(stock, material, threads);
 }
 
@@ -40,7 +35,7 @@ Shared sphere(double diameter, double pitch, const MaterialOrName& material,
   stock.kind = Stock::Kind::sphere;
   stock.size_mm = Vec3::Constant(diameter);
   stock.pitch_mm = pitch;
-  stock.room_mm = checked(room);
+  stock.room_mm = room;
   return make_stock_of(stock, material, threads);
 }
 
@@ -50,7 +45,7 @@ Shared cylinder(double diameter, double height, double pitch, const MaterialOrNa
   stock.kind = Stock::Kind::cylinder;
   stock.size_mm = Vec3(diameter, diameter, height);
   stock.pitch_mm = pitch;
-  stock.room_mm = checked(room);
+  stock.room_mm = room;
   return make_stock_of(stock, material, threads);
 }
 
@@ -61,7 +56,7 @@ Shared mesh_file(const std::filesystem::path& path, double pitch, const Material
   stock.mesh_path = path;
   stock.pitch_mm = pitch;
   stock.fit_mm = fit;
-  stock.room_mm = checked(room);
+  stock.room_mm = room;
   return make_stock_of(stock, material, threads);
 }
 
@@ -70,7 +65,7 @@ Shared mesh_arrays(const Doubles& vertices, const py::object& triangles, double 
   const TriangleMesh mesh = mesh_of(vertices, triangles);
   const std::vector<Material> materials{material_named(material)};
   const py::gil_scoped_release no_gil;
-  const double room_mm = checked(room).value_or(0.1 * mesh.bounds().size().maxCoeff());
+  const double room_mm = room.value_or(0.1 * mesh.bounds().size().maxCoeff());
   MeshStock made = value_of(stock_of_mesh(mesh, pitch, room_mm, 0, threads, false));
   if (!(made.model->volume_mm3() > 0))
     throw Failure("the mesh holds no material at this pitch; use a finer one");
@@ -120,8 +115,8 @@ Shared volume(const py::object& given_volume, const Three& voxel, double pitch,
   std::map<uint16_t, uint8_t> numbers;
   for (size_t i = 0; i < known.size(); i++) numbers[known[i]] = static_cast<uint8_t>(i);
   const py::gil_scoped_release no_gil;
-  return shared(Workpiece::of(
-      value_of(stock_of_labels(volume, numbers, pitch, checked(room), threads)), materials));
+  return shared(
+      Workpiece::of(value_of(stock_of_labels(volume, numbers, pitch, room, threads)), materials));
 }
 
 }  // namespace

@@ -35,8 +35,8 @@ struct StrokeChoice {
     StrokeSettings s = settings;
     s.material = number_of(piece, material);
     const Pose stands = pose_of_active(piece);
-    const auto to_body = [&](const Vec3& place) {
-      return stands.from_world(Pose{place, Mat3::Identity()}).tip;
+    const auto to_body = [&](const Vec3& place) -> Vec3 {
+      return stands.frame.transpose() * (place - stands.tip);
     };
     s.symmetry.centre_mm = centre ? to_body(vec(*centre)) : centre_of(piece.model().lattice());
     s.brush.plane.point_mm = to_body(s.brush.plane.point_mm);
