@@ -35,7 +35,8 @@ class Servo:
         self.statistics = None
 
     def aim(self, pose):
-        """Where the simulated hand wants to be from now on: x, y, z, or x, y, z and a quaternion x, y, z, w [mm]. Any thread."""
+        """Where the simulated hand wants to be from now on: x, y, z, or x, y, z and a quaternion x, y, z, w [mm], in the world. It
+        goes there at 300 mm/s. Any thread."""
         self._servo.aim(pose)
 
     def hold(self, tool, mode="cut", material=""):

@@ -16,6 +16,9 @@ namespace kibori::python {
 namespace {
 
 constexpr double kAboveMm = 20;  // where a virtual hand begins
+// How fast it goes to where it wants to be [mm/s]: as a hand does, and not so fast that forces go
+// off.
+constexpr double kHandSpeed = 300;
 
 struct ServoChoice {
   Tool tool;
@@ -162,9 +165,14 @@ class Servo {
     if (!virtual_) return value_of(open_device(name));
     return std::make_unique<VirtualDevice>(
         wristed_hand("a virtual device", rate_hz),
-        [this, centre, aim = at](double) mutable -> VirtualDevice::Target {
+        [this, centre, aim = at, place = at.tip,
+         last_s = 0.0](double time_s) mutable -> VirtualDevice::Target {
           aims_.take(aim);
-          return {aim.tip - centre, aim.frame, 0};
+          const Vec3 way = aim.tip - place;
+          const double most = kHandSpeed * (time_s - last_s);
+          last_s = time_s;
+          place = way.norm() > most ? Vec3(place + most / way.norm() * way) : aim.tip;
+          return {place - centre, aim.frame, 0};
         });
   }
 
