@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Bodies that come apart, in a cube whose sides were scraped by a hand's strokes: a plane, a line
 // drawn by hand and a saw that part it, the two put together again, and what a stroke severs looked
-// for at its end, where it severed nothing, a corner, or half of the cube.
+// for at its end, where it severed nothing, a corner, or half of the cube. Splits on one thread and
+// on two.
 //
 //   bodies_bench [--json] [--quick]
 #include <cmath>
@@ -102,8 +103,16 @@ int main(int argc, char** argv) {
                                        {"split along that line, drawn askew", askew},
                                        {"split by a saw of 3 cells", saw},
                                        {"split by a wire of 2 cells along the line", wire}})
-      timed(
-          name, nothing, [&, &by = cutter] { return cut_off(model, by).portions.size(); }, 1);
+      for (const int threads : {1, 2}) {
+        CutOff off;  // what a person keeps
+        timed((std::string(name) + (threads == 2 ? ", two threads" : "")).c_str(),
+              [&] { off = {}; },
+              [&, &by = cutter] {
+                off = cut_off(model, by, threads);
+                return off.portions.size();
+              },
+              1);
+      }
     model.restore(scraped);
     Bodies parted = Bodies::of(model);
     BodyAction cut;

@@ -109,8 +109,29 @@ Tool any_tool(Random& random, double size) {
 }
 
 // A few solids put down and cut away anywhere.
+// A gap without end, at most a third of the model wide: so tiles are of several whole planes.
+void slit(TriDexel& model, Random& random) {
+  const Lattice& lattice = model.lattice();
+  const double wide = random.uniform(0.5, 0.3 * lattice.nodes.minCoeff());
+  ConvexBody slab;
+  slab.add_plane(Vec3::UnitZ(), wide / 2);
+  slab.add_plane(-Vec3::UnitZ(), wide / 2);
+  slab.local_bounds = {Vec3::Constant(-1e300), Vec3::Constant(1e300)};
+  const Vec3 at = random.in_box(0, 1).cwiseProduct(lattice.nodes.matrix().cast<double>());
+  Removed removed;
+  cut(model, SweptConvex(slab, LatticePoint{at}, frame_from_axis(random.direction()), {}), {},
+      removed);
+}
+
+// Every other time from a block with slits.
 void shape(TriDexel& model, Random& random, int edits, bool only_cut = false) {
   const Lattice& lattice = model.lattice();
+  if (!only_cut && random.integer(0, 1)) {
+    const Vec3 end = lattice.nodes.matrix().cast<double>();
+    model.fill_block({lattice.to_mm(LatticePoint{Vec3::Zero()}), lattice.to_mm(LatticePoint{end})},
+                     0);
+    for (int i = random.integer(0, 3); i > 0; i--) slit(model, random);
+  }
   const Vec3 size = lattice.pitch_mm * lattice.nodes.matrix().cast<double>();
   for (int i = 0; i < edits; i++) {
     const Vec3 at = lattice.origin_mm + Vec3(random.in_box(-0.1, 1.1).cwiseProduct(size));
@@ -196,21 +217,34 @@ TEST(Pieces, AreThoseOfAFloodFill) {
     });
     EXPECT_EQ(wrong, 0);
     for (size_t i = 0; i < nodes.size(); i++) EXPECT_EQ(pieces.all()[i].nodes, nodes[i]);
-    // Each piece alone, and the rest, is what the bitmap has of it.
+    // What goes where is what the bitmap has of it.
     if (count < 2) continue;
-    const auto one = static_cast<size_t>(random.integer(0, count - 1));
-    std::vector<bool> keep(static_cast<size_t>(count), false);
-    keep[one] = true;
-    TriDexel alone(state, model.material_bounds()), rest(state, model.material_bounds());
-    keep_pieces(alone, pieces, keep, false);
-    keep.flip();
-    keep_pieces(rest, pieces, keep, true);
-    EXPECT_EQ(Bitmap(alone.snapshot()).count(), nodes[one]);
-    EXPECT_EQ(Bitmap(rest.snapshot()).count() + nodes[one], bits.count());
-    EXPECT_NEAR(alone.volume_mm3() + rest.volume_mm3(), state.volume_mm3(),
-                1e-3 * state.volume_mm3());
-    expect_sound(alone.snapshot(), alone.material_bounds());
-    expect_sound(rest.snapshot(), rest.material_bounds());
+    std::vector<int> to;
+    for (int i = 0; i < count; i++) to.push_back(random.integer(kGone, 2));
+    const std::vector<Snapshot> portions = part_pieces(model, pieces, to, 1 + round % 3);
+    ASSERT_EQ(static_cast<int>(portions.size()),
+              1 + std::max(-1, *std::max_element(to.begin(), to.end())));
+    const auto holds_just = [&](const Snapshot& part, int which) {
+      const Bitmap nodes_of(part);
+      bits.for_nodes([&](const Index3& at) {
+        const int piece = pieces.at(state.field(Axis::z), at);
+        wrong += nodes_of(at) != (to[static_cast<size_t>(piece)] == which);
+      });
+      int64_t expected = 0;
+      for (size_t i = 0; i < nodes.size(); i++) expected += to[i] == which ? nodes[i] : 0;
+      EXPECT_EQ(nodes_of.count(), expected) << which;
+      expect_sound(part, model.material_bounds());
+    };
+    double volume = 0;
+    for (size_t k = 0; k < portions.size(); k++) {
+      holds_just(portions[k], static_cast<int>(k));
+      volume += portions[k].volume_mm3();
+    }
+    holds_just(model.snapshot(), kStays);
+    EXPECT_EQ(wrong, 0);
+    if (std::find(to.begin(), to.end(), kGone) == to.end()) {
+      EXPECT_NEAR(volume + model.volume_mm3(), state.volume_mm3(), 1e-9 * state.volume_mm3());
+    }
   }
 }
 

@@ -163,7 +163,6 @@ Edit random_edit(const Scene& scene, Random& random) {
     s.symmetry.centre_mm =
         random.integer(0, 1) ? Vec3(0.5 * scene.size_mm) : somewhere(scene, random);
   }
-  if (std::holds_alternative<MeshTool>(s.tool)) s.symmetry.planes = {};  // see check_symmetry
   edit.start = turned_somehow(somewhere(scene, random, -0.2, 1.2), random);
   const int ticks = random.integer(1, 6);
   const Vec3 way = scene.pitch * random.in_box(-9, 9);

@@ -342,8 +342,8 @@ TEST(SymmetryImages, AreEachOther) {
   EXPECT_EQ(SymmetryImages({{true, false, false}, {}, 6, Axis::z}).size(), 11u);
   for (const SymmetryImage& image : SymmetryImages({{true, false, true}, {}, 5, Axis::y}))
     EXPECT_NEAR(image.turn.determinant(), image.mirrors ? -1 : 1, 1e-12);
-  EXPECT_FALSE(check_symmetry({{}, {}, 0, Axis::z}, BallTool{}).ok());
-  EXPECT_FALSE(check_symmetry({{}, {}, kMaxFold + 1, Axis::z}, BallTool{}).ok());
+  EXPECT_FALSE(check_symmetry({{}, {}, 0, Axis::z}).ok());
+  EXPECT_FALSE(check_symmetry({{}, {}, kMaxFold + 1, Axis::z}).ok());
 }
 
 // Cuts about an axis: what is left is the same after a fifth of a turn.

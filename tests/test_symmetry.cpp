@@ -10,8 +10,10 @@
 #include <kibori/document/document.h>
 #include <kibori/motion/direct_tool.h>
 #include <kibori/motion/spring_tool.h>
+#include <kibori/surface/surface.h>
 
 #include "tests/support.h"
+#include "tests/surface_check.h"
 
 namespace kibori {
 namespace {
@@ -24,6 +26,14 @@ TriDexel block() {
   TriDexel model(make_lattice(Vec3(30, 24, 20), 0.5, 4).value());
   model.fill_block({Vec3::Zero(), Vec3(30, 24, 20)}, 0);
   return model;
+}
+
+// A mesh that no turn makes its own image.
+Tool lopsided() {
+  auto mesh = std::make_shared<TriangleMesh>();
+  mesh->vertices = {Vec3(0, 0, 0), Vec3(4, 0.5, 1), Vec3(1, 3, 2), Vec3(0.5, 1, 6)};
+  mesh->triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  return MeshTool{mesh};
 }
 
 Tool some_tool(Random& random) {
@@ -42,7 +52,8 @@ Tool some_tool(Random& random) {
                         Skew{4, 30, 40, 1.5, 12},
                         Knife{20, 60, 12},
                         Lollipop{2, 1, 6, 1.5, 12},
-                        TSlot{3, 1.5, 1, 6, 1.5, 12}};
+                        TSlot{3, 1.5, 1, 6, 1.5, 12},
+                        lopsided()};
   return tools[random.integer(0, static_cast<int>(std::size(tools)) - 1)];
 }
 
@@ -160,11 +171,38 @@ TEST(Symmetry, ForceIsTheHandsOwn) {
   }
 }
 
-TEST(Symmetry, AMeshHasNoImage) {
-  auto mesh = std::make_shared<TriangleMesh>();
-  EXPECT_FALSE(check_symmetry({{true, false, false}, Vec3::Zero()}, MeshTool{mesh}).ok());
-  EXPECT_TRUE(check_symmetry({}, MeshTool{mesh}).ok());
-  EXPECT_FALSE(check_symmetry({{true, false, false}, Vec3::Constant(NAN)}, BallTool{1}).ok());
+// What a mesh cuts and its image, normals and all, are each other's: as surfaces they have the
+// same volume, which a mesh that is inside out has not.
+TEST(Symmetry, MeshesAreMirroredRightSideOut) {
+  Random random;
+  SCOPED_TRACE(random.note());
+  for (int round = 0; round < 8; round++) {
+    TriDexel model = block();
+    const double before = model.volume_mm3();
+    Symmetry symmetry;
+    symmetry.planes = {true, round % 2 == 0, round % 3 == 0};
+    symmetry.centre_mm = centre_of(model.lattice());
+    const Vec3 tip(6, 6, 18), axis = random.direction();
+    DirectTool stroke(model, Pose{tip, frame_from_axis(axis, random.uniform(0, 6))});
+    stroke.set_symmetry(symmetry);
+    for (int i = 0; i < 10; i++)
+      ASSERT_TRUE(stroke
+                      .advance(lopsided(), stroke.pose().tip + Vec3(0.3, 0.2, -0.3),
+                               0.1 * random.direction(), Mode::cut, {}, kMaterials, 1)
+                      .ok());
+    const double volume = model.volume_mm3();
+    ASSERT_LT(volume, before - 20);
+    const Surface surface = extract_surface(model.snapshot());
+    EXPECT_NEAR(test::volume(surface), volume, 2e-3 * volume);
+    for (int plane = 0; plane < 3; plane++)
+      if (symmetry.planes[static_cast<size_t>(plane)]) {
+        EXPECT_LT(compare(model, plane).farthest, 0.02);
+      }
+  }
+}
+
+TEST(Symmetry, WhatIsNoSymmetryIsRefused) {
+  EXPECT_FALSE(check_symmetry({{true, false, false}, Vec3::Constant(NAN)}).ok());
   for (const char* bad :
        {R"("x")", R"({"planes":[true,false],"centre_mm":[0,0,0]})",
         R"({"planes":[1,0,0],"centre_mm":[0,0,0]})", R"({"planes":[true,false,false]})"}) {

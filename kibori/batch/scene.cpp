@@ -453,9 +453,7 @@ class Reader {
     }
     scene_.symmetry_centred = t->contains("centre");
     if (scene_.symmetry_centred) symmetry.centre_mm = vector(*t, "symmetry", "centre");
-    for (const Tool& tool : scene_.tools)
-      if (const Status fits = check_symmetry(symmetry, tool); !fits)
-        fail(t, "[symmetry] " + fits.error());
+    if (const Status fits = check_symmetry(symmetry); !fits) fail(t, "[symmetry] " + fits.error());
   }
 
   void read_motion(const toml::table& root) {

@@ -117,7 +117,7 @@ Status Workpiece::activate(BodyId body) {
 Status Workpiece::begin(StrokeSettings settings, const Pose& start, const std::string& label) {
   if (Status free = no_stroke(); !free) return free;
   if (Status fine = check_tool(settings.tool); !fine) return fine;
-  if (Status fine = check_symmetry(settings.symmetry, settings.tool); !fine) return fine;
+  if (Status fine = check_symmetry(settings.symmetry); !fine) return fine;
   if (!start.tip.allFinite() || !is_rigid(start))
     return Error{"a stroke begins at a place and three unit axes at right angles"};
   if (!std::holds_alternative<HalfSpace>(settings.tool) &&

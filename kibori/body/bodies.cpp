@@ -401,19 +401,13 @@ class Acting {
     if (bodies_.all.size() + pieces.all().size() > kMaxBodies)
       return Error{"body " + quoted(body) + " is in " + std::to_string(pieces.all().size()) +
                    " pieces and there can be " + std::to_string(kMaxBodies) + " bodies"};
-    std::vector<Portion> portions;
-    for (size_t i = 0; i < pieces.all().size(); i++) {
-      if (i == largest) continue;
-      std::vector<bool> keep(pieces.all().size(), false);
-      keep[i] = true;
-      TriDexel off(body.model, body.material_bounds);
-      keep_pieces(off, pieces, keep, false);
-      portions.push_back({off.snapshot(), off.material_bounds()});
-    }
-    std::vector<bool> keep(pieces.all().size(), false);
-    keep[largest] = true;
+    std::vector<int> to;
+    int count = 0;
+    for (size_t i = 0; i < pieces.all().size(); i++) to.push_back(i == largest ? kStays : count++);
     TriDexel rest(body.model, body.material_bounds);
-    keep_pieces(rest, pieces, keep, true);
+    std::vector<Portion> portions;
+    for (Snapshot& off : part_pieces(rest, pieces, to, threads_))
+      portions.push_back({std::move(off), rest.material_bounds()});
     put_back(body, rest);
     for (const BodyId made : add_bodies(bodies_, body.pose, portions)) change_.made.push_back(made);
     return Ok{};
@@ -575,22 +569,17 @@ CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule, co
   const Snapshot after = model.snapshot();
   const Severed severed = find_severed(before, after);
   if (severed.parts.empty()) return result;
-  std::vector<bool> stays(severed.pieces.all().size(), true);
+  std::vector<int> to(severed.pieces.all().size(), kStays);
+  int portions = 0;
   for (const Severed::Part& part : severed.parts) {
-    const auto piece = static_cast<size_t>(part.piece);
     if (no_go && holds_some(severed.pieces, part.piece, after.field(Axis::z), *no_go)) continue;
-    stays[piece] = false;
     const bool falls = rule == Crumbs::fall || (rule == Crumbs::sort && part.share < kCrumbShare);
     result.fallen += falls;
-    if (falls) continue;
-    std::vector<bool> this_one(stays.size(), false);
-    this_one[piece] = true;
-    TriDexel off(after, model.material_bounds());
-    keep_pieces(off, severed.pieces, this_one, false);
-    result.portions.push_back({off.snapshot(), off.material_bounds()});
+    to[static_cast<size_t>(part.piece)] = falls ? kGone : portions++;
   }
-  if (result.fallen == 0 && result.portions.empty()) return result;
-  keep_pieces(model, severed.pieces, stays, true);
+  if (result.fallen == 0 && portions == 0) return result;
+  for (Snapshot& off : part_pieces(model, severed.pieces, to))
+    result.portions.push_back({std::move(off), model.material_bounds()});
   if (result.fallen == 0) return result;
   double taken = 0;
   for (const Portion& portion : result.portions) taken += portion.model.volume_mm3();

@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include <kibori/base/check.h>
+#include <kibori/base/parallel.h>
 #include <kibori/body/pieces.h>
 #include <kibori/dexel/normal_code.h>
 #include <kibori/edit/edit.h>
@@ -145,6 +146,61 @@ std::vector<Vec3> to_lattice(const std::vector<Vec3>& curve, const Lattice& latt
   return units;
 }
 
+// Calls f(place [cells], area [cells^2], material) for all ends that `after` has and `before` has
+// not.
+template <class F>
+void for_new_ends(Axis axis, const Snapshot& before, const Snapshot& after, F&& f) {
+  const int d = depth_index(axis), u = u_index(axis), v = v_index(axis);
+  uint32_t last_code = 0;  // those of a plane are all the same
+  double last_share = depth_share(last_code);
+  after.field(axis).for_changed_tiles(before.field(axis), [&](int tu, int tv, const Tile& was,
+                                                              const Tile& is) {
+    for (const Plane* p = &is.first; p && !is.empty; p = p->next) {
+      // Which ends are new; all rays of a tile together, as they lie in memory.
+      std::array<uint32_t, kTileRays> new_in, new_out;
+      for (size_t slot = 0; slot < kTileRays; slot++)
+        new_in[slot] = new_out[slot] = p->in[slot] < p->out[slot];
+      for (const Plane* q = &was.first; q; q = q->next)
+        for (size_t slot = 0; slot < kTileRays; slot++) {
+          new_in[slot] &= q->in[slot] != p->in[slot];
+          new_out[slot] &= q->out[slot] != p->out[slot];
+        }
+      for (size_t slot = 0; slot < kTileRays; slot++) {
+        if (!(new_in[slot] | new_out[slot])) continue;
+        const uint8_t material = is.material == kMixedMaterial ? p->material[slot] : is.material;
+        Vec3 place;
+        const int lane = static_cast<int>(slot) % kTileSide,
+                  row = static_cast<int>(slot) / kTileSide;
+        place[u] = tu * kTileSide + lane + 0.5;
+        place[v] = tv * kTileSide + row + 0.5;
+        const auto end = [&](float depth, uint32_t code) {
+          place[d] = static_cast<double>(depth);
+          if (code != last_code) last_share = depth_share(last_code = code);
+          f(place, last_share, material);
+        };
+        if (new_in[slot]) end(p->in[slot], p->normal_in[slot]);
+        if (new_out[slot]) end(p->out[slot], p->normal_out[slot]);
+      }
+    }
+  });
+}
+
+template <class F>
+void for_new_ends(const Snapshot& before, const Snapshot& after, F&& f) {
+  for (const Axis axis : kAxes) for_new_ends(axis, before, after, f);
+}
+
+// The surface's area [mm^2] within half a thousandth of a cell of where `after` has ends that
+// `before` has not: what a cut laid bare.
+double new_area_mm2(const Snapshot& before, const Snapshot& after, int threads) {
+  std::array<double, 3> sums{};
+  run_parallel(threads, sums.size(), [&](size_t i) {
+    for_new_ends(kAxes[i], before, after,
+                 [&](const Vec3&, double area, uint8_t) { sums[i] += area; });
+  });
+  return (sums[0] + sums[1] + sums[2]) * after.lattice.pitch_mm * after.lattice.pitch_mm;
+}
+
 // Cuts `portion` from `model`; `off` gets what lies in it, which is a cut with the complement: so a
 // ray that lies in the cut goes to one of them. Nothing happens where all nodes are on one side.
 bool part_in_two(TriDexel& model, TriDexel& off, const Solid& portion, int threads) {
@@ -186,7 +242,7 @@ CutOff without_kerf(TriDexel& model, const Cutter& cutter, int threads) {
         threads);
   }();
   if (!in_two) return done;
-  done.area_mm2 = new_area_mm2(before, model.snapshot());
+  done.area_mm2 = new_area_mm2(before, model.snapshot(), threads);
   done.portions.push_back({off.snapshot(), off.material_bounds()});
   return done;
 }
@@ -225,23 +281,18 @@ CutOff with_kerf(TriDexel& model, const Cutter& cutter, int threads) {
   const double cell = lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm;
   done.removed_mm3 = removed.mean_volume() * cell;
   const Snapshot after = model.snapshot();
-  done.area_mm2 = new_area_mm2(before, after) / 2;
-  const Severed severed = find_severed(before, after);
+  done.area_mm2 = new_area_mm2(before, after, threads) / 2;
+  const Severed severed = find_severed(before, after, threads);
   if (severed.parts.empty()) return done;
-  std::vector<bool> stays(severed.pieces.all().size(), true);
-  for (const Severed::Part& part : severed.parts) {
-    const auto piece = static_cast<size_t>(part.piece);
-    stays[piece] = false;
-    TriDexel off(after, model.material_bounds());
-    std::vector<bool> this_one(stays.size(), false);
-    this_one[piece] = true;
-    keep_pieces(off, severed.pieces, this_one, false);
-    if (part.share >= kSawdust)
-      done.portions.push_back({off.snapshot(), off.material_bounds()});
+  std::vector<int> to(severed.pieces.all().size(), kStays);
+  int portions = 0;
+  for (const Severed::Part& part : severed.parts) to[static_cast<size_t>(part.piece)] = portions++;
+  std::vector<Snapshot> off = part_pieces(model, severed.pieces, to, threads);
+  for (size_t i = 0; i < off.size(); i++)
+    if (severed.parts[i].share >= kSawdust)
+      done.portions.push_back({std::move(off[i]), model.material_bounds()});
     else
-      done.removed_mm3 += off.volume_mm3();
-  }
-  keep_pieces(model, severed.pieces, stays, true);
+      done.removed_mm3 += off[i].volume_mm3();
   return done;
 }
 
@@ -298,54 +349,6 @@ CutOff cut_off(TriDexel& model, const Cutter& cutter, int threads) {
   KIBORI_CHECK(check_cutter(cutter).ok());
   return cutter.kerf_mm > 0 ? with_kerf(model, cutter, threads)
                             : without_kerf(model, cutter, threads);
-}
-
-namespace {
-
-// Calls f(place [cells], area [cells^2], material) for all ends that `after` has and `before` has
-// not.
-template <class F>
-void for_new_ends(const Snapshot& before, const Snapshot& after, F&& f) {
-  for (const Axis axis : kAxes) {
-    const int d = depth_index(axis), u = u_index(axis), v = v_index(axis);
-    after.field(axis).for_changed_tiles(before.field(axis), [&](int tu, int tv, const Tile& was,
-                                                                const Tile& is) {
-      for (const Plane* p = &is.first; p && !is.empty; p = p->next) {
-        // Which ends are new; all rays of a tile together, as they lie in memory.
-        std::array<uint32_t, kTileRays> new_in, new_out;
-        for (size_t slot = 0; slot < kTileRays; slot++)
-          new_in[slot] = new_out[slot] = p->in[slot] < p->out[slot];
-        for (const Plane* q = &was.first; q; q = q->next)
-          for (size_t slot = 0; slot < kTileRays; slot++) {
-            new_in[slot] &= q->in[slot] != p->in[slot];
-            new_out[slot] &= q->out[slot] != p->out[slot];
-          }
-        for (size_t slot = 0; slot < kTileRays; slot++) {
-          if (!(new_in[slot] | new_out[slot])) continue;
-          const uint8_t material = is.material == kMixedMaterial ? p->material[slot] : is.material;
-          Vec3 place;
-          const int lane = static_cast<int>(slot) % kTileSide,
-                    row = static_cast<int>(slot) / kTileSide;
-          place[u] = tu * kTileSide + lane + 0.5;
-          place[v] = tv * kTileSide + row + 0.5;
-          const auto end = [&](float depth, uint32_t code) {
-            place[d] = static_cast<double>(depth);
-            f(place, depth_share(code), material);
-          };
-          if (new_in[slot]) end(p->in[slot], p->normal_in[slot]);
-          if (new_out[slot]) end(p->out[slot], p->normal_out[slot]);
-        }
-      }
-    });
-  }
-}
-
-}  // namespace
-
-double new_area_mm2(const Snapshot& before, const Snapshot& after) {
-  double sum = 0;
-  for_new_ends(before, after, [&](const Vec3&, double area, uint8_t) { sum += area; });
-  return sum * after.lattice.pitch_mm * after.lattice.pitch_mm;
 }
 
 CutProgress cut_progress(const Snapshot& before, const Snapshot& after, const Vec3& feed,

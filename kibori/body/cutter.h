@@ -53,12 +53,9 @@ struct CutOff {
 // coordinates.
 CutOff cut_off(TriDexel& model, const Cutter& cutter, int threads = 1);
 
-// The surface's area [mm^2] within half a thousandth of a cell of where `after` has ends that
-// `before` has not: what a cut laid bare. Both of one model or of models beside it.
-double new_area_mm2(const Snapshot& before, const Snapshot& after);
-
-// The same, as a cutter that goes along `feed` (unit, in the body's coordinates) lays it bare, by
-// steps of a cell. gc: by material, the work for it [N/mm].
+// What a cutter that goes along `feed` (unit, in the body's coordinates) lays bare between two
+// states of one model, or of models beside it, by steps of a cell. gc: by material, the work for it
+// [N/mm].
 struct CutProgress {
   struct Step {
     double area_mm2 = 0, work_nmm = 0;

@@ -7,7 +7,9 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <utility>
 
+#include <kibori/base/parallel.h>
 #include <kibori/edit/ray_edit.h>
 
 namespace kibori {
@@ -22,8 +24,59 @@ struct NodeRange {
   }
 };
 
-NodeRange nodes_of(float in, float out) {
-  return {static_cast<int>(std::ceil(in - 0.5f)), static_cast<int>(std::ceil(out - 0.5f))};
+// As std::ceil, for what an int holds; written so that a compiler takes many at once.
+int ceil_of(float x) {
+  const int down = static_cast<int>(x);
+  return down + (static_cast<float>(down) < x);
+}
+
+NodeRange nodes_of(float in, float out) { return {ceil_of(in - 0.5f), ceil_of(out - 0.5f)}; }
+
+// Of a plane whose rays all have a span, and all these share a node: so they are of one piece.
+struct WholePlane {
+  NodeRange all, any;  // nodes that every span holds; from the first to the last that one does
+  bool goes_on;        // the spans begin where those of the plane before end: its piece goes on
+};
+
+// By lanes, so that they are vectors.
+struct Extremes {
+  std::array<float, kTileSide> least, most;
+  Extremes() {
+    least.fill(kFar);
+    most.fill(-kFar);
+  }
+  void add(size_t lane, float x) {
+    least[lane] = x < least[lane] ? x : least[lane];
+    most[lane] = x > most[lane] ? x : most[lane];
+  }
+  float min() const { return *std::min_element(least.begin(), least.end()); }
+  float max() const { return *std::max_element(most.begin(), most.end()); }
+};
+
+// Spans that are farther apart than this [cells] have a node between them.
+constexpr float kApart = 1.01f;
+
+// All planes of a tile that have spans, where all of them are whole and none is of two pieces
+// because some of its rays go on and some do not; else none.
+std::vector<WholePlane> whole_planes(const Tile& tile) {
+  std::vector<WholePlane> planes;
+  const Plane* before = nullptr;
+  for (const Plane* p = &tile.first; p; before = std::exchange(p, p->next)) {
+    Extremes in, out, gap;
+    for (size_t row = 0; row < kTileRays; row += kTileSide)
+      for (size_t lane = 0; lane < kTileSide; lane++) {
+        in.add(lane, p->in[row + lane]);
+        out.add(lane, p->out[row + lane]);
+        if (before) gap.add(lane, p->in[row + lane] - before->out[row + lane]);
+      }
+    if (in.min() == kFar) break;                            // it has no span
+    if (in.max() == kFar || out.min() == -kFar) return {};  // a ray is empty
+    const bool goes_on = before && gap.max() == 0;
+    const WholePlane whole{nodes_of(in.max(), out.min()), nodes_of(in.min(), out.max()), goes_on};
+    if (whole.all.empty() || (before && !goes_on && gap.min() < kApart)) return {};
+    planes.push_back(whole);
+  }
+  return planes;
 }
 
 // The spans of a ray, one after another.
@@ -100,18 +153,10 @@ class PieceFinder {
     }
     for (int& label : found_.labels_)
       if (label >= 0) label = number[size_of(label)];
-    for (Pieces::TileLabels& tile : found_.tiles_)
-      if (tile.one >= 0) tile.one = number[size_of(tile.one)];
     return std::move(found_);
   }
 
  private:
-  // Of a tile whose rays all have one span, and all these share a node: what they all have, and
-  // what any has.
-  struct Whole {
-    NodeRange all{0, 0};
-  };
-
   size_t index(int tu, int tv) const { return size_of(tv * z_.tiles_u() + tu); }
   bool looks_at(int tu, int tv) const {
     return !z_.tile(tu, tv).empty && (!mask_ || (*mask_)[index(tu, tv)]);
@@ -146,33 +191,27 @@ class PieceFinder {
     p.box.include(box);
   }
 
-  // A tile without gaps is one part at once.
+  // Where every plane is whole, each is of one part at once.
   bool read_whole(const Tile& tile, int tu, int tv) {
-    const Plane& plane = tile.first;
-    if (plane.next &&
-        std::any_of(plane.next->in, plane.next->in + kTileRays, [](float in) { return in < kFar; }))
-      return false;
-    float last_in = -kFar, first_out = kFar, first_in = kFar, last_out = -kFar;
-    for (size_t slot = 0; slot < kTileRays; slot++) {
-      last_in = std::max(last_in, plane.in[slot]);
-      first_in = std::min(first_in, plane.in[slot]);
-      first_out = std::min(first_out, plane.out[slot]);
-      last_out = std::max(last_out, plane.out[slot]);
+    const std::vector<WholePlane>& planes = whole_[index(tu, tv)] = whole_planes(tile);
+    if (planes.empty()) return false;
+    found_.tiles_[index(tu, tv)] = {static_cast<int64_t>(found_.labels_.size()), true};
+    const Plane* plane = &tile.first;
+    for (const WholePlane& whole : planes) {
+      const int part = whole.goes_on ? found_.labels_.back() : new_part();
+      found_.labels_.push_back(part);
+      Piece& p = parts_[size_of(part)];
+      int nodes = 0;
+      for (size_t slot = 0; slot < kTileRays; slot++)
+        nodes += ceil_of(plane->out[slot] - 0.5f) - ceil_of(plane->in[slot] - 0.5f);
+      p.nodes += nodes;
+      NodeBounds box;
+      box.min = Index3(tu * kTileSide, tv * kTileSide, whole.any.begin);
+      box.max =
+          Index3(tu * kTileSide + kTileSide - 1, tv * kTileSide + kTileSide - 1, whole.any.end - 1);
+      p.box.include(box);
+      plane = plane->next;
     }
-    if (!(last_in < kFar) || !(first_out > -kFar)) return false;  // a ray is empty
-    const NodeRange all{nodes_of(last_in, first_out)};
-    if (all.empty()) return false;
-    const int part = new_part();
-    found_.tiles_[index(tu, tv)].one = part;
-    whole_[index(tu, tv)].all = all;
-    Piece& p = parts_[size_of(part)];
-    for (size_t slot = 0; slot < kTileRays; slot++) {
-      const NodeRange nodes = nodes_of(plane.in[slot], plane.out[slot]);
-      p.nodes += nodes.end - nodes.begin;
-    }
-    p.box.min = Index3(tu * kTileSide, tv * kTileSide, nodes_of(first_in, last_out).begin);
-    p.box.max = Index3(tu * kTileSide + kTileSide - 1, tv * kTileSide + kTileSide - 1,
-                       nodes_of(first_in, last_out).end - 1);
     return true;
   }
 
@@ -205,46 +244,50 @@ class PieceFinder {
   }
 
   int& label(const Pieces::TileLabels& labels, int number, size_t slot) {
-    return found_
-        .labels_[size_of(static_cast<int>(labels.first)) + size_of(number) * kTileRays + slot];
-  }
-  int label_of(size_t tile, int number, size_t slot) {
-    const Pieces::TileLabels& labels = found_.tiles_[tile];
-    return labels.one >= 0 ? labels.one : label(labels, number, slot);
+    return found_.labels_[labels.index(number, slot)];
   }
 
   // The rays of two tiles on both sides of where they meet; the second is farther along u or v.
   void join(int tu0, int tv0, int tu1, int tv1) {
-    const size_t a = index(tu0, tv0), b = index(tu1, tv1);
-    const int one = found_.tiles_[a].one, other = found_.tiles_[b].one;
-    if (one >= 0 && other >= 0) {
-      const NodeRange &p = whole_[a].all, &q = whole_[b].all;
-      if (p.shares(q)) return unite(one, other);
-    }
+    const size_t one = index(tu0, tv0), other = index(tu1, tv1);
+    if (join_whole(one, other)) return;
+    const Pieces::TileLabels &a = found_.tiles_[one], &b = found_.tiles_[other];
     const Tile &before = z_.tile(tu0, tv0), &after = z_.tile(tu1, tv1);
     for (size_t i = 0; i < kTileSide; i++) {
       const size_t slot_a =
           tu0 != tu1 ? i * kTileSide + kTileSide - 1 : (kTileSide - 1) * kTileSide + i;
       const size_t slot_b = tu0 != tu1 ? i * kTileSide : i;
       for_shared(RayWalk(before, slot_a), RayWalk(after, slot_b),
-                 [&](int p, int q) { unite(label_of(a, p, slot_a), label_of(b, q, slot_b)); });
+                 [&](int p, int q) { unite(label(a, p, slot_a), label(b, q, slot_b)); });
     }
+  }
+  // By what whole planes tell; whether no ray need be looked at.
+  bool join_whole(size_t one, size_t other) {
+    bool told = !whole_[one].empty() && !whole_[other].empty();
+    for (size_t p = 0; p < whole_[one].size(); p++)
+      for (size_t q = 0; q < whole_[other].size(); q++) {
+        const WholePlane &a = whole_[one][p], &b = whole_[other][q];
+        if (a.all.shares(b.all))
+          unite(label(found_.tiles_[one], static_cast<int>(p), 0),
+                label(found_.tiles_[other], static_cast<int>(q), 0));
+        else if (a.any.shares(b.any))
+          told = false;
+      }
+    return told;
   }
 
   const FieldSnapshot& z_;
   const std::vector<bool>* mask_;
   Pieces found_;
-  std::vector<Whole> whole_;
+  std::vector<std::vector<WholePlane>> whole_;  // of each tile; none where labels are by slot
   std::vector<int> parent_;
   std::vector<Piece> parts_;
 };
 
 int Pieces::of_span(int u, int v, int span) const {
-  const TileLabels& tile = tiles_[size_of((v / kTileSide) * tiles_u_ + u / kTileSide)];
-  if (tile.one >= 0) return tile.one;
+  const TileLabels& tile = tiles_[tile_at(u / kTileSide, v / kTileSide)];
   if (tile.first < 0) return -1;
-  const int slot = (v % kTileSide) * kTileSide + u % kTileSide;
-  return labels_[static_cast<size_t>(tile.first) + size_of(span * kTileRays + slot)];
+  return labels_[tile.index(span, size_of((v % kTileSide) * kTileSide + u % kTileSide))];
 }
 
 int Pieces::at(const FieldSnapshot& z, const Index3& node) const {
@@ -263,86 +306,168 @@ Pieces find_pieces(const Snapshot& model) {
   return PieceFinder(model.field(Axis::z), nullptr).take();
 }
 
-void keep_pieces(TriDexel& model, const Pieces& pieces, const std::vector<bool>& keep,
-                 bool keep_dust) {
-  const Snapshot before = model.snapshot();
-  const FieldSnapshot& z = before.field(Axis::z);
-  struct Going {
+namespace {
+
+// One field of a model, while pieces go from it to those beside it.
+class FieldParter {
+ public:
+  // fields[0]: of the model itself, which holds what goes to no other; fields[k]: of portion k - 1.
+  FieldParter(std::vector<Field*> fields, const Snapshot& before, const Pieces& pieces,
+              const std::vector<int>& to)
+      : axis_(fields.front()->axis()),
+        fields_(std::move(fields)),
+        was_(before.field(axis_)),
+        z_(before.field(Axis::z)),
+        pieces_(pieces),
+        to_(to),
+        near_(fields_.size() + 1) {}
+
+  void run() {
+    for (int tv = 0; tv < was_.tiles_v(); tv++)
+      for (int tu = 0; tu < was_.tiles_u(); tu++)
+        if (!was_.tile(tu, tv).empty) part_tile(was_.tile(tu, tv), tu, tv);
+  }
+
+ private:
+  // The number of a piece's field; after the last where it goes to none.
+  size_t field_of(int piece) const {
+    const int to = to_[size_of(piece)];
+    return to == kGone ? fields_.size() : size_of(to + 1);
+  }
+
+  void part_tile(const Tile& tile, int tu, int tv) {
+    // A span may reach half a cell beyond its nodes, and rounding may have put its end past one.
+    const int u = tu * kTileSide, v = tv * kTileSide;
+    std::fill(near_.begin(), near_.end(), false);
+    bool all_stays = true;
+    for (size_t piece = 0; piece < to_.size(); piece++) {
+      if (to_[piece] == kStays) continue;
+      if (!pieces_.all()[piece].box.meets(axis_, u, v, u + kTileSide - 1, v + kTileSide - 1))
+        continue;
+      near_[field_of(static_cast<int>(piece))] = true;
+      all_stays = false;
+    }
+    for (size_t k = 1; k < fields_.size(); k++)
+      if (!near_[k]) fields_[k]->clear_tile(tu, tv);
+    near_[0] = true;
+    if (!all_stays && !by_planes(tile, tu, tv)) by_spans(tile, tu, tv);
+  }
+
+  int piece_at(int u, int v, int depth) const {
+    Index3 node;
+    node[u_index(axis_)] = u;
+    node[v_index(axis_)] = v;
+    node[depth_index(axis_)] = depth;
+    return pieces_.at(z_, node);
+  }
+
+  // Of each plane of a tile, where each is of one piece; else none.
+  std::vector<int> pieces_of_planes(const Tile& tile, int tu, int tv) const {
+    const int u = tu * kTileSide, v = tv * kTileSide;
+    std::vector<int> pieces;
+    if (axis_ == Axis::z) {
+      if (!pieces_.by_plane(tu, tv)) return {};
+      for (RayWalk walk(tile, 0); !walk.at_end(); walk.next())
+        pieces.push_back(pieces_.of_span(u, v, walk.number()));
+    } else {
+      for (const WholePlane& plane : whole_planes(tile)) {
+        pieces.push_back(piece_at(u, v, plane.all.begin));
+        if (pieces.back() < 0) return {};
+      }
+    }
+    return pieces;
+  }
+
+  // Where each plane is of one piece, it goes as a whole; whether that is so.
+  bool by_planes(const Tile& tile, int tu, int tv) {
+    const std::vector<int> pieces = pieces_of_planes(tile, tu, tv);
+    if (pieces.empty()) return false;
+    std::vector<bool> stays(pieces.size());
+    for (size_t k = 0; k < fields_.size(); k++) {
+      if (!near_[k]) continue;
+      for (size_t i = 0; i < pieces.size(); i++) stays[i] = field_of(pieces[i]) == k;
+      if (std::find(stays.begin(), stays.end(), false) != stays.end())
+        fields_[k]->keep_planes(tu, tv, stays);
+    }
+    return true;
+  }
+
+  void by_spans(const Tile& tile, int tu, int tv) {
+    spans_.clear();
+    for (int slot = 0; slot < kTileRays; slot++) {
+      const int u = tu * kTileSide + slot % kTileSide, v = tv * kTileSide + slot / kTileSide;
+      if (slot % kTileSide == 0) beside_.clear();
+      int number = 0;
+      for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next, number++) {
+        int piece = -1;
+        if (axis_ == Axis::z) {
+          piece = pieces_.of_span(u, v, number);
+        } else {
+          const NodeRange nodes = nodes_of(p->in[slot], p->out[slot]);
+          if (size_of(number) < beside_.size() && nodes.shares(beside_[size_of(number)].nodes))
+            piece = beside_[size_of(number)].piece;
+          for (int k = nodes.begin; k < nodes.end && piece < 0; k++) piece = piece_at(u, v, k);
+          if (size_of(number) == beside_.size()) beside_.emplace_back();
+          beside_[size_of(number)] = {nodes, piece};
+        }
+        // What holds no node stays.
+        spans_.push_back({slot, p->in[slot], p->out[slot], piece < 0 ? 0 : field_of(piece)});
+      }
+      if (size_of(number) < beside_.size()) beside_.resize(size_of(number));
+    }
+    for (size_t k = 0; k < fields_.size(); k++) {
+      if (!near_[k]) continue;
+      const auto stay = std::count_if(spans_.begin(), spans_.end(),
+                                      [&](const Parted& span) { return span.to == k; });
+      if (stay == 0) fields_[k]->clear_tile(tu, tv);
+      if (stay == 0 || size_of(static_cast<int>(stay)) == spans_.size()) continue;
+      Tile& writable = fields_[k]->writable(tu, tv);
+      for (const Parted& span : spans_)
+        if (span.to != k) cut_ray(*fields_[k], writable, span.slot, span.in, span.out);
+      fields_[k]->trim_planes(writable);
+    }
+  }
+
+  const Axis axis_;
+  const std::vector<Field*> fields_;
+  const FieldSnapshot &was_, &z_;
+  const Pieces& pieces_;
+  const std::vector<int>& to_;
+  std::vector<bool> near_;  // by field: whether a piece that goes there may meet the tile
+  struct Parted {
     int slot;
     float in, out;
+    size_t to;  // of fields_
   };
-  std::vector<Going> going;
+  std::vector<Parted> spans_;
   // Of the ray one lane before: a span that shares a node's depth with one of them is of its piece.
   struct Beside {
     NodeRange nodes;
     int piece;
   };
-  std::vector<Beside> beside;
-  const auto near_one = [&](bool kept, Axis axis, int tu, int tv) {
-    // A span may reach half a cell beyond its nodes, and rounding may have put its end past one.
-    const int u = tu * kTileSide, v = tv * kTileSide;
-    for (size_t i = 0; i < keep.size(); i++)
-      if (keep[i] == kept &&
-          pieces.all()[i].box.meets(axis, u, v, u + kTileSide - 1, v + kTileSide - 1))
-        return true;
-    return false;
-  };
-  for (const Axis axis : kAxes) {
-    Field& field = model.field(axis);
-    const FieldSnapshot& was = before.field(axis);
-    const int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
-    for (int tv = 0; tv < was.tiles_v(); tv++)
-      for (int tu = 0; tu < was.tiles_u(); tu++) {
-        const Tile& tile = was.tile(tu, tv);
-        if (tile.empty) continue;
-        if (keep_dust && !near_one(false, axis, tu, tv)) continue;
-        if (!keep_dust && !near_one(true, axis, tu, tv)) {
-          field.clear_tile(tu, tv);
-          continue;
-        }
-        going.clear();
-        int left = 0;
-        for (int slot = 0; slot < kTileRays; slot++) {
-          const int u = tu * kTileSide + slot % kTileSide, v = tv * kTileSide + slot / kTileSide;
-          if (slot % kTileSide == 0) beside.clear();
-          int number = 0;
-          for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next, number++) {
-            int piece = -1;
-            if (axis == Axis::z) {
-              piece = pieces.of_span(u, v, number);
-            } else {
-              const NodeRange nodes = nodes_of(p->in[slot], p->out[slot]);
-              if (size_of(number) < beside.size() && nodes.shares(beside[size_of(number)].nodes))
-                piece = beside[size_of(number)].piece;
-              for (int k = nodes.begin; k < nodes.end && piece < 0; k++) {
-                Index3 node;
-                node[ui] = u, node[vi] = v, node[di] = k;
-                piece = pieces.at(z, node);
-              }
-              if (size_of(number) == beside.size()) beside.emplace_back();
-              beside[size_of(number)] = {nodes, piece};
-            }
-            if (piece < 0 ? keep_dust : keep[size_of(piece)])
-              left++;
-            else
-              going.push_back({slot, p->in[slot], p->out[slot]});
-          }
-          if (size_of(number) < beside.size()) beside.resize(size_of(number));
-        }
-        if (going.empty()) continue;
-        if (left == 0) {
-          field.clear_tile(tu, tv);
-          continue;
-        }
-        Tile& writable = field.writable(tu, tv);
-        for (const Going& span : going) cut_ray(field, writable, span.slot, span.in, span.out);
-        field.trim_planes(writable);
-      }
-  }
+  std::vector<Beside> beside_;
+};
+
+}  // namespace
+
+std::vector<Snapshot> part_pieces(TriDexel& model, const Pieces& pieces, const std::vector<int>& to,
+                                  int threads) {
+  const Snapshot before = model.snapshot();
+  std::vector<TriDexel> portions;
+  for (int k = *std::max_element(to.begin(), to.end()); k >= 0; k--)
+    portions.emplace_back(before, model.material_bounds());
+  run_parallel(threads, kAxes.size(), [&](size_t i) {
+    std::vector<Field*> fields{&model.field(kAxes[i])};
+    for (TriDexel& portion : portions) fields.push_back(&portion.field(kAxes[i]));
+    FieldParter(std::move(fields), before, pieces, to).run();
+  });
   model.touch();
+  std::vector<Snapshot> made;
+  for (const TriDexel& portion : portions) made.push_back(portion.snapshot());
+  return made;
 }
 
-Severed find_severed(const Snapshot& before, const Snapshot& after) {
+Severed find_severed(const Snapshot& before, const Snapshot& after, int threads) {
   const FieldSnapshot &was = before.field(Axis::z), &is = after.field(Axis::z);
   Severed severed;
   // The tiles that changed and those beside them: so every node that was beside one that went is
@@ -360,6 +485,10 @@ Severed find_severed(const Snapshot& before, const Snapshot& after) {
     }
   });
   if (places.empty()) return severed;
+  bool everywhere = true;  // that there is material
+  for (int tv = 0; tv < tiles_v; tv++)
+    for (int tu = 0; tu < tiles_u; tu++)
+      everywhere &= mask[size_of(tv * tiles_u + tu)] || is.tile(tu, tv).empty;
   // Which pieces of `after` have nodes that were of each piece of `before`, in these tiles.
   const auto fates = [&](const Pieces& old_pieces, const Pieces& new_pieces) {
     std::vector<std::vector<int>> to(old_pieces.all().size());
@@ -383,11 +512,14 @@ Severed find_severed(const Snapshot& before, const Snapshot& after) {
     return std::any_of(to.begin(), to.end(), [](const auto& pieces) { return pieces.size() > 1; });
   };
   // Where what was together in these tiles still is, every way through them can still be gone.
-  const Pieces old_here = PieceFinder(was, &mask).take();
-  if (!falls_apart(fates(old_here, PieceFinder(is, &mask).take()))) return severed;
+  Pieces old_here, new_here;
+  run_parallel(threads, 2, [&](size_t i) {
+    (i == 0 ? old_here : new_here) = PieceFinder(i == 0 ? was : is, &mask).take();
+  });
+  if (!falls_apart(fates(old_here, new_here))) return severed;
   // Elsewhere nothing changed: so pieces that were one were together in these tiles, too, one by
   // one.
-  Pieces now = find_pieces(after);
+  Pieces now = everywhere ? std::move(new_here) : find_pieces(after);
   std::vector<int> group(now.all().size());
   std::iota(group.begin(), group.end(), 0);
   const auto first_of = [&](int piece) {

@@ -45,13 +45,20 @@ class Pieces {
   int at(const FieldSnapshot& z, const Index3& node) const;
   // Which of all() a span of a z ray belongs to: the number of the span on the ray counts from 0.
   int of_span(int u, int v, int span) const;
+  // Whether each plane of a z tile is of one piece: of_span is the same for all its rays.
+  bool by_plane(int tu, int tv) const { return tiles_[tile_at(tu, tv)].by_plane; }
 
  private:
   friend class PieceFinder;
   struct TileLabels {
-    int one = -1;        // all spans of the tile are of it; else -1
-    int64_t first = -1;  // of labels_, by plane and slot; -1: no labels there
+    int64_t first = -1;     // of labels_; -1: the tile has none
+    bool by_plane = false;  // one a plane; else one a plane and slot
+    size_t index(int span, size_t slot) const {
+      const auto number = static_cast<size_t>(span);
+      return static_cast<size_t>(first) + (by_plane ? number : number * kTileRays + slot);
+    }
   };
+  size_t tile_at(int tu, int tv) const { return static_cast<size_t>(tv * tiles_u_ + tu); }
   int tiles_u_ = 0;
   std::vector<TileLabels> tiles_;
   std::vector<int> labels_;
@@ -60,11 +67,14 @@ class Pieces {
 
 Pieces find_pieces(const Snapshot& model);
 
-// Takes away all but the pieces that `keep` names (by their number in `pieces`, which were found in
-// the model as it is); spans that hold no node stay where `keep_dust`. What stays is the same, bit
-// for bit.
-void keep_pieces(TriDexel& model, const Pieces& pieces, const std::vector<bool>& keep,
-                 bool keep_dust);
+// Where a piece goes that does not become portion 0, 1, ...
+inline constexpr int kStays = -1, kGone = -2;
+// Takes from a model the pieces that do not stay. `to`: of each of `pieces`, which were found in
+// the model as it is, where it goes. Returns the portions, up to the highest number in `to`;
+// several pieces may go to one. What stays, with the spans that hold no node, and what the portions
+// hold is as it was, bit for bit.
+std::vector<Snapshot> part_pieces(TriDexel& model, const Pieces& pieces, const std::vector<int>& to,
+                                  int threads = 1);
 
 // What an edit between two states of a model severed: a piece of `before` whose nodes are now in
 // several pieces. Each of them but the largest is named, by its number in `pieces`.
@@ -76,6 +86,6 @@ struct Severed {
   Pieces pieces;  // of `after`; not found where nothing was severed
   std::vector<Part> parts;
 };
-Severed find_severed(const Snapshot& before, const Snapshot& after);
+Severed find_severed(const Snapshot& before, const Snapshot& after, int threads = 1);
 
 }  // namespace kibori

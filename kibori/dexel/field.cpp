@@ -94,11 +94,17 @@ void release(Pools& pools, const FieldShape& shape, Root* root, Side side) {
 
 Plane* copy_chain(Pools& pools, const Plane* from, Side side);
 
-void copy_plane(Pools& pools, Plane& to, const Plane& from, Side side) {
+// Without what follows it.
+void copy_alone(Pools& pools, Plane& to, const Plane& from, Side side) {
   std::memcpy(&to, &from, offsetof(Plane, next));
-  to.next = copy_chain(pools, from.next, side);
+  to.next = nullptr;
   to.paint = nullptr;
   if (from.paint) to.paint = new (take(pools.paints, side)) PaintPlane(*from.paint);
+}
+
+void copy_plane(Pools& pools, Plane& to, const Plane& from, Side side) {
+  copy_alone(pools, to, from, side);
+  to.next = copy_chain(pools, from.next, side);
 }
 
 Plane* copy_chain(Pools& pools, const Plane* from, Side side) {
@@ -320,6 +326,26 @@ Tile& Field::copy_for_writing(int tu, int tv) {
 void Field::clear_tile(int tu, int tv) {
   hold(pools_->empty);
   set_tile(tu, tv, pools_->empty);
+}
+
+void Field::keep_planes(int tu, int tv, const std::vector<bool>& keep) {
+  if (std::find(keep.begin(), keep.end(), true) == keep.end()) return clear_tile(tu, tv);
+  const Tile& was = tile(tu, tv);
+  Tile* kept = static_cast<Tile*>(take(pools_->tiles, side_));
+  const Plane* from = &was.first;
+  Plane* to = nullptr;
+  for (const bool stays : keep) {
+    if (stays) {
+      to = to ? to->next = static_cast<Plane*>(take(pools_->planes, side_)) : &kept->first;
+      copy_alone(*pools_, *to, *from, side_);
+    }
+    from = from->next;
+  }
+  new (&kept->refs) std::atomic<uint32_t>(1);
+  new (&kept->hash) std::atomic<uint64_t>(0);
+  kept->material = was.material;
+  kept->empty = false;
+  set_tile(tu, tv, kept);
 }
 
 void Field::share_tile(int tu, int tv, int from_tu, int from_tv) {

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include <kibori/dexel/pool.h>
 #include <kibori/dexel/tile.h>
@@ -218,6 +219,9 @@ class Field : private FieldSnapshot {
   }
   // Puts the shared empty tile in place.
   void clear_tile(int tu, int tv);
+  // Leaves only those planes of a tile that `keep` says, plane by plane; those that go have a span
+  // of every ray.
+  void keep_planes(int tu, int tv, const std::vector<bool>& keep);
   // Puts the tile of another place here, too: they are one until either is written.
   void share_tile(int tu, int tv, int from_tu, int from_tv);
   // The plane after `plane`, made if there is none.

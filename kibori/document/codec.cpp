@@ -290,7 +290,6 @@ Status read_second(const Json& json, StrokeSettings& s) {
   hand.mode = *known;
   hand.material = static_cast<uint8_t>(material);
   if (Status felt = read_force(*force, s.rate_hz, hand.force); !felt) return felt;
-  if (Status fits = check_symmetry(s.symmetry, hand.tool); !fits) return fits;
   s.second = std::move(hand);
   return Ok{};
 }
@@ -401,7 +400,7 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
       if (!named_axis) return Error{"a symmetry's axis is x, y or z"};
       s.symmetry.axis = *named_axis;
     }
-    if (const Status fits = check_symmetry(s.symmetry, s.tool); !fits) return Error{fits.error()};
+    if (const Status fits = check_symmetry(s.symmetry); !fits) return Error{fits.error()};
   }
   if (reshapes(s.mode)) {
     const Json* brush = fields.find("brush");

@@ -14,8 +14,7 @@ Result<std::unique_ptr<LiveCarving>> LiveCarving::make(std::unique_ptr<TriDexel>
                                                        std::unique_ptr<Device> second) {
   if (!(settings.rate_hz >= 100 && settings.rate_hz <= 4000))
     return Error{"the servo rate must be 100 to 4000 Hz"};
-  if (const Status fits = check_symmetry(settings.symmetry, settings.tool); !fits)
-    return Error{fits.error()};
+  if (const Status fits = check_symmetry(settings.symmetry); !fits) return Error{fits.error()};
   if (const Status fits = check_brush(settings.brush); !fits) return Error{fits.error()};
   if (settings.materials.empty() || settings.materials.size() > kMaxMaterials)
     return Error{"there must be 1 to 64 materials"};
@@ -27,8 +26,6 @@ Result<std::unique_ptr<LiveCarving>> LiveCarving::make(std::unique_ptr<TriDexel>
     if (const Status fits = ServoHand::check(settings.second, settings.model, settings.rate_hz,
                                              second->capabilities());
         !fits)
-      return Error{fits.error()};
-    if (const Status fits = check_symmetry(settings.symmetry, settings.second.tool); !fits)
       return Error{fits.error()};
     if (reshapes(settings.second.mode))
       return Error{"the second hand cuts, adds or feels; only the first can reshape"};

@@ -256,8 +256,8 @@ Status ReshapeStroke::give_back(double until, double wider, Sums& sums) {
   const double radius = wider * press_radius_mm(settings_.tool, model_.lattice().pitch_mm);
   std::vector<PressingTool> tools{{last_, direction_, middle_}};
   for (const SymmetryImage& image : images_)
-    tools.push_back({image_of(last_, images_.centre_mm(), image), image.turn * direction_,
-                     image_of(middle_, images_.centre_mm(), image)});
+    tools.push_back({image_of(last_, settings_.tool, images_.centre_mm(), image),
+                     image.turn * direction_, image_of(middle_, images_.centre_mm(), image)});
   for (int collar = 0; collar < kCollars && std::fabs(owed_mm3_) > until * pressed_mm3_; collar++) {
     const double before = owed_mm3_;
     for (size_t i = 0; i < tools.size(); i++) {

@@ -30,13 +30,11 @@ Mat3 part_of_turn(Axis axis, int k, int n) {
 
 }  // namespace
 
-Status check_symmetry(const Symmetry& symmetry, const Tool& tool) {
+Status check_symmetry(const Symmetry& symmetry) {
   if (!symmetry.centre_mm.allFinite())
     return Error{"the planes and the axis of symmetry pass through no place at all"};
   if (symmetry.fold < 1 || symmetry.fold > kMaxFold)
     return Error{"a symmetry about an axis has 1 to 16 parts"};
-  if (symmetry.mirrors() && std::holds_alternative<MeshTool>(tool))
-    return Error{"a tool that is a mesh can't be mirrored; choose another, or no planes"};
   return Ok{};
 }
 
@@ -66,18 +64,21 @@ Vec3 image_of(const Vec3& place_mm, const Vec3& centre_mm, const SymmetryImage& 
   return centre_mm + image.turn * (place_mm - centre_mm);
 }
 
-Pose image_of(const Pose& pose, const Vec3& centre_mm, const SymmetryImage& image) {
+Pose image_of(const Pose& pose, const Tool& tool, const Vec3& centre_mm,
+              const SymmetryImage& image) {
   Pose seen;
   seen.tip = image_of(pose.tip, centre_mm, image);
   seen.frame = image.turn * pose.frame;
   // A mirror makes a left-handed frame; the tool's own symmetry turns it back.
-  if (image.mirrors) seen.frame.col(0) = -seen.frame.col(0);
+  if (image.mirrors && !std::holds_alternative<MeshTool>(tool))
+    seen.frame.col(0) = -seen.frame.col(0);
   return seen;
 }
 
-ToolMotion image_of(const ToolMotion& motion, const Vec3& centre_mm, const SymmetryImage& image) {
+ToolMotion image_of(const ToolMotion& motion, const Tool& tool, const Vec3& centre_mm,
+                    const SymmetryImage& image) {
   // Rotation vectors are axial.
-  return {image_of(motion.start, centre_mm, image), image.turn * motion.travel_mm,
+  return {image_of(motion.start, tool, centre_mm, image), image.turn * motion.travel_mm,
           (image.mirrors ? -1 : 1) * (image.turn * motion.turn_rad)};
 }
 

@@ -28,9 +28,8 @@ struct Symmetry {
   bool operator==(const Symmetry&) const = default;
 };
 
-// Ok, or a sentence: a centre that is not finite, a fold that is not 1 ... kMaxFold, a mesh tool
-// with planes (it is no image of itself).
-Status check_symmetry(const Symmetry& symmetry, const Tool& tool);
+// Ok, or a sentence: a centre that is not finite, a fold that is not 1 ... kMaxFold.
+Status check_symmetry(const Symmetry& symmetry);
 
 // The middle of the lattice [mm], where rays have rays for images.
 Vec3 centre_of(const Lattice& lattice);
@@ -59,9 +58,11 @@ class SymmetryImages {
 };
 
 // A place, a pose of the tool, and its motion, as an image has them. Where the image mirrors, the
-// tool must be its own image in its local yz plane.
+// frame of a mesh is left-handed; every other tool is its own image in its local yz plane.
 Vec3 image_of(const Vec3& place_mm, const Vec3& centre_mm, const SymmetryImage& image);
-Pose image_of(const Pose& pose, const Vec3& centre_mm, const SymmetryImage& image);
-ToolMotion image_of(const ToolMotion& motion, const Vec3& centre_mm, const SymmetryImage& image);
+Pose image_of(const Pose& pose, const Tool& tool, const Vec3& centre_mm,
+              const SymmetryImage& image);
+ToolMotion image_of(const ToolMotion& motion, const Tool& tool, const Vec3& centre_mm,
+                    const SymmetryImage& image);
 
 }  // namespace kibori

@@ -37,9 +37,9 @@ void ToolEdit::run(const Tool& tool, const ToolMotion& motion, const Pose& end, 
   sweep(tool, motion, end, substeps, deposits, material, threads, clear, removed);
   images_.reset();
   for (const SymmetryImage& image : symmetry_)
-    sweep(tool, image_of(motion, symmetry_.centre_mm(), image),
-          image_of(end, symmetry_.centre_mm(), image), substeps, deposits, material, threads, false,
-          images_);
+    sweep(tool, image_of(motion, tool, symmetry_.centre_mm(), image),
+          image_of(end, tool, symmetry_.centre_mm(), image), substeps, deposits, material, threads,
+          false, images_);
   // Beside what is not cut, material may be left where the tool stands.
   if (deposits || turns || no_go_) return forget();
   clear_generation_ = model_.generation();

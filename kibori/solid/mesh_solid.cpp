@@ -71,7 +71,7 @@ class TileDots {
 // its edges do, or as the motion. Row by row it says which rays can come to it.
 class SweptShadow {
  public:
-  SweptShadow(const Vec3* const corner[3], const Vec3& motion, int ui, int vi) {
+  SweptShadow(const std::array<const Vec3*, 3>& corner, const Vec3& motion, int ui, int vi) {
     const double mu = motion[ui], mv = motion[vi];
     for (size_t e = 0; e < 4; e++) {
       const Vec3 along = e < 3 ? Vec3(*corner[(e + 1) % 3] - *corner[e]) : motion;
@@ -135,7 +135,10 @@ RayRect within(const RayRect& rect, const Box& box, int ui, int vi) {
 SweptMesh::SweptMesh(std::shared_ptr<const TriangleMesh> mesh, const Pose& start,
                      const LatticeVector& motion, const Lattice& lattice,
                      const LatticeBox& material)
-    : mesh_(std::move(mesh)), motion_(motion.units), material_(material.units) {
+    : mesh_(std::move(mesh)),
+      mirrored_(start.frame.determinant() < 0),
+      motion_(motion.units),
+      material_(material.units) {
   points_.reserve(mesh_->vertices.size());
   for (const Vec3& p : mesh_->vertices) {
     points_.push_back(lattice.to_lattice(start.to_world(p)).units);
@@ -143,19 +146,24 @@ SweptMesh::SweptMesh(std::shared_ptr<const TriangleMesh> mesh, const Pose& start
     bounds_.include(Vec3(points_.back() + motion_));
   }
   faces_.reserve(mesh_->triangles.size());
-  for (const auto& triangle : mesh_->triangles) faces_.push_back(face_of(triangle));
+  for (uint32_t i = 0; i < mesh_->triangles.size(); i++) faces_.push_back(face_of(i));
   if (mesh_->triangles.size() < kWorthBins) return;
   for (const Axis axis : kAxes) sort_into(bins_[static_cast<size_t>(axis)], axis, lattice);
 }
 
-SweptMesh::Face SweptMesh::face_of(const std::array<uint32_t, 3>& triangle) const {
-  const Vec3* const corner[3] = {&points_[triangle[0]], &points_[triangle[1]],
-                                 &points_[triangle[2]]};
+std::array<const Vec3*, 3> SweptMesh::corners_of(uint32_t triangle) const {
+  auto [a, b, c] = mesh_->triangles[triangle];
+  if (mirrored_) std::swap(b, c);
+  return {&points_[a], &points_[b], &points_[c]};
+}
+
+SweptMesh::Face SweptMesh::face_of(uint32_t triangle) const {
+  const std::array<const Vec3*, 3> corner = corners_of(triangle);
   Face face;
   face.normal = (*corner[1] - *corner[0]).cross(*corner[2] - *corner[0]);
   face.along_motion = -face.normal.dot(motion_);
   face.edge_on = kEdgeOn * face.normal.norm();
-  for (int e = 0; e < 3; e++) {
+  for (size_t e = 0; e < 3; e++) {
     const Vec3 edge = *corner[(e + 1) % 3] - *corner[e];
     face.edge_normal[e] = face.normal.cross(edge);
     face.edge_along_motion[e] = -face.edge_normal[e].dot(motion_);
@@ -167,8 +175,8 @@ SweptMesh::Face SweptMesh::face_of(const std::array<uint32_t, 3>& triangle) cons
 }
 
 std::array<double, 4> SweptMesh::swept_rect(uint32_t triangle, Axis axis) const {
-  const auto& corners = mesh_->triangles[triangle];
-  const Vec3 &a = points_[corners[0]], &b = points_[corners[1]], &c = points_[corners[2]];
+  const std::array<const Vec3*, 3> corner = corners_of(triangle);
+  const Vec3 &a = *corner[0], &b = *corner[1], &c = *corner[2];
   const int ui = u_index(axis), vi = v_index(axis);
   const auto [u_lo, u_hi] = std::minmax({a[ui], b[ui], c[ui]});
   const auto [v_lo, v_hi] = std::minmax({a[vi], b[vi], c[vi]});
@@ -234,8 +242,8 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
   const bool moving = motion_.squaredNorm() > kNoSweep * kNoSweep;
   for (size_t i = begins; i < ends; i++) {
     const auto number = binned ? bins.triangles[i] : static_cast<uint32_t>(i);
-    const auto& triangle = mesh_->triangles[number];
-    const Vec3 &a = points_[triangle[0]], &b = points_[triangle[1]], &c = points_[triangle[2]];
+    const std::array<const Vec3*, 3> corner = corners_of(number);
+    const Vec3 &a = *corner[0], &b = *corner[1], &c = *corner[2];
     const auto [u_lo, u_hi, v_lo, v_hi] = swept_rect(number, axis);
     if (u_hi < seen.u0 || u_lo > seen.u1 || v_hi < seen.v0 || v_lo > seen.v1) continue;
     const Face& face = faces_[number];
@@ -277,7 +285,6 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
       continue;
     const bool by_s = std::abs(alpha) >= std::abs(beta);
     const double step = by_s ? -beta / alpha : -alpha / beta;
-    const Vec3* const corner[3] = {&a, &b, &c};
     std::optional<uint32_t> side_code[3];  // once they are asked for
     double slope[3], per[3];
     const RayRect near{u0, u1 + 1, v0, v1 + 1};

@@ -15,7 +15,8 @@ namespace kibori {
 
 class SweptMesh final : public IntervalSolid {
  public:
-  // `mesh` in tool coordinates [mm], `start` in the world. Rays that pass by `material` [lattice
+  // `mesh` in tool coordinates [mm], `start` in the world; its frame may be left-handed, which is
+  // the mesh mirrored. Rays that pass by `material` [lattice
   // units] may be left out.
   SweptMesh(std::shared_ptr<const TriangleMesh> mesh, const Pose& start,
             const LatticeVector& motion, const Lattice& lattice, const LatticeBox& material);
@@ -41,12 +42,15 @@ class SweptMesh final : public IntervalSolid {
   };
 
   void fill(const RayTile& rays, TileIntervals& all) const override;
-  Face face_of(const std::array<uint32_t, 3>& triangle) const;
+  // The corners of a triangle, counter-clockwise as seen from outside.
+  std::array<const Vec3*, 3> corners_of(uint32_t triangle) const;
+  Face face_of(uint32_t triangle) const;
   void sort_into(Bins& bins, Axis axis, const Lattice& lattice) const;
   // The rectangle that a triangle sweeps across the rays: low and high u, low and high v.
   std::array<double, 4> swept_rect(uint32_t triangle, Axis axis) const;
 
   std::shared_ptr<const TriangleMesh> mesh_;
+  bool mirrored_;
   std::vector<Vec3> points_;  // lattice units, at the start
   std::vector<Face> faces_;
   Vec3 motion_;

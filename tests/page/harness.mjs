@@ -96,7 +96,9 @@ export const browser = await launch();
 
 export const complaints = [];
 export async function open(size, more = {}, from = browser) {
-  const context = await from.newContext({ viewport: size, ...more });
+  // Where no one looks at pictures, a quarter of the pixels is drawn.
+  const deviceScaleFactor = pictures ? 1 : 0.5;
+  const context = await from.newContext({ viewport: size, deviceScaleFactor, ...more });
   context.setDefaultTimeout(120000); // two tests on two cores, without a graphics card
   const page = await context.newPage();
   page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));

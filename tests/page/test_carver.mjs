@@ -435,24 +435,24 @@ async function stamps() {
     along.every((d) => d < 2.1),
   );
   await show(page, "stamp-letters");
-  // A stamp can't be mirrored; a plane that was chosen waits for the next tool.
-  check("no mirrors", await page.locator("#symmetry").evaluate((set) => set.disabled));
-  await choose(page, "Ball burr");
+  // A letter and its mirror image: an F looks the other way.
   await page.locator("#symmetry input").first().check();
-  await choose(page, "Stamp");
-  await page.waitForTimeout(500);
-  const word = await page.locator("#notice").textContent();
-  check(`nothing is complained of (${word})`, word === "");
-  await choose(page, "Ball burr");
-  check("mirrors are back", await page.locator("#symmetry input").first().isChecked());
+  await told(() => page.locator("#stamp-text").fill("F"));
   const twice = await pressed([[100, 120]]);
+  await show(page, "stamp-mirrored");
+  const both = [];
+  for (let x = -130; x <= 130; x += 2) both.push((await depth(x, 120)) > 1);
+  check(
+    `a letter is its image mirrored (${both.map(Number).join("")})`,
+    both.includes(true) && both.filter((cut, i) => cut !== both[both.length - 1 - i]).length < 4,
+  );
   await page.keyboard.press("Control+z");
   await page.locator("#symmetry input").first().uncheck();
+  await page.waitForTimeout(600);
   const once = await pressed([[100, 120]]);
   check(`it was mirrored (${twice}, ${once})`, Math.abs(twice - 2 * once) < 0.1 * once);
   await page.keyboard.press("Control+z");
   await page.waitForTimeout(600);
-  await choose(page, "Stamp");
   // Stars along a straight line.
   await told(async () => {
     await page.locator("#stamp-text").fill("★");

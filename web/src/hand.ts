@@ -193,10 +193,8 @@ export class Hand {
     this.stamp.begin();
     this.chooseTurn();
     this.chooseHand();
-    // Mirrors are for what is held by then, or for what comes.
-    if (this.shape === "mesh") this.chooseSymmetry();
     this.chooseWork();
-    if (this.shape !== "mesh") this.chooseSymmetry();
+    this.chooseSymmetry();
     this.guide.choose();
     this.send(write.ChooseMaterial({ material: Number(select("material").value) }));
     this.send(write.ChooseModel({ model: select("model").value as Model }));
@@ -371,14 +369,7 @@ export class Hand {
       slider.max = String(form.max);
       slider.value = String(form.value);
     }
-    // A stamp can't be mirrored: no planes before it is held, and those that were, once it is not.
-    const mirrors = element<HTMLFieldSetElement>("symmetry"),
-      stamp = this.shape === "mesh",
-      changes = stamp !== mirrors.disabled;
-    mirrors.disabled = stamp;
-    if (changes && stamp && !this.readOnly) this.chooseSymmetry();
     this.chooseTool();
-    if (changes && !stamp && !this.readOnly) this.chooseSymmetry();
     if (!this.readOnly) this.chooseHand();
   }
   private chooseTool(): void {
@@ -441,7 +432,6 @@ export class Hand {
   }
   /** As bits: 1 normal to x, 2 to y, 4 to z. */
   private planes(): number {
-    if (this.shape === "mesh") return 0;
     return [...element("symmetry").querySelectorAll("input")].reduce(
       (all, box) => all + (box.checked ? Number(box.value) : 0),
       0,

@@ -463,7 +463,7 @@ Status LiveSession::fits_hand(const Tool& tool) const {
   if ((mesh && mesh->mesh->triangles.size() > kMaxStampTriangles) ||
       !(reach_mm(tool) <= kMaxToolReach * lattice_.pitch_mm))
     return Error{std::string("a hand can't hold that ") + shape_of(tool)};
-  return check_symmetry(symmetry_, tool);
+  return Ok{};
 }
 
 Status LiveSession::choose_tool(const Tool& tool) {
@@ -568,9 +568,7 @@ Status LiveSession::choose_model(ForceModel model) {
 
 Status LiveSession::choose_symmetry(const std::array<bool, 3>& planes, int fold, Axis axis) {
   const Symmetry symmetry{planes, centre_of(lattice_), fold, axis};
-  if (Status fits = check_symmetry(symmetry, tool_); !fits) return fits;
-  if (second_tool_)
-    if (Status fits = check_symmetry(symmetry, *second_tool_); !fits) return fits;
+  if (Status fits = check_symmetry(symmetry); !fits) return fits;
   Status posted = post([symmetry](ServoContext& live) { live.set_symmetry(symmetry); });
   if (posted) symmetry_ = symmetry;
   return posted;
