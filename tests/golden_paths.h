@@ -18,8 +18,8 @@ struct PathsOutcome {
   // sign.
   double removed_mm3 = 0, force_n = 0;
 };
-inline constexpr PathsOutcome kGoldenPaths{0x66ebf59b99d85f22, 0x1.a246112f6aaa8p+11,
-                                           0x1.b66bb1f7afdd8p+4};
+inline constexpr PathsOutcome kGoldenPaths{0x811dc5307bb8f643, 0x1.a24613bf6aaacp+11,
+                                           0x1.b66bb4e41cdc7p+4};
 
 inline PathsOutcome golden_paths(int threads) {
   Sequence sequence;

@@ -519,7 +519,7 @@ TEST(SweptBall, PlungesWithALittleDriftLoseNoRay) {
 
 // The rim of a bull nose is searched for, not solved. The oracle is the definition, minimised along
 // the ray and the motion by golden sections: a ray that passes deep enough is not lost, and ends
-// are where it says.
+// are where it says, or, above the disc, in the shank.
 TEST(SweptRim, GrazingRaysAreNotLost) {
   Random random;
   const auto min = [](double low, double high, int steps, const auto& of) {
@@ -536,7 +536,7 @@ TEST(SweptRim, GrazingRaysAreNotLost) {
       }
     return std::min(at_a, at_b);
   };
-  int met = 0;
+  int met = 0, ended = 0;
   for (int trial = 0; trial < 100; trial++) {
     const double size = trial % 2 ? 6 : 40, disc = random.uniform(0, size),
                  corner = random.uniform(0.1, size / 2);
@@ -551,6 +551,13 @@ TEST(SweptRim, GrazingRaysAreNotLost) {
                return std::hypot(std::max((x - z * axis).norm() - disc, 0.0), z);
              });
     };
+    const auto shank = [&](const Vec3& p) {  // > 0 inside
+      return -min(0, 1, 34, [&](double s) {
+        const Vec3 x = p - centre - s * motion;
+        const double z = x.dot(axis);
+        return std::max({(x - z * axis).norm() - disc - corner, -z, z - corner});
+      });
+    };
     for (const Axis along : kAxes) {
       SpanLayer layer;
       if (!rim.spans({along, 0, 0}, 0, layer)) layer.rows = 0;
@@ -562,17 +569,48 @@ TEST(SweptRim, GrazingRaysAreNotLost) {
           p[depth_index(along)] = t;
           return depth(p);
         };
+        const auto in_shank = [&](double t) {
+          p[depth_index(along)] = t;
+          return shank(p) > -2e-3;
+        };
         const size_t i = static_cast<size_t>(slot);
-        if (((layer.rows >> (slot / 16)) & 1) && layer.lo[i] < layer.hi[i]) {
+        const bool there = ((layer.rows >> (slot / 16)) & 1) && layer.lo[i] < layer.hi[i];
+        if (there) {
           met++;
-          ASSERT_NEAR(at(layer.lo[i]), 0, 2e-3) << random.note();
-          ASSERT_NEAR(at(layer.hi[i]), 0, 2e-3) << random.note();
-        } else {
-          ASSERT_GT(min(-100, 120, 34, [&](double t) { return -at(t); }), -2e-3) << random.note();
+          for (const double end : {layer.lo[i], layer.hi[i]}) {
+            if (in_shank(end)) continue;
+            ended++;
+            ASSERT_NEAR(at(end), 0, 2e-3) << random.note();
+          }
+        }
+        // Where a ray that is passed by comes nearest to the middle.
+        if (!there) {
+          double nearest = 0, deepest = -1e9;
+          static_cast<void>(min(-100, 120, 34, [&](double t) {
+            const double deep = at(t);
+            if (deep > deepest) deepest = deep, nearest = t;
+            return -deep;
+          }));
+          if (!in_shank(nearest)) {
+            ASSERT_LT(deepest, 2e-3) << random.note();
+          }
+        }
+        // What is of the rim alone is within the ends, and nothing else is.
+        for (int sample = 0; sample < 8; sample++) {
+          const double t = there && sample % 2
+                               ? random.uniform(layer.lo[i], layer.hi[i])
+                               : centre[depth_index(along)] + random.uniform(-1, 1) * (size + 20);
+          const bool within = there && t > layer.lo[i] && t < layer.hi[i];
+          if (in_shank(t)) continue;
+          if (within)
+            ASSERT_GT(at(t), -2e-3) << random.note();
+          else
+            ASSERT_LT(at(t), 2e-3) << random.note();
         }
       }
     }
   }
+  EXPECT_GT(ended, 1000);
   EXPECT_GT(met, 1000);
 }
 

@@ -13,10 +13,17 @@ HWY_BEFORE_NAMESPACE();
 namespace kibori {
 namespace HWY_NAMESPACE {
 
-// Newton steps on t, and on s within each; 14 x 3 brings grazing rays (where convergence is linear)
-// to 1e-3 cells, all others to float32.
+// The most Newton steps on t, and on s within each; 14 x 3 brings grazing rays (where convergence
+// is linear) to 1e-3 cells, all others to float32.
 constexpr int kOuterSteps = 14;
 constexpr int kInnerSteps = 3;
+// On the first s, and on that of a normal.
+constexpr int kFirstSteps = 11, kNormalSteps = 16;
+// A ray whose step is shorter than this [cells] stays where that brought it. Rays beside it may
+// still walk: so the vectors' width changes nothing.
+constexpr float kSettled = 1e-4f;
+// s is refined where that may gain more than this share of what is left to walk.
+constexpr float kMuch = 0.1f;
 
 // Lengths below this [lattice units] are divided by as if they were this long: on the rim's axis,
 // and where a ray meets the rim's circle itself, directions have no length. It only keeps 0 / 0
@@ -34,9 +41,14 @@ constexpr float kPassing = 1e-4f;
 // rays are left with after all steps.
 constexpr float kMissed = 2e-2f;
 
+// How far an end above the disc goes into the shank [cells]: farther than float32 puts a place
+// wrong.
+constexpr float kInShank = 1e-3f;
+
 struct RimPoint {
-  VF distance, slope_t, slope_s, curve_s;  // G, dG/dt, and (1/2 dG^2/ds, 1/2 d2G^2/ds2)
-  VF nu, nv, nt;                           // gradient of G, any length
+  VF distance, slope_t;           // G, dG/dt
+  VF slope_s, curve_s, curve_ts;  // of G^2 / 2: its derivatives by s, s twice, and t and s
+  VF nu, nv, nt;                  // gradient of G, any length
 };
 
 HWY_INLINE RimPoint Evaluate(const SweptRim::View& k, VF u, VF v, VF t, VF s) {
@@ -66,59 +78,101 @@ HWY_INLINE RimPoint Evaluate(const SweptRim::View& k, VF u, VF v, VF t, VF s) {
   const VF across = hn::Max(hn::Sub(F(m2 - mn * mn), hn::Mul(pm, pm)), F(0.0f));
   p.curve_s =
       hn::Add(hn::Add(hn::Mul(active, hn::Mul(pm, pm)), hn::Mul(ratio, across)), F(mn * mn));
+  // dp/dt is the ray's direction across the axis.
+  const VF out_t = hn::Mul(pt, inv_rho);
+  const VF pm_t = hn::Mul(hn::Sub(F(k.mt - k.nt * mn), hn::Mul(pm, out_t)), inv_rho);
+  p.curve_ts = hn::Neg(
+      hn::Add(hn::Add(hn::Mul(active, hn::Mul(out_t, pm)), hn::Mul(e, pm_t)), F(k.nt * mn)));
   return p;
 }
 
-// The end of the interval reached from `t`, walking up (`up`) or down the ray.
-HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, bool up, MF& live, RimPoint& at) {
+// The s nearest to the ray's point t, from where `s` is, for rays that `walk`, in at most `steps`.
+HWY_INLINE VF Nearest(const SweptRim::View& k, VF u, VF v, VF t, VF s, MF walk, int steps) {
+  const DF d;
+  const float m2 = k.mu * k.mu + k.mv * k.mv + k.mt * k.mt;
+  const VF settled2 = F(kSettled * kSettled / m2);
+  VF left = F(k.s_min), right = F(k.s_max);
+  for (int i = 0; i < steps && !hn::AllFalse(d, walk); i++) {
+    const RimPoint p = Evaluate(k, u, v, t, s);
+    const MF rising = hn::Gt(p.slope_s, hn::Zero(d));
+    right = hn::IfThenElse(rising, s, right);
+    left = hn::IfThenElse(rising, left, s);
+    const VF newton = hn::Sub(s, hn::Div(p.slope_s, hn::Max(p.curve_s, F(kNoCurvature))));
+    const MF inside = hn::And(hn::Ge(newton, left), hn::Le(newton, right));
+    const VF to = hn::IfThenElse(inside, newton, hn::Mul(hn::Add(left, right), F(0.5f)));
+    walk = hn::AndNot(hn::Eq(p.slope_s, hn::Zero(d)), walk);
+    const VF step = hn::Sub(to, s);
+    s = hn::IfThenElse(walk, to, s);
+    walk = hn::And(walk, hn::Gt(hn::Mul(step, step), settled2));
+  }
+  return s;
+}
+
+// Where a ray's point at t is nearest to the middle's path.
+HWY_INLINE VF BesideMiddle(const SweptRim::View& k, VF u, VF v, VF t, float m2) {
+  const VF s =
+      hn::Mul(hn::Add(hn::Add(hn::Mul(u, F(k.mu)), hn::Mul(v, F(k.mv))), hn::Mul(t, F(k.mt))),
+              F(1.0f / m2));
+  return hn::Min(hn::Max(s, F(k.s_min)), F(k.s_max));
+}
+
+// The end of the interval reached from `t`, walking up (`up`) or down the ray. Rays that are `done`
+// stay.
+HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, bool up, MF done, MF& live) {
   const DF d;
   const VF s_min = F(k.s_min), s_max = F(k.s_max);
-  VF s = F(0.5f * (k.s_min + k.s_max));
   const float m2 = k.mu * k.mu + k.mv * k.mv + k.mt * k.mt;
-  const bool moving = m2 > kNoSweep2;
-  if (moving) {
-    s = hn::Mul(hn::Add(hn::Add(hn::Mul(u, F(k.mu)), hn::Mul(v, F(k.mv))), hn::Mul(t, F(k.mt))),
-                F(1.0f / m2));
-    s = hn::Min(hn::Max(s, s_min), s_max);
-  }
+  VF s = m2 > kNoSweep2 ? BesideMiddle(k, u, v, t, m2) : F(0.5f * (k.s_min + k.s_max));
   const float direction = up ? 1.0f : -1.0f;
-  MF missed = hn::FirstN(d, 0);
-  for (int outer = 0; outer < kOuterSteps; outer++) {
-    if (moving) {
-      VF left = s_min, right = s_max;
-      for (int inner = 0; inner < kInnerSteps + (outer == 0 ? 8 : 0); inner++) {
-        const RimPoint p = Evaluate(k, u, v, t, s);
-        const MF rising = hn::Gt(p.slope_s, hn::Zero(d));
-        right = hn::IfThenElse(rising, s, right);
-        left = hn::IfThenElse(rising, left, s);
-        const VF newton = hn::Sub(s, hn::Div(p.slope_s, hn::Max(p.curve_s, F(kNoCurvature))));
-        const MF inside = hn::And(hn::Ge(newton, left), hn::Le(newton, right));
-        const MF flat = hn::Eq(p.slope_s, hn::Zero(d));
-        s = hn::IfThenElse(flat, s,
-                           hn::IfThenElse(inside, newton, hn::Mul(hn::Add(left, right), F(0.5f))));
-      }
-    }
-    at = Evaluate(k, u, v, t, s);
-    const VF excess = hn::Sub(at.distance, F(k.corner));
+  MF missed = hn::FirstN(d, 0), walk = hn::AndNot(done, live);
+  VF excess = hn::Zero(d);
+  for (int outer = 0; outer < kOuterSteps && !hn::AllFalse(d, walk); outer++) {
+    RimPoint at = Evaluate(k, u, v, t, s);
     // G is convex in (t, s): no s brings it lower here than its tangent plane allows. What an s
     // that has not settled might yet gain is no reason to walk further, nor to give the ray up.
-    const VF slope_s = hn::Div(at.slope_s, hn::Max(at.distance, F(kNoLength)));
-    const VF gain =
-        hn::Max(hn::Mul(slope_s, hn::Sub(s, s_min)), hn::Mul(slope_s, hn::Sub(s, s_max)));
+    const auto gain_of = [&](const RimPoint& p) HWY_ATTR {
+      const VF slope_s = hn::Div(p.slope_s, hn::Max(p.distance, F(kNoLength)));
+      return hn::Max(hn::Mul(slope_s, hn::Sub(s, s_min)), hn::Mul(slope_s, hn::Sub(s, s_max)));
+    };
+    VF gain = gain_of(at);
+    const VF much = hn::Max(F(kSettled), hn::Mul(hn::Sub(at.distance, F(k.corner)), F(kMuch)));
+    const MF off = hn::And(walk, hn::Gt(gain, much));
+    if (!hn::AllFalse(d, off)) {
+      s = Nearest(k, u, v, t, s, off, outer == 0 ? kFirstSteps : kInnerSteps);
+      at = Evaluate(k, u, v, t, s);
+      gain = gain_of(at);
+    }
+    excess = hn::IfThenElse(walk, hn::Sub(at.distance, F(k.corner)), excess);
     const VF sure = hn::IfThenElse(hn::Gt(excess, hn::Zero(d)),
                                    hn::Max(hn::Sub(excess, gain), hn::Zero(d)), excess);
     // Walking up, H falls until the near end is met; where it no longer falls, the ray passes by.
     const VF slope = hn::Mul(at.slope_t, F(direction));
-    const MF passing = hn::And(hn::Ge(slope, F(-kPassing)), hn::Gt(sure, F(kPassing)));
+    const MF passing =
+        hn::And(walk, hn::And(hn::Ge(slope, F(-kPassing)), hn::Gt(sure, F(kPassing))));
     missed = hn::Or(missed, passing);
+    walk = hn::AndNot(passing, walk);
     const VF step = hn::Div(sure, hn::Max(hn::Neg(slope), F(kPassing)));
-    t = hn::IfThenElse(missed, t, hn::Add(t, hn::Mul(step, F(direction))));
+    const VF by = hn::IfThenElseZero(walk, hn::Mul(step, F(direction)));
+    t = hn::Add(t, by);
+    // Along with it goes the nearest s, where it is not at an end.
+    const VF with = hn::Div(at.curve_ts, hn::Max(at.curve_s, F(kNoCurvature)));
+    const MF between = hn::And(hn::Gt(s, s_min), hn::Lt(s, s_max));
+    const VF moved = hn::Min(hn::Max(hn::Sub(s, hn::Mul(by, with)), s_min), s_max);
+    s = hn::IfThenElse(between, moved, s);
+    walk = hn::And(walk, hn::Or(hn::Gt(hn::Abs(step), F(kSettled)), hn::Gt(gain, F(kSettled))));
   }
-  live = hn::And(live, hn::AndNot(missed, hn::Lt(hn::Sub(at.distance, F(k.corner)), F(kMissed))));
+  live = hn::And(live, hn::AndNot(missed, hn::Lt(excess, F(kMissed))));
   return t;
 }
 
-// Turns the enclosing interval of `layer` into the rim's own.
+// Whether a ray's point at t, in the enclosing cylinder at some s, is above the disc at every s.
+HWY_INLINE MF AboveDisc(const SweptRim::View& k, VF u, VF v, VF t) {
+  const float mn = k.mu * k.nu + k.mv * k.nv + k.mt * k.nt;
+  const VF z = hn::Add(hn::Add(hn::Mul(u, F(k.nu)), hn::Mul(v, F(k.nv))), hn::Mul(t, F(k.nt)));
+  return hn::Ge(z, F(std::max(k.s_min * mn, k.s_max * mn)));
+}
+
+// Turns the enclosing interval of `layer` into the rim's own, but for what is above the disc.
 void RimSpans(const SweptRim::View& k, SpanLayer& layer) {
   const DF d;
   unsigned rows = 0;
@@ -130,11 +184,16 @@ void RimSpans(const SweptRim::View& k, SpanLayer& layer) {
       VF lo = hn::Load(d, layer.lo + slot), hi = hn::Load(d, layer.hi + slot);
       MF live = hn::Lt(lo, hi);
       if (!hn::AllFalse(d, live)) {
-        RimPoint at;
         const VF start = hn::IfThenElse(live, hn::Sub(lo, F(k.depth)), hn::Zero(d));
         const VF stop = hn::IfThenElse(live, hn::Sub(hi, F(k.depth)), hn::Zero(d));
-        lo = hn::Add(Walk(k, u, v, start, true, live, at), F(k.depth));
-        hi = hn::Add(Walk(k, u, v, stop, false, live, at), F(k.depth));
+        // What is above the disc on both sides is all in the tool's shank; an end that is goes into
+        // the shank a little, whose own end is then the tool's.
+        const MF lo_above = AboveDisc(k, u, v, start), hi_above = AboveDisc(k, u, v, stop);
+        live = hn::AndNot(hn::And(lo_above, hi_above), live);
+        lo = hn::Add(Walk(k, u, v, start, true, lo_above, live), F(k.depth));
+        hi = hn::Add(Walk(k, u, v, stop, false, hi_above, live), F(k.depth));
+        lo = hn::IfThenElse(lo_above, hn::Add(lo, F(kInShank)), lo);
+        hi = hn::IfThenElse(hi_above, hn::Sub(hi, F(kInShank)), hi);
         live = hn::And(live, hn::Lt(lo, hi));
         if (!hn::AllFalse(d, live)) rows |= 1u << row;
       }
@@ -152,21 +211,8 @@ void RimNormals(const SweptRim::View& k, const EndMasks& ends, SpanLayer& of) {
     const VF t = hn::Sub(hn::Load(d, depth), F(k.depth));
     const float m2 = k.mu * k.mu + k.mv * k.mv + k.mt * k.mt;
     VF s = hn::Zero(d);
-    if (m2 > kNoSweep2) {
-      s = hn::Mul(hn::Add(hn::Add(hn::Mul(u, F(k.mu)), hn::Mul(v, F(k.mv))), hn::Mul(t, F(k.mt))),
-                  F(1.0f / m2));
-      s = hn::Min(hn::Max(s, F(k.s_min)), F(k.s_max));
-      VF left = F(k.s_min), right = F(k.s_max);
-      for (int i = 0; i < 16; i++) {
-        const RimPoint p = Evaluate(k, u, v, t, s);
-        const MF rising = hn::Gt(p.slope_s, hn::Zero(d));
-        right = hn::IfThenElse(rising, s, right);
-        left = hn::IfThenElse(rising, left, s);
-        const VF newton = hn::Sub(s, hn::Div(p.slope_s, hn::Max(p.curve_s, F(kNoCurvature))));
-        const MF inside = hn::And(hn::Ge(newton, left), hn::Le(newton, right));
-        s = hn::IfThenElse(inside, newton, hn::Mul(hn::Add(left, right), F(0.5f)));
-      }
-    }
+    if (m2 > kNoSweep2)
+      s = Nearest(k, u, v, t, BesideMiddle(k, u, v, t, m2), hn::Eq(s, s), kNormalSteps);
     const RimPoint p = Evaluate(k, u, v, t, s);
     hn::Store(EncodeNormal(p.nu, p.nv, p.nt, NormalScale(of.flip)), du, to);
   };
