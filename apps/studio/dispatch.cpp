@@ -256,7 +256,7 @@ struct Dispatch {
     choose([&](LiveSession& s) -> Status {
       const Result<Tool> tool = tool_from_json(m.tool);
       if (!tool) return Error{tool.error()};
-      return s.choose_second(tool.value(), m.mode);
+      return s.choose_second(tool.value(), m.mode, {m.lead != 0, m.entry, m.lift});
     });
   }
   void operator()(const ChooseTool& m) const {

@@ -13,7 +13,7 @@
 
 namespace kibori::studio {
 
-inline constexpr uint16_t kProtocolVersion = 17;
+inline constexpr uint16_t kProtocolVersion = 18;
 
 // The first message of a page, with the key that POST /enter gave for the token. Welcome or Start
 // answers; where the key is another one, the line is closed with code 1008.
@@ -472,17 +472,24 @@ struct ReviseStep {
   }
 };
 // The second hand's tool from now on, and what it does while it is pressed: cut, deposit or touch;
-// off: there is no second hand.
+// off: there is no second hand. Its pointer's strokes have the guide and the string of ChooseGuide;
+// lead, entry, lift: as there, of this tool.
 struct ChooseSecond {
   static constexpr uint8_t kKind = 38;
   std::string tool;
   Mode mode = Mode::cut;
+  uint8_t lead = 0;
+  double entry = 0;
+  double lift = 0;
   bool in_range() const {
-    return tool.size() <= 4096;
+    return tool.size() <= 4096 &&
+           lead <= 1 &&
+           entry >= 0 && entry <= 1e+06 &&
+           lift >= 0 && lift <= 1e+06;
   }
   template <class F>
   void fields([[maybe_unused]] F&& f) {
-    f(tool, mode);
+    f(tool, mode, lead, entry, lift);
   }
 };
 // The second hand's tool comes in at `tip`, as of Press; while the first works, in its stroke.

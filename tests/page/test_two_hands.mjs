@@ -170,4 +170,39 @@ async function besideADevice() {
   await studio.end();
 }
 
-await run([twoFingers, besideADevice]);
+/** A V-gouge, drawn askew by either hand, leads itself: both cut the same groove. */
+async function bothLead() {
+  const taken = [];
+  for (const device of [[], ["--device", "virtual"]]) {
+    const studio = await Studio.start(...device);
+    const page = await open(SIZE);
+    await begin(page, studio.url);
+    await choose(page, "shape", "vee");
+    await page.locator("#guide").selectOption("line");
+    if (device.length > 0) {
+      await choose(page, "mode", "touch"); // the device's hand goes about, and only feels
+      await page.locator("#second-mode").selectOption("cut");
+      check("it holds the gouge", /V-gouge/.test(await page.locator("#second-name").textContent()));
+    }
+    const first = await state(page);
+    const middle = await page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
+    await page.mouse.move(middle.x - 130, middle.y + 40);
+    await page.mouse.down();
+    await page.mouse.move(middle.x, middle.y - 25, { steps: 20 });
+    await page.mouse.move(middle.x + 130, middle.y - 40, { steps: 20 });
+    await page.waitForTimeout(300);
+    await page.mouse.up();
+    await until(page, "a groove", (s) => Number(s.volume) < Number(first.volume) - 5);
+    await page.waitForTimeout(1500);
+    await show(page, `two-hands-leads-${taken.length}`);
+    taken.push(Number(first.volume) - Number((await state(page)).volume));
+    await page.locator("#leave").click();
+    await started(page);
+    check("carved again, all is as it was", verified());
+    await studio.end();
+  }
+  const [one, other] = taken;
+  check(`the same groove (${taken} mm3)`, Math.abs(one - other) < 0.03 * one);
+}
+
+await run([twoFingers, besideADevice, bothLead]);

@@ -108,6 +108,7 @@ export class Hand {
       depth: () => this.depth(),
       radius: () => this.radius(),
       working: () => this.stroke !== null,
+      leading: (leads, depth) => this.guide.leading(leads, depth),
       beginning: (x, y) => this.beginning(x, y),
       onPlane: (x, y, plane) => this.onPlane(x, y, plane),
     });

@@ -234,10 +234,9 @@ function onMessage(said: FromStudio): void {
       view.showTool(shown, axis, side, pushed);
       method.follow(shown, axis);
       force = Math.hypot(...pushed);
-      read(
-        "n-force",
-        share > 0 ? `${newtons(force)} · at your hand ${newtons(share * force)}` : newtons(force),
-      );
+      read("n-force", newtons(force));
+      for (const id of ["hand-force", "n-hand"]) element(id).hidden = !(share > 0);
+      if (share > 0) read("n-hand", newtons(share * force));
       read("n-moment", `${Math.hypot(last[6], last[7], last[8]).toFixed(1)} N mm`);
       read("n-tip", tip.map((x) => x.toFixed(1)).join(" "));
       break;

@@ -3,7 +3,7 @@
 import type { Mode, Model, Tool } from "./kinds";
 import { Reader, Writer, type Vec3 } from "./wire";
 
-export const PROTOCOL_VERSION = 17;
+export const PROTOCOL_VERSION = 18;
 
 /** The first message of a page, with the key that POST /enter gave for the token. Welcome or Start answers; where the key is another one, the line is closed with code 1008. */
 export interface Hello { version: number; key: string }
@@ -79,8 +79,8 @@ export interface ShowRemains { shown: number }
 export interface PreviewAction { action: string }
 /** What was done with bodies in a step, on the way to head, is done otherwise: text as of ActOnBodies. A new step beside it, and what followed up to head done again after it. */
 export interface ReviseStep { step: number; head: number; action: string }
-/** The second hand's tool from now on, and what it does while it is pressed: cut, deposit or touch; off: there is no second hand. */
-export interface ChooseSecond { tool: Tool | null; mode: Mode }
+/** The second hand's tool from now on, and what it does while it is pressed: cut, deposit or touch; off: there is no second hand. Its pointer's strokes have the guide and the string of ChooseGuide; lead, entry, lift: as there, of this tool. */
+export interface ChooseSecond { tool: Tool | null; mode: Mode; lead: number; entry: number; lift: number }
 /** The second hand's tool comes in at `tip`, as of Press; while the first works, in its stroke. time: as of Aim. */
 export interface PressSecond { tip: Vec3; axis: Vec3; time: number }
 /** Where the second hand's tool is wanted, as of Aim. */
@@ -182,7 +182,7 @@ export const write = {
   ShowRemains: (m: ShowRemains) => new Writer(35).u8(m.shown).done(),
   PreviewAction: (m: PreviewAction) => new Writer(36).text(m.action).done(),
   ReviseStep: (m: ReviseStep) => new Writer(37).u32(m.step).u32(m.head).text(m.action).done(),
-  ChooseSecond: (m: ChooseSecond) => new Writer(38).tool(m.tool).mode(m.mode).done(),
+  ChooseSecond: (m: ChooseSecond) => new Writer(38).tool(m.tool).mode(m.mode).u8(m.lead).f64(m.entry).f64(m.lift).done(),
   PressSecond: (m: PressSecond) => new Writer(39).vec3(m.tip).vec3(m.axis).f64(m.time).done(),
   AimSecond: (m: AimSecond) => new Writer(40).vec3(m.tip).vec3(m.axis).f64(m.time).done(),
   LiftSecond: () => new Writer(41).done(),

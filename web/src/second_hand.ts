@@ -2,7 +2,7 @@
 // The second hand: another finger, or the pointer where a force device holds the first tool. It
 // works beside the first, with a tool of its own; what both do until both are lifted is one stroke.
 import * as THREE from "three";
-import { element, put, select } from "./dom";
+import { element, input, put, select } from "./dom";
 import type { Mode } from "./kinds";
 import { write } from "./messages";
 import type { SecondHand as Told } from "./messages";
@@ -17,6 +17,8 @@ export interface FirstHand {
   depth(): number;
   radius(): number;
   working(): boolean;
+  /** How a tool leads itself that goes so deep [mm]. */
+  leading(leads: boolean, depth: number): { lead: number; entry: number; lift: number };
   /** Where a stroke begins that is pressed there: on the wood, or beside it. */
   beginning(x: number, y: number): Hit | null;
   /** Where a point of the window meets the plane through a place. */
@@ -44,6 +46,7 @@ export class SecondHand {
     private first: FirstHand,
   ) {
     select("second-mode").addEventListener("change", () => this.choose());
+    input("leads").addEventListener("input", () => this.choose());
     element("second-takes").onclick = () => {
       this.tool = this.taken();
       this.choose();
@@ -78,7 +81,14 @@ export class SecondHand {
     const depth = (this.depth = this.first.depth()),
       adds = this.mode === "deposit";
     this.used = adds ? shortened(tool, depth + Math.max(depth, this.first.radius())) : tool;
-    this.send(write.ChooseSecond({ tool: this.used, mode: this.mode }));
+    const leads = (TOOLS[tool.shape].leads ?? false) && !adds;
+    this.send(
+      write.ChooseSecond({
+        tool: this.used,
+        mode: this.mode,
+        ...this.first.leading(leads, depth),
+      }),
+    );
   }
   /** Another document: nothing is under way, and there is none. */
   begin(): void {
@@ -107,7 +117,7 @@ export class SecondHand {
     if (!this.there || this.stroke) return false;
     const hit = this.first.beginning(event.clientX, event.clientY);
     if (!hit) return false;
-    if (this.mode === "deposit" && this.depth !== this.first.depth()) this.choose();
+    if (this.depth !== this.first.depth()) this.choose();
     this.canvas.setPointerCapture(event.pointerId);
     const looks = this.view.controls.enabled;
     this.view.controls.enabled = false;

@@ -69,17 +69,20 @@ export class StrokeGuide {
   /** How far from the hand the tool may be, though nothing holds it [mm]. */
   get slack(): number {
     if (this.kind > 0 || this.stamps) return Infinity;
-    return this.steady + (this.leads ? this.entry + this.above : 0);
+    const { lead, entry, lift } = this.leading(this.leads, this.held.depth);
+    return this.steady + (lead ? entry + lift : 0);
   }
-  /** Over what way a tool that leads goes in, and from how high above its path [mm]. */
-  private get entry(): number {
-    return ENTRY * this.depth;
-  }
-  private get above(): number {
-    return this.depth + ABOVE;
-  }
-  private get depth(): number {
-    return Math.max(0.2, this.held.depth);
+  /**
+   * Of a tool that leads itself, if it may: over what way it goes in, and from how high above its
+   * path [mm].
+   */
+  leading(leads: boolean, depth: number): { lead: number; entry: number; lift: number } {
+    const deep = Math.max(0.2, depth);
+    return {
+      lead: leads && input("leads").checked ? 1 : 0,
+      entry: ENTRY * deep,
+      lift: deep + ABOVE,
+    };
   }
   private get kind(): number {
     return GUIDES.indexOf(select("guide").value);
@@ -88,7 +91,7 @@ export class StrokeGuide {
     return Number(input("steady").value);
   }
   private get leads(): boolean {
-    return this.held.leads && !this.held.brush && input("leads").checked;
+    return this.held.leads && !this.held.brush;
   }
 
   private get stamps(): boolean {
@@ -138,9 +141,7 @@ export class StrokeGuide {
         centre: (this.centre?.point ?? this.view.middle).toArray() as Vec3,
         closed: 0,
         steady: this.steady,
-        lead: this.leads ? 1 : 0,
-        entry: this.entry,
-        lift: this.above,
+        ...this.leading(this.leads, this.held.depth),
         stamp: this.stamps ? 1 : 0,
         every: this.held.every ?? 0,
         curve: new Uint8Array(

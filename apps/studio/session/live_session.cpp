@@ -329,10 +329,11 @@ void LiveSession::strike() {
 
 // ---- The second hand
 
-Status LiveSession::choose_second(const Tool& tool, Mode mode) {
+Status LiveSession::choose_second(const Tool& tool, Mode mode, const Lead& lead) {
   if (reshapes(mode))
     return Error{"the second hand cuts, adds or feels; only the first can reshape"};
   if (Status fits = fits_hand(tool); !fits) return fits;
+  if (Status good = check_stroke_guide(second_guide(lead)); !good) return good;
   lift_second();
   Status posted = post([tool, mode](ServoContext& live) {
     ServoHandSettings& hand = live.second()->settings();
@@ -342,8 +343,19 @@ Status LiveSession::choose_second(const Tool& tool, Mode mode) {
   });
   if (!posted) return posted;
   second_mode_ = mode;
+  second_lead_ = lead;
   second_tool_ = mode == Mode::off ? std::nullopt : std::optional<Tool>(tool);
   return posted;
+}
+
+// The first hand's, but for how its own tool leads; it holds no stamp.
+StrokeGuideSettings LiveSession::second_guide(const Lead& lead) const {
+  StrokeGuideSettings guide = guide_;
+  guide.lead = lead.leads;
+  guide.entry_mm = lead.entry_mm;
+  guide.lift_mm = lead.lift_mm;
+  guide.stamp = false;
+  return guide;
 }
 
 void LiveSession::aim_second(const Vec3& tip_mm, const Vec3& axis, double time_s) {
@@ -352,7 +364,12 @@ void LiveSession::aim_second(const Vec3& tip_mm, const Vec3& axis, double time_s
   if (!pose) return;
   if (!second_pressed_)
     second_pointer_->hover(*pose);
-  else if (std::isfinite(time_s))
+  else if (!std::isfinite(time_s))
+    return;
+  else if (second_guided_)
+    second_guided_->move(*pose, time_s,
+                         [&](const Pose& at, double s) { second_pointer_->move(at, s); });
+  else
     second_pointer_->move(*pose, time_s);
 }
 
@@ -360,9 +377,12 @@ void LiveSession::press_second(const Vec3& tip_mm, const Vec3& axis, double time
   if (!second_pointer_ || !second_tool_ || !live_) return;
   lift_second();
   if (const Status can = can_work(second_mode_); !can) return notify(can);
-  const std::optional<Pose> pose =
+  std::optional<Pose> pose =
       std::isfinite(time_s) ? pose_of(tip_mm, axis, 0, true, second_aimed_) : std::nullopt;
   if (!pose || later_.size() >= kMaxLater) return;
+  second_guided_.reset();
+  if (const StrokeGuideSettings guide = second_guide(second_lead_); guide.guides())
+    pose = second_guided_.emplace(guide).begin(*pose, time_s);
   const auto begin = [pointer = second_pointer_, stroke = second_stroke_ + 1, place = *pose,
                       adds = second_mode_ == Mode::deposit](ServoContext& live) {
     if (pointer->finished() >= stroke) return;  // it was cancelled before it began
@@ -379,6 +399,8 @@ void LiveSession::press_second(const Vec3& tip_mm, const Vec3& axis, double time
 void LiveSession::lift_second() {
   if (!second_pressed_) return;
   second_pressed_ = false;
+  if (second_guided_)
+    second_guided_->end([&](const Pose& at, double s) { second_pointer_->move(at, s); });
   second_pointer_->end();
   later_.push_back({[this, stroke = second_stroke_] {
     return second_pointer_->finished() >= stroke &&

@@ -80,8 +80,12 @@ class LiveSession final : public Session {
   bool blocked() const { return (pressed_ || !later_.empty()) && inside_; }
   // The second hand's tool, and what it does while its pointer is pressed, or all the time where a
   // device holds it: cut, deposit, touch; off: there is no second hand. Errors: what the tool can't
-  // be, or another mode; nothing has changed.
-  Status choose_second(const Tool& tool, Mode mode);
+  // be, another mode, or how it can't lead; nothing has changed.
+  struct Lead {
+    bool leads = false;
+    double entry_mm = 0, lift_mm = 0;  // as of StrokeGuideSettings
+  };
+  Status choose_second(const Tool& tool, Mode mode, const Lead& lead);
   const Tool* second_tool() const override { return second_tool_ ? &*second_tool_ : nullptr; }
   // As aim(), press() and lift(), of its pointer. What both hands do until both are lifted is one
   // stroke.
@@ -115,8 +119,8 @@ class LiveSession final : public Session {
   Status choose_model(ForceModel model);
   // Planes and axis through the lattice's middle; see Symmetry.
   Status choose_symmetry(const std::array<bool, 3>& planes, int fold, Axis axis);
-  // Of the pointer's strokes from the next one on. Errors: what a guide can't be; nothing has
-  // changed.
+  // Of the pointers' strokes from the next one on; whether the second's tool leads choose_second
+  // says. Errors: what a guide can't be; nothing has changed.
   Status choose_guide(const StrokeGuideSettings& guide);
   // Of strokes from the next one on: what becomes of what they sever.
   Status choose_crumbs(Crumbs crumbs);
@@ -150,6 +154,7 @@ class LiveSession final : public Session {
   std::string close() override { return close_document(); }
 
  private:
+  StrokeGuideSettings second_guide(const Lead& lead) const;
   LiveSession() = default;
   std::string close_document();
   // In order, and not before all strokes that were lifted have come to their end.
@@ -188,7 +193,9 @@ class LiveSession final : public Session {
   std::optional<HapticDeviceState> second_held_;
   double roll_rad_ = 0;  // that turn
   StrokeGuideSettings guide_;
-  std::optional<StrokeGuide> guided_;  // the stroke that is being made, where it is guided
+  Lead second_lead_;
+  // The strokes that are being made, where they are guided.
+  std::optional<StrokeGuide> guided_, second_guided_;
   std::optional<HapticDeviceState> held_;
   Tool tool_;
   Symmetry symmetry_;
