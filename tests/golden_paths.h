@@ -18,8 +18,8 @@ struct PathsOutcome {
   // sign.
   double removed_mm3 = 0, force_n = 0;
 };
-inline constexpr PathsOutcome kGoldenPaths{0x811dc5307bb8f643, 0x1.a24613bf6aaacp+11,
-                                           0x1.b66bb4e41cdc7p+4};
+inline constexpr PathsOutcome kGoldenPaths{0x15bcbe5288e91543, 0x1.a24613986aaacp+11,
+                                           0x1.b66bb475996a1p+4};
 
 inline PathsOutcome golden_paths(int threads) {
   Sequence sequence;

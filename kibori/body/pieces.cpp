@@ -485,10 +485,9 @@ Severed find_severed(const Snapshot& before, const Snapshot& after, int threads)
     }
   });
   if (places.empty()) return severed;
-  bool everywhere = true;  // that there is material
+  size_t with_material = 0;
   for (int tv = 0; tv < tiles_v; tv++)
-    for (int tu = 0; tu < tiles_u; tu++)
-      everywhere &= mask[size_of(tv * tiles_u + tu)] || is.tile(tu, tv).empty;
+    for (int tu = 0; tu < tiles_u; tu++) with_material += !is.tile(tu, tv).empty;
   // Which pieces of `after` have nodes that were of each piece of `before`, in these tiles.
   const auto fates = [&](const Pieces& old_pieces, const Pieces& new_pieces) {
     std::vector<std::vector<int>> to(old_pieces.all().size());
@@ -511,22 +510,31 @@ Severed find_severed(const Snapshot& before, const Snapshot& after, int threads)
   const auto falls_apart = [](const std::vector<std::vector<int>>& to) {
     return std::any_of(to.begin(), to.end(), [](const auto& pieces) { return pieces.size() > 1; });
   };
-  // Where what was together in these tiles still is, every way through them can still be gone.
-  Pieces old_here, new_here;
+  // Where what was together in these tiles still is, every way through them can still be gone; so
+  // the others are looked at only where it is not, or where they are few.
+  const bool few_others = 4 * places.size() >= with_material;
+  Pieces old_here, now;
   run_parallel(threads, 2, [&](size_t i) {
-    (i == 0 ? old_here : new_here) = PieceFinder(i == 0 ? was : is, &mask).take();
+    if (i == 0)
+      old_here = PieceFinder(was, &mask).take();
+    else
+      now = PieceFinder(is, few_others ? nullptr : &mask).take();
   });
-  if (!falls_apart(fates(old_here, new_here))) return severed;
+  std::vector<std::vector<int>> fate = fates(old_here, now);
+  if (!falls_apart(fate)) return severed;
   // Elsewhere nothing changed: so pieces that were one were together in these tiles, too, one by
   // one.
-  Pieces now = everywhere ? std::move(new_here) : find_pieces(after);
+  if (!few_others) {
+    now = find_pieces(after);
+    fate = fates(old_here, now);
+  }
   std::vector<int> group(now.all().size());
   std::iota(group.begin(), group.end(), 0);
   const auto first_of = [&](int piece) {
     while (group[size_of(piece)] != piece) piece = group[size_of(piece)];
     return piece;
   };
-  for (const std::vector<int>& pieces : fates(old_here, now))
+  for (const std::vector<int>& pieces : fate)
     for (const int piece : pieces) {
       const int one = first_of(pieces.front()), other = first_of(piece);
       group[size_of(std::max(one, other))] = std::min(one, other);

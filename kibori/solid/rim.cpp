@@ -91,7 +91,8 @@ HWY_INLINE VF Nearest(const SweptRim::View& k, VF u, VF v, VF t, VF s, MF walk, 
   const DF d;
   const float m2 = k.mu * k.mu + k.mv * k.mv + k.mt * k.mt;
   const VF settled2 = F(kSettled * kSettled / m2);
-  VF left = F(k.s_min), right = F(k.s_max);
+  const VF left_end = F(k.s_min), right_end = F(k.s_max);
+  VF left = left_end, right = right_end;
   for (int i = 0; i < steps && !hn::AllFalse(d, walk); i++) {
     const RimPoint p = Evaluate(k, u, v, t, s);
     const MF rising = hn::Gt(p.slope_s, hn::Zero(d));
@@ -99,7 +100,10 @@ HWY_INLINE VF Nearest(const SweptRim::View& k, VF u, VF v, VF t, VF s, MF walk, 
     left = hn::IfThenElse(rising, left, s);
     const VF newton = hn::Sub(s, hn::Div(p.slope_s, hn::Max(p.curve_s, F(kNoCurvature))));
     const MF inside = hn::And(hn::Ge(newton, left), hn::Le(newton, right));
-    const VF to = hn::IfThenElse(inside, newton, hn::Mul(hn::Add(left, right), F(0.5f)));
+    // The first time the ends are no more than ends: many are nearest just there.
+    const VF beyond = i == 0 ? hn::Min(hn::Max(newton, left_end), right_end)
+                             : hn::Mul(hn::Add(left, right), F(0.5f));
+    const VF to = hn::IfThenElse(inside, newton, beyond);
     walk = hn::AndNot(hn::Eq(p.slope_s, hn::Zero(d)), walk);
     const VF step = hn::Sub(to, s);
     s = hn::IfThenElse(walk, to, s);
