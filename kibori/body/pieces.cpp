@@ -453,9 +453,10 @@ class FieldParter {
 std::vector<Snapshot> part_pieces(TriDexel& model, const Pieces& pieces, const std::vector<int>& to,
                                   int threads) {
   const Snapshot before = model.snapshot();
+  const int last =
+      std::accumulate(to.begin(), to.end(), kStays, [](int a, int b) { return std::max(a, b); });
   std::vector<TriDexel> portions;
-  for (int k = *std::max_element(to.begin(), to.end()); k >= 0; k--)
-    portions.emplace_back(before, model.material_bounds());
+  for (int k = 0; k <= last; k++) portions.emplace_back(before, model.material_bounds());
   run_parallel(threads, kAxes.size(), [&](size_t i) {
     std::vector<Field*> fields{&model.field(kAxes[i])};
     for (TriDexel& portion : portions) fields.push_back(&portion.field(kAxes[i]));
@@ -463,6 +464,7 @@ std::vector<Snapshot> part_pieces(TriDexel& model, const Pieces& pieces, const s
   });
   model.touch();
   std::vector<Snapshot> made;
+  made.reserve(portions.size());
   for (const TriDexel& portion : portions) made.push_back(portion.snapshot());
   return made;
 }
