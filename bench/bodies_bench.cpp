@@ -130,8 +130,9 @@ int main(int argc, char** argv) {
           return bodies.all.size();
         },
         1);
+    int threads = 1;
     const auto crumbs = [&] {
-      CrumbResult result = take_crumbs(model, scraped, Crumbs::sort);
+      CrumbResult result = take_crumbs(model, scraped, Crumbs::sort, nullptr, threads);
       return result.portions.size() + 10 * static_cast<size_t>(result.fallen);
     };
     const double top = n - 12;
@@ -157,12 +158,16 @@ int main(int argc, char** argv) {
           stroke(model, mill, {0, 40, 0}, {40, 0, 0}, 60);
         },
         crumbs, 10);
-    timed(
-        "after one that severs half of it",
-        [&] {
-          stroke(model, mill, {0.5 * n, 0, 0}, {0.5 * n, n, 0}, nodes);
-        },
-        crumbs, 1);
+    for (const char* what :
+         {"after one that severs half of it", "after one that severs half of it, two threads"}) {
+      timed(
+          what,
+          [&] {
+            stroke(model, mill, {0.5 * n, 0, 0}, {0.5 * n, n, 0}, nodes);
+          },
+          crumbs, 1);
+      threads = 2;
+    }
   }
   if (json) out.erase(out.rfind(','));
   std::printf(json ? "[%s]\n" : "%s", out.c_str());

@@ -563,11 +563,12 @@ bool holds_some(const Pieces& pieces, int piece, const FieldSnapshot& z, const N
 
 }  // namespace
 
-CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule, const NoGo* no_go) {
+CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule, const NoGo* no_go,
+                        int threads) {
   CrumbResult result;
   if (rule == Crumbs::stay) return result;
   const Snapshot after = model.snapshot();
-  const Severed severed = find_severed(before, after);
+  const Severed severed = find_severed(before, after, threads);
   if (severed.parts.empty()) return result;
   std::vector<int> to(severed.pieces.all().size(), kStays);
   int portions = 0;
@@ -578,7 +579,7 @@ CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule, co
     to[static_cast<size_t>(part.piece)] = falls ? kGone : portions++;
   }
   if (result.fallen == 0 && portions == 0) return result;
-  for (Snapshot& off : part_pieces(model, severed.pieces, to))
+  for (Snapshot& off : part_pieces(model, severed.pieces, to, threads))
     result.portions.push_back({std::move(off), model.material_bounds()});
   if (result.fallen == 0) return result;
   double taken = 0;

@@ -125,7 +125,7 @@ struct CrumbResult {
 // To be called at a stroke's end: `model` is as the stroke left it, `before` as it found it. Takes
 // what it severed out of `model`.
 CrumbResult take_crumbs(TriDexel& model, const Snapshot& before, Crumbs rule,
-                        const NoGo* no_go = nullptr);
+                        const NoGo* no_go = nullptr, int threads = 1);
 // Adds what take_crumbs gave, as bodies that stand at `pose`, which may be that of one of `bodies`;
 // their numbers.
 std::vector<BodyId> add_bodies(Bodies& bodies, const Pose& pose,

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <kibori/base/check.h>
+#include <kibori/live/dab_worker.h>
 
 namespace kibori {
 
@@ -47,7 +48,8 @@ void CrumbWorker::run() {
       {
         TriDexel model(stroke.after, stroke.bounds);
         const uint64_t was = model.generation();
-        done.crumbs = take_crumbs(model, stroke.before, stroke.rule, stroke.no_go.get());
+        done.crumbs = take_crumbs(model, stroke.before, stroke.rule, stroke.no_go.get(),
+                                  DabWorker::spare_threads());
         done.changed = model.generation() != was;
         if (done.changed) stroke.after = model.snapshot();
       }
