@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Bodies that come apart, in a cube whose sides were scraped by a hand's strokes: a plane, a line
 // drawn by hand and a saw that part it, the two put together again, and what a stroke severs looked
-// for at its end, where it severed nothing, a corner, or half of the cube. Splits on one thread and
-// on two.
+// for at its end, where it severed nothing, a corner, or half of the cube. Splits, and half
+// of the cube, on one thread and on two.
 //
 //   bodies_bench [--json] [--quick]
 #include <cmath>

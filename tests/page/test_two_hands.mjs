@@ -77,6 +77,8 @@ async function twoFingers() {
   );
   const eye = await page.evaluate(() => window.kibori.eye());
 
+  // Told at once, so that the stroke to come is still one.
+  await page.locator("#depth").fill("3");
   // Both at once, to and fro in two grooves; the second finger comes later and leaves sooner.
   await touch("touchStart", [1, ...at(-160, -40)]);
   for (let i = 1; i <= 40; i++) {

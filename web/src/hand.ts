@@ -390,6 +390,7 @@ export class Hand {
     if (form) put("form-out", `${said.toFixed(form.unit === "mm" ? 1 : 0)} ${form.unit}`);
     this.draw();
     if (this.readOnly) return;
+    this.second.deepen();
     this.guide.hold(
       TOOLS[this.shape].leads ?? false,
       this.depth(),

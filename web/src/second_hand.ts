@@ -90,6 +90,10 @@ export class SecondHand {
       }),
     );
   }
+  /** Perhaps another depth. It is told before a stroke: during one, what is told ends it. */
+  deepen(): void {
+    if (this.there && !this.stroke && this.depth !== this.first.depth()) this.choose();
+  }
   /** Another document: nothing is under way, and there is none. */
   begin(): void {
     this.stroke = null;
@@ -117,7 +121,6 @@ export class SecondHand {
     if (!this.there || this.stroke) return false;
     const hit = this.first.beginning(event.clientX, event.clientY);
     if (!hit) return false;
-    if (this.depth !== this.first.depth()) this.choose();
     this.canvas.setPointerCapture(event.pointerId);
     const looks = this.view.controls.enabled;
     this.view.controls.enabled = false;
