@@ -3,6 +3,7 @@
 // removed, in any direction and any place; what it must not change.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 #include <vector>
 
@@ -260,6 +261,60 @@ TEST(Grain, WoodsHaveOneAndWaxHasNone) {
   EXPECT_FALSE(Grain::of(make_lattice(Vec3(10, 10, 10), 1, 1).value(), {Material{}}));
 }
 
+// The mean over pieces of any length, of any axis, near the pith and far from it, against dense
+// sampling of the wood itself; and every lane by itself, whatever its neighbours are.
+TEST(Grain, MeansOverPiecesAreThoseOfTheWood) {
+  Random random;
+  double worst = 0;
+  for (int trial = 0; trial < 200; trial++) {
+    SCOPED_TRACE(random.note());
+    const Lattice lattice = make_lattice(Vec3(40, 30, 25), 0.5, 1).value();
+    Log log;
+    log.pith = random.in_box(-10, 50);
+    log.along = random.direction();
+    log.ring = random.uniform(1.5, 5);
+    const Grain grain(log, lattice, {wood(kAlong, 1)});
+    const Axis axis = kAxes[trial % 3];
+    const double depth = lattice.nodes[depth_index(axis)];
+    const float u = static_cast<float>(random.uniform(0, 20)),
+                v = static_cast<float>(random.uniform(0, 40));
+    float lo[16], hi[16], means[16];
+    for (int i = 0; i < 16; i++) {
+      lo[i] = static_cast<float>(random.uniform(0, 0.7 * depth));
+      hi[i] = lo[i] + static_cast<float>(random.uniform(0, 1) * random.uniform(0, 0.3 * depth));
+    }
+    grain.late_wood_of(axis, u, v, lo, hi, 16, means);
+    for (int i = 0; i < 16; i++) {
+      Vec3 at;
+      at[u_index(axis)] = u + static_cast<float>(i);
+      at[v_index(axis)] = v;
+      const auto late = [&](double t) {
+        at[depth_index(axis)] = t;
+        const Vec3 mm = lattice.to_mm(LatticePoint{at});
+        return late_wood(rings_at(log, mm, ring_wave(log, mm)));
+      };
+      double sum = 0;
+      constexpr int kSamples = 400;
+      for (int k = 0; k < kSamples; k++)
+        sum += late(lo[i] + (hi[i] - lo[i]) * (k + 0.5) / kSamples);
+      const double rings = (hi[i] - lo[i]) * lattice.pitch_mm / log.ring;
+      // A wave that is off by some hundredths of a ring moves late wood in or out at either end.
+      const double error = std::abs(means[i] - sum / kSamples);
+      if (rings > 0.2) {
+        EXPECT_LT(error, 0.02 + 0.04 / rings) << rings;
+      }
+      worst = std::max(worst, error * std::min(rings, 1.0));
+    }
+    // One piece among others that are another.
+    float alone[16], same[16], again[16];
+    std::fill_n(alone, 16, lo[0]);
+    std::fill_n(same, 16, hi[0]);
+    grain.late_wood_of(axis, u, v, alone, same, 16, again);
+    EXPECT_EQ(again[0], means[0]);
+  }
+  std::printf("mean late wood over pieces: off by %.3f at most, over a ring or more\n", worst);
+}
+
 // Lattices of any shape: one cell, flat, long.
 TEST(Grain, AnyLatticeHasPlacesForAllOfIt) {
   Random random;
@@ -271,8 +326,13 @@ TEST(Grain, AnyLatticeHasPlacesForAllOfIt) {
     for (int i = 0; i < 200; i++) {
       const Vec3 at = random.in_box(0, 1).cwiseProduct(lattice.nodes.matrix().cast<double>());
       const Vec3 mm = lattice.to_mm(LatticePoint{at});
-      const double here = grain.by_ring(0, Axis::z, at[u_index(Axis::z)], at[v_index(Axis::z)],
-                                        at[2] - 1e-6, at[2] + 1e-6);
+      // A row of 16 rays, all of which have a piece there; the first is the one that is looked at.
+      float lo[16], hi[16], means[16];
+      std::fill_n(lo, 16, static_cast<float>(at[2] - 1e-6));
+      std::fill_n(hi, 16, static_cast<float>(at[2] + 1e-6));
+      grain.late_wood_of(Axis::z, static_cast<float>(at[u_index(Axis::z)]),
+                         static_cast<float>(at[v_index(Axis::z)]), lo, hi, 16, means);
+      const double here = 1 + 2 * (static_cast<double>(means[0]) - kMeanLate);
       // The waves are looked up on a coarse grid: off by a few hundredths of a ring at most.
       double low = 1e9, high = -1e9;
       for (int k = -20; k <= 20; k++) {

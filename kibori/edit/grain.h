@@ -8,7 +8,9 @@
 //   early or late     u (1 + ring (late_wood(x) - kMeanLate)): late wood of a ring resists more by
 //                     the share `ring` than its early wood, and the wood as a whole as u says.
 //
-// It is evaluated for each removed piece of each ray, in parts no longer than a tenth of a ring.
+// It is evaluated for each removed piece of each ray, in parts no longer than a quarter of a ring.
+// Over a part the rings are taken to be as wide as they are along the ray at its middle; the mean
+// over them is exact.
 #pragma once
 
 #include <array>
@@ -34,6 +36,8 @@ class Grain {
 
   // Of a log that lies as is said [mm, of the lattice's frame].
   Grain(const Log& log, const Lattice& lattice, const std::vector<Material>& materials);
+  Grain(const Grain&) = delete;  // views_ points into it
+  Grain& operator=(const Grain&) = delete;
 
   bool felt(uint8_t material) const { return kind(material).felt; }
   // sin^2 of the angle between a motion (any length) and the grain; across where it stands still.
@@ -48,8 +52,26 @@ class Grain {
     const double share = kind(material).along;
     return share / (share * across2 + (1 - across2));
   }
-  // Of u, on average over the piece [lo, hi) of the ray (u, v) [lattice units].
-  double by_ring(uint8_t material, Axis axis, double u, double v, double lo, double hi) const;
+  // By what share of u late wood resists more; where it is 0, rings are not felt.
+  double ring(uint8_t material) const { return kind(material).ring; }
+  // The mean of late_wood over the piece [lo, hi) of each of `count` rays beside each other, of
+  // which the first stands at (u, v) [lattice units]. `count`: a multiple of the vectors' lanes (16
+  // is one); what a ray without a piece gets means nothing.
+  void late_wood_of(Axis axis, float u, float v, const float* lo, const float* hi, size_t count,
+                    float* means) const;
+
+  // What late_wood_of needs of a field with that axis, in the order u, v, depth.
+  struct View {
+    float pith[3], along[3];  // lattice units
+    float per_ring;           // rings a lattice unit
+    float per_step;           // nodes of the waves' grid a lattice unit
+    float last[3];            // its last cells
+    int stride[3];
+    const float* waves;
+    // The share of early wood by year, from `first_year` on.
+    const float* early;
+    float first_year, last_year;
+  };
 
  private:
   struct Kind {
@@ -60,15 +82,14 @@ class Grain {
   const Kind& kind(uint8_t material) const {
     return kinds_[std::min<size_t>(material, kinds_.size() - 1)];
   }
-  double rings(const Vec3& units) const;
 
   Log log_;  // lattice units
   std::vector<Kind> kinds_;
   // ring_wave on a coarse grid of its own, as it changes slowly: asking it anew for every bit of
   // wood would take longer than the cut.
-  Index3 count_;
-  double step_ = 1;  // [lattice units]
   std::vector<float> waves_;
+  std::vector<float> early_;  // by year
+  std::array<View, 3> views_;
 };
 
 }  // namespace kibori

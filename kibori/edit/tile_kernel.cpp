@@ -32,14 +32,14 @@ struct LaneTotals {
   double of[LaneSums::kCount], by_lane[LaneSums::kCount];
 };
 
-// Whether sums need the scalar path: per element while turning, per span where materials mix or
-// have a grain.
-inline bool scalar_sums(const TileJob& job, bool growing) {
-  const Motion& motion = *job.request.motion;
-  const uint8_t material = growing ? job.request.material : job.tile->material;
-  return motion.turning || material == kMixedMaterial ||
-         (motion.grain && motion.grain->felt(material)) ||
+// Whether sums need the scalar path: per element while turning, per span where materials mix.
+inline bool scalar_sums(const TileJob& job) {
+  return job.request.motion->turning || job.sums_material == kMixedMaterial ||
          (job.request.deep && job.rays.axis == Axis::z);
+}
+inline bool grain_felt(const TileJob& job, uint8_t material) {
+  const Grain* const grain = job.request.motion->grain;
+  return grain && grain->felt(material);
 }
 // From now on the tile is the model's own: a copy of what snapshots share.
 inline void make_writable(TileJob& job) {
@@ -49,9 +49,10 @@ inline void make_writable(TileJob& job) {
 inline constexpr float kRowNumber[kTileSide] = {0, 1, 2,  3,  4,  5,  6,  7,
                                                 8, 9, 10, 11, 12, 13, 14, 15};
 
-// Scalar sums for tiles of mixed material and for turning tools: one overlap [lo, hi) of one ray.
-void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t material,
-                 double sign);
+// Scalar sums for tiles of mixed material and for turning tools: one overlap [lo, hi) of one ray;
+// `late` of it is late wood.
+void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t material, double sign,
+                 double late);
 
 }  // namespace kibori
 #endif
@@ -78,22 +79,41 @@ HWY_INLINE void AddDoubles(double* to, VF x, double factor) {
 }
 
 // What is summed of each overlap [lo, hi).
-enum class Summed { nothing, lengths, lengths_and_nodes };
+enum Summed : unsigned { kNothing = 0, kLengths = 1, kNodes = 2, kFelt = 4 };
+
+// The mean of late_wood over overlaps of the rays of a row, from the lane `at` on.
+HWY_INLINE void LateWood(const TileJob& job, size_t row, size_t at, const float* lo,
+                         const float* hi, size_t count, float* late) {
+  const float u = static_cast<float>(job.rays.u0) + static_cast<float>(at) + 0.5f,
+              v = static_cast<float>(job.rays.v0) + static_cast<float>(row) + 0.5f;
+  job.request.motion->grain->late_wood_of(job.rays.axis, u, v, lo, hi, count, late);
+}
 
 // Sums over one tile's rows, in registers.
-template <Summed kSummed>
+template <unsigned kSummed>
 struct Sums {
-  VF length, length_v, length_t2, nodes, nodes_v, nodes_t2;
+  VF length, length_v, length_t2, nodes, nodes_v, nodes_t2, felt, felt_v, felt_t2;
 
-  HWY_INLINE Sums() { length = length_v = length_t2 = nodes = nodes_v = nodes_t2 = hn::Zero(DF()); }
+  HWY_INLINE Sums() {
+    length = length_v = length_t2 = nodes = nodes_v = nodes_t2 = hn::Zero(DF());
+    felt = felt_v = felt_t2 = hn::Zero(DF());
+  }
   // Adds where `hit`; `twice_ref` is 2 t_ref.
-  HWY_INLINE void Add(MF hit, VF lo, VF hi, VF row, VF twice_ref) {
-    if constexpr (kSummed == Summed::nothing) return;
-    const VF len = hn::IfThenElseZero(hit, hn::Sub(hi, lo));
+  HWY_INLINE void Add(const TileJob& job, size_t at_row, size_t g, MF hit, VF lo, VF hi,
+                      VF twice_ref) {
+    if constexpr (kSummed == kNothing) return;
+    const VF len = hn::IfThenElseZero(hit, hn::Sub(hi, lo)), row = F(kRowNumber[at_row]);
+    const VF twice_depth = hn::Sub(hn::Add(lo, hi), twice_ref);
     length = hn::Add(length, len);
     length_v = hn::Add(length_v, hn::Mul(len, row));
-    length_t2 = hn::Add(length_t2, hn::Mul(len, hn::Sub(hn::Add(lo, hi), twice_ref)));
-    if constexpr (kSummed == Summed::lengths_and_nodes) {
+    length_t2 = hn::Add(length_t2, hn::Mul(len, twice_depth));
+    if constexpr ((kSummed & kFelt) != 0) {
+      const VF more = hn::Mul(len, Resists(job, at_row, g, hit, lo, hi));
+      felt = hn::Add(felt, more);
+      felt_v = hn::Add(felt_v, hn::Mul(more, row));
+      felt_t2 = hn::Add(felt_t2, hn::Mul(more, twice_depth));
+    }
+    if constexpr ((kSummed & kNodes) != 0) {
       // Nodes k with lo <= k + 1/2 < hi. Whole numbers below 2^24 all along, as `deep` tools take
       // the scalar path.
       const VF k0 = hn::Ceil(hn::Sub(lo, F(0.5f))), k1 = hn::Ceil(hn::Sub(hi, F(0.5f)));
@@ -104,8 +124,20 @@ struct Sums {
       nodes_t2 = hn::Add(nodes_t2, hn::Mul(n, twice_mean));
     }
   }
+  // Of u, by the rings in each overlap.
+  static HWY_INLINE VF Resists(const TileJob& job, size_t row, size_t g, MF hit, VF lo, VF hi) {
+    const DF d;
+    const auto ring = static_cast<float>(job.request.motion->grain->ring(job.sums_material));
+    if (ring == 0 || hn::AllFalse(d, hit)) return F(1.0f);
+    alignas(64) float los[kLanes], his[kLanes], late[kLanes];
+    hn::Store(lo, d, los);
+    hn::Store(hi, d, his);
+    LateWood(job, row, g * kLanes, los, his, kLanes, late);
+    return hn::Add(F(1.0f),
+                   hn::Mul(F(ring), hn::Sub(hn::Load(d, late), F(static_cast<float>(kMeanLate)))));
+  }
   HWY_INLINE void AddTo(TileJob& job, size_t g, bool negative) const {
-    if constexpr (kSummed == Summed::nothing) return;
+    if constexpr (kSummed == kNothing) return;
     if (job.sums.material != job.sums_material) take_sums(job);
     LaneSums& to = job.sums;
     const RayTile& rays = job.rays;
@@ -116,7 +148,14 @@ struct Sums {
     AddDoubles(to.of[LaneSums::length_v] + at, length, v0);
     AddDoubles(to.of[LaneSums::length_v] + at, length_v, sign);
     AddDoubles(to.of[LaneSums::length_t2] + at, length_t2, sign);
-    if constexpr (kSummed == Summed::lengths_and_nodes) {
+    if constexpr ((kSummed & kFelt) != 0) {
+      AddDoubles(to.of[LaneSums::felt] + at, felt, sign);
+      AddDoubles(to.of[LaneSums::felt_u0] + at, felt, u0);
+      AddDoubles(to.of[LaneSums::felt_v] + at, felt, v0);
+      AddDoubles(to.of[LaneSums::felt_v] + at, felt_v, sign);
+      AddDoubles(to.of[LaneSums::felt_t2] + at, felt_t2, sign);
+    }
+    if constexpr ((kSummed & kNodes) != 0) {
       AddDoubles(to.of[LaneSums::nodes] + at, nodes, sign);
       AddDoubles(to.of[LaneSums::nodes_u0] + at, nodes, u0);
       AddDoubles(to.of[LaneSums::nodes_v] + at, nodes, v0);
@@ -131,14 +170,18 @@ struct Sums {
 // width.
 void AddScalarSums(TileJob& job, bool growing) {
   const DF d;
-  alignas(64) float los[kRow], his[kRow];
+  alignas(64) float los[kRow], his[kRow], late[kRow];
+  const bool grained = job.request.motion->grain != nullptr;
   for (unsigned left = job.spans.rows; left; left &= left - 1) {
     const int row = __builtin_ctz(left);
     const float *a = job.spans.lo + row * kTileSide, *b = job.spans.hi + row * kTileSide;
-    if (growing)
+    if (growing) {
+      if (grained) LateWood(job, static_cast<size_t>(row), 0, a, b, kRow, late);
       for (int lane = 0; lane < kTileSide; lane++)
         if (a[lane] < b[lane])
-          add_overlap(job, row, lane, a[lane], b[lane], job.request.material, 1);
+          add_overlap(job, row, lane, a[lane], b[lane], job.request.material, 1,
+                      grained ? late[lane] : 0);
+    }
     for (const Plane* p = &job.tile->first; p; p = p->next) {
       unsigned hits = 0;
       for (size_t g = 0; g < kGroups; g++) {
@@ -149,17 +192,18 @@ void AddScalarSums(TileJob& job, bool growing) {
         hn::Store(hi, d, his + at);
         hits |= Bits(hn::Lt(lo, hi)) << at;
       }
+      if (hits && grained) LateWood(job, static_cast<size_t>(row), 0, los, his, kRow, late);
       for (; hits; hits &= hits - 1) {
         const int lane = __builtin_ctz(hits);
         add_overlap(job, row, lane, los[lane], his[lane], p->material[row * kTileSide + lane],
-                    growing ? -1 : 1);
+                    growing ? -1 : 1, grained ? late[lane] : 0);
       }
     }
   }
 }
 
 // What a cut would remove: the same sums in the same order, and no writes.
-template <Summed kSummed>
+template <unsigned kSummed>
 void ContactCut(TileJob& job) {
   const DF d;
   for (size_t g = 0; g < kGroups; g++) {
@@ -174,7 +218,7 @@ void ContactCut(TileJob& job) {
         const VF hi = hn::Min(hn::Load(d, p->out + slot), hn::Load(d, job.spans.hi + slot));
         const MF hit = hn::Lt(lo, hi);
         met = hn::Or(met, hit);
-        sum.Add(hit, lo, hi, F(kRowNumber[row]), F(2 * job.request.t_ref));
+        sum.Add(job, row, g, hit, lo, hi, F(2 * job.request.t_ref));
       }
     }
     if (hn::AllFalse(d, met)) continue;
@@ -329,7 +373,7 @@ HWY_NOINLINE void Tighten(Plane& plane) {
 }
 
 // A cut of a tile that may be written, plane by plane.
-template <Summed kSummed>
+template <unsigned kSummed>
 void CutTile(TileJob& job) {
   const DF d;
   const SpanLayer& spans = job.spans;
@@ -353,7 +397,7 @@ void CutTile(TileJob& job) {
         const MF hit = hn::Lt(lo, hi);
         if (hn::AllFalse(d, hit)) continue;
         met = true;
-        sum.Add(hit, lo, hi, F(kRowNumber[row]), twice_ref);
+        sum.Add(job, row, g, hit, lo, hi, twice_ref);
         // The tool covers the span's beginning, its end, both, or neither.
         const MF front = hn::And(hit, hn::Le(a, in)), back = hn::And(hit, hn::Ge(b, out));
         if (!hn::AllFalse(d, hn::AndNot(hn::Xor(front, back), hit))) {
@@ -393,7 +437,7 @@ void CutTile(TileJob& job) {
 }
 
 // Deposit (or its contact test): what is added is the interval less its overlaps.
-template <bool kWrite, Summed kSummed>
+template <bool kWrite, unsigned kSummed>
 void DepositTile(TileJob& job) {
   const DF d;
   const Plane* first = &job.tile->first;
@@ -424,13 +468,13 @@ void DepositTile(TileJob& job) {
       const MF adds = hn::AndNot(covered, live);
       if (hn::AllFalse(d, adds)) continue;
       met = true;
-      sum.Add(adds, a, b, F(kRowNumber[row]), F(2 * job.request.t_ref));
+      sum.Add(job, static_cast<size_t>(row), g, adds, a, b, F(2 * job.request.t_ref));
       for (const Plane* p = first; p; p = p->next) {
         const VF lo = hn::Max(hn::Load(d, p->in + slot), a),
                  hi = hn::Min(hn::Load(d, p->out + slot), b);
         const MF hit = hn::And(adds, hn::Lt(lo, hi));
         if (hn::AllFalse(d, hit)) continue;
-        less.Add(hit, lo, hi, F(kRowNumber[row]), F(2 * job.request.t_ref));
+        less.Add(job, static_cast<size_t>(row), g, hit, lo, hi, F(2 * job.request.t_ref));
       }
       if constexpr (kWrite) {
         if (!job.writable) {
@@ -552,7 +596,7 @@ void StoreNormals(TileJob& job, bool cutting) {
   }
 }
 
-template <Summed kSummed>
+template <unsigned kSummed>
 HWY_INLINE void RunSummed(TileJob& job) {
   switch (job.request.operation) {
     case Operation::cut:
@@ -598,13 +642,18 @@ void RunVectors(TileJob& job) {
   const bool growing = operation == Operation::deposit || operation == Operation::deposit_contact;
   if (operation == Operation::paint) {
     PaintTile(job);
-  } else if (scalar_sums(job, growing)) {
+  } else if (scalar_sums(job)) {
     AddScalarSums(job, growing);
-    RunSummed<Summed::nothing>(job);
+    RunSummed<kNothing>(job);
+  } else if (grain_felt(job, job.sums_material)) {
+    if (job.rays.axis == Axis::z)
+      RunSummed<kLengths | kNodes | kFelt>(job);
+    else
+      RunSummed<kLengths | kFelt>(job);
   } else if (job.rays.axis == Axis::z) {
-    RunSummed<Summed::lengths_and_nodes>(job);
+    RunSummed<kLengths | kNodes>(job);
   } else {
-    RunSummed<Summed::lengths>(job);
+    RunSummed<kLengths>(job);
   }
 }
 
@@ -620,7 +669,7 @@ HWY_EXPORT(ClearSums);
 HWY_EXPORT(ReduceSums);
 
 void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t span_material,
-                 double sign) {
+                 double sign, double late) {
   const auto axis = static_cast<size_t>(job.rays.axis);
   const int ui = u_index(job.rays.axis), vi = v_index(job.rays.axis),
             ti = depth_index(job.rays.axis);
@@ -648,10 +697,10 @@ void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t sp
   const Vec3 s =
       motion.turning ? Vec3(motion.shift.units + motion.turn.cross(r)) : Vec3(Vec3::Zero());
   double resists = 1;  // over u
-  if (const Grain* const grain = motion.grain; grain && grain->felt(material)) {
-    resists = grain->by_direction(material, motion.turning ? grain->across2(s) : motion.across2) *
-              grain->by_ring(material, job.rays.axis, job.rays.u0 + lane + 0.5,
-                             job.rays.v0 + row + 0.5, lo, hi);
+  if (grain_felt(job, material)) {
+    const Grain& grain = *motion.grain;
+    resists = grain.by_direction(material, motion.turning ? grain.across2(s) : motion.across2) *
+              (1 + grain.ring(material) * (late - kMeanLate));
     part.feel();
     part.felt_volume[axis] += resists * length;
     part.felt_moment[axis] += resists * length * r;
@@ -687,13 +736,23 @@ void flush_sums(TileJob& job) {
   using S = LaneSums;
   LaneTotals sum;
   HWY_DYNAMIC_DISPATCH(ReduceSums)(job.sums, sum);
-  const double volume = sum.of[S::length];
   const LatticePoint& ref = job.request.motion->reference;
-  part.volume[axis] += volume;
-  part.moment[axis][u] += sum.by_lane[S::length] + sum.of[S::length_u0] + volume * (0.5 - ref[u]);
-  part.moment[axis][v] += sum.of[S::length_v] + volume * (0.5 - ref[v]);
-  part.moment[axis][t] +=
-      0.5 * sum.of[S::length_t2] + volume * (static_cast<double>(job.request.t_ref) - ref[t]);
+  const auto add = [&](double& volume, Vec3& moment, S::Of of, S::Of u0, S::Of by_v, S::Of t2,
+                       double times) {
+    const double lengths = sum.of[of];
+    volume += times * lengths;
+    moment[u] += times * (sum.by_lane[of] + sum.of[u0] + lengths * (0.5 - ref[u]));
+    moment[v] += times * (sum.of[by_v] + lengths * (0.5 - ref[v]));
+    moment[t] +=
+        times * (0.5 * sum.of[t2] + lengths * (static_cast<double>(job.request.t_ref) - ref[t]));
+  };
+  add(part.volume[axis], part.moment[axis], S::length, S::length_u0, S::length_v, S::length_t2, 1);
+  if (grain_felt(job, job.sums.material)) {
+    const Motion& motion = *job.request.motion;
+    part.feel();
+    add(part.felt_volume[axis], part.felt_moment[axis], S::felt, S::felt_u0, S::felt_v, S::felt_t2,
+        motion.grain->by_direction(job.sums.material, motion.across2));
+  }
   if (job.rays.axis == Axis::z) {
     const double n = sum.of[S::nodes];
     part.points += static_cast<int64_t>(n);

@@ -34,10 +34,24 @@ struct TileRequest {
 // Sums over the tiles of one field, by lane; lattice units. Doubles, so that whole numbers stay
 // exact.
 struct LaneSums {
-  enum Of { length, length_u0, length_v, length_t2, nodes, nodes_u0, nodes_v, nodes_t2, kCount };
+  enum Of {
+    length,
+    length_u0,
+    length_v,
+    length_t2,
+    nodes,
+    nodes_u0,
+    nodes_v,
+    nodes_t2,
+    felt,
+    felt_u0,
+    felt_v,
+    felt_t2,
+    kCount
+  };
   // length: of what was removed; _u0: weighted by the tile's first u; _v: by v; _t2: by twice
-  // (depth - t_ref); nodes: the same of lattice nodes, for the z field. Meaningful once `material`
-  // is set.
+  // (depth - t_ref); nodes: the same of lattice nodes, for the z field; felt: of lengths, each as
+  // much as the rings in it resist (edit/grain.h). Meaningful once `material` is set.
   alignas(64) double of[kCount][kTileSide];
   uint8_t material = kMixedMaterial;  // whose sums these are; kMixedMaterial: nothing summed yet
 };

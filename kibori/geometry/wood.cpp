@@ -58,11 +58,14 @@ double ring_wave(const Log& log, const Vec3& point) {
          value_noise(bend) * 1.5;
 }
 
+double early_wood(double year) {
+  return kMostEarly - 0.3 + 0.3 * corner_value(static_cast<int>(year), 7, 3);
+}
+
 double late_wood(double rings) {
-  const double year = std::floor(rings), part = rings - year;
-  const double width = 0.55 + 0.3 * corner_value(static_cast<int>(year), 7, 3);
-  const double late = std::clamp((part - width) / (1 - width), 0.0, 1.0);
-  const double edge = std::clamp((1 - part) / 0.06, 0.0, 1.0);
+  const double year = std::floor(rings), part = rings - year, early = early_wood(year);
+  const double late = std::clamp((part - early) / (1 - early), 0.0, 1.0);
+  const double edge = std::clamp((1 - part) / kRingEdge, 0.0, 1.0);
   return late * late * (3 - 2 * late) * edge;
 }
 

@@ -33,7 +33,13 @@ inline double rings_at(const Log& log, const Vec3& point, double wave) {
   return across.norm() / log.ring + wave;
 }
 
-// 0: early wood, light; 1: late wood, dark. Early wood grows dark slowly, and ends at once.
+// 0: early wood, light; 1: late wood, dark. Early wood grows dark slowly, and ends at once: with t
+// from 0 to 1 over the year's rest after its early wood, it is t^2 (3 - 2 t), and falls to 0 over
+// the last kRingEdge of the year.
 double late_wood(double rings);
+inline constexpr double kRingEdge = 0.06;
+// The share of that year's ring that is early wood; at most kMostEarly.
+double early_wood(double year);
+inline constexpr double kMostEarly = 0.85;
 
 }  // namespace kibori
