@@ -54,6 +54,9 @@ HWY_INLINE Interval Solve(float a, VF b, VF c, bool cone, bool upward) {
   return {F(-kFar), lo};
 }
 
+// As Solve, of a body without a quadric: everywhere.
+HWY_INLINE Interval Everywhere() { return {F(-kFar), F(kFar)}; }
+
 // Clips [lo, hi] by slope x + offset >= 0; slope is the same for all lanes.
 HWY_INLINE void Clip(Interval& x, float slope, VF offset) {
   const DF d;
@@ -82,6 +85,12 @@ struct RowSolver {
   VF lo_nu, lo_nv, lo_nt, hi_nu, hi_nv, hi_nt;
 
   HWY_INLINE RowSolver(const SweptConvex::View& view, VF u_, VF v_) : k(view), u(u_), v(v_) {
+    for (int j = 0; j < k.planes; j++)
+      plane[j] = hn::Add(hn::Add(hn::Mul(u, F(k.nu[j])), hn::Mul(v, F(k.nv[j]))), F(k.offset[j]));
+    lo = F(kFar);
+    hi = F(-kFar);
+    if constexpr (kNormals) lo_nu = lo_nv = lo_nt = hi_nu = hi_nv = hi_nt = hn::Zero(DF());
+    if (!k.quadric) return;
     const VF two = F(2.0f);
     lin_t = hn::Add(hn::Add(hn::Mul(u, F(k.qut)), hn::Mul(v, F(k.qvt))), F(k.bt));
     lin_s = hn::Neg(hn::Add(hn::Add(hn::Mul(u, F(k.qm_u)), hn::Mul(v, F(k.qm_v))), F(k.bm)));
@@ -89,11 +98,6 @@ struct RowSolver {
                           hn::Mul(two, F(k.bu)));
     const VF vv = hn::Add(hn::Mul(v, F(k.qvv)), hn::Mul(two, F(k.bv)));
     con = hn::Add(hn::Add(hn::Mul(u, uu), hn::Mul(v, vv)), F(k.c));
-    for (int j = 0; j < k.planes; j++)
-      plane[j] = hn::Add(hn::Add(hn::Mul(u, F(k.nu[j])), hn::Mul(v, F(k.nv[j]))), F(k.offset[j]));
-    lo = F(kFar);
-    hi = F(-kFar);
-    if constexpr (kNormals) lo_nu = lo_nv = lo_nt = hi_nu = hi_nv = hi_nt = hn::Zero(DF());
   }
 
   // The quadric's outward normal at (t, s): minus half its gradient.
@@ -157,17 +161,17 @@ struct RowSolver {
     // would be lost between the squares of how far the pose is. What is along the ray is counted
     // from `base`.
     const VF base = F(k.cone ? s * k.mt : 0.0f);
-    VF b, c;
+    VF b = hn::Zero(d), c = hn::Zero(d);
     if (k.cone) {
       const VF pu = hn::Sub(u, F(s * k.mu)), pv = hn::Sub(v, F(s * k.mv));
       b = hn::Add(hn::Mul(pu, F(k.qut)), hn::Mul(pv, F(k.qvt)));
       c = hn::Add(hn::Mul(pu, hn::Add(hn::Mul(pu, F(k.quu)), hn::Mul(pv, F(2 * k.quv)))),
                   hn::Mul(hn::Mul(pv, pv), F(k.qvv)));
-    } else {
+    } else if (k.quadric) {
       b = hn::Add(lin_t, F(k.ts * s));
       c = hn::Add(con, hn::Mul(vs, hn::Add(hn::Mul(F(2.0f), lin_s), F(k.ss * s))));
     }
-    Interval x = Solve(k.tt, b, c, k.cone, k.cone && k.nt[0] > 0);
+    Interval x = k.quadric ? Solve(k.tt, b, c, k.cone, k.cone && k.nt[0] > 0) : Everywhere();
     x.lo = hn::Add(x.lo, base);
     x.hi = hn::Add(x.hi, base);
     const Interval quadric = x;
@@ -203,7 +207,9 @@ struct RowSolver {
     const VF other0 = hn::Mul(plane[j], F(by_s ? -1.0f / alpha : -1.0f / beta));
     const float step = by_s ? -beta / alpha : -alpha / beta;
     Interval x;
-    if (by_s) {
+    if (!k.quadric) {
+      x = Everywhere();
+    } else if (by_s) {
       const float a = k.tt * step * step + 2 * k.ts * step + k.ss;
       const VF b =
           hn::Add(hn::Add(hn::Mul(other0, F(k.tt * step + k.ts)), hn::Mul(lin_t, F(step))), lin_s);
@@ -474,6 +480,7 @@ SweptConvex::SweptConvex(const ConvexBody& body, const LatticePoint& tip, const 
     k.s_min = 0;
     k.s_max = 1;
     k.moving = length > kNoSweep;
+    k.quadric = !(body.q.isZero(0) && body.b.isZero(0));
     k.cone = body.cone;
     k.first_face = body.cone && body.plane_offset[0] == 0 ? 1 : 0;
     for (size_t i = 0; i < 2; i++) k.tangents[i] = tangent_seen(axis, tangents[i]);
@@ -527,18 +534,7 @@ SweptConvex::View SweptConvex::view_at(const RayTile& rays) const {
 
 // Whether everything on these rays within the bounds lies behind the silhouette of the start pose.
 bool SweptConvex::only_behind(const RayTile& rays) const {
-  Vec3 low, high;
-  const int u = u_index(rays.axis), v = v_index(rays.axis), d = depth_index(rays.axis);
-  low[u] = rays.u0;
-  low[v] = rays.v0;
-  low[d] = bounds_.min[d];
-  high[u] = rays.u0 + kTileSide;
-  high[v] = rays.v0 + kTileSide;
-  high[d] = bounds_.max[d];
-  double max = ahead_offset_;
-  for (int i = 0; i < 3; i++)
-    max += std::max(ahead_[i] * (low[i] - tip_[i]), ahead_[i] * (high[i] - tip_[i]));
-  return !(max > 0);
+  return !(most_on(rays, bounds_, ahead_, tip_) + ahead_offset_ > 0);
 }
 
 bool SweptConvex::spans(const RayTile& rays, int layer, SpanLayer& out) const {

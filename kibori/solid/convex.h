@@ -62,7 +62,7 @@ class SweptConvex final : public Solid {
     float qm_u, qm_v, qm_t, bm;  // Q motion, b'motion
     float tt, ts, ss;            // q(t, s) = tt t^2 + 2 ts t s + ss s^2 + ...
     float s_min, s_max;
-    bool moving, cone;
+    bool moving, quadric, cone;
     int planes, first_face;  // the plane through a cone's apex has no face
     float nu[ConvexBody::kMaxPlanes], nv[ConvexBody::kMaxPlanes], nt[ConvexBody::kMaxPlanes];
     float offset[ConvexBody::kMaxPlanes], slope[ConvexBody::kMaxPlanes];  // slope: d l_j / d s

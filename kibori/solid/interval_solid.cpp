@@ -32,9 +32,7 @@ const IntervalSolid::TileIntervals& IntervalSolid::intervals(const RayTile& rays
   };
   thread_local Cache cache;
   for (const Remembered& one : cache.tiles)
-    if (one.id == id_ && one.rays.axis == rays.axis && one.rays.u0 == rays.u0 &&
-        one.rays.v0 == rays.v0)
-      return one.intervals;
+    if (one.id == id_ && one.rays == rays) return one.intervals;
   Remembered& one = cache.tiles[cache.oldest];
   cache.oldest = (cache.oldest + 1) % kRemembered;
   one.id = id_;

@@ -193,10 +193,12 @@ void SweptMesh::sort_into(Bins& bins, Axis axis, const Lattice& lattice) const {
   bins.v = tile_of(bounds_.min[vi] - 1, lattice.nodes[vi]);
   bins.across = tile_of(bounds_.max[ui] + 1, lattice.nodes[ui]) - bins.u + 1;
   bins.down = tile_of(bounds_.max[vi] + 1, lattice.nodes[vi]) - bins.v + 1;
+  bins.rects.reserve(mesh_->triangles.size());
+  for (uint32_t i = 0; i < mesh_->triangles.size(); i++) bins.rects.push_back(swept_rect(i, axis));
   // Counted, then put in their places; a triangle that touches two tiles is of both.
   const auto for_bins = [&](auto&& f) {
     for (uint32_t i = 0; i < mesh_->triangles.size(); i++) {
-      const auto [u_lo, u_hi, v_lo, v_hi] = swept_rect(i, axis);
+      const auto [u_lo, u_hi, v_lo, v_hi] = bins.rects[i];
       const int tu0 = tile_of(u_lo - 1, lattice.nodes[ui]),
                 tu1 = tile_of(u_hi + 1, lattice.nodes[ui]),
                 tv0 = tile_of(v_lo - 1, lattice.nodes[vi]),
@@ -244,7 +246,7 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
     const auto number = binned ? bins.triangles[i] : static_cast<uint32_t>(i);
     const std::array<const Vec3*, 3> corner = corners_of(number);
     const Vec3 &a = *corner[0], &b = *corner[1], &c = *corner[2];
-    const auto [u_lo, u_hi, v_lo, v_hi] = swept_rect(number, axis);
+    const auto [u_lo, u_hi, v_lo, v_hi] = binned ? bins.rects[number] : swept_rect(number, axis);
     if (u_hi < seen.u0 || u_lo > seen.u1 || v_hi < seen.v0 || v_lo > seen.v1) continue;
     const Face& face = faces_[number];
     const Vec3& normal = face.normal;

@@ -29,6 +29,7 @@ class SweptMesh final : public IntervalSolid {
     int u = 0, v = 0, across = 0, down = 0;  // tiles: the first, and how many
     std::vector<uint32_t> first;             // in `triangles`, of each tile, and the end
     std::vector<uint32_t> triangles;
+    std::vector<std::array<double, 4>> rects;  // swept_rect of every triangle
   };
 
   // What a triangle and its prism are, whichever rays look at it.

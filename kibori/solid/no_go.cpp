@@ -79,8 +79,7 @@ void subtract(const std::vector<Interval>& whole, const std::vector<Interval>& p
 const TileIntervals& rest_of(uint64_t id, const RayTile& rays, const Solid& whole,
                              const Solid& part) {
   Cache& at = cache();
-  if (at.id == id && at.rays.axis == rays.axis && at.rays.u0 == rays.u0 && at.rays.v0 == rays.v0)
-    return at.rest;
+  if (at.id == id && at.rays == rays) return at.rest;
   collect(whole, rays, at.whole);
   collect(part, rays, at.part);
   for (size_t slot = 0; slot < kTileRays; slot++)

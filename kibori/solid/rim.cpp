@@ -17,6 +17,12 @@ namespace HWY_NAMESPACE {
 // is linear) to 1e-3 cells, all others to float32.
 constexpr int kOuterSteps = 14;
 constexpr int kInnerSteps = 3;
+// The most steps to the rim at one pose, and poses tried; the steps solve a quadratic, which is
+// what a ray along the axis sees.
+constexpr int kPoseSteps = 6;
+constexpr int kPoses = 2;
+// A ray that is so near the rim [cells] is on it.
+constexpr float kThere = 1e-5f;
 // On the first s, and on that of a normal.
 constexpr int kFirstSteps = 11, kNormalSteps = 16;
 // A ray whose step is shorter than this [cells] stays where that brought it. Rays beside it may
@@ -25,6 +31,8 @@ constexpr float kSettled = 1e-4f;
 // s is refined where that may gain more than this share of what is left to walk.
 constexpr float kMuch = 0.1f;
 
+// A depth that changes by less than this a lattice unit of height is along the disc.
+constexpr float kParallel = 1e-12f;
 // Lengths below this [lattice units] are divided by as if they were this long: on the rim's axis,
 // and where a ray meets the rim's circle itself, directions have no length. It only keeps 0 / 0
 // away.
@@ -40,10 +48,6 @@ constexpr float kPassing = 1e-4f;
 // A walk that ends farther than this [cells] from the rim has missed it: twenty times what grazing
 // rays are left with after all steps.
 constexpr float kMissed = 2e-2f;
-
-// How far an end above the disc goes into the shank [cells]: farther than float32 puts a place
-// wrong.
-constexpr float kInShank = 1e-3f;
 
 struct RimPoint {
   VF distance, slope_t;           // G, dG/dt
@@ -120,24 +124,88 @@ HWY_INLINE VF BesideMiddle(const SweptRim::View& k, VF u, VF v, VF t, float m2) 
   return hn::Min(hn::Max(s, F(k.s_min)), F(k.s_max));
 }
 
-// The end of the interval reached from `t`, walking up (`up`) or down the ray. Rays that are `done`
-// stay.
-HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, bool up, MF done, MF& live) {
+// From `t`, where the rim at the pose `s` of each ray ends, or where the ray comes nearest to it if
+// it passes it by. The first time rays that are within that rim stay; `walk` names them no longer.
+HWY_INLINE VF WalkAtPose(const SweptRim::View& k, VF u, VF v, VF t, VF s, float direction,
+                         bool first, MF& walk) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  // From the disc's centre at that pose to the ray's point at t + x: along the disc's axis it is
+  // z + x nt; across, its square is square + 2 x at + x^2 a.
+  const VF pu = hn::Sub(u, hn::Mul(s, F(k.mu))), pv = hn::Sub(v, hn::Mul(s, F(k.mv))),
+           pt = hn::Sub(t, hn::Mul(s, F(k.mt)));
+  const VF z = hn::Add(hn::Add(hn::Mul(pu, F(k.nu)), hn::Mul(pv, F(k.nv))), hn::Mul(pt, F(k.nt)));
+  const VF au = hn::Sub(pu, hn::Mul(z, F(k.nu))), av = hn::Sub(pv, hn::Mul(z, F(k.nv))),
+           at = hn::Sub(pt, hn::Mul(z, F(k.nt)));
+  const VF square = hn::Add(hn::Add(hn::Mul(au, au), hn::Mul(av, av)), hn::Mul(at, at));
+  const float a = k.nu * k.nu + k.nv * k.nv;
+  VF x = zero;
+  MF left = walk;
+  for (int i = 0; i < kPoseSteps && !hn::AllFalse(d, left); i++) {
+    const VF half = hn::Add(at, hn::Mul(x, F(a)));  // the square's derivative, halved
+    const VF rho2 = hn::Add(square, hn::Mul(x, hn::Add(at, half)));
+    const VF rho = hn::Max(hn::Sqrt(hn::Max(rho2, zero)), F(kNoLength));
+    const VF inverse = hn::Div(F(1.0f), rho), out = hn::Mul(half, inverse);
+    const VF e = hn::Max(hn::Sub(rho, F(k.disc_radius)), zero);
+    const VF height = hn::Add(z, hn::Mul(x, F(k.nt)));
+    // f = G^2 - corner^2, how fast that falls along the way, and how it curves (halves of both).
+    const VF f = hn::Sub(hn::Add(hn::Mul(e, e), hn::Mul(height, height)), F(k.corner * k.corner));
+    const VF falling = hn::Mul(hn::Add(hn::Mul(e, out), hn::Mul(height, F(k.nt))), F(-direction));
+    const VF out2 = hn::Mul(out, out);
+    const VF bends = hn::Add(out2, hn::Mul(hn::Mul(e, inverse), hn::Sub(F(a), out2)));
+    const VF curve = hn::Add(F(k.nt * k.nt), hn::IfThenElseZero(hn::Gt(e, zero), bends));
+    if (i == 0 && first) left = walk = hn::And(walk, hn::Gt(f, F(2 * kThere * k.corner)));
+    const VF disc = hn::Sub(hn::Mul(falling, falling), hn::Mul(curve, f));
+    const MF passing = hn::And(hn::Gt(f, zero), hn::Or(hn::Lt(disc, zero), hn::Lt(falling, zero)));
+    const VF then = hn::Sqrt(hn::Max(disc, zero)), root = hn::Add(falling, then);
+    const VF step = hn::Div(hn::IfThenElse(passing, falling, f),
+                            hn::Max(hn::IfThenElse(passing, curve, root), F(kNoLength)));
+    x = hn::IfThenElse(left, hn::Add(x, hn::Mul(step, F(direction))), x);
+    // What the quadratic leaves out is at most a^(3/2) step^3 / rho, over how fast f falls there.
+    const VF apart = hn::Mul(step, hn::Mul(step, step));
+    left = hn::And(left, hn::Gt(hn::Abs(hn::Mul(apart, F(a * std::sqrt(a)))),
+                                hn::Mul(hn::Mul(rho, then), F(kSettled))));
+    left = hn::And(left, hn::Gt(hn::Abs(step), F(kSettled)));
+  }
+  return hn::Add(t, x);
+}
+
+// The end of the interval reached from `t`, walking up (`up`) or down the ray, of which `length` is
+// within the enclosing ball; rays that are within the rim at `t` stay.
+HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, VF length, bool up, MF& live) {
   const DF d;
   const VF s_min = F(k.s_min), s_max = F(k.s_max);
   const float m2 = k.mu * k.mu + k.mv * k.mv + k.mt * k.mt;
   VF s = m2 > kNoSweep2 ? BesideMiddle(k, u, v, t, m2) : F(0.5f * (k.s_min + k.s_max));
   const float direction = up ? 1.0f : -1.0f;
-  MF missed = hn::FirstN(d, 0), walk = hn::AndNot(done, live);
+  // G is convex in (t, s): it is nowhere lower than its tangent plane allows. So much might another
+  // s yet gain at a point where s has not settled.
+  const auto gain_of = [&](const RimPoint& p) HWY_ATTR {
+    const VF slope_s = hn::Div(p.slope_s, hn::Max(p.distance, F(kNoLength)));
+    return hn::Max(hn::Mul(slope_s, hn::Sub(s, s_min)), hn::Mul(slope_s, hn::Sub(s, s_max)));
+  };
+  MF walk = live;
+  VF there = t;
+  for (int i = 0; i < kPoses && !hn::AllFalse(d, walk); i++) {
+    there = WalkAtPose(k, u, v, there, s, direction, i == 0, walk);
+    if (hn::AllFalse(d, walk)) break;
+    const RimPoint at = Evaluate(k, u, v, there, s);
+    const VF gain = gain_of(at), excess = hn::Sub(at.distance, F(k.corner));
+    const MF arrived = hn::And(walk, hn::Le(hn::Max(hn::Abs(excess), gain), F(kSettled)));
+    t = hn::IfThenElse(arrived, there, t);
+    const VF sure = hn::Sub(hn::Sub(excess, gain), hn::Mul(hn::Abs(at.slope_t), length));
+    const MF passing = hn::And(walk, hn::Gt(sure, F(kSettled)));
+    live = hn::AndNot(passing, live);
+    walk = hn::AndNot(hn::Or(arrived, passing), walk);
+    const VF to = hn::Sub(s, hn::Div(at.slope_s, hn::Max(at.curve_s, F(kNoCurvature))));
+    s = hn::IfThenElse(walk, hn::Min(hn::Max(to, s_min), s_max), s);
+  }
+  MF missed = hn::FirstN(d, 0);
   VF excess = hn::Zero(d);
   for (int outer = 0; outer < kOuterSteps && !hn::AllFalse(d, walk); outer++) {
     RimPoint at = Evaluate(k, u, v, t, s);
-    // G is convex in (t, s): no s brings it lower here than its tangent plane allows. What an s
-    // that has not settled might yet gain is no reason to walk further, nor to give the ray up.
-    const auto gain_of = [&](const RimPoint& p) HWY_ATTR {
-      const VF slope_s = hn::Div(p.slope_s, hn::Max(p.distance, F(kNoLength)));
-      return hn::Max(hn::Mul(slope_s, hn::Sub(s, s_min)), hn::Mul(slope_s, hn::Sub(s, s_max)));
-    };
+    // What an s that has not settled might yet gain is no reason to walk further, nor to give the
+    // ray up.
     VF gain = gain_of(at);
     const VF much = hn::Max(F(kSettled), hn::Mul(hn::Sub(at.distance, F(k.corner)), F(kMuch)));
     const MF off = hn::And(walk, hn::Gt(gain, much));
@@ -147,6 +215,7 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, bool up, MF done, 
       gain = gain_of(at);
     }
     excess = hn::IfThenElse(walk, hn::Sub(at.distance, F(k.corner)), excess);
+    if (outer == 0) walk = hn::And(walk, hn::Gt(excess, hn::Zero(d)));
     const VF sure = hn::IfThenElse(hn::Gt(excess, hn::Zero(d)),
                                    hn::Max(hn::Sub(excess, gain), hn::Zero(d)), excess);
     // Walking up, H falls until the near end is met; where it no longer falls, the ray passes by.
@@ -169,35 +238,36 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, bool up, MF done, 
   return t;
 }
 
-// Whether a ray's point at t, in the enclosing cylinder at some s, is above the disc at every s.
-HWY_INLINE MF AboveDisc(const SweptRim::View& k, VF u, VF v, VF t) {
-  const float mn = k.mu * k.nu + k.mv * k.nv + k.mt * k.nt;
-  const VF z = hn::Add(hn::Add(hn::Mul(u, F(k.nu)), hn::Mul(v, F(k.nv))), hn::Mul(t, F(k.nt)));
-  return hn::Ge(z, F(std::max(k.s_min * mn, k.s_max * mn)));
-}
-
-// Turns the enclosing interval of `layer` into the rim's own, but for what is above the disc.
+// Turns the enclosing ball's interval of `layer` into the rim's own.
 void RimSpans(const SweptRim::View& k, SpanLayer& layer) {
   const DF d;
+  // Where rays cross heights, they do so at (height - base) / nt.
+  const bool crosses = std::abs(k.nt) > kParallel;
+  const float per_height = crosses ? 1.0f / k.nt : 0.0f;
   unsigned rows = 0;
   for (int row = 0; row < kTileSide; row++) {
     if (!((layer.rows >> row) & 1)) continue;
     for (size_t g = 0; g < kGroups; g++) {
       const size_t slot = static_cast<size_t>(row) * kTileSide + g * kLanes;
       const VF u = LanesFrom(k.u_base, g), v = F(k.v_base + static_cast<float>(row));
-      VF lo = hn::Load(d, layer.lo + slot), hi = hn::Load(d, layer.hi + slot);
+      VF lo = hn::Sub(hn::Load(d, layer.lo + slot), F(k.depth)),
+         hi = hn::Sub(hn::Load(d, layer.hi + slot), F(k.depth));
+      const VF base = hn::Add(hn::Mul(u, F(k.nu)), hn::Mul(v, F(k.nv)));
+      const VF below = hn::Sub(F(k.low), base), above = hn::Sub(F(k.high), base);
       MF live = hn::Lt(lo, hi);
+      if (crosses) {
+        const VF a = hn::Mul(below, F(per_height)), b = hn::Mul(above, F(per_height));
+        lo = hn::Max(lo, hn::Min(a, b));
+        hi = hn::Min(hi, hn::Max(a, b));
+        live = hn::And(live, hn::Lt(lo, hi));
+      } else {
+        live = hn::And(live, hn::And(hn::Le(below, hn::Zero(d)), hn::Ge(above, hn::Zero(d))));
+      }
       if (!hn::AllFalse(d, live)) {
-        const VF start = hn::IfThenElse(live, hn::Sub(lo, F(k.depth)), hn::Zero(d));
-        const VF stop = hn::IfThenElse(live, hn::Sub(hi, F(k.depth)), hn::Zero(d));
-        // What is above the disc on both sides is all in the tool's shank; an end that is goes into
-        // the shank a little, whose own end is then the tool's.
-        const MF lo_above = AboveDisc(k, u, v, start), hi_above = AboveDisc(k, u, v, stop);
-        live = hn::AndNot(hn::And(lo_above, hi_above), live);
-        lo = hn::Add(Walk(k, u, v, start, true, lo_above, live), F(k.depth));
-        hi = hn::Add(Walk(k, u, v, stop, false, hi_above, live), F(k.depth));
-        lo = hn::IfThenElse(lo_above, hn::Add(lo, F(kInShank)), lo);
-        hi = hn::IfThenElse(hi_above, hn::Sub(hi, F(kInShank)), hi);
+        const VF start = hn::IfThenElseZero(live, lo), stop = hn::IfThenElseZero(live, hi);
+        const VF length = hn::Sub(stop, start);
+        lo = hn::Add(Walk(k, u, v, start, length, true, live), F(k.depth));
+        hi = hn::Add(Walk(k, u, v, stop, length, false, live), F(k.depth));
         live = hn::And(live, hn::Lt(lo, hi));
         if (!hn::AllFalse(d, live)) rows |= 1u << row;
       }
@@ -242,26 +312,46 @@ HWY_EXPORT(RimSpans);
 HWY_EXPORT(RimNormals);
 
 namespace {
-ConvexBody enclosing_cylinder(double disc_radius, double corner) {
-  const double radius = disc_radius + corner;
-  ConvexBody body;
-  body.q.diagonal() << -1, -1, 0;
-  body.c = radius * radius;
-  body.add_plane(Vec3(0, 0, 1), corner);
-  body.add_plane(Vec3(0, 0, -1), corner);
-  body.local_bounds = {Vec3(-radius, -radius, -corner), Vec3(radius, radius, corner)};
-  return body;
-}
+// How far the rim reaches above its disc, into the shank [cells]: farther than float32 puts a place
+// wrong.
+constexpr double kInShank = 1e-3;
 }  // namespace
 
 SweptRim::SweptRim(const LatticePoint& centre, const Mat3& frame, double disc_radius, double corner,
-                   const LatticeVector& motion)
+                   const LatticeVector& motion, bool start_is_clear)
     : centre_(centre.units),
       axis_(frame.col(2)),
       motion_(motion.units),
       disc_radius_(disc_radius),
       corner_(corner),
-      hull_(enclosing_cylinder(disc_radius, corner), centre, frame, motion) {}
+      start_is_clear_(start_is_clear && !motion.units.isZero(0)),
+      hull_(centre, motion, disc_radius + corner) {
+  // The box of the whole rim, and that of a box about its lower half: each is the smaller at some
+  // axes.
+  Box whole, half;
+  const Vec3 reach =
+      disc_radius * (Vec3::Ones() - axis_.cwiseProduct(axis_)).cwiseMax(0).cwiseSqrt() +
+      Vec3::Constant(corner);
+  const double radius = disc_radius + corner;
+  for (const double s : {0.0, 1.0}) {
+    const Vec3 at = centre_ + s * motion_;
+    whole.include(Vec3(at - reach));
+    whole.include(Vec3(at + reach));
+    for (int i = 0; i < 8; i++)
+      half.include(Vec3(at + frame * Vec3(i & 1 ? radius : -radius, i & 2 ? radius : -radius,
+                                          i & 4 ? kInShank : -corner)));
+  }
+  bounds_ = {Box{whole.min.cwiseMax(half.min), whole.max.cwiseMin(half.max)}};
+}
+
+// Whether the sweep reaches nothing on these rays that the start pose does not hold. The distance
+// to the disc is convex, so where a point comes in it shrinks from the beginning: the motion leads
+// away from the disc there. Below the disc, and with a motion that does not lead down, it does so
+// only where it leads away from the axis.
+bool SweptRim::only_behind(const RayTile& rays) const {
+  const double up = axis_.dot(motion_);
+  return up >= 0 && most_on(rays, bounds_.units, motion_ - up * axis_, centre_) <= 0;
+}
 
 SweptRim::View SweptRim::view_at(const RayTile& rays) const {
   const int u = u_index(rays.axis), v = v_index(rays.axis), t = depth_index(rays.axis);
@@ -288,11 +378,15 @@ SweptRim::View SweptRim::view_at(const RayTile& rays) const {
   k.corner = f(corner_);
   k.s_min = f(-s);
   k.s_max = f(1 - s);
+  const double up = axis_.dot(motion_);
+  k.low = f(std::min(-s * up, (1 - s) * up) - corner_);
+  k.high = f(std::max(-s * up, (1 - s) * up) + kInShank);
   return k;
 }
 
 bool SweptRim::spans(const RayTile& rays, int layer, SpanLayer& out) const {
-  if (!hull_.spans(rays, layer, out)) return false;
+  if (layer != 0 || (start_is_clear_ && only_behind(rays)) || !hull_.spans(rays, layer, out))
+    return false;
   out.normals_ready = 0;
   HWY_DYNAMIC_DISPATCH(RimSpans)(view_at(rays), out);
   return out.rows != 0;

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: MIT
-// The rounded rim of a bull-nose cutter, swept: all points within `corner` of a disc that moves
-// along a straight line.
+// The rounded rim of a bull-nose cutter, swept: of all points within `corner` of a disc that moves
+// along a straight line, those below the disc; the others are in the tool's shank.
 //
 // The distance G(t, s) from a ray's point t to the disc at motion parameter s is convex, so each
 // end of the interval is the root of a convex function of t, H(t) = min over s of G(t, s) = corner.
-// Newton walks to it from the end of the enclosing swept cylinder, with s refined a few steps along
-// each time; the number of steps is fixed.
+// Newton walks to it from the end of the enclosing swept ball: first to the rim where that
+// stands at an end of the motion, which is the end of almost every ray if the motion is short; from
+// where that is not it, with s refined a few steps along each time. The number of steps is fixed.
 #pragma once
 
-#include <kibori/solid/convex.h>
+#include <kibori/solid/ball.h>
 #include <kibori/solid/solid.h>
 
 namespace kibori {
@@ -16,11 +17,12 @@ namespace kibori {
 class SweptRim final : public Solid {
  public:
   // Centre of the disc at the start, its frame (z: its axis), radii of disc and corner [lattice
-  // units], motion.
+  // units], motion. start_is_clear: there is no material in the start pose, so rays on which the
+  // sweep reaches nothing beyond it may be left out.
   SweptRim(const LatticePoint& centre, const Mat3& frame, double disc_radius, double corner,
-           const LatticeVector& motion);
+           const LatticeVector& motion, bool start_is_clear = false);
 
-  LatticeBox bounds() const override { return hull_.bounds(); }
+  LatticeBox bounds() const override { return bounds_; }
   bool spans(const RayTile& rays, int layer, SpanLayer& out) const override;
   void normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const override;
 
@@ -28,14 +30,18 @@ class SweptRim final : public Solid {
     float u_base, v_base, depth;  // of ray (0, 0) relative to the disc's centre; the centre's depth
     float mu, mv, mt, nu, nv, nt;
     float disc_radius, corner, s_min, s_max;
+    float low, high;  // heights above the disc at s = 0 between which all of it is
   };
 
  private:
   View view_at(const RayTile& rays) const;
+  bool only_behind(const RayTile& rays) const;
 
   Vec3 centre_, axis_, motion_;
   double disc_radius_, corner_;
-  SweptConvex hull_;  // the cylinder that just holds the rim
+  bool start_is_clear_;
+  SweptBall hull_;  // the ball that just holds the rim
+  LatticeBox bounds_;
 };
 
 }  // namespace kibori

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/solid/solid.h>
 
+#include <algorithm>
 #include <limits>
 
 namespace kibori {
@@ -9,6 +10,21 @@ namespace {
 bool row_filled(const SpanLayer& layer, int row) { return (layer.rows >> row) & 1; }
 
 }  // namespace
+
+double most_on(const RayTile& rays, const Box& bounds, const Vec3& slope, const Vec3& from) {
+  Vec3 low, high;
+  const int u = u_index(rays.axis), v = v_index(rays.axis), d = depth_index(rays.axis);
+  low[u] = rays.u0;
+  low[v] = rays.v0;
+  low[d] = bounds.min[d];
+  high[u] = rays.u0 + kTileSide;
+  high[v] = rays.v0 + kTileSide;
+  high[d] = bounds.max[d];
+  double most = 0;
+  for (int i = 0; i < 3; i++)
+    most += std::max(slope[i] * (low[i] - from[i]), slope[i] * (high[i] - from[i]));
+  return most;
+}
 
 // ---- Complement: the gaps between the layers of `inside` ----
 

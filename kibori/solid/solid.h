@@ -18,6 +18,7 @@ namespace kibori {
 struct RayTile {
   Axis axis;
   int u0, v0;  // indices of the tile's first ray
+  bool operator==(const RayTile&) const = default;
 };
 
 // Codes of normal_code.h at the two ends of every ray's interval.
@@ -70,6 +71,9 @@ class Solid {
   virtual void normals(const RayTile& rays, int layer, const EndMasks& ends,
                        SpanLayer& of) const = 0;
 };
+
+// The most that slope'(x - from) comes to on those rays within the bounds [lattice units].
+double most_on(const RayTile& rays, const Box& bounds, const Vec3& slope, const Vec3& from);
 
 // All but `inside`: an intersection is a cut with the complement.
 class Complement final : public Solid {

@@ -2,6 +2,7 @@
 #include <kibori/solid/tool.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -349,6 +350,8 @@ double reach_mm(const Tool& tool) {
 SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
                      const Lattice& lattice, const LatticeBox& material_bounds, bool start_is_clear)
     : convex_(is_convex(tool)) {
+  static std::atomic<uint64_t> next{1};
+  id_ = next.fetch_add(1, std::memory_order_relaxed);
   const double scale = 1 / lattice.pitch_mm;
   const LatticePoint tip = lattice.to_lattice(start.tip);
   const LatticeVector motion = lattice.vector_to_lattice(motion_mm);
@@ -410,7 +413,8 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
             const double corner = t.corner * scale;
             convex(cylinder(t.radius * scale, corner,
                             Top(t.length * scale, std::max(2 * corner, useful()))));
-            add<SweptRim>(above_tip(corner), frame, (t.radius - t.corner) * scale, corner, motion);
+            add<SweptRim>(above_tip(corner), frame, (t.radius - t.corner) * scale, corner, motion,
+                          start_is_clear);
           },
           [&](const Cone& t) { pointed(t.angle_deg, t.radius, t.length); },
           [&](const Capsule& t) {
@@ -519,17 +523,34 @@ LatticeBox SweptTool::bounds() const {
   return box;
 }
 
+SweptTool::Parts& SweptTool::parts_of(const RayTile& rays, bool flip) const {
+  struct Asked {
+    uint64_t id = 0;
+    RayTile rays{Axis::x, -1, -1};
+    bool flip = false;
+    Parts parts;
+  };
+  thread_local Asked last;
+  if (last.id == id_ && last.rays == rays && last.flip == flip) return last.parts;
+  last.id = id_;
+  last.rays = rays;
+  last.flip = flip;
+  for (size_t i = 0; i < count_; i++) {
+    SpanLayer& part = last.parts[i];
+    part.flip = flip;
+    part.normals_ready = 0;
+    part.last = false;
+    if (!solids_[i]->spans(rays, 0, part)) part.rows = 0;
+  }
+  return last.parts;
+}
+
 // The parts' intervals of each ray, merged where they meet; the one whose turn it is.
 bool SweptTool::spans_apart(const RayTile& rays, int layer, SpanLayer& out) const {
-  std::array<SpanLayer, std::tuple_size_v<decltype(rooms_)>> parts;
+  const Parts& parts = parts_of(rays, out.flip);
   unsigned rows = 0;
   bool more = false;
-  for (size_t i = 0; i < count_; i++) {
-    parts[i].normals_ready = 0;
-    parts[i].last = false;
-    if (!solids_[i]->spans(rays, 0, parts[i])) parts[i].rows = 0;
-    rows |= parts[i].rows;
-  }
+  for (size_t i = 0; i < count_; i++) rows |= parts[i].rows;
   out.normals_ready = 0;
   out.rows = 0;
   for (int row = 0; row < kTileSide; row++) {
@@ -537,7 +558,7 @@ bool SweptTool::spans_apart(const RayTile& rays, int layer, SpanLayer& out) cons
     bool any = false;
     for (int slot = row * kTileSide; slot < (row + 1) * kTileSide; slot++) {
       // Sorted by their beginnings.
-      std::array<std::pair<float, float>, std::tuple_size_v<decltype(rooms_)>> found;
+      std::array<std::pair<float, float>, kMaxParts> found;
       size_t count = 0;
       for (size_t i = 0; i < count_; i++) {
         if (!((parts[i].rows >> row) & 1) || !(parts[i].lo[slot] < parts[i].hi[slot])) continue;
@@ -568,16 +589,17 @@ bool SweptTool::spans_apart(const RayTile& rays, int layer, SpanLayer& out) cons
 
 bool SweptTool::spans(const RayTile& rays, int layer, SpanLayer& out) const {
   if (!convex_ && count_ > 1) return spans_apart(rays, layer, out);
-  const bool first = solids_[0]->spans(rays, layer, out);
-  if (count_ == 1) return first;
+  if (count_ == 1) return solids_[0]->spans(rays, layer, out);
   if (layer != 0) return false;
-  if (!first) out.rows = 0;
+  const Parts& parts = parts_of(rays, out.flip);
   out.normals_ready = 0;
-  SpanLayer other;
+  out.last = true;
+  out.rows = parts[0].rows;
+  std::copy_n(parts[0].lo, kTileRays, out.lo);
+  std::copy_n(parts[0].hi, kTileRays, out.hi);
   for (size_t i = 1; i < count_; i++) {
-    other.normals_ready = 0;
-    other.last = false;
-    if (!solids_[i]->spans(rays, 0, other)) continue;
+    const SpanLayer& other = parts[i];
+    if (!other.rows) continue;
     for (int row = 0; row < kTileSide; row++) {
       if (!((other.rows >> row) & 1)) continue;
       const bool filled = (out.rows >> row) & 1;
@@ -600,10 +622,10 @@ bool SweptTool::spans(const RayTile& rays, int layer, SpanLayer& out) const {
 void SweptTool::normals(const RayTile& rays, int layer, const EndMasks& ends, SpanLayer& of) const {
   if (count_ == 1) return solids_[0]->normals(rays, layer, ends, of);
   // The piece that made an end has the very same number there.
+  Parts& parts = parts_of(rays, of.flip);
   for (size_t i = 0; i < count_; i++) {
-    SpanLayer own;
-    own.flip = of.flip;
-    if (!solids_[i]->spans(rays, 0, own)) continue;
+    SpanLayer& own = parts[i];
+    if (!own.rows) continue;
     EndMasks mine = {};
     for (int row = 0; row < kTileSide; row++) {
       if (!((own.rows >> row) & 1)) continue;
@@ -616,6 +638,7 @@ void SweptTool::normals(const RayTile& rays, int layer, const EndMasks& ends, Sp
       }
       mine.mark(static_cast<size_t>(row), ends.lo[row] & lo, ends.hi[row] & hi);
     }
+    if (!mine.rows) continue;
     solids_[i]->normals(rays, 0, mine, own);
     for (int row = 0; row < kTileSide; row++)
       for (int lane = 0; lane < kTileSide; lane++) {

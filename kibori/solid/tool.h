@@ -332,14 +332,20 @@ class SweptTool final : public Solid {
                                           sizeof(SweptMesh)})];
   };
 
+  static constexpr size_t kMaxParts = 5;
+  using Parts = std::array<SpanLayer, kMaxParts>;
+  // What each part says of a tile; kept for each thread, as an edit asks for the normals of the
+  // tile whose spans it has asked for.
+  Parts& parts_of(const RayTile& rays, bool flip) const;
   bool spans_apart(const RayTile& rays, int layer, SpanLayer& out) const;
 
   // One solid, or convex solids. Where their union is convex, its interval is the hull of theirs;
   // else theirs are merged where they meet.
-  std::array<Room, 5> rooms_;
-  std::array<const Solid*, 5> solids_;  // in rooms_
+  std::array<Room, kMaxParts> rooms_;
+  std::array<const Solid*, kMaxParts> solids_;  // in rooms_
   size_t count_ = 0;
   bool convex_;
+  uint64_t id_;  // never given twice
 };
 
 }  // namespace kibori
