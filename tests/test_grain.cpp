@@ -274,7 +274,7 @@ TEST(Grain, MeansOverPiecesAreThoseOfTheWood) {
     log.along = random.direction();
     log.ring = random.uniform(1.5, 5);
     const Grain grain(log, lattice, {wood(kAlong, 1)});
-    const Axis axis = kAxes[trial % 3];
+    const Axis axis = kAxes[static_cast<size_t>(trial % 3)];
     const double depth = lattice.nodes[depth_index(axis)];
     const float u = static_cast<float>(random.uniform(0, 20)),
                 v = static_cast<float>(random.uniform(0, 40));
