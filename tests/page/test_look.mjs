@@ -497,7 +497,9 @@ async function picturesAndFilms() {
   const ratio = drawn[0] / SIZE.width;
   check(
     `afterwards the window is as it was: ${drawn}`,
-    ratio > Math.min(0.74, full - 0.01) && ratio <= full && Math.abs(drawn[1] - ratio * SIZE.height) <= 1,
+    ratio > Math.min(0.74, full - 0.01) &&
+      ratio <= full &&
+      Math.abs(drawn[1] - ratio * SIZE.height) <= 1,
   );
   await finish(visit);
 }
