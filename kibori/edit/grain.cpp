@@ -78,7 +78,7 @@ HWY_INLINE VF EarlyWood(const Grain::View& k, VF year) {
   return hn::GatherIndex(DF(), k.early, hn::ConvertTo(di, known));
 }
 
-// The integral of t^3 (1 + ...), that is of t^2 (3 - 2 t) (1 - t), up to t.
+// The integral of t^2 (3 - 2 t) (1 - t) from 0 to t.
 HWY_INLINE VF Falling(VF t) {
   const VF t3 = hn::Mul(t, hn::Mul(t, t));
   return hn::Mul(t3, hn::Add(F(1.0f), hn::Mul(t, hn::Sub(hn::Mul(t, F(0.4f)), F(1.25f)))));

@@ -143,25 +143,17 @@ struct Sums {
     const RayTile& rays = job.rays;
     const double sign = negative ? -1 : 1, u0 = sign * rays.u0, v0 = sign * rays.v0;
     const size_t at = g * kLanes;
-    AddDoubles(to.of[LaneSums::length] + at, length, sign);
-    AddDoubles(to.of[LaneSums::length_u0] + at, length, u0);
-    AddDoubles(to.of[LaneSums::length_v] + at, length, v0);
-    AddDoubles(to.of[LaneSums::length_v] + at, length_v, sign);
-    AddDoubles(to.of[LaneSums::length_t2] + at, length_t2, sign);
-    if constexpr ((kSummed & kFelt) != 0) {
-      AddDoubles(to.of[LaneSums::felt] + at, felt, sign);
-      AddDoubles(to.of[LaneSums::felt_u0] + at, felt, u0);
-      AddDoubles(to.of[LaneSums::felt_v] + at, felt, v0);
-      AddDoubles(to.of[LaneSums::felt_v] + at, felt_v, sign);
-      AddDoubles(to.of[LaneSums::felt_t2] + at, felt_t2, sign);
-    }
-    if constexpr ((kSummed & kNodes) != 0) {
-      AddDoubles(to.of[LaneSums::nodes] + at, nodes, sign);
-      AddDoubles(to.of[LaneSums::nodes_u0] + at, nodes, u0);
-      AddDoubles(to.of[LaneSums::nodes_v] + at, nodes, v0);
-      AddDoubles(to.of[LaneSums::nodes_v] + at, nodes_v, sign);
-      AddDoubles(to.of[LaneSums::nodes_t2] + at, nodes_t2, sign);
-    }
+    // A sum, the same by rows, and by twice the depth; `of` is the first of its four.
+    const auto add = [&](size_t of, VF sum, VF by_v, VF by_t2) HWY_ATTR {
+      AddDoubles(to.of[of] + at, sum, sign);
+      AddDoubles(to.of[of + 1] + at, sum, u0);
+      AddDoubles(to.of[of + 2] + at, sum, v0);
+      AddDoubles(to.of[of + 2] + at, by_v, sign);
+      AddDoubles(to.of[of + 3] + at, by_t2, sign);
+    };
+    add(LaneSums::length, length, length_v, length_t2);
+    if constexpr ((kSummed & kFelt) != 0) add(LaneSums::felt, felt, felt_v, felt_t2);
+    if constexpr ((kSummed & kNodes) != 0) add(LaneSums::nodes, nodes, nodes_v, nodes_t2);
   }
 };
 
@@ -737,20 +729,20 @@ void flush_sums(TileJob& job) {
   LaneTotals sum;
   HWY_DYNAMIC_DISPATCH(ReduceSums)(job.sums, sum);
   const LatticePoint& ref = job.request.motion->reference;
-  const auto add = [&](double& volume, Vec3& moment, S::Of of, S::Of u0, S::Of by_v, S::Of t2,
-                       double times) {
+  // Of the four sums from `of` on.
+  const auto add = [&](double& volume, Vec3& moment, size_t of, double times) {
     const double lengths = sum.of[of];
     volume += times * lengths;
-    moment[u] += times * (sum.by_lane[of] + sum.of[u0] + lengths * (0.5 - ref[u]));
-    moment[v] += times * (sum.of[by_v] + lengths * (0.5 - ref[v]));
-    moment[t] +=
-        times * (0.5 * sum.of[t2] + lengths * (static_cast<double>(job.request.t_ref) - ref[t]));
+    moment[u] += times * (sum.by_lane[of] + sum.of[of + 1] + lengths * (0.5 - ref[u]));
+    moment[v] += times * (sum.of[of + 2] + lengths * (0.5 - ref[v]));
+    moment[t] += times * (0.5 * sum.of[of + 3] +
+                          lengths * (static_cast<double>(job.request.t_ref) - ref[t]));
   };
-  add(part.volume[axis], part.moment[axis], S::length, S::length_u0, S::length_v, S::length_t2, 1);
+  add(part.volume[axis], part.moment[axis], S::length, 1);
   if (grain_felt(job, job.sums.material)) {
     const Motion& motion = *job.request.motion;
     part.feel();
-    add(part.felt_volume[axis], part.felt_moment[axis], S::felt, S::felt_u0, S::felt_v, S::felt_t2,
+    add(part.felt_volume[axis], part.felt_moment[axis], S::felt,
         motion.grain->by_direction(job.sums.material, motion.across2));
   }
   if (job.rays.axis == Axis::z) {

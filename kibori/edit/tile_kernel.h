@@ -34,21 +34,12 @@ struct TileRequest {
 // Sums over the tiles of one field, by lane; lattice units. Doubles, so that whole numbers stay
 // exact.
 struct LaneSums {
-  enum Of {
-    length,
-    length_u0,
-    length_v,
-    length_t2,
-    nodes,
-    nodes_u0,
-    nodes_v,
-    nodes_t2,
-    felt,
-    felt_u0,
-    felt_v,
-    felt_t2,
-    kCount
-  };
+  // Of each kind four: itself, _u0, _v and _t2, in this order.
+  // clang-format off
+  enum Of { length, length_u0, length_v, length_t2,
+            nodes, nodes_u0, nodes_v, nodes_t2,
+            felt, felt_u0, felt_v, felt_t2, kCount };
+  // clang-format on
   // length: of what was removed; _u0: weighted by the tile's first u; _v: by v; _t2: by twice
   // (depth - t_ref); nodes: the same of lattice nodes, for the z field; felt: of lengths, each as
   // much as the rings in it resist (edit/grain.h). Meaningful once `material` is set.

@@ -58,9 +58,7 @@ double ring_wave(const Log& log, const Vec3& point) {
          value_noise(bend) * 1.5;
 }
 
-double early_wood(double year) {
-  return kMostEarly - 0.3 + 0.3 * corner_value(static_cast<int>(year), 7, 3);
-}
+double early_wood(double year) { return 0.55 + 0.3 * corner_value(static_cast<int>(year), 7, 3); }
 
 double late_wood(double rings) {
   const double year = std::floor(rings), part = rings - year, early = early_wood(year);

@@ -38,8 +38,7 @@ inline double rings_at(const Log& log, const Vec3& point, double wave) {
 // the last kRingEdge of the year.
 double late_wood(double rings);
 inline constexpr double kRingEdge = 0.06;
-// The share of that year's ring that is early wood; at most kMostEarly.
+// The share of that year's ring that is early wood: 0.55 to 0.85.
 double early_wood(double year);
-inline constexpr double kMostEarly = 0.85;
 
 }  // namespace kibori

@@ -191,9 +191,13 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, VF length, bool up
     if (hn::AllFalse(d, walk)) break;
     const RimPoint at = Evaluate(k, u, v, there, s);
     const VF gain = gain_of(at), excess = hn::Sub(at.distance, F(k.corner));
-    const MF arrived = hn::And(walk, hn::Le(hn::Max(hn::Abs(excess), gain), F(kSettled)));
+    // The near end: the far one is where the distance grows along the way.
+    const MF near = hn::Le(hn::Mul(at.slope_t, F(direction)), F(kPassing));
+    const MF arrived =
+        hn::And(hn::And(walk, near), hn::Le(hn::Max(hn::Abs(excess), gain), F(kSettled)));
+    const VF farthest = hn::Add(length, hn::Abs(hn::Sub(there, t)));
     t = hn::IfThenElse(arrived, there, t);
-    const VF sure = hn::Sub(hn::Sub(excess, gain), hn::Mul(hn::Abs(at.slope_t), length));
+    const VF sure = hn::Sub(hn::Sub(excess, gain), hn::Mul(hn::Abs(at.slope_t), farthest));
     const MF passing = hn::And(walk, hn::Gt(sure, F(kSettled)));
     live = hn::AndNot(passing, live);
     walk = hn::AndNot(hn::Or(arrived, passing), walk);
