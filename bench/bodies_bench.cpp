@@ -4,13 +4,14 @@
 // for at its end, where it severed nothing, a corner, or half of the cube. Splits, and half
 // of the cube, on one thread and on two.
 //
-//   bodies_bench [--json] [--quick]
+//   bodies_bench [--json] [--quick] [--only TEXT]     (what has TEXT in its name)
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <string>
+#include <string_view>
 
 #include <kibori/body/bodies.h>
 #include <kibori/motion/direct_tool.h>
@@ -40,11 +41,14 @@ void stroke(TriDexel& model, const Tool& tool, const Vec3& from, const Vec3& to,
 
 int main(int argc, char** argv) {
   bool json = false, quick = false;
+  std::string only;
   for (int i = 1; i < argc; i++) {
     if (std::strcmp(argv[i], "--json") == 0)
       json = true;
     else if (std::strcmp(argv[i], "--quick") == 0)
       quick = true;
+    else if (std::strcmp(argv[i], "--only") == 0 && i + 1 < argc)
+      only = argv[++i];
     else {
       std::fprintf(stderr, "bodies_bench: unknown option %s\n", argv[i]);
       return 1;
@@ -65,6 +69,7 @@ int main(int argc, char** argv) {
     const int rounds = quick ? 3 : 40;
     const auto timed = [&](const char* what, const std::function<void()>& prepare,
                            const std::function<size_t()>& run, size_t expected) {
+      if (std::string_view(what).find(only) == std::string_view::npos) return;
       std::vector<double> ms;
       for (int i = 0; i < rounds; i++) {
         model.restore(scraped);
@@ -169,6 +174,6 @@ int main(int argc, char** argv) {
       threads = 2;
     }
   }
-  if (json) out.erase(out.rfind(','));
+  if (json && !out.empty()) out.erase(out.rfind(','));
   std::printf(json ? "[%s]\n" : "%s", out.c_str());
 }

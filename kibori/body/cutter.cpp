@@ -146,74 +146,112 @@ std::vector<Vec3> to_lattice(const std::vector<Vec3>& curve, const Lattice& latt
   return units;
 }
 
+// Which ends of a plane's spans are new: all ones, else 0.
+using EndMask = std::array<uint32_t, kTileRays>;
+
+// Calls f(plane, which of its `in` ends, which of its `out` ends) for the planes of `is`: which of
+// them `was` has not.
+template <class F>
+void for_new_ends_by_plane(const Tile& was, const Tile& is, F&& f) {
+  for (const Plane* p = &is.first; p && !is.empty; p = p->next) {
+    // All rays of a tile together, as they lie in memory.
+    EndMask new_in, new_out;
+    for (size_t slot = 0; slot < kTileRays; slot++)
+      new_in[slot] = new_out[slot] = p->in[slot] < p->out[slot] ? ~0u : 0u;
+    for (const Plane* q = &was.first; q; q = q->next)
+      for (size_t slot = 0; slot < kTileRays; slot++) {
+        new_in[slot] &= q->in[slot] != p->in[slot] ? ~0u : 0u;
+        new_out[slot] &= q->out[slot] != p->out[slot] ? ~0u : 0u;
+      }
+    f(*p, new_in, new_out);
+  }
+}
+
 // Calls f(place [cells], area [cells^2], material) for all ends that `after` has and `before` has
 // not.
 template <class F>
-void for_new_ends(Axis axis, const Snapshot& before, const Snapshot& after, F&& f) {
-  const int d = depth_index(axis), u = u_index(axis), v = v_index(axis);
-  uint32_t last_code = 0;  // those of a plane are all the same
-  double last_share = depth_share(last_code);
-  after.field(axis).for_changed_tiles(before.field(axis), [&](int tu, int tv, const Tile& was,
-                                                              const Tile& is) {
-    for (const Plane* p = &is.first; p && !is.empty; p = p->next) {
-      // Which ends are new; all rays of a tile together, as they lie in memory.
-      std::array<uint32_t, kTileRays> new_in, new_out;
-      for (size_t slot = 0; slot < kTileRays; slot++)
-        new_in[slot] = new_out[slot] = p->in[slot] < p->out[slot];
-      for (const Plane* q = &was.first; q; q = q->next)
-        for (size_t slot = 0; slot < kTileRays; slot++) {
-          new_in[slot] &= q->in[slot] != p->in[slot];
-          new_out[slot] &= q->out[slot] != p->out[slot];
-        }
-      for (size_t slot = 0; slot < kTileRays; slot++) {
-        if (!(new_in[slot] | new_out[slot])) continue;
-        const uint8_t material = is.material == kMixedMaterial ? p->material[slot] : is.material;
-        Vec3 place;
-        const int lane = static_cast<int>(slot) % kTileSide,
-                  row = static_cast<int>(slot) / kTileSide;
-        place[u] = tu * kTileSide + lane + 0.5;
-        place[v] = tv * kTileSide + row + 0.5;
-        const auto end = [&](float depth, uint32_t code) {
-          place[d] = static_cast<double>(depth);
-          if (code != last_code) last_share = depth_share(last_code = code);
-          f(place, last_share, material);
-        };
-        if (new_in[slot]) end(p->in[slot], p->normal_in[slot]);
-        if (new_out[slot]) end(p->out[slot], p->normal_out[slot]);
-      }
-    }
-  });
-}
-
-template <class F>
 void for_new_ends(const Snapshot& before, const Snapshot& after, F&& f) {
-  for (const Axis axis : kAxes) for_new_ends(axis, before, after, f);
+  for (const Axis axis : kAxes) {
+    const int d = depth_index(axis), u = u_index(axis), v = v_index(axis);
+    after.field(axis).for_changed_tiles(
+        before.field(axis), [&](int tu, int tv, const Tile& was, const Tile& is) {
+          for_new_ends_by_plane(
+              was, is, [&](const Plane& plane, const EndMask& new_in, const EndMask& new_out) {
+                for (size_t slot = 0; slot < kTileRays; slot++) {
+                  if (!(new_in[slot] | new_out[slot])) continue;
+                  const uint8_t material =
+                      is.material == kMixedMaterial ? plane.material[slot] : is.material;
+                  Vec3 place;
+                  place[u] = tu * kTileSide + static_cast<int>(slot) % kTileSide + 0.5;
+                  place[v] = tv * kTileSide + static_cast<int>(slot) / kTileSide + 0.5;
+                  const auto end = [&](float depth, uint32_t code) {
+                    place[d] = static_cast<double>(depth);
+                    f(place, depth_share(code), material);
+                  };
+                  if (new_in[slot]) end(plane.in[slot], plane.normal_in[slot]);
+                  if (new_out[slot]) end(plane.out[slot], plane.normal_out[slot]);
+                }
+              });
+        });
+  }
 }
 
-// The surface's area [mm^2] within half a thousandth of a cell of where `after` has ends that
-// `before` has not: what a cut laid bare.
-double new_area_mm2(const Snapshot& before, const Snapshot& after, int threads) {
-  std::array<double, 3> sums{};
-  run_parallel(threads, sums.size(), [&](size_t i) {
-    for_new_ends(kAxes[i], before, after,
-                 [&](const Vec3&, double area, uint8_t) { sums[i] += area; });
-  });
-  return (sums[0] + sums[1] + sums[2]) * after.lattice.pitch_mm * after.lattice.pitch_mm;
+// The sum of what the surface's area has along the rays, by those ends of a plane [cells^2].
+double area_at(const uint32_t (&codes)[kTileRays], const EndMask& ends) {
+  size_t first = 0;
+  while (first < kTileRays && !ends[first]) first++;
+  if (first == kTileRays) return 0;
+  uint32_t others = 0;
+  int count = 0;
+  for (size_t slot = 0; slot < kTileRays; slot++) {
+    others |= (codes[slot] ^ codes[first]) & ends[slot];
+    count -= static_cast<int>(ends[slot]);
+  }
+  // A flat cut has one normal, and one along a line has few.
+  uint32_t code = codes[first];
+  double share = depth_share(code);
+  if (!others) return count * share;
+  double sum = 0;
+  for (size_t slot = first; slot < kTileRays; slot++) {
+    if (!ends[slot]) continue;
+    if (codes[slot] != code) share = depth_share(code = codes[slot]);
+    sum += share;
+  }
+  return sum;
 }
 
-// Cuts `portion` from `model`; `off` gets what lies in it, which is a cut with the complement: so a
-// ray that lies in the cut goes to one of them. Nothing happens where all nodes are on one side.
-bool part_in_two(TriDexel& model, TriDexel& off, const Solid& portion, int threads) {
-  EditOptions options;
-  options.threads = threads;
-  const Snapshot before = model.snapshot();
-  Removed from_model, from_off;
-  cut(model, portion, options, from_model);
-  intersect(off, portion, options, from_off);
-  if (from_model.points() > 0 && from_off.points() > 0) return true;
-  model.restore(before);
-  return false;
-}
+// What an edit lays bare: the surface's area where the model has ends that it had not before.
+class NewArea {
+ public:
+  explicit NewArea(const TriDexel& model) : model_(model), before_(model.snapshot()) {}
+
+  // To be told of each tile that the edit is done with.
+  TileDone counter() {
+    return [this](Axis axis, int tu, int tv) {
+      const Tile &was = before_.field(axis).tile(tu, tv),
+                 &is = model_.field(axis).view().tile(tu, tv);
+      if (&was == &is) return;
+      double& sum = sums_[static_cast<size_t>(axis)].area;
+      for_new_ends_by_plane(
+          was, is, [&](const Plane& plane, const EndMask& new_in, const EndMask& new_out) {
+            sum += area_at(plane.normal_in, new_in) + area_at(plane.normal_out, new_out);
+          });
+    };
+  }
+  const Snapshot& before() const { return before_; }
+  double mm2() const {
+    const double h = before_.lattice.pitch_mm;
+    return (sums_[0].area + sums_[1].area + sums_[2].area) * h * h;
+  }
+
+ private:
+  struct alignas(64) Sum {  // each field's thread writes its own line of memory
+    double area = 0;        // [cells^2]
+  };
+  const TriDexel& model_;
+  const Snapshot before_;
+  std::array<Sum, 3> sums_;
+};
 
 // `cutter` has passed check_cutter.
 std::vector<Vec3> curve_in(const Cutter& cutter, const Lattice& lattice) {
@@ -222,27 +260,33 @@ std::vector<Vec3> curve_in(const Cutter& cutter, const Lattice& lattice) {
 }
 
 CutOff without_kerf(TriDexel& model, const Cutter& cutter, int threads) {
-  const Snapshot before = model.snapshot();
-  TriDexel off(before, model.material_bounds());
+  NewArea new_area(model);
+  const TileDone count = new_area.counter();
+  EditOptions options;
+  options.threads = threads;
+  options.tile_done = &count;
+  TriDexel off(new_area.before(), model.material_bounds());
   const Lattice& lattice = model.lattice();
-  CutOff done;
-  const bool in_two = [&] {
-    if (cutter.kind == Cutter::Kind::plane) {
-      const SweptTool portion(HalfSpace{}, {cutter.point_mm, frame_from_axis(cutter.normal)},
-                              Vec3::Zero(), lattice, model.material_bounds());
-      return part_in_two(model, off, portion.solid(), threads);
-    }
+  // A ray that lies in the cut goes to one of the two.
+  Removed from_model, from_off;
+  if (cutter.kind == Cutter::Kind::plane) {
+    const SweptTool portion(HalfSpace{}, {cutter.point_mm, frame_from_axis(cutter.normal)},
+                            Vec3::Zero(), lattice, model.material_bounds());
+    part(model, off, portion.solid(), options, from_model, from_off);
+  } else {
     const AcrossPlane plane(cutter.along);
     const std::vector<Vec2> flat = flat_places(curve_in(cutter, lattice), plane, cutter.closed);
-    return part_in_two(
-        model, off,
-        Prism(plane,
-              sides_through(outline_of(flat, cutter.closed, plane, lattice), true, cutter.smooth),
-              lattice.whole()),
-        threads);
-  }();
-  if (!in_two) return done;
-  done.area_mm2 = new_area_mm2(before, model.snapshot(), threads);
+    const Prism portion(
+        plane, sides_through(outline_of(flat, cutter.closed, plane, lattice), true, cutter.smooth),
+        lattice.whole());
+    part(model, off, portion, options, from_model, from_off);
+  }
+  CutOff done;
+  if (from_model.points() == 0 || from_off.points() == 0) {
+    model.restore(new_area.before());  // all nodes are on one side
+    return done;
+  }
+  done.area_mm2 = new_area.mm2();
   done.portions.push_back({off.snapshot(), off.material_bounds()});
   return done;
 }
@@ -272,17 +316,18 @@ std::unique_ptr<Solid> kerf_of(const Cutter& cutter, const Lattice& lattice) {
 
 CutOff with_kerf(TriDexel& model, const Cutter& cutter, int threads) {
   const Lattice& lattice = model.lattice();
-  const Snapshot before = model.snapshot();
+  NewArea new_area(model);
+  const TileDone count = new_area.counter();
   EditOptions options;
   options.threads = threads;
+  options.tile_done = &count;
   Removed removed;
   cut(model, *kerf_of(cutter, lattice), options, removed);
   CutOff done;
   const double cell = lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm;
   done.removed_mm3 = removed.mean_volume() * cell;
-  const Snapshot after = model.snapshot();
-  done.area_mm2 = new_area_mm2(before, after, threads) / 2;
-  const Severed severed = find_severed(before, after, threads);
+  done.area_mm2 = new_area.mm2() / 2;
+  const Severed severed = find_severed(new_area.before(), model.snapshot(), threads);
   if (severed.parts.empty()) return done;
   std::vector<int> to(severed.pieces.all().size(), kStays);
   int portions = 0;

@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <climits>
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include <kibori/base/parallel.h>
@@ -32,51 +34,110 @@ int ceil_of(float x) {
 
 NodeRange nodes_of(float in, float out) { return {ceil_of(in - 0.5f), ceil_of(out - 0.5f)}; }
 
-// Of a plane whose rays all have a span, and all these share a node: so they are of one piece.
+// Lanes u0 to u1 of rows v0 to v1 of a tile, all included.
+struct RayBlock {
+  int u0 = 0, v0 = 0, u1 = kTileSide - 1, v1 = kTileSide - 1;
+  bool is_tile() const { return u0 == 0 && v0 == 0 && u1 == kTileSide - 1 && v1 == kTileSide - 1; }
+};
+
+// Of a plane whose spans all share a node: so they are of one piece.
 struct WholePlane {
   NodeRange all, any;  // nodes that every span holds; from the first to the last that one does
   bool goes_on;        // the spans begin where those of the plane before end: its piece goes on
 };
 
-// By lanes, so that they are vectors.
-struct Extremes {
-  std::array<float, kTileSide> least, most;
-  Extremes() {
-    least.fill(kFar);
-    most.fill(-kFar);
-  }
-  void add(size_t lane, float x) {
-    least[lane] = x < least[lane] ? x : least[lane];
-    most[lane] = x > most[lane] ? x : most[lane];
-  }
-  float min() const { return *std::min_element(least.begin(), least.end()); }
-  float max() const { return *std::max_element(most.begin(), most.end()); }
+// A tile whose rays with material are a block, as they are all over but for the rims of a body, and
+// whose planes are all whole.
+struct WholeTile {
+  RayBlock block;
+  std::vector<WholePlane> planes;  // that have spans; none: the tile is not whole
 };
+
+struct Extremes {
+  float min = kFar, max = -kFar;
+  void add(float x) {
+    min = x < min ? x : min;
+    max = x > max ? x : max;
+  }
+};
+
+// Of value(slot) over a block of rays.
+template <class F>
+Extremes extremes(const RayBlock& block, F&& value) {
+  Extremes all;
+  if (block.is_tile()) {  // by lanes, so that they are vectors
+    std::array<float, kTileSide> min, max;
+    min.fill(kFar);
+    max.fill(-kFar);
+    for (size_t row = 0; row < kTileRays; row += kTileSide)
+      for (size_t lane = 0; lane < kTileSide; lane++) {
+        const float x = value(row + lane);
+        min[lane] = x < min[lane] ? x : min[lane];
+        max[lane] = x > max[lane] ? x : max[lane];
+      }
+    for (const float x : min) all.add(x);
+    for (const float x : max) all.add(x);
+  } else {
+    for (int v = block.v0; v <= block.v1; v++)
+      for (int u = block.u0; u <= block.u1; u++)
+        all.add(value(static_cast<size_t>(v * kTileSide + u)));
+  }
+  return all;
+}
+
+// The block of a plane's rays that have a span; none where they are no block.
+std::optional<RayBlock> block_of(const Plane& plane) {
+  std::array<unsigned, kTileSide> lanes{};
+  RayBlock block;
+  block.v0 = kTileSide;
+  for (size_t row = 0; row < kTileSide; row++) {
+    for (size_t lane = 0; lane < kTileSide; lane++) {
+      const size_t slot = row * kTileSide + lane;
+      lanes[row] |= static_cast<unsigned>(plane.in[slot] < plane.out[slot]) << lane;
+    }
+    if (!lanes[row]) continue;
+    block.v0 = std::min(block.v0, static_cast<int>(row));
+    block.v1 = static_cast<int>(row);
+  }
+  if (block.v0 == kTileSide) return {};
+  const unsigned one = lanes[static_cast<size_t>(block.v0)];
+  block.u0 = std::countr_zero(one);
+  block.u1 = std::bit_width(one) - 1;
+  if (std::popcount(one) != block.u1 - block.u0 + 1) return {};
+  for (int v = block.v0; v <= block.v1; v++)
+    if (lanes[static_cast<size_t>(v)] != one) return {};
+  return block;
+}
 
 // Spans that are farther apart than this [cells] have a node between them.
 constexpr float kApart = 1.01f;
 
-// All planes of a tile that have spans, where all of them are whole and none is of two pieces
-// because some of its rays go on and some do not; else none.
-std::vector<WholePlane> whole_planes(const Tile& tile) {
-  std::vector<WholePlane> planes;
+// No planes where one is not whole, or of two pieces because some of its rays go on and some do
+// not.
+WholeTile whole_tile(const Tile& tile) {
+  WholeTile whole;
   const Plane* before = nullptr;
   for (const Plane* p = &tile.first; p; before = std::exchange(p, p->next)) {
-    Extremes in, out, gap;
-    for (size_t row = 0; row < kTileRays; row += kTileSide)
-      for (size_t lane = 0; lane < kTileSide; lane++) {
-        in.add(lane, p->in[row + lane]);
-        out.add(lane, p->out[row + lane]);
-        if (before) gap.add(lane, p->in[row + lane] - before->out[row + lane]);
-      }
-    if (in.min() == kFar) break;                            // it has no span
-    if (in.max() == kFar || out.min() == -kFar) return {};  // a ray is empty
-    const bool goes_on = before && gap.max() == 0;
-    const WholePlane whole{nodes_of(in.max(), out.min()), nodes_of(in.min(), out.max()), goes_on};
-    if (whole.all.empty() || (before && !goes_on && gap.min() < kApart)) return {};
-    planes.push_back(whole);
+    const auto in = [&](size_t slot) { return p->in[slot]; };
+    const auto out = [&](size_t slot) { return p->out[slot]; };
+    Extremes ins = extremes(whole.block, in);
+    if (ins.min == kFar) break;  // it has no span
+    if (ins.max == kFar) {       // a ray is empty
+      const std::optional<RayBlock> block = before ? std::nullopt : block_of(*p);
+      if (!block) return {};
+      whole.block = *block;
+      ins = extremes(whole.block, in);
+    }
+    const Extremes outs = extremes(whole.block, out);
+    Extremes gap;
+    if (before)
+      gap = extremes(whole.block, [&](size_t slot) { return p->in[slot] - before->out[slot]; });
+    const bool goes_on = before && gap.max == 0;
+    const WholePlane plane{nodes_of(ins.max, outs.min), nodes_of(ins.min, outs.max), goes_on};
+    if (plane.all.empty() || (before && !goes_on && gap.min < kApart)) return {};
+    whole.planes.push_back(plane);
   }
-  return planes;
+  return whole;
 }
 
 // The spans of a ray, one after another.
@@ -193,22 +254,24 @@ class PieceFinder {
 
   // Where every plane is whole, each is of one part at once.
   bool read_whole(const Tile& tile, int tu, int tv) {
-    const std::vector<WholePlane>& planes = whole_[index(tu, tv)] = whole_planes(tile);
-    if (planes.empty()) return false;
+    const WholeTile& whole = whole_[index(tu, tv)] = whole_tile(tile);
+    if (whole.planes.empty()) return false;
+    const RayBlock& block = whole.block;
     found_.tiles_[index(tu, tv)] = {static_cast<int64_t>(found_.labels_.size()), true};
     const Plane* plane = &tile.first;
-    for (const WholePlane& whole : planes) {
-      const int part = whole.goes_on ? found_.labels_.back() : new_part();
+    for (const WholePlane& of : whole.planes) {
+      const int part = of.goes_on ? found_.labels_.back() : new_part();
       found_.labels_.push_back(part);
       Piece& p = parts_[size_of(part)];
-      int nodes = 0;
-      for (size_t slot = 0; slot < kTileRays; slot++)
-        nodes += ceil_of(plane->out[slot] - 0.5f) - ceil_of(plane->in[slot] - 0.5f);
-      p.nodes += nodes;
+      for (int v = block.v0; v <= block.v1; v++) {
+        int nodes = 0;
+        for (int slot = v * kTileSide + block.u0; slot <= v * kTileSide + block.u1; slot++)
+          nodes += ceil_of(plane->out[slot] - 0.5f) - ceil_of(plane->in[slot] - 0.5f);
+        p.nodes += nodes;
+      }
       NodeBounds box;
-      box.min = Index3(tu * kTileSide, tv * kTileSide, whole.any.begin);
-      box.max =
-          Index3(tu * kTileSide + kTileSide - 1, tv * kTileSide + kTileSide - 1, whole.any.end - 1);
+      box.min = Index3(tu * kTileSide + block.u0, tv * kTileSide + block.v0, of.any.begin);
+      box.max = Index3(tu * kTileSide + block.u1, tv * kTileSide + block.v1, of.any.end - 1);
       p.box.include(box);
       plane = plane->next;
     }
@@ -250,7 +313,7 @@ class PieceFinder {
   // The rays of two tiles on both sides of where they meet; the second is farther along u or v.
   void join(int tu0, int tv0, int tu1, int tv1) {
     const size_t one = index(tu0, tv0), other = index(tu1, tv1);
-    if (join_whole(one, other)) return;
+    if (join_whole(one, other, tu0 != tu1)) return;
     const Pieces::TileLabels &a = found_.tiles_[one], &b = found_.tiles_[other];
     const Tile &before = z_.tile(tu0, tv0), &after = z_.tile(tu1, tv1);
     for (size_t i = 0; i < kTileSide; i++) {
@@ -261,16 +324,22 @@ class PieceFinder {
                  [&](int p, int q) { unite(label(a, p, slot_a), label(b, q, slot_b)); });
     }
   }
-  // By what whole planes tell; whether no ray need be looked at.
-  bool join_whole(size_t one, size_t other) {
-    bool told = !whole_[one].empty() && !whole_[other].empty();
-    for (size_t p = 0; p < whole_[one].size(); p++)
-      for (size_t q = 0; q < whole_[other].size(); q++) {
-        const WholePlane &a = whole_[one][p], &b = whole_[other][q];
-        if (a.all.shares(b.all))
-          unite(label(found_.tiles_[one], static_cast<int>(p), 0),
-                label(found_.tiles_[other], static_cast<int>(q), 0));
-        else if (a.any.shares(b.any))
+  // By what whole planes tell; whether no ray need be looked at. `along_u`: the other is beside the
+  // one so, else along v.
+  bool join_whole(size_t one, size_t other, bool along_u) {
+    const WholeTile &a = whole_[one], &b = whole_[other];
+    if (a.planes.empty() || b.planes.empty()) return false;
+    const RayBlock &p = a.block, &q = b.block;
+    const bool meet = along_u ? p.u1 == kTileSide - 1 && q.u0 == 0 && p.v0 <= q.v1 && q.v0 <= p.v1
+                              : p.v1 == kTileSide - 1 && q.v0 == 0 && p.u0 <= q.u1 && q.u0 <= p.u1;
+    if (!meet) return true;
+    bool told = true;
+    for (size_t i = 0; i < a.planes.size(); i++)
+      for (size_t j = 0; j < b.planes.size(); j++) {
+        if (a.planes[i].all.shares(b.planes[j].all))
+          unite(found_.labels_[found_.tiles_[one].index(static_cast<int>(i), 0)],
+                found_.labels_[found_.tiles_[other].index(static_cast<int>(j), 0)]);
+        else if (a.planes[i].any.shares(b.planes[j].any))
           told = false;
       }
     return told;
@@ -279,7 +348,7 @@ class PieceFinder {
   const FieldSnapshot& z_;
   const std::vector<bool>* mask_;
   Pieces found_;
-  std::vector<std::vector<WholePlane>> whole_;  // of each tile; none where labels are by slot
+  std::vector<WholeTile> whole_;  // of each tile
   std::vector<int> parent_;
   std::vector<Piece> parts_;
 };
@@ -367,11 +436,14 @@ class FieldParter {
     std::vector<int> pieces;
     if (axis_ == Axis::z) {
       if (!pieces_.by_plane(tu, tv)) return {};
-      for (RayWalk walk(tile, 0); !walk.at_end(); walk.next())
+      size_t slot = 0;
+      while (tile.first.empty_at(static_cast<int>(slot))) slot++;
+      for (RayWalk walk(tile, slot); !walk.at_end(); walk.next())
         pieces.push_back(pieces_.of_span(u, v, walk.number()));
     } else {
-      for (const WholePlane& plane : whole_planes(tile)) {
-        pieces.push_back(piece_at(u, v, plane.all.begin));
+      const WholeTile whole = whole_tile(tile);
+      for (const WholePlane& plane : whole.planes) {
+        pieces.push_back(piece_at(u + whole.block.u0, v + whole.block.v0, plane.all.begin));
         if (pieces.back() < 0) return {};
       }
     }

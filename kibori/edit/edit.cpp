@@ -59,57 +59,100 @@ struct FieldEdit {
   Color color = 0;
 };
 
-void edit_field(const FieldEdit& edit, Removed& removed) {
-  const FieldSnapshot& view = edit.view;
-  const Axis axis = view.axis();
-  const Box bounds = edit.solid.bounds().units;
-  if (bounds.empty()) return;
-  const int u = u_index(axis), v = v_index(axis), d = depth_index(axis);
-  const Range tus = tiles_between(bounds.min[u], bounds.max[u], view.nodes_u());
-  const Range tvs = tiles_between(bounds.min[v], bounds.max[v], view.nodes_v());
-  const bool growing =
-      edit.operation == Operation::deposit || edit.operation == Operation::deposit_contact;
-  if (growing && ((bounds.min.array() < 0).any() || bounds.max[u] > view.nodes_u() ||
-                  bounds.max[v] > view.nodes_v()))
-    removed.clipped = true;
-  const double depth = view.nodes_depth();
-  TileJob job(
-      {.operation = edit.operation,
-       .kernel = tile_kernel(),
-       .field = edit.field,
-       .solid = &edit.solid,
-       .motion = &edit.motion,
-       .depth_min = bounds.min[d] - kBoundsSlack,
-       .depth_max = bounds.max[d] + kBoundsSlack,
-       .t_ref = static_cast<float>(std::floor(
-           0.5 * (std::clamp(bounds.min[d], 0.0, depth) + std::clamp(bounds.max[d], 0.0, depth)))),
-       // Node sums of a tile stay whole in float32 while (half the tool's depth)^2 x 16 rows x 2 <
-       // 2^24.
-       .deep = std::min(bounds.max[d], depth) - std::max(bounds.min[d], 0.0) > 1000,
-       .material = growing ? edit.material : kMixedMaterial,
-       .color = edit.color},
-      removed);
-  job.spans.flip = !growing;
+// One edit of one field, tile by tile.
+class FieldEditor {
+ public:
+  FieldEditor(const FieldEdit& edit, Removed& removed)
+      : FieldEditor(edit, edit.solid.bounds().units, removed) {}
+
+  // Those that the solid's bounds touch.
+  Range tus() const { return tus_; }
+  Range tvs() const { return tvs_; }
+  bool touches(int tu, int tv) const {
+    return tus_.begin <= tu && tu < tus_.end && tvs_.begin <= tv && tv < tvs_.end;
+  }
+
+  void edit_tile(int tu, int tv) {
+    job_.rays = {view_.axis(), tu * kTileSide, tv * kTileSide};
+    job_.tu = tu;
+    job_.tv = tv;
+    for (job_.layer = 0;; job_.layer++) {
+      job_.tile = &view_.tile(tu, tv);
+      if (!growing_) {
+        if (job_.tile->empty || !job_.tile->reaches(job_.request.depth_min, job_.request.depth_max))
+          break;
+      }
+      job_.spans.normals_ready = 0;
+      job_.spans.last = false;
+      if (!solid_.spans(job_.rays, job_.layer, job_.spans)) break;
+      if (growing_) removed_.clipped |= clip_to_lattice(job_.spans, job_.rays, view_);
+      run_tile(job_);
+      if (job_.spans.last) break;
+    }
+  }
+
+  // After the last tile.
+  void finish() { flush_sums(job_); }
+
+ private:
+  FieldEditor(const FieldEdit& edit, const Box& bounds, Removed& removed)
+      : view_(edit.view),
+        solid_(edit.solid),
+        removed_(removed),
+        growing_(edit.operation == Operation::deposit ||
+                 edit.operation == Operation::deposit_contact),
+        tus_(tiles_along(bounds, u_index(view_.axis()), view_.nodes_u())),
+        tvs_(tiles_along(bounds, v_index(view_.axis()), view_.nodes_v())),
+        job_(request_of(edit, bounds), removed) {
+    job_.spans.flip = !growing_;
+    const int u = u_index(view_.axis()), v = v_index(view_.axis());
+    if (growing_ && !bounds.empty() &&
+        ((bounds.min.array() < 0).any() || bounds.max[u] > view_.nodes_u() ||
+         bounds.max[v] > view_.nodes_v()))
+      removed.clipped = true;
+  }
+
+  static Range tiles_along(const Box& bounds, int world, int nodes) {
+    return bounds.empty() ? Range{0, 0}
+                          : tiles_between(bounds.min[world], bounds.max[world], nodes);
+  }
+
+  TileRequest request_of(const FieldEdit& edit, const Box& bounds) const {
+    const int d = depth_index(view_.axis());
+    const double depth = view_.nodes_depth();
+    return {.operation = edit.operation,
+            .kernel = tile_kernel(),
+            .field = edit.field,
+            .solid = &edit.solid,
+            .motion = &edit.motion,
+            .depth_min = bounds.min[d] - kBoundsSlack,
+            .depth_max = bounds.max[d] + kBoundsSlack,
+            .t_ref = static_cast<float>(std::floor(0.5 * (std::clamp(bounds.min[d], 0.0, depth) +
+                                                          std::clamp(bounds.max[d], 0.0, depth)))),
+            // Node sums of a tile stay whole in float32 while (half the tool's depth)^2 x 16 rows x
+            // 2 < 2^24.
+            .deep = std::min(bounds.max[d], depth) - std::max(bounds.min[d], 0.0) > 1000,
+            .material = growing_ ? edit.material : kMixedMaterial,
+            .color = edit.color};
+  }
+
+  const FieldSnapshot& view_;
+  const Solid& solid_;
+  Removed& removed_;
+  const bool growing_;
+  const Range tus_, tvs_;
+  TileJob job_;
+};
+
+void edit_field(const FieldEdit& edit, const TileDone* tile_done, Removed& removed) {
+  FieldEditor editor(edit, removed);
+  const Range tus = editor.tus(), tvs = editor.tvs();
   for (int tv = tvs.begin; tv < tvs.end; tv++)
     for (int tu = tus.begin; tu < tus.end; tu++) {
-      job.rays = {axis, tu * kTileSide, tv * kTileSide};
-      job.tu = tu;
-      job.tv = tv;
-      for (job.layer = 0;; job.layer++) {
-        job.tile = &view.tile(tu, tv);
-        if (!growing) {
-          if (job.tile->empty || !job.tile->reaches(job.request.depth_min, job.request.depth_max))
-            break;
-        }
-        job.spans.normals_ready = 0;
-        job.spans.last = false;
-        if (!edit.solid.spans(job.rays, job.layer, job.spans)) break;
-        if (growing) removed.clipped |= clip_to_lattice(job.spans, job.rays, view);
-        run_tile(job);
-        if (job.spans.last) break;
-      }
+      editor.edit_tile(tu, tv);
+      if (tile_done) (*tile_done)(edit.view.axis(), tu, tv);
     }
-  flush_sums(job);
+  editor.finish();
 }
 
 // Tiles of a field that the solid's bounds touch.
@@ -127,8 +170,8 @@ constexpr int64_t kFewTiles = 300;
 // Runs the edit on all three fields, or on some of them, on up to `threads` threads. The fields
 // share nothing, so neither do the threads.
 template <class MakeEdit>
-void edit_fields(int threads, const std::array<bool, 3>& fields, Removed& removed,
-                 MakeEdit&& make_edit) {
+void edit_fields(int threads, const std::array<bool, 3>& fields, const TileDone* tile_done,
+                 Removed& removed, MakeEdit&& make_edit) {
   if (threads > 1) {
     int64_t tiles = 0;
     for (const Axis axis : kAxes) {
@@ -141,14 +184,14 @@ void edit_fields(int threads, const std::array<bool, 3>& fields, Removed& remove
   // threads.
   std::array<Removed, 3> parts;
   run_parallel(threads, 3, [&](size_t i) {
-    if (fields[i]) edit_field(make_edit(kAxes[i]), parts[i]);
+    if (fields[i]) edit_field(make_edit(kAxes[i]), tile_done, parts[i]);
   });
   for (const Removed& part : parts) removed.add(part);
 }
 
 void write(TriDexel& model, Operation operation, const Solid& solid, uint8_t material, Color color,
            const EditOptions& options, Removed& removed) {
-  edit_fields(options.threads, {true, true, true}, removed, [&](Axis axis) {
+  edit_fields(options.threads, {true, true, true}, options.tile_done, removed, [&](Axis axis) {
     Field& field = model.field(axis);
     return FieldEdit{operation, field.view(), &field, solid, options.motion, material, color};
   });
@@ -157,7 +200,7 @@ void write(TriDexel& model, Operation operation, const Solid& solid, uint8_t mat
 
 void read(const TriDexel& model, Operation operation, const Solid& solid, uint8_t material,
           const EditOptions& options, Removed& removed) {
-  edit_fields(options.threads, options.fields, removed, [&](Axis axis) {
+  edit_fields(options.threads, options.fields, nullptr, removed, [&](Axis axis) {
     return FieldEdit{operation, model.field(axis).view(), nullptr, solid, options.motion, material,
                      0};
   });
@@ -179,6 +222,33 @@ void intersect(TriDexel& model, const Solid& solid, const EditOptions& options, 
   cut(model, Complement(solid), options, removed);
 }
 
+void part(TriDexel& model, TriDexel& off, const Solid& solid, const EditOptions& options,
+          Removed& from_model, Removed& from_off) {
+  const Complement rest(solid);
+  std::array<Removed, 3> of_model, of_off;
+  run_parallel(options.threads, 3, [&](size_t i) {
+    Field &field = model.field(kAxes[i]), &field_off = off.field(kAxes[i]);
+    FieldEditor stays({Operation::cut, field.view(), &field, solid, options.motion}, of_model[i]);
+    FieldEditor goes({Operation::cut, field_off.view(), &field_off, rest, options.motion},
+                     of_off[i]);
+    const Range tus = goes.tus(), tvs = goes.tvs();
+    for (int tv = tvs.begin; tv < tvs.end; tv++)
+      for (int tu = tus.begin; tu < tus.end; tu++) {
+        if (stays.touches(tu, tv)) stays.edit_tile(tu, tv);
+        goes.edit_tile(tu, tv);
+        if (options.tile_done) (*options.tile_done)(kAxes[i], tu, tv);
+      }
+    stays.finish();
+    goes.finish();
+  });
+  for (size_t i = 0; i < 3; i++) {
+    from_model.add(of_model[i]);
+    from_off.add(of_off[i]);
+  }
+  model.touch();
+  off.touch();
+}
+
 void paint(TriDexel& model, const Solid& solid, Color color, const EditOptions& options,
            Removed& removed) {
   write(model, Operation::paint, solid, 0, color, options, removed);
@@ -195,7 +265,7 @@ void deposit_contact(const TriDexel& model, const Solid& solid, uint8_t material
 }
 
 void cut_field(Field& field, const Solid& solid, const Motion& motion, Removed& removed) {
-  edit_field({Operation::cut, field.view(), &field, solid, motion}, removed);
+  edit_field({Operation::cut, field.view(), &field, solid, motion}, nullptr, removed);
 }
 
 }  // namespace kibori

@@ -5,6 +5,7 @@
 //   cut        model less solid
 //   deposit    model and solid, the new part in a given material (what is there stays)
 //   intersect  model within solid: a cut with its complement
+//   part       a model in two: what lies in the solid, and the rest
 //   paint      colours the surface inside the solid
 //   contact    what a cut would remove, and no write
 //
@@ -13,6 +14,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/edit/grain.h>
@@ -36,6 +38,10 @@ struct Motion {
   double across2 = 1;
 };
 
+// Told of a field's tiles while they are in the processor's cache, on the thread that edits the
+// field.
+using TileDone = std::function<void(Axis axis, int tu, int tv)>;
+
 // Results do not depend on `threads`: the three fields share nothing, so each may have a thread of
 // its own (1..3).
 struct EditOptions {
@@ -43,6 +49,8 @@ struct EditOptions {
   int threads = 1;
   // Of contact and deposit_contact: those that are asked.
   std::array<bool, 3> fields{true, true, true};
+  // Of edits that write: called after each tile that the solid's bounds touch; null: nothing is.
+  const TileDone* tile_done = nullptr;
 };
 
 // Each adds what it did to `removed` (deposits count as positive there too).
@@ -50,6 +58,9 @@ void cut(TriDexel& model, const Solid& solid, const EditOptions& options, Remove
 void deposit(TriDexel& model, const Solid& solid, uint8_t material, const EditOptions& options,
              Removed& removed);
 void intersect(TriDexel& model, const Solid& solid, const EditOptions& options, Removed& removed);
+// `off`: the same state as `model` beforehand. Both get the same ends, bit for bit.
+void part(TriDexel& model, TriDexel& off, const Solid& solid, const EditOptions& options,
+          Removed& from_model, Removed& from_off);
 void paint(TriDexel& model, const Solid& solid, Color color, const EditOptions& options,
            Removed& removed);
 void contact(const TriDexel& model, const Solid& solid, const EditOptions& options,

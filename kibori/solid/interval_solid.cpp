@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/solid/interval_solid.h>
 
+#include <algorithm>
 #include <atomic>
 
 #include <kibori/dexel/normal_code.h>
@@ -18,52 +19,70 @@ uint64_t next_id() {
 
 }  // namespace
 
+struct IntervalSolid::Remembered {
+  uint64_t id = 0;
+  RayTile rays{Axis::x, -1, -1};
+  TileIntervals intervals;
+  // The same as they are asked for; the first `layer_count` are in use.
+  struct Layer {
+    std::array<float, kTileRays> lo, hi;
+    uint16_t rows;
+  };
+  std::vector<Layer> layers;
+  size_t layer_count = 0;
+
+  void fill_layers() {
+    layer_count = 0;
+    for (const auto& list : intervals) layer_count = std::max(layer_count, list.size());
+    if (layers.size() < layer_count) layers.resize(layer_count);
+    for (size_t i = 0; i < layer_count; i++) {
+      Layer& layer = layers[i];
+      layer.rows = 0;
+      for (size_t slot = 0; slot < kTileRays; slot++) {
+        const auto& list = intervals[slot];
+        const bool there = i < list.size();
+        layer.lo[slot] = there ? list[i].lo : kFar;
+        layer.hi[slot] = there ? list[i].hi : -kFar;
+        layer.rows |= static_cast<uint16_t>(there << slot / kTileSide);
+      }
+    }
+  }
+};
+
 IntervalSolid::IntervalSolid() : id_(next_id()) {}
 
-const IntervalSolid::TileIntervals& IntervalSolid::intervals(const RayTile& rays) const {
-  struct Remembered {
-    uint64_t id = 0;
-    RayTile rays{Axis::x, -1, -1};
-    TileIntervals intervals;
-  };
+const IntervalSolid::Remembered& IntervalSolid::remembered(const RayTile& rays) const {
   struct Cache {
     std::array<Remembered, kRemembered> tiles;
     size_t oldest = 0;
   };
   thread_local Cache cache;
   for (const Remembered& one : cache.tiles)
-    if (one.id == id_ && one.rays == rays) return one.intervals;
+    if (one.id == id_ && one.rays == rays) return one;
   Remembered& one = cache.tiles[cache.oldest];
   cache.oldest = (cache.oldest + 1) % kRemembered;
   one.id = id_;
   one.rays = rays;
   for (auto& list : one.intervals) list.clear();
   fill(rays, one.intervals);
-  return one.intervals;
+  one.fill_layers();
+  return one;
 }
 
 bool IntervalSolid::spans(const RayTile& rays, int layer, SpanLayer& out) const {
-  const TileIntervals& all = intervals(rays);
+  const Remembered& tile = remembered(rays);
   const auto at = static_cast<size_t>(layer);
-  out.last = true;
-  out.rows = 0;
-  for (size_t row = 0; row < kTileSide; row++) {
-    bool any = false;
-    for (size_t slot = row * kTileSide; slot < (row + 1) * kTileSide; slot++) {
-      const bool there = at < all[slot].size();
-      out.lo[slot] = there ? all[slot][at].lo : kFar;
-      out.hi[slot] = there ? all[slot][at].hi : -kFar;
-      any |= there;
-      out.last &= at + 1 >= all[slot].size();
-    }
-    out.rows |= static_cast<uint16_t>(any << row);
-  }
-  return out.rows != 0;
+  out.last = at + 1 >= tile.layer_count;
+  if (at >= tile.layer_count) return false;
+  std::copy_n(tile.layers[at].lo.data(), kTileRays, out.lo);
+  std::copy_n(tile.layers[at].hi.data(), kTileRays, out.hi);
+  out.rows = tile.layers[at].rows;
+  return true;
 }
 
 void IntervalSolid::normals(const RayTile& rays, int layer, const EndMasks& ends,
                             SpanLayer& of) const {
-  const TileIntervals& all = intervals(rays);
+  const TileIntervals& all = remembered(rays).intervals;
   for (size_t row = 0; row < kTileSide; row++)
     for (size_t lane = 0; lane < kTileSide; lane++) {
       const bool lo = (ends.lo[row] >> lane) & 1, hi = (ends.hi[row] >> lane) & 1;

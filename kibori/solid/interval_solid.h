@@ -27,7 +27,8 @@ class IntervalSolid : public Solid {
   virtual void fill(const RayTile& rays, TileIntervals& all) const = 0;
 
  private:
-  const TileIntervals& intervals(const RayTile& rays) const;
+  struct Remembered;
+  const Remembered& remembered(const RayTile& rays) const;
   uint64_t id_;
 };
 
