@@ -198,9 +198,11 @@ void for_new_ends(const Snapshot& before, const Snapshot& after, F&& f) {
 
 // The sum of what the surface's area has along the rays, by those ends of a plane [cells^2].
 double area_at(const uint32_t (&codes)[kTileRays], const EndMask& ends) {
+  uint32_t any = 0;
+  for (const uint32_t end : ends) any |= end;
+  if (!any) return 0;
   size_t first = 0;
-  while (first < kTileRays && !ends[first]) first++;
-  if (first == kTileRays) return 0;
+  while (!ends[first]) first++;
   uint32_t others = 0;
   int count = 0;
   for (size_t slot = 0; slot < kTileRays; slot++) {

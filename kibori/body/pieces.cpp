@@ -172,6 +172,19 @@ void for_shared(RayWalk one, RayWalk other, F&& f) {
   }
 }
 
+// Whether a ray has spans in both planes that share a node; all rays at once.
+bool share_a_node(const Plane& one, const Plane& other) {
+  constexpr float kBeyond = 1e6f;  // of every lattice; what is empty ends before it begins
+  int sharing = 0;
+  for (size_t slot = 0; slot < kTileRays; slot++) {
+    const float in = one.in[slot] > other.in[slot] ? one.in[slot] : other.in[slot],
+                out = one.out[slot] < other.out[slot] ? one.out[slot] : other.out[slot];
+    const float from = in < kBeyond ? in : kBeyond, to = out > -kBeyond ? out : -kBeyond;
+    sharing |= ceil_of(from - 0.5f) < ceil_of(to - 0.5f);
+  }
+  return sharing != 0;
+}
+
 int planes_of(const Tile& tile) {
   int count = 0;
   for (const Plane* p = &tile.first; p; p = p->next) count++;
@@ -483,7 +496,7 @@ class FieldParter {
           beside_[size_of(number)] = {nodes, piece};
         }
         // What holds no node stays.
-        spans_.push_back({slot, p->in[slot], p->out[slot], piece < 0 ? 0 : field_of(piece)});
+        spans_.push_back({slot, piece < 0 ? 0 : field_of(piece)});
       }
       if (size_of(number) < beside_.size()) beside_.resize(size_of(number));
     }
@@ -494,8 +507,13 @@ class FieldParter {
       if (stay == 0) fields_[k]->clear_tile(tu, tv);
       if (stay == 0 || size_of(static_cast<int>(stay)) == spans_.size()) continue;
       Tile& writable = fields_[k]->writable(tu, tv);
-      for (const Parted& span : spans_)
-        if (span.to != k) cut_ray(*fields_[k], writable, span.slot, span.in, span.out);
+      for (auto span = spans_.begin(); span != spans_.end();) {
+        const int slot = span->slot;
+        keep_.clear();
+        for (; span != spans_.end() && span->slot == slot; span++) keep_.push_back(span->to == k);
+        if (std::find(keep_.begin(), keep_.end(), false) != keep_.end())
+          keep_spans(*fields_[k], writable, slot, keep_);
+      }
       fields_[k]->trim_planes(writable);
     }
   }
@@ -508,10 +526,10 @@ class FieldParter {
   std::vector<bool> near_;  // by field: whether a piece that goes there may meet the tile
   struct Parted {
     int slot;
-    float in, out;
     size_t to;  // of fields_
   };
   std::vector<Parted> spans_;
+  std::vector<bool> keep_;
   // Of the ray one lane before: a span that shares a node's depth with one of them is of its piece.
   struct Beside {
     NodeRange nodes;
@@ -565,18 +583,31 @@ Severed find_severed(const Snapshot& before, const Snapshot& after, int threads)
   // Which pieces of `after` have nodes that were of each piece of `before`, in these tiles.
   const auto fates = [&](const Pieces& old_pieces, const Pieces& new_pieces) {
     std::vector<std::vector<int>> to(old_pieces.all().size());
+    const auto lies_in = [&](int old_piece, int new_piece) {
+      std::vector<int>& pieces = to[size_of(old_piece)];
+      if (std::find(pieces.begin(), pieces.end(), new_piece) == pieces.end())
+        pieces.push_back(new_piece);
+    };
     for (const auto& [tu, tv] : places) {
       const Tile &old_tile = was.tile(tu, tv), &new_tile = is.tile(tu, tv);
       if (old_tile.empty || new_tile.empty) continue;
-      for (size_t slot = 0; slot < kTileRays; slot++) {
-        const int u = tu * kTileSide + static_cast<int>(slot % kTileSide),
-                  v = tv * kTileSide + static_cast<int>(slot / kTileSide);
-        for_shared(RayWalk(old_tile, slot), RayWalk(new_tile, slot), [&](int a, int b) {
-          std::vector<int>& pieces = to[size_of(old_pieces.of_span(u, v, a))];
-          const int piece = new_pieces.of_span(u, v, b);
-          if (std::find(pieces.begin(), pieces.end(), piece) == pieces.end())
-            pieces.push_back(piece);
-        });
+      const int u = tu * kTileSide, v = tv * kTileSide;
+      if (old_pieces.by_plane(tu, tv) && new_pieces.by_plane(tu, tv)) {
+        int a = 0;
+        for (const Plane* p = &old_tile.first; p; p = p->next, a++) {
+          int b = 0;
+          for (const Plane* q = &new_tile.first; q; q = q->next, b++)
+            if (share_a_node(*p, *q))
+              lies_in(old_pieces.of_span(u, v, a), new_pieces.of_span(u, v, b));
+        }
+        continue;
+      }
+      for (int slot = 0; slot < kTileRays; slot++) {
+        const int ray_u = u + slot % kTileSide, ray_v = v + slot / kTileSide;
+        for_shared(
+            RayWalk(old_tile, size_of(slot)), RayWalk(new_tile, size_of(slot)), [&](int a, int b) {
+              lies_in(old_pieces.of_span(ray_u, ray_v, a), new_pieces.of_span(ray_u, ray_v, b));
+            });
       }
     }
     return to;

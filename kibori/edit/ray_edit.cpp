@@ -83,6 +83,18 @@ void cut_ray(Field& field, Tile& tile, int slot, float a, float b) {
   }
 }
 
+void keep_spans(Field& field, Tile& tile, int slot, const std::vector<bool>& keep) {
+  Plane *to = &tile.first, *from = to;
+  for (const bool stays : keep) {
+    if (stays) {
+      if (to != from) write_with_paint(field, *to, slot, FieldSnapshot::span_at(*from, slot));
+      to = to->next;
+    }
+    from = from->next;
+  }
+  for (; to && !to->empty_at(slot); to = to->next) clear_slot(*to, slot);
+}
+
 void deposit_ray(Field& field, Tile& tile, int slot, float a, float b, uint8_t material) {
   // `a` moves up through the ray; each gap before a span is filled, joining spans of the same
   // material.
