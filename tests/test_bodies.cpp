@@ -127,8 +127,10 @@ void slit(TriDexel& model, Random& random) {
 void shape(TriDexel& model, Random& random, int edits, bool only_cut = false) {
   const Lattice& lattice = model.lattice();
   if (!only_cut && random.integer(0, 1)) {
-    const Vec3 end = lattice.nodes.matrix().cast<double>();
-    model.fill_block({lattice.to_mm(LatticePoint{Vec3::Zero()}), lattice.to_mm(LatticePoint{end})},
+    // As often as not its sides run through tiles.
+    const Vec3 end = lattice.nodes.matrix().cast<double>(),
+               inset = random.integer(0, 1) * 0.3 * random.in_box(0, 1).cwiseProduct(end);
+    model.fill_block({lattice.to_mm(LatticePoint{inset}), lattice.to_mm(LatticePoint{end - inset})},
                      0);
     for (int i = random.integer(0, 3); i > 0; i--) slit(model, random);
   }
@@ -191,6 +193,35 @@ TEST(DexelSolid, JoinsSubtractsAndIntersectsAsBitmapsDo) {
     EXPECT_NEAR(volumes[0] + volumes[2], was.volume_mm3() + b.volume_mm3(),
                 1e-6 * (volumes[0] + 1));
     EXPECT_NEAR(volumes[1] + volumes[2], was.volume_mm3(), 1e-6 * (volumes[0] + 1));
+  }
+}
+
+TEST(Part, IsACutAndAnIntersection) {
+  Random random;
+  SCOPED_TRACE(random.note());
+  for (int round = 0; round < test::rounds_of("KIBORI_BODY_ROUNDS", 40) * 2; round++) {
+    TriDexel model(box_lattice(random));
+    shape(model, random, random.integer(1, 8));
+    const Lattice& lattice = model.lattice();
+    const Snapshot before = model.snapshot();
+    const Vec3 middle = 0.5 * lattice.pitch_mm * lattice.nodes.matrix().cast<double>();
+    const SweptTool solid(any_tool(random, 2 * middle.minCoeff()),
+                          {lattice.origin_mm + middle, frame_from_axis(random.direction())},
+                          Vec3::Zero(), lattice, lattice.whole());
+    TriDexel left(before, model.material_bounds()), within(before, model.material_bounds()),
+        off(before, model.material_bounds());
+    Removed of_left, of_within, from_model, from_off;
+    cut(left, solid, {}, of_left);
+    intersect(within, solid, {}, of_within);
+    EditOptions options;
+    options.threads = 1 + round % 3;
+    part(model, off, solid, options, from_model, from_off);
+    EXPECT_EQ(model.content_hash(), left.content_hash()) << round;
+    EXPECT_EQ(off.content_hash(), within.content_hash()) << round;
+    EXPECT_EQ(from_model.points(), of_left.points());
+    EXPECT_EQ(from_model.mean_volume(), of_left.mean_volume());
+    EXPECT_EQ(from_off.points(), of_within.points());
+    EXPECT_EQ(from_off.mean_volume(), of_within.mean_volume());
   }
 }
 

@@ -6,6 +6,12 @@
 #include <chrono>
 
 namespace kibori {
+namespace {
+
+// What acts on bodies; the servo only holds the tool meanwhile.
+constexpr int kThreads = 2;
+
+}  // namespace
 
 Result<WorkedBody> worked_body(const Bodies& bodies, BodyId id) {
   const Body& body = *bodies.find(id);
@@ -151,7 +157,7 @@ Result<StepId> DocumentWriter::resolve() {
     case Kind::go:
       return request_->step;
     case Kind::act: {
-      const Result<BodyChange> acted = document_->act(request_->action, 1);
+      const Result<BodyChange> acted = document_->act(request_->action, kThreads);
       if (!acted) return Error{acted.error()};
       return document_->head();
     }
@@ -162,7 +168,7 @@ Result<StepId> DocumentWriter::resolve() {
         if (const Status there = document_->commit_checkout(to.value()); !there)
           return Error{there.error()};
       }
-      const Status revised = document_->revise(request_->step, request_->action);
+      const Status revised = document_->revise(request_->step, request_->action, kThreads);
       if (!revised) publish(&DocumentWriter::notice_, revised.error());
       return document_->head();
     }
