@@ -6,6 +6,7 @@
 #include <bit>
 #include <climits>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -478,41 +479,53 @@ class FieldParter {
   }
 
   void by_spans(const Tile& tile, int tu, int tv) {
-    spans_.clear();
-    for (int slot = 0; slot < kTileRays; slot++) {
-      const int u = tu * kTileSide + slot % kTileSide, v = tv * kTileSide + slot / kTileSide;
-      if (slot % kTileSide == 0) beside_.clear();
-      int number = 0;
-      for (const Plane* p = &tile.first; p && !p->empty_at(slot); p = p->next, number++) {
-        int piece = -1;
+    // Plane by plane, as they lie in memory.
+    field_of_span_.clear();
+    size_t spans = 0;
+    int number = 0;
+    for (const Plane* p = &tile.first; p; p = p->next, number++) {
+      const size_t first = field_of_span_.size();
+      field_of_span_.resize(first + kTileRays, kNoSpan);
+      std::array<NodeRange, kTileRays> nodes;
+      std::array<int, kTileRays> pieces;
+      for (size_t slot = 0; slot < kTileRays; slot++) {
+        pieces[slot] = -1;
+        nodes[slot] = {0, 0};
+        if (p->empty_at(static_cast<int>(slot))) continue;
+        const int u = tu * kTileSide + static_cast<int>(slot) % kTileSide,
+                  v = tv * kTileSide + static_cast<int>(slot) / kTileSide;
+        int& piece = pieces[slot];
         if (axis_ == Axis::z) {
           piece = pieces_.of_span(u, v, number);
         } else {
-          const NodeRange nodes = nodes_of(p->in[slot], p->out[slot]);
-          if (size_of(number) < beside_.size() && nodes.shares(beside_[size_of(number)].nodes))
-            piece = beside_[size_of(number)].piece;
-          for (int k = nodes.begin; k < nodes.end && piece < 0; k++) piece = piece_at(u, v, k);
-          if (size_of(number) == beside_.size()) beside_.emplace_back();
-          beside_[size_of(number)] = {nodes, piece};
+          nodes[slot] = nodes_of(p->in[slot], p->out[slot]);
+          // A span that shares a node's depth with the one beside it is of its piece.
+          if (slot > 0) {
+            const size_t beside = slot % kTileSide > 0 ? slot - 1 : slot - kTileSide;
+            if (nodes[slot].shares(nodes[beside])) piece = pieces[beside];
+          }
+          for (int k = nodes[slot].begin; k < nodes[slot].end && piece < 0; k++)
+            piece = piece_at(u, v, k);
         }
         // What holds no node stays.
-        spans_.push_back({slot, piece < 0 ? 0 : field_of(piece)});
+        field_of_span_[first + slot] = piece < 0 ? 0 : field_of(piece);
+        spans++;
       }
-      if (size_of(number) < beside_.size()) beside_.resize(size_of(number));
     }
     for (size_t k = 0; k < fields_.size(); k++) {
       if (!near_[k]) continue;
-      const auto stay = std::count_if(spans_.begin(), spans_.end(),
-                                      [&](const Parted& span) { return span.to == k; });
+      const auto stay =
+          size_of(static_cast<int>(std::count(field_of_span_.begin(), field_of_span_.end(), k)));
       if (stay == 0) fields_[k]->clear_tile(tu, tv);
-      if (stay == 0 || size_of(static_cast<int>(stay)) == spans_.size()) continue;
+      if (stay == 0 || stay == spans) continue;
       Tile& writable = fields_[k]->writable(tu, tv);
-      for (auto span = spans_.begin(); span != spans_.end();) {
-        const int slot = span->slot;
+      for (size_t slot = 0; slot < kTileRays; slot++) {
         keep_.clear();
-        for (; span != spans_.end() && span->slot == slot; span++) keep_.push_back(span->to == k);
+        for (size_t i = slot; i < field_of_span_.size() && field_of_span_[i] != kNoSpan;
+             i += kTileRays)
+          keep_.push_back(field_of_span_[i] == k);
         if (std::find(keep_.begin(), keep_.end(), false) != keep_.end())
-          keep_spans(*fields_[k], writable, slot, keep_);
+          keep_spans(*fields_[k], writable, static_cast<int>(slot), keep_);
       }
       fields_[k]->trim_planes(writable);
     }
@@ -524,18 +537,10 @@ class FieldParter {
   const Pieces& pieces_;
   const std::vector<int>& to_;
   std::vector<bool> near_;  // by field: whether a piece that goes there may meet the tile
-  struct Parted {
-    int slot;
-    size_t to;  // of fields_
-  };
-  std::vector<Parted> spans_;
+  // Of fields_, by plane and slot; and scratch for the spans of a ray.
+  static constexpr size_t kNoSpan = SIZE_MAX;
+  std::vector<size_t> field_of_span_;
   std::vector<bool> keep_;
-  // Of the ray one lane before: a span that shares a node's depth with one of them is of its piece.
-  struct Beside {
-    NodeRange nodes;
-    int piece;
-  };
-  std::vector<Beside> beside_;
 };
 
 }  // namespace
