@@ -113,12 +113,22 @@ std::optional<RayBlock> block_of(const Plane& plane) {
 // Spans that are farther apart than this [cells] have a node between them.
 constexpr float kApart = 1.01f;
 
+// Asks the processor for the ends of a plane's spans, while the plane before it is looked at.
+void fetch(const Plane& plane) {
+  for (size_t slot = 0; slot < kTileRays; slot += 64 / sizeof(float)) {
+    __builtin_prefetch(plane.in + slot);
+    __builtin_prefetch(plane.out + slot);
+  }
+  __builtin_prefetch(&plane.next);
+}
+
 // No planes where one is not whole, or of two pieces because some of its rays go on and some do
 // not.
 WholeTile whole_tile(const Tile& tile) {
   WholeTile whole;
   const Plane* before = nullptr;
   for (const Plane* p = &tile.first; p; before = std::exchange(p, p->next)) {
+    if (p->next) fetch(*p->next);
     const auto in = [&](size_t slot) { return p->in[slot]; };
     const auto out = [&](size_t slot) { return p->out[slot]; };
     Extremes ins = extremes(whole.block, in);
@@ -207,6 +217,7 @@ class PieceFinder {
     for (int tv = 0; tv < z.tiles_v(); tv++)
       for (int tu = 0; tu < z.tiles_u(); tu++) {
         if (!looks_at(tu, tv)) continue;
+        if (tu + 1 < z.tiles_u() && looks_at(tu + 1, tv)) fetch(z.tile(tu + 1, tv).first);
         read_tile(tu, tv);
         if (tu > 0 && looks_at(tu - 1, tv)) join(tu - 1, tv, tu, tv);
         if (tv > 0 && looks_at(tu, tv - 1)) join(tu, tv - 1, tu, tv);
@@ -407,8 +418,10 @@ class FieldParter {
 
   void run() {
     for (int tv = 0; tv < was_.tiles_v(); tv++)
-      for (int tu = 0; tu < was_.tiles_u(); tu++)
+      for (int tu = 0; tu < was_.tiles_u(); tu++) {
+        if (tu + 1 < was_.tiles_u()) fetch(was_.tile(tu + 1, tv).first);
         if (!was_.tile(tu, tv).empty) part_tile(was_.tile(tu, tv), tu, tv);
+      }
   }
 
  private:
