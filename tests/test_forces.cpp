@@ -103,6 +103,41 @@ TEST(Energy, PlungeThroughASlabIsAPlateau) {
   }
 }
 
+// A flat bottom that sinks while it moves sideways: it takes u times the area that it passes,
+// bottom and front, in every tick, though it passes a row of x rays, all along the bottom, once in
+// some.
+TEST(Energy, AFlatBottomThatSinksIsFeltEvenly) {
+  Random random;
+  SCOPED_TRACE(random.note());
+  for (const Tool& tool : {Tool(Flat{5, 40}), Tool(BoxTool{Vec3(8, 10, 40)})}) {
+    for (const double sink : {0.02, 0.2, 0.6}) {
+      for (const double step : {0.02, 0.06}) {
+        Bench bench(Vec3(60, 40, 20), 0.25);
+        const Vec3 way(std::cos(sink), 0, -std::sin(sink));
+        const double off = random.uniform(0, 0.25);
+        DirectTool stroke(bench.model, Pose{Vec3(20 + off, 20 + off, 15 + off), Mat3::Identity()});
+        const bool round = std::holds_alternative<Flat>(tool);
+        const double bottom = round ? kPi * 25 : 80, front_x = round ? kPi * 5 / 4 : 4;
+        for (int i = 1; i <= 160; i++) {
+          const Vec3 to = stroke.pose().tip + step * way;
+          const ToolTick tick = go(stroke, tool, to, bench, ForceModel::energy, 6);
+          if (i <= 20) continue;  // until it has a front of its own
+          const double deep = 20 - to.z() - 0.5 * step * way.z();
+          const double front = 10 * deep * way.x(), force = 2 * (front - bottom * way.z());
+          const double moment = 2 * front * (0.5 * deep * way.x() - front_x * way.z());
+          // The front is as many rays high and wide as rays meet it: half a cell more or less.
+          const double rays = 0.125 * (1 / deep + 1.0 / 10);
+          EXPECT_NEAR(-tick.wrench.force.dot(way), force, (rays + 0.02) * force)
+              << sink << " " << i;
+          EXPECT_NEAR(-tick.wrench.moment.y(), moment, (2 * rays + 0.02) * moment)
+              << sink << " " << i;
+          EXPECT_LT(tick.wrench.force.cross(way).norm(), 1e-9 * force);
+        }
+      }
+    }
+  }
+}
+
 // One motion in 1, 10 or 1000 ticks removes the same and does the same work, to 0.1 per mille.
 TEST(Energy, SplittingAMoveChangesNothing) {
   for (const Vec3& motion : {Vec3(30, 0, -3), Vec3(20, 18, -4), Vec3(7, -13, -2)}) {

@@ -27,8 +27,8 @@ namespace kibori {
 struct Motion {
   // First moments are taken about this point: the tool's tip at the end of the tick.
   LatticePoint reference;
-  // While turning: displacement of a material point at r from the reference is shift + turn x r,
-  // turn in rad.
+  // Displacement of a material point at r from the reference: shift, and while turning turn x r
+  // more, turn in rad.
   bool turning = false;
   LatticeVector shift;
   Vec3 turn = Vec3::Zero();
@@ -36,6 +36,9 @@ struct Motion {
   // Wood that is felt; null: none is. While not turning: sin^2 of the motion's angle to the grain.
   const Grain* grain = nullptr;
   double across2 = 1;
+  // Of cuts and contacts of a tool that does not turn: what resists is summed as the way that the
+  // tool's surface went along each ray in the material (RemovedPart::passed).
+  bool passing = false;
 };
 
 // Told of a field's tiles while they are in the processor's cache, on the thread that edits the

@@ -23,8 +23,16 @@ struct RemovedPart {
   int64_t points;                   // lattice nodes, decided by the z field
   std::array<int64_t, 3> node_sum;  // sums of their indices
   // Where wood is felt (edit/grain.h): the same sums, each bit as much as it resists, over its
-  // material's u. Meaningful while `grained`.
-  bool grained;
+  // material's u. Meaningful while `felt`.
+  bool felt;
+  // Whether these are of what the tool's surface passed (Motion::passing) instead of lengths. Let t
+  // be when the surface passes a place, from 0 to 1, and s the tool's shift. As s . grad t = 1,
+  // what is removed is the sum over the fields of the integral of s_i dt/dx_i: each piece of a ray
+  // counts by s_i and how much later the surface passes its end than its beginning. The sum over
+  // all three is the volume, each by itself is not. A face that lies along a field's rays removes a
+  // whole row of them at once now and then; t is the same all along such a piece, so it does not
+  // count.
+  bool passed;
   std::array<double, 3> felt_volume;
   std::array<Vec3, 3> felt_moment;
   bool turning;  // whether there are turn sums
@@ -48,15 +56,16 @@ struct RemovedPart {
   }
 
   // What resists, over the material's u.
-  double resisting(size_t field) const { return grained ? felt_volume[field] : volume[field]; }
+  double resisting(size_t field) const { return felt ? felt_volume[field] : volume[field]; }
   const Vec3& resisting_moment(size_t field) const {
-    return grained ? felt_moment[field] : moment[field];
+    return felt ? felt_moment[field] : moment[field];
   }
   void feel() {
-    if (grained) return;
+    if (felt) return;
     felt_volume = {0, 0, 0};
     felt_moment = {Vec3(Vec3::Zero()), Vec3(Vec3::Zero()), Vec3(Vec3::Zero())};
-    grained = true;
+    felt = true;
+    passed = false;
   }
 
   void clear() {
@@ -64,7 +73,7 @@ struct RemovedPart {
     moment = {Vec3(Vec3::Zero()), Vec3(Vec3::Zero()), Vec3(Vec3::Zero())};
     points = 0;
     node_sum = {0, 0, 0};
-    grained = false;
+    felt = passed = false;
     turning = false;  // leaves turn_ alone
   }
   // sign: -1 takes the other's sums away.
@@ -75,8 +84,9 @@ struct RemovedPart {
       node_sum[i] += sign * other.node_sum[i];
     }
     points += sign * other.points;
-    if (other.grained) {
+    if (other.felt) {
       feel();
+      passed |= other.passed;
       for (size_t i = 0; i < 3; i++) {
         felt_volume[i] += sign * other.felt_volume[i];
         felt_moment[i] += sign * other.felt_moment[i];

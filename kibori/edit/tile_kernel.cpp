@@ -41,6 +41,12 @@ inline bool grain_felt(const TileJob& job, uint8_t material) {
   const Grain* const grain = job.request.motion->grain;
   return grain && grain->felt(material);
 }
+// Whether what resists is summed as what the tool's surface passed.
+inline bool sums_passed(const TileJob& job) {
+  const Operation operation = job.request.operation;
+  return job.request.motion->passing && !job.request.motion->turning &&
+         (operation == Operation::cut || operation == Operation::contact);
+}
 // From now on the tile is the model's own: a copy of what snapshots share.
 inline void make_writable(TileJob& job) {
   job.tile = job.writable = &job.request.field->writable(job.tu, job.tv);
@@ -53,6 +59,15 @@ inline constexpr float kRowNumber[kTileSide] = {0, 1, 2,  3,  4,  5,  6,  7,
 // `late` of it is late wood.
 void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t material, double sign,
                  double late);
+// Of such an overlap: what the tool's surface passed, and that by twice the depth from t_ref.
+void add_passed(TileJob& job, int row, int lane, uint8_t material, double passed, double passed_t2,
+                double late);
+
+// Ends beyond this [cells] are no surface.
+inline constexpr float kBeyond = 1e6f;
+// Where the surface goes less than this share of the tool's way along a ray it all but slides along
+// itself; float32 would make something of nothing there.
+inline constexpr float kSlides = 0.1f;
 
 }  // namespace kibori
 #endif
@@ -79,7 +94,7 @@ HWY_INLINE void AddDoubles(double* to, VF x, double factor) {
 }
 
 // What is summed of each overlap [lo, hi).
-enum Summed : unsigned { kNothing = 0, kLengths = 1, kNodes = 2, kFelt = 4 };
+enum Summed : unsigned { kNothing = 0, kLengths = 1, kNodes = 2, kFelt = 4, kPassed = 8 };
 
 // The mean of late_wood over overlaps of the rays of a row, from the lane `at` on.
 HWY_INLINE void LateWood(const TileJob& job, size_t row, size_t at, const float* lo,
@@ -88,6 +103,84 @@ HWY_INLINE void LateWood(const TileJob& job, size_t row, size_t at, const float*
               v = static_cast<float>(job.rays.v0) + static_cast<float>(row) + 0.5f;
   job.request.motion->grain->late_wood_of(job.rays.axis, u, v, lo, hi, count, late);
 }
+
+// How far the tool's surface goes along the rays of a row [cells], out of the tool, at that end of
+// its intervals: by how these ends go on from ray to ray.
+HWY_INLINE VF Advance(const TileJob& job, size_t row, size_t g, bool at_hi) {
+  const DF d;
+  const SpanLayer& spans = job.spans;
+  const float* const ends = at_hi ? spans.hi : spans.lo;
+  const auto end_at = [&](size_t of_row, size_t group) HWY_ATTR {
+    const size_t slot = of_row * kTileSide + group * kLanes;
+    const MF there = hn::Lt(hn::Load(d, spans.lo + slot), hn::Load(d, spans.hi + slot));
+    return hn::IfThenElse(there, hn::Load(d, ends + slot), F(kFar));
+  };
+  const auto beside = [&](size_t of_row) HWY_ATTR {
+    return of_row < kTileSide && ((spans.rows >> of_row) & 1) ? end_at(of_row, g) : F(kFar);
+  };
+  const VF end = end_at(row, g);
+  const auto slope = [&](VF before, VF after) HWY_ATTR {
+    const MF down = hn::Lt(hn::Abs(before), F(kBeyond)), up = hn::Lt(hn::Abs(after), F(kBeyond));
+    const VF rise = hn::Add(hn::IfThenElseZero(down, hn::Sub(end, before)),
+                            hn::IfThenElseZero(up, hn::Sub(after, end)));
+    return hn::IfThenElse(hn::And(down, up), hn::Mul(rise, F(0.5f)), rise);
+  };
+  alignas(64) float line[3 * kRow];
+  line[kRow - 1] = line[2 * kRow] = kFar;
+  for (size_t group = 0; group < kGroups; group++)
+    hn::Store(end_at(row, group), d, line + kRow + group * kLanes);
+  const float* const here = line + kRow + g * kLanes;
+  const LatticeVector& shift = job.request.motion->shift;
+  const Axis axis = job.rays.axis;
+  const auto along = [&](int world) { return F(static_cast<float>(shift.units[world])); };
+  const VF way = hn::Sub(
+      hn::Sub(along(depth_index(axis)),
+              hn::Mul(along(u_index(axis)), slope(hn::LoadU(d, here - 1), hn::LoadU(d, here + 1)))),
+      hn::Mul(along(v_index(axis)), slope(beside(row - 1), beside(row + 1))));
+  return hn::IfThenElseZero(hn::Lt(hn::Abs(end), F(kBeyond)), at_hi ? way : hn::Neg(way));
+}
+
+// Overlaps [lo, hi) of rays of a row: what the tool's surface passed of them, and that by twice the
+// depth from t_ref. Material goes on at the ends that are `made`, so the tool's surface is there.
+struct Passed {
+  VF way, way_t2;
+
+  HWY_INLINE Passed(const TileJob& job, size_t row, size_t g, MF hit, MF made_lo, MF made_hi, VF lo,
+                    VF hi, VF twice_ref) {
+    const DF d;
+    const Vec3& shift = job.request.motion->shift.units;
+    const double size = shift.norm(), along = shift[depth_index(job.rays.axis)];
+    const VF len = hn::Sub(hi, lo), zero = hn::Zero(d);
+    way = way_t2 = zero;
+    const auto add = [&](MF where, VF by, VF twice_depth) HWY_ATTR {
+      by = hn::IfThenElseZero(where, by);
+      way = hn::Add(way, by);
+      way_t2 =
+          hn::Add(way_t2, hn::IfThenElseZero(where, hn::Mul(by, hn::Sub(twice_depth, twice_ref))));
+    };
+    // The surface was there last; it passed the piece's other end as much earlier as it goes on.
+    const auto add_end = [&](MF made, bool at_hi, float sign) HWY_ATTR {
+      made = hn::And(hit, made);
+      if (hn::AllFalse(d, made)) return;
+      const VF goes = Advance(job, row, g, at_hi),
+               all = hn::Max(goes, F(kSlides * static_cast<float>(size))), part = hn::Min(len, all);
+      const VF by = hn::Mul(F(sign * static_cast<float>(along)), hn::Div(part, all));
+      const VF end = at_hi ? hi : lo;
+      const VF twice = hn::Add(end, end);
+      add(hn::And(made, hn::Gt(goes, zero)), by,
+          at_hi ? hn::Sub(twice, part) : hn::Add(twice, part));
+    };
+    add_end(made_hi, true, 1);
+    add_end(made_lo, false, -1);
+    // What was swallowed whole counts by the motion's direction.
+    const MF whole = hn::AndNot(hn::Or(made_lo, made_hi), hit);
+    if (hn::AllFalse(d, whole)) return;
+    const double share = along / size;
+    add(whole,
+        hn::Mul(F(static_cast<float>(share * share)), hn::Min(len, F(static_cast<float>(size)))),
+        hn::Add(lo, hi));
+  }
+};
 
 // Sums over one tile's rows, in registers.
 template <unsigned kSummed>
@@ -98,16 +191,22 @@ struct Sums {
     length = length_v = length_t2 = nodes = nodes_v = nodes_t2 = hn::Zero(DF());
     felt = felt_v = felt_t2 = hn::Zero(DF());
   }
-  // Adds where `hit`; `twice_ref` is 2 t_ref.
+  // Adds where `hit`; `twice_ref` is 2 t_ref; `made`: as of Passed.
   HWY_INLINE void Add(const TileJob& job, size_t at_row, size_t g, MF hit, VF lo, VF hi,
-                      VF twice_ref) {
+                      VF twice_ref, MF made_lo, MF made_hi) {
     if constexpr (kSummed == kNothing) return;
     const VF len = hn::IfThenElseZero(hit, hn::Sub(hi, lo)), row = F(kRowNumber[at_row]);
     const VF twice_depth = hn::Sub(hn::Add(lo, hi), twice_ref);
     length = hn::Add(length, len);
     length_v = hn::Add(length_v, hn::Mul(len, row));
     length_t2 = hn::Add(length_t2, hn::Mul(len, twice_depth));
-    if constexpr ((kSummed & kFelt) != 0) {
+    if constexpr ((kSummed & kPassed) != 0) {
+      const Passed passed(job, at_row, g, hit, made_lo, made_hi, lo, hi, twice_ref);
+      const VF resists = Resists(job, at_row, g, hit, lo, hi), more = hn::Mul(passed.way, resists);
+      felt = hn::Add(felt, more);
+      felt_v = hn::Add(felt_v, hn::Mul(more, row));
+      felt_t2 = hn::Add(felt_t2, hn::Mul(passed.way_t2, resists));
+    } else if constexpr ((kSummed & kFelt) != 0) {
       const VF more = hn::Mul(len, Resists(job, at_row, g, hit, lo, hi));
       felt = hn::Add(felt, more);
       felt_v = hn::Add(felt_v, hn::Mul(more, row));
@@ -127,6 +226,7 @@ struct Sums {
   // Of u, by the rings in each overlap.
   static HWY_INLINE VF Resists(const TileJob& job, size_t row, size_t g, MF hit, VF lo, VF hi) {
     const DF d;
+    if (!grain_felt(job, job.sums_material)) return F(1.0f);
     const auto ring = static_cast<float>(job.request.motion->grain->ring(job.sums_material));
     if (ring == 0 || hn::AllFalse(d, hit)) return F(1.0f);
     alignas(64) float los[kLanes], his[kLanes], late[kLanes];
@@ -152,7 +252,7 @@ struct Sums {
       AddDoubles(to.of[of + 3] + at, by_t2, sign);
     };
     add(LaneSums::length, length, length_v, length_t2);
-    if constexpr ((kSummed & kFelt) != 0) add(LaneSums::felt, felt, felt_v, felt_t2);
+    if constexpr ((kSummed & (kFelt | kPassed)) != 0) add(LaneSums::felt, felt, felt_v, felt_t2);
     if constexpr ((kSummed & kNodes) != 0) add(LaneSums::nodes, nodes, nodes_v, nodes_t2);
   }
 };
@@ -162,8 +262,8 @@ struct Sums {
 // width.
 void AddScalarSums(TileJob& job, bool growing) {
   const DF d;
-  alignas(64) float los[kRow], his[kRow], late[kRow];
-  const bool grained = job.request.motion->grain != nullptr;
+  alignas(64) float los[kRow], his[kRow], late[kRow], way[kRow], way_t2[kRow];
+  const bool grained = job.request.motion->grain != nullptr, passed = sums_passed(job);
   for (unsigned left = job.spans.rows; left; left &= left - 1) {
     const int row = __builtin_ctz(left);
     const float *a = job.spans.lo + row * kTileSide, *b = job.spans.hi + row * kTileSide;
@@ -182,13 +282,24 @@ void AddScalarSums(TileJob& job, bool growing) {
         const VF hi = hn::Min(hn::Load(d, p->out + slot), hn::Load(d, b + at));
         hn::Store(lo, d, los + at);
         hn::Store(hi, d, his + at);
-        hits |= Bits(hn::Lt(lo, hi)) << at;
+        const MF hit = hn::Lt(lo, hi);
+        hits |= Bits(hit) << at;
+        if (!passed || hn::AllFalse(d, hit)) continue;
+        const Passed by(job, static_cast<size_t>(row), g, hit,
+                        hn::Gt(hn::Load(d, a + at), hn::Load(d, p->in + slot)),
+                        hn::Lt(hn::Load(d, b + at), hn::Load(d, p->out + slot)), lo, hi,
+                        F(2 * job.request.t_ref));
+        hn::Store(by.way, d, way + at);
+        hn::Store(by.way_t2, d, way_t2 + at);
       }
       if (hits && grained) LateWood(job, static_cast<size_t>(row), 0, los, his, kRow, late);
       for (; hits; hits &= hits - 1) {
         const int lane = __builtin_ctz(hits);
         add_overlap(job, row, lane, los[lane], his[lane], p->material[row * kTileSide + lane],
                     growing ? -1 : 1, grained ? late[lane] : 0);
+        if (passed)
+          add_passed(job, row, lane, p->material[row * kTileSide + lane], way[lane], way_t2[lane],
+                     grained ? late[lane] : 0);
       }
     }
   }
@@ -206,11 +317,13 @@ void ContactCut(TileJob& job) {
       for (unsigned left = job.spans.rows; left; left &= left - 1) {
         const auto row = static_cast<size_t>(__builtin_ctz(left));
         const size_t slot = row * kTileSide + g * kLanes;
-        const VF lo = hn::Max(hn::Load(d, p->in + slot), hn::Load(d, job.spans.lo + slot));
-        const VF hi = hn::Min(hn::Load(d, p->out + slot), hn::Load(d, job.spans.hi + slot));
+        const VF a = hn::Load(d, job.spans.lo + slot), b = hn::Load(d, job.spans.hi + slot);
+        const VF in = hn::Load(d, p->in + slot), out = hn::Load(d, p->out + slot);
+        const VF lo = hn::Max(in, a), hi = hn::Min(out, b);
         const MF hit = hn::Lt(lo, hi);
+        if ((kSummed & kPassed) != 0 && hn::AllFalse(d, hit)) continue;
         met = hn::Or(met, hit);
-        sum.Add(job, row, g, hit, lo, hi, F(2 * job.request.t_ref));
+        sum.Add(job, row, g, hit, lo, hi, F(2 * job.request.t_ref), hn::Gt(a, in), hn::Lt(b, out));
       }
     }
     if (hn::AllFalse(d, met)) continue;
@@ -389,7 +502,7 @@ void CutTile(TileJob& job) {
         const MF hit = hn::Lt(lo, hi);
         if (hn::AllFalse(d, hit)) continue;
         met = true;
-        sum.Add(job, row, g, hit, lo, hi, twice_ref);
+        sum.Add(job, row, g, hit, lo, hi, twice_ref, hn::Gt(a, in), hn::Lt(b, out));
         // The tool covers the span's beginning, its end, both, or neither.
         const MF front = hn::And(hit, hn::Le(a, in)), back = hn::And(hit, hn::Ge(b, out));
         if (!hn::AllFalse(d, hn::AndNot(hn::Xor(front, back), hit))) {
@@ -460,13 +573,13 @@ void DepositTile(TileJob& job) {
       const MF adds = hn::AndNot(covered, live);
       if (hn::AllFalse(d, adds)) continue;
       met = true;
-      sum.Add(job, static_cast<size_t>(row), g, adds, a, b, F(2 * job.request.t_ref));
+      sum.Add(job, static_cast<size_t>(row), g, adds, a, b, F(2 * job.request.t_ref), adds, adds);
       for (const Plane* p = first; p; p = p->next) {
         const VF lo = hn::Max(hn::Load(d, p->in + slot), a),
                  hi = hn::Min(hn::Load(d, p->out + slot), b);
         const MF hit = hn::And(adds, hn::Lt(lo, hi));
         if (hn::AllFalse(d, hit)) continue;
-        less.Add(job, static_cast<size_t>(row), g, hit, lo, hi, F(2 * job.request.t_ref));
+        less.Add(job, static_cast<size_t>(row), g, hit, lo, hi, F(2 * job.request.t_ref), hit, hit);
       }
       if constexpr (kWrite) {
         if (!job.writable) {
@@ -637,6 +750,11 @@ void RunVectors(TileJob& job) {
   } else if (scalar_sums(job)) {
     AddScalarSums(job, growing);
     RunSummed<kNothing>(job);
+  } else if (sums_passed(job)) {
+    if (job.rays.axis == Axis::z)
+      RunSummed<kLengths | kNodes | kPassed>(job);
+    else
+      RunSummed<kLengths | kPassed>(job);
   } else if (grain_felt(job, job.sums_material)) {
     if (job.rays.axis == Axis::z)
       RunSummed<kLengths | kNodes | kFelt>(job);
@@ -659,6 +777,12 @@ HWY_EXPORT(RunVectors);
 HWY_EXPORT(StoreNormals);
 HWY_EXPORT(ClearSums);
 HWY_EXPORT(ReduceSums);
+
+// Of u: what a piece resists of which `late` is late wood.
+static double grain_resists(const TileJob& job, uint8_t material, double across2, double late) {
+  const Grain& grain = *job.request.motion->grain;
+  return grain.by_direction(material, across2) * (1 + grain.ring(material) * (late - kMeanLate));
+}
 
 void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t span_material,
                  double sign, double late) {
@@ -689,10 +813,9 @@ void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t sp
   const Vec3 s =
       motion.turning ? Vec3(motion.shift.units + motion.turn.cross(r)) : Vec3(Vec3::Zero());
   double resists = 1;  // over u
-  if (grain_felt(job, material)) {
-    const Grain& grain = *motion.grain;
-    resists = grain.by_direction(material, motion.turning ? grain.across2(s) : motion.across2) *
-              (1 + grain.ring(material) * (late - kMeanLate));
+  if (!sums_passed(job) && grain_felt(job, material)) {
+    resists = grain_resists(job, material,
+                            motion.turning ? motion.grain->across2(s) : motion.across2, late);
     part.feel();
     part.felt_volume[axis] += resists * length;
     part.felt_moment[axis] += resists * length * r;
@@ -707,6 +830,26 @@ void add_overlap(TileJob& job, int row, int lane, float lo, float hi, uint8_t sp
   turn.moment[axis] += r.cross(f);
   turn.moment_axis[axis] += r.dot(motion.tool_axis) * motion.tool_axis.cross(f);
   turn.volume[axis] += weight;
+}
+
+void add_passed(TileJob& job, int row, int lane, uint8_t material, double passed, double passed_t2,
+                double late) {
+  const auto axis = static_cast<size_t>(job.rays.axis);
+  const int ui = u_index(job.rays.axis), vi = v_index(job.rays.axis),
+            ti = depth_index(job.rays.axis);
+  const Motion& motion = *job.request.motion;
+  RemovedPart& part = job.removed->part(material);
+  const double resists =
+      grain_felt(job, material) ? grain_resists(job, material, motion.across2, late) : 1;
+  part.feel();
+  part.passed = true;
+  part.felt_volume[axis] += resists * passed;
+  Vec3& moment = part.felt_moment[axis];
+  moment[ui] += resists * passed * (job.rays.u0 + lane + 0.5 - motion.reference[ui]);
+  moment[vi] += resists * passed * (job.rays.v0 + row + 0.5 - motion.reference[vi]);
+  moment[ti] +=
+      resists *
+      (0.5 * passed_t2 + passed * (static_cast<double>(job.request.t_ref) - motion.reference[ti]));
 }
 
 // A deposit that was cut off at the lattice's border ends in a face square to the ray, whatever the
@@ -739,11 +882,14 @@ void flush_sums(TileJob& job) {
                           lengths * (static_cast<double>(job.request.t_ref) - ref[t]));
   };
   add(part.volume[axis], part.moment[axis], S::length, 1);
-  if (grain_felt(job, job.sums.material)) {
+  if (const bool passed = sums_passed(job); passed || grain_felt(job, job.sums.material)) {
     const Motion& motion = *job.request.motion;
     part.feel();
+    part.passed |= passed;
     add(part.felt_volume[axis], part.felt_moment[axis], S::felt,
-        motion.grain->by_direction(job.sums.material, motion.across2));
+        grain_felt(job, job.sums.material)
+            ? motion.grain->by_direction(job.sums.material, motion.across2)
+            : 1);
   }
   if (job.rays.axis == Axis::z) {
     const double n = sum.of[S::nodes];

@@ -37,15 +37,16 @@ Wrench energy(int dof, const RemovedPart& part, double u, const Tick& tick, doub
   const double length = std::sqrt(tick.travel.squaredNorm());
   if (!(length > 0)) return {};
   const Vec3 direction = tick.travel / length;
-  // Fields weighted by the motion's direction cosines squared: rays along the motion carry no
-  // sampling ripple.
+  // What the tool's surface passed adds up to the volume. Lengths are weighted by the motion's
+  // direction cosines squared: rays along the motion carry no sampling ripple.
   double volume = 0;
   Vec3 moment = Vec3::Zero();
   for (int i = 0; i < 3; i++) {
-    const double weight = direction[i] * direction[i];
+    const double weight = part.passed ? 1 : direction[i] * direction[i];
     volume += weight * part.resisting(static_cast<size_t>(i));
     moment += weight * part.resisting_moment(static_cast<size_t>(i));
   }
+  if (!(volume > 0)) return {};
   const Vec3 lever = dof == 6 ? moment : Vec3(moment.dot(tick.axis) * tick.axis);
   sum.force = (-u * h3 * volume / length) * direction;
   sum.moment = (-u * h3 * h / length) * lever.cross(direction);

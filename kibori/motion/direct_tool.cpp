@@ -10,6 +10,15 @@ namespace kibori {
 namespace {
 
 constexpr double kMaxTurn = 63;  // [rad] in one tick
+constexpr double kLongTick = 1;  // [cells]
+
+// What a tool stands in is no way of its surface: where that is summed, nothing that resists is
+// taken away again.
+EditOptions standing_still(EditOptions options) {
+  if (std::exchange(options.motion.passing, false) && !options.motion.turning)
+    options.motion.grain = nullptr;
+  return options;
+}
 
 }  // namespace
 
@@ -31,7 +40,7 @@ void DirectTool::touch(const Tool& tool, const ToolMotion& motion, int substeps,
   if (!is_convex(tool)) {
     // The start pose is part of the sweep: its share is taken away again.
     Removed before;
-    contact(model_, start, options, before);
+    contact(model_, start, standing_still(options), before);
     contact(model_, sweep, options, removed_);
     removed_.add(before, -1);
     return;
@@ -42,7 +51,8 @@ void DirectTool::touch(const Tool& tool, const ToolMotion& motion, int substeps,
 void DirectTool::stand(const Tool& tool, const ToolMotion& motion, const Pose& end, bool deposits,
                        uint8_t material) {
   const Lattice& lattice = model_.lattice();
-  const EditOptions options{sums_of(motion, end, lattice, edit_.grain()), threads_};
+  const EditOptions options =
+      standing_still({sums_of(motion, end, lattice, edit_.grain(), edit_.passing()), threads_});
   const SweptTool there(tool, motion.start, Vec3::Zero(), lattice,
                         deposits ? lattice.whole() : model_.material_bounds());
   standing_.reset();
@@ -68,6 +78,9 @@ Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const
   end.tip = tip_mm;
   result.motion = {end.tip, end.axis(), travel, turning ? turn_rad : Vec3(Vec3::Zero())};
   removed_.reset();
+  // Where a tick is long, no row of rays stands out, and lengths are exact.
+  edit_.set_passing(law.model != ForceModel::paper && mode != Mode::deposit &&
+                    has_flat_faces(tool) && motion.travel_mm.norm() < kLongTick * lattice.pitch_mm);
   if (mode != Mode::off) {
     const Result<int> counted = substeps_of(tool, motion, lattice);
     if (!counted) return Error{counted.error()};
@@ -75,7 +88,8 @@ Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const
     const bool stood = mode != Mode::touch && law.model != ForceModel::paper &&
                        !law.start_resists && std::exchange(begins_, false);
     if (mode == Mode::touch) {
-      touch(tool, motion, substeps, {sums_of(motion, end, lattice, edit_.grain()), threads_});
+      touch(tool, motion, substeps,
+            {sums_of(motion, end, lattice, edit_.grain(), edit_.passing()), threads_});
     } else {
       if (stood) stand(tool, motion, end, mode == Mode::deposit, material);
       edit_.run(tool, motion, end, substeps, mode == Mode::deposit, material, threads_, removed_);

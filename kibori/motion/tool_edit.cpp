@@ -4,20 +4,22 @@
 namespace kibori {
 
 Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice,
-               const Grain* grain) {
+               const Grain* grain, bool passing) {
   return {lattice.to_lattice(end.tip),
           motion.turns(),
           lattice.vector_to_lattice(motion.travel_mm),
           motion.turn_rad,
           end.axis(),
           grain,
-          grain ? grain->across2(motion.travel_mm) : 1};
+          grain ? grain->across2(motion.travel_mm) : 1,
+          passing && motion.travel_mm.squaredNorm() > 0};
 }
 
 void ToolEdit::sweep(const Tool& tool, const ToolMotion& motion, const Pose& end, int substeps,
                      bool deposits, uint8_t material, int threads, bool clear, Removed& removed) {
   const Lattice& lattice = model_.lattice();
-  const EditOptions options{sums_of(motion, end, lattice, grain_), threads};
+  const EditOptions options{sums_of(motion, end, lattice, grain_, passing_ && &removed != &images_),
+                            threads};
   for (int i = 0; i < substeps; i++) {
     const SweptTool sweep(tool, motion.substep(i, substeps), motion.travel_mm / substeps, lattice,
                           deposits ? lattice.whole() : model_.material_bounds(), clear && i == 0);

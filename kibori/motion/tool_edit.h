@@ -13,9 +13,9 @@
 namespace kibori {
 
 // How sums over an edit are taken: about the tip at the end, and where the tool turns by each
-// element's own way; `grain`: of wood that is felt, or null.
+// element's own way; `grain`: of wood that is felt, or null; `passing`: as of Motion.
 Motion sums_of(const ToolMotion& motion, const Pose& end, const Lattice& lattice,
-               const Grain* grain);
+               const Grain* grain, bool passing = false);
 
 class ToolEdit {
  public:
@@ -34,6 +34,10 @@ class ToolEdit {
   // How the model's wood is felt; null: as its materials' u alone. It must outlive what is run.
   void set_grain(const Grain* grain) { grain_ = grain; }
   const Grain* grain() const { return grain_; }
+
+  // Whether what resists is summed as what the tool's surface passes (Motion::passing); else not.
+  void set_passing(bool passing) { passing_ = passing; }
+  bool passing() const { return passing_; }
 
   // Sweeps the tool along `motion` to `end` in so many substeps (see substeps_of) and cuts, or
   // where `deposits` is set puts down `material`. Adds to `removed`; what the images did is in
@@ -62,6 +66,7 @@ class ToolEdit {
   TriDexel& model_;
   const NoGo* no_go_ = nullptr;
   const Grain* grain_ = nullptr;
+  bool passing_ = false;
   SymmetryImages symmetry_;
   Removed images_;
   uint64_t clear_generation_ = kNever;

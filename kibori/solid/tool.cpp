@@ -230,6 +230,16 @@ bool is_convex(const Tool& tool) {
          !std::holds_alternative<TSlot>(tool);
 }
 
+bool has_flat_faces(const Tool& tool) {
+  const auto is_any = [&]<class... Shape>(std::type_identity<Shape>...) {
+    return (std::holds_alternative<Shape>(tool) || ...);
+  };
+  return is_any(
+      std::type_identity<Flat>(), std::type_identity<Bull>(), std::type_identity<HalfSpace>(),
+      std::type_identity<BoxTool>(), std::type_identity<MeshTool>(), std::type_identity<Vee>(),
+      std::type_identity<Chisel>(), std::type_identity<Skew>(), std::type_identity<TSlot>());
+}
+
 std::optional<Tool> default_tool(std::string_view shape) {
   std::optional<Tool> tool;
   const auto take = [&]<size_t... I>(std::index_sequence<I...>) {

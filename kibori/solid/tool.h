@@ -297,6 +297,8 @@ double reach_mm(const Tool& tool);
 
 // Whether no ray can leave the tool and enter it again.
 bool is_convex(const Tool& tool);
+// Whether some of its surface is flat.
+bool has_flat_faces(const Tool& tool);
 
 // The solid that `tool` sweeps while it moves by motion_mm without turning; in place, without
 // allocation (but for a mesh). Parts of long tools that lie beyond `material` [lattice units] are
