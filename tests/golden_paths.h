@@ -19,7 +19,7 @@ struct PathsOutcome {
   double removed_mm3 = 0, force_n = 0;
 };
 inline constexpr PathsOutcome kGoldenPaths{0xccc7f9f2088964cf, 0x1.a2461360aaaa4p+11,
-                                           0x1.b7de1060600a4p+4};
+                                           0x1.b6a68175f41dap+4};
 
 inline PathsOutcome golden_paths(int threads) {
   Sequence sequence;

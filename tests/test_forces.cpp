@@ -138,6 +138,37 @@ TEST(Energy, AFlatBottomThatSinksIsFeltEvenly) {
   }
 }
 
+// Flat tools at any angle and along the lattice: what they do over a way is u times what they
+// remove.
+TEST(Energy, FlatToolsDoTheWorkOfWhatTheyRemove) {
+  Random random;
+  SCOPED_TRACE(random.note());
+  const Tool tools[] = {Flat{4, 14}, Bull{4, 1.5, 14}, BoxTool{Vec3(5, 7, 9)}, TSlot{}};
+  for (int trial = 0; trial < 24; trial++) {
+    const Tool& tool = tools[trial % 4];
+    Bench bench(Vec3(40, 40, 30), 0.25);
+    const bool along = random.integer(0, 1);
+    const Pose start{
+        Vec3(20, 20, 15) + random.in_box(-3, 3),
+        frame_from_axis(along ? Vec3(Vec3::Unit(random.integer(0, 2))) : random.direction())};
+    const Vec3 way = random.direction();
+    const double step = random.uniform(0.02, 0.2);
+    DirectTool stroke(bench.model, start);
+    double work = 0, volume = 0;
+    for (int i = 1; i * step < 8; i++) {
+      const ToolTick tick = go(stroke, tool, start.tip + i * step * way, bench, ForceModel::energy);
+      EXPECT_LE(tick.wrench.force.dot(way), 0);
+      if (i == 1) continue;  // it also removes what the tool stands in
+      work -= tick.wrench.force.dot(tick.motion.travel);
+      volume += tick.removed_mm3;
+    }
+    // As many rays as meet a face, half a cell more or less on each side of some 30. Where a face
+    // all but lies along the rays, ends beside each other are of two faces.
+    EXPECT_NEAR(work, 2 * volume, (along ? 0.05 : 0.12) * 2 * volume)
+        << trial << " " << shape_of(tool);
+  }
+}
+
 // One motion in 1, 10 or 1000 ticks removes the same and does the same work, to 0.1 per mille.
 TEST(Energy, SplittingAMoveChangesNothing) {
   for (const Vec3& motion : {Vec3(30, 0, -3), Vec3(20, 18, -4), Vec3(7, -13, -2)}) {

@@ -149,8 +149,8 @@ std::vector<Vec3> to_lattice(const std::vector<Vec3>& curve, const Lattice& latt
 // Which ends of a plane's spans are new: all ones, else 0.
 using EndMask = std::array<uint32_t, kTileRays>;
 
-// Calls f(plane, which of its `in` ends, which of its `out` ends) for the planes of `is`: which of
-// them `was` has not.
+// Calls f(plane, which of its `in` ends are new, which of its `out` ends) for the planes of `is`;
+// new is what `was` has not.
 template <class F>
 void for_new_ends_by_plane(const Tile& was, const Tile& is, F&& f) {
   for (const Plane* p = &is.first; p && !is.empty; p = p->next) {

@@ -528,7 +528,7 @@ class FieldParter {
     for (size_t k = 0; k < fields_.size(); k++) {
       if (!near_[k]) continue;
       const auto stay =
-          size_of(static_cast<int>(std::count(field_of_span_.begin(), field_of_span_.end(), k)));
+          static_cast<size_t>(std::count(field_of_span_.begin(), field_of_span_.end(), k));
       if (stay == 0) fields_[k]->clear_tile(tu, tv);
       if (stay == 0 || stay == spans) continue;
       Tile& writable = fields_[k]->writable(tu, tv);

@@ -10,7 +10,27 @@ namespace kibori {
 namespace {
 
 constexpr double kMaxTurn = 63;  // [rad] in one tick
-constexpr double kLongTick = 1;  // [cells]
+// Rays of a row that a face reaches within so many ticks are felt as one blow, where the motion
+// along them counts by this share or more and a tick is shorter than a cell.
+constexpr double kBlowTicks = 2, kBlowShare = 0.01;
+
+// Whether a flat face of the tool reaches the rays of a row, which lie along it, almost at once: in
+// one tick all of them, and in the next none. `travel` in cells.
+bool takes_rows(const Tool& tool, const Pose& pose, const Vec3& travel, double pitch_mm) {
+  const FlatFaces faces = flat_faces(tool);
+  const double length2 = travel.squaredNorm();
+  if (faces.axes == 0 || !(length2 > 0 && length2 < 1)) return false;
+  for (int face = 0; face < faces.axes; face++) {
+    const Vec3 normal = pose.frame.col(2 - face);
+    const double along = std::abs(normal.dot(travel));
+    if (along * along < 1e-12 * length2) continue;  // it slides along itself
+    for (int i = 0; i < 3; i++)
+      if (travel[i] * travel[i] > kBlowShare * length2 &&
+          (normal[i] == 0 || std::abs(normal[i]) * faces.size_mm < kBlowTicks * along * pitch_mm))
+        return true;
+  }
+  return false;
+}
 
 // What a tool stands in is no way of its surface: where that is summed, nothing that resists is
 // taken away again.
@@ -78,9 +98,8 @@ Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const
   end.tip = tip_mm;
   result.motion = {end.tip, end.axis(), travel, turning ? turn_rad : Vec3(Vec3::Zero())};
   removed_.reset();
-  // Where a tick is long, no row of rays stands out, and lengths are exact.
-  edit_.set_passing(law.model != ForceModel::paper && mode != Mode::deposit &&
-                    has_flat_faces(tool) && motion.travel_mm.norm() < kLongTick * lattice.pitch_mm);
+  edit_.set_passing(law.model != ForceModel::paper && mode != Mode::deposit && !turning &&
+                    takes_rows(tool, pose_, travel / lattice.pitch_mm, lattice.pitch_mm));
   if (mode != Mode::off) {
     const Result<int> counted = substeps_of(tool, motion, lattice);
     if (!counted) return Error{counted.error()};

@@ -230,14 +230,27 @@ bool is_convex(const Tool& tool) {
          !std::holds_alternative<TSlot>(tool);
 }
 
-bool has_flat_faces(const Tool& tool) {
-  const auto is_any = [&]<class... Shape>(std::type_identity<Shape>...) {
-    return (std::holds_alternative<Shape>(tool) || ...);
-  };
-  return is_any(
-      std::type_identity<Flat>(), std::type_identity<Bull>(), std::type_identity<HalfSpace>(),
-      std::type_identity<BoxTool>(), std::type_identity<MeshTool>(), std::type_identity<Vee>(),
-      std::type_identity<Chisel>(), std::type_identity<Skew>(), std::type_identity<TSlot>());
+FlatFaces flat_faces(const Tool& tool) {
+  return std::visit(Overloaded{[](const auto&) { return FlatFaces{}; },
+                               [](const Flat& t) {
+                                 return FlatFaces{1, 2 * t.radius};
+                               },
+                               [](const Bull& t) {
+                                 return FlatFaces{1, 2 * t.radius};
+                               },
+                               [](const TSlot& t) {
+                                 return FlatFaces{1, 2 * t.radius};
+                               },
+                               [](const HalfSpace&) {
+                                 return FlatFaces{1, kInfinity};
+                               },
+                               [](const MeshTool&) {
+                                 return FlatFaces{1, kInfinity};
+                               },
+                               [](const BoxTool& t) {
+                                 return FlatFaces{3, t.size.maxCoeff()};
+                               }},
+                    tool);
 }
 
 std::optional<Tool> default_tool(std::string_view shape) {

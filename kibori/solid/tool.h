@@ -297,8 +297,13 @@ double reach_mm(const Tool& tool);
 
 // Whether no ray can leave the tool and enter it again.
 bool is_convex(const Tool& tool);
-// Whether some of its surface is flat.
-bool has_flat_faces(const Tool& tool);
+// Its broad flat faces: across the first `axes` of the pose's directions, which begin with the
+// tool's axis, and no wider than `size_mm` (infinite: that is not known).
+struct FlatFaces {
+  int axes = 0;
+  double size_mm = 0;
+};
+FlatFaces flat_faces(const Tool& tool);
 
 // The solid that `tool` sweeps while it moves by motion_mm without turning; in place, without
 // allocation (but for a mesh). Parts of long tools that lie beyond `material` [lattice units] are
