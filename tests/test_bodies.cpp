@@ -165,7 +165,7 @@ TEST(DexelSolid, JoinsSubtractsAndIntersectsAsBitmapsDo) {
     const Bitmap bits_a(was), bits_b(b.snapshot());
     const double cell = lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm;
     const DexelSolid solid(b.snapshot(), b.material_bounds());
-    double volumes[3];
+    double volumes[3] = {};
     for (const int operation : {0, 1, 2}) {
       a.restore(was);
       Removed removed;
@@ -250,8 +250,8 @@ TEST(Pieces, AreThoseOfAFloodFill) {
     for (size_t i = 0; i < nodes.size(); i++) EXPECT_EQ(pieces.all()[i].nodes, nodes[i]);
     // What goes where is what the bitmap has of it.
     if (count < 2) continue;
-    std::vector<int> to;
-    for (int i = 0; i < count; i++) to.push_back(random.integer(kGone, 2));
+    std::vector<int> to(static_cast<size_t>(count));
+    for (int& portion : to) portion = random.integer(kGone, 2);
     const std::vector<Snapshot> portions = part_pieces(model, pieces, to, 1 + round % 3);
     ASSERT_EQ(static_cast<int>(portions.size()),
               1 + std::max(-1, *std::max_element(to.begin(), to.end())));

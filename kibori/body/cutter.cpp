@@ -182,8 +182,10 @@ void for_new_ends(const Snapshot& before, const Snapshot& after, F&& f) {
                   const uint8_t material =
                       is.material == kMixedMaterial ? plane.material[slot] : is.material;
                   Vec3 place;
-                  place[u] = tu * kTileSide + static_cast<int>(slot) % kTileSide + 0.5;
-                  place[v] = tv * kTileSide + static_cast<int>(slot) / kTileSide + 0.5;
+                  const int lane = static_cast<int>(slot) % kTileSide,
+                            row = static_cast<int>(slot) / kTileSide;
+                  place[u] = tu * kTileSide + lane + 0.5;
+                  place[v] = tv * kTileSide + row + 0.5;
                   const auto end = [&](float depth, uint32_t code) {
                     place[d] = static_cast<double>(depth);
                     f(place, depth_share(code), material);
