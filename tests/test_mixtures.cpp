@@ -292,5 +292,11 @@ TEST(Mixtures, StayClosedAgreeAndRepeat) {
   }
 }
 
+// What campaigns found.
+TEST(Mixtures, WhatWasFoundStaysMended) {
+  // A gap of the z field on a node, 0.002 cells wide, that a pinch left beside ends which it moved.
+  run_round(77244, 121, 12);
+}
+
 }  // namespace
 }  // namespace kibori

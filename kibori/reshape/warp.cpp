@@ -276,6 +276,7 @@ void Warp::read(const NodeBox& box) {
   mesh_.assign(nodes, 0);
   flags_.assign(nodes, 0);
   flagged_.clear();
+  outvoted_.clear();
   const FieldSnapshot& z = base_->field(Axis::z);
   const size_t layer = columns;
   for (int j = box.low[1]; j < box.high[1]; j++)
@@ -295,8 +296,10 @@ void Warp::read(const NodeBox& box) {
                 k >= std::min(lattice.nodes[2], box.high[2]))
               continue;
             const bool in_x = covers(base_->field(Axis::x), j, k, i);
-            if (in_x == covers(base_->field(Axis::y), k, i, j))
-              before_[base + static_cast<size_t>(k - box.low[2]) * layer] = in_x;
+            if (in_x != covers(base_->field(Axis::y), k, i, j)) continue;
+            const size_t node = base + static_cast<size_t>(k - box.low[2]) * layer;
+            if (in_x != (before_[node] != 0)) outvoted_.push_back(static_cast<uint32_t>(node));
+            before_[node] = in_x;
           }
         });
       // How often the triangles go around a node is known but for a number, the same all along the
@@ -329,6 +332,7 @@ void Warp::read(const NodeBox& box) {
         for (int k = box.low[2]; k < box.high[2]; k++)
           mesh_[base + static_cast<size_t>(k - box.low[2]) * layer]++;
     }
+  std::sort(outvoted_.begin(), outvoted_.end());
   after_ = before_;
 }
 
@@ -627,8 +631,16 @@ Reshaped Warp::write() {
       at[d] = std::clamp(edge_of(c.depth), 0, lattice.nodes[d] - 1);
       if ((at <= box_.low).any() || (at >= box_.high - 1).any()) continue;
       const size_t node = box_.index(at[0], at[1], at[2]);
-      if (!flags_[node]) flagged_.push_back(static_cast<uint32_t>(node));
-      flags_[node] |= static_cast<uint8_t>(1 << d);
+      const auto flag = [&](size_t which, uint8_t what) {
+        if (!flags_[which]) flagged_.push_back(static_cast<uint32_t>(which));
+        flags_[which] |= what;
+      };
+      flag(node, static_cast<uint8_t>(1 << d));
+      // What moves beside a node at which the z field was outvoted parts the fields, unless that is
+      // written, too.
+      for (const size_t beside : {node, node - box_.stride(d)})
+        if (std::binary_search(outvoted_.begin(), outvoted_.end(), static_cast<uint32_t>(beside)))
+          flag(beside, kOtherSide);
     }
   NodeBox changed{Index3::Constant(INT_MAX), Index3::Constant(INT_MIN)};
   std::vector<Index3> places;

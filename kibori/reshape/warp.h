@@ -95,6 +95,7 @@ class Warp {
   std::array<std::vector<Crossing>, 3> crossings_;
   std::vector<uint8_t> after_, flags_;
   std::vector<uint32_t> flagged_;
+  std::vector<uint32_t> outvoted_;  // nodes at which the z field is not believed; in order
 };
 
 }  // namespace kibori
