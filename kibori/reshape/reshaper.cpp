@@ -37,6 +37,9 @@ constexpr double kLeastWidth = 4;
 // Nodes this deep [sigma, and cells] may change sides in one dab: a slab that vanishes has its
 // middle at 0.8 sigma, a cube's corner moves by 1.5.
 constexpr double kCoreSigmas = 1.6, kCoreCells = 1.5;
+// Few do: first only nodes this deep [cells] are told, which a surface needs that moves by half a
+// cell, and the others only if it moves farther.
+constexpr float kNearCore = 2.5f;
 
 // Of secant steps for a kept volume: it converges in two or three.
 constexpr int kMaxVolumeSteps = 8;
@@ -215,14 +218,27 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
              static_cast<float>(spread + radius + kReachSlack),
              std::max(static_cast<float>(kernel_.size() - 1), kSlopeReach));
   if (band_.blocks().empty() && verb != FieldVerb::flatten) return Reshaped{};
+  // How deep a node may change sides.
+  std::optional<float> deepest;
+  if (verb == FieldVerb::inflate)
+    deepest = static_cast<float>(width);
+  else if (verb != FieldVerb::flatten)
+    deepest = static_cast<float>(std::min(width, kCoreSigmas * sigma + kCoreCells));
+  if (verb == FieldVerb::inflate || verb == FieldVerb::flatten) {
+    tell_after(model, verb, brush, radius, sigma, cluster, deepest);
+  } else if (const float near = std::min(kNearCore, *deepest);
+             tell_after(model, verb, brush, radius, sigma, cluster, near),
+             near < *deepest && changes_beyond(near, *deepest)) {
+    tell_after(model, verb, brush, radius, sigma, cluster, deepest);
+  }
+  return write_back(model, band_, after_, touched_, threads_);
+}
+
+// phi after the verb, of the nodes of weigh().
+void Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& brush, double radius,
+                          double sigma, const Cluster& cluster, std::optional<float> core) {
   const bool filters = verb != FieldVerb::inflate && verb != FieldVerb::flatten;
   const std::vector<float>& phi = band_.phi();
-  // How deep a node may change sides.
-  std::optional<float> core;
-  if (filters)
-    core = static_cast<float>(std::min(width, kCoreSigmas * sigma + kCoreCells));
-  else if (verb == FieldVerb::inflate)
-    core = static_cast<float>(width);
   weigh(brush, cluster, radius, verb == FieldVerb::inflate ? kMaxSum : 1, core);
 
   const auto strength = static_cast<float>(brush.strength);
@@ -312,7 +328,31 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
       if (told != best) with(best);
     }
   }
-  return write_back(model, band_, after_, touched_, threads_);
+}
+
+// Whether a node that changed sides has others beside it, within what its ends' slopes reach, that
+// weigh(core) left out and weigh(deepest) would not.
+bool Reshaper::changes_beyond(float core, float deepest) const {
+  const std::vector<float>& phi = band_.phi();
+  const std::ptrdiff_t steps[3] = {static_cast<std::ptrdiff_t>(band_.stride(0)),
+                                   static_cast<std::ptrdiff_t>(band_.stride(1)),
+                                   static_cast<std::ptrdiff_t>(band_.stride(2))};
+  bool beyond = false;
+  for_touched([&](size_t node, float) {
+    if ((phi[node] < 0) == (after_[node] < 0)) return;
+    const float* const here = phi.data() + node;
+    const auto left_out = [&](std::ptrdiff_t off) {
+      const float depth = std::fabs(here[off]);
+      return depth >= core && depth < deepest;
+    };
+    for (int a = 0; a < 3; a++)
+      for (const std::ptrdiff_t one : {steps[a], -steps[a]}) {
+        beyond |= left_out(one) || left_out(2 * one);
+        for (int b = a + 1; b < 3; b++)
+          beyond |= left_out(one + steps[b]) || left_out(one - steps[b]);
+      }
+  });
+  return beyond;
 }
 
 std::optional<Reshaper::Surface> Reshaper::surface_under(const TriDexel& model, const Brush& brush,

@@ -79,6 +79,9 @@ class Reshaper {
   };
   Result<Reshaped> dab_cluster(TriDexel& model, FieldVerb verb, const Brush& brush, double radius,
                                double sigma, double width, const Cluster& cluster);
+  void tell_after(const TriDexel& model, FieldVerb verb, const Brush& brush, double radius,
+                  double sigma, const Cluster& cluster, std::optional<float> core);
+  bool changes_beyond(float core, float deepest) const;
   void weigh(const Brush& brush, const Cluster& cluster, double radius, double most,
              std::optional<float> core);
   // Of a row along x: nodes low <= i < high.
