@@ -407,6 +407,7 @@ void detail::BandScratch::prepare(const BandSlice& slice) {
   seeded.assign(blocks, 0);
   seeds_near.resize(blocks);
   rows_near.resize(blocks);
+  prepared = true;
 }
 
 void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
@@ -443,11 +444,14 @@ void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
       away.push_back(off * off);
     }
   }
-  read_spans(model);
   const auto tell_sides = HWY_DYNAMIC_DISPATCH(TellSides);
-  run_parallel_slices(threads_, nz_, [&](size_t k, size_t) { tell_sides(plane(k)); });
-  run_parallel(threads_, 3, [&](size_t i) {
-    read_ends(model.field(kAxes[i]).view(), fields_[static_cast<size_t>(kAxes[i])]);
+  run_parallel(threads_, 4, [&](size_t i) {
+    if (i < 3) {
+      read_ends(model.field(kAxes[i]).view(), fields_[static_cast<size_t>(kAxes[i])]);
+      return;
+    }
+    read_spans(model);
+    for (size_t k = 0; k < nz_; k++) tell_sides(plane(k));
   });
   join_ends();
   if (ends_.empty()) return;
@@ -605,15 +609,24 @@ void NodeBand::read_ends(const FieldSnapshot& field, FieldEnds& to) const {
 
 // The fields' ends into one list: z, y, x.
 void NodeBand::join_ends() {
-  for (const Axis axis : {Axis::z, Axis::y, Axis::x}) {
-    FieldEnds& field = fields_[static_cast<size_t>(axis)];
-    const auto before = static_cast<uint32_t>(ends_.size());
+  constexpr std::array<Axis, 3> order{Axis::z, Axis::y, Axis::x};
+  std::array<size_t, 3> first{};
+  size_t count = 0;
+  for (size_t i = 0; i < 3; i++) {
+    first[i] = count;
+    count += fields_[static_cast<size_t>(order[i])].ends.size();
+  }
+  ends_.resize(count);
+  run_parallel(threads_, 3, [&](size_t i) {
+    FieldEnds& field = fields_[static_cast<size_t>(order[i])];
+    const auto before = static_cast<uint32_t>(first[i]);
     for (EndLayer& layer : field.layers)
       for (int32_t& end : layer.end.lane) end += static_cast<int32_t>(before);
-    if (axis == Axis::x)
+    if (order[i] == Axis::x)
       for (RayItems& ray : field.rays) ray.first += before;
-    ends_.insert(ends_.end(), field.ends.begin(), field.ends.end());
-  }
+    std::copy(field.ends.begin(), field.ends.end(),
+              ends_.begin() + static_cast<std::ptrdiff_t>(before));
+  });
 }
 
 void NodeBand::search(Axis axis) {
@@ -642,7 +655,7 @@ void NodeBand::search(Axis axis) {
   slice.row_away = away_[axis == Axis::z ? 1 : 2].data();
   slice.col_away = away_[axis == Axis::x ? 1 : 0].data();
   scratch_.resize(static_cast<size_t>(std::max(1, threads_)));
-  for (BandScratch& scratch : scratch_) scratch.prepare(slice);
+  for (BandScratch& scratch : scratch_) scratch.prepared = false;
   const auto kernel = HWY_DYNAMIC_DISPATCH(SearchSlice);
   const int across = axis == Axis::z ? 2 : axis == Axis::y ? 1 : 0;
   const float first = static_cast<float>(box_.low[across]) + 0.5f;
@@ -651,6 +664,7 @@ void NodeBand::search(Axis axis) {
   run_parallel_slices(threads_, away.size(), [&](size_t i, size_t thread) {
     BandSlice own = slice;
     own.scratch = &scratch_[thread];
+    if (!own.scratch->prepared) own.scratch->prepare(slice);
     own.depth = first + static_cast<float>(axis == Axis::x ? i * kBlock : i);
     own.first = i * step;
     own.away = away[i];

@@ -133,6 +133,7 @@ struct BandScratch {
   // Of each block: whether it has seeds; whether there are some near along the row; of how many
   // rows from here on an end of this one may be nearest.
   std::vector<uint8_t> seeded, seeds_near, rows_near;
+  bool prepared = false;  // for the field
 
   void prepare(const BandSlice& slice);
 };

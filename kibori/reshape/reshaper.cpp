@@ -243,8 +243,11 @@ void Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
 
   const auto strength = static_cast<float>(brush.strength);
   const auto change = [&](auto&& f) {
-    for_touched(
-        [&](size_t node, float weight) { after_[node] = f(node, phi[node], strength * weight); });
+    in_pieces([&](size_t b) {
+      for_touched(b, [&](size_t node, float weight) {
+        after_[node] = f(node, phi[node], strength * weight);
+      });
+    });
   };
   if (filters) {
     filter();
@@ -446,11 +449,7 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
       });
     block.nodes = static_cast<uint16_t>(touched);
   };
-  constexpr size_t kPiece = 256;
-  run_parallel_slices(threads_, (touched_.size() + kPiece - 1) / kPiece, [&](size_t piece, size_t) {
-    const size_t end = std::min(touched_.size(), (piece + 1) * kPiece);
-    for (size_t b = piece * kPiece; b < end; b++) weigh_block(b);
-  });
+  in_pieces(weigh_block);
   size_t count = 0;
   for (size_t b = 0; b < touched_.size(); b++) {
     if (!touched_[b].nodes) continue;

@@ -23,6 +23,7 @@
 #include <span>
 #include <vector>
 
+#include <kibori/base/parallel.h>
 #include <kibori/reshape/brush.h>
 #include <kibori/reshape/node_band.h>
 
@@ -93,13 +94,26 @@ class Reshaper {
       high = std::max(high, other.high);
     }
   };
-  // Calls f(index, weight) for the nodes that a verb may change.
+  // Calls f(index, weight) for the nodes that a verb may change, or for those of one block.
   template <class F>
   void for_touched(F&& f) const {
-    for (size_t b = 0; b < touched_.size(); b++)
-      touched_[b].for_nodes([&](int n) {
-        f(touched_[b].place + static_cast<size_t>(n), weights_[b][static_cast<size_t>(n)]);
-      });
+    for (size_t b = 0; b < touched_.size(); b++) for_touched(b, f);
+  }
+  template <class F>
+  void for_touched(size_t b, F&& f) const {
+    touched_[b].for_nodes([&](int n) {
+      f(touched_[b].place + static_cast<size_t>(n), weights_[b][static_cast<size_t>(n)]);
+    });
+  }
+  // Calls f(b) for every touched block, on the threads.
+  template <class F>
+  void in_pieces(F&& f) const {
+    constexpr size_t kPiece = 256;
+    run_parallel_slices(threads_, (touched_.size() + kPiece - 1) / kPiece,
+                        [&](size_t piece, size_t) {
+                          const size_t end = std::min(touched_.size(), (piece + 1) * kPiece);
+                          for (size_t b = piece * kPiece; b < end; b++) f(b);
+                        });
   }
   void filter();
   void sum_along(int axis, const std::vector<float>& from, std::vector<float>& to,

@@ -108,13 +108,17 @@ class PhiChange {
   int first_ = 0;
 };
 
+const NodeBox kNoNodes{Index3::Constant(INT_MAX), Index3::Constant(INT_MIN)};
+
+NodeBox joined(const NodeBox& box, const NodeBlock& block) {
+  const Index3 at(block.i, block.j, block.k);
+  return {box.low.min(at + Index3(block.first(), 0, 0)),
+          box.high.max(at + Index3(block.last() + 1, 1, 1))};
+}
+
 NodeBox box_of(const std::vector<NodeBlock>& blocks) {
-  NodeBox box{Index3::Constant(INT_MAX), Index3::Constant(INT_MIN)};
-  for (const NodeBlock& block : blocks) {
-    const Index3 at(block.i, block.j, block.k);
-    box.low = box.low.min(at + Index3(block.first(), 0, 0));
-    box.high = box.high.max(at + Index3(block.last() + 1, 1, 1));
-  }
+  NodeBox box = kNoNodes;
+  for (const NodeBlock& block : blocks) box = joined(box, block);
   return box;
 }
 
@@ -179,34 +183,26 @@ double VolumeChange::operator()(const std::vector<float>& after) const {
 
 Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<float>& after,
                     const std::vector<NodeBlock>& touched, int threads) {
-  Reshaped result;
-  std::vector<NodeBlock> changed;
-  changed.reserve(touched.size());
-  for (NodeBlock block : touched) {
-    const float *const was = band.phi().data() + block.place, *const is =
-                                                                  after.data() + block.place;
+  const auto changed = [&](NodeBlock block) {
+    const float* const was = band.phi().data() + block.place;
+    const float* const is = after.data() + block.place;
     unsigned nodes = 0;
     block.for_nodes([&](int n) { nodes |= static_cast<unsigned>(was[n] != is[n]) << n; });
     block.nodes = static_cast<uint16_t>(nodes);
-    if (nodes) changed.push_back(block);
-  }
-  const NodeBox box = box_of(changed);
-  if (box.empty()) return result;
-  std::array<Lengths, 3> changes;
-  run_parallel(threads, 3, [&](size_t i) {
-    PhiChange change(band, after);
-    write_runs(model.field(kAxes[i]), rays_through(model, kAxes[i], box, changed), change,
-               [&](const RayRun& run) { changes[i].push_back(lengths(run)); });
-  });
-  double added = 0, removed = 0;
-  for (const Lengths& field : changes)
-    for (const auto& [more, less] : field) {
-      added += more;
-      removed += less;
-    }
-  // Only near the surface is a change of distance one of place.
+    return block;
+  };
+  Reshaped result;
+  if (std::none_of(touched.begin(), touched.end(),
+                   [&](const NodeBlock& block) { return changed(block).nodes; }))
+    return result;
+  const NodeBox all = box_of(touched);
+  NodeBox box = kNoNodes;  // of what changes
   double whole = 0;
-  for (const NodeBlock& block : changed)
+  const auto tell = [&](const NodeBlock& touched_block) {
+    const NodeBlock block = changed(touched_block);
+    if (!block.nodes) return;
+    box = joined(box, block);
+    // Only near the surface is a change of distance one of place.
     block.for_nodes([&](int n) {
       const float was = band.phi()[block.place + static_cast<size_t>(n)],
                   is = after[block.place + static_cast<size_t>(n)];
@@ -220,6 +216,23 @@ Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<flo
       part.sum_mm += moved * (Vec3(block.i + n, block.j, block.k).array() + 0.5).matrix();
       whole += moved;
     });
+  };
+  std::array<Lengths, 3> changes;
+  run_parallel(threads, 4, [&](size_t i) {
+    if (i == 3) {
+      for (const NodeBlock& block : touched) tell(block);
+      return;
+    }
+    PhiChange change(band, after);
+    write_runs(model.field(kAxes[i]), rays_through(model, kAxes[i], all, touched), change,
+               [&](const RayRun& run) { changes[i].push_back(lengths(run)); });
+  });
+  double added = 0, removed = 0;
+  for (const Lengths& field : changes)
+    for (const auto& [more, less] : field) {
+      added += more;
+      removed += less;
+    }
   for (Reshaped::Part& part : result.parts) {
     if (!(part.share > 0)) continue;
     const Vec3 middle = part.sum_mm / part.share;
