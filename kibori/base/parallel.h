@@ -2,6 +2,7 @@
 // The one way to run something on several threads: TBB's pool, behind one call.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstddef>
 
@@ -50,6 +51,16 @@ void run_parallel_slices(int threads, size_t count, F&& f) {
   std::atomic<size_t> next{0};
   run_parallel(threads, static_cast<size_t>(threads), [&](size_t thread) {
     for (size_t i; (i = next.fetch_add(1, std::memory_order_relaxed)) < count;) f(i, thread);
+  });
+}
+
+// Runs f(i) for i < count: for very short pieces, which go by the hundred.
+template <class F>
+void run_parallel_pieces(int threads, size_t count, F&& f) {
+  constexpr size_t kPiece = 256;
+  run_parallel_slices(threads, (count + kPiece - 1) / kPiece, [&](size_t piece, size_t) {
+    const size_t end = std::min(count, (piece + 1) * kPiece);
+    for (size_t i = piece * kPiece; i < end; i++) f(i);
   });
 }
 

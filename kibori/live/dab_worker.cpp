@@ -61,14 +61,19 @@ void DabWorker::run() {
       work(move);
       answered_.fetch_add(1, std::memory_order_release);
     }
-    if (bench_ && is_dropped(stroke_.number)) bench_.reset();
+    if (bench_ && is_dropped(stroke_.number)) clear_bench();
     if (!stopping_) signals_.wait(seen, std::memory_order_acquire);
   }
 }
 
+void DabWorker::clear_bench() {
+  bench_.reset();
+  if (memory_->bytes() > kMostKept) memory_ = std::make_shared<DabMemory>();
+}
+
 // No more of this stroke.
 void DabWorker::give_up() {
-  bench_.reset();
+  clear_bench();
   Done done;
   done.stroke = stroke_.number;
   done.failed = true;
@@ -79,7 +84,8 @@ void DabWorker::work(const Move& move) {
   if (move.stroke != stroke_.number) {
     while (stroke_.number < move.stroke && strokes_.pop(stroke_)) {
     }
-    bench_ = is_dropped(move.stroke) ? nullptr : std::make_unique<Bench>(stroke_, threads_);
+    clear_bench();
+    if (!is_dropped(move.stroke)) bench_ = std::make_unique<Bench>(stroke_, threads_, memory_);
     stroke_.state = {};
     last_ = stroke_.start;
     changed_ = false;

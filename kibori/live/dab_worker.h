@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <memory>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <kibori/base/handover.h>
@@ -73,6 +74,8 @@ class DabWorker {
 
  private:
   static constexpr size_t kMaxStrokes = 4, kMaxMoves = 32, kMaxDone = 64;
+  // Memory of dabs that is kept after a stroke [bytes]: of brushes of some 80 cells.
+  static constexpr size_t kMostKept = 256 << 20;
   struct Move {
     uint64_t stroke = 0;
     Pose pose;
@@ -82,12 +85,14 @@ class DabWorker {
   void run();
   void work(const Move& move);
   void give_up();
+  void clear_bench();
   bool is_dropped(uint64_t stroke) const {
     return stroke <= dropped_.load(std::memory_order_acquire);
   }
   // A model beside the servo's for one stroke: it keeps tiles alive that no one else needs.
   struct Bench {
-    Bench(const Stroke& stroke, int threads) : model(stroke.state, stroke.bounds), reshape(model) {
+    Bench(const Stroke& stroke, int threads, std::shared_ptr<DabMemory> memory)
+        : model(stroke.state, stroke.bounds), reshape(model, std::move(memory)) {
       reshape.set_threads(threads);
     }
     TriDexel model;
@@ -106,6 +111,7 @@ class DabWorker {
   std::atomic<int> signals_{0};
   std::atomic<bool> stopping_{false};
   // The worker's.
+  std::shared_ptr<DabMemory> memory_ = std::make_shared<DabMemory>();
   std::unique_ptr<Bench> bench_;  // of the stroke that is being made
   Stroke stroke_;
   Pose last_;

@@ -114,7 +114,7 @@ Status ReshapeStroke::begin(const ReshapeSettings& settings, const std::vector<M
   if (!warps(settings.mode)) return Ok{};
   warp_.begin();
   normal_ = start.axis();
-  if (const auto under = reshaper_.surface_under(model_, settings.brush, start.tip)) {
+  if (const auto under = memory_->reshaper.surface_under(model_, settings.brush, start.tip)) {
     normal_ = under->plane.normal;
     stiffness_n_mm_ = kPullShare * settings.law.hand_share * material(under->material).u *
                       settings.brush.radius_mm;
@@ -162,7 +162,7 @@ Status ReshapeStroke::dab(const Vec3& centre, Sums& sums) {
     return painted ? Status(Ok{}) : Status(Error{painted.error()});
   }
   if (mode == Mode::flatten && brush.flatten_to == FlattenTo::stroke && !plane_)
-    if (const auto under = reshaper_.surface_under(model_, brush, centre)) plane_ = under->plane;
+    if (const auto under = memory_->reshaper.surface_under(model_, brush, centre)) plane_ = under->plane;
   std::optional<FlatPlane> plane = plane_;
   if (mode == Mode::flatten && brush.flatten_to == FlattenTo::plane) plane = brush.plane;
   std::vector<DabPlace> places{{centre, plane}};
@@ -173,7 +173,7 @@ Status ReshapeStroke::dab(const Vec3& centre, Sums& sums) {
                               image.turn * plane->normal};
     places.push_back(place);
   }
-  const Result<Reshaped> done = reshaper_.dab(model_, verb_of(mode), brush, places);
+  const Result<Reshaped> done = memory_->reshaper.dab(model_, verb_of(mode), brush, places);
   if (!done) return Error{done.error()};
   hold(done.value(), centre, sums);
   return Ok{};
@@ -205,7 +205,7 @@ Status ReshapeStroke::crease(const Vec3& centre, Sums& sums) {
   brush.strength = -settings_.brush.strength;
   if (!(brush.sigma_mm > 0)) brush.sigma_mm = kCreaseDepth * brush.radius_mm;
   brush.radius_mm *= kCreaseWidth;
-  const Result<Reshaped> sunk = reshaper_.dab(model_, FieldVerb::inflate, brush, places);
+  const Result<Reshaped> sunk = memory_->reshaper.dab(model_, FieldVerb::inflate, brush, places);
   if (!sunk) return Error{sunk.error()};
   hold(sunk.value(), centre, sums);
   return Ok{};
@@ -262,7 +262,7 @@ Status ReshapeStroke::give_back(double until, double wider, Sums& sums) {
     const double before = owed_mm3_;
     for (size_t i = 0; i < tools.size(); i++) {
       const Result<Reshaped> raised =
-          clay_.raise(model_, settings_.tool, tools, i, radius,
+          memory_->clay.raise(model_, settings_.tool, tools, i, radius,
                       owed_mm3_ / static_cast<double>(tools.size() - i));
       if (!raised) return Error{raised.error()};
       const double back = raised.value().added_mm3 - raised.value().removed_mm3;

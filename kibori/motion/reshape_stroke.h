@@ -24,6 +24,7 @@
 
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <kibori/base/result.h>
@@ -94,15 +95,30 @@ struct ReshapeSettings {
   Symmetry symmetry = {};
 };
 
+// What dabs and collars of clay are computed in: memory of a brush's size, which the first of them
+// takes from the system, two to three times as slowly as the next ones run.
+struct DabMemory {
+  Reshaper reshaper;
+  Clay clay;
+
+  size_t bytes() const { return reshaper.kept_bytes() + clay.kept_bytes(); }
+};
+
 class ReshapeStroke {
  public:
-  explicit ReshapeStroke(TriDexel& model)
-      : model_(model), edit_(model), warp_(model), wheel_(model) {}
+  // `memory`: for one stroke at a time; whoever makes many keeps it.
+  explicit ReshapeStroke(TriDexel& model,
+                         std::shared_ptr<DabMemory> memory = std::make_shared<DabMemory>())
+      : model_(model),
+        memory_(std::move(memory)),
+        edit_(model),
+        warp_(model),
+        wheel_(model) {}
 
   // On how many threads dabs and collars of clay run; results do not depend on it.
   void set_threads(int threads) {
-    reshaper_.set_threads(threads);
-    clay_.set_threads(threads);
+    memory_->reshaper.set_threads(threads);
+    memory_->clay.set_threads(threads);
   }
   // A stroke begins with the tool at `start`. `materials`: not empty, and there until the next
   // begin(). Errors: a mode that does not reshape, a brush that check_brush_of refuses.
@@ -155,10 +171,9 @@ class ReshapeStroke {
   const Material& material(int i) const { return material_of(*materials_, i); }
 
   TriDexel& model_;
-  Reshaper reshaper_;
+  std::shared_ptr<DabMemory> memory_;
   ToolEdit edit_;
   Warp warp_;
-  Clay clay_;
   Wheel wheel_;
   ReshapeSettings settings_;
   const std::vector<Material>* materials_ = nullptr;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <kibori/base/memory.h>
+#include <kibori/base/parallel.h>
 #include <kibori/edit/edit.h>
 #include <kibori/reshape/write_back.h>
 
@@ -13,12 +14,15 @@ namespace {
 
 // Nodes whose distance is known [cells]: those that may change sides, and their neighbours' slopes.
 constexpr double kWidth = Clay::kMaxRise + 2;
+// Nodes that may change sides, and those beside them [cells]. First only the near ones are told,
+// which do for collars up to such a height.
+constexpr double kCore = kWidth - 1, kNearCore = 2.5, kNearRise = 1;
 // Steps in search of a height: secants converge in two or three, halves come after so many.
 constexpr int kMaxSteps = 24, kSecants = 8;
 // Relative to the volume wanted.
 constexpr double kTolerance = 1e-5;
-// What bands and weights keep of a node, and beyond how many nodes there is no region.
-constexpr double kBytesPerNode = 40, kMaxNodes = 2147483648.0, kSurelyThere = 256e6;
+// Beyond how many nodes there is no region, and what memory [bytes] is not asked about.
+constexpr double kMaxNodes = 2147483648.0, kSurelyThere = 256e6;
 
 }  // namespace
 
@@ -67,7 +71,6 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   for (int i = 0; i < 3; i++)
     if (!(centre[i] + radius > 0 && centre[i] - radius < lattice.nodes[i])) return Reshaped{};
   if (wanted == 0) return Reshaped{};
-  const double sign = wanted > 0 ? 1 : -1, size = std::fabs(wanted);
 
   // As large whatever the place, so that the scratch model is used again; beyond the lattice all is
   // outside.
@@ -77,7 +80,7 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
     box.low[i] = static_cast<int>(std::floor(centre[i])) - reach;
     box.high[i] = box.low[i] + 2 * reach + 1;
   }
-  const double nodes = box.size().cast<double>().prod(), bytes = kBytesPerNode * nodes;
+  const double nodes = box.size().cast<double>().prod(), bytes = static_cast<double>(kBytesPerNode) * nodes;
   const double there = bytes > kSurelyThere ? available_bytes() : 0;
   if (nodes >= kMaxNodes || (there > 0 && bytes > 0.8 * there) ||
       (box.size() > kMaxNodesPerAxis).any())
@@ -87,43 +90,78 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   if (band_.blocks().empty()) return Reshaped{};
   measure_way(tool, tools, radius_mm, lattice, box, LatticePoint{centre});
 
-  const std::vector<float>& phi = band_.phi();
-  after_ = phi;
-  touched_.clear();
-  weights_.clear();
-  double area = 0;
-  for (NodeBlock block : band_.blocks()) {
-    if (block.j < 0 || block.j >= lattice.nodes[1] || block.k < 0 || block.k >= lattice.nodes[2])
-      continue;
-    unsigned rises = 0;
-    block.for_nodes([&](int n) {
-      const size_t node = block.place + static_cast<size_t>(n);
-      if (!(std::fabs(phi[node]) < kWidth - 1)) return;
-      if (block.i + n < 0 || block.i + n >= lattice.nodes[0]) return;
-      const Vec3 from = Vec3(block.i + n, block.j, block.k).array() + 0.5 - centre.array();
-      const double off = double{way_band_.phi()[node]} / kRamp;
-      const double weight =
-          falloff_of_square(Falloff::smooth, from.squaredNorm() / (radius * radius)) *
-          std::clamp(off, 0.0, 1.0);
-      if (!(weight > 0)) return;
-      rises |= 1u << n;
-      weights_.push_back(static_cast<float>(weight));
-      // Along a normal these add up to 1.
-      area += weight * std::max(0.0, 1 - std::fabs(double{phi[node]}));
-    });
-    block.nodes = static_cast<uint16_t>(rises);
-    if (rises) touched_.push_back(block);
+  after_ = band_.phi();
+  for (const double core : {kNearCore, kCore}) {
+    const double area = weigh(lattice, LatticePoint{centre}, radius, core);
+    // As much as `core` is good for.
+    const double most = core < kCore ? kNearRise : kMaxRise;
+    const bool found = !(area > 0) || rise(model, wanted, area, most);
+    if (core == kCore ||
+        (found && !changes_beyond(band_, after_, touched_, static_cast<float>(core),
+                                  static_cast<float>(kCore))))
+      break;
   }
-  if (!(area > 0)) return Reshaped{};
-  const auto write = [&] { return write_back(model, band_, after_, touched_, threads_); };
-  const VolumeChange volume_change(model, band_, touched_, threads_);
-  const auto with = [&](double lambda) {
-    const float* weight = weights_.data();
-    for (const NodeBlock& block : touched_)
+  return write_back(model, band_, after_, touched_, threads_);
+}
+
+// The nodes that may rise, |phi| < core, and the collar's weights there; returns the sum of the
+// weights over the surface.
+double Clay::weigh(const Lattice& lattice, const LatticePoint& centre, double radius, double core) {
+  const std::vector<float>& phi = band_.phi();
+  touched_ = band_.blocks();
+  weights_.resize(touched_.size());
+  run_parallel_pieces(threads_, touched_.size(), [&](size_t b) {
+    NodeBlock& block = touched_[b];
+    unsigned rises = 0;
+    if (block.j >= 0 && block.j < lattice.nodes[1] && block.k >= 0 && block.k < lattice.nodes[2])
       block.for_nodes([&](int n) {
         const size_t node = block.place + static_cast<size_t>(n);
-        after_[node] = phi[node] - static_cast<float>(lambda) * *weight++;
+        if (!(double{std::fabs(phi[node])} < core)) return;
+        if (block.i + n < 0 || block.i + n >= lattice.nodes[0]) return;
+        const Vec3 from = Vec3(block.i + n, block.j, block.k).array() + 0.5 - centre.units.array();
+        const double off = double{way_band_.phi()[node]} / kRamp;
+        const double weight =
+            falloff_of_square(Falloff::smooth, from.squaredNorm() / (radius * radius)) *
+            std::clamp(off, 0.0, 1.0);
+        if (!(weight > 0)) return;
+        rises |= 1u << n;
+        weights_[b][static_cast<size_t>(n)] = static_cast<float>(weight);
       });
+    block.nodes = static_cast<uint16_t>(rises);
+  });
+  size_t count = 0;
+  double area = 0;
+  for (size_t b = 0; b < touched_.size(); b++) {
+    const NodeBlock block = touched_[b];
+    if (!block.nodes) continue;
+    touched_[count] = block;
+    weights_[count] = weights_[b];
+    // Along a normal these add up to 1.
+    block.for_nodes([&](int n) {
+      area += double{weights_[count][static_cast<size_t>(n)]} *
+              std::max(0.0, 1 - std::fabs(double{phi[block.place + static_cast<size_t>(n)]}));
+    });
+    count++;
+  }
+  touched_.resize(count);
+  return area;
+}
+
+// phi after the collar rose by the height that adds the wanted volume [lattice units^3], or by
+// kMaxRise. False, if it was to rise by more than `most`.
+bool Clay::rise(const TriDexel& model, double wanted, double area, double most) {
+  const std::vector<float>& phi = band_.phi();
+  const double sign = wanted > 0 ? 1 : -1, size = std::fabs(wanted);
+  const VolumeChange volume_change(model, band_, touched_, threads_);
+  const auto with = [&](double lambda) {
+    run_parallel_pieces(threads_, touched_.size(), [&](size_t b) {
+      const NodeBlock& block = touched_[b];
+      block.for_nodes([&](int n) {
+        const size_t node = block.place + static_cast<size_t>(n);
+        after_[node] =
+            phi[node] - static_cast<float>(lambda) * weights_[b][static_cast<size_t>(n)];
+      });
+    });
     return volume_change(after_);
   };
   // The volume grows with lambda, but with kinks and steps, where a surface along the lattice
@@ -132,10 +170,11 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   bool known = false;  // high_volume is
   double lambda = std::min(size / area, kMaxRise);
   for (int step = 0; step < kMaxSteps; step++) {
+    if (lambda > most) return false;
     const double volume = sign * with(sign * lambda);
-    if (std::fabs(volume - size) <= kTolerance * size) return write();
+    if (std::fabs(volume - size) <= kTolerance * size) return true;
     if (volume < size) {
-      if (lambda == kMaxRise) return write();
+      if (lambda == kMaxRise) return true;
       low = lambda;
       low_volume = volume;
     } else {
@@ -153,7 +192,7 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   // At a step: the side that is nearer, but not where nothing would change.
   const bool nearer = known && (low == 0 || high_volume - size < size - low_volume);
   with(sign * (nearer ? high : low));
-  return write();
+  return true;
 }
 
 }  // namespace kibori

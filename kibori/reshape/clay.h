@@ -16,6 +16,7 @@
 // nothing closes over it.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <span>
 #include <vector>
@@ -53,21 +54,29 @@ class Clay {
   Result<Reshaped> raise(TriDexel& model, const Tool& tool, std::span<const PressingTool> tools,
                          size_t of, double radius_mm, double volume_mm3);
 
+  // Of the largest collar yet [bytes].
+  size_t kept_bytes() const { return kBytesPerNode * band_.phi().capacity(); }
+
   // Distance from the way [cells] at which the collar has its whole height, and the most that one
   // collar rises [cells]: less than kRamp, so that what rises does not pass what stays.
   static constexpr double kRamp = 4, kMaxRise = 3;
+  // What bands and weights keep of a collar's node.
+  static constexpr size_t kBytesPerNode = 40;
 
  private:
   void measure_way(const Tool& tool, std::span<const PressingTool> tools, double radius_mm,
                    const Lattice& lattice, const NodeBox& box, const LatticePoint& centre);
+  double weigh(const Lattice& lattice, const LatticePoint& centre, double radius, double core);
+  bool rise(const TriDexel& model, double wanted, double area, double most);
 
   int threads_ = 1;
   NodeBand band_, way_band_;
   // The tools' ways alone, on a lattice of their own.
   std::unique_ptr<TriDexel> scratch_;
   Snapshot empty_;
-  std::vector<float> after_, weights_;
+  std::vector<float> after_;
   std::vector<NodeBlock> touched_;
+  std::vector<std::array<float, 16>> weights_;  // of each block's nodes
 };
 
 }  // namespace kibori

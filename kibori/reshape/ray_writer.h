@@ -118,17 +118,23 @@ class RayRanges {
   // Calls f(u, v, low, high) for the rays with such nodes, tile by tile, and after_tile(tu, tv).
   template <class F, class G>
   void for_rays(F&& f, G&& after_tile) const {
+    for (int tv = first_tile_row(); tv < end_tile_row(); tv++) for_rays(tv, f, after_tile);
+  }
+  // The same of one row of tiles.
+  int first_tile_row() const { return std::max(0, box_.low[v_]) / kTileSide; }
+  int end_tile_row() const { return (std::max(0, box_.high[v_]) + kTileSide - 1) / kTileSide; }
+  template <class F, class G>
+  void for_rays(int tv, F&& f, G&& after_tile) const {
     const int u0 = std::max(0, box_.low[u_]), v0 = std::max(0, box_.low[v_]);
     const int u1 = box_.high[u_], v1 = box_.high[v_];
-    for (int tv = v0 / kTileSide; tv * kTileSide < v1; tv++)
-      for (int tu = u0 / kTileSide; tu * kTileSide < u1; tu++) {
-        for (int v = std::max(v0, tv * kTileSide); v < std::min(v1, (tv + 1) * kTileSide); v++)
-          for (int u = std::max(u0, tu * kTileSide); u < std::min(u1, (tu + 1) * kTileSide); u++) {
-            const Range& range = ranges_[place(u, v)];
-            if (range.low < range.high) f(u, v, range.low, range.high);
-          }
-        after_tile(tu, tv);
-      }
+    for (int tu = u0 / kTileSide; tu * kTileSide < u1; tu++) {
+      for (int v = std::max(v0, tv * kTileSide); v < std::min(v1, (tv + 1) * kTileSide); v++)
+        for (int u = std::max(u0, tu * kTileSide); u < std::min(u1, (tu + 1) * kTileSide); u++) {
+          const Range& range = ranges_[place(u, v)];
+          if (range.low < range.high) f(u, v, range.low, range.high);
+        }
+      after_tile(tu, tv);
+    }
   }
 
  private:

@@ -47,8 +47,6 @@ constexpr int kMaxVolumeSteps = 8;
 constexpr double kVolumeTolerance = 1e-4;
 
 constexpr double kMaxRegionNodes = 2147483648.0;
-// What band and filter keep of a region.
-constexpr double kBytesPerNode = 24;
 // So much memory is not asked about before each dab.
 constexpr double kSurelyThere = 256e6;
 
@@ -202,7 +200,7 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
   const NodeBox& box = cluster.region;
   if (box.size().cast<double>().prod() >= kMaxRegionNodes)
     return Error{"the brush is too large for this pitch: its region has more than 2^31 nodes"};
-  const double bytes = kBytesPerNode * box.size().cast<double>().prod();
+  const double bytes = static_cast<double>(kBytesPerNode) * box.size().cast<double>().prod();
   if (const double there = bytes > kSurelyThere ? available_bytes() : 0;
       there > 0 && bytes > 0.8 * there)
     return Error{
@@ -228,7 +226,7 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
     tell_after(model, verb, brush, radius, sigma, cluster, deepest);
   } else if (const float near = std::min(kNearCore, *deepest);
              tell_after(model, verb, brush, radius, sigma, cluster, near),
-             near < *deepest && changes_beyond(near, *deepest)) {
+             near < *deepest && changes_beyond(band_, after_, touched_, near, *deepest)) {
     tell_after(model, verb, brush, radius, sigma, cluster, deepest);
   }
   return write_back(model, band_, after_, touched_, threads_);
@@ -243,7 +241,7 @@ void Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
 
   const auto strength = static_cast<float>(brush.strength);
   const auto change = [&](auto&& f) {
-    in_pieces([&](size_t b) {
+    run_parallel_pieces(threads_, touched_.size(), [&](size_t b) {
       for_touched(b, [&](size_t node, float weight) {
         after_[node] = f(node, phi[node], strength * weight);
       });
@@ -331,31 +329,6 @@ void Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
       if (told != best) with(best);
     }
   }
-}
-
-// Whether a node that changed sides has others beside it, within what its ends' slopes reach, that
-// weigh(core) left out and weigh(deepest) would not.
-bool Reshaper::changes_beyond(float core, float deepest) const {
-  const std::vector<float>& phi = band_.phi();
-  const std::ptrdiff_t steps[3] = {static_cast<std::ptrdiff_t>(band_.stride(0)),
-                                   static_cast<std::ptrdiff_t>(band_.stride(1)),
-                                   static_cast<std::ptrdiff_t>(band_.stride(2))};
-  bool beyond = false;
-  for_touched([&](size_t node, float) {
-    if ((phi[node] < 0) == (after_[node] < 0)) return;
-    const float* const here = phi.data() + node;
-    const auto left_out = [&](std::ptrdiff_t off) {
-      const float depth = std::fabs(here[off]);
-      return depth >= core && depth < deepest;
-    };
-    for (int a = 0; a < 3; a++)
-      for (const std::ptrdiff_t one : {steps[a], -steps[a]}) {
-        beyond |= left_out(one) || left_out(2 * one);
-        for (int b = a + 1; b < 3; b++)
-          beyond |= left_out(one + steps[b]) || left_out(one - steps[b]);
-      }
-  });
-  return beyond;
 }
 
 std::optional<Reshaper::Surface> Reshaper::surface_under(const TriDexel& model, const Brush& brush,
@@ -449,7 +422,7 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
       });
     block.nodes = static_cast<uint16_t>(touched);
   };
-  in_pieces(weigh_block);
+  run_parallel_pieces(threads_, touched_.size(), weigh_block);
   size_t count = 0;
   for (size_t b = 0; b < touched_.size(); b++) {
     if (!touched_[b].nodes) continue;

@@ -23,7 +23,6 @@
 #include <span>
 #include <vector>
 
-#include <kibori/base/parallel.h>
 #include <kibori/reshape/brush.h>
 #include <kibori/reshape/node_band.h>
 
@@ -64,7 +63,12 @@ class Reshaper {
   std::optional<Surface> surface_under(const TriDexel& model, const Brush& brush,
                                        const Vec3& centre_mm);
 
+  // Of the largest region yet [bytes].
+  size_t kept_bytes() const { return kBytesPerNode * band_.phi().capacity(); }
+
   static constexpr double kMaxSum = 4;
+  // What band and filter keep of a region's node.
+  static constexpr size_t kBytesPerNode = 24;
 
  private:
   // A place within reach of the lattice, in its units.
@@ -82,7 +86,6 @@ class Reshaper {
                                double sigma, double width, const Cluster& cluster);
   void tell_after(const TriDexel& model, FieldVerb verb, const Brush& brush, double radius,
                   double sigma, const Cluster& cluster, std::optional<float> core);
-  bool changes_beyond(float core, float deepest) const;
   void weigh(const Brush& brush, const Cluster& cluster, double radius, double most,
              std::optional<float> core);
   // Of a row along x: nodes low <= i < high.
@@ -104,16 +107,6 @@ class Reshaper {
     touched_[b].for_nodes([&](int n) {
       f(touched_[b].place + static_cast<size_t>(n), weights_[b][static_cast<size_t>(n)]);
     });
-  }
-  // Calls f(b) for every touched block, on the threads.
-  template <class F>
-  void in_pieces(F&& f) const {
-    constexpr size_t kPiece = 256;
-    run_parallel_slices(threads_, (touched_.size() + kPiece - 1) / kPiece,
-                        [&](size_t piece, size_t) {
-                          const size_t end = std::min(touched_.size(), (piece + 1) * kPiece);
-                          for (size_t b = piece * kPiece; b < end; b++) f(b);
-                        });
   }
   void filter();
   void sum_along(int axis, const std::vector<float>& from, std::vector<float>& to,

@@ -153,6 +153,34 @@ using Lengths = std::vector<std::pair<double, double>>;
 
 }  // namespace
 
+bool changes_beyond(const NodeBand& band, const std::vector<float>& after,
+                    const std::vector<NodeBlock>& touched, float core, float deepest) {
+  const auto step = [&](int axis) { return static_cast<std::ptrdiff_t>(band.stride(axis)); };
+  const auto beside = [&](const float* node) {
+    const auto left_out = [&](std::ptrdiff_t off) {
+      const float depth = std::fabs(node[off]);
+      return depth >= core && depth < deepest;
+    };
+    for (int a = 0; a < 3; a++)
+      for (const std::ptrdiff_t one : {step(a), -step(a)}) {
+        if (left_out(one) || left_out(2 * one)) return true;
+        for (int b = a + 1; b < 3; b++)
+          if (left_out(one + step(b)) || left_out(one - step(b))) return true;
+      }
+    return false;
+  };
+  for (const NodeBlock& block : touched) {
+    const float* const was = band.phi().data() + block.place;
+    const float* const is = after.data() + block.place;
+    bool beyond = false;
+    block.for_nodes([&](int n) {
+      if ((was[n] < 0) != (is[n] < 0)) beyond = beyond || beside(was + n);
+    });
+    if (beyond) return true;
+  }
+  return false;
+}
+
 VolumeChange::VolumeChange(const TriDexel& model, const NodeBand& band,
                            const std::vector<NodeBlock>& touched, int threads)
     : model_(model), band_(band), threads_(threads) {
@@ -163,11 +191,21 @@ VolumeChange::VolumeChange(const TriDexel& model, const NodeBand& band,
 }
 
 double VolumeChange::operator()(const std::vector<float>& after) const {
-  std::array<Lengths, 3> changes;
-  run_parallel(threads_, 3, [&](size_t i) {
+  struct Piece {
+    size_t axis;
+    int tv;
+  };
+  std::vector<Piece> pieces;
+  for (size_t axis = 0; axis < 3; axis++)
+    for (int tv = rays_[axis].first_tile_row(); tv < rays_[axis].end_tile_row(); tv++)
+      pieces.push_back({axis, tv});
+  std::vector<Lengths> changes(pieces.size());
+  run_parallel_slices(threads_, pieces.size(), [&](size_t i, size_t) {
+    const auto [axis, tv] = pieces[i];
     PhiChange change(band_, after);
-    RayWriter<PhiChange> write(model_.field(kAxes[i]).view(), change);
-    rays_[i].for_rays(
+    RayWriter<PhiChange> write(model_.field(kAxes[axis]).view(), change);
+    rays_[axis].for_rays(
+        tv,
         [&](int u, int v, int low, int high) {
           write.for_runs(u, v, low, high,
                          [&](const RayRun& run) { changes[i].push_back(lengths(run)); });
@@ -176,8 +214,8 @@ double VolumeChange::operator()(const std::vector<float>& after) const {
   });
   // In one order, whatever the threads.
   double sum = 0;
-  for (const Lengths& field : changes)
-    for (const auto& [added, removed] : field) sum += added - removed;
+  for (const Lengths& piece : changes)
+    for (const auto& [added, removed] : piece) sum += added - removed;
   return sum / 3;
 }
 

@@ -20,6 +20,11 @@ namespace kibori {
 Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<float>& after,
                     const std::vector<NodeBlock>& touched, int threads);
 
+// Whether a node that changes sides has others beside it, within what its ends' slopes reach, that
+// are core to `deepest` deep: which `touched` leaves out, and a change must not.
+bool changes_beyond(const NodeBand& band, const std::vector<float>& after,
+                    const std::vector<NodeBlock>& touched, float core, float deepest);
+
 // What write_back would do, for several changes of the same nodes.
 class VolumeChange {
  public:
