@@ -12,11 +12,16 @@
 namespace kibori {
 namespace {
 
-// Nodes whose distance is known [cells]: those that may change sides, and their neighbours' slopes.
-constexpr double kWidth = Clay::kMaxRise + 2;
-// Nodes that may change sides, and those beside them [cells]. First only the near ones are told,
-// which do for collars up to such a height.
-constexpr double kCore = kWidth - 1, kNearCore = 2.5, kNearRise = 1;
+// Up to which height of a collar [cells] what is told does: distances up to a width, of nodes less
+// deep than the core, which may change sides or stand beside those that do.
+struct Depth {
+  float core, width;
+  double rise;
+};
+// Most collars are low.
+constexpr Depth kNear{2.5f, 2.5f, 1},
+    kWhole{static_cast<float>(Clay::kMaxRise + 1), static_cast<float>(Clay::kMaxRise + 2),
+           Clay::kMaxRise};
 // Steps in search of a height: secants converge in two or three, halves come after so many.
 constexpr int kMaxSteps = 24, kSecants = 8;
 // Relative to the volume wanted.
@@ -26,10 +31,10 @@ constexpr double kMaxNodes = 2147483648.0, kSurelyThere = 256e6;
 
 }  // namespace
 
-// Signed distances to the tools' ways, at the nodes of `box`, into way_band_: there the box begins
-// at 0.
+// Signed distances to the tools' ways, at the touched nodes of `box`, into way_band_: there the box
+// begins at 0.
 void Clay::measure_way(const Tool& tool, std::span<const PressingTool> tools, double radius_mm,
-                       const Lattice& lattice, const NodeBox& box, const LatticePoint& centre) {
+                       const Lattice& lattice, const NodeBox& box) {
   if (!scratch_ || (scratch_->lattice().nodes != box.size()).any() ||
       scratch_->lattice().pitch_mm != lattice.pitch_mm) {
     Lattice around;
@@ -53,9 +58,7 @@ void Clay::measure_way(const Tool& tool, std::span<const PressingTool> tools, do
     for (const Pose* pose : {&front, &at.pose, &back}) add(*pose, out);
   }
   // What is cut off by the box's border is no surface of a way.
-  way_band_.read(*scratch_, {Index3::Zero(), box.size()}, static_cast<float>(kRamp + 1),
-                 LatticePoint{centre.units - box.low.matrix().cast<double>()},
-                 static_cast<float>(radius_mm / lattice.pitch_mm + 2));
+  way_band_.read_at(*scratch_, {Index3::Zero(), box.size()}, static_cast<float>(kRamp), touched_);
 }
 
 Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const PressingTool> tools,
@@ -74,7 +77,7 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
 
   // As large whatever the place, so that the scratch model is used again; beyond the lattice all is
   // outside.
-  const int reach = static_cast<int>(std::ceil(radius + kWidth)) + 2;
+  const int reach = static_cast<int>(std::ceil(radius + double{kWhole.width})) + 2;
   NodeBox box;
   for (int i = 0; i < 3; i++) {
     box.low[i] = static_cast<int>(std::floor(centre[i])) - reach;
@@ -85,48 +88,57 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   if (nodes >= kMaxNodes || (there > 0 && bytes > 0.8 * there) ||
       (box.size() > kMaxNodesPerAxis).any())
     return Error{"the tool is too large for this pitch: its collar of clay takes too much memory"};
-  band_.read(model, box, static_cast<float>(kWidth), LatticePoint{centre},
-             static_cast<float>(radius + 2));
-  if (band_.blocks().empty()) return Reshaped{};
-  measure_way(tool, tools, radius_mm, lattice, box, LatticePoint{centre});
-
-  after_ = band_.phi();
-  for (const double core : {kNearCore, kCore}) {
-    const double area = weigh(lattice, LatticePoint{centre}, radius, core);
-    // As much as `core` is good for.
-    const double most = core < kCore ? kNearRise : kMaxRise;
-    const bool found = !(area > 0) || rise(model, wanted, area, most);
-    if (core == kCore ||
-        (found && !changes_beyond(band_, after_, touched_, static_cast<float>(core),
-                                  static_cast<float>(kCore))))
-      break;
+  for (const Depth& depth : {kNear, kWhole}) {
+    band_.read(model, box, depth.width, LatticePoint{centre}, static_cast<float>(radius + 2));
+    if (!find_touched(lattice, LatticePoint{centre}, radius, depth.core)) return Reshaped{};
+    measure_way(tool, tools, radius_mm, lattice, box);
+    after_ = band_.phi();
+    const double area = weigh(LatticePoint{centre}, radius);
+    const bool found = !(area > 0) || rise(model, wanted, area, depth.rise);
+    if (found && !changes_beyond(band_, after_, touched_, depth.core, kWhole.core)) break;
   }
   return write_back(model, band_, after_, touched_, threads_);
 }
 
-// The nodes that may rise, |phi| < core, and the collar's weights there; returns the sum of the
-// weights over the surface.
-double Clay::weigh(const Lattice& lattice, const LatticePoint& centre, double radius, double core) {
+// The nodes within the collar's radius and the lattice, |phi| < core; whether there are some.
+bool Clay::find_touched(const Lattice& lattice, const LatticePoint& centre, double radius,
+                        float core) {
   const std::vector<float>& phi = band_.phi();
   touched_ = band_.blocks();
+  run_parallel_pieces(threads_, touched_.size(), [&](size_t b) {
+    NodeBlock& block = touched_[b];
+    unsigned near = 0;
+    if (block.j >= 0 && block.j < lattice.nodes[1] && block.k >= 0 && block.k < lattice.nodes[2])
+      block.for_nodes([&](int n) {
+        const int i = block.i + n;
+        if (!(std::fabs(phi[block.place + static_cast<size_t>(n)]) < core)) return;
+        if (i < 0 || i >= lattice.nodes[0]) return;
+        const Vec3 from = Vec3(i, block.j, block.k).array() + 0.5 - centre.units.array();
+        if (from.squaredNorm() < radius * radius) near |= 1u << n;
+      });
+    block.nodes = static_cast<uint16_t>(near);
+  });
+  std::erase_if(touched_, [](const NodeBlock& block) { return block.nodes == 0; });
+  return !touched_.empty();
+}
+
+// The collar's weights; leaves of the touched nodes those that rise. Returns the sum of the weights
+// over the surface.
+double Clay::weigh(const LatticePoint& centre, double radius) {
   weights_.resize(touched_.size());
   run_parallel_pieces(threads_, touched_.size(), [&](size_t b) {
     NodeBlock& block = touched_[b];
     unsigned rises = 0;
-    if (block.j >= 0 && block.j < lattice.nodes[1] && block.k >= 0 && block.k < lattice.nodes[2])
-      block.for_nodes([&](int n) {
-        const size_t node = block.place + static_cast<size_t>(n);
-        if (!(double{std::fabs(phi[node])} < core)) return;
-        if (block.i + n < 0 || block.i + n >= lattice.nodes[0]) return;
-        const Vec3 from = Vec3(block.i + n, block.j, block.k).array() + 0.5 - centre.units.array();
-        const double off = double{way_band_.phi()[node]} / kRamp;
-        const double weight =
-            falloff_of_square(Falloff::smooth, from.squaredNorm() / (radius * radius)) *
-            std::clamp(off, 0.0, 1.0);
-        if (!(weight > 0)) return;
-        rises |= 1u << n;
-        weights_[b][static_cast<size_t>(n)] = static_cast<float>(weight);
-      });
+    block.for_nodes([&](int n) {
+      const Vec3 from = Vec3(block.i + n, block.j, block.k).array() + 0.5 - centre.units.array();
+      const double off = double{way_band_.phi()[block.place + static_cast<size_t>(n)]} / kRamp;
+      const double weight =
+          falloff_of_square(Falloff::smooth, from.squaredNorm() / (radius * radius)) *
+          std::clamp(off, 0.0, 1.0);
+      if (!(weight > 0)) return;
+      rises |= 1u << n;
+      weights_[b][static_cast<size_t>(n)] = static_cast<float>(weight);
+    });
     block.nodes = static_cast<uint16_t>(rises);
   });
   size_t count = 0;
@@ -138,8 +150,9 @@ double Clay::weigh(const Lattice& lattice, const LatticePoint& centre, double ra
     weights_[count] = weights_[b];
     // Along a normal these add up to 1.
     block.for_nodes([&](int n) {
+      const float phi = band_.phi()[block.place + static_cast<size_t>(n)];
       area += double{weights_[count][static_cast<size_t>(n)]} *
-              std::max(0.0, 1 - std::fabs(double{phi[block.place + static_cast<size_t>(n)]}));
+              std::max(0.0, 1 - std::fabs(double{phi}));
     });
     count++;
   }

@@ -65,8 +65,9 @@ class Clay {
 
  private:
   void measure_way(const Tool& tool, std::span<const PressingTool> tools, double radius_mm,
-                   const Lattice& lattice, const NodeBox& box, const LatticePoint& centre);
-  double weigh(const Lattice& lattice, const LatticePoint& centre, double radius, double core);
+                   const Lattice& lattice, const NodeBox& box);
+  bool find_touched(const Lattice& lattice, const LatticePoint& centre, double radius, float core);
+  double weigh(const LatticePoint& centre, double radius);
   bool rise(const TriDexel& model, double wanted, double area, double most);
 
   int threads_ = 1;

@@ -56,6 +56,7 @@ struct BandSlice {
   FloatRow* distance2;
   IndexRow* nearest;
   uint16_t* known;
+  const uint16_t* wanted;  // null: all are
   size_t first, row_step, col_step;
   // Squared distances from the brush's centre by axis.
   const float *row_away, *col_away;
@@ -77,6 +78,7 @@ struct BandPlane {
   float* phi;
   const float *row_away, *block_away;  // as of a slice
   float away, reach2;
+  const uint16_t* wanted;
 };
 
 // Nodes whose nearest ends are known.
@@ -226,6 +228,7 @@ HWY_INLINE void FindInSlice(const BandSlice& s, size_t row) {
       continue;
     const size_t at = (row + s.window + 1) * s.cols + c;
     const size_t block = s.first + row * s.row_step + c * s.col_step;
+    if (s.wanted && !s.wanted[block]) continue;
     const bool known = s.known[block] != 0;
     unsigned found = 0;
     FloatRow distance2;
@@ -284,6 +287,7 @@ void TellSides(const BandPlane& p) {
   for (size_t row = 0; row < p.rows; row++)
     for (size_t b = 0; b < p.blocks; b++) {
       if (!(p.away + p.row_away[row] + p.block_away[b] < p.reach2)) continue;
+      if (p.wanted && !p.wanted[row * p.blocks + b]) continue;
       const RayItems rays = p.rays[row * p.blocks + b];
       FloatRow phi;
       for (size_t g = 0; g < kGroups; g++) {
@@ -412,6 +416,17 @@ void detail::BandScratch::prepare(const BandSlice& slice) {
 
 void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
                     const LatticePoint& centre, float reach, float around) {
+  read_wanted(model, box, width, centre, reach, around, nullptr);
+}
+
+void NodeBand::read_at(const TriDexel& model, const NodeBox& box, float width,
+                       const std::vector<NodeBlock>& nodes) {
+  read_wanted(model, box, width, {}, kFar, 0, &nodes);
+}
+
+void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float width,
+                           const LatticePoint& centre, float reach, float around,
+                           const std::vector<NodeBlock>* wanted) {
   choose_vector_unit();
   box_ = box;
   const Index3 size = box.size().max(0);
@@ -431,7 +446,9 @@ void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
   known_.assign(rows, 0);
   ends_.clear();
   known_blocks_.clear();
+  all_wanted_ = !wanted;
   if (box.empty()) return;
+  if (wanted) want(*wanted);
   // How far the nodes are from the centre, blocks where they are nearest.
   for (int i = 0; i < 3; i++) {
     const size_t count = i == 0 ? blocks_ : i == 1 ? ny_ : nz_, nodes = i == 0 ? kBlock : 1;
@@ -464,6 +481,57 @@ void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
     measure({known_blocks_.data() + piece * kPiece, std::min(kPiece, blocks - piece * kPiece),
              ends_.data(), nearest_.data(), box_.high[0], width_, phi_.data()});
   });
+}
+
+// Before anything else is read.
+void NodeBand::want(const std::vector<NodeBlock>& nodes) {
+  wanted_.assign(known_.size(), 0);
+  const auto columns = [&](int axis) {
+    return static_cast<size_t>((box_.size()[axis] + kColumn - 1) / kColumn);
+  };
+  for (const Axis axis : kAxes)
+    depths_[static_cast<size_t>(axis)].assign(columns(u_index(axis)) * columns(v_index(axis)), {});
+  for (const NodeBlock& block : nodes) {
+    wanted_[block.row] = block.nodes;
+    const Index3 at = box_.node_at(block.place) - box_.low;
+    for (const int n : {block.first(), block.last()})
+      for (const Axis axis : kAxes) {
+        const Index3 node = at + Index3(n, 0, 0);
+        const auto u = static_cast<size_t>(node[u_index(axis)] / kColumn),
+                   v = static_cast<size_t>(node[v_index(axis)] / kColumn);
+        depths_[static_cast<size_t>(axis)][v * columns(u_index(axis)) + u].include(
+            static_cast<float>(box_.low[depth_index(axis)] + node[depth_index(axis)]) + 0.5f);
+      }
+  }
+  // What is nearest to a node of a column is on its rays, or on those of columns beside it.
+  const float farthest = width_ + 1;
+  const auto beside = static_cast<size_t>(std::ceil(farthest / static_cast<float>(kColumn)));
+  std::vector<DepthRange> own;
+  for (const Axis axis : kAxes) {
+    std::vector<DepthRange>& depths = depths_[static_cast<size_t>(axis)];
+    own = depths;
+    const size_t nu = columns(u_index(axis)), nv = columns(v_index(axis));
+    for (size_t v = 0; v < nv; v++)
+      for (size_t u = 0; u < nu; u++) {
+        const DepthRange& range = own[v * nu + u];
+        if (range.low > range.high) continue;
+        for (size_t q = v - std::min(v, beside); q <= std::min(nv - 1, v + beside); q++)
+          for (size_t p = u - std::min(u, beside); p <= std::min(nu - 1, u + beside); p++) {
+            depths[q * nu + p].include(range.low - farthest);
+            depths[q * nu + p].include(range.high + farthest);
+          }
+      }
+  }
+}
+
+// Depths at which ends of a ray may be nearest to a node.
+DepthRange NodeBand::wanted_depths(Axis axis, int u, int v) const {
+  if (all_wanted_) return {-kFar, kFar};
+  const int a = u_index(axis), b = v_index(axis);
+  const auto nu = static_cast<size_t>((box_.size()[a] + kColumn - 1) / kColumn);
+  return depths_[static_cast<size_t>(axis)]
+                [static_cast<size_t>((v - box_.low[b]) / kColumn) * nu +
+                 static_cast<size_t>((u - box_.low[a]) / kColumn)];
 }
 
 void NodeBand::list_known() {
@@ -507,12 +575,15 @@ void NodeBand::read_spans(const TriDexel& model) {
     }
 }
 
-// Adds the ends of the ray at (u, v) that are of the box, and calls f(end, depth) for each.
+// Adds the ends of the ray at (u, v) that may be nearest to a node, and calls f(end, depth) for
+// each.
 template <class F>
 void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, std::vector<SurfaceEnd>& ends,
                         F&& f) const {
   const Axis axis = field.axis();
   const int d = depth_index(axis);
+  const DepthRange wanted = wanted_depths(axis, u, v);
+  if (wanted.low > wanted.high) return;
   SurfaceEnd end;
   end.place[u_index(axis)] = static_cast<float>(u) + 0.5f;
   end.place[v_index(axis)] = static_cast<float>(v) + 0.5f;
@@ -520,6 +591,7 @@ void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, std::vector<Su
   const auto add = [&](float depth, uint32_t normal, bool at_out, uint8_t material, Color paint) {
     const int before = static_cast<int>(std::floor(depth - 0.5f));
     if (before + 1 < box_.low[d] || before >= box_.high[d]) return;
+    if (depth < wanted.low || depth > wanted.high) return;
     end.place[d] = depth;
     end.normal = decode_normal(normal, axis, at_out).cast<float>();
     end.material = material;
@@ -649,6 +721,7 @@ void NodeBand::search(Axis axis) {
   slice.distance2 = distance2_.data();
   slice.nearest = nearest_.data();
   slice.known = known_.data();
+  slice.wanted = all_wanted_ ? nullptr : wanted_.data();
   slice.row_step = axis == Axis::z ? blocks_ : ny_ * blocks_;
   slice.col_step = axis == Axis::x ? blocks_ : 1;
   slice.reach2 = reach_ * reach_;
@@ -686,6 +759,7 @@ BandPlane NodeBand::plane(size_t k) {
   plane.block_away = away_[0].data();
   plane.away = away_[2][k];
   plane.reach2 = reach_ * reach_;
+  plane.wanted = all_wanted_ ? nullptr : wanted_.data() + k * ny_ * blocks_;
   return plane;
 }
 

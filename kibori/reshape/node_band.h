@@ -160,6 +160,11 @@ class NodeBand {
   void read(const TriDexel& model, const NodeBox& box, float width, const LatticePoint& centre = {},
             float reach = kFar, float around = 0);
 
+  // Reads some nodes of `box`, in the order of their indices; phi of the others means nothing. Only
+  // their places in the box are looked at: they may be another's, of a box as large.
+  void read_at(const TriDexel& model, const NodeBox& box, float width,
+               const std::vector<NodeBlock>& nodes);
+
   const NodeBox& box() const { return box_; }
   float width() const { return width_; }
   size_t index(int i, int j, int k) const { return box_.index(i, j, k); }
@@ -194,6 +199,9 @@ class NodeBand {
   }
 
  private:
+  void read_wanted(const TriDexel& model, const NodeBox& box, float width,
+                   const LatticePoint& centre, float reach, float around,
+                   const std::vector<NodeBlock>* wanted);
   void read_spans(const TriDexel& model);
   // Of one field: ends of blocks of rays, in layers; of x rays, ends of each.
   struct FieldEnds {
@@ -206,6 +214,8 @@ class NodeBand {
   template <class F>
   void add_ends(const FieldSnapshot& field, int u, int v, std::vector<SurfaceEnd>& ends,
                 F&& f) const;
+  void want(const std::vector<NodeBlock>& nodes);
+  detail::DepthRange wanted_depths(Axis axis, int u, int v) const;
   void join_ends();
   void search(Axis axis);
   void list_known();
@@ -226,6 +236,12 @@ class NodeBand {
   std::vector<SurfaceEnd> ends_;
   std::vector<NodeBlock> known_blocks_;
   std::array<FieldEnds, 3> fields_;  // once joined, by indices of ends_
+  // Where only some nodes are wanted: those of each block; and by axis, for columns of kColumn by
+  // kColumn rays, at which depths ends may be nearest to one of them.
+  bool all_wanted_ = true;
+  std::vector<uint16_t> wanted_;
+  static constexpr int kColumn = 8;
+  std::array<std::vector<detail::DepthRange>, 3> depths_;
   // Spans of blocks of z rays.
   std::vector<detail::RayItems> rays_;
   std::vector<detail::SpanLayer> span_layers_;
