@@ -162,7 +162,8 @@ Status ReshapeStroke::dab(const Vec3& centre, Sums& sums) {
     return painted ? Status(Ok{}) : Status(Error{painted.error()});
   }
   if (mode == Mode::flatten && brush.flatten_to == FlattenTo::stroke && !plane_)
-    if (const auto under = memory_->reshaper.surface_under(model_, brush, centre)) plane_ = under->plane;
+    if (const auto under = memory_->reshaper.surface_under(model_, brush, centre))
+      plane_ = under->plane;
   std::optional<FlatPlane> plane = plane_;
   if (mode == Mode::flatten && brush.flatten_to == FlattenTo::plane) plane = brush.plane;
   std::vector<DabPlace> places{{centre, plane}};
@@ -263,7 +264,7 @@ Status ReshapeStroke::give_back(double until, double wider, Sums& sums) {
     for (size_t i = 0; i < tools.size(); i++) {
       const Result<Reshaped> raised =
           memory_->clay.raise(model_, settings_.tool, tools, i, radius,
-                      owed_mm3_ / static_cast<double>(tools.size() - i));
+                              owed_mm3_ / static_cast<double>(tools.size() - i));
       if (!raised) return Error{raised.error()};
       const double back = raised.value().added_mm3 - raised.value().removed_mm3;
       owed_mm3_ -= back;

@@ -109,11 +109,7 @@ class ReshapeStroke {
   // `memory`: for one stroke at a time; whoever makes many keeps it.
   explicit ReshapeStroke(TriDexel& model,
                          std::shared_ptr<DabMemory> memory = std::make_shared<DabMemory>())
-      : model_(model),
-        memory_(std::move(memory)),
-        edit_(model),
-        warp_(model),
-        wheel_(model) {}
+      : model_(model), memory_(std::move(memory)), edit_(model), warp_(model), wheel_(model) {}
 
   // On how many threads dabs and collars of clay run; results do not depend on it.
   void set_threads(int threads) {

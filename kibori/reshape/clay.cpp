@@ -83,7 +83,8 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
     box.low[i] = static_cast<int>(std::floor(centre[i])) - reach;
     box.high[i] = box.low[i] + 2 * reach + 1;
   }
-  const double nodes = box.size().cast<double>().prod(), bytes = static_cast<double>(kBytesPerNode) * nodes;
+  const double nodes = box.size().cast<double>().prod(),
+               bytes = static_cast<double>(kBytesPerNode) * nodes;
   const double there = bytes > kSurelyThere ? available_bytes() : 0;
   if (nodes >= kMaxNodes || (there > 0 && bytes > 0.8 * there) ||
       (box.size() > kMaxNodesPerAxis).any())
@@ -92,7 +93,8 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
     band_.read(model, box, depth.width, LatticePoint{centre}, static_cast<float>(radius + 2));
     if (!find_touched(lattice, LatticePoint{centre}, radius, depth.core)) return Reshaped{};
     measure_way(tool, tools, radius_mm, lattice, box);
-    after_ = band_.phi();
+    detail::make_items(after_, band_.phi().size());
+    std::copy(band_.phi().begin(), band_.phi().end(), after_.begin());
     const double area = weigh(LatticePoint{centre}, radius);
     const bool found = !(area > 0) || rise(model, wanted, area, depth.rise);
     if (found && !changes_beyond(band_, after_, touched_, depth.core, kWhole.core)) break;
@@ -171,8 +173,7 @@ bool Clay::rise(const TriDexel& model, double wanted, double area, double most) 
       const NodeBlock& block = touched_[b];
       block.for_nodes([&](int n) {
         const size_t node = block.place + static_cast<size_t>(n);
-        after_[node] =
-            phi[node] - static_cast<float>(lambda) * weights_[b][static_cast<size_t>(n)];
+        after_[node] = phi[node] - static_cast<float>(lambda) * weights_[b][static_cast<size_t>(n)];
       });
     });
     return volume_change(after_);

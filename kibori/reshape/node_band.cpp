@@ -440,7 +440,7 @@ void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float widt
   around_ = around;
   KIBORI_CHECK(nx_ * ny_ * nz_ < UINT32_MAX && width < 250);  // rows_near has bytes
   const size_t rows = ny_ * nz_ * blocks_;
-  phi_.resize(nx_ * ny_ * nz_);
+  make_items(phi_, nx_ * ny_ * nz_);
   distance2_.resize(rows);
   nearest_.resize(rows);
   known_.assign(rows, 0);
@@ -529,9 +529,8 @@ DepthRange NodeBand::wanted_depths(Axis axis, int u, int v) const {
   if (all_wanted_) return {-kFar, kFar};
   const int a = u_index(axis), b = v_index(axis);
   const auto nu = static_cast<size_t>((box_.size()[a] + kColumn - 1) / kColumn);
-  return depths_[static_cast<size_t>(axis)]
-                [static_cast<size_t>((v - box_.low[b]) / kColumn) * nu +
-                 static_cast<size_t>((u - box_.low[a]) / kColumn)];
+  return depths_[static_cast<size_t>(axis)][static_cast<size_t>((v - box_.low[b]) / kColumn) * nu +
+                                            static_cast<size_t>((u - box_.low[a]) / kColumn)];
 }
 
 void NodeBand::list_known() {

@@ -89,14 +89,26 @@ struct alignas(64) FloatRow {
 struct alignas(64) IndexRow {
   int32_t lane[16];
 };
+// Regions of one brush differ by a node a side: memory for one does for the others, too.
+inline size_t with_room(size_t size) { return size + size / 8; }
+// Makes `size` items, whose values mean nothing.
+template <class T>
+void make_items(std::vector<T>& items, size_t size) {
+  if (size > items.capacity()) {
+    items = std::vector<T>();
+    items.reserve(with_room(size));
+  }
+  items.resize(size);
+}
 // Memory that is written before it is read, so that it is not cleared when it grows.
 template <class T>
 class Uncleared {
  public:
   void resize(size_t size) {
     if (size <= size_) return;
-    items_ = std::make_unique_for_overwrite<T[]>(size);
-    size_ = size;
+    items_.reset();
+    size_ = with_room(size);
+    items_ = std::make_unique_for_overwrite<T[]>(size_);
   }
   T* data() { return items_.get(); }
   T& operator[](size_t i) { return items_[i]; }

@@ -285,7 +285,7 @@ void Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
   if (brush.keep_volume && verb == FieldVerb::smooth) {
     // phi - lambda w, with the lambda that leaves no change of volume: by secants. Where a span or
     // a gap comes or goes the volume steps, and may step over 0: then the nearest that was met.
-    first_.resize(after_.size());
+    detail::make_items(first_, after_.size());
     for_touched([&](size_t node, float) { first_[node] = after_[node]; });
     const double moved = [&] {
       double sum = 0;
@@ -370,7 +370,7 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
   }
   reach = reach.within(band_.box().grown(-2));
   // Nodes that stay are looked at, too, beside those that may change.
-  after_.resize(band_.phi().size());
+  detail::make_items(after_, band_.phi().size());
   const NodeBox around = reach.grown(2);
   const auto length = static_cast<size_t>(std::max(0, around.size()[0]));
   const auto slices = static_cast<size_t>(std::max(0, around.size()[2]));
@@ -463,8 +463,8 @@ void Reshaper::filter() {
   };
   spread(rows_, rows_y_, true);     // z pass reads rows_y_
   spread(rows_y_, rows_x_, false);  // y pass reads rows_x_
-  first_.resize(phi.size());
-  second_.resize(phi.size());
+  detail::make_items(first_, phi.size());
+  detail::make_items(second_, phi.size());
   sum_along(0, phi, second_, rows_x_);
   sum_along(1, second_, first_, rows_y_);
   sum_along(2, first_, second_, rows_);
