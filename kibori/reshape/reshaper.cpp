@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include <kibori/base/memory.h>
@@ -37,9 +38,10 @@ constexpr double kLeastWidth = 4;
 // Nodes this deep [sigma, and cells] may change sides in one dab: a slab that vanishes has its
 // middle at 0.8 sigma, a cube's corner moves by 1.5.
 constexpr double kCoreSigmas = 1.6, kCoreCells = 1.5;
-// Few do: first only nodes this deep [cells] are told, which a surface needs that moves by half a
-// cell, and the others only if it moves farther.
+// Only nodes this deep [cells] are told first, which a surface needs that moves by half a cell, and
+// the others only if it moves farther.
 constexpr float kNearCore = 2.5f;
+constexpr double kNearRise = 0.5;
 
 // Of secant steps for a kept volume: it converges in two or three.
 constexpr int kMaxVolumeSteps = 8;
@@ -216,25 +218,28 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
              static_cast<float>(spread + radius + kReachSlack),
              std::max(static_cast<float>(kernel_.size() - 1), kSlopeReach));
   if (band_.blocks().empty() && verb != FieldVerb::flatten) return Reshaped{};
+  const bool filters = verb != FieldVerb::inflate && verb != FieldVerb::flatten;
   // How deep a node may change sides.
   std::optional<float> deepest;
-  if (verb == FieldVerb::inflate)
-    deepest = static_cast<float>(width);
-  else if (verb != FieldVerb::flatten)
+  if (filters)
     deepest = static_cast<float>(std::min(width, kCoreSigmas * sigma + kCoreCells));
-  if (verb == FieldVerb::inflate || verb == FieldVerb::flatten) {
-    tell_after(model, verb, brush, radius, sigma, cluster, deepest);
-  } else if (const float near = std::min(kNearCore, *deepest);
-             tell_after(model, verb, brush, radius, sigma, cluster, near),
-             near < *deepest && changes_beyond(band_, after_, touched_, near, *deepest)) {
-    tell_after(model, verb, brush, radius, sigma, cluster, deepest);
-  }
+  else if (verb == FieldVerb::inflate)
+    deepest = static_cast<float>(width);
+  const auto tell = [&](std::optional<float> core, double most) {
+    return tell_after(model, verb, brush, radius, sigma, cluster, core, most);
+  };
+  // Few do: the near ones are told first.
+  if (!(filters && deepest > kNearCore) || !tell(kNearCore, kNearRise) ||
+      changes_beyond(band_, after_, touched_, kNearCore, *deepest))
+    tell(deepest, std::numeric_limits<double>::infinity());
   return write_back(model, band_, after_, touched_, threads_);
 }
 
-// phi after the verb, of the nodes of weigh().
-void Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& brush, double radius,
-                          double sigma, const Cluster& cluster, std::optional<float> core) {
+// phi after the verb, of the nodes of weigh(). False where it takes more than `most` [cells] to
+// keep the volume.
+bool Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& brush, double radius,
+                          double sigma, const Cluster& cluster, std::optional<float> core,
+                          double most) {
   const bool filters = verb != FieldVerb::inflate && verb != FieldVerb::flatten;
   const std::vector<float>& phi = band_.phi();
   weigh(brush, cluster, radius, verb == FieldVerb::inflate ? kMaxSum : 1, core);
@@ -315,6 +320,7 @@ void Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
     if (area > 0) {
       double lambda = -last_volume / (brush.strength * area), told = 0;
       for (int step = 0; step < kMaxVolumeSteps; step++) {
+        if (std::fabs(lambda) > most) return false;
         const double volume = with(told = lambda);
         if (std::fabs(volume) <= best_volume) {
           best = lambda;
@@ -329,6 +335,7 @@ void Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
       if (told != best) with(best);
     }
   }
+  return true;
 }
 
 std::optional<Reshaper::Surface> Reshaper::surface_under(const TriDexel& model, const Brush& brush,

@@ -84,8 +84,8 @@ class Reshaper {
   };
   Result<Reshaped> dab_cluster(TriDexel& model, FieldVerb verb, const Brush& brush, double radius,
                                double sigma, double width, const Cluster& cluster);
-  void tell_after(const TriDexel& model, FieldVerb verb, const Brush& brush, double radius,
-                  double sigma, const Cluster& cluster, std::optional<float> core);
+  bool tell_after(const TriDexel& model, FieldVerb verb, const Brush& brush, double radius,
+                  double sigma, const Cluster& cluster, std::optional<float> core, double most);
   void weigh(const Brush& brush, const Cluster& cluster, double radius, double most,
              std::optional<float> core);
   // Of a row along x: nodes low <= i < high.
