@@ -7,7 +7,6 @@
 #include <kibori/base/memory.h>
 #include <kibori/base/parallel.h>
 #include <kibori/edit/edit.h>
-#include <kibori/reshape/write_back.h>
 
 namespace kibori {
 namespace {
@@ -93,13 +92,22 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
     band_.read(model, box, depth.width, LatticePoint{centre}, static_cast<float>(radius + 2));
     if (!find_touched(lattice, LatticePoint{centre}, radius, depth.core)) return Reshaped{};
     measure_way(tool, tools, radius_mm, lattice, box);
-    detail::make_items(after_, band_.phi().size());
-    std::copy(band_.phi().begin(), band_.phi().end(), after_.begin());
+    copy_phi();
     const double area = weigh(LatticePoint{centre}, radius);
+    writer_.begin(band_, touched_, threads_);
     const bool found = !(area > 0) || rise(model, wanted, area, depth.rise);
     if (found && !changes_beyond(band_, after_, touched_, depth.core, kWhole.core)) break;
   }
-  return write_back(model, band_, after_, touched_, threads_);
+  return writer_.write(model, after_);
+}
+
+void Clay::copy_phi() {
+  const std::vector<float>& phi = band_.phi();
+  detail::make_items(after_, phi.size());
+  const size_t plane = band_.stride(2);
+  run_parallel_slices(threads_, phi.size() / plane, [&](size_t k, size_t) {
+    std::copy_n(phi.data() + k * plane, plane, after_.data() + k * plane);
+  });
 }
 
 // The nodes within the collar's radius and the lattice, |phi| < core; whether there are some.
@@ -167,7 +175,6 @@ double Clay::weigh(const LatticePoint& centre, double radius) {
 bool Clay::rise(const TriDexel& model, double wanted, double area, double most) {
   const std::vector<float>& phi = band_.phi();
   const double sign = wanted > 0 ? 1 : -1, size = std::fabs(wanted);
-  const VolumeChange volume_change(model, band_, touched_, threads_);
   const auto with = [&](double lambda) {
     run_parallel_pieces(threads_, touched_.size(), [&](size_t b) {
       const NodeBlock& block = touched_[b];
@@ -176,7 +183,7 @@ bool Clay::rise(const TriDexel& model, double wanted, double area, double most) 
         after_[node] = phi[node] - static_cast<float>(lambda) * weights_[b][static_cast<size_t>(n)];
       });
     });
-    return volume_change(after_);
+    return writer_.volume(model, after_);
   };
   // The volume grows with lambda, but with kinks and steps, where a surface along the lattice
   // passes nodes: so the root is kept between two bounds. Secants first, then halves.

@@ -25,6 +25,7 @@
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/reshape/brush.h>
 #include <kibori/reshape/node_band.h>
+#include <kibori/reshape/write_back.h>
 #include <kibori/solid/tool.h>
 
 namespace kibori {
@@ -66,6 +67,7 @@ class Clay {
  private:
   void measure_way(const Tool& tool, std::span<const PressingTool> tools, double radius_mm,
                    const Lattice& lattice, const NodeBox& box);
+  void copy_phi();
   bool find_touched(const Lattice& lattice, const LatticePoint& centre, double radius, float core);
   double weigh(const LatticePoint& centre, double radius);
   bool rise(const TriDexel& model, double wanted, double area, double most);
@@ -77,6 +79,7 @@ class Clay {
   Snapshot empty_;
   std::vector<float> after_;
   std::vector<NodeBlock> touched_;
+  WriteBack writer_;
   std::vector<std::array<float, 16>> weights_;  // of each block's nodes
 };
 

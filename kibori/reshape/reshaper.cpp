@@ -8,7 +8,6 @@
 
 #include <kibori/base/memory.h>
 #include <kibori/base/parallel.h>
-#include <kibori/reshape/write_back.h>
 
 namespace kibori {
 namespace {
@@ -232,7 +231,7 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
   if (!(filters && deepest > kNearCore) || !tell(kNearCore, kNearRise) ||
       changes_beyond(band_, after_, touched_, kNearCore, *deepest))
     tell(deepest, std::numeric_limits<double>::infinity());
-  return write_back(model, band_, after_, touched_, threads_);
+  return writer_.write(model, after_);
 }
 
 // phi after the verb, of the nodes of weigh(). False where it takes more than `most` [cells] to
@@ -243,6 +242,7 @@ bool Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
   const bool filters = verb != FieldVerb::inflate && verb != FieldVerb::flatten;
   const std::vector<float>& phi = band_.phi();
   weigh(brush, cluster, radius, verb == FieldVerb::inflate ? kMaxSum : 1, core);
+  writer_.begin(band_, touched_, threads_);
 
   const auto strength = static_cast<float>(brush.strength);
   const auto change = [&](auto&& f) {
@@ -299,14 +299,13 @@ bool Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
       });
       return sum;
     }();
-    const VolumeChange volume_change(model, band_, touched_, threads_);
     const auto with = [&](double lambda) {
       for_touched([&](size_t node, float weight) {
         if (first_[node] != phi[node])
           after_[node] = first_[node] - static_cast<float>(lambda) * strength * weight;
       });
       outside_stays();
-      return volume_change(after_);
+      return writer_.volume(model, after_);
     };
     double area = 0;
     for (const SurfaceEnd& end : band_.ends()) {

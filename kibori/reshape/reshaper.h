@@ -25,6 +25,7 @@
 
 #include <kibori/reshape/brush.h>
 #include <kibori/reshape/node_band.h>
+#include <kibori/reshape/write_back.h>
 
 namespace kibori {
 
@@ -119,6 +120,7 @@ class Reshaper {
   // over the plane.
   using BlockValues = std::array<float, 16>;
   std::vector<NodeBlock> touched_;
+  WriteBack writer_;
   std::vector<BlockValues> weights_, heights_;
   std::vector<RowRange> rows_, rows_y_, rows_x_;
 };

@@ -122,32 +122,6 @@ NodeBox box_of(const std::vector<NodeBlock>& blocks) {
   return box;
 }
 
-// The rays of a field through some nodes of a box.
-RayRanges rays_through(const TriDexel& model, Axis axis, const NodeBox& box,
-                       const std::vector<NodeBlock>& blocks) {
-  RayRanges ranges;
-  ranges.reset(axis, box);
-  const NodeBox all{Index3::Zero(), model.lattice().nodes};
-  const int d = depth_index(axis);
-  for (const NodeBlock& block : blocks) {
-    const Index3 at(block.i, block.j, block.k);
-    const auto beside = [&](int across) {
-      return across != d && (at[across] < 0 || at[across] >= all.high[across]);
-    };
-    if (beside(1) || beside(2)) continue;
-    if (axis == Axis::x) {
-      // All on one ray.
-      ranges.include(at + Index3(block.first(), 0, 0));
-      ranges.include(at + Index3(block.last(), 0, 0));
-      continue;
-    }
-    block.for_nodes([&](int n) {
-      if (block.i + n >= 0 && block.i + n < all.high[0]) ranges.include(at + Index3(n, 0, 0));
-    });
-  }
-  return ranges;
-}
-
 // Added and removed on one ray.
 using Lengths = std::vector<std::pair<double, double>>;
 
@@ -181,16 +155,42 @@ bool changes_beyond(const NodeBand& band, const std::vector<float>& after,
   return false;
 }
 
-VolumeChange::VolumeChange(const TriDexel& model, const NodeBand& band,
-                           const std::vector<NodeBlock>& touched, int threads)
-    : model_(model), band_(band), threads_(threads) {
-  const NodeBox box = box_of(touched);
-  if (box.empty()) return;
-  run_parallel(threads, 3,
-               [&](size_t i) { rays_[i] = rays_through(model, kAxes[i], box, touched); });
+void WriteBack::begin(const NodeBand& band, const std::vector<NodeBlock>& touched, int threads) {
+  band_ = &band;
+  touched_ = &touched;
+  threads_ = threads;
+  box_ = box_of(touched);
+  found_.fill(false);
 }
 
-double VolumeChange::operator()(const std::vector<float>& after) const {
+// The rays of a field through the touched nodes.
+void WriteBack::find_rays(const TriDexel& model, size_t axis) {
+  if (std::exchange(found_[axis], true)) return;
+  RayRanges& rays = rays_[axis];
+  rays.reset(kAxes[axis], box_);
+  const NodeBox all{Index3::Zero(), model.lattice().nodes};
+  const int d = depth_index(kAxes[axis]);
+  for (const NodeBlock& block : *touched_) {
+    const Index3 at(block.i, block.j, block.k);
+    const auto beside = [&](int across) {
+      return across != d && (at[across] < 0 || at[across] >= all.high[across]);
+    };
+    if (beside(1) || beside(2)) continue;
+    if (kAxes[axis] == Axis::x) {
+      // All on one ray.
+      rays.include(at + Index3(block.first(), 0, 0));
+      rays.include(at + Index3(block.last(), 0, 0));
+      continue;
+    }
+    block.for_nodes([&](int n) {
+      if (block.i + n >= 0 && block.i + n < all.high[0]) rays.include(at + Index3(n, 0, 0));
+    });
+  }
+}
+
+double WriteBack::volume(const TriDexel& model, const std::vector<float>& after) {
+  if (box_.empty()) return 0;
+  run_parallel(threads_, 3, [&](size_t axis) { find_rays(model, axis); });
   struct Piece {
     size_t axis;
     int tv;
@@ -202,8 +202,8 @@ double VolumeChange::operator()(const std::vector<float>& after) const {
   std::vector<Lengths> changes(pieces.size());
   run_parallel_slices(threads_, pieces.size(), [&](size_t i, size_t) {
     const auto [axis, tv] = pieces[i];
-    PhiChange change(band_, after);
-    RayWriter<PhiChange> write(model_.field(kAxes[axis]).view(), change);
+    PhiChange change(*band_, after);
+    RayWriter<PhiChange> write(model.field(kAxes[axis]).view(), change);
     rays_[axis].for_rays(
         tv,
         [&](int u, int v, int low, int high) {
@@ -219,8 +219,9 @@ double VolumeChange::operator()(const std::vector<float>& after) const {
   return sum / 3;
 }
 
-Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<float>& after,
-                    const std::vector<NodeBlock>& touched, int threads) {
+Reshaped WriteBack::write(TriDexel& model, const std::vector<float>& after) {
+  const NodeBand& band = *band_;
+  const std::vector<NodeBlock>& touched = *touched_;
   const auto changed = [&](NodeBlock block) {
     const float* const was = band.phi().data() + block.place;
     const float* const is = after.data() + block.place;
@@ -233,7 +234,6 @@ Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<flo
   if (std::none_of(touched.begin(), touched.end(),
                    [&](const NodeBlock& block) { return changed(block).nodes; }))
     return result;
-  const NodeBox all = box_of(touched);
   NodeBox box = kNoNodes;  // of what changes
   double whole = 0;
   const auto tell = [&](const NodeBlock& touched_block) {
@@ -256,13 +256,14 @@ Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<flo
     });
   };
   std::array<Lengths, 3> changes;
-  run_parallel(threads, 4, [&](size_t i) {
+  run_parallel(threads_, 4, [&](size_t i) {
     if (i == 3) {
       for (const NodeBlock& block : touched) tell(block);
       return;
     }
     PhiChange change(band, after);
-    write_runs(model.field(kAxes[i]), rays_through(model, kAxes[i], all, touched), change,
+    find_rays(model, i);
+    write_runs(model.field(kAxes[i]), rays_[i], change,
                [&](const RayRun& run) { changes[i].push_back(lengths(run)); });
   });
   double added = 0, removed = 0;

@@ -14,30 +14,32 @@
 
 namespace kibori {
 
-// Writes `after` (by indices as of band.phi()) into the model that the band was read from. It may
-// differ at the nodes `touched` only, none of the box's two outermost layers, and is read as far as
-// two nodes beside them. The result does not depend on `threads`.
-Reshaped write_back(TriDexel& model, const NodeBand& band, const std::vector<float>& after,
-                    const std::vector<NodeBlock>& touched, int threads);
-
 // Whether a node that changes sides has others beside it, within what its ends' slopes reach, that
 // are core to `deepest` deep: which `touched` leaves out, and a change must not.
 bool changes_beyond(const NodeBand& band, const std::vector<float>& after,
                     const std::vector<NodeBlock>& touched, float core, float deepest);
 
-// What write_back would do, for several changes of the same nodes.
-class VolumeChange {
+// Writes changes of a band's nodes into the model that the band was read from; keeps its memory.
+class WriteBack {
  public:
-  VolumeChange(const TriDexel& model, const NodeBand& band, const std::vector<NodeBlock>& touched,
-               int threads);
-  // The volume [lattice units^3] that it would add (less what it would remove).
-  double operator()(const std::vector<float>& after) const;
+  // Changes of the nodes `touched`, none of the box's two outermost layers. Both arguments stay as
+  // they are until the next begin(). Results do not depend on `threads`.
+  void begin(const NodeBand& band, const std::vector<NodeBlock>& touched, int threads);
+  // The volume [lattice units^3] that write() would add (less what it would remove). `after`, here
+  // and there: by indices as of band.phi(), from which it may differ at the touched nodes only; it
+  // is read as far as two nodes beside them.
+  double volume(const TriDexel& model, const std::vector<float>& after);
+  Reshaped write(TriDexel& model, const std::vector<float>& after);
 
  private:
-  const TriDexel& model_;
-  const NodeBand& band_;
-  std::array<RayRanges, 3> rays_;  // by axis
-  int threads_;
+  void find_rays(const TriDexel& model, size_t axis);
+
+  const NodeBand* band_ = nullptr;
+  const std::vector<NodeBlock>* touched_ = nullptr;
+  int threads_ = 1;
+  NodeBox box_;                    // of the touched nodes
+  std::array<RayRanges, 3> rays_;  // of kAxes, through them
+  std::array<bool, 3> found_{};
 };
 
 }  // namespace kibori
