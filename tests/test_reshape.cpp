@@ -64,6 +64,68 @@ TEST(NodeBand, NearestEndsAsByLookingAtAll) {
   }
 }
 
+// Ends that are left out are not nearest to a wanted node.
+TEST(NodeBand, WantedNodesAreAsIfAllWereRead) {
+  Random random;
+  TriDexel model(cube(60));
+  for (int i = 0; i < 6; i++)
+    add(model, SweptBall(LatticePoint{random.in_box(5, 55)}, LatticeVector{random.in_box(-9, 9)},
+                         random.uniform(0.7, 9)));
+  NodeBand all, some;
+  for (const float width : {2.5f, 4.0f, 11.0f}) {
+    const NodeBox box{Index3(-5, -2, 0), Index3(49, 58, 67)};
+    all.read(model, box, width);
+    const Vec3 centre = random.in_box(10, 50);
+    const double radius = random.uniform(2, 20);
+    std::vector<NodeBlock> wanted;
+    for (NodeBlock block : all.blocks()) {
+      unsigned nodes = 0;
+      block.for_nodes([&](int n) {
+        const Vec3 place = Vec3(block.i + n, block.j, block.k).array() + 0.5;
+        if ((place - centre).norm() < radius) nodes |= 1u << n;
+      });
+      block.nodes = static_cast<uint16_t>(nodes);
+      if (nodes) wanted.push_back(block);
+    }
+    some.read_at(model, box, width, wanted);
+    for (const NodeBlock& block : wanted)
+      block.for_nodes([&](int n) {
+        const size_t node = block.place + static_cast<size_t>(n);
+        ASSERT_EQ(some.phi()[node], all.phi()[node]) << random.note();
+        ASSERT_TRUE(some.nearest(block, n)) << random.note();
+        ASSERT_EQ(some.nearest(block, n)->place, all.nearest(block, n)->place) << random.note();
+      });
+  }
+}
+
+// Memory of other dabs, larger and smaller, elsewhere and of another model, leaves nothing behind.
+TEST(Reshape, DabsAreTheSameInUsedMemory) {
+  Random random;
+  Reshaper used;
+  for (int round = 0; round < 12; round++) {
+    Lattice lattice = cube(random.integer(20, 50));
+    TriDexel model(lattice);
+    const double side = lattice.nodes[0];
+    for (int i = 0; i < 4; i++)
+      add(model, SweptBall(LatticePoint{random.in_box(0, side)},
+                           LatticeVector{random.in_box(-9, 9)}, random.uniform(1, 12)));
+    TriDexel beside(model.snapshot(), model.material_bounds());
+    for (int dab = 0; dab < 4; dab++) {
+      const auto verb = static_cast<FieldVerb>(random.integer(0, 4));
+      Brush brush{.radius_mm = random.uniform(1, 15), .strength = random.uniform(0.1, 1)};
+      brush.keep_volume = random.uniform(0, 1) < 0.5;
+      const Vec3 at = random.in_box(0, side);
+      Reshaper fresh;
+      used.set_threads(dab % 2 + 1);
+      const Result<Reshaped> one = used.dab(model, verb, brush, at),
+                             two = fresh.dab(beside, verb, brush, at);
+      ASSERT_TRUE(one.ok() && two.ok()) << random.note();
+      ASSERT_EQ(one.value().added_mm3, two.value().added_mm3) << random.note();
+      ASSERT_EQ(model.content_hash(), beside.content_hash()) << random.note();
+    }
+  }
+}
+
 TEST(Reshape, StrengthNothingAndFarAwayLeaveTheSameTiles) {
   TriDexel model(cube(48));
   add(model, SweptBall(LatticePoint{Vec3(24, 24, 24)}, LatticeVector(), 14));
