@@ -2,6 +2,7 @@
 // Field operations against closed forms: what a Gaussian does to planes, balls, cylinders, ripples
 // and slabs. Lengths in cells, at a pitch of 1 mm.
 #include <cmath>
+#include <map>
 #include <set>
 #include <tuple>
 
@@ -62,6 +63,41 @@ TEST(NodeBand, NearestEndsAsByLookingAtAll) {
     for (const NodeBlock& block : band.blocks()) block.for_nodes([&](int) { listed++; });
     EXPECT_EQ(listed, known);
   }
+}
+
+TEST(NodeBand, NormalsAreThoseOfTheSpans) {
+  Random random;
+  TriDexel model(cube(32));
+  for (int i = 0; i < 4; i++)
+    add(model, tool_at(BoxTool{random.in_box(5, 20)},
+                       Pose{random.in_box(8, 24), frame_from_axis(random.direction(), 1)},
+                       model.lattice()));
+  NodeBand band;
+  band.read(model, {Index3::Constant(-1), Index3::Constant(33)}, 3);
+  std::map<std::tuple<Axis, float, float, float>, Eigen::Vector3f> normals;
+  for (const SurfaceEnd& end : band.ends())
+    normals[{end.axis, end.place.x(), end.place.y(), end.place.z()}] = end.normal;
+  size_t ends = 0;
+  for (const Axis axis : kAxes) {
+    const FieldSnapshot& field = model.field(axis).view();
+    const auto expect = [&](int u, int v, float depth, uint32_t code, bool out) {
+      Eigen::Vector3f place;
+      place[u_index(axis)] = static_cast<float>(u) + 0.5f;
+      place[v_index(axis)] = static_cast<float>(v) + 0.5f;
+      place[depth_index(axis)] = depth;
+      const auto found = normals.find({axis, place.x(), place.y(), place.z()});
+      ASSERT_NE(found, normals.end()) << random.note();
+      EXPECT_EQ(found->second, decode_normal(code, axis, out).cast<float>()) << random.note();
+      ends++;
+    };
+    for (int v = 0; v < field.nodes_v(); v++)
+      for (int u = 0; u < field.nodes_u(); u++)
+        field.for_spans(u, v, [&](const Span& span) {
+          expect(u, v, span.in, span.normal_in, false);
+          expect(u, v, span.out, span.normal_out, true);
+        });
+  }
+  EXPECT_EQ(ends, band.ends().size());
 }
 
 // Ends that are left out are not nearest to a wanted node.
