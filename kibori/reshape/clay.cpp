@@ -147,7 +147,7 @@ double Clay::weigh(const LatticePoint& centre, double radius) {
           std::clamp(off, 0.0, 1.0);
       if (!(weight > 0)) return;
       rises |= 1u << n;
-      weights_[b][static_cast<size_t>(n)] = static_cast<float>(weight);
+      weights_[b][static_cast<size_t>(n)] = weight;
     });
     block.nodes = static_cast<uint16_t>(rises);
   });
@@ -161,8 +161,7 @@ double Clay::weigh(const LatticePoint& centre, double radius) {
     // Along a normal these add up to 1.
     block.for_nodes([&](int n) {
       const float phi = band_.phi()[block.place + static_cast<size_t>(n)];
-      area += double{weights_[count][static_cast<size_t>(n)]} *
-              std::max(0.0, 1 - std::fabs(double{phi}));
+      area += weights_[count][static_cast<size_t>(n)] * std::max(0.0, 1 - std::fabs(double{phi}));
     });
     count++;
   }
@@ -180,7 +179,8 @@ bool Clay::rise(const TriDexel& model, double wanted, double area, double most) 
       const NodeBlock& block = touched_[b];
       block.for_nodes([&](int n) {
         const size_t node = block.place + static_cast<size_t>(n);
-        after_[node] = phi[node] - static_cast<float>(lambda) * weights_[b][static_cast<size_t>(n)];
+        after_[node] = phi[node] - static_cast<float>(lambda) *
+                                       static_cast<float>(weights_[b][static_cast<size_t>(n)]);
       });
     });
     return writer_.volume(model, after_);

@@ -80,7 +80,7 @@ class Clay {
   std::vector<float> after_;
   std::vector<NodeBlock> touched_;
   WriteBack writer_;
-  std::vector<std::array<float, 16>> weights_;  // of each block's nodes
+  std::vector<std::array<double, 16>> weights_;  // of each block's nodes
 };
 
 }  // namespace kibori
