@@ -7,6 +7,7 @@
 #include <kibori/base/memory.h>
 #include <kibori/base/parallel.h>
 #include <kibori/edit/edit.h>
+#include <kibori/reshape/write_back.h>
 
 namespace kibori {
 namespace {
@@ -29,6 +30,9 @@ constexpr double kTolerance = 1e-5;
 constexpr double kMaxNodes = 2147483648.0, kSurelyThere = 256e6;
 
 }  // namespace
+
+Clay::Clay() : writer_(std::make_unique<WriteBack>()) {}
+Clay::~Clay() = default;
 
 // Signed distances to the tools' ways, at the touched nodes of `box`, into way_band_: there the box
 // begins at 0.
@@ -94,11 +98,11 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
     measure_way(tool, tools, radius_mm, lattice, box);
     copy_phi();
     const double area = weigh(LatticePoint{centre}, radius);
-    writer_.begin(band_, touched_, threads_);
+    writer_->begin(band_, touched_, threads_);
     const bool found = !(area > 0) || rise(model, wanted, area, depth.rise);
     if (found && !changes_beyond(band_, after_, touched_, depth.core, kWhole.core)) break;
   }
-  return writer_.write(model, after_);
+  return writer_->write(model, after_);
 }
 
 void Clay::copy_phi() {
@@ -183,7 +187,7 @@ bool Clay::rise(const TriDexel& model, double wanted, double area, double most) 
                                        static_cast<float>(weights_[b][static_cast<size_t>(n)]);
       });
     });
-    return writer_.volume(model, after_);
+    return writer_->volume(model, after_);
   };
   // The volume grows with lambda, but with kinks and steps, where a surface along the lattice
   // passes nodes: so the root is kept between two bounds. Secants first, then halves.

@@ -25,7 +25,6 @@
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/reshape/brush.h>
 #include <kibori/reshape/node_band.h>
-#include <kibori/reshape/write_back.h>
 #include <kibori/solid/tool.h>
 
 namespace kibori {
@@ -38,9 +37,13 @@ struct PressingTool {
   Vec3 middle_mm = Vec3::Zero();
 };
 
+class WriteBack;
+
 // Raises collars, and keeps its memory from one to the next. For one thread at a time.
 class Clay {
  public:
+  Clay();
+  ~Clay();
   // On how many threads a collar is raised; results do not depend on it.
   void set_threads(int threads) {
     threads_ = threads;
@@ -79,7 +82,7 @@ class Clay {
   Snapshot empty_;
   std::vector<float> after_;
   std::vector<NodeBlock> touched_;
-  WriteBack writer_;
+  std::unique_ptr<WriteBack> writer_;
   std::vector<std::array<double, 16>> weights_;  // of each block's nodes
 };
 

@@ -8,6 +8,7 @@
 
 #include <kibori/base/memory.h>
 #include <kibori/base/parallel.h>
+#include <kibori/reshape/write_back.h>
 
 namespace kibori {
 namespace {
@@ -109,6 +110,9 @@ bool meets(const Lattice& lattice, const LatticePoint& centre, double radius) {
 }
 
 }  // namespace
+
+Reshaper::Reshaper() : writer_(std::make_unique<WriteBack>()) {}
+Reshaper::~Reshaper() = default;
 
 Status check_brush(const Brush& brush, FieldVerb verb) {
   if (!(brush.radius_mm > 0) || !std::isfinite(brush.radius_mm))
@@ -231,7 +235,7 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
   if (!(filters && deepest > kNearCore) || !tell(kNearCore, kNearRise) ||
       changes_beyond(band_, after_, touched_, kNearCore, *deepest))
     tell(deepest, std::numeric_limits<double>::infinity());
-  return writer_.write(model, after_);
+  return writer_->write(model, after_);
 }
 
 // phi after the verb, of the nodes of weigh(). False where it takes more than `most` [cells] to
@@ -242,7 +246,7 @@ bool Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
   const bool filters = verb != FieldVerb::inflate && verb != FieldVerb::flatten;
   const std::vector<float>& phi = band_.phi();
   weigh(brush, cluster, radius, verb == FieldVerb::inflate ? kMaxSum : 1, core);
-  writer_.begin(band_, touched_, threads_);
+  writer_->begin(band_, touched_, threads_);
 
   const auto strength = static_cast<float>(brush.strength);
   const auto change = [&](auto&& f) {
@@ -305,7 +309,7 @@ bool Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
           after_[node] = first_[node] - static_cast<float>(lambda) * strength * weight;
       });
       outside_stays();
-      return writer_.volume(model, after_);
+      return writer_->volume(model, after_);
     };
     double area = 0;
     for (const SurfaceEnd& end : band_.ends()) {

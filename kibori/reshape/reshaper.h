@@ -19,13 +19,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include <kibori/reshape/brush.h>
 #include <kibori/reshape/node_band.h>
-#include <kibori/reshape/write_back.h>
 
 namespace kibori {
 
@@ -36,9 +36,13 @@ struct DabPlace {
   std::optional<FlatPlane> plane = {};
 };
 
+class WriteBack;
+
 // Computes dabs, and keeps its memory from one to the next. For one thread at a time.
 class Reshaper {
  public:
+  Reshaper();
+  ~Reshaper();
   // On how many threads a dab runs; results do not depend on it.
   void set_threads(int threads) {
     threads_ = threads;
@@ -120,7 +124,7 @@ class Reshaper {
   // over the plane.
   using BlockValues = std::array<float, 16>;
   std::vector<NodeBlock> touched_;
-  WriteBack writer_;
+  std::unique_ptr<WriteBack> writer_;
   std::vector<BlockValues> weights_, heights_;
   std::vector<RowRange> rows_, rows_y_, rows_x_;
 };
