@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The nearest of all ends is found field by field. The ends of a field lie on rays through the
-// nodes, so their distance from a node is a sum over the axes, each term by itself the least:
+// The nearest major end is found field by field. The ends of a field lie on rays through the nodes,
+// so their distance from a node is a sum over the axes, each term by itself the least:
 //
 //   d^2 = (along the ray)^2 + (nodes across, one way)^2 + (nodes across, the other way)^2
 //
@@ -395,6 +395,16 @@ constexpr float kSideways2 = 1;
 
 constexpr size_t kBlock = 16;
 
+// Whether an end's normal is about along its ray: see node_band.h. (0.87 squared: 3 / 4.)
+bool is_major(uint32_t normal) {
+  const auto square = [](uint32_t snorm) {
+    const int32_t n = static_cast<int16_t>(snorm);
+    return n * n;
+  };
+  const int32_t u2 = square(normal & 0xffffu), v2 = square(normal >> 16);
+  return 4 * (int64_t{32767} * 32767 - u2 - v2) >= 3 * int64_t{std::max(u2, v2)};
+}
+
 }  // namespace
 
 // decode_normal in float32, where it is half the work: u, v and depth make a unit vector already,
@@ -488,6 +498,7 @@ void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float widt
   join_ends();
   if (ends_.empty()) return;
   for (const Axis axis : {Axis::z, Axis::y, Axis::x}) search(axis);
+  offer_minor_ends();
   list_known();
   const auto measure = HWY_DYNAMIC_DISPATCH(Measure);
   constexpr size_t kPiece = 256;
@@ -590,10 +601,9 @@ void NodeBand::read_spans(const TriDexel& model) {
 }
 
 // Adds the ends of the ray at (u, v) that may be nearest to a node, and calls f(end, depth) for
-// each.
+// each that is major.
 template <class F>
-void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, std::vector<SurfaceEnd>& ends,
-                        F&& f) const {
+void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, FieldEnds& to, F&& f) const {
   const Axis axis = field.axis();
   const int d = depth_index(axis);
   const DepthRange wanted = wanted_depths(axis, u, v);
@@ -610,8 +620,12 @@ void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, std::vector<Su
     end.normal = decode_unit(normal, axis, at_out);
     end.material = material;
     end.paint = paint;
-    f(static_cast<uint32_t>(ends.size()), depth);
-    ends.push_back(end);
+    if (!is_major(normal)) {
+      to.minor.push_back(end);
+      return;
+    }
+    f(static_cast<uint32_t>(to.ends.size()), depth);
+    to.ends.push_back(end);
   };
   // Spans that touch are two materials, and no surface.
   Span last{-kFar, -kFar, 0, 0, 0, 0, 0};
@@ -642,6 +656,7 @@ void NodeBand::read_ends(const FieldSnapshot& field, FieldEnds& to) const {
     return du * du + dv * dv > farthest * farthest;
   };
   to.ends.clear();
+  to.minor.clear();
   to.layers.clear();
   to.of_rows.assign(axis == Axis::z ? ny_ : nz_, {});
   to.of_rays.assign(to.of_rows.size() * (axis == Axis::x ? ny_ : blocks_), {});
@@ -654,7 +669,7 @@ void NodeBand::read_ends(const FieldSnapshot& field, FieldEnds& to) const {
                      at = row * ny_ + static_cast<size_t>(j - box_.low[1]);
         RayItems& ray = to.rays[at];
         ray.first = static_cast<uint32_t>(to.ends.size());
-        add_ends(field, j, k, to.ends, [&](uint32_t, float depth) {
+        add_ends(field, j, k, to, [&](uint32_t, float depth) {
           ray.count++;
           to.of_rows[row].include(depth);
           to.of_rays[at].include(depth);
@@ -676,7 +691,7 @@ void NodeBand::read_ends(const FieldSnapshot& field, FieldEnds& to) const {
         const int u = of_z ? i : row, v = of_z ? row : i;
         if (far_off(u, v)) continue;
         uint32_t at = 0;
-        add_ends(field, u, v, to.ends, [&](uint32_t end, float depth) {
+        add_ends(field, u, v, to, [&](uint32_t end, float depth) {
           if (at == rays.count) {
             rays.count++;
             EndLayer& layer = to.layers.emplace_back();
@@ -693,14 +708,19 @@ void NodeBand::read_ends(const FieldSnapshot& field, FieldEnds& to) const {
     }
 }
 
-// The fields' ends into one list: z, y, x.
+// The fields' ends into one list: major ones of z, y, x, then the others.
 void NodeBand::join_ends() {
   constexpr std::array<Axis, 3> order{Axis::z, Axis::y, Axis::x};
-  std::array<size_t, 3> first{};
+  std::array<size_t, 3> first{}, minor{};
   size_t count = 0;
   for (size_t i = 0; i < 3; i++) {
     first[i] = count;
     count += fields_[static_cast<size_t>(order[i])].ends.size();
+  }
+  first_minor_ = count;
+  for (size_t i = 0; i < 3; i++) {
+    minor[i] = count;
+    count += fields_[static_cast<size_t>(order[i])].minor.size();
   }
   ends_.resize(count);
   run_parallel(threads_, 3, [&](size_t i) {
@@ -712,7 +732,36 @@ void NodeBand::join_ends() {
       for (RayItems& ray : field.rays) ray.first += before;
     std::copy(field.ends.begin(), field.ends.end(),
               ends_.begin() + static_cast<std::ptrdiff_t>(before));
+    std::copy(field.minor.begin(), field.minor.end(),
+              ends_.begin() + static_cast<std::ptrdiff_t>(minor[i]));
   });
+}
+
+// To the two nodes of their lattice edges.
+void NodeBand::offer_minor_ends() {
+  const float too_far = width_ * width_ + kSideways2, reach2 = reach_ * reach_;
+  for (size_t e = first_minor_; e < ends_.size(); e++) {
+    const SurfaceEnd& end = ends_[e];
+    const int d = depth_index(end.axis);
+    Index3 node = end.place.array().floor().cast<int>();
+    node[d] = static_cast<int>(std::floor(end.place[d] - 0.5f));
+    for (int step = 0; step < 2; step++, node[d]++) {
+      if (node[d] < box_.low[d] || node[d] >= box_.high[d]) continue;
+      const Eigen::Array<size_t, 3, 1> at = (node - box_.low).cast<size_t>();
+      const size_t block = (at[2] * ny_ + at[1]) * blocks_ + at[0] / kBlock, lane = at[0] % kBlock;
+      if (!all_wanted_ && !wanted_[block]) continue;
+      if (!(away_[0][at[0] / kBlock] + away_[1][at[1]] + away_[2][at[2]] < reach2)) continue;
+      if (!known_[block]) {
+        std::fill_n(distance2_[block].lane, kBlock, too_far);
+        std::fill_n(nearest_[block].lane, kBlock, -1);
+      }
+      const float off = static_cast<float>(node[d]) + 0.5f - end.place[d];
+      if (!(off * off < distance2_[block].lane[lane])) continue;
+      distance2_[block].lane[lane] = off * off;
+      nearest_[block].lane[lane] = static_cast<int32_t>(e);
+      known_[block] = static_cast<uint16_t>(known_[block] | 1u << lane);
+    }
+  }
 }
 
 void NodeBand::search(Axis axis) {

@@ -6,7 +6,10 @@
 //   |phi|      from the node's nearest end (place p, normal n), at a distance d = x - p:
 //              max(|d . n|, sqrt(max(0, |d|^2 - 1))), at most `width`
 //
-// The 1 is one cell of sideways distance: within it an end's own plane is trusted.
+// The 1 is one cell of sideways distance: within it an end's own plane is trusted. The field whose
+// axis is nearest to a plane's normal has an end within 0.87 cells of each of its points, so
+// farther nodes need no other field's. An end is `major` where the normal's component along its
+// ray is the largest, or 0.87 of that; others are for the two nodes of their lattice edge alone.
 #pragma once
 
 #include <algorithm>
@@ -198,7 +201,7 @@ class NodeBand {
   // Nodes whose phi is known better than its sign, each once, in the order of their indices.
   const std::vector<NodeBlock>& blocks() const { return known_blocks_; }
   Index3 node_at(size_t index) const { return box_.node_at(index); }
-  // A node's nearest end, or null if there is none within the width.
+  // A node's nearest end of those that may be its, or null if there is none within the width.
   const SurfaceEnd* nearest(const NodeBlock& block, int n) const {
     if (!(known_[block.row] >> n & 1)) return nullptr;
     return &ends_[static_cast<size_t>(nearest_[block.row].lane[n])];
@@ -215,21 +218,21 @@ class NodeBand {
                    const LatticePoint& centre, float reach, float around,
                    const std::vector<NodeBlock>* wanted);
   void read_spans(const TriDexel& model);
-  // Of one field: ends of blocks of rays, in layers; of x rays, ends of each.
+  // Of one field: major ends, of blocks of rays in layers, of x rays by each; and the other ends.
   struct FieldEnds {
-    std::vector<SurfaceEnd> ends;
+    std::vector<SurfaceEnd> ends, minor;
     std::vector<detail::RayItems> rays;
     std::vector<detail::EndLayer> layers;
     std::vector<detail::DepthRange> of_rows, of_rays;
   };
   void read_ends(const FieldSnapshot& field, FieldEnds& to) const;
   template <class F>
-  void add_ends(const FieldSnapshot& field, int u, int v, std::vector<SurfaceEnd>& ends,
-                F&& f) const;
+  void add_ends(const FieldSnapshot& field, int u, int v, FieldEnds& to, F&& f) const;
   void want(const std::vector<NodeBlock>& nodes);
   detail::DepthRange wanted_depths(Axis axis, int u, int v) const;
   void join_ends();
   void search(Axis axis);
+  void offer_minor_ends();
   void list_known();
   BandPlane plane(size_t k);
 
@@ -246,6 +249,7 @@ class NodeBand {
   detail::Uncleared<detail::IndexRow> nearest_;
   std::vector<uint16_t> known_;
   std::vector<SurfaceEnd> ends_;
+  size_t first_minor_ = 0;  // of ends_
   std::vector<NodeBlock> known_blocks_;
   std::array<FieldEnds, 3> fields_;  // once joined, by indices of ends_
   // Where only some nodes are wanted: those of each block; and by axis, for columns of kColumn by
