@@ -14,8 +14,10 @@
 #include <gtest/gtest.h>
 
 #include <kibori/devices/virtual_device.h>
+#include <kibori/edit/edit.h>
 #include <kibori/haptics/histogram.h>
 #include <kibori/live/live_carving.h>
+#include <kibori/solid/ball.h>
 
 #include "tests/live_rig.h"
 #include "tests/support.h"
@@ -478,7 +480,8 @@ TEST(Live, BeyondTheBoundItShakes) {
 }
 
 // A dab's work is felt when it is in the model, however late: never as a jolt, even by a fast hand
-// in hard wood, whose force the device's damping bounds. The hand circles on the block's top.
+// in hard wood, whose force the device's damping bounds. The hand circles on the block's top, over
+// two grooves: a flat face has nothing to fill.
 TEST(Live, ACommitIsNoJolt) {
   for (const ForceModel model : {ForceModel::series, ForceModel::energy, ForceModel::paper})
     for (int i = static_cast<int>(Mode::smooth); i <= static_cast<int>(Mode::turn); i++) {
@@ -494,11 +497,23 @@ TEST(Live, ACommitIsNoJolt) {
       settings.brush = {3, 0.8, Falloff::smooth, 0};
       settings.materials[0].u = 25;
       settings.materials[0].kf = 0.001;
-      Rig r = rig(device, settings, [](double t) {
-        return VirtualDevice::Target{
-            Vec3(15 * std::cos(12 * t), 11 * std::sin(12 * t), -6 + 2 * std::cos(7 * t)),
-            rotation(Vec3(0, 0, std::sin(9 * t))), 0};
-      });
+      std::unique_ptr<TriDexel> grooved = block(0.5);
+      const Lattice& lattice = grooved->lattice();
+      for (const double y : {9, 21}) {
+        Removed removed;
+        cut(*grooved,
+            SweptBall(lattice.to_lattice(Vec3(0, y, 20)),
+                      LatticeVector{Vec3(40, 0, 0) / lattice.pitch_mm}, 1 / lattice.pitch_mm),
+            {}, removed);
+      }
+      Rig r = rig(
+          device, settings,
+          [](double t) {
+            return VirtualDevice::Target{
+                Vec3(15 * std::cos(12 * t), 11 * std::sin(12 * t), -6 + 2 * std::cos(7 * t)),
+                rotation(Vec3(0, 0, std::sin(9 * t))), 0};
+          },
+          std::move(grooved));
       r.live->context().safety().arm();
       for (int k = 0; k < 1500; k++) r.live->tick(0.001);  // up to all its force
       r.live->context().settings().mode = mode;

@@ -36,8 +36,8 @@ Brush everywhere(double sigma) {
   return {.radius_mm = 1000, .strength = 1, .falloff = Falloff::constant, .sigma_mm = sigma};
 }
 
-// Whether an end may be the nearest of a node; `share`: of its normal's largest component, which the
-// one along its ray has at least.
+// Whether an end may be the nearest of a node; `share`: of its normal's largest component, which
+// the one along its ray has at least.
 bool may_be_nearest(const SurfaceEnd& end, const Eigen::Vector3f& node, float share) {
   const int along = depth_index(end.axis);
   if (std::fabs(end.normal[along]) >= share * end.normal.cwiseAbs().maxCoeff()) return true;

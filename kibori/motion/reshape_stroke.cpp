@@ -40,6 +40,8 @@ constexpr double kWheelSpacing = 1;
 constexpr double kLatheShare = 0.01;
 // What may stay owed on the way and at the end, of what was pressed.
 constexpr double kOwedShare = 1e-3, kLastOwedShare = 1e-6;
+// A collar brings back all that is owed but half such a share, or but this one.
+constexpr double kLeastTolerance = 1e-5;
 // A collar that brings back less than this of what is owed has no room.
 constexpr double kNoRoom = 1e-3;
 
@@ -264,7 +266,8 @@ Status ReshapeStroke::give_back(double until, double wider, Sums& sums) {
     for (size_t i = 0; i < tools.size(); i++) {
       const Result<Reshaped> raised =
           memory_->clay.raise(model_, settings_.tool, tools, i, radius,
-                              owed_mm3_ / static_cast<double>(tools.size() - i));
+                              owed_mm3_ / static_cast<double>(tools.size() - i),
+                              std::max(0.5 * until, kLeastTolerance));
       if (!raised) return Error{raised.error()};
       const double back = raised.value().added_mm3 - raised.value().removed_mm3;
       owed_mm3_ -= back;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <kibori/base/memory.h>
 #include <kibori/base/parallel.h>
@@ -18,14 +19,16 @@ struct Depth {
   float core, width;
   double rise;
 };
-// Most collars are low.
 constexpr Depth kNear{2.5f, 2.5f, 1},
     kWhole{static_cast<float>(Clay::kMaxRise + 1), static_cast<float>(Clay::kMaxRise + 2),
            Clay::kMaxRise};
-// Steps in search of a height: secants converge in two or three, halves come after so many.
+// A collar's surface, as a share of that of a plane under its falloff: the tool leaves no more of
+// it, as a rule.
+constexpr double kShareOfPlane = 0.4;
+// Steps in search of a height: secants converge in one or two, halves come after so many. From the
+// second height that is too low on they lead this much too far, so that there is one above, too.
 constexpr int kMaxSteps = 24, kSecants = 8;
-// Relative to the volume wanted.
-constexpr double kTolerance = 1e-5;
+constexpr double kBeyond = 1.05;
 // Beyond how many nodes there is no region, and what memory [bytes] is not asked about.
 constexpr double kMaxNodes = 2147483648.0, kSurelyThere = 256e6;
 
@@ -65,7 +68,7 @@ void Clay::measure_way(const Tool& tool, std::span<const PressingTool> tools, do
 }
 
 Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const PressingTool> tools,
-                             size_t of, double radius_mm, double volume_mm3) {
+                             size_t of, double radius_mm, double volume_mm3, double tolerance) {
   const Vec3& centre_mm = tools[of].middle_mm;
   if (!centre_mm.allFinite() || !(radius_mm > 0) || !std::isfinite(radius_mm) ||
       !std::isfinite(volume_mm3))
@@ -92,40 +95,34 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   if (nodes >= kMaxNodes || (there > 0 && bytes > 0.8 * there) ||
       (box.size() > kMaxNodesPerAxis).any())
     return Error{"the tool is too large for this pitch: its collar of clay takes too much memory"};
-  for (const Depth& depth : {kNear, kWhole}) {
+  // Most collars are low: a higher one than that is told again, unless that is to be expected.
+  const double plane = std::numbers::pi / 3 * radius * radius;
+  bool high = std::fabs(wanted) > kNear.rise * kShareOfPlane * plane;
+  while (true) {
+    const Depth& depth = high ? kWhole : kNear;
     band_.read(model, box, depth.width, LatticePoint{centre}, static_cast<float>(radius + 2));
     if (!find_touched(lattice, LatticePoint{centre}, radius, depth.core)) return Reshaped{};
     measure_way(tool, tools, radius_mm, lattice, box);
-    copy_phi();
+    band_.copy_phi(LatticePoint{centre}, radius + 2, after_);
     const double area = weigh(LatticePoint{centre}, radius);
     writer_->begin(band_, touched_, threads_);
-    const bool found = !(area > 0) || rise(model, wanted, area, depth.rise);
-    if (found && !changes_beyond(band_, after_, touched_, depth.core, kWhole.core)) break;
+    const bool found = !(area > 0) || rise(model, wanted, area, depth.rise, tolerance);
+    if (high || (found && !changes_beyond(band_, after_, touched_, depth.core, kWhole.core))) break;
+    high = true;
   }
   return writer_->write(model, after_);
-}
-
-void Clay::copy_phi() {
-  const std::vector<float>& phi = band_.phi();
-  detail::make_items(after_, phi.size());
-  const size_t plane = band_.stride(2);
-  run_parallel_slices(threads_, phi.size() / plane, [&](size_t k, size_t) {
-    std::copy_n(phi.data() + k * plane, plane, after_.data() + k * plane);
-  });
 }
 
 // The nodes within the collar's radius and the lattice, |phi| < core; whether there are some.
 bool Clay::find_touched(const Lattice& lattice, const LatticePoint& centre, double radius,
                         float core) {
-  const std::vector<float>& phi = band_.phi();
-  touched_ = band_.blocks();
+  band_.blocks_within(core, touched_);
   run_parallel_pieces(threads_, touched_.size(), [&](size_t b) {
     NodeBlock& block = touched_[b];
     unsigned near = 0;
     if (block.j >= 0 && block.j < lattice.nodes[1] && block.k >= 0 && block.k < lattice.nodes[2])
       block.for_nodes([&](int n) {
         const int i = block.i + n;
-        if (!(std::fabs(phi[block.place + static_cast<size_t>(n)]) < core)) return;
         if (i < 0 || i >= lattice.nodes[0]) return;
         const Vec3 from = Vec3(i, block.j, block.k).array() + 0.5 - centre.units.array();
         if (from.squaredNorm() < radius * radius) near |= 1u << n;
@@ -175,7 +172,7 @@ double Clay::weigh(const LatticePoint& centre, double radius) {
 
 // phi after the collar rose by the height that adds the wanted volume [lattice units^3], or by
 // kMaxRise. False, if it was to rise by more than `most`.
-bool Clay::rise(const TriDexel& model, double wanted, double area, double most) {
+bool Clay::rise(const TriDexel& model, double wanted, double area, double most, double tolerance) {
   const std::vector<float>& phi = band_.phi();
   const double sign = wanted > 0 ? 1 : -1, size = std::fabs(wanted);
   const auto with = [&](double lambda) {
@@ -197,9 +194,16 @@ bool Clay::rise(const TriDexel& model, double wanted, double area, double most) 
   for (int step = 0; step < kMaxSteps; step++) {
     if (lambda > most) return false;
     const double volume = sign * with(sign * lambda);
-    if (std::fabs(volume - size) <= kTolerance * size) return true;
+    if (std::fabs(volume - size) <= tolerance * size) return true;
+    double from = low, from_volume = low_volume, beyond = 1;  // the secant's other end
     if (volume < size) {
       if (lambda == kMaxRise) return true;
+      if (known) {
+        from = high;
+        from_volume = high_volume;
+      } else if (step > 0) {
+        beyond = kBeyond;
+      }
       low = lambda;
       low_volume = volume;
     } else {
@@ -207,10 +211,9 @@ bool Clay::rise(const TriDexel& model, double wanted, double area, double most) 
       high_volume = volume;
       known = true;
     }
-    const double secant =
-        known            ? low + (size - low_volume) / (high_volume - low_volume) * (high - low)
-        : low_volume > 0 ? std::min(1.1 * size / low_volume * low, kMaxRise)
-                         : kMaxRise;
+    const double slope = (volume - from_volume) / (lambda - from),
+                 secant = slope > 0 ? std::min(lambda + beyond * (size - volume) / slope, kMaxRise)
+                                    : kMaxRise;
     lambda = known && (step >= kSecants || !(secant > low && secant < high)) ? 0.5 * (low + high)
                                                                              : secant;
   }

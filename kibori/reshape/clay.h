@@ -51,12 +51,12 @@ class Clay {
     way_band_.set_threads(threads);
   }
   // The surface within `radius_mm` of the middle of `tools[of]` rises until `volume_mm3` was added,
-  // or as far as one collar goes: kMaxRise at its highest, and no farther than the lattice. Below 0
-  // it sinks. Nothing rises in the way of any of the tools. Where a step of the volume lies around
-  // the wanted one, the nearer side is taken. Errors: a place, radius or volume that is not finite,
-  // a region that there is no memory for.
+  // give or take a share `tolerance` of it, or as far as one collar goes: kMaxRise at its highest,
+  // and no farther than the lattice. Below 0 it sinks. Nothing rises in the way of any of the
+  // tools. Where a step of the volume lies around the wanted one, the nearer side is taken. Errors:
+  // a place, radius or volume that is not finite, a region that there is no memory for.
   Result<Reshaped> raise(TriDexel& model, const Tool& tool, std::span<const PressingTool> tools,
-                         size_t of, double radius_mm, double volume_mm3);
+                         size_t of, double radius_mm, double volume_mm3, double tolerance);
 
   // Of the largest collar yet [bytes].
   size_t kept_bytes() const { return kBytesPerNode * band_.phi().capacity(); }
@@ -70,10 +70,9 @@ class Clay {
  private:
   void measure_way(const Tool& tool, std::span<const PressingTool> tools, double radius_mm,
                    const Lattice& lattice, const NodeBox& box);
-  void copy_phi();
   bool find_touched(const Lattice& lattice, const LatticePoint& centre, double radius, float core);
   double weigh(const LatticePoint& centre, double radius);
-  bool rise(const TriDexel& model, double wanted, double area, double most);
+  bool rise(const TriDexel& model, double wanted, double area, double most, double tolerance);
 
   int threads_ = 1;
   NodeBand band_, way_band_;

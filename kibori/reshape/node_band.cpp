@@ -349,6 +349,20 @@ void Measure(const MeasuredBlocks& of) {
   }
 }
 
+// Of some of a row's 16 nodes, those with |phi| < depth; `count`: as many as the row has there.
+uint32_t NodesWithinDepth(const float* phi, size_t count, float depth) {
+  FloatRow row{};
+  const float* from = phi;
+  if (count < kRow) {
+    std::copy_n(phi, count, row.lane);
+    from = row.lane;
+  }
+  uint32_t nodes = 0;
+  for (size_t g = 0; g < kGroups; g++)
+    nodes |= Bits(hn::Lt(hn::Abs(hn::LoadU(DF(), from + g * kLanes)), F(depth))) << (g * kLanes);
+  return nodes;
+}
+
 void SumRows(const float* const* low, const float* const* high, const std::vector<float>& kernel,
              size_t count, float* to) {
   const DF d;
@@ -381,6 +395,7 @@ namespace kibori {
 HWY_EXPORT(SearchSlice);
 HWY_EXPORT(TellSides);
 HWY_EXPORT(Measure);
+HWY_EXPORT(NodesWithinDepth);
 HWY_EXPORT(SumRows);
 
 detail::RowSum detail::row_sum() {
@@ -557,6 +572,43 @@ DepthRange NodeBand::wanted_depths(Axis axis, int u, int v) const {
   const auto nu = static_cast<size_t>((box_.size()[a] + kColumn - 1) / kColumn);
   return depths_[static_cast<size_t>(axis)][static_cast<size_t>((v - box_.low[b]) / kColumn) * nu +
                                             static_cast<size_t>((u - box_.low[a]) / kColumn)];
+}
+
+void NodeBand::blocks_within(float depth, std::vector<NodeBlock>& to) const {
+  to.clear();
+  const auto within = HWY_DYNAMIC_DISPATCH(NodesWithinDepth);
+  for (NodeBlock block : known_blocks_) {
+    const auto count = std::min(kBlock, static_cast<size_t>(box_.high[0] - block.i));
+    block.nodes &= static_cast<uint16_t>(within(phi_.data() + block.place, count, depth));
+    if (block.nodes) to.push_back(block);
+  }
+}
+
+void NodeBand::copy_phi(const LatticePoint& centre, double radius, std::vector<float>& to) const {
+  make_items(to, phi_.size());
+  run_parallel_slices(threads_, nz_, [&](size_t slice, size_t) {
+    const int k = box_.low[2] + static_cast<int>(slice);
+    for (int j = box_.low[1]; j < box_.high[1]; j++) {
+      const double y = j + 0.5 - centre[1], z = k + 0.5 - centre[2],
+                   chord2 = radius * radius - y * y - z * z;
+      if (chord2 < 0) continue;
+      const double chord = std::sqrt(chord2);
+      const int low = std::max(box_.low[0], static_cast<int>(std::floor(centre[0] - chord))),
+                high = std::min(box_.high[0], static_cast<int>(std::ceil(centre[0] + chord)));
+      if (low >= high) continue;
+      const size_t first = index(low, j, k);
+      std::copy_n(phi_.data() + first, high - low, to.data() + first);
+    }
+  });
+}
+
+std::array<Axis, 3> NodeBand::order_by_surface() const {
+  std::array<Axis, 3> order{Axis::x, Axis::y, Axis::z};
+  std::stable_sort(order.begin(), order.end(), [&](Axis a, Axis b) {
+    return fields_[static_cast<size_t>(a)].ends.size() >
+           fields_[static_cast<size_t>(b)].ends.size();
+  });
+  return order;
 }
 
 void NodeBand::list_known() {

@@ -200,7 +200,13 @@ class NodeBand {
   const std::vector<SurfaceEnd>& ends() const { return ends_; }
   // Nodes whose phi is known better than its sign, each once, in the order of their indices.
   const std::vector<NodeBlock>& blocks() const { return known_blocks_; }
+  // Those of them with |phi| < depth, in the same order.
+  void blocks_within(float depth, std::vector<NodeBlock>& to) const;
   Index3 node_at(size_t index) const { return box_.node_at(index); }
+  // Fields in the order of how much of the surface they see best, that one first.
+  std::array<Axis, 3> order_by_surface() const;
+  // Copies phi of the nodes within the ball, and of some beside it, to the same places of `to`.
+  void copy_phi(const LatticePoint& centre, double radius, std::vector<float>& to) const;
   // A node's nearest end of those that may be its, or null if there is none within the width.
   const SurfaceEnd* nearest(const NodeBlock& block, int n) const {
     if (!(known_[block.row] >> n & 1)) return nullptr;

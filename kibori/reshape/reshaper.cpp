@@ -18,8 +18,8 @@ namespace {
 constexpr float kSlopeReach = 2;
 constexpr double kReachSlack = 0.01;
 
-// The filter reaches this many sigma: what is beyond weighs 1.2 %. At three it would weigh 0.3 %, and
-// a dab take a seventh longer.
+// The filter reaches this many sigma: what is beyond weighs 1.2 %. At three it would weigh 0.3 %,
+// and a dab take a seventh longer.
 constexpr double kFilterReach = 2.5;
 
 // Bisections for a filter's width: to 1e-6 of a cell.
@@ -110,6 +110,15 @@ bool meets(const Lattice& lattice, const LatticePoint& centre, double radius) {
 
 Reshaper::Reshaper() : writer_(std::make_unique<WriteBack>()) {}
 Reshaper::~Reshaper() = default;
+
+std::pair<LatticePoint, double> Reshaper::Cluster::middle() const {
+  if (centres.size() == 1) return {centres[0].at, 0};
+  const LatticePoint middle{0.5 * (region.low + region.high).matrix().cast<double>()};
+  double spread = 0;
+  for (const Centre& centre : centres)
+    spread = std::max(spread, (centre.at.units - middle.units).norm());
+  return {middle, spread};
+}
 
 Status check_brush(const Brush& brush, FieldVerb verb) {
   if (!(brush.radius_mm > 0) || !std::isfinite(brush.radius_mm))
@@ -209,13 +218,7 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
       there > 0 && bytes > 0.8 * there)
     return Error{
         "the brush is too large for this pitch: its region takes more memory than is free"};
-  LatticePoint middle = cluster.centres[0].at;
-  double spread = 0;
-  if (cluster.centres.size() > 1) {
-    middle.units = 0.5 * (box.low + box.high).matrix().cast<double>();
-    for (const Centre& centre : cluster.centres)
-      spread = std::max(spread, (centre.at.units - middle.units).norm());
-  }
+  const auto [middle, spread] = cluster.middle();
   band_.read(model, box, static_cast<float>(width), middle,
              static_cast<float>(spread + radius + kReachSlack),
              std::max(static_cast<float>(kernel_.size() - 1), kSlopeReach));
@@ -379,16 +382,8 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
   }
   reach = reach.within(band_.box().grown(-2));
   // Nodes that stay are looked at, too, beside those that may change.
-  detail::make_items(after_, band_.phi().size());
-  const NodeBox around = reach.grown(2);
-  const auto length = static_cast<size_t>(std::max(0, around.size()[0]));
-  const auto slices = static_cast<size_t>(std::max(0, around.size()[2]));
-  run_parallel_slices(threads_, slices, [&](size_t slice, size_t) {
-    for (int j = around.low[1]; j < around.high[1]; j++) {
-      const size_t row = band_.index(around.low[0], j, around.low[2] + static_cast<int>(slice));
-      std::copy_n(band_.phi().data() + row, length, after_.data() + row);
-    }
-  });
+  const auto [middle, spread] = cluster.middle();
+  band_.copy_phi(middle, spread + radius + double{kSlopeReach}, after_);
   struct Weight {
     float weight, height;  // over the planes of flatten
   };
@@ -405,7 +400,7 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
     return Weight{static_cast<float>(std::min(sum, most)), static_cast<float>(height / sum)};
   };
   if (core)
-    touched_ = band_.blocks();
+    band_.blocks_within(*core, touched_);
   else
     for (int k = reach.low[2]; k < reach.high[2]; k++)
       for (int j = reach.low[1]; j < reach.high[1]; j++)
@@ -422,7 +417,6 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
         const auto lane = static_cast<size_t>(n);
         const int i = block.i + n;
         if (i < reach.low[0] || i >= reach.high[0]) return;
-        if (core && !(std::fabs(band_.phi()[block.place + lane]) < *core)) return;
         const Weight what = weight_at(Vec3(i, block.j, block.k).array() + 0.5);
         if (what.weight == 0) return;
         weights_[b][lane] = what.weight;
@@ -443,40 +437,51 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
   touched_.resize(count);
 }
 
-// G phi at the touched nodes, into second_.
+// G phi at the touched nodes, into second_. What each pass has to fill of the rows along x: the
+// last one the nodes asked for, and each before it what the next one reads. That is least if the
+// first goes through the surface, the others along it.
 void Reshaper::filter() {
   const Index3 size = band_.box().size();
-  const auto ny = static_cast<size_t>(size[1]), nz = static_cast<size_t>(size[2]),
-             nx = static_cast<size_t>(size[0]);
-  const std::vector<float>& phi = band_.phi();
-  // What each pass has to fill of the rows along x: the last one the nodes asked for, and each
-  // before it what the next one reads.
-  rows_.assign(ny * nz, {});
+  const auto nx = static_cast<uint32_t>(size[0]);
+  std::vector<RowRange>& asked = rows_[2];
+  asked.assign(static_cast<size_t>(size[1]) * static_cast<size_t>(size[2]), {});
   for (const NodeBlock& block : touched_) {
-    const uint32_t row = block.place / static_cast<uint32_t>(nx),
-                   first = block.place - row * static_cast<uint32_t>(nx);
-    rows_[row].include({first + static_cast<uint32_t>(block.first()),
+    const uint32_t row = block.place / nx, first = block.place - row * nx;
+    asked[row].include({first + static_cast<uint32_t>(block.first()),
                         first + static_cast<uint32_t>(block.last()) + 1});
   }
+  std::array<int, 3> axis;
+  const std::array<Axis, 3> order = band_.order_by_surface();
+  for (size_t pass = 0; pass < 3; pass++) axis[pass] = depth_index(order[pass]);
+  spread(rows_[2], rows_[1], axis[2]);
+  spread(rows_[1], rows_[0], axis[1]);
+  detail::make_items(first_, band_.phi().size());
+  detail::make_items(second_, band_.phi().size());
+  sum_along(axis[0], band_.phi(), second_, rows_[0]);
+  sum_along(axis[1], second_, first_, rows_[1]);
+  sum_along(axis[2], first_, second_, rows_[2]);
+}
+
+// What a pass along `axis` reads to fill `from`.
+void Reshaper::spread(const std::vector<RowRange>& from, std::vector<RowRange>& to,
+                      int axis) const {
+  const Index3 size = band_.box().size();
+  const auto nx = static_cast<uint32_t>(size[0]);
+  const auto ny = static_cast<size_t>(size[1]), nz = static_cast<size_t>(size[2]);
   const size_t reach = kernel_.size() - 1;
-  const auto spread = [&](const std::vector<RowRange>& from, std::vector<RowRange>& to,
-                          bool along_z) {
-    to.assign(ny * nz, {});
-    const size_t count = along_z ? nz : ny, step = along_z ? ny : 1;
-    for (size_t row = 0; row < ny * nz; row++) {
-      if (!from[row].high) continue;
-      const size_t at = along_z ? row / ny : row % ny, low = std::min(at, reach),
-                   high = std::min(count - 1 - at, reach);
-      for (size_t r = row - low * step; r <= row + high * step; r += step) to[r].include(from[row]);
+  to.assign(ny * nz, {});
+  for (size_t row = 0; row < ny * nz; row++) {
+    if (!from[row].high) continue;
+    if (axis == 0) {
+      const auto by = static_cast<uint32_t>(reach);
+      to[row] = {from[row].low - std::min(from[row].low, by), std::min(nx, from[row].high + by)};
+      continue;
     }
-  };
-  spread(rows_, rows_y_, true);     // z pass reads rows_y_
-  spread(rows_y_, rows_x_, false);  // y pass reads rows_x_
-  detail::make_items(first_, phi.size());
-  detail::make_items(second_, phi.size());
-  sum_along(0, phi, second_, rows_x_);
-  sum_along(1, second_, first_, rows_y_);
-  sum_along(2, first_, second_, rows_);
+    const size_t count = axis == 1 ? ny : nz, step = axis == 1 ? 1 : ny;
+    const size_t at = axis == 1 ? row % ny : row / ny, low = std::min(at, reach),
+                 high = std::min(count - 1 - at, reach);
+    for (size_t r = row - low * step; r <= row + high * step; r += step) to[r].include(from[row]);
+  }
 }
 
 // One pass of the filter over some rows; beyond the box all is as at its border.

@@ -22,6 +22,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <kibori/reshape/brush.h>
@@ -86,6 +87,9 @@ class Reshaper {
     NodeBox region;
     std::vector<Centre> centres;
     bool own = false;  // the hand's place is one of them
+
+    // A place, and how far the centres are from it.
+    std::pair<LatticePoint, double> middle() const;
   };
   Result<Reshaped> dab_cluster(TriDexel& model, FieldVerb verb, const Brush& brush, double radius,
                                double sigma, double width, const Cluster& cluster);
@@ -114,6 +118,7 @@ class Reshaper {
     });
   }
   void filter();
+  void spread(const std::vector<RowRange>& from, std::vector<RowRange>& to, int axis) const;
   void sum_along(int axis, const std::vector<float>& from, std::vector<float>& to,
                  const std::vector<RowRange>& rows);
 
@@ -126,7 +131,7 @@ class Reshaper {
   std::vector<NodeBlock> touched_;
   std::unique_ptr<WriteBack> writer_;
   std::vector<BlockValues> weights_, heights_;
-  std::vector<RowRange> rows_, rows_y_, rows_x_;
+  std::array<std::vector<RowRange>, 3> rows_;  // by passes of the filter
 };
 
 }  // namespace kibori
