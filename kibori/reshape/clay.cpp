@@ -175,7 +175,7 @@ double Clay::weigh(const LatticePoint& centre, double radius) {
 bool Clay::rise(const TriDexel& model, double wanted, double area, double most, double tolerance) {
   const std::vector<float>& phi = band_.phi();
   const double sign = wanted > 0 ? 1 : -1, size = std::fabs(wanted);
-  const auto with = [&](double lambda) {
+  const auto raise_by = [&](double lambda) {
     run_parallel_pieces(threads_, touched_.size(), [&](size_t b) {
       const NodeBlock& block = touched_[b];
       block.for_nodes([&](int n) {
@@ -184,7 +184,6 @@ bool Clay::rise(const TriDexel& model, double wanted, double area, double most, 
                                        static_cast<float>(weights_[b][static_cast<size_t>(n)]);
       });
     });
-    return writer_->volume(model, after_);
   };
   // The volume grows with lambda, but with kinks and steps, where a surface along the lattice
   // passes nodes: so the root is kept between two bounds. Secants first, then halves.
@@ -193,8 +192,9 @@ bool Clay::rise(const TriDexel& model, double wanted, double area, double most, 
   double lambda = std::min(size / area, kMaxRise);
   for (int step = 0; step < kMaxSteps; step++) {
     if (lambda > most) return false;
-    const double volume = sign * with(sign * lambda);
-    if (std::fabs(volume - size) <= tolerance * size) return true;
+    raise_by(sign * lambda);
+    const double volume = sign * writer_->volume(model, after_), off = volume / size - 1;
+    if (std::fabs(off) <= tolerance) return true;
     double from = low, from_volume = low_volume, beyond = 1;  // the secant's other end
     if (volume < size) {
       if (lambda == kMaxRise) return true;
@@ -214,12 +214,17 @@ bool Clay::rise(const TriDexel& model, double wanted, double area, double most, 
     const double slope = (volume - from_volume) / (lambda - from),
                  secant = slope > 0 ? std::min(lambda + beyond * (size - volume) / slope, kMaxRise)
                                     : kMaxRise;
+    // What a secant through nothing is off by is about the square of that.
+    if (step == 0 && off * off <= tolerance && secant <= most) {
+      raise_by(sign * secant);
+      return true;
+    }
     lambda = known && (step >= kSecants || !(secant > low && secant < high)) ? 0.5 * (low + high)
                                                                              : secant;
   }
   // At a step: the side that is nearer, but not where nothing would change.
   const bool nearer = known && (low == 0 || high_volume - size < size - low_volume);
-  with(sign * (nearer ? high : low));
+  raise_by(sign * (nearer ? high : low));
   return true;
 }
 

@@ -660,13 +660,14 @@ void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, FieldEnds& to,
   const int d = depth_index(axis);
   const DepthRange wanted = wanted_depths(axis, u, v);
   if (wanted.low > wanted.high) return;
+  const auto lowest = static_cast<float>(box_.low[d]), beyond = static_cast<float>(box_.high[d]);
   SurfaceEnd end;
   end.place[u_index(axis)] = static_cast<float>(u) + 0.5f;
   end.place[v_index(axis)] = static_cast<float>(v) + 0.5f;
   end.axis = axis;
   const auto add = [&](float depth, uint32_t normal, bool at_out, uint8_t material, Color paint) {
-    const int before = static_cast<int>(std::floor(depth - 0.5f));
-    if (before + 1 < box_.low[d] || before >= box_.high[d]) return;
+    // Neither node of its lattice edge.
+    if (depth - 0.5f < lowest - 1 || depth - 0.5f >= beyond) return;
     if (depth < wanted.low || depth > wanted.high) return;
     end.place[d] = depth;
     end.normal = decode_unit(normal, axis, at_out);

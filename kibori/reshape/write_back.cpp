@@ -66,10 +66,10 @@ class PhiChange {
       };
       normal[i] = (1 - t) * slope(at(end.edge - 1)) + t * slope(at(end.edge));
     }
-    const double length = normal.norm();
-    normal = length > 0 ? Vec3(normal / length) : Vec3::Zero();
     const float moved = std::fabs(end.moved);
     if (end.known && moved < kTakesNormal) {
+      const double length = normal.norm();
+      normal = length > 0 ? Vec3(normal / length) : Vec3::Zero();
       const double share =
           std::clamp(double{moved - kKeepsNormal} / double{kTakesNormal - kKeepsNormal}, 0.0, 1.0);
       normal = (1 - share) * decode_normal(end.normal, axis_, end.out) + share * normal;
