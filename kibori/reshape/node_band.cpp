@@ -436,8 +436,9 @@ bool is_major(uint32_t normal) {
 // decode_normal in float32, where it is half the work: u, v and depth make a unit vector already,
 // unless u and v alone are longer.
 Eigen::Vector3f decode_unit(uint32_t code, Axis axis, bool at_out) {
-  const double u = static_cast<int16_t>(code & 0xffffu) / 32767.0;
-  const double v = static_cast<int16_t>(code >> 16) / 32767.0;
+  constexpr double kUnit = 1 / 32767.0;
+  const double u = static_cast<int16_t>(code & 0xffffu) * kUnit;
+  const double v = static_cast<int16_t>(code >> 16) * kUnit;
   const double depth2 = 1 - u * u - v * v;
   if (depth2 < 0) return decode_normal(code, axis, at_out).cast<float>();
   const auto depth = static_cast<float>(std::sqrt(depth2));

@@ -13,6 +13,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <climits>
 #include <cmath>
 #include <utility>
@@ -114,6 +115,16 @@ class RayRanges {
     Range& range = ranges_[place(node[u_], node[v_])];
     range.low = std::min(range.low, node[d_]);
     range.high = std::max(range.high, node[d_] + 1);
+  }
+  // Node `at` and those beyond it along x: bit n of `nodes` stands for at + n. Of y or z rays.
+  void include_row(const Index3& at, unsigned nodes) {
+    Range* const first = &ranges_[place(at[u_], at[v_])];
+    const auto step = u_ == 0 ? size_t{1} : static_cast<size_t>(box_.size()[u_]);
+    for (unsigned bits = nodes; bits; bits &= bits - 1) {
+      Range& range = first[static_cast<size_t>(std::countr_zero(bits)) * step];
+      range.low = std::min(range.low, at[d_]);
+      range.high = std::max(range.high, at[d_] + 1);
+    }
   }
   // Calls f(u, v, low, high) for the rays with such nodes, tile by tile, and after_tile(tu, tv).
   template <class F, class G>

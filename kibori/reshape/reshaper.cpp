@@ -506,9 +506,11 @@ void Reshaper::sum_along(int axis, const std::vector<float>& from, std::vector<f
     const size_t first = rows[row].low, nodes = rows[row].high - first;
     const float* in = from.data() + row * nx;
     if (axis == 0) {
-      std::fill_n(own.wide.begin(), reach, in[0]);
-      std::copy_n(in, nx, own.wide.data() + reach);
-      std::fill_n(own.wide.data() + reach + nx, reach, in[nx - 1]);
+      // Of node i at reach + i, as far as is summed.
+      const size_t low = first - std::min(first, reach), high = std::min(nx, first + nodes + reach);
+      std::fill_n(own.wide.data() + low, reach, in[0]);
+      std::fill_n(own.wide.data() + high + reach, reach, in[nx - 1]);
+      std::copy_n(in + low, high - low, own.wide.data() + reach + low);
       in = own.wide.data() + reach;
     }
     const size_t at = axis == 1 ? row % ny : row / ny, step = band_.stride(axis);

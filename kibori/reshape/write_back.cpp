@@ -182,9 +182,10 @@ void WriteBack::find_rays(const TriDexel& model, size_t axis) {
       rays.include(at + Index3(block.last(), 0, 0));
       continue;
     }
-    block.for_nodes([&](int n) {
-      if (block.i + n >= 0 && block.i + n < all.high[0]) rays.include(at + Index3(n, 0, 0));
-    });
+    unsigned nodes = block.nodes;  // of the lattice
+    if (block.i < 0) nodes &= ~0u << std::min(16, -block.i);
+    if (block.i + 16 > all.high[0]) nodes &= (1u << std::max(0, all.high[0] - block.i)) - 1;
+    if (nodes) rays.include_row(at, nodes);
   }
 }
 
