@@ -41,7 +41,10 @@ WarpMap::WarpMap(WarpVerb verb, const Brush& brush, double radius, const Drag& d
       steps_ = static_cast<int>(std::floor(length / most));
       step_ = way_ / length * most;
       rest_ = way_ - steps_ * step_;
-      reach_.include(Vec3(centre_ + way_));
+      // A step takes no point out of its ball, unless all of the ball moves alike; a flow's goes
+      // with it.
+      reach_.include(falloff_ == Falloff::constant || keep_volume_ ? Vec3(centre_ + way_)
+                                                                   : Vec3(centre_ + way_ - rest_));
       break;
     }
     case WarpVerb::twist:
