@@ -808,8 +808,8 @@ void NodeBand::offer_minor_ends() {
   for (size_t e = first_minor_; e < ends_.size(); e++) {
     const SurfaceEnd& end = ends_[e];
     const int d = depth_index(end.axis);
-    Index3 node = end.place.array().floor().cast<int>();
-    node[d] = static_cast<int>(std::floor(end.place[d] - 0.5f));
+    Index3 node = end.place.array().cast<int>();  // none is below 0
+    node[d] = static_cast<int>(end.place[d] + 0.5f) - 1;
     for (int step = 0; step < 2; step++, node[d]++) {
       if (node[d] < box_.low[d] || node[d] >= box_.high[d]) continue;
       const Eigen::Array<size_t, 3, 1> at = (node - box_.low).cast<size_t>();
