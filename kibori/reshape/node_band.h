@@ -76,10 +76,11 @@ struct NodeBlock {
 struct SurfaceEnd {
   Eigen::Vector3f place;   // [lattice units]
   Eigen::Vector3f normal;  // unit, out of the material
-  Axis axis;               // of the ray
+  Axis axis : 8;           // of the ray
   uint8_t material;
   Color paint;
 };
+static_assert(sizeof(SurfaceEnd) == 32);  // half a cache line
 
 struct BandSlice;
 

@@ -22,6 +22,10 @@ constexpr double kReachSlack = 0.01;
 // and a dab take a seventh longer.
 constexpr double kFilterReach = 2.5;
 
+// A filter's band is wider than the filter reaches by this much [sigma, and cells]: where nodes
+// beside the surface see distances cut short, a plane creeps.
+constexpr double kBandSigmas = 0.5, kBandCells = 2;
+
 // Bisections for a filter's width: to 1e-6 of a cell.
 constexpr int kWidthSteps = 24;
 
@@ -148,9 +152,9 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
   const bool filters = verb != FieldVerb::inflate && verb != FieldVerb::flatten;
   const double moves = sigma * (verb == FieldVerb::inflate && places.size() > 1 ? kMaxSum : 1);
   gaussian(filters ? sigma : 0, kernel_);
-  // Where nodes beside the surface see distances cut short, a plane creeps.
   const double width =
-      std::max(filters ? static_cast<double>(kernel_.size() - 1) + double{kNearCore} : moves + 2,
+      std::max(filters ? static_cast<double>(kernel_.size() - 1) + kBandSigmas * sigma + kBandCells
+                       : moves + 2,
                kLeastWidth);
   const auto border = static_cast<int>(std::ceil(width)) + static_cast<int>(kernel_.size()) + 1;
   const NodeBox whole = NodeBox{Index3::Zero(), lattice.nodes}.grown(border);
