@@ -420,6 +420,7 @@ namespace {
 constexpr float kSideways2 = 1;
 
 constexpr size_t kBlock = 16;
+static_assert(kMaxMaterials <= 64);
 
 // Whether an end's normal is about along its ray: see node_band.h. (0.87 squared: 3 / 4.)
 bool is_major(uint32_t normal) {
@@ -685,6 +686,7 @@ void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, FieldEnds& to,
     end.normal = decode_unit(normal, axis, at_out);
     end.material = material;
     end.paint = paint;
+    to.materials |= uint64_t{1} << material;
     if (!is_major(normal)) {
       to.minor.push_back(end);
       return;
@@ -722,6 +724,7 @@ void NodeBand::read_ends(const FieldSnapshot& field, FieldEnds& to) const {
   };
   to.ends.clear();
   to.minor.clear();
+  to.materials = 0;
   to.layers.clear();
   to.of_rows.assign(axis == Axis::z ? ny_ : nz_, {});
   to.of_rays.assign(to.of_rows.size() * (axis == Axis::x ? ny_ : blocks_), {});
@@ -787,6 +790,8 @@ void NodeBand::join_ends() {
     minor[i] = count;
     count += fields_[static_cast<size_t>(order[i])].minor.size();
   }
+  materials_ = 0;
+  for (const FieldEnds& field : fields_) materials_ |= field.materials;
   ends_.resize(count);
   run_parallel(threads_, 3, [&](size_t i) {
     FieldEnds& field = fields_[static_cast<size_t>(order[i])];
