@@ -116,14 +116,18 @@ class RayRanges {
     range.low = std::min(range.low, node[d_]);
     range.high = std::max(range.high, node[d_] + 1);
   }
-  // Node `at` and those beyond it along x: bit n of `nodes` stands for at + n. Of y or z rays.
+  // Nodes along x, of y or z rays: bit n of `nodes`, which is not 0, stands for at + n.
   void include_row(const Index3& at, unsigned nodes) {
-    Range* const first = &ranges_[place(at[u_], at[v_])];
+    const Index3 first = at + Index3(std::countr_zero(nodes), 0, 0);
     const auto step = u_ == 0 ? size_t{1} : static_cast<size_t>(box_.size()[u_]);
-    for (unsigned bits = nodes; bits; bits &= bits - 1) {
-      Range& range = first[static_cast<size_t>(std::countr_zero(bits)) * step];
-      range.low = std::min(range.low, at[d_]);
-      range.high = std::max(range.high, at[d_] + 1);
+    Range* range = &ranges_[place(first[u_], first[v_])];
+    while (true) {
+      range->low = std::min(range->low, at[d_]);
+      range->high = std::max(range->high, at[d_] + 1);
+      const int now = std::countr_zero(nodes);
+      nodes &= nodes - 1;
+      if (!nodes) return;
+      range += static_cast<size_t>(std::countr_zero(nodes) - now) * step;
     }
   }
   // Calls f(u, v, low, high) for the rays with such nodes, tile by tile, and after_tile(tu, tv).
