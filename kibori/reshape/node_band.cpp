@@ -790,8 +790,10 @@ void NodeBand::join_ends() {
     minor[i] = count;
     count += fields_[static_cast<size_t>(order[i])].minor.size();
   }
-  materials_ = 0;
-  for (const FieldEnds& field : fields_) materials_ |= field.materials;
+  const uint64_t materials = fields_[0].materials | fields_[1].materials | fields_[2].materials;
+  only_material_.reset();
+  if (std::has_single_bit(materials))
+    only_material_ = static_cast<uint8_t>(std::countr_zero(materials));
   ends_.resize(count);
   run_parallel(threads_, 3, [&](size_t i) {
     FieldEnds& field = fields_[static_cast<size_t>(order[i])];
@@ -814,7 +816,7 @@ void NodeBand::offer_minor_ends() {
     const SurfaceEnd& end = ends_[e];
     const int d = depth_index(end.axis);
     Index3 node = end.place.array().cast<int>();  // none is below 0
-    node[d] = static_cast<int>(end.place[d] + 0.5f) - 1;
+    node[d] = static_cast<int>(1 + (end.place[d] - 0.5f)) - 1;
     for (int step = 0; step < 2; step++, node[d]++) {
       if (node[d] < box_.low[d] || node[d] >= box_.high[d]) continue;
       const Eigen::Array<size_t, 3, 1> at = (node - box_.low).cast<size_t>();

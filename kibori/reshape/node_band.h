@@ -209,17 +209,16 @@ class NodeBand {
   std::array<Axis, 3> order_by_surface() const;
   // Copies phi of the nodes within the ball, and of some beside it, to the same places of `to`.
   void copy_phi(const LatticePoint& centre, double radius, std::vector<float>& to) const;
-  // The only material that ends have, if there is one.
-  std::optional<uint8_t> only_material() const {
-    if (!std::has_single_bit(materials_)) return std::nullopt;
-    return static_cast<uint8_t>(std::countr_zero(materials_));
-  }
-  // Whether a node has an end within the width.
-  bool has_end(const NodeBlock& block, int n) const { return known_[block.row] >> n & 1; }
   // A node's nearest end of those that may be its, or null if there is none within the width.
   const SurfaceEnd* nearest(const NodeBlock& block, int n) const {
-    if (!has_end(block, n)) return nullptr;
+    if (!(known_[block.row] >> n & 1)) return nullptr;
     return &ends_[static_cast<size_t>(nearest_[block.row].lane[n])];
+  }
+  // That end's material; without a look at it where all are of one.
+  std::optional<uint8_t> material(const NodeBlock& block, int n) const {
+    if (!(known_[block.row] >> n & 1)) return std::nullopt;
+    if (only_material_) return only_material_;
+    return ends_[static_cast<size_t>(nearest_[block.row].lane[n])].material;
   }
   const SurfaceEnd* nearest(size_t node) const {
     const auto nx = static_cast<uint32_t>(nx_), at = static_cast<uint32_t>(node), i = at % nx;
@@ -266,7 +265,7 @@ class NodeBand {
   std::vector<uint16_t> known_;
   std::vector<SurfaceEnd> ends_;
   size_t first_minor_ = 0;  // of ends_
-  uint64_t materials_ = 0;  // bits, of ends_
+  std::optional<uint8_t> only_material_;
   std::vector<NodeBlock> known_blocks_;
   std::array<FieldEnds, 3> fields_;  // once joined, by indices of ends_
   // Where only some nodes are wanted: those of each block; and by axis, for columns of kColumn by

@@ -5,6 +5,7 @@
 #include <array>
 #include <climits>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include <kibori/base/parallel.h>
@@ -235,7 +236,6 @@ Reshaped WriteBack::write(TriDexel& model, const std::vector<float>& after) {
   if (std::none_of(touched.begin(), touched.end(),
                    [&](const NodeBlock& block) { return changed(block).nodes; }))
     return result;
-  const std::optional<uint8_t> only = band.only_material();
   NodeBox box = kNoNodes;  // of what changes
   double whole = 0;
   const auto tell = [&](const NodeBlock& touched_block) {
@@ -248,9 +248,10 @@ Reshaped WriteBack::write(TriDexel& model, const std::vector<float>& after) {
                   is = after[block.place + static_cast<size_t>(n)];
       result.points += (was < 0) != (is < 0);
       if (!(std::min(std::fabs(was), std::fabs(is)) < 1)) return;
-      if (!band.has_end(block, n)) return;
+      const std::optional<uint8_t> material = band.material(block, n);
+      if (!material) return;
       const double moved = std::fabs(double{is} - double{was});
-      Reshaped::Part& part = result.parts[only ? *only : band.nearest(block, n)->material];
+      Reshaped::Part& part = result.parts[*material];
       part.share += moved;
       part.sum_mm += moved * (Vec3(block.i + n, block.j, block.k).array() + 0.5).matrix();
       whole += moved;
