@@ -126,8 +126,9 @@ HWY_INLINE VF BesideMiddle(const SweptRim::View& k, VF u, VF v, VF t, float m2) 
 
 // From `t`, where the rim at the pose `s` of each ray ends, or where the ray comes nearest to it if
 // it passes it by. The first time rays that are within that rim stay; `walk` names them no longer.
-HWY_INLINE VF WalkAtPose(const SweptRim::View& k, VF u, VF v, VF t, VF s, float direction,
-                         bool first, MF& walk) {
+// No step is longer than `length`: below the disc nothing tells how far off its edge is.
+HWY_INLINE VF WalkAtPose(const SweptRim::View& k, VF u, VF v, VF t, VF s, VF length,
+                         float direction, bool first, MF& walk) {
   const DF d;
   const VF zero = hn::Zero(d);
   // From the disc's centre at that pose to the ray's point at t + x: along the disc's axis it is
@@ -156,10 +157,11 @@ HWY_INLINE VF WalkAtPose(const SweptRim::View& k, VF u, VF v, VF t, VF s, float 
     const VF curve = hn::Add(F(k.nt * k.nt), hn::IfThenElseZero(hn::Gt(e, zero), bends));
     if (i == 0 && first) left = walk = hn::And(walk, hn::Gt(f, F(2 * kThere * k.corner)));
     const VF disc = hn::Sub(hn::Mul(falling, falling), hn::Mul(curve, f));
-    const MF passing = hn::And(hn::Gt(f, zero), hn::Or(hn::Lt(disc, zero), hn::Lt(falling, zero)));
+    const MF passing = hn::And(hn::Gt(f, zero), hn::Or(hn::Lt(disc, zero), hn::Le(falling, zero)));
     const VF then = hn::Sqrt(hn::Max(disc, zero)), root = hn::Add(falling, then);
-    const VF step = hn::Div(hn::IfThenElse(passing, falling, f),
-                            hn::Max(hn::IfThenElse(passing, curve, root), F(kNoLength)));
+    const VF whole = hn::Div(hn::IfThenElse(passing, falling, f),
+                             hn::Max(hn::IfThenElse(passing, curve, root), F(kNoLength)));
+    const VF step = hn::Max(hn::Min(whole, length), hn::Neg(length));
     x = hn::IfThenElse(left, hn::Add(x, hn::Mul(step, F(direction))), x);
     // What the quadratic leaves out is at most a^(3/2) step^3 / rho, over how fast f falls there.
     const VF apart = hn::Mul(step, hn::Mul(step, step));
@@ -187,7 +189,7 @@ HWY_INLINE VF Walk(const SweptRim::View& k, VF u, VF v, VF t, VF length, bool up
   MF walk = live;
   VF there = t;
   for (int i = 0; i < kPoses && !hn::AllFalse(d, walk); i++) {
-    there = WalkAtPose(k, u, v, there, s, direction, i == 0, walk);
+    there = WalkAtPose(k, u, v, there, s, length, direction, i == 0, walk);
     if (hn::AllFalse(d, walk)) break;
     const RimPoint at = Evaluate(k, u, v, there, s);
     const VF gain = gain_of(at), excess = hn::Sub(at.distance, F(k.corner));
