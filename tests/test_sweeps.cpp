@@ -305,7 +305,7 @@ TEST_P(Sweep, NormalsAreThoseOfTheSurface) {
           if (t < 0 || t > static_cast<float>(lattice.nodes[depth_index(axis)])) continue;
           Vec3 p;
           p[u_index(axis)] = rays.u0 + slot % 16 + 0.5;
-          p[v_index(axis)] = rays.v0 + slot / 16 + 0.5;
+          p[v_index(axis)] = rays.v0 + (slot >> 4) + 0.5;
           p[depth_index(axis)] = t;
           const Vec3 world = lattice.to_mm(LatticePoint{p});
           double best = -1e30, best_s = 0;
@@ -370,7 +370,7 @@ TEST(SweptConvex, AFrustumIsSweptByItsLowerFaceToo) {
             for (double t = 0.25; t < 96; t += 3.1) {
               Vec3 p;
               p[u_index(ray_axis)] = u0 + slot % 16 + 0.5;
-              p[v_index(ray_axis)] = v0 + slot / 16 + 0.5;
+              p[v_index(ray_axis)] = v0 + (slot >> 4) + 0.5;
               p[depth_index(ray_axis)] = t;
               double depth = -1e30;
               for (int i = 0; i <= 400; i++)
@@ -498,7 +498,7 @@ TEST(SweptBall, PlungesWithALittleDriftLoseNoRay) {
           if (!ball.spans(rays, 0, layer)) layer.rows = 0;
           for (int slot = 0; slot < kTileRays; slot++) {
             const double x = rays.u0 + slot % 16 + 0.5 - centre[0],
-                         y = rays.v0 + slot / 16 + 0.5 - centre[1];
+                         y = rays.v0 + (slot >> 4) + 0.5 - centre[1];
             const double s0 = (x * motion[0] + y * motion[1]) / flat2;
             const double across = (x * motion[1] - y * motion[0]) / drift,
                          rest = radius * radius - across * across;
@@ -579,7 +579,7 @@ TEST(SweptRim, GrazingRaysAreNotLost) {
       for (int slot = 0; slot < kTileRays; slot++) {
         Vec3 p = Vec3::Zero();
         p[u_index(along)] = slot % 16 + 0.5;
-        p[v_index(along)] = slot / 16 + 0.5;
+        p[v_index(along)] = (slot >> 4) + 0.5;
         const auto at = [&](double t) {
           p[depth_index(along)] = t;
           return depth(p);

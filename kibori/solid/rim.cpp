@@ -126,7 +126,8 @@ HWY_INLINE VF BesideMiddle(const SweptRim::View& k, VF u, VF v, VF t, float m2) 
 
 // From `t`, where the rim at the pose `s` of each ray ends, or where the ray comes nearest to it if
 // it passes it by. The first time rays that are within that rim stay; `walk` names them no longer.
-// No step is longer than `length`: below the disc nothing tells how far off its edge is.
+// No step is much longer than `length`, of the ray within the enclosing ball: below the disc
+// nothing tells how far off its edge is, and float32 does not find back from anywhere.
 HWY_INLINE VF WalkAtPose(const SweptRim::View& k, VF u, VF v, VF t, VF s, VF length,
                          float direction, bool first, MF& walk) {
   const DF d;
@@ -140,6 +141,7 @@ HWY_INLINE VF WalkAtPose(const SweptRim::View& k, VF u, VF v, VF t, VF s, VF len
            at = hn::Sub(pt, hn::Mul(z, F(k.nt)));
   const VF square = hn::Add(hn::Add(hn::Mul(au, au), hn::Mul(av, av)), hn::Mul(at, at));
   const float a = k.nu * k.nu + k.nv * k.nv;
+  const VF most = hn::Mul(length, F(4.0f));
   VF x = zero;
   MF left = walk;
   for (int i = 0; i < kPoseSteps && !hn::AllFalse(d, left); i++) {
@@ -161,7 +163,7 @@ HWY_INLINE VF WalkAtPose(const SweptRim::View& k, VF u, VF v, VF t, VF s, VF len
     const VF then = hn::Sqrt(hn::Max(disc, zero)), root = hn::Add(falling, then);
     const VF whole = hn::Div(hn::IfThenElse(passing, falling, f),
                              hn::Max(hn::IfThenElse(passing, curve, root), F(kNoLength)));
-    const VF step = hn::Max(hn::Min(whole, length), hn::Neg(length));
+    const VF step = hn::Max(hn::Min(whole, most), hn::Neg(most));
     x = hn::IfThenElse(left, hn::Add(x, hn::Mul(step, F(direction))), x);
     // What the quadratic leaves out is at most a^(3/2) step^3 / rho, over how fast f falls there.
     const VF apart = hn::Mul(step, hn::Mul(step, step));
