@@ -296,6 +296,8 @@ TEST(Mixtures, StayClosedAgreeAndRepeat) {
 TEST(Mixtures, WhatWasFoundStaysMended) {
   // A gap of the z field on a node, 0.002 cells wide, that a pinch left beside ends which it moved.
   run_round(77244, 121, 12);
+  // A ray right along a block's edge, which the other fields had let go.
+  run_round(552781, 70, 12);
 }
 
 }  // namespace

@@ -242,6 +242,14 @@ class RayWriter {
       ends_before += run_.is_surface(i, true) && span.out > run_.from && span.out <= run_.to;
     }
     run_.changes |= ends_before != run_.ends.size();
+    // A field that float32 has told apart from the others at a node is brought back to them.
+    for (int k = low; k < high && !run_.changes; k++) {
+      const auto holds = [&](const Span& span) {
+        return span.in <= node_depth(k) && node_depth(k) < span.out;
+      };
+      run_.changes =
+          std::any_of(run_.before.begin(), run_.before.end(), holds) != change_.inside(k);
+    }
   }
 
   NewEnd end_on(int k, bool out) const {
