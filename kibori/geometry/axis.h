@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 
 #include <kibori/base/names.h>
 
@@ -16,5 +17,34 @@ inline constexpr std::array<Axis, 3> kAxes = {Axis::x, Axis::y, Axis::z};
 constexpr int depth_index(Axis axis) { return static_cast<int>(axis); }
 constexpr int u_index(Axis axis) { return (static_cast<int>(axis) + 1) % 3; }
 constexpr int v_index(Axis axis) { return (static_cast<int>(axis) + 2) % 3; }
+
+// Names of the axes anew, in their order: `first` is x, the next y, and the last z. A ray keeps its
+// (u, v), and a vector its (depth, u, v).
+class AxisTurn {
+ public:
+  constexpr AxisTurn() = default;
+  constexpr explicit AxisTurn(Axis first) : by_(static_cast<int>(first)) {}
+
+  // The old name of an axis.
+  constexpr Axis old(Axis turned) const { return kAxes[static_cast<size_t>(index(turned))]; }
+  // Components of a vector by new names, and by old ones.
+  template <class Vector>
+  Vector turn(const Vector& by_old) const {
+    Vector turned;
+    for (const Axis axis : kAxes) turned[depth_index(axis)] = by_old[index(axis)];
+    return turned;
+  }
+  template <class Vector>
+  Vector turn_back(const Vector& turned) const {
+    Vector by_old;
+    for (const Axis axis : kAxes) by_old[index(axis)] = turned[depth_index(axis)];
+    return by_old;
+  }
+
+ private:
+  constexpr int index(Axis turned) const { return (static_cast<int>(turned) + by_) % 3; }
+
+  int by_ = 0;
+};
 
 }  // namespace kibori

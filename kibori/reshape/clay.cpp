@@ -64,7 +64,8 @@ void Clay::measure_way(const Tool& tool, std::span<const PressingTool> tools, do
     for (const Pose* pose : {&front, &at.pose, &back}) add(*pose, out);
   }
   // What is cut off by the box's border is no surface of a way.
-  way_band_.read_at(*scratch_, {Index3::Zero(), box.size()}, static_cast<float>(kRamp), touched_);
+  way_band_.read_at(*scratch_, {Index3::Zero(), box.size()}, static_cast<float>(kRamp), touched_,
+                    band_.turn());
 }
 
 Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const PressingTool> tools,
@@ -98,13 +99,16 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   // Most collars are low: a higher one than that is told again, unless that is to be expected.
   const double plane = std::numbers::pi / 3 * radius * radius;
   bool high = std::fabs(wanted) > kNear.rise * kShareOfPlane * plane;
+  const AxisTurn turn = turn_along_surface(model, LatticePoint{centre}, radius);
+  const LatticePoint turned{turn.turn(centre)};
   while (true) {
     const Depth& depth = high ? kWhole : kNear;
-    band_.read(model, box, depth.width, LatticePoint{centre}, static_cast<float>(radius + 2));
-    if (!find_touched(lattice, LatticePoint{centre}, radius, depth.core)) return Reshaped{};
+    band_.read(model, box.turned(turn), depth.width, turned, static_cast<float>(radius + 2), 0,
+               turn);
+    if (!find_touched(turn.turn(lattice.nodes), turned, radius, depth.core)) return Reshaped{};
     measure_way(tool, tools, radius_mm, lattice, box);
-    band_.copy_phi(LatticePoint{centre}, radius + 2, after_);
-    const double area = weigh(LatticePoint{centre}, radius);
+    band_.copy_phi(turned, radius + 2, after_);
+    const double area = weigh(turned, radius);
     writer_->begin(band_, touched_, threads_);
     const bool found = !(area > 0) || rise(model, wanted, area, depth.rise, tolerance);
     if (high || (found && !changes_beyond(band_, after_, touched_, depth.core, kWhole.core))) break;
@@ -114,16 +118,16 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
 }
 
 // The nodes within the collar's radius and the lattice, |phi| < core; whether there are some.
-bool Clay::find_touched(const Lattice& lattice, const LatticePoint& centre, double radius,
+bool Clay::find_touched(const Index3& nodes, const LatticePoint& centre, double radius,
                         float core) {
   band_.blocks_within(core, touched_);
   run_parallel_pieces(threads_, touched_.size(), [&](size_t b) {
     NodeBlock& block = touched_[b];
     unsigned near = 0;
-    if (block.j >= 0 && block.j < lattice.nodes[1] && block.k >= 0 && block.k < lattice.nodes[2])
+    if (block.j >= 0 && block.j < nodes[1] && block.k >= 0 && block.k < nodes[2])
       block.for_nodes([&](int n) {
         const int i = block.i + n;
-        if (i < 0 || i >= lattice.nodes[0]) return;
+        if (i < 0 || i >= nodes[0]) return;
         const Vec3 from = Vec3(i, block.j, block.k).array() + 0.5 - centre.units.array();
         if (from.squaredNorm() < radius * radius) near |= 1u << n;
       });

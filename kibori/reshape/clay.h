@@ -70,7 +70,7 @@ class Clay {
  private:
   void measure_way(const Tool& tool, std::span<const PressingTool> tools, double radius_mm,
                    const Lattice& lattice, const NodeBox& box);
-  bool find_touched(const Lattice& lattice, const LatticePoint& centre, double radius, float core);
+  bool find_touched(const Index3& nodes, const LatticePoint& centre, double radius, float core);
   double weigh(const LatticePoint& centre, double radius);
   bool rise(const TriDexel& model, double wanted, double area, double most, double tolerance);
 

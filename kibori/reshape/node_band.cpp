@@ -467,13 +467,43 @@ void detail::BandScratch::prepare(const BandSlice& slice) {
   prepared = true;
 }
 
+// Counted on some rays of each field: one that the surface runs along has the fewest ends.
+AxisTurn turn_along_surface(const TriDexel& model, const LatticePoint& centre, double reach) {
+  constexpr int kRays = 5;  // to each side of the centre
+  const double step = std::max(1.0, reach / kRays);
+  std::array<int, 3> ends{};
+  for (const Axis axis : kAxes) {
+    const FieldSnapshot& field = model.field(axis).view();
+    for (int dv = -kRays; dv <= kRays; dv++)
+      for (int du = -kRays; du <= kRays; du++) {
+        const double across2 = step * step * (du * du + dv * dv);
+        const double u = std::floor(centre[u_index(axis)] + step * du),
+                     v = std::floor(centre[v_index(axis)] + step * dv);
+        if (across2 > reach * reach || !(u >= 0 && u < field.nodes_u()) ||
+            !(v >= 0 && v < field.nodes_v()))
+          continue;
+        const double middle = centre[depth_index(axis)], chord = std::sqrt(reach * reach - across2);
+        const auto within = [&](float depth) {
+          return static_cast<int>(std::fabs(double{depth} - middle) <= chord);
+        };
+        field.for_spans(static_cast<int>(u), static_cast<int>(v), [&](const Span& span) {
+          ends[static_cast<size_t>(axis)] += within(span.in) + within(span.out);
+        });
+      }
+  }
+  return AxisTurn(
+      kAxes[static_cast<size_t>(std::min_element(ends.begin(), ends.end()) - ends.begin())]);
+}
+
 void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
-                    const LatticePoint& centre, float reach, float around) {
+                    const LatticePoint& centre, float reach, float around, AxisTurn turn) {
+  turn_ = turn;
   read_wanted(model, box, width, centre, reach, around, nullptr);
 }
 
 void NodeBand::read_at(const TriDexel& model, const NodeBox& box, float width,
-                       const std::vector<NodeBlock>& nodes) {
+                       const std::vector<NodeBlock>& nodes, AxisTurn turn) {
+  turn_ = turn;
   read_wanted(model, box, width, {}, kFar, 0, &nodes);
 }
 
@@ -517,7 +547,7 @@ void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float widt
   const auto tell_sides = HWY_DYNAMIC_DISPATCH(TellSides);
   run_parallel(threads_, 4, [&](size_t i) {
     if (i < 3) {
-      read_ends(model.field(kAxes[i]).view(), fields_[static_cast<size_t>(kAxes[i])]);
+      read_ends(model.field(turn_.old(kAxes[i])).view(), kAxes[i], fields_[i]);
       return;
     }
     read_spans(model);
@@ -638,8 +668,8 @@ void NodeBand::list_known() {
 
 // The z field's spans.
 void NodeBand::read_spans(const TriDexel& model) {
-  const FieldSnapshot& field = model.field(Axis::z).view();
-  const NodeBox there = box_.within({Index3::Zero(), model.lattice().nodes});
+  const FieldSnapshot& field = model.field(turn_.old(Axis::z)).view();
+  const NodeBox there = box_.within({Index3::Zero(), turn_.turn(model.lattice().nodes)});
   rays_.assign(ny_ * blocks_, {});
   span_layers_.clear();
   for (int j = there.low[1]; j < there.high[1]; j++)
@@ -668,8 +698,8 @@ void NodeBand::read_spans(const TriDexel& model) {
 // Adds the ends of the ray at (u, v) that may be nearest to a node, and calls f(end, depth) for
 // each that is major.
 template <class F>
-void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, FieldEnds& to, F&& f) const {
-  const Axis axis = field.axis();
+void NodeBand::add_ends(const FieldSnapshot& field, Axis axis, int u, int v, FieldEnds& to,
+                        F&& f) const {
   const int d = depth_index(axis);
   const DepthRange wanted = wanted_depths(axis, u, v);
   if (wanted.low > wanted.high) return;
@@ -707,8 +737,7 @@ void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, FieldEnds& to,
 }
 
 // A field's ends that may be nearest to a node within reach.
-void NodeBand::read_ends(const FieldSnapshot& field, FieldEnds& to) const {
-  const Axis axis = field.axis();
+void NodeBand::read_ends(const FieldSnapshot& field, Axis axis, FieldEnds& to) const {
   Index3 nodes;
   nodes[u_index(axis)] = field.nodes_u();
   nodes[v_index(axis)] = field.nodes_v();
@@ -737,7 +766,7 @@ void NodeBand::read_ends(const FieldSnapshot& field, FieldEnds& to) const {
                      at = row * ny_ + static_cast<size_t>(j - box_.low[1]);
         RayItems& ray = to.rays[at];
         ray.first = static_cast<uint32_t>(to.ends.size());
-        add_ends(field, j, k, to, [&](uint32_t, float depth) {
+        add_ends(field, axis, j, k, to, [&](uint32_t, float depth) {
           ray.count++;
           to.of_rows[row].include(depth);
           to.of_rays[at].include(depth);
@@ -759,7 +788,7 @@ void NodeBand::read_ends(const FieldSnapshot& field, FieldEnds& to) const {
         const int u = of_z ? i : row, v = of_z ? row : i;
         if (far_off(u, v)) continue;
         uint32_t at = 0;
-        add_ends(field, u, v, to, [&](uint32_t end, float depth) {
+        add_ends(field, axis, u, v, to, [&](uint32_t end, float depth) {
           if (at == rays.count) {
             rays.count++;
             EndLayer& layer = to.layers.emplace_back();

@@ -10,6 +10,10 @@
 // axis is nearest to a plane's normal has an end within 0.87 cells of each of its points, so
 // farther nodes need no other field's. An end is `major` where the normal's component along its
 // ray is the largest, or 0.87 of that; others are for the two nodes of their lattice edge alone.
+//
+// Nodes are gone over in rows along x. Those are fewest near a surface that they run along; so a
+// band may be read with the model's axes turned. Boxes, nodes, places, normals and axes are then
+// all by the new names.
 #pragma once
 
 #include <algorithm>
@@ -28,6 +32,8 @@ namespace kibori {
 // Nodes low <= (i, j, k) < high. May reach beyond the lattice: there every node is outside.
 struct NodeBox {
   Index3 low = Index3::Zero(), high = Index3::Zero();
+
+  NodeBox turned(AxisTurn by) const { return {by.turn(low), by.turn(high)}; }
 
   bool empty() const { return (high <= low).any(); }
   Index3 size() const { return high - low; }
@@ -166,6 +172,9 @@ RowSum row_sum();
 
 struct BandPlane;
 
+// The turn after which rows along x run along the surface within a ball, as nearly as they can.
+AxisTurn turn_along_surface(const TriDexel& model, const LatticePoint& centre, double reach);
+
 // Memory is kept from one use to the next.
 class NodeBand {
  public:
@@ -173,15 +182,16 @@ class NodeBand {
   void set_threads(int threads) { threads_ = threads; }
   // Reads the nodes of `box` within the ball of radius `reach` round `centre`, grown by `around`
   // along each axis, and some beside them; phi of the others means nothing. `width` [lattice
-  // units]: distances beyond it are not told apart.
+  // units]: distances beyond it are not told apart. All by the names that `turn` gives.
   void read(const TriDexel& model, const NodeBox& box, float width, const LatticePoint& centre = {},
-            float reach = kFar, float around = 0);
+            float reach = kFar, float around = 0, AxisTurn turn = {});
 
   // Reads some nodes of `box`, in the order of their indices; phi of the others means nothing. Only
   // their places in the box are looked at: they may be another's, of a box as large.
   void read_at(const TriDexel& model, const NodeBox& box, float width,
-               const std::vector<NodeBlock>& nodes);
+               const std::vector<NodeBlock>& nodes, AxisTurn turn = {});
 
+  AxisTurn turn() const { return turn_; }
   const NodeBox& box() const { return box_; }
   float width() const { return width_; }
   size_t index(int i, int j, int k) const { return box_.index(i, j, k); }
@@ -240,9 +250,9 @@ class NodeBand {
     std::vector<detail::EndLayer> layers;
     std::vector<detail::DepthRange> of_rows, of_rays;
   };
-  void read_ends(const FieldSnapshot& field, FieldEnds& to) const;
+  void read_ends(const FieldSnapshot& field, Axis axis, FieldEnds& to) const;
   template <class F>
-  void add_ends(const FieldSnapshot& field, int u, int v, FieldEnds& to, F&& f) const;
+  void add_ends(const FieldSnapshot& field, Axis axis, int u, int v, FieldEnds& to, F&& f) const;
   void want(const std::vector<NodeBlock>& nodes);
   detail::DepthRange wanted_depths(Axis axis, int u, int v) const;
   void join_ends();
@@ -251,6 +261,7 @@ class NodeBand {
   void list_known();
   BandPlane plane(size_t k);
 
+  AxisTurn turn_;
   NodeBox box_;
   size_t nx_ = 0, ny_ = 0, nz_ = 0, blocks_ = 0;  // blocks: rows of 16 nodes along x
   int threads_ = 1;

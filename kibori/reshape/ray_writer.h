@@ -169,8 +169,9 @@ class RayRanges {
 template <class Change>
 class RayWriter {
  public:
-  RayWriter(const FieldSnapshot& field, Change& change)
-      : axis_(field.axis()), nodes_(field.nodes_depth()), field_(field), change_(change) {}
+  // `axis`: the field's, as the change names it.
+  RayWriter(const FieldSnapshot& field, Axis axis, Change& change)
+      : axis_(axis), nodes_(field.nodes_depth()), field_(field), change_(change) {}
 
   // Calls f(run) for every run of changed nodes that changes spans of the ray at (u, v), among
   // nodes low <= k < high; low - 1 and high are the change's, too, and stay.
@@ -314,10 +315,11 @@ class RayWriter {
   RayRun run_;
 };
 
-// Writes every run of `ranges` into the field; calls told(run) before each.
+// Writes every run of `ranges` into the field, whose axis is `axis` to the change; calls told(run)
+// before each.
 template <class Change, class F>
-void write_runs(Field& field, const RayRanges& ranges, Change& change, F&& told) {
-  RayWriter<Change> writer(field.view(), change);
+void write_runs(Field& field, Axis axis, const RayRanges& ranges, Change& change, F&& told) {
+  RayWriter<Change> writer(field.view(), axis, change);
   bool wrote = false;  // into the tile
   ranges.for_rays(
       [&](int u, int v, int low, int high) {

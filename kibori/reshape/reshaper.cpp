@@ -124,6 +124,14 @@ std::pair<LatticePoint, double> Reshaper::Cluster::middle() const {
   return {middle, spread};
 }
 
+Reshaper::Cluster Reshaper::Cluster::turned(AxisTurn by) const {
+  Cluster turned{region.turned(by), centres, own};
+  for (Centre& centre : turned.centres)
+    centre = {LatticePoint{by.turn(centre.at.units)},
+              {by.turn(centre.flat.point_mm), by.turn(centre.flat.normal)}};
+  return turned;
+}
+
 Status check_brush(const Brush& brush, FieldVerb verb) {
   if (!(brush.radius_mm > 0) || !std::isfinite(brush.radius_mm))
     return Error{"a brush's radius must be a positive number of mm"};
@@ -213,8 +221,8 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
 
 Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Brush& brush,
                                        double radius, double sigma, double width,
-                                       const Cluster& cluster) {
-  const NodeBox& box = cluster.region;
+                                       const Cluster& given) {
+  const NodeBox& box = given.region;
   if (box.size().cast<double>().prod() >= kMaxRegionNodes)
     return Error{"the brush is too large for this pitch: its region has more than 2^31 nodes"};
   const double bytes = static_cast<double>(kBytesPerNode) * box.size().cast<double>().prod();
@@ -222,10 +230,12 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
       there > 0 && bytes > 0.8 * there)
     return Error{
         "the brush is too large for this pitch: its region takes more memory than is free"};
-  const auto [middle, spread] = cluster.middle();
-  band_.read(model, box, static_cast<float>(width), middle,
+  const auto [centre, spread] = given.middle();
+  const AxisTurn turn = turn_along_surface(model, centre, spread + radius);
+  const Cluster cluster = given.turned(turn);
+  band_.read(model, cluster.region, static_cast<float>(width), cluster.middle().first,
              static_cast<float>(spread + radius + kReachSlack),
-             std::max(static_cast<float>(kernel_.size() - 1), kSlopeReach));
+             std::max(static_cast<float>(kernel_.size() - 1), kSlopeReach), turn);
   if (band_.blocks().empty() && verb != FieldVerb::flatten) return Reshaped{};
   const bool filters = verb != FieldVerb::inflate && verb != FieldVerb::flatten;
   // How deep a node may change sides.
@@ -284,7 +294,7 @@ bool Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
   }
   // What is not lattice has no material.
   const auto outside_stays = [&] {
-    const NodeBox all{Index3::Zero(), model.lattice().nodes};
+    const NodeBox all{Index3::Zero(), band_.turn().turn(model.lattice().nodes)};
     for (const NodeBlock& block : touched_) {
       const Index3 low(block.i, block.j, block.k);
       if (all.holds({low, low + Index3(16, 1, 1)})) continue;

@@ -90,6 +90,7 @@ class Reshaper {
 
     // A place, and how far the centres are from it.
     std::pair<LatticePoint, double> middle() const;
+    Cluster turned(AxisTurn by) const;
   };
   Result<Reshaped> dab_cluster(TriDexel& model, FieldVerb verb, const Brush& brush, double radius,
                                double sigma, double width, const Cluster& cluster);

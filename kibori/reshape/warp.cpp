@@ -659,7 +659,7 @@ Reshaped Warp::write() {
     for (size_t i = 0; i < places.size(); i++)
       if (flags_[flagged_[i]] & (kOtherSide | 1 << d)) ranges.include(places[i]);
     Change change(*this);
-    write_runs(model_.field(axis), ranges, change, [&](const RayRun& run) {
+    write_runs(model_.field(axis), axis, ranges, change, [&](const RayRun& run) {
       const auto [more, less] = lengths(run);
       added += more;
       removed += less;

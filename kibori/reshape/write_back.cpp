@@ -169,7 +169,7 @@ void WriteBack::find_rays(const TriDexel& model, size_t axis) {
   if (std::exchange(found_[axis], true)) return;
   RayRanges& rays = rays_[axis];
   rays.reset(kAxes[axis], box_);
-  const NodeBox all{Index3::Zero(), model.lattice().nodes};
+  const NodeBox all{Index3::Zero(), band_->turn().turn(model.lattice().nodes)};
   const int d = depth_index(kAxes[axis]);
   for (const NodeBlock& block : *touched_) {
     const Index3 at(block.i, block.j, block.k);
@@ -205,7 +205,8 @@ double WriteBack::volume(const TriDexel& model, const std::vector<float>& after)
   run_parallel_slices(threads_, pieces.size(), [&](size_t i, size_t) {
     const auto [axis, tv] = pieces[i];
     PhiChange change(*band_, after);
-    RayWriter<PhiChange> write(model.field(kAxes[axis]).view(), change);
+    RayWriter<PhiChange> write(model.field(band_->turn().old(kAxes[axis])).view(), kAxes[axis],
+                               change);
     rays_[axis].for_rays(
         tv,
         [&](int u, int v, int low, int high) {
@@ -265,7 +266,7 @@ Reshaped WriteBack::write(TriDexel& model, const std::vector<float>& after) {
     }
     PhiChange change(band, after);
     find_rays(model, i);
-    write_runs(model.field(kAxes[i]), rays_[i], change,
+    write_runs(model.field(band.turn().old(kAxes[i])), kAxes[i], rays_[i], change,
                [&](const RayRun& run) { changes[i].push_back(lengths(run)); });
   });
   double added = 0, removed = 0;
@@ -278,13 +279,13 @@ Reshaped WriteBack::write(TriDexel& model, const std::vector<float>& after) {
     if (!(part.share > 0)) continue;
     const Vec3 middle = part.sum_mm / part.share;
     part.share /= whole;
-    part.sum_mm = part.share * model.lattice().to_mm(LatticePoint{middle});
+    part.sum_mm = part.share * model.lattice().to_mm(LatticePoint{band.turn().turn_back(middle)});
   }
   const double pitch = model.lattice().pitch_mm, cell = pitch * pitch * pitch;
   result.added_mm3 = added / 3 * cell;
   result.removed_mm3 = removed / 3 * cell;
-  model.include_material({{box.low.matrix().cast<double>().array() - 0.5,
-                           box.high.matrix().cast<double>().array() + 0.5}});
+  model.include_material({{band.turn().turn_back(box.low).matrix().cast<double>().array() - 0.5,
+                           band.turn().turn_back(box.high).matrix().cast<double>().array() + 0.5}});
   model.touch();
   return result;
 }
