@@ -703,6 +703,15 @@ void NodeBand::add_ends(const FieldSnapshot& field, Axis axis, int u, int v, Fie
   const int d = depth_index(axis);
   const DepthRange wanted = wanted_depths(axis, u, v);
   if (wanted.low > wanted.high) return;
+  // How far the ray is from the ball: squares.
+  const auto off = [&](float place, int i) {
+    const float distance = std::max(0.0f, std::fabs(place - centre_[i]) - around_);
+    return distance * distance;
+  };
+  const float farthest = reach_ + width_ + 1,
+              near2 = farthest * farthest - off(static_cast<float>(u) + 0.5f, u_index(axis)) -
+                      off(static_cast<float>(v) + 0.5f, v_index(axis));
+  if (near2 < 0) return;
   const auto lowest = static_cast<float>(box_.low[d]), beyond = static_cast<float>(box_.high[d]);
   SurfaceEnd end;
   end.place[u_index(axis)] = static_cast<float>(u) + 0.5f;
@@ -711,7 +720,7 @@ void NodeBand::add_ends(const FieldSnapshot& field, Axis axis, int u, int v, Fie
   const auto add = [&](float depth, uint32_t normal, bool at_out, uint8_t material, Color paint) {
     // Neither node of its lattice edge.
     if (depth - 0.5f < lowest - 1 || depth - 0.5f >= beyond) return;
-    if (depth < wanted.low || depth > wanted.high) return;
+    if (depth < wanted.low || depth > wanted.high || off(depth, d) > near2) return;
     end.place[d] = depth;
     end.normal = decode_unit(normal, axis, at_out);
     end.material = material;
@@ -743,14 +752,6 @@ void NodeBand::read_ends(const FieldSnapshot& field, Axis axis, FieldEnds& to) c
   nodes[v_index(axis)] = field.nodes_v();
   nodes[depth_index(axis)] = field.nodes_depth();
   const NodeBox there = box_.within({Index3::Zero(), nodes});
-  const float farthest = reach_ + width_ + 1;
-  const auto far_off = [&](int u, int v) {
-    const auto off = [&](int node, float centre) {
-      return std::max(0.0f, std::fabs(static_cast<float>(node) + 0.5f - centre) - around_);
-    };
-    const float du = off(u, centre_[u_index(axis)]), dv = off(v, centre_[v_index(axis)]);
-    return du * du + dv * dv > farthest * farthest;
-  };
   to.ends.clear();
   to.minor.clear();
   to.materials = 0;
@@ -761,7 +762,6 @@ void NodeBand::read_ends(const FieldSnapshot& field, Axis axis, FieldEnds& to) c
   if (axis == Axis::x) {
     for (int k = there.low[2]; k < there.high[2]; k++)
       for (int j = there.low[1]; j < there.high[1]; j++) {
-        if (far_off(j, k)) continue;
         const size_t row = static_cast<size_t>(k - box_.low[2]),
                      at = row * ny_ + static_cast<size_t>(j - box_.low[1]);
         RayItems& ray = to.rays[at];
@@ -786,7 +786,6 @@ void NodeBand::read_ends(const FieldSnapshot& field, Axis axis, FieldEnds& to) c
       for (int i = std::max(i0, there.low[0]);
            i < std::min(i0 + static_cast<int>(kBlock), there.high[0]); i++) {
         const int u = of_z ? i : row, v = of_z ? row : i;
-        if (far_off(u, v)) continue;
         uint32_t at = 0;
         add_ends(field, axis, u, v, to, [&](uint32_t end, float depth) {
           if (at == rays.count) {
