@@ -505,6 +505,7 @@ void Reshaper::sum_along(int axis, const std::vector<float>& from, std::vector<f
   const auto nx = static_cast<size_t>(size[0]), ny = static_cast<size_t>(size[1]),
              count = static_cast<size_t>(size[axis]);
   const size_t reach = kernel_.size() - 1;
+  constexpr size_t kAtOnce = 16;
   const detail::RowSum sum_rows = detail::row_sum();
   // Of each thread: rows that are summed; along x, one row at shifts, with its border's nodes
   // repeated around it.
@@ -517,7 +518,9 @@ void Reshaper::sum_along(int axis, const std::vector<float>& from, std::vector<f
       {std::vector<const float*>(reach + 1), std::vector<const float*>(reach + 1),
        std::vector<float>(axis == 0 ? nx + 2 * reach : 0)});
   const auto sum_row = [&](size_t row, Scratch& own) {
-    const size_t first = rows[row].low, nodes = rows[row].high - first;
+    // As many at least as are summed at once: those beside are summed for nothing.
+    const size_t nodes = std::max<size_t>(rows[row].high - rows[row].low, std::min(nx, kAtOnce)),
+                 first = std::min<size_t>(rows[row].low, nx - nodes);
     const float* in = from.data() + row * nx;
     if (axis == 0) {
       // Of node i at reach + i, as far as is summed.
