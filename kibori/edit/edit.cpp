@@ -268,4 +268,8 @@ void cut_field(Field& field, const Solid& solid, const Motion& motion, Removed& 
   edit_field({Operation::cut, field.view(), &field, solid, motion}, nullptr, removed);
 }
 
+void deposit_field(Field& field, const Solid& solid, uint8_t material, Removed& removed) {
+  edit_field({Operation::deposit, field.view(), &field, solid, {}, material, 0}, nullptr, removed);
+}
+
 }  // namespace kibori

@@ -75,5 +75,6 @@ void deposit_contact(const TriDexel& model, const Solid& solid, uint8_t material
 // One field alone: for tests, benchmarks and single-direction models. The solid's bounds and
 // `removed` as above.
 void cut_field(Field& field, const Solid& solid, const Motion& motion, Removed& removed);
+void deposit_field(Field& field, const Solid& solid, uint8_t material, Removed& removed);
 
 }  // namespace kibori

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <numbers>
 
 #include <kibori/base/memory.h>
@@ -51,11 +52,10 @@ void Clay::measure_way(const Tool& tool, std::span<const PressingTool> tools, do
   }
   scratch_->restore(empty_);
   const Vec3 corner = lattice.to_mm(LatticePoint{box.low.matrix().cast<double>()});
+  std::deque<SweptTool> ways;  // they stay where they are
   const auto add = [&](const Pose& from, const Vec3& way) {
-    const SweptTool solid(tool, {from.tip - corner, from.frame}, way, scratch_->lattice(),
-                          scratch_->lattice().whole());
-    Removed added;
-    deposit(*scratch_, solid.solid(), 0, {}, added);
+    ways.emplace_back(tool, Pose{from.tip - corner, from.frame}, way, scratch_->lattice(),
+                      scratch_->lattice().whole());
   };
   for (const PressingTool& at : tools) {
     const Vec3 along = radius_mm * at.direction, out = radius_mm * at.pose.axis();
@@ -63,6 +63,11 @@ void Clay::measure_way(const Tool& tool, std::span<const PressingTool> tools, do
     add(back, 2 * along);
     for (const Pose* pose : {&front, &at.pose, &back}) add(*pose, out);
   }
+  run_parallel(threads_, 3, [&](size_t axis) {
+    Removed added;
+    for (const SweptTool& way : ways)
+      deposit_field(scratch_->field(kAxes[axis]), way.solid(), 0, added);
+  });
   // What is cut off by the box's border is no surface of a way.
   way_band_.read_at(*scratch_, {Index3::Zero(), box.size()}, static_cast<float>(kRamp), touched_,
                     band_.turn());
