@@ -130,26 +130,25 @@ class RayRanges {
       range += static_cast<size_t>(std::countr_zero(nodes) - now) * step;
     }
   }
-  // Calls f(u, v, low, high) for the rays with such nodes, tile by tile, and after_tile(tu, tv).
-  template <class F, class G>
-  void for_rays(F&& f, G&& after_tile) const {
-    for (int tv = first_tile_row(); tv < end_tile_row(); tv++) for_rays(tv, f, after_tile);
+  // Calls f(tu, tv) for the tiles of the box.
+  template <class F>
+  void for_tiles(F&& f) const {
+    const auto tile = [](int node) { return std::max(0, node) / kTileSide; };
+    for (int tv = tile(box_.low[v_]); tv <= tile(box_.high[v_] - 1); tv++)
+      for (int tu = tile(box_.low[u_]); tu <= tile(box_.high[u_] - 1); tu++) f(tu, tv);
   }
-  // The same of one row of tiles.
-  int first_tile_row() const { return std::max(0, box_.low[v_]) / kTileSide; }
-  int end_tile_row() const { return (std::max(0, box_.high[v_]) + kTileSide - 1) / kTileSide; }
-  template <class F, class G>
-  void for_rays(int tv, F&& f, G&& after_tile) const {
-    const int u0 = std::max(0, box_.low[u_]), v0 = std::max(0, box_.low[v_]);
-    const int u1 = box_.high[u_], v1 = box_.high[v_];
-    for (int tu = u0 / kTileSide; tu * kTileSide < u1; tu++) {
-      for (int v = std::max(v0, tv * kTileSide); v < std::min(v1, (tv + 1) * kTileSide); v++)
-        for (int u = std::max(u0, tu * kTileSide); u < std::min(u1, (tu + 1) * kTileSide); u++) {
-          const Range& range = ranges_[place(u, v)];
-          if (range.low < range.high) f(u, v, range.low, range.high);
-        }
-      after_tile(tu, tv);
-    }
+  // Calls f(u, v, low, high) for a tile's rays with such nodes.
+  template <class F>
+  void for_rays(int tu, int tv, F&& f) const {
+    const int u0 = std::max({0, box_.low[u_], tu * kTileSide}),
+              v0 = std::max({0, box_.low[v_], tv * kTileSide});
+    const int u1 = std::min(box_.high[u_], (tu + 1) * kTileSide),
+              v1 = std::min(box_.high[v_], (tv + 1) * kTileSide);
+    for (int v = v0; v < v1; v++)
+      for (int u = u0; u < u1; u++) {
+        const Range& range = ranges_[place(u, v)];
+        if (range.low < range.high) f(u, v, range.low, range.high);
+      }
   }
 
  private:
@@ -320,21 +319,20 @@ class RayWriter {
 template <class Change, class F>
 void write_runs(Field& field, Axis axis, const RayRanges& ranges, Change& change, F&& told) {
   RayWriter<Change> writer(field.view(), axis, change);
-  bool wrote = false;  // into the tile
-  ranges.for_rays(
-      [&](int u, int v, int low, int high) {
-        writer.for_runs(u, v, low, high, [&](const RayRun& run) {
-          told(run);
-          writer.write(field, u, v, run);
-          wrote = true;
-        });
-      },
-      [&](int tu, int tv) {
-        if (!std::exchange(wrote, false)) return;
-        Tile& tile = field.writable(tu, tv);
-        field.trim_planes(tile);
-        if (tile.empty) field.clear_tile(tu, tv);
+  ranges.for_tiles([&](int tu, int tv) {
+    bool wrote = false;
+    ranges.for_rays(tu, tv, [&](int u, int v, int low, int high) {
+      writer.for_runs(u, v, low, high, [&](const RayRun& run) {
+        told(run);
+        writer.write(field, u, v, run);
+        wrote = true;
       });
+    });
+    if (!wrote) return;
+    Tile& tile = field.writable(tu, tv);
+    field.trim_planes(tile);
+    if (tile.empty) field.clear_tile(tu, tv);
+  });
 }
 
 }  // namespace kibori

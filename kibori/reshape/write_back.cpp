@@ -195,25 +195,21 @@ double WriteBack::volume(const TriDexel& model, const std::vector<float>& after)
   run_parallel(threads_, 3, [&](size_t axis) { find_rays(model, axis); });
   struct Piece {
     size_t axis;
-    int tv;
+    int tu, tv;
   };
   std::vector<Piece> pieces;
   for (size_t axis = 0; axis < 3; axis++)
-    for (int tv = rays_[axis].first_tile_row(); tv < rays_[axis].end_tile_row(); tv++)
-      pieces.push_back({axis, tv});
+    rays_[axis].for_tiles([&](int tu, int tv) { pieces.push_back({axis, tu, tv}); });
   std::vector<Lengths> changes(pieces.size());
   run_parallel_slices(threads_, pieces.size(), [&](size_t i, size_t) {
-    const auto [axis, tv] = pieces[i];
+    const auto [axis, tu, tv] = pieces[i];
     PhiChange change(*band_, after);
     RayWriter<PhiChange> write(model.field(band_->turn().old(kAxes[axis])).view(), kAxes[axis],
                                change);
-    rays_[axis].for_rays(
-        tv,
-        [&](int u, int v, int low, int high) {
-          write.for_runs(u, v, low, high,
-                         [&](const RayRun& run) { changes[i].push_back(lengths(run)); });
-        },
-        [](int, int) {});
+    rays_[axis].for_rays(tu, tv, [&](int u, int v, int low, int high) {
+      write.for_runs(u, v, low, high,
+                     [&](const RayRun& run) { changes[i].push_back(lengths(run)); });
+    });
   });
   // In one order, whatever the threads.
   double sum = 0;
