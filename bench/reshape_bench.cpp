@@ -175,14 +175,24 @@ int main(int argc, char** argv) {
       return time_clay(model, memory, middle, ball, radius, steps, threads);
     };
     dabs_on(2, {path[0]});
-    const std::vector<double> dabs2 = dabs_on(2, path).dab;
     clay_on(2, 3);
-    const std::vector<double> clay = clay_on(1, presses);
-    const std::vector<double> clay2 = clay_on(2, presses);
-    DabTimes dabs = dabs_on(1, path);
-    std::vector<double>& undo = dabs.undo;
+    // Some rounds, the ways of running in turn: the 99th percentile of one would be its maximum.
+    std::vector<double> dabs, dabs2, clay, clay2, undo;
+    double removed_cells = 0;
+    const auto append = [](std::vector<double>& to, const std::vector<double>& more) {
+      to.insert(to.end(), more.begin(), more.end());
+    };
+    for (int round = 0; round < (quick ? 1 : 5); round++) {
+      const DabTimes one = dabs_on(1, path);
+      append(dabs, one.dab);
+      append(undo, one.undo);
+      removed_cells = one.removed;
+      append(dabs2, dabs_on(2, path).dab);
+      append(clay, clay_on(1, presses));
+      append(clay2, clay_on(2, presses));
+    }
     const GrabTimes grabs = time_grabs(model, middle, ball, radius, quick);
-    undo.insert(undo.end(), grabs.undo.begin(), grabs.undo.end());
+    append(undo, grabs.undo);
     double peer = 0;
 #ifdef KIBORI_HAVE_OPENVDB
     peer =
@@ -205,8 +215,8 @@ int main(int argc, char** argv) {
               "cells removed in all; OpenVDB %.2f ms, ratio %.2f; clay p50 %.2f ms, p99 %.2f ms, "
               "on two threads %.2f and %.2f ms; grab first %.2f ms, then p50 %.2f ms, p99 %.2f ms; "
               "undo p99 %.3f ms\n",
-        radius, kSigma, median(dabs.dab), percentile(dabs.dab, 0.99), median(dabs2),
-        percentile(dabs2, 0.99), dabs.removed, peer, peer / median(dabs.dab), median(clay),
+        radius, kSigma, median(dabs), percentile(dabs, 0.99), median(dabs2),
+        percentile(dabs2, 0.99), removed_cells, peer, peer / median(dabs), median(clay),
         percentile(clay, 0.99), median(clay2), percentile(clay2, 0.99), median(grabs.first),
         median(grabs.update), percentile(grabs.update, 0.99), percentile(undo, 0.99));
     out += text;

@@ -20,16 +20,18 @@ struct Depth {
   float core, width;
   double rise;
 };
-constexpr Depth kNear{2.5f, 2.5f, 1},
-    kWhole{static_cast<float>(Clay::kMaxRise + 1), static_cast<float>(Clay::kMaxRise + 2),
-           Clay::kMaxRise};
+constexpr std::array<Depth, 3> kDepths{{{2.5f, 2.5f, 1},
+                                        {3.75f, 3.75f, 2.25},
+                                        {static_cast<float>(Clay::kMaxRise + 1),
+                                         static_cast<float>(Clay::kMaxRise + 2), Clay::kMaxRise}}};
+constexpr const Depth& kWhole = kDepths.back();
 // A collar's surface, as a share of that of a plane under its falloff: what the tool leaves of it,
 // roughly (0.3 to 0.6 in the benchmark). It only decides what is told first.
 constexpr double kShareOfPlane = 0.4;
 // Steps in search of a height: secants converge in one or two, halves come after so many. From the
 // second height that is too low on they lead this much too far, so that there is one above, too.
 constexpr int kMaxSteps = 24, kSecants = 8;
-constexpr double kBeyond = 1.05;
+constexpr double kBeyond = 1.05, kKinks = 4;
 // Beyond how many nodes there is no region, and what memory [bytes] is not asked about.
 constexpr double kMaxNodes = 2147483648.0, kSurelyThere = 256e6;
 
@@ -101,23 +103,26 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   if (nodes >= kMaxNodes || (there > 0 && bytes > 0.8 * there) ||
       (box.size() > kMaxNodesPerAxis).any())
     return Error{"the tool is too large for this pitch: its collar of clay takes too much memory"};
-  // Most collars are low: a higher one than that is told again, unless that is to be expected.
-  const double plane = std::numbers::pi / 3 * radius * radius;
-  bool high = std::fabs(wanted) > kNear.rise * kShareOfPlane * plane;
+  // Most collars are low: one that is higher than expected is told again.
+  const double plane = std::numbers::pi / 3 * radius * radius,
+               expected = std::fabs(wanted) / (kShareOfPlane * plane);
+  const Depth* depth = kDepths.data();
+  while (depth != &kWhole && expected > depth->rise) depth++;
   const AxisTurn turn = turn_along_surface(model, LatticePoint{centre}, radius);
   const LatticePoint turned{turn.turn(centre)};
   while (true) {
-    const Depth& depth = high ? kWhole : kNear;
-    band_.read(model, box.turned(turn), depth.width, turned, static_cast<float>(radius + 2), 0,
+    band_.read(model, box.turned(turn), depth->width, turned, static_cast<float>(radius + 2), 0,
                turn);
-    if (!find_touched(turn.turn(lattice.nodes), turned, radius, depth.core)) return Reshaped{};
+    if (!find_touched(turn.turn(lattice.nodes), turned, radius, depth->core)) return Reshaped{};
     measure_way(tool, tools, radius_mm, lattice, box);
     band_.copy_phi(turned, radius + 2, after_);
     const double area = weigh(turned, radius);
     writer_->begin(band_, touched_, threads_);
-    const bool found = !(area > 0) || rise(model, wanted, area, depth.rise, tolerance);
-    if (high || (found && !changes_beyond(band_, after_, touched_, depth.core, kWhole.core))) break;
-    high = true;
+    const bool found = !(area > 0) || rise(model, wanted, area, depth->rise, tolerance);
+    if (depth == &kWhole ||
+        (found && !changes_beyond(band_, after_, touched_, depth->core, kWhole.core)))
+      break;
+    depth++;
   }
   return writer_->write(model, after_);
 }
@@ -221,13 +226,16 @@ bool Clay::rise(const TriDexel& model, double wanted, double area, double most, 
       known = true;
     }
     const double slope = (volume - from_volume) / (lambda - from),
-                 secant = slope > 0 ? std::min(lambda + beyond * (size - volume) / slope, kMaxRise)
-                                    : kMaxRise;
-    // What a secant through nothing is off by is about the square of that.
-    if (step == 0 && off * off <= tolerance && secant <= most) {
-      raise_by(sign * secant);
+                 ahead = slope > 0 ? (size - volume) / slope : kMaxRise;
+    // A secant is off by about the product of what its two ends are, and some more by kinks; one
+    // through nothing, by the square of the other.
+    const double root_off = from_volume > 0 ? kKinks * off * (from_volume / size - 1) : off * off;
+    const double root = std::min(lambda + ahead, kMaxRise);
+    if (std::fabs(root_off) <= tolerance && root <= most) {
+      raise_by(sign * root);
       return true;
     }
+    const double secant = std::min(lambda + beyond * ahead, kMaxRise);
     lambda = known && (step >= kSecants || !(secant > low && secant < high)) ? 0.5 * (low + high)
                                                                              : secant;
   }
