@@ -3,6 +3,7 @@
 // and slabs. Lengths in cells, at a pitch of 1 mm.
 #include <cmath>
 #include <map>
+#include <memory>
 #include <set>
 #include <tuple>
 
@@ -36,11 +37,15 @@ Brush everywhere(double sigma) {
   return {.radius_mm = 1000, .strength = 1, .falloff = Falloff::constant, .sigma_mm = sigma};
 }
 
-// Whether an end may be the nearest of a node; `share`: of its normal's largest component, which
-// the one along its ray has at least.
-bool may_be_nearest(const SurfaceEnd& end, const Eigen::Vector3f& node, float share) {
+// Whether an end may be the nearest of a node; its normal's components may be so much off, as
+// shares of the largest.
+bool may_be_nearest(const SurfaceEnd& end, const Eigen::Vector3f& node, float off_by) {
   const int along = depth_index(end.axis);
-  if (std::fabs(end.normal[along]) >= share * end.normal.cwiseAbs().maxCoeff()) return true;
+  const Eigen::Vector3f share = end.normal.cwiseAbs() / end.normal.cwiseAbs().maxCoeff();
+  bool major = share[along] >= 0.75f - off_by;
+  for (int better = along + 1; better < 3; better++)
+    major = major && share[better] <= 0.866f + off_by;
+  if (major) return true;
   const Eigen::Vector3f off = (node - end.place).cwiseAbs();
   return off[along] <= 1 && off[u_index(end.axis)] == 0 && off[v_index(end.axis)] == 0;
 }
@@ -53,17 +58,18 @@ TEST(NodeBand, NearestEndsAsByLookingAtAll) {
       tool_at(BoxTool{Vec3(7, 9, 12)},
               Pose{random.in_box(8, 24), frame_from_axis(random.direction(), 1)}, model.lattice()));
   NodeBand band;
-  for (const float width : {5.0f, 17.5f}) {
+  for (const auto& [width, first] : {std::pair(5.0f, Axis::x), std::pair(17.5f, Axis::x),
+                                     std::pair(5.0f, Axis::y), std::pair(5.0f, Axis::z)}) {
     const NodeBox box{Index3::Constant(-3), Index3::Constant(35)};
-    band.read(model, box, width);
+    band.read(model, box, width, {}, kFar, 0, AxisTurn(first));
     size_t known = 0;
     for (size_t node = 0; node < band.phi().size(); node++) {
       const Eigen::Vector3f place = band.node_at(node).cast<float>().matrix().array() + 0.5f;
       float best = 1e9f, surely = 1e9f;
       for (const SurfaceEnd& end : band.ends()) {
         const float distance = (place - end.place).norm();
-        if (may_be_nearest(end, place, 0.865f)) best = std::min(best, distance);
-        if (may_be_nearest(end, place, 0.867f)) surely = std::min(surely, distance);
+        if (may_be_nearest(end, place, 0.001f)) best = std::min(best, distance);
+        if (may_be_nearest(end, place, -0.001f)) surely = std::min(surely, distance);
       }
       const SurfaceEnd* const end = band.nearest(node);
       known += end != nullptr;
@@ -77,6 +83,97 @@ TEST(NodeBand, NearestEndsAsByLookingAtAll) {
     size_t listed = 0;
     for (const NodeBlock& block : band.blocks()) block.for_nodes([&](int) { listed++; });
     EXPECT_EQ(listed, known);
+  }
+}
+
+TEST(NodeBand, ATurnedBandIsTheSameByOtherNames) {
+  Random random;
+  TriDexel model(cube(32));
+  add(model, SweptBall(LatticePoint{random.in_box(10, 22)}, LatticeVector(), 7.7));
+  const NodeBox box{Index3(-1, 2, 4), Index3(33, 29, 31)};
+  NodeBand band, turned;
+  band.read(model, box, 4);
+  for (const Axis first : kAxes) {
+    const AxisTurn turn(first);
+    turned.read(model, box.turned(turn), 4, {}, kFar, 0, turn);
+    using Place = std::tuple<Axis, float, float, float>;
+    std::map<Place, Eigen::Vector3f> normals, by_old;
+    for (const SurfaceEnd& end : band.ends())
+      normals[{end.axis, end.place.x(), end.place.y(), end.place.z()}] = end.normal;
+    for (const SurfaceEnd& end : turned.ends()) {
+      const Eigen::Vector3f place = turn.turn_back(end.place);
+      by_old[{turn.old(end.axis), place.x(), place.y(), place.z()}] = turn.turn_back(end.normal);
+    }
+    EXPECT_EQ(normals, by_old) << random.note();
+    ASSERT_GT(normals.size(), 100u);
+    for (size_t node = 0; node < band.phi().size(); node++) {
+      const Index3 at = turn.turn(band.node_at(node));
+      const float phi = band.phi()[node],
+                  as_turned = turned.phi()[turned.index(at[0], at[1], at[2])];
+      // Another end may be the nearest; the ball is not quite its planes.
+      ASSERT_NEAR(phi, as_turned, 0.15) << random.note();
+      // A node right on the surface is inside in one field and outside in another.
+      if (std::fabs(phi) > 1e-4f) ASSERT_EQ(phi < 0, as_turned < 0) << random.note();
+    }
+  }
+}
+
+TEST(NodeBand, RowsRunAlongTheSurface) {
+  Random random;
+  const Vec3 centre(32.2, 31.9, 32.4);
+  TriDexel model(cube(64));
+  add(model, SweptBall(LatticePoint{centre}, LatticeVector(), 20));
+  for (int round = 0; round < 200; round++) {
+    const Vec3 normal = random.direction(), across = normal.cwiseAbs();
+    const AxisTurn turn =
+        turn_along_surface(model, LatticePoint{centre + 20 * normal}, random.uniform(4, 12));
+    // Not quite: some rays are looked at.
+    EXPECT_LT(across[depth_index(turn.old(Axis::x))], across.minCoeff() + 0.25) << random.note();
+  }
+}
+
+// A dab does the same to a turned body as to the body, turned; nearly, as it may go by other rows
+// where two directions have as many ends.
+TEST(Reshape, ADabTurnsWithTheBody) {
+  Random random;
+  const Vec3 centre(32.2, 31.9, 32.4), out = Vec3(0.2, 0.5, 0.84).normalized();
+  const std::vector<Vec3> bumps = {centre, centre + 14 * out + random.in_box(-3, 3),
+                                   centre + 15 * out + random.in_box(-3, 3)};
+  for (const FieldVerb verb :
+       {FieldVerb::smooth, FieldVerb::rasp, FieldVerb::inflate, FieldVerb::flatten}) {
+    std::vector<std::unique_ptr<TriDexel>> models;
+    double removed = 0;
+    for (const Axis first : kAxes) {
+      const AxisTurn turn(first);
+      TriDexel& model = *models.emplace_back(std::make_unique<TriDexel>(cube(64)));
+      for (const Vec3& bump : bumps)
+        add(model, SweptBall(LatticePoint{turn.turn(bump)}, LatticeVector(),
+                             &bump == bumps.data() ? 16 : 4));
+      Brush brush{.radius_mm = 9, .strength = 1, .sigma_mm = 1.5};
+      brush.keep_volume = verb == FieldVerb::smooth;
+      Reshaper reshaper;
+      const auto done = reshaper.dab(model, verb, brush, turn.turn(Vec3(centre + 16 * out)));
+      ASSERT_TRUE(done.ok());
+      if (first == Axis::x) removed = done.value().removed_mm3;
+      EXPECT_NEAR(done.value().removed_mm3, removed, 0.01 * removed) << random.note();
+      const Vec3 by_old = turn.turn_back(done.value().parts[0].sum_mm);
+      EXPECT_LT((by_old - models[0]->lattice().to_mm(LatticePoint{centre + 16 * out})).norm(), 5);
+      for (const Axis axis : kAxes) {
+        const FieldSnapshot& field = model.field(axis).view();
+        const FieldSnapshot& as_it_was = models[0]->field(turn.old(axis)).view();
+        for (int v = 0; v < field.nodes_v(); v++)
+          for (int u = 0; u < field.nodes_u(); u++) {
+            std::vector<std::pair<float, float>> spans, were;
+            field.for_spans(u, v, [&](const Span& s) { spans.emplace_back(s.in, s.out); });
+            as_it_was.for_spans(u, v, [&](const Span& s) { were.emplace_back(s.in, s.out); });
+            ASSERT_EQ(spans.size(), were.size()) << random.note();
+            for (size_t i = 0; i < spans.size(); i++) {
+              ASSERT_NEAR(spans[i].first, were[i].first, 0.01) << random.note();
+              ASSERT_NEAR(spans[i].second, were[i].second, 0.01) << random.note();
+            }
+          }
+      }
+    }
   }
 }
 

@@ -422,14 +422,26 @@ constexpr float kSideways2 = 1;
 constexpr size_t kBlock = 16;
 static_assert(kMaxMaterials <= 64);
 
-// Whether an end's normal is about along its ray: see node_band.h. (0.87 squared: 3 / 4.)
-bool is_major(uint32_t normal) {
+// Whether an end is major: see node_band.h.
+bool is_major(uint32_t normal, Axis axis) {
   const auto square = [](uint32_t snorm) {
-    const int32_t n = static_cast<int16_t>(snorm);
+    const int64_t n = static_cast<int16_t>(snorm);
     return n * n;
   };
-  const int32_t u2 = square(normal & 0xffffu), v2 = square(normal >> 16);
-  return 4 * (int64_t{32767} * 32767 - u2 - v2) >= 3 * int64_t{std::max(u2, v2)};
+  const int64_t u2 = square(normal & 0xffffu), v2 = square(normal >> 16),
+                depth2 = int64_t{32767} * 32767 - u2 - v2, most = std::max({u2, v2, depth2});
+  // 0.75 and 0.87 are squared here.
+  const auto sees = [&](int64_t component2) { return 16 * component2 >= 9 * most; };
+  const auto sees_well = [&](int64_t component2) { return 4 * component2 > 3 * most; };
+  switch (axis) {
+    case Axis::z:
+      return sees(depth2);
+    case Axis::y:  // u is z
+      return sees(depth2) && !sees_well(u2);
+    case Axis::x:  // u is y, v is z
+      return sees(depth2) && !sees_well(u2) && !sees_well(v2);
+  }
+  return true;
 }
 
 }  // namespace
@@ -726,7 +738,7 @@ void NodeBand::add_ends(const FieldSnapshot& field, Axis axis, int u, int v, Fie
     end.material = material;
     end.paint = paint;
     to.materials |= uint64_t{1} << material;
-    if (!is_major(normal)) {
+    if (!is_major(normal, axis)) {
       to.minor.push_back(end);
       return;
     }

@@ -6,14 +6,20 @@
 //   |phi|      from the node's nearest end (place p, normal n), at a distance d = x - p:
 //              max(|d . n|, sqrt(max(0, |d|^2 - 1))), at most `width`
 //
-// The 1 is one cell of sideways distance: within it an end's own plane is trusted. The field whose
-// axis is nearest to a plane's normal has an end within 0.87 cells of each of its points, so
-// farther nodes need no other field's. An end is `major` where the normal's component along its
-// ray is the largest, or 0.87 of that; others are for the two nodes of their lattice edge alone.
+// The 1 is one cell of sideways distance: within it an end's own plane is trusted. A field has an
+// end so near to each point of a plane (within 0.97 cells) if the normal's component along its rays
+// is 0.75 of the largest or more. So one field's ends do for farther nodes: the `major` ones,
+//
+//   z   wherever that holds
+//   y   where it holds, unless the component along z is above 0.87 of the largest
+//   x   where it holds, unless that along z or y is
+//
+// which leaves 4 degrees in which one field takes over from another. Others are for the two nodes
+// of their lattice edge alone.
 //
 // Nodes are gone over in rows along x. Those are fewest near a surface that they run along; so a
 // band may be read with the model's axes turned. Boxes, nodes, places, normals and axes are then
-// all by the new names.
+// all by the new names, and of the fields, too: the z field above is the one of that name.
 #pragma once
 
 #include <algorithm>
