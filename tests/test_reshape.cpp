@@ -133,8 +133,8 @@ TEST(NodeBand, RowsRunAlongTheSurface) {
   }
 }
 
-// A dab does the same to a turned body as to the body, turned. Where two directions have as many
-// ends it may go by other rows, and does nearly the same.
+// A dab does the same to a turned body as to the body, turned, if it goes by the same rows: where
+// two directions have as many ends it may go by others, and finds other ends nearest.
 TEST(Reshape, ADabTurnsWithTheBody) {
   Random random;
   const Vec3 centre(32.2, 31.9, 32.4), out = Vec3(0.2, 0.5, 0.84).normalized();
@@ -156,13 +156,13 @@ TEST(Reshape, ADabTurnsWithTheBody) {
       const Vec3 at = turn.turn(Vec3(centre + 16 * out));
       const Axis along =
           turn.old(turn_along_surface(model, LatticePoint{at}, brush.radius_mm).old(Axis::x));
-      const double tolerance = along == rows.value_or(along) ? 1e-4 : 0.1;
       rows = rows.value_or(along);
+      if (*rows != along) continue;
       Reshaper reshaper;
       const auto done = reshaper.dab(model, verb, brush, at);
       ASSERT_TRUE(done.ok());
       if (first == Axis::x) removed = done.value().removed_mm3;
-      EXPECT_NEAR(done.value().removed_mm3, removed, tolerance * removed) << random.note();
+      EXPECT_NEAR(done.value().removed_mm3, removed, 1e-5 * removed) << random.note();
       const Vec3 by_old = turn.turn_back(done.value().parts[0].sum_mm);
       EXPECT_LT((by_old - models[0]->lattice().to_mm(LatticePoint{centre + 16 * out})).norm(), 5);
       for (const Axis axis : kAxes) {
@@ -175,8 +175,8 @@ TEST(Reshape, ADabTurnsWithTheBody) {
             as_it_was.for_spans(u, v, [&](const Span& s) { were.emplace_back(s.in, s.out); });
             ASSERT_EQ(spans.size(), were.size()) << random.note();
             for (size_t i = 0; i < spans.size(); i++) {
-              ASSERT_NEAR(spans[i].first, were[i].first, tolerance) << random.note();
-              ASSERT_NEAR(spans[i].second, were[i].second, tolerance) << random.note();
+              ASSERT_NEAR(spans[i].first, were[i].first, 1e-4) << random.note();
+              ASSERT_NEAR(spans[i].second, were[i].second, 1e-4) << random.note();
             }
           }
       }
