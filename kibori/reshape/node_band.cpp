@@ -639,20 +639,46 @@ void NodeBand::blocks_within(float depth, std::vector<NodeBlock>& to) const {
   }
 }
 
-void NodeBand::copy_phi(const LatticePoint& centre, double radius, std::vector<float>& to) const {
+void NodeBand::rows_of(const std::vector<NodeBlock>& nodes, std::vector<RowRange>& to) const {
+  const auto nx = static_cast<uint32_t>(nx_);
+  to.assign(ny_ * nz_, {});
+  for (const NodeBlock& block : nodes) {
+    const uint32_t row = block.place / nx, first = block.place - row * nx;
+    to[row].include({first + static_cast<uint32_t>(block.first()),
+                     first + static_cast<uint32_t>(block.last()) + 1});
+  }
+}
+
+void NodeBand::spread_rows(const std::vector<RowRange>& from, int axis, uint32_t reach,
+                           std::vector<RowRange>& to) const {
+  const auto nx = static_cast<uint32_t>(nx_);
+  to.assign(ny_ * nz_, {});
+  for (size_t row = 0; row < ny_ * nz_; row++) {
+    if (!from[row].high) continue;
+    if (axis == 0) {
+      to[row] = {from[row].low - std::min(from[row].low, reach),
+                 std::min(nx, from[row].high + reach)};
+      continue;
+    }
+    const size_t count = axis == 1 ? ny_ : nz_, step = axis == 1 ? 1 : ny_;
+    const size_t at = axis == 1 ? row % ny_ : row / ny_, low = std::min<size_t>(at, reach),
+                 high = std::min<size_t>(count - 1 - at, reach);
+    for (size_t r = row - low * step; r <= row + high * step; r += step) to[r].include(from[row]);
+  }
+}
+
+void NodeBand::copy_phi(const std::vector<NodeBlock>& nodes, std::vector<float>& to) {
+  constexpr uint32_t kReach = 2;
+  rows_of(nodes, rows_[0]);
+  spread_rows(rows_[0], 1, kReach, rows_[1]);
+  spread_rows(rows_[1], 2, kReach, rows_[0]);
   make_items(to, phi_.size());
   run_parallel_slices(threads_, nz_, [&](size_t slice, size_t) {
-    const int k = box_.low[2] + static_cast<int>(slice);
-    for (int j = box_.low[1]; j < box_.high[1]; j++) {
-      const double y = j + 0.5 - centre[1], z = k + 0.5 - centre[2],
-                   chord2 = radius * radius - y * y - z * z;
-      if (chord2 < 0) continue;
-      const double chord = std::sqrt(chord2);
-      const int low = std::max(box_.low[0], static_cast<int>(std::floor(centre[0] - chord))),
-                high = std::min(box_.high[0], static_cast<int>(std::ceil(centre[0] + chord)));
-      if (low >= high) continue;
-      const size_t first = index(low, j, k);
-      std::copy_n(phi_.data() + first, high - low, to.data() + first);
+    for (size_t row = slice * ny_; row < (slice + 1) * ny_; row++) {
+      if (!rows_[0][row].high) continue;
+      const size_t low = rows_[0][row].low - std::min(rows_[0][row].low, kReach),
+                   high = std::min<size_t>(nx_, rows_[0][row].high + kReach);
+      std::copy_n(phi_.data() + row * nx_ + low, high - low, to.data() + row * nx_ + low);
     }
   });
 }

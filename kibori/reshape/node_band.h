@@ -167,6 +167,15 @@ struct BandScratch {
   void prepare(const BandSlice& slice);
 };
 
+// Nodes low <= i < high of a row along x.
+struct RowRange {
+  uint32_t low = UINT32_MAX, high = 0;
+
+  void include(RowRange other) {
+    low = std::min(low, other.low);
+    high = std::max(high, other.high);
+  }
+};
 // Of a filter along an axis: to[i] = kernel[0] low[0][i] + the sum over m of
 // kernel[m] (low[m][i] + high[m][i]), for i < count.
 using RowSum = void (*)(const float* const* low, const float* const* high,
@@ -223,8 +232,14 @@ class NodeBand {
   Index3 node_at(size_t index) const { return box_.node_at(index); }
   // Fields in the order of how much of the surface they see best, that one first.
   std::array<Axis, 3> order_by_surface() const;
-  // Copies phi of the nodes within the ball, and of some beside it, to the same places of `to`.
-  void copy_phi(const LatticePoint& centre, double radius, std::vector<float>& to) const;
+  // Ranges of the box's rows that hold the nodes, and ranges that hold what lies within `reach`
+  // nodes of others, along one axis.
+  void rows_of(const std::vector<NodeBlock>& nodes, std::vector<detail::RowRange>& to) const;
+  void spread_rows(const std::vector<detail::RowRange>& from, int axis, uint32_t reach,
+                   std::vector<detail::RowRange>& to) const;
+  // Copies phi of the nodes, of those within two nodes of them along each axis, and of some beside
+  // those, to the same places of `to`.
+  void copy_phi(const std::vector<NodeBlock>& nodes, std::vector<float>& to);
   // A node's nearest end of those that may be its, or null if there is none within the width.
   const SurfaceEnd* nearest(const NodeBlock& block, int n) const {
     if (!(known_[block.row] >> n & 1)) return nullptr;
@@ -295,6 +310,7 @@ class NodeBand {
   std::vector<detail::RayItems> rays_;
   std::vector<detail::SpanLayer> span_layers_;
   std::vector<detail::BandScratch> scratch_;  // of each thread
+  std::array<std::vector<detail::RowRange>, 2> rows_;
 };
 
 }  // namespace kibori

@@ -395,9 +395,6 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
     reach = {reach.low.min(there.low), reach.high.max(there.high)};
   }
   reach = reach.within(band_.box().grown(-2));
-  // Nodes that stay are looked at, too, beside those that may change.
-  const auto [middle, spread] = cluster.middle();
-  band_.copy_phi(middle, spread + radius + double{kSlopeReach}, after_);
   struct Weight {
     float weight, height;  // over the planes of flatten
   };
@@ -449,26 +446,21 @@ void Reshaper::weigh(const Brush& brush, const Cluster& cluster, double radius, 
     count++;
   }
   touched_.resize(count);
+  // Nodes that stay are looked at, too, beside those that may change.
+  band_.copy_phi(touched_, after_);
 }
 
 // G phi at the touched nodes, into second_. What each pass has to fill of the rows along x: the
 // last one the nodes asked for, and each before it what the next one reads. That is least if the
 // first goes through the surface, the others along it.
 void Reshaper::filter() {
-  const Index3 size = band_.box().size();
-  const auto nx = static_cast<uint32_t>(size[0]);
-  std::vector<RowRange>& asked = rows_[2];
-  asked.assign(static_cast<size_t>(size[1]) * static_cast<size_t>(size[2]), {});
-  for (const NodeBlock& block : touched_) {
-    const uint32_t row = block.place / nx, first = block.place - row * nx;
-    asked[row].include({first + static_cast<uint32_t>(block.first()),
-                        first + static_cast<uint32_t>(block.last()) + 1});
-  }
+  const auto reach = static_cast<uint32_t>(kernel_.size() - 1);
   std::array<int, 3> axis;
   const std::array<Axis, 3> order = band_.order_by_surface();
   for (size_t pass = 0; pass < 3; pass++) axis[pass] = depth_index(order[pass]);
-  spread(rows_[2], rows_[1], axis[2]);
-  spread(rows_[1], rows_[0], axis[1]);
+  band_.rows_of(touched_, rows_[2]);
+  band_.spread_rows(rows_[2], axis[2], reach, rows_[1]);
+  band_.spread_rows(rows_[1], axis[1], reach, rows_[0]);
   detail::make_items(first_, band_.phi().size());
   detail::make_items(second_, band_.phi().size());
   sum_along(axis[0], band_.phi(), second_, rows_[0]);
@@ -476,31 +468,9 @@ void Reshaper::filter() {
   sum_along(axis[2], first_, second_, rows_[2]);
 }
 
-// What a pass along `axis` reads to fill `from`.
-void Reshaper::spread(const std::vector<RowRange>& from, std::vector<RowRange>& to,
-                      int axis) const {
-  const Index3 size = band_.box().size();
-  const auto nx = static_cast<uint32_t>(size[0]);
-  const auto ny = static_cast<size_t>(size[1]), nz = static_cast<size_t>(size[2]);
-  const size_t reach = kernel_.size() - 1;
-  to.assign(ny * nz, {});
-  for (size_t row = 0; row < ny * nz; row++) {
-    if (!from[row].high) continue;
-    if (axis == 0) {
-      const auto by = static_cast<uint32_t>(reach);
-      to[row] = {from[row].low - std::min(from[row].low, by), std::min(nx, from[row].high + by)};
-      continue;
-    }
-    const size_t count = axis == 1 ? ny : nz, step = axis == 1 ? 1 : ny;
-    const size_t at = axis == 1 ? row % ny : row / ny, low = std::min(at, reach),
-                 high = std::min(count - 1 - at, reach);
-    for (size_t r = row - low * step; r <= row + high * step; r += step) to[r].include(from[row]);
-  }
-}
-
 // One pass of the filter over some rows; beyond the box all is as at its border.
 void Reshaper::sum_along(int axis, const std::vector<float>& from, std::vector<float>& to,
-                         const std::vector<RowRange>& rows) {
+                         const std::vector<detail::RowRange>& rows) {
   const Index3 size = band_.box().size();
   const auto nx = static_cast<size_t>(size[0]), ny = static_cast<size_t>(size[1]),
              count = static_cast<size_t>(size[axis]);

@@ -98,15 +98,6 @@ class Reshaper {
                   double sigma, const Cluster& cluster, std::optional<float> core, double most);
   void weigh(const Brush& brush, const Cluster& cluster, double radius, double most,
              std::optional<float> core);
-  // Of a row along x: nodes low <= i < high.
-  struct RowRange {
-    uint32_t low = UINT32_MAX, high = 0;
-
-    void include(RowRange other) {
-      low = std::min(low, other.low);
-      high = std::max(high, other.high);
-    }
-  };
   // Calls f(index, weight) for the nodes that a verb may change, or for those of one block.
   template <class F>
   void for_touched(F&& f) const {
@@ -119,9 +110,8 @@ class Reshaper {
     });
   }
   void filter();
-  void spread(const std::vector<RowRange>& from, std::vector<RowRange>& to, int axis) const;
   void sum_along(int axis, const std::vector<float>& from, std::vector<float>& to,
-                 const std::vector<RowRange>& rows);
+                 const std::vector<detail::RowRange>& rows);
 
   int threads_ = 1;
   NodeBand band_;
@@ -132,7 +122,7 @@ class Reshaper {
   std::vector<NodeBlock> touched_;
   std::unique_ptr<WriteBack> writer_;
   std::vector<BlockValues> weights_, heights_;
-  std::array<std::vector<RowRange>, 3> rows_;  // by passes of the filter
+  std::array<std::vector<detail::RowRange>, 3> rows_;  // by passes of the filter
 };
 
 }  // namespace kibori
