@@ -17,6 +17,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <numeric>
 
 #include <kibori/base/check.h>
 #include <kibori/base/parallel.h>
@@ -563,8 +564,8 @@ void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float widt
       return;
     }
     read_spans(model);
-    for (size_t k = 0; k < nz_; k++) tell_sides(plane(k));
   });
+  run_parallel_slices(threads_, nz_, [&](size_t k, size_t) { tell_sides(plane(k)); });
   join_ends();
   if (ends_.empty()) return;
   for (const Axis axis : {Axis::z, Axis::y, Axis::x}) search(axis);
@@ -653,18 +654,30 @@ void NodeBand::spread_rows(const std::vector<RowRange>& from, int axis, uint32_t
                            std::vector<RowRange>& to) const {
   const auto nx = static_cast<uint32_t>(nx_);
   to.assign(ny_ * nz_, {});
-  for (size_t row = 0; row < ny_ * nz_; row++) {
-    if (!from[row].high) continue;
-    if (axis == 0) {
-      to[row] = {from[row].low - std::min(from[row].low, reach),
-                 std::min(nx, from[row].high + reach)};
-      continue;
-    }
-    const size_t count = axis == 1 ? ny_ : nz_, step = axis == 1 ? 1 : ny_;
-    const size_t at = axis == 1 ? row % ny_ : row / ny_, low = std::min<size_t>(at, reach),
-                 high = std::min<size_t>(count - 1 - at, reach);
-    for (size_t r = row - low * step; r <= row + high * step; r += step) to[r].include(from[row]);
+  if (axis == 0) {
+    for (size_t row = 0; row < ny_ * nz_; row++)
+      if (from[row].high)
+        to[row] = {from[row].low - std::min(from[row].low, reach),
+                   std::min(nx, from[row].high + reach)};
+    return;
   }
+  const auto spread_row = [&](size_t row, size_t at, size_t count, size_t step) {
+    if (!from[row].high) return;
+    const size_t low = std::min<size_t>(at, reach), high = std::min<size_t>(count - 1 - at, reach);
+    for (size_t r = row - low * step; r <= row + high * step; r += step) to[r].include(from[row]);
+  };
+  if (axis == 1) {
+    run_parallel_slices(threads_, nz_, [&](size_t k, size_t) {
+      for (size_t j = 0; j < ny_; j++) spread_row(k * ny_ + j, j, ny_, 1);
+    });
+    return;
+  }
+  constexpr size_t kRows = 8;  // of a cache line
+  run_parallel_slices(threads_, (ny_ + kRows - 1) / kRows, [&](size_t piece, size_t) {
+    for (size_t k = 0; k < nz_; k++)
+      for (size_t j = piece * kRows; j < std::min(ny_, (piece + 1) * kRows); j++)
+        spread_row(k * ny_ + j, k, nz_, ny_);
+  });
 }
 
 void NodeBand::copy_phi(const std::vector<NodeBlock>& nodes, std::vector<float>& to) {
@@ -693,15 +706,25 @@ std::array<Axis, 3> NodeBand::order_by_surface() const {
 }
 
 void NodeBand::list_known() {
-  const uint16_t* known = known_.data();
-  for (int k = box_.low[2]; k < box_.high[2]; k++)
+  const size_t blocks = ny_ * blocks_;  // of a slice
+  std::vector<size_t> end(nz_);         // of each slice's, in the list
+  run_parallel_slices(threads_, nz_, [&](size_t k, size_t) {
+    const uint16_t* const known = known_.data() + k * blocks;
+    end[k] = blocks - static_cast<size_t>(std::count(known, known + blocks, uint16_t{0}));
+  });
+  std::partial_sum(end.begin(), end.end(), end.begin());
+  make_items(known_blocks_, end.back());
+  run_parallel_slices(threads_, nz_, [&](size_t k, size_t) {
+    const uint16_t* known = known_.data() + k * blocks;
+    NodeBlock* to = known_blocks_.data() + (k > 0 ? end[k - 1] : 0);
     for (int j = box_.low[1]; j < box_.high[1]; j++)
       for (size_t b = 0; b < blocks_; b++, known++) {
         if (!*known) continue;
-        NodeBlock found = block(b, j, k);
-        found.nodes &= *known;
-        if (found.nodes) known_blocks_.push_back(found);
+        *to = block(b, j, box_.low[2] + static_cast<int>(k));
+        to->nodes &= *known;
+        to++;
       }
+  });
 }
 
 // The z field's spans.
@@ -875,31 +898,37 @@ void NodeBand::join_ends() {
   });
 }
 
-// To the two nodes of their lattice edges.
+// To the two nodes of their lattice edges; each thread has slices of its own.
 void NodeBand::offer_minor_ends() {
   const float too_far = width_ * width_ + kSideways2, reach2 = reach_ * reach_;
-  for (size_t e = first_minor_; e < ends_.size(); e++) {
-    const SurfaceEnd& end = ends_[e];
-    const int d = depth_index(end.axis);
-    Index3 node = end.place.array().cast<int>();  // none is below 0
-    node[d] = static_cast<int>(1 + (end.place[d] - 0.5f)) - 1;
-    for (int step = 0; step < 2; step++, node[d]++) {
-      if (node[d] < box_.low[d] || node[d] >= box_.high[d]) continue;
-      const Eigen::Array<size_t, 3, 1> at = (node - box_.low).cast<size_t>();
-      const size_t block = (at[2] * ny_ + at[1]) * blocks_ + at[0] / kBlock, lane = at[0] % kBlock;
-      if (!all_wanted_ && !wanted_[block]) continue;
-      if (!(away_[0][at[0] / kBlock] + away_[1][at[1]] + away_[2][at[2]] < reach2)) continue;
-      if (!known_[block]) {
-        std::fill_n(distance2_[block].lane, kBlock, too_far);
-        std::fill_n(nearest_[block].lane, kBlock, -1);
+  const auto slabs = static_cast<size_t>(std::max(1, threads_));
+  run_parallel(threads_, slabs, [&](size_t slab) {
+    const size_t low = nz_ * slab / slabs, high = nz_ * (slab + 1) / slabs;
+    for (size_t e = first_minor_; e < ends_.size(); e++) {
+      const SurfaceEnd& end = ends_[e];
+      const int d = depth_index(end.axis);
+      Index3 node = end.place.array().cast<int>();  // none is below 0
+      node[d] = static_cast<int>(1 + (end.place[d] - 0.5f)) - 1;
+      for (int step = 0; step < 2; step++, node[d]++) {
+        if (node[d] < box_.low[d] || node[d] >= box_.high[d]) continue;
+        const Eigen::Array<size_t, 3, 1> at = (node - box_.low).cast<size_t>();
+        if (at[2] < low || at[2] >= high) continue;
+        const size_t block = (at[2] * ny_ + at[1]) * blocks_ + at[0] / kBlock,
+                     lane = at[0] % kBlock;
+        if (!all_wanted_ && !wanted_[block]) continue;
+        if (!(away_[0][at[0] / kBlock] + away_[1][at[1]] + away_[2][at[2]] < reach2)) continue;
+        if (!known_[block]) {
+          std::fill_n(distance2_[block].lane, kBlock, too_far);
+          std::fill_n(nearest_[block].lane, kBlock, -1);
+        }
+        const float off = static_cast<float>(node[d]) + 0.5f - end.place[d];
+        if (!(off * off < distance2_[block].lane[lane])) continue;
+        distance2_[block].lane[lane] = off * off;
+        nearest_[block].lane[lane] = static_cast<int32_t>(e);
+        known_[block] = static_cast<uint16_t>(known_[block] | 1u << lane);
       }
-      const float off = static_cast<float>(node[d]) + 0.5f - end.place[d];
-      if (!(off * off < distance2_[block].lane[lane])) continue;
-      distance2_[block].lane[lane] = off * off;
-      nearest_[block].lane[lane] = static_cast<int32_t>(e);
-      known_[block] = static_cast<uint16_t>(known_[block] | 1u << lane);
     }
-  }
+  });
 }
 
 void NodeBand::search(Axis axis) {
