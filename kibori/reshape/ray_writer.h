@@ -100,7 +100,7 @@ inline std::pair<double, double> lengths(const RayRun& run) {
   return {is - both, was - both};
 }
 
-// Which nodes may change on the rays of one field: low <= k < high of each ray.
+// Which nodes may change on the rays of one field: some ranges low <= k < high of each ray.
 class RayRanges {
  public:
   // None yet, of the nodes of `box`.
@@ -110,20 +110,28 @@ class RayRanges {
     d_ = depth_index(axis);
     box_ = box;
     ranges_.assign(static_cast<size_t>(box.size()[u_]) * static_cast<size_t>(box.size()[v_]), {});
+    before_.clear();
   }
+  // In any order; with the nodes between.
   void include(const Index3& node) {
     Range& range = ranges_[place(node[u_], node[v_])];
     range.low = std::min(range.low, node[d_]);
     range.high = std::max(range.high, node[d_] + 1);
   }
-  // Nodes along x, of y or z rays: bit n of `nodes`, which is not 0, stands for at + n.
+  // Nodes along x, of y or z rays, which go on in their order along the rays: bit n of `nodes`,
+  // which is not 0, stands for at + n.
   void include_row(const Index3& at, unsigned nodes) {
     const Index3 first = at + Index3(std::countr_zero(nodes), 0, 0);
     const auto step = u_ == 0 ? size_t{1} : static_cast<size_t>(box_.size()[u_]);
     Range* range = &ranges_[place(first[u_], first[v_])];
     while (true) {
-      range->low = std::min(range->low, at[d_]);
-      range->high = std::max(range->high, at[d_] + 1);
+      if (range->low < range->high && range->high < at[d_]) {
+        before_.push_back(*range);
+        *range = {at[d_], at[d_] + 1, static_cast<uint32_t>(before_.size())};
+      } else {
+        range->low = std::min(range->low, at[d_]);
+        range->high = at[d_] + 1;
+      }
       const int now = std::countr_zero(nodes);
       nodes &= nodes - 1;
       if (!nodes) return;
@@ -137,7 +145,7 @@ class RayRanges {
     for (int tv = tile(box_.low[v_]); tv <= tile(box_.high[v_] - 1); tv++)
       for (int tu = tile(box_.low[u_]); tu <= tile(box_.high[u_] - 1); tu++) f(tu, tv);
   }
-  // Calls f(u, v, low, high) for a tile's rays with such nodes.
+  // Calls f(u, v, low, high) for the ranges of a tile's rays.
   template <class F>
   void for_rays(int tu, int tv, F&& f) const {
     const int u0 = std::max({0, box_.low[u_], tu * kTileSide}),
@@ -146,14 +154,20 @@ class RayRanges {
               v1 = std::min(box_.high[v_], (tv + 1) * kTileSide);
     for (int v = v0; v < v1; v++)
       for (int u = u0; u < u1; u++) {
-        const Range& range = ranges_[place(u, v)];
-        if (range.low < range.high) f(u, v, range.low, range.high);
+        Range range = ranges_[place(u, v)];
+        if (!(range.low < range.high)) continue;
+        f(u, v, range.low, range.high);
+        while (range.before) {
+          range = before_[range.before - 1];
+          f(u, v, range.low, range.high);
+        }
       }
   }
 
  private:
   struct Range {
     int low = INT_MAX, high = INT_MIN;
+    uint32_t before = 0;  // the ray's range before this one, counted from 1 in before_; 0: none
   };
   size_t place(int u, int v) const {
     return static_cast<size_t>(v - box_.low[v_]) * static_cast<size_t>(box_.size()[u_]) +
@@ -162,7 +176,8 @@ class RayRanges {
 
   NodeBox box_;
   int u_ = 0, v_ = 1, d_ = 2;
-  std::vector<Range> ranges_;
+  std::vector<Range> ranges_;  // of each ray the last
+  std::vector<Range> before_;
 };
 
 template <class Change>
