@@ -59,8 +59,9 @@ struct BandSlice {
   uint16_t* known;
   const uint16_t* wanted;  // null: all are
   size_t first, row_step, col_step;
-  // Squared distances from the brush's centre by axis.
-  const float *row_away, *col_away;
+  // Squared distances from the brush's centre by axis: of nodes, and of the nodes nearest to it
+  // that a ray's ends may be nearest to.
+  const float *row_away, *col_away, *row_ends_away, *col_ends_away;
   float away, reach2;
 
   // Whether ends of those depths are within reach of the slice.
@@ -168,7 +169,8 @@ HWY_INLINE void FindOnRays(const BandSlice& s, size_t row) {
   const size_t pitch = s.cols + 2 * s.margin;
   for (size_t c = 0; c < s.cols; c++) {
     const size_t ray = row * s.cols + c, at = row * pitch + s.margin + c;
-    if (!s.near(s.ray_ends[ray])) {
+    if (!s.near(s.ray_ends[ray]) ||
+        !(s.away + s.row_ends_away[row] + s.col_ends_away[c] < s.reach2)) {
       // Nothing here; nor may there be what another slice left.
       if (to.seeded[ray]) std::fill_n(to.seed_distance2[at].lane, kRow, s.too_far);
       to.seeded[ray] = 0;
@@ -213,7 +215,9 @@ HWY_INLINE void FindInRow(const BandSlice& s, size_t row) {
   BandScratch& to = *s.scratch;
   const size_t pitch = s.cols + 2 * s.margin;
   for (size_t c = 0; c < s.cols; c++) {
-    if (!to.seeds_near[row * s.cols + c] || !(s.away + s.col_away[c] < s.reach2)) continue;
+    if (!to.seeds_near[row * s.cols + c] ||
+        !(s.away + s.row_ends_away[row] + s.col_away[c] < s.reach2))
+      continue;
     const size_t seed = row * pitch + s.margin + c, at = (row + s.window + 1) * s.cols + c;
     VF least = F(s.too_far);
     for (size_t g = 0; g < kGroups; g++) {
@@ -532,6 +536,7 @@ void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float widt
   blocks_ = (nx_ + kBlock - 1) / kBlock;
   width_ = width;
   centre_ = centre.units.cast<float>();
+  farthest_ = std::sqrt(width * width + kSideways2);
   reach_ = reach;
   around_ = around;
   KIBORI_CHECK(nx_ * ny_ * nz_ < UINT32_MAX && width < 250);  // rows_near has bytes
@@ -548,13 +553,17 @@ void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float widt
   // How far the nodes are from the centre, blocks where they are nearest.
   for (int i = 0; i < 3; i++) {
     const size_t count = i == 0 ? blocks_ : i == 1 ? ny_ : nz_, nodes = i == 0 ? kBlock : 1;
-    std::vector<float>& away = away_[static_cast<size_t>(i)];
+    std::vector<float>&away = away_[static_cast<size_t>(i)],
+    &ends_away = ends_away_[static_cast<size_t>(i)];
     away.clear();
+    ends_away.clear();
     for (size_t n = 0; n < count; n++) {
       const float low = static_cast<float>(box_.low[i]) + static_cast<float>(n * nodes) + 0.5f,
                   high = low + static_cast<float>(nodes - 1),
                   off = std::max(0.0f, std::max(low - centre_[i], centre_[i] - high) - around_);
       away.push_back(off * off);
+      const float nearer = std::max(0.0f, off - farthest_);
+      ends_away.push_back(nearer * nearer);
     }
   }
   const auto tell_sides = HWY_DYNAMIC_DISPATCH(TellSides);
@@ -601,8 +610,7 @@ void NodeBand::want(const std::vector<NodeBlock>& nodes) {
       }
   }
   // What is nearest to a node of a column is on its rays, or on those of columns beside it.
-  const float farthest = width_ + 1;
-  const auto beside = static_cast<size_t>(std::ceil(farthest / static_cast<float>(kColumn)));
+  const auto beside = static_cast<size_t>(std::ceil(farthest_ / static_cast<float>(kColumn)));
   std::vector<DepthRange> own;
   for (const Axis axis : kAxes) {
     std::vector<DepthRange>& depths = depths_[static_cast<size_t>(axis)];
@@ -614,8 +622,8 @@ void NodeBand::want(const std::vector<NodeBlock>& nodes) {
         if (range.low > range.high) continue;
         for (size_t q = v - std::min(v, beside); q <= std::min(nv - 1, v + beside); q++)
           for (size_t p = u - std::min(u, beside); p <= std::min(nu - 1, u + beside); p++) {
-            depths[q * nu + p].include(range.low - farthest);
-            depths[q * nu + p].include(range.high + farthest);
+            depths[q * nu + p].include(range.low - farthest_);
+            depths[q * nu + p].include(range.high + farthest_);
           }
       }
   }
@@ -697,7 +705,7 @@ void NodeBand::copy_phi(const std::vector<NodeBlock>& nodes, std::vector<float>&
 }
 
 std::array<Axis, 3> NodeBand::order_by_surface() const {
-  std::array<Axis, 3> order{Axis::x, Axis::y, Axis::z};
+  std::array<Axis, 3> order{Axis::z, Axis::y, Axis::x};
   std::stable_sort(order.begin(), order.end(), [&](Axis a, Axis b) {
     return fields_[static_cast<size_t>(a)].ends.size() >
            fields_[static_cast<size_t>(b)].ends.size();
@@ -769,9 +777,9 @@ void NodeBand::add_ends(const FieldSnapshot& field, Axis axis, int u, int v, Fie
     const float distance = std::max(0.0f, std::fabs(place - centre_[i]) - around_);
     return distance * distance;
   };
-  const float farthest = reach_ + width_ + 1,
-              near2 = farthest * farthest - off(static_cast<float>(u) + 0.5f, u_index(axis)) -
-                      off(static_cast<float>(v) + 0.5f, v_index(axis));
+  const float reach = reach_ + farthest_, near2 = reach * reach -
+                                                  off(static_cast<float>(u) + 0.5f, u_index(axis)) -
+                                                  off(static_cast<float>(v) + 0.5f, v_index(axis));
   if (near2 < 0) return;
   const auto lowest = static_cast<float>(box_.low[d]), beyond = static_cast<float>(box_.high[d]);
   SurfaceEnd end;
@@ -939,7 +947,7 @@ void NodeBand::search(Axis axis) {
   slice.cols = axis == Axis::x ? ny_ : blocks_;
   slice.step = axis == Axis::x ? kBlock : 1;
   slice.too_far = width_ * width_ + kSideways2;
-  slice.farthest = std::sqrt(slice.too_far);
+  slice.farthest = farthest_;
   slice.window = static_cast<size_t>(std::ceil(slice.farthest)) - 1;
   slice.margin = axis == Axis::x ? slice.window + 1 : slice.window / kBlock + 1;
   slice.rays = field.rays.data();
@@ -957,6 +965,8 @@ void NodeBand::search(Axis axis) {
   slice.reach2 = reach_ * reach_;
   slice.row_away = away_[axis == Axis::z ? 1 : 2].data();
   slice.col_away = away_[axis == Axis::x ? 1 : 0].data();
+  slice.row_ends_away = ends_away_[axis == Axis::z ? 1 : 2].data();
+  slice.col_ends_away = ends_away_[axis == Axis::x ? 1 : 0].data();
   scratch_.resize(static_cast<size_t>(std::max(1, threads_)));
   for (BandScratch& scratch : scratch_) scratch.prepared = false;
   const auto kernel = HWY_DYNAMIC_DISPATCH(SearchSlice);
@@ -965,6 +975,7 @@ void NodeBand::search(Axis axis) {
   const size_t step = axis == Axis::z ? ny_ * blocks_ : axis == Axis::y ? blocks_ : 1;
   const std::vector<float>& away = away_[static_cast<size_t>(across)];
   run_parallel_slices(threads_, away.size(), [&](size_t i, size_t thread) {
+    if (!(away[i] < slice.reach2)) return;
     BandSlice own = slice;
     own.scratch = &scratch_[thread];
     if (!own.scratch->prepared) own.scratch->prepare(slice);

@@ -288,8 +288,9 @@ class NodeBand {
   int threads_ = 1;
   float width_ = 0, reach_ = 0, around_ = 0;
   Eigen::Vector3f centre_ = Eigen::Vector3f::Zero();
-  // By axis: squared distances of nodes, along x of blocks, from the ball.
-  std::array<std::vector<float>, 3> away_;
+  float farthest_ = 0;  // an end that is told from none, of a node
+  // By axis: squared distances of nodes, along x of blocks, from the ball; and of their ends.
+  std::array<std::vector<float>, 3> away_, ends_away_;
   std::vector<float> phi_;
   // By blocks: squared distance and index of the nearest end yet, and for which nodes there is one.
   detail::Uncleared<detail::FloatRow> distance2_;
