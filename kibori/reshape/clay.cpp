@@ -31,7 +31,9 @@ constexpr double kShareOfPlane = 0.4;
 // Steps in search of a height: secants converge in one or two, halves come after so many. From the
 // second height that is too low on they lead this much too far, so that there is one above, too.
 constexpr int kMaxSteps = 24, kSecants = 8;
-constexpr double kBeyond = 1.05, kKinks = 4;
+constexpr double kBeyond = 1.05;
+// How much farther off than a secant's theory says its result may be, as the volume has kinks.
+constexpr double kKinks = 4;
 // Beyond how many nodes there is no region, and what memory [bytes] is not asked about.
 constexpr double kMaxNodes = 2147483648.0, kSurelyThere = 256e6;
 
@@ -227,8 +229,8 @@ bool Clay::rise(const TriDexel& model, double wanted, double area, double most, 
     }
     const double slope = (volume - from_volume) / (lambda - from),
                  ahead = slope > 0 ? (size - volume) / slope : kMaxRise;
-    // A secant is off by about the product of what its two ends are, and some more by kinks; one
-    // through nothing, by the square of the other.
+    // A secant's result is off by about the product of what its two ends are off by; one's through
+    // nothing, by the square of the other.
     const double root_off = from_volume > 0 ? kKinks * off * (from_volume / size - 1) : off * off;
     const double root = std::min(lambda + ahead, kMaxRise);
     if (std::fabs(root_off) <= tolerance && root <= most) {

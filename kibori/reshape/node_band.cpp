@@ -553,8 +553,8 @@ void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float widt
   // How far the nodes are from the centre, blocks where they are nearest.
   for (int i = 0; i < 3; i++) {
     const size_t count = i == 0 ? blocks_ : i == 1 ? ny_ : nz_, nodes = i == 0 ? kBlock : 1;
-    std::vector<float>&away = away_[static_cast<size_t>(i)],
-    &ends_away = ends_away_[static_cast<size_t>(i)];
+    std::vector<float>& away = away_[static_cast<size_t>(i)];
+    std::vector<float>& ends_away = ends_away_[static_cast<size_t>(i)];
     away.clear();
     ends_away.clear();
     for (size_t n = 0; n < count; n++) {
@@ -716,8 +716,11 @@ std::array<Axis, 3> NodeBand::order_by_surface() const {
 void NodeBand::list_known() {
   const size_t blocks = ny_ * blocks_;  // of a slice
   std::vector<size_t> end(nz_);         // of each slice's, in the list
+  const auto of_last = static_cast<uint16_t>((1u << (nx_ - (blocks_ - 1) * kBlock)) - 1);
   run_parallel_slices(threads_, nz_, [&](size_t k, size_t) {
-    const uint16_t* const known = known_.data() + k * blocks;
+    uint16_t* const known = known_.data() + k * blocks;
+    // A row's last block may go on beyond it.
+    for (size_t b = blocks_ - 1; b < blocks; b += blocks_) known[b] &= of_last;
     end[k] = blocks - static_cast<size_t>(std::count(known, known + blocks, uint16_t{0}));
   });
   std::partial_sum(end.begin(), end.end(), end.begin());
@@ -729,8 +732,7 @@ void NodeBand::list_known() {
       for (size_t b = 0; b < blocks_; b++, known++) {
         if (!*known) continue;
         *to = block(b, j, box_.low[2] + static_cast<int>(k));
-        to->nodes &= *known;
-        to++;
+        to++->nodes = *known;
       }
   });
 }
@@ -772,14 +774,15 @@ void NodeBand::add_ends(const FieldSnapshot& field, Axis axis, int u, int v, Fie
   const int d = depth_index(axis);
   const DepthRange wanted = wanted_depths(axis, u, v);
   if (wanted.low > wanted.high) return;
-  // How far the ray is from the ball: squares.
-  const auto off = [&](float place, int i) {
+  // Squared distances from the ball, by axis; what the ray's own leave for one along it.
+  const auto off2 = [&](float place, int i) {
     const float distance = std::max(0.0f, std::fabs(place - centre_[i]) - around_);
     return distance * distance;
   };
-  const float reach = reach_ + farthest_, near2 = reach * reach -
-                                                  off(static_cast<float>(u) + 0.5f, u_index(axis)) -
-                                                  off(static_cast<float>(v) + 0.5f, v_index(axis));
+  const float reach = reach_ + farthest_,
+              u_off2 = off2(static_cast<float>(u) + 0.5f, u_index(axis)),
+              v_off2 = off2(static_cast<float>(v) + 0.5f, v_index(axis)),
+              near2 = reach * reach - u_off2 - v_off2;
   if (near2 < 0) return;
   const auto lowest = static_cast<float>(box_.low[d]), beyond = static_cast<float>(box_.high[d]);
   SurfaceEnd end;
@@ -789,7 +792,7 @@ void NodeBand::add_ends(const FieldSnapshot& field, Axis axis, int u, int v, Fie
   const auto add = [&](float depth, uint32_t normal, bool at_out, uint8_t material, Color paint) {
     // Neither node of its lattice edge.
     if (depth - 0.5f < lowest - 1 || depth - 0.5f >= beyond) return;
-    if (depth < wanted.low || depth > wanted.high || off(depth, d) > near2) return;
+    if (depth < wanted.low || depth > wanted.high || off2(depth, d) > near2) return;
     end.place[d] = depth;
     end.normal = decode_unit(normal, axis, at_out);
     end.material = material;
