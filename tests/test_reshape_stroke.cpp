@@ -229,8 +229,9 @@ TEST(ReshapeStroke, ASmoothingStrokeKeepsItsVolume) {
     }
     EXPECT_GT(moved, 20);
     stroke(model, s, way, 40);
-    // And a tenth of a cell, as the volume steps where a span comes or goes.
-    EXPECT_NEAR(model.volume_mm3(), before, 1e-3 * moved + 0.1) << round << random.note();
+    // And a cell of one field's ray: the last dab may step over that much where a span comes or
+    // goes. What those before it missed came back.
+    EXPECT_NEAR(model.volume_mm3(), before, 1e-3 * moved + 1.0 / 3) << round << random.note();
   }
 }
 

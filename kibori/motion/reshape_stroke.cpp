@@ -104,7 +104,7 @@ Status ReshapeStroke::begin(const ReshapeSettings& settings, const std::vector<M
   held_ = {};
   to_next_mm_ = settings.mode == Mode::press ? spacing_mm() : 0;
   plane_.reset();
-  owed_mm3_ = pressed_mm3_ = 0;
+  owed_mm3_ = pressed_mm3_ = missed_mm3_ = 0;
   direction_ = Vec3::Zero();
   turn_rad_ = computed_turn_rad_ = 0;
   computed_ = true;
@@ -176,8 +176,11 @@ Status ReshapeStroke::dab(const Vec3& centre, Sums& sums) {
                               image.turn * plane->normal};
     places.push_back(place);
   }
-  const Result<Reshaped> done = memory_->reshaper.dab(model_, verb_of(mode), brush, places);
+  const Result<Reshaped> done =
+      memory_->reshaper.dab(model_, verb_of(mode), brush, places, missed_mm3_);
   if (!done) return Error{done.error()};
+  if (mode == Mode::smooth && brush.keep_volume)
+    missed_mm3_ += done.value().removed_mm3 - done.value().added_mm3;
   hold(done.value(), centre, sums);
   return Ok{};
 }

@@ -181,6 +181,7 @@ class ReshapeStroke {
   std::optional<FlatPlane> plane_;
   // Of a press: what is not back yet, what was pressed away in all, where last, and which way.
   double owed_mm3_ = 0, pressed_mm3_ = 0;
+  double missed_mm3_ = 0;  // by the dabs yet, of a volume that is kept
   Vec3 middle_ = Vec3::Zero(), direction_ = Vec3::Zero();
   Pose met_;  // of a wheel: where the profile met the tool last
   // Of a warp.

@@ -48,6 +48,8 @@ constexpr double kNearRise = 0.5;
 constexpr int kMaxVolumeSteps = 8;
 // Relative to the volume moved.
 constexpr double kVolumeTolerance = 1e-4;
+// How far a dab raises the surface [cells] at most for what those before it owe.
+constexpr double kOwedRise = 0.02;
 
 constexpr double kMaxRegionNodes = 2147483648.0;
 // So much memory is not asked about before each dab.
@@ -125,7 +127,7 @@ std::pair<LatticePoint, double> Reshaper::Cluster::middle() const {
 }
 
 Reshaper::Cluster Reshaper::Cluster::turned(AxisTurn by) const {
-  Cluster turned{region.turned(by), centres, own};
+  Cluster turned{region.turned(by), centres, own, owed};
   for (Centre& centre : turned.centres)
     centre = {LatticePoint{by.turn(centre.at.units)},
               {by.turn(centre.flat.point_mm), by.turn(centre.flat.normal)}};
@@ -152,7 +154,7 @@ Status check_brush(const Brush& brush, FieldVerb verb) {
 }
 
 Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& brush,
-                               std::span<const DabPlace> places) {
+                               std::span<const DabPlace> places, double owed_mm3) {
   if (const Status fine = check_brush(brush, verb); !fine) return Error{fine.error()};
   const Lattice& lattice = model.lattice();
   const double radius = brush.radius_mm / lattice.pitch_mm;
@@ -173,7 +175,7 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
     if (!place.centre_mm.allFinite()) return Error{"a dab's place must be finite"};
     const LatticePoint at = lattice.to_lattice(place.centre_mm);
     if (brush.strength == 0 || !meets(lattice, at, radius)) continue;
-    Cluster here{nodes_within(at, radius).grown(border).within(whole), {{at, {}}}, i == 0};
+    Cluster here{nodes_within(at, radius).grown(border).within(whole), {{at, {}}}, i == 0, 0};
     if (verb == FieldVerb::flatten) {
       std::optional<FlatPlane> plane = place.plane;
       if (!plane && brush.flatten_to == FlattenTo::plane) plane = brush.plane;
@@ -204,7 +206,10 @@ Result<Reshaped> Reshaper::dab(TriDexel& model, FieldVerb verb, const Brush& bru
 
   Reshaped all;
   double own = 0;
-  for (const Cluster& cluster : clusters) {
+  const double cell = lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm;
+  for (Cluster& cluster : clusters) {
+    cluster.owed = owed_mm3 / cell * static_cast<double>(cluster.centres.size()) /
+                   static_cast<double>(places.size());
     Result<Reshaped> done = dab_cluster(model, verb, brush, radius, sigma, width, cluster);
     if (!done) return done;
     const Reshaped& what = done.value();
@@ -308,8 +313,9 @@ bool Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
   outside_stays();
 
   if (brush.keep_volume && verb == FieldVerb::smooth) {
-    // phi - lambda w, with the lambda that leaves no change of volume: by secants. Where a span or
-    // a gap comes or goes the volume steps, and may step over 0: then the nearest that was met.
+    // phi - lambda w, with the lambda that leaves no change of volume but what is owed: by secants.
+    // Where a span or a gap comes or goes the volume steps, and may step over that: then the
+    // nearest that was met.
     detail::make_items(first_, after_.size());
     for_touched([&](size_t node, float) { first_[node] = after_[node]; });
     const double moved = [&] {
@@ -319,14 +325,6 @@ bool Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
       });
       return sum;
     }();
-    const auto with = [&](double lambda) {
-      for_touched([&](size_t node, float weight) {
-        if (first_[node] != phi[node])
-          after_[node] = first_[node] - static_cast<float>(lambda) * strength * weight;
-      });
-      outside_stays();
-      return writer_->volume(model, after_);
-    };
     double area = 0;
     for (const SurfaceEnd& end : band_.ends()) {
       double weight = 0;
@@ -335,6 +333,17 @@ bool Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
                                  (end.place.cast<double>() - centre.at.units).norm() / radius);
       area += std::min(weight, 1.0) * double{std::fabs(end.normal[depth_index(end.axis)])};
     }
+    const double most_owed = kOwedRise * brush.strength * area,
+                 owed = std::clamp(cluster.owed, -most_owed, most_owed);
+    // What is then missing, with the other sign.
+    const auto with = [&](double lambda) {
+      for_touched([&](size_t node, float weight) {
+        if (first_[node] != phi[node])
+          after_[node] = first_[node] - static_cast<float>(lambda) * strength * weight;
+      });
+      outside_stays();
+      return writer_->volume(model, after_) - owed;
+    };
     double last = 0, last_volume = with(0), best = 0, best_volume = std::fabs(last_volume);
     if (area > 0) {
       double lambda = -last_volume / (brush.strength * area), told = 0;

@@ -50,10 +50,12 @@ class Reshaper {
     band_.set_threads(threads);
   }
   // One dab on the model, at the place of the hand and those of its images. Nothing where the brush
-  // meets no surface. Errors: a brush that check_brush refuses, a place or plane that is not
-  // finite, a region of more than 2^31 nodes or than there is memory for.
+  // meets no surface. `owed_mm3`: what a dab that keeps volume is to add, as those before it did
+  // not; it gives back as much of that as raises the surface by 0.02 cells. Errors: a brush that
+  // check_brush refuses, a place or plane that is not finite, a region of more than 2^31 nodes or
+  // than there is memory for.
   Result<Reshaped> dab(TriDexel& model, FieldVerb verb, const Brush& brush,
-                       std::span<const DabPlace> places);
+                       std::span<const DabPlace> places, double owed_mm3 = 0);
   Result<Reshaped> dab(TriDexel& model, FieldVerb verb, const Brush& brush, const Vec3& centre_mm,
                        const std::optional<FlatPlane>& plane = {}) {
     const DabPlace place{centre_mm, plane};
@@ -87,6 +89,7 @@ class Reshaper {
     NodeBox region;
     std::vector<Centre> centres;
     bool own = false;  // the hand's place is one of them
+    double owed = 0;   // [lattice units^3]
 
     // A place, and how far the centres are from it.
     std::pair<LatticePoint, double> middle() const;
