@@ -298,6 +298,9 @@ TEST(Mixtures, WhatWasFoundStaysMended) {
   run_round(77244, 121, 12);
   // A ray right along a block's edge, which the other fields had let go.
   run_round(552781, 70, 12);
+  // A document of an empty stock, whose material's bounds went by its lattice's corner when it was
+  // carved again: sums of the clay's middle came to other last digits.
+  run_round(20262422, 1293, 12);
 }
 
 }  // namespace

@@ -480,7 +480,8 @@ Result<Lattice> lattice_from_json(const std::string& text) {
 }
 
 std::string box_to_json(const LatticeBox& box) {
-  // An empty box has infinite corners, which JSON can't tell: a point says the same of material.
+  // An empty box has infinite corners, which JSON can't tell: a point stands for it, as material
+  // never is one.
   if (box.empty()) return Json{vec(Vec3::Zero()), vec(Vec3::Zero())}.dump();
   return Json{vec(box.units.min), vec(box.units.max)}.dump();
 }
@@ -491,6 +492,7 @@ Result<LatticeBox> box_from_json(const std::string& text) {
   if (!json.is_array() || json.size() != 2 || !read_vec(json[0], box.units.min) ||
       !read_vec(json[1], box.units.max))
     return Error{"a box is not two corners of three numbers"};
+  if (box.units.min.isZero(0) && box.units.max.isZero(0)) return LatticeBox();
   return box;
 }
 
