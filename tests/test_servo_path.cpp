@@ -217,7 +217,7 @@ bool ticks(long many) {
         live.context().model().restore(start);
         live.context().model_changed();
       }
-      live.tick(0.001);
+      live.tick_at_once(0.001);
     }
   });
   stopping = true;
@@ -364,7 +364,7 @@ bool dabs(long many) {
       }
       // As a servo waits for its next tick: else the ticks are gone before a dab is done.
       OtherThreads::rest();
-      const LiveTick tick = live.tick(0.001);
+      const LiveTick tick = live.tick_at_once(0.001);  // tick() waits for crumbs at a stroke's end
       const bool same = std::exchange(mode, live.context().settings().mode) == mode;
       const double step = (tick.given.force - before).norm();
       if (same && reshapes(mode)) {

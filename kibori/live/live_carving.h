@@ -43,6 +43,9 @@ class LiveCarving {
   // what a stroke severed is known, so that ticks come to the same however fast they are asked for.
   // Its own mistake to call it while a thread runs: the program stops.
   LiveTick tick(double elapsed_s);
+  // The same as the servo thread does it, which waits for nothing: for a caller's own loop in real
+  // time.
+  LiveTick tick_at_once(double elapsed_s);
 
   // Runs `command` between two ticks, on the servo thread; false where 64 are waiting. Any thread.
   // Dabs that are under way come first, and the stroke that is being made ends.
