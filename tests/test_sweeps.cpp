@@ -470,6 +470,70 @@ TEST(SweptConvex, RaysBesideTheApexsPathEndWhereDenseSamplingSays) {
   EXPECT_GT(close, 1000);
 }
 
+// A thin rod far up from its tip, turned and moved a little: the three fields end on one surface.
+// (Found by a random mixture: 2e-4 of a cell apart, with a node between.)
+TEST(SweptConvex, ThinRodsFarFromTheirTipEndOnOneSurface) {
+  Lattice lattice;
+  lattice.pitch_mm = 1;
+  lattice.nodes = Index3(64, 48, 56);
+  const LatticeBox everything = lattice.whole();
+  Random random;
+  long ends = 0, met = 0;
+  double worst = 0;
+  for (int trial = 0; trial < 300; trial++) {
+    const double radius = random.uniform(0.15, 1.5), up = random.uniform(100, 300);
+    Pose pose;
+    pose.frame = frame_from_axis((random.in_box(-1, 1) + Vec3(0.01, 0, 0)).normalized());
+    const Vec3 axis = pose.axis();
+    pose.tip = Vec3(32, 24, 28) + random.in_box(-8, 8) - up * axis;
+    const Vec3 motion = trial % 3 == 0   ? Vec3(Vec3::Zero())
+                        : trial % 3 == 1 ? random.in_box(-1, 1)
+                                         : random.in_box(-4, 4);
+    const SweptTool sweep(Flat{radius, 400}, pose, motion, lattice, everything);
+    // From the rod's side, outwards, in the plane square to its axis.
+    const auto square = [&](const Vec3& way) { return Vec3(way - way.dot(axis) * axis); };
+    const Vec3 moved = square(motion);
+    const auto outside = [&](const Vec3& p) {
+      const Vec3 from = square(p - pose.tip);
+      const double s =
+          moved.isZero(0) ? 0 : std::clamp(from.dot(moved) / moved.squaredNorm(), 0.0, 1.0);
+      return (from - s * moved).norm() - radius;
+    };
+    for (const Axis field : kAxes)
+      for (int v0 = 0; v0 < lattice.nodes[v_index(field)]; v0 += kTileSide)
+        for (int u0 = 0; u0 < lattice.nodes[u_index(field)]; u0 += kTileSide) {
+          SpanLayer layer;
+          if (!sweep.spans({field, u0, v0}, 0, layer)) layer.rows = 0;
+          for (int slot = 0; slot < kTileRays; slot++) {
+            const int u = u0 + slot % kTileSide, v = v0 + slot / kTileSide;
+            if (u >= lattice.nodes[u_index(field)] || v >= lattice.nodes[v_index(field)]) continue;
+            Vec3 p;
+            p[u_index(field)] = u + 0.5;
+            p[v_index(field)] = v + 0.5;
+            const auto at = [&](double depth) {
+              p[depth_index(field)] = depth;
+              return outside(p);
+            };
+            const bool hit =
+                ((layer.rows >> (slot / kTileSide)) & 1) && layer.lo[slot] < layer.hi[slot];
+            const int deep = lattice.nodes[depth_index(field)];
+            met += hit;
+            for (const float end : {layer.lo[slot], layer.hi[slot]})
+              if (hit && end > 0 && end < static_cast<float>(deep)) {
+                worst = std::max(worst, std::abs(at(end)));
+                ends++;
+              }
+            if (hit || trial % 10 != 0) continue;
+            for (double depth = 0; depth < deep; depth += 0.25)
+              EXPECT_GT(at(depth), -1e-4) << "trial " << trial << "; " << random.note();
+          }
+        }
+  }
+  EXPECT_GT(ends, 150'000);
+  EXPECT_GT(met, 80'000);
+  EXPECT_LT(worst, 2e-4) << random.note();
+}
+
 INSTANTIATE_TEST_SUITE_P(Tools, Sweep, testing::Range(0, static_cast<int>(kToolShapes.size())),
                          [](const auto& tool) {
                            return std::string(kToolShapes[static_cast<size_t>(tool.param)]);

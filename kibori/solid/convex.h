@@ -78,14 +78,16 @@ class SweptConvex final : public Solid {
 
   Vec3 motion_;
   Box bounds_;
-  bool recentre_;
+  bool recentre_;  // tile by tile: along the motion and, from `axis_low_` to `axis_high_`, the axis
+  Vec3 axis_;
+  double axis_low_ = 0, axis_high_ = 0;
   // Set where a point that the start pose does not hold can only be reached through the quadric, at
   // places where `ahead_`(x - tip) + ahead_offset_ > 0.
   bool only_ahead_ = false;
   Vec3 tip_, ahead_;
   double ahead_offset_ = 0;
   std::array<View, 3> views_;
-  // Doubles behind the views, for re-centring long sweeps.
+  // Doubles behind the views, for re-centring.
   Mat3 q_;
   Vec3 b_;
   double c_;
