@@ -490,6 +490,9 @@ TEST(SweptConvex, ThinRodsFarFromTheirTipEndOnOneSurface) {
                         : trial % 3 == 1 ? random.in_box(-1, 1)
                                          : random.in_box(-4, 4);
     const SweptTool sweep(Flat{radius, 400}, pose, motion, lattice, everything);
+    // The same where less material is left: bits must not depend on it.
+    const LatticeBox left{{Vec3::Zero(), Vec3(40, 30, 25)}};
+    const SweptTool later(Flat{radius, 400}, pose, motion, lattice, left);
     // From the rod's side, outwards, in the plane square to its axis.
     const auto square = [&](const Vec3& way) { return Vec3(way - way.dot(axis) * axis); };
     const Vec3 moved = square(motion);
@@ -504,6 +507,8 @@ TEST(SweptConvex, ThinRodsFarFromTheirTipEndOnOneSurface) {
         for (int u0 = 0; u0 < lattice.nodes[u_index(field)]; u0 += kTileSide) {
           SpanLayer layer;
           if (!sweep.spans({field, u0, v0}, 0, layer)) layer.rows = 0;
+          SpanLayer same;
+          if (!later.spans({field, u0, v0}, 0, same)) same.rows = 0;
           for (int slot = 0; slot < kTileRays; slot++) {
             const int u = u0 + slot % kTileSide, v = v0 + slot / kTileSide;
             if (u >= lattice.nodes[u_index(field)] || v >= lattice.nodes[v_index(field)]) continue;
@@ -522,6 +527,9 @@ TEST(SweptConvex, ThinRodsFarFromTheirTipEndOnOneSurface) {
               if (hit && end > 0 && end < static_cast<float>(deep)) {
                 worst = std::max(worst, std::abs(at(end)));
                 ends++;
+                if ((p.array() < left.units.max.array()).all()) {
+                  EXPECT_TRUE(end == same.lo[slot] || end == same.hi[slot]) << random.note();
+                }
               }
             if (hit || trial % 10 != 0) continue;
             for (double depth = 0; depth < deep; depth += 0.25)

@@ -45,11 +45,11 @@ inline constexpr double kNoSweep = 1e-12;
 // distances stay below 2^18 and their rounding below 1/32 of a depth's own.
 inline constexpr double kRecentreLength = 256.0;
 
-// A body with a quadric is re-centred along its axis, too, where the square of how far it reaches
-// from its tip is more than so many times how thick it is [lattice units]: 2^-24 of that square over
-// the thickness is what float32 can put its surface off, a ray's own rounding at a depth of 512.
-// Smaller, and tiles of every tool are re-centred; larger, and the fields of a thin rod come to
-// differ.
+// Rods are re-centred along their axis, tile by tile, where the square of how far up the tile is,
+// the motion's length added, is more than so many times how thick they are [lattice units]: 2^-24
+// of that square over the thickness is what float32 can put their surface off, a depth's own
+// rounding at 512. Smaller, and tiles of every tool are re-centred; larger, and the fields of a
+// thin rod come to differ.
 inline constexpr double kSlender = 1024.0;
 
 // Slack [lattice units] around a solid's bounds when they decide what an edit may pass by: more

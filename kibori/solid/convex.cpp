@@ -390,6 +390,8 @@ ConvexBody ConvexBody::scaled(double factor) const {
   result.b /= factor;
   for (int j = 0; j < planes; j++) result.plane_offset[static_cast<size_t>(j)] *= factor;
   result.local_bounds = {local_bounds.min * factor, local_bounds.max * factor};
+  result.rod_thickness *= factor;
+  result.rod_top *= factor;
   return result;
 }
 
@@ -470,14 +472,13 @@ SweptConvex::SweptConvex(const ConvexBody& body, const LatticePoint& tip, const 
   std::array<Vec3, 2> tangents{Vec3::Zero(), Vec3::Zero()};
   if (body.cone && motion_.dot(q_ * motion_) < 0)
     tangents = cone_tangents(q_, plane_normal_[0], motion_);
-  const Box& local = body.local_bounds;
-  const double reach = length + std::max(std::abs(local.min.z()), std::abs(local.max.z())),
-               thick = std::min(local.size().x(), local.size().y());
-  const bool quadric = !(body.q.isZero(0) && body.b.isZero(0));
-  const bool slender = quadric && !body.cone && reach * reach > kSlender * thick;
-  axis_ = frame.col(2);
-  if (slender) axis_low_ = local.min.z(), axis_high_ = local.max.z();
-  recentre_ = slender || length > kRecentreLength;
+  recentre_ = length > kRecentreLength;
+  if (body.rod_thickness > 0) {
+    rod_near_ = std::sqrt(kSlender * body.rod_thickness) - length;
+    rod_top_ = body.rod_top;
+    axis_ = frame.col(2);
+    is_rod_ = rod_top_ > rod_near_;
+  }
   for (Axis axis : kAxes) {
     View& k = views_[static_cast<size_t>(axis)];
     set_view(k, axis, q_, b_, c_, motion_, body.planes, plane_normal_, plane_offset_);
@@ -487,7 +488,7 @@ SweptConvex::SweptConvex(const ConvexBody& body, const LatticePoint& tip, const 
     k.s_min = 0;
     k.s_max = 1;
     k.moving = length > kNoSweep;
-    k.quadric = quadric;
+    k.quadric = !(body.q.isZero(0) && body.b.isZero(0));
     k.cone = body.cone;
     k.first_face = body.cone && body.plane_offset[0] == 0 ? 1 : 0;
     for (size_t i = 0; i < 2; i++) k.tangents[i] = tangent_seen(axis, tangents[i]);
@@ -519,34 +520,35 @@ SweptConvex::SweptConvex(const ConvexBody& body, const LatticePoint& tip, const 
   }
 }
 
-// Counts from where the body's axis, in one of its poses, comes nearest to the tile as seen along
-// the rays.
+// Counts from the pose nearest to this tile, as seen along the rays; and of a rod, from where its
+// axis is nearest.
 SweptConvex::View SweptConvex::view_at(const RayTile& rays) const {
   View k = views_[static_cast<size_t>(rays.axis)];
-  if (!recentre_) return k;
+  if (!recentre_ && !is_rod_) return k;
   const int u = u_index(rays.axis), v = v_index(rays.axis), t = depth_index(rays.axis);
-  const double half = 0.5 * kTileSide, to_u = rays.u0 + half - k.tip_u,
-               to_v = rays.v0 + half - k.tip_v;
-  const auto nearest = [&](const Vec3& way, double du, double dv, double low, double high) {
+  const double half = 0.5 * kTileSide;
+  const auto nearest = [&](const Vec3& way, const Vec3& from, double most) {
     const double flat2 = way[u] * way[u] + way[v] * way[v];
-    return flat2 > 0 ? std::clamp((du * way[u] + dv * way[v]) / flat2, low, high) : low;
+    const double du = rays.u0 + half - k.tip_u - from[u], dv = rays.v0 + half - k.tip_v - from[v];
+    return flat2 > 0 ? std::clamp((du * way[u] + dv * way[v]) / flat2, 0.0, most) : 0;
   };
-  double s = 0, height = axis_low_;
+  double s = 0, height = is_rod_ ? nearest(axis_, Vec3::Zero(), rod_top_) : 0;
+  if (!recentre_ && height <= rod_near_) return k;
+  s = nearest(motion_, height * axis_, 1);
   // In turns, one for the other: near enough, for a place to count from.
-  constexpr int kTurns = 4;
-  for (int turn = 0; turn < (axis_high_ > axis_low_ ? kTurns : 1); turn++) {
-    height = nearest(axis_, to_u - s * motion_[u], to_v - s * motion_[v], axis_low_, axis_high_);
-    s = nearest(motion_, to_u - height * axis_[u], to_v - height * axis_[v], 0, 1);
+  for (int turn = 0; is_rod_ && turn < 3; turn++) {
+    height = nearest(axis_, s * motion_, rod_top_);
+    s = nearest(motion_, height * axis_, 1);
   }
-  if (height != 0) {
-    const Vec3 up = height * axis_, grown = q_ * up;
+  const Vec3 up = height * axis_, from = s * motion_ + up;
+  if (height > 0) {
+    const Vec3 grown = q_ * up;
     std::array<double, ConvexBody::kMaxPlanes> offset = plane_offset_;
     for (size_t j = 0; j < static_cast<size_t>(k.planes); j++)
       offset[j] += plane_normal_[j].dot(up);
     set_view(k, rays.axis, q_, b_ + grown, c_ + up.dot(grown + 2 * b_), motion_, k.planes,
              plane_normal_, offset);
   }
-  const Vec3 from = s * motion_ + height * axis_;
   k.tip_u += from[u];
   k.tip_v += from[v];
   k.tip_d += from[t];

@@ -36,6 +36,9 @@ struct ConvexBody {
   bool cone = false;
   // A box [lattice units, tool frame] that holds the body; infinite where the body is.
   Box local_bounds;
+  // Of a rod along the axis: how thick it is, and how high it goes [lattice units], whatever part
+  // of it can meet material. Far up it is counted from beside each tile (kSlender). 0: it is none.
+  double rod_thickness = 0, rod_top = 0;
 
   void add_plane(const Vec3& normal, double offset);
   // Same body, larger by `factor`.
@@ -78,9 +81,11 @@ class SweptConvex final : public Solid {
 
   Vec3 motion_;
   Box bounds_;
-  bool recentre_;  // tile by tile: along the motion and, from `axis_low_` to `axis_high_`, the axis
+  bool recentre_;  // along the motion, tile by tile
+  // Of a rod that may have to be re-centred along its axis.
+  bool is_rod_ = false;
   Vec3 axis_;
-  double axis_low_ = 0, axis_high_ = 0;
+  double rod_top_ = 0, rod_near_ = 0;  // where it goes; up to where the tip is near enough
   // Set where a point that the start pose does not hold can only be reached through the quadric, at
   // places where `ahead_`(x - tip) + ahead_offset_ > 0.
   bool only_ahead_ = false;

@@ -57,11 +57,11 @@ Box cylinder_box(double radius, double z0, double z1) {
 // How high a body is looked at, from its tip. Where no material is higher than `height`, what the
 // body does there does not matter, and it needs no face to end it.
 struct Top {
-  double height;
+  double height, length;
   bool has_face;
 
-  Top(double length, double useful)
-      : height(std::min(length, useful)), has_face(length <= useful) {}
+  Top(double whole, double useful)
+      : height(std::min(whole, useful)), length(whole), has_face(whole <= useful) {}
   void close(ConvexBody& body) const {
     if (has_face) body.add_plane(Vec3(0, 0, -1), height);
   }
@@ -74,6 +74,8 @@ ConvexBody cylinder(double radius, double z0, const Top& top) {
   body.add_plane(Vec3(0, 0, 1), -z0);
   top.close(body);
   body.local_bounds = cylinder_box(radius, z0, top.height);
+  body.rod_thickness = 2 * radius;
+  body.rod_top = top.length;
   return body;
 }
 
@@ -479,6 +481,8 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
             body.b = Vec3(0, 0, 1);
             body.c = 0;
             body.local_bounds = {Vec3(-r.x(), -r.y(), 0), Vec3(r.x(), r.y(), 2 * r.z())};
+            body.rod_thickness = 2 * std::min(r.x(), r.y());
+            body.rod_top = 2 * r.z();
             convex(body);
           },
           [&](const MeshTool& t) {
