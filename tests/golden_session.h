@@ -13,7 +13,7 @@
 
 namespace kibori::test {
 
-inline constexpr uint64_t kGoldenHash = 0x936e22642c5f0352;
+inline constexpr uint64_t kGoldenHash = 0xee56aba95e6a00c6;
 
 // Numbers that do not depend on the C++ library.
 class Sequence {

@@ -301,6 +301,10 @@ TEST(Mixtures, WhatWasFoundStaysMended) {
   // A document of an empty stock, whose material's bounds went by its lattice's corner when it was
   // carved again: sums of the clay's middle came to other last digits.
   run_round(20262422, 1293, 12);
+  // A thin rod's ends on three rays, 30 cells above its tip, came to differ.
+  run_round(20263432, 2303, 12);
+  // A ray along a rod, just within the edge of its sweep, lost the rod's upper face.
+  run_round(82000845, 845, 12);
 }
 
 }  // namespace

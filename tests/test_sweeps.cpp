@@ -542,6 +542,34 @@ TEST(SweptConvex, ThinRodsFarFromTheirTipEndOnOneSurface) {
   EXPECT_LT(worst, 2e-4) << random.note();
 }
 
+// A ray along an upright rod, just within the edge of what it sweeps sideways while it sinks, meets
+// both its faces however high it is. (Found by a random mixture: the upper one was lost.)
+TEST(SweptConvex, RaysAlongARodAtTheSweepsEdgeMeetBothFaces) {
+  Lattice lattice;
+  lattice.pitch_mm = 1;
+  lattice.nodes = Index3(32, 32, 200);
+  Random random;
+  for (int trial = 0; trial < 3000; trial++) {
+    const double radius = random.uniform(0.2, 3), length = random.uniform(5, 150),
+                 within = std::pow(10, random.uniform(-4.5, -1));
+    const Vec3 motion(random.uniform(3, 6), random.uniform(-3, 3), random.uniform(-9, 9));
+    const double flat = std::hypot(motion.x(), motion.y()), middle = random.uniform(0.35, 0.65);
+    const Vec3 side(-motion.y() / flat, motion.x() / flat, 0);
+    Pose pose;
+    pose.tip = Vec3(16.5, 16.5, 20) - middle * motion + (radius - within) * side;
+    const SweptTool sweep(Flat{radius, length}, pose, motion, lattice, lattice.whole());
+    SpanLayer layer;
+    ASSERT_TRUE(sweep.spans({Axis::z, 16, 16}, 0, layer)) << random.note();
+    // The rod stands over the ray from s = middle - half to middle + half.
+    const double half = std::sqrt(within * (2 * radius - within)) / flat,
+                 from = std::max(0.0, middle - half), to = std::min(1.0, middle + half);
+    const double low = pose.tip.z() + std::min(from * motion.z(), to * motion.z()),
+                 high = pose.tip.z() + std::max(from * motion.z(), to * motion.z()) + length;
+    EXPECT_NEAR(layer.lo[0], low, 0.02) << "trial " << trial << "; " << random.note();
+    EXPECT_NEAR(layer.hi[0], high, 0.02) << "trial " << trial << "; " << random.note();
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Tools, Sweep, testing::Range(0, static_cast<int>(kToolShapes.size())),
                          [](const auto& tool) {
                            return std::string(kToolShapes[static_cast<size_t>(tool.param)]);

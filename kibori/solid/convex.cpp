@@ -202,7 +202,10 @@ struct RowSolver {
     const DF d;
     const float alpha = k.nt[j], beta = k.slope[j];
     if (std::max(std::abs(alpha), std::abs(beta)) < kParallel) return;
-    const bool by_s = std::abs(alpha) >= std::abs(beta);
+    // The line is walked along the one whose other starts, at 0, where less of q cancels.
+    const bool by_s = std::abs(beta) < kParallel ||
+                      (k.quadric ? std::abs(k.tt) * beta * beta < std::abs(k.ss) * alpha * alpha
+                                 : std::abs(alpha) >= std::abs(beta));
     // x is s or t; the other is other0 + step x.
     const VF other0 = hn::Mul(plane[j], F(by_s ? -1.0f / alpha : -1.0f / beta));
     const float step = by_s ? -beta / alpha : -alpha / beta;
