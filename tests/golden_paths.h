@@ -18,8 +18,8 @@ struct PathsOutcome {
   // sign.
   double removed_mm3 = 0, force_n = 0;
 };
-inline constexpr PathsOutcome kGoldenPaths{0x1228e8f47c0ed0fe, 0x1.a246135cd554fp+11,
-                                           0x1.b6a68191e246fp+4};
+inline constexpr PathsOutcome kGoldenPaths{0x393e42637201805a, 0x1.a246135fd554fp+11,
+                                           0x1.b6a6817498599p+4};
 
 inline PathsOutcome golden_paths(int threads) {
   Sequence sequence;

@@ -13,7 +13,7 @@
 
 namespace kibori::test {
 
-inline constexpr uint64_t kGoldenHash = 0xee56aba95e6a00c6;
+inline constexpr uint64_t kGoldenHash = 0x2efdb87bba8d0a43;
 
 // Numbers that do not depend on the C++ library.
 class Sequence {

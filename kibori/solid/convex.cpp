@@ -27,6 +27,8 @@ constexpr float kMinDiscriminant = 1e-36f;
 // A quadric that curves less along the motion than this [1/lattice unit^2] has no silhouette of its
 // own.
 constexpr float kNoSilhouette = 1e-20f;
+// A ray meets a face steeply where the sine of their angle is more than this.
+constexpr float kSteep = 0.5f;
 // How far [share of the point's place in the tool's frame] a point may lie on the wrong side of a
 // cone's apex: float32 rounding (2^-24) of some five terms. Smaller, and a ray that meets the path
 // of the apex loses its end; larger, and the sweep is that much longer there.
@@ -202,10 +204,11 @@ struct RowSolver {
     const DF d;
     const float alpha = k.nt[j], beta = k.slope[j];
     if (std::max(std::abs(alpha), std::abs(beta)) < kParallel) return;
-    // The line is walked along the one whose other starts, at 0, where less of q cancels.
-    const bool by_s = std::abs(beta) < kParallel ||
-                      (k.quadric ? std::abs(k.tt) * beta * beta < std::abs(k.ss) * alpha * alpha
-                                 : std::abs(alpha) >= std::abs(beta));
+    // The line is walked by s or by t. Where the ray meets the face steeply and runs along the
+    // body, by s: high up, what is counted from the tip by t would cancel.
+    const bool by_s = std::abs(alpha) >= std::abs(beta) ||
+                      (k.quadric && std::abs(alpha) > kSteep &&
+                       std::abs(k.tt) * beta * beta < std::abs(k.ss) * alpha * alpha);
     // x is s or t; the other is other0 + step x.
     const VF other0 = hn::Mul(plane[j], F(by_s ? -1.0f / alpha : -1.0f / beta));
     const float step = by_s ? -beta / alpha : -alpha / beta;
