@@ -26,7 +26,7 @@ inline void add(TriDexel& model, const Solid& solid, uint8_t material = 0) {
 
 // A tool that stands still.
 inline SweptTool tool_at(const Tool& tool, const Pose& pose, const Lattice& lattice) {
-  return SweptTool(tool, pose, Vec3::Zero(), lattice, lattice.whole());
+  return SweptTool(tool, pose, Vec3::Zero(), lattice);
 }
 
 // Calls f(place, normal) for all ends of all fields that lie inside the lattice.

@@ -138,8 +138,7 @@ void shape(TriDexel& model, Random& random, int edits, bool only_cut = false) {
   for (int i = 0; i < edits; i++) {
     const Vec3 at = lattice.origin_mm + Vec3(random.in_box(-0.1, 1.1).cwiseProduct(size));
     const SweptTool solid(any_tool(random, size.minCoeff()),
-                          {at, frame_from_axis(random.direction())}, Vec3::Zero(), lattice,
-                          lattice.whole());
+                          {at, frame_from_axis(random.direction())}, Vec3::Zero(), lattice);
     Removed removed;
     if (!only_cut && random.integer(0, 1))
       deposit(model, solid, static_cast<uint8_t>(random.integer(0, 2)), {}, removed);
@@ -207,7 +206,7 @@ TEST(Part, IsACutAndAnIntersection) {
     const Vec3 middle = 0.5 * lattice.pitch_mm * lattice.nodes.matrix().cast<double>();
     const SweptTool solid(any_tool(random, 2 * middle.minCoeff()),
                           {lattice.origin_mm + middle, frame_from_axis(random.direction())},
-                          Vec3::Zero(), lattice, lattice.whole());
+                          Vec3::Zero(), lattice);
     TriDexel left(before, model.material_bounds()), within(before, model.material_bounds()),
         off(before, model.material_bounds());
     Removed of_left, of_within, from_model, from_off;

@@ -403,10 +403,9 @@ TEST(Materials, ResistEachByItsOwnConstants) {
   model.fill_block({Vec3(0, 0, 0), Vec3(20, 20, 10)}, 0);
   const std::vector<Material> materials{{"soft", 0.001, 1, 0, 0, {}}, {"hard", 0.01, 8, 0, 0, {}}};
   Removed removed;
-  const LatticeBox room{{Vec3::Zero(), Vec3::Constant(80)}};
   deposit(model,
           SweptTool(BoxTool{Vec3(20, 20, 10)}, Pose{Vec3(10, 10, 10), Mat3::Identity()},
-                    Vec3::Zero(), model.lattice(), room),
+                    Vec3::Zero(), model.lattice()),
           1, {}, removed);
   EXPECT_NEAR(model.volume_mm3(), 8000, 1e-6);
   // A flat cutter through both, half in each: the force is the area times the mean of the two.

@@ -48,13 +48,10 @@ TEST(Layers, OfATube) {
   TriDexel model(lattice);
   Removed removed;
   const Vec3 foot = lattice.to_mm(LatticePoint{Vec3(33.2, 30.1, 4)});
-  const LatticeBox everywhere = lattice.whole();
-  deposit(model,
-          SweptTool(Flat{12, 10}, Pose{foot, Mat3::Identity()}, Vec3::Zero(), lattice, everywhere),
-          0, {}, removed);
+  deposit(model, SweptTool(Flat{12, 10}, Pose{foot, Mat3::Identity()}, Vec3::Zero(), lattice), 0,
+          {}, removed);
   cut(model,
-      SweptTool(Flat{5, 20}, Pose{foot - Vec3(1, 0, 5), Mat3::Identity()}, Vec3::Zero(), lattice,
-                everywhere),
+      SweptTool(Flat{5, 20}, Pose{foot - Vec3(1, 0, 5), Mat3::Identity()}, Vec3::Zero(), lattice),
       {}, removed);
   const Snapshot snapshot = model.snapshot();
   const Layer layer = slice_layer(snapshot, 12);
@@ -259,10 +256,9 @@ TEST(Simplify, BordersOfColoursStay) {
   TriDexel model(lattice);
   model.fill_block({Vec3(5, 5, 5), Vec3(25, 25, 25)}, 0);
   Removed removed;
-  const LatticeBox everywhere = lattice.whole();
   deposit(model,
           SweptTool(BoxTool{Vec3(20, 20, 20)}, Pose{Vec3(35, 15, 5), Mat3::Identity()},
-                    Vec3::Zero(), lattice, everywhere),
+                    Vec3::Zero(), lattice),
           1, {}, removed);
   const Surface whole = extract_surface(model.snapshot()), less = simplify(whole, 0.2);
   EXPECT_EQ(broken(less), "");

@@ -26,8 +26,8 @@ TEST(Mass, ABlockAndABallAreAsTheyAreWorkedOut) {
   const double radius = 4, ball = 4.0 / 3 * std::acos(-1.0) * radius * radius * radius;
   Removed removed;
   cut(model,
-      SweptTool(BallTool{radius}, {Vec3(20, 9, 1), Mat3::Identity()}, Vec3::Zero(), model.lattice(),
-                model.lattice().whole()),
+      SweptTool(BallTool{radius}, {Vec3(20, 9, 1), Mat3::Identity()}, Vec3::Zero(),
+                model.lattice()),
       {}, removed);
   all = mass_of(model.snapshot(), {500});
   EXPECT_NEAR(all.volume_mm3[0], 6000 - ball, 0.01 * ball);
@@ -42,7 +42,7 @@ TEST(Mass, EachMaterialWeighsAsItDoes) {
   Removed added;
   deposit(model,
           SweptTool(BoxTool{Vec3(10, 10, 10)}, {Vec3(15, 5, 0), Mat3::Identity()}, Vec3::Zero(),
-                    model.lattice(), model.lattice().whole()),
+                    model.lattice()),
           1, {}, added);
   const MassProperties all = mass_of(model.snapshot(), {300, 900});
   EXPECT_NEAR(all.volume_mm3[0], 1000, 1e-6);

@@ -51,8 +51,7 @@ Pose turned_somehow(const Vec3& tip, Random& random) {
 }
 
 void put(TriDexel& model, const Tool& tool, const Pose& pose, uint8_t material) {
-  test::add(model, SweptTool(tool, pose, Vec3::Zero(), model.lattice(), model.lattice().whole()),
-            material);
+  test::add(model, SweptTool(tool, pose, Vec3::Zero(), model.lattice()), material);
 }
 
 TriDexel make_body(const Scene& scene, Body body, Random& random) {

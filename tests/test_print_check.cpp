@@ -44,8 +44,7 @@ std::unique_ptr<TriDexel> room(const Vec3& size, double pitch) {
 
 void put(TriDexel& model, const Vec3& size, const Vec3& tip) {
   Removed added;
-  const SweptTool box(BoxTool{size}, Pose{tip, Mat3::Identity()}, Vec3::Zero(), model.lattice(),
-                      model.lattice().whole());
+  const SweptTool box(BoxTool{size}, Pose{tip, Mat3::Identity()}, Vec3::Zero(), model.lattice());
   deposit(model, box, 0, {}, added);
 }
 
@@ -79,7 +78,7 @@ TEST(PrintCheck, WhatLeansHangsFromItsAngleOn) {
     const auto model = room(Vec3(40, 40, 24), 0.2);
     Removed added;
     const SweptTool cone(Cone{angle, 30, 16}, Pose{Vec3(20, 20, 2), Mat3::Identity()}, Vec3::Zero(),
-                         model->lattice(), model->lattice().whole());
+                         model->lattice());
     deposit(*model, cone, 0, {}, added);
     const double half = angle / 2 * std::acos(-1.0) / 180, wide = 16 * std::tan(half);
     if (wide > 18) continue;
@@ -109,7 +108,7 @@ TEST(PrintCheck, AWallOfTwoMaterialsIsOne) {
   put(*model, Vec3(0.8, 16, 15), Vec3(14.6, 15, 5));
   Removed added;
   const SweptTool other(BoxTool{Vec3(0.8, 16, 15)}, Pose{Vec3(15.4, 15, 5), Mat3::Identity()},
-                        Vec3::Zero(), model->lattice(), model->lattice().whole());
+                        Vec3::Zero(), model->lattice());
   deposit(*model, other, 1, {}, added);
   EXPECT_NEAR(of(areas_of(*model), PrintFault::thin), 0, 0.02 * areas_of(*model).all);
 }

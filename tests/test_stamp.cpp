@@ -266,7 +266,7 @@ TEST(Stamp, SweptLettersAgreeWithDenseSampling) {
                      frame_from_axis(random.direction(), random.uniform(0, 6))};
     const Vec3 motion = random.integer(0, 4) == 0 ? Vec3(random.uniform(0.1, 4) * start.axis())
                                                   : Vec3(random.uniform(0, 4) * random.direction());
-    const SweptTool swept(tool.value(), start, motion, lattice, lattice.whole());
+    const SweptTool swept(tool.value(), start, motion, lattice);
     const int poses = std::max(2, static_cast<int>(std::ceil(motion.norm() / (kNear / 2))));
     for (int sample = 0; sample < 60; sample++) {
       const Axis axis = kAxes[static_cast<size_t>(random.integer(0, 2))];

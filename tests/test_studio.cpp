@@ -485,10 +485,8 @@ TEST(Studio, RaysNearAPlaceAndTheNodesThatVanishOnThem) {
     const auto carve = [&](double radius_mm) {
       const Vec3 from = all.min + random.in_box(0, 1).cwiseProduct(all.size()),
                  by = random.in_box(-2, 2);
-      cut(model,
-          SweptTool(BallTool{radius_mm}, Pose{from, Mat3::Identity()}, by, lattice,
-                    lattice.whole()),
-          {}, removed);
+      cut(model, SweptTool(BallTool{radius_mm}, Pose{from, Mat3::Identity()}, by, lattice), {},
+          removed);
     };
     for (int i = 0; i < 6; i++) carve(1.5);
     const Snapshot before = model.snapshot();

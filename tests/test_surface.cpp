@@ -474,7 +474,6 @@ TEST(Surface, DistanceToTheExactSolid) {
   Random random;
   Lattice lattice;
   lattice.nodes = Index3(64, 60, 56);
-  const LatticeBox everywhere = lattice.whole();
   const auto box_distance = [](const Vec3& p, const Vec3& low, const Vec3& high) {
     const Vec3 outside = (low - p).cwiseMax(p - high);
     return outside.maxCoeff() <= 0 ? outside.maxCoeff() : outside.cwiseMax(0.0).norm();
@@ -493,7 +492,7 @@ TEST(Surface, DistanceToTheExactSolid) {
   const auto turned = [&](TriDexel& model) {
     Removed removed;
     const SweptTool body(BoxTool{Vec3(24, 28, 32)}, Pose{centre - 16 * frame.col(2), frame},
-                         Vec3::Zero(), lattice, everywhere);
+                         Vec3::Zero(), lattice);
     deposit(model, body, 0, {}, removed);
   };
   const std::vector<Exact> solids = {
@@ -581,7 +580,7 @@ TEST(Surface, ObliqueEdgesStaySharp) {
       for (const double sign : {-1.0, 1.0}) {
         const Vec3 axis = sign * frame.col(i);
         const SweptTool half(HalfSpace{}, Pose{centre + 9.3 * axis, frame_from_axis(axis, 0)},
-                             Vec3::Zero(), lattice, {Vec3::Zero(), Vec3::Constant(40)});
+                             Vec3::Zero(), lattice);
         cut(model, half, {}, removed);
       }
     const Surface surface = extract_surface(model.snapshot());
@@ -610,7 +609,6 @@ TEST(Surface, ObliqueEdgesStaySharp) {
 TEST(Surface, KnifeEdgesEndAtTheFaceThatCutsThemOff) {
   Random random;
   constexpr int kSide = 40;
-  const LatticeBox everything{{Vec3::Zero(), Vec3::Constant(kSide)}};
   long all = 0, all_out = 0;
   for (const double angle_deg : {10.0, 20.0, 30.0, 45.0, 60.0, 90.0}) {
     long count = 0, out = 0;
@@ -630,8 +628,7 @@ TEST(Surface, KnifeEdgesEndAtTheFaceThatCutsThemOff) {
       const Vec3 at = Vec3::Constant(kSide / 2.0) + random.in_box(-2, 2);
       Removed removed;
       for (const Vec3& face : {first, second, third}) {
-        const SweptTool half(HalfSpace{}, Pose{at, frame_from_axis(face)}, Vec3::Zero(), lattice,
-                             everything);
+        const SweptTool half(HalfSpace{}, Pose{at, frame_from_axis(face)}, Vec3::Zero(), lattice);
         cut(model, half, {}, removed);
       }
       const Surface surface = extract_surface(model.snapshot());
@@ -666,13 +663,11 @@ TEST(Surface, BordersOfMaterialsMoveNoVertex) {
   Lattice lattice;
   lattice.nodes = Index3(40, 20, 20);
   TriDexel one(lattice), two(lattice);
-  const LatticeBox everywhere = lattice.whole();
   const auto box = [&](TriDexel& model, double from, double to, uint8_t material) {
     Removed removed;
     deposit(model,
             SweptTool(BoxTool{Vec3(to - from, 10, 10)},
-                      Pose{Vec3((from + to) / 2, 10, 5), Mat3::Identity()}, Vec3::Zero(), lattice,
-                      everywhere),
+                      Pose{Vec3((from + to) / 2, 10, 5), Mat3::Identity()}, Vec3::Zero(), lattice),
             material, {}, removed);
   };
   box(one, 5, 35, 0);

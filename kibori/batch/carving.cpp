@@ -270,10 +270,8 @@ Result<std::unique_ptr<TriDexel>> plain_stock(const Stock& stock, const std::str
   EditOptions edit;
   edit.threads = options.threads;
   Removed added;
-  const LatticeBox everywhere = lattice.value().whole();
   const auto put = [&](const Tool& tool, const Vec3& tip) {
-    const SweptTool solid(tool, Pose{tip, Mat3::Identity()}, Vec3::Zero(), lattice.value(),
-                          everywhere);
+    const SweptTool solid(tool, Pose{tip, Mat3::Identity()}, Vec3::Zero(), lattice.value());
     deposit(*model, solid, stock.material, edit, added);
   };
   switch (stock.kind) {
@@ -305,8 +303,7 @@ Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::stri
   EditOptions edit;
   edit.threads = options.threads;
   for (const StockLayer& layer : stock.layers) {
-    const SweptTool shape(layer.shape, layer.pose, Vec3::Zero(), model.lattice(),
-                          model.material_bounds());
+    const SweptTool shape(layer.shape, layer.pose, Vec3::Zero(), model.lattice());
     if (!change_material(model, shape.solid(), layer.material, edit)) {
       std::string where = scene_file;
       if (layer.line > 0) where.append(":").append(std::to_string(layer.line));

@@ -267,8 +267,7 @@ class Acting {
       const Vec3 from = back.to_world(action_.way_mm[i]),
                  to = back.to_world(action_.way_mm[std::min(i + 1, action_.way_mm.size() - 1)]);
       if (i > 0 && from == to) continue;
-      const SweptTool solid(*action_.tool, {from, back.frame}, Vec3(to - from), lattice,
-                            lattice.whole());
+      const SweptTool solid(*action_.tool, {from, back.frame}, Vec3(to - from), lattice);
       deposit(model, solid.solid(), 0, edit_, made);
     }
   }
@@ -309,8 +308,7 @@ class Acting {
     const Snapshot& any = bodies_.all.front().model;
     TriDexel model = nothing();
     Removed made;
-    const SweptTool solid(*action_.tool, action_.pose, Vec3::Zero(), any.lattice,
-                          any.lattice.whole());
+    const SweptTool solid(*action_.tool, action_.pose, Vec3::Zero(), any.lattice);
     deposit(model, solid.solid(), action_.material, edit_, made);
     if (made.points() == 0) return Error{"what is added holds nothing within the lattice"};
     change_.clipped |= made.clipped;

@@ -275,7 +275,7 @@ CutOff without_kerf(TriDexel& model, const Cutter& cutter, int threads) {
   Removed from_model, from_off;
   if (cutter.kind == Cutter::Kind::plane) {
     const SweptTool portion(HalfSpace{}, {cutter.point_mm, frame_from_axis(cutter.normal)},
-                            Vec3::Zero(), lattice, model.material_bounds());
+                            Vec3::Zero(), lattice);
     part(model, off, portion.solid(), options, from_model, from_off);
   } else {
     const AcrossPlane plane(cutter.along);

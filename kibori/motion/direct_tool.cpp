@@ -45,7 +45,7 @@ EditOptions standing_still(EditOptions options) {
 void DirectTool::touch(const Tool& tool, const ToolMotion& motion, int substeps,
                        const EditOptions& options) {
   const Lattice& lattice = model_.lattice();
-  const SweptTool start(tool, motion.start, Vec3::Zero(), lattice, model_.material_bounds());
+  const SweptTool start(tool, motion.start, Vec3::Zero(), lattice);
   if (substeps > 1) {
     // A cut that is taken back: what one substep reaches, the next must not count again.
     const Snapshot before = model_.snapshot();
@@ -55,8 +55,7 @@ void DirectTool::touch(const Tool& tool, const ToolMotion& motion, int substeps,
     model_.restore(before);
     return;
   }
-  const SweptTool sweep(tool, motion.substep(0, 1), motion.travel_mm, lattice,
-                        model_.material_bounds());
+  const SweptTool sweep(tool, motion.substep(0, 1), motion.travel_mm, lattice);
   if (!is_convex(tool)) {
     // The start pose is part of the sweep: its share is taken away again.
     Removed before;
@@ -73,8 +72,7 @@ void DirectTool::stand(const Tool& tool, const ToolMotion& motion, const Pose& e
   const Lattice& lattice = model_.lattice();
   const EditOptions options =
       standing_still({sums_of(motion, end, lattice, edit_.grain(), edit_.passing()), threads_});
-  const SweptTool there(tool, motion.start, Vec3::Zero(), lattice,
-                        deposits ? lattice.whole() : model_.material_bounds());
+  const SweptTool there(tool, motion.start, Vec3::Zero(), lattice);
   standing_.reset();
   if (deposits)
     deposit_contact(model_, there.solid(), material, options, standing_);

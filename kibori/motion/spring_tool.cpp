@@ -138,8 +138,6 @@ template <class F>
 void SpringTool::for_sweeps(const Tick& tick, double share, F&& f) const {
   const Lattice& lattice = model_.lattice();
   const ToolMotion way = tick.motion.part(share);
-  LatticeBox bounds = tick.mode == Mode::deposit ? lattice.whole() : model_.material_bounds();
-  if (edit_.no_go()) bounds.include(edit_.no_go()->bounds());
   const Result<int> counted = substeps_of(tick.tool, way, lattice);
   // advance() has refused what has too many.
   const int substeps = counted ? (counted.value() + kTrialPieces - 1) / kTrialPieces : 1;
@@ -148,7 +146,7 @@ void SpringTool::for_sweeps(const Tick& tick, double share, F&& f) const {
                     way.start.axis()};
   for (int i = 0; i < substeps; i++) {
     const SweptTool sweep(tick.tool, way.substep(i, substeps), way.travel_mm / substeps, lattice,
-                          bounds, tick.clear && substeps == 1);
+                          tick.clear && substeps == 1);
     f(sweep.solid(), options);
   }
 }

@@ -22,7 +22,7 @@ void ToolEdit::sweep(const Tool& tool, const ToolMotion& motion, const Pose& end
                             threads};
   for (int i = 0; i < substeps; i++) {
     const SweptTool sweep(tool, motion.substep(i, substeps), motion.travel_mm / substeps, lattice,
-                          deposits ? lattice.whole() : model_.material_bounds(), clear && i == 0);
+                          clear && i == 0);
     if (deposits)
       deposit(model_, sweep.solid(), material, options, removed);
     else if (no_go_)

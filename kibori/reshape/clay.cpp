@@ -58,8 +58,7 @@ void Clay::measure_way(const Tool& tool, std::span<const PressingTool> tools, do
   const Vec3 corner = lattice.to_mm(LatticePoint{box.low.matrix().cast<double>()});
   std::deque<SweptTool> ways;  // they stay where they are
   const auto add = [&](const Pose& from, const Vec3& way) {
-    ways.emplace_back(tool, Pose{from.tip - corner, from.frame}, way, scratch_->lattice(),
-                      scratch_->lattice().whole());
+    ways.emplace_back(tool, Pose{from.tip - corner, from.frame}, way, scratch_->lattice());
   };
   for (const PressingTool& at : tools) {
     const Vec3 along = radius_mm * at.direction, out = radius_mm * at.pose.axis();

@@ -330,7 +330,7 @@ void Wheel::begin(const Vec3& axis_mm, const Tool& tool, const Pose& start) {
 void Wheel::cast_shadow(const Tool& tool, const Pose& from, const Vec3& way_mm) {
   const Lattice& lattice = model_.lattice();
   shadow_.assign(profile_.outer.size(), {kFar, -1});
-  const SweptTool whole(tool, from, way_mm, lattice, lattice.whole());
+  const SweptTool whole(tool, from, way_mm, lattice);
   const Box box = whole.solid().bounds().units;
   Lattice fine;
   fine.pitch_mm = lattice.pitch_mm / kFiner;
@@ -346,7 +346,7 @@ void Wheel::cast_shadow(const Tool& tool, const Pose& from, const Vec3& way_mm) 
   fine.origin_mm = lattice.to_mm(LatticePoint{corner});
   TriDexel scratch(fine);
   Removed added;
-  deposit(scratch, SweptTool(tool, from, way_mm, fine, fine.whole()).solid(), 0, {}, added);
+  deposit(scratch, SweptTool(tool, from, way_mm, fine).solid(), 0, {}, added);
   const Vec3 to_axis = profile_.centre - corner;
   for (int v = 0; v < fine.nodes[2]; v += kFiner) {
     const int k =

@@ -133,12 +133,11 @@ RayRect within(const RayRect& rect, const Box& box, int ui, int vi) {
 }  // namespace
 
 SweptMesh::SweptMesh(std::shared_ptr<const TriangleMesh> mesh, const Pose& start,
-                     const LatticeVector& motion, const Lattice& lattice,
-                     const LatticeBox& material)
+                     const LatticeVector& motion, const Lattice& lattice)
     : mesh_(std::move(mesh)),
       mirrored_(start.frame.determinant() < 0),
       motion_(motion.units),
-      material_(material.units) {
+      lattice_(lattice.whole().units) {
   points_.reserve(mesh_->vertices.size());
   for (const Vec3& p : mesh_->vertices) {
     points_.push_back(lattice.to_lattice(start.to_world(p)).units);
@@ -239,7 +238,7 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
   const Axis axis = rays.axis;
   const int ui = u_index(axis), vi = v_index(axis), di = depth_index(axis);
   const RayRect rect{rays.u0, rays.u0 + kTileSide, rays.v0, rays.v0 + kTileSide},
-      seen = within(rect, material_, ui, vi);
+      seen = within(rect, lattice_, ui, vi);
   if (seen.u0 >= seen.u1 || seen.v0 >= seen.v1) return;
   const bool moving = motion_.squaredNorm() > kNoSweep * kNoSweep;
   for (size_t i = begins; i < ends; i++) {
@@ -279,11 +278,11 @@ void SweptMesh::fill(const RayTile& rays, TileIntervals& all) const {
     const int v1 = std::min(seen.v1 - 1, static_cast<int>(std::ceil(v_hi - 0.5)));
     if (u0 > u1 || v0 > v1) continue;
     // A triangle that slides in its own plane reaches nothing that the mesh is not in. What passes
-    // by the material in depth takes nothing of it.
+    // by the lattice in depth takes nothing of it.
     if (beta == 0) continue;
     const auto [d_lo, d_hi] = std::minmax({a[di], b[di], c[di]});
-    if (d_hi + std::max(motion_[di], 0.0) < material_.min[di] - 1 ||
-        d_lo + std::min(motion_[di], 0.0) > material_.max[di] + 1)
+    if (d_hi + std::max(motion_[di], 0.0) < lattice_.min[di] - 1 ||
+        d_lo + std::min(motion_[di], 0.0) > lattice_.max[di] + 1)
       continue;
     const bool by_s = std::abs(alpha) >= std::abs(beta);
     const double step = by_s ? -beta / alpha : -alpha / beta;

@@ -16,10 +16,9 @@ namespace kibori {
 class SweptMesh final : public IntervalSolid {
  public:
   // `mesh` in tool coordinates [mm], `start` in the world; its frame may be left-handed, which is
-  // the mesh mirrored. Rays that pass by `material` [lattice
-  // units] may be left out.
+  // the mesh mirrored. Rays beyond the lattice may be left out.
   SweptMesh(std::shared_ptr<const TriangleMesh> mesh, const Pose& start,
-            const LatticeVector& motion, const Lattice& lattice, const LatticeBox& material);
+            const LatticeVector& motion, const Lattice& lattice);
 
   LatticeBox bounds() const override { return {bounds_}; }
 
@@ -55,7 +54,7 @@ class SweptMesh final : public IntervalSolid {
   std::vector<Vec3> points_;  // lattice units, at the start
   std::vector<Face> faces_;
   Vec3 motion_;
-  Box bounds_, material_;
+  Box bounds_, lattice_;
   std::array<Bins, 3> bins_;
 };
 

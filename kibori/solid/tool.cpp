@@ -373,7 +373,7 @@ double reach_mm(const Tool& tool) {
 }
 
 SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
-                     const Lattice& lattice, const LatticeBox& material_bounds, bool start_is_clear)
+                     const Lattice& lattice, bool start_is_clear)
     : convex_(is_convex(tool)) {
   static std::atomic<uint64_t> next{1};
   id_ = next.fetch_add(1, std::memory_order_relaxed);
@@ -383,17 +383,14 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
   const Vec3 axis = start.axis();
   const auto above_tip = [&](double height) { return tip + LatticeVector{height * axis}; };
   const Mat3& frame = start.frame;
-  // Height above the tip, along the axis, of the material's farthest corner: the body beyond it
+  // Height above the tip, along the axis, of the lattice's farthest corner: the body beyond it
   // meets nothing.
   const auto useful = [&] {
-    const Box& material = material_bounds.units;
-    if (material.empty() || !material.min.allFinite() || !material.max.allFinite())
-      return kInfinity;
     double height = 0;
     for (int corner = 0; corner < 8; corner++) {
-      Vec3 p = material.min;
+      Vec3 p = Vec3::Zero();
       for (int i = 0; i < 3; i++)
-        if ((corner >> i) & 1) p[i] = material.max[i];
+        if ((corner >> i) & 1) p[i] = lattice.nodes[i];
       height =
           std::max({height, (p - tip.units).dot(axis), (p - tip.units - motion.units).dot(axis)});
     }
@@ -487,8 +484,7 @@ SweptTool::SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm,
           },
           [&](const MeshTool& t) {
             // Divided: documents carved with mesh tools replay to the same bits.
-            add<SweptMesh>(t.mesh, start, LatticeVector{motion_mm / lattice.pitch_mm}, lattice,
-                           material_bounds);
+            add<SweptMesh>(t.mesh, start, LatticeVector{motion_mm / lattice.pitch_mm}, lattice);
           },
           [&](const Drill& t) { pointed(t.angle_deg, t.radius, t.length); },
           [&](const TaperedBall& t) {

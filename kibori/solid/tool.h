@@ -306,12 +306,12 @@ struct FlatFaces {
 FlatFaces flat_faces(const Tool& tool);
 
 // The solid that `tool` sweeps while it moves by motion_mm without turning; in place, without
-// allocation (but for a mesh). Parts of long tools that lie beyond `material` [lattice units] are
-// left out of the work.
+// allocation (but for a mesh). What of a long tool lies beyond the lattice is left out of the work:
+// not what lies beyond the material, as that would reach the last digits of moments.
 class SweptTool final : public Solid {
  public:
   SweptTool(const Tool& tool, const Pose& start, const Vec3& motion_mm, const Lattice& lattice,
-            const LatticeBox& material, bool start_is_clear = false);
+            bool start_is_clear = false);
 
   ~SweptTool() override {
     for (size_t i = 0; i < count_; i++) solids_[i]->~Solid();
