@@ -176,12 +176,6 @@ struct RowRange {
     high = std::max(high, other.high);
   }
 };
-// Of a filter along an axis: to[i] = kernel[0] low[0][i] + the sum over m of
-// kernel[m] (low[m][i] + high[m][i]), for i < count.
-using RowSum = void (*)(const float* const* low, const float* const* high,
-                        const std::vector<float>& kernel, size_t count, float* to);
-// For this machine's best instructions.
-RowSum row_sum();
 
 }  // namespace detail
 

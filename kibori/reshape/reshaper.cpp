@@ -8,6 +8,7 @@
 
 #include <kibori/base/memory.h>
 #include <kibori/base/parallel.h>
+#include <kibori/reshape/band_kernels.h>
 #include <kibori/reshape/write_back.h>
 
 namespace kibori {
@@ -485,7 +486,7 @@ void Reshaper::sum_along(int axis, const std::vector<float>& from, std::vector<f
              count = static_cast<size_t>(size[axis]);
   const size_t reach = kernel_.size() - 1;
   constexpr size_t kAtOnce = 16;
-  const detail::RowSum sum_rows = detail::row_sum();
+  const auto sum_rows = band_kernels().sum_rows;
   // Of each thread: rows that are summed; along x, one row at shifts, with its border's nodes
   // repeated around it.
   struct Scratch {
