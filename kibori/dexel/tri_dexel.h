@@ -68,7 +68,8 @@ class TriDexel {
   uint64_t content_hash() const { return snapshot().content_hash(); }
   ModelCount count() const;
 
-  // A box [lattice units] no material lies outside of; tools are clipped to it.
+  // A box [lattice units] no material lies outside of. It stays where material was once, so no
+  // model and no force may depend on it.
   const LatticeBox& material_bounds() const { return material_bounds_; }
   void include_material(const LatticeBox& box);
   // Counts edits and restores, so that a caller can tell whether the model is as it left it.
