@@ -221,6 +221,10 @@ TEST_P(Sweep, AgreesWithDenseSampling) {
       for (int probe = 0; probe < 6; probe++) {
         RayTile rays{ray_axis, random.integer(0, nu / 16 - 1) * 16,
                      random.integer(0, nv / 16 - 1) * 16};
+        if (probe % 2) {  // as if nothing else of the rays were material
+          rays.near = static_cast<float>(random.uniform(0, nd));
+          rays.far = static_cast<float>(random.uniform(rays.near, nd));
+        }
         std::vector<SpanLayer> layers(4);
         int count = 0;
         while (count < 4 && sweep.spans(rays, count, layers[static_cast<size_t>(count)])) count++;
@@ -241,6 +245,7 @@ TEST_P(Sweep, AgreesWithDenseSampling) {
             double t = random.uniform(0, nd);
             if (hit && k == 1) t = std::clamp(lo + random.uniform(-0.3, 0.3), 0.0, 1.0 * nd);
             if (hit && k == 2) t = std::clamp(hi + random.uniform(-0.3, 0.3), 0.0, 1.0 * nd);
+            if (t < rays.near || t > rays.far) continue;
             Vec3 p;
             p[u_index(ray_axis)] = rays.u0 + i + 0.5;
             p[v_index(ray_axis)] = rays.v0 + j + 0.5;

@@ -77,6 +77,16 @@ struct Tile {
       if (p->reaches(min, max)) return true;
     return false;
   }
+  float near() const {
+    float least = first.near;
+    for (const Plane* p = first.next; p; p = p->next) least = std::min(least, p->near);
+    return least;
+  }
+  float far() const {
+    float most = first.far;
+    for (const Plane* p = first.next; p; p = p->next) most = std::max(most, p->far);
+    return most;
+  }
 };
 
 }  // namespace kibori

@@ -76,6 +76,10 @@ class FieldEditor {
     job_.rays = {view_.axis(), tu * kTileSide, tv * kTileSide};
     job_.tu = tu;
     job_.tv = tv;
+    if (!growing_) {
+      job_.rays.near = view_.tile(tu, tv).near();
+      job_.rays.far = view_.tile(tu, tv).far();
+    }
     for (job_.layer = 0;; job_.layer++) {
       job_.tile = &view_.tile(tu, tv);
       if (!growing_) {

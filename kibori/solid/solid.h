@@ -18,6 +18,8 @@ namespace kibori {
 struct RayTile {
   Axis axis;
   int u0, v0;  // indices of the tile's first ray
+  // What is asked about: of an interval beyond these depths a solid may say nothing.
+  float near = -kFar, far = kFar;
   bool operator==(const RayTile&) const = default;
 };
 

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include <kibori/base/trig.h>
+#include <kibori/solid/part_spans.h>
 
 namespace kibori {
 namespace {
@@ -558,86 +559,31 @@ SweptTool::Parts& SweptTool::parts_of(const RayTile& rays, bool flip) const {
   last.id = id_;
   last.rays = rays;
   last.flip = flip;
+  const int d = depth_index(rays.axis);
   for (size_t i = 0; i < count_; i++) {
     SpanLayer& part = last.parts[i];
     part.flip = flip;
     part.normals_ready = 0;
     part.last = false;
-    if (!solids_[i]->spans(rays, 0, part)) part.rows = 0;
+    const Box box = solids_[i]->bounds().units;
+    if (box.min[d] > rays.far + kBoundsSlack || box.max[d] < rays.near - kBoundsSlack ||
+        !solids_[i]->spans(rays, 0, part))
+      part.rows = 0;
   }
   return last.parts;
 }
 
-// The parts' intervals of each ray, merged where they meet; the one whose turn it is.
-bool SweptTool::spans_apart(const RayTile& rays, int layer, SpanLayer& out) const {
-  const Parts& parts = parts_of(rays, out.flip);
-  unsigned rows = 0;
-  bool more = false;
-  for (size_t i = 0; i < count_; i++) rows |= parts[i].rows;
-  out.normals_ready = 0;
-  out.rows = 0;
-  for (int row = 0; row < kTileSide; row++) {
-    if (!((rows >> row) & 1)) continue;
-    bool any = false;
-    for (int slot = row * kTileSide; slot < (row + 1) * kTileSide; slot++) {
-      // Sorted by their beginnings.
-      std::array<std::pair<float, float>, kMaxParts> found;
-      size_t count = 0;
-      for (size_t i = 0; i < count_; i++) {
-        if (!((parts[i].rows >> row) & 1) || !(parts[i].lo[slot] < parts[i].hi[slot])) continue;
-        size_t at = count++;
-        for (; at > 0 && found[at - 1].first > parts[i].lo[slot]; at--) found[at] = found[at - 1];
-        found[at] = {parts[i].lo[slot], parts[i].hi[slot]};
-      }
-      out.lo[slot] = kFar;
-      out.hi[slot] = -kFar;
-      int turn = 0;
-      for (size_t i = 0; i < count; turn++) {
-        const float lo = found[i].first;
-        float hi = found[i].second;
-        for (i++; i < count && found[i].first <= hi; i++) hi = std::max(hi, found[i].second);
-        if (turn == layer) {
-          out.lo[slot] = lo;
-          out.hi[slot] = hi;
-          any = true;
-        }
-        more |= turn > layer;
-      }
-    }
-    if (any) out.rows |= static_cast<uint16_t>(1u << row);
-  }
-  out.last = !more;
-  return out.rows != 0;
-}
-
 bool SweptTool::spans(const RayTile& rays, int layer, SpanLayer& out) const {
-  if (!convex_ && count_ > 1) return spans_apart(rays, layer, out);
   if (count_ == 1) return solids_[0]->spans(rays, layer, out);
-  if (layer != 0) return false;
+  if (convex_ && layer != 0) return false;
+  static_assert(kMaxParts <= kMostParts);
   const Parts& parts = parts_of(rays, out.flip);
   out.normals_ready = 0;
-  out.last = true;
-  out.rows = parts[0].rows;
-  std::copy_n(parts[0].lo, kTileRays, out.lo);
-  std::copy_n(parts[0].hi, kTileRays, out.hi);
-  for (size_t i = 1; i < count_; i++) {
-    const SpanLayer& other = parts[i];
-    if (!other.rows) continue;
-    for (int row = 0; row < kTileSide; row++) {
-      if (!((other.rows >> row) & 1)) continue;
-      const bool filled = (out.rows >> row) & 1;
-      for (int slot = row * kTileSide; slot < (row + 1) * kTileSide; slot++) {
-        const bool live = other.lo[slot] < other.hi[slot];
-        if (!filled || !(out.lo[slot] < out.hi[slot])) {
-          out.lo[slot] = live ? other.lo[slot] : kFar;
-          out.hi[slot] = live ? other.hi[slot] : -kFar;
-        } else if (live) {
-          out.lo[slot] = std::min(out.lo[slot], other.lo[slot]);
-          out.hi[slot] = std::max(out.hi[slot], other.hi[slot]);
-        }
-      }
-    }
-    out.rows |= other.rows;
+  if (convex_) {
+    out.last = true;
+    hull_spans(parts.data(), count_, out);
+  } else {
+    union_spans(parts.data(), count_, layer, out);
   }
   return out.rows != 0;
 }
@@ -649,26 +595,10 @@ void SweptTool::normals(const RayTile& rays, int layer, const EndMasks& ends, Sp
   for (size_t i = 0; i < count_; i++) {
     SpanLayer& own = parts[i];
     if (!own.rows) continue;
-    EndMasks mine = {};
-    for (int row = 0; row < kTileSide; row++) {
-      if (!((own.rows >> row) & 1)) continue;
-      unsigned lo = 0, hi = 0;
-      for (int lane = 0; lane < kTileSide; lane++) {
-        const int slot = row * kTileSide + lane;
-        if (!(own.lo[slot] < own.hi[slot])) continue;
-        lo |= static_cast<unsigned>(own.lo[slot] == of.lo[slot]) << lane;
-        hi |= static_cast<unsigned>(own.hi[slot] == of.hi[slot]) << lane;
-      }
-      mine.mark(static_cast<size_t>(row), ends.lo[row] & lo, ends.hi[row] & hi);
-    }
+    const EndMasks mine = ends_made_by(own, of, ends);
     if (!mine.rows) continue;
     solids_[i]->normals(rays, 0, mine, own);
-    for (int row = 0; row < kTileSide; row++)
-      for (int lane = 0; lane < kTileSide; lane++) {
-        const int slot = row * kTileSide + lane;
-        if ((mine.lo[row] >> lane) & 1) of.codes.lo[slot] = own.codes.lo[slot];
-        if ((mine.hi[row] >> lane) & 1) of.codes.hi[slot] = own.codes.hi[slot];
-      }
+    take_normals(own, mine, of);
   }
 }
 

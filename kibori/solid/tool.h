@@ -344,7 +344,6 @@ class SweptTool final : public Solid {
   // What each part says of a tile; kept for each thread, as an edit asks for the normals of the
   // tile whose spans it has asked for.
   Parts& parts_of(const RayTile& rays, bool flip) const;
-  bool spans_apart(const RayTile& rays, int layer, SpanLayer& out) const;
 
   // One solid, or convex solids. Where their union is convex, its interval is the hull of theirs;
   // else theirs are merged where they meet.
