@@ -224,11 +224,29 @@ async function oneCamera() {
   );
   check("the same picture from another view", (await pictureOf(page)) === whole);
   await page.keyboard.press("Home");
+  // A plot in which nothing is felt rests until something is.
+  await page.evaluate(() => {
+    const context = document.querySelector("#plot canvas").getContext("2d"),
+      clear = context.clearRect.bind(context);
+    window.plotted = 0;
+    context.clearRect = (...box) => {
+      window.plotted++;
+      clear(...box);
+    };
+  });
+  const plotted = () => page.evaluate(() => window.plotted);
+  let resting = -1;
+  for (let i = 0; i < 40 && (await plotted()) !== resting; i++) {
+    resting = await plotted();
+    await page.waitForTimeout(500);
+  }
+  check("the plot rests", (await plotted()) === resting);
   await page.mouse.move(500, 240);
   await page.mouse.down();
   for (let i = 0; i < 12; i++) await page.mouse.move(500 + 4 * i, 240 - i);
   await until(page, "the volume falls", (s) => Number(s.volume) < Number(first.volume) - 1);
   await page.mouse.up();
+  check("the plot shows what is felt", (await plotted()) > resting);
   await until(page, "a step", (s) => Number(s.step) > 1);
   // At rest it is drawn, shown and kept.
   await page

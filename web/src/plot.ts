@@ -59,6 +59,13 @@ export function markSpikes(plot: uPlot, curves: Clipped[]): string[] {
   return marks.map(({ value, curve }) => `${rounded.format(value)} ${curve.unit}`.trim());
 }
 
+/** Whether any tick has a force or a moment. */
+const felt = (rows: Float32Array): boolean =>
+  rows.some((number, i) => {
+    const at = i % TICK_NUMBERS;
+    return at >= 3 && at < 9 && number !== 0;
+  });
+
 const SHOWN_S = 5;
 const KEPT = 600000; // ten minutes
 
@@ -118,6 +125,7 @@ export class ForcePlot {
   private plot: uPlot;
   private picture: HTMLElement;
   private due = false;
+  private flat = false; // as it is drawn
 
   constructor(
     private into: HTMLElement,
@@ -249,6 +257,9 @@ export class ForcePlot {
       this.count -= this.rows.shift()!.length / TICK_NUMBERS;
     }
     if (this.paused || this.still || this.due) return;
+    // A flat line that moves on shows nothing new: to draw it would only empty a battery.
+    const wide = this.into.clientWidth || this.plot.width;
+    if (this.flat && this.plot.width === wide && !felt(rows)) return;
     this.due = true;
     setTimeout(() => {
       this.due = false;
@@ -273,6 +284,7 @@ export class ForcePlot {
     }
     if (this.into.clientWidth > 0 && this.plot.width !== this.into.clientWidth)
       this.plot.setSize({ width: this.into.clientWidth, height: 190 });
+    this.flat = !this.rows.slice(from).some(felt);
     this.plot.setData(columns as uPlot.AlignedData);
   }
 
@@ -280,6 +292,7 @@ export class ForcePlot {
     this.rows = [];
     this.starts = [];
     this.count = 0;
+    this.flat = false;
   }
 
   csv(): Blob {
