@@ -11,16 +11,16 @@ namespace kibori {
 namespace HWY_NAMESPACE {
 
 // One group of lanes of a part's row; what is no interval begins at kFar and ends at -kFar.
-struct Ends {
+struct PartEnds {
   VF lo, hi;
 };
-HWY_INLINE Ends EndsAt(const SpanLayer& part, size_t slot) {
+HWY_INLINE PartEnds EndsAt(const SpanLayer& part, size_t slot) {
   const DF d;
   const VF lo = hn::Load(d, part.lo + slot), hi = hn::Load(d, part.hi + slot);
   const MF live = hn::Lt(lo, hi);
   return {hn::IfThenElse(live, lo, F(kFar)), hn::IfThenElse(live, hi, F(-kFar))};
 }
-HWY_INLINE unsigned Store(VF lo, VF hi, size_t slot, SpanLayer& out) {
+HWY_INLINE unsigned StoreSpans(VF lo, VF hi, size_t slot, SpanLayer& out) {
   const DF d;
   const MF live = hn::Lt(lo, hi);
   hn::Store(hn::IfThenElse(live, lo, F(kFar)), d, out.lo + slot);
@@ -57,11 +57,11 @@ void HullSpans(const SpanLayer* parts, size_t count, SpanLayer& out) {
       const size_t slot = row * kTileSide + g * kLanes;
       VF lo = F(kFar), hi = F(-kFar);
       for (size_t i = 0; i < here.count; i++) {
-        const Ends part = EndsAt(*here.of[i], slot);
+        const PartEnds part = EndsAt(*here.of[i], slot);
         lo = Less(lo, part.lo);
         hi = More(hi, part.hi);
       }
-      Store(lo, hi, slot, out);
+      StoreSpans(lo, hi, slot, out);
     }
   }
 }
@@ -82,7 +82,7 @@ HWY_INLINE VF EndFrom(VF begin, const RowParts& here, size_t slot) {
   VF end = begin;
   for (size_t asked = 0; asked < here.count; asked++)
     for (size_t i = 0; i < here.count; i++) {
-      const Ends part = EndsAt(*here.of[i], slot);
+      const PartEnds part = EndsAt(*here.of[i], slot);
       end = hn::IfThenElse(hn::Le(part.lo, end), More(end, part.hi), end);
     }
   return end;
@@ -103,7 +103,7 @@ void UnionSpans(const SpanLayer* parts, size_t count, int layer, SpanLayer& out)
         begin = BeginBehind(end, here, slot);
         end = EndFrom(begin, here, slot);
       }
-      live |= Store(begin, end, slot, out);
+      live |= StoreSpans(begin, end, slot, out);
       const VF next = BeginBehind(end, here, slot);
       if (Bits(hn::Lt(next, F(kFar)))) out.last = false;
     }
