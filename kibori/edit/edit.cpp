@@ -77,8 +77,9 @@ class FieldEditor {
     job_.tu = tu;
     job_.tv = tv;
     if (!growing_) {
-      job_.rays.near = view_.tile(tu, tv).near();
-      job_.rays.far = view_.tile(tu, tv).far();
+      const Tile& before = view_.tile(tu, tv);
+      job_.rays.near = before.near();
+      job_.rays.far = before.far();
     }
     for (job_.layer = 0;; job_.layer++) {
       job_.tile = &view_.tile(tu, tv);

@@ -235,17 +235,21 @@ async function oneCamera() {
     };
   });
   const plotted = () => page.evaluate(() => window.plotted);
-  let resting = -1;
-  for (let i = 0; i < 40 && (await plotted()) !== resting; i++) {
-    resting = await plotted();
+  let resting = -1,
+    rests = false;
+  for (let i = 0; i < 40 && !rests; i++) {
     await page.waitForTimeout(500);
+    const now = await plotted();
+    rests = now === resting;
+    resting = now;
   }
-  check("the plot rests", (await plotted()) === resting);
+  check("the plot rests", rests);
   await page.mouse.move(500, 240);
   await page.mouse.down();
   for (let i = 0; i < 12; i++) await page.mouse.move(500 + 4 * i, 240 - i);
   await until(page, "the volume falls", (s) => Number(s.volume) < Number(first.volume) - 1);
   await page.mouse.up();
+  for (let i = 0; i < 100 && (await plotted()) === resting; i++) await page.waitForTimeout(100);
   check("the plot shows what is felt", (await plotted()) > resting);
   await until(page, "a step", (s) => Number(s.step) > 1);
   // At rest it is drawn, shown and kept.
