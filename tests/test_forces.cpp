@@ -144,7 +144,9 @@ TEST(Energy, FlatToolsDoTheWorkOfWhatTheyRemove) {
   Random random;
   SCOPED_TRACE(random.note());
   const Tool tools[] = {Flat{4, 14}, Bull{4, 1.5, 14}, BoxTool{Vec3(5, 7, 9)}, TSlot{}};
-  for (int trial = 0; trial < 24; trial++) {
+  constexpr int kTrials = 24;
+  double off = 0;
+  for (int trial = 0; trial < kTrials; trial++) {
     const Tool& tool = tools[trial % 4];
     Bench bench(Vec3(40, 40, 30), 0.25);
     const bool along = random.integer(0, 1);
@@ -162,11 +164,15 @@ TEST(Energy, FlatToolsDoTheWorkOfWhatTheyRemove) {
       work -= tick.wrench.force.dot(tick.motion.travel);
       volume += tick.removed_mm3;
     }
-    // As many rays as meet a face, half a cell more or less on each side of some 30. Where a face
-    // all but lies along the rays, ends beside each other are of two faces.
-    EXPECT_NEAR(work, 2 * volume, (along ? 0.05 : 0.12) * 2 * volume)
+    // As many rays as meet a face, half a cell more or less on each side of some 30, and whole rows
+    // of them: over 6 % off in one of 1000. A box that is tilted a little has side faces so steep
+    // that ends beside each other are of two faces: over 10 % in one of 70, at most 25.
+    const bool steep = !along && std::holds_alternative<BoxTool>(tool);
+    EXPECT_NEAR(work, 2 * volume, (steep ? 0.4 : 0.12) * 2 * volume)
         << trial << " " << shape_of(tool);
+    off += work / (2 * volume) - 1;
   }
+  EXPECT_NEAR(off / kTrials, 0, 0.03);  // one is off by 1.2 % (rms), so the mean by 0.3
 }
 
 // One motion in 1, 10 or 1000 ticks removes the same and does the same work, to 0.1 per mille.
