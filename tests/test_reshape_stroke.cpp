@@ -7,6 +7,7 @@
 
 #include <kibori/motion/direct_tool.h>
 #include <kibori/motion/reshape_stroke.h>
+#include <kibori/reshape/clay.h>
 #include <kibori/solid/ball.h>
 #include <kibori/surface/surface.h>
 
@@ -161,7 +162,6 @@ TEST(ReshapeStroke, ClayKeepsItsVolume) {
     }
 }
 
-// A thousand presses: the volume stays within 1e-5 of the body's.
 // What was deposited beside the model and taken back is nowhere: not in the last digit of a force,
 // nor of a place that clay goes by.
 TEST(ReshapeStroke, WhatWasUndoneLeavesNoTrace) {
@@ -199,6 +199,46 @@ TEST(ReshapeStroke, WhatWasUndoneLeavesNoTrace) {
   }
 }
 
+// A collar's height is told from spans where the tolerance is fine, and from distances at nodes
+// where it is not. What it added is told by all spans of the model. Slabs reach from border to
+// border of the lattice; where their tops pass nodes the volume has steps.
+TEST(ReshapeStroke, ACollarAddsWhatItIsToAdd) {
+  Random random;
+  Clay clay;
+  const int rounds = test::rounds_of("KIBORI_COLLARS", 120);
+  double rough_added = 0, rough_wanted = 0;
+  for (int round = 0; round < rounds; round++) {
+    const bool slab = round % 2 == 0, rough = round % 4 < 2;
+    TriDexel model(cube(48));
+    Vec3 top(24, 24, random.uniform(20, 28));
+    if (slab) {
+      top.head<2>() = random.in_box(0, 48).head<2>();
+      model.fill_block({Vec3::Zero(), Vec3(48, 48, top.z())}, 0);
+    } else {
+      const double radius = random.uniform(8, 30);
+      const Vec3 out = (Vec3(0, 0, 2) + random.in_box(-1, 1)).normalized();
+      add(model, SweptBall(LatticePoint{top - radius * out}, {}, radius));
+    }
+    const PressingTool at{{top + Vec3(0, 0, 1), Mat3::Identity()}, Vec3::UnitX(), top};
+    const double before = model.volume_mm3(), wanted = random.uniform(4, 25);
+    const auto raised = clay.raise(model, BallTool{2}, {&at, 1}, 0, 9, wanted, rough ? 1e-2 : 1e-5);
+    ASSERT_TRUE(raised.ok()) << raised.error();
+    const double added = model.volume_mm3() - before;
+    EXPECT_NEAR(raised.value().added_mm3 - raised.value().removed_mm3, added, 1e-4);
+    EXPECT_NEAR(added, wanted,
+                (slab    ? 0.5
+                 : rough ? 0.2
+                         : 0.005) *
+                    wanted)
+        << round << random.note();
+    if (!rough) continue;
+    rough_added += added;
+    rough_wanted += wanted;
+  }
+  EXPECT_NEAR(rough_added, rough_wanted, 0.04 * rough_wanted) << random.note();
+}
+
+// A thousand presses: the volume stays within 1e-5 of the body's.
 TEST(ReshapeStroke, ClayKeepsItsVolumeOverManyStrokes) {
   Random random;
   TriDexel model = block(48, {8, 8, 8}, {40, 40, 36});

@@ -39,7 +39,7 @@ constexpr double kWheelSpacing = 1;
 // to metres a second.
 constexpr double kLatheShare = 0.01;
 // What may stay owed on the way and at the end, of what was pressed.
-constexpr double kOwedShare = 4e-3, kLastOwedShare = 1e-6;
+constexpr double kOwedShare = 2e-2, kLastOwedShare = 1e-6;
 // A collar brings back all that is owed but half such a share, or but this one.
 constexpr double kLeastTolerance = 1e-5;
 // A collar that brings back less than this of what is owed has no room.

@@ -300,6 +300,67 @@ void Measure(const MeasuredBlocks& of) {
   }
 }
 
+// What of a line from a node to the next lies inside.
+HWY_INLINE VF LengthInside(VF one, VF two) {
+  const VF zero = hn::Zero(DF());
+  const VF inside = hn::Add(hn::Max(zero, hn::Neg(one)), hn::Max(zero, hn::Neg(two)));
+  return hn::Div(inside, hn::Max(hn::Add(hn::Abs(one), hn::Abs(two)), F(1e-30f)));
+}
+
+double AddedVolume(const ChangedBlocks& of) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  double volume = 0;
+  for (const NodeBlock* block = of.blocks; block < of.blocks + of.count; block++)
+    for (size_t g = 0; g < kGroups; g++) {
+      const unsigned nodes = block->nodes >> (g * kLanes) & kGroupMask;
+      if (!nodes) continue;
+      const float* const was = of.phi + block->place + g * kLanes;
+      const float* const is = of.after + block->place + g * kLanes;
+      const VF was_here = hn::LoadU(d, was), is_here = hn::LoadU(d, is);
+      const MF changes = hn::And(FromBits(nodes), hn::Ne(was_here, is_here));
+      VF sum = zero;
+      bool any = false;
+      // The line to the node `step` on. Each line once: by its lower node, if that changes. Across
+      // the lattice's border the line ends half way, and all of it is as its node.
+      const auto add = [&](std::ptrdiff_t step, MF border) HWY_ATTR {
+        const VF was_there = hn::LoadU(d, was + step), is_there = hn::LoadU(d, is + step);
+        MF counts = changes;
+        if (step < 0) counts = hn::And(counts, hn::Eq(was_there, is_there));
+        // Not if all four have one sign.
+        const VF low = hn::Min(hn::Min(was_here, is_here), hn::Min(was_there, is_there)),
+                 high = hn::Max(hn::Max(was_here, is_here), hn::Max(was_there, is_there));
+        counts = hn::And(counts, hn::And(hn::Lt(low, zero), hn::Ge(high, zero)));
+        if (hn::AllFalse(d, counts)) return;
+        any = true;
+        const auto length = [&](VF here, VF there) HWY_ATTR {
+          const VF half = hn::IfThenElseZero(hn::Lt(here, zero), F(0.5f));
+          return hn::IfThenElse(border, half, LengthInside(here, there));
+        };
+        const VF more = hn::Sub(length(is_here, is_there), length(was_here, was_there));
+        sum = hn::Add(sum, hn::IfThenElseZero(counts, more));
+      };
+      const VF i = LanesFrom(static_cast<float>(block->i), g);
+      const auto lanes_at = [&](int border)
+                                HWY_ATTR { return hn::Eq(i, F(static_cast<float>(border))); };
+      const auto all_if = [&](bool border) HWY_ATTR { return FromBits(border ? kGroupMask : 0); };
+      const auto y = static_cast<std::ptrdiff_t>(of.stride_y),
+                 z = static_cast<std::ptrdiff_t>(of.stride_z);
+      add(1, lanes_at(of.nodes[0] - 1));
+      add(-1, lanes_at(0));
+      add(y, all_if(block->j == of.nodes[1] - 1));
+      add(-y, all_if(block->j == 0));
+      add(z, all_if(block->k == of.nodes[2] - 1));
+      add(-z, all_if(block->k == 0));
+      if (!any) continue;
+      // Lane by lane: the same whatever the vector unit.
+      float lanes[kLanes];
+      hn::StoreU(sum, d, lanes);
+      for (const float lane : lanes) volume += double{lane};
+    }
+  return volume;
+}
+
 // Of some of a row's 16 nodes, those with |phi| < depth; `count`: as many as the row has there.
 uint32_t NodesWithinDepth(const float* phi, size_t count, float depth) {
   FloatRow row{};
@@ -346,14 +407,15 @@ namespace kibori {
 HWY_EXPORT(SearchSlice);
 HWY_EXPORT(TellSides);
 HWY_EXPORT(Measure);
+HWY_EXPORT(AddedVolume);
 HWY_EXPORT(NodesWithinDepth);
 HWY_EXPORT(SumRows);
 
 BandKernels band_kernels() {
   choose_vector_unit();
-  return {HWY_DYNAMIC_DISPATCH(SearchSlice), HWY_DYNAMIC_DISPATCH(TellSides),
-          HWY_DYNAMIC_DISPATCH(Measure), HWY_DYNAMIC_DISPATCH(NodesWithinDepth),
-          HWY_DYNAMIC_DISPATCH(SumRows)};
+  return {HWY_DYNAMIC_DISPATCH(SearchSlice),      HWY_DYNAMIC_DISPATCH(TellSides),
+          HWY_DYNAMIC_DISPATCH(Measure),          HWY_DYNAMIC_DISPATCH(AddedVolume),
+          HWY_DYNAMIC_DISPATCH(NodesWithinDepth), HWY_DYNAMIC_DISPATCH(SumRows)};
 }
 
 }  // namespace kibori

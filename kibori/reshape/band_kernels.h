@@ -69,6 +69,15 @@ struct MeasuredBlocks {
   float* phi;
 };
 
+// Nodes whose phi may change.
+struct ChangedBlocks {
+  const NodeBlock* blocks;
+  size_t count;
+  const float *phi, *after;  // of the box
+  size_t stride_y, stride_z;
+  Index3 nodes;  // of the lattice
+};
+
 struct BandKernels {
   // Finds the nodes' nearest ends on the slice's rays.
   void (*search)(const BandSlice&);
@@ -76,6 +85,9 @@ struct BandKernels {
   void (*tell_sides)(const BandPlane&);
   // phi of nodes whose nearest end is known.
   void (*measure)(const MeasuredBlocks&);
+  // Volume that the change adds, as lengths along the lines through the nodes that lie between the
+  // zeros of phi, which is taken to be linear from node to node: the sum over the three axes.
+  double (*added_volume)(const ChangedBlocks&);
   // Of some of a row's 16 nodes, those with |phi| < depth; `count`: as many as the row has there.
   uint32_t (*nodes_within_depth)(const float* phi, size_t count, float depth);
   // A filter along an axis: to[i] = kernel[0] low[0][i] + the sum over m of

@@ -32,8 +32,8 @@ constexpr double kShareOfPlane = 0.4;
 // second height that is too low on they lead this much too far, so that there is one above, too.
 constexpr int kMaxSteps = 24, kSecants = 8;
 constexpr double kBeyond = 1.05;
-// How much farther off than a secant's theory says its result may be, as the volume has kinks.
-constexpr double kKinks = 4;
+// From this tolerance on the rough volume does.
+constexpr double kRoughTolerance = 5e-3;
 // Beyond how many nodes there is no region, and what memory [bytes] is not asked about.
 constexpr double kMaxNodes = 2147483648.0, kSurelyThere = 256e6;
 
@@ -121,7 +121,7 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
     writer_->begin(band_, touched_, threads_);
     const bool found = !(area > 0) || rise(model, wanted, area, depth->rise, tolerance);
     if (depth == &kWhole ||
-        (found && !changes_beyond(band_, after_, touched_, depth->core, kWhole.core)))
+        (found && !changes_beyond(band_, after_, touched_, depth->core, kWhole.core, threads_)))
       break;
     depth++;
   }
@@ -131,9 +131,7 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
 // The nodes within the collar's radius and the lattice, |phi| < core; whether there are some.
 bool Clay::find_touched(const Index3& nodes, const LatticePoint& centre, double radius,
                         float core) {
-  band_.blocks_within(core, touched_);
-  run_parallel_pieces(threads_, touched_.size(), [&](size_t b) {
-    NodeBlock& block = touched_[b];
+  band_.blocks_within(core, touched_, [&](NodeBlock& block) {
     unsigned near = 0;
     if (block.j >= 0 && block.j < nodes[1] && block.k >= 0 && block.k < nodes[2])
       block.for_nodes([&](int n) {
@@ -144,7 +142,6 @@ bool Clay::find_touched(const Index3& nodes, const LatticePoint& centre, double 
       });
     block.nodes = static_cast<uint16_t>(near);
   });
-  std::erase_if(touched_, [](const NodeBlock& block) { return block.nodes == 0; });
   return !touched_.empty();
 }
 
@@ -152,33 +149,34 @@ bool Clay::find_touched(const Index3& nodes, const LatticePoint& centre, double 
 // over the surface.
 double Clay::weigh(const LatticePoint& centre, double radius) {
   weights_.resize(touched_.size());
+  areas_.resize(touched_.size());
   run_parallel_pieces(threads_, touched_.size(), [&](size_t b) {
     NodeBlock& block = touched_[b];
     unsigned rises = 0;
+    weights_[b] = {};
+    areas_[b] = 0;
     block.for_nodes([&](int n) {
       const Vec3 from = Vec3(block.i + n, block.j, block.k).array() + 0.5 - centre.units.array();
-      const double off = double{way_band_.phi()[block.place + static_cast<size_t>(n)]} / kRamp;
+      const size_t node = block.place + static_cast<size_t>(n);
+      const double off = double{way_band_.phi()[node]} / kRamp;
       const double weight =
           falloff_of_square(Falloff::smooth, from.squaredNorm() / (radius * radius)) *
           std::clamp(off, 0.0, 1.0);
       if (!(weight > 0)) return;
       rises |= 1u << n;
-      weights_[b][static_cast<size_t>(n)] = weight;
+      weights_[b].lane[n] = static_cast<float>(weight);
+      // Along a normal these add up to 1.
+      areas_[b] += weight * std::max(0.0, 1 - std::fabs(double{band_.phi()[node]}));
     });
     block.nodes = static_cast<uint16_t>(rises);
   });
   size_t count = 0;
   double area = 0;
   for (size_t b = 0; b < touched_.size(); b++) {
-    const NodeBlock block = touched_[b];
-    if (!block.nodes) continue;
-    touched_[count] = block;
+    if (!touched_[b].nodes) continue;
+    touched_[count] = touched_[b];
     weights_[count] = weights_[b];
-    // Along a normal these add up to 1.
-    block.for_nodes([&](int n) {
-      const float phi = band_.phi()[block.place + static_cast<size_t>(n)];
-      area += weights_[count][static_cast<size_t>(n)] * std::max(0.0, 1 - std::fabs(double{phi}));
-    });
+    area += areas_[b];
     count++;
   }
   touched_.resize(count);
@@ -188,16 +186,17 @@ double Clay::weigh(const LatticePoint& centre, double radius) {
 // phi after the collar rose by the height that adds the wanted volume [lattice units^3], or by
 // kMaxRise. False, if it was to rise by more than `most`.
 bool Clay::rise(const TriDexel& model, double wanted, double area, double most, double tolerance) {
-  const std::vector<float>& phi = band_.phi();
   const double sign = wanted > 0 ? 1 : -1, size = std::fabs(wanted);
+  const int end = band_.box().high[0];
   const auto raise_by = [&](double lambda) {
+    const auto by = static_cast<float>(lambda);
     run_parallel_pieces(threads_, touched_.size(), [&](size_t b) {
       const NodeBlock& block = touched_[b];
-      block.for_nodes([&](int n) {
-        const size_t node = block.place + static_cast<size_t>(n);
-        after_[node] = phi[node] - static_cast<float>(lambda) *
-                                       static_cast<float>(weights_[b][static_cast<size_t>(n)]);
-      });
+      const float *phi = band_.phi().data() + block.place, *weight = weights_[b].lane;
+      float* after = after_.data() + block.place;
+      // The others of the block have no weight.
+      const int count = std::min(16, end - block.i);
+      for (int n = 0; n < count; n++) after[n] = phi[n] - by * weight[n];
     });
   };
   // The volume grows with lambda, but with kinks and steps, where a surface along the lattice
@@ -208,7 +207,10 @@ bool Clay::rise(const TriDexel& model, double wanted, double area, double most, 
   for (int step = 0; step < kMaxSteps; step++) {
     if (lambda > most) return false;
     raise_by(sign * lambda);
-    const double volume = sign * writer_->volume(model, after_), off = volume / size - 1;
+    const double volume =
+                     sign * (tolerance < kRoughTolerance ? writer_->volume(model, after_)
+                                                         : writer_->rough_volume(model, after_)),
+                 off = volume / size - 1;
     if (std::fabs(off) <= tolerance) return true;
     double from = low, from_volume = low_volume, beyond = 1;  // the secant's other end
     if (volume < size) {
@@ -228,14 +230,6 @@ bool Clay::rise(const TriDexel& model, double wanted, double area, double most, 
     }
     const double slope = (volume - from_volume) / (lambda - from),
                  ahead = slope > 0 ? (size - volume) / slope : kMaxRise;
-    // A secant's result is off by about the product of what its two ends are off by; one's through
-    // nothing, by the square of the other.
-    const double root_off = from_volume > 0 ? kKinks * off * (from_volume / size - 1) : off * off;
-    const double root = std::min(lambda + ahead, kMaxRise);
-    if (std::fabs(root_off) <= tolerance && root <= most) {
-      raise_by(sign * root);
-      return true;
-    }
     const double secant = std::min(lambda + beyond * ahead, kMaxRise);
     lambda = known && (step >= kSecants || !(secant > low && secant < high)) ? 0.5 * (low + high)
                                                                              : secant;

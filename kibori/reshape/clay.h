@@ -82,7 +82,8 @@ class Clay {
   std::vector<float> after_;
   std::vector<NodeBlock> touched_;
   std::unique_ptr<WriteBack> writer_;
-  std::vector<std::array<double, 16>> weights_;  // of each block's nodes
+  std::vector<detail::FloatRow> weights_;  // of each block's nodes
+  std::vector<double> areas_;              // of each block's surface, weighed
 };
 
 }  // namespace kibori

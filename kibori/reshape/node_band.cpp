@@ -22,10 +22,12 @@ namespace {
 constexpr float kSideways2 = 1;
 
 constexpr size_t kBlock = 16;
+constexpr std::array<Axis, 3> kEndOrder{Axis::z, Axis::y, Axis::x};
 static_assert(kMaxMaterials <= 64);
 
 // Whether an end is major: see node_band.h.
-bool is_major(uint32_t normal, Axis axis) {
+template <Axis axis>
+bool is_major(uint32_t normal) {
   const auto square = [](uint32_t snorm) {
     const int64_t n = static_cast<int16_t>(snorm);
     return n * n;
@@ -43,14 +45,12 @@ bool is_major(uint32_t normal, Axis axis) {
     case Axis::x:  // u is y, v is z
       return sees(depth2) && !sees_well(u2) && !sees_well(v2);
   }
-  return true;
 }
-
-}  // namespace
 
 // decode_normal in float32, where it is half the work: u, v and depth make a unit vector already,
 // unless u and v alone are longer.
-Eigen::Vector3f decode_unit(uint32_t code, Axis axis, bool at_out) {
+template <Axis axis>
+Eigen::Vector3f decode_unit(uint32_t code, bool at_out) {
   constexpr double kUnit = 1 / 32767.0;
   const double u = static_cast<int16_t>(code & 0xffffu) * kUnit;
   const double v = static_cast<int16_t>(code >> 16) * kUnit;
@@ -63,6 +63,8 @@ Eigen::Vector3f decode_unit(uint32_t code, Axis axis, bool at_out) {
   normal[depth_index(axis)] = at_out ? depth : -depth;
   return normal;
 }
+
+}  // namespace
 
 // Before the first slice of a field.
 void detail::BandScratch::prepare(const BandSlice& slice) {
@@ -164,16 +166,21 @@ void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float widt
     }
   }
   run_parallel(threads_, 4, [&](size_t i) {
-    if (i < 3) {
-      read_ends(model.field(turn_.old(kAxes[i])).view(), kAxes[i], fields_[i]);
-      return;
+    switch (i) {
+      case 0:
+        return read_ends<Axis::x>(model);
+      case 1:
+        return read_ends<Axis::y>(model);
+      case 2:
+        return read_ends<Axis::z>(model);
+      default:
+        return read_spans(model);
     }
-    read_spans(model);
   });
   run_parallel_slices(threads_, nz_, [&](size_t k, size_t) { kernels.tell_sides(plane(k)); });
   join_ends();
   if (ends_.empty()) return;
-  for (const Axis axis : {Axis::z, Axis::y, Axis::x}) search(axis);
+  for (const Axis axis : kEndOrder) search(axis);
   offer_minor_ends();
   list_known();
   constexpr size_t kPiece = 256;
@@ -235,13 +242,11 @@ DepthRange NodeBand::wanted_depths(Axis axis, int u, int v) const {
 }
 
 void NodeBand::blocks_within(float depth, std::vector<NodeBlock>& to) const {
-  to.clear();
-  const auto within = band_kernels().nodes_within_depth;
-  for (NodeBlock block : known_blocks_) {
-    const auto count = std::min(kBlock, static_cast<size_t>(box_.high[0] - block.i));
-    block.nodes &= static_cast<uint16_t>(within(phi_.data() + block.place, count, depth));
-    if (block.nodes) to.push_back(block);
-  }
+  blocks_within(depth, to, [](NodeBlock&) {});
+}
+
+auto NodeBand::nodes_within_depth() -> uint32_t (*)(const float*, size_t, float) {
+  return band_kernels().nodes_within_depth;
 }
 
 void NodeBand::rows_of(const std::vector<NodeBlock>& nodes, std::vector<RowRange>& to) const {
@@ -301,7 +306,7 @@ void NodeBand::copy_phi(const std::vector<NodeBlock>& nodes, std::vector<float>&
 }
 
 std::array<Axis, 3> NodeBand::order_by_surface() const {
-  std::array<Axis, 3> order{Axis::z, Axis::y, Axis::x};
+  std::array<Axis, 3> order = kEndOrder;
   std::stable_sort(order.begin(), order.end(), [&](Axis a, Axis b) {
     return fields_[static_cast<size_t>(a)].ends.size() >
            fields_[static_cast<size_t>(b)].ends.size();
@@ -364,10 +369,9 @@ void NodeBand::read_spans(const TriDexel& model) {
 
 // Adds the ends of the ray at (u, v) that may be nearest to a node, and calls f(end, depth) for
 // each that is major.
-template <class F>
-void NodeBand::add_ends(const FieldSnapshot& field, Axis axis, int u, int v, FieldEnds& to,
-                        F&& f) const {
-  const int d = depth_index(axis);
+template <Axis axis, class F>
+void NodeBand::add_ends(const FieldSnapshot& field, int u, int v, FieldEnds& to, F&& f) const {
+  constexpr int d = depth_index(axis);
   const DepthRange wanted = wanted_depths(axis, u, v);
   if (wanted.low > wanted.high) return;
   // Squared distances from the ball, by axis; what the ray's own leave for one along it.
@@ -390,11 +394,11 @@ void NodeBand::add_ends(const FieldSnapshot& field, Axis axis, int u, int v, Fie
     if (depth - 0.5f < lowest - 1 || depth - 0.5f >= beyond) return;
     if (depth < wanted.low || depth > wanted.high || off2(depth, d) > near2) return;
     end.place[d] = depth;
-    end.normal = decode_unit(normal, axis, at_out);
+    end.normal = decode_unit<axis>(normal, at_out);
     end.material = material;
     end.paint = paint;
     to.materials |= uint64_t{1} << material;
-    if (!is_major(normal, axis)) {
+    if (!is_major<axis>(normal)) {
       to.minor.push_back(end);
       return;
     }
@@ -414,7 +418,10 @@ void NodeBand::add_ends(const FieldSnapshot& field, Axis axis, int u, int v, Fie
 }
 
 // A field's ends that may be nearest to a node within reach.
-void NodeBand::read_ends(const FieldSnapshot& field, Axis axis, FieldEnds& to) const {
+template <Axis axis>
+void NodeBand::read_ends(const TriDexel& model) {
+  const FieldSnapshot& field = model.field(turn_.old(axis)).view();
+  FieldEnds& to = fields_[static_cast<size_t>(axis)];
   Index3 nodes;
   nodes[u_index(axis)] = field.nodes_u();
   nodes[v_index(axis)] = field.nodes_v();
@@ -427,14 +434,14 @@ void NodeBand::read_ends(const FieldSnapshot& field, Axis axis, FieldEnds& to) c
   to.of_rows.assign(axis == Axis::z ? ny_ : nz_, {});
   to.of_rays.assign(to.of_rows.size() * (axis == Axis::x ? ny_ : blocks_), {});
   to.rays.assign(to.of_rays.size(), {});
-  if (axis == Axis::x) {
+  if constexpr (axis == Axis::x) {
     for (int k = there.low[2]; k < there.high[2]; k++)
       for (int j = there.low[1]; j < there.high[1]; j++) {
         const size_t row = static_cast<size_t>(k - box_.low[2]),
                      at = row * ny_ + static_cast<size_t>(j - box_.low[1]);
         RayItems& ray = to.rays[at];
         ray.first = static_cast<uint32_t>(to.ends.size());
-        add_ends(field, axis, j, k, to, [&](uint32_t, float depth) {
+        add_ends<axis>(field, j, k, to, [&](uint32_t, float depth) {
           ray.count++;
           to.of_rows[row].include(depth);
           to.of_rays[at].include(depth);
@@ -443,8 +450,8 @@ void NodeBand::read_ends(const FieldSnapshot& field, Axis axis, FieldEnds& to) c
     return;
   }
   // Rows along y of z rays, along z of y rays.
-  const bool of_z = axis == Axis::z;
-  const int r = of_z ? 1 : 2;
+  constexpr bool of_z = axis == Axis::z;
+  constexpr int r = of_z ? 1 : 2;
   for (int row = there.low[r]; row < there.high[r]; row++)
     for (size_t b = 0; b < blocks_; b++) {
       const size_t block = static_cast<size_t>(row - box_.low[r]) * blocks_ + b;
@@ -455,7 +462,7 @@ void NodeBand::read_ends(const FieldSnapshot& field, Axis axis, FieldEnds& to) c
            i < std::min(i0 + static_cast<int>(kBlock), there.high[0]); i++) {
         const int u = of_z ? i : row, v = of_z ? row : i;
         uint32_t at = 0;
-        add_ends(field, axis, u, v, to, [&](uint32_t end, float depth) {
+        add_ends<axis>(field, u, v, to, [&](uint32_t end, float depth) {
           if (at == rays.count) {
             rays.count++;
             EndLayer& layer = to.layers.emplace_back();
@@ -474,17 +481,16 @@ void NodeBand::read_ends(const FieldSnapshot& field, Axis axis, FieldEnds& to) c
 
 // The fields' ends into one list: major ones of z, y, x, then the others.
 void NodeBand::join_ends() {
-  constexpr std::array<Axis, 3> order{Axis::z, Axis::y, Axis::x};
   std::array<size_t, 3> first{}, minor{};
   size_t count = 0;
   for (size_t i = 0; i < 3; i++) {
     first[i] = count;
-    count += fields_[static_cast<size_t>(order[i])].ends.size();
+    count += fields_[static_cast<size_t>(kEndOrder[i])].ends.size();
   }
   first_minor_ = count;
   for (size_t i = 0; i < 3; i++) {
     minor[i] = count;
-    count += fields_[static_cast<size_t>(order[i])].minor.size();
+    count += fields_[static_cast<size_t>(kEndOrder[i])].minor.size();
   }
   const uint64_t materials = fields_[0].materials | fields_[1].materials | fields_[2].materials;
   only_material_.reset();
@@ -492,11 +498,11 @@ void NodeBand::join_ends() {
     only_material_ = static_cast<uint8_t>(std::countr_zero(materials));
   ends_.resize(count);
   run_parallel(threads_, 3, [&](size_t i) {
-    FieldEnds& field = fields_[static_cast<size_t>(order[i])];
+    FieldEnds& field = fields_[static_cast<size_t>(kEndOrder[i])];
     const auto before = static_cast<uint32_t>(first[i]);
     for (EndLayer& layer : field.layers)
       for (int32_t& end : layer.end.lane) end += static_cast<int32_t>(before);
-    if (order[i] == Axis::x)
+    if (kEndOrder[i] == Axis::x)
       for (RayItems& ray : field.rays) ray.first += before;
     std::copy(field.ends.begin(), field.ends.end(),
               ends_.begin() + static_cast<std::ptrdiff_t>(before));

@@ -31,6 +31,7 @@
 #include <optional>
 #include <vector>
 
+#include <kibori/base/parallel.h>
 #include <kibori/dexel/tri_dexel.h>
 
 namespace kibori {
@@ -223,6 +224,19 @@ class NodeBand {
   const std::vector<NodeBlock>& blocks() const { return known_blocks_; }
   // Those of them with |phi| < depth, in the same order.
   void blocks_within(float depth, std::vector<NodeBlock>& to) const;
+  // Of those what keep(block) leaves of their nodes; on all threads.
+  template <class Keep>
+  void blocks_within(float depth, std::vector<NodeBlock>& to, Keep&& keep) const {
+    detail::make_items(to, known_blocks_.size());
+    const auto within = nodes_within_depth();
+    run_parallel_pieces(threads_, to.size(), [&](size_t b) {
+      NodeBlock& block = to[b] = known_blocks_[b];
+      const auto count = static_cast<size_t>(std::min(16, box_.high[0] - block.i));
+      block.nodes &= static_cast<uint16_t>(within(phi_.data() + block.place, count, depth));
+      if (block.nodes) keep(block);
+    });
+    std::erase_if(to, [](const NodeBlock& block) { return block.nodes == 0; });
+  }
   Index3 node_at(size_t index) const { return box_.node_at(index); }
   // Fields in the order of how much of the surface they see best, that one first.
   std::array<Axis, 3> order_by_surface() const;
@@ -265,15 +279,18 @@ class NodeBand {
     std::vector<detail::EndLayer> layers;
     std::vector<detail::DepthRange> of_rows, of_rays;
   };
-  void read_ends(const FieldSnapshot& field, Axis axis, FieldEnds& to) const;
-  template <class F>
-  void add_ends(const FieldSnapshot& field, Axis axis, int u, int v, FieldEnds& to, F&& f) const;
+  template <Axis axis>
+  void read_ends(const TriDexel& model);
+  template <Axis axis, class F>
+  void add_ends(const FieldSnapshot& field, int u, int v, FieldEnds& to, F&& f) const;
   void want(const std::vector<NodeBlock>& nodes);
   detail::DepthRange wanted_depths(Axis axis, int u, int v) const;
   void join_ends();
   void search(Axis axis);
   void offer_minor_ends();
   void list_known();
+  // See BandKernels.
+  static auto nodes_within_depth() -> uint32_t (*)(const float* phi, size_t count, float depth);
   BandPlane plane(size_t k);
 
   AxisTurn turn_;

@@ -255,7 +255,7 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
   };
   // Few do: the near ones are told first.
   if (!(filters && deepest > kNearCore) || !tell(kNearCore, kNearRise) ||
-      changes_beyond(band_, after_, touched_, kNearCore, *deepest))
+      changes_beyond(band_, after_, touched_, kNearCore, *deepest, threads_))
     tell(deepest, std::numeric_limits<double>::infinity());
   return writer_->write(model, after_);
 }

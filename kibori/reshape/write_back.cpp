@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <climits>
 #include <cmath>
 #include <optional>
@@ -10,6 +11,7 @@
 
 #include <kibori/base/parallel.h>
 #include <kibori/dexel/normal_code.h>
+#include <kibori/reshape/band_kernels.h>
 
 namespace kibori {
 namespace {
@@ -129,7 +131,7 @@ using Lengths = std::vector<std::pair<double, double>>;
 }  // namespace
 
 bool changes_beyond(const NodeBand& band, const std::vector<float>& after,
-                    const std::vector<NodeBlock>& touched, float core, float deepest) {
+                    const std::vector<NodeBlock>& touched, float core, float deepest, int threads) {
   const auto step = [&](int axis) { return static_cast<std::ptrdiff_t>(band.stride(axis)); };
   const auto beside = [&](const float* node) {
     const auto left_out = [&](std::ptrdiff_t off) {
@@ -144,16 +146,18 @@ bool changes_beyond(const NodeBand& band, const std::vector<float>& after,
       }
     return false;
   };
-  for (const NodeBlock& block : touched) {
+  std::atomic<bool> beyond = false;
+  run_parallel_pieces(threads, touched.size(), [&](size_t b) {
+    if (beyond.load(std::memory_order_relaxed)) return;
+    const NodeBlock& block = touched[b];
     const float* const was = band.phi().data() + block.place;
     const float* const is = after.data() + block.place;
-    bool beyond = false;
     block.for_nodes([&](int n) {
-      if ((was[n] < 0) != (is[n] < 0)) beyond = beyond || beside(was + n);
+      if ((was[n] < 0) != (is[n] < 0) && beside(was + n))
+        beyond.store(true, std::memory_order_relaxed);
     });
-    if (beyond) return true;
-  }
-  return false;
+  });
+  return beyond;
 }
 
 void WriteBack::begin(const NodeBand& band, const std::vector<NodeBlock>& touched, int threads) {
@@ -188,6 +192,21 @@ void WriteBack::find_rays(const TriDexel& model, size_t axis) {
     if (block.i + 16 > all.high[0]) nodes &= (1u << std::max(0, all.high[0] - block.i)) - 1;
     if (nodes) rays.include_row(at, nodes);
   }
+}
+
+double WriteBack::rough_volume(const TriDexel& model, const std::vector<float>& after) const {
+  const auto added = band_kernels().added_volume;
+  constexpr size_t kPiece = 256;
+  const size_t count = touched_->size(), pieces = (count + kPiece - 1) / kPiece;
+  std::vector<double> sums(pieces);
+  run_parallel_slices(threads_, pieces, [&](size_t i, size_t) {
+    sums[i] = added({touched_->data() + i * kPiece, std::min(kPiece, count - i * kPiece),
+                     band_->phi().data(), after.data(), band_->stride(1), band_->stride(2),
+                     band_->turn().turn(model.lattice().nodes)});
+  });
+  double sum = 0;
+  for (const double piece : sums) sum += piece;
+  return sum / 3;
 }
 
 double WriteBack::volume(const TriDexel& model, const std::vector<float>& after) {
