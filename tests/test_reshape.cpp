@@ -108,7 +108,8 @@ TEST(NodeBand, ATurnedBandIsTheSameByOtherNames) {
     EXPECT_EQ(normals, by_old) << random.note();
     ASSERT_GT(normals.size(), 100u);
     for (size_t node = 0; node < band.phi().size(); node++) {
-      const Index3 at = turn.turn(band.node_at(node));
+      const Index3 old = band.node_at(node), at = turn.turn(old);
+      if (!box.holds({old, old + 1})) continue;  // a row's last block may go on beyond
       const float phi = band.phi()[node],
                   as_turned = turned.phi()[turned.index(at[0], at[1], at[2])];
       // Another end may be the nearest; the ball is not quite its planes.

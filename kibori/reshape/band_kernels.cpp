@@ -240,20 +240,15 @@ void TellSides(const BandPlane& p) {
       if (!(p.away + p.row_away[row] + p.block_away[b] < p.reach2)) continue;
       if (p.wanted && !p.wanted[row * p.blocks + b]) continue;
       const RayItems rays = p.rays[row * p.blocks + b];
-      FloatRow phi;
+      float* const phi = p.phi + row * p.nx + b * kRow;
       for (size_t g = 0; g < kGroups; g++) {
         VF side = outside;
         for (uint32_t l = rays.first; l < rays.first + rays.count; l++)
           side = hn::IfThenElse(
               hn::And(hn::Le(Lanes(p.spans[l].in, g), z), hn::Lt(z, Lanes(p.spans[l].out, g))),
               inside, side);
-        Store(side, phi, g);
+        hn::Store(side, DF(), phi + g * kLanes);
       }
-      float* const to = p.phi + row * p.nx + b * kRow;
-      if (const size_t count = p.nx - b * kRow; count >= kRow)
-        std::copy_n(phi.lane, kRow, to);
-      else
-        std::copy_n(phi.lane, count, to);
     }
 }
 
@@ -262,7 +257,7 @@ void Measure(const MeasuredBlocks& of) {
   const DF d;
   FloatRow place[3], normal[3];  // by axis
   for (const NodeBlock* block = of.blocks; block < of.blocks + of.count; block++) {
-    const IndexRow& nearest = of.nearest[block->row];
+    const IndexRow& nearest = of.nearest[block->place / kRow];
     // Of a node without one, any.
     for (size_t n = 0; n < kRow; n++) {
       const SurfaceEnd& end = of.ends[std::max(nearest.lane[n], 0)];
@@ -273,12 +268,6 @@ void Measure(const MeasuredBlocks& of) {
     }
     const VF y = F(static_cast<float>(block->j) + 0.5f), z = F(static_cast<float>(block->k) + 0.5f);
     float* const phi = of.phi + block->place;
-    const auto count = std::min(kRow, static_cast<size_t>(of.end - block->i));
-    FloatRow now{};
-    if (count == kRow)
-      std::copy_n(phi, kRow, now.lane);
-    else
-      std::copy_n(phi, count, now.lane);
     for (size_t g = 0; g < kGroups; g++) {
       const VF dx = hn::Sub(LanesFrom(static_cast<float>(block->i) + 0.5f, g), Lanes(place[0], g)),
                dy = hn::Sub(y, Lanes(place[1], g)), dz = hn::Sub(z, Lanes(place[2], g));
@@ -287,16 +276,13 @@ void Measure(const MeasuredBlocks& of) {
                   hn::Mul(dz, Lanes(normal[2], g))));
       const VF distance2 = hn::Add(hn::Add(hn::Mul(dx, dx), hn::Mul(dy, dy)), hn::Mul(dz, dz));
       const VF beyond = hn::Sqrt(hn::Max(hn::Zero(d), hn::Sub(distance2, F(1.0f))));
-      const VF size = hn::Min(F(of.width), hn::Max(along, beyond)), was = Lanes(now, g);
+      const VF size = hn::Min(F(of.width), hn::Max(along, beyond)),
+               was = hn::Load(d, phi + g * kLanes);
       const VF is =
           hn::IfThenElse(hn::Lt(was, hn::Zero(d)), hn::Neg(hn::Max(size, F(kLeastDepth))), size);
       const MF known = FromBits(block->nodes >> (g * kLanes) & kGroupMask);
-      Store(hn::IfThenElse(known, is, was), now, g);
+      hn::Store(hn::IfThenElse(known, is, was), d, phi + g * kLanes);
     }
-    if (count == kRow)
-      std::copy_n(now.lane, kRow, phi);
-    else
-      std::copy_n(now.lane, count, phi);
   }
 }
 
@@ -317,7 +303,7 @@ double AddedVolume(const ChangedBlocks& of) {
       if (!nodes) continue;
       const float* const was = of.phi + block->place + g * kLanes;
       const float* const is = of.after + block->place + g * kLanes;
-      const VF was_here = hn::LoadU(d, was), is_here = hn::LoadU(d, is);
+      const VF was_here = hn::Load(d, was), is_here = hn::Load(d, is);
       const MF changes = hn::And(FromBits(nodes), hn::Ne(was_here, is_here));
       VF sum = zero;
       bool any = false;
@@ -361,17 +347,11 @@ double AddedVolume(const ChangedBlocks& of) {
   return volume;
 }
 
-// Of some of a row's 16 nodes, those with |phi| < depth; `count`: as many as the row has there.
-uint32_t NodesWithinDepth(const float* phi, size_t count, float depth) {
-  FloatRow row{};
-  const float* from = phi;
-  if (count < kRow) {
-    std::copy_n(phi, count, row.lane);
-    from = row.lane;
-  }
+// Of 16 nodes, those with |phi| < depth.
+uint32_t NodesWithinDepth(const float* phi, float depth) {
   uint32_t nodes = 0;
   for (size_t g = 0; g < kGroups; g++)
-    nodes |= Bits(hn::Lt(hn::Abs(hn::LoadU(DF(), from + g * kLanes)), F(depth))) << (g * kLanes);
+    nodes |= Bits(hn::Lt(hn::Abs(hn::Load(DF(), phi + g * kLanes)), F(depth))) << (g * kLanes);
   return nodes;
 }
 
@@ -385,14 +365,6 @@ void SumRows(const float* const* low, const float* const* high, const std::vecto
           sum, hn::Mul(F(kernel[m]), hn::Add(hn::LoadU(d, low[m] + i), hn::LoadU(d, high[m] + i))));
     hn::StoreU(sum, d, to + i);
   };
-  if (count < kLanes) {
-    for (size_t i = 0; i < count; i++) {
-      float sum = kernel[0] * low[0][i];
-      for (size_t m = 1; m < kernel.size(); m++) sum += kernel[m] * (low[m][i] + high[m][i]);
-      to[i] = sum;
-    }
-    return;
-  }
   for (size_t i = 0; i + kLanes < count; i += kLanes) sum_at(i);
   sum_at(count - kLanes);  // some of them once more
 }

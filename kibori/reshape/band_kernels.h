@@ -64,12 +64,11 @@ struct MeasuredBlocks {
   size_t count;
   const SurfaceEnd* ends;
   const detail::IndexRow* nearest;
-  int end;  // of rows along x
   float width;
   float* phi;
 };
 
-// Nodes whose phi may change.
+// Nodes whose phi may change: of no row at the box's border.
 struct ChangedBlocks {
   const NodeBlock* blocks;
   size_t count;
@@ -88,10 +87,10 @@ struct BandKernels {
   // Volume that the change adds, as lengths along the lines through the nodes that lie between the
   // zeros of phi, which is taken to be linear from node to node: the sum over the three axes.
   double (*added_volume)(const ChangedBlocks&);
-  // Of some of a row's 16 nodes, those with |phi| < depth; `count`: as many as the row has there.
-  uint32_t (*nodes_within_depth)(const float* phi, size_t count, float depth);
+  // Of 16 nodes, those with |phi| < depth.
+  uint32_t (*nodes_within_depth)(const float* phi, float depth);
   // A filter along an axis: to[i] = kernel[0] low[0][i] + the sum over m of
-  // kernel[m] (low[m][i] + high[m][i]), for i < count.
+  // kernel[m] (low[m][i] + high[m][i]), for i < count, which is 16 at least.
   void (*sum_rows)(const float* const* low, const float* const* high,
                    const std::vector<float>& kernel, size_t count, float* to);
 };

@@ -187,7 +187,6 @@ double Clay::weigh(const LatticePoint& centre, double radius) {
 // kMaxRise. False, if it was to rise by more than `most`.
 bool Clay::rise(const TriDexel& model, double wanted, double area, double most, double tolerance) {
   const double sign = wanted > 0 ? 1 : -1, size = std::fabs(wanted);
-  const int end = band_.box().high[0];
   const auto raise_by = [&](double lambda) {
     const auto by = static_cast<float>(lambda);
     run_parallel_pieces(threads_, touched_.size(), [&](size_t b) {
@@ -195,8 +194,7 @@ bool Clay::rise(const TriDexel& model, double wanted, double area, double most, 
       const float *phi = band_.phi().data() + block.place, *weight = weights_[b].lane;
       float* after = after_.data() + block.place;
       // The others of the block have no weight.
-      const int count = std::min(16, end - block.i);
-      for (int n = 0; n < count; n++) after[n] = phi[n] - by * weight[n];
+      for (int n = 0; n < 16; n++) after[n] = phi[n] - by * weight[n];
     });
   };
   // The volume grows with lambda, but with kinks and steps, where a surface along the lattice

@@ -79,7 +79,7 @@ class Clay {
   // The tools' ways alone, on a lattice of their own.
   std::unique_ptr<TriDexel> scratch_;
   Snapshot empty_;
-  std::vector<float> after_;
+  NodeValues after_;
   std::vector<NodeBlock> touched_;
   std::unique_ptr<WriteBack> writer_;
   std::vector<detail::FloatRow> weights_;  // of each block's nodes

@@ -128,11 +128,12 @@ void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float widt
                            const std::vector<NodeBlock>* wanted) {
   const BandKernels kernels = band_kernels();
   box_ = box;
-  const Index3 size = box.size().max(0);
-  nx_ = static_cast<size_t>(size[0]);
-  ny_ = static_cast<size_t>(size[1]);
-  nz_ = static_cast<size_t>(size[2]);
-  blocks_ = (nx_ + kBlock - 1) / kBlock;
+  const Index3 asked = box.size().max(0);
+  blocks_ = (static_cast<size_t>(asked[0]) + kBlock - 1) / kBlock;
+  nx_ = blocks_ * kBlock;
+  ny_ = static_cast<size_t>(asked[1]);
+  nz_ = static_cast<size_t>(asked[2]);
+  box_.high[0] = box_.low[0] + static_cast<int>(nx_);
   width_ = width;
   centre_ = centre.units.cast<float>();
   farthest_ = std::sqrt(width * width + kSideways2);
@@ -188,7 +189,7 @@ void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float widt
   run_parallel_slices(threads_, (blocks + kPiece - 1) / kPiece, [&](size_t piece, size_t) {
     kernels.measure({known_blocks_.data() + piece * kPiece,
                      std::min(kPiece, blocks - piece * kPiece), ends_.data(), nearest_.data(),
-                     box_.high[0], width_, phi_.data()});
+                     width_, phi_.data()});
   });
 }
 
@@ -201,7 +202,7 @@ void NodeBand::want(const std::vector<NodeBlock>& nodes) {
   for (const Axis axis : kAxes)
     depths_[static_cast<size_t>(axis)].assign(columns(u_index(axis)) * columns(v_index(axis)), {});
   for (const NodeBlock& block : nodes) {
-    wanted_[block.row] = block.nodes;
+    wanted_[block.place / kBlock] = block.nodes;
     const Index3 at = box_.node_at(block.place) - box_.low;
     for (const int n : {block.first(), block.last()})
       for (const Axis axis : kAxes) {
@@ -245,7 +246,7 @@ void NodeBand::blocks_within(float depth, std::vector<NodeBlock>& to) const {
   blocks_within(depth, to, [](NodeBlock&) {});
 }
 
-auto NodeBand::nodes_within_depth() -> uint32_t (*)(const float*, size_t, float) {
+auto NodeBand::nodes_within_depth() -> uint32_t (*)(const float*, float) {
   return band_kernels().nodes_within_depth;
 }
 
@@ -289,7 +290,7 @@ void NodeBand::spread_rows(const std::vector<RowRange>& from, int axis, uint32_t
   });
 }
 
-void NodeBand::copy_phi(const std::vector<NodeBlock>& nodes, std::vector<float>& to) {
+void NodeBand::copy_phi(const std::vector<NodeBlock>& nodes, NodeValues& to) {
   constexpr uint32_t kReach = 2;
   rows_of(nodes, rows_[0]);
   spread_rows(rows_[0], 1, kReach, rows_[1]);
@@ -317,11 +318,8 @@ std::array<Axis, 3> NodeBand::order_by_surface() const {
 void NodeBand::list_known() {
   const size_t blocks = ny_ * blocks_;  // of a slice
   std::vector<size_t> end(nz_);         // of each slice's, in the list
-  const auto of_last = static_cast<uint16_t>((1u << (nx_ - (blocks_ - 1) * kBlock)) - 1);
   run_parallel_slices(threads_, nz_, [&](size_t k, size_t) {
-    uint16_t* const known = known_.data() + k * blocks;
-    // A row's last block may go on beyond it.
-    for (size_t b = blocks_ - 1; b < blocks; b += blocks_) known[b] &= of_last;
+    const uint16_t* const known = known_.data() + k * blocks;
     end[k] = blocks - static_cast<size_t>(std::count(known, known + blocks, uint16_t{0}));
   });
   std::partial_sum(end.begin(), end.end(), end.begin());

@@ -28,6 +28,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <new>
 #include <optional>
 #include <vector>
 
@@ -73,8 +74,7 @@ struct NodeBox {
 // Some of the 16 nodes (i, j, k) ... (i + 15, j, k) of a box: bit n of `nodes` stands for i + n.
 struct NodeBlock {
   int i, j, k;
-  uint32_t place;  // of the first node, as of NodeBox::index
-  uint32_t row;    // of the 16 nodes among all such of the box
+  uint32_t place;  // of the first node, as of NodeBox::index; of the box's blocks: place / 16
   uint16_t nodes;
 
   int first() const { return std::countr_zero(nodes); }
@@ -109,11 +109,27 @@ struct alignas(64) IndexRow {
 };
 // Regions of one brush differ by a node a side: memory for one does for the others, too.
 inline size_t with_room(size_t size) { return size + size / 8; }
-// Makes `size` items, whose values mean nothing.
+// Memory that begins where a row of 16 may: so that no such row lies across two cache lines.
 template <class T>
-void make_items(std::vector<T>& items, size_t size) {
+struct RowAllocator {
+  using value_type = T;
+
+  RowAllocator() = default;
+  template <class U>
+  RowAllocator(const RowAllocator<U>&) {}
+  T* allocate(size_t count) {
+    return static_cast<T*>(::operator new (count * sizeof(T), std::align_val_t{alignof(FloatRow)}));
+  }
+  void deallocate(T* items, size_t) {
+    ::operator delete (items, std::align_val_t{alignof(FloatRow)});
+  }
+  bool operator==(const RowAllocator&) const = default;
+};
+// Makes `size` items, whose values mean nothing.
+template <class T, class A>
+void make_items(std::vector<T, A>& items, size_t size) {
   if (size > items.capacity()) {
-    items = std::vector<T>();
+    items = {};
     items.reserve(with_room(size));
   }
   items.resize(size);
@@ -182,6 +198,9 @@ struct RowRange {
 
 struct BandPlane;
 
+// A value of each node of a box.
+using NodeValues = std::vector<float, detail::RowAllocator<float>>;
+
 // The turn after which rows along x run along the surface within a ball, as nearly as they can.
 AxisTurn turn_along_surface(const TriDexel& model, const LatticePoint& centre, double reach);
 
@@ -192,7 +211,8 @@ class NodeBand {
   void set_threads(int threads) { threads_ = threads; }
   // Reads the nodes of `box` within the ball of radius `reach` round `centre`, grown by `around`
   // along each axis, and some beside them; phi of the others means nothing. `width` [lattice
-  // units]: distances beyond it are not told apart. All by the names that `turn` gives.
+  // units]: distances beyond it are not told apart. All by the names that `turn` gives. The band's
+  // box is this one, but longer along x if need be: its rows are whole blocks.
   void read(const TriDexel& model, const NodeBox& box, float width, const LatticePoint& centre = {},
             float reach = kFar, float around = 0, AxisTurn turn = {});
 
@@ -205,20 +225,15 @@ class NodeBand {
   const NodeBox& box() const { return box_; }
   float width() const { return width_; }
   size_t index(int i, int j, int k) const { return box_.index(i, j, k); }
-  // 16 nodes of a row, or as many as it has, from the `at`-th sixteen on.
+  // The `at`-th 16 nodes of a row.
   size_t blocks_a_row() const { return blocks_; }
   NodeBlock block(size_t at, int j, int k) const {
-    const size_t first = at * 16, row = box_.index(box_.low[0], j, k);
-    const size_t count = std::min<size_t>(16, nx_ - first);
-    return {box_.low[0] + static_cast<int>(first),
-            j,
-            k,
-            static_cast<uint32_t>(row + first),
-            static_cast<uint32_t>(row / nx_ * blocks_ + at),
-            static_cast<uint16_t>((1u << count) - 1)};
+    const int i = box_.low[0] + static_cast<int>(at * 16);
+    const auto place = static_cast<uint32_t>(index(i, j, k));
+    return {i, j, k, place, 0xffff};
   }
   size_t stride(int axis) const { return box_.stride(axis); }
-  const std::vector<float>& phi() const { return phi_; }
+  const NodeValues& phi() const { return phi_; }
   const std::vector<SurfaceEnd>& ends() const { return ends_; }
   // Nodes whose phi is known better than its sign, each once, in the order of their indices.
   const std::vector<NodeBlock>& blocks() const { return known_blocks_; }
@@ -231,8 +246,7 @@ class NodeBand {
     const auto within = nodes_within_depth();
     run_parallel_pieces(threads_, to.size(), [&](size_t b) {
       NodeBlock& block = to[b] = known_blocks_[b];
-      const auto count = static_cast<size_t>(std::min(16, box_.high[0] - block.i));
-      block.nodes &= static_cast<uint16_t>(within(phi_.data() + block.place, count, depth));
+      block.nodes &= static_cast<uint16_t>(within(phi_.data() + block.place, depth));
       if (block.nodes) keep(block);
     });
     std::erase_if(to, [](const NodeBlock& block) { return block.nodes == 0; });
@@ -247,23 +261,20 @@ class NodeBand {
                    std::vector<detail::RowRange>& to) const;
   // Copies phi of the nodes, of those within two nodes of them along each axis, and of some beside
   // those, to the same places of `to`.
-  void copy_phi(const std::vector<NodeBlock>& nodes, std::vector<float>& to);
+  void copy_phi(const std::vector<NodeBlock>& nodes, NodeValues& to);
   // A node's nearest end of those that may be its, or null if there is none within the width.
   const SurfaceEnd* nearest(const NodeBlock& block, int n) const {
-    if (!(known_[block.row] >> n & 1)) return nullptr;
-    return &ends_[static_cast<size_t>(nearest_[block.row].lane[n])];
+    return nearest(block.place + static_cast<size_t>(n));
   }
   // That end's material; without a look at it where all are of one.
   std::optional<uint8_t> material(const NodeBlock& block, int n) const {
-    if (!(known_[block.row] >> n & 1)) return std::nullopt;
-    if (only_material_) return only_material_;
-    return ends_[static_cast<size_t>(nearest_[block.row].lane[n])].material;
+    const SurfaceEnd* end = nearest(block, n);
+    if (!end || only_material_) return end ? only_material_ : std::nullopt;
+    return end->material;
   }
   const SurfaceEnd* nearest(size_t node) const {
-    const auto nx = static_cast<uint32_t>(nx_), at = static_cast<uint32_t>(node), i = at % nx;
-    const size_t row = at / nx * blocks_ + i / 16;
-    if (!(known_[row] >> i % 16 & 1)) return nullptr;
-    return &ends_[static_cast<size_t>(nearest_[row].lane[i % 16])];
+    if (!(known_[node / 16] >> node % 16 & 1)) return nullptr;
+    return &ends_[static_cast<size_t>(nearest_[node / 16].lane[node % 16])];
   }
 
  private:
@@ -290,7 +301,7 @@ class NodeBand {
   void offer_minor_ends();
   void list_known();
   // See BandKernels.
-  static auto nodes_within_depth() -> uint32_t (*)(const float* phi, size_t count, float depth);
+  static auto nodes_within_depth() -> uint32_t (*)(const float* phi, float depth);
   BandPlane plane(size_t k);
 
   AxisTurn turn_;
@@ -302,7 +313,7 @@ class NodeBand {
   float farthest_ = 0;  // an end that is told from none, of a node
   // By axis: squared distances of nodes, along x of blocks, from the ball; and of their ends.
   std::array<std::vector<float>, 3> away_, ends_away_;
-  std::vector<float> phi_;
+  NodeValues phi_;
   // By blocks: squared distance and index of the nearest end yet, and for which nodes there is one.
   detail::Uncleared<detail::FloatRow> distance2_;
   detail::Uncleared<detail::IndexRow> nearest_;

@@ -266,7 +266,7 @@ bool Reshaper::tell_after(const TriDexel& model, FieldVerb verb, const Brush& br
                           double sigma, const Cluster& cluster, std::optional<float> core,
                           double most) {
   const bool filters = verb != FieldVerb::inflate && verb != FieldVerb::flatten;
-  const std::vector<float>& phi = band_.phi();
+  const NodeValues& phi = band_.phi();
   weigh(brush, cluster, radius, verb == FieldVerb::inflate ? kMaxSum : 1, core);
   writer_->begin(band_, touched_, threads_);
 
@@ -479,7 +479,7 @@ void Reshaper::filter() {
 }
 
 // One pass of the filter over some rows; beyond the box all is as at its border.
-void Reshaper::sum_along(int axis, const std::vector<float>& from, std::vector<float>& to,
+void Reshaper::sum_along(int axis, const NodeValues& from, NodeValues& to,
                          const std::vector<detail::RowRange>& rows) {
   const Index3 size = band_.box().size();
   const auto nx = static_cast<size_t>(size[0]), ny = static_cast<size_t>(size[1]),
@@ -499,7 +499,7 @@ void Reshaper::sum_along(int axis, const std::vector<float>& from, std::vector<f
        std::vector<float>(axis == 0 ? nx + 2 * reach : 0)});
   const auto sum_row = [&](size_t row, Scratch& own) {
     // As many at least as are summed at once: those beside are summed for nothing.
-    const size_t nodes = std::max<size_t>(rows[row].high - rows[row].low, std::min(nx, kAtOnce)),
+    const size_t nodes = std::max<size_t>(rows[row].high - rows[row].low, kAtOnce),
                  first = std::min<size_t>(rows[row].low, nx - nodes);
     const float* in = from.data() + row * nx;
     if (axis == 0) {

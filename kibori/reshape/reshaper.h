@@ -113,12 +113,13 @@ class Reshaper {
     });
   }
   void filter();
-  void sum_along(int axis, const std::vector<float>& from, std::vector<float>& to,
+  void sum_along(int axis, const NodeValues& from, NodeValues& to,
                  const std::vector<detail::RowRange>& rows);
 
   int threads_ = 1;
   NodeBand band_;
-  std::vector<float> kernel_, after_, first_, second_;
+  std::vector<float> kernel_;
+  NodeValues after_, first_, second_;
   // Nodes that a verb may change, and of each block's nodes the falloff, and for flatten the height
   // over the plane.
   using BlockValues = std::array<float, 16>;

@@ -23,7 +23,7 @@ constexpr float kKeepsNormal = 1e-4f, kTakesNormal = 2e-3f;
 // A change of distances, as RayWriter asks for it.
 class PhiChange {
  public:
-  PhiChange(const NodeBand& band, const std::vector<float>& after)
+  PhiChange(const NodeBand& band, const NodeValues& after)
       : band_(band), phi_(band.phi()), after_(after) {}
 
   void on_ray(Axis axis, int u, int v) {
@@ -87,7 +87,7 @@ class PhiChange {
   size_t at(int k) const { return base_ + static_cast<size_t>(k - first_) * stride_; }
   static bool is_inside(float phi) { return phi < 0; }
   // Where phi is 0 between nodes k - 1 and k.
-  double zero(const std::vector<float>& phi, int k) const {
+  double zero(const NodeValues& phi, int k) const {
     const double a = double{phi[at(k - 1)]}, b = double{phi[at(k)]};
     return (k - 0.5) + a / (a - b);
   }
@@ -104,7 +104,7 @@ class PhiChange {
   }
 
   const NodeBand& band_;
-  const std::vector<float>&phi_, &after_;
+  const NodeValues &phi_, &after_;
   Axis axis_ = Axis::z;
   Index3 node_ = Index3::Zero();
   size_t base_ = 0, stride_ = 1;
@@ -130,7 +130,7 @@ using Lengths = std::vector<std::pair<double, double>>;
 
 }  // namespace
 
-bool changes_beyond(const NodeBand& band, const std::vector<float>& after,
+bool changes_beyond(const NodeBand& band, const NodeValues& after,
                     const std::vector<NodeBlock>& touched, float core, float deepest, int threads) {
   const auto step = [&](int axis) { return static_cast<std::ptrdiff_t>(band.stride(axis)); };
   const auto beside = [&](const float* node) {
@@ -194,7 +194,7 @@ void WriteBack::find_rays(const TriDexel& model, size_t axis) {
   }
 }
 
-double WriteBack::rough_volume(const TriDexel& model, const std::vector<float>& after) const {
+double WriteBack::rough_volume(const TriDexel& model, const NodeValues& after) const {
   const auto added = band_kernels().added_volume;
   constexpr size_t kPiece = 256;
   const size_t count = touched_->size(), pieces = (count + kPiece - 1) / kPiece;
@@ -209,7 +209,7 @@ double WriteBack::rough_volume(const TriDexel& model, const std::vector<float>& 
   return sum / 3;
 }
 
-double WriteBack::volume(const TriDexel& model, const std::vector<float>& after) {
+double WriteBack::volume(const TriDexel& model, const NodeValues& after) {
   if (box_.empty()) return 0;
   run_parallel(threads_, 3, [&](size_t axis) { find_rays(model, axis); });
   struct Piece {
@@ -237,7 +237,7 @@ double WriteBack::volume(const TriDexel& model, const std::vector<float>& after)
   return sum / 3;
 }
 
-Reshaped WriteBack::write(TriDexel& model, const std::vector<float>& after) {
+Reshaped WriteBack::write(TriDexel& model, const NodeValues& after) {
   const NodeBand& band = *band_;
   const std::vector<NodeBlock>& touched = *touched_;
   const auto changed = [&](NodeBlock block) {

@@ -16,7 +16,7 @@ namespace kibori {
 
 // Whether a node that changes sides has others beside it, within what its ends' slopes reach, that
 // are core to `deepest` deep: which `touched` leaves out, and a change must not.
-bool changes_beyond(const NodeBand& band, const std::vector<float>& after,
+bool changes_beyond(const NodeBand& band, const NodeValues& after,
                     const std::vector<NodeBlock>& touched, float core, float deepest, int threads);
 
 // Writes changes of a band's nodes into the model that the band was read from; keeps its memory.
@@ -28,10 +28,10 @@ class WriteBack {
   // The volume [lattice units^3] that write() would add (less what it would remove). `after`, here
   // and there: by indices as of band.phi(), from which it may differ at the touched nodes only; it
   // is read as far as two nodes beside them.
-  double volume(const TriDexel& model, const std::vector<float>& after);
+  double volume(const TriDexel& model, const NodeValues& after);
   // The same within a few percent, from the nodes alone: in a fifth of the time.
-  double rough_volume(const TriDexel& model, const std::vector<float>& after) const;
-  Reshaped write(TriDexel& model, const std::vector<float>& after);
+  double rough_volume(const TriDexel& model, const NodeValues& after) const;
+  Reshaped write(TriDexel& model, const NodeValues& after);
 
  private:
   void find_rays(const TriDexel& model, size_t axis);
