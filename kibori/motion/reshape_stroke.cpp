@@ -39,9 +39,9 @@ constexpr double kWheelSpacing = 1;
 // to metres a second.
 constexpr double kLatheShare = 0.01;
 // What may stay owed on the way and at the end, of what was pressed.
-constexpr double kOwedShare = 2e-2, kLastOwedShare = 1e-6;
-// A collar brings back all that is owed but half such a share, or but this one.
-constexpr double kLeastTolerance = 1e-5;
+constexpr double kOwedShare = 4e-3, kLastOwedShare = 1e-6;
+// What one giving back on the way may leave, and at the end a collar, of what is owed.
+constexpr double kLeft = 4e-2, kLastLeft = 2e-5;
 // A collar that brings back less than this of what is owed has no room.
 constexpr double kNoRoom = 1e-3;
 
@@ -257,20 +257,21 @@ Status ReshapeStroke::compute_warp(Sums& sums) {
 }
 
 // What is owed comes back around the tool and its images, as far as kCollars collars go, each
-// `wider` than the tool asks; less than a share of what was pressed may stay owed.
-Status ReshapeStroke::give_back(double until, double wider, Sums& sums) {
+// `wider` than the tool asks; what may stay owed is a share `until` of what was pressed, or `left`
+// of what is owed before.
+Status ReshapeStroke::give_back(double until, double left, double wider, Sums& sums) {
   const double radius = wider * press_radius_mm(settings_.tool, model_.lattice().pitch_mm);
   std::vector<PressingTool> tools{{last_, direction_, middle_}};
   for (const SymmetryImage& image : images_)
     tools.push_back({image_of(last_, settings_.tool, images_.centre_mm(), image),
                      image.turn * direction_, image_of(middle_, images_.centre_mm(), image)});
-  for (int collar = 0; collar < kCollars && std::fabs(owed_mm3_) > until * pressed_mm3_; collar++) {
+  const double enough = std::max(until * pressed_mm3_, left * std::fabs(owed_mm3_));
+  for (int collar = 0; collar < kCollars && std::fabs(owed_mm3_) > enough; collar++) {
     const double before = owed_mm3_;
     for (size_t i = 0; i < tools.size(); i++) {
       const Result<Reshaped> raised =
           memory_->clay.raise(model_, settings_.tool, tools, i, radius,
-                              owed_mm3_ / static_cast<double>(tools.size() - i),
-                              std::max(0.5 * until, kLeastTolerance));
+                              owed_mm3_ / static_cast<double>(tools.size() - i), 0.5 * left);
       if (!raised) return Error{raised.error()};
       const double back = raised.value().added_mm3 - raised.value().removed_mm3;
       owed_mm3_ -= back;
@@ -334,7 +335,7 @@ Status ReshapeStroke::press_along(const ToolMotion& motion, const Pose& end, Sum
     at += to_next_mm_;
     last_ = motion.at(at / length);
     if (Status done = press_to(last_, to_next_mm_ / length); !done) return done;
-    if (Status done = give_back(kOwedShare, 1, sums); !done) return done;
+    if (Status done = give_back(kOwedShare, kLeft, 1, sums); !done) return done;
     to_next_mm_ = spacing_mm();
   }
   to_next_mm_ -= length - at;
@@ -414,7 +415,7 @@ Status ReshapeStroke::end(ToolTick& tick) {
     double wider = 1;
     for (int i = 0; i < kLastCollars && std::fabs(owed_mm3_) > kLastOwedShare * pressed_mm3_; i++) {
       const double before = owed_mm3_;
-      if (Status done = give_back(kLastOwedShare, wider, sums); !done) return done;
+      if (Status done = give_back(kLastOwedShare, kLastLeft, wider, sums); !done) return done;
       if (std::fabs(owed_mm3_) > (1 - kNoRoom) * std::fabs(before)) {
         if (wider >= kWidest) break;
         wider *= kWiden;

@@ -159,7 +159,7 @@ class ReshapeStroke {
   void hold(const Reshaped& what, const Vec3& centre, Sums& sums) const;
   Status press(const ToolMotion& motion, const Pose& end, Sums& sums);
   Status press_along(const ToolMotion& motion, const Pose& end, Sums& sums);
-  Status give_back(double until, double wider, Sums& sums);
+  Status give_back(double until, double left, double wider, Sums& sums);
   Status compute_warp(Sums& sums);
   Status turn_to(const Pose& end, Sums& sums);
   std::vector<Drag> drags() const;
