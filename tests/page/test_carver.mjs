@@ -35,12 +35,16 @@ async function begun(page, wood) {
   await page.waitForTimeout(1200);
   return page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
 }
-/** A stroke by the pointer through these places. */
+/** A stroke by the pointer through these places, in up to eight moves from each to the next. */
 async function drag(page, places) {
   await page.mouse.move(places[0].x, places[0].y);
   await page.waitForTimeout(200);
   await page.mouse.down();
-  for (const { x, y } of places.slice(1)) await page.mouse.move(x, y, { steps: 8 });
+  for (let i = 1; i < places.length; i++) {
+    const { x, y } = places[i],
+      way = Math.hypot(x - places[i - 1].x, y - places[i - 1].y);
+    await page.mouse.move(x, y, { steps: Math.min(8, Math.ceil(way / 8)) });
+  }
   await page.waitForTimeout(100);
   await page.mouse.up();
 }

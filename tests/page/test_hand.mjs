@@ -84,15 +84,16 @@ async function stepAfter(page, step) {
     const { volume } = await state(page);
     if (volume === last) break;
     last = volume;
-    await page.waitForTimeout(250);
+    await page.waitForTimeout(100);
   }
   return state(page);
 }
 async function undone(page, hash) {
+  const { chunks } = await state(page);
   await page.keyboard.press("Control+z");
-  await until(page, "undone", (s) => s.hash === hash, 30);
   // What is shown follows: depth counts from there.
-  await page.waitForTimeout(500);
+  const back = (s) => s.hash === hash && Number(s.chunks) > Number(chunks);
+  await until(page, "undone", back, 30);
   for (let i = 0; i < 100 && !(await page.evaluate(() => window.kibori.whole())); i++)
     await page.waitForTimeout(100);
 }
