@@ -3,6 +3,7 @@
 """The studio's server from outside: who comes in, who does not, and that no one who misbehaves disturbs the others.
 Usage: test_studio_server.py KIBORI"""
 import base64
+import concurrent.futures
 import contextlib
 import json
 import os
@@ -221,6 +222,7 @@ class Server(unittest.TestCase):
         plain = {"u8": b"\0", "u16": b"\0\0", "u32": b"\0" * 4, "f64": b"\0" * 8, "vec3": b"\0" * 24, "text": b"\0" * 4, "bytes": b"\0" * 4,
                  "mode": b"\0", "model": b"\0", "tool": text("null")}
         names = {"mode": 4, "model": 3}
+        all_wrong = []
         for message in messages:
             fields = message["fields"]
             for i, (name, kind, *between) in enumerate(fields):
@@ -241,14 +243,22 @@ class Server(unittest.TestCase):
                 else:
                     wrong = [struct.pack("<I", high + 1) + b"x" * (high + 1)]
                 for value in wrong:
-                    page = self.page()
-                    page.frame(self.studio.hello)
-                    try:
-                        page.frame(bytes([message["kind"]]) + b"".join(value if k == i else plain[field[1]] for k, field in enumerate(fields)))
-                        closed = page.closed()
-                    except ConnectionError:
-                        closed = True
-                    self.assertTrue(closed, (message["name"], name, value[:24]))
+                    sent = bytes([message["kind"]]) + b"".join(value if k == i else plain[field[1]] for k, field in enumerate(fields))
+                    all_wrong.append((message["name"], name, sent))
+
+        def ends_its_page(wrong):
+            page = self.page()
+            page.frame(self.studio.hello)
+            try:
+                page.frame(wrong[2])
+                return page.closed()
+            except ConnectionError:
+                return True
+
+        # Some at a time: each page waits for others' frames.
+        with concurrent.futures.ThreadPoolExecutor(8) as pool:
+            for wrong, closed in zip(all_wrong, pool.map(ends_its_page, all_wrong)):
+                self.assertTrue(closed, (*wrong[:2], wrong[2][:32]))
 
     def test_a_slow_head_and_many_connections(self):
         slow = Connection(self.studio)
