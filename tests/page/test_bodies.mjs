@@ -213,17 +213,16 @@ async function everyVerb() {
 
   // Back to the beginning and forth again.
   const head = await state(page);
-  for (let i = 0; i < 30 && Number((await state(page)).step) > 1; i++) {
+  for (let at = Number(head.step); at > 1; at = Number((await state(page)).step)) {
     await page.locator("#undo").click();
-    await page.waitForTimeout(250);
+    await until(page, "a step back", (s) => Number(s.step) < at);
   }
-  await until(page, "the beginning", (s) => Number(s.step) === 1);
   await page.waitForTimeout(500);
   check("undone, there is one body", (await bodies(page)).length === 1);
   check("of the volume it had", Math.abs(Number((await state(page)).volume) / whole - 1) < 1e-9);
-  for (let i = 0; i < 30 && !(await page.locator("#redo").isDisabled()); i++) {
+  for (let at = 1; at < Number(head.step); at = Number((await state(page)).step)) {
     await page.locator("#redo").click();
-    await page.waitForTimeout(250);
+    await until(page, "a step forth", (s) => Number(s.step) > at);
   }
   await until(page, "the end again", (s) => s.step === head.step && s.hash === head.hash);
   await close(page);

@@ -43,7 +43,7 @@ async function drag(page, from, to, { moves = 12, key = null } = {}) {
       from.x + ((to.x - from.x) * i) / moves,
       from.y + ((to.y - from.y) * i) / moves,
     );
-  await page.waitForTimeout(300);
+  await page.waitForTimeout(100);
   await page.mouse.up();
   if (key) await page.keyboard.up(key);
 }
