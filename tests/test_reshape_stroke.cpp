@@ -225,16 +225,14 @@ TEST(ReshapeStroke, ACollarAddsWhatItIsToAdd) {
     ASSERT_TRUE(raised.ok()) << raised.error();
     const double added = model.volume_mm3() - before;
     EXPECT_NEAR(raised.value().added_mm3 - raised.value().removed_mm3, added, 1e-4);
-    EXPECT_NEAR(added, wanted,
-                (slab    ? 0.5
-                 : rough ? 0.2
-                         : 0.005) *
-                    wanted)
-        << round << random.note();
+    // The worst of 5000: a slab's step 0.36, by nodes beside a small ball 0.12, by spans 0.0014.
+    const double most = slab ? 0.5 : rough ? 0.2 : 0.005;
+    EXPECT_NEAR(added, wanted, most * wanted) << round << random.note();
     if (!rough) continue;
     rough_added += added;
     rough_wanted += wanted;
   }
+  // Nodes tell 1.4 % too much beside balls, 0.5 % beside slabs; the rest is chance.
   EXPECT_NEAR(rough_added, rough_wanted, 0.04 * rough_wanted) << random.note();
 }
 

@@ -255,7 +255,7 @@ class Server(unittest.TestCase):
             except ConnectionError:
                 return True
 
-        # Some at a time: each page waits for others' frames.
+        # Eight at a time, fewer than the studio lets in: one after another takes minutes.
         with concurrent.futures.ThreadPoolExecutor(8) as pool:
             for wrong, closed in zip(all_wrong, pool.map(ends_its_page, all_wrong)):
                 self.assertTrue(closed, (*wrong[:2], wrong[2][:32]))

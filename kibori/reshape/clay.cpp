@@ -32,7 +32,7 @@ constexpr double kShareOfPlane = 0.4;
 // second height that is too low on they lead this much too far, so that there is one above, too.
 constexpr int kMaxSteps = 24, kSecants = 8;
 constexpr double kBeyond = 1.05;
-// From this tolerance on the rough volume does.
+// From this tolerance on a volume is told from nodes (WriteBack::rough_volume), not from spans.
 constexpr double kRoughTolerance = 5e-3;
 // Beyond how many nodes there is no region, and what memory [bytes] is not asked about.
 constexpr double kMaxNodes = 2147483648.0, kSurelyThere = 256e6;

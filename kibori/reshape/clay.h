@@ -10,7 +10,8 @@
 //
 //   w = falloff(|x - c| / R) * clamp(distance to the way / kRamp, 0, 1)
 //
-// with the one lambda that adds the wanted volume, measured as the mean of the three fields. The
+// with the one lambda that adds the wanted volume, the mean of the three fields: measured by their
+// spans, or, where a share of it may be missed, told from distances at nodes. The
 // way is the tool, swept forward and back by R along its motion and out along its axis: there
 // nothing rises, so that a furrow stays open behind the tool, no wave is driven before it, and
 // nothing closes over it.
@@ -51,7 +52,8 @@ class Clay {
     way_band_.set_threads(threads);
   }
   // The surface within `radius_mm` of the middle of `tools[of]` rises until `volume_mm3` was added,
-  // give or take a share `tolerance` of it, or as far as one collar goes: kMaxRise at its highest,
+  // give or take a share `tolerance` of it (from 5e-3 on, some percent more: see
+  // WriteBack::rough_volume), or as far as one collar goes: kMaxRise at its highest,
   // and no farther than the lattice. Below 0 it sinks. Nothing rises in the way of any of the
   // tools. Where a step of the volume lies around the wanted one, the nearer side is taken. Errors:
   // a place, radius or volume that is not finite, a region that there is no memory for.

@@ -269,8 +269,8 @@ class NodeBand {
   // That end's material; without a look at it where all are of one.
   std::optional<uint8_t> material(const NodeBlock& block, int n) const {
     const SurfaceEnd* end = nearest(block, n);
-    if (!end || only_material_) return end ? only_material_ : std::nullopt;
-    return end->material;
+    if (!end) return std::nullopt;
+    return only_material_ ? only_material_ : end->material;
   }
   const SurfaceEnd* nearest(size_t node) const {
     if (!(known_[node / 16] >> node % 16 & 1)) return nullptr;
