@@ -317,7 +317,8 @@ function onMessage(said: FromStudio): void {
         stuck.since = Infinity;
       }
       read("n-volume", `${(s.volume / 1000).toFixed(2)} cm³`);
-      read("n-removed", `${(s.removed / 1000).toFixed(3)} cm³`);
+      // Not "-0.000".
+      read("n-removed", `${(Math.round(s.removed) / 1000 + 0).toFixed(3)} cm³`);
       read("n-step", `${s.step} of ${s.steps}`);
       splines.step(s.step);
       history.setHead(s.step);
