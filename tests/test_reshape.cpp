@@ -62,7 +62,7 @@ TEST(NodeBand, NearestEndsAsByLookingAtAll) {
   for (const auto& [width, first] : {std::pair(5.0f, Axis::x), std::pair(17.5f, Axis::x),
                                      std::pair(5.0f, Axis::y), std::pair(5.0f, Axis::z)}) {
     const NodeBox box{Index3::Constant(-3), Index3::Constant(35)};
-    band.read(model, box, width, {}, kFar, 0, AxisTurn(first));
+    band.read(model, box, width, AxisTurn(first));
     size_t known = 0;
     for (size_t node = 0; node < band.phi().size(); node++) {
       const Eigen::Vector3f place = band.node_at(node).cast<float>().matrix().array() + 0.5f;
@@ -96,7 +96,7 @@ TEST(NodeBand, ATurnedBandIsTheSameByOtherNames) {
   band.read(model, box, 4);
   for (const Axis first : kAxes) {
     const AxisTurn turn(first);
-    turned.read(model, box.turned(turn), 4, {}, kFar, 0, turn);
+    turned.read(model, box.turned(turn), 4, turn);
     using Place = std::tuple<Axis, float, float, float>;
     std::map<Place, Eigen::Vector3f> normals, by_old;
     for (const SurfaceEnd& end : band.ends())
@@ -252,6 +252,43 @@ TEST(NodeBand, WantedNodesAreAsIfAllWereRead) {
         ASSERT_EQ(some.nearest(block, n)->place, all.nearest(block, n)->place) << random.note();
       });
   }
+}
+
+// Sides are told only near the surface, and what lay in the memory is not taken for one.
+TEST(NodeBand, SidesBesideKnownNodesAreAsIfAllWereTold) {
+  Random random;
+  NodeBand all, some;
+  size_t compared = 0;
+  for (int round = 0; round < 30; round++) {
+    TriDexel model(cube(60));
+    for (int i = 0; i < 4; i++)
+      add(model, SweptBall(LatticePoint{random.in_box(5, 55)}, LatticeVector{random.in_box(-9, 9)},
+                           random.uniform(0.7, 12)));
+    const NodeBox box{Index3(-5, -2, 0), Index3(49, 58, 67)};
+    const AxisTurn turn(kAxes[static_cast<size_t>(random.integer(0, 2))]);
+    BandPart part{.centre = LatticePoint{random.in_box(5, 55)}};
+    part.reach = static_cast<float>(random.uniform(3, 30));
+    const auto width = static_cast<float>(random.uniform(1, 6));
+    all.read(model, box, width, turn, part);
+    part.beside = static_cast<uint32_t>(random.integer(0, 3));
+    some.set_threads(round % 2 + 1);
+    some.read(model, box, width, turn, part);
+    const auto beside = static_cast<int>(part.beside);
+    for (const NodeBlock& block : all.blocks())
+      block.for_nodes([&](int n) {
+        const Index3 known(block.i + n, block.j, block.k);
+        const auto compare = [&](const Index3& node) {
+          const Vec3 from = (node.cast<double>() + 0.5).matrix() - part.centre.units;
+          if (!all.box().holds({node, node + 1}) || !(from.norm() < double{part.reach})) return;
+          const size_t at = all.index(node[0], node[1], node[2]);
+          ASSERT_EQ(some.phi()[at], all.phi()[at]) << random.note();
+          compared++;
+        };
+        for (int i = 0; i < 27; i++)
+          compare(known + beside * Index3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
+      });
+  }
+  EXPECT_GT(compared, 10000u) << random.note();
 }
 
 // Memory of other dabs, larger and smaller, elsewhere and of another model, leaves nothing behind.

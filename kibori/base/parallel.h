@@ -54,13 +54,21 @@ void run_parallel_slices(int threads, size_t count, F&& f) {
   });
 }
 
-// Runs f(i) for i < count: for very short pieces, which go by the hundred.
+// Very short pieces go by the hundred: f(first, number) for ranges of kPieceSize and what is left.
+inline constexpr size_t kPieceSize = 256;
+template <class F>
+void run_parallel_ranges(int threads, size_t count, F&& f) {
+  run_parallel_slices(threads, (count + kPieceSize - 1) / kPieceSize, [&](size_t piece, size_t) {
+    const size_t first = piece * kPieceSize;
+    f(first, std::min(kPieceSize, count - first));
+  });
+}
+
+// The same, f(i) for i < count.
 template <class F>
 void run_parallel_pieces(int threads, size_t count, F&& f) {
-  constexpr size_t kPiece = 256;
-  run_parallel_slices(threads, (count + kPiece - 1) / kPiece, [&](size_t piece, size_t) {
-    const size_t end = std::min(count, (piece + 1) * kPiece);
-    for (size_t i = piece * kPiece; i < end; i++) f(i);
+  run_parallel_ranges(threads, count, [&](size_t first, size_t number) {
+    for (size_t i = first; i < first + number; i++) f(i);
   });
 }
 

@@ -17,12 +17,18 @@
 
 namespace kibori {
 
+// The nearest whole number, of two the even one; |x| < 2^51. (std::nearbyint is a call.)
+inline int32_t nearest_whole(double x) {
+  constexpr double kNoFractions = 0x1.8p52;  // so large that doubles beside it have none
+  return static_cast<int32_t>((x + kNoFractions) - kNoFractions);
+}
+
 // u, v, depth: components of a non-zero vector, need not be normalised.
 inline uint32_t encode_normal(double u, double v, double depth) {
   const double norm = std::sqrt(u * u + v * v + depth * depth);
   if (!(norm > 0)) return 0;
   const auto snorm = [](double x) {
-    return static_cast<uint32_t>(static_cast<int32_t>(std::nearbyint(x * 32767))) & 0xffffu;
+    return static_cast<uint32_t>(nearest_whole(x * 32767)) & 0xffffu;
   };
   return snorm(u / norm) | (snorm(v / norm) << 16);
 }

@@ -235,8 +235,10 @@ void SearchSlice(const BandSlice& s) {
 // Which nodes are inside, as -width or width.
 void TellSides(const BandPlane& p) {
   const VF z = F(p.z), outside = F(p.width), inside = F(-p.width);
-  for (size_t row = 0; row < p.rows; row++)
-    for (size_t b = 0; b < p.blocks; b++) {
+  for (size_t row = 0; row < p.rows; row++) {
+    const size_t first = p.told ? p.told[row].low / kRow : 0,
+                 end = p.told ? (p.told[row].high + kRow - 1) / kRow : p.blocks;
+    for (size_t b = first; b < end; b++) {
       if (!(p.away + p.row_away[row] + p.block_away[b] < p.reach2)) continue;
       if (p.wanted && !p.wanted[row * p.blocks + b]) continue;
       const RayItems rays = p.rays[row * p.blocks + b];
@@ -250,6 +252,7 @@ void TellSides(const BandPlane& p) {
         hn::Store(side, DF(), phi + g * kLanes);
       }
     }
+  }
 }
 
 // phi of nodes whose nearest end is known.
@@ -347,11 +350,54 @@ double AddedVolume(const ChangedBlocks& of) {
   return volume;
 }
 
+void WeighCollar(const CollarBlocks& of) {
+  const DF d;
+  const VF zero = hn::Zero(d), one = F(1), ramp = F(static_cast<float>(of.ramp)),
+           radius2 = F(static_cast<float>(of.radius * of.radius));
+  const auto from_centre = [&](int node, int axis) {
+    return static_cast<float>(node + 0.5 - of.centre[axis]);
+  };
+  for (size_t b = 0; b < of.count; b++) {
+    NodeBlock& block = of.blocks[b];
+    const float y = from_centre(block.j, 1), z = from_centre(block.k, 2);
+    const VF across2 = F(y * y + z * z);
+    unsigned rises = 0;
+    float areas[kRow];
+    for (size_t g = 0; g < kGroups; g++) {
+      const size_t node = block.place + g * kLanes;
+      const VF x = LanesFrom(from_centre(block.i, 0), g),
+               distance2 = hn::Div(hn::Add(hn::Mul(x, x), across2), radius2),
+               inner = hn::Max(zero, hn::Sub(one, distance2));
+      const VF off = hn::Div(hn::Load(d, of.way_phi + node), ramp),
+               free = hn::Min(one, hn::Max(zero, off));
+      const MF touched = FromBits(block.nodes >> (g * kLanes) & kGroupMask);
+      const VF weight = hn::IfThenElseZero(touched, hn::Mul(hn::Mul(inner, inner), free));
+      rises |= Bits(hn::Gt(weight, zero)) << (g * kLanes);
+      Store(weight, of.weights[b], g);
+      // Along a normal these add up to 1.
+      const VF share = hn::Max(zero, hn::Sub(one, hn::Abs(hn::Load(d, of.phi + node))));
+      hn::StoreU(hn::Mul(weight, share), d, areas + g * kLanes);
+    }
+    block.nodes = static_cast<uint16_t>(rises);
+    of.areas[b] = 0;
+    for (const float area : areas) of.areas[b] += double{area};
+  }
+}
+
 // Of 16 nodes, those with |phi| < depth.
 uint32_t NodesWithinDepth(const float* phi, float depth) {
   uint32_t nodes = 0;
   for (size_t g = 0; g < kGroups; g++)
     nodes |= Bits(hn::Lt(hn::Abs(hn::Load(DF(), phi + g * kLanes)), F(depth))) << (g * kLanes);
+  return nodes;
+}
+
+uint32_t NodesThatDiffer(const float* one, const float* two) {
+  const DF d;
+  uint32_t nodes = 0;
+  for (size_t g = 0; g < kGroups; g++)
+    nodes |= Bits(hn::Ne(hn::Load(d, one + g * kLanes), hn::Load(d, two + g * kLanes)))
+             << (g * kLanes);
   return nodes;
 }
 
@@ -380,14 +426,17 @@ HWY_EXPORT(SearchSlice);
 HWY_EXPORT(TellSides);
 HWY_EXPORT(Measure);
 HWY_EXPORT(AddedVolume);
+HWY_EXPORT(WeighCollar);
 HWY_EXPORT(NodesWithinDepth);
+HWY_EXPORT(NodesThatDiffer);
 HWY_EXPORT(SumRows);
 
 BandKernels band_kernels() {
   choose_vector_unit();
-  return {HWY_DYNAMIC_DISPATCH(SearchSlice),      HWY_DYNAMIC_DISPATCH(TellSides),
-          HWY_DYNAMIC_DISPATCH(Measure),          HWY_DYNAMIC_DISPATCH(AddedVolume),
-          HWY_DYNAMIC_DISPATCH(NodesWithinDepth), HWY_DYNAMIC_DISPATCH(SumRows)};
+  return {HWY_DYNAMIC_DISPATCH(SearchSlice),     HWY_DYNAMIC_DISPATCH(TellSides),
+          HWY_DYNAMIC_DISPATCH(Measure),         HWY_DYNAMIC_DISPATCH(AddedVolume),
+          HWY_DYNAMIC_DISPATCH(WeighCollar),     HWY_DYNAMIC_DISPATCH(NodesWithinDepth),
+          HWY_DYNAMIC_DISPATCH(NodesThatDiffer), HWY_DYNAMIC_DISPATCH(SumRows)};
 }
 
 }  // namespace kibori

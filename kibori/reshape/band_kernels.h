@@ -56,6 +56,7 @@ struct BandPlane {
   const float *row_away, *block_away;  // as of a slice
   float away, reach2;
   const uint16_t* wanted;
+  const detail::RowRange* told;  // of each row; null: all
 };
 
 // Nodes whose nearest ends are known.
@@ -77,6 +78,17 @@ struct ChangedBlocks {
   Index3 nodes;  // of the lattice
 };
 
+// Nodes that a collar of clay may raise: see clay.h.
+struct CollarBlocks {
+  NodeBlock* blocks;  // are left the nodes that rise
+  size_t count;
+  const float *phi, *way_phi;  // of the box; distances to the tool's way
+  Vec3 centre;                 // [lattice units]
+  double radius, ramp;
+  detail::FloatRow* weights;  // of each block's nodes; 0 of the others
+  double* areas;              // of each block's surface, weighed
+};
+
 struct BandKernels {
   // Finds the nodes' nearest ends on the slice's rays.
   void (*search)(const BandSlice&);
@@ -87,8 +99,11 @@ struct BandKernels {
   // Volume that the change adds, as lengths along the lines through the nodes that lie between the
   // zeros of phi, which is taken to be linear from node to node: the sum over the three axes.
   double (*added_volume)(const ChangedBlocks&);
-  // Of 16 nodes, those with |phi| < depth.
+  // A collar's weights.
+  void (*weigh_collar)(const CollarBlocks&);
+  // Of 16 nodes, those with |phi| < depth; those of which two values differ.
   uint32_t (*nodes_within_depth)(const float* phi, float depth);
+  uint32_t (*nodes_that_differ)(const float* one, const float* two);
   // A filter along an axis: to[i] = kernel[0] low[0][i] + the sum over m of
   // kernel[m] (low[m][i] + high[m][i]), for i < count, which is 16 at least.
   void (*sum_rows)(const float* const* low, const float* const* high,

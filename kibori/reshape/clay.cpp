@@ -9,6 +9,7 @@
 #include <kibori/base/memory.h>
 #include <kibori/base/parallel.h>
 #include <kibori/edit/edit.h>
+#include <kibori/reshape/band_kernels.h>
 #include <kibori/reshape/write_back.h>
 
 namespace kibori {
@@ -32,6 +33,8 @@ constexpr double kShareOfPlane = 0.4;
 // second height that is too low on they lead this much too far, so that there is one above, too.
 constexpr int kMaxSteps = 24, kSecants = 8;
 constexpr double kBeyond = 1.05;
+// Nodes that stay, so far from those that rise [nodes], are looked at, too.
+constexpr uint32_t kBeside = 2;
 // From this tolerance on a volume is told from nodes (WriteBack::rough_volume), not from spans.
 constexpr double kRoughTolerance = 5e-3;
 // Beyond how many nodes there is no region, and what memory [bytes] is not asked about.
@@ -112,8 +115,9 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   const AxisTurn turn = turn_along_surface(model, LatticePoint{centre}, radius);
   const LatticePoint turned{turn.turn(centre)};
   while (true) {
-    band_.read(model, box.turned(turn), depth->width, turned, static_cast<float>(radius + 2), 0,
-               turn);
+    band_.read(
+        model, box.turned(turn), depth->width, turn,
+        {.centre = turned, .reach = static_cast<float>(radius + kBeside), .beside = kBeside});
     if (!find_touched(turn.turn(lattice.nodes), turned, radius, depth->core)) return Reshaped{};
     measure_way(tool, tools, radius_mm, lattice, box);
     const double area = weigh(turned, radius);
@@ -128,19 +132,16 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
   return writer_->write(model, after_);
 }
 
-// The nodes within the collar's radius and the lattice, |phi| < core; whether there are some.
+// The nodes within the lattice, |phi| < core, of blocks that the collar's radius reaches; whether
+// there are some.
 bool Clay::find_touched(const Index3& nodes, const LatticePoint& centre, double radius,
                         float core) {
   band_.blocks_within(core, touched_, [&](NodeBlock& block) {
-    unsigned near = 0;
-    if (block.j >= 0 && block.j < nodes[1] && block.k >= 0 && block.k < nodes[2])
-      block.for_nodes([&](int n) {
-        const int i = block.i + n;
-        if (i < 0 || i >= nodes[0]) return;
-        const Vec3 from = Vec3(i, block.j, block.k).array() + 0.5 - centre.units.array();
-        if (from.squaredNorm() < radius * radius) near |= 1u << n;
-      });
-    block.nodes = static_cast<uint16_t>(near);
+    Vec3 off = Vec3(block.i, block.j, block.k).array() + 0.5 - centre.units.array();
+    off[0] = std::max({0.0, off[0], -(off[0] + 15)});
+    const bool near = off.squaredNorm() < radius * radius && block.j >= 0 && block.j < nodes[1] &&
+                      block.k >= 0 && block.k < nodes[2];
+    block.nodes = near ? static_cast<uint16_t>(block.nodes_along(0, nodes[0])) : uint16_t{0};
   });
   return !touched_.empty();
 }
@@ -150,25 +151,10 @@ bool Clay::find_touched(const Index3& nodes, const LatticePoint& centre, double 
 double Clay::weigh(const LatticePoint& centre, double radius) {
   weights_.resize(touched_.size());
   areas_.resize(touched_.size());
-  run_parallel_pieces(threads_, touched_.size(), [&](size_t b) {
-    NodeBlock& block = touched_[b];
-    unsigned rises = 0;
-    weights_[b] = {};
-    areas_[b] = 0;
-    block.for_nodes([&](int n) {
-      const Vec3 from = Vec3(block.i + n, block.j, block.k).array() + 0.5 - centre.units.array();
-      const size_t node = block.place + static_cast<size_t>(n);
-      const double off = double{way_band_.phi()[node]} / kRamp;
-      const double weight =
-          falloff_of_square(Falloff::smooth, from.squaredNorm() / (radius * radius)) *
-          std::clamp(off, 0.0, 1.0);
-      if (!(weight > 0)) return;
-      rises |= 1u << n;
-      weights_[b].lane[n] = static_cast<float>(weight);
-      // Along a normal these add up to 1.
-      areas_[b] += weight * std::max(0.0, 1 - std::fabs(double{band_.phi()[node]}));
-    });
-    block.nodes = static_cast<uint16_t>(rises);
+  const auto weigh = band_kernels().weigh_collar;
+  run_parallel_ranges(threads_, touched_.size(), [&](size_t first, size_t number) {
+    weigh({touched_.data() + first, number, band_.phi().data(), way_band_.phi().data(),
+           centre.units, radius, kRamp, weights_.data() + first, areas_.data() + first});
   });
   size_t count = 0;
   double area = 0;

@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 
 #include <kibori/base/check.h>
@@ -111,21 +112,20 @@ AxisTurn turn_along_surface(const TriDexel& model, const LatticePoint& centre, d
       kAxes[static_cast<size_t>(std::min_element(ends.begin(), ends.end()) - ends.begin())]);
 }
 
-void NodeBand::read(const TriDexel& model, const NodeBox& box, float width,
-                    const LatticePoint& centre, float reach, float around, AxisTurn turn) {
+void NodeBand::read(const TriDexel& model, const NodeBox& box, float width, AxisTurn turn,
+                    const BandPart& part) {
   turn_ = turn;
-  read_wanted(model, box, width, centre, reach, around, nullptr);
+  read_wanted(model, box, width, part, nullptr);
 }
 
 void NodeBand::read_at(const TriDexel& model, const NodeBox& box, float width,
                        const std::vector<NodeBlock>& nodes, AxisTurn turn) {
   turn_ = turn;
-  read_wanted(model, box, width, {}, kFar, 0, &nodes);
+  read_wanted(model, box, width, {}, &nodes);
 }
 
 void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float width,
-                           const LatticePoint& centre, float reach, float around,
-                           const std::vector<NodeBlock>* wanted) {
+                           const BandPart& part, const std::vector<NodeBlock>* wanted) {
   const BandKernels kernels = band_kernels();
   box_ = box;
   const Index3 asked = box.size().max(0);
@@ -135,10 +135,10 @@ void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float widt
   nz_ = static_cast<size_t>(asked[2]);
   box_.high[0] = box_.low[0] + static_cast<int>(nx_);
   width_ = width;
-  centre_ = centre.units.cast<float>();
+  centre_ = part.centre.units.cast<float>();
   farthest_ = std::sqrt(width * width + kSideways2);
-  reach_ = reach;
-  around_ = around;
+  reach_ = part.reach;
+  around_ = part.around;
   KIBORI_CHECK(nx_ * ny_ * nz_ < UINT32_MAX && width < 250);  // rows_near has bytes
   const size_t rows = ny_ * nz_ * blocks_;
   make_items(phi_, nx_ * ny_ * nz_);
@@ -178,18 +178,14 @@ void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float widt
         return read_spans(model);
     }
   });
-  run_parallel_slices(threads_, nz_, [&](size_t k, size_t) { kernels.tell_sides(plane(k)); });
   join_ends();
-  if (ends_.empty()) return;
   for (const Axis axis : kEndOrder) search(axis);
   offer_minor_ends();
   list_known();
-  constexpr size_t kPiece = 256;
-  const size_t blocks = known_blocks_.size();
-  run_parallel_slices(threads_, (blocks + kPiece - 1) / kPiece, [&](size_t piece, size_t) {
-    kernels.measure({known_blocks_.data() + piece * kPiece,
-                     std::min(kPiece, blocks - piece * kPiece), ends_.data(), nearest_.data(),
-                     width_, phi_.data()});
+  tell_sides(part.beside);
+  run_parallel_ranges(threads_, known_blocks_.size(), [&](size_t first, size_t number) {
+    kernels.measure(
+        {known_blocks_.data() + first, number, ends_.data(), nearest_.data(), width_, phi_.data()});
   });
 }
 
@@ -317,22 +313,54 @@ std::array<Axis, 3> NodeBand::order_by_surface() const {
 
 void NodeBand::list_known() {
   const size_t blocks = ny_ * blocks_;  // of a slice
-  std::vector<size_t> end(nz_);         // of each slice's, in the list
-  run_parallel_slices(threads_, nz_, [&](size_t k, size_t) {
+  // Calls f(at) for each of the slice's that has known nodes. Most have none: four at once.
+  const auto for_known = [&](size_t k, auto&& f) {
     const uint16_t* const known = known_.data() + k * blocks;
-    end[k] = blocks - static_cast<size_t>(std::count(known, known + blocks, uint16_t{0}));
+    size_t at = 0;
+    while (at < blocks) {
+      uint64_t four = 1;
+      if (at + 4 <= blocks) std::memcpy(&four, known + at, sizeof four);
+      const size_t end = std::min(at + 4, blocks);
+      if (four)
+        for (size_t i = at; i < end; i++)
+          if (known[i]) f(i);
+      at = end;
+    }
+  };
+  std::vector<size_t> end(nz_);  // of each slice's, in the list
+  run_parallel_slices(threads_, nz_, [&](size_t k, size_t) {
+    size_t count = 0;
+    for_known(k, [&](size_t) { count++; });
+    end[k] = count;
   });
   std::partial_sum(end.begin(), end.end(), end.begin());
   make_items(known_blocks_, end.back());
   run_parallel_slices(threads_, nz_, [&](size_t k, size_t) {
-    const uint16_t* known = known_.data() + k * blocks;
     NodeBlock* to = known_blocks_.data() + (k > 0 ? end[k - 1] : 0);
-    for (int j = box_.low[1]; j < box_.high[1]; j++)
-      for (size_t b = 0; b < blocks_; b++, known++) {
-        if (!*known) continue;
-        *to = block(b, j, box_.low[2] + static_cast<int>(k));
-        to++->nodes = *known;
-      }
+    size_t row = 0;
+    for_known(k, [&](size_t at) {
+      while (at >= (row + 1) * blocks_) row++;
+      *to = block(at - row * blocks_, box_.low[1] + static_cast<int>(row),
+                  box_.low[2] + static_cast<int>(k));
+      to++->nodes = known_[k * blocks + at];
+    });
+  });
+}
+
+// Which nodes are inside. Of a ball's nodes few are near the surface.
+void NodeBand::tell_sides(uint32_t beside) {
+  const bool all = beside == BandPart::kAll;
+  if (!all) {
+    rows_of(known_blocks_, rows_[0]);
+    spread_rows(rows_[0], 1, beside, rows_[1]);
+    spread_rows(rows_[1], 2, beside, rows_[0]);
+    spread_rows(rows_[0], 0, beside, rows_[1]);
+  }
+  const auto kernel = band_kernels().tell_sides;
+  run_parallel_slices(threads_, nz_, [&](size_t k, size_t) {
+    BandPlane own = plane(k);
+    own.told = all ? nullptr : rows_[1].data() + k * ny_;
+    kernel(own);
   });
 }
 

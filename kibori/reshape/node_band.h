@@ -79,6 +79,11 @@ struct NodeBlock {
 
   int first() const { return std::countr_zero(nodes); }
   int last() const { return 15 - std::countl_zero(nodes); }
+  // Those with low <= i < high.
+  unsigned nodes_along(int low, int high) const {
+    const int first = std::clamp(low - i, 0, 16), end = std::clamp(high - i, first, 16);
+    return nodes & ((1u << end) - (1u << first));
+  }
   // Calls f(n) for each.
   template <class F>
   void for_nodes(F&& f) const {
@@ -201,6 +206,18 @@ struct BandPlane;
 // A value of each node of a box.
 using NodeValues = std::vector<float, detail::RowAllocator<float>>;
 
+// Which nodes of a box are read, by the names that the band's turn gives.
+struct BandPart {
+  // Distances: of those within the ball of radius `reach` round `centre` [lattice units], grown by
+  // `around` along each axis, and of some beside them.
+  LatticePoint centre = {};
+  float reach = kFar, around = 0;
+  // Sides: of those within so many nodes, along each axis, of a known distance, as far as the ball
+  // goes.
+  static constexpr uint32_t kAll = UINT32_MAX;
+  uint32_t beside = kAll;
+};
+
 // The turn after which rows along x run along the surface within a ball, as nearly as they can.
 AxisTurn turn_along_surface(const TriDexel& model, const LatticePoint& centre, double reach);
 
@@ -209,12 +226,11 @@ class NodeBand {
  public:
   // On how many threads read() runs; the result does not depend on it.
   void set_threads(int threads) { threads_ = threads; }
-  // Reads the nodes of `box` within the ball of radius `reach` round `centre`, grown by `around`
-  // along each axis, and some beside them; phi of the others means nothing. `width` [lattice
-  // units]: distances beyond it are not told apart. All by the names that `turn` gives. The band's
-  // box is this one, but longer along x if need be: its rows are whole blocks.
-  void read(const TriDexel& model, const NodeBox& box, float width, const LatticePoint& centre = {},
-            float reach = kFar, float around = 0, AxisTurn turn = {});
+  // Reads a part of the nodes of `box`, by the names that `turn` gives; phi of the others means
+  // nothing. `width` [lattice units]: distances beyond it are not told apart. The band's box is
+  // this one, but longer along x if need be: its rows are whole blocks.
+  void read(const TriDexel& model, const NodeBox& box, float width, AxisTurn turn = {},
+            const BandPart& part = {});
 
   // Reads some nodes of `box`, in the order of their indices; phi of the others means nothing. Only
   // their places in the box are looked at: they may be another's, of a box as large.
@@ -278,8 +294,7 @@ class NodeBand {
   }
 
  private:
-  void read_wanted(const TriDexel& model, const NodeBox& box, float width,
-                   const LatticePoint& centre, float reach, float around,
+  void read_wanted(const TriDexel& model, const NodeBox& box, float width, const BandPart& part,
                    const std::vector<NodeBlock>* wanted);
   void read_spans(const TriDexel& model);
   // Of one field: major ends, of blocks of rays in layers, of x rays by each; and the other ends.
@@ -300,6 +315,7 @@ class NodeBand {
   void search(Axis axis);
   void offer_minor_ends();
   void list_known();
+  void tell_sides(uint32_t beside);
   // See BandKernels.
   static auto nodes_within_depth() -> uint32_t (*)(const float* phi, float depth);
   BandPlane plane(size_t k);

@@ -239,11 +239,12 @@ Result<Reshaped> Reshaper::dab_cluster(TriDexel& model, FieldVerb verb, const Br
   const auto [centre, spread] = given.middle();
   const AxisTurn turn = turn_along_surface(model, centre, spread + radius);
   const Cluster cluster = given.turned(turn);
-  band_.read(model, cluster.region, static_cast<float>(width), cluster.middle().first,
-             static_cast<float>(spread + radius + kReachSlack),
-             std::max(static_cast<float>(kernel_.size() - 1), kSlopeReach), turn);
-  if (band_.blocks().empty() && verb != FieldVerb::flatten) return Reshaped{};
   const bool filters = verb != FieldVerb::inflate && verb != FieldVerb::flatten;
+  band_.read(model, cluster.region, static_cast<float>(width), turn,
+             {.centre = cluster.middle().first,
+              .reach = static_cast<float>(spread + radius + kReachSlack),
+              .around = std::max(static_cast<float>(kernel_.size() - 1), kSlopeReach)});
+  if (band_.blocks().empty() && verb != FieldVerb::flatten) return Reshaped{};
   // How deep a node may change sides.
   std::optional<float> deepest;
   if (filters)

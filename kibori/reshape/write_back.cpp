@@ -187,22 +187,18 @@ void WriteBack::find_rays(const TriDexel& model, size_t axis) {
       rays.include(at + Index3(block.last(), 0, 0));
       continue;
     }
-    unsigned nodes = block.nodes;  // of the lattice
-    if (block.i < 0) nodes &= ~0u << std::min(16, -block.i);
-    if (block.i + 16 > all.high[0]) nodes &= (1u << std::max(0, all.high[0] - block.i)) - 1;
-    if (nodes) rays.include_row(at, nodes);
+    if (const unsigned nodes = block.nodes_along(0, all.high[0])) rays.include_row(at, nodes);
   }
 }
 
 double WriteBack::rough_volume(const TriDexel& model, const NodeValues& after) const {
   const auto added = band_kernels().added_volume;
-  constexpr size_t kPiece = 256;
-  const size_t count = touched_->size(), pieces = (count + kPiece - 1) / kPiece;
-  std::vector<double> sums(pieces);
-  run_parallel_slices(threads_, pieces, [&](size_t i, size_t) {
-    sums[i] = added({touched_->data() + i * kPiece, std::min(kPiece, count - i * kPiece),
-                     band_->phi().data(), after.data(), band_->stride(1), band_->stride(2),
-                     band_->turn().turn(model.lattice().nodes)});
+  const size_t count = touched_->size();
+  std::vector<double> sums((count + kPieceSize - 1) / kPieceSize);
+  run_parallel_ranges(threads_, count, [&](size_t first, size_t number) {
+    sums[first / kPieceSize] =
+        added({touched_->data() + first, number, band_->phi().data(), after.data(),
+               band_->stride(1), band_->stride(2), band_->turn().turn(model.lattice().nodes)});
   });
   double sum = 0;
   for (const double piece : sums) sum += piece;
@@ -240,12 +236,10 @@ double WriteBack::volume(const TriDexel& model, const NodeValues& after) {
 Reshaped WriteBack::write(TriDexel& model, const NodeValues& after) {
   const NodeBand& band = *band_;
   const std::vector<NodeBlock>& touched = *touched_;
+  const auto differ = band_kernels().nodes_that_differ;
   const auto changed = [&](NodeBlock block) {
-    const float* const was = band.phi().data() + block.place;
-    const float* const is = after.data() + block.place;
-    unsigned nodes = 0;
-    block.for_nodes([&](int n) { nodes |= static_cast<unsigned>(was[n] != is[n]) << n; });
-    block.nodes = static_cast<uint16_t>(nodes);
+    block.nodes &=
+        static_cast<uint16_t>(differ(band.phi().data() + block.place, after.data() + block.place));
     return block;
   };
   Reshaped result;
