@@ -288,7 +288,7 @@ Status ReshapeStroke::press(const ToolMotion& motion, const Pose& end, Sums& sum
   const Result<int> substeps = substeps_of(settings_.tool, motion, lattice);
   if (!substeps) return Error{substeps.error()};
   Removed own;
-  edit_.run(settings_.tool, motion, end, substeps.value(), false, 0, 1, own);
+  edit_.run(settings_.tool, motion, end, substeps.value(), false, 0, threads_, own);
   const double cell = cubed(lattice.pitch_mm);
   double volume = 0;
   Vec3 sum = Vec3::Zero();

@@ -111,8 +111,9 @@ class ReshapeStroke {
                          std::shared_ptr<DabMemory> memory = std::make_shared<DabMemory>())
       : model_(model), memory_(std::move(memory)), edit_(model), warp_(model), wheel_(model) {}
 
-  // On how many threads dabs and collars of clay run; results do not depend on it.
+  // On how many threads dabs, presses and collars of clay run; results do not depend on it.
   void set_threads(int threads) {
+    threads_ = threads;
     memory_->reshaper.set_threads(threads);
     memory_->clay.set_threads(threads);
   }
@@ -169,6 +170,7 @@ class ReshapeStroke {
   TriDexel& model_;
   std::shared_ptr<DabMemory> memory_;
   ToolEdit edit_;
+  int threads_ = 1;
   Warp warp_;
   Wheel wheel_;
   ReshapeSettings settings_;

@@ -72,16 +72,30 @@ void detail::BandScratch::prepare(const BandSlice& slice) {
   const size_t blocks = slice.rows * slice.cols,
                seeds = slice.rows * (slice.cols + 2 * slice.margin),
                rows = blocks + 2 * (slice.window + 1) * slice.cols;
-  seed_distance2.resize(seeds);
   seed_end.resize(seeds);
-  row_distance2.resize(rows);
   row_end.resize(rows);
-  std::fill_n(seed_distance2.data()->lane, seeds * kBlock, slice.too_far);
-  std::fill_n(row_distance2.data()->lane, rows * kBlock, slice.too_far);
+  const bool other = slice.too_far != too_far;
+  too_far = slice.too_far;
+  if (seed_distance2.resize(seeds) || other)
+    std::fill_n(seed_distance2.data()->lane, seed_distance2.size() * kBlock, too_far);
+  else
+    clear_seeds();
+  if (row_distance2.resize(rows) || other)
+    std::fill_n(row_distance2.data()->lane, row_distance2.size() * kBlock, too_far);
+  cols = slice.cols;
+  margin = slice.margin;
   seeded.assign(blocks, 0);
   seeds_near.resize(blocks);
   rows_near.resize(blocks);
   prepared = true;
+}
+
+void detail::BandScratch::clear_seeds() {
+  for (size_t first = 0; first < seeded.size(); first += cols) {
+    FloatRow* const row = &seed_distance2[first / cols * (cols + 2 * margin) + margin];
+    for (size_t c = 0; c < cols; c++)
+      if (seeded[first + c]) std::fill_n(row[c].lane, kBlock, too_far);
+  }
 }
 
 // Counted on some rays of each field: one that the surface runs along has the fewest ends.

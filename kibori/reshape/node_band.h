@@ -143,12 +143,15 @@ void make_items(std::vector<T, A>& items, size_t size) {
 template <class T>
 class Uncleared {
  public:
-  void resize(size_t size) {
-    if (size <= size_) return;
+  // Whether the memory is new.
+  bool resize(size_t size) {
+    if (size <= size_) return false;
     items_.reset();
     size_ = with_room(size);
     items_ = std::make_unique_for_overwrite<T[]>(size_);
+    return true;
   }
+  size_t size() const { return size_; }
   T* data() { return items_.get(); }
   T& operator[](size_t i) { return items_[i]; }
   const T& operator[](size_t i) const { return items_[i]; }
@@ -179,14 +182,18 @@ struct DepthRange {
 };
 // Of one slice of nodes while nearest ends are looked for.
 struct BandScratch {
+  // What has no end is this far off. Between slices all rows are, between fields all seeds, too.
+  float too_far = 0;
   Uncleared<FloatRow> seed_distance2, row_distance2;
   Uncleared<IndexRow> seed_end, row_end;
   // Of each block: whether it has seeds; whether there are some near along the row; of how many
   // rows from here on an end of this one may be nearest.
   std::vector<uint8_t> seeded, seeds_near, rows_near;
-  bool prepared = false;  // for the field
+  size_t cols = 0, margin = 0;  // of the seeds
+  bool prepared = false;        // for the field
 
   void prepare(const BandSlice& slice);
+  void clear_seeds();
 };
 
 // Nodes low <= i < high of a row along x.

@@ -119,12 +119,6 @@ NodeBox joined(const NodeBox& box, const NodeBlock& block) {
           box.high.max(at + Index3(block.last() + 1, 1, 1))};
 }
 
-NodeBox box_of(const std::vector<NodeBlock>& blocks) {
-  NodeBox box = kNoNodes;
-  for (const NodeBlock& block : blocks) box = joined(box, block);
-  return box;
-}
-
 // Added and removed on one ray.
 using Lengths = std::vector<std::pair<double, double>>;
 
@@ -164,7 +158,14 @@ void WriteBack::begin(const NodeBand& band, const std::vector<NodeBlock>& touche
   band_ = &band;
   touched_ = &touched;
   threads_ = threads;
-  box_ = box_of(touched);
+  std::vector<NodeBox> boxes((touched.size() + kPieceSize - 1) / kPieceSize);
+  run_parallel_ranges(threads, touched.size(), [&](size_t first, size_t number) {
+    NodeBox box = kNoNodes;
+    for (size_t b = first; b < first + number; b++) box = joined(box, touched[b]);
+    boxes[first / kPieceSize] = box;
+  });
+  box_ = kNoNodes;
+  for (const NodeBox& box : boxes) box_ = {box_.low.min(box.low), box_.high.max(box.high)};
   found_.fill(false);
 }
 
