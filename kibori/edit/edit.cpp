@@ -169,8 +169,9 @@ int64_t tiles_touched(const FieldSnapshot& view, const Box& bounds) {
   return int64_t{tus.end - tus.begin} * (tvs.end - tvs.begin);
 }
 
-// Waking threads takes as long as about so many tiles do.
-constexpr int64_t kFewTiles = 300;
+// Waking threads takes as long as about so many tiles do. One of a turning tool, whose sums are not
+// vectors', counts as so many.
+constexpr int64_t kFewTiles = 300, kTurningTile = 8;
 
 // Runs the edit on all three fields, or on some of them, on up to `threads` threads. The fields
 // share nothing, so neither do the threads.
@@ -181,7 +182,8 @@ void edit_fields(int threads, const std::array<bool, 3>& fields, const TileDone*
     int64_t tiles = 0;
     for (const Axis axis : kAxes) {
       const FieldEdit edit = make_edit(axis);
-      tiles += tiles_touched(edit.view, edit.solid.bounds().units);
+      tiles += (edit.motion.turning ? kTurningTile : 1) *
+               tiles_touched(edit.view, edit.solid.bounds().units);
     }
     if (tiles <= kFewTiles) threads = 1;
   }
