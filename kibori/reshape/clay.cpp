@@ -121,7 +121,7 @@ Result<Reshaped> Clay::raise(TriDexel& model, const Tool& tool, std::span<const 
     if (!find_touched(turn.turn(lattice.nodes), turned, radius, depth->core)) return Reshaped{};
     measure_way(tool, tools, radius_mm, lattice, box);
     const double area = weigh(turned, radius);
-    band_.copy_phi(touched_, after_);
+    band_.copy_told_phi(after_);
     writer_->begin(band_, touched_, threads_);
     const bool found = !(area > 0) || rise(model, wanted, area, depth->rise, tolerance);
     if (depth == &kWhole ||

@@ -305,14 +305,16 @@ void NodeBand::copy_phi(const std::vector<NodeBlock>& nodes, NodeValues& to) {
   rows_of(nodes, rows_[0]);
   spread_rows(rows_[0], 1, kReach, rows_[1]);
   spread_rows(rows_[1], 2, kReach, rows_[0]);
+  spread_rows(rows_[0], 0, kReach, rows_[1]);
+  copy_rows(rows_[1], to);
+}
+
+void NodeBand::copy_rows(const std::vector<RowRange>& rows, NodeValues& to) const {
   make_items(to, phi_.size());
   run_parallel_slices(threads_, nz_, [&](size_t slice, size_t) {
-    for (size_t row = slice * ny_; row < (slice + 1) * ny_; row++) {
-      if (!rows_[0][row].high) continue;
-      const size_t low = rows_[0][row].low - std::min(rows_[0][row].low, kReach),
-                   high = std::min<size_t>(nx_, rows_[0][row].high + kReach);
-      std::copy_n(phi_.data() + row * nx_ + low, high - low, to.data() + row * nx_ + low);
-    }
+    for (size_t row = slice * ny_; row < (slice + 1) * ny_; row++)
+      if (const auto [low, high] = rows[row]; low < high)
+        std::copy_n(phi_.data() + row * nx_ + low, high - low, to.data() + row * nx_ + low);
   });
 }
 
@@ -368,12 +370,12 @@ void NodeBand::tell_sides(uint32_t beside) {
     rows_of(known_blocks_, rows_[0]);
     spread_rows(rows_[0], 1, beside, rows_[1]);
     spread_rows(rows_[1], 2, beside, rows_[0]);
-    spread_rows(rows_[0], 0, beside, rows_[1]);
+    spread_rows(rows_[0], 0, beside, told_);
   }
   const auto kernel = band_kernels().tell_sides;
   run_parallel_slices(threads_, nz_, [&](size_t k, size_t) {
     BandPlane own = plane(k);
-    own.told = all ? nullptr : rows_[1].data() + k * ny_;
+    own.told = all ? nullptr : told_.data() + k * ny_;
     kernel(own);
   });
 }

@@ -285,6 +285,8 @@ class NodeBand {
   // Copies phi of the nodes, of those within two nodes of them along each axis, and of some beside
   // those, to the same places of `to`.
   void copy_phi(const std::vector<NodeBlock>& nodes, NodeValues& to);
+  // The same of all nodes whose sides were told, where those are not all: see BandPart::beside.
+  void copy_told_phi(NodeValues& to) const { copy_rows(told_, to); }
   // A node's nearest end of those that may be its, or null if there is none within the width.
   const SurfaceEnd* nearest(const NodeBlock& block, int n) const {
     return nearest(block.place + static_cast<size_t>(n));
@@ -323,6 +325,7 @@ class NodeBand {
   void offer_minor_ends();
   void list_known();
   void tell_sides(uint32_t beside);
+  void copy_rows(const std::vector<detail::RowRange>& rows, NodeValues& to) const;
   // See BandKernels.
   static auto nodes_within_depth() -> uint32_t (*)(const float* phi, float depth);
   BandPlane plane(size_t k);
@@ -357,6 +360,7 @@ class NodeBand {
   std::vector<detail::SpanLayer> span_layers_;
   std::vector<detail::BandScratch> scratch_;  // of each thread
   std::array<std::vector<detail::RowRange>, 2> rows_;
+  std::vector<detail::RowRange> told_;
 };
 
 }  // namespace kibori
