@@ -195,7 +195,7 @@ void NodeBand::read_wanted(const TriDexel& model, const NodeBox& box, float widt
   join_ends();
   for (const Axis axis : kEndOrder) search(axis);
   offer_minor_ends();
-  list_known();
+  list_known(part.beside);
   tell_sides(part.beside);
   run_parallel_ranges(threads_, known_blocks_.size(), [&](size_t first, size_t number) {
     kernels.measure(
@@ -327,7 +327,11 @@ std::array<Axis, 3> NodeBand::order_by_surface() const {
   return order;
 }
 
-void NodeBand::list_known() {
+// Known blocks in order; and into rows_[1], where not all sides are told, which nodes are within
+// `beside` of them along x and y.
+void NodeBand::list_known(uint32_t beside) {
+  const bool all = beside == BandPart::kAll;
+  if (!all) rows_[1].assign(ny_ * nz_, {});
   const size_t blocks = ny_ * blocks_;  // of a slice
   // Calls f(at) for each of the slice's that has known nodes. Most have none: four at once.
   const auto for_known = [&](size_t k, auto&& f) {
@@ -356,9 +360,18 @@ void NodeBand::list_known() {
     size_t row = 0;
     for_known(k, [&](size_t at) {
       while (at >= (row + 1) * blocks_) row++;
-      *to = block(at - row * blocks_, box_.low[1] + static_cast<int>(row),
-                  box_.low[2] + static_cast<int>(k));
-      to++->nodes = known_[k * blocks + at];
+      const size_t in_row = at - row * blocks_;
+      NodeBlock& known = *to++ =
+          block(in_row, box_.low[1] + static_cast<int>(row), box_.low[2] + static_cast<int>(k));
+      known.nodes = known_[k * blocks + at];
+      if (all) return;
+      const auto first = static_cast<uint32_t>(in_row * kBlock),
+                 low = first + static_cast<uint32_t>(known.first()),
+                 high = first + static_cast<uint32_t>(known.last()) + 1 + beside;
+      const RowRange near{low - std::min(low, beside), std::min(static_cast<uint32_t>(nx_), high)};
+      const size_t last = std::min(ny_ - 1, row + beside);
+      for (size_t r = row - std::min<size_t>(row, beside); r <= last; r++)
+        rows_[1][k * ny_ + r].include(near);
     });
   });
 }
@@ -366,12 +379,7 @@ void NodeBand::list_known() {
 // Which nodes are inside. Of a ball's nodes few are near the surface.
 void NodeBand::tell_sides(uint32_t beside) {
   const bool all = beside == BandPart::kAll;
-  if (!all) {
-    rows_of(known_blocks_, rows_[0]);
-    spread_rows(rows_[0], 1, beside, rows_[1]);
-    spread_rows(rows_[1], 2, beside, rows_[0]);
-    spread_rows(rows_[0], 0, beside, told_);
-  }
+  if (!all) spread_rows(rows_[1], 2, beside, told_);
   const auto kernel = band_kernels().tell_sides;
   run_parallel_slices(threads_, nz_, [&](size_t k, size_t) {
     BandPlane own = plane(k);

@@ -323,7 +323,7 @@ class NodeBand {
   void join_ends();
   void search(Axis axis);
   void offer_minor_ends();
-  void list_known();
+  void list_known(uint32_t beside);
   void tell_sides(uint32_t beside);
   void copy_rows(const std::vector<detail::RowRange>& rows, NodeValues& to) const;
   // See BandKernels.
