@@ -424,6 +424,35 @@ TEST(Warp, ImagesThatOverlapGoBeyondTheirReach) {
   }
 }
 
+TEST(Warp, IsTheSameOnThreads) {
+  Random random;
+  for (int round = 0; round < 10; round++) {
+    TriDexel one = block(64, {10, 10, 8}, {54, 54, random.uniform(20, 50)});
+    add(one, SweptBall(LatticePoint{random.in_box(10, 54)}, {}, random.uniform(2, 15)));
+    TriDexel two(one.snapshot(), one.material_bounds());
+    Warp alone(one), together(two);
+    together.set_threads(random.integer(2, 5));
+    const auto verb = static_cast<WarpVerb>(random.integer(0, static_cast<int>(WarpVerb::scale)));
+    Brush brush = brush_of(random.uniform(8, 30));
+    brush.keep_volume = random.integer(0, 1) == 1;
+    std::vector<Drag> drags{drag_of(random.in_box(5, 59), Vec3::Zero()),
+                            drag_of(random.in_box(5, 59), Vec3::Zero())};
+    for (int tick = 0; tick < 3; tick++) {
+      for (Drag& drag : drags) {
+        drag.way = random.in_box(-20, 20);
+        drag.turn_rad = random.uniform(-2, 2);
+      }
+      const Result<Reshaped> by_one = alone.warp(verb, brush, drags),
+                             by_more = together.warp(verb, brush, drags);
+      ASSERT_TRUE(by_one.ok() && by_more.ok()) << random.note();
+      ASSERT_EQ(one.content_hash(), two.content_hash()) << random.note();
+      ASSERT_EQ(by_one.value().added_mm3, by_more.value().added_mm3) << random.note();
+      ASSERT_EQ(by_one.value().removed_mm3, by_more.value().removed_mm3) << random.note();
+      ASSERT_EQ(by_one.value().points, by_more.value().points) << random.note();
+    }
+  }
+}
+
 TEST(Warp, RandomOnesAreClosedAndAgree) {
   Random random;
   for (int round = 0; round < 60; round++) {

@@ -111,11 +111,12 @@ class ReshapeStroke {
                          std::shared_ptr<DabMemory> memory = std::make_shared<DabMemory>())
       : model_(model), memory_(std::move(memory)), edit_(model), warp_(model), wheel_(model) {}
 
-  // On how many threads dabs, presses and collars of clay run; results do not depend on it.
+  // On how many threads dabs, warps, presses and collars of clay run; results do not depend on it.
   void set_threads(int threads) {
     threads_ = threads;
     memory_->reshaper.set_threads(threads);
     memory_->clay.set_threads(threads);
+    warp_.set_threads(threads);
   }
   // A stroke begins with the tool at `start`. `materials`: not empty, and there until the next
   // begin(). Errors: a mode that does not reshape, a brush that check_brush_of refuses.

@@ -2,10 +2,13 @@
 #include <kibori/reshape/warp.h>
 
 #include <algorithm>
+#include <atomic>
 #include <climits>
 #include <cmath>
+#include <utility>
 
 #include <kibori/base/memory.h>
+#include <kibori/base/parallel.h>
 #include <kibori/edit/edit.h>
 #include <kibori/reshape/ray_writer.h>
 #include <kibori/reshape/triangle_rays.h>
@@ -25,6 +28,8 @@ constexpr double kUnit = 1e-6;
 constexpr double kPi = 3.14159265358979323846;
 // An end is on a node where it is so near to it [cells]: what float32 makes of depths up to 8192.
 constexpr float kOnNode = 1e-3f;
+// Of crossings that a thread finds at one go.
+constexpr size_t kTrianglesOfPiece = 1024;
 // For derivatives of a map [cells].
 constexpr double kDelta = 1e-4;
 // Nodes around what moves: a vertex may lie a cell from its own.
@@ -49,6 +54,19 @@ Vec3 mapped(const std::vector<WarpMap>& maps, const Vec3& at) {
   return sum;
 }
 
+// A normal of the surface, where the maps have taken it: by the cofactors of their derivative.
+Vec3 turned(const std::vector<WarpMap>& maps, const Vec3& from, const Vec3& to,
+            const Vec3& normal) {
+  Mat3 slope;
+  for (int d = 0; d < 3; d++)
+    slope.col(d) = (mapped(maps, from + kDelta * Vec3::Unit(d)) - to) / kDelta;
+  Vec3 turned = Vec3::Zero();
+  for (int d = 0; d < 3; d++)
+    turned += normal[d] * slope.col((d + 1) % 3).cross(slope.col((d + 2) % 3));
+  const double length = turned.norm();
+  return length > 0 ? Vec3(turned / length) : normal;
+}
+
 // Rays of a field, tile by tile.
 uint64_t ray_key(int u, int v) {
   const auto tile = [](int x) { return static_cast<uint64_t>(x / kTileSide); };
@@ -66,6 +84,8 @@ int key_v(uint64_t key) {
 int edge_of(double depth) { return static_cast<int>(std::ceil(depth - 0.5)); }
 
 constexpr uint8_t kOtherSide = 8;
+// A vertex's normal.
+constexpr uint8_t kNotTurned = 0, kTurning = 1, kTurned = 2;
 
 // Whether the ray at (u, v) has material at its node k.
 bool covers(const FieldSnapshot& field, int u, int v, int k) {
@@ -239,6 +259,8 @@ void Warp::read(const NodeBox& box) {
   vertices_.clear();
   triangles_.clear();
   const auto chunk_of = [](int node) { return std::max(0, node) / kChunkCells; };
+  std::vector<std::pair<Index3, SurfaceChunk*>> fresh;
+  std::vector<const SurfaceChunk*> near;
   for (int z = std::max(0, chunk_of(box.low[2]) - 1);
        z <= std::min(chunks[2] - 1, chunk_of(box.high[2])); z++)
     for (int y = std::max(0, chunk_of(box.low[1]) - 1);
@@ -246,16 +268,20 @@ void Warp::read(const NodeBox& box) {
       for (int x = std::max(0, chunk_of(box.low[0]) - 1);
            x <= std::min(chunks[0] - 1, chunk_of(box.high[0])); x++) {
         const auto [found, is_new] = chunks_.try_emplace({x, y, z});
-        if (is_new) found->second = extract_chunk(*base_, {x, y, z});
-        const SurfaceChunk& chunk = found->second;
-        const auto first = static_cast<uint32_t>(vertices_.size());
-        for (const SurfaceVertex& v : chunk.vertices)
-          vertices_.push_back(
-              {lattice.to_lattice(Vec3(v.position[0], v.position[1], v.position[2])).units,
-               v.normal, v.material, v.paint});
-        for (const SurfaceTriangle& t : chunk.triangles)
-          triangles_.push_back({t[0] + first, t[1] + first, t[2] + first});
+        if (is_new) fresh.push_back({{x, y, z}, &found->second});
+        near.push_back(&found->second);
       }
+  run_parallel(threads_, fresh.size(),
+               [&](size_t i) { *fresh[i].second = extract_chunk(*base_, fresh[i].first); });
+  for (const SurfaceChunk* chunk : near) {
+    const auto first = static_cast<uint32_t>(vertices_.size());
+    for (const SurfaceVertex& v : chunk->vertices)
+      vertices_.push_back(
+          {lattice.to_lattice(Vec3(v.position[0], v.position[1], v.position[2])).units, v.normal,
+           v.material, v.paint});
+    for (const SurfaceTriangle& t : chunk->triangles)
+      triangles_.push_back({t[0] + first, t[1] + first, t[2] + first});
+  }
   const auto columns = static_cast<size_t>(box.size()[0]) * static_cast<size_t>(box.size()[1]);
   columns_.assign(columns, {});
   const auto column = [&](int i, int j) {
@@ -336,51 +362,86 @@ void Warp::read(const NodeBox& box) {
   after_ = before_;
 }
 
-void Warp::move_triangles(const std::vector<WarpMap>& maps) {
+void Warp::move_vertices(const std::vector<WarpMap>& maps) {
   moved_.resize(vertices_.size());
-  turned_.assign(vertices_.size(), Vec3::Zero());
-  std::vector<uint8_t> stays(vertices_.size(), 1);
-  clipped_ = false;
+  turned_.resize(vertices_.size());
+  turning_.assign(vertices_.size(), kNotTurned);
+  stays_.resize(vertices_.size());
   const Vec3 end = model_.lattice().whole().units.max;
-  for (size_t i = 0; i < vertices_.size(); i++) {
-    const Vec3 to = mapped(maps, vertices_[i].at);
-    stays[i] = (to - vertices_[i].at).squaredNorm() < kStays * kStays;
-    moved_[i] = stays[i] ? vertices_[i].at : to;
-    clipped_ |= !stays[i] && ((to.array() < 0).any() || (to.array() > end.array()).any());
-  }
-  moves_.assign(triangles_.size(), 0);
-  for (auto& list : crossings_) list.clear();
-  for (size_t t = 0; t < triangles_.size(); t++) {
-    const auto& triangle = triangles_[t];
-    if (stays[triangle[0]] && stays[triangle[1]] && stays[triangle[2]]) continue;
-    moves_[t] = 1;
-    const Vec3 own = (vertices_[triangle[1]].at - vertices_[triangle[0]].at)
-                         .cross(vertices_[triangle[2]].at - vertices_[triangle[0]].at);
-    const double length = own.norm();
-    std::array<Corner, 3> corners;
-    for (size_t i = 0; i < 3; i++) {
-      const Vertex& v = vertices_[triangle[i]];
-      const Vec3 normal(v.normal[0], v.normal[1], v.normal[2]);
-      const bool smooth = normal.dot(own) > kSmooth * length;
-      corners[i] = {v.at,
-                    moved_[triangle[i]],
-                    smooth || !(length > 0) ? normal : Vec3(own / length),
-                    v.material,
-                    v.paint,
-                    stays[triangle[i]] != 0,
-                    smooth ? static_cast<int>(triangle[i]) : -1};
+  std::atomic<bool> clipped = false;
+  run_parallel_ranges(threads_, vertices_.size(), [&](size_t first, size_t number) {
+    // By pointers of its own: a byte that is written might be any of this object's.
+    const Vertex* const vertices = vertices_.data() + first;
+    Vec3* const moved = moved_.data() + first;
+    uint8_t* const stays = stays_.data() + first;
+    bool out = false;
+    for (size_t i = 0; i < number; i++) {
+      const Vec3 to = mapped(maps, vertices[i].at);
+      const bool stay = (to - vertices[i].at).squaredNorm() < kStays * kStays;
+      stays[i] = stay;
+      moved[i] = stay ? vertices[i].at : to;
+      out |= !stay && ((to.array() < 0).any() || (to.array() > end.array()).any());
     }
-    emit(maps, corners[0], corners[1], corners[2], 0);
-  }
-  for (auto& list : crossings_)
-    std::sort(list.begin(), list.end(), [](const Crossing& p, const Crossing& q) {
+    if (out) clipped.store(true, std::memory_order_relaxed);
+  });
+  clipped_ = clipped;
+}
+
+void Warp::move_triangles(const std::vector<WarpMap>& maps) {
+  move_vertices(maps);
+  moves_.resize(triangles_.size());
+  // Pieces in the order of the triangles, so that crossings are in one order whatever the threads.
+  const size_t size = threads_ > 1 ? kTrianglesOfPiece : std::max<size_t>(1, triangles_.size()),
+               pieces = (triangles_.size() + size - 1) / size;
+  if (pieces_.size() < pieces) pieces_.resize(pieces);
+  run_parallel_slices(threads_, pieces, [&](size_t piece, size_t) {
+    Crossings& to = pieces_[piece];
+    for (std::vector<Crossing>& list : to) list.clear();
+    const size_t last = std::min(triangles_.size(), (piece + 1) * size);
+    for (size_t t = piece * size; t < last; t++) {
+      const auto& [a, b, c] = triangles_[t];
+      moves_[t] = !(stays_[a] && stays_[b] && stays_[c]);
+      if (moves_[t]) move_triangle(maps, t, to);
+    }
+  });
+  run_parallel(threads_, 3, [&](size_t d) {
+    std::vector<Crossing>& all = crossings_[d];
+    all.clear();
+    if (pieces == 1)
+      all.swap(pieces_[0][d]);
+    else
+      for (size_t piece = 0; piece < pieces; piece++)
+        all.insert(all.end(), pieces_[piece][d].begin(), pieces_[piece][d].end());
+    std::sort(all.begin(), all.end(), [](const Crossing& p, const Crossing& q) {
       return p.ray != q.ray ? p.ray < q.ray : p.depth < q.depth;
     });
+  });
+}
+
+void Warp::move_triangle(const std::vector<WarpMap>& maps, size_t t, Crossings& to) {
+  const auto& triangle = triangles_[t];
+  const Vec3 own = (vertices_[triangle[1]].at - vertices_[triangle[0]].at)
+                       .cross(vertices_[triangle[2]].at - vertices_[triangle[0]].at);
+  const double length = own.norm();
+  std::array<Corner, 3> corners;
+  for (size_t i = 0; i < 3; i++) {
+    const Vertex& v = vertices_[triangle[i]];
+    const Vec3 normal(v.normal[0], v.normal[1], v.normal[2]);
+    const bool smooth = normal.dot(own) > kSmooth * length;
+    corners[i] = {v.at,
+                  moved_[triangle[i]],
+                  smooth || !(length > 0) ? normal : Vec3(own / length),
+                  v.material,
+                  v.paint,
+                  stays_[triangle[i]] != 0,
+                  smooth ? static_cast<int>(triangle[i]) : -1};
+  }
+  emit(maps, corners[0], corners[1], corners[2], 0, to);
 }
 
 // Splits edges that are long where they come to; neighbours split a common edge alike.
 void Warp::emit(const std::vector<WarpMap>& maps, const Corner& a, const Corner& b, const Corner& c,
-                int depth) {
+                int depth, Crossings& to) {
   const Index3& nodes = model_.lattice().nodes;
   const auto is_long = [&](const Corner& p, const Corner& q) {
     if (depth >= kMaxSplits || (p.to - q.to).squaredNorm() <= kLongEdge * kLongEdge) return false;
@@ -393,22 +454,22 @@ void Warp::emit(const std::vector<WarpMap>& maps, const Corner& a, const Corner&
     Corner m = p;
     m.vertex = -1;
     m.from = 0.5 * (p.from + q.from);
-    const Vec3 to = mapped(maps, m.from);
-    m.stays = (to - m.from).squaredNorm() < kStays * kStays;
-    m.to = m.stays ? m.from : to;
+    const Vec3 there = mapped(maps, m.from);
+    m.stays = (there - m.from).squaredNorm() < kStays * kStays;
+    m.to = m.stays ? m.from : there;
     m.normal = p.normal + q.normal;
     if (const double length = m.normal.norm(); length > 0) m.normal /= length;
     return m;
   };
   const bool ab = is_long(a, b), bc = is_long(b, c), ca = is_long(c, a);
   const int longs = int{ab} + int{bc} + int{ca};
-  if (longs == 0) return cross(maps, a, b, c);
+  if (longs == 0) return cross(maps, a, b, c, to);
   if (longs == 3) {
     const Corner p = middle(a, b), q = middle(b, c), r = middle(c, a);
-    emit(maps, a, p, r, depth + 1);
-    emit(maps, p, b, q, depth + 1);
-    emit(maps, r, q, c, depth + 1);
-    emit(maps, p, q, r, depth + 1);
+    emit(maps, a, p, r, depth + 1, to);
+    emit(maps, p, b, q, depth + 1, to);
+    emit(maps, r, q, c, depth + 1, to);
+    emit(maps, p, q, r, depth + 1, to);
     return;
   }
   // Turned so that the edge from p to q is split, and if another is, that from q to r.
@@ -424,43 +485,41 @@ void Warp::emit(const std::vector<WarpMap>& maps, const Corner& a, const Corner&
                                : b;
   const Corner m = middle(p, q);
   if (longs == 1) {
-    emit(maps, p, m, r, depth + 1);
-    emit(maps, m, q, r, depth + 1);
+    emit(maps, p, m, r, depth + 1, to);
+    emit(maps, m, q, r, depth + 1, to);
     return;
   }
   const Corner n = middle(q, r);
-  emit(maps, m, q, n, depth + 1);
-  emit(maps, p, m, n, depth + 1);
-  emit(maps, p, n, r, depth + 1);
+  emit(maps, m, q, n, depth + 1, to);
+  emit(maps, p, m, n, depth + 1, to);
+  emit(maps, p, n, r, depth + 1, to);
+}
+
+// A vertex's is told once, unless two threads ask at once: then each for itself, the same.
+Vec3 Warp::turned_normal(const std::vector<WarpMap>& maps, const Corner& at) {
+  if (at.stays) return at.normal;
+  if (at.vertex < 0) return turned(maps, at.from, at.to, at.normal);
+  const auto vertex = static_cast<size_t>(at.vertex);
+  const std::atomic_ref<uint8_t> state(turning_[vertex]);
+  if (state.load(std::memory_order_acquire) == kTurned) return turned_[vertex];
+  Vec3 normal = turned(maps, at.from, at.to, at.normal);
+  uint8_t not_turned = kNotTurned;
+  if (state.compare_exchange_strong(not_turned, kTurning, std::memory_order_relaxed)) {
+    turned_[vertex] = normal;
+    state.store(kTurned, std::memory_order_release);
+  }
+  return normal;
 }
 
 // Where the rays of all three fields go through a triangle that was moved.
 void Warp::cross(const std::vector<WarpMap>& maps, const Corner& a, const Corner& b,
-                 const Corner& c) {
+                 const Corner& c, Crossings& to) {
   const std::array<const Corner*, 3> corners{&a, &b, &c};
   const GridPoint fa = grid_point(a.to), fb = grid_point(b.to), fc = grid_point(c.to);
   std::array<Vec3, 3> normals;
   bool known = false;
-  // Normals go by the cofactors of the map's derivative.
   const auto turn = [&] {
-    for (size_t i = 0; i < 3; i++) {
-      const Corner& at = *corners[i];
-      normals[i] = at.normal;
-      if (at.stays) continue;
-      Vec3* const turned = at.vertex < 0 ? nullptr : &turned_[static_cast<size_t>(at.vertex)];
-      if (turned && !turned->isZero(0)) {
-        normals[i] = *turned;
-        continue;
-      }
-      Mat3 slope;
-      for (int d = 0; d < 3; d++)
-        slope.col(d) = (mapped(maps, at.from + kDelta * Vec3::Unit(d)) - at.to) / kDelta;
-      Vec3 to = Vec3::Zero();
-      for (int d = 0; d < 3; d++)
-        to += at.normal[d] * slope.col((d + 1) % 3).cross(slope.col((d + 2) % 3));
-      if (const double length = to.norm(); length > 0) normals[i] = to / length;
-      if (turned) *turned = normals[i];
-    }
+    for (size_t i = 0; i < 3; i++) normals[i] = turned_normal(maps, *corners[i]);
     known = true;
   };
   const Index3 nodes = model_.lattice().nodes;
@@ -475,9 +534,8 @@ void Warp::cross(const std::vector<WarpMap>& maps, const Corner& a, const Corner
           const size_t most = weights[0] >= weights[1] && weights[0] >= weights[2] ? 0
                               : weights[1] >= weights[2]                           ? 1
                                                                                    : 2;
-          crossings_[static_cast<size_t>(d)].push_back(
-              {ray_key(u, v), depth, out, corners[most]->material, corners[most]->paint,
-               normal.cast<float>()});
+          to[static_cast<size_t>(d)].push_back({ray_key(u, v), depth, out, corners[most]->material,
+                                                corners[most]->paint, normal.cast<float>()});
         });
 }
 
@@ -489,6 +547,18 @@ void Warp::decide_nodes() {
     after_[node] = before_[node];
   }
   flagged_.clear();
+  const int low = std::max(0, box_.low[1]),
+            high = std::min(model_.lattice().nodes[1], box_.high[1]);
+  if (low >= high) return;
+  std::vector<std::vector<uint32_t>> flagged(static_cast<size_t>(high - low));
+  run_parallel_slices(threads_, flagged.size(), [&](size_t row, size_t) {
+    decide_nodes_of_row(low + static_cast<int>(row), flagged[row]);
+  });
+  for (const std::vector<uint32_t>& row : flagged)
+    flagged_.insert(flagged_.end(), row.begin(), row.end());
+}
+
+void Warp::decide_nodes_of_row(int j, std::vector<uint32_t>& flagged) {
   const Lattice& lattice = model_.lattice();
   const Index3 size = box_.size();
   const size_t layer = static_cast<size_t>(size[0]) * static_cast<size_t>(size[1]);
@@ -499,45 +569,44 @@ void Warp::decide_nodes() {
     bool is_new;
   };
   std::vector<Event> events;
-  for (int j = std::max(0, box_.low[1]); j < std::min(lattice.nodes[1], box_.high[1]); j++)
-    for (int i = std::max(0, box_.low[0]); i < std::min(lattice.nodes[0], box_.high[0]); i++) {
-      events.clear();
-      const uint64_t ray = ray_key(i, j);
-      for (auto at = std::lower_bound(now.begin(), now.end(), ray,
-                                      [](const Crossing&c, uint64_t key) { return c.ray < key; });
-           at != now.end() && at->ray == ray; ++at)
-        events.push_back({at->depth, at->out ? -1 : 1, true});
-      for (const OldCrossing& old :
-           columns_[static_cast<size_t>(j - box_.low[1]) * static_cast<size_t>(size[0]) +
-                    static_cast<size_t>(i - box_.low[0])])
-        if (moves_[static_cast<size_t>(old.triangle)])
-          events.push_back({old.depth, old.out ? 1 : -1, false});
-      if (events.empty()) continue;
-      std::sort(events.begin(), events.end(),
-                [](const Event& p, const Event& q) { return p.depth < q.depth; });
-      const int low = std::max({0, box_.low[2], edge_of(events.front().depth)}),
-                high = std::min({lattice.nodes[2], box_.high[2], edge_of(events.back().depth) + 1});
-      size_t next = 0;
-      int change = 0;
-      for (int k = low; k < high; k++) {
-        for (; next < events.size() && events[next].depth <= k + 0.5; next++)
-          change += events[next].around;
-        const size_t node =
-            box_.index(i, j, box_.low[2]) + static_cast<size_t>(k - box_.low[2]) * layer;
-        bool is = mesh_[node] + change > 0;
-        // Beside a sharp edge the triangles may see a node otherwise than the dexels do; what
-        // moved by little stays as it was.
-        if (change == 0 && is != (before_[node] != 0) &&
-            std::any_of(events.begin(), events.end(), [&](const Event& e) {
-              return e.is_new && std::fabs(e.depth - (k + 0.5)) < kEndReach;
-            }))
-          is = before_[node] != 0;
-        if (is == (before_[node] != 0)) continue;
-        after_[node] = is;
-        if (!flags_[node]) flagged_.push_back(static_cast<uint32_t>(node));
-        flags_[node] |= kOtherSide;
-      }
+  for (int i = std::max(0, box_.low[0]); i < std::min(lattice.nodes[0], box_.high[0]); i++) {
+    events.clear();
+    const uint64_t ray = ray_key(i, j);
+    for (auto at = std::lower_bound(now.begin(), now.end(), ray,
+                                    [](const Crossing&c, uint64_t key) { return c.ray < key; });
+         at != now.end() && at->ray == ray; ++at)
+      events.push_back({at->depth, at->out ? -1 : 1, true});
+    for (const OldCrossing& old :
+         columns_[static_cast<size_t>(j - box_.low[1]) * static_cast<size_t>(size[0]) +
+                  static_cast<size_t>(i - box_.low[0])])
+      if (moves_[static_cast<size_t>(old.triangle)])
+        events.push_back({old.depth, old.out ? 1 : -1, false});
+    if (events.empty()) continue;
+    std::sort(events.begin(), events.end(),
+              [](const Event& p, const Event& q) { return p.depth < q.depth; });
+    const int low = std::max({0, box_.low[2], edge_of(events.front().depth)}),
+              high = std::min({lattice.nodes[2], box_.high[2], edge_of(events.back().depth) + 1});
+    size_t next = 0;
+    int change = 0;
+    for (int k = low; k < high; k++) {
+      for (; next < events.size() && events[next].depth <= k + 0.5; next++)
+        change += events[next].around;
+      const size_t node =
+          box_.index(i, j, box_.low[2]) + static_cast<size_t>(k - box_.low[2]) * layer;
+      bool is = mesh_[node] + change > 0;
+      // Beside a sharp edge the triangles may see a node otherwise than the dexels do; what
+      // moved by little stays as it was.
+      if (change == 0 && is != (before_[node] != 0) &&
+          std::any_of(events.begin(), events.end(), [&](const Event& e) {
+            return e.is_new && std::fabs(e.depth - (k + 0.5)) < kEndReach;
+          }))
+        is = before_[node] != 0;
+      if (is == (before_[node] != 0)) continue;
+      after_[node] = is;
+      if (!flags_[node]) flagged.push_back(static_cast<uint32_t>(node));
+      flags_[node] |= kOtherSide;
     }
+  }
 }
 
 // As RayWriter asks for it.
@@ -651,20 +720,24 @@ Reshaped Warp::write() {
     changed.high = changed.high.max(at + 1);
   }
   if (changed.empty()) return result;
-  double added = 0, removed = 0;
-  RayRanges ranges;
-  for (const Axis axis : kAxes) {
+  std::array<std::vector<std::pair<double, double>>, 3> told;  // added and removed on one ray
+  run_parallel(threads_, 3, [&](size_t of) {
+    const Axis axis = kAxes[of];
     const int d = depth_index(axis);
+    RayRanges ranges;
     ranges.reset(axis, changed);
     for (size_t i = 0; i < places.size(); i++)
       if (flags_[flagged_[i]] & (kOtherSide | 1 << d)) ranges.include(places[i]);
     Change change(*this);
-    write_runs(model_.field(axis), axis, ranges, change, [&](const RayRun& run) {
-      const auto [more, less] = lengths(run);
+    write_runs(model_.field(axis), axis, ranges, change,
+               [&](const RayRun& run) { told[of].push_back(lengths(run)); });
+  });
+  double added = 0, removed = 0;
+  for (const auto& field : told)
+    for (const auto& [more, less] : field) {
       added += more;
       removed += less;
-    });
-  }
+    }
   const double pitch = lattice.pitch_mm, cell = pitch * pitch * pitch;
   result.added_mm3 = added / 3 * cell;
   result.removed_mm3 = removed / 3 * cell;

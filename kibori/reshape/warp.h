@@ -29,6 +29,8 @@ class Warp {
   // A stroke begins on the model as it is now. Until the next begin(), nobody else may change it.
   explicit Warp(TriDexel& model) : model_(model) {}
   void begin();
+  // On how many threads it is warped; results do not depend on it.
+  void set_threads(int threads) { threads_ = threads; }
 
   // The model as it was at begin(), warped; what changed is told against that model. Drags in mm,
   // of the hand and its images; where several reach a point, their displacements add up. Errors: a
@@ -60,6 +62,7 @@ class Warp {
     int triangle;
     bool out;
   };
+  using Crossings = std::array<std::vector<Crossing>, 3>;  // of each field's rays
   class Change;
   struct Corner;
 
@@ -67,15 +70,21 @@ class Warp {
   Result<Reshaped> keep_volume(std::vector<WarpMap>& maps, double radius, Reshaped result);
   void read(const NodeBox& box);
   NodeBox crossed() const;
+  void move_vertices(const std::vector<WarpMap>& maps);
   void move_triangles(const std::vector<WarpMap>& maps);
+  void move_triangle(const std::vector<WarpMap>& maps, size_t t, Crossings& to);
   void emit(const std::vector<WarpMap>& maps, const Corner& a, const Corner& b, const Corner& c,
-            int depth);
-  void cross(const std::vector<WarpMap>& maps, const Corner& a, const Corner& b, const Corner& c);
+            int depth, Crossings& to);
+  void cross(const std::vector<WarpMap>& maps, const Corner& a, const Corner& b, const Corner& c,
+             Crossings& to);
+  Vec3 turned_normal(const std::vector<WarpMap>& maps, const Corner& at);
   void decide_nodes();
+  void decide_nodes_of_row(int j, std::vector<uint32_t>& flagged);
   Reshaped write();
   Reshaped put_node(double radius, const Drag& drag);
 
   TriDexel& model_;
+  int threads_ = 1;
   std::optional<Snapshot> base_;
   uint64_t generation_ = 0;  // of the model as this left it
   bool warped_ = false;
@@ -88,11 +97,13 @@ class Warp {
   std::vector<int8_t> mesh_;     // how often the triangles go around them
   std::vector<std::vector<OldCrossing>> columns_;
   // Of the warp.
-  bool clipped_ = false;        // a vertex came to lie beyond the lattice
-  std::vector<Vec3> moved_;     // vertices
-  std::vector<Vec3> turned_;    // their normals; zero: not asked for yet
-  std::vector<uint8_t> moves_;  // triangles
-  std::array<std::vector<Crossing>, 3> crossings_;
+  bool clipped_ = false;                // a vertex came to lie beyond the lattice
+  std::vector<Vec3> moved_;             // vertices
+  std::vector<Vec3> turned_;            // their normals, as far as they were asked for
+  std::vector<uint8_t> turning_;        // whether they were
+  std::vector<uint8_t> stays_, moves_;  // which vertices stay, which triangles move
+  Crossings crossings_;
+  std::vector<Crossings> pieces_;  // of them, in order
   std::vector<uint8_t> after_, flags_;
   std::vector<uint32_t> flagged_;
   std::vector<uint32_t> outvoted_;  // nodes at which the z field is not believed; in order
