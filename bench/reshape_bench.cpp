@@ -3,8 +3,8 @@
 // further, on one thread and on two. The peer smooths its level set of the same region in place.
 // Clay: a ball tool pressed into the ball along the same way, in ticks of one collar each, which
 // reaches as far as the brush. Grabbing: the ball's surface pulled by 0.3 radii, each time another
-// way; the first time its surface is read, too. Undo: back to the snapshot before a dab, or to that
-// before a grab.
+// way; the first time its surface is read, too; on one thread and on two. Undo: back to the
+// snapshot before a dab, or to that before a grab.
 //
 //   reshape_bench [--json] [--quick]
 #include <cmath>

@@ -211,6 +211,21 @@ INSTANTIATE_TEST_SUITE_P(
             "shape = \"gouge\"\nsweep = 7.5\nwidth = 8\nthickness = 1", "whole number|2 to 11"},
         Bad{"[force]", "[motion]\nrate_hz = 0\n[force]", "rate_hz"}));
 
+TEST(Scene, IsFeltByEnergyUnlessItGivesAForceForEachPoint) {
+  const auto model_of = [](const std::string& force) {
+    std::string text = kGood;
+    text.replace(text.find("[force]\nkf = 0.001\n"), 19, force);
+    const Result<Scene> scene = parse_scene(text, "a.toml", ".");
+    EXPECT_TRUE(scene.ok()) << scene.error();
+    return scene.value().force.law.model;
+  };
+  EXPECT_EQ(model_of(""), ForceModel::energy);
+  EXPECT_EQ(model_of("[force]\nu = 3\n"), ForceModel::energy);
+  EXPECT_EQ(model_of("[force]\nkf = 0.001\n"), ForceModel::paper);
+  EXPECT_EQ(model_of("[[material]]\nname = \"soap\"\nkf = 0.001\n"), ForceModel::paper);
+  EXPECT_EQ(model_of("[force]\nmodel = \"series\"\nkf = 0.001\n"), ForceModel::series);
+}
+
 TEST(Scene, KeysAreInheritedAndTicksCounted) {
   const std::string text = kGood + R"([[move]]
 to = [25, 6, 26]

@@ -192,10 +192,21 @@ class Reader {
     return node->as_table();
   }
 
+  // Whether a force for each point is given, [force] or a material, which only `paper` has.
+  static bool gives_kf(const toml::table& root) {
+    const toml::table* const force = root["force"].as_table();
+    bool gives = force && force->contains("kf");
+    if (const toml::array* const materials = root["material"].as_array())
+      for (const toml::node& material : *materials)
+        gives |= material.is_table() && material.as_table()->contains("kf");
+    return gives;
+  }
+
   void read_force(const toml::table& root) {
+    auto& [law, spring] = scene_.force;
+    law.model = gives_kf(root) ? ForceModel::paper : ForceModel::energy;
     const toml::table* force = table(root, "force", false);
     if (!force) return;
-    auto& [law, spring] = scene_.force;
     only(*force, "force",
          {"model", "kf", "u", "dof", "stiffness", "torsion", "friction", "strength", "powered"});
     if (force->contains("model")) {
