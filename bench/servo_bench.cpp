@@ -10,7 +10,7 @@
 #include <string>
 
 #include <kibori/base/percent.h>
-#include <kibori/batch/servo_run.h>
+#include <kibori/run/servo_run.h>
 
 namespace {
 

@@ -10,7 +10,7 @@
 
 #include <unistd.h>
 
-#include <kibori/batch/convert.h>
+#include <kibori/report/convert.h>
 #include <kibori/formats/surface_file.h>
 #include <kibori/motion/direct_tool.h>
 #include <kibori/surface/surface.h>

@@ -12,7 +12,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include <kibori/batch/stamp.h>
+#include <kibori/scene/stamp.h>
 #include <kibori/haptics/materials.h>
 #include <kibori/motion/direct_tool.h>
 

@@ -12,7 +12,7 @@
 #include <unistd.h>
 #include <zstd.h>
 
-#include <kibori/batch/scene.h>
+#include <kibori/scene/scene.h>
 #include <kibori/document/codec.h>
 #include <kibori/document/document.h>
 #include <kibori/formats/mesh_file.h>

@@ -49,14 +49,14 @@
 #include <kibori/surface/surface.h>
 
 // kibori::kibori_tools
-#include <kibori/batch/carving.h>
-#include <kibori/batch/convert.h>
-#include <kibori/batch/documents.h>
-#include <kibori/batch/export.h>
-#include <kibori/batch/force_report.h>
-#include <kibori/batch/mesh_report.h>
-#include <kibori/batch/scene.h>
-#include <kibori/batch/servo_run.h>
-#include <kibori/batch/stock.h>
+#include <kibori/run/carving.h>
+#include <kibori/report/convert.h>
+#include <kibori/run/documents.h>
+#include <kibori/report/export.h>
+#include <kibori/report/force_report.h>
+#include <kibori/report/mesh_report.h>
+#include <kibori/scene/scene.h>
+#include <kibori/run/servo_run.h>
+#include <kibori/scene/stock.h>
 #include <kibori/measure/distance.h>
 #include <kibori/picture/picture.h>

@@ -3,7 +3,7 @@
 // Usage: kibori_chunks FILE.kibori > CHUNKS
 #include <cstdio>
 
-#include <kibori/batch/documents.h>
+#include <kibori/run/documents.h>
 #include <kibori/surface/surface.h>
 
 #include "apps/studio/chunks.h"

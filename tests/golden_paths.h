@@ -6,7 +6,7 @@
 
 #include <Eigen/Geometry>
 
-#include <kibori/batch/workpiece.h>
+#include <kibori/run/workpiece.h>
 
 #include "tests/golden_session.h"
 

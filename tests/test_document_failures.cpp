@@ -15,7 +15,7 @@
 #include <gtest/gtest.h>
 
 #include <kibori/base/file.h>
-#include <kibori/batch/documents.h>
+#include <kibori/run/documents.h>
 #include <kibori/document/codec.h>
 #include <kibori/document/document.h>
 #include <kibori/document/rescue.h>

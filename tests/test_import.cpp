@@ -10,9 +10,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include <kibori/batch/carving.h>
-#include <kibori/batch/documents.h>
-#include <kibori/batch/import_report.h>
+#include <kibori/run/carving.h>
+#include <kibori/run/documents.h>
+#include <kibori/report/import_report.h>
 #include <kibori/geometry/cluster.h>
 #include <kibori/geometry/mesh_info.h>
 #include <kibori/haptics/materials.h>

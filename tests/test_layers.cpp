@@ -8,8 +8,8 @@
 
 #include <unistd.h>
 
-#include <kibori/batch/relief.h>
-#include <kibori/batch/stock.h>
+#include <kibori/scene/relief.h>
+#include <kibori/scene/stock.h>
 #include <kibori/edit/edit.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/geometry/mesh_info.h>

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 #include <hwy/highway.h>
 
-#include <kibori/batch/stamp.h>
+#include <kibori/scene/stamp.h>
 #include <kibori/motion/direct_tool.h>
 #include <kibori/motion/reshape_stroke.h>
 #include <kibori/surface/surface.h>

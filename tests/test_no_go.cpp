@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include <kibori/batch/carving.h>
+#include <kibori/run/carving.h>
 #include <kibori/body/bodies.h>
 #include <kibori/body/workbench.h>
 #include <kibori/motion/direct_tool.h>

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include <kibori/batch/print_check.h>
+#include <kibori/report/print_check.h>
 #include <kibori/edit/edit.h>
 #include <kibori/solid/tool.h>
 #include <kibori/surface/surface.h>

@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 
 #include <kibori/base/file.h>
-#include <kibori/batch/carving.h>
-#include <kibori/batch/documents.h>
-#include <kibori/batch/force_report.h>
+#include <kibori/run/carving.h>
+#include <kibori/run/documents.h>
+#include <kibori/report/force_report.h>
 #include <kibori/edit/edit.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/measure/mass.h>

@@ -15,8 +15,8 @@
 
 #include <gtest/gtest.h>
 
-#include <kibori/batch/lettering.h>
-#include <kibori/batch/stamp.h>
+#include <kibori/scene/lettering.h>
+#include <kibori/scene/stamp.h>
 #include <kibori/edit/edit.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/geometry/mesh_info.h>

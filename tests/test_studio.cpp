@@ -10,11 +10,11 @@
 
 #include <gtest/gtest.h>
 
-#include <kibori/batch/carving.h>
-#include <kibori/batch/export.h>
+#include <kibori/run/carving.h>
+#include <kibori/report/export.h>
 #include <kibori/haptics/materials.h>
 #include "apps/studio/session/library.h"
-#include <kibori/batch/servo_run.h>
+#include <kibori/run/servo_run.h>
 #include "apps/studio/session/stock_scene.h"
 #include "apps/studio/session/live_session.h"
 #include "apps/studio/session/ray_box.h"

@@ -8,9 +8,9 @@
 
 #include <gtest/gtest.h>
 
-#include <kibori/batch/carving.h>
-#include <kibori/batch/documents.h>
-#include <kibori/batch/force_report.h>
+#include <kibori/run/carving.h>
+#include <kibori/run/documents.h>
+#include <kibori/report/force_report.h>
 #include <kibori/devices/pointer_device.h>
 #include <kibori/live/document_writer.h>
 

@@ -2,7 +2,7 @@
 // A piece that a script works on: against a document of the same strokes, carved again.
 #include <gtest/gtest.h>
 
-#include <kibori/batch/workpiece.h>
+#include <kibori/run/workpiece.h>
 #include <kibori/haptics/materials.h>
 
 #include "tests/document_support.h"

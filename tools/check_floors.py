@@ -21,11 +21,13 @@ FLOORS = [
     {"devices", "motion"},
     {"document"},
     {"live"},
-    {"batch"},
+    {"scene"},
+    {"run"},
+    {"report"},
 ]
 FLOOR_OF = {module: floor for floor, modules in enumerate(FLOORS) for module in modules}
 # Modules of the library kibori_tools, which kibori must not need.
-TOOLS = {"batch", "measure", "picture"}
+TOOLS = {"measure", "picture", "report", "run", "scene"}
 UMBRELLA = "kibori.h"
 
 

@@ -3,11 +3,11 @@
 
 #include <filesystem>
 
-#include <kibori/batch/body_report.h>
-#include <kibori/batch/convert.h>
-#include <kibori/batch/documents.h>
-#include <kibori/batch/force_report.h>
-#include <kibori/batch/tick_records.h>
+#include <kibori/report/body_report.h>
+#include <kibori/report/convert.h>
+#include <kibori/run/documents.h>
+#include <kibori/report/force_report.h>
+#include <kibori/report/tick_records.h>
 #include <kibori/document/body_codec.h>
 #include <kibori/document/rescue.h>
 #include <kibori/formats/endings.h>
@@ -189,9 +189,11 @@ int DocumentCommands::run_replay() const {
     if (const Status ok = write_text(forces_, forces_csv(replay.carving)); !ok)
       return bad_input(ok.error());
   if (!plot_.empty()) {
-    const std::string title =
-        std::filesystem::path(file_).stem().string() + ": force and moment, model " + replay.title;
-    if (const Status ok = write_text(plot_, forces_svg(replay.carving, title, replay.note)); !ok)
+    const std::string title = std::filesystem::path(file_).stem().string() +
+                              ": force and moment, model " + model_title(replay.law);
+    if (const Status ok =
+            write_text(plot_, forces_svg(replay.carving, title, model_note(replay.law.model)));
+        !ok)
       return bad_input(ok.error());
   }
   if (!mesh_.empty()) {

@@ -19,12 +19,13 @@
 #include <CLI/CLI.hpp>
 
 #include <kibori/base/file.h>
-#include <kibori/batch/carving.h>
-#include <kibori/batch/convert.h>
-#include <kibori/batch/documents.h>
-#include <kibori/batch/export.h>
-#include <kibori/batch/force_report.h>
-#include <kibori/batch/mesh_report.h>
+#include <kibori/run/carving.h>
+#include <kibori/body/body_surface.h>
+#include <kibori/report/convert.h>
+#include <kibori/run/documents.h>
+#include <kibori/report/export.h>
+#include <kibori/report/force_report.h>
+#include <kibori/report/mesh_report.h>
 #include <kibori/formats/endings.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/png_file.h>

@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include <kibori/base/file.h>
-#include <kibori/batch/documents.h>
+#include <kibori/run/documents.h>
 
 using namespace kibori;
 namespace fs = std::filesystem;

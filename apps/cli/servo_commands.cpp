@@ -7,8 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include <kibori/batch/documents.h>
-#include <kibori/batch/servo_run.h>
+#include <kibori/run/documents.h>
+#include <kibori/run/servo_run.h>
 #include <kibori/devices/registry.h>
 
 #include "apps/cli/common.h"

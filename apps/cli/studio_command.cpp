@@ -15,7 +15,7 @@
 #include <unistd.h>
 
 #include <kibori/base/file.h>
-#include <kibori/batch/documents.h>
+#include <kibori/run/documents.h>
 #include <kibori/devices/registry.h>
 #include "apps/studio/session/library.h"
 #include "apps/studio/session/stock_scene.h"

@@ -14,7 +14,7 @@
 
 #include <kibori/base/result.h>
 
-#include <kibori/batch/tick_row.h>
+#include <kibori/report/tick_row.h>
 
 namespace kibori {
 

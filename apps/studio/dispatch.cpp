@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <kibori/base/file.h>
-#include <kibori/batch/stamp.h>
+#include <kibori/scene/stamp.h>
 #include <kibori/document/body_codec.h>
 #include <kibori/document/codec.h>
 #include <kibori/formats/endings.h>

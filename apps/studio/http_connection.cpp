@@ -10,10 +10,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include <kibori/batch/convert.h>
-#include <kibori/batch/documents.h>
-#include <kibori/batch/export.h>
-#include <kibori/batch/import_report.h>
+#include <kibori/report/convert.h>
+#include <kibori/run/documents.h>
+#include <kibori/report/export.h>
+#include <kibori/report/import_report.h>
 #include <kibori/document/rescue.h>
 #include "apps/studio/session/stock_scene.h"
 

@@ -12,7 +12,7 @@
 #include <type_traits>
 
 #include <kibori/base/tolerances.h>
-#include <kibori/batch/force_report.h>
+#include <kibori/report/force_report.h>
 #include <kibori/formats/endings.h>
 #include <kibori/motion/tool_tick.h>
 #include <kibori/solid/tool.h>

@@ -6,7 +6,7 @@
 #include <map>
 #include <memory>
 
-#include <kibori/batch/print_check.h>
+#include <kibori/report/print_check.h>
 
 #include "apps/studio/messages.h"
 #include "apps/studio/surface_map.h"

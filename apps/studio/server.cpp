@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <kibori/base/hash.h>
-#include <kibori/batch/carving.h>
+#include <kibori/run/carving.h>
 #include <kibori/document/rescue.h>
 #include <kibori/haptics/materials.h>
 #include <kibori/picture/picture.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The bodies of a model, and what is done with them.
-#include <kibori/batch/tick_row.h>
+#include <kibori/report/tick_row.h>
 
 #include "python/src/model.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <variant>
 
-#include <kibori/batch/workpiece.h>
+#include <kibori/run/workpiece.h>
 #include <kibori/geometry/material.h>
 
 #include "python/src/conversions.h"

@@ -5,7 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include <kibori/batch/convert.h>
+#include <kibori/body/body_surface.h>
+#include <kibori/report/convert.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/haptics/materials.h>
 #include <kibori/measure/mass.h>

@@ -8,7 +8,7 @@
 #include <mutex>
 #include <thread>
 
-#include <kibori/batch/workpiece.h>
+#include <kibori/run/workpiece.h>
 
 #include "python/src/conversions.h"
 

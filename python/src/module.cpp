@@ -4,7 +4,7 @@
 #include <exception>
 #include <string_view>
 
-#include <kibori/batch/tick_records.h>
+#include <kibori/report/tick_records.h>
 #include <kibori/haptics/force.h>
 #include <kibori/haptics/hand.h>
 #include <kibori/motion/tool_tick.h>

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <mutex>
 
-#include <kibori/batch/documents.h>
-#include <kibori/batch/tick_row.h>
+#include <kibori/run/documents.h>
+#include <kibori/report/tick_row.h>
 #include <kibori/devices/registry.h>
 #include <kibori/devices/virtual_device.h>
 #include <kibori/live/document_writer.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // What a Model begins as.
-#include <kibori/batch/stock.h>
+#include <kibori/scene/stock.h>
 #include <kibori/geometry/label_volume.h>
 
 #include "python/src/materials.h"

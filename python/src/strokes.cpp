@@ -5,7 +5,7 @@
 #include <chrono>
 #include <cmath>
 
-#include <kibori/batch/tick_row.h>
+#include <kibori/report/tick_row.h>
 #include <kibori/motion/reshape_stroke.h>
 
 #include "python/src/materials.h"

@@ -4,7 +4,7 @@
 
 #include <cctype>
 
-#include <kibori/batch/stamp.h>
+#include <kibori/scene/stamp.h>
 
 #include "python/src/conversions.h"
 

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include <kibori/base/handover.h>
-#include <kibori/batch/carving.h>
+#include <kibori/run/carving.h>
 #include "apps/studio/session/session.h"
 
 namespace kibori {

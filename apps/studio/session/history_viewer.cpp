@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include <kibori/batch/documents.h>
+#include <kibori/run/documents.h>
 #include <kibori/haptics/materials.h>
 
 namespace kibori {

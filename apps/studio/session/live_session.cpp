@@ -15,8 +15,8 @@
 
 #include <kibori/base/check.h>
 #include <kibori/base/tolerances.h>
-#include <kibori/batch/documents.h>
-#include <kibori/batch/stamp.h>
+#include <kibori/run/documents.h>
+#include <kibori/scene/stamp.h>
 #include <kibori/devices/registry.h>
 #include <kibori/devices/virtual_device.h>
 #include <kibori/document/body_codec.h>

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include <kibori/base/file.h>
-#include <kibori/batch/documents.h>
+#include <kibori/run/documents.h>
 #include <kibori/document/rescue.h>
 #include <kibori/haptics/materials.h>
 #include "apps/studio/session/history_viewer.h"

@@ -16,7 +16,7 @@
 
 #include <kibori/base/bytes.h>
 #include <kibori/base/result.h>
-#include <kibori/batch/scene.h>
+#include <kibori/scene/scene.h>
 #include <kibori/document/document.h>
 #include <kibori/live/live_carving.h>
 #include <kibori/surface/surface.h>

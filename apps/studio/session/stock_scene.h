@@ -8,7 +8,7 @@
 #include <string>
 
 #include <kibori/base/result.h>
-#include <kibori/batch/scene.h>
+#include <kibori/scene/scene.h>
 
 namespace kibori {
 

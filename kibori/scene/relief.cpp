@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/relief.h>
+#include <kibori/scene/relief.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/documents.h>
-#include <kibori/batch/convert.h>
+#include <kibori/run/documents.h>
+#include <kibori/body/body_surface.h>
 #include <kibori/document/body_codec.h>
 #include <kibori/document/codec.h>
 #include <kibori/document/rescue.h>
@@ -14,7 +14,6 @@
 #include <nlohmann/json.hpp>
 
 #include <kibori/base/file.h>
-#include <kibori/batch/force_report.h>
 #include <kibori/body/bodies.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/png_file.h>
@@ -430,8 +429,7 @@ Result<Replay> replay_document(const Document& document, const ReplayOptions& op
     }
     const auto time = [&] { return base_s + static_cast<double>(of_rate) / rate_hz; };
     const ForceLaw law = options.law.value_or(s.force.law);
-    replay.title = model_title(law);
-    replay.note = model_note(law.model);
+    replay.law = law;
     auto last = std::chrono::steady_clock::now();
     const Status done = document.replay(id, bench, options.law, [&](const ReplayedTick& tick) {
       const auto now = std::chrono::steady_clock::now();

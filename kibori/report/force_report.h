@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include <kibori/batch/carving.h>
+#include <kibori/run/carving.h>
 
 namespace kibori {
 

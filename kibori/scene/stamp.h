@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include <kibori/base/result.h>
-#include <kibori/batch/lettering.h>
+#include <kibori/scene/lettering.h>
 #include <kibori/solid/tool.h>
 
 namespace kibori {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/print_check.h>
+#include <kibori/report/print_check.h>
 
 #include <algorithm>
 #include <array>

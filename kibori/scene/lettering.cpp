@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/lettering.h>
+#include <kibori/scene/lettering.h>
 
 #include <GL/glu.h>
 #include <fontconfig/fontconfig.h>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/move_way.h>
+#include <kibori/scene/move_way.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
 
-#include <kibori/batch/scene.h>
+#include <kibori/scene/scene.h>
 #include <kibori/motion/stroke_guide.h>
 #include <kibori/spline/curve.h>
 

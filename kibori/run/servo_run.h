@@ -11,7 +11,7 @@
 #include <vector>
 
 #include <kibori/base/result.h>
-#include <kibori/batch/scene.h>
+#include <kibori/scene/scene.h>
 #include <kibori/haptics/servo.h>
 #include <kibori/live/live_carving.h>
 

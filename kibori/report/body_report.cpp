@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/body_report.h>
+#include <kibori/report/body_report.h>
 
 #include <algorithm>
 #include <cstdio>

@@ -11,7 +11,7 @@
 
 #include <kibori/base/file.h>
 #include <kibori/base/result.h>
-#include <kibori/batch/scene.h>
+#include <kibori/scene/scene.h>
 #include <kibori/body/workbench.h>
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/document/document.h>

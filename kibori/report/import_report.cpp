@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/import_report.h>
+#include <kibori/report/import_report.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/servo_run.h>
+#include <kibori/run/servo_run.h>
 
 #include <algorithm>
 #include <atomic>
@@ -12,8 +12,8 @@
 
 #include <kibori/base/file.h>
 #include <kibori/base/percent.h>
-#include <kibori/batch/carving.h>
-#include <kibori/batch/documents.h>
+#include <kibori/run/carving.h>
+#include <kibori/run/documents.h>
 #include <kibori/devices/recording.h>
 #include <kibori/devices/virtual_device.h>
 #include <kibori/live/document_writer.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/carving.h>
+#include <kibori/run/carving.h>
 #include <kibori/document/rescue.h>
 #include <kibori/motion/reshape_stroke.h>
 #include <kibori/motion/direct_tool.h>
@@ -11,9 +11,9 @@
 
 #include <kibori/base/file.h>
 #include <kibori/base/memory.h>
-#include <kibori/batch/documents.h>
-#include <kibori/batch/relief.h>
-#include <kibori/batch/stock.h>
+#include <kibori/run/documents.h>
+#include <kibori/scene/relief.h>
+#include <kibori/scene/stock.h>
 #include <kibori/edit/edit.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/nrrd.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/mesh_report.h>
+#include <kibori/report/mesh_report.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 
 #include <kibori/base/percent.h>
-#include <kibori/batch/documents.h>
-#include <kibori/batch/stock.h>
+#include <kibori/run/documents.h>
+#include <kibori/scene/stock.h>
 #include <kibori/dexel/normal_code.h>
 
 namespace kibori {

@@ -11,7 +11,7 @@
 
 #include <kibori/base/result.h>
 #include <kibori/body/bodies.h>
-#include <kibori/batch/relief.h>
+#include <kibori/scene/relief.h>
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/formats/surface_file.h>
 
@@ -41,12 +41,9 @@ Result<Converted> into_dexels(const std::filesystem::path& in, const ConvertOpti
 Result<size_t> write_model(const std::filesystem::path& out, const Snapshot& model,
                            std::span<const Rgb> colors, double tolerance_mm, int threads);
 
-// The surfaces of all that are visible, where they stand, as one. What is no-go, a template or a
-// mask in the others' material, is left out unless all of them are.
-Surface surface_of(std::span<const Body> bodies, int threads);
-
-// The same into a file, each as an object of its own where the format has such (see
-// write_objects). Returns the number of triangles. Errors: as of write_model.
+// Writes the surfaces of all shown bodies (see body_surface.h), each as an object of its own where
+// the format has such (see write_objects). Returns the number of triangles. Errors: as of
+// write_model.
 Result<size_t> write_bodies(const std::filesystem::path& out, std::span<const Body> bodies,
                             std::span<const Rgb> colors, double tolerance_mm, int threads);
 

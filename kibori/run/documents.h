@@ -9,7 +9,7 @@
 #include <string>
 
 #include <kibori/base/result.h>
-#include <kibori/batch/carving.h>
+#include <kibori/run/carving.h>
 #include <kibori/document/document.h>
 #include <kibori/formats/surface_file.h>
 
@@ -57,8 +57,7 @@ struct ReplayOptions {
 
 struct Replay {
   Carving carving;
-  std::string title;  // the force model
-  std::string note;   // on it: see model_note()
+  ForceLaw law;  // of the last stroke
   StepId to = 0;
   // The first step whose model is not what it was; only looked for at the recorded pitch.
   StepId differs = 0;

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include <kibori/base/result.h>
-#include <kibori/batch/move_way.h>
+#include <kibori/scene/move_way.h>
 #include <kibori/geometry/mesh.h>
 #include <kibori/geometry/orientation.h>
 #include <kibori/haptics/force.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/tick_row.h>
+#include <kibori/report/tick_row.h>
 
 #include <cstddef>
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/convert.h>
+#include <kibori/report/convert.h>
 
 #include <algorithm>
 
-#include <kibori/batch/documents.h>
-#include <kibori/batch/stock.h>
+#include <kibori/body/body_surface.h>
+#include <kibori/run/documents.h>
+#include <kibori/scene/stock.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/surface/simplify.h>
 #include <kibori/surface/surface.h>
@@ -67,11 +68,6 @@ Result<Converted> into_dexels(const std::filesystem::path& in, const ConvertOpti
 
 namespace {
 
-// Whether it stands elsewhere than its lattice.
-bool is_placed(const Body& body) {
-  return body.pose.tip != Vec3::Zero() || body.pose.frame != Mat3::Identity();
-}
-
 // The surface of a model; counts its triangles.
 void send_model(const Snapshot& model, double tolerance_mm, int threads, const SurfaceSink& sink,
                 size_t& triangles) {
@@ -85,13 +81,6 @@ void send_model(const Snapshot& model, double tolerance_mm, int threads, const S
     stream_surface(model, threads, counting);
 }
 
-// What is no-go stands in the material of others, as a template or a mask: it is shown alone only.
-bool is_shown(const Body& body, std::span<const Body> among) {
-  if (!body.visible) return false;
-  return !body.no_go ||
-         std::all_of(among.begin(), among.end(), [](const Body& b) { return b.no_go; });
-}
-
 }  // namespace
 
 Result<size_t> write_model(const std::filesystem::path& out, const Snapshot& model,
@@ -103,30 +92,6 @@ Result<size_t> write_model(const std::filesystem::path& out, const Snapshot& mod
   if (const Status written = write_surface(out, source, colors); !written)
     return Error{written.error()};
   return triangles;
-}
-
-Surface surface_of(std::span<const Body> bodies, int threads) {
-  Surface all;
-  for (const Body& body : bodies) {
-    if (!is_shown(body, bodies)) continue;
-    const Surface surface = extract_surface(body.model, threads);
-    const auto first = static_cast<uint32_t>(all.vertices.size());
-    const auto placed = [&](const std::array<float, 3>& a, const Vec3& shift) {
-      const Vec3 b = shift + body.pose.frame * Vec3(a[0], a[1], a[2]);
-      return std::array{static_cast<float>(b.x()), static_cast<float>(b.y()),
-                        static_cast<float>(b.z())};
-    };
-    for (SurfaceVertex v : surface.vertices) {
-      if (is_placed(body)) {
-        v.position = placed(v.position, body.pose.tip);
-        v.normal = placed(v.normal, Vec3::Zero());
-      }
-      all.vertices.push_back(v);
-    }
-    for (const SurfaceTriangle& t : surface.triangles)
-      all.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-  }
-  return all;
 }
 
 Result<size_t> write_bodies(const std::filesystem::path& out, std::span<const Body> bodies,

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include <kibori/base/result.h>
-#include <kibori/batch/scene.h>
+#include <kibori/scene/scene.h>
 #include <kibori/body/workbench.h>
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/motion/spring_tool.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/scene.h>
+#include <kibori/scene/scene.h>
 
 #include <algorithm>
 #include <charconv>
@@ -12,7 +12,7 @@
 #include <toml++/toml.h>
 
 #include <kibori/base/file.h>
-#include <kibori/batch/stamp.h>
+#include <kibori/scene/stamp.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/haptics/materials.h>
 #include <kibori/motion/reshape_stroke.h>

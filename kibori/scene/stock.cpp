@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/stock.h>
+#include <kibori/scene/stock.h>
 
 #include <cmath>
 #include <cstdio>

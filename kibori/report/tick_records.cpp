@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/tick_records.h>
+#include <kibori/report/tick_records.h>
 
 #include <algorithm>
 #include <array>
@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 
 #include <kibori/base/file.h>
-#include <kibori/batch/documents.h>
-#include <kibori/batch/tick_row.h>
+#include <kibori/run/documents.h>
+#include <kibori/report/tick_row.h>
 #include <kibori/document/body_codec.h>
 #include <kibori/document/codec.h>
 #include <kibori/formats/mcap.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/force_report.h>
+#include <kibori/report/force_report.h>
 
 #include <algorithm>
 #include <cmath>

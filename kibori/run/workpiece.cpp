@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/workpiece.h>
+#include <kibori/run/workpiece.h>
 
 #include <utility>
 
 #include <kibori/base/file.h>
-#include <kibori/batch/carving.h>
-#include <kibori/batch/documents.h>
+#include <kibori/run/carving.h>
+#include <kibori/run/documents.h>
 #include <kibori/document/document.h>
 #include <kibori/edit/grain.h>
 #include <kibori/motion/direct_tool.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/export.h>
+#include <kibori/report/export.h>
 
 #include <algorithm>
 #include <cstdio>

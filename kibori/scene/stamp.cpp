@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: MIT
-#include <kibori/batch/stamp.h>
+#include <kibori/scene/stamp.h>
 
 #include <algorithm>
 #include <memory>
 #include <string>
 #include <utility>
 
-#include <kibori/batch/relief.h>
+#include <kibori/scene/relief.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/geometry/mesh_info.h>
 #include <kibori/surface/simplify.h>
