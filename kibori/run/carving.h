@@ -74,9 +74,7 @@ struct Carving {
   std::string unsaved;
 };
 
-// Errors: what the stock or a move can't be, or a stock that needs more memory than there is.
-Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::string& scene_file,
-                                             const CarveOptions& options);
+// Errors: those of make_stock; what a move can't be.
 Result<Carving> carve(const Scene& scene, const CarveOptions& options);
 // As above, of a stock that make_stock made.
 Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,

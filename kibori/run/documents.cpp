@@ -18,6 +18,7 @@
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/picture/picture.h>
+#include <kibori/scene/stock_codec.h>
 #include <kibori/surface/surface.h>
 
 namespace kibori {
@@ -25,135 +26,19 @@ namespace {
 
 using Json = nlohmann::json;
 
-const char* const kKinds[] = {"block", "sphere", "cylinder", "mesh", "relief", "volume"};
-
-bool has_file(const Stock& stock) {
-  return stock.kind == Stock::Kind::mesh || stock.kind == Stock::Kind::relief ||
-         stock.kind == Stock::Kind::volume;
-}
-
-std::string stock_to_json(const Stock& stock, const std::string& label) {
-  Json json{{"kind", kKinds[static_cast<size_t>(stock.kind)]},
-            {"size_mm", {stock.size_mm.x(), stock.size_mm.y(), stock.size_mm.z()}},
-            {"pitch_mm", stock.pitch_mm},
-            {"material", stock.material},
-            {"label", label}};
-  if (stock.room_mm) json["room_mm"] = *stock.room_mm;
-  if (stock.fit_mm) json["fit_mm"] = *stock.fit_mm;
-  if (stock.invert) json["invert"] = true;
-  if (stock.orientation != Orientation{}) {
-    json["up"] = signed_axis_text(stock.orientation.up);
-    json["front"] = signed_axis_text(stock.orientation.front);
-  }
-  if (has_file(stock)) json["file"] = stock.mesh_path.filename().string();
-  if (stock.kind == Stock::Kind::relief)
-    json.update(
-        {{"width_mm", stock.width_mm}, {"height_mm", stock.height_mm}, {"base_mm", stock.base_mm}});
-  for (const auto& [label_number, material] : stock.labels)
-    json["labels"].push_back({label_number, material});
-  for (const StockLayer& layer : stock.layers) {
-    Json pose = Json::array();
-    for (const double number : layer.pose.tip) pose.push_back(number);
-    for (const double number : layer.pose.frame.reshaped()) pose.push_back(number);
-    json["layers"].push_back({{"tool", Json::parse(tool_to_json(layer.shape))},
-                              {"pose", std::move(pose)},
-                              {"material", layer.material}});
-  }
-  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
-}
-
-// As settings of strokes have them.
-Json materials_to_json(const std::vector<Material>& materials) {
-  StrokeSettings settings;
-  settings.materials = materials;
-  return Json::parse(settings_to_json(settings))["materials"];
-}
-
-Result<StockLayer> layer_from_json(const Json& json) {
-  const Error wrong{"has a stock whose layers can't be read"};
-  StockLayer layer;
-  if (!json.is_object()) return wrong;
-  Result<Tool> shape = tool_from_json(json.value("tool", Json()).dump());
-  const Json pose = json.value("pose", Json()), material = json.value("material", Json());
-  if (!shape || !pose.is_array() || pose.size() != 12 || !material.is_number_integer() ||
-      material < 0 || material >= kMaxMaterials)
-    return wrong;
-  layer.shape = std::move(shape).value();
-  for (size_t i = 0; i < 12; i++) {
-    if (!pose[i].is_number()) return wrong;
-    (i < 3 ? layer.pose.tip.data()[i] : layer.pose.frame.data()[i - 3]) = pose[i].get<double>();
-  }
-  if (!layer.pose.tip.allFinite() || !is_rigid(layer.pose)) return wrong;
-  layer.material = material.get<uint8_t>();
-  return layer;
-}
-
-Result<Stock> stock_from_json(const Json& json) {
-  const Error none{"does not say how its stock was made, so it can't be carved at another pitch"};
-  if (!json.is_object()) return none;
-  Stock stock;
-  const auto number = [&](const char* key, double otherwise) {
-    const auto found = json.find(key);
-    return found != json.end() && found->is_number() ? found->get<double>() : otherwise;
-  };
-  int kind = -1;
-  for (int i = 0; i < static_cast<int>(std::size(kKinds)); i++)
-    if (json.value("kind", Json()) == kKinds[i]) kind = i;
-  const Json size = json.value("size_mm", Json());
-  if (kind < 0 || !size.is_array() || size.size() != 3) return none;
-  stock.kind = static_cast<Stock::Kind>(kind);
-  for (size_t i = 0; i < 3; i++)
-    stock.size_mm[static_cast<int>(i)] = size[i].is_number() ? size[i].get<double>() : std::nan("");
-  stock.pitch_mm = number("pitch_mm", 0);
-  stock.material = static_cast<uint8_t>(std::clamp(number("material", 0), 0.0, 63.0));
-  if (json.contains("room_mm")) stock.room_mm = number("room_mm", 0);
-  if (json.contains("fit_mm")) stock.fit_mm = number("fit_mm", 0);
-  stock.width_mm = number("width_mm", 0);
-  stock.height_mm = number("height_mm", 0);
-  stock.base_mm = number("base_mm", 0);
-  stock.invert = json.value("invert", Json()) == true;
-  for (const auto& [key, axis] :
-       {std::pair{"up", &stock.orientation.up}, {"front", &stock.orientation.front}}) {
-    const auto found = json.find(key);
-    if (found == json.end()) continue;
-    const auto read =
-        found->is_string() ? parse_signed_axis(found->get<std::string>()) : std::nullopt;
-    if (!read) return none;
-    *axis = *read;
-  }
-  if (!stock.size_mm.allFinite() || !is_turn(stock.orientation)) return none;
-  if (const auto labels = json.find("labels"); labels != json.end()) {
-    if (!labels->is_array()) return none;
-    for (const Json& pair : *labels) {
-      if (!pair.is_array() || pair.size() != 2 || !pair[0].is_number_unsigned() ||
-          !pair[1].is_number_unsigned() || pair[0] > 65535 || pair[1] >= kMaxMaterials)
-        return none;
-      stock.labels[pair[0].get<uint16_t>()] = pair[1].get<uint8_t>();
-    }
-  }
-  if (const auto layers = json.find("layers"); layers != json.end()) {
-    if (!layers->is_array() || layers->size() > kMaxLayers) return none;
-    for (const Json& one : *layers) {
-      Result<StockLayer> layer = layer_from_json(one);
-      if (!layer) return Error{layer.error()};
-      stock.layers.push_back(std::move(layer).value());
-    }
-  }
-  return stock;
-}
-
-Result<std::unique_ptr<TriDexel>> stock_again(const Document& document, const Json& json,
+Result<std::unique_ptr<TriDexel>> stock_again(const Document& document, const std::string& text,
                                               double pitch_mm, const CarveOptions& options) {
-  Result<Stock> stock = stock_from_json(json);
+  Result<Stock> stock = stock_from_json(text);
   if (!stock) return Error{document.name() + ": " + stock.error()};
   stock.value().pitch_mm = pitch_mm;
-  if (!has_file(stock.value())) return make_stock(stock.value(), document.name(), options);
+  const StockOptions how{options.threads, options.force, options.warning};
+  if (!has_file(stock.value())) return make_stock(stock.value(), document.name(), how);
   Result<Bytes> source = document.source();
   if (!source) return Error{source.error()};
   const auto folder = TemporaryFolder::make();
   if (!folder) return Error{folder.error()};
   const std::filesystem::path path =
-      folder.value()->path() / ("stock" + ending_of(json.value("file", std::string())));
+      folder.value()->path() / ("stock" + ending_of(stock.value().mesh_path));
   std::ofstream file(path, std::ios::binary);
   file.write(reinterpret_cast<const char*>(source.value().data()),
              static_cast<std::streamsize>(source.value().size()));
@@ -161,7 +46,7 @@ Result<std::unique_ptr<TriDexel>> stock_again(const Document& document, const Js
   if (!file)
     return Error{document.name() + ": its stock's file can't be put into the temporary folder"};
   stock.value().mesh_path = path;
-  return make_stock(stock.value(), document.name(), options);
+  return make_stock(stock.value(), document.name(), how);
 }
 
 }  // namespace
@@ -176,41 +61,20 @@ Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path
     if (!file) return Error{file.error()};
     source.assign(file.value().begin(), file.value().end());
   }
-  Json stock = Json::parse(stock_to_json(scene.stock, scene.moves.front().label));
-  stock["materials"] = materials_to_json(scene.materials);
-  return Document::create(path, model, stock.dump(-1, ' ', false, Json::error_handler_t::replace),
-                          source);
+  return Document::create(
+      path, model, stock_to_json(scene.stock, scene.moves.front().label, scene.materials), source);
 }
 
 Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path,
                                                const std::vector<Material>& materials,
                                                const TriDexel& model) {
-  const Json stock{{"materials", materials_to_json(materials)}};
-  return Document::create(path, model, stock.dump(-1, ' ', false, Json::error_handler_t::replace));
+  return Document::create(path, model, stock_to_json(materials));
 }
 
 uint8_t document_material(const Document& document) {
   const Result<std::string> text = document.stock();
-  const Result<Stock> stock = stock_from_json(
-      Json::parse(text ? text.value() : std::string(), nullptr, /*allow_exceptions=*/false));
+  const Result<Stock> stock = stock_from_json(text ? text.value() : std::string());
   return stock ? stock.value().material : uint8_t{0};
-}
-
-StrokeSettings stroke_settings(const Scene& scene, const Move& move) {
-  StrokeSettings s;
-  s.tool = scene.tools[move.tool];
-  s.mode = move.mode;
-  s.material = move.material;
-  s.brush = move.brush;
-  s.materials = scene.materials;
-  s.force = scene.force;
-  s.rate_hz = scene.rate_hz;
-  const bool severs = may_sever(move.mode) || (move.both() && may_sever(move.second->mode));
-  s.crumbs = severs ? scene.crumbs : Crumbs::stay;
-  if (move.both())
-    s.second = StrokeHand{scene.tools[move.second->tool], move.second->mode, move.second->material,
-                          scene.force};
-  return s;
 }
 
 Result<std::unique_ptr<TriDexel>> document_model(const std::filesystem::path& path) {
@@ -340,14 +204,7 @@ std::vector<Material> document_materials(const Document& document) {
     if (const Result<StrokeSettings> settings = document.settings(at))
       return settings.value().materials;
   const Result<std::string> text = document.stock();
-  const Json stock = Json::parse(text ? text.value() : std::string(), nullptr, false);
-  if (!stock.is_object() || !stock.contains("materials")) return {};
-  StrokeSettings settings;
-  Json json = Json::parse(settings_to_json(settings));
-  json["materials"] = stock["materials"];
-  const Result<StrokeSettings> read =
-      settings_from_json(json.dump(-1, ' ', false, Json::error_handler_t::replace));
-  return read ? read.value().materials : std::vector<Material>();
+  return text ? stock_materials(text.value()) : std::vector<Material>();
 }
 
 std::vector<Rgb> document_colors(const Document& document) {
@@ -391,17 +248,15 @@ Result<Replay> replay_document(const Document& document, const ReplayOptions& op
   if (!path) return Error{path.error()};
   Result<std::string> text = document.stock();
   if (!text) return Error{text.error()};
-  const Json stock = Json::parse(text.value(), nullptr, false);
   const bool as_recorded = !options.pitch_mm || *options.pitch_mm == document.lattice().pitch_mm;
   Carving& carving = replay.carving;
   Result<std::unique_ptr<TriDexel>> model =
       as_recorded ? document.load_at(path.value().front())
-                  : stock_again(document, stock, *options.pitch_mm, options.carve);
+                  : stock_again(document, text.value(), *options.pitch_mm, options.carve);
   if (!model) return Error{model.error()};
   carving.model = std::move(model).value();
-  if (stock.is_object() && stock.contains("label") && stock["label"].is_string() &&
-      stock["label"] != "")
-    carving.marks.push_back({stock["label"].get<std::string>(), 0});
+  if (std::string label = stock_label(text.value()); !label.empty())
+    carving.marks.push_back({std::move(label), 0});
 
   Workbench bench(*carving.model);
   int64_t total = 0, of_rate = 0;

@@ -27,8 +27,6 @@ Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path
                                                const TriDexel& model);
 // What the document's stock is of: a number of its materials; 0 where it does not say.
 uint8_t document_material(const Document& document);
-// What a stroke of a move is carved with.
-StrokeSettings stroke_settings(const Scene& scene, const Move& move);
 
 // The model at a document's head. Errors: damage, with the last step that is whole and how to save
 // up to it.

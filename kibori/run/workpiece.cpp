@@ -67,9 +67,7 @@ Result<std::unique_ptr<Workpiece>> Workpiece::make(const Stock& stock,
   scene.tools = {BallTool{}};
   scene.materials = materials;
   scene.moves = {Move{}};
-  CarveOptions options;
-  options.threads = threads;
-  Result<std::unique_ptr<TriDexel>> model = make_stock(stock, scene.file, options);
+  Result<std::unique_ptr<TriDexel>> model = make_stock(stock, scene.file, {threads});
   if (!model) return Error{model.error()};
   Result<std::unique_ptr<Workpiece>> piece = of(std::move(model).value(), std::move(materials));
   if (piece) piece.value()->scene_ = std::move(scene);

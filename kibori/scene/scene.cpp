@@ -1131,4 +1131,21 @@ Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to)
   return plan;
 }
 
+StrokeSettings stroke_settings(const Scene& scene, const Move& move) {
+  StrokeSettings s;
+  s.tool = scene.tools[move.tool];
+  s.mode = move.mode;
+  s.material = move.material;
+  s.brush = move.brush;
+  s.materials = scene.materials;
+  s.force = scene.force;
+  s.rate_hz = scene.rate_hz;
+  const bool severs = may_sever(move.mode) || (move.both() && may_sever(move.second->mode));
+  s.crumbs = severs ? scene.crumbs : Crumbs::stay;
+  if (move.both())
+    s.second = StrokeHand{scene.tools[move.second->tool], move.second->mode, move.second->material,
+                          scene.force};
+  return s;
+}
+
 }  // namespace kibori

@@ -4,50 +4,22 @@
 
 #include <array>
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include <kibori/base/result.h>
-#include <kibori/scene/move_way.h>
 #include <kibori/geometry/mesh.h>
-#include <kibori/geometry/orientation.h>
 #include <kibori/haptics/force.h>
 #include <kibori/motion/direct_tool.h>
 #include <kibori/motion/spring_tool.h>
 #include <kibori/motion/stroke_record.h>
+#include <kibori/scene/move_way.h>
+#include <kibori/scene/stock.h>
 #include <kibori/solid/tool.h>
 #include <kibori/spline/apply_spline.h>
 
 namespace kibori {
-
-// What of a stock lies within a tool's shape that stands so is of another material, as dentine lies
-// within enamel. Later ones lie within, or over, earlier ones.
-struct StockLayer {
-  Tool shape;
-  Pose pose;
-  uint8_t material = 0;
-  int line = 0;  // in the file
-};
-
-inline constexpr size_t kMaxLayers = 64;
-
-struct Stock {
-  enum class Kind { block, sphere, cylinder, mesh, relief, volume } kind = Kind::block;
-  Vec3 size_mm = Vec3::Zero();                      // of the bounds; block: its size
-  std::filesystem::path mesh_path;                  // mesh; relief: its picture; volume: its labels
-  double width_mm = 0, height_mm = 0, base_mm = 0;  // relief
-  bool invert = false;                              // relief: black is highest
-  std::optional<double> fit_mm;                     // mesh: scaled so that its longest side is this
-  Orientation orientation;                          // mesh: how it stands
-  double pitch_mm = 0;
-  std::optional<double> room_mm;  // space around the stock
-  uint8_t material = 0;
-  std::map<uint16_t, uint8_t> labels;  // volume: the material of each label
-  std::vector<StockLayer> layers;
-  int line = 0;  // in the file
-};
 
 // Where the second hand's tool goes meanwhile; both arrive together.
 struct SecondMove {
@@ -168,5 +140,8 @@ struct MovePlan {
 };
 // Errors: a reversal of the axis, a missing speed, more ticks than 10^9.
 Result<MovePlan> plan_move(const Scene& scene, const Move& from, const Move& to);
+
+// What a stroke of a move is carved with.
+StrokeSettings stroke_settings(const Scene& scene, const Move& move);
 
 }  // namespace kibori

@@ -1,19 +1,65 @@
 // SPDX-License-Identifier: MIT
-// Stock to carve, with memory looked at first.
+// Stock to carve: what is said of it, and the model that it becomes, with memory looked at first.
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include <kibori/base/result.h>
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/edit/edit.h>
 #include <kibori/edit/scan_convert.h>
 #include <kibori/geometry/label_volume.h>
+#include <kibori/geometry/mesh.h>
+#include <kibori/geometry/orientation.h>
 #include <kibori/solid/solid.h>
+#include <kibori/solid/tool.h>
 
 namespace kibori {
+
+// What of a stock lies within a tool's shape that stands so is of another material, as dentine lies
+// within enamel. Later ones lie within, or over, earlier ones.
+struct StockLayer {
+  Tool shape;
+  Pose pose;
+  uint8_t material = 0;
+  int line = 0;  // in the file
+};
+
+inline constexpr size_t kMaxLayers = 64;
+
+struct Stock {
+  enum class Kind { block, sphere, cylinder, mesh, relief, volume } kind = Kind::block;
+  Vec3 size_mm = Vec3::Zero();                      // of the bounds; block: its size
+  std::filesystem::path mesh_path;                  // mesh; relief: its picture; volume: its labels
+  double width_mm = 0, height_mm = 0, base_mm = 0;  // relief
+  bool invert = false;                              // relief: black is highest
+  std::optional<double> fit_mm;                     // mesh: scaled so that its longest side is this
+  Orientation orientation;                          // mesh: how it stands
+  double pitch_mm = 0;
+  std::optional<double> room_mm;  // space around the stock
+  uint8_t material = 0;
+  std::map<uint16_t, uint8_t> labels;  // volume: the material of each label
+  std::vector<StockLayer> layers;
+  int line = 0;  // in the file
+};
+
+struct StockOptions {
+  int threads = 1;     // results do not depend on it
+  bool force = false;  // accept a mesh whose rays mostly disagree
+  std::function<void(const std::string&)> warning = nullptr;  // one sentence each
+};
+
+// The model of a stock. `scene_file`: for messages. Errors: what the stock can't be, a file that
+// can't be read, more memory than there is.
+Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::string& scene_file,
+                                             const StockOptions& options);
 
 // Ok, or one sentence saying how much memory a model of this lattice can take and which pitch would
 // fit. mesh: scan conversion takes its share.
