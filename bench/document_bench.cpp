@@ -80,17 +80,17 @@ int main(int argc, char** argv) {
     DirectTool stroke(model, start);
     for (int i = 0; i < kTicks; i++) {
       const double turn = a + 0.004 * i, noise = 1e-4 * std::sin(917.0 * i);
-      StrokeTick tick;
+      MoveTick tick;
       tip += Vec3(0.1 * std::cos(turn) + noise, 0.1 * std::sin(turn) - noise,
                   5e-4 * std::sin(0.05 * i));
       tick.tip = tip;
       tick.edits = true;
-      tick.hand = Vec3(0.01 * std::sin(313.0 * i), noise, -0.2);
+      tick.stretch_mm = Vec3(0.01 * std::sin(313.0 * i), noise, -0.2);
       const double from = now_us();
       if (!stroke.advance(settings.tool, tip, Vec3::Zero(), Mode::cut, {}, settings.materials))
         return 2;
       carve_us += now_us() - from;
-      document.add(tick);
+      document.add({tick});
       if (i % 50 == 49) {
         const double at = now_us();
         if (!document.flush()) return 2;

@@ -38,6 +38,7 @@
 #include <kibori/motion/reshape_stroke.h>
 #include <kibori/motion/direct_tool.h>
 #include <kibori/motion/spring_tool.h>
+#include <kibori/motion/stroke_player.h>
 #include <kibori/motion/stroke_record.h>
 #include <kibori/reshape/reshaper.h>
 #include <kibori/reshape/warp.h>
@@ -52,6 +53,9 @@
 #include <kibori/run/carving.h>
 #include <kibori/report/convert.h>
 #include <kibori/run/documents.h>
+#include <kibori/run/replay.h>
+#include <kibori/run/salvage.h>
+#include <kibori/report/history.h>
 #include <kibori/report/export.h>
 #include <kibori/report/force_report.h>
 #include <kibori/report/mesh_report.h>

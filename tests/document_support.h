@@ -39,6 +39,13 @@ inline std::unique_ptr<Document> opened(const std::filesystem::path& path,
   return open.ok() ? std::move(open).value() : nullptr;
 }
 
+// Where the tool is after it [mm].
+inline const Vec3& tip_of(const StrokeTick& tick) {
+  if (const auto* const move = std::get_if<MoveTick>(&tick.what)) return move->tip;
+  if (const auto* const put = std::get_if<PutTick>(&tick.what)) return put->pose.tip;
+  return std::get<EndTick>(tick.what).tip;
+}
+
 inline StrokeSettings some_settings(Random& random) {
   StrokeSettings s;
   const Tool tools[] = {BallTool{random.uniform(1, 5)},
@@ -110,7 +117,7 @@ inline void carve(Document& document, TriDexel& model, Random& random, int ticks
   const Vec3 way = random.direction();
   double removed = 0;
   for (int i = 0; i < ticks; i++) {
-    StrokeTick tick;
+    MoveTick tick;
     tick.tip = stroke.pose().tip + way * random.uniform(0, 0.6);
     if (i % 5 == 0) tick.turn = 0.02 * random.direction();
     tick.edits = random.integer(0, 9) != 0;
@@ -130,7 +137,7 @@ inline void carve(Document& document, TriDexel& model, Random& random, int ticks
     }
     begun &= tick.edits;
     removed += done.value().removed_mm3;
-    document.add(tick);
+    document.add({tick});
     if (i % 7 == 6) {
       ASSERT_TRUE(document.flush().ok());
     }

@@ -127,20 +127,36 @@ TEST(Codec, TicksComeBackBitForBit) {
   Random random;
   for (const size_t count : {0u, 1u, 2u, 50u, 3000u}) {
     std::vector<StrokeTick> ticks(count);
-    for (StrokeTick& t : ticks) {
-      t.tip = random.in_box(-1e3, 1e3);
-      t.hand = random.in_box(-1, 1) * std::pow(10, random.uniform(-300, 10));
-      if (random.integer(0, 1)) t.turn = Vec3(-0.0, 5e-324, 1);
-      t.edits = random.integer(0, 1);
+    for (StrokeTick& tick : ticks) {
+      MoveTick move;
+      move.tip = random.in_box(-1e3, 1e3);
+      move.stretch_mm = random.in_box(-1, 1) * std::pow(10, random.uniform(-300, 10));
+      if (random.integer(0, 1)) move.turn = Vec3(-0.0, 5e-324, 1);
+      move.edits = random.integer(0, 1);
+      tick.what = move;
+      tick.second = random.integer(0, 3) == 0;
+      if (random.integer(0, 9) == 0)
+        tick.what = PutTick{{move.tip, frame_from_axis(random.direction(), 0)}};
+      if (random.integer(0, 9) == 0) tick = {EndTick{move.tip}, false};
     }
     const auto back = decode_ticks(encode_ticks(ticks.data(), count));
     ASSERT_TRUE(back.ok());
     ASSERT_EQ(back.value().size(), count);
     for (size_t i = 0; i < count; i++) {
-      EXPECT_EQ(bits_of(back.value()[i].tip), bits_of(ticks[i].tip));
-      EXPECT_EQ(bits_of(back.value()[i].turn), bits_of(ticks[i].turn));
-      EXPECT_EQ(bits_of(back.value()[i].hand), bits_of(ticks[i].hand));
-      EXPECT_EQ(back.value()[i].edits, ticks[i].edits);
+      const StrokeTick &was = ticks[i], &is = back.value()[i];
+      ASSERT_EQ(is.what.index(), was.what.index()) << random.note();
+      EXPECT_EQ(is.second, was.second);
+      EXPECT_EQ(bits_of(tip_of(is)), bits_of(tip_of(was)));
+      if (const auto* const move = std::get_if<MoveTick>(&was.what)) {
+        const auto& read = std::get<MoveTick>(is.what);
+        EXPECT_EQ(bits_of(read.turn), bits_of(move->turn));
+        EXPECT_EQ(bits_of(read.stretch_mm), bits_of(move->stretch_mm));
+        EXPECT_EQ(read.edits, move->edits);
+      } else if (const auto* const put = std::get_if<PutTick>(&was.what)) {
+        for (int c = 0; c < 3; c++)
+          EXPECT_EQ(bits_of(std::get<PutTick>(is.what).pose.frame.col(c)),
+                    bits_of(put->pose.frame.col(c)));
+      }
     }
   }
 }
@@ -260,12 +276,12 @@ TEST(Document, FillsThatAreCarvedAgainBesideTheModel) {
       ASSERT_TRUE(document->begin(s, start).ok());
       DirectTool stroke(model, start);
       for (int i = 0; i < 40; i++) {
-        StrokeTick tick;
+        MoveTick tick;
         tick.tip = stroke.pose().tip + Vec3(0.5, 0, 0);
         tick.edits = true;
         ASSERT_TRUE(
             stroke.advance(s.tool, tick.tip, tick.turn, s.mode, s.force.law, s.materials).ok());
-        document->add(tick);
+        document->add({tick});
       }
       ASSERT_TRUE(document->finish(model, 0).ok());
     }
@@ -400,13 +416,13 @@ TEST(Document, ForcesAreKeptWhereAskedForAndVerified) {
   ASSERT_TRUE(document->begin(s, start).ok());
   DirectTool stroke(model, start);
   for (int i = 0; i < 40; i++) {
-    StrokeTick tick;
+    MoveTick tick;
     tick.tip = stroke.pose().tip + Vec3(0.7, 0, -0.05);
     tick.edits = true;
     const auto done = stroke.advance(s.tool, tick.tip, tick.turn, s.mode, s.force.law, s.materials);
     ASSERT_TRUE(done.ok());
     felt.push_back(done.value().wrench);
-    document->add(tick, &felt.back());
+    document->add({tick}, &felt.back());
     if (i % 16 == 15) {
       ASSERT_TRUE(document->flush().ok());
     }
@@ -669,13 +685,13 @@ TEST(Document, AnEmptyStockIsAStock) {
   s.tool = BallTool{4};
   const Pose start{Vec3(6, 10, 6), Mat3::Identity()};
   ASSERT_TRUE(document->begin(s, start).ok());
-  StrokeTick tick;
+  MoveTick tick;
   tick.tip = Vec3(12, 10, 6);
   tick.edits = true;
   ASSERT_TRUE(DirectTool(model, start)
                   .advance(s.tool, tick.tip, tick.turn, s.mode, s.force.law, s.materials)
                   .ok());
-  document->add(tick);
+  document->add({tick});
   ASSERT_TRUE(document->finish(model, 0).ok());
   document.reset();
   auto after = opened(folder / "a.kibori");

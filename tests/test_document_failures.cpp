@@ -50,13 +50,13 @@ TEST(Document, MaterialsThatAreNone) {
     const Pose start{Vec3(-4, 10, 15), Mat3::Identity()};
     ASSERT_TRUE(document->begin(s, start).ok());
     DirectTool stroke(model, start);
-    StrokeTick tick;
+    MoveTick tick;
     tick.tip = Vec3(30, 10, 15);
     tick.edits = true;
     const auto felt = stroke.advance(s.tool, tick.tip, tick.turn, s.mode, s.force.law, s.materials);
     ASSERT_TRUE(felt.ok());
     EXPECT_GT(felt.value().wrench.force.squaredNorm(), 0);
-    document->add(tick);
+    document->add({tick});
     ASSERT_TRUE(document->finish(model, 0).ok());
     EXPECT_EQ(wrongs(*document), std::vector<std::string>());
   }
@@ -150,13 +150,13 @@ TEST(Document, KilledProcessesLeaveAPrefix) {
         if (!made.value()->begin(settings, start)) _exit(1);
         DirectTool stroke(model, start);
         for (int i = 0; i < 60; i++) {
-          StrokeTick tick;
+          MoveTick tick;
           tick.tip = stroke.pose().tip + Vec3(0.4, 0, -0.01);
           tick.edits = true;
           if (!stroke.advance(settings.tool, tick.tip, tick.turn, settings.mode, {},
                               settings.materials))
             _exit(1);
-          made.value()->add(tick);
+          made.value()->add({tick});
           ticks++;
           if (i % 10 == 9) {
             if (!made.value()->flush()) _exit(1);
@@ -226,13 +226,13 @@ TEST(Document, FailingDisksLoseNothing) {
         ASSERT_TRUE(document.begin(settings, start).ok());
         DirectTool stroke(model, start);
         for (int i = 0; i < 12; i++) {
-          StrokeTick tick;
+          MoveTick tick;
           tick.tip = stroke.pose().tip + Vec3(0.7, 0, -0.1);
           tick.edits = true;
           const auto felt = stroke.advance(settings.tool, tick.tip, tick.turn, settings.mode, {},
                                            settings.materials);
           ASSERT_TRUE(felt.ok());
-          document.add(tick, &felt.value().wrench);
+          document.add({tick}, &felt.value().wrench);
           if (i % 4 == 3) {
             ASSERT_TRUE(document.flush().ok());
           }

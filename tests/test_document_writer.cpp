@@ -19,6 +19,7 @@
 
 #include "tests/fault_vfs.h"
 #include "tests/live_rig.h"
+#include "tests/document_support.h"
 #include "tests/support.h"
 
 namespace kibori {
@@ -244,7 +245,7 @@ TEST(DocumentWriter, AFastBrushKeepsItsEnd) {
   ASSERT_TRUE(after
                   .for_ticks(after.head(),
                              [&](const std::vector<StrokeTick>& ticks) -> Status {
-                               last = ticks.back().tip;
+                               last = test::tip_of(ticks.back());
                                return Ok{};
                              })
                   .ok());
@@ -532,7 +533,8 @@ TEST(DocumentWriter, KilledWhileAHandCarves) {
                                   return Ok{};
                                 })
                     .ok());
-    const double x = tick.tip.x() + tick.hand.x() - 20;
+    const auto& move = std::get<MoveTick>(tick.what);
+    const double x = move.tip.x() + move.stretch_mm.x() - 20;
     auto i = static_cast<size_t>(witness->ticks.load());
     while (i > 0 && std::abs(witness->x_mm[i - 1] - x) > 1e-9) i--;
     ASSERT_GT(i, 0u) << "a tick that was never made" << random.note();
@@ -653,7 +655,7 @@ TEST(DocumentWriter, KilledAmidDabsAndWarps) {
       const Status read =
           document.value()->for_ticks(id, [&](const std::vector<StrokeTick>& all) -> Status {
             for (const StrokeTick& tick : all) {
-              while (at < ticks && witness->tips_mm[at] != tick.tip) at++;
+              while (at < ticks && witness->tips_mm[at] != test::tip_of(tick)) at++;
               EXPECT_LT(at, ticks) << "a tick that was never made";
             }
             return Ok{};

@@ -12,6 +12,7 @@
 
 #include <kibori/run/carving.h>
 #include <kibori/run/documents.h>
+#include <kibori/run/replay.h>
 #include <kibori/report/import_report.h>
 #include <kibori/geometry/cluster.h>
 #include <kibori/geometry/mesh_info.h>

@@ -94,7 +94,7 @@ TriDexel make_body(const Scene& scene, Body body, Random& random) {
 struct Edit {
   StrokeSettings settings;
   Pose start;
-  std::vector<StrokeTick> ticks;
+  std::vector<MoveTick> ticks;
 };
 
 // A letter that has a hole and overlaps nothing, 8 cells wide or so; or less, or more.
@@ -166,7 +166,7 @@ Edit random_edit(const Scene& scene, Random& random) {
   const int ticks = random.integer(1, 6);
   const Vec3 way = scene.pitch * random.in_box(-9, 9);
   const bool turns = random.integer(0, 1) == 1;
-  StrokeTick tick;
+  MoveTick tick;
   tick.tip = edit.start.tip;
   tick.edits = true;
   for (int i = 0; i < ticks; i++) {
@@ -196,7 +196,7 @@ Result<double> carve(TriDexel& model, const Edit& edit, int threads) {
         !fine)
       return Error{fine.error()};
   double removed = 0;
-  for (const StrokeTick& tick : edit.ticks) {
+  for (const MoveTick& tick : edit.ticks) {
     auto done = tool.advance(s.tool, tick.tip, tick.turn, tick.edits ? s.mode : Mode::off,
                              s.force.law, s.materials, s.material);
     if (!done) return Error{done.error()};
@@ -258,7 +258,7 @@ void run_round(unsigned seed, size_t round, int edits) {
     ASSERT_TRUE(same) << hwy::TargetName(unit) << ", " << threads << " threads";
     const Status begun = document->begin(edit.settings, edit.start, "by chance");
     ASSERT_TRUE(begun.ok()) << begun.error();
-    for (const StrokeTick& tick : edit.ticks) document->add(tick);
+    for (const MoveTick& tick : edit.ticks) document->add({tick});
     ASSERT_TRUE(document->finish(model, removed.value()).ok());
     hashes[document->head()] = model.content_hash();
   }

@@ -9,6 +9,7 @@
 #include <kibori/base/file.h>
 #include <kibori/run/carving.h>
 #include <kibori/run/documents.h>
+#include <kibori/run/replay.h>
 #include <kibori/report/force_report.h>
 #include <kibori/edit/edit.h>
 #include <kibori/formats/mesh_file.h>

@@ -10,6 +10,7 @@
 
 #include <kibori/run/carving.h>
 #include <kibori/run/documents.h>
+#include <kibori/run/replay.h>
 #include <kibori/report/force_report.h>
 #include <kibori/devices/pointer_device.h>
 #include <kibori/live/document_writer.h>

@@ -6,7 +6,10 @@
 #include <kibori/report/body_report.h>
 #include <kibori/report/convert.h>
 #include <kibori/run/documents.h>
+#include <kibori/run/replay.h>
+#include <kibori/run/salvage.h>
 #include <kibori/report/force_report.h>
+#include <kibori/report/history.h>
 #include <kibori/report/tick_records.h>
 #include <kibori/document/body_codec.h>
 #include <kibori/document/rescue.h>

@@ -72,8 +72,9 @@ struct Reader {
   bool done() const { return at == bytes.size(); }
 };
 
-// Flags of a tick.
-constexpr uint8_t kEdits = 1, kSecond = 2, kPut = 4;
+// Flags of a tick. Versions before 0.2 neither wrote nor read kEnd: they took every tick of a
+// reshaping stroke that edits nothing for its end, so they still read what is written here.
+constexpr uint8_t kEdits = 1, kSecond = 2, kPut = 4, kEnd = 8;
 // The columns of a tick, and of a force.
 constexpr int kColumns = 12, kForceColumns = 6;
 template <class T>
@@ -81,7 +82,7 @@ auto& column(T& row, int i) {
   if constexpr (std::is_same_v<std::remove_const_t<T>, Wrench>)
     return (i < 3 ? row.force : row.moment)[i % 3];
   else
-    return (i < 3 ? row.tip : i < 6 ? row.turn : i < 9 ? row.hand : row.hand_turn)[i % 3];
+    return (i < 3 ? row.tip : i < 6 ? row.turn : i < 9 ? row.stretch_mm : row.stretch_rad)[i % 3];
 }
 
 Json json_of(const Tool& tool) {
@@ -502,15 +503,62 @@ int64_t hash_of(const Bytes& bytes) {
   return static_cast<int64_t>(hash.value());
 }
 
+namespace {
+
+// A tick as it is stored: every kind has the columns of a move. A put tick's turn and stretches
+// hold the columns of its frame.
+struct TickRow {
+  MoveTick move;
+  uint8_t flags = 0;
+};
+
+TickRow row_of(const StrokeTick& tick) {
+  TickRow row;
+  if (const auto* const move = std::get_if<MoveTick>(&tick.what)) {
+    row.move = *move;
+    row.flags = move->edits ? kEdits : 0;
+  } else if (const auto* const put = std::get_if<PutTick>(&tick.what)) {
+    row.move = {put->pose.tip, put->pose.frame.col(0), false, put->pose.frame.col(1),
+                put->pose.frame.col(2)};
+    row.flags = kPut;
+  } else {
+    row.move.tip = std::get<EndTick>(tick.what).tip;
+    row.flags = kEnd;
+  }
+  if (tick.second) row.flags |= kSecond;
+  return row;
+}
+
+std::optional<StrokeTick> tick_of(TickRow row) {
+  StrokeTick tick;
+  tick.second = (row.flags & kSecond) != 0;
+  if (row.flags & kPut) {
+    PutTick put;
+    put.pose.tip = row.move.tip;
+    put.pose.frame << row.move.turn, row.move.stretch_mm, row.move.stretch_rad;
+    if ((row.flags & (kEdits | kEnd)) || !is_pose(put.pose)) return std::nullopt;
+    tick.what = put;
+  } else if (row.flags & kEnd) {
+    if ((row.flags & (kEdits | kSecond))) return std::nullopt;
+    tick.what = EndTick{row.move.tip};
+  } else {
+    row.move.edits = (row.flags & kEdits) != 0;
+    tick.what = row.move;
+  }
+  return tick;
+}
+
+}  // namespace
+
 Bytes encode_ticks(const StrokeTick* ticks, size_t count) {
+  std::vector<TickRow> rows;
+  rows.reserve(count);
+  for (size_t i = 0; i < count; i++) rows.push_back(row_of(ticks[i]));
   Bytes raw;
   const auto number = static_cast<uint32_t>(count);
   put(raw, &number, 1);
-  for (size_t i = 0; i < count; i++)
-    raw.push_back(static_cast<uint8_t>((ticks[i].edits ? kEdits : 0) |
-                                       (ticks[i].second ? kSecond : 0) |
-                                       (ticks[i].put ? kPut : 0)));
-  put_columns(raw, count, kColumns, [&](size_t i, int c) { return column(ticks[i], c); });
+  for (const TickRow& row : rows) raw.push_back(row.flags);
+  put_columns(raw, count, kColumns, [&](size_t i, int c) { return column(rows[i].move, c); });
   return compress(raw);
 }
 
@@ -521,20 +569,20 @@ Result<std::vector<StrokeTick>> decode_ticks(const Bytes& bytes) {
   uint32_t count = 0;
   if (!reader.take(&count, 1) || raw.value().size() != 4 + size_t{count} * (1 + 8 * kColumns))
     return Error{"a stroke's ticks: the block has not the length it should have"};
-  std::vector<StrokeTick> ticks(count);
+  std::vector<TickRow> rows(count);
   Bytes flags(count);
   reader.take(flags.data(), count);
-  for (size_t i = 0; i < count; i++) {
-    ticks[i].edits = (flags[i] & kEdits) != 0;
-    ticks[i].second = (flags[i] & kSecond) != 0;
-    ticks[i].put = (flags[i] & kPut) != 0;
-  }
+  for (size_t i = 0; i < count; i++) rows[i].flags = flags[i];
   if (!take_columns(reader, count, kColumns,
-                    [&](size_t i, int c) -> double& { return column(ticks[i], c); }))
+                    [&](size_t i, int c) -> double& { return column(rows[i].move, c); }))
     return Error{"a stroke's ticks hold something that is not a number"};
-  for (const StrokeTick& tick : ticks)
-    if (tick.put && (tick.edits || !is_pose(put_pose(tick))))
-      return Error{"a stroke's ticks put a tool where it can't be"};
+  std::vector<StrokeTick> ticks;
+  ticks.reserve(count);
+  for (const TickRow& row : rows) {
+    const std::optional<StrokeTick> tick = tick_of(row);
+    if (!tick) return Error{"a stroke's ticks put a tool where it can't be"};
+    ticks.push_back(*tick);
+  }
   return ticks;
 }
 

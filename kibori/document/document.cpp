@@ -233,11 +233,12 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start,
     return wrong("body '" + sanitize_message(body->name) + "' is locked; unlock it first");
   if (body->no_go)
     return wrong("body '" + sanitize_message(body->name) + "' is no-go; allow cuts in it first");
-  if (reshapes(settings.mode))
-    for (const Body& other : bodies_at(head_).all)
-      if (other.no_go && other.id != settings.body)
-        return wrong("body '" + sanitize_message(other.name) +
-                     "' is no-go, and only what cuts, adds or feels can work beside one");
+  const std::vector<Body>& all = bodies_at(head_).all;
+  const bool protects = std::any_of(all.begin(), all.end(), [&](const Body& other) {
+    return other.no_go && other.id != settings.body;
+  });
+  if (const Status fine = check_modes(settings.mode, settings.second_mode(), protects); !fine)
+    return wrong(fine.error());
   // What could not be read again is not written.
   const std::string json = settings_to_json(settings);
   if (const auto pose = decode_pose(encode_pose(start)); !pose)
@@ -280,9 +281,7 @@ Status Document::begin(const StrokeSettings& settings, const Pose& start,
 Status Document::write_ticks(int64_t& sequence) {
   sequence = open_sequence_;
   for (const StrokeTick& tick : waiting_)
-    if (!tick.tip.allFinite() || !tick.turn.allFinite() || !tick.hand.allFinite() ||
-        !tick.hand_turn.allFinite())
-      return Error{"a tick of the stroke has a number that is not finite"};
+    if (!is_finite(tick)) return Error{"a tick of the stroke has a number that is not finite"};
   Result<Statement> tick = storage_->database.prepare("INSERT INTO tick VALUES (?, ?, ?, ?)");
   if (!tick) return Error{tick.error()};
   for (size_t from = 0; from < waiting_.size(); from += kTicksABlock, sequence++) {

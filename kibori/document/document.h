@@ -59,7 +59,7 @@ struct Step {
   bool pictured = false;  // there is a thumbnail of it
 };
 
-// A tick as a replay felt it; of the second hand, where recorded->second.
+// A tick that was played again; of the second hand if recorded->second.
 struct ReplayedTick {
   StepId step = 0;
   const StrokeTick* recorded = nullptr;
@@ -324,7 +324,7 @@ class Document {
   // A step done again, from the head on.
   Status do_again(StepId step, int threads);
   Status carve_again(StepId step, const StrokeSettings& settings);
-  Status replay_ticks(StepId step, const StrokeSettings& settings, TriDexel& model,
+  Status replay_ticks(StepId step, const StrokeSettings& recorded, TriDexel& model,
                       const NoGo* no_go, const std::optional<ForceLaw>& law,
                       const std::function<void(const ReplayedTick&)>& use) const;
   bool is_checkpoint(StepId step) const { return checkpoints_.count(step) != 0; }

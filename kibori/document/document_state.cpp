@@ -7,8 +7,8 @@
 #include <kibori/document/codec.h>
 #include <kibori/document/document.h>
 #include <kibori/document/storage.h>
-#include <kibori/motion/reshape_stroke.h>
-#include <kibori/motion/direct_tool.h>
+#include <kibori/edit/grain.h>
+#include <kibori/motion/stroke_player.h>
 
 namespace kibori {
 namespace {
@@ -32,21 +32,6 @@ void clear(TriDexel& model) {
     for (int tv = 0; tv < field.tiles_v(); tv++)
       for (int tu = 0; tu < field.tiles_u(); tu++) field.clear_tile(tu, tv);
   }
-}
-
-// A tick of the second hand, by its tool.
-Status replay_second(const StrokeSettings& s, const StrokeTick& tick,
-                     const std::optional<ForceLaw>& law, DirectTool& tool, ToolTick& result) {
-  if (!s.second) return Error{"it has ticks of a second hand, and none"};
-  const StrokeHand& hand = *s.second;
-  Result<ToolTick> done =
-      tool.advance(hand.tool, tick.tip, tick.turn, tick.edits ? hand.mode : Mode::off,
-                   law.value_or(hand.force.law), s.materials, hand.material);
-  if (!done) return Error{done.error()};
-  result = std::move(done).value();
-  if (hand.force.series() && !law)
-    result.wrench = pull_of(hand.force.spring, tick.hand, tick.hand_turn);
-  return Ok{};
 }
 
 Body with_model(Body body, const TriDexel& model) {
@@ -561,72 +546,50 @@ Status Document::replay(StepId step, Workbench& bench, const std::optional<Force
   return Ok{};
 }
 
-Status Document::replay_ticks(StepId step, const StrokeSettings& s, TriDexel& model,
+Status Document::replay_ticks(StepId step, const StrokeSettings& recorded, TriDexel& model,
                               const NoGo* no_go, const std::optional<ForceLaw>& law,
                               const std::function<void(const ReplayedTick&)>& use) const {
-  Result<Pose> begin = start(step);
+  const Result<Pose> begin = start(step);
   if (!begin) return Error{begin.error()};
-  DirectTool stroke(model, begin.value());
-  stroke.set_symmetry(s.symmetry);
-  stroke.set_no_go(no_go);
-  DirectTool second(model, {});
-  second.set_symmetry(s.symmetry);
-  second.set_no_go(no_go);
-  // Forces are of no one who does not look.
+  StrokeSettings s = recorded;
+  if (law) s.force.law = *law;
+  if (law && s.second) s.second->force.law = *law;
+  StrokePlayer player(model, begin.value(), s.force.spring);
+  if (s.second) player.add_second({}, s.second->force.spring);
+  player.set_no_go(no_go);
+  // Forces are computed only for a caller that uses them.
   const std::shared_ptr<const Grain> grain =
       use ? Grain::of(model.lattice(), s.materials) : nullptr;
-  stroke.set_grain(grain.get());
-  second.set_grain(grain.get());
-  ReshapeStroke reshape(model);
-  const ReshapeSettings reshaping{s.mode,    s.brush,   s.tool, law.value_or(s.force.law),
-                                  s.rate_hz, s.symmetry};
-  bool begun = false;
+  player.set_grain(grain.get());
+  if (Status begun = player.begin(s); !begun) return begun;
   ReplayedTick out;
   out.step = step;
-  int64_t count = 0;
+  const int64_t all = steps_.at(step).ticks;
+  int64_t count = 0, of_first = 0;
+  // Kibori 0.1 recorded reshaping strokes that a scene carved with force model `series` as strokes
+  // that edit nothing. Their first tick shows it: all others edit from the first tick on.
+  bool lost_edits = false;
   Status replayed = for_ticks(step, [&](const std::vector<StrokeTick>& ticks) -> Status {
-    for (const StrokeTick& tick : ticks) {
-      out.recorded = &tick;
-      if (tick.put) {
-        DirectTool& tool = tick.second ? second : stroke;
-        tool.place(put_pose(tick));
-        out.result = {};
-        out.result.pose = tool.pose();
-        out.removed = nullptr;
-        if (use) use(out);
-        continue;
+    for (StrokeTick tick : ticks) {
+      if (auto* const move = std::get_if<MoveTick>(&tick.what);
+          move && reshapes(s.mode) && recorded.force.series() && !s.second) {
+        if (count == 0) lost_edits = !move->edits;
+        if (lost_edits) move->edits = !(ends_apart(s.mode) && count == all - 1);
       }
-      if (tick.second) {
-        if (Status moved = replay_second(s, tick, law, second, out.result); !moved) return moved;
-        out.removed = tick.edits ? &second.removed() : nullptr;
-        if (use) use(out);
-        continue;
-      }
-      const Mode mode = tick.edits ? s.mode : Mode::off;
-      if (reshapes(mode) && !std::exchange(begun, true))
-        if (Status fine = reshape.begin(reshaping, s.materials, stroke.pose()); !fine) return fine;
-      Result<ToolTick> done = stroke.advance(s.tool, tick.tip, tick.turn, mode,
-                                             law.value_or(s.force.law), s.materials, s.material);
-      if (!done) return Error{done.error()};
-      // A tick that edits nothing ends what was begun.
-      if (begun)
-        if (Status reshaped =
-                tick.edits ? reshape.advance(done.value()) : reshape.end(done.value());
-            !reshaped)
-          return reshaped;
-      begun &= tick.edits;
+      Result<ToolTick> played = player.play(tick);
+      if (!played) return Error{played.error()};
       count++;
-      out.time_s = static_cast<double>(count) / s.rate_hz;
+      if (!tick.second && std::holds_alternative<MoveTick>(tick.what)) of_first++;
+      out.time_s = static_cast<double>(of_first) / s.rate_hz;
       if (!use) continue;
-      out.result = done.value();
-      out.removed = tick.edits && !reshapes(s.mode) ? &stroke.removed() : nullptr;
-      if (s.force.series() && !law && !reshapes(mode))
-        out.result.wrench = pull_of(s.force.spring, tick.hand, tick.hand_turn);
+      out.recorded = &tick;
+      out.result = std::move(played).value();
+      out.removed = player.played();
       use(out);
     }
     return Ok{};
   });
-  return replayed && begun ? reshape.break_off() : replayed;
+  return replayed ? player.finish_record() : replayed;
 }
 
 Status Document::verify(const std::function<void(const std::string&)>& wrong_at,

@@ -104,13 +104,9 @@ void DabWorker::work(const Move& move) {
   done.stroke = move.stroke;
   done.ends = move.ends;
   done.before = last_;
-  // As DirectTool moves, so that a replay has the same poses.
-  const ToolMotion motion{last_, move.pose.tip - last_.tip,
-                          rotation_between(last_.frame, move.pose.frame)};
-  done.felt.pose = motion.at(1);
-  done.felt.pose.tip = move.pose.tip;
-  done.felt.motion = {move.pose.tip, done.felt.pose.axis(), motion.travel_mm,
-                      motion.turns() ? motion.turn_rad : Vec3(Vec3::Zero())};
+  done.felt =
+      moved_tick({last_, move.pose.tip - last_.tip, rotation_between(last_.frame, move.pose.frame)},
+                 move.pose.tip);
   const uint64_t before = model.generation();
   if (!(move.ends ? reshape.end(done.felt) : reshape.advance(done.felt, true))) {
     give_up();

@@ -16,6 +16,12 @@ constexpr int kMaxReadings = 8;
 // Of dabs: how soon a new one's force is felt, and a new velocity.
 constexpr double kForceFadeS = 0.03, kVelocityFadeS = 0.02;
 
+// The record of what a dab worker has done.
+std::variant<MoveTick, PutTick, EndTick> recorded(const DabWorker::Done& done) {
+  if (done.ends) return EndTick{done.felt.pose.tip};
+  return MoveTick{done.felt.pose.tip, done.felt.motion.turn, true};
+}
+
 }  // namespace
 
 ServoContext::ServoContext(std::unique_ptr<TriDexel> model, std::unique_ptr<Device> device,
@@ -61,7 +67,7 @@ void ServoContext::change_tool(const Tool& tool) {
   settings_.tool = tool;
   const Mode mode = settings_.mode;
   if (mode == Mode::off || mode == Mode::deposit) return first_.series().disengage();
-  place_clear(to_world(first_.pose(settings_.model)));
+  place_clear(to_world(first_.pose()));
 }
 
 std::optional<Pose> ServoContext::place_clear(const Pose& pose) {
@@ -101,7 +107,7 @@ void ServoContext::put(ServoHand& hand, const Pose& pose) {
   hand.place(pose);
   log_waiting();
   if (settings_.log && in_stroke_ && second_logged_)
-    log_.tick(put_tick(pose, is_second(hand)), {}, {});
+    log_.tick({PutTick{pose}, is_second(hand)}, {}, {});
 }
 
 void ServoContext::go_to(const Snapshot& state, const LatticeBox& bounds, WorkedBody& body) {
@@ -174,7 +180,7 @@ void ServoContext::begin_log(const Pose& start, const Pose* second) {
         StrokeHand{s.tool, s.mode, s.material, {second_->law(settings_.model), s.spring}};
   }
   log_.begin(std::move(begin));
-  if (second) log_.tick(put_tick(*second, true), {}, {});
+  if (second) log_.tick({PutTick{*second}, true}, {}, {});
 }
 
 // Where a tool was before the tick, and what it did. Strokes begin with an edit.
@@ -188,9 +194,7 @@ void ServoContext::log_tick(const ServoHand& hand, const ServoHand::Advance& don
     stroke_removed_mm3_ = 0;
     // The other hand takes part from here on, and knows as little as one that carves it again.
     const bool both = second_ && second_->settings().mode != Mode::off;
-    const Pose other = second ? first_.pose(settings_.model)
-                       : both ? second_->pose(settings_.model)
-                              : Pose{};
+    const Pose other = second ? first_.pose() : both ? second_->pose() : Pose{};
     begin_log(second ? other : done.before, second ? &done.before : both ? &other : nullptr);
     if (second)
       first_.begin_stroke();
@@ -201,8 +205,7 @@ void ServoContext::log_tick(const ServoHand& hand, const ServoHand::Advance& don
   stroke_removed_mm3_ += done.tick.removed_mm3;
   if (settings_.log && (!second || second_logged_)) {
     log_waiting();  // where the device is read twice, what it was given stays on
-    waiting_tick_ = {done.recorded, done.tick.computed};
-    waiting_tick_->tick.second = second;
+    waiting_tick_ = {{done.recorded, second}, done.tick.computed};
   }
   if (idle_ticks_ > settings_.idle_s * settings_.rate_hz) end_stroke();
 }
@@ -308,9 +311,7 @@ void ServoContext::take_dabs(LiveTick& result) {
     result.cutting |= done.changed;
     work_per_mm_ = done.work_per_mm;
     stiffness_n_mm_ = done.stiffness_n_mm;
-    if (settings_.log)
-      log_.tick({done.felt.pose.tip, done.felt.motion.turn, !done.ends, Vec3::Zero(), Vec3::Zero()},
-                done.felt.wrench, given_in_body(first_));
+    if (settings_.log) log_.tick({recorded(done), false}, done.felt.wrench, given_in_body(first_));
     if (!done.changed) continue;
     changed = true;
     state = std::move(done.state);
@@ -343,7 +344,7 @@ void ServoContext::settle_all() {
   rest.parted = std::exchange(parted_, 0);
   if (rest.removed_mm3 != 0 || rest.owed_mm3 > 0 || rest.gave_up || rest.fallen_mm3 > 0 ||
       rest.parted > 0) {
-    rest.tool = rest.hand = to_world(first_.pose(settings_.model));
+    rest.tool = rest.hand = to_world(first_.pose());
     count(rest);
     note(rest);
   }
@@ -404,8 +405,7 @@ void ServoContext::keep_before_stroke() {
 
 ServoHand::Advance ServoContext::advance(ServoHand& hand, Mode& mode) {
   keep_before_stroke();
-  if (const auto place =
-          hand.read(settings_.model, turned_ ? &body_.pose : nullptr, totals_.jumps)) {
+  if (const auto place = hand.read(turned_ ? &body_.pose : nullptr, totals_.jumps)) {
     // A hand that does nothing does not end what the other does.
     if (!is_second(hand) && (settings_.mode != Mode::off || !second_logged_)) end_stroke();
     put(hand, *place);

@@ -23,13 +23,12 @@ ServoHand::ServoHand(TriDexel& model, std::unique_ptr<Device> device, ServoHandS
       device_(std::move(device)),
       settings_(settings),
       tick_s_(1 / rate_hz),
-      series_(model, {}, settings.spring),
-      direct_(model, {}),
+      tool_(model, {}, settings.spring),
       safety_(device_->capabilities(), tick_s_),
       passivity_(settings.passivity_ns_mm) {
   settings_.spring.tick_s = tick_s_;
-  series_.set_spring(settings_.spring);
-  series_.show_resistance(device_->capabilities().dof_out == 0);
+  series().set_spring(settings_.spring);
+  series().show_resistance(device_->capabilities().dof_out == 0);
 }
 
 Status ServoHand::check(const ServoHandSettings& settings, ForceModel model, double rate_hz,
@@ -55,25 +54,16 @@ bool ServoHand::set_spring(const SeriesSpring& spring, double force_scale) {
     return false;
   settings_.spring = spring;
   settings_.force_scale = force_scale;
-  series_.set_spring(spring);
+  series().set_spring(spring);
   device_->expect_stiffness(felt);
   return true;
 }
 
-void ServoHand::set_symmetry(const Symmetry& symmetry) {
-  series_.set_symmetry(symmetry);
-  direct_.set_symmetry(symmetry);
-}
+void ServoHand::set_symmetry(const Symmetry& symmetry) { tool_.set_symmetry(symmetry); }
 
-void ServoHand::set_no_go(const NoGo* no_go) {
-  series_.set_no_go(no_go);
-  direct_.set_no_go(no_go);
-}
+void ServoHand::set_no_go(const NoGo* no_go) { tool_.set_no_go(no_go); }
 
-void ServoHand::set_grain(const Grain* grain) {
-  series_.set_grain(grain);
-  direct_.set_grain(grain);
-}
+void ServoHand::set_grain(const Grain* grain) { tool_.set_grain(grain); }
 
 ForceLaw ServoHand::law(ForceModel model) const {
   return {model, device_->capabilities().dof_out == 6 ? 6 : 5, settings_.spring.hand_share};
@@ -82,22 +72,18 @@ ForceLaw ServoHand::law(ForceModel model) const {
 void ServoHand::place(const Pose& pose) {
   placed_ = true;
   wanted_ = pose;
-  series_.place(pose);
-  direct_.place(pose);
+  tool_.place(pose);
 }
 
-void ServoHand::begin_stroke() {
-  series_.begin_stroke();
-  direct_.place(direct_.pose());
-}
+void ServoHand::begin_stroke() { tool_.begin_stroke(); }
 
 bool ServoHand::works() const {
   return !settings_.workspace.clutched() && !(settings_.while_pressed && !device_->pressed());
 }
 
-std::optional<Pose> ServoHand::read(ForceModel model, const Pose* body, uint64_t& leaps) {
+std::optional<Pose> ServoHand::read(const Pose* body, uint64_t& leaps) {
   status_ = device_->read(reading_);
-  Pose wanted = pose(model);
+  Pose wanted = pose();
   if (status_ == DeviceStatus::ok || (status_ == DeviceStatus::stale && placed_)) {
     wanted = settings_.workspace.pose_of(reading_);
     if (body) wanted = body->from_world(wanted);
@@ -114,7 +100,7 @@ std::optional<Pose> ServoHand::read(ForceModel model, const Pose* body, uint64_t
                    pieces_needed(settings_.tool, moved, model_.lattice()) <= kMaxSubsteps);
   const bool puts = status_ == DeviceStatus::ok && (!placed_ || leapt);
   if (puts) leaps += leapt;
-  if (!puts && (!placed_ || leapt)) wanted = pose(model);
+  if (!puts && (!placed_ || leapt)) wanted = pose();
   wanted_ = wanted;
   return puts ? std::optional<Pose>(wanted) : std::nullopt;
 }
@@ -122,48 +108,34 @@ std::optional<Pose> ServoHand::read(ForceModel model, const Pose* body, uint64_t
 ServoHand::Advance ServoHand::advance(ForceModel model, Mode mode,
                                       const std::vector<Material>& materials) {
   Advance result;
-  result.before = pose(model);
+  result.before = pose();
   result.tick.hand = wanted_;
   result.tick.mode = mode;
   // Until give() says otherwise.
   result.tick.given = given_;
   result.tick.safety = safety_.state();
   result.tick.trip = safety_.trip();
-  const Vec3 turn = rotation_between(result.before.frame, wanted_.frame);
-  const bool springs = model == ForceModel::series;
-  const auto felt = springs ? series_.advance(settings_.tool, wanted_, mode, materials,
-                                              settings_.material, std::exchange(strike_nmm_, 0.0))
-                            : direct_.advance(settings_.tool, wanted_.tip, turn, mode, law(model),
-                                              materials, settings_.material);
-  if (!felt) {
-    if (springs)
-      series_.place(wanted_);
-    else
-      direct_.place(wanted_);
+  const ForceLaw felt_by = law(model);
+  const Result<ToolTick> moved =
+      tool_.move_to({settings_.tool, mode, settings_.material, felt_by, materials}, wanted_,
+                    std::exchange(strike_nmm_, 0.0));
+  if (!moved) {
+    tool_.place(wanted_);
     result.possible = false;
     result.tick.tool = wanted_;
     return result;
   }
-  const ToolTick& f = felt.value();
+  const ToolTick& f = moved.value();
+  result.recorded = tool_.recorded();
   HandTick& tick = result.tick;
   tick.tool = f.pose;
   tick.computed = f.wrench;
   tick.clipped = f.clipped;
-  if (springs) {
-    tick.removed_mm3 = f.removed_mm3;
-    tick.touching = f.touching;
-    tick.cutting = f.cutting;
-    tick.inside = f.inside;
-    result.recorded = {f.pose.tip, f.motion.turn, f.edited, f.stretch_mm,
-                       rotation_between(f.pose.frame, wanted_.frame)};
-  } else {
-    const bool edits = mode == Mode::cut || mode == Mode::deposit;
-    tick.removed_mm3 = edits ? f.removed_mm3 : 0;  // what is only felt is still there
-    tick.touching = f.points > 0;
-    tick.cutting = tick.removed_mm3 > 0;
-    // What is felt only is felt again, where it is carved again.
-    result.recorded = {wanted_.tip, turn, edits || mode == Mode::touch, Vec3::Zero(), Vec3::Zero()};
-  }
+  tick.removed_mm3 = mode == Mode::touch ? 0 : f.removed_mm3;  // a touch leaves the material there
+  const bool springs = model == ForceModel::series;
+  tick.touching = springs ? f.touching : f.points > 0;
+  tick.cutting = springs ? f.cutting : tick.removed_mm3 > 0;
+  tick.inside = f.inside;
   tick.points = tick.removed_mm3 != 0 ? f.points : 0;
   return result;
 }

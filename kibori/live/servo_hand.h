@@ -2,7 +2,7 @@
 // One hand on the servo thread: a device that holds a tool. Reads where the hand is, moves the tool
 // there through the model, and gives the device what is felt, within what is safe.
 //
-//   device.read ─► workspace ─► SpringTool or DirectTool ─► passivity ─► safety ─► device.write
+//   device.read ─► workspace ─► HandTool ─► passivity ─► safety ─► device.write
 //
 // A ServoContext has one hand or two, on one model; what both do in a tick is done one after the
 // other.
@@ -17,9 +17,7 @@
 #include <kibori/haptics/passivity.h>
 #include <kibori/haptics/safety.h>
 #include <kibori/haptics/workspace.h>
-#include <kibori/motion/direct_tool.h>
-#include <kibori/motion/spring_tool.h>
-#include <kibori/motion/stroke_record.h>
+#include <kibori/motion/hand_tool.h>
 
 namespace kibori {
 
@@ -70,11 +68,9 @@ class ServoHand {
   const PassivityObserver& passivity() const { return passivity_; }
   ServoHandSettings& settings() { return settings_; }
   const ServoHandSettings& settings() const { return settings_; }
-  SpringTool& series() { return series_; }
+  SpringTool& series() { return tool_.spring_tool(); }
   // The tool's, in the body.
-  const Pose& pose(ForceModel model) const {
-    return model == ForceModel::series ? series_.pose() : direct_.pose();
-  }
+  const Pose& pose() const { return tool_.pose(); }
   ForceLaw law(ForceModel model) const;
 
   // The spring that is felt, as it is set; where the device could not bear it, nothing changes.
@@ -94,14 +90,14 @@ class ServoHand {
   // Reads the device: where the hand wants the tool now, in a body that stands as `body` does
   // (null: as the world). Where the hand was not seen before, or leapt farther than a hand can go,
   // gives where the tool is to be placed; `leaps` counts the latter.
-  std::optional<Pose> read(ForceModel model, const Pose* body, uint64_t& leaps);
+  std::optional<Pose> read(const Pose* body, uint64_t& leaps);
   // As another stroke, from which it can be carved again alone.
   void begin_stroke();
   // Where the tool was before, and what it did on its way to where the hand is, in the body.
   struct Advance {
     HandTick tick;
     Pose before;
-    StrokeTick recorded;
+    MoveTick recorded;
     bool possible = true;  // else its way was none, and the tool was put where the hand is
   };
   Advance advance(ForceModel model, Mode mode, const std::vector<Material>& materials);
@@ -116,8 +112,7 @@ class ServoHand {
   std::unique_ptr<Device> device_;
   ServoHandSettings& settings_;
   const double tick_s_;
-  SpringTool series_;
-  DirectTool direct_;
+  HandTool tool_;
   SafetyStage safety_;
   PassivityObserver passivity_;
   DeviceReading reading_;

@@ -88,13 +88,11 @@ Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const
     return Error{
         "one tick moves the tool to no place at all, or turns it more than ten times around"};
   if (reshapes(mode)) mode = Mode::off;
-  ToolTick result;
   const ToolMotion motion{pose_, tip_mm - pose_.tip, turn_rad};
   const bool turning = motion.turns();
   const Vec3& travel = motion.travel_mm;
-  Pose end = motion.at(1);
-  end.tip = tip_mm;
-  result.motion = {end.tip, end.axis(), travel, turning ? turn_rad : Vec3(Vec3::Zero())};
+  ToolTick result = moved_tick(motion, tip_mm);
+  const Pose& end = result.pose;
   removed_.reset();
   edit_.set_passing(law.model != ForceModel::paper && mode != Mode::deposit && !turning &&
                     takes_rows(tool, pose_, travel / lattice.pitch_mm, lattice.pitch_mm));
@@ -123,7 +121,7 @@ Result<ToolTick> DirectTool::advance(const Tool& tool, const Vec3& tip_mm, const
     result.clipped = removed_.clipped;
     result.edited = mode != Mode::touch;
   }
-  result.pose = pose_ = end;
+  pose_ = end;
   return result;
 }
 

@@ -45,15 +45,37 @@ constexpr double kLeft = 4e-2, kLastLeft = 2e-5;
 // A collar that brings back less than this of what is owed has no room.
 constexpr double kNoRoom = 1e-3;
 
-static_assert(static_cast<int>(Mode::flatten) - static_cast<int>(Mode::smooth) ==
-              static_cast<int>(FieldVerb::flatten));
 FieldVerb verb_of(Mode mode) {
-  return static_cast<FieldVerb>(static_cast<int>(mode) - static_cast<int>(Mode::smooth));
+  switch (mode) {
+    case Mode::rasp:
+      return FieldVerb::rasp;
+    case Mode::fill:
+      return FieldVerb::fill;
+    case Mode::inflate:
+      return FieldVerb::inflate;
+    case Mode::flatten:
+      return FieldVerb::flatten;
+    default:
+      return FieldVerb::smooth;
+  }
 }
-static_assert(static_cast<int>(Mode::node) - static_cast<int>(Mode::grab) ==
-              static_cast<int>(WarpVerb::node));
 WarpVerb warp_of(Mode mode) {
-  return static_cast<WarpVerb>(static_cast<int>(mode) - static_cast<int>(Mode::grab));
+  switch (mode) {
+    case Mode::nudge:
+      return WarpVerb::nudge;
+    case Mode::twist:
+      return WarpVerb::twist;
+    case Mode::bend:
+      return WarpVerb::bend;
+    case Mode::pinch:
+      return WarpVerb::pinch;
+    case Mode::scale:
+      return WarpVerb::scale;
+    case Mode::node:
+      return WarpVerb::node;
+    default:
+      return WarpVerb::grab;
+  }
 }
 
 double cubed(double x) { return x * x * x; }

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// A stroke as it is recorded: what all of its ticks share, and each tick's motion. Replayed by
-// DirectTool, and ReshapeStroke where it reshapes, it gives the same model, bit for bit.
+// A recorded stroke: the settings that all of its ticks share, and each tick's motion. Played by a
+// StrokePlayer, it gives the same model, bit for bit.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <kibori/body/bodies.h>
@@ -20,31 +21,40 @@
 
 namespace kibori {
 
-struct StrokeTick {
+// A hand moved its tool.
+struct MoveTick {
   Vec3 tip = Vec3::Zero();   // [mm] of the tool, at the end of the tick
   Vec3 turn = Vec3::Zero();  // [rad] by which the tool turned: rotation vector
-  bool edits = false;        // the way was cut or filled; else the tool only went there
-  // Force model `series`: the hand, from the tool, which is what stretches the springs.
-  Vec3 hand = Vec3::Zero();       // [mm]
-  Vec3 hand_turn = Vec3::Zero();  // [rad]
-  bool second = false;            // of the second hand, after the first hand's
-  // The tool was put there, without a way: the columns of its frame stand in turn, hand and
-  // hand_turn.
-  bool put = false;
+  bool edits = false;        // the tool worked on its path; else it only moved
+  // Force model `series`: from the tool to the hand. It stretches the spring.
+  Vec3 stretch_mm = Vec3::Zero();
+  Vec3 stretch_rad = Vec3::Zero();
 };
 
-// A hand's tool is there from now on.
-inline StrokeTick put_tick(const Pose& pose, bool second) {
-  return {pose.tip, pose.frame.col(0), false, pose.frame.col(1), pose.frame.col(2), second, true};
-}
-// Where a tick put its tool.
-inline Pose put_pose(const StrokeTick& tick) {
+// A hand's tool was put there, without a path.
+struct PutTick {
   Pose pose;
-  pose.tip = tick.tip;
-  pose.frame.col(0) = tick.turn;
-  pose.frame.col(1) = tick.hand;
-  pose.frame.col(2) = tick.hand_turn;
-  return pose;
+};
+
+// The end of a stroke whose mode ends_apart(): pending material of a press comes back, a wheel
+// meets the tool for the last time. The tool stays at its place.
+struct EndTick {
+  Vec3 tip = Vec3::Zero();  // [mm]
+};
+
+struct StrokeTick {
+  std::variant<MoveTick, PutTick, EndTick> what;
+  bool second = false;  // of the second hand, after the first hand's
+};
+
+// Every number of it is finite.
+inline bool is_finite(const StrokeTick& tick) {
+  if (const auto* const move = std::get_if<MoveTick>(&tick.what))
+    return move->tip.allFinite() && move->turn.allFinite() && move->stretch_mm.allFinite() &&
+           move->stretch_rad.allFinite();
+  if (const auto* const put = std::get_if<PutTick>(&tick.what))
+    return put->pose.tip.allFinite() && put->pose.frame.allFinite();
+  return std::get<EndTick>(tick.what).tip.allFinite();
 }
 
 // How motion becomes force.
@@ -75,6 +85,10 @@ struct StrokeSettings {
   Crumbs crumbs = Crumbs::stay;
   std::optional<StrokeHand> second = std::nullopt;
   std::string device = {};  // that the hand held; empty: none
+
+  std::optional<Mode> second_mode() const {
+    return second ? std::optional(second->mode) : std::nullopt;
+  }
 };
 
 }  // namespace kibori

@@ -5,6 +5,7 @@
 
 #include <kibori/body/body_surface.h>
 #include <kibori/run/documents.h>
+#include <kibori/run/replay.h>
 #include <kibori/scene/stock.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/surface/simplify.h>

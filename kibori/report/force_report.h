@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include <kibori/run/carving.h>
+#include <kibori/run/carving_result.h>
 
 namespace kibori {
 

@@ -138,13 +138,14 @@ Status for_tick_records(const Document& document, StepId to, const TickRecords& 
       record.time_s = begun_s + tick.time_s;
       ended_s = std::max(ended_s, record.time_s);
       record.hand = recorded.second ? 2 : 1;
-      record.mode = !recorded.edits               ? Mode::off
+      const auto* const move = std::get_if<MoveTick>(&recorded.what);
+      record.mode = !(move && move->edits)        ? Mode::off
                     : recorded.second && s.second ? s.second->mode
                                                   : s.mode;
       record.tool = record.hand_pose = tick.result.pose;
-      if (!recorded.put) {
-        record.hand_pose.tip += recorded.hand;
-        record.hand_pose.frame = rotation(recorded.hand_turn) * record.tool.frame;
+      if (move) {
+        record.hand_pose.tip += move->stretch_mm;
+        record.hand_pose.frame = rotation(move->stretch_rad) * record.tool.frame;
       }
       // The document has it all in the body's own coordinates.
       const auto turned = [&](const Wrench& wrench) {

@@ -1,194 +1,390 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/run/carving.h>
-#include <kibori/document/rescue.h>
-#include <kibori/motion/reshape_stroke.h>
-#include <kibori/motion/direct_tool.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <optional>
+#include <utility>
 
-#include <kibori/base/file.h>
 #include <kibori/base/memory.h>
-#include <kibori/run/documents.h>
+#include <kibori/body/workbench.h>
+#include <kibori/edit/grain.h>
+#include <kibori/motion/stroke_player.h>
+#include <kibori/run/cutter_run.h>
+#include <kibori/run/recorder.h>
 
 namespace kibori {
 namespace {
+
+// Clay that found no room [mm^3] is reported beyond this.
+constexpr double kOwedWarning = 1e-3;
 
 double microseconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start)
       .count();
 }
 
-// A stroke reaches the file at least so often.
-constexpr auto kFlushEvery = std::chrono::milliseconds(50);
-
-// Clay that found no room [mm^3] is told beyond this.
-constexpr double kOwedWarning = 1e-3;
-const Wrench kNothingFelt;
-// Hours of a cutter's feed.
-constexpr double kMaxCutterTicks = 1e7;
-
+// Moves of one warp are one stroke; every other move is a stroke of its own.
 bool one_stroke(const Move& first, const Move& next) {
   return warps(first.mode) && first.mode == next.mode && first.brush == next.brush;
 }
 
-template <class T>
-Status status_of(const Result<T>& result) {
-  return result ? Status(Ok{}) : Status(Error{result.error()});
-}
-
-// The ticks of a cutter that goes along its feed: its work over its way, against it. `area_mm2`: of
-// all that it cut, on one side.
-Status trace_cutter(const SceneCutter& with, const Bodies& before, const Bodies& after,
-                    double area_mm2, const Scene& scene, Carving& carving) {
-  CarveSummary& summary = carving.summary;
-  const double kerf = with.cutter.kerf_mm;
-  const auto work = [&](uint8_t i) {
-    const Material& m = scene.materials[std::min<size_t>(i, scene.materials.size() - 1)];
-    return kerf > 0 ? kerf * m.u : m.gc;
-  };
-  std::vector<std::pair<const Body*, CutProgress>> cuts;
-  double bare_mm2 = 0;  // what stays has both faces of a slot, and one of what came away
-  for (const Body& was : before.all) {
-    const Body* const is = after.find(was.id);
-    if (!is) continue;
-    const Vec3 feed = was.pose.frame.transpose() * with.feed;
-    cuts.emplace_back(&was, cut_progress(was.model, is->model, feed, work));
-    for (const CutProgress::Step& step : cuts.back().second.steps) bare_mm2 += step.area_mm2;
-  }
-  const double way = with.speed_mm_s / scene.rate_hz,
-               share = bare_mm2 > 0 ? area_mm2 / bare_mm2 : 0;
-  for (const auto& [was, progress] : cuts) {
-    const double h = progress.step_mm, all = static_cast<double>(progress.steps.size()) * h;
-    if (!(all <= kMaxCutterTicks * way))
-      return Error{"its feed takes too many ticks; use a higher speed"};
-    for (int64_t i = 0; static_cast<double>(i) * way < all; i++) {
-      const CutProgress::Step& step =
-          progress.steps[static_cast<size_t>(static_cast<double>(i) * way / h)];
-      ToolTick tick;
-      tick.pose = {was->pose.to_world(step.middle_mm), frame_from_axis(-with.feed)};
-      tick.motion.tip = tick.pose.tip;
-      tick.motion.axis = tick.pose.axis();
-      tick.motion.travel = way * with.feed;
-      tick.wrench.force = -(share * step.work_nmm / h) * with.feed;
-      tick.removed_mm3 = share * kerf * step.area_mm2 * way / h;
-      summary.ticks++;
-      summary.max_force_N =
-          std::max(summary.max_force_N, std::sqrt(tick.wrench.force.squaredNorm()));
-      carving.trace.push_back({static_cast<double>(summary.ticks) / scene.rate_hz, tick});
-    }
-  }
-  return Ok{};
-}
-
-// A cutter, and what came away moved aside; act(action) does either.
-template <class Act>
-Status run_cutter(const SceneCutter& with, const Bodies& bodies, Act&& act, const Scene& scene,
-                  Carving& carving) {
-  BodyAction cut;
-  cut.verb = BodyVerb::cut;
-  cut.cutter = with.cutter;
-  if (!with.body.empty()) {
-    for (const Body& body : bodies.all)
-      if (body.name == with.body) cut.bodies.push_back(body.id);
-    if (cut.bodies.empty()) return Error{"no body is called '" + sanitize_message(with.body) + "'"};
-  }
-  const Bodies before = bodies;
-  const Result<BodyChange> done = act(cut);
-  if (!done) return Error{done.error()};
-  carving.summary.removed_mm3 += done.value().removed_mm3;
-  if (with.speed_mm_s > 0)
-    if (Status traced = trace_cutter(with, before, bodies, done.value().area_mm2, scene, carving);
-        !traced)
-      return traced;
-  if (with.shift_mm == Vec3::Zero()) return Ok{};
-  for (const BodyId id : done.value().made) {
-    BodyAction move;
-    move.verb = BodyVerb::move;
-    move.bodies = {id};
-    move.pose = bodies.find(id)->pose;
-    move.pose.tip += with.shift_mm;
-    if (const Result<BodyChange> moved = act(move); !moved) return Error{moved.error()};
-  }
-  return Ok{};
-}
-
-// A hand that a scene moves, and its tool on the model.
-class SceneHand {
- public:
-  SceneHand(const Scene& scene, TriDexel& model, const Pose& start, int threads)
-      : scene_(scene),
-        wanted_(start),
-        direct_(model, start),
-        series_(model, start, scene.force.spring) {
-    direct_.set_threads(threads);
-  }
-  void set_symmetry(const Symmetry& symmetry) {
-    direct_.set_symmetry(symmetry);
-    series_.set_symmetry(symmetry);
-  }
-  void set_no_go(const NoGo* no_go) {
-    direct_.set_no_go(no_go);
-    series_.set_no_go(no_go);
-  }
-  void set_grain(const Grain* grain) {
-    direct_.set_grain(grain);
-    series_.set_grain(grain);
-  }
-  // The model changed under the tool, or the tool its shape.
-  void disengage() { series_.disengage(); }
-  // Each stroke does not depend on what the tool did before: so it can be carved again alone.
-  void begin_stroke() {
-    direct_.place(direct_.pose());
-    series_.begin_stroke();
-  }
-  const Pose& pose() const { return scene_.force.series() ? series_.pose() : direct_.pose(); }
-  // Where the hand itself is.
-  const Pose& wanted() const { return scene_.force.series() ? wanted_ : direct_.pose(); }
-
-  // The tick of `move` that brings the hand to `tip_mm`, and turns it by `turn_rad`; where it only
-  // rests, the hand is where it was.
-  template <class HandMove>
-  Result<ToolTick> advance(const HandMove& move, const Vec3& tip_mm, const Vec3& turn_rad,
-                           bool moving) {
-    const Tool& tool = scene_.tools[move.tool];
-    if (!scene_.force.series()) {
-      recorded_ = {tip_mm, turn_rad, move.mode != Mode::off};
-      return direct_.advance(tool, tip_mm, turn_rad, move.mode, scene_.force.law, scene_.materials,
-                             move.material);
-    }
-    if (moving) wanted_ = {tip_mm, rotation(turn_rad) * wanted_.frame};
-    Result<ToolTick> done =
-        series_.advance(tool, wanted_, move.mode, scene_.materials, move.material);
-    if (!done) return done;
-    const ToolTick& tick = done.value();
-    recorded_ = {tick.pose.tip, tick.motion.turn, tick.edited, wanted_.tip - tick.pose.tip,
-                 rotation_between(tick.pose.frame, wanted_.frame)};
-    return done;
-  }
-  // The last tick, as it stands in documents.
-  const StrokeTick& recorded() const { return recorded_; }
-
- private:
-  const Scene& scene_;
-  Pose wanted_;  // where the hand is
-  DirectTool direct_;
-  SpringTool series_;
-  StrokeTick recorded_;
-};
-
-// Where the hand is at a share of the way.
+// Where a hand is after `tick` of a move's `ticks`.
 Vec3 on_the_way(const Vec3& from_mm, const Vec3& to_mm, int64_t tick, int64_t ticks) {
   if (tick >= ticks) return to_mm;
   return from_mm + (to_mm - from_mm) * (static_cast<double>(tick) / static_cast<double>(ticks));
 }
 
-double percentile(const std::vector<double>& sorted, double share) {
-  if (sorted.empty()) return 0;
-  const auto at = static_cast<size_t>(share * static_cast<double>(sorted.size()));
-  return sorted[std::min(sorted.size() - 1, at)];
+Status check_tools(const Scene& scene) {
+  for (const Tool& tool : scene.tools) {
+    if (std::holds_alternative<HalfSpace>(tool) ||
+        reach_mm(tool) <= kMaxToolReach * scene.stock.pitch_mm)
+      continue;
+    char text[240];
+    std::snprintf(
+        text, sizeof text,
+        ": [tool] reaches %.4g mm from its tip, and at pitch %g mm at most %.4g mm can be "
+        "told apart; use a smaller tool",
+        reach_mm(tool), scene.stock.pitch_mm, kMaxToolReach * scene.stock.pitch_mm);
+    return Error{scene.file + text};
+  }
+  return Ok{};
+}
+
+// The plans of all moves but the first, which only says where the tool starts.
+Result<std::vector<MovePlan>> plan_moves(const Scene& scene) {
+  std::vector<MovePlan> plans;
+  int64_t total = 0;
+  for (size_t i = 1; i < scene.moves.size(); i++) {
+    Result<MovePlan> plan = plan_move(scene, scene.moves[i - 1], scene.moves[i]);
+    if (!plan) return Error{plan.error()};
+    total += plan.value().ticks + plan.value().dwell_ticks;
+    plans.push_back(std::move(plan).value());
+  }
+  const double trace_bytes = static_cast<double>(total) * (sizeof(TraceRow) + sizeof(double));
+  if (const double there = available_bytes(); there > 0 && trace_bytes > 0.8 * there) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  ": %lld ticks take about %.1f GB and %.1f GB are free; use fewer or faster moves",
+                  static_cast<long long>(total), trace_bytes / 1e9, there / 1e9);
+    return Error{scene.file + text};
+  }
+  return plans;
+}
+
+// Where the first move, or its second hand, puts the tool.
+template <class HandMove>
+Pose start_of(const HandMove& move) {
+  return {move.to_mm, frame_from_axis(move.axis, move.roll_rad)};
+}
+
+Carving of(std::unique_ptr<TriDexel> model) {
+  Carving carving;
+  carving.model = std::move(model);
+  return carving;
+}
+
+// A scene while it is carved. Every part of the run adds to `carving`.
+class SceneRun {
+ public:
+  SceneRun(const Scene& scene, const CarveOptions& options, std::vector<MovePlan> plans,
+           std::unique_ptr<TriDexel> model, Recorder recorder);
+
+  // Protected bodies and splines, before the first move.
+  Status prepare();
+  Status run_moves();
+  Status run_cutters();
+  Result<Carving> finish();
+  // The same error, once all that was carved is saved.
+  Error stop(std::string error);
+
+ private:
+  // The motion of one move, tick by tick.
+  struct Path {
+    const Move& from;
+    const Move& to;
+    const MovePlan& plan;
+    Pose began;   // of the first hand
+    Pose wanted;  // on a path that is not straight
+  };
+
+  Result<BodyChange> act(const BodyAction& action);
+  void warn(int line, const std::string& text) const;
+  Status add_no_go(const SceneNoGo& no_go);
+  Status add_spline(const SceneSpline& spline);
+  Status begin_stroke(const Move& to);
+  Status run_move(size_t i);
+  Result<ToolTick> move_first(Path& path, int64_t k);
+  Result<std::shared_ptr<ToolTick>> move_second(const Path& path, int64_t k);
+  Status run_tick(Path& path, int64_t k, bool last);
+  Status end_stroke(const Move& to);
+  Error at(int line, const std::string& error) const {
+    return Error{scene_.file + ":" + std::to_string(line) + ": " + error};
+  }
+
+  const Scene& scene_;
+  const CarveOptions& options_;
+  const std::vector<MovePlan> plans_;
+  Carving carving_;
+  TriDexel& model_;
+  Workbench bench_;
+  Recorder recorder_;
+  StrokePlayer player_;
+  const std::shared_ptr<const Grain> grain_;
+  Symmetry symmetry_;
+  int64_t total_ticks_ = 0;
+  std::vector<double> step_us_;
+  bool going_ = true;     // the caller wants more ticks
+  bool clipped_ = false;  // reported
+  // Of the stroke that is being made.
+  std::optional<Snapshot> before_;  // where its crumbs are looked for
+  std::optional<StrokeTick> end_tick_;
+  double removed_before_ = 0;
+};
+
+SceneRun::SceneRun(const Scene& scene, const CarveOptions& options, std::vector<MovePlan> plans,
+                   std::unique_ptr<TriDexel> model, Recorder recorder)
+    : scene_(scene),
+      options_(options),
+      plans_(std::move(plans)),
+      carving_(of(std::move(model))),
+      model_(*carving_.model),
+      bench_(model_),
+      recorder_(std::move(recorder)),
+      player_(model_, start_of(scene.moves.front()), scene.force.spring),
+      grain_(Grain::of(model_.lattice(), scene.materials)),
+      symmetry_(scene.symmetry) {
+  if (!scene.symmetry_centred) symmetry_.centre_mm = centre_of(model_.lattice());
+  if (const auto& second = scene.moves.front().second)
+    player_.add_second(start_of(*second), scene.force.spring);
+  player_.set_threads(options.threads);
+  player_.set_grain(grain_.get());
+  for (const MovePlan& plan : plans_) total_ticks_ += plan.ticks + plan.dwell_ticks;
+  carving_.trace.reserve(static_cast<size_t>(total_ticks_));
+  step_us_.reserve(static_cast<size_t>(total_ticks_));
+  const Move& first = scene.moves.front();
+  if (!first.label.empty()) carving_.marks.push_back({first.label, 0});
+}
+
+Error SceneRun::stop(std::string error) {
+  if (const std::string unsaved = recorder_.settle(); !unsaved.empty()) error += "; " + unsaved;
+  return Error{std::move(error)};
+}
+
+Result<BodyChange> SceneRun::act(const BodyAction& action) {
+  Result<BodyChange> done = bench_.act(action, options_.threads);
+  if (done) recorder_.act(action);
+  return done;
+}
+
+void SceneRun::warn(int line, const std::string& text) const {
+  if (options_.warning) options_.warning(at(line, text).message);
+}
+
+Status SceneRun::add_no_go(const SceneNoGo& no_go) {
+  BodyAction add;
+  add.tool = no_go.tool;
+  if (no_go.way_mm.empty()) {
+    add.verb = BodyVerb::add;
+    add.pose = no_go.pose;
+    add.no_go = true;
+  } else {
+    add.verb = BodyVerb::protect;
+    add.bodies = {bench_.active()};
+    add.way_mm = no_go.way_mm;
+  }
+  add.visible = false;  // it is what the piece shall come to, not a part of it
+  if (!no_go.name.empty()) add.name = no_go.name;
+  const Result<BodyChange> done = act(add);
+  return done ? Status(Ok{}) : Status(at(no_go.line, "[no_go]: " + done.error()));
+}
+
+Status SceneRun::add_spline(const SceneSpline& spline) {
+  BodyAction shape;
+  shape.verb = BodyVerb::spline;
+  shape.bodies = {bench_.active()};
+  shape.spline = spline.shape;
+  shape.operation = spline.operation;
+  shape.material = spline.material;
+  const Result<BodyChange> done = act(shape);
+  if (!done) return at(spline.line, "[spline]: " + done.error());
+  const double removed = done.value().removed_mm3;
+  (removed > 0 ? carving_.summary.removed_mm3 : carving_.summary.deposited_mm3) +=
+      std::abs(removed);
+  if (done.value().clipped)
+    warn(spline.line,
+         "the spline's shape reaches beyond the stock's room, and what is outside is dropped; "
+         "raise [stock] room_mm");
+  return Ok{};
+}
+
+Status SceneRun::prepare() {
+  for (const SceneNoGo& no_go : scene_.no_go)
+    if (Status added = add_no_go(no_go); !added) return added;
+  for (const SceneSpline& spline : scene_.splines)
+    if (Status added = add_spline(spline); !added) return added;
+  const Result<const NoGo*> no_go = bench_.no_go();
+  if (!no_go) return Error{scene_.file + ": " + no_go.error()};
+  player_.set_no_go(no_go.value());
+  return Ok{};
+}
+
+Status SceneRun::begin_stroke(const Move& to) {
+  StrokeSettings settings = stroke_settings(scene_, to);
+  settings.symmetry = symmetry_;
+  if (const Status begun = player_.begin(settings); !begun)
+    return at(to.line, "[move] " + begun.error());
+  recorder_.begin(settings, player_.tool_pose(), to.label);
+  if (settings.second) recorder_.add(player_.second_place());
+  before_.reset();
+  if (settings.crumbs != Crumbs::stay) before_ = model_.snapshot();
+  end_tick_.reset();
+  removed_before_ = carving_.summary.removed_mm3 - carving_.summary.deposited_mm3;
+  return Ok{};
+}
+
+Result<ToolTick> SceneRun::move_first(Path& path, int64_t k) {
+  const MovePlan& plan = path.plan;
+  if (k > plan.ticks) return player_.rest();
+  const auto ticks = static_cast<double>(plan.ticks);
+  if (!plan.way)
+    return player_.move(on_the_way(path.from.to_mm, path.to.to_mm, k, plan.ticks),
+                        plan.turn_rad / ticks);
+  const Pose next = plan.way->at(static_cast<double>(k) / ticks, path.began);
+  const Mat3 frame = std::exchange(path.wanted, next).frame;
+  return player_.move(next.tip, rotation_between(frame, next.frame));
+}
+
+// Null: there is no second hand.
+Result<std::shared_ptr<ToolTick>> SceneRun::move_second(const Path& path, int64_t k) {
+  if (!player_.has_second()) return std::shared_ptr<ToolTick>();
+  const MovePlan& plan = path.plan;
+  Result<ToolTick> done =
+      k > plan.ticks
+          ? player_.rest(true)
+          : player_.move(on_the_way(path.from.second->to_mm, path.to.second->to_mm, k, plan.ticks),
+                         plan.second_turn_rad / static_cast<double>(plan.ticks), true);
+  if (!done) return Error{"the second hand: " + done.error()};
+  return std::make_shared<ToolTick>(std::move(done).value());
+}
+
+// Tick k of a move, from 1. `last`: the stroke ends with it.
+Status SceneRun::run_tick(Path& path, int64_t k, bool last) {
+  const Move& to = path.to;
+  const auto wrong = [&](const std::string& error) { return at(to.line, "[move] " + error); };
+  const auto start = std::chrono::steady_clock::now();
+  Result<ToolTick> tick = move_first(path, k);
+  if (!tick) return wrong(tick.error());
+  ToolTick& result = tick.value();
+  const StrokeTick recorded = player_.recorded();
+  if (last) {
+    const Result<std::optional<StrokeTick>> ended = player_.end(result);
+    if (!ended) return wrong(ended.error());
+    end_tick_ = ended.value();
+  }
+  const Result<std::shared_ptr<ToolTick>> moved = move_second(path, k);
+  if (!moved) return wrong(moved.error());
+  const std::shared_ptr<ToolTick>& other = moved.value();
+  step_us_.push_back(microseconds_since(start));
+  CarveSummary& summary = carving_.summary;
+  add_tick(summary, to.mode, result);
+  if (other) add_tick(summary, to.second->mode, *other);
+  summary.ticks++;
+  if ((result.clipped || (other && other->clipped)) && !std::exchange(clipped_, true))
+    warn(to.line,
+         "material reached beyond the stock's room, and what was outside is dropped; raise "
+         "[stock] room_mm");
+  carving_.trace.push_back({static_cast<double>(summary.ticks) / scene_.rate_hz, result, other});
+  recorder_.add(recorded, result.wrench);
+  if (to.both()) recorder_.add(player_.recorded(true), other->wrench);
+  if (options_.progress && summary.ticks % 64 == 0)
+    options_.progress(static_cast<double>(summary.ticks) / static_cast<double>(total_ticks_));
+  if (!options_.each) return Ok{};
+  std::optional<CarvedTick> beside;
+  if (other)
+    beside.emplace(CarvedTick{scene_.tools[to.second->tool], player_.tool_pose(true), *other});
+  going_ = options_.each(model_, {scene_.tools[to.tool], player_.tool_pose(), result},
+                         beside ? &*beside : nullptr);
+  return Ok{};
+}
+
+Status SceneRun::end_stroke(const Move& to) {
+  CarveSummary& summary = carving_.summary;
+  ToolTick own;  // changes something only if the caller stopped the run within the stroke
+  const Result<std::optional<StrokeTick>> ended = player_.end(own);
+  if (!ended) return at(to.line, "[move] " + ended.error());
+  add_tick(summary, to.mode, own);
+  if (ended.value()) end_tick_ = ended.value();
+  if (end_tick_) recorder_.add(*end_tick_);
+  if (end_tick_ && player_.owed_mm3() > kOwedWarning) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "%.3g mm3 of clay found no room around the tool; raise [stock] room_mm",
+                  player_.owed_mm3());
+    warn(to.line, text);
+  }
+  CrumbResult crumbs;
+  if (before_) {
+    crumbs = bench_.end_stroke(*before_, scene_.crumbs);
+    if (crumbs.fallen > 0 || !crumbs.portions.empty()) {
+      player_.disengage();
+      if (player_.has_second()) player_.disengage(true);
+    }
+    summary.fallen_mm3 += crumbs.fallen_mm3;
+  }
+  recorder_.finish(
+      model_, summary.removed_mm3 - summary.deposited_mm3 - removed_before_ + crumbs.fallen_mm3,
+      crumbs.portions);
+  return Ok{};
+}
+
+Status SceneRun::run_move(size_t i) {
+  const Move &from = scene_.moves[i - 1], &to = scene_.moves[i];
+  if (to.tool != from.tool) player_.disengage();
+  if (player_.has_second() && to.second->tool != from.second->tool) player_.disengage(true);
+  const bool continues = i > 1 && one_stroke(from, to);
+  const bool ends = i + 1 == scene_.moves.size() || !one_stroke(to, scene_.moves[i + 1]);
+  if (!continues)
+    if (Status begun = begin_stroke(to); !begun) return begun;
+  Path path{from, to, plans_[i - 1], player_.hand_pose(), player_.hand_pose()};
+  const int64_t ticks = path.plan.ticks + path.plan.dwell_ticks;
+  for (int64_t k = 1; k <= ticks && going_; k++)
+    if (Status done = run_tick(path, k, ends && k == ticks); !done) return done;
+  if (ends || !going_)
+    if (Status done = end_stroke(to); !done) return done;
+  if (!to.label.empty())
+    carving_.marks.push_back(
+        {to.label, static_cast<double>(carving_.summary.ticks) / scene_.rate_hz});
+  return Ok{};
+}
+
+Status SceneRun::run_moves() {
+  for (size_t i = 1; i < scene_.moves.size() && going_; i++)
+    if (Status done = run_move(i); !done) return done;
+  return Ok{};
+}
+
+Status SceneRun::run_cutters() {
+  for (size_t i = 0; going_ && i < scene_.cutters.size(); i++) {
+    const SceneCutter& cutter = scene_.cutters[i];
+    if (const Status done = run_cutter(
+            cutter, bench_.bodies(), [&](const BodyAction& action) { return act(action); }, scene_,
+            carving_);
+        !done)
+      return at(cutter.line, "[cutter]: " + done.error());
+  }
+  return Ok{};
+}
+
+Result<Carving> SceneRun::finish() {
+  carving_.bodies = bench_.bodies();
+  summarize(carving_, std::move(step_us_));
+  recorder_.draw(carving_.bodies, scene_.materials);
+  carving_.unsaved = recorder_.settle();
+  if (options_.progress) options_.progress(1);
+  return std::move(carving_);
 }
 
 }  // namespace
@@ -202,313 +398,19 @@ Result<Carving> carve(const Scene& scene, const CarveOptions& options) {
 
 Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
                       const CarveOptions& options) {
-  Carving carving;
-  carving.model = std::move(stock);
-  TriDexel& model = *carving.model;
-  model.reserve(1024);
-
-  std::vector<MovePlan> plans;
-  int64_t total = 0;
-  for (size_t i = 1; i < scene.moves.size(); i++) {
-    const Result<MovePlan> plan = plan_move(scene, scene.moves[i - 1], scene.moves[i]);
-    if (!plan) return Error{plan.error()};
-    plans.push_back(plan.value());
-    total += plan.value().ticks + plan.value().dwell_ticks;
-  }
-  const double trace_bytes = static_cast<double>(total) * (sizeof(TraceRow) + sizeof(double));
-  if (const double there = available_bytes(); there > 0 && trace_bytes > 0.8 * there) {
-    char text[160];
-    std::snprintf(text, sizeof text,
-                  ": %lld ticks take about %.1f GB and %.1f GB are free; use fewer or faster moves",
-                  static_cast<long long>(total), trace_bytes / 1e9, there / 1e9);
-    return Error{scene.file + text};
-  }
-
-  for (const Tool& tool : scene.tools)
-    if (!std::holds_alternative<HalfSpace>(tool) &&
-        reach_mm(tool) > kMaxToolReach * scene.stock.pitch_mm) {
-      char text[240];
-      std::snprintf(
-          text, sizeof text,
-          ": [tool] reaches %.4g mm from its tip, and at pitch %g mm at most %.4g mm can be told "
-          "apart; use a smaller tool",
-          reach_mm(tool), scene.stock.pitch_mm, kMaxToolReach * scene.stock.pitch_mm);
-      return Error{scene.file + text};
-    }
-  const Move& first = scene.moves.front();
-  const auto hand_of = [&](const auto& start) {
-    return SceneHand(scene, model, {start.to_mm, frame_from_axis(start.axis, start.roll_rad)},
-                     options.threads);
-  };
-  SceneHand hand = hand_of(first);
-  std::optional<SceneHand> second;
-  if (first.second) second.emplace(hand_of(*first.second));
-  Symmetry symmetry = scene.symmetry;
-  if (!scene.symmetry_centred) symmetry.centre_mm = centre_of(model.lattice());
-  hand.set_symmetry(symmetry);
-  if (second) second->set_symmetry(symmetry);
-  const std::shared_ptr<const Grain> grain = Grain::of(model.lattice(), scene.materials);
-  hand.set_grain(grain.get());
-  if (second) second->set_grain(grain.get());
-  ReshapeStroke reshape(model);
-  reshape.set_threads(options.threads);
-  std::unique_ptr<Document> document;
-  auto flushed = std::chrono::steady_clock::now();
-  // Where the file can't be written any more the document goes on in memory, and that is told once;
-  // where it can't be had there either, the file keeps what it has.
-  bool told = false;
-  const auto keep = [&](const Status& kept) {
-    if (!document) return;
-    const std::string why = kept ? document->unsaved() : kept.error();
-    if (!why.empty() && !std::exchange(told, true) && options.warning)
-      options.warning(why + (kept ? "; going on in memory" : "; what follows is not saved"));
-    if (kept) return;
-    carving.unsaved = why;
-    document.reset();
-  };
-  const auto settle_document = [&] {
-    if (document) keep(document->flush());
-    if (document) carving.unsaved = settle(*document);
-  };
-  if (!options.document.empty()) {
-    Result<std::unique_ptr<Document>> made = new_document(options.document, scene, model);
-    if (!made) return Error{made.error()};
-    document = std::move(made).value();
-  }
-  CarveSummary& summary = carving.summary;
-  Workbench bench(model);
-  const auto act = [&](const BodyAction& action) -> Result<BodyChange> {
-    Result<BodyChange> done = bench.act(action, options.threads);
-    if (done && document) keep(status_of(document->act(action, options.threads)));
-    return done;
-  };
-  for (const SceneNoGo& no_go : scene.no_go) {
-    BodyAction add;
-    add.tool = no_go.tool;
-    if (no_go.way_mm.empty()) {
-      add.verb = BodyVerb::add;
-      add.pose = no_go.pose;
-      add.no_go = true;
-    } else {
-      add.verb = BodyVerb::protect;
-      add.bodies = {bench.active()};
-      add.way_mm = no_go.way_mm;
-    }
-    add.visible = false;  // it is what the piece shall come to, not a part of it
-    if (!no_go.name.empty()) add.name = no_go.name;
-    const Result<BodyChange> done = act(add);
-    if (done) continue;
-    settle_document();
-    return Error{scene.file + ":" + std::to_string(no_go.line) + ": [no_go]: " + done.error()};
-  }
-  for (const SceneSpline& spline : scene.splines) {
-    BodyAction shape;
-    shape.verb = BodyVerb::spline;
-    shape.bodies = {bench.active()};
-    shape.spline = spline.shape;
-    shape.operation = spline.operation;
-    shape.material = spline.material;
-    const Result<BodyChange> done = act(shape);
-    if (!done) {
-      settle_document();
-      return Error{scene.file + ":" + std::to_string(spline.line) + ": [spline]: " + done.error()};
-    }
-    (done.value().removed_mm3 > 0 ? summary.removed_mm3 : summary.deposited_mm3) +=
-        std::abs(done.value().removed_mm3);
-    if (done.value().clipped && options.warning)
-      options.warning(
-          scene.file + ":" + std::to_string(spline.line) +
-          ": the spline's shape reaches beyond the stock's room, and what is outside is "
-          "dropped; raise [stock] room_mm");
-  }
-  const Result<const NoGo*> no_go = bench.no_go();
-  if (!no_go) return Error{scene.file + ": " + no_go.error()};
-  hand.set_no_go(no_go.value());
-  if (second) second->set_no_go(no_go.value());
-  std::optional<Snapshot> before_stroke;  // where its crumbs are looked for
-  carving.trace.reserve(static_cast<size_t>(total));
-  std::vector<double> step_us;
-  step_us.reserve(static_cast<size_t>(total));
-  bool clipped = false;
-  if (!first.label.empty()) carving.marks.push_back({first.label, 0});
-  bool going = true;
-  double removed_before = 0;  // of the stroke
-  for (size_t i = 1; i < scene.moves.size() && going; i++) {
-    const Move &from = scene.moves[i - 1], &to = scene.moves[i];
-    const MovePlan& plan = plans[i - 1];
-    const Tool& tool = scene.tools[to.tool];
-    if (to.tool != from.tool) hand.disengage();
-    if (second && to.second->tool != from.second->tool) second->disengage();
-    // Each move is a stroke; moves of one warp are one.
-    const bool goes_on = i > 1 && one_stroke(from, to);
-    const bool ends = i + 1 == scene.moves.size() || !one_stroke(to, scene.moves[i + 1]);
-    if (!goes_on) {
-      hand.begin_stroke();
-      if (second) second->begin_stroke();
-      const Pose start = hand.pose();
-      StrokeSettings settings = stroke_settings(scene, to);
-      settings.symmetry = symmetry;
-      if (reshapes(to.mode))
-        if (const Status begun =
-                reshape.begin({to.mode, to.brush, tool, scene.force.law, scene.rate_hz, symmetry},
-                              scene.materials, start);
-            !begun)
-          return Error{scene.file + ":" + std::to_string(to.line) + ": [move] " + begun.error()};
-      if (document) keep(document->begin(settings, start, to.label));
-      if (document && to.both())
-        document->add(put_tick(second->pose(), true),
-                      options.keep_forces ? &kNothingFelt : nullptr);
-      before_stroke.reset();
-      if (settings.crumbs != Crumbs::stay) before_stroke = model.snapshot();
-    }
-    const Pose began = hand.wanted();
-    Pose wanted = began;
-    if (!goes_on) removed_before = summary.removed_mm3 - summary.deposited_mm3;
-    for (int64_t k = 1; k <= plan.ticks + plan.dwell_ticks && going; k++) {
-      const bool moving = k <= plan.ticks;
-      const auto turn = [&](const Vec3& all) {
-        return moving ? Vec3(all / static_cast<double>(plan.ticks)) : Vec3(Vec3::Zero());
-      };
-      const auto start = std::chrono::steady_clock::now();
-      Vec3 tip = on_the_way(from.to_mm, to.to_mm, k, plan.ticks), turned = turn(plan.turn_rad);
-      if (plan.way && moving) {
-        const Pose next =
-            plan.way->at(static_cast<double>(k) / static_cast<double>(plan.ticks), began);
-        tip = next.tip;
-        turned = rotation_between(std::exchange(wanted, next).frame, next.frame);
-      }
-      Result<ToolTick> tick = hand.advance(to, tip, turned, moving);
-      if (tick && reshapes(to.mode)) {
-        Status reshaped = reshape.advance(tick.value());
-        if (reshaped && ends && k == plan.ticks + plan.dwell_ticks)
-          reshaped = reshape.end(tick.value());
-        if (!reshaped) tick = Error{reshaped.error()};
-      }
-      std::shared_ptr<ToolTick> other;
-      if (tick && second) {
-        Result<ToolTick> done = second->advance(
-            *to.second, on_the_way(from.second->to_mm, to.second->to_mm, k, plan.ticks),
-            turn(plan.second_turn_rad), moving);
-        if (done)
-          other = std::make_shared<ToolTick>(std::move(done).value());
-        else
-          tick = Error{"the second hand: " + done.error()};
-      }
-      step_us.push_back(microseconds_since(start));
-      if (!tick) {
-        settle_document();
-        return Error{scene.file + ":" + std::to_string(to.line) + ": [move] " + tick.error() +
-                     (carving.unsaved.empty() ? "" : "; " + carving.unsaved)};
-      }
-      ToolTick& result = tick.value();
-      add_tick(summary, to.mode, result);
-      if (other) add_tick(summary, to.second->mode, *other);
-      summary.ticks++;
-      if ((result.clipped || (other && other->clipped)) && !std::exchange(clipped, true) &&
-          options.warning)
-        options.warning(
-            scene.file + ":" + std::to_string(to.line) +
-            ": material reached beyond the stock's room, and what was outside is dropped; raise "
-            "[stock] room_mm");
-      carving.trace.push_back({static_cast<double>(summary.ticks) / scene.rate_hz, result, other});
-      if (document) {
-        document->add(hand.recorded(), options.keep_forces ? &result.wrench : nullptr);
-        if (to.both()) {
-          StrokeTick recorded = second->recorded();
-          recorded.second = true;
-          document->add(recorded, options.keep_forces ? &other->wrench : nullptr);
-        }
-        if (const auto now = std::chrono::steady_clock::now(); now - flushed >= kFlushEvery) {
-          keep(document->flush());
-          flushed = now;
-        }
-      }
-      if (options.progress && summary.ticks % 64 == 0)
-        options.progress(static_cast<double>(summary.ticks) / static_cast<double>(total));
-      if (options.each) {
-        std::optional<CarvedTick> beside;
-        if (other) beside.emplace(CarvedTick{scene.tools[to.second->tool], second->pose(), *other});
-        going = options.each(model, {tool, hand.pose(), result}, beside ? &*beside : nullptr);
-      }
-    }
-    if (ends && ends_apart(to.mode)) {
-      // A tick that edits nothing: there what is owed comes back (see Document::replay).
-      if (document) document->add({hand.pose().tip, Vec3::Zero(), false});
-      if (reshape.owed_mm3() > kOwedWarning && options.warning) {
-        char text[160];
-        std::snprintf(text, sizeof text,
-                      ": %.3g mm3 of clay found no room around the tool; raise [stock] room_mm",
-                      reshape.owed_mm3());
-        options.warning(scene.file + ":" + std::to_string(to.line) + text);
-      }
-    }
-    CrumbResult crumbs;
-    if (ends && before_stroke) {
-      crumbs = bench.end_stroke(*before_stroke, scene.crumbs);
-      if (crumbs.fallen > 0 || !crumbs.portions.empty()) {
-        hand.disengage();
-        if (second) second->disengage();
-      }
-      summary.fallen_mm3 += crumbs.fallen_mm3;
-    }
-    if (document && ends)
-      keep(document->finish(
-          model, summary.removed_mm3 - summary.deposited_mm3 - removed_before + crumbs.fallen_mm3,
-          crumbs.portions));
-    if (!to.label.empty())
-      carving.marks.push_back({to.label, static_cast<double>(summary.ticks) / scene.rate_hz});
-  }
-  for (size_t i = 0; going && i < scene.cutters.size(); i++)
-    if (const Status done = run_cutter(scene.cutters[i], bench.bodies(), act, scene, carving);
-        !done) {
-      settle_document();
-      return Error{scene.file + ":" + std::to_string(scene.cutters[i].line) +
-                   ": [cutter]: " + done.error()};
-    }
-  carving.bodies = bench.bodies();
-  summarize(carving, std::move(step_us));
-  if (document)
-    if (const Status drawn = keep_thumbnail(*document, document->head(), carving.bodies,
-                                            scene.materials, options.threads);
-        !drawn && options.warning)
-      options.warning(drawn.error());
-  settle_document();
-  if (options.progress) options.progress(1);
-  return carving;
-}
-
-void add_tick(CarveSummary& summary, Mode mode, ToolTick& result) {
-  if (mode == Mode::touch) result.removed_mm3 = 0;
-  if (mode == Mode::cut) {
-    summary.removed_mm3 += result.removed_mm3;
-    summary.points_removed += result.points;
-  }
-  if (mode == Mode::deposit) summary.deposited_mm3 -= result.removed_mm3;
-  if (reshapes(mode)) {
-    summary.removed_mm3 += std::max(0.0, result.removed_mm3);
-    summary.deposited_mm3 += std::max(0.0, -result.removed_mm3);
-  }
-  summary.max_force_N = std::max(summary.max_force_N, std::sqrt(result.wrench.force.squaredNorm()));
-  summary.max_moment_Nmm =
-      std::max(summary.max_moment_Nmm, std::sqrt(result.wrench.moment.squaredNorm()));
-}
-
-void summarize(Carving& carving, std::vector<double> step_us) {
-  CarveSummary& summary = carving.summary;
-  const TriDexel& model = *carving.model;
-  summary.volume_mm3 = 0;
-  summary.bodies = 0;
-  for (const Body& body : carving.bodies.all) {
-    if (body.no_go) continue;
-    summary.volume_mm3 += body.model.volume_mm3();
-    summary.bodies++;
-  }
-  summary.state_hash = carving.bodies.content_hash();
-  summary.pitch_mm = model.lattice().pitch_mm;
-  summary.stock = model.count();
-  std::sort(step_us.begin(), step_us.end());
-  summary.step_us = {percentile(step_us, 0.5), percentile(step_us, 0.99),
-                     percentile(step_us, 0.999), step_us.empty() ? 0 : step_us.back()};
+  Result<std::vector<MovePlan>> plans = plan_moves(scene);
+  if (!plans) return Error{plans.error()};
+  if (Status fits = check_tools(scene); !fits) return Error{fits.error()};
+  stock->reserve(1024);
+  Result<Recorder> recorder = Recorder::make(options, scene, *stock);
+  if (!recorder) return Error{recorder.error()};
+  SceneRun run(scene, options, std::move(plans).value(), std::move(stock),
+               std::move(recorder).value());
+  Status done = run.prepare();
+  if (done) done = run.run_moves();
+  if (done) done = run.run_cutters();
+  if (!done) return run.stop(done.error());
+  return run.finish();
 }
 
 }  // namespace kibori

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Scenes and documents: what a scene carves written as one, and a document carved again.
+// Documents as scenes, models and pictures see them.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,7 @@
 #include <string>
 
 #include <kibori/base/result.h>
-#include <kibori/run/carving.h>
+#include <kibori/scene/scene.h>
 #include <kibori/document/document.h>
 #include <kibori/formats/surface_file.h>
 
@@ -32,10 +32,6 @@ uint8_t document_material(const Document& document);
 // up to it.
 Result<std::unique_ptr<TriDexel>> document_model(const std::filesystem::path& path);
 Result<std::unique_ptr<TriDexel>> model_at_head(const Document& document);
-// Carves what is whole on the way to a document's head again, as a new one, with forces and
-// versions; without pictures. Up to which step: the last whose stroke, and all before it, are
-// whole. Errors: the path; not even the stock is whole.
-Result<StepId> salvage(const Document& document, const std::filesystem::path& into);
 // A mesh file, or the surface of a document at its head.
 Result<TriangleMesh> read_mesh_or_document(const std::filesystem::path& path, int threads);
 
@@ -46,26 +42,4 @@ std::vector<Rgb> document_colors(const Document& document);
 // A small picture of a step, kept with it. `bodies`: its state.
 Status keep_thumbnail(Document& document, StepId step, const Bodies& bodies,
                       const std::vector<Material>& materials, int threads);
-struct ReplayOptions {
-  std::string to;                  // a version or step; by default the head
-  std::optional<double> pitch_mm;  // of the model; by default as recorded
-  std::optional<ForceLaw> law;     // by default as recorded
-  CarveOptions carve;              // threads, progress, warnings
-};
-
-struct Replay {
-  Carving carving;
-  ForceLaw law;  // of the last stroke
-  StepId to = 0;
-  // The first step whose model is not what it was; only looked for at the recorded pitch.
-  StepId differs = 0;
-};
-
-// Errors: those of the document; a stock that can't be made at another pitch.
-Result<Replay> replay_document(const Document& document, const ReplayOptions& options);
-
-// The steps and versions, one a line; the head is marked.
-std::string history_text(const Document& document);
-std::string history_json(const Document& document);
-
 }  // namespace kibori

@@ -8,9 +8,7 @@
 #include <kibori/run/documents.h>
 #include <kibori/document/document.h>
 #include <kibori/edit/grain.h>
-#include <kibori/motion/direct_tool.h>
-#include <kibori/motion/reshape_stroke.h>
-#include <kibori/motion/spring_tool.h>
+#include <kibori/motion/stroke_player.h>
 
 namespace kibori {
 namespace {
@@ -19,33 +17,20 @@ constexpr const char* kFailed = "the stroke failed; cancel it";
 
 }  // namespace
 
-// The tool of a stroke that is under way.
+// A stroke in progress.
 struct Workpiece::Stroke {
   Stroke(TriDexel& model, Step begun)
       : step(std::move(begun)),
-        hand(step.start),
-        direct(model, step.start),
-        spring(model, step.start, step.settings.force.spring),
-        reshape(model),
+        player(model, step.start, step.settings.force.spring),
         before(model.snapshot()),
         grain(Grain::of(model.lattice(), step.settings.materials)) {
-    direct.set_symmetry(step.settings.symmetry);
-    direct.set_grain(grain.get());
-    spring.set_symmetry(step.settings.symmetry);
-    spring.set_grain(grain.get());
-    spring.begin_stroke();
+    player.set_grain(grain.get());
   }
 
-  bool series() const { return step.settings.force.series(); }
-
   Step step;
-  Pose hand;  // of the force model `series`
-  DirectTool direct;
-  SpringTool spring;
-  ReshapeStroke reshape;
+  StrokePlayer player;
   Snapshot before;
   std::shared_ptr<const Grain> grain;
-  bool failed = false;  // the model has a part of a tick
 };
 
 Workpiece::Workpiece(std::unique_ptr<TriDexel> model, Bodies bodies, BodyId active,
@@ -114,22 +99,14 @@ Status Workpiece::activate(BodyId body) {
 
 Status Workpiece::begin(StrokeSettings settings, const Pose& start, const std::string& label) {
   if (Status free = no_stroke(); !free) return free;
-  if (Status fine = check_tool(settings.tool); !fine) return fine;
-  if (Status fine = check_symmetry(settings.symmetry); !fine) return fine;
   if (!start.tip.allFinite() || !is_rigid(start))
     return Error{"a stroke begins at a place and three unit axes at right angles"};
-  if (!std::holds_alternative<HalfSpace>(settings.tool) &&
-      reach_mm(settings.tool) > kMaxToolReach * model_->lattice().pitch_mm)
-    return Error{"the tool is too large for this pitch"};
   const Body& body = *bench_.bodies().find(bench_.active());
   if (body.kept())
     return Error{"body '" + body.name + "' is " + (body.locked ? "locked" : "no-go") +
                  "; allow changes in it first"};
   const Result<const NoGo*> no_go = bench_.no_go();
   if (!no_go) return Error{no_go.error()};
-  if (no_go.value() && reshapes(settings.mode))
-    return Error{"what reshapes can't work beside a body that is no-go"};
-  if (settings.material >= materials_.size()) return Error{"there is no such material"};
   settings.materials = materials_;
   settings.body = bench_.active();
   if (!may_sever(settings.mode)) settings.crumbs = Crumbs::stay;
@@ -140,86 +117,59 @@ Status Workpiece::begin(StrokeSettings settings, const Pose& start, const std::s
   step.settings = std::move(settings);
   step.start = start;
   auto stroke = std::make_unique<Stroke>(*model_, std::move(step));
-  stroke->direct.set_threads(threads_);
-  stroke->direct.set_no_go(no_go.value());
-  stroke->spring.set_no_go(no_go.value());
-  stroke->reshape.set_threads(threads_);
+  stroke->player.set_threads(threads_);
+  stroke->player.set_no_go(no_go.value());
   const StrokeSettings& s = stroke->step.settings;
-  if (reshapes(s.mode))
-    if (Status begun = stroke->reshape.begin(
-            {s.mode, s.brush, s.tool, s.force.law, s.rate_hz, s.symmetry}, s.materials, start);
-        !begun)
-      return begun;
+  if (Status begun = stroke->player.begin(s); !begun) return begun;
+  if (!std::holds_alternative<HalfSpace>(s.tool) &&
+      reach_mm(s.tool) > kMaxToolReach * model_->lattice().pitch_mm)
+    return Error{"the tool is too large for this pitch"};
   stroke_ = std::move(stroke);
   return Ok{};
 }
 
 const Pose& Workpiece::tool_pose() const {
   KIBORI_CHECK(stroke_ != nullptr);
-  return stroke_->series() ? stroke_->spring.pose() : stroke_->direct.pose();
+  return stroke_->player.tool_pose();
 }
 
 Result<ToolTick> Workpiece::advance(const Pose& to) {
   if (!stroke_) return Error{"there is no stroke; begin one"};
-  Stroke& stroke = *stroke_;
-  const StrokeSettings& s = stroke.step.settings;
-  if (stroke.failed) return Error{kFailed};
+  StrokePlayer& player = stroke_->player;
+  Step& step = stroke_->step;
+  if (player.failed()) return Error{kFailed};
   if (!to.tip.allFinite() || !to.frame.allFinite())
     return Error{"the tool can't go to a place that is no number"};
-  StrokeTick recorded;
-  Result<ToolTick> done = Error{};
-  if (stroke.series()) {
-    done = stroke.spring.advance(s.tool, to, s.mode, s.materials, s.material);
-    if (!done) return done;
-    stroke.hand = to;
-    const ToolTick& tick = done.value();
-    recorded = {tick.pose.tip, tick.motion.turn, tick.edited || reshapes(s.mode),
-                to.tip - tick.pose.tip, rotation_between(tick.pose.frame, to.frame)};
-  } else {
-    const Mat3& frame = stroke.direct.pose().frame;
-    const Vec3 turn = to.frame == frame ? Vec3(Vec3::Zero()) : rotation_between(frame, to.frame);
-    done =
-        stroke.direct.advance(s.tool, to.tip, turn, s.mode, s.force.law, s.materials, s.material);
-    if (!done) return done;
-    recorded = {to.tip, turn, s.mode != Mode::off};
-  }
-  if (reshapes(s.mode))
-    if (Status reshaped = stroke.reshape.advance(done.value()); !reshaped) {
-      stroke.failed = true;
-      return Error{reshaped.error()};
-    }
-  stroke.step.ticks.push_back(recorded);
-  if (s.mode == Mode::touch) done.value().removed_mm3 = 0;
-  stroke.step.removed_mm3 += done.value().removed_mm3;
+  Result<ToolTick> done = player.move_to(to);
+  if (!done) return done;
+  step.ticks.push_back(player.recorded());
+  if (step.settings.mode == Mode::touch) done.value().removed_mm3 = 0;
+  step.removed_mm3 += done.value().removed_mm3;
   return done;
 }
 
 Result<CrumbResult> Workpiece::end(ToolTick* last) {
   if (!stroke_) return Error{"there is no stroke; begin one"};
-  Stroke& stroke = *stroke_;
-  const StrokeSettings& s = stroke.step.settings;
-  if (stroke.failed) return Error{kFailed};
-  if (reshapes(s.mode) && !stroke.step.ticks.empty()) {
-    ToolTick own;
-    if (Status ended = stroke.reshape.end(own); !ended) {
-      stroke.failed = true;
-      return Error{ended.error()};
-    }
-    stroke.step.removed_mm3 += own.removed_mm3;
-    if (last) {
-      last->removed_mm3 += own.removed_mm3;
-      last->points += own.points;
-    }
-    // A tick that edits nothing: there what is owed comes back (see Document::replay).
-    if (ends_apart(s.mode)) stroke.step.ticks.push_back({tool_pose().tip, Vec3::Zero(), false});
+  StrokePlayer& player = stroke_->player;
+  Step& step = stroke_->step;
+  if (player.failed()) return Error{kFailed};
+  ToolTick own;
+  const Result<std::optional<StrokeTick>> ended = player.end(own);
+  if (!ended) return Error{ended.error()};
+  if (ended.value()) step.ticks.push_back(*ended.value());
+  step.removed_mm3 += own.removed_mm3;
+  if (last) {
+    last->removed_mm3 += own.removed_mm3;
+    last->points += own.points;
   }
   CrumbResult crumbs;
-  if (s.crumbs != Crumbs::stay) crumbs = bench_.end_stroke(stroke.before, s.crumbs);
-  stroke.step.removed_mm3 += crumbs.fallen_mm3;
-  stroke.step.severed = crumbs.portions;
-  Step step = std::move(stroke.step);
+  const Crumbs rule = step.settings.crumbs;
+  if (rule != Crumbs::stay) crumbs = bench_.end_stroke(stroke_->before, rule);
+  step.removed_mm3 += crumbs.fallen_mm3;
+  step.severed = crumbs.portions;
+  Step whole = std::move(step);
   stroke_.reset();
-  keep(std::move(step));
+  keep(std::move(whole));
   return crumbs;
 }
 

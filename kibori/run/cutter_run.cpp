@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/run/cutter_run.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <kibori/base/file.h>
+#include <kibori/body/cutter.h>
+
+namespace kibori {
+namespace {
+
+// Hours of a cutter's feed.
+constexpr double kMaxCutterTicks = 1e7;
+
+// The ticks of a cutter that goes along its feed: its work over its way, against it. `area_mm2`: of
+// all that it cut, on one side.
+Status trace_cutter(const SceneCutter& with, const Bodies& before, const Bodies& after,
+                    double area_mm2, const Scene& scene, Carving& carving) {
+  CarveSummary& summary = carving.summary;
+  const double kerf = with.cutter.kerf_mm;
+  const auto work = [&](uint8_t i) {
+    const Material& m = scene.materials[std::min<size_t>(i, scene.materials.size() - 1)];
+    return kerf > 0 ? kerf * m.u : m.gc;
+  };
+  std::vector<std::pair<const Body*, CutProgress>> cuts;
+  double bare_mm2 = 0;  // what stays has both faces of a slot, and one of what came away
+  for (const Body& was : before.all) {
+    const Body* const is = after.find(was.id);
+    if (!is) continue;
+    const Vec3 feed = was.pose.frame.transpose() * with.feed;
+    cuts.emplace_back(&was, cut_progress(was.model, is->model, feed, work));
+    for (const CutProgress::Step& step : cuts.back().second.steps) bare_mm2 += step.area_mm2;
+  }
+  const double way = with.speed_mm_s / scene.rate_hz,
+               share = bare_mm2 > 0 ? area_mm2 / bare_mm2 : 0;
+  for (const auto& [was, progress] : cuts) {
+    const double h = progress.step_mm, all = static_cast<double>(progress.steps.size()) * h;
+    if (!(all <= kMaxCutterTicks * way))
+      return Error{"its feed takes too many ticks; use a higher speed"};
+    for (int64_t i = 0; static_cast<double>(i) * way < all; i++) {
+      const CutProgress::Step& step =
+          progress.steps[static_cast<size_t>(static_cast<double>(i) * way / h)];
+      ToolTick tick;
+      tick.pose = {was->pose.to_world(step.middle_mm), frame_from_axis(-with.feed)};
+      tick.motion.tip = tick.pose.tip;
+      tick.motion.axis = tick.pose.axis();
+      tick.motion.travel = way * with.feed;
+      tick.wrench.force = -(share * step.work_nmm / h) * with.feed;
+      tick.removed_mm3 = share * kerf * step.area_mm2 * way / h;
+      summary.ticks++;
+      summary.max_force_N =
+          std::max(summary.max_force_N, std::sqrt(tick.wrench.force.squaredNorm()));
+      carving.trace.push_back({static_cast<double>(summary.ticks) / scene.rate_hz, tick});
+    }
+  }
+  return Ok{};
+}
+
+}  // namespace
+
+Status run_cutter(const SceneCutter& with, const Bodies& bodies,
+                  const std::function<Result<BodyChange>(const BodyAction&)>& act,
+                  const Scene& scene, Carving& carving) {
+  BodyAction cut;
+  cut.verb = BodyVerb::cut;
+  cut.cutter = with.cutter;
+  if (!with.body.empty()) {
+    for (const Body& body : bodies.all)
+      if (body.name == with.body) cut.bodies.push_back(body.id);
+    if (cut.bodies.empty()) return Error{"no body is called '" + sanitize_message(with.body) + "'"};
+  }
+  const Bodies before = bodies;
+  const Result<BodyChange> done = act(cut);
+  if (!done) return Error{done.error()};
+  carving.summary.removed_mm3 += done.value().removed_mm3;
+  if (with.speed_mm_s > 0)
+    if (Status traced = trace_cutter(with, before, bodies, done.value().area_mm2, scene, carving);
+        !traced)
+      return traced;
+  if (with.shift_mm == Vec3::Zero()) return Ok{};
+  for (const BodyId id : done.value().made) {
+    BodyAction move;
+    move.verb = BodyVerb::move;
+    move.bodies = {id};
+    move.pose = bodies.find(id)->pose;
+    move.pose.tip += with.shift_mm;
+    if (const Result<BodyChange> moved = act(move); !moved) return Error{moved.error()};
+  }
+  return Ok{};
+}
+
+}  // namespace kibori

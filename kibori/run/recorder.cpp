@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: MIT
+#include <kibori/run/recorder.h>
+
+#include <utility>
+
+#include <kibori/document/rescue.h>
+#include <kibori/run/documents.h>
+
+namespace kibori {
+namespace {
+
+// Ticks reach the file after this time at the latest: it is what a crash can lose.
+constexpr auto kFlushEvery = std::chrono::milliseconds(50);
+
+}  // namespace
+
+Result<Recorder> Recorder::make(const CarveOptions& options, const Scene& scene,
+                                const TriDexel& model) {
+  Recorder recorder(options);
+  if (options.document.empty()) return recorder;
+  Result<std::unique_ptr<Document>> made = new_document(options.document, scene, model);
+  if (!made) return Error{made.error()};
+  recorder.document_ = std::move(made).value();
+  return recorder;
+}
+
+void Recorder::check(const Status& kept) {
+  const std::string why = kept ? document_->unsaved() : kept.error();
+  if (!why.empty() && !std::exchange(reported_, true) && options_->warning)
+    options_->warning(why + (kept ? "; going on in memory" : "; what follows is not saved"));
+  if (kept) return;
+  unsaved_ = why;
+  document_.reset();
+}
+
+void Recorder::act(const BodyAction& action) {
+  if (!document_) return;
+  const Result<BodyChange> done = document_->act(action, options_->threads);
+  check(done ? Status(Ok{}) : Status(Error{done.error()}));
+}
+
+void Recorder::begin(const StrokeSettings& settings, const Pose& start, const std::string& label) {
+  if (document_) check(document_->begin(settings, start, label));
+}
+
+void Recorder::add(const StrokeTick& tick, const Wrench& felt) {
+  if (!document_) return;
+  document_->add(tick, options_->keep_forces ? &felt : nullptr);
+  const auto now = std::chrono::steady_clock::now();
+  if (now - flushed_ < kFlushEvery) return;
+  check(document_->flush());
+  flushed_ = now;
+}
+
+void Recorder::finish(const TriDexel& model, double removed_mm3,
+                      const std::vector<Portion>& severed) {
+  if (document_) check(document_->finish(model, removed_mm3, severed));
+}
+
+void Recorder::draw(const Bodies& bodies, const std::vector<Material>& materials) {
+  if (!document_) return;
+  const Status drawn =
+      keep_thumbnail(*document_, document_->head(), bodies, materials, options_->threads);
+  if (!drawn && options_->warning) options_->warning(drawn.error());
+}
+
+std::string Recorder::settle() {
+  if (document_) check(document_->flush());
+  if (document_) unsaved_ = kibori::settle(*document_);
+  return unsaved_;
+}
+
+}  // namespace kibori
