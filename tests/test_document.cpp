@@ -624,6 +624,19 @@ TEST(Document, OldVersionsOpen) {
   }
 }
 
+// Kibori 0.1 recorded what a scene reshaped with force model series as ticks that edit nothing: a
+// grab, a press with its end, and smoothing. It replays as it was carved.
+TEST(Document, TicksThatLostTheirEditsReplay) {
+  Folder folder;
+  std::filesystem::copy(
+      std::filesystem::path(KIBORI_SOURCE_DIR) / "tests/documents/v12-series.kibori",
+      folder / "a.kibori");
+  auto document = opened(folder / "a.kibori", Document::Access::read);
+  ASSERT_NE(document, nullptr);
+  EXPECT_EQ(wrongs(*document), std::vector<std::string>());
+  EXPECT_EQ(document->steps().at(document->head()).hash, 0x971bcbb59c8886a5u);
+}
+
 TEST(Document, AMillionTicksAtOnceAndForcesOfSome) {
   Folder folder;
   TriDexel model = stock();

@@ -97,7 +97,7 @@ void Server::State::show(std::unique_ptr<Session> opened) {
 void Server::State::tell_publisher() {
   if (!publisher) return;
   if (!live()) return publisher->about({"", "", 0, {}, {}});
-  const LiveSession::HapticDeviceState* const device = haptic_device();
+  const HapticDeviceState* const device = haptic_device();
   publisher->about({std::filesystem::path(session->name()).filename().string(),
                     device ? device->name : "a pointer", session->rate_hz(), session->lattice(),
                     session->materials()});
@@ -297,7 +297,7 @@ std::string Server::State::start_json(const std::string& key) const {
 
 void Server::State::send_ticks() {
   // The wood's force; a device is given its share of that.
-  const LiveSession::HapticDeviceState* const device = haptic_device();
+  const HapticDeviceState* const device = haptic_device();
   const double wood = device ? 1 / device->share : 1;
   double owed = 0, fallen = 0;
   int parted = 0;
@@ -372,7 +372,7 @@ std::vector<uint8_t> Server::State::second_message() {
   said.there = there;
   said.tool = tool_message(there ? std::optional<Tool>(*tool) : std::nullopt);
   if (!there) return encode(said);
-  const LiveSession::HapticDeviceState* const device = live() ? live()->second_held() : nullptr;
+  const HapticDeviceState* const device = live() ? live()->second_held() : nullptr;
   said.tip = second_tick->tool.tip;
   said.axis = second_tick->tool.axis();
   said.side = second_tick->tool.frame.col(0);
@@ -392,7 +392,7 @@ void Server::State::send_state() {
   state.redo = place.redo;
   state.hash = hash_text(place.hash);
   state.blocked = live() && live()->blocked();
-  if (const LiveSession::HapticDeviceState* const held = haptic_device()) {
+  if (const HapticDeviceState* const held = haptic_device()) {
     state.safety = static_cast<uint8_t>(held->safety);
     if (held->trip != Trip::none) state.trip = trip_text(held->trip);
     state.given = held->given_n;
@@ -413,7 +413,7 @@ void Server::State::send_state() {
 }
 
 void Server::State::send_device(WebSocketClient* page) {
-  const LiveSession::HapticDeviceState* const held = haptic_device();
+  const HapticDeviceState* const held = haptic_device();
   if (!held) return;
   const std::vector<uint8_t> message = encode(Device{
       held->name, held->force_n, held->stiffness_n_mm, held->max_n_mm, held->scale, held->share});

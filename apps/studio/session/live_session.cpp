@@ -52,9 +52,9 @@ double felt_share(const DeviceCapabilities& device, double strength_n) {
 }
 
 // A device as it holds a tool over a stock of that size.
-LiveSession::HapticDeviceState held_by(const DeviceCapabilities& can, const Vec3& size_mm,
-                                       double rate_hz, double strength_n) {
-  LiveSession::HapticDeviceState held;
+HapticDeviceState held_by(const DeviceCapabilities& can, const Vec3& size_mm, double rate_hz,
+                          double strength_n) {
+  HapticDeviceState held;
   held.name = can.name;
   held.force_n = can.dof_out > 0 ? can.force_n : 0;
   // The hand's workspace spans the stock, where that is known.
@@ -67,20 +67,6 @@ LiveSession::HapticDeviceState held_by(const DeviceCapabilities& can, const Vec3
   held.stiffness_n_mm = std::min(can.stiffness_n_mm, held.max_n_mm);
   held.share = felt_share(can, strength_n);
   return held;
-}
-
-// How a pointer's tool stands there. `aimed`: how it stood before, without the roll, and now;
-// `anew`: as it does upright, else it goes on from there, so that it does not spin. Nothing where
-// that can't be.
-std::optional<Pose> pose_of(const Vec3& tip_mm, const Vec3& axis, double roll_rad, bool anew,
-                            Mat3& aimed) {
-  const double length = std::sqrt(axis.squaredNorm());
-  if (!tip_mm.allFinite() || !(length > 1e-9) || !std::isfinite(length)) return {};
-  const Mat3 before = anew ? Mat3(Mat3::Identity()) : aimed;
-  const Vec3 z = axis / length, was = before.col(2);
-  aimed =
-      was.dot(z) > -1 + 1e-9 ? Mat3(rotation(shortest_turn(was, z)) * before) : frame_from_axis(z);
-  return Pose{tip_mm, aimed * rotation(Vec3(0, 0, roll_rad))};
 }
 
 // A hand that goes about over the stock and dips into it now and then.
@@ -154,22 +140,22 @@ Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> doc
     return opened;
   };
   if (options.device.empty()) {
-    device = pointer_of(session->pointer_);
+    device = pointer_of(session->first_.pointer);
   } else {
     if (options.stepped && options.device != "virtual")
       return Error{"only a pointer and the simulated hand can be stepped"};
-    auto opened = hold(options.device, settings, session->held_);
+    auto opened = hold(options.device, settings, session->first_.held);
     if (!opened) return Error{opened.error()};
     device = std::move(opened).value();
-    session->default_n_mm_ = session->held_->stiffness_n_mm;
+    session->default_n_mm_ = session->first_.held->stiffness_n_mm;
     settings.idle_s = kDeviceIdleS;
     settings.armed = false;
   }
   if (options.second.empty()) {
     other.while_pressed = true;
-    second = pointer_of(session->second_pointer_);
+    second = pointer_of(session->second_.pointer);
   } else {
-    auto opened = hold(options.second, other, session->second_held_);
+    auto opened = hold(options.second, other, session->second_.held);
     if (!opened) return Error{opened.error()};
     second = std::move(opened).value();
   }
@@ -211,8 +197,7 @@ std::string LiveSession::close_document() {
         kibori::keep_thumbnail(document, document.head(), Bodies(*bodies), materials_, 1));
   std::string where = writer_->settled();
   later_.clear();
-  pressed_ = second_pressed_ = false;
-  pointer_ = second_pointer_ = nullptr;
+  for (SessionHand& hand : hands_) hand.close();
   writer_.reset();
   live_.reset();
   return where;
@@ -235,8 +220,8 @@ void LiveSession::then(std::function<void()> what) {
 }
 
 void LiveSession::go_on() {
-  for (PointerDevice* const pointer : {pointer_, second_pointer_})
-    if (pointer) pointer->pump();
+  for (const SessionHand& hand : hands_)
+    if (hand.pointer) hand.pointer->pump();
   while (!later_.empty()) {
     // What was asked of the document comes first: until then the material is only felt.
     if (!writer_->idle()) return;
@@ -248,22 +233,12 @@ void LiveSession::go_on() {
 // ---- A pointer
 
 void LiveSession::aim(const Vec3& tip_mm, const Vec3& axis, double time_s) {
-  if (!pointer_) return;
-  const std::optional<Pose> pose = pose_of(tip_mm, axis, roll_rad_, !pressed_, aimed_);
-  if (!pose) return;
-  if (!pressed_)
-    pointer_->hover(*pose);
-  else if (!std::isfinite(time_s))
-    return;
-  else if (guided_)
-    guided_->move(*pose, time_s, [&](const Pose& at, double s) { pointer_->move(at, s); });
-  else
-    pointer_->move(*pose, time_s);
+  first_.aim(tip_mm, axis, time_s);
 }
 
 void LiveSession::turn(double roll_rad) {
   // Turned so many times is not turned, and the sine of a large number is no sine.
-  if (std::isfinite(roll_rad)) roll_rad_ = std::remainder(roll_rad, 2 * std::numbers::pi);
+  if (std::isfinite(roll_rad)) first_.roll_rad = std::remainder(roll_rad, 2 * std::numbers::pi);
 }
 
 Status LiveSession::can_work(Mode mode) const {
@@ -273,31 +248,27 @@ Status LiveSession::can_work(Mode mode) const {
                   : body.locked ? " is locked: unlock it first"
                                 : " is no-go: allow cuts in it first") +
                  ", or take up another body"};
-  if (reshapes(mode))
-    for (const Body& other : bodies().all)
-      if (other.no_go && other.id != active())
-        return Error{other.name + " is no-go: only what cuts, adds or feels can work beside it"};
-  return Ok{};
+  const std::vector<Body>& all = bodies().all;
+  const bool protects = std::any_of(all.begin(), all.end(), [&](const Body& other) {
+    return other.no_go && other.id != active();
+  });
+  return check_modes(mode, std::nullopt, protects);
 }
 
 void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode asked, double time_s) {
   lift();
-  if (!pointer_) return;
+  if (!first_.pointer) return;
   const Mode mode = mode_in(materials_[stock_material_], asked);
   if (const Status can = can_work(mode); !can) return notify(can);
-  std::optional<Pose> pose =
-      std::isfinite(time_s) ? pose_of(tip_mm, axis, roll_rad_, true, aimed_) : std::nullopt;
-  if (!pose) return;
+  StrokeGuideSettings guide = guide_;
   // What a warp or the wheel drags goes where the hand does.
-  guided_.reset();
-  if (guide_.guides() && !warps(mode) && !on_wheel(mode)) {
-    StrokeGuideSettings guide = guide_;
-    guide.lead &= !reshapes(mode) || mode == Mode::press;  // a brush has no edge
-    guide.stamp &= mode == Mode::cut || mode == Mode::touch;
-    pose = guided_.emplace(guide).begin(*pose, time_s);
-  }
-  const Status posted = post([pointer = pointer_, stroke = stroke_ + 1, place = *pose, mode,
-                              brush = brush_of(mode)](ServoContext& live) {
+  if (warps(mode) || on_wheel(mode)) guide = {};
+  guide.lead &= !reshapes(mode) || mode == Mode::press;  // a brush has no edge
+  guide.stamp &= mode == Mode::cut || mode == Mode::touch;
+  const std::optional<Pose> pose = first_.begin_at(tip_mm, axis, time_s, guide);
+  if (!pose) return;
+  const Status posted = post([pointer = first_.pointer, stroke = first_.stroke() + 1, place = *pose,
+                              mode, brush = brush_of(mode)](ServoContext& live) {
     if (pointer->finished() >= stroke) return;  // it was cancelled before it began
     live.settings().mode = mode;
     live.settings().brush = brush;
@@ -307,31 +278,28 @@ void LiveSession::press(const Vec3& tip_mm, const Vec3& axis, Mode asked, double
     pointer->follow(stroke, clear.value_or(place));
   });
   if (!posted) return notify(posted);
-  stroke_ = pointer_->begin(*pose, time_s);
-  pressed_ = true;
+  first_.press(*pose, time_s);
 }
 
 void LiveSession::lift() {
-  if (!pressed_) return;
-  pressed_ = false;
-  if (guided_) guided_->end([&](const Pose& at, double s) { pointer_->move(at, s); });
-  pointer_->end();
-  later_.push_back({[this, stroke = stroke_] { return pointer_->finished() >= stroke; }});
-  static_cast<void>(post([pointer = pointer_, stroke = stroke_](ServoContext& live) {
+  if (!first_.pressed()) return;
+  first_.lift();
+  later_.push_back(
+      {[this, stroke = first_.stroke()] { return first_.pointer->finished() >= stroke; }});
+  static_cast<void>(post([pointer = first_.pointer, stroke = first_.stroke()](ServoContext& live) {
     live.settings().mode = Mode::off;
     pointer->give_up(stroke);
   }));
 }
 
 void LiveSession::strike() {
-  if (pressed_ || held_) notify(post([](ServoContext& live) { live.strike(kMalletNmm); }));
+  if (first_.pressed() || held()) notify(post([](ServoContext& live) { live.strike(kMalletNmm); }));
 }
 
 // ---- The second hand
 
 Status LiveSession::choose_second(const Tool& tool, Mode mode, const Lead& lead) {
-  if (reshapes(mode))
-    return Error{"the second hand cuts, adds or feels; only the first can reshape"};
+  if (const Status can = check_modes(Mode::cut, mode, false); !can) return can;
   if (Status fits = fits_hand(tool); !fits) return fits;
   if (Status good = check_stroke_guide(second_guide(lead)); !good) return good;
   lift_second();
@@ -359,31 +327,18 @@ StrokeGuideSettings LiveSession::second_guide(const Lead& lead) const {
 }
 
 void LiveSession::aim_second(const Vec3& tip_mm, const Vec3& axis, double time_s) {
-  if (!second_pointer_ || !second_tool_) return;
-  const std::optional<Pose> pose = pose_of(tip_mm, axis, 0, !second_pressed_, second_aimed_);
-  if (!pose) return;
-  if (!second_pressed_)
-    second_pointer_->hover(*pose);
-  else if (!std::isfinite(time_s))
-    return;
-  else if (second_guided_)
-    second_guided_->move(*pose, time_s,
-                         [&](const Pose& at, double s) { second_pointer_->move(at, s); });
-  else
-    second_pointer_->move(*pose, time_s);
+  if (second_tool_) second_.aim(tip_mm, axis, time_s);
 }
 
 void LiveSession::press_second(const Vec3& tip_mm, const Vec3& axis, double time_s) {
-  if (!second_pointer_ || !second_tool_ || !live_) return;
+  if (!second_.pointer || !second_tool_ || !live_) return;
   lift_second();
   if (const Status can = can_work(second_mode_); !can) return notify(can);
-  std::optional<Pose> pose =
-      std::isfinite(time_s) ? pose_of(tip_mm, axis, 0, true, second_aimed_) : std::nullopt;
-  if (!pose || later_.size() >= kMaxLater) return;
-  second_guided_.reset();
-  if (const StrokeGuideSettings guide = second_guide(second_lead_); guide.guides())
-    pose = second_guided_.emplace(guide).begin(*pose, time_s);
-  const auto begin = [pointer = second_pointer_, stroke = second_stroke_ + 1, place = *pose,
+  if (later_.size() >= kMaxLater) return;
+  const std::optional<Pose> pose =
+      second_.begin_at(tip_mm, axis, time_s, second_guide(second_lead_));
+  if (!pose) return;
+  const auto begin = [pointer = second_.pointer, stroke = second_.stroke() + 1, place = *pose,
                       adds = second_mode_ == Mode::deposit](ServoContext& live) {
     if (pointer->finished() >= stroke) return;  // it was cancelled before it began
     if (adds) live.put_second(place);
@@ -391,21 +346,16 @@ void LiveSession::press_second(const Vec3& tip_mm, const Vec3& axis, double time
     pointer->follow(stroke, clear.value_or(place));
   };
   later_.push_back({[this, begin] { return live_->post_within_stroke(begin); }});
-  second_stroke_ = second_pointer_->begin(*pose, time_s);
-  second_pressed_ = true;
+  second_.press(*pose, time_s);
   go_on();
 }
 
 void LiveSession::lift_second() {
-  if (!second_pressed_) return;
-  second_pressed_ = false;
-  if (second_guided_)
-    second_guided_->end([&](const Pose& at, double s) { second_pointer_->move(at, s); });
-  second_pointer_->end();
-  later_.push_back({[this, stroke = second_stroke_] {
-    return second_pointer_->finished() >= stroke &&
-           live_->post_within_stroke(
-               [pointer = second_pointer_, stroke](ServoContext&) { pointer->give_up(stroke); });
+  if (!second_.pressed()) return;
+  second_.lift();
+  later_.push_back({[this, pointer = second_.pointer, stroke = second_.stroke()] {
+    return pointer->finished() >= stroke &&
+           live_->post_within_stroke([=](ServoContext&) { pointer->give_up(stroke); });
   }});
   go_on();
 }
@@ -413,7 +363,7 @@ void LiveSession::lift_second() {
 // ---- A force device
 
 void LiveSession::work(Mode asked) {
-  if (!held_) return;
+  if (!held()) return;
   const Mode mode = mode_in(materials_[stock_material_], asked);
   notify(post([mode, brush = brush_of(mode)](ServoContext& live) {
     live.settings().mode = mode;
@@ -422,7 +372,7 @@ void LiveSession::work(Mode asked) {
 }
 
 void LiveSession::arm(bool armed) {
-  if (!held_) return;
+  if (!held()) return;
   notify(post([armed](ServoContext& live) {
     for (SafetyStage* const stage : {&live.safety(), &live.second()->safety()})
       armed ? stage->arm() : stage->disarm();
@@ -430,7 +380,7 @@ void LiveSession::arm(bool armed) {
 }
 
 void LiveSession::bring(const Vec3& tip_mm) {
-  if (!held_ || !tip_mm.allFinite()) return;
+  if (!held() || !tip_mm.allFinite()) return;
   notify(post([tip_mm](ServoContext& live) {
     live.settings().workspace.bring(tip_mm);
     live.place_again();
@@ -438,7 +388,7 @@ void LiveSession::bring(const Vec3& tip_mm) {
 }
 
 Status LiveSession::choose_reach(double scale) {
-  if (!held_) return Error{"no force device holds the tool"};
+  if (!held()) return Error{"no force device holds the tool"};
   if (!(scale >= kMinReach && scale <= kMaxReach)) return Error{"the reach must be 0.1 to 20"};
   return give_hand(hand_, scale);
 }
@@ -449,16 +399,15 @@ void LiveSession::cancel() {
   if (!live_) return;
   live_->cancel_stroke();
   volume_known_ = false;
-  if (!pressed_ && !second_pressed_) return;
-  PointerDevice *const first = pressed_ ? pointer_ : nullptr, *const second = second_pressed_
-                                                                                  ? second_pointer_
-                                                                                  : nullptr;
+  std::vector<std::pair<PointerDevice*, uint32_t>> pressed;  // what is left of their paths is void
+  for (const SessionHand& hand : hands_)
+    if (hand.pressed()) pressed.emplace_back(hand.pointer, hand.stroke());
+  if (pressed.empty()) return;
+  const bool first = first_.pressed();
   lift_both();
-  // What is left of their paths is not gone any more.
-  if (!live_->post([=, stroke = stroke_, second_stroke = second_stroke_](ServoContext& live) {
+  if (!live_->post([pressed, first](ServoContext& live) {
         if (first) live.settings().mode = Mode::off;
-        if (first) first->give_up(stroke);
-        if (second) second->give_up(second_stroke);
+        for (const auto& [pointer, stroke] : pressed) pointer->give_up(stroke);
       }))
     notify(Error{"the servo is busy; try again"});
 }
@@ -506,13 +455,13 @@ Status LiveSession::choose_hand(const Hand& hand) {
     return Error{"the strength must be 20 to 1000 N"};
   if (!(hand.stiffness_n_mm == 0 || (hand.stiffness_n_mm >= 0.01 && hand.stiffness_n_mm <= 10000)))
     return Error{"the stiffness must be 0.01 to 10000 N/mm, or 0 for what suits"};
-  if (held_ && hand.stiffness_n_mm > held_->max_n_mm) {
+  if (held() && hand.stiffness_n_mm > first_.held->max_n_mm) {
     char text[200];
     std::snprintf(text, sizeof text, "%s bears a stiffness of %.3g N/mm at most",
-                  held_->name.c_str(), held_->max_n_mm);
+                  first_.held->name.c_str(), first_.held->max_n_mm);
     return Error{text};
   }
-  return give_hand(hand, held_ ? held_->scale : 1);
+  return give_hand(hand, held() ? first_.held->scale : 1);
 }
 
 // The hand as the servo's spring has it: by a pointer as stiff as it is strong; by a device as
@@ -521,14 +470,14 @@ Status LiveSession::choose_hand(const Hand& hand) {
 Status LiveSession::give_hand(const Hand& hand, double reach) {
   double stiffness = hand.stiffness_n_mm > 0 ? hand.stiffness_n_mm : hand.strength_n / kHandGiveMm,
          share = 1;
-  if (held_) {
-    share = held_->force_n > 0 ? held_->force_n / hand.strength_n : 1;
-    held_->stiffness_n_mm = hand.stiffness_n_mm > 0 ? hand.stiffness_n_mm : default_n_mm_;
-    stiffness = held_->stiffness_n_mm / (share * reach);
+  if (held()) {
+    share = first_.held->force_n > 0 ? first_.held->force_n / hand.strength_n : 1;
+    first_.held->stiffness_n_mm = hand.stiffness_n_mm > 0 ? hand.stiffness_n_mm : default_n_mm_;
+    stiffness = first_.held->stiffness_n_mm / (share * reach);
   }
   Status posted = post([=, strength = hand.strength_n, borne = hand.share,
-                        moved = held_ && reach != held_->scale,
-                        pointer = second_pointer_ != nullptr](ServoContext& live) {
+                        moved = held() && reach != first_.held->scale,
+                        pointer = second_.pointer != nullptr](ServoContext& live) {
     live.settings().workspace.set_scale(reach);
     live.set_hand(stiffness, strength, borne, share);
     if (pointer) {
@@ -541,9 +490,9 @@ Status LiveSession::give_hand(const Hand& hand, double reach) {
   });
   if (!posted) return posted;
   hand_ = hand;
-  if (held_) {
-    held_->scale = reach;
-    held_->share = share;
+  if (held()) {
+    first_.held->scale = reach;
+    first_.held->share = share;
   }
   return posted;
 }
@@ -565,7 +514,7 @@ Status LiveSession::choose_brush(const Brush& brush) {
   if (!(brush.radius_mm <= kMaxToolReach * lattice_.pitch_mm))
     return Error{"that brush is too large for this pitch"};
   brush_ = brush;
-  if (!held_) return Ok{};
+  if (!held()) return Ok{};
   return post([brush](ServoContext& live) {
     live.settings().brush = brush;
     if (live.settings().mode != Mode::inflate)
@@ -693,16 +642,8 @@ bool LiveSession::latest(Shown& shown) {
 bool LiveSession::next_tick(LiveTick& tick) {
   if (!live_ || !live_->next_tick(tick)) return false;
   inside_ = tick.inside;
-  if (held_) {
-    held_->safety = tick.safety;
-    held_->trip = tick.trip;
-    held_->given_n = std::sqrt(tick.given.force.squaredNorm());
-  }
-  if (second_held_ && tick.second) {
-    second_held_->safety = tick.second->safety;
-    second_held_->trip = tick.second->trip;
-    second_held_->given_n = std::sqrt(tick.second->given.force.squaredNorm());
-  }
+  first_.note(tick);
+  if (tick.second) second_.note(*tick.second);
   return true;
 }
 

@@ -18,6 +18,7 @@
 #include <kibori/motion/stroke_guide.h>
 #include <kibori/live/document_writer.h>
 #include "apps/studio/session/session.h"
+#include "apps/studio/session/session_hand.h"
 
 namespace kibori {
 
@@ -33,19 +34,6 @@ class LiveSession final : public Session {
     double stiffness_n_mm = 0;
     double share = kPoweredShare;  // of the cut's force, what the hand bears
   };
-  // Of the force device that holds the tool.
-  struct HapticDeviceState {
-    std::string name;
-    double force_n = 0;                       // the most it can give
-    double stiffness_n_mm = 0, max_n_mm = 0;  // at the hand: what is rendered, and what it can bear
-    double scale = 1;                         // so far the tool goes for a mm of the hand
-    // s: of the wood's force, what is felt: force_n / strength.
-    double share = 1;
-    SafetyStage::State safety = SafetyStage::State::off;
-    Trip trip = Trip::none;
-    double given_n = 0;
-  };
-
   // With the tool and materials of `scene`. `notice`: what the person is told first. Errors: those
   // of the device.
   static Result<std::unique_ptr<Session>> make(std::unique_ptr<Document> document,
@@ -74,10 +62,10 @@ class LiveSession final : public Session {
   // How far the tool is turned about its own axis from then on [rad].
   void turn(double roll_rad);
   // Whether a stroke is being made, or has not come to its end yet.
-  bool pressed() const { return pressed_ || second_pressed_ || !later_.empty(); }
+  bool pressed() const { return first_.pressed() || second_.pressed() || !later_.empty(); }
   // Whether the tool, which is pressed, stands in material and can't back out: it cuts nothing
   // there.
-  bool blocked() const { return (pressed_ || !later_.empty()) && inside_; }
+  bool blocked() const { return (first_.pressed() || !later_.empty()) && inside_; }
   // The second hand's tool, and what it does while its pointer is pressed, or all the time where a
   // device holds it: cut, deposit, touch; off: there is no second hand. Errors: what the tool can't
   // be, another mode, or how it can't lead; nothing has changed.
@@ -94,9 +82,9 @@ class LiveSession final : public Session {
   void lift_second();
 
   // The force device, as of the last ticks(); null: a pointer holds the tool.
-  const HapticDeviceState* held() const { return held_ ? &*held_ : nullptr; }
+  const HapticDeviceState* held() const { return first_.held ? &*first_.held : nullptr; }
   // Of the second hand.
-  const HapticDeviceState* second_held() const { return second_held_ ? &*second_held_ : nullptr; }
+  const HapticDeviceState* second_held() const { return second_.held ? &*second_.held : nullptr; }
   // What its tool does from now on.
   void work(Mode mode);
   void arm(bool armed);
@@ -174,29 +162,19 @@ class LiveSession final : public Session {
   void update_history() override;
   bool busy() const override { return pressed() || cutting_; }
 
-  PointerDevice* pointer_ = nullptr;  // live_'s, if one holds the tool
-  uint32_t stroke_ = 0;               // the pointer's newest
+  std::array<SessionHand, 2> hands_;
+  SessionHand &first_ = hands_[0], &second_ = hands_[1];
   // What waits for the end of a stroke: until it is finished, or for a command's room.
   struct Later {
     std::function<bool()> run;  // false: it is not time yet, or there was no room; it is run again
   };
   std::deque<Later> later_;
   Hand hand_;
-  double default_n_mm_ = 0;  // the stiffness that suits the device
-  // The frame that was aimed at last, before the turn about its own axis; of the second pointer.
-  Mat3 aimed_ = Mat3::Identity(), second_aimed_ = Mat3::Identity();
-  PointerDevice* second_pointer_ = nullptr;  // live_'s, unless a device holds the second tool
-  uint32_t second_stroke_ = 0;               // its newest
-  bool second_pressed_ = false;
+  double default_n_mm_ = 0;          // the stiffness that suits the device
   std::optional<Tool> second_tool_;  // nothing: there is no second hand
   Mode second_mode_ = Mode::off;
-  std::optional<HapticDeviceState> second_held_;
-  double roll_rad_ = 0;  // that turn
   StrokeGuideSettings guide_;
   Lead second_lead_;
-  // The strokes that are being made, where they are guided.
-  std::optional<StrokeGuide> guided_, second_guided_;
-  std::optional<HapticDeviceState> held_;
   Tool tool_;
   Symmetry symmetry_;
   Crumbs crumbs_ = Crumbs::sort;
@@ -209,7 +187,7 @@ class LiveSession final : public Session {
   std::optional<SplineShape> last_previewed_;
   std::optional<Brush> brush_;
   Brush brush_of(Mode mode) const;
-  bool pressed_ = false, inside_ = false;
+  bool inside_ = false;
   bool stepped_ = false;  // see SessionOptions
   std::unique_ptr<LiveCarving> live_;
   // From the document writer's thread.
