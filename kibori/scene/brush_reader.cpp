@@ -14,7 +14,7 @@ void read_plane(const TableReader& t, Brush& brush) {
   const auto known = value_of<FlattenTo>(node->value_or(std::string()));
   if (node->is_table()) {
     const TableReader plane(t.error(), *node->as_table(), "plane");
-    plane.only({"point", "normal"});
+    plane.only(TableReader::keys_of<FlatPlane>());
     brush.plane = {plane.vector("point"), plane.vector("normal")};
     brush.flatten_to = FlattenTo::plane;
   } else if (known && *known != FlattenTo::plane) {
@@ -34,19 +34,14 @@ void read_brush(SceneReader& reader, const TableReader& move, Move& of) {
   if (move.has("brush") && !given) return;
   const TableReader t = given.value_or(TableReader(move.error(), kNone, "brush"));
   Brush& brush = of.brush;
-  t.only({"radius", "strength", "falloff", "sigma", "keep_volume", "plane", "color", "wall",
-          "spacing"});
-  if (t.has("radius")) brush.radius_mm = t.positive("radius");
+  // `plane` says which plane, too.
+  std::vector<std::string> keys = TableReader::keys_of<Brush>();
+  std::erase(keys, "flatten_to");
+  t.only(keys);
   // A strength that was never written is what the mode's own is.
   reader.brush_has_strength |= t.has("strength");
   if (!reader.brush_has_strength) brush.strength = default_strength(of.mode);
-  brush.strength = t.number_or("strength", brush.strength);
-  t.color("color", brush.color);
-  t.at_least_zero("sigma", brush.sigma_mm);
-  t.at_least_zero("wall", brush.wall_mm);
-  brush.spacing = t.number_or("spacing", brush.spacing);
-  t.choice("falloff", brush.falloff);
-  brush.keep_volume = t.flag_or("keep_volume", brush.keep_volume);
+  t.fields(brush);
   read_plane(t, brush);
   const Status fine = reshapes(of.mode) ? check_brush_of(of.mode, brush) : check_brush(brush);
   if (!fine) move.fail("brush", "[brush] " + fine.error());

@@ -20,33 +20,23 @@ bool gives_kf(const TableReader& root) {
 }
 
 void read_spring(const TableReader& force, SeriesSpring& spring) {
-  if (force.has("stiffness")) spring.stiffness_n_mm = force.positive("stiffness");
-  force.at_least_zero("torsion", spring.torsion_nmm_rad);
-  force.at_least_zero("friction", spring.friction);
-  if (!force.has("strength")) return;
-  spring.strength_n = force.positive("strength");
+  if (force.has("strength")) force.positive("strength");
+  force.fields(spring);
   // A hand that is only strong is as stiff as a pointer's, unless the scene says otherwise.
-  if (!force.has("stiffness")) spring.stiffness_n_mm = spring.strength_n / kHandGiveMm;
+  if (force.has("strength") && !force.has("stiffness"))
+    spring.stiffness_n_mm = spring.strength_n / kHandGiveMm;
 }
 
 void read_material(SceneReader& reader, const TableReader& t) {
-  t.only({"name", "kf", "u", "c", "yield_n", "color", "plastic", "gc", "u_along", "ring"});
+  t.only(TableReader::keys_of<Material>());
   Material material = reader.default_material(t.text("name"));
   for (const Material& other : reader.scene.materials)
     if (other.name == material.name) t.fail("material \"" + material.name + "\" is defined twice");
-  t.at_least_zero("kf", material.kf);
-  t.at_least_zero("u", material.u);
-  t.at_least_zero("c", material.c);
-  t.at_least_zero("yield_n", material.yield_n);
-  t.at_least_zero("gc", material.gc);
   // A u that is given alone is that of all directions and places.
   if (t.has("u")) material.u_along = material.ring = 0;
-  t.at_least_zero("u_along", material.u_along);
-  t.at_least_zero("ring", material.ring);
+  t.fields(material);
   if (material.ring > kMaxRing)
     t.fail("ring", t.full("ring must not exceed 5: early wood would not resist at all"));
-  t.color("color", material.color);
-  material.plastic = t.flag_or("plastic", material.plastic);
   reader.add_material(t.line(), material);
 }
 
@@ -57,11 +47,14 @@ void read_force(SceneReader& reader, const TableReader& root) {
   law.model = gives_kf(root) ? ForceModel::paper : ForceModel::energy;
   const std::optional<TableReader> force = root.section("force", false);
   if (!force) return;
-  force->only(
-      {"model", "kf", "u", "dof", "stiffness", "torsion", "friction", "strength", "powered"});
+  const std::vector<std::string> of_spring = TableReader::keys_of<SeriesSpring>();
+  std::vector<std::string> keys{"model", "kf", "u", "dof"};
+  keys.insert(keys.end(), of_spring.begin(), of_spring.end());
+  keys.emplace_back("powered");
+  force->only(keys);
   force->choice("model", law.model, R"("paper", "energy" or "series")");
   const bool series = reader.scene.force.series();
-  for (const char* key : {"stiffness", "torsion", "friction", "strength"})
+  for (const std::string& key : of_spring)
     if (force->has(key) && !series)
       force->fail(key, force->full(key) + " is of model = \"series\"");
   if (series) read_spring(*force, spring);

@@ -95,6 +95,13 @@ void TableReader::at_least_zero(std::string_view key, double& value) const {
   if (!(value >= 0)) fail(key, full(key) + " must not be negative");
 }
 
+void TableReader::number_in(const FieldInfo& field, double& into) const {
+  if (field.range == FieldRange::not_negative)
+    at_least_zero(field.name, into);
+  else
+    into = field.range == FieldRange::positive ? positive(field.name) : number(field.name);
+}
+
 std::string TableReader::text(std::string_view key) const {
   const toml::node* const node = find(key);
   const auto value = node ? node->value_exact<std::string>() : std::nullopt;

@@ -8,10 +8,12 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include <toml++/toml.h>
 
+#include <kibori/base/field_info.h>
 #include <kibori/base/names.h>
 #include <kibori/geometry/vec.h>
 
@@ -80,6 +82,19 @@ class TableReader {
       fail(key, full(key) + " must be " + one_of);
   }
 
+  // The keys of a described struct, and those of its values that are given. Tables within, and what
+  // a scene says otherwise, are the caller's.
+  template <Described T>
+  static std::vector<std::string> keys_of() {
+    std::vector<std::string> keys;
+    T::for_fields([&](const FieldInfo& field, auto) { keys.emplace_back(field.name); });
+    return keys;
+  }
+  template <Described T>
+  void fields(T& into) const {
+    T::for_fields([&](const FieldInfo& field, auto member) { value(field, into.*member); });
+  }
+
   // A table of this one; none where it is missing, or fails. `example`: what it may look like.
   std::optional<TableReader> table(std::string_view key, const std::string& example) const;
   // [key] of the root.
@@ -97,6 +112,24 @@ class TableReader {
   }
 
  private:
+  template <class Value>
+  void value(const FieldInfo& field, Value& into) const {
+    const char* const key = field.name;
+    if (Described<Value> || !has(key)) return;
+    if constexpr (std::is_same_v<Value, double>)
+      number_in(field, into);
+    else if constexpr (Named<Value>)
+      choice(key, into);
+    else if constexpr (std::is_same_v<Value, bool>)
+      into = flag_or(key, into);
+    else if constexpr (std::is_same_v<Value, std::string>)
+      into = text(key);
+    else if constexpr (std::is_same_v<Value, Vec3>)
+      into = vector(key);
+    else if constexpr (!Described<Value>)
+      color(key, into);
+  }
+  void number_in(const FieldInfo& field, double& into) const;
   const toml::array* tables(std::string_view key, const std::string& otherwise) const;
   double as_number(const toml::node& node, const std::string& what) const;
   // "smooth", "linear" or "constant", each in quotes.
