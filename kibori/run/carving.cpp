@@ -87,9 +87,7 @@ Status trace_cutter(const SceneCutter& with, const Bodies& before, const Bodies&
 template <class Act>
 Status run_cutter(const SceneCutter& with, const Bodies& bodies, Act&& act, const Scene& scene,
                   Carving& carving) {
-  BodyAction cut;
-  cut.verb = BodyVerb::cut;
-  cut.cutter = with.cutter;
+  BodyAction cut{{}, BodyCut{with.cutter}};
   if (!with.body.empty()) {
     for (const Body& body : bodies.all)
       if (body.name == with.body) cut.bodies.push_back(body.id);
@@ -105,12 +103,9 @@ Status run_cutter(const SceneCutter& with, const Bodies& bodies, Act&& act, cons
       return traced;
   if (with.shift_mm == Vec3::Zero()) return Ok{};
   for (const BodyId id : done.value().made) {
-    BodyAction move;
-    move.verb = BodyVerb::move;
-    move.bodies = {id};
-    move.pose = bodies.find(id)->pose;
+    BodyMove move{bodies.find(id)->pose};
     move.pose.tip += with.shift_mm;
-    if (const Result<BodyChange> moved = act(move); !moved) return Error{moved.error()};
+    if (const Result<BodyChange> moved = act({{id}, move}); !moved) return Error{moved.error()};
   }
   return Ok{};
 }
@@ -283,32 +278,26 @@ Result<Carving> carve(const Scene& scene, std::unique_ptr<TriDexel> stock,
     return done;
   };
   for (const SceneNoGo& no_go : scene.no_go) {
+    BodyProperties shown;
+    shown.visible = false;  // it is what the piece shall come to, not a part of it
+    if (!no_go.name.empty()) shown.name = no_go.name;
     BodyAction add;
-    add.tool = no_go.tool;
     if (no_go.way_mm.empty()) {
-      add.verb = BodyVerb::add;
-      add.pose = no_go.pose;
-      add.no_go = true;
+      shown.no_go = true;
+      add.verb = BodyAdd{no_go.tool, no_go.pose, 0, shown};
     } else {
-      add.verb = BodyVerb::protect;
-      add.bodies = {bench.active()};
-      add.way_mm = no_go.way_mm;
+      BodyProtect mask{no_go.tool, no_go.way_mm};
+      mask.properties = shown;
+      add = {{bench.active()}, mask};
     }
-    add.visible = false;  // it is what the piece shall come to, not a part of it
-    if (!no_go.name.empty()) add.name = no_go.name;
     const Result<BodyChange> done = act(add);
     if (done) continue;
     settle_document();
     return Error{scene.file + ":" + std::to_string(no_go.line) + ": [no_go]: " + done.error()};
   }
   for (const SceneSpline& spline : scene.splines) {
-    BodyAction shape;
-    shape.verb = BodyVerb::spline;
-    shape.bodies = {bench.active()};
-    shape.spline = spline.shape;
-    shape.operation = spline.operation;
-    shape.material = spline.material;
-    const Result<BodyChange> done = act(shape);
+    const Result<BodyChange> done =
+        act({{bench.active()}, BodySpline{spline.shape, spline.operation, spline.material}});
     if (!done) {
       settle_document();
       return Error{scene.file + ":" + std::to_string(spline.line) + ": [spline]: " + done.error()};

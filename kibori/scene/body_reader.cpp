@@ -70,16 +70,15 @@ void read_spline(SceneReader& reader, const TableReader& t) {
 
 void read_cutter_shape(const TableReader& t, Cutter& cutter) {
   if (t.has("curve")) {
-    cutter.kind = Cutter::Kind::curve;
+    CutCurve& cut = cutter.shape.emplace<CutCurve>();
     for (const char* key : {"point", "normal"})
       if (t.has(key)) t.fail(key, std::string("[cutter] has a curve, so no ") + key);
-    cutter.curve_mm = t.places("curve");
-    if (t.has("along")) cutter.along = t.vector("along");
-    cutter.closed = t.flag_or("closed", false);
-    cutter.smooth = t.flag_or("smooth", false);
+    cut.curve_mm = t.places("curve");
+    if (t.has("along")) cut.along = t.vector("along");
+    cut.closed = t.flag_or("closed", false);
+    cut.smooth = t.flag_or("smooth", false);
   } else {
-    cutter.point_mm = t.vector("point");
-    cutter.normal = t.vector("normal");
+    cutter.shape = CutPlane{t.vector("point"), t.vector("normal")};
   }
   t.at_least_zero("kerf", cutter.kerf_mm);
 }
