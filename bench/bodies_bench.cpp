@@ -87,17 +87,15 @@ int main(int argc, char** argv) {
       out += text;
     };
     const auto nothing = [] {};
-    Cutter plane;
-    plane.point_mm = Vec3::Constant(0.5 * n + 0.3);
-    plane.normal = Vec3::UnitX();
-    Cutter tilted = plane;
-    tilted.normal = Vec3(1, 0.4, 0.3).normalized();
-    Cutter line;
-    line.kind = Cutter::Kind::curve;
+    const Vec3 point = Vec3::Constant(0.5 * n + 0.3);
+    const Cutter plane{CutPlane{point, Vec3::UnitX()}};
+    const Cutter tilted{CutPlane{point, Vec3(1, 0.4, 0.3).normalized()}};
+    CutCurve curve;
     for (int i = 0; i <= 60; i++)
-      line.curve_mm.push_back({0.5 * n + 0.05 * n * std::sin(0.2 * i), n * i / 60, 0});
-    Cutter askew = line;
-    askew.along = Vec3(0.3, 0.2, 1).normalized();
+      curve.curve_mm.push_back({0.5 * n + 0.05 * n * std::sin(0.2 * i), n * i / 60, 0});
+    const Cutter line{curve};
+    curve.along = Vec3(0.3, 0.2, 1).normalized();
+    const Cutter askew{curve};
     Cutter saw = tilted;
     saw.kerf_mm = 3;
     Cutter wire = line;
@@ -120,13 +118,8 @@ int main(int argc, char** argv) {
       }
     model.restore(scraped);
     Bodies parted = Bodies::of(model);
-    BodyAction cut;
-    cut.verb = BodyVerb::cut;
-    cut.cutter = tilted;
-    if (const auto done = apply(parted, cut); !done) fail(done.error());
-    BodyAction join;
-    join.verb = BodyVerb::join;
-    join.bodies = {1, 2};
+    if (const auto done = apply(parted, {{}, BodyCut{tilted}}); !done) fail(done.error());
+    const BodyAction join{{1, 2}, BodyJoin{}};
     timed(
         "two halves joined", nothing,
         [&] {

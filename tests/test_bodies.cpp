@@ -322,14 +322,16 @@ Cutter any_cutter(Random& random, const Lattice& lattice) {
     return Vec3(lattice.origin_mm + random.in_box(0.2, 0.8).cwiseProduct(size));
   };
   for (;;) {
-    Cutter cutter;
-    cutter.point_mm = place();
-    cutter.normal = random.integer(0, 3) ? random.direction() : Vec3::Unit(random.integer(0, 2));
+    const auto direction = [&]() -> Vec3 {
+      return random.integer(0, 3) ? random.direction() : Vec3(Vec3::Unit(random.integer(0, 2)));
+    };
+    const Vec3 point = place();
+    Cutter cutter{CutPlane{point, direction()}};
     if (random.integer(0, 1)) {
-      cutter.kind = Cutter::Kind::curve;
-      cutter.along = random.integer(0, 3) ? random.direction() : Vec3::Unit(random.integer(0, 2));
-      cutter.closed = random.integer(0, 1);
-      for (int i = random.integer(3, 5); i > 0; i--) cutter.curve_mm.push_back(place());
+      CutCurve& cut = cutter.shape.emplace<CutCurve>();
+      cut.along = direction();
+      cut.closed = random.integer(0, 1);
+      for (int i = random.integer(3, 5); i > 0; i--) cut.curve_mm.push_back(place());
     }
     if (check_cutter(cutter).ok()) return cutter;
   }
@@ -357,10 +359,11 @@ TEST(Cutter, PartsABodyIntoTwoWhoseNodesAndVolumesAddUp) {
     int wrong = 0;
     all.for_nodes([&](const Index3& at) {
       wrong += a(at) == b(at);
-      if (cutter.kind != Cutter::Kind::plane) return;
+      const auto* const plane = std::get_if<CutPlane>(&cutter.shape);
+      if (!plane) return;
       const Vec3 mm =
           model.lattice().to_mm(LatticePoint{at.matrix().cast<double>() + Vec3::Constant(0.5)});
-      const double side = (mm - cutter.point_mm).dot(cutter.normal);
+      const double side = (mm - plane->point_mm).dot(plane->normal);
       wrong += std::abs(side) > 1e-4 && b(at) != (side > 0);
     });
     EXPECT_EQ(wrong, 0) << round;
@@ -379,23 +382,19 @@ TriDexel block(const Vec3& size, double pitch) {
 
 TEST(Cutter, AreasAndVolumesAreThoseOfClosedForms) {
   TriDexel model = block({40, 30, 20}, 0.5);
-  Cutter plane;
-  plane.point_mm = {20.13, 15.02, 10};
-  plane.normal = Vec3(1, 1, 0).normalized();
-  const CutOff off = cut_off(model, plane);
+  const CutOff off = cut_off(model, {CutPlane{{20.13, 15.02, 10}, Vec3(1, 1, 0).normalized()}});
   ASSERT_EQ(off.portions.size(), 1u);
   EXPECT_NEAR(off.area_mm2, 30 * std::sqrt(2.0) * 20, 0.01 * 848);
   EXPECT_NEAR(off.portions[0].model.volume_mm3(), 12000 - 30 * 20 * 0.15, 40);
 
   // A closed circle of 200 corners along z: a dowel, and a block with a hole.
   TriDexel drilled = block({40, 30, 20}, 0.5);
-  Cutter round;
-  round.kind = Cutter::Kind::curve;
+  CutCurve round;
   round.closed = true;
   for (int i = 0; i < 200; i++)
     round.curve_mm.emplace_back(20 + 9 * std::cos(i * 0.0314159265),
                                 15 + 9 * std::sin(i * 0.0314159265), 3);
-  const CutOff dowel = cut_off(drilled, round);
+  const CutOff dowel = cut_off(drilled, {round});
   ASSERT_EQ(dowel.portions.size(), 1u);
   const double area = 100 * 81 * std::sin(0.0314159265);
   EXPECT_NEAR(dowel.portions[0].model.volume_mm3(), area * 20, 2e-3 * area * 20);
@@ -403,22 +402,21 @@ TEST(Cutter, AreasAndVolumesAreThoseOfClosedForms) {
 
   // The smooth curve through sixteen places of the same circle.
   TriDexel smooth = block({40, 30, 20}, 0.5);
-  Cutter through = round;
+  CutCurve through = round;
   through.smooth = true;
   through.curve_mm.clear();
   for (int i = 0; i < 16; i++)
     through.curve_mm.emplace_back(20 + 9 * std::cos(i * 0.39269908),
                                   15 + 9 * std::sin(i * 0.39269908), 3);
-  const CutOff disc = cut_off(smooth, through);
+  const CutOff disc = cut_off(smooth, {through});
   ASSERT_EQ(disc.portions.size(), 1u);
   EXPECT_NEAR(disc.portions[0].model.volume_mm3(), M_PI * 81 * 20, 2e-3 * M_PI * 81 * 20);
 
   // An open curve: the portion lies to its left as `along` points at the viewer.
   TriDexel stepped = block({40, 30, 20}, 0.5);
-  Cutter step;
-  step.kind = Cutter::Kind::curve;
+  CutCurve step;
   step.curve_mm = {{-5, 10, 0}, {20, 10, 0}, {20, 20, 0}, {50, 20, 0}};
-  const CutOff left = cut_off(stepped, step);
+  const CutOff left = cut_off(stepped, {step});
   ASSERT_EQ(left.portions.size(), 1u);
   EXPECT_NEAR(left.portions[0].model.volume_mm3(), (20 * 20 + 20 * 10) * 20, 1);
   EXPECT_NEAR(left.area_mm2, 50 * 20, 10);
@@ -427,11 +425,7 @@ TEST(Cutter, AreasAndVolumesAreThoseOfClosedForms) {
 TEST(Cutter, AWireLosesItsKerfAndPartsWhatItGoesThrough) {
   for (const double kerf : {0.5, 1.0, 2.5}) {
     TriDexel model = block({40, 30, 20}, 0.5);
-    Cutter saw;
-    saw.point_mm = {15.1, 0, 0};
-    saw.normal = Vec3::UnitX();
-    saw.kerf_mm = kerf;
-    const CutOff off = cut_off(model, saw);
+    const CutOff off = cut_off(model, {CutPlane{{15.1, 0, 0}, Vec3::UnitX()}, kerf});
     ASSERT_EQ(off.portions.size(), 1u) << kerf;
     EXPECT_NEAR(off.removed_mm3, kerf * 600, 1e-3 * 600 + 1);
     EXPECT_NEAR(off.area_mm2, 600, 6);
@@ -441,34 +435,27 @@ TEST(Cutter, AWireLosesItsKerfAndPartsWhatItGoesThrough) {
   }
   // A wire drawn half way in parts nothing.
   TriDexel model = block({40, 30, 20}, 0.5);
-  Cutter wire;
-  wire.kind = Cutter::Kind::curve;
-  wire.curve_mm = {{20, -5, 0}, {20, 15, 0}};
-  wire.kerf_mm = 1;
-  const CutOff off = cut_off(model, wire);
+  const CutOff off = cut_off(model, {CutCurve{{{20, -5, 0}, {20, 15, 0}}}, 1});
   EXPECT_TRUE(off.portions.empty());
   EXPECT_NEAR(off.removed_mm3, (15 * 1 + M_PI * 0.25 / 2) * 20, 3);
   expect_sound(model.snapshot(), model.material_bounds());
 }
 
 TEST(Cutter, WhatCannotBeACutterIsRefused) {
-  Cutter cutter;
-  cutter.normal = Vec3::Zero();
-  EXPECT_FALSE(check_cutter(cutter).ok());
-  cutter.normal = Vec3(0, NAN, 1);
-  EXPECT_FALSE(check_cutter(cutter).ok());
-  cutter = Cutter();
-  cutter.kerf_mm = -1;
-  EXPECT_FALSE(check_cutter(cutter).ok());
-  cutter = Cutter();
-  cutter.kind = Cutter::Kind::curve;
-  EXPECT_FALSE(check_cutter(cutter).ok());
-  cutter.curve_mm = {{0, 0, 0}, {0, 0, 5}};  // one place, seen along z
-  EXPECT_FALSE(check_cutter(cutter).ok());
-  cutter.curve_mm = {{0, 0, 0}, {10, 0, 0}, {10, 5, 0}, {5, -5, 0}};
-  EXPECT_FALSE(check_cutter(cutter).ok());
-  cutter.curve_mm = {{0, 0, 0}, {10, 0, 0}, {0, 1, 0}, {10, 9, 0}};
-  EXPECT_TRUE(check_cutter(cutter).ok());
+  const auto plane = [](const Vec3& normal, double kerf_mm) {
+    return check_cutter({CutPlane{Vec3::Zero(), normal}, kerf_mm}).ok();
+  };
+  EXPECT_TRUE(plane(Vec3::UnitZ(), 0));
+  EXPECT_FALSE(plane(Vec3::Zero(), 0));
+  EXPECT_FALSE(plane(Vec3(0, NAN, 1), 0));
+  EXPECT_FALSE(plane(Vec3::UnitZ(), -1));
+  const auto curve = [](const std::vector<Vec3>& places) {
+    return check_cutter({CutCurve{places}}).ok();
+  };
+  EXPECT_FALSE(curve({}));
+  EXPECT_FALSE(curve({{0, 0, 0}, {0, 0, 5}}));  // one place, seen along z
+  EXPECT_FALSE(curve({{0, 0, 0}, {10, 0, 0}, {10, 5, 0}, {5, -5, 0}}));
+  EXPECT_TRUE(curve({{0, 0, 0}, {10, 0, 0}, {0, 1, 0}, {10, 9, 0}}));
 }
 
 TEST(Placing, TurnsMovesAndMirrorsAsItIsTold) {
@@ -539,18 +526,7 @@ Bodies one_block() {
 }
 
 BodyAction plane_cut(const Vec3& point, const Vec3& normal) {
-  BodyAction action;
-  action.verb = BodyVerb::cut;
-  action.cutter.point_mm = point;
-  action.cutter.normal = normal;
-  return action;
-}
-
-BodyAction action_on(BodyVerb verb, std::vector<BodyId> bodies) {
-  BodyAction action;
-  action.verb = verb;
-  action.bodies = std::move(bodies);
-  return action;
+  return {{}, BodyCut{{CutPlane{point, normal}}}};
 }
 
 TEST(Bodies, WhatIsCutAndJoinedAgainIsWhatItWas) {
@@ -560,7 +536,7 @@ TEST(Bodies, WhatIsCutAndJoinedAgainIsWhatItWas) {
   ASSERT_TRUE(apply(bodies, plane_cut({13, 10, 0}, Vec3(0, 1, -0.2))));
   EXPECT_EQ(bodies.all.size(), 4u);
   EXPECT_NEAR(bodies.volume_mm3(), volume, 1e-6 * volume);
-  const Result<BodyChange> joined = apply(bodies, action_on(BodyVerb::join, {1, 2, 3, 4}));
+  const Result<BodyChange> joined = apply(bodies, {{1, 2, 3, 4}, BodyJoin{}});
   ASSERT_TRUE(joined);
   ASSERT_EQ(bodies.all.size(), 1u);
   EXPECT_NEAR(bodies.volume_mm3(), volume, 1e-6 * volume);
@@ -572,11 +548,11 @@ TEST(Bodies, OneThatStandsElsewhereIsJoinedWhereItIsSeen) {
   ASSERT_TRUE(apply(bodies, plane_cut({20, 0, 0}, Vec3::UnitX())));
   // The right half, turned by a quarter about the vertical, onto the left one's end: all of it
   // within.
-  BodyAction move = action_on(BodyVerb::move, {2});
+  BodyMove move;
   move.pose.frame << 0, -1, 0, 1, 0, 0, 0, 0, 1;  // x -> y
   move.pose.tip = Vec3(45, -15, 0);               // x' = 45 - y, y' = x - 15
-  ASSERT_TRUE(apply(bodies, move));
-  ASSERT_TRUE(apply(bodies, action_on(BodyVerb::intersect, {1, 2})));
+  ASSERT_TRUE(apply(bodies, {{2}, move}));
+  ASSERT_TRUE(apply(bodies, {{1, 2}, BodyIntersect{}}));
   // The half lies over 15 < x' < 45, 5 < y' < 25.
   EXPECT_NEAR(bodies.find(1)->model.volume_mm3(), 5 * 20 * 20, 20);
   expect_sound(bodies.find(1)->model, bodies.find(1)->material_bounds);
@@ -591,19 +567,19 @@ TEST(Bodies, WhatCannotBeDoneIsRefusedAndChangesNothing) {
     EXPECT_EQ(bodies.all.size(), 1u);
     return done ? std::string() : done.error();
   };
-  EXPECT_EQ(refused(action_on(BodyVerb::join, {1})), "this takes two bodies or more");
-  EXPECT_EQ(refused(action_on(BodyVerb::join, {1, 7})), "there is no body 7");
-  EXPECT_EQ(refused(action_on(BodyVerb::remove, {1})), "the last body can't be removed");
-  EXPECT_EQ(refused(action_on(BodyVerb::duplicate, {})), "name a body");
-  EXPECT_EQ(refused(action_on(BodyVerb::separate, {1})), "body 'Body 1' is in one piece");
+  EXPECT_EQ(refused({{1}, BodyJoin{}}), "this takes two bodies or more");
+  EXPECT_EQ(refused({{1, 7}, BodyJoin{}}), "there is no body 7");
+  EXPECT_EQ(refused({{1}, BodyRemove{}}), "the last body can't be removed");
+  EXPECT_EQ(refused({{}, BodyDuplicate{}}), "name a body");
+  EXPECT_EQ(refused({{1}, BodySeparate{}}), "body 'Body 1' is in one piece");
   EXPECT_EQ(refused(plane_cut({100, 0, 0}, Vec3::UnitX())), "the cutter meets no body");
-  BodyAction move = action_on(BodyVerb::move, {1});
+  BodyMove move;
   move.pose.frame *= 2;
-  EXPECT_NE(refused(move), "");
-  BodyAction lock = action_on(BodyVerb::set, {1});
-  lock.locked = true;
-  ASSERT_TRUE(apply(bodies, lock));
-  EXPECT_EQ(refused(action_on(BodyVerb::mirror, {1})), "body 'Body 1' is locked; unlock it first");
+  EXPECT_NE(refused({{1}, move}), "");
+  BodySet lock;
+  lock.properties.locked = true;
+  ASSERT_TRUE(apply(bodies, {{1}, lock}));
+  EXPECT_EQ(refused({{1}, BodyMirror{}}), "body 'Body 1' is locked; unlock it first");
   EXPECT_EQ(refused(plane_cut({20, 0, 0}, Vec3::UnitX())), "the cutter meets no body");
 }
 
@@ -642,9 +618,8 @@ TEST(Bodies, ManyPiecesOfAStrokeStandWhereTheirBodyStood) {
   };
   for (const double x : {8.0, 16.0, 24.0, 32.0}) take(Vec3(1, 52, 80), Vec3(x, 0, -20));
   Workbench bench(model);
-  BodyAction move = action_on(BodyVerb::move, {1});
-  move.pose = {Vec3(5, 6, 7), frame_from_axis(Vec3(0, 0.6, 0.8), 0.3)};
-  ASSERT_TRUE(bench.act(move));
+  const BodyMove move{{Vec3(5, 6, 7), frame_from_axis(Vec3(0, 0.6, 0.8), 0.3)}};
+  ASSERT_TRUE(bench.act({{1}, move}));
   const Pose stands = bench.bodies().all[0].pose;
   const Snapshot before = model.snapshot();
   take(Vec3(80, 10, 80), Vec3(20, 29, -20));

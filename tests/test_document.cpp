@@ -133,6 +133,7 @@ TEST(Codec, TicksComeBackBitForBit) {
       move.stretch_mm = random.in_box(-1, 1) * std::pow(10, random.uniform(-300, 10));
       if (random.integer(0, 1)) move.turn = Vec3(-0.0, 5e-324, 1);
       move.edits = random.integer(0, 1);
+      move.computes = random.integer(0, 1);
       tick.what = move;
       tick.second = random.integer(0, 3) == 0;
       if (random.integer(0, 9) == 0)
@@ -152,6 +153,7 @@ TEST(Codec, TicksComeBackBitForBit) {
         EXPECT_EQ(bits_of(read.turn), bits_of(move->turn));
         EXPECT_EQ(bits_of(read.stretch_mm), bits_of(move->stretch_mm));
         EXPECT_EQ(read.edits, move->edits);
+        EXPECT_EQ(read.computes, move->computes);
       } else if (const auto* const put = std::get_if<PutTick>(&was.what)) {
         for (int c = 0; c < 3; c++)
           EXPECT_EQ(bits_of(std::get<PutTick>(is.what).pose.frame.col(c)),

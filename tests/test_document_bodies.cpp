@@ -52,54 +52,57 @@ SplineShape any_spline(Random& random) {
 
 // What is done with some of the bodies, by chance; it may be refused.
 BodyAction any_action(Random& random, const Bodies& bodies) {
+  constexpr const char* kMix[] = {"cut",       "cut",      "cut",       "join",   "subtract",
+                                  "intersect", "bake",     "duplicate", "mirror", "move",
+                                  "move",      "separate", "remove",    "set",    "set",
+                                  "add",       "spline",   "spline",    "protect"};
   BodyAction action;
-  constexpr BodyVerb kMix[] = {
-      BodyVerb::cut,      BodyVerb::cut,       BodyVerb::cut,    BodyVerb::join,
-      BodyVerb::subtract, BodyVerb::intersect, BodyVerb::bake,   BodyVerb::duplicate,
-      BodyVerb::mirror,   BodyVerb::move,      BodyVerb::move,   BodyVerb::separate,
-      BodyVerb::remove,   BodyVerb::set,       BodyVerb::set,    BodyVerb::add,
-      BodyVerb::spline,   BodyVerb::spline,    BodyVerb::protect};
-  action.verb = kMix[random.integer(0, static_cast<int>(std::size(kMix)) - 1)];
+  action.verb = *default_verb(kMix[random.integer(0, static_cast<int>(std::size(kMix)) - 1)]);
   const auto one = [&] {
     return bodies
         .all[static_cast<size_t>(random.integer(0, static_cast<int>(bodies.all.size()) - 1))]
         .id;
   };
   action.bodies = {one()};
-  if (action.verb == BodyVerb::join || action.verb == BodyVerb::subtract ||
-      action.verb == BodyVerb::intersect)
-    action.bodies.push_back(one());
-  if (action.verb == BodyVerb::cut && random.integer(0, 1)) action.bodies.clear();
-  action.cutter.point_mm = random.in_box(5, 25);
-  action.cutter.normal =
-      random.integer(0, 2) ? random.direction() : Vec3(Vec3::Unit(random.integer(0, 2)));
-  if (random.integer(0, 2) == 0) action.cutter.kerf_mm = random.uniform(0.5, 4);
-  // A turn and a shift; or a shift alone, where joining stays exact.
-  action.pose.tip = random.in_box(-3, 3);
-  if (random.integer(0, 1)) action.pose.frame = rotation(0.3 * random.direction());
-  if (action.verb == BodyVerb::set) {
-    if (random.integer(0, 1)) action.name = "part <" + std::to_string(random.integer(0, 99)) + ">";
-    if (random.integer(0, 1)) action.visible = random.integer(0, 1) == 1;
-    action.locked = random.integer(0, 4) == 0;
-    if (random.integer(0, 1)) action.no_go = random.integer(0, 2) == 0;
+  const size_t fewest = std::visit([](const auto& verb) { return verb.kRule.fewest; }, action.verb);
+  if (fewest == 2) action.bodies.push_back(one());
+  if (fewest == 0 && random.integer(0, 1)) action.bodies.clear();
+  CutPlane plane;
+  plane.point_mm = random.in_box(5, 25);
+  plane.normal = random.integer(0, 2) ? random.direction() : Vec3(Vec3::Unit(random.integer(0, 2)));
+  if (auto* const cut = std::get_if<BodyCut>(&action.verb)) {
+    cut->cutter.shape = plane;
+    if (random.integer(0, 2) == 0) cut->cutter.kerf_mm = random.uniform(0.5, 4);
   }
-  if (action.verb == BodyVerb::spline) {
-    action.spline = any_spline(random);
-    action.operation = static_cast<SplineOperation>(random.integer(0, 5) / 2 % 3);
-    action.material = static_cast<uint8_t>(random.integer(0, 1));
+  if (auto* const mirror = std::get_if<BodyMirror>(&action.verb)) mirror->plane = plane;
+  if (auto* const move = std::get_if<BodyMove>(&action.verb)) {
+    // A turn and a shift; or a shift alone, where joining stays exact.
+    move->pose.tip = random.in_box(-3, 3);
+    if (random.integer(0, 1)) move->pose.frame = rotation(0.3 * random.direction());
   }
-  if (action.verb == BodyVerb::protect) {
-    action.tool = BallTool{random.uniform(1, 5)};
-    action.way_mm = {random.in_box(0, 25), random.in_box(0, 25)};
-    action.follows = random.integer(0, 2) != 0;
+  if (auto* const set = std::get_if<BodySet>(&action.verb)) {
+    auto& [name, visible, locked, no_go] = set->properties;
+    if (random.integer(0, 1)) name = "part <" + std::to_string(random.integer(0, 99)) + ">";
+    if (random.integer(0, 1)) visible = random.integer(0, 1) == 1;
+    locked = random.integer(0, 4) == 0;
+    if (random.integer(0, 1)) no_go = random.integer(0, 2) == 0;
   }
-  if (action.verb == BodyVerb::add) {
+  if (auto* const spline = std::get_if<BodySpline>(&action.verb))
+    *spline = {any_spline(random), static_cast<SplineOperation>(random.integer(0, 5) / 2 % 3),
+               static_cast<uint8_t>(random.integer(0, 1))};
+  if (auto* const protect = std::get_if<BodyProtect>(&action.verb)) {
+    protect->tool = BallTool{random.uniform(1, 5)};
+    protect->way_mm = {random.in_box(0, 25), random.in_box(0, 25)};
+    protect->follows = random.integer(0, 2) != 0;
+  }
+  if (auto* const add = std::get_if<BodyAdd>(&action.verb)) {
     action.bodies.clear();
-    action.tool = random.integer(0, 1) ? Tool(BallTool{random.uniform(2, 8)})
-                                       : Tool(BoxTool{random.in_box(2, 12)});
-    action.pose.tip = random.in_box(0, 25);
-    action.material = static_cast<uint8_t>(random.integer(0, 1));
-    action.no_go = random.integer(0, 3) != 0;
+    add->tool = random.integer(0, 1) ? Tool(BallTool{random.uniform(2, 8)})
+                                     : Tool(BoxTool{random.in_box(2, 12)});
+    add->pose.tip = random.in_box(0, 25);
+    if (random.integer(0, 1)) add->pose.frame = rotation(0.3 * random.direction());
+    add->material = static_cast<uint8_t>(random.integer(0, 1));
+    add->properties.no_go = random.integer(0, 3) != 0;
   }
   return action;
 }
@@ -146,7 +149,7 @@ TEST(DocumentBodies, HistoryAgainstFullCopies) {
     } else if (what < 7) {
       // As many bodies as can be told apart.
       BodyAction action = any_action(random, document->bodies_at(document->head()));
-      if (document->bodies_at(document->head()).all.size() > 8) action.verb = BodyVerb::remove;
+      if (document->bodies_at(document->head()).all.size() > 8) action.verb = BodyRemove{};
       const StepId before = document->head();
       const auto done = document->act(action);
       if (!done) {
@@ -212,14 +215,12 @@ TEST(DocumentBodies, WhatIsRevisedIsAsIfItHadBeenSoAtFirst) {
   Folder folder;
   int revised = 0;
   for (int round = 0; round < rounds_of("KIBORI_REVISE", 15); round++) {
-    BodyAction first;
-    first.verb = BodyVerb::spline;
-    first.bodies = {1};
-    first.spline = any_spline(random);
-    first.operation = random.integer(0, 1) ? SplineOperation::deposit : SplineOperation::cut;
-    BodyAction other = first;
-    other.spline->curve.points_mm[2] +=
-        Vec3(0.4, 0, first.spline->kind == SplineKind::extrude ? 0 : random.uniform(-1, 1));
+    BodySpline how{any_spline(random)};
+    how.operation = random.integer(0, 1) ? SplineOperation::deposit : SplineOperation::cut;
+    const BodyAction first{{1}, how};
+    how.shape.curve.points_mm[2] +=
+        Vec3(0.4, 0, how.shape.kind == SplineKind::extrude ? 0 : random.uniform(-1, 1));
+    const BodyAction other{{1}, how};
     std::vector<BodyAction> later;
     for (int i = 0; i < 3; i++) later.push_back(any_action(random, Bodies::of(stock(1.5))));
     const unsigned seed = random.seed() + static_cast<unsigned>(round);
@@ -291,11 +292,8 @@ TEST(DocumentBodies, AKillAmidASplitLeavesWholeBodies) {
       if (!made) _exit(1);
       std::ofstream told(log, std::ios::binary);
       for (int i = 1; i < 30; i++) {
-        BodyAction split;
-        split.verb = BodyVerb::cut;
-        split.cutter.point_mm = Vec3(40.0 * i / 30, 15, 10);
-        split.cutter.normal = Vec3(1, 0.1, 0.05);
-        if (!made.value()->act(split)) _exit(1);
+        const CutPlane plane{Vec3(40.0 * i / 30, 15, 10), Vec3(1, 0.1, 0.05)};
+        if (!made.value()->act({{}, BodyCut{{plane}}})) _exit(1);
         told.put('s');
         told.flush();
       }
@@ -340,10 +338,7 @@ TEST(DocumentBodies, RowsThatAreOthersAreTold) {
   TriDexel model = stock();
   {
     auto document = created(folder / "a.kibori", model);
-    BodyAction split;
-    split.verb = BodyVerb::cut;
-    split.cutter.point_mm = Vec3(20, 15, 10);
-    split.cutter.normal = Vec3::UnitX();
+    const BodyAction split{{}, BodyCut{{CutPlane{Vec3(20, 15, 10), Vec3::UnitX()}}}};
     ASSERT_TRUE(document->act(split).ok());
   }
   const char* const kChanges[] = {
@@ -415,17 +410,10 @@ TEST(DocumentBodies, AHandWorksOnABodyThatStandsElsewhere) {
     for (int i = 0; i < 400 && !writer.idle(); i++) run(5);
     ASSERT_TRUE(writer.idle());
   };
-  BodyAction split;
-  split.verb = BodyVerb::cut;
-  split.cutter.point_mm = Vec3(20, 15, 10);
-  split.cutter.normal = Vec3::UnitX();
+  const BodyAction split{{}, BodyCut{{CutPlane{Vec3(20, 15, 10), Vec3::UnitX()}}}};
   writer.act(split);
   settle();
-  BodyAction move;
-  move.verb = BodyVerb::move;
-  move.bodies = {2};
-  move.pose = {away, turn};
-  writer.act(move);
+  writer.act({{2}, BodyMove{{away, turn}}});
   writer.choose(2);
   settle();
   EXPECT_EQ(writer.notice(), "");
@@ -456,10 +444,9 @@ TEST(DocumentBodies, AHandWorksOnABodyThatStandsElsewhere) {
   EXPECT_NEAR(bodies.all[1].model.volume_mm3(), 12000 - removed, 1e-3);
   EXPECT_EQ(wrongs(kept), std::vector<std::string>());
   // Locked, it is felt and stays.
-  BodyAction lock;
-  lock.bodies = {2};
-  lock.locked = true;
-  writer.act(lock);
+  BodySet lock;
+  lock.properties.locked = true;
+  writer.act({{2}, lock});
   settle();
   const uint64_t hash = live.context().model().content_hash();
   depth = -4;
@@ -469,10 +456,7 @@ TEST(DocumentBodies, AHandWorksOnABodyThatStandsElsewhere) {
   EXPECT_EQ(live.context().model().content_hash(), hash);
   EXPECT_GT(pushed, 0);
   // What can't be is told, and the hand goes on.
-  BodyAction none;
-  none.verb = BodyVerb::join;
-  none.bodies = {2, 7};
-  writer.act(none);
+  writer.act({{2, 7}, BodyJoin{}});
   settle();
   EXPECT_NE(writer.notice().find("7"), std::string::npos);
 }

@@ -254,13 +254,12 @@ TEST(NoGo, BodiesThatAreItStandWhereTheyAreSeen) {
   model.fill_block({Vec3::Zero(), Vec3(20, 20, 20)}, 0);
   Bodies bodies = Bodies::of(model);
   EXPECT_EQ(no_go_of(bodies, 1).value(), nullptr);
-  BodyAction add;
-  add.verb = BodyVerb::add;
+  BodyAdd add;
   add.tool = BallTool{5};
   add.pose.tip = Vec3(10, 10, 5);
-  add.name = "template";
-  add.no_go = true;
-  ASSERT_TRUE(apply(bodies, add).ok());
+  add.properties.name = "template";
+  add.properties.no_go = true;
+  ASSERT_TRUE(apply(bodies, {{}, add}).ok());
   ASSERT_EQ(bodies.all.size(), 2u);
   const BodyId id = bodies.all[1].id;
   const double ball = 4.0 / 3 * 3.14159265358979 * 125;
@@ -269,12 +268,8 @@ TEST(NoGo, BodiesThatAreItStandWhereTheyAreSeen) {
   EXPECT_NEAR(kept->model().volume_mm3(), ball, 0.01 * ball);
   // Of itself it is none; and what is moved is elsewhere.
   EXPECT_EQ(no_go_of(bodies, id).value(), nullptr);
-  BodyAction move;
-  move.verb = BodyVerb::move;
-  move.bodies = {id};
-  move.pose.tip = Vec3(3, 0, 0);
-  move.pose.frame = rotation(Vec3(0, 0, 0.1));
-  ASSERT_TRUE(apply(bodies, move).ok());
+  const BodyMove move{{Vec3(3, 0, 0), rotation(Vec3(0, 0, 0.1))}};
+  ASSERT_TRUE(apply(bodies, {{id}, move}).ok());
   kept = no_go_of(bodies, 1).value();
   EXPECT_NEAR(kept->model().volume_mm3(), ball, 0.01 * ball);
   const Vec3 centre = rotation(Vec3(0, 0, 0.1)) * Vec3(10, 10, 10) + Vec3(3, 0, 0);
@@ -283,20 +278,14 @@ TEST(NoGo, BodiesThatAreItStandWhereTheyAreSeen) {
       lattice.origin_mm + lattice.pitch_mm * kept->model().material_bounds().centre().units;
   EXPECT_LT(Vec3(middle - centre).norm(), 1);
   // Nothing changes it.
-  for (const BodyVerb verb : {BodyVerb::cut, BodyVerb::mirror, BodyVerb::separate}) {
-    BodyAction action;
-    action.verb = verb;
-    action.bodies = {id};
-    action.cutter.point_mm = centre;
-    action.cutter.normal = Vec3::UnitX();
-    const auto done = apply(bodies, action);
+  const CutPlane plane{centre, Vec3::UnitX()};
+  for (const BodyVerb& verb :
+       {BodyVerb(BodyCut{{plane}}), BodyVerb(BodyMirror{plane}), BodyVerb(BodySeparate{})}) {
+    const auto done = apply(bodies, {{id}, verb});
     ASSERT_FALSE(done.ok());
     EXPECT_NE(done.error().find("no-go"), std::string::npos);
   }
-  BodyAction subtract;
-  subtract.verb = BodyVerb::subtract;
-  subtract.bodies = {1, id};
-  EXPECT_TRUE(apply(bodies, subtract).ok());
+  EXPECT_TRUE(apply(bodies, {{1, id}, BodySubtract{}}).ok());
 }
 
 // A bridge to a knob is cut through: the knob falls away, unless it holds some of a template.
@@ -307,12 +296,11 @@ TEST(NoGo, WhatHoldsATemplateDoesNotFallAway) {
       model.fill_block({Vec3::Zero(), Vec3(40, 20, 20)}, 0);
       Workbench bench(model);
       if (templated) {
-        BodyAction add;
-        add.verb = BodyVerb::add;
+        BodyAdd add;
         add.tool = BallTool{2};
         add.pose.tip = Vec3(37, 10, 8);
-        add.no_go = true;
-        ASSERT_TRUE(bench.act(add).ok());
+        add.properties.no_go = true;
+        ASSERT_TRUE(bench.act({{}, add}).ok());
       }
       const auto no_go = bench.no_go();
       ASSERT_TRUE(no_go.ok());
@@ -334,19 +322,15 @@ TEST(NoGo, AMaskThatIsPainted) {
   TriDexel model(make_lattice(Vec3(40, 20, 20), 0.5, 4).value());
   model.fill_block({Vec3::Zero(), Vec3(40, 20, 20)}, 0);
   Workbench bench(model);
-  BodyAction paint;
-  paint.verb = BodyVerb::protect;
-  paint.bodies = {1};
-  paint.tool = BallTool{3};
-  paint.way_mm = {Vec3(10, 10, 17), Vec3(20, 10, 17), Vec3(20, 16, 17)};
-  const auto done = bench.act(paint);
+  BodyProtect paint{BallTool{3}, {Vec3(10, 10, 17), Vec3(20, 10, 17), Vec3(20, 16, 17)}};
+  const auto act = [&](std::vector<BodyId> bodies) {
+    return bench.act({std::move(bodies), paint});
+  };
+  const auto done = act({1});
   ASSERT_TRUE(done.ok()) << done.error();
   ASSERT_EQ(done.value().made, std::vector<BodyId>{2});
-  EXPECT_EQ(bench.act(paint).ok(), true);  // another mask, as none was named
-  BodyAction remove;
-  remove.verb = BodyVerb::remove;
-  remove.bodies = {3};
-  ASSERT_TRUE(bench.act(remove).ok());
+  EXPECT_EQ(act({1}).ok(), true);  // another mask, as none was named
+  ASSERT_TRUE(bench.act({{3}, BodyRemove{}}).ok());
   const Body mask = *bench.bodies().find(2);
   EXPECT_TRUE(mask.no_go);
   // Half a capsule and half another, which share a quarter of a ball and more: two half tubes and
@@ -379,31 +363,28 @@ TEST(NoGo, AMaskThatIsPainted) {
   intersect(held, DexelSolid(mask.model, mask.material_bounds), {}, changed);
   EXPECT_NEAR(held.volume_mm3(), mask.model.volume_mm3(), 1e-9);
 
-  paint.bodies = {1, 2};
   paint.way_mm = {Vec3(10, 10, 17), Vec3(15, 10, 17)};
-  EXPECT_FALSE(bench.act(paint).ok());  // it is protected already
+  EXPECT_FALSE(act({1, 2}).ok());  // it is protected already
   paint.operation = SplineOperation::cut;
-  ASSERT_TRUE(bench.act(paint).ok());
+  ASSERT_TRUE(act({1, 2}).ok());
   EXPECT_LT(bench.bodies().find(2)->model.volume_mm3(), 0.7 * mask.model.volume_mm3());
-  EXPECT_FALSE(bench.act(paint).ok());  // nothing is there any more
+  EXPECT_FALSE(act({1, 2}).ok());  // nothing is there any more
   paint.way_mm = {Vec3(0, 10, 17), Vec3(30, 10, 17), Vec3(20, 10, 17), Vec3(20, 25, 17)};
-  ASSERT_TRUE(bench.act(paint).ok());
+  ASSERT_TRUE(act({1, 2}).ok());
   EXPECT_EQ(bench.bodies().all.size(), 1u);
   const auto free = bench.no_go();
   EXPECT_TRUE(free.ok() && !free.value());
-  const auto wrong = [&](const auto& change) {
-    BodyAction bad = paint;
+  const auto wrong = [&](std::vector<BodyId> bodies, const auto& change) {
+    BodyProtect bad = paint;
     bad.operation = SplineOperation::deposit;
-    bad.bodies = {1};
     change(bad);
-    return bench.act(bad).ok();
+    return bench.act({std::move(bodies), bad}).ok();
   };
-  EXPECT_FALSE(wrong([](BodyAction& a) { a.way_mm.clear(); }));
-  EXPECT_FALSE(wrong([](BodyAction& a) { a.tool.reset(); }));
-  EXPECT_FALSE(wrong([](BodyAction& a) { a.bodies = {1, 9}; }));
-  EXPECT_FALSE(wrong([](BodyAction& a) { a.operation = SplineOperation::cut; }));
-  EXPECT_FALSE(wrong([](BodyAction& a) { a.way_mm = {Vec3(0, 0, 400)}; }));
-  EXPECT_FALSE(wrong([](BodyAction& a) { a.way_mm = {Vec3(0, 0, std::nan(""))}; }));
+  EXPECT_FALSE(wrong({1}, [](BodyProtect& a) { a.way_mm.clear(); }));
+  EXPECT_FALSE(wrong({1, 9}, [](BodyProtect&) {}));
+  EXPECT_FALSE(wrong({1}, [](BodyProtect& a) { a.operation = SplineOperation::cut; }));
+  EXPECT_FALSE(wrong({1}, [](BodyProtect& a) { a.way_mm = {Vec3(0, 0, 400)}; }));
+  EXPECT_FALSE(wrong({1}, [](BodyProtect& a) { a.way_mm = {Vec3(0, 0, std::nan(""))}; }));
 }
 
 // Moved, turned and mirrored, a body keeps its mask where it is on it; a mask can go its own way.
@@ -411,69 +392,55 @@ TEST(NoGo, AMaskGoesWithItsBody) {
   TriDexel model(make_lattice(Vec3(40, 20, 20), 0.5, 12).value());
   model.fill_block({Vec3::Zero(), Vec3(40, 20, 20)}, 0);
   Workbench bench(model);
-  BodyAction paint;
-  paint.verb = BodyVerb::protect;
-  paint.bodies = {1};
-  paint.tool = BallTool{3};
-  paint.way_mm = {Vec3(10, 10, 17)};
-  ASSERT_TRUE(bench.act(paint).ok());
+  BodyProtect paint{BallTool{3}, {Vec3(10, 10, 17)}};
+  ASSERT_TRUE(bench.act({{1}, paint}).ok());
   const auto alone = bench.no_go();
   ASSERT_TRUE(alone.ok() && alone.value());
   const uint64_t held = alone.value()->model().content_hash();
-  const auto act = [&](BodyVerb verb, std::vector<BodyId> bodies, const Pose& pose = {}) {
-    BodyAction action;
-    action.verb = verb;
-    action.bodies = std::move(bodies);
-    action.pose = pose;
-    action.cutter.point_mm = Vec3(20, 10, 10);
-    action.cutter.normal = Vec3::UnitX();
-    const auto done = bench.act(action);
+  const auto act = [&](std::vector<BodyId> bodies, const BodyVerb& verb) {
+    const auto done = bench.act({std::move(bodies), verb});
     EXPECT_TRUE(done.ok()) << done.error();
   };
   const auto mask = [&]() -> const Body& { return *bench.bodies().find(2); };
   const auto own = [&]() -> const Body& { return *bench.bodies().find(1); };
   // As the body sees it, it has not moved, to the bit.
-  act(BodyVerb::move, {1}, {Vec3(3, -2, 5), rotation(Vec3(0.3, -0.2, 0.5))});
+  act({1}, BodyMove{{Vec3(3, -2, 5), rotation(Vec3(0.3, -0.2, 0.5))}});
   EXPECT_EQ(mask().pose.tip, own().pose.tip);
   const auto moved = bench.no_go();
   ASSERT_TRUE(moved.ok() && moved.value());
   EXPECT_EQ(moved.value()->model().content_hash(), held);
   // Baked, both stand as the world does, the mask still within the body.
-  act(BodyVerb::bake, {1});
+  act({1}, BodyBake{});
   EXPECT_TRUE(mask().pose.tip.isZero() && own().pose.tip.isZero());
   TriDexel within(mask().model, mask().material_bounds);
   const double volume = within.volume_mm3();
   Removed changed;
   intersect(within, DexelSolid(own().model, own().material_bounds), {}, changed);
   EXPECT_NEAR(within.volume_mm3(), volume, 1e-3 * volume);
-  act(BodyVerb::move, {1}, {});
-  act(BodyVerb::mirror, {1});
+  act({1}, BodyMove{});
+  act({1}, BodyMirror{{Vec3(20, 10, 10), Vec3::UnitX()}});
   TriDexel mirrored(mask().model, mask().material_bounds);
   intersect(mirrored, DexelSolid(own().model, own().material_bounds), {}, changed);
   EXPECT_NEAR(mirrored.volume_mm3(), volume, 0.01 * volume);
   // Named itself, it goes by itself; one that shall not follow stays.
-  act(BodyVerb::move, {2}, {Vec3(1, 0, 0), Mat3::Identity()});
+  act({2}, BodyMove{{Vec3(1, 0, 0), Mat3::Identity()}});
   EXPECT_EQ(own().pose.tip, Vec3(Vec3::Zero()));
-  act(BodyVerb::move, {1}, {Vec3(0, 4, 0), Mat3::Identity()});
+  act({1}, BodyMove{{Vec3(0, 4, 0), Mat3::Identity()}});
   EXPECT_EQ(mask().pose.tip, Vec3(1, 4, 0));
   // A copy of a mask is none; a locked one holds its body.
-  act(BodyVerb::duplicate, {2});
+  act({2}, BodyDuplicate{});
   EXPECT_EQ(bench.bodies().find(3)->mask_of, 0);
-  act(BodyVerb::remove, {3});
-  BodyAction lock;
-  lock.bodies = {2};
-  lock.locked = true;
-  ASSERT_TRUE(bench.act(lock).ok());
-  BodyAction move;
-  move.verb = BodyVerb::move;
-  move.bodies = {1};
-  EXPECT_FALSE(bench.act(move).ok());
-  lock.locked = false;
-  ASSERT_TRUE(bench.act(lock).ok());
+  act({3}, BodyRemove{});
+  BodySet lock;
+  lock.properties.locked = true;
+  ASSERT_TRUE(bench.act({{2}, lock}).ok());
+  EXPECT_FALSE(bench.act({{1}, BodyMove{}}).ok());
+  lock.properties.locked = false;
+  ASSERT_TRUE(bench.act({{2}, lock}).ok());
   paint.follows = false;
   paint.way_mm = {bench.bodies().find(1)->pose.to_world(Vec3(20, 10, 10))};
-  ASSERT_TRUE(bench.act(paint).ok());
-  act(BodyVerb::move, {1}, {Vec3(0, 8, 0), Mat3::Identity()});
+  ASSERT_TRUE(bench.act({{1}, paint}).ok());
+  act({1}, BodyMove{{Vec3(0, 8, 0), Mat3::Identity()}});
   EXPECT_EQ(bench.bodies().find(4)->pose.tip, Vec3(0, 4, 0));
 }
 
@@ -496,10 +463,8 @@ TEST(NoGo, ACrumbThatHoldsNothingIsNoWall) {
   bodies.all.push_back(crumb);
   const auto no_go = no_go_of(bodies, 1);
   ASSERT_TRUE(no_go.ok()) << no_go.error();
-  BodyAction bake;
-  bake.verb = BodyVerb::bake;
-  bake.bodies = {crumb.id};
-  EXPECT_EQ(apply(bodies, bake).error(), "body 'Body 1': there is no material left");
+  EXPECT_EQ(apply(bodies, {{crumb.id}, BodyBake{}}).error(),
+            "body 'Body 1': there is no material left");
 }
 
 // A mask of a scene: what stands of it is as high as the stock was.

@@ -121,6 +121,12 @@ bool changes(Mode mode) {
   return kind_of(mode) != ModeKind::none && mode != Mode::fill && mode != Mode::flatten;
 }
 
+BodyAction protection(const SceneNoGo& no_go) {
+  BodyProperties shown;
+  shown.no_go = true;
+  return {{}, BodyAdd{no_go.tool, no_go.pose, 0, shown}};
+}
+
 void run_scene(const Case& c, const std::filesystem::path& file) {
   const Result<Scene> scene = parse_scene(scene_text(c), "matrix", std::nullopt);
   if (!scene && c.refused()) return expect_refused(scene.error());
@@ -157,12 +163,7 @@ void run_workpiece(const Case& c, const std::filesystem::path& file) {
         parse_scene(scene_text({Mode::cut, c.model, c.variant, c.route}), "matrix", std::nullopt);
     ASSERT_TRUE(with.ok()) << with.error();
     const SceneNoGo& no_go = with.value().no_go.front();
-    BodyAction add;
-    add.verb = BodyVerb::add;
-    add.tool = no_go.tool;
-    add.pose = no_go.pose;
-    add.no_go = true;
-    const auto added = piece.act(add);
+    const auto added = piece.act(protection(no_go));
     ASSERT_TRUE(added.ok()) << added.error();
   }
   Pose at{s.moves.front().to_mm, frame_from_axis(s.moves.front().axis, 0)};
@@ -246,12 +247,7 @@ void run_servo(const Case& c, const std::filesystem::path& file) {
   ASSERT_TRUE(made.ok()) << made.error();
   LiveCarving& live = *made.value();
   if (c.variant == Variant::protects) {
-    BodyAction add;
-    add.verb = BodyVerb::add;
-    add.tool = s.no_go.front().tool;
-    add.pose = s.no_go.front().pose;
-    add.no_go = true;
-    ASSERT_TRUE(created.value()->act(add).ok());
+    ASSERT_TRUE(created.value()->act(protection(s.no_go.front())).ok());
     const auto no_go = no_go_of(*created.value()->worked_on(), 1);
     ASSERT_TRUE(no_go.ok()) << no_go.error();
     WorkedBody body{1, Pose{}, false, no_go.value()};

@@ -340,7 +340,7 @@ TEST(TwoHands, OneOnlyReshapes) {
     return made ? std::string() : made.error();
   };
   settings.second.mode = Mode::smooth;
-  EXPECT_NE(wrong(settings).find("only the first can reshape"), std::string::npos);
+  EXPECT_NE(wrong(settings).find("is for the first hand"), std::string::npos);
   settings.second = hand(BallTool{-1}, Mode::cut);
   EXPECT_NE(wrong(settings), "");
 }

@@ -82,11 +82,8 @@ TEST(Workpiece, IsWhatItsDocumentSays) {
           EXPECT_EQ(p->bodies().content_hash(), was);
         }
       } else if (what == 6) {
-        BodyAction cut;
-        cut.verb = BodyVerb::cut;
-        cut.cutter.point_mm = random.in_box(5, 20);
-        cut.cutter.normal = random.direction();
-        static_cast<void>(p->act(cut));
+        const Vec3 point = random.in_box(5, 20), normal = random.direction();
+        static_cast<void>(p->act({{}, BodyCut{{CutPlane{point, normal}}}}));
       } else if (what < 9) {
         const Status back = p->undo();
         EXPECT_EQ(back.ok(), done > 0);

@@ -406,11 +406,11 @@ void HttpConnection::make_import() {
 // The file's shape, in the middle of the body that is worked on.
 void HttpConnection::make_body(const Import& import, const FileStock& how) {
   if (!may_import()) return;
-  BodyAction add;
-  add.verb = BodyVerb::add;
+  BodyAdd add;
   add.material = server_.session->stock_material();
-  add.no_go = query(target_, "no_go") == "1";
-  if (const std::string called = query(target_, "name"); !called.empty()) add.name = called;
+  add.properties.no_go = query(target_, "no_go") == "1";
+  if (const std::string called = query(target_, "name"); !called.empty())
+    add.properties.name = called;
   const Body& body = server_.session->active_body();
   add.pose.tip =
       body.pose.to_world(server_.session->lattice().to_mm(body.material_bounds.centre()));
@@ -426,7 +426,7 @@ void HttpConnection::make_body(const Import& import, const FileStock& how) {
                      return self->respond(Status::unprocessable_entity,
                                           said_of(name, from, shape.error()).message + "\n");
                    add.tool = std::move(shape).value();
-                   live->act(add);
+                   live->act({{}, add});
                    self->server_.imports.drop(self->server_.page_of(query(self->target_, "page")));
                    self->respond(Status::no_content, "");
                  };

@@ -86,8 +86,13 @@ class Acting {
   }
 
   Result<BodyChange> run() {
-    if (Status s = check(); !s) return Error{s.error()};
-    if (Status s = act(); !s) return Error{s.error()};
+    const auto check_and_act = [&](const auto& verb) -> Status {
+      if (Status s = check_bodies(verb.kRule); !s) return s;
+      if (Status s = check(verb); !s) return s;
+      if (Status s = check_changed(verb.kRule); !s) return s;
+      return act(verb);
+    };
+    if (Status s = std::visit(check_and_act, action_.verb); !s) return Error{s.error()};
     if (bodies_.all.size() > kMaxBodies)
       return Error{"this makes " + std::to_string(bodies_.all.size()) +
                    " bodies and there can be " + std::to_string(kMaxBodies)};
@@ -95,127 +100,154 @@ class Acting {
   }
 
  private:
-  Status check() const {
+  Status check_bodies(const BodyRule& rule) const {
     for (const BodyId id : action_.bodies) {
       const Body* body = bodies_.find(id);
       if (!body) return Error{"there is no body " + std::to_string(id)};
       if (std::count(action_.bodies.begin(), action_.bodies.end(), id) > 1)
         return Error{"body " + quoted(*body) + " is named twice"};
     }
-    const bool pairs = action_.verb == BodyVerb::join || action_.verb == BodyVerb::subtract ||
-                       action_.verb == BodyVerb::intersect;
-    if (pairs && action_.bodies.size() < 2) return Error{"this takes two bodies or more"};
-    const bool of_none = action_.verb == BodyVerb::cut || action_.verb == BodyVerb::add;
-    if (action_.bodies.empty() && !of_none) return Error{"name a body"};
-    if (action_.verb == BodyVerb::add) {
-      if (!action_.bodies.empty()) return Error{"what is added is a body of its own; name none"};
-      if (!action_.tool) return Error{"say what shape is added"};
-      if (Status s = check_tool(*action_.tool); !s) return s;
-      if (action_.material >= kMaxMaterials) return Error{"there is no such material"};
-    }
-    if (action_.verb == BodyVerb::spline) {
-      if (action_.bodies.size() != 1) return Error{"a spline shapes one body"};
-      if (!action_.spline) return Error{"say what spline"};
-      if (action_.material >= kMaxMaterials) return Error{"there is no such material"};
-    }
-    if (action_.verb == BodyVerb::protect) {
-      if (action_.bodies.size() > 2) return Error{"a mask is of one body; name that, and the mask"};
-      if (!action_.tool || action_.way_mm.empty()) return Error{"say where, and how wide"};
-      if (Status s = check_tool(*action_.tool); !s) return s;
-      if (action_.way_mm.size() > kMaxWayPoints)
-        return Error{"a way has at most " + std::to_string(kMaxWayPoints) + " places"};
-      for (const Vec3& p : action_.way_mm)
-        if (!(p.norm() < kFarthestMm)) return Error{"a way's place is none, or too far away"};
-      const Body& own = *bodies_.find(action_.bodies.front());
-      if (own.no_go) return Error{"body " + quoted(own) + " is no-go itself"};
-      if (action_.bodies.size() == 2) {
-        const Body& mask = *bodies_.find(action_.bodies[1]);
-        if (!mask.no_go || mask.locked || !stands_as(mask.pose, own.pose))
-          return Error{"body " + quoted(mask) + " is no mask of body " + quoted(own)};
-      } else if (action_.operation == SplineOperation::cut) {
-        return Error{"name the mask that is to go"};
-      }
-    }
-    const bool all_change = action_.verb != BodyVerb::set && action_.verb != BodyVerb::duplicate &&
-                            action_.verb != BodyVerb::protect;
-    for (size_t i = 0; i < action_.bodies.size() && all_change; i++) {
-      if (i > 0 && pairs && action_.verb != BodyVerb::join) break;
+    if (action_.bodies.size() >= rule.fewest) return Ok{};
+    return Error{rule.fewest > 1 ? "this takes two bodies or more" : "name a body"};
+  }
+
+  // That those which are changed may be.
+  Status check_changed(const BodyRule& rule) const {
+    size_t changed = rule.changes == BodyRule::Changes::all ? action_.bodies.size() : 0;
+    if (rule.changes == BodyRule::Changes::first) changed = 1;
+    for (size_t i = 0; i < changed; i++) {
       const Body& body = *bodies_.find(action_.bodies[i]);
       if (body.locked) return Error{"body " + quoted(body) + " is locked; unlock it first"};
-      const bool stays = action_.verb == BodyVerb::move || action_.verb == BodyVerb::remove ||
-                         action_.verb == BodyVerb::bake;
-      const bool places = action_.verb == BodyVerb::move || action_.verb == BodyVerb::mirror ||
-                          action_.verb == BodyVerb::bake;
       for (const Body& mask : bodies_.all)
-        if (places && mask.locked && goes_with(mask, body))
+        if (rule.places && mask.locked && goes_with(mask, body))
           return Error{"its mask " + quoted(mask) + " is locked; unlock it first"};
-      if (body.no_go && !stays)
+      if (body.no_go && !rule.of_no_go)
         return Error{"body " + quoted(body) + " is no-go; allow cuts in it first"};
     }
-    if (action_.verb == BodyVerb::cut || action_.verb == BodyVerb::mirror)
-      if (Status s = check_cutter(action_.cutter); !s) return s;
-    if ((action_.verb == BodyVerb::move || action_.verb == BodyVerb::add) &&
-        !is_rigid(action_.pose))
-      return Error{"a body's pose must be a place and three unit axes at right angles"};
-    if (action_.name && (action_.name->empty() || action_.name->size() > 100))
+    return Ok{};
+  }
+
+  // What a verb asks beyond that.
+  template <class Verb>
+  Status check(const Verb&) const {
+    return Ok{};
+  }
+  Status check(const BodyCut& verb) const { return check_cutter(verb.cutter); }
+  Status check(const BodyMirror& verb) const { return check_cutter({verb.plane}); }
+  Status check(const BodyMove& verb) const { return check_pose(verb.pose); }
+  Status check(const BodySet& verb) const { return check_name(verb.properties); }
+  Status check(const BodyAdd& verb) const {
+    if (!action_.bodies.empty()) return Error{"what is added is a body of its own; name none"};
+    if (Status s = check_tool(verb.tool); !s) return s;
+    if (verb.material >= kMaxMaterials) return Error{"there is no such material"};
+    if (Status s = check_pose(verb.pose); !s) return s;
+    return check_name(verb.properties);
+  }
+  Status check(const BodySpline& verb) const {
+    if (action_.bodies.size() != 1) return Error{"a spline shapes one body"};
+    if (verb.material >= kMaxMaterials) return Error{"there is no such material"};
+    return Ok{};
+  }
+  Status check(const BodyProtect& verb) const {
+    if (action_.bodies.size() > 2) return Error{"a mask is of one body; name that, and the mask"};
+    if (verb.way_mm.empty()) return Error{"say where, and how wide"};
+    if (Status s = check_tool(verb.tool); !s) return s;
+    if (verb.way_mm.size() > kMaxWayPoints)
+      return Error{"a way has at most " + std::to_string(kMaxWayPoints) + " places"};
+    for (const Vec3& p : verb.way_mm)
+      if (!(p.norm() < kFarthestMm)) return Error{"a way's place is none, or too far away"};
+    const Body& own = *bodies_.find(action_.bodies.front());
+    if (own.no_go) return Error{"body " + quoted(own) + " is no-go itself"};
+    if (action_.bodies.size() == 2) {
+      const Body& mask = *bodies_.find(action_.bodies[1]);
+      if (!mask.no_go || mask.locked || !stands_as(mask.pose, own.pose))
+        return Error{"body " + quoted(mask) + " is no mask of body " + quoted(own)};
+    } else if (verb.operation == SplineOperation::cut) {
+      return Error{"name the mask that is to go"};
+    }
+    return check_name(verb.properties);
+  }
+  static Status check_pose(const Pose& pose) {
+    if (is_rigid(pose)) return Ok{};
+    return Error{"a body's pose must be a place and three unit axes at right angles"};
+  }
+  static Status check_name(const BodyProperties& properties) {
+    if (properties.name && (properties.name->empty() || properties.name->size() > 100))
       return Error{"a body's name has 1 to 100 bytes"};
     return Ok{};
   }
 
-  Status act() {
-    switch (action_.verb) {
-      case BodyVerb::cut:
-        return cut_all();
-      case BodyVerb::join:
-      case BodyVerb::subtract:
-      case BodyVerb::intersect:
-        return combine();
-      case BodyVerb::separate:
-        return each([&](Body& body) { return separate(body); });
-      case BodyVerb::duplicate:
-        return each([&](Body& body) {
-          Body copy = body;
-          copy.locked = copy.no_go = false;
-          copy.mask_of = 0;
-          add(std::move(copy), body.name + " copy");
-          return Status(Ok{});
-        });
-      case BodyVerb::mirror:
-        return each_and_masks([&](Body& body) { return mirror(body); });
-      case BodyVerb::move:
-        return each([&](Body& body) {
-          for (Body& mask : bodies_.all)
-            if (goes_with(mask, body))
-              mask.pose = stands_as(mask.pose, body.pose)
-                              ? action_.pose
-                              : action_.pose.to_world(body.pose.from_world(mask.pose));
-          body.pose = action_.pose;
-          return Status(Ok{});
-        });
-      case BodyVerb::bake:
-        return each_and_masks([&](Body& body) {
-          return place(body, {body.pose.frame, body.pose.tip}, [&] { body.pose = Pose(); });
-        });
-      case BodyVerb::remove:
-        for (const BodyId id : action_.bodies) remove(id);
-        if (bodies_.all.empty()) return Error{"the last body can't be removed"};
-        return Ok{};
-      case BodyVerb::set:
-        return each([&](Body& body) {
-          if (action_.name) body.name = *action_.name;
-          if (action_.visible) body.visible = *action_.visible;
-          if (action_.locked) body.locked = *action_.locked;
-          if (action_.no_go) body.no_go = *action_.no_go;
-          return Status(Ok{});
-        });
-      case BodyVerb::add:
-        return add_shape();
-      case BodyVerb::protect:
-        return protect(*bodies_.find(action_.bodies.front()));
-      case BodyVerb::spline:
-        return each([&](Body& body) { return shape_by_spline(body); });
-    }
+  Status act(const BodyJoin&) {
+    return combine([&](TriDexel& model, const Body& other) {
+      unite(model, other.model, other.material_bounds);
+      for (Body& mask : bodies_.all)
+        if (mask.mask_of == other.id) mask.mask_of = action_.bodies.front();
+      remove(other.id);
+    });
+  }
+  Status act(const BodySubtract&) {
+    return combine([&](TriDexel& model, const Body& other) {
+      Removed changed;
+      cut(model, DexelSolid(other.model, other.material_bounds), edit_, changed);
+    });
+  }
+  Status act(const BodyIntersect&) {
+    return combine([&](TriDexel& model, const Body& other) {
+      Removed changed;
+      intersect(model, DexelSolid(other.model, other.material_bounds), edit_, changed);
+    });
+  }
+  Status act(const BodySeparate&) {
+    return each([&](Body& body) { return separate(body); });
+  }
+  Status act(const BodyDuplicate&) {
+    return each([&](Body& body) {
+      Body copy = body;
+      copy.locked = copy.no_go = false;
+      copy.mask_of = 0;
+      add(std::move(copy), body.name + " copy");
+      return Status(Ok{});
+    });
+  }
+  // x -> pose, then the mirror, seen from the lattice that the body then has.
+  Status act(const BodyMirror& verb) {
+    return each_and_masks([&](Body& body) {
+      const CutPlane plane = in_body(verb.plane, body.pose);
+      const Vec3 n = plane.normal.normalized();
+      const Mat3 flip = Mat3::Identity() - 2 * n * n.transpose();
+      return place(body, {flip, 2 * n.dot(plane.point_mm) * n}, [] {});
+    });
+  }
+  Status act(const BodyMove& verb) {
+    return each([&](Body& body) {
+      for (Body& mask : bodies_.all)
+        if (goes_with(mask, body))
+          mask.pose = stands_as(mask.pose, body.pose)
+                          ? verb.pose
+                          : verb.pose.to_world(body.pose.from_world(mask.pose));
+      body.pose = verb.pose;
+      return Status(Ok{});
+    });
+  }
+  Status act(const BodyBake&) {
+    return each_and_masks([&](Body& body) {
+      return place(body, {body.pose.frame, body.pose.tip}, [&] { body.pose = Pose(); });
+    });
+  }
+  Status act(const BodyRemove&) {
+    for (const BodyId id : action_.bodies) remove(id);
+    if (bodies_.all.empty()) return Error{"the last body can't be removed"};
     return Ok{};
+  }
+  Status act(const BodySet& verb) {
+    const auto& [name, visible, locked, no_go] = verb.properties;
+    return each([&](Body& body) {
+      body.name = name.value_or(body.name);
+      body.visible = visible.value_or(body.visible);
+      body.locked = locked.value_or(body.locked);
+      body.no_go = no_go.value_or(body.no_go);
+      return Status(Ok{});
+    });
   }
 
   template <class F>
@@ -259,22 +291,23 @@ class Acting {
     return model;
   }
   // All that a tool reaches whose tip goes along the way, as the body stands.
-  void sweep_way(TriDexel& model, const Pose& body) {
+  void sweep_way(const BodyProtect& verb, TriDexel& model, const Pose& body) {
     const Lattice& lattice = model.lattice();
     const Pose back = body.from_world(Pose());
     Removed made;
-    for (size_t i = 0; i < action_.way_mm.size(); i++) {
-      const Vec3 from = back.to_world(action_.way_mm[i]),
-                 to = back.to_world(action_.way_mm[std::min(i + 1, action_.way_mm.size() - 1)]);
+    for (size_t i = 0; i < verb.way_mm.size(); i++) {
+      const Vec3 from = back.to_world(verb.way_mm[i]),
+                 to = back.to_world(verb.way_mm[std::min(i + 1, verb.way_mm.size() - 1)]);
       if (i > 0 && from == to) continue;
-      const SweptTool solid(*action_.tool, {from, back.frame}, Vec3(to - from), lattice);
+      const SweptTool solid(verb.tool, {from, back.frame}, Vec3(to - from), lattice);
       deposit(model, solid.solid(), 0, edit_, made);
     }
   }
-  Status protect(const Body& own) {
+  Status act(const BodyProtect& verb) {
+    const Body& own = *bodies_.find(action_.bodies.front());
     TriDexel region = nothing();
-    sweep_way(region, own.pose);
-    const bool more = action_.operation != SplineOperation::cut;
+    sweep_way(verb, region, own.pose);
+    const bool more = verb.operation != SplineOperation::cut;
     Body* const mask = action_.bodies.size() > 1 ? bodies_.find(action_.bodies[1]) : nullptr;
     Removed changed;
     TriDexel model = nothing();
@@ -293,10 +326,10 @@ class Acting {
     if (!mask) {
       Body made;
       made.no_go = true;
-      if (action_.follows) made.mask_of = own.id;
+      if (verb.follows) made.mask_of = own.id;
       made.pose = own.pose;
       put_back(made, model);
-      add(std::move(made), action_.name.value_or("Mask"));
+      add(std::move(made), verb.properties.name.value_or("Mask"));
     } else if (model.volume_mm3() > 0) {
       put_back(*mask, model);
     } else {
@@ -304,23 +337,26 @@ class Acting {
     }
     return Ok{};
   }
-  Status add_shape() {
+  Status act(const BodyAdd& verb) {
     const Snapshot& any = bodies_.all.front().model;
     TriDexel model = nothing();
     Removed made;
-    const SweptTool solid(*action_.tool, action_.pose, Vec3::Zero(), any.lattice);
-    deposit(model, solid.solid(), action_.material, edit_, made);
+    const SweptTool solid(verb.tool, verb.pose, Vec3::Zero(), any.lattice);
+    deposit(model, solid.solid(), verb.material, edit_, made);
     if (made.points() == 0) return Error{"what is added holds nothing within the lattice"};
     change_.clipped |= made.clipped;
     Body body;
-    body.no_go = action_.no_go.value_or(false);
-    body.visible = action_.visible.value_or(true);
+    body.no_go = verb.properties.no_go.value_or(false);
+    body.visible = verb.properties.visible.value_or(true);
     put_back(body, model);
-    add(std::move(body), action_.name.value_or(std::string()));
+    add(std::move(body), verb.properties.name.value_or(std::string()));
     return Ok{};
   }
-  Status shape_by_spline(Body& body) {
-    SplineShape there = *action_.spline;
+  Status act(const BodySpline& verb) {
+    return each([&](Body& body) { return shape_by_spline(verb, body); });
+  }
+  Status shape_by_spline(const BodySpline& verb, Body& body) {
+    SplineShape there = verb.shape;
     const Pose back = body.pose.from_world(Pose());
     for (Vec3& p : there.curve.points_mm) p = back.to_world(p);
     there.axis_point_mm = back.to_world(there.axis_point_mm);
@@ -330,10 +366,9 @@ class Acting {
     const double before = model.volume_mm3();
     SplineOptions options;
     options.threads = std::clamp(threads_, 1, 3);
-    const Result<Removed> done =
-        apply_spline(model, there, action_.operation, action_.material, options);
+    const Result<Removed> done = apply_spline(model, there, verb.operation, verb.material, options);
     if (!done) return Error{done.error()};
-    if (action_.operation != SplineOperation::deposit) {
+    if (verb.operation != SplineOperation::deposit) {
       const Result<std::shared_ptr<const NoGo>> no_go = no_go_of(bodies_, body.id);
       if (!no_go) return Error{no_go.error()};
       if (no_go.value()) {
@@ -349,7 +384,7 @@ class Acting {
       return Error{"the spline's shape changes nothing of body " + quoted(body)};
     if (!(after > 0)) return Error{"the spline's shape leaves nothing of body " + quoted(body)};
     change_.removed_mm3 += before - after;
-    change_.clipped |= action_.operation == SplineOperation::deposit && done.value().clipped;
+    change_.clipped |= verb.operation == SplineOperation::deposit && done.value().clipped;
     put_back(body, model);
     return Ok{};
   }
@@ -368,7 +403,7 @@ class Acting {
     body.material_bounds = model.material_bounds();
   }
 
-  Status cut_all() {
+  Status act(const BodyCut& verb) {
     std::vector<BodyId> ids = action_.bodies;
     if (ids.empty())
       for (const Body& body : bodies_.all)
@@ -377,7 +412,7 @@ class Acting {
     for (const BodyId id : ids) {
       Body body = *bodies_.find(id);
       TriDexel model(body.model, body.material_bounds);
-      const CutOff off = cut_off(model, in_body(action_.cutter, body.pose), threads_);
+      const CutOff off = cut_off(model, in_body(verb.cutter, body.pose), threads_);
       if (off.portions.empty() && off.removed_mm3 == 0) continue;
       any = true;
       change_.removed_mm3 += off.removed_mm3;
@@ -411,37 +446,22 @@ class Acting {
     return Ok{};
   }
 
-  Status combine() {
+  // f(model of the first, another), where the other stands as the first does.
+  template <class F>
+  Status combine(F&& f) {
     Body first = *bodies_.find(action_.bodies.front());
     TriDexel model(first.model, first.material_bounds);
-    Removed changed;
     for (size_t i = 1; i < action_.bodies.size(); i++) {
       Body other = *bodies_.find(action_.bodies[i]);
       if (!stands_as(first.pose, other.pose)) {
         const Pose there = relative(other.pose, first.pose);
         if (Status s = place(other, {there.frame, there.tip}, [] {}); !s) return s;
       }
-      const DexelSolid solid(other.model, other.material_bounds);
-      if (action_.verb == BodyVerb::subtract) cut(model, solid, edit_, changed);
-      if (action_.verb == BodyVerb::intersect) intersect(model, solid, edit_, changed);
-      if (action_.verb == BodyVerb::join) {
-        unite(model, other.model, other.material_bounds);
-        for (Body& mask : bodies_.all)
-          if (mask.mask_of == other.id) mask.mask_of = first.id;
-        remove(other.id);
-      }
+      f(model, other);
     }
     put_back(first, model);
     *bodies_.find(first.id) = first;
     return Ok{};
-  }
-
-  // x -> pose, then the mirror, seen from the lattice that the body then has.
-  Status mirror(Body& body) {
-    const Cutter plane = in_body(action_.cutter, body.pose);
-    const Vec3 n = plane.normal.normalized();
-    const Mat3 flip = Mat3::Identity() - 2 * n * n.transpose();
-    return place(body, {flip, 2 * n.dot(plane.point_mm) * n}, [] {});
   }
 
   template <class F>
@@ -465,6 +485,15 @@ class Acting {
 };
 
 }  // namespace
+
+std::optional<BodyVerb> default_verb(std::string_view name) {
+  std::optional<BodyVerb> verb;
+  const auto take = [&]<size_t... I>(std::index_sequence<I...>) {
+    static_cast<void>(((name == kBodyVerbs[I] && (verb.emplace().emplace<I>(), true)) || ...));
+  };
+  take(std::make_index_sequence<std::variant_size_v<BodyVerb>>());
+  return verb;
+}
 
 bool is_rigid(const Pose& pose) {
   return pose.tip.allFinite() && pose.tip.norm() < kFarthestMm && pose.frame.allFinite() &&

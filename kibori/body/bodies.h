@@ -14,15 +14,12 @@
 
 #include <kibori/base/names.h>
 #include <kibori/base/result.h>
+#include <kibori/body/body_action.h>
 #include <kibori/body/cutter.h>
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/solid/no_go.h>
-#include <kibori/solid/tool.h>
-#include <kibori/spline/apply_spline.h>
 
 namespace kibori {
-
-using BodyId = int;
 
 struct Body {
   BodyId id = 1;
@@ -57,44 +54,6 @@ struct Bodies {
   double volume_mm3() const;
 };
 inline constexpr size_t kMaxBodies = 1000;
-
-enum class BodyVerb {
-  cut,        // by the cutter, in world coordinates; `bodies` empty: all that can be changed
-  join,       // the others go into the first
-  subtract,   // the others are cut from the first, and stay
-  intersect,  // of the first stays what lies in all others, which stay
-  separate,   // each piece becomes a body; the largest stays
-  duplicate,  // a copy of each, in the same place
-  mirror,     // in the plane through the cutter's point, across its normal
-  move,       // to `pose`
-  bake,       // its lattice stands as the world does, and its surface where it was
-  remove,     // of the list
-  set,        // name, visible, locked, no_go: those that are given
-  add,        // a new one: what `tool` holds at `pose`, of `material`
-  protect,  // what the first holds of the way of `tool` becomes no-go: a body of its own, or of the
-            // second; operation cut: it may be cut again
-  spline    // what `spline` makes is added to it, of `material`, or cut from it; or all else goes
-};
-constexpr Names<14> names_of(BodyVerb) {
-  return {"cut",  "join", "subtract", "intersect", "separate", "duplicate", "mirror",
-          "move", "bake", "remove",   "set",       "add",      "protect",   "spline"};
-}
-inline constexpr size_t kMaxWayPoints = 4096;
-
-struct BodyAction {
-  BodyVerb verb = BodyVerb::set;
-  std::vector<BodyId> bodies;
-  Cutter cutter;                      // cut, mirror
-  Pose pose;                          // move, add
-  std::optional<Tool> tool;           // add, protect
-  std::vector<Vec3> way_mm;           // protect: of its tip, upright, in the world
-  uint8_t material = 0;               // add, spline
-  std::optional<SplineShape> spline;  // in the world
-  SplineOperation operation = SplineOperation::deposit;  // spline, protect
-  std::optional<std::string> name;
-  bool follows = true;  // protect: a mask that is made moves, turns and mirrors with the first
-  std::optional<bool> visible, locked, no_go;
-};
 
 struct BodyChange {
   std::vector<BodyId> made, gone;

@@ -130,9 +130,9 @@ std::vector<Vec2> outline_of(const std::vector<Vec2>& flat, bool closed, const A
 }
 
 // The places of a cutter's curve, or of the smooth curve through them.
-Result<std::vector<Vec3>> places_of(const Cutter& cutter, double tolerance_mm) {
-  if (!cutter.smooth) return cutter.curve_mm;
-  const Result<CubicSpline> curve = CubicSpline::make({cutter.curve_mm, cutter.closed, true});
+Result<std::vector<Vec3>> places_of(const CutCurve& cut, double tolerance_mm) {
+  if (!cut.smooth) return cut.curve_mm;
+  const Result<CubicSpline> curve = CubicSpline::make({cut.curve_mm, cut.closed, true});
   if (!curve) return Error{"a cutter's curve: " + curve.error()};
   Result<FlatCurve> flat = curve.value().flatten(tolerance_mm);
   if (!flat) return Error{"a cutter's curve: " + flat.error()};
@@ -257,10 +257,27 @@ class NewArea {
   std::array<Sum, 3> sums_;
 };
 
-// `cutter` has passed check_cutter.
-std::vector<Vec3> curve_in(const Cutter& cutter, const Lattice& lattice) {
-  Result<std::vector<Vec3>> places = places_of(cutter, kChord * lattice.pitch_mm);
-  return to_lattice(places ? places.value() : cutter.curve_mm, lattice);
+// `cut` has passed check_cutter.
+std::vector<Vec3> curve_in(const CutCurve& cut, const Lattice& lattice) {
+  Result<std::vector<Vec3>> places = places_of(cut, kChord * lattice.pitch_mm);
+  return to_lattice(places ? places.value() : cut.curve_mm, lattice);
+}
+
+// Calls f with the half of space, or what a curve parts off, that is the portion.
+template <class F>
+void with_portion(const CutPlane& cut, const Lattice& lattice, F&& f) {
+  const SweptTool portion(HalfSpace{}, {cut.point_mm, frame_from_axis(cut.normal)}, Vec3::Zero(),
+                          lattice);
+  f(portion.solid());
+}
+template <class F>
+void with_portion(const CutCurve& cut, const Lattice& lattice, F&& f) {
+  const AcrossPlane plane(cut.along);
+  const std::vector<Vec2> flat = flat_places(curve_in(cut, lattice), plane, cut.closed);
+  const Prism portion(plane,
+                      sides_through(outline_of(flat, cut.closed, plane, lattice), true, cut.smooth),
+                      lattice.whole());
+  f(portion);
 }
 
 CutOff without_kerf(TriDexel& model, const Cutter& cutter, int threads) {
@@ -273,18 +290,13 @@ CutOff without_kerf(TriDexel& model, const Cutter& cutter, int threads) {
   const Lattice& lattice = model.lattice();
   // A ray that lies in the cut goes to one of the two.
   Removed from_model, from_off;
-  if (cutter.kind == Cutter::Kind::plane) {
-    const SweptTool portion(HalfSpace{}, {cutter.point_mm, frame_from_axis(cutter.normal)},
-                            Vec3::Zero(), lattice);
-    part(model, off, portion.solid(), options, from_model, from_off);
-  } else {
-    const AcrossPlane plane(cutter.along);
-    const std::vector<Vec2> flat = flat_places(curve_in(cutter, lattice), plane, cutter.closed);
-    const Prism portion(
-        plane, sides_through(outline_of(flat, cutter.closed, plane, lattice), true, cutter.smooth),
-        lattice.whole());
-    part(model, off, portion, options, from_model, from_off);
-  }
+  std::visit(
+      [&](const auto& cut) {
+        with_portion(cut, lattice, [&](const Solid& portion) {
+          part(model, off, portion, options, from_model, from_off);
+        });
+      },
+      cutter.shape);
   CutOff done;
   if (from_model.points() == 0 || from_off.points() == 0) {
     model.restore(new_area.before());  // all nodes are on one side
@@ -295,26 +307,24 @@ CutOff without_kerf(TriDexel& model, const Cutter& cutter, int threads) {
   return done;
 }
 
-// All within half the kerf of the cutter's plane or curve.
-std::unique_ptr<Solid> kerf_of(const Cutter& cutter, const Lattice& lattice) {
-  const double kerf = cutter.kerf_mm / lattice.pitch_mm;
-  if (cutter.kind == Cutter::Kind::plane) {
-    ConvexBody slab;
-    slab.add_plane(Vec3::UnitZ(), kerf / 2);
-    slab.add_plane(-Vec3::UnitZ(), kerf / 2);
-    slab.local_bounds = {Vec3::Constant(-kInfinity), Vec3::Constant(kInfinity)};
-    // Its point may be far away, where float32 is coarse; what is cut is here.
-    const Vec3 middle = lattice.whole().centre().units, normal = cutter.normal.normalized(),
-               point = lattice.to_lattice(cutter.point_mm).units;
-    return std::make_unique<SweptConvex>(slab,
-                                         LatticePoint{middle + normal.dot(point - middle) * normal},
-                                         frame_from_axis(cutter.normal), LatticeVector{});
-  }
-  const AcrossPlane plane(cutter.along);
+// All within half the kerf, in cells, of a plane or curve.
+std::unique_ptr<Solid> kerf_of(const CutPlane& cut, double kerf, const Lattice& lattice) {
+  ConvexBody slab;
+  slab.add_plane(Vec3::UnitZ(), kerf / 2);
+  slab.add_plane(-Vec3::UnitZ(), kerf / 2);
+  slab.local_bounds = {Vec3::Constant(-kInfinity), Vec3::Constant(kInfinity)};
+  // Its point may be far away, where float32 is coarse; what is cut is here.
+  const Vec3 middle = lattice.whole().centre().units, normal = cut.normal.normalized(),
+             point = lattice.to_lattice(cut.point_mm).units;
+  return std::make_unique<SweptConvex>(slab,
+                                       LatticePoint{middle + normal.dot(point - middle) * normal},
+                                       frame_from_axis(cut.normal), LatticeVector{});
+}
+std::unique_ptr<Solid> kerf_of(const CutCurve& cut, double kerf, const Lattice& lattice) {
+  const AcrossPlane plane(cut.along);
   return std::make_unique<Wall>(
       plane,
-      sides_through(flat_places(curve_in(cutter, lattice), plane, cutter.closed), cutter.closed,
-                    cutter.smooth),
+      sides_through(flat_places(curve_in(cut, lattice), plane, cut.closed), cut.closed, cut.smooth),
       kerf);
 }
 
@@ -326,7 +336,10 @@ CutOff with_kerf(TriDexel& model, const Cutter& cutter, int threads) {
   options.threads = threads;
   options.tile_done = &count;
   Removed removed;
-  cut(model, *kerf_of(cutter, lattice), options, removed);
+  const std::unique_ptr<Solid> kerf = std::visit(
+      [&](const auto& shape) { return kerf_of(shape, cutter.kerf_mm / lattice.pitch_mm, lattice); },
+      cutter.shape);
+  cut(model, *kerf, options, removed);
   CutOff done;
   const double cell = lattice.pitch_mm * lattice.pitch_mm * lattice.pitch_mm;
   done.removed_mm3 = removed.mean_volume() * cell;
@@ -345,52 +358,65 @@ CutOff with_kerf(TriDexel& model, const Cutter& cutter, int threads) {
   return done;
 }
 
-}  // namespace
+bool is_direction(const Vec3& d) { return d.allFinite() && d.norm() > 1e-9 && d.norm() < 1e9; }
 
-Status check_cutter(const Cutter& cutter) {
-  if (!std::isfinite(cutter.kerf_mm) || cutter.kerf_mm < 0)
-    return Error{"a cutter's kerf must be a number of mm, 0 or more"};
-  const auto is_direction = [](const Vec3& d) {
-    return d.allFinite() && d.norm() > 1e-9 && d.norm() < 1e9;
-  };
-  if (cutter.kind == Cutter::Kind::plane) {
-    if (!is_direction(cutter.normal))
-      return Error{"a cutter's normal must be a direction: three numbers, not all of them 0"};
-    if (!cutter.point_mm.allFinite() || cutter.point_mm.norm() > 1e6)
-      return Error{"a cutter's point must be three numbers of mm, within a kilometre"};
-    return Ok{};
-  }
-  if (!is_direction(cutter.along))
+Status check_shape(const CutPlane& cut, double /*kerf_mm*/) {
+  if (!is_direction(cut.normal))
+    return Error{"a cutter's normal must be a direction: three numbers, not all of them 0"};
+  if (!cut.point_mm.allFinite() || cut.point_mm.norm() > 1e6)
+    return Error{"a cutter's point must be three numbers of mm, within a kilometre"};
+  return Ok{};
+}
+
+Status check_shape(const CutCurve& cut, double kerf_mm) {
+  if (!is_direction(cut.along))
     return Error{"a cutter's 'along' must be a direction: three numbers, not all of them 0"};
-  if (cutter.curve_mm.size() > kMaxCurvePoints)
-    return Error{"a cutter's curve has " + std::to_string(cutter.curve_mm.size()) +
+  if (cut.curve_mm.size() > kMaxCurvePoints)
+    return Error{"a cutter's curve has " + std::to_string(cut.curve_mm.size()) +
                  " places and can have " + std::to_string(kMaxCurvePoints)};
-  for (const Vec3& p : cutter.curve_mm)
+  for (const Vec3& p : cut.curve_mm)
     if (!p.allFinite() || p.norm() > 1e6)
       return Error{"a place of a cutter's curve must be three numbers of mm, within a kilometre"};
-  const Result<std::vector<Vec3>> places = places_of(cutter, kCheckedChord);
+  const Result<std::vector<Vec3>> places = places_of(cut, kCheckedChord);
   if (!places) return Error{places.error()};
-  const std::vector<Vec2> flat =
-      flat_places(places.value(), AcrossPlane(cutter.along), cutter.closed);
-  const size_t fewest = cutter.closed ? 3 : 2;
+  const std::vector<Vec2> flat = flat_places(places.value(), AcrossPlane(cut.along), cut.closed);
+  const size_t fewest = cut.closed ? 3 : 2;
   if (flat.size() < fewest)
     return Error{"a cutter's curve needs " + std::to_string(fewest) +
                  " places that differ as seen along its direction"};
-  const bool goes_on = !cutter.closed && cutter.kerf_mm == 0;
-  if (crosses_itself(goes_on ? drawn_on(flat, 1e7) : flat, cutter.closed))
+  const bool goes_on = !cut.closed && kerf_mm == 0;
+  if (crosses_itself(goes_on ? drawn_on(flat, 1e7) : flat, cut.closed))
     return Error{goes_on ? "a cutter's curve crosses itself, or its ends do where they go on "
                            "straight; draw it without a loop"
                          : "a cutter's curve crosses itself; draw it without a loop"};
   return Ok{};
 }
 
+CutCurve in_body(const CutCurve& cut, const Pose& pose) {
+  CutCurve local = cut;
+  const Mat3 back = pose.frame.transpose();
+  local.along = back * cut.along;
+  for (Vec3& p : local.curve_mm) p = back * (p - pose.tip);
+  return local;
+}
+
+}  // namespace
+
+Status check_cutter(const Cutter& cutter) {
+  if (!std::isfinite(cutter.kerf_mm) || cutter.kerf_mm < 0)
+    return Error{"a cutter's kerf must be a number of mm, 0 or more"};
+  return std::visit([&](const auto& shape) { return check_shape(shape, cutter.kerf_mm); },
+                    cutter.shape);
+}
+
+CutPlane in_body(const CutPlane& plane, const Pose& pose) {
+  const Mat3 back = pose.frame.transpose();
+  return {back * (plane.point_mm - pose.tip), back * plane.normal};
+}
+
 Cutter in_body(const Cutter& cutter, const Pose& pose) {
   Cutter local = cutter;
-  const Mat3 back = pose.frame.transpose();
-  local.point_mm = back * (cutter.point_mm - pose.tip);
-  local.normal = back * cutter.normal;
-  local.along = back * cutter.along;
-  for (Vec3& p : local.curve_mm) p = back * (p - pose.tip);
+  std::visit([&](auto& shape) { shape = in_body(shape, pose); }, local.shape);
   return local;
 }
 

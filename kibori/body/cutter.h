@@ -8,6 +8,7 @@
 #pragma once
 
 #include <functional>
+#include <variant>
 #include <vector>
 
 #include <kibori/base/result.h>
@@ -15,19 +16,26 @@
 
 namespace kibori {
 
-struct Cutter {
-  enum class Kind { plane, curve } kind = Kind::plane;
-  // plane: through `point_mm`; the portion lies where `normal` points.
+// The portion lies where `normal` points.
+struct CutPlane {
   Vec3 point_mm = Vec3::Zero(), normal = Vec3::UnitZ();
-  // curve: through these places, swept both ways along `along`. Open: its ends go on straight
-  // without end, and the portion lies to the left as `along` points at you; with a kerf it cuts as
-  // far as it was drawn. Closed: the portion lies within.
-  std::vector<Vec3> curve_mm;
+  bool operator==(const CutPlane&) const = default;
+};
+
+// Through these places, swept both ways along `along`. Open: its ends go on straight without end,
+// and the portion lies to the left as `along` points at you; with a kerf it cuts as far as it was
+// drawn. Closed: the portion lies within.
+struct CutCurve {
+  std::vector<Vec3> curve_mm = {};
   Vec3 along = Vec3::UnitZ();
   bool closed = false;
   bool smooth = false;  // a curve through the places, not straight between them
-  double kerf_mm = 0;   // 0: nothing is lost
+  bool operator==(const CutCurve&) const = default;
+};
 
+struct Cutter {
+  std::variant<CutPlane, CutCurve> shape = {};
+  double kerf_mm = 0;  // 0: nothing is lost
   bool operator==(const Cutter&) const = default;
 };
 inline constexpr size_t kMaxCurvePoints = 1000;  // smooth: kMaxSplinePoints
@@ -35,7 +43,8 @@ inline constexpr size_t kMaxCurvePoints = 1000;  // smooth: kMaxSplinePoints
 // Errors: a direction of no length, a number that is not finite, too few or too many places, a
 // curve that crosses itself (without a kerf: its ends drawn on, too).
 Status check_cutter(const Cutter& cutter);
-// The same cutter for a body that stands at `pose`, in the body's own coordinates.
+// The same for a body that stands at `pose`, in the body's own coordinates.
+CutPlane in_body(const CutPlane& plane, const Pose& pose);
 Cutter in_body(const Cutter& cutter, const Pose& pose);
 
 // A part of a body, as a body of its own.

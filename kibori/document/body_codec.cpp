@@ -29,17 +29,29 @@ bool read_pose(const Json& json, Pose& pose) {
   return true;
 }
 
-Json cutter_to_json(const Cutter& cutter) {
-  Json json;
-  if (cutter.kind == Cutter::Kind::plane) {
-    json["point_mm"] = vec(cutter.point_mm);
-    json["normal"] = vec(cutter.normal);
-  } else {
-    json["along"] = vec(cutter.along);
-    json["closed"] = cutter.closed;
-    json["smooth"] = cutter.smooth;
-    for (const Vec3& p : cutter.curve_mm) json["curve_mm"].push_back(vec(p));
-  }
+Json places_to_json(const std::vector<Vec3>& places) {
+  Json list = Json::array();
+  for (const Vec3& p : places) list.push_back(vec(p));
+  return list;
+}
+
+bool read_places(const Json& json, size_t most, std::vector<Vec3>& places) {
+  if (!json.is_array() || json.size() > most) return false;
+  for (const Json& item : json)
+    if (!read_vec(item, places.emplace_back())) return false;
+  return true;
+}
+
+Json to_json(const CutPlane& cut) {
+  return {{"point_mm", vec(cut.point_mm)}, {"normal", vec(cut.normal)}};
+}
+Json to_json(const CutCurve& cut) {
+  Json json{{"along", vec(cut.along)}, {"closed", cut.closed}, {"smooth", cut.smooth}};
+  if (!cut.curve_mm.empty()) json["curve_mm"] = places_to_json(cut.curve_mm);
+  return json;
+}
+Json to_json(const Cutter& cutter) {
+  Json json = std::visit([](const auto& shape) { return to_json(shape); }, cutter.shape);
   if (cutter.kerf_mm > 0) json["kerf_mm"] = cutter.kerf_mm;
   return json;
 }
@@ -58,19 +70,15 @@ Result<Cutter> cutter_of(const Json& json) {
   Cutter cutter;
   Fields fields{json};
   if (const auto curve = json.find("curve_mm"); curve != json.end()) {
-    cutter.kind = Cutter::Kind::curve;
-    if (!curve->is_array() || curve->size() > kMaxCurvePoints) return none;
-    for (const Json& item : *curve) {
-      Vec3 place;
-      if (!read_vec(item, place)) return none;
-      cutter.curve_mm.push_back(place);
-    }
-    fields.get("along", cutter.along);
-    if (!read_flag(json, "closed", cutter.closed) || !read_flag(json, "smooth", cutter.smooth))
+    CutCurve& cut = cutter.shape.emplace<CutCurve>();
+    if (!read_places(*curve, kMaxCurvePoints, cut.curve_mm)) return none;
+    fields.get("along", cut.along);
+    if (!read_flag(json, "closed", cut.closed) || !read_flag(json, "smooth", cut.smooth))
       return none;
   } else {
-    fields.get("point_mm", cutter.point_mm);
-    fields.get("normal", cutter.normal);
+    CutPlane& cut = cutter.shape.emplace<CutPlane>();
+    fields.get("point_mm", cut.point_mm);
+    fields.get("normal", cut.normal);
   }
   if (json.contains("kerf_mm")) fields.get("kerf_mm", cutter.kerf_mm);
   if (!fields.wrong.empty()) return Error{"a cutter " + fields.wrong};
@@ -78,13 +86,13 @@ Result<Cutter> cutter_of(const Json& json) {
   return cutter;
 }
 
-Json spline_to_json(const SplineShape& shape, SplineOperation operation) {
+Json spline_to_json(const BodySpline& spline) {
+  const SplineShape& shape = spline.shape;
   Json json{{"kind", name_of(shape.kind)},
-            {"operation", name_of(operation)},
+            {"operation", name_of(spline.operation)},
             {"closed", shape.curve.closed},
             {"interpolate", shape.curve.interpolate},
-            {"points_mm", Json::array()}};
-  for (const Vec3& p : shape.curve.points_mm) json["points_mm"].push_back(vec(p));
+            {"points_mm", places_to_json(shape.curve.points_mm)}};
   if (shape.kind == SplineKind::extrude) {
     json["direction"] = vec(shape.direction);
     json["length_mm"] = shape.length_mm;
@@ -97,27 +105,21 @@ Json spline_to_json(const SplineShape& shape, SplineOperation operation) {
   return json;
 }
 
-Status read_spline(const Json& json, BodyAction& action) {
+Status read_spline(const Json& json, BodySpline& spline) {
   const Error none{"a spline must be a JSON object of a kind, an operation and points_mm"};
   if (!json.is_object()) return none;
-  SplineShape& shape = action.spline.emplace();
+  SplineShape& shape = spline.shape;
   Fields fields{json};
   std::string kind, operation;
   fields.get("kind", kind);
   fields.get("operation", operation);
   const auto known_kind = value_of<SplineKind>(kind);
   const auto known_operation = value_of<SplineOperation>(operation);
-  const Json points = json.value("points_mm", Json());
-  if (!known_kind || !known_operation || !points.is_array() || points.size() > kMaxSplinePoints)
-    return none;
+  if (!known_kind || !known_operation) return none;
   shape.kind = *known_kind;
-  action.operation = *known_operation;
-  for (const Json& item : points) {
-    Vec3 place;
-    if (!read_vec(item, place)) return none;
-    shape.curve.points_mm.push_back(place);
-  }
-  if (!read_flag(json, "closed", shape.curve.closed) ||
+  spline.operation = *known_operation;
+  if (!read_places(json.value("points_mm", Json()), kMaxSplinePoints, shape.curve.points_mm) ||
+      !read_flag(json, "closed", shape.curve.closed) ||
       !read_flag(json, "interpolate", shape.curve.interpolate))
     return none;
   if (shape.kind == SplineKind::extrude) {
@@ -135,46 +137,147 @@ Status read_spline(const Json& json, BodyAction& action) {
 
 bool is_name(const std::string& name) { return !name.empty() && name.size() <= 100; }
 
+void put(const BodyProperties& properties, Json& json) {
+  if (properties.name) json["name"] = *properties.name;
+  if (properties.visible) json["visible"] = *properties.visible;
+  if (properties.locked) json["locked"] = *properties.locked;
+  if (properties.no_go) json["no_go"] = *properties.no_go;
+}
+
+Status read(const Json& json, BodyProperties& properties) {
+  if (json.contains("name")) {
+    Fields fields{json};
+    fields.get("name", properties.name.emplace());
+    if (!is_name(*properties.name)) return Error{"a body's name has 1 to 100 bytes"};
+  }
+  for (const auto& [key, flag] : {std::pair{"visible", &properties.visible},
+                                  {"locked", &properties.locked},
+                                  {"no_go", &properties.no_go}})
+    if (json.contains(key) && !read_flag(json, key, flag->emplace()))
+      return Error{std::string("a body's '") + key + "' is true or false"};
+  return Ok{};
+}
+
+Json json_of(const Tool& tool) { return Json::parse(tool_to_json(tool)); }
+
+Status read(const Json& json, Tool& tool) {
+  Result<Tool> read = tool_from_json(json.dump(-1, ' ', false, Json::error_handler_t::replace));
+  if (!read) return Error{read.error()};
+  tool = std::move(read).value();
+  return Ok{};
+}
+
+Status read_material(const Json& json, uint8_t& material) {
+  Fields fields{json};
+  int number = 0;
+  fields.get("material", number, 0, static_cast<int>(kMaxMaterials) - 1);
+  if (!fields.wrong.empty()) return Error{"what is done with bodies " + fields.wrong};
+  material = static_cast<uint8_t>(number);
+  return Ok{};
+}
+
+Status read(const Json& json, Pose& pose) {
+  if (read_pose(json, pose)) return Ok{};
+  return Error{"a body's pose must be a place and three axes"};
+}
+
+// What a verb needs, into the action's JSON and from it. One for each, where it has anything.
+template <class Verb>
+concept Bare = std::is_empty_v<Verb>;
+void put(const Bare auto&, Json&) {}
+Status read(const Json&, Bare auto&) { return Ok{}; }
+
+void put(const BodyCut& verb, Json& json) { json["cutter"] = to_json(verb.cutter); }
+Status read(const Json& json, BodyCut& verb) {
+  Result<Cutter> cutter = cutter_of(json.value("cutter", Json()));
+  if (!cutter) return Error{cutter.error()};
+  verb.cutter = std::move(cutter).value();
+  return Ok{};
+}
+
+void put(const BodyMirror& verb, Json& json) { json["cutter"] = to_json(verb.plane); }
+Status read(const Json& json, BodyMirror& verb) {
+  const Result<Cutter> cutter = cutter_of(json.value("cutter", Json()));
+  if (!cutter) return Error{cutter.error()};
+  if (const auto* plane = std::get_if<CutPlane>(&cutter.value().shape)) verb.plane = *plane;
+  return Ok{};
+}
+
+void put(const BodyMove& verb, Json& json) { json["pose"] = pose_to_json(verb.pose); }
+Status read(const Json& json, BodyMove& verb) {
+  return read(json.value("pose", Json()), verb.pose);
+}
+
+void put(const BodySet& verb, Json& json) { put(verb.properties, json); }
+Status read(const Json& json, BodySet& verb) { return read(json, verb.properties); }
+
+void put(const BodyAdd& verb, Json& json) {
+  json["tool"] = json_of(verb.tool);
+  json["material"] = verb.material;
+  json["pose"] = pose_to_json(verb.pose);
+  put(verb.properties, json);
+}
+Status read(const Json& json, BodyAdd& verb) {
+  if (Status s = read(json.value("tool", Json()), verb.tool); !s) return s;
+  if (Status s = read_material(json, verb.material); !s) return s;
+  if (Status s = read(json.value("pose", Json()), verb.pose); !s) return s;
+  return read(json, verb.properties);
+}
+
+void put(const BodyProtect& verb, Json& json) {
+  json["tool"] = json_of(verb.tool);
+  json["operation"] = name_of(verb.operation);
+  json["follows"] = verb.follows;
+  json["way_mm"] = places_to_json(verb.way_mm);
+  put(verb.properties, json);
+}
+Status read(const Json& json, BodyProtect& verb) {
+  Fields fields{json};
+  std::string operation = "deposit";
+  if (json.contains("operation")) fields.get("operation", operation);
+  const auto known = value_of<SplineOperation>(operation);
+  if (!known || *known == SplineOperation::intersect)
+    return Error{"what is protected has the operation deposit, or cut"};
+  verb.operation = *known;
+  verb.follows = false;  // before version 11
+  if (!read_flag(json, "follows", verb.follows))
+    return Error{"whether a mask follows its body is true or false"};
+  const Json way = json.value("way_mm", Json());
+  if (!way.is_array() || way.size() > kMaxWayPoints)
+    return Error{"way_mm must be a list of at most " + std::to_string(kMaxWayPoints) + " places"};
+  if (!read_places(way, kMaxWayPoints, verb.way_mm))
+    return Error{"a place of way_mm must be three numbers"};
+  if (Status s = read(json.value("tool", Json()), verb.tool); !s) return s;
+  return read(json, verb.properties);
+}
+
+void put(const BodySpline& verb, Json& json) {
+  json["spline"] = spline_to_json(verb);
+  json["material"] = verb.material;
+}
+Status read(const Json& json, BodySpline& verb) {
+  if (Status s = read_spline(json.value("spline", Json()), verb); !s) return s;
+  return read_material(json, verb.material);
+}
+
 }  // namespace
 
 std::string action_to_json(const BodyAction& action) {
-  Json json{{"verb", name_of(action.verb)}, {"bodies", action.bodies}};
-  if (action.verb == BodyVerb::cut || action.verb == BodyVerb::mirror)
-    json["cutter"] = cutter_to_json(action.cutter);
-  if (action.verb == BodyVerb::spline && action.spline)
-    json["spline"] = spline_to_json(*action.spline, action.operation);
-  if (action.verb == BodyVerb::spline) json["material"] = action.material;
-  if (action.verb == BodyVerb::add) {
-    if (action.tool) json["tool"] = Json::parse(tool_to_json(*action.tool));
-    json["material"] = action.material;
-  }
-  if (action.verb == BodyVerb::protect) {
-    if (action.tool) json["tool"] = Json::parse(tool_to_json(*action.tool));
-    json["operation"] = name_of(action.operation);
-    json["follows"] = action.follows;
-    json["way_mm"] = Json::array();
-    for (const Vec3& p : action.way_mm) json["way_mm"].push_back(vec(p));
-  }
-  if (action.verb == BodyVerb::move || action.verb == BodyVerb::add)
-    json["pose"] = pose_to_json(action.pose);
-  if (action.name) json["name"] = *action.name;
-  if (action.visible) json["visible"] = *action.visible;
-  if (action.locked) json["locked"] = *action.locked;
-  if (action.no_go) json["no_go"] = *action.no_go;
+  Json json{{"verb", verb_of(action)}, {"bodies", action.bodies}};
+  std::visit([&](const auto& verb) { put(verb, json); }, action.verb);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
 Result<BodyAction> action_from_json(const std::string& text) {
   const Json json = Json::parse(text, nullptr, false);
   if (!json.is_object()) return Error{"what is done with bodies must be a JSON object"};
-  BodyAction action;
   Fields fields{json};
-  std::string verb;
-  fields.get("verb", verb);
-  const auto known = value_of<BodyVerb>(verb);
+  std::string name;
+  fields.get("verb", name);
+  std::optional<BodyVerb> known = default_verb(name);
   if (!known)
-    return Error{"nothing that is done with bodies is called '" + sanitize_message(verb) + "'"};
-  action.verb = *known;
+    return Error{"nothing that is done with bodies is called '" + sanitize_message(name) + "'"};
+  BodyAction action{{}, std::move(*known)};
   const Json bodies = json.value("bodies", Json::array());
   if (!bodies.is_array() || bodies.size() > kMaxBodies)
     return Error{"bodies must be a list of numbers"};
@@ -183,61 +286,9 @@ Result<BodyAction> action_from_json(const std::string& text) {
       return Error{"bodies must be a list of numbers"};
     action.bodies.push_back(id.get<int>());
   }
-  if (action.verb == BodyVerb::cut || action.verb == BodyVerb::mirror) {
-    Result<Cutter> cutter = cutter_of(json.value("cutter", Json()));
-    if (!cutter) return Error{cutter.error()};
-    action.cutter = std::move(cutter).value();
-  }
-  if (action.verb == BodyVerb::protect) {
-    const Json way = json.value("way_mm", Json());
-    std::string operation = "deposit";
-    if (json.contains("operation")) fields.get("operation", operation);
-    const auto known_operation = value_of<SplineOperation>(operation);
-    if (!known_operation || *known_operation == SplineOperation::intersect)
-      return Error{"what is protected has the operation deposit, or cut"};
-    action.operation = *known_operation;
-    action.follows = false;  // before version 11
-    if (json.contains("follows") && !read_flag(json, "follows", action.follows))
-      return Error{"whether a mask follows its body is true or false"};
-    if (!way.is_array() || way.size() > kMaxWayPoints)
-      return Error{"way_mm must be a list of at most " + std::to_string(kMaxWayPoints) + " places"};
-    for (const Json& item : way) {
-      Vec3 place;
-      if (!read_vec(item, place)) return Error{"a place of way_mm must be three numbers"};
-      action.way_mm.push_back(place);
-    }
-  }
-  if (action.verb == BodyVerb::add || action.verb == BodyVerb::protect) {
-    Result<Tool> tool = tool_from_json(
-        json.value("tool", Json()).dump(-1, ' ', false, Json::error_handler_t::replace));
-    if (!tool) return Error{tool.error()};
-    action.tool = std::move(tool).value();
-  }
-  if (action.verb == BodyVerb::spline)
-    if (const Status read = read_spline(json.value("spline", Json()), action); !read)
-      return Error{read.error()};
-  if (action.verb == BodyVerb::add || action.verb == BodyVerb::spline) {
-    int material = 0;
-    fields.get("material", material, 0, static_cast<int>(kMaxMaterials) - 1);
-    action.material = static_cast<uint8_t>(material);
-  }
-  if ((action.verb == BodyVerb::move || action.verb == BodyVerb::add) &&
-      !read_pose(json.value("pose", Json()), action.pose))
-    return Error{"a body's pose must be a place and three axes"};
-  if (json.contains("name")) {
-    action.name.emplace();
-    fields.get("name", *action.name);
-    if (!is_name(*action.name)) return Error{"a body's name has 1 to 100 bytes"};
-  }
-  for (const auto& [key, flag] : {std::pair{"visible", &action.visible},
-                                  {"locked", &action.locked},
-                                  {"no_go", &action.no_go}}) {
-    if (!json.contains(key)) continue;
-    flag->emplace();
-    if (!read_flag(json, key, **flag))
-      return Error{std::string("a body's '") + key + "' is true or false"};
-  }
-  if (!fields.wrong.empty()) return Error{"what is done with bodies " + fields.wrong};
+  const Status done =
+      std::visit([&](auto& verb) -> Status { return read(json, verb); }, action.verb);
+  if (!done) return Error{done.error()};
   return action;
 }
 

@@ -74,7 +74,7 @@ struct Reader {
 
 // Flags of a tick. Versions before 0.2 neither wrote nor read kEnd: they took every tick of a
 // reshaping stroke that edits nothing for its end, so they still read what is written here.
-constexpr uint8_t kEdits = 1, kSecond = 2, kPut = 4, kEnd = 8;
+constexpr uint8_t kEdits = 1, kSecond = 2, kPut = 4, kEnd = 8, kComputes = 16;
 // The columns of a tick, and of a force.
 constexpr int kColumns = 12, kForceColumns = 6;
 template <class T>
@@ -106,15 +106,9 @@ Json json_of(const Tool& tool) {
 Json json_of(const StrokeForce& force) {
   const bool series = force.series();
   Json json{{"model", name_of(force.law.model)}};
-  if (series) {
-    json["stiffness_n_mm"] = force.spring.stiffness_n_mm;
-    json["torsion_nmm_rad"] = force.spring.torsion_nmm_rad;
-    json["friction"] = force.spring.friction;
-  } else {
-    json["dof"] = force.law.dof;
-  }
-  // Only where they are, so that strokes without them read as they always did.
-  if (series && force.spring.strength_n > 0) json["strength_n"] = force.spring.strength_n;
+  if (series) json.update(fields_to_json(force.spring));
+  // Only where they differ from the default, so that older strokes keep their settings' text.
+  if (!series || force.law.dof != 5) json["dof"] = force.law.dof;
   const double share = series ? force.spring.hand_share : force.law.hand_share;
   if (share != 1) json["hand_share"] = share;
   if (force.law.model == ForceModel::energy) json["start_resists"] = force.law.start_resists;
@@ -131,15 +125,13 @@ Status read_force(const Json& json, double rate_hz, StrokeForce& force) {
   double& share = force.series() ? force.spring.hand_share : force.law.hand_share;
   if (json.contains("hand_share")) f.get("hand_share", share);
   if (!(share >= 0 && share <= 1)) return Error{"a stroke's hand_share is not from 0 to 1"};
+  if (!force.series() || json.contains("dof")) f.get("dof", force.law.dof, 5, 6);
   if (force.series()) {
-    if (json.contains("strength_n")) f.get("strength_n", force.spring.strength_n);
+    if (Status read = fields_from_json(json, "the force", force.spring); !read) return read;
+    force.law.hand_share = share;  // brushes ask the law for it
     if (!(force.spring.strength_n >= 0)) return Error{"a stroke's strength_n is below 0"};
-    f.get("stiffness_n_mm", force.spring.stiffness_n_mm);
-    f.get("torsion_nmm_rad", force.spring.torsion_nmm_rad);
-    f.get("friction", force.spring.friction);
     force.spring.tick_s = 1 / rate_hz;
   } else {
-    f.get("dof", force.law.dof, 5, 6);
     // Strokes of before it was asked have no such key.
     force.law.start_resists = json.value("start_resists", Json(true)) != Json(false);
   }
@@ -228,45 +220,63 @@ bool take_columns(Reader& reader, size_t count, int columns, At&& at) {
   return true;
 }
 
-// Left as it is where there is none.
-void read_color(const Json& json, std::array<uint8_t, 3>& color) {
-  const auto found = json.find("color");
-  if (found == json.end() || !found->is_array() || found->size() != 3) return;
-  for (size_t i = 0; i < 3; i++)
-    if ((*found)[i].is_number_unsigned())
-      color[i] = static_cast<uint8_t>((*found)[i].get<unsigned>());
+Json json_of(const Brush& brush, Mode mode) {
+  Json json = fields_to_json(brush);
+  if (mode == Mode::paint) json["color"] = brush.color;
+  if (brush.flatten_to == FlattenTo::plane) json["plane"] = fields_to_json(brush.plane);
+  return json;
 }
 
 Status read_brush(const Json& json, Brush& brush) {
-  Fields fields{json};
-  std::string falloff, flatten_to;
-  fields.get("radius_mm", brush.radius_mm);
-  fields.get("strength", brush.strength);
-  fields.get("sigma_mm", brush.sigma_mm);
-  fields.get("falloff", falloff);
-  fields.get("flatten_to", flatten_to);
-  const Json* keeps = fields.find("keep_volume");
-  if (!fields.wrong.empty()) return Error{"the brush " + fields.wrong};
-  const auto named = value_of<Falloff>(falloff);
-  const auto plane_of = value_of<FlattenTo>(flatten_to);
-  if (!named) return Error{"no falloff is called '" + sanitize_message(falloff) + "'"};
-  if (!plane_of) return Error{"no flatten_to is called '" + sanitize_message(flatten_to) + "'"};
-  if (!keeps->is_boolean()) return Error{"the brush's keep_volume is not true or false"};
-  brush.falloff = *named;
-  brush.flatten_to = *plane_of;
-  brush.keep_volume = keeps->get<bool>();
-  read_color(json, brush.color);
-  if (json.contains("wall_mm")) fields.get("wall_mm", brush.wall_mm);
-  if (json.contains("spacing")) fields.get("spacing", brush.spacing);
-  if (!fields.wrong.empty()) return Error{"the brush " + fields.wrong};
+  if (Status read = fields_from_json(json, "the brush", brush); !read) return read;
+  read_color(json, "color", brush.color);
   if (brush.flatten_to != FlattenTo::plane) return Ok{};
-  const Json* plane = fields.find("plane");
-  if (!plane || !plane->is_object()) return Error{"the brush has no plane to flatten to"};
-  Fields of_plane{*plane};
-  of_plane.get("point_mm", brush.plane.point_mm);
-  of_plane.get("normal", brush.plane.normal);
-  if (!of_plane.wrong.empty()) return Error{"the brush's plane " + of_plane.wrong};
+  const Json plane = json.value("plane", Json());
+  if (!plane.is_object()) return Error{"the brush has no plane to flatten to"};
+  return fields_from_json(plane, "the brush's plane", brush.plane);
+}
+
+Json json_of(const std::vector<Material>& materials) {
+  Json list = Json::array();
+  for (const Material& material : materials) list.push_back(fields_to_json(material));
+  return list;
+}
+
+Status read_materials(const Json& json, std::vector<Material>& materials) {
+  if (!json.is_array() || json.empty() || json.size() > static_cast<size_t>(kMaxMaterials))
+    return Error{"a stroke's materials are no list of 1 to 64"};
+  materials.clear();
+  for (const Json& item : json) {
+    if (!item.is_object()) return Error{"a material is no JSON object"};
+    Material& m = materials.emplace_back();
+    if (Status read = fields_from_json(item, "a material", m); !read) return read;
+    if (!(m.u_along >= 0 && m.ring >= 0 && m.ring <= kMaxRing))
+      return Error{"a material's u_along or ring is out of range"};
+  }
   return Ok{};
+}
+
+Status read_symmetry(const Json& json, Symmetry& symmetry) {
+  const Error none{
+      "a stroke's symmetry must have planes (three times true or false) and centre_mm"};
+  const Json planes = json.is_object() ? json.value("planes", Json()) : Json();
+  if (!planes.is_array() || planes.size() != 3) return none;
+  for (size_t i = 0; i < 3; i++) {
+    if (!planes[i].is_boolean()) return none;
+    symmetry.planes[i] = planes[i].get<bool>();
+  }
+  if (!read_vec(json.value("centre_mm", Json()), symmetry.centre_mm)) return none;
+  if (json.contains("fold")) {
+    Fields f{json};
+    std::string axis;
+    f.get("fold", symmetry.fold, 1, kMaxFold);
+    f.get("axis", axis);
+    const auto named_axis = value_of<Axis>(axis);
+    if (!f.wrong.empty()) return Error{"a stroke's symmetry: it " + f.wrong};
+    if (!named_axis) return Error{"a symmetry's axis is x, y or z"};
+    symmetry.axis = *named_axis;
+  }
+  return check_symmetry(symmetry);
 }
 
 Status read_second(const Json& json, StrokeSettings& s) {
@@ -280,9 +290,10 @@ Status read_second(const Json& json, StrokeSettings& s) {
   const Json *tool = fields.find("tool"), *force = fields.find("force");
   if (!fields.wrong.empty()) return Error{"a stroke's second hand: it " + fields.wrong};
   const std::optional<Mode> known = value_of<Mode>(mode);
-  if (!known || *known == Mode::off || reshapes(*known))
+  if (!known || *known == Mode::off)
     return Error{"a second hand cuts, deposits or touches, and does not '" +
                  sanitize_message(mode) + "'"};
+  if (const Status fine = check_modes(s.mode, known, false); !fine) return Error{fine.error()};
   if (!tool->is_object() || !force->is_object())
     return Error{"a second hand's tool or force is no JSON object"};
   Result<Tool> read = tool_of(*tool);
@@ -317,18 +328,7 @@ std::string settings_to_json(const StrokeSettings& s) {
             {"material", s.material},
             {"rate_hz", s.rate_hz}};
   json["force"] = json_of(s.force);
-  if (reshapes(s.mode)) {
-    json["brush"] = {
-        {"radius_mm", s.brush.radius_mm},      {"strength", s.brush.strength},
-        {"falloff", name_of(s.brush.falloff)}, {"sigma_mm", s.brush.sigma_mm},
-        {"keep_volume", s.brush.keep_volume},  {"flatten_to", name_of(s.brush.flatten_to)}};
-    if (s.brush.spacing != Brush{}.spacing) json["brush"]["spacing"] = s.brush.spacing;
-    if (s.brush.wall_mm > 0) json["brush"]["wall_mm"] = s.brush.wall_mm;
-    if (s.mode == Mode::paint) json["brush"]["color"] = s.brush.color;
-    if (s.brush.flatten_to == FlattenTo::plane)
-      json["brush"]["plane"] = {{"point_mm", vec(s.brush.plane.point_mm)},
-                                {"normal", vec(s.brush.plane.normal)}};
-  }
+  if (reshapes(s.mode)) json["brush"] = json_of(s.brush, s.mode);
   if (s.body != 1) json["body"] = s.body;
   if (!s.device.empty()) json["device"] = s.device;
   if (s.crumbs != Crumbs::stay) json["crumbs"] = name_of(s.crumbs);
@@ -343,20 +343,19 @@ std::string settings_to_json(const StrokeSettings& s) {
     json["symmetry"]["fold"] = s.symmetry.fold;
     json["symmetry"]["axis"] = name_of(s.symmetry.axis);
   }
-  Json& materials = json["materials"] = Json::array();
-  for (const Material& m : s.materials) {
-    materials.push_back({{"name", m.name},
-                         {"kf", m.kf},
-                         {"u", m.u},
-                         {"c", m.c},
-                         {"yield_n", m.yield_n},
-                         {"gc", m.gc},
-                         {"color", m.color}});
-    if (m.plastic) materials.back()["plastic"] = true;
-    if (m.u_along != 0) materials.back()["u_along"] = m.u_along;
-    if (m.ring != 0) materials.back()["ring"] = m.ring;
-  }
+  json["materials"] = json_of(s.materials);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string materials_to_json(const std::vector<Material>& materials) {
+  return json_of(materials).dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+Result<std::vector<Material>> materials_from_json(const std::string& text) {
+  std::vector<Material> materials;
+  if (const Status read = read_materials(Json::parse(text, nullptr, false), materials); !read)
+    return Error{read.error()};
+  return materials;
 }
 
 Result<StrokeSettings> settings_from_json(const std::string& text) {
@@ -381,64 +380,17 @@ Result<StrokeSettings> settings_from_json(const std::string& text) {
   if (const Json* force = fields.find("force"); force && force->is_object())
     if (const Status read = read_force(*force, s.rate_hz, s.force); !read)
       return Error{read.error()};
-  if (const auto symmetry = json.find("symmetry"); symmetry != json.end()) {
-    const Error none{
-        "a stroke's symmetry must have planes (three times true or false) and centre_mm"};
-    const Json planes = symmetry->is_object() ? symmetry->value("planes", Json()) : Json();
-    if (!planes.is_array() || planes.size() != 3) return none;
-    for (size_t i = 0; i < 3; i++) {
-      if (!planes[i].is_boolean()) return none;
-      s.symmetry.planes[i] = planes[i].get<bool>();
-    }
-    if (!read_vec(symmetry->value("centre_mm", Json()), s.symmetry.centre_mm)) return none;
-    if (symmetry->contains("fold")) {
-      Fields f{*symmetry};
-      std::string axis;
-      f.get("fold", s.symmetry.fold, 1, kMaxFold);
-      f.get("axis", axis);
-      const auto named_axis = value_of<Axis>(axis);
-      if (!f.wrong.empty()) return Error{"a stroke's symmetry: it " + f.wrong};
-      if (!named_axis) return Error{"a symmetry's axis is x, y or z"};
-      s.symmetry.axis = *named_axis;
-    }
-    if (const Status fits = check_symmetry(s.symmetry); !fits) return Error{fits.error()};
-  }
+  if (const auto symmetry = json.find("symmetry"); symmetry != json.end())
+    if (const Status read = read_symmetry(*symmetry, s.symmetry); !read) return Error{read.error()};
   if (reshapes(s.mode)) {
     const Json* brush = fields.find("brush");
     if (!brush || !brush->is_object()) return Error{"a stroke that reshapes has no brush"};
     if (const Status read = read_brush(*brush, s.brush); !read) return Error{read.error()};
     if (const Status fits = check_brush_of(s.mode, s.brush); !fits) return Error{fits.error()};
   }
-  const Json* materials = fields.find("materials");
-  if (materials && (!materials->is_array() || materials->empty() ||
-                    materials->size() > static_cast<size_t>(kMaxMaterials)))
-    return Error{"a stroke's materials are no list of 1 to 64"};
-  if (materials) {
-    s.materials.clear();
-    for (const Json& item : *materials) {
-      if (!item.is_object()) return Error{"a material is no JSON object"};
-      Material m;
-      Fields f{item};
-      f.get("name", m.name);
-      f.get("kf", m.kf);
-      f.get("u", m.u);
-      f.get("c", m.c);
-      f.get("yield_n", m.yield_n);
-      if (item.contains("gc")) f.get("gc", m.gc);
-      if (item.contains("u_along")) f.get("u_along", m.u_along);
-      if (item.contains("ring")) f.get("ring", m.ring);
-      if (!(m.u_along >= 0 && m.ring >= 0 && m.ring <= kMaxRing))
-        return Error{"a material's u_along or ring is out of range"};
-      read_color(item, m.color);
-      if (item.contains("plastic")) {
-        if (!item["plastic"].is_boolean())
-          return Error{"a material's plastic is not true or false"};
-        m.plastic = item["plastic"].get<bool>();
-      }
-      if (!f.wrong.empty()) return Error{"a material " + f.wrong};
-      s.materials.push_back(m);
-    }
-  }
+  if (const Json* materials = fields.find("materials"))
+    if (const Status read = read_materials(*materials, s.materials); !read)
+      return Error{read.error()};
   int material = 0;
   fields.get("material", material, 0, static_cast<int>(s.materials.size()) - 1);
   s.material = static_cast<uint8_t>(material);
@@ -516,7 +468,7 @@ TickRow row_of(const StrokeTick& tick) {
   TickRow row;
   if (const auto* const move = std::get_if<MoveTick>(&tick.what)) {
     row.move = *move;
-    row.flags = move->edits ? kEdits : 0;
+    row.flags = static_cast<uint8_t>((move->edits ? kEdits : 0) | (move->computes ? kComputes : 0));
   } else if (const auto* const put = std::get_if<PutTick>(&tick.what)) {
     row.move = {put->pose.tip, put->pose.frame.col(0), false, put->pose.frame.col(1),
                 put->pose.frame.col(2)};
@@ -543,6 +495,7 @@ std::optional<StrokeTick> tick_of(TickRow row) {
     tick.what = EndTick{row.move.tip};
   } else {
     row.move.edits = (row.flags & kEdits) != 0;
+    row.move.computes = (row.flags & kComputes) != 0;
     tick.what = row.move;
   }
   return tick;

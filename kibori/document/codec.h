@@ -23,6 +23,10 @@ Result<Tool> tool_from_json(const std::string& text);
 std::string settings_to_json(const StrokeSettings& settings);
 Result<StrokeSettings> settings_from_json(const std::string& text);
 
+// Materials as settings have them.
+std::string materials_to_json(const std::vector<Material>& materials);
+Result<std::vector<Material>> materials_from_json(const std::string& text);
+
 // Where the rays are, and a box; both as JSON.
 std::string lattice_to_json(const Lattice& lattice);
 Result<Lattice> lattice_from_json(const std::string& text);

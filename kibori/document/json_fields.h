@@ -1,12 +1,20 @@
 // SPDX-License-Identifier: MIT
-// Numbers and places in JSON that is not to be trusted. Internal to `document`.
+// Numbers and places in JSON that is not to be trusted, and described structs (base/field_info.h).
+// Internal to `document`.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <string>
+#include <type_traits>
 
 #include <nlohmann/json.hpp>
 
+#include <kibori/base/field_info.h>
+#include <kibori/base/file.h>
+#include <kibori/base/names.h>
+#include <kibori/base/result.h>
 #include <kibori/geometry/vec.h>
 
 namespace kibori {
@@ -64,5 +72,75 @@ struct Fields {
       wrong = std::string(key) + " is not a vector of three numbers";
   }
 };
+
+using Rgb8 = std::array<uint8_t, 3>;
+
+// A colour stays as it is where there is none that can be read.
+inline void read_color(const Json& json, const char* key, Rgb8& color) {
+  const auto found = json.find(key);
+  if (found == json.end() || !found->is_array() || found->size() != 3) return;
+  for (size_t i = 0; i < 3; i++)
+    if ((*found)[i].is_number_unsigned())
+      color[i] = static_cast<uint8_t>((*found)[i].get<unsigned>());
+}
+
+// The fields of a described struct, but for those that are stored where_used.
+template <Described T>
+Json fields_to_json(const T& from) {
+  Json json = Json::object();
+  T::for_fields([&](const FieldInfo& field, auto member) {
+    const auto& value = from.*member;
+    using Value = std::decay_t<decltype(value)>;
+    if (field.stored == Stored::where_used) return;
+    if (field.stored == Stored::unless_default && value == T{}.*member) return;
+    if constexpr (Described<Value>)
+      json[field.key] = fields_to_json(value);
+    else if constexpr (Named<Value>)
+      json[field.key] = name_of(value);
+    else if constexpr (std::is_same_v<Value, Vec3>)
+      json[field.key] = vec(value);
+    else
+      json[field.key] = value;
+  });
+  return json;
+}
+
+// The first error, as a sentence on `what`: "the brush has no radius_mm".
+template <Described T>
+Status fields_from_json(const Json& json, const std::string& what, T& into) {
+  Fields fields{json};
+  std::string wrong;
+  T::for_fields([&](const FieldInfo& field, auto member) {
+    auto& value = into.*member;
+    using Value = std::decay_t<decltype(value)>;
+    const bool there = json.contains(field.key);
+    if (field.stored == Stored::where_used || (field.stored != Stored::required && !there)) return;
+    if constexpr (Described<Value>) {
+      if (const Status read = fields_from_json(json.value(field.key, Json::object()),
+                                               what + "'s " + field.key, value);
+          !read && wrong.empty())
+        wrong = read.error();
+    } else if constexpr (Named<Value>) {
+      std::string name;
+      fields.get(field.key, name);
+      const auto known = value_of<Value>(name);
+      value = known.value_or(value);
+      if (!known && fields.wrong.empty() && wrong.empty())
+        wrong = std::string("no ") + field.key + " is called '" + sanitize_message(name) + "'";
+    } else if constexpr (std::is_same_v<Value, bool>) {
+      const Json* const found = fields.find(field.key);
+      if (found && found->is_boolean())
+        value = found->get<bool>();
+      else if (found && wrong.empty())
+        wrong = what + "'s " + field.key + " is not true or false";
+    } else if constexpr (std::is_same_v<Value, Rgb8>) {
+      read_color(json, field.key, value);
+    } else {
+      fields.get(field.key, value);
+    }
+    if (!fields.wrong.empty() && wrong.empty()) wrong = what + " " + fields.wrong;
+  });
+  return wrong.empty() ? Status(Ok{}) : Status(Error{wrong});
+}
 
 }  // namespace kibori

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <string>
 
+#include <kibori/base/field_info.h>
+
 namespace kibori {
 
 struct Material {
@@ -24,6 +26,20 @@ struct Material {
   double u_along = 0;
   // By what share of u late wood of a year's ring resists more than early wood (edit/grain.h).
   double ring = 0;
+
+  static void for_fields(auto&& f) {
+    constexpr FieldRange kNotNegative = FieldRange::not_negative;
+    f(FieldInfo{"name", "name"}, &Material::name);
+    f(FieldInfo{"kf", "kf", kNotNegative}, &Material::kf);
+    f(FieldInfo{"u", "u", kNotNegative}, &Material::u);
+    f(FieldInfo{"c", "c", kNotNegative}, &Material::c);
+    f(FieldInfo{"yield_n", "yield_n", kNotNegative}, &Material::yield_n);
+    f(FieldInfo{"color", "color", {}, Stored::always}, &Material::color);
+    f(FieldInfo{"plastic", "plastic", {}, Stored::unless_default}, &Material::plastic);
+    f(FieldInfo{"gc", "gc", kNotNegative, Stored::always}, &Material::gc);
+    f(FieldInfo{"u_along", "u_along", kNotNegative, Stored::unless_default}, &Material::u_along);
+    f(FieldInfo{"ring", "ring", kNotNegative, Stored::unless_default}, &Material::ring);
+  }
   bool operator==(const Material&) const = default;
 };
 

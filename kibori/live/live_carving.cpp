@@ -27,8 +27,8 @@ Result<std::unique_ptr<LiveCarving>> LiveCarving::make(std::unique_ptr<TriDexel>
                                              second->capabilities());
         !fits)
       return Error{fits.error()};
-    if (reshapes(settings.second.mode))
-      return Error{"the second hand cuts, adds or feels; only the first can reshape"};
+    if (const Status fits = check_modes(Mode::cut, settings.second.mode, false); !fits)
+      return Error{fits.error()};
   }
   model->reserve(ServoContext::kReadyTiles);
   return std::unique_ptr<LiveCarving>(

@@ -19,7 +19,9 @@ constexpr double kForceFadeS = 0.03, kVelocityFadeS = 0.02;
 // The record of what a dab worker has done.
 std::variant<MoveTick, PutTick, EndTick> recorded(const DabWorker::Done& done) {
   if (done.ends) return EndTick{done.felt.pose.tip};
-  return MoveTick{done.felt.pose.tip, done.felt.motion.turn, true};
+  MoveTick tick{done.felt.pose.tip, done.felt.motion.turn, true};
+  tick.computes = true;
+  return tick;
 }
 
 }  // namespace

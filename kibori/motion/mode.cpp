@@ -15,9 +15,10 @@ Status check_modes(Mode first, std::optional<Mode> second, bool protects) {
   if (reshapes(*second))
     return Error{quoted(*second) +
                  " is for the first hand; the second hand cuts, deposits or touches"};
-  if (*second != Mode::off && reshapes(first))
+  if (reshapes(first) && kind_of(*second) == ModeKind::edit)
     return Error{quoted(first) +
-                 " can't work together with a second hand; give the second hand mode = \"off\""};
+                 " can't work together with a second hand that cuts or deposits; give the second "
+                 "hand mode = \"off\""};
   return Ok{};
 }
 

@@ -26,6 +26,7 @@
 #include <optional>
 #include <vector>
 
+#include <kibori/base/field_info.h>
 #include <kibori/dexel/tri_dexel.h>
 #include <kibori/edit/removed.h>
 #include <kibori/haptics/force.h>
@@ -43,6 +44,17 @@ struct SeriesSpring {
   double tick_s = 0.001;        // T
   double strength_n = 0;        // S, the most that the hand pulls with; 0: without bound
   double hand_share = 1;        // of the cut's force, what the hand bears (see kPoweredShare)
+
+  // All but what it shares with a stroke's rate and with ForceLaw.
+  static void for_fields(auto&& f) {
+    constexpr FieldRange kNotNegative = FieldRange::not_negative;
+    f(FieldInfo{"stiffness_n_mm", "stiffness", FieldRange::positive},
+      &SeriesSpring::stiffness_n_mm);
+    f(FieldInfo{"torsion_nmm_rad", "torsion", kNotNegative}, &SeriesSpring::torsion_nmm_rad);
+    f(FieldInfo{"friction", "friction", kNotNegative}, &SeriesSpring::friction);
+    f(FieldInfo{"strength_n", "strength", kNotNegative, Stored::unless_default},
+      &SeriesSpring::strength_n);
+  }
 };
 
 // How far a pointer's hand is from its tool when it pulls with all its strength: nothing is fed

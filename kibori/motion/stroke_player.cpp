@@ -66,13 +66,13 @@ ToolUse StrokePlayer::use_of(bool second) const {
 }
 
 // The first hand's tool moved from `before`: the brush follows.
-Status StrokePlayer::reshape(ToolTick& tick, const Pose& before) {
+Status StrokePlayer::reshape(ToolTick& tick, const Pose& before, bool computes) {
   const StrokeSettings& s = settings_;
   Status done = Ok{};
   if (!std::exchange(reshaping_, true))
     done = reshape_.begin({s.mode, s.brush, s.tool, s.force.law, s.rate_hz, s.symmetry},
                           settings_.materials, before);
-  if (done) done = reshape_.advance(tick);
+  if (done) done = reshape_.advance(tick, computes);
   failed_ = !done;
   return done;
 }
@@ -121,8 +121,11 @@ Result<ToolTick> StrokePlayer::play_move(const MoveTick& tick, bool second) {
   const Pose before = tool_pose(second);
   Result<ToolTick> done = hand(second).play(use_of(second), tick);
   if (!done) return done;
+  // What a warp is in the end does not depend on when it is computed; only this force does.
+  const bool computes = tick.computes && settings_.force.law.model == ForceModel::paper;
   if (!second && reshapes(settings_.mode) && (ends || tick.edits)) {
-    const Status reshaped = ends ? end_reshaping(done.value()) : reshape(done.value(), before);
+    const Status reshaped =
+        ends ? end_reshaping(done.value()) : reshape(done.value(), before, computes);
     if (!reshaped) return Error{reshaped.error()};
   } else if (tick.edits) {
     played_ = &hand(second).played();

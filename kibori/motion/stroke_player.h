@@ -93,7 +93,7 @@ class StrokePlayer {
   const HandTool& hand(bool second) const { return second ? *second_ : first_; }
   // What a hand does in a tick of this stroke; a second hand that has no part in it only moves.
   ToolUse use_of(bool second) const;
-  Status reshape(ToolTick& tick, const Pose& before);
+  Status reshape(ToolTick& tick, const Pose& before, bool computes = false);
   Status end_reshaping(ToolTick& tick);
   Result<ToolTick> play_move(const MoveTick& tick, bool second);
 

@@ -29,6 +29,9 @@ struct MoveTick {
   // Force model `series`: from the tool to the hand. It stretches the spring.
   Vec3 stretch_mm = Vec3::Zero();
   Vec3 stretch_rad = Vec3::Zero();
+  // A warp was computed in this tick, however little the hand had moved. Model `paper` takes its
+  // force from that.
+  bool computes = false;
 };
 
 // A hand's tool was put there, without a path.

@@ -17,7 +17,7 @@ namespace {
 std::string what_was_done(const Document& document, StepId step) {
   const Result<BodyAction> action = document.action(step);
   if (!action) return "bodies";
-  std::string text(name_of(action.value().verb));
+  std::string text(verb_of(action.value()));
   if (action.value().bodies.empty()) return text;
   text += action.value().bodies.size() > 1 ? " bodies" : " body";
   for (const BodyId id : action.value().bodies) text.append(" ").append(std::to_string(id));

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include <kibori/base/field_info.h>
 #include <kibori/base/names.h>
 #include <kibori/base/result.h>
 #include <kibori/base/tolerances.h>
@@ -25,6 +26,11 @@ constexpr Names<3> names_of(Falloff) { return {"smooth", "linear", "constant"}; 
 struct FlatPlane {
   Vec3 point_mm = Vec3::Zero();
   Vec3 normal = Vec3::UnitZ();
+
+  static void for_fields(auto&& f) {
+    f(FieldInfo{"point_mm", "point"}, &FlatPlane::point_mm);
+    f(FieldInfo{"normal", "normal"}, &FlatPlane::normal);
+  }
   bool operator==(const FlatPlane&) const = default;
 };
 
@@ -48,6 +54,20 @@ struct Brush {
   // throw only: a second finger so far across the wall [mm]; 0: there is none.
   double wall_mm = 0;
   double spacing = 0.25;  // between dabs, of the radius
+
+  static void for_fields(auto&& f) {
+    constexpr Stored kUnlessDefault = Stored::unless_default;
+    f(FieldInfo{"radius_mm", "radius", FieldRange::positive}, &Brush::radius_mm);
+    f(FieldInfo{"strength", "strength"}, &Brush::strength);
+    f(FieldInfo{"falloff", "falloff"}, &Brush::falloff);
+    f(FieldInfo{"sigma_mm", "sigma", FieldRange::not_negative}, &Brush::sigma_mm);
+    f(FieldInfo{"keep_volume", "keep_volume"}, &Brush::keep_volume);
+    f(FieldInfo{"flatten_to", "flatten_to"}, &Brush::flatten_to);
+    f(FieldInfo{"plane", "plane", {}, Stored::where_used}, &Brush::plane);
+    f(FieldInfo{"color", "color", {}, Stored::where_used}, &Brush::color);
+    f(FieldInfo{"wall_mm", "wall", FieldRange::not_negative, kUnlessDefault}, &Brush::wall_mm);
+    f(FieldInfo{"spacing", "spacing", {}, kUnlessDefault}, &Brush::spacing);
+  }
   bool operator==(const Brush&) const = default;
 };
 

@@ -184,31 +184,25 @@ void SceneRun::warn(int line, const std::string& text) const {
 }
 
 Status SceneRun::add_no_go(const SceneNoGo& no_go) {
+  BodyProperties shown;
+  shown.visible = false;  // it is what the piece shall come to, not a part of it
+  if (!no_go.name.empty()) shown.name = no_go.name;
   BodyAction add;
-  add.tool = no_go.tool;
   if (no_go.way_mm.empty()) {
-    add.verb = BodyVerb::add;
-    add.pose = no_go.pose;
-    add.no_go = true;
+    shown.no_go = true;
+    add.verb = BodyAdd{no_go.tool, no_go.pose, 0, shown};
   } else {
-    add.verb = BodyVerb::protect;
-    add.bodies = {bench_.active()};
-    add.way_mm = no_go.way_mm;
+    BodyProtect mask{no_go.tool, no_go.way_mm};
+    mask.properties = shown;
+    add = {{bench_.active()}, mask};
   }
-  add.visible = false;  // it is what the piece shall come to, not a part of it
-  if (!no_go.name.empty()) add.name = no_go.name;
   const Result<BodyChange> done = act(add);
   return done ? Status(Ok{}) : Status(at(no_go.line, "[no_go]: " + done.error()));
 }
 
 Status SceneRun::add_spline(const SceneSpline& spline) {
-  BodyAction shape;
-  shape.verb = BodyVerb::spline;
-  shape.bodies = {bench_.active()};
-  shape.spline = spline.shape;
-  shape.operation = spline.operation;
-  shape.material = spline.material;
-  const Result<BodyChange> done = act(shape);
+  const Result<BodyChange> done =
+      act({{bench_.active()}, BodySpline{spline.shape, spline.operation, spline.material}});
   if (!done) return at(spline.line, "[spline]: " + done.error());
   const double removed = done.value().removed_mm3;
   (removed > 0 ? carving_.summary.removed_mm3 : carving_.summary.deposited_mm3) +=

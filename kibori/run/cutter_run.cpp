@@ -65,9 +65,7 @@ Status trace_cutter(const SceneCutter& with, const Bodies& before, const Bodies&
 Status run_cutter(const SceneCutter& with, const Bodies& bodies,
                   const std::function<Result<BodyChange>(const BodyAction&)>& act,
                   const Scene& scene, Carving& carving) {
-  BodyAction cut;
-  cut.verb = BodyVerb::cut;
-  cut.cutter = with.cutter;
+  BodyAction cut{{}, BodyCut{with.cutter}};
   if (!with.body.empty()) {
     for (const Body& body : bodies.all)
       if (body.name == with.body) cut.bodies.push_back(body.id);
@@ -83,12 +81,9 @@ Status run_cutter(const SceneCutter& with, const Bodies& bodies,
       return traced;
   if (with.shift_mm == Vec3::Zero()) return Ok{};
   for (const BodyId id : done.value().made) {
-    BodyAction move;
-    move.verb = BodyVerb::move;
-    move.bodies = {id};
-    move.pose = bodies.find(id)->pose;
+    BodyMove move{bodies.find(id)->pose};
     move.pose.tip += with.shift_mm;
-    if (const Result<BodyChange> moved = act(move); !moved) return Error{moved.error()};
+    if (const Result<BodyChange> moved = act({{id}, move}); !moved) return Error{moved.error()};
   }
   return Ok{};
 }

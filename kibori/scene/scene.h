@@ -4,6 +4,7 @@
 
 #include <array>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -135,7 +136,8 @@ Result<Scene> parse_scene(const std::string& text, const std::string& name,
 struct MovePlan {
   int64_t ticks = 0, dwell_ticks = 0;
   Vec3 turn_rad = Vec3::Zero();  // rotation vector of the whole move
-  std::optional<MoveWay> way;    // of a move that winds, or whose tool leads itself or stamps
+  // Of a move that winds, or whose tool leads itself or stamps; else null.
+  std::shared_ptr<const MoveWay> way;
   Vec3 second_turn_rad = Vec3::Zero();
 };
 // Errors: a reversal of the axis, a missing speed, more ticks than 10^9.

@@ -23,13 +23,6 @@ std::string text_of(const Json& json) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-// As settings of strokes have them.
-Json materials_to_json(const std::vector<Material>& materials) {
-  StrokeSettings settings;
-  settings.materials = materials;
-  return Json::parse(settings_to_json(settings))["materials"];
-}
-
 Json layer_to_json(const StockLayer& layer) {
   Json pose = Json::array();
   for (const double number : layer.pose.tip) pose.push_back(number);
@@ -72,7 +65,7 @@ std::string stock_to_json(const Stock& stock, const std::string& label,
             {"pitch_mm", stock.pitch_mm},
             {"material", stock.material},
             {"label", label},
-            {"materials", materials_to_json(materials)}};
+            {"materials", Json::parse(materials_to_json(materials))}};
   if (stock.room_mm) json["room_mm"] = *stock.room_mm;
   if (stock.fit_mm) json["fit_mm"] = *stock.fit_mm;
   if (stock.invert) json["invert"] = true;
@@ -91,7 +84,7 @@ std::string stock_to_json(const Stock& stock, const std::string& label,
 }
 
 std::string stock_to_json(const std::vector<Material>& materials) {
-  return text_of(Json{{"materials", materials_to_json(materials)}});
+  return text_of(Json{{"materials", Json::parse(materials_to_json(materials))}});
 }
 
 Result<Stock> stock_from_json(const std::string& text) {
@@ -160,10 +153,8 @@ std::string stock_label(const std::string& text) {
 std::vector<Material> stock_materials(const std::string& text) {
   const Json stock = parse(text);
   if (!stock.is_object() || !stock.contains("materials")) return {};
-  Json json = parse(settings_to_json(StrokeSettings()));
-  json["materials"] = stock["materials"];
-  const Result<StrokeSettings> read = settings_from_json(text_of(json));
-  return read ? read.value().materials : std::vector<Material>();
+  const Result<std::vector<Material>> read = materials_from_json(text_of(stock["materials"]));
+  return read ? read.value() : std::vector<Material>();
 }
 
 }  // namespace kibori

@@ -27,13 +27,6 @@ std::vector<BodyId> act(Model& model, const BodyAction& action) {
   return model.with([&](Workpiece& piece) { return value_of(piece.act(action)).made; });
 }
 
-BodyAction with_bodies(BodyVerb verb, std::vector<BodyId> bodies) {
-  BodyAction action;
-  action.verb = verb;
-  action.bodies = std::move(bodies);
-  return action;
-}
-
 }  // namespace
 
 void bind_bodies(py::module_& module, ModelClass& model) {
@@ -68,52 +61,60 @@ void bind_bodies(py::module_& module, ModelClass& model) {
       .def(
           "split",
           [](Model& self, const Three& point, const Three& normal, double kerf, const Ids& bodies) {
-            BodyAction action = with_bodies(BodyVerb::cut, bodies);
-            action.cutter.point_mm = vec(point);
-            action.cutter.normal = vec(normal);
-            action.cutter.kerf_mm = kerf;
-            return act(self, action);
+            return act(self, {bodies, BodyCut{{CutPlane{vec(point), vec(normal)}, kerf}}});
           },
           py::arg("point"), py::arg("normal"), py::arg("kerf") = 0.0, py::arg("bodies") = Ids(),
           "Cuts by a plane; what lies where normal points becomes bodies of its own, whose numbers "
           "these are. kerf [mm]: what a saw would take. bodies: which; none: all.")
       .def(
           "separate",
-          [](Model& self, BodyId id) { return act(self, with_bodies(BodyVerb::separate, {id})); },
+          [](Model& self, BodyId id) {
+            return act(self, {{id}, BodySeparate{}});
+          },
           py::arg("id"), "Each piece becomes a body; the largest stays. The new ones' numbers.")
       .def(
-          "join", [](Model& self, const Ids& ids) { act(self, with_bodies(BodyVerb::join, ids)); },
+          "join",
+          [](Model& self, const Ids& ids) {
+            act(self, {ids, BodyJoin{}});
+          },
           py::arg("ids"), "The others go into the first.")
       .def(
           "subtract",
-          [](Model& self, const Ids& ids) { act(self, with_bodies(BodyVerb::subtract, ids)); },
+          [](Model& self, const Ids& ids) {
+            act(self, {ids, BodySubtract{}});
+          },
           py::arg("ids"), "The others are cut from the first, and stay.")
       .def(
           "intersect",
-          [](Model& self, const Ids& ids) { act(self, with_bodies(BodyVerb::intersect, ids)); },
+          [](Model& self, const Ids& ids) {
+            act(self, {ids, BodyIntersect{}});
+          },
           py::arg("ids"), "Of the first stays what lies in all others, which stay.")
       .def(
           "duplicate",
-          [](Model& self, BodyId id) { return act(self, with_bodies(BodyVerb::duplicate, {id})); },
+          [](Model& self, BodyId id) {
+            return act(self, {{id}, BodyDuplicate{}});
+          },
           py::arg("id"), "A copy in the same place; its number.")
       .def(
           "place",
           [](Model& self, BodyId id, const Doubles& pose) {
-            BodyAction action = with_bodies(BodyVerb::move, {id});
-            action.pose = pose_of(pose);
-            act(self, action);
+            act(self, {{id}, BodyMove{pose_of(pose)}});
           },
           py::arg("id"), py::arg("pose"),
           "Puts a body's lattice there: x, y, z, or x, y, z and a quaternion x, y, z, w [mm].")
       .def(
-          "remove", [](Model& self, BodyId id) { act(self, with_bodies(BodyVerb::remove, {id})); },
+          "remove",
+          [](Model& self, BodyId id) {
+            act(self, {{id}, BodyRemove{}});
+          },
           py::arg("id"), "Takes the body away; undo brings it back.")
       .def(
           "set_no_go",
           [](Model& self, BodyId id, bool no_go) {
-            BodyAction action = with_bodies(BodyVerb::set, {id});
-            action.no_go = no_go;
-            act(self, action);
+            BodySet set;
+            set.properties.no_go = no_go;
+            act(self, {{id}, set});
           },
           py::arg("id"), py::arg("no_go") = true,
           "No stroke on another body cuts into what it holds.");

@@ -5,6 +5,8 @@
 
 #include <kibori/haptics/materials.h>
 
+#include "python/src/fields.h"
+
 namespace kibori::python {
 
 Material material_named(const MaterialOrName& wanted) {
@@ -33,8 +35,31 @@ uint8_t number_of(Workpiece& piece, const std::optional<MaterialOrName>& wanted)
   return static_cast<uint8_t>(all.size() - 1);
 }
 
+namespace {
+
+Material make_material(const std::string& name, double u, const py::kwargs& more) {
+  Material material;
+  material.name = name;
+  material.u = u;
+  for (const auto& [key, value] : more) {
+    const auto field = py::cast<std::string>(key);
+    if (!set_field(material, field, value, "a material's " + field + " is not of that kind"))
+      throw py::type_error("a material has no '" + field + "'; it has " + field_names<Material>());
+  }
+  Material::for_fields([&](const FieldInfo&, auto member) {
+    if constexpr (std::is_same_v<MemberType<decltype(member)>, double>)
+      if (!(material.*member >= 0) || !(material.*member < 1e9))
+        throw Failure("a material's numbers are 0 or more");
+  });
+  if (name.empty()) throw Failure("a material has a name");
+  if (material.ring > kMaxRing) throw Failure("ring is at most 5");
+  return material;
+}
+
+}  // namespace
+
 void bind_materials(py::module_& module) {
-  py::class_<Material>(
+  py::class_<Material> material(
       module, "Material",
       "Material(name, u, kf=..., u_along=0, ring=0, ...): what is carved.\n\n"
       "u: specific cutting energy [N/mm^2]; u_along: the same along the grain (0: as across);\n"
@@ -42,33 +67,12 @@ void bind_materials(py::module_& module) {
       "kf: force of a lattice node [N], of the force model paper; c: viscous part of the force\n"
       "[N s/mm^3], and yield_n: least force that cuts [N], of the force model series;\n"
       "gc: work of a cutter's cut [N/mm]; color: red, green, blue, 0 to 255;\n"
-      "plastic: whether a tool presses it aside, as clay.")
-      .def(py::init([](const std::string& name, double u, double kf, double c, double yield_n,
-                       const std::array<uint8_t, 3>& color, bool plastic, double gc, double u_along,
-                       double ring) {
-             for (const double number : {u, kf, c, yield_n, gc, u_along, ring})
-               if (!(number >= 0) || !(number < 1e9))
-                 throw Failure("a material's numbers are 0 or more");
-             if (name.empty()) throw Failure("a material has a name");
-             if (ring > kMaxRing) throw Failure("ring is at most 5");
-             return Material{name, kf, u, c, yield_n, color, plastic, gc, u_along, ring};
-           }),
-           py::arg("name"), py::arg("u"), py::kw_only(), py::arg("kf") = 0.001, py::arg("c") = 0.0,
-           py::arg("yield_n") = 0.0, py::arg("color") = std::array<uint8_t, 3>{196, 154, 108},
-           py::arg("plastic") = false, py::arg("gc") = 0.3, py::arg("u_along") = 0.0,
-           py::arg("ring") = 0.0)
-      .def_readonly("name", &Material::name)
-      .def_readonly("u", &Material::u)
-      .def_readonly("kf", &Material::kf)
-      .def_readonly("c", &Material::c)
-      .def_readonly("yield_n", &Material::yield_n)
-      .def_readonly("color", &Material::color)
-      .def_readonly("plastic", &Material::plastic)
-      .def_readonly("gc", &Material::gc)
-      .def_readonly("u_along", &Material::u_along)
-      .def_readonly("ring", &Material::ring)
-      .def("__repr__",
-           [](const Material& material) { return "<kibori.Material " + material.name + ">"; });
+      "plastic: whether a tool presses it aside, as clay.");
+  material.def(py::init(&make_material), py::arg("name"), py::arg("u"));
+  Material::for_fields(
+      [&](const FieldInfo& field, auto member) { material.def_readonly(field.name, member); });
+  material.def("__repr__",
+               [](const Material& self) { return "<kibori.Material " + self.name + ">"; });
   module.def(
       "known_materials", [] { return known_materials(); }, "Those that are known by name.");
 }

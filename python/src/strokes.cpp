@@ -8,6 +8,7 @@
 #include <kibori/report/tick_row.h>
 #include <kibori/motion/reshape_stroke.h>
 
+#include "python/src/fields.h"
 #include "python/src/materials.h"
 #include "python/src/model.h"
 
@@ -69,15 +70,8 @@ StrokeChoice choice_of(const Tool& tool, const std::string& mode,
     const auto number = given<double>(value, "a spring's numbers are numbers");
     if (!(number >= 0) || !std::isfinite(number))
       throw Failure("a spring's " + sanitize_message(name) + " must be 0 or more");
-    if (name == "stiffness" && number > 0)
-      s.force.spring.stiffness_n_mm = number;
-    else if (name == "torsion")
-      s.force.spring.torsion_nmm_rad = number;
-    else if (name == "friction")
-      s.force.spring.friction = number;
-    else if (name == "strength")
-      s.force.spring.strength_n = number;
-    else
+    if (!set_field(s.force.spring, name, value, "a spring's numbers are numbers") ||
+        !(s.force.spring.stiffness_n_mm > 0))
       throw Failure(
           "a spring has a stiffness above 0 [N/mm], torsion [N mm/rad], friction and "
           "strength [N], not '" +
@@ -97,34 +91,9 @@ StrokeChoice choice_of(const Tool& tool, const std::string& mode,
   for (const auto& [key, value] : brush) {
     const auto name = given<std::string>(key, "what a brush has is called by a name");
     const std::string what = "a brush's " + sanitize_message(name) + " is not of that kind";
-    const auto number = [&] { return given<double>(value, what); };
-    const auto word = [&] { return given<std::string>(value, what); };
-    if (name == "radius")
-      s.brush.radius_mm = number();
-    else if (name == "strength")
-      s.brush.strength = number();
-    else if (name == "falloff")
-      s.brush.falloff = named<Falloff>("falloff", word());
-    else if (name == "sigma")
-      s.brush.sigma_mm = number();
-    else if (name == "keep_volume")
-      s.brush.keep_volume = given<bool>(value, what);
-    else if (name == "spacing")
-      s.brush.spacing = number();
-    else if (name == "wall")
-      s.brush.wall_mm = number();
-    else if (name == "flatten_to")
-      s.brush.flatten_to = named<FlattenTo>("plane", word());
-    else if (name == "point")
-      s.brush.plane.point_mm = vec(given<Three>(value, what));
-    else if (name == "normal")
-      s.brush.plane.normal = vec(given<Three>(value, what));
-    else if (name == "color")
-      s.brush.color = given<std::array<uint8_t, 3>>(value, what);
-    else
-      throw Failure("a brush has no '" + sanitize_message(name) +
-                    "'; it has radius, strength, falloff, sigma, keep_volume, spacing, wall, "
-                    "flatten_to, point, normal, color");
+    if (!set_field(s.brush, name, value, what))
+      throw Failure("a brush has no '" + sanitize_message(name) + "'; it has " +
+                    field_names<Brush>());
   }
   return choice;
 }

@@ -574,16 +574,17 @@ Result<std::vector<Vec3>> LiveSession::preview(const BodyAction& action) {
   shown_before_ = false;
   previewed_ = std::move(would);
   std::vector<Vec3> forces;
-  if (!action.spline) return forces;
-  const std::vector<Vec3>& points = action.spline->curve.points_mm;
+  const auto* const spline = std::get_if<BodySpline>(&action.verb);
+  if (!spline) return forces;
+  const std::vector<Vec3>& points = spline->shape.curve.points_mm;
   if (last_previewed_ && last_previewed_->curve.points_mm.size() == points.size()) {
     std::vector<Vec3> moved;
     for (size_t i = 0; i < points.size(); i++)
       moved.push_back(points[i] - last_previewed_->curve.points_mm[i]);
-    if (const auto mesh = make_spline_mesh(*action.spline, kForceTolerance * lattice_.pitch_mm))
+    if (const auto mesh = make_spline_mesh(spline->shape, kForceTolerance * lattice_.pitch_mm))
       forces = spline_forces(mesh.value(), moved, kKneadedU);
   }
-  last_previewed_ = action.spline;
+  last_previewed_ = spline->shape;
   return forces;
 }
 
@@ -603,7 +604,7 @@ void LiveSession::last_spline(std::function<void(std::string)> use) {
     for (StepId at = document.head(); at != 0; at = steps.at(at).parent) {
       if (!steps.at(at).action) continue;
       const Result<BodyAction> action = document.action(at);
-      if (!action || action.value().verb != BodyVerb::spline) continue;
+      if (!action || !std::holds_alternative<BodySpline>(action.value().verb)) continue;
       nlohmann::json found{
           {"step", at}, {"parent", steps.at(at).parent}, {"head", document.head()}};
       found["action"] = nlohmann::json::parse(action_to_json(action.value()));

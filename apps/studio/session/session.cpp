@@ -39,42 +39,32 @@ void mend(Material& material) {
 }
 
 // As people call what was done with bodies.
-std::string label_of(const BodyAction& action) {
-  switch (action.verb) {
-    case BodyVerb::cut:
-      return "Cut";
-    case BodyVerb::join:
-      return "Join";
-    case BodyVerb::subtract:
-      return "Subtract";
-    case BodyVerb::intersect:
-      return "Intersect";
-    case BodyVerb::separate:
-      return "Separate";
-    case BodyVerb::duplicate:
-      return "Duplicate";
-    case BodyVerb::mirror:
-      return "Mirror";
-    case BodyVerb::move:
-      return "Move";
-    case BodyVerb::bake:
-      return "Bake";
-    case BodyVerb::remove:
-      return "Delete";
-    case BodyVerb::add:
-      return "Add";
-    case BodyVerb::protect:
-      return action.operation == SplineOperation::cut ? "Unmask" : "Mask";
-    case BodyVerb::spline:
-      return "Spline";
-    case BodyVerb::set:
-      break;
+struct Label {
+  std::string operator()(const BodyCut&) const { return "Cut"; }
+  std::string operator()(const BodyJoin&) const { return "Join"; }
+  std::string operator()(const BodySubtract&) const { return "Subtract"; }
+  std::string operator()(const BodyIntersect&) const { return "Intersect"; }
+  std::string operator()(const BodySeparate&) const { return "Separate"; }
+  std::string operator()(const BodyDuplicate&) const { return "Duplicate"; }
+  std::string operator()(const BodyMirror&) const { return "Mirror"; }
+  std::string operator()(const BodyMove&) const { return "Move"; }
+  std::string operator()(const BodyBake&) const { return "Bake"; }
+  std::string operator()(const BodyRemove&) const { return "Delete"; }
+  std::string operator()(const BodyAdd&) const { return "Add"; }
+  std::string operator()(const BodyProtect& verb) const {
+    return verb.operation == SplineOperation::cut ? "Unmask" : "Mask";
   }
-  if (action.no_go) return *action.no_go ? "No-go" : "May be cut";
-  if (action.name) return "Name";
-  if (action.visible) return *action.visible ? "Show" : "Hide";
-  return action.locked && *action.locked ? "Lock" : "Unlock";
-}
+  std::string operator()(const BodySpline&) const { return "Spline"; }
+  std::string operator()(const BodySet& verb) const {
+    const BodyProperties& set = verb.properties;
+    if (set.no_go) return *set.no_go ? "No-go" : "May be cut";
+    if (set.name) return "Name";
+    if (set.visible) return *set.visible ? "Show" : "Hide";
+    return set.locked.value_or(false) ? "Lock" : "Unlock";
+  }
+};
+
+std::string label_of(const BodyAction& action) { return std::visit(Label{}, action.verb); }
 
 }  // namespace
 
