@@ -1,33 +1,35 @@
 // SPDX-License-Identifier: MIT
 // The page: what the studio says to surface, plot, history and numbers; buttons and keys to the
 // studio.
-import { Bodies } from "./bodies";
-import { Splines } from "./splines";
-import { BRUSHES, BRUSH_MODES } from "./brushes";
+import { Bodies } from "./panels/bodies";
+import { Splines } from "./panels/splines";
+import { BRUSHES, BRUSH_MODES } from "./tools/brushes";
 import * as THREE from "three";
-import { request } from "./access";
-import { Connection } from "./connection";
-import { announce, ask, dialog, element, input, put, read } from "./dom";
-import { Experiments } from "./experiments";
-import { Hand } from "./hand";
-import { History } from "./history";
-import { Keys } from "./keys";
-import { Layout } from "./layout";
-import { Look } from "./look";
-import { lookByKeys } from "./look_keys";
-import { write, type FromStudio } from "./messages";
-import { MODEL_NOTES, type Model } from "./kinds";
-import { Measure } from "./measure";
-import { MethodView } from "./method_view";
-import { makeNumberRows } from "./number_row";
-import { PrintCheck } from "./print_check";
-import { ForcePlot } from "./plot";
-import { Senses } from "./senses";
-import { Settings } from "./settings";
-import { Start, type Material } from "./start";
+import { request } from "./connection/access";
+import { Connection } from "./connection/connection";
+import { announce, ask, dialog, element, input, put, read } from "./base/dom";
+import { Experiments } from "./forces/experiments";
+import { Hand } from "./hand/hand";
+import { History } from "./history/history";
+import { Keys } from "./panels/keys";
+import { Layout } from "./panels/layout";
+import { Look } from "./panels/look";
+import { lookByKeys } from "./view/look_keys";
+import { write, type FromStudio } from "./connection/messages";
+import { MODEL_NOTES, type Model } from "./connection/kinds";
+import { Measure } from "./panels/measure";
+import { MethodView } from "./panels/method_view";
+import { makeNumberRows } from "./panels/number_row";
+import { PrintCheck } from "./panels/print_check";
+import { ForcePlot } from "./forces/plot";
+import { Senses } from "./forces/senses";
+import { Settings } from "./panels/settings";
+import type { Material } from "./view/wood";
+import { Start } from "./start/start";
 import "./style.css";
-import { View } from "./view";
-import { TICK_NUMBERS, type Vec3 } from "./wire";
+import { View } from "./view/view";
+import type { Vec3 } from "./base/vec3";
+import { TICK_NUMBERS } from "./connection/wire";
 
 const canvas = element<HTMLCanvasElement>("view");
 // The view has a frame where the Tab key came to it, and none for a pointer's sake.
@@ -101,9 +103,9 @@ const splines = new Splines(
 const measure = new Measure(canvas, view, () => send(write.AskMass()));
 const printing = new PrintCheck(send, () => bodies.leaveColours());
 const hand: Hand = new Hand(canvas, view, send, (x, y) => bodies.takeUp(x, y), notify);
-const layout = new Layout((insets) => view.cover(insets));
+const layout = new Layout((insets) => view.cameras.cover(insets));
 const look = new Look(canvas, view, notify, (ending, what) => save(`${title}.${ending}`, what));
-lookByKeys(canvas, view.controls);
+lookByKeys(canvas, view.cameras.controls);
 const method = new MethodView(view, send);
 look.showsMethod(method);
 // Not kept are what a document says itself (its wood), and mirrors, which would surprise.
@@ -214,7 +216,7 @@ function onMessage(said: FromStudio): void {
     }
     case "Chunks": {
       const from = performance.now();
-      view.take(said.message.data, said.message.body);
+      view.solid.take(said.message.data, said.message.body);
       send(write.Got({ frame: said.message.frame }));
       if (!said.message.more) view.complete();
       performance.measure("update", { start: from, detail: said.message.data.length });
@@ -231,7 +233,7 @@ function onMessage(said: FromStudio): void {
         axis: Vec3 = [last[9], last[10], last[11]],
         side: Vec3 = [last[12], last[13], last[14]];
       const shown = hand.there || hand.device || hand.readOnly || !hand.holds ? tip : null;
-      view.showTool(shown, axis, side, pushed);
+      view.tool.place(shown, axis, side, pushed);
       method.follow(shown, axis);
       force = Math.hypot(...pushed);
       read("n-force", newtons(force));
@@ -304,7 +306,7 @@ function onMessage(said: FromStudio): void {
       element<HTMLButtonElement>("redo").disabled = !hand.holds || !s.redo;
       element<HTMLButtonElement>("leave").disabled = !hand.holds;
       showDevice(s.safety, s.trip, s.given);
-      view.blocked = s.blocked !== 0;
+      view.tool.blocked = s.blocked !== 0;
       if (s.blocked !== 0 && !blocked)
         notify(
           "The tool stands in wood there and can't back out along its axis, so it cuts nothing. Lift it, and begin where it has room, point it another way, or take a smaller one.",
@@ -374,7 +376,7 @@ function showDevice(safety: number, trip: string, given: number): void {
 function pictureSoon(of: number, tries = 20): void {
   setTimeout(async () => {
     if (of !== step || !hand.holds || !history.wants(of) || tries === 0) return;
-    if (!view.whole || hand.working || bodies.inColours || printing.inColours)
+    if (!view.solid.whole || hand.working || bodies.inColours || printing.inColours)
       return pictureSoon(of, tries - 1);
     const png = await view.thumbnail(128, 96);
     if (!png || of !== step) return;
@@ -580,23 +582,23 @@ setInterval(() => performance.clearMeasures(), 60000);
 // For tests and measurements.
 Object.assign(window, {
   kibori: {
-    surface: () => view.surface(),
-    whole: () => view.whole,
-    settled: () => view.settled,
-    frames: () => view.frames,
-    eye: () => view.eye,
-    middle: () => view.target.toArray(),
+    surface: () => view.solid.surface(),
+    whole: () => view.solid.whole,
+    settled: () => view.painter.settled,
+    frames: () => view.painter.frames,
+    eye: () => view.cameras.eye,
+    middle: () => view.cameras.target.toArray(),
     hit: (x: number, y: number) => {
       const hit = view.hit(x, y);
       return hit && { point: hit.point.toArray(), normal: hit.normal.toArray() };
     },
-    onScreen: (place: Vec3) => view.onScreen(place),
+    onScreen: (place: Vec3) => view.cameras.onScreen(place),
     thumbnail: () => view.thumbnail(128, 96),
     onPiece: (x: number, y: number) => view.hit(x, y) !== null,
     stampsMade: () => hand.stamp.made,
     breakLine: () => line.breakOff(),
     at: (x: number, y: number) => view.hit(x, y)?.point.toArray() ?? null,
     slowFrames,
-    still: (still: boolean) => (view.still = plot.still = still),
+    still: (still: boolean) => (view.painter.still = plot.still = still),
   },
 });
