@@ -13,7 +13,13 @@ const FULL = "Too many windows of the studio are open: close some, and try again
 const REFUSED = 1008,
   TOO_MANY = 1013; // as the studio closes the line
 
+/** What is done with each message of the studio. */
+export type Handlers = {
+  [Kind in FromStudio["kind"]]: (message: Extract<FromStudio, { kind: Kind }>["message"]) => void;
+};
+
 export class Connection {
+  private waiting: { kind: FromStudio["kind"]; done: () => void }[] = [];
   private socket: WebSocket | null = null;
   private wait = FIRST_WAIT_MS;
   private lostAt = 0; // 0: it is there
@@ -24,7 +30,7 @@ export class Connection {
    * null: it is there.
    */
   constructor(
-    private onMessage: (message: FromStudio) => void,
+    private handlers: Handlers,
     private lost: (why: { text: string; trying: boolean } | null) => void,
   ) {
     void entered.then(() => this.open());
@@ -32,6 +38,26 @@ export class Connection {
 
   send(message: Uint8Array): void {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(message);
+  }
+
+  /**
+   * Resolves when the studio has handled all that was sent to it until now, and has reported the
+   * state after that. A document is open.
+   */
+  async answered(): Promise<void> {
+    this.send(write.AskMass());
+    await this.next("Mass");
+    await this.next("State");
+  }
+  /** Resolves with the next message of a kind. */
+  next(kind: FromStudio["kind"]): Promise<void> {
+    return new Promise((done) => this.waiting.push({ kind, done }));
+  }
+  private take({ kind, message }: FromStudio): void {
+    (this.handlers[kind] as (message: unknown) => void)(message);
+    const due = this.waiting.filter((one) => one.kind === kind);
+    this.waiting = this.waiting.filter((one) => one.kind !== kind);
+    for (const one of due) one.done();
   }
 
   /** As if the line had broken. */
@@ -63,7 +89,7 @@ export class Connection {
         this.wait = FIRST_WAIT_MS;
         this.lost(null);
       }
-      this.onMessage(read(event.data as ArrayBuffer));
+      this.take(read(event.data as ArrayBuffer));
     };
     socket.onclose = (event) => this.closed(event.code);
     this.socket = socket;

@@ -2,6 +2,8 @@
 // Experiments: scenes that run by themselves, and the forces of several runs beside each other.
 import uPlot from "uplot";
 import { element } from "../base/dom";
+import { save } from "../base/files";
+import { notify } from "../base/notice";
 import { figure } from "./figure";
 import { write } from "../connection/messages";
 import { MODEL_NOTES } from "../connection/kinds";
@@ -70,11 +72,7 @@ export class Experiments {
   private runs: Run[] = [];
   private plot: uPlot | null = null;
 
-  constructor(
-    private send: (message: Uint8Array) => void,
-    private notify: (text: string) => void,
-    private save: (name: string, what: Blob) => void,
-  ) {
+  constructor(private send: (message: Uint8Array) => void) {
     element("run-form").addEventListener("submit", (event) => {
       event.preventDefault();
       void this.run();
@@ -83,9 +81,9 @@ export class Experiments {
     element("compare").onclick = () => this.compare();
     element("compare-again").onclick = () => this.compare();
     element("quantity").onchange = () => this.draw();
-    element("runs-csv").onclick = () => this.save("forces.csv", this.csv());
+    element("runs-csv").onclick = () => save("forces.csv", this.csv());
     element("runs-svg").onclick = () =>
-      this.save("forces.svg", new Blob([this.svg()], { type: "image/svg+xml" }));
+      save("forces.svg", new Blob([this.svg()], { type: "image/svg+xml" }));
     new ResizeObserver(() => element<HTMLDialogElement>("comparing").open && this.draw()).observe(
       element("runs-plot"),
     );
@@ -133,12 +131,12 @@ export class Experiments {
         const file = own.files?.[0];
         if (!file) return own.click();
         own.value = "";
-        if (file.size > 500000) return this.notify(`${file.name} is too large for a scene`);
+        if (file.size > 500000) return notify(`${file.name} is too large for a scene`);
         name = file.name.replace(/\.toml$/, "");
         text = await file.text();
       }
     } catch {
-      return this.notify("The scene did not arrive; is 'kibori studio' still running?");
+      return notify("The scene did not arrive; is 'kibori studio' still running?");
     }
     const model = element<HTMLSelectElement>("run-model").value,
       pace = Number(element<HTMLSelectElement>("pace").value);
@@ -156,39 +154,40 @@ export class Experiments {
   }
 
   private draw(): void {
-    const rows = this.runs.map((run, i) => {
-      const row = document.createElement("tr"),
-        tick = document.createElement("input"),
-        first = document.createElement("td"),
-        label = document.createElement("label");
-      tick.type = "checkbox";
-      tick.checked = run.shown;
-      tick.onchange = () => {
-        run.shown = tick.checked;
-        this.draw();
-      };
-      const line = document.createElement("span");
-      line.className = "line";
-      line.style.borderTop = `3px ${i < COLOURS.length ? "solid" : "dashed"} ${this.colour(i)}`;
-      label.append(tick, line, run.name + (run.finished ? "" : " (stopped)"));
-      first.append(label);
-      row.append(
-        first,
-        cell(run.model),
-        ...[
-          run.max_force_N,
-          run.mean_force_N,
-          run.max_moment_Nmm,
-          run.removed_mm3,
-          run.step_us,
-        ].map((v) => cell(rounded.format(v))),
-      );
-      return row;
-    });
-    element("runs").replaceChildren(...rows);
+    element("runs").replaceChildren(...this.runs.map((run, i) => this.row(run, i)));
+    element("runs-models").replaceChildren(...this.notes().map((says) => cell(says, "p")));
+    this.drawPlot();
+  }
+  private row(run: Run, i: number): HTMLElement {
+    const row = document.createElement("tr"),
+      tick = document.createElement("input"),
+      first = document.createElement("td"),
+      label = document.createElement("label");
+    tick.type = "checkbox";
+    tick.checked = run.shown;
+    tick.onchange = () => {
+      run.shown = tick.checked;
+      this.draw();
+    };
+    const line = document.createElement("span");
+    line.className = "line";
+    line.style.borderTop = `3px ${i < COLOURS.length ? "solid" : "dashed"} ${this.colour(i)}`;
+    label.append(tick, line, run.name + (run.finished ? "" : " (stopped)"));
+    first.append(label);
+    const numbers = [
+      run.max_force_N,
+      run.mean_force_N,
+      run.max_moment_Nmm,
+      run.removed_mm3,
+      run.step_us,
+    ];
+    row.append(first, cell(run.model), ...numbers.map((v) => cell(rounded.format(v))));
+    return row;
+  }
+
+  private drawPlot(): void {
     this.plot?.destroy();
     this.plot = null;
-    element("runs-models").replaceChildren(...this.notes().map((says) => cell(says, "p")));
     const quantity = this.quantity(),
       shown = this.shown();
     const into = element("runs-plot");

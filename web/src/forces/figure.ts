@@ -41,6 +41,36 @@ function lines(text: string): string[] {
   return found;
 }
 
+/** Points of a polyline, as fine as can be seen: of each half unit of width the lowest and the highest. */
+function pointsOf(curve: Curve, x: (t: number) => number, y: (v: number) => number): string[] {
+  const points: string[] = [];
+  let column = -1,
+    min = 0,
+    max = 0,
+    at = 0;
+  const put = (): void => {
+    if (column >= 0)
+      points.push(
+        `${at.toFixed(1)},${y(min).toFixed(1)}`,
+        ...(max > min ? [`${at.toFixed(1)},${y(max).toFixed(1)}`] : []),
+      );
+  };
+  for (let k = 0; k < curve.x.length; k++) {
+    const px = x(curve.x[k]),
+      v = curve.y[k];
+    if (Math.floor(2 * px) !== column) {
+      put();
+      column = Math.floor(2 * px);
+      at = px;
+      min = max = v;
+    }
+    min = Math.min(min, v);
+    max = Math.max(max, v);
+  }
+  put();
+  return points;
+}
+
 /** `label` of the vertical axis with its unit; `notes` are sentences below. */
 export function figure(curves: Curve[], label: string, notes: string[]): string {
   const notesLines = notes.flatMap(lines);
@@ -74,32 +104,7 @@ export function figure(curves: Curve[], label: string, notes: string[]): string 
   const unit = /\[(.*)\]/.exec(label)?.[1] ?? "";
   const told: number[] = []; // where numbers of spikes stand
   curves.forEach((curve, place) => {
-    // As fine as can be seen: of each half unit of width the lowest and the highest.
-    const points: string[] = [];
-    let column = -1,
-      min = 0,
-      max = 0,
-      at = 0;
-    const put = (): void => {
-      if (column >= 0)
-        points.push(
-          `${at.toFixed(1)},${y(min).toFixed(1)}`,
-          ...(max > min ? [`${at.toFixed(1)},${y(max).toFixed(1)}`] : []),
-        );
-    };
-    for (let k = 0; k < curve.x.length; k++) {
-      const px = x(curve.x[k]),
-        v = curve.y[k];
-      if (Math.floor(2 * px) !== column) {
-        put();
-        column = Math.floor(2 * px);
-        at = px;
-        min = max = v;
-      }
-      min = Math.min(min, v);
-      max = Math.max(max, v);
-    }
-    put();
+    const points = pointsOf(curve, x, y);
     const look = `fill="none" stroke="${curve.colour}" stroke-width="1.5"${curve.dashed ? ' stroke-dasharray="6 4"' : ""}`;
     out.push(`<polyline points="${points.join(" ")}" clip-path="url(#inside)" ${look}/>`);
     for (const spike of spikes(curve.x, curve.y, range, (8 * end) / (WIDTH - LEFT - RIGHT))) {

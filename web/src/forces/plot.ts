@@ -114,6 +114,66 @@ const SERIES = [
   },
 ];
 
+/** A scale that fits the series on it that are shown. */
+const scaled = (scale: string, min: number) => ({
+  range: (plot: uPlot): [number, number] => {
+    const { low, high } = robustRange(
+      plot.series.flatMap((s, i) =>
+        i > 0 && s.show && (s.scale ?? "y") === scale ? [plot.data[i]] : [],
+      ),
+      min,
+    );
+    return [low, high];
+  },
+});
+
+function axes(): uPlot.Axis[] {
+  const style = getComputedStyle(document.documentElement);
+  const text = style.getPropertyValue("--quiet"),
+    line = style.getPropertyValue("--line");
+  const axis = {
+    stroke: text,
+    grid: { stroke: line, width: 1 },
+    ticks: { stroke: line },
+    font: "11px system-ui, sans-serif",
+    labelFont: "12px system-ui, sans-serif",
+  };
+  return [
+    { ...axis, label: "Time [s]", size: 28, labelSize: 16, labelGap: 0 },
+    { ...axis, label: "Force [N]", size: 42, labelSize: 16 },
+    {
+      ...axis,
+      label: "Moment [N mm]",
+      side: 1,
+      scale: "m",
+      size: 42,
+      labelSize: 16,
+      grid: { show: false },
+    },
+  ];
+}
+
+/** The names of the series are buttons for keys, too. */
+function namesAsButtons(into: HTMLElement): void {
+  const names = [...into.querySelectorAll<HTMLElement>(".u-legend .u-series > *")];
+  for (const [i, name] of names.entries()) {
+    name.title = i > 0 ? `${SERIES[i - 1].about}; click to show or hide` : "";
+    name.tabIndex = 0;
+    name.setAttribute("role", "button");
+    name.setAttribute("aria-pressed", String(!name.parentElement!.classList.contains("u-off")));
+    name.addEventListener("click", () =>
+      setTimeout(() =>
+        name.setAttribute("aria-pressed", String(!name.parentElement!.classList.contains("u-off"))),
+      ),
+    );
+    name.addEventListener("keydown", (event) => {
+      if (event.key !== "Enter" && event.key !== " ") return;
+      event.preventDefault();
+      name.click();
+    });
+  }
+}
+
 export class ForcePlot {
   paused = false;
   /** Nothing is drawn. */
@@ -131,32 +191,6 @@ export class ForcePlot {
     private into: HTMLElement,
     private rate: () => number,
   ) {
-    const style = getComputedStyle(document.documentElement);
-    const text = style.getPropertyValue("--quiet"),
-      line = style.getPropertyValue("--line");
-    const font = "11px system-ui, sans-serif",
-      labelFont = "12px system-ui, sans-serif";
-    const axis = {
-      stroke: text,
-      grid: { stroke: line, width: 1 },
-      ticks: { stroke: line },
-      font,
-      labelFont,
-    };
-    // Of the series of a scale that are shown.
-    const range = (plot: uPlot, scale: string, min: number): Range =>
-      robustRange(
-        plot.series.flatMap((s, i) =>
-          i > 0 && s.show && (s.scale ?? "y") === scale ? [plot.data[i]] : [],
-        ),
-        min,
-      );
-    const scaled = (scale: string, min: number) => ({
-      range: (plot: uPlot): [number, number] => {
-        const { low, high } = range(plot, scale, min);
-        return [low, high];
-      },
-    });
     this.plot = new uPlot(
       {
         width: 354,
@@ -166,19 +200,7 @@ export class ForcePlot {
           y: scaled("y", 1),
           m: scaled("m", 10),
         },
-        axes: [
-          { ...axis, label: "Time [s]", size: 28, labelSize: 16, labelGap: 0 },
-          { ...axis, label: "Force [N]", size: 42, labelSize: 16 },
-          {
-            ...axis,
-            label: "Moment [N mm]",
-            side: 1,
-            scale: "m",
-            size: 42,
-            labelSize: 16,
-            grid: { show: false },
-          },
-        ],
+        axes: axes(),
         series: [
           { label: "Time [s]" },
           ...SERIES.map(({ label, stroke, show, scale, dash }) => ({
@@ -190,33 +212,7 @@ export class ForcePlot {
             width: 1.5,
           })),
         ],
-        hooks: {
-          draw: [
-            (plot) => {
-              const beyond = markSpikes(
-                plot,
-                SERIES.flatMap(({ scale, stroke, unit }, i) => {
-                  const { min = 0, max = 0 } = plot.scales[scale];
-                  return plot.series[i + 1].show
-                    ? [
-                        {
-                          x: plot.data[0],
-                          y: plot.data[i + 1],
-                          range: { low: min, high: max },
-                          colour: stroke,
-                          unit,
-                        },
-                      ]
-                    : [];
-                }),
-              );
-              this.picture.setAttribute(
-                "aria-label",
-                `Force and moment over the last seconds${beyond.length > 0 ? `; beyond the scale: ${beyond.slice(0, 5).join(", ")}` : ""}`,
-              );
-            },
-          ],
-        },
+        hooks: { draw: [(plot) => this.mark(plot)] },
         cursor: { drag: { x: false, y: false } },
         legend: { live: false },
       },
@@ -225,27 +221,31 @@ export class ForcePlot {
     );
     this.picture = into.querySelector<HTMLElement>(".u-wrap")!;
     this.picture.setAttribute("role", "img");
-    // Its names are buttons for keys, too.
-    const names = [...into.querySelectorAll<HTMLElement>(".u-legend .u-series > *")];
-    for (const [i, name] of names.entries()) {
-      name.title = i > 0 ? `${SERIES[i - 1].about}; click to show or hide` : "";
-      name.tabIndex = 0;
-      name.setAttribute("role", "button");
-      name.setAttribute("aria-pressed", String(!name.parentElement!.classList.contains("u-off")));
-      name.addEventListener("click", () =>
-        setTimeout(() =>
-          name.setAttribute(
-            "aria-pressed",
-            String(!name.parentElement!.classList.contains("u-off")),
-          ),
-        ),
-      );
-      name.addEventListener("keydown", (event) => {
-        if (event.key !== "Enter" && event.key !== " ") return;
-        event.preventDefault();
-        name.click();
-      });
-    }
+    namesAsButtons(into);
+  }
+
+  /** Marks spikes, and tells them to who can't see them. */
+  private mark(plot: uPlot): void {
+    const shown = SERIES.map((one, i) => ({ ...one, at: i + 1 })).filter(
+      ({ at }) => plot.series[at].show,
+    );
+    const beyond = markSpikes(
+      plot,
+      shown.map(({ scale, stroke, unit, at }) => {
+        const { min = 0, max = 0 } = plot.scales[scale];
+        return {
+          x: plot.data[0],
+          y: plot.data[at],
+          range: { low: min, high: max },
+          colour: stroke,
+          unit,
+        };
+      }),
+    );
+    this.picture.setAttribute(
+      "aria-label",
+      `Force and moment over the last seconds${beyond.length > 0 ? `; beyond the scale: ${beyond.slice(0, 5).join(", ")}` : ""}`,
+    );
   }
 
   add(start: number, rows: Float32Array): void {

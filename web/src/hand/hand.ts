@@ -95,14 +95,12 @@ export class Hand {
     private send: (message: Uint8Array) => void,
     /** Whether a press there took another body up. */
     private takesUp: (x: number, y: number) => boolean,
-    tell: (sentence: string) => void,
   ) {
     element("shapes").insertAdjacentHTML("beforeend", toolButtons());
     this.guide = new StrokeGuide(view, (message) => this.readOnly || send(message));
     this.stamp = new Stamp(
       (message) => this.readOnly || send(message),
       () => this.chooseTool(),
-      tell,
     );
     this.second = new SecondHand(canvas, view, send, {
       own: () => this.bare(),
@@ -140,6 +138,11 @@ export class Hand {
       this.send(write.ChooseMaterial({ material: Number(select("material").value) }));
     select("model").onchange = () =>
       this.send(write.ChooseModel({ model: select("model").value as Model }));
+    this.listenToPointer();
+  }
+
+  private listenToPointer(): void {
+    const { canvas } = this;
     canvas.addEventListener("pointerdown", (event) => this.down(event), { capture: true });
     canvas.addEventListener("pointermove", (event) => this.move(event));
     // Where the browser tells of the pointer before the next frame, the tool need not wait for
@@ -598,23 +601,7 @@ export class Hand {
     if (this.stroke && event.pointerType === "touch" && event.pointerId !== this.stroke.pointer) {
       // The hand that holds a pen may rest on the glass.
       if (this.stroke.type !== "touch") return event.stopImmediatePropagation();
-      // Two fingers look; what the first began was not meant, and the view is told of it now.
-      const { pointer, x, y } = this.stroke;
-      this.send(write.Cancel());
-      this.lift();
-      this.handing = true;
-      this.canvas.dispatchEvent(
-        new PointerEvent("pointerdown", {
-          pointerId: pointer,
-          pointerType: "touch",
-          isPrimary: true,
-          buttons: 1,
-          clientX: x,
-          clientY: y,
-        }),
-      );
-      this.handing = false;
-      return;
+      return this.handToView();
     }
     if (this.sliding) {
       this.sliding = null;
@@ -635,6 +622,11 @@ export class Hand {
       return this.send(write.BringTool({ tip: this.tipAt(hit, -1) }));
     }
     event.stopImmediatePropagation();
+    this.press(event, hit);
+  }
+
+  /** A stroke begins there. */
+  private press(event: PointerEvent, hit: Hit): void {
     this.canvas.focus();
     this.canvas.setPointerCapture(event.pointerId);
     this.view.cameras.controls.enabled = false;
@@ -679,6 +671,25 @@ export class Hand {
     );
     if (input("blows").checked)
       setTimeout(() => this.stroke?.time === event.timeStamp && this.strike(), BLOW_AFTER_MS);
+  }
+
+  /** Two fingers look; what the first began was not meant, and the view is told of it now. */
+  private handToView(): void {
+    const { pointer, x, y } = this.stroke!;
+    this.send(write.Cancel());
+    this.lift();
+    this.handing = true;
+    this.canvas.dispatchEvent(
+      new PointerEvent("pointerdown", {
+        pointerId: pointer,
+        pointerType: "touch",
+        isPrimary: true,
+        buttons: 1,
+        clientX: x,
+        clientY: y,
+      }),
+    );
+    this.handing = false;
   }
 
   private move(event: PointerEvent): void {

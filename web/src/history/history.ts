@@ -76,6 +76,15 @@ function toolName(step: Step): string {
   // What a brush did; the tool only carried it.
   return BRUSHES[step.mode]?.name ?? tool;
 }
+/** What made a step: the stock, an action, which has a label of its own, or a tool. */
+const toolOf = (step: Step): string =>
+  step.parent === 0 ? "Stock" : isAction(step) ? "" : toolName(step);
+function wordsOf(...parts: HTMLElement[]): HTMLElement {
+  const words = document.createElement("span");
+  words.className = "words";
+  words.append(...parts);
+  return words;
+}
 /** The stock, and tools that pages do not know, have that of a block. */
 const toolIcon = (step: Step): string => iconOf(held(step.tool)?.shape ?? "box");
 
@@ -351,6 +360,15 @@ export class History {
     cell.classList.toggle("named", named !== undefined && !(item.whole && item.open));
     if (present) cell.setAttribute("aria-current", "step");
     else cell.removeAttribute("aria-current");
+    const shown = this.pictureOf(step, picture, url);
+    if (item.whole) this.fillGroup(cell, item, shown, named);
+    else this.fillStep(cell, item, shown, named);
+    cell.setAttribute("aria-label", cell.title);
+    return cell;
+  }
+
+  /** url: of the picture of step `picture`, which may be an earlier one; 0: there is none. */
+  private pictureOf(step: Step, picture: number, url: string | undefined): HTMLElement {
     const shown = document.createElement("span");
     shown.className = "shown";
     if (url) {
@@ -362,49 +380,60 @@ export class History {
       shown.classList.toggle("earlier", picture !== step.id);
     }
     if (!url || picture !== step.id) shown.insertAdjacentHTML("beforeend", toolIcon(step));
-    const tool = step.parent === 0 ? "Stock" : isAction(step) ? "" : toolName(step),
-      when = time(step.made),
-      words = document.createElement("span");
-    words.className = "words";
-    if (item.whole) {
-      const strokes = plural(group.steps.filter(({ mode }) => mode !== MOVED).length, "stroke");
-      cell.setAttribute("aria-expanded", String(item.open));
-      cell.onclick = () => this.toggle(item);
-      cell.title = `${tool}: ${strokes}, ${time(group.steps[0].made, true)}; click to ${item.open ? "close" : "open"}`;
-      words.append(
-        text("tool", tool),
-        text("quiet", strokes),
-        !item.open && named ? text("name", named) : text("quiet", time(group.steps[0].made)),
-      );
-      const arrow = svg("svg", { viewBox: "0 0 10 10", class: "arrow", "aria-hidden": "true" });
-      arrow.append(svg("path", { d: item.open ? "M6.5 1.5L3 5L6.5 8.5" : "M3.5 1.5L7 5L3.5 8.5" }));
-      cell.replaceChildren(shown, words, arrow);
-    } else {
-      const changed =
-        step.parent === 0 ? "" : step.mode === MOVED ? "moved only" : volume(step.removed);
-      cell.onclick = () => this.go(step.id);
-      const about = [
-        step.label,
-        named && `“${named}”`,
-        step.parent !== 0 &&
-          step.mode !== MOVED &&
-          !isAction(step) &&
-          `${step.removed >= 0 ? "removed" : "added"} ${Math.abs(step.removed).toFixed(1)} mm³`,
-        time(step.made, true),
-      ];
-      if (picture && picture !== step.id) about.push(`the picture is of step ${picture}`);
-      cell.title = `Step ${step.id}: ${[tool, ...about].filter(Boolean).join(", ")}`;
-      cell.dataset.step = String(step.id);
-      words.append(
-        named
-          ? text("name", named)
-          : text("tool", step.label || (item.single ? tool : `step ${step.id}`)),
-        text("quiet", item.single ? when : changed),
-      );
-      cell.replaceChildren(shown, words);
-    }
-    cell.setAttribute("aria-label", cell.title);
-    return cell;
+    return shown;
+  }
+
+  private fillGroup(
+    cell: HTMLElement,
+    item: Item,
+    shown: HTMLElement,
+    named: string | undefined,
+  ): void {
+    const { group } = item,
+      tool = toolOf(item.step),
+      made = group.steps[0].made;
+    const strokes = plural(group.steps.filter(({ mode }) => mode !== MOVED).length, "stroke");
+    cell.setAttribute("aria-expanded", String(item.open));
+    cell.onclick = () => this.toggle(item);
+    cell.title = `${tool}: ${strokes}, ${time(made, true)}; click to ${item.open ? "close" : "open"}`;
+    const words = wordsOf(
+      text("tool", tool),
+      text("quiet", strokes),
+      !item.open && named ? text("name", named) : text("quiet", time(made)),
+    );
+    const arrow = svg("svg", { viewBox: "0 0 10 10", class: "arrow", "aria-hidden": "true" });
+    arrow.append(svg("path", { d: item.open ? "M6.5 1.5L3 5L6.5 8.5" : "M3.5 1.5L7 5L3.5 8.5" }));
+    cell.replaceChildren(shown, words, arrow);
+  }
+
+  private fillStep(
+    cell: HTMLElement,
+    { step, single }: Item,
+    shown: HTMLElement,
+    named: string | undefined,
+  ): void {
+    const tool = toolOf(step),
+      { picture } = step;
+    const changed =
+      step.parent === 0 ? "" : step.mode === MOVED ? "moved only" : volume(step.removed);
+    cell.onclick = () => this.go(step.id);
+    const about = [
+      step.label,
+      named && `“${named}”`,
+      step.parent !== 0 &&
+        step.mode !== MOVED &&
+        !isAction(step) &&
+        `${step.removed >= 0 ? "removed" : "added"} ${Math.abs(step.removed).toFixed(1)} mm³`,
+      time(step.made, true),
+    ];
+    if (picture && picture !== step.id) about.push(`the picture is of step ${picture}`);
+    cell.title = `Step ${step.id}: ${[tool, ...about].filter(Boolean).join(", ")}`;
+    cell.dataset.step = String(step.id);
+    const words = wordsOf(
+      named ? text("name", named) : text("tool", step.label || (single ? tool : `step ${step.id}`)),
+      text("quiet", single ? time(step.made) : changed),
+    );
+    cell.replaceChildren(shown, words);
   }
 
   /** The way as a line, and the branches that leave it, above what is in view. */
@@ -436,66 +465,7 @@ export class History {
           ? Math.floor((middle(next) - x - 14) / DOT_PX)
           : Math.floor((this.scroller.clientWidth - 20) / DOT_PX),
       );
-      const places = LANES_Y.length * room,
-        all = item.branches;
-      // Where there is no room for all, the last place stands for the oldest ones.
-      const shown = all.length <= places ? all : all.slice(all.length - places + 1);
-      const hidden = all.length - shown.length;
-      // The newest nearest, low lane first.
-      const at = (k: number): [number, number] => [
-        x + 16 + DOT_PX * Math.floor(k / LANES_Y.length),
-        LANES_Y[LANES_Y.length - 1 - (k % LANES_Y.length)],
-      ];
-      const curves: SVGElement[] = [],
-        dots: SVGElement[] = [];
-      const add = (branch: Branch, k: number, title: string, mark: SVGElement): void => {
-        const [dx, dy] = at(k),
-          g = svg("g", {
-            class: "branch",
-            role: "button",
-            tabindex: -1,
-            "aria-label": title,
-            transform: `translate(${dx} ${dy})`,
-          });
-        g.dataset.tip = String(branch.tip.id);
-        g.dataset.from = item.key;
-        const about = svg("title", {});
-        about.textContent = title;
-        g.append(about, svg("circle", { r: 7, class: "hit" }), mark);
-        g.addEventListener("click", () => this.go(branch.tip.id));
-        curves.push(
-          svg("path", {
-            class: "off",
-            d: `M${x} ${WAY_Y}C${x + 4} ${dy} ${x + 6} ${dy} ${dx} ${dy}`,
-          }),
-        );
-        dots.push(g);
-      };
-      [...shown].reverse().forEach((branch, k) => {
-        const name = this.names.get(branch.tip.id);
-        const title = `Another branch${name ? ` “${name}”` : ""}: ${plural(branch.strokes, "stroke")}, last ${toolName(branch.tip)} ${time(branch.tip.made, true)}; click to go to its end, step ${branch.tip.id}`;
-        add(
-          branch,
-          k,
-          title,
-          svg("circle", { r: name ? 4.5 : 3.5, class: name ? "dot named" : "dot" }),
-        );
-        if (name && all.length === 1) {
-          const label = svg("text", { x: 9, y: 3.5 });
-          label.textContent = name.length > 14 ? `${name.slice(0, 13)}…` : name;
-          dots.at(-1)!.append(label);
-        }
-      });
-      if (hidden > 0) {
-        const mark = svg("text", { "text-anchor": "middle", y: 3.5 });
-        mark.textContent = `+${hidden}`;
-        add(
-          all[hidden - 1],
-          shown.length,
-          `${plural(hidden, "older branch").replace(/branchs$/, "branches")} leave here; click to go to the end of the newest of them, step ${all[hidden - 1].tip.id}`,
-          mark,
-        );
-      }
+      const { curves, dots } = this.drawBranches(item, item.branches, x, room);
       const ahead = item.step.id > head && item !== present;
       this.lines.append(
         ...curves,
@@ -509,6 +479,81 @@ export class History {
       );
     });
     if (held) this.lines.querySelector<SVGElement>(`[data-tip="${held}"]`)?.focus();
+  }
+
+  /** The branches that leave a cell at x, in so many columns: the lines to them, and their ends. */
+  private drawBranches(
+    item: Item,
+    all: Branch[],
+    x: number,
+    columns: number,
+  ): { curves: SVGElement[]; dots: SVGElement[] } {
+    const places = LANES_Y.length * columns;
+    // Where there is no room for all, the last place stands for the oldest ones.
+    const shown = all.length <= places ? all : all.slice(all.length - places + 1);
+    const hidden = all.length - shown.length;
+    const curves: SVGElement[] = [],
+      dots: SVGElement[] = [];
+    const add = (branch: Branch, k: number, title: string, ...marks: SVGElement[]): void => {
+      // The newest nearest, low lane first.
+      const dx = x + 16 + DOT_PX * Math.floor(k / LANES_Y.length),
+        dy = LANES_Y[LANES_Y.length - 1 - (k % LANES_Y.length)];
+      curves.push(
+        svg("path", {
+          class: "off",
+          d: `M${x} ${WAY_Y}C${x + 4} ${dy} ${x + 6} ${dy} ${dx} ${dy}`,
+        }),
+      );
+      dots.push(this.branchEnd(item, branch, title, dx, dy, marks));
+    };
+    [...shown].reverse().forEach((branch, k) => {
+      const name = this.names.get(branch.tip.id);
+      const title = `Another branch${name ? ` “${name}”` : ""}: ${plural(branch.strokes, "stroke")}, last ${toolName(branch.tip)} ${time(branch.tip.made, true)}; click to go to its end, step ${branch.tip.id}`;
+      const marks: SVGElement[] = [
+        svg("circle", { r: name ? 4.5 : 3.5, class: name ? "dot named" : "dot" }),
+      ];
+      if (name && all.length === 1) {
+        const label = svg("text", { x: 9, y: 3.5 });
+        label.textContent = name.length > 14 ? `${name.slice(0, 13)}…` : name;
+        marks.push(label);
+      }
+      add(branch, k, title, ...marks);
+    });
+    if (hidden > 0) {
+      const mark = svg("text", { "text-anchor": "middle", y: 3.5 });
+      mark.textContent = `+${hidden}`;
+      add(
+        all[hidden - 1],
+        shown.length,
+        `${plural(hidden, "older branch").replace(/branchs$/, "branches")} leave here; click to go to the end of the newest of them, step ${all[hidden - 1].tip.id}`,
+        mark,
+      );
+    }
+    return { curves, dots };
+  }
+  /** A button at the end of a branch that leaves a cell. */
+  private branchEnd(
+    { key }: Item,
+    { tip }: Branch,
+    title: string,
+    x: number,
+    y: number,
+    marks: SVGElement[],
+  ): SVGElement {
+    const g = svg("g", {
+      class: "branch",
+      role: "button",
+      tabindex: -1,
+      "aria-label": title,
+      transform: `translate(${x} ${y})`,
+    });
+    g.dataset.tip = String(tip.id);
+    g.dataset.from = key;
+    const about = svg("title", {});
+    about.textContent = title;
+    g.append(about, svg("circle", { r: 7, class: "hit" }), ...marks);
+    g.addEventListener("click", () => this.go(tip.id));
+    return g;
   }
 
   /** Arrows go along the strip, up to the branches that leave a cell, and back down. */

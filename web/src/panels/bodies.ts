@@ -4,6 +4,7 @@
 // sent as one action, which the history then has.
 import * as THREE from "three";
 import { element, input, put, select } from "../base/dom";
+import { notify } from "../base/notice";
 import { MESHES } from "../connection/kinds";
 import { write, type Remains } from "../connection/messages";
 import { readBodies, type Body } from "../view/body";
@@ -86,7 +87,6 @@ export class Bodies {
     private canvas: HTMLCanvasElement,
     private view: View,
     private send: (message: Uint8Array) => void,
-    private notify: (text: string) => void,
     private holds: () => boolean,
     private bring: (file: File, longest: number) => void,
     /** What else is shown in colours is not, from now on. */
@@ -155,11 +155,11 @@ export class Bodies {
   take(gesture: Gesture | null): void {
     if (gesture && !this.holds()) return;
     if (gesture !== this.gesture) this.drop();
-    if (this.gesture && element("notice").textContent === HELP[this.gesture]) this.notify("");
+    if (this.gesture && element("notice").textContent === HELP[this.gesture]) notify("");
     this.gesture = gesture;
     for (const one of GESTURES)
       element(`body-${one}`).setAttribute("aria-pressed", String(one === gesture));
-    if (gesture) this.notify(HELP[gesture]);
+    if (gesture) notify(HELP[gesture]);
   }
 
   /** Whether Escape was for a gesture. */
@@ -225,7 +225,7 @@ export class Bodies {
     if (!this.holds() || body === this.active) return;
     this.send(write.ChooseBody({ body }));
     const name = this.all.find((one) => one.id === body)?.name;
-    if (name) this.notify(`${name} is worked on now.`);
+    if (name) notify(`${name} is worked on now.`);
   }
 
   private mirror(): void {
@@ -439,7 +439,7 @@ export class Bodies {
     const mask = this.all.find(
       (body) => body.no_go && body.name === MASK && own && body.matrix.equals(own.matrix),
     );
-    if (away && !mask) return this.notify("Nothing of this body is masked.");
+    if (away && !mask) return notify("Nothing of this body is masked.");
     this.act({
       verb: "protect",
       bodies: mask ? [this.active, mask.id] : [this.active],
@@ -493,7 +493,7 @@ export class Bodies {
       first = line[0],
       last = line[line.length - 1];
     const long = line.slice(1).reduce((sum, p, i) => sum + apart(line[i], p), 0);
-    if (long < LEAST_LINE_PX) return this.notify("That line is too short to cut along.");
+    if (long < LEAST_LINE_PX) return notify("That line is too short to cut along.");
     const box = this.view.solid.boxOf(this.active);
     const middle = box.getCenter(new THREE.Vector3());
     const closed = apart(first, last) < CLOSES_PX && long > CLOSES_TIMES * CLOSES_PX;

@@ -5,6 +5,7 @@
 import * as THREE from "three";
 import { ViewCube } from "../view/cube";
 import { ask, dialog, element, input, put, select } from "../base/dom";
+import { notify } from "../base/notice";
 import { canFilm, Film } from "../view/film";
 import type { Field, MethodView } from "./method_view";
 import type { Capture } from "../view/pictures";
@@ -74,7 +75,6 @@ export class Look {
   constructor(
     private canvas: HTMLCanvasElement,
     private view: View,
-    private notify: (text: string) => void,
     private save: (ending: string, what: Blob) => void,
   ) {
     this.cube = new ViewCube(element("cube"), (from) => view.cameras.turnTo(from));
@@ -103,6 +103,7 @@ export class Look {
       this.apply();
     };
     this.listenForLight();
+    this.listenForLightKey();
     element("section").onclick = () => this.section(); // clicked again, the view's plane is where one now looks from
     input("section-at").oninput = () => this.section(false);
     input("section-flip").onchange = () => this.section(false);
@@ -256,7 +257,9 @@ export class Look {
       Object.assign(this.settings, { light: LIGHT, clayLight: CLAY_LIGHT });
       this.apply();
     };
-    // The key that is held says that the pointer moves the light: before the tool hears of it.
+  }
+  /** While its key is held, the pointer moves the light: before the tool hears of it. */
+  private listenForLightKey(): void {
     const typing = (target: EventTarget | null): boolean =>
       target instanceof HTMLInputElement && ["text", "number"].includes(target.type);
     window.addEventListener("keydown", (event) => {
@@ -375,7 +378,7 @@ export class Look {
       this.view.showBeside(this.reference);
       this.place();
     } catch {
-      this.notify(
+      notify(
         `${file.name} is no picture that this browser can read; choose a PNG, JPEG or WebP file.`,
       );
     }
@@ -450,7 +453,7 @@ export class Look {
     element("turn").onclick = () =>
       canFilm()
         ? open(true)
-        : this.notify(
+        : notify(
             "This browser can't make films: it has no WebCodecs. Use a recent Chromium or Firefox.",
           );
     dialog("capturing").querySelector("form")!.onsubmit = (event) => {
@@ -469,13 +472,13 @@ export class Look {
       background: clear ? null : input("capture-color").value,
     };
     if (![of.width, of.height].every((px) => px >= SIDE_PX.min && px <= SIDE_PX.max))
-      return this.notify(
+      return notify(
         `A picture has ${SIDE_PX.min} to ${SIDE_PX.max} pixels a side; give other numbers.`,
       );
     const rate = number("film-rate"),
       count = Math.round(Number(input("film-seconds").value) * rate);
     if (filmed && !(count >= 2 && count <= MAX_FRAMES))
-      return this.notify(
+      return notify(
         `A film has 2 to ${MAX_FRAMES} pictures (seconds × pictures a second), not ${count}; give other numbers.`,
       );
     const run = (this.filming = { left: false });
@@ -484,7 +487,7 @@ export class Look {
       if (!filmed) {
         const picture = await this.view.pictures.capture(of);
         if (picture) this.save("png", picture);
-        else this.notify("This browser can't make so large a picture; give a smaller size.");
+        else notify("This browser can't make so large a picture; give a smaller size.");
       } else {
         const bar = element<HTMLProgressElement>("capture-progress"),
           film = (made = new Film(of.width, of.height, rate));
@@ -497,7 +500,7 @@ export class Look {
         if (!run.left) this.save("webm", await film.end());
       }
     } catch (error) {
-      this.notify(
+      notify(
         `The ${filmed ? "film" : "picture"} could not be made: ${(error as Error).message}. A smaller size may do.`,
       );
     }

@@ -5,6 +5,7 @@
 import * as THREE from "three";
 import { request } from "../connection/access";
 import { element, input, put, select } from "../base/dom";
+import { notify } from "../base/notice";
 import { write, type Previewed } from "../connection/messages";
 import type { View } from "../view/view";
 
@@ -79,7 +80,6 @@ export class Splines {
     private canvas: HTMLCanvasElement,
     private view: View,
     private send: (message: Uint8Array) => void,
-    private notify: (text: string) => void,
     private holds: () => boolean,
     private body: () => number,
   ) {
@@ -130,7 +130,7 @@ export class Splines {
   }
   private apply(): void {
     const action = this.action();
-    if (!action) return this.notify("A spline takes two points, and a closed one three.");
+    if (!action) return notify("A spline takes two points, and a closed one three.");
     const text = JSON.stringify(action);
     if (this.old)
       this.send(write.ReviseStep({ step: this.old.step, head: this.old.head, action: text }));
@@ -180,7 +180,7 @@ export class Splines {
     element("spline-draw").setAttribute("aria-pressed", "true");
     element("spline-choices").hidden = false;
     put("spline-says", "");
-    this.notify(HELP);
+    notify(HELP);
     this.view.showBeside(this.shown);
     // Points are put on the piece, not on what they make of it.
     this.view.solid.beginStroke();
@@ -192,7 +192,7 @@ export class Splines {
     this.held.clear();
     element("spline-draw").setAttribute("aria-pressed", "false");
     element("spline-choices").hidden = true;
-    if (element("notice").textContent === HELP) this.notify("");
+    if (element("notice").textContent === HELP) notify("");
     this.clear();
     this.view.hideBeside(this.shown);
     this.view.solid.endStroke();
@@ -203,8 +203,7 @@ export class Splines {
   private async edit(): Promise<void> {
     if (!this.holds()) return;
     const answer = await request("/spline").catch(() => null);
-    if (!answer?.ok)
-      return this.notify(answer ? await answer.text() : "The studio does not answer.");
+    if (!answer?.ok) return notify(answer ? await answer.text() : "The studio does not answer.");
     const { step, parent, head, action } = (await answer.json()) as {
       step: number;
       parent: number;
@@ -320,7 +319,7 @@ export class Splines {
       if (!hit && !event.shiftKey) return; // the view turns
       event.stopImmediatePropagation();
       if (this.points.length >= MOST_POINTS)
-        return this.notify(`A spline has at most ${MOST_POINTS} points.`);
+        return notify(`A spline has at most ${MOST_POINTS} points.`);
       const beside =
         this.points.at(-1) ?? this.view.solid.boxOf(this.body()).getCenter(new THREE.Vector3());
       const plane = this.profile ?? (hit ? null : this.facing(beside));

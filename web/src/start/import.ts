@@ -4,6 +4,7 @@
 import * as THREE from "three";
 import { request } from "../connection/access";
 import { dialog, element, input, put, select } from "../base/dom";
+import { clearNotice, notify } from "../base/notice";
 import {
   ImportView,
   meshShape,
@@ -91,10 +92,7 @@ export class Importer {
   private longest = 80; // [mm], not rounded
   private within = 0; // the longest side of the piece [mm] that it becomes a body in; 0: none is open
 
-  constructor(
-    private notify: (text: string) => void,
-    private clearNotice: (text: string) => void,
-  ) {
+  constructor() {
     const box = dialog("importing");
     select("import-up").replaceChildren(...UPS.map((name) => new Option(name.toUpperCase(), name)));
     box.querySelector<HTMLButtonElement>("button[value=no]")!.onclick = () => box.close("no");
@@ -126,7 +124,7 @@ export class Importer {
   /** The studio can be brought files; what it calls this page, and the woods there are. */
   offer(page: string, materials: Material[]): void {
     if (page !== this.page && this.leave())
-      this.notify("The connection was lost, and with it the file; choose it again.");
+      notify("The connection was lost, and with it the file; choose it again.");
     this.page = page;
     this.materials = materials;
   }
@@ -149,7 +147,7 @@ export class Importer {
     const turn = ++this.turns,
       bringing = `Reading ${file.name} …`;
     this.within = within;
-    this.notify(bringing);
+    notify(bringing);
     this.reading = this.reading.then(() => this.read(file, turn, bringing));
     return this.reading;
   }
@@ -162,20 +160,20 @@ export class Importer {
         body: file,
       });
       if (turn !== this.turns) return;
-      this.clearNotice(bringing);
+      clearNotice(bringing);
       if (answer.status === 202) return; // a document, which is opened
       if (!answer.ok) {
         const why = await answer.text();
-        return why ? this.notify(why) : undefined;
+        return why ? notify(why) : undefined;
       }
       const brought = (await answer.json()) as Brought;
       const look = await request(this.address("import", { import: brought.import }));
-      if (!look.ok) return this.notify(await look.text());
+      if (!look.ok) return notify(await look.text());
       const data = await look.arrayBuffer();
       if (turn === this.turns) this.ask(brought, data, file.name);
     } catch {
       if (turn === this.turns)
-        this.notify(`${file.name} did not arrive; is 'kibori studio' still running?`);
+        notify(`${file.name} did not arrive; is 'kibori studio' still running?`);
     }
   }
 
@@ -439,13 +437,13 @@ export class Importer {
     try {
       const answer = await request(this.address("make", about), { method: "POST" });
       if (turn !== this.turns || answer.ok) return;
-      if (answer.status === 404) return this.notify(await answer.text());
+      if (answer.status === 404) return notify(await answer.text());
       // Something can be chosen otherwise; where it was cancelled there is nothing to say.
       this.trouble(await answer.text());
       this.reopen();
     } catch {
       if (turn === this.turns)
-        this.notify("The studio does not answer; is 'kibori studio' still running?");
+        notify("The studio does not answer; is 'kibori studio' still running?");
     }
   }
 

@@ -24,12 +24,8 @@ export class Start {
   /** Of files that become documents, or bodies of one. */
   readonly importer: Importer;
 
-  constructor(
-    private send: (message: Uint8Array) => void,
-    notify: (text: string) => void,
-    clear: (text: string) => void,
-  ) {
-    this.importer = new Importer(notify, clear);
+  constructor(private send: (message: Uint8Array) => void) {
+    this.importer = new Importer();
     element("begin").addEventListener("submit", (event) => {
       event.preventDefault();
       this.begin();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The stamp that is held: letters, a picture or a mesh. The studio makes it and tells its triangles.
 import { element, input, put, select } from "../base/dom";
+import { notify } from "../base/notice";
 import { write } from "../connection/messages";
 import { setStamp } from "./tools";
 
@@ -31,7 +32,6 @@ export class Stamp {
     private send: (message: Uint8Array) => void,
     /** Another distance from one place to the next. */
     private changed: () => void,
-    private tell: (sentence: string) => void,
   ) {
     select("stamp-what").addEventListener("change", () => {
       this.file = null;
@@ -109,7 +109,7 @@ export class Stamp {
     const file = input("stamp-file").files?.[0];
     if (!file) return;
     if (file.size > MOST_BYTES) {
-      this.tell(`${file.name} has more than a megabyte; a stamp's file must be smaller.`);
+      notify(`${file.name} has more than a megabyte; a stamp's file must be smaller.`);
       return;
     }
     this.file = { name: file.name, data: new Uint8Array(await file.arrayBuffer()) };
