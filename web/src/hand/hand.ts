@@ -5,6 +5,7 @@ import { BRUSHES, brushButtons, fillPalette } from "../tools/brushes";
 import { element, input, put, select } from "../base/dom";
 import type { Mode, Model, Tool } from "../connection/kinds";
 import { write } from "../connection/messages";
+import { newEvents, turnTowards } from "./pointer_path";
 import { SecondHand } from "./second_hand";
 import { Stamp } from "../tools/stamp";
 import { StrokeGuide } from "./stroke_guide";
@@ -718,13 +719,7 @@ export class Hand {
     const stroke = this.stroke!;
     if (event.pointerId !== stroke.pointer) return;
     Object.assign(stroke, { x: event.clientX, y: event.clientY });
-    const all = event.getCoalescedEvents?.() ?? [];
-    for (const one of all.length > 0 ? all : [event]) {
-      // The same events come raw and with the next frame.
-      if (one.timeStamp <= stroke.time) continue;
-      stroke.time = one.timeStamp;
-      this.followTo(one);
-    }
+    for (const one of newEvents(event, stroke)) this.followTo(one);
     this.view.marks.showRing(stroke.last, this.radius());
   }
   private followTo(event: PointerEvent): void {
@@ -756,13 +751,11 @@ export class Hand {
       stroke.last = at;
       this.guide.follow(at);
       if (goes) return this.aim(at, 0, event.timeStamp);
-      // A hand does not turn at once where the surface does: over half the tool's radius, however
-      // fast it goes.
-      const share = 1 - Math.exp((-2 * way) / this.radius());
+      const wanted = this.axisAt(at, event);
       this.axis =
         select("axis").value === "normal"
-          ? this.axis.lerp(this.axisAt(at, event), share).normalize()
-          : this.axisAt(at, event);
+          ? turnTowards(this.axis, wanted, way, this.radius())
+          : wanted;
     }
     this.aim(stroke.last, this.pressed(event), event.timeStamp);
   }

@@ -10,6 +10,7 @@ import { TOOLS, held, heightOf, shortened, sizeOf, type HeldTool } from "../tool
 import type { Hit } from "../view/pick";
 import type { View } from "../view/view";
 import type { Vec3 } from "../base/vec3";
+import { newEvents, turnTowards } from "./pointer_path";
 
 /** What it needs of the first hand. */
 export interface FirstHand {
@@ -149,19 +150,14 @@ export class SecondHand {
   follow(event: PointerEvent): boolean {
     const { stroke } = this;
     if (!stroke || event.pointerId !== stroke.pointer) return false;
-    const all = event.getCoalescedEvents?.() ?? [];
-    for (const one of all.length > 0 ? all : [event]) {
-      if (one.timeStamp <= stroke.time) continue;
-      stroke.time = one.timeStamp;
+    for (const one of newEvents(event, stroke)) {
       const at = this.view.hit(one.clientX, one.clientY, true);
       if (at) stroke.wood = at;
       // Beside the wood the path goes on along the plane it left.
       const next = at ?? this.first.onPlane(one.clientX, one.clientY, stroke.wood);
       if (next) {
-        // A hand does not turn at once where the surface does.
         const way = next.point.distanceTo(stroke.last.point);
-        const share = 1 - Math.exp((-2 * way) / this.first.radius());
-        stroke.axis.lerp(next.normal, share).normalize();
+        turnTowards(stroke.axis, next.normal, way, this.first.radius());
         stroke.last = next;
       }
       this.send(
