@@ -140,18 +140,18 @@ export const verified = () =>
   /all is as it was written/.test(execFileSync(kibori, ["verify", newest()], { encoding: "utf8" }));
 export const state = (page) => page.evaluate(() => ({ ...document.body.dataset }));
 /** Asks until the answer holds, and returns it. `what`: a sentence, or a function that returns one. */
-export async function eventually(what, ask, seconds = 60) {
+export async function eventually(what, ask, seconds = 120) {
   const end = Date.now() + 1000 * seconds;
   for (;;) {
     const answer = await ask();
     if (answer) return answer;
     if (Date.now() > end)
       throw new Error(`not in ${seconds} s: ${typeof what === "function" ? await what() : what}`);
-    await new Promise((done) => setTimeout(done, 25));
+    await new Promise((done) => setTimeout(done, 50));
   }
 }
 /** The page's state, once it holds. */
-export const until = (page, what, holds, seconds = 60) =>
+export const until = (page, what, holds, seconds = 120) =>
   eventually(
     async () =>
       `${what}; ${JSON.stringify(await state(page))}; ${await page.locator("#notice").textContent()}`,

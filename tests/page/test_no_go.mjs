@@ -3,7 +3,7 @@
 // remains is shown in colours and numbers, and the command line tells the same. See harness.mjs.
 // Usage: node test_no_go.mjs KIBORI [SCREENSHOTS]
 import { execFileSync } from "node:child_process";
-import { readdirSync, writeFileSync } from "node:fs";
+import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import {
   atRest,

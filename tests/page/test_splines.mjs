@@ -2,11 +2,9 @@
 // Splines in a real browser: points put on the piece and dragged, what they make shown meanwhile,
 // applied, carved over, changed later; and the command line comes to the same. See harness.mjs.
 // Usage: node test_splines.mjs KIBORI [SCREENSHOTS]
-import { execFileSync } from "node:child_process";
 import { readdirSync } from "node:fs";
 import { join } from "node:path";
 import {
-  atRest,
   check,
   enter,
   frames,
@@ -17,6 +15,7 @@ import {
   shown,
   started,
   state,
+  steady,
   Studio,
   until,
   verified,
@@ -31,7 +30,13 @@ async function press(page, { x, y }, to = null) {
   await frames(page);
 }
 const says = (page) => page.locator("#spline-says").textContent();
-const volume = async (page) => Number((await atRest(page)).volume);
+/** At rest, and drawn; a machine that draws slowly waits with shadows until a spline is left. */
+async function rests(page) {
+  await steady(page);
+  await frames(page);
+  return state(page);
+}
+const volume = async (page) => Number((await rests(page)).volume);
 
 async function drawn() {
   const studio = await Studio.start();
@@ -68,7 +73,7 @@ async function drawn() {
   await page.mouse.move(points[1].x, points[1].y);
   await page.mouse.down();
   await page.mouse.move(points[1].x + 10, points[1].y - 30, { steps: 20 });
-  await atRest(page);
+  await rests(page);
   await show(page, "splines-held");
   await page.mouse.up();
   const arch = await volume(page);
@@ -93,13 +98,13 @@ async function drawn() {
   check("the stroke took something", carved < arch - 10);
   await page.locator("#spline-edit").click();
   await until(page, "what was before it", (s) => Number(s.step) === 1);
-  await atRest(page);
+  await rests(page);
   check(
     "taken up again, it is as it was applied",
     Math.abs((await volume(page)) - arch) < 1e-6 * whole,
   );
   await page.locator("#spline-size").fill("3");
-  await atRest(page);
+  await rests(page);
   await show(page, "splines-changed");
   await page.locator("#spline-apply").click();
   const revised = await until(
@@ -139,14 +144,14 @@ async function drawn() {
   await page.locator("#view").focus();
   await page.keyboard.press("Enter");
   last = await until(page, "the hole", (s) => Number(s.step) > Number(revised.step));
-  await atRest(page);
+  await rests(page);
   await show(page, "splines-hole");
   await page.keyboard.press("Shift+K");
   await page.locator("#spline-kind").selectOption("sweep");
   await page.locator("#spline-closed").uncheck();
   await page.locator("#spline-size").fill("90");
   for (const point of points) await press(page, point);
-  await atRest(page);
+  await rests(page);
   check(`what can't be is told (${await says(page)})`, /thicker/.test(await says(page)));
   await page.keyboard.press("Escape");
   await page.locator("#leave").click();

@@ -2,7 +2,6 @@
 // Two hands in a real browser: two fingers on glass, each with a tool of its own, make one stroke;
 // and the pointer works beside a device. The command line carves it again. See harness.mjs.
 // Usage: node test_two_hands.mjs KIBORI [SCREENSHOTS]
-import { execFileSync } from "node:child_process";
 import { readdirSync } from "node:fs";
 import { join } from "node:path";
 import {
@@ -185,7 +184,9 @@ async function bothLead() {
     await pace(page, 300);
     await page.mouse.up();
     await until(page, "a groove", (s) => Number(s.volume) < Number(first.volume) - 5);
-    await steady(page, (s) => s.volume, 20); // a device's hand goes on, and only feels
+    // A device's hand goes on, and only feels.
+    if (device.length > 0) await steady(page, (s) => s.volume, 20);
+    else await after(page, first.step);
     await show(page, `two-hands-leads-${taken.length}`);
     taken.push(Number(first.volume) - Number((await state(page)).volume));
     await page.locator("#leave").click();
