@@ -4,34 +4,22 @@
 // while a stroke is carved, in Chromium without a graphics card at 1280 x 720. The solid is a new
 // block of medium detail, half a million triangles. Usage: node bench/studio_hover.mjs KIBORI
 // [SECONDS | --quick]
-import { spawn } from "node:child_process";
-import { mkdtempSync, readdirSync, readFileSync, rmSync } from "node:fs";
-import { tmpdir } from "node:os";
-import { join } from "node:path";
-import { chromium } from "../web/node_modules/playwright-core/index.mjs";
+import { readdirSync, readFileSync } from "node:fs";
+import {
+  atRest,
+  browser,
+  enter,
+  pace,
+  run,
+  shown,
+  started,
+  steady,
+  Studio,
+} from "../tests/page/harness.mjs";
 
-const [kibori, asked = "8"] = process.argv.slice(2);
+const asked = process.argv[3] ?? "8";
 const seconds = asked === "--quick" ? 2 : Number(asked);
-const folder = mkdtempSync(join(tmpdir(), "kibori-hover-"));
-const studio = spawn(kibori, ["studio", "--no-browser"], {
-  env: { ...process.env, XDG_DATA_HOME: folder },
-});
-const url = await new Promise((found) =>
-  studio.stdout.on(
-    "data",
-    (text) => /http:\S+/.exec(String(text)) && found(/http:\S+/.exec(String(text))[0]),
-  ),
-);
-const browser = await chromium.launch({
-  executablePath: "/usr/bin/chromium",
-  headless: true,
-  args: [
-    "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-  ],
-});
+const studio = await Studio.start();
 const page = await browser.newPage({ viewport: { width: 1280, height: 720 } });
 // A frame of the page is one in which it asked to draw.
 await page.addInitScript(() => {
@@ -43,13 +31,10 @@ await page.addInitScript(() => {
       draw(now);
     });
 });
-await page.goto(url);
-await page.waitForURL(`${new URL(url).origin}/`);
+await enter(page, studio.url);
+await started(page);
 await page.locator("#go").click();
-while (
-  !(await page.evaluate(() => document.body.dataset.shown === "solid" && window.kibori.whole()))
-)
-  await page.waitForTimeout(200);
+await shown(page);
 const triangles = await page.evaluate(() => {
   const bytes = window.kibori.surface(),
     view = new DataView(bytes.buffer);
@@ -85,7 +70,7 @@ function used() {
   }
   let ticks = 0;
   for (const [id, own] of processes)
-    for (let at = id; at > 1 && at !== studio.pid; at = processes.get(at)?.parent ?? 0)
+    for (let at = id; at > 1 && at !== studio.process.pid; at = processes.get(at)?.parent ?? 0)
       if (at === process.pid && id !== process.pid) ticks += own.ticks;
   return ticks / 100;
 }
@@ -93,13 +78,13 @@ function used() {
 async function measure(what, button) {
   await page.mouse.move(700, 330);
   if (button) await page.mouse.down({ button });
-  await page.waitForTimeout(4000);
+  await steady(page);
   await page.evaluate(() => (window.painted.length = 0));
   const start = Date.now(),
     before = used();
   for (let i = 0; Date.now() - start < 1000 * seconds; i++) {
     await page.mouse.move(700 + 90 * Math.sin(i / 13), 330 + 40 * Math.cos(i / 17));
-    await page.waitForTimeout(8);
+    await pace(page, 8);
   }
   const painted = await page.evaluate(() => window.painted),
     work = used() - before;
@@ -113,12 +98,13 @@ async function measure(what, button) {
   console.log(
     `${what}: ${(gaps.length / ((painted.at(-1) - painted[0]) / 1000)).toFixed(1)} frames/s (between frames: p50 ${share(0.5).toFixed(0)} ms, p99 ${share(0.99).toFixed(0)} ms; ${gaps.length} frames, ${((1000 * work) / painted.length).toFixed(0)} ms of processor each)`,
   );
-  await page.waitForTimeout(2000);
+  await atRest(page);
 }
-await measure("hover", null);
-await measure("turning the camera", "right");
-await measure("carving", "left");
-await browser.close();
-studio.kill("SIGINT");
-await new Promise((done) => studio.on("exit", done));
-rmSync(folder, { recursive: true, force: true });
+await run([
+  async function frames() {
+    await measure("hover", null);
+    await measure("turning the camera", "right");
+    await measure("carving", "left");
+    await studio.end();
+  },
+]);

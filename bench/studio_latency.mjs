@@ -2,43 +2,24 @@
 // How long from a pointer's event to the cut in the page, in a real browser that draws nothing
 // meanwhile; what a stroke sends; what the page's script takes; how long from the command to a
 // usable page. Usage: node studio_latency.mjs KIBORI [--quick]
-import { spawn } from "node:child_process";
-import { mkdtempSync, rmSync } from "node:fs";
-import { tmpdir } from "node:os";
 import { join } from "node:path";
-import { chromium } from "../web/node_modules/playwright-core/index.mjs";
+import {
+  browser,
+  enter,
+  eventually,
+  folder,
+  pace,
+  run,
+  shown,
+  state,
+  steady,
+  Studio,
+  until,
+} from "../tests/page/harness.mjs";
 
-const kibori = process.argv[2];
 const quick = process.argv.includes("--quick");
-const folder = mkdtempSync(join(tmpdir(), "kibori-latency-"));
-const start = async (...words) => {
-  const from = performance.now();
-  const studio = spawn(kibori, ["studio", "--no-browser", ...words], {
-    env: { ...process.env, XDG_DATA_HOME: folder },
-  });
-  const url = await new Promise((found) =>
-    studio.stdout.on(
-      "data",
-      (text) => /http:\S+/.exec(String(text)) && found(/http:\S+/.exec(String(text))[0]),
-    ),
-  );
-  return { studio, url, from };
-};
-const browser = await chromium.launch({
-  executablePath: "/usr/bin/chromium",
-  headless: true,
-  args: [
-    "--no-sandbox",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-  ],
-});
 const share = (list, p) =>
   [...list].sort((a, b) => a - b)[Math.min(list.length - 1, Math.floor(p * list.length))];
-const until = async (page, holds) => {
-  while (!(await page.evaluate(holds))) await page.waitForTimeout(5);
-};
 
 // To a usable page: the choice to begin with, and a document.
 const starts = { choice: [], document: [] };
@@ -48,31 +29,23 @@ for (let i = 0; i < times; i++)
     ["choice", []],
     ["document", [join(folder, "start.kibori")]],
   ]) {
-    const { studio, url, from } = await start(...words);
+    const from = performance.now(),
+      studio = await Studio.start(...words);
     const page = await browser.newPage({ viewport: { width: 1280, height: 720 } });
-    await page.goto(url);
-    await page.waitForURL(`${new URL(url).origin}/`);
-    await until(
-      page,
-      () =>
-        document.body.dataset.shown === "start" ||
-        (document.body.dataset.volume && Number(document.body.dataset.chunks) > 0),
-    );
+    await enter(page, studio.url);
+    const usable = () =>
+      document.body.dataset.shown === "start" ||
+      (document.body.dataset.volume && Number(document.body.dataset.chunks) > 0);
+    while (!(await page.evaluate(usable))); // asked as often as the page can answer
     starts[what].push((performance.now() - from) / 1000);
     await page.close();
-    studio.kill("SIGINT");
-    await new Promise((done) => studio.on("exit", done));
+    await studio.end();
   }
 
-const { studio, url } = await start(join(folder, "latency.kibori"));
+const studio = await Studio.start(join(folder, "latency.kibori"));
 const page = await browser.newPage({ viewport: { width: 1000, height: 640 } });
-await page.goto(url);
-await page.waitForURL(`${new URL(url).origin}/`);
-await until(
-  page,
-  () => Number(document.body.dataset.volume) > 0 && Number(document.body.dataset.chunks) > 0,
-);
-await page.waitForTimeout(2500);
+await enter(page, studio.url);
+await shown(page);
 await page.evaluate(() => {
   window.kibori.still(true);
   window.moves = [];
@@ -94,19 +67,24 @@ const rows = quick ? 1 : 12,
 for (let row = 0; row < rows; row++) {
   const y = 220 + 9 * row;
   await page.mouse.move(514, y);
+  const before = await state(page);
   await page.mouse.down();
-  await page.waitForTimeout(400);
+  await eventually(
+    "the tool is in the wood",
+    async () => Number((await state(page)).volume) < Number(before.volume),
+  );
+  await steady(page);
   await page.evaluate(() => (window.moves.length = window.updates.length = 0));
   for (let i = 1; i <= columns; i++) {
     await page.mouse.move(514 + 3 * i, y);
-    await page.waitForTimeout(110);
+    await pace(page, 110);
   }
   const { moves, updates } = await page.evaluate(() => ({
     moves: window.moves,
     updates: window.updates,
   }));
   await page.mouse.up();
-  await page.waitForTimeout(300);
+  await until(page, "a step", (s) => Number(s.step) > Number(before.step));
   for (const at of moves) {
     const first = updates.find(([start]) => start >= at);
     if (first) latency.push(first[0] + first[1] - at);
@@ -114,9 +92,7 @@ for (let row = 0; row < rows; row++) {
   script.push(...updates.map((update) => update[1]));
   bytes.push(updates.reduce((sum, update) => sum + update[2], 0));
 }
-await browser.close();
-studio.kill("SIGINT");
-await new Promise((done) => studio.on("exit", done));
+await studio.end();
 console.log(
   `pointer's event to the cut in the page: p50 ${share(latency, 0.5).toFixed(1)} ms, p99 ${share(latency, 0.99).toFixed(1)} ms, most ${share(latency, 1).toFixed(1)} ms (${latency.length} moves)`,
 );
@@ -127,4 +103,4 @@ console.log(`a stroke of ${columns} moves sends ${(share(bytes, 0.5) / 1000).toF
 console.log(
   `from the command to the choice ${share(starts.choice, 0.5).toFixed(2)} s, to a document ${share(starts.document, 0.5).toFixed(2)} s (medians of ${times})`,
 );
-rmSync(folder, { recursive: true, force: true });
+await run([]);

@@ -9,7 +9,21 @@
 import { execFileSync } from "node:child_process";
 import { mkdirSync } from "node:fs";
 import { join } from "node:path";
-import { check, kibori, pictures as out, run, state, until } from "../tests/page/harness.mjs";
+import {
+  answered,
+  check,
+  eventually,
+  hover,
+  kibori,
+  pace,
+  pictures as out,
+  reports,
+  run,
+  state,
+  steady,
+  until,
+  whole,
+} from "../tests/page/harness.mjs";
 import { Bench } from "./pieces.mjs";
 
 mkdirSync(out, { recursive: true });
@@ -21,25 +35,20 @@ async function begin(name, stock) {
   await bench.page.locator("#depth-from").selectOption("began");
   return bench;
 }
-const whole = async (page) => {
-  for (let i = 0; i < 1200 && !(await page.evaluate(() => window.kibori.whole())); i++)
-    await page.waitForTimeout(100);
-};
 /** A stroke of the mouse through places, which are told from the middle of the piece [mm]. */
 async function stroke(bench, places, { steps = 12, rest = 60 } = {}) {
   const { page } = bench,
     before = await state(page),
     seen = places.map((place) => bench.onScreen(place));
-  await page.mouse.move(seen[0].x, seen[0].y);
-  await page.waitForTimeout(150);
+  await hover(page, seen[0].x, seen[0].y);
   await page.mouse.down();
   for (const { x, y } of seen.slice(1)) await page.mouse.move(x, y, { steps });
-  await page.waitForTimeout(rest);
+  await pace(page, rest);
   await page.mouse.up();
+  await steady(page, JSON.stringify, 10);
+  await until(page, "a hash", (s) => !/^0*$/.test(s.hash));
   // One that meets no wood is none.
-  const made = (s) => Number(s.step) > Number(before.step) && !/^0*$/.test(s.hash);
-  for (let i = 0; i < 120 && !made(await state(page)); i++) await page.waitForTimeout(100);
-  if (!made(await state(page))) return;
+  if (Number((await state(page)).step) === Number(before.step)) return;
   await whole(page);
   bench.strokes++;
 }
@@ -54,12 +63,19 @@ async function pick(bench, tool, radius, form) {
 }
 /** Letters of a stamp; the studio makes them. */
 async function letters(bench, text, font, size, every = 0) {
-  const { page } = bench;
+  const { page } = bench,
+    made = () => page.evaluate(() => window.kibori.stampsMade());
   await bench.choose({ tool: "Stamp", radius: size });
   await page.locator("#stamp-text").fill(text);
   await page.locator("#stamp-font").selectOption(font);
   await page.locator("#every").fill(String(every));
-  await page.waitForTimeout(1500);
+  // What was asked for in several parts is made more than once.
+  await eventually("the stamp is made", async () => {
+    const before = await made();
+    await reports(page, 15);
+    await answered(page);
+    return before > 0 && (await made()) === before;
+  });
 }
 /** A saw along a line, which is closed where its last place is its first; the larger part is waste. */
 async function saw(bench, line) {
@@ -78,8 +94,8 @@ async function saw(bench, line) {
     (s) => Number(s.step) > Number(before.step) && !/^0*$/.test(s.hash),
     120,
   );
+  await steady(page);
   await whole(page);
-  await page.waitForTimeout(500);
   const count = await page.locator("#body-list li").count();
   check(`two bodies, not ${count}`, count === 2);
   // It is worked on still.

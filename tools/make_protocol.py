@@ -64,7 +64,7 @@ def wrap(text):
 
 
 def ts(table):
-    out = [f"// SPDX-License-Identifier: MIT\n// {MADE}", 'import type { Mode, Model, Tool } from "./kinds";\nimport { Reader, Writer, type Vec3 } from "./wire";\n',
+    out = [f"// SPDX-License-Identifier: MIT\n// {MADE}", 'import type { Vec3 } from "../base/vec3";\nimport type { Mode, Model, Tool } from "./kinds";\nimport { Reader, Writer } from "./wire";\n',
            f"export const PROTOCOL_VERSION = {table['version']};\n"]
     for m in table["messages"]:
         fields = "; ".join(f"{name}: {TS[kind]}" for name, kind, *_ in m["fields"])
@@ -100,7 +100,7 @@ def people(table):
 def main():
     table = json.loads((ROOT / "protocol/messages.json").read_text())
     wrong = 0
-    for path, text in {"apps/studio/messages.h": cpp(table), "web/src/messages.ts": ts(table),
+    for path, text in {"apps/studio/messages.h": cpp(table), "web/src/connection/messages.ts": ts(table),
                        "docs/protocol.md": people(table)}.items():
         file = ROOT / path
         if file.exists() and file.read_text() == text:

@@ -17,16 +17,23 @@ import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import {
   check,
+  drawn,
   enter,
+  eventually,
+  frames,
+  hover,
   kibori,
   open,
+  pace,
   pictures as out,
   run,
   shown,
   started,
   state,
+  steady,
   Studio,
   until,
+  whole,
 } from "../tests/page/harness.mjs";
 
 const SIZE = { width: 1280, height: 800 };
@@ -93,7 +100,7 @@ export class Bench {
     await page.evaluate(() => window.kibori.still(false));
     await page.locator("#view").focus();
     await page.keyboard.press("Home");
-    await page.waitForTimeout(200);
+    await frames(page);
     const names = [
       ["Left", "Right"],
       ["Front", "Back"],
@@ -113,9 +120,8 @@ export class Bench {
       this.axis = unit(minus(eye, about));
       return dot(this.axis, unit(from)) > 0.9999;
     };
-    for (let i = 0; i < 100 && !(await turned()); i++) await page.waitForTimeout(100);
-    check(`the cube turns to '${title}'`, await turned());
-    await page.waitForTimeout(300);
+    await eventually(`the cube turns to '${title}'`, turned);
+    await drawn(page);
     await turned();
     // Nothing is drawn while it is carved: it would only take time.
     await page.evaluate(() => window.kibori.still(true));
@@ -160,10 +166,8 @@ export class Bench {
   async setPlane(place) {
     const { page } = this,
       { x, y } = this.onScreen(place);
-    for (let i = 0; i < 100 && !(await page.evaluate(() => window.kibori.whole())); i++)
-      await page.waitForTimeout(100);
-    await page.mouse.move(x, y);
-    await page.waitForTimeout(100);
+    await whole(page);
+    await hover(page, x, y);
     const hit = await page.evaluate(([a, b]) => window.kibori.hit(a, b), [x, y]);
     check(
       `there is wood at ${place}: ${JSON.stringify(hit)}`,
@@ -230,26 +234,15 @@ export class Bench {
       (s) => Number(s.step) > Number(before.step) && !/^0*$/.test(s.hash),
       60,
     );
-    for (let same = 0, last = ""; same < 4; ) {
-      await page.waitForTimeout(250);
-      const { step, volume } = await state(page),
-        now = `${step} ${volume}`;
-      same = now === last ? same + 1 : 0;
-      last = now;
-    }
-    for (let i = 0; i < 600 && !(await page.evaluate(() => window.kibori.whole())); i++)
-      await page.waitForTimeout(100);
+    await steady(page, ({ step, volume }) => `${step} ${volume}`, 20);
+    await whole(page);
     return state(page);
   }
 
   async settled() {
     const { page } = this;
     await page.evaluate(() => window.kibori.still(false));
-    for (let i = 0; i < 1200; i++) {
-      await page.waitForTimeout(100);
-      if (await page.evaluate(() => window.kibori.whole() && window.kibori.settled())) return;
-    }
-    throw new Error("the view did not settle");
+    await drawn(page);
   }
   /** Turns the camera by arrow keys, from where one looks first, in perspective. */
   async stand(keys) {
@@ -258,10 +251,10 @@ export class Bench {
     await page.locator("#view").focus();
     await page.keyboard.press("5");
     await page.keyboard.press("Home");
-    await page.waitForTimeout(500);
+    await drawn(page);
     for (const key of keys) {
       await page.keyboard.press(key);
-      await page.waitForTimeout(60);
+      await frames(page);
     }
     await this.settled();
   }
@@ -291,9 +284,9 @@ export class Bench {
     await page.mouse.down();
     for (const { x, y } of seen) {
       await page.mouse.move(x, y);
-      await page.waitForTimeout(60);
+      await pace(page, 60);
     }
-    await page.waitForTimeout(1500);
+    await pace(page, 1500);
     await page.screenshot({ path: join(out, `${this.name}-page.png`) });
     await page.mouse.up();
     await until(page, "a step", (s) => s.step !== step && !/^0*$/.test(s.hash), 60);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Writes web/src/kinds.ts: what pages must know of tools, modes and force models, from the
+// Writes web/src/connection/kinds.ts: what pages must know of tools, modes and force models, from the
 // library's own lists.
 //
 // Usage: make_kinds FILE writes it; make_kinds --check FILE writes nothing, and exits 1 where FILE
@@ -50,7 +50,7 @@ std::string kinds() {
               kibori::model_note(*kibori::value_of<kibori::ForceModel>(name)) + "\",\n";
   return "// SPDX-License-Identifier: MIT\n"
          "// Made by apps/studio/make_kinds.cpp from the library's own lists: change those.\n"
-         "import type { Vec3 } from \"./wire\";\n\n"
+         "import type { Vec3 } from \"../base/vec3\";\n\n"
          "/** A tool: its shape and its numbers [mm, degrees]; kibori/solid/tool.h says what they "
          "are. */\n"
          "export type Tool =\n" +

@@ -139,21 +139,116 @@ export const newest = () =>
 export const verified = () =>
   /all is as it was written/.test(execFileSync(kibori, ["verify", newest()], { encoding: "utf8" }));
 export const state = (page) => page.evaluate(() => ({ ...document.body.dataset }));
-export async function until(page, what, holds, seconds = 60) {
+/** Asks until the answer holds, and returns it. `what`: a sentence, or a function that returns one. */
+export async function eventually(what, ask, seconds = 120) {
   const end = Date.now() + 1000 * seconds;
   for (;;) {
-    const now = await state(page);
-    if (holds(now)) return now;
+    const answer = await ask();
+    if (answer) return answer;
     if (Date.now() > end)
-      throw new Error(
-        `not in ${seconds} s: ${what}; ${JSON.stringify(now)}; ${await page.locator("#notice").textContent()}`,
-      );
-    await page.waitForTimeout(50);
+      throw new Error(`not in ${seconds} s: ${typeof what === "function" ? await what() : what}`);
+    await new Promise((done) => setTimeout(done, 50));
   }
 }
+/** The page's state, once it holds. */
+export const until = (page, what, holds, seconds = 120) =>
+  eventually(
+    async () =>
+      `${what}; ${JSON.stringify(await state(page))}; ${await page.locator("#notice").textContent()}`,
+    async () => {
+      const now = await state(page);
+      return holds(now) && now;
+    },
+    seconds,
+  );
+/**
+ * Real time that belongs to a gesture: between two places of a stroke, or while a hand holds still.
+ * It is for nothing else: a test that waits for the page or the studio waits for what it expects.
+ */
+export const pace = (page, ms) => page.waitForTimeout(ms);
+/** That many frames of the browser; after two, what the page was asked for before is drawn. */
+export const frames = (page, count = 2) =>
+  page.evaluate(async (n) => {
+    for (let i = 0; i < n; i++) await new Promise((done) => requestAnimationFrame(done));
+  }, count);
+/** That many reports of the studio's state, of which there are up to 20 a second. */
+export const reports = (page, count) =>
+  page.evaluate(async (n) => {
+    for (let i = 0; i < n; i++) await window.kibori.nextState();
+  }, count);
+/** The studio has handled all that the page has sent, and the page shows the state after it. */
+export const answered = (page) => page.evaluate(() => window.kibori.answered());
+/** All chunks are there. */
+export const whole = (page) =>
+  eventually("all of it is there", () => page.evaluate(() => window.kibori.whole()));
+/** All chunks are there, and drawn as well as can be. */
+export const drawn = (page) =>
+  eventually("all is drawn", () =>
+    page.evaluate(() => window.kibori.whole() && window.kibori.settled()),
+  );
+/** What the state says of `of` stays the same over `count` reports of the studio in a row. */
+export async function steady(page, of = JSON.stringify, count = 4) {
+  await answered(page);
+  await eventually("the state rests", async () => {
+    const before = of(await state(page));
+    await reports(page, count);
+    return before === of(await state(page));
+  });
+}
+/**
+ * Nothing goes on any more: all that was asked for is answered, several reports of the studio in a
+ * row say the same, and all is drawn. Returns the state.
+ */
+export async function atRest(page) {
+  await steady(page);
+  await drawn(page);
+  return state(page);
+}
+/** The state after `step`, once the newer step has a hash and all of it is drawn. */
+export async function after(page, step) {
+  await until(page, "a step", (s) => Number(s.step) > Number(step) && !/^0*$/.test(s.hash));
+  return atRest(page);
+}
+/** Moves the pointer there without a button, until the page has drawn what it is over. */
+export async function hover(page, x, y) {
+  await page.mouse.move(x, y);
+  await frames(page);
+}
+/**
+ * A stroke by the pointer through these places, in `steps` moves from each to the next; the hand
+ * holds still at its end [ms]. key: is held meanwhile.
+ */
+export async function drag(page, places, { steps = 6, hold = 100, key = null } = {}) {
+  await hover(page, places[0].x, places[0].y);
+  if (key) await page.keyboard.down(key);
+  await page.mouse.down();
+  for (const [i, { x, y }] of places.entries())
+    if (i > 0) {
+      const way = Math.hypot(x - places[i - 1].x, y - places[i - 1].y);
+      await page.mouse.move(x, y, { steps: typeof steps === "function" ? steps(way) : steps });
+    }
+  await pace(page, hold);
+  await page.mouse.up();
+  if (key) await page.keyboard.up(key);
+}
+/** Looks along a key's direction, until the view is there. */
+export async function lookBy(page, key) {
+  await page.locator("#view").focus();
+  await page.keyboard.press(key);
+  await drawn(page);
+}
+/** Presses a key until the state holds; between two presses the studio can follow. */
+export const pressUntil = (page, key, what, holds) =>
+  eventually(what, async () => {
+    const now = await state(page);
+    if (holds(now)) return now;
+    await page.keyboard.press(key);
+    await answered(page);
+    await reports(page, 4);
+  });
 export const show = async (page, name) =>
   pictures && page.screenshot({ path: join(pictures, `${name}.png`) });
-// All of it: before, the view is not where the pointer thinks.
+/** All of the piece: before, the view is not where the pointer thinks. */
 export async function shown(page) {
   const now = await until(
     page,
@@ -161,9 +256,7 @@ export async function shown(page) {
     (s) =>
       s.shown === "solid" && Number(s.chunks) > 0 && Number(s.volume) > 0 && Number(s.step) > 0,
   );
-  for (let i = 0; i < 600 && !(await page.evaluate(() => window.kibori.whole())); i++)
-    await page.waitForTimeout(100);
-  await page.waitForTimeout(300);
+  await drawn(page);
   return now;
 }
 export const started = (page) =>

@@ -8,7 +8,10 @@ import {
   check,
   enter,
   folder,
+  frames,
   open,
+  pace,
+  pressUntil,
   run,
   show,
   shown,
@@ -130,15 +133,12 @@ async function keysAlone() {
   await page.mouse.down();
   for (let i = 0; i < 10; i++) {
     await page.mouse.move(at[0] + 4 * i, at[1] + i);
-    await page.waitForTimeout(50);
+    await pace(page, 50);
   }
   await page.mouse.up();
   await until(page, "a cut", (s) => Number(s.step) > 1 && s.hash !== first.hash);
   await tabTo(page, "#undo", "Shift+Tab");
-  for (let i = 0; i < 10 && (await state(page)).step !== "1"; i++) {
-    await page.keyboard.press("Enter");
-    await page.waitForTimeout(600);
-  }
+  await pressUntil(page, "Enter", "undone", (s) => s.step === "1");
   await until(page, "undone", (s) => s.hash === first.hash);
   await page.locator("#announced", { hasText: /^Step 1 of/ }).waitFor({ state: "attached" });
   // The history's steps, a dialog and back, a file, and the end.
@@ -190,11 +190,11 @@ async function axeFindsNothing() {
     [1280, 720],
   ]) {
     await page.setViewportSize({ width, height });
-    await page.waitForTimeout(300);
+    await frames(page);
     await both(`the piece at ${width} x ${height}`);
     for (const fold of await page.locator(width < 600 ? ".tab" : ".fold").all()) {
       await fold.click();
-      await page.waitForTimeout(200);
+      await frames(page);
       await finds(
         page,
         `the piece at ${width} x ${height} with ${await fold.textContent()} changed`,
@@ -210,7 +210,7 @@ async function axeFindsNothing() {
   }
   await page.locator("#view").focus();
   await page.keyboard.press("Shift+P");
-  await page.waitForTimeout(300);
+  await page.locator("#faults").waitFor();
   await both("the check before printing");
   await page.keyboard.press("Shift+P");
   // Every dialog of the page, also one that has no button yet; each fits into a small window, or

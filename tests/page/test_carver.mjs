@@ -4,15 +4,20 @@
 // lines, circles and the way of another stroke; a hand that is steadied; stamps of letters, of a
 // picture and of a mesh.
 // Usage: node test_carver.mjs KIBORI [SCREENSHOTS]
-import { execFileSync } from "node:child_process";
-import { readdirSync } from "node:fs";
-import { join } from "node:path";
 import {
+  after,
+  answered,
+  atRest,
   check,
+  drag,
+  drawn,
   enter,
-  folder,
+  eventually,
+  hover,
   kibori,
+  lookBy,
   open,
+  reports,
   run,
   show,
   shown,
@@ -20,6 +25,7 @@ import {
   state,
   Studio,
   until,
+  verified,
 } from "./harness.mjs";
 
 const SIZE = { width: 1280, height: 800 };
@@ -30,45 +36,17 @@ async function begun(page, wood) {
   await page.locator("#detail").selectOption("192");
   await page.locator("#go").click();
   await shown(page);
-  await page.locator("#view").focus();
-  await page.keyboard.press("7");
-  await page.waitForTimeout(1200);
+  await lookBy(page, "7");
   return page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
 }
 /** A stroke by the pointer through these places, in up to eight moves from each to the next. */
-async function drag(page, places) {
-  await page.mouse.move(places[0].x, places[0].y);
-  await page.waitForTimeout(200);
-  await page.mouse.down();
-  for (let i = 1; i < places.length; i++) {
-    const { x, y } = places[i],
-      way = Math.hypot(x - places[i - 1].x, y - places[i - 1].y);
-    await page.mouse.move(x, y, { steps: Math.min(8, Math.ceil(way / 8)) });
-  }
-  await page.waitForTimeout(100);
-  await page.mouse.up();
-}
-/** Once the step has a hash and the surface has followed. */
-async function after(page, step) {
-  await until(page, "a step", (s) => Number(s.step) > Number(step) && !/^0*$/.test(s.hash), 60);
-  for (let i = 0; i < 300 && !(await page.evaluate(() => window.kibori.settled())); i++)
-    await page.waitForTimeout(50);
-  await page.waitForTimeout(300);
-  return state(page);
-}
-function verified() {
-  const documents = join(folder, "kibori");
-  const [newest] = readdirSync(documents)
-    .filter((name) => name.endsWith(".kibori"))
-    .sort()
-    .reverse();
-  return execFileSync(kibori, ["verify", join(documents, newest)], { encoding: "utf8" });
-}
+const stroke = (page, places) =>
+  drag(page, places, { steps: (way) => Math.min(8, Math.ceil(way / 8)) });
 async function ended(page, studio) {
   await page.locator("#view").focus();
   await page.keyboard.press("Control+o");
   await started(page);
-  check("carved again by the command line", /all is as it was written/.test(verified()));
+  check("carved again by the command line", verified());
   await studio.end();
 }
 const choose = (page, name) =>
@@ -99,7 +77,7 @@ async function everyTool() {
     const leads = i < 5;
     check(`${name} leads itself, or not`, (await page.locator("#leading").isVisible()) === leads);
     const y = middle.y - 105 + 35 * i;
-    await drag(page, [
+    await stroke(page, [
       { x: middle.x - 170, y },
       { x: middle.x + 170, y },
     ]);
@@ -116,8 +94,7 @@ async function everyTool() {
     last = now;
   }
   await show(page, "carvers-tools");
-  await page.keyboard.press("1");
-  await page.waitForTimeout(1200);
+  await lookBy(page, "1");
   await ended(page, studio);
 }
 
@@ -133,7 +110,7 @@ async function guidedStrokes() {
     at(page, { x: middle.x + x, y: middle.y + y }).then((p) => Number((top - p[2]).toFixed(3)));
   const go = async (places) => {
     const before = await state(page);
-    await drag(
+    await stroke(
       page,
       places.map(([x, y]) => ({ x: middle.x + x, y: middle.y + y })),
     );
@@ -142,7 +119,7 @@ async function guidedStrokes() {
   const undone = async () => {
     await page.keyboard.press("Control+z");
     await until(page, "undone", (s) => s.hash === first.hash, 60);
-    await page.waitForTimeout(600);
+    await atRest(page);
   };
 
   // A line along the axes: the hand wanders, the cut does not.
@@ -183,7 +160,7 @@ async function guidedStrokes() {
   await page.locator("#guide").selectOption("none");
   await page.locator("input[name=mode][value=touch]").check({ force: true });
   const wave = Array.from({ length: 21 }, (_, i) => [-150 + 15 * i, 40 * Math.sin(i / 3)]);
-  await drag(
+  await stroke(
     page,
     wave.map(([x, y]) => ({ x: middle.x + x, y: middle.y + y })),
   );
@@ -262,14 +239,12 @@ async function measures() {
     `30 mm of wood (${await told("wall")})`,
     Math.abs(parseFloat(await told("wall")) - 30) < 0.05,
   );
-  const weight = async (grams) => {
-    for (let i = 0; i < 200; i++) {
-      if (Math.abs(parseFloat(await told("mass")) - grams) < 0.001 * grams) return true;
-      await page.waitForTimeout(50);
-    }
-    return false;
-  };
-  check(`120 cm³ of lime (${await told("mass")})`, await weight(120 * 0.53));
+  const weight = (what, grams) =>
+    eventually(
+      async () => `${what}: ${await told("mass")}, not ${grams} g`,
+      async () => Math.abs(parseFloat(await told("mass")) - grams) < 0.001 * grams,
+    );
+  await weight("120 cm³ of lime", 120 * 0.53);
   const centre = (await told("centre")).split(/\s+/).map(Number);
   check(
     `in the middle (${centre})`,
@@ -279,13 +254,13 @@ async function measures() {
   check("measuring cuts nothing", (await state(page)).hash === first.hash);
   await page.keyboard.press("Escape");
   check("Escape leaves it off", !(await page.locator("#measures").isVisible()));
-  await drag(page, [
+  await stroke(page, [
     { x: middle.x + 40, y: middle.y },
     { x: middle.x + 160, y: middle.y },
   ]);
   const cut = await after(page, first.step);
   await page.keyboard.press("Shift+M");
-  check("it weighs less", await weight((Number(cut.volume) / 1000) * 0.53));
+  await weight("it weighs less", (Number(cut.volume) / 1000) * 0.53);
   const moved = Number((await told("centre")).split(/\s+/)[0]);
   check(`the centre moves away from the cut (${moved})`, moved < centre[0]);
   await ended(page, studio);
@@ -298,16 +273,9 @@ async function printing() {
   await enter(page, studio.url);
   await begun(page, "limewood");
   const told = (id) => page.locator(`#faults-${id}`).textContent();
-  const said = async (what, holds) => {
-    for (let i = 0; i < 200; i++) {
-      if (await holds()) return;
-      await page.waitForTimeout(50);
-    }
-    check(what, false);
-  };
   await page.keyboard.press("Shift+P");
   check("Shift+P checks", await page.locator("#faults").isVisible());
-  await said("a block hangs nowhere", async () => (await told("overhang")) === "none");
+  await eventually("a block hangs nowhere", async () => (await told("overhang")) === "none");
   check("it has no thin walls", (await told("thin")) === "none");
   check("nor loose pieces", (await told("loose")) === "none");
   // An end mill of 4 mm along the edge leaves a wall of 0.7 mm, as high as it goes deep.
@@ -316,23 +284,21 @@ async function printing() {
   await page.locator("#depth").fill("6");
   const before = await state(page);
   const on = (x) => page.evaluate((at) => window.kibori.onScreen(at), [x, 4.7, 30]);
-  await drag(page, [await on(10), await on(70)]);
+  await stroke(page, [await on(10), await on(70)]);
   await after(page, before.step);
   const area = async () => parseFloat(await told("thin"));
   // Both sides of it: 60 to 68 mm long, 6 high.
-  await said("a thin wall is told", async () => /cm²/.test(await told("thin")));
+  await eventually("a thin wall is told", async () => /cm²/.test(await told("thin")));
   check(`its area (${await told("thin")})`, (await area()) > 6 && (await area()) < 9);
   const thinnest = parseFloat(await told("thinnest"));
   check(`how thin it is (${thinnest})`, Math.abs(thinnest - 0.7) < 0.15);
-  await page.locator("#view").focus();
-  await page.keyboard.press("1");
-  await page.waitForTimeout(1500);
+  await lookBy(page, "1");
   await show(page, "print-check");
   // By the pointer, as a person comes to it.
   await page.locator("#thin-wall").click({ timeout: 5000 });
   await page.locator("#thin-wall").fill("0.3");
   await page.locator("#thin-wall").press("Enter");
-  await said("thinner walls are none", async () => (await told("thin")) === "none");
+  await eventually("thinner walls are none", async () => (await told("thin")) === "none");
   await page.locator("#view").focus();
   await page.keyboard.press("Shift+P");
   check("and it is left off", !(await page.locator("#faults").isVisible()));
@@ -390,41 +356,36 @@ async function stamps() {
   const depth = (x, y) => at(page, { x: middle.x + x, y: middle.y + y }).then((p) => top - p[2]);
   const pressed = async (places) => {
     const before = await state(page);
-    await drag(
+    await stroke(
       page,
       places.map(([x, y]) => ({ x: middle.x + x, y: middle.y + y })),
     );
     const now = await after(page, before.step);
     return Number(before.volume) - Number(now.volume);
   };
-  /** Waits until it is so in the page. */
-  const wait = async (what, holds) => {
-    for (let i = 0; i < 400; i++) {
-      if (await page.evaluate(holds)) return;
-      await page.waitForTimeout(50);
-    }
-    check(what, false);
-  };
+  const made = () => page.evaluate(() => window.kibori.stampsMade());
+  /** Asks for another stamp, and waits until the studio has made it. */
   const told = async (ask) => {
-    await page.waitForTimeout(100);
-    const before = await page.evaluate(() => window.kibori.stampsMade());
+    let count = await made();
     await ask();
-    for (let i = 0; i < 400; i++) {
-      if ((await page.evaluate(() => window.kibori.stampsMade())) > before) break;
-      await page.waitForTimeout(50);
-    }
+    await eventually("a stamp is made", async () => (await made()) > count);
     // What was asked for in several parts comes once more.
-    await page.waitForTimeout(600);
+    await eventually("the last stamp is made", async () => {
+      count = await made();
+      await reports(page, 10);
+      await answered(page);
+      return (await made()) === count;
+    });
   };
 
   await choose(page, "Stamp");
   check("a stamp has its panel", await page.locator("#stamp").isVisible());
   check("no motor, no mallet", !(await page.locator("#motor").isVisible()));
   await page.locator("#stamp-font option").nth(1).waitFor({ state: "attached" });
-  await wait("a stamp is made", () => window.kibori.stampsMade() > 0);
+  await eventually("a stamp is made", async () => (await made()) > 0);
   await told(() => page.locator("#size").fill("5"));
-  await page.mouse.move(middle.x, middle.y - 40);
-  await page.waitForTimeout(400);
+  await hover(page, middle.x, middle.y - 40);
+  await drawn(page);
   await show(page, "stamp-held");
   // Letters, once, by a click: they have 121 mm2.
   const taken = await pressed([[0, -70]]);
@@ -452,11 +413,11 @@ async function stamps() {
   );
   await page.keyboard.press("Control+z");
   await page.locator("#symmetry input").first().uncheck();
-  await page.waitForTimeout(600);
+  await atRest(page);
   const once = await pressed([[100, 120]]);
   check(`it was mirrored (${twice}, ${once})`, Math.abs(twice - 2 * once) < 0.1 * once);
   await page.keyboard.press("Control+z");
-  await page.waitForTimeout(600);
+  await atRest(page);
   // Stars along a straight line.
   await told(async () => {
     await page.locator("#stamp-text").fill("★");
@@ -517,9 +478,7 @@ async function stamps() {
     mimeType: "image/png",
     buffer: Buffer.from("no picture"),
   });
-  await wait("a broken picture is told", () =>
-    /broken\.png/.test(document.getElementById("notice").textContent ?? ""),
-  );
+  await page.locator("#notice", { hasText: "broken.png" }).waitFor();
   await show(page, "stamps");
   await ended(page, studio);
 }

@@ -3,17 +3,23 @@
 // any frame rate, every tool bites or says why not, and depth counts from where it is told to.
 // Usage: node test_hand.mjs KIBORI [SCREENSHOTS]
 import {
+  atRest,
   check,
   enter,
+  eventually,
+  lookBy,
   open,
+  pace,
   run,
   show,
   shown,
   started,
   state,
+  steady,
   Studio,
   until,
   verified,
+  whole,
 } from "./harness.mjs";
 
 const SIZE = { width: 1280, height: 720 };
@@ -25,9 +31,7 @@ async function begun(page, wood, detail = "320") {
   await page.locator("#detail").selectOption(detail);
   await page.locator("#go").click();
   await shown(page);
-  await page.locator("#view").focus();
-  await page.keyboard.press("7");
-  await page.waitForTimeout(1200);
+  await lookBy(page, "7");
   Object.assign(mid, await page.evaluate(() => window.kibori.onScreen(window.kibori.middle())));
 }
 async function leave(page) {
@@ -80,12 +84,7 @@ async function flick(page, from, to, ms, { pressure = 0, modifiers = 0 } = {}) {
 async function stepAfter(page, step) {
   // A step that is being made has no hash yet.
   await until(page, "a step", (s) => Number(s.step) > Number(step) && !/^0*$/.test(s.hash), 30);
-  for (let last = -1, i = 0; i < 60; i++) {
-    const { volume } = await state(page);
-    if (volume === last) break;
-    last = volume;
-    await page.waitForTimeout(100);
-  }
+  await steady(page);
   return state(page);
 }
 async function undone(page, hash) {
@@ -94,8 +93,7 @@ async function undone(page, hash) {
   // What is shown follows: depth counts from there.
   const back = (s) => s.hash === hash && Number(s.chunks) > Number(chunks);
   await until(page, "undone", back, 30);
-  for (let i = 0; i < 100 && !(await page.evaluate(() => window.kibori.whole())); i++)
-    await page.waitForTimeout(100);
+  await whole(page);
 }
 
 // Of a groove 2 mm deep by a tool of 4 mm: its section, and what both ends together take.
@@ -138,17 +136,15 @@ async function quickStrokes() {
           `${tool}, ${wood}, ${ms} ms, ${slow ? 30 : 60} Hz: ${taken.toFixed(1)} of ${expected.toFixed(1)} mm³`,
           Math.abs(taken - expected) < 0.02 * expected,
         );
-        let end = b,
-          off = 1;
-        // The surface is drawn a moment later.
-        for (let i = 0; i < 50 && !(off < 0.3); i++) {
-          if (i > 0) await page.waitForTimeout(100);
-          end = await at(page, to.x, to.y);
-          off = Math.abs(end[2] - (b[2] - 2));
-        }
-        check(
-          `${tool}, ${wood}, ${ms} ms: it ends where the pointer did (${end} for ${b})`,
-          off < 0.3,
+        // The surface follows a moment later.
+        let end = b;
+        await eventually(
+          () => `${tool}, ${wood}, ${ms} ms: it ends where the pointer did (${end} for ${b})`,
+          async () => {
+            end = await at(page, to.x, to.y);
+            return Math.abs(end[2] - (b[2] - 2)) < 0.3;
+          },
+          10,
         );
         await undone(page, first.hash);
         slow = !slow;
@@ -244,7 +240,7 @@ async function depthAndBeginnings() {
         mid.y,
         0.03 * (i + 1),
       );
-      await page.waitForTimeout(30);
+      await pace(page, 30);
     }
     await send("mouseReleased", mid.x - 80, mid.y, 2.6);
     await client.detach();
@@ -274,11 +270,10 @@ async function depthAndBeginnings() {
   await page.keyboard.press("Escape");
   await page.mouse.up();
   await until(page, "as before", (s) => Number(s.volume) === volume, 20);
-  for (let i = 0; i < 40 && parseFloat(await page.locator("#n-removed").textContent()) !== 0; i++)
-    await page.waitForTimeout(100);
-  check(
+  const removedSaid = () => page.locator("#n-removed").textContent();
+  await eventually(
     "nothing is removed after Esc",
-    parseFloat(await page.locator("#n-removed").textContent()) === 0,
+    async () => parseFloat(await removedSaid()) === 0,
   );
   await client.detach();
 
@@ -294,27 +289,29 @@ async function depthAndBeginnings() {
   // A double click on the wood does not turn it.
   const eye = await page.evaluate(() => window.kibori.eye());
   await page.mouse.dblclick(mid.x, mid.y);
-  await page.waitForTimeout(600);
+  await atRest(page);
   check(
     "a double click on the wood does not turn it",
     JSON.stringify(await page.evaluate(() => window.kibori.eye())) === JSON.stringify(eye),
   );
 
   // What was removed is told after opening it again, too.
+  const pressed = await state(page);
   await flick(page, { x: mid.x - 100, y: mid.y }, { x: mid.x + 100, y: mid.y }, 300);
-  await page.waitForTimeout(1500);
-  const removed = await page.locator("#n-removed").textContent();
+  const cut = await stepAfter(page, pressed.step);
+  // The readout follows the state a moment later.
+  const expected = (volume - Number(cut.volume)) / 1000;
+  await eventually(
+    async () => `${expected} cm³ are removed, not ${await removedSaid()}`,
+    async () => Math.abs(parseFloat(await removedSaid()) - expected) < 0.002,
+  );
+  const removed = await removedSaid();
   check("something was removed", parseFloat(removed) > 0.1);
   await leave(page);
   await started(page);
   await page.locator("#documents button").first().click();
   await shown(page);
-  for (let i = 0; i < 40 && (await page.locator("#n-removed").textContent()) !== removed; i++)
-    await page.waitForTimeout(100);
-  check(
-    "what was removed is told again",
-    (await page.locator("#n-removed").textContent()) === removed,
-  );
+  await eventually("what was removed is told again", async () => (await removedSaid()) === removed);
   check("the studio ends well", (await studio.end()) === 0);
 }
 

@@ -4,15 +4,21 @@
 // [SCREENSHOTS' FOLDER]
 import { execFileSync, spawn } from "node:child_process";
 import { existsSync, renameSync, writeFileSync } from "node:fs";
-import { join } from "node:path";
+import { basename, join } from "node:path";
 import { pathToFileURL } from "node:url";
 import {
+  atRest,
   check,
   enter,
+  eventually,
   fetched,
   folder,
+  frames,
   kibori,
+  lookBy,
   open,
+  pressUntil,
+  reports,
   run,
   show,
   shown,
@@ -22,11 +28,11 @@ import {
 } from "./harness.mjs";
 
 /** A module of the page that needs no page; vite brings esbuild. */
-async function moduleOf(name) {
+async function moduleOf(path) {
   const { build } = await import("../../web/node_modules/esbuild/lib/main.js");
-  const out = join(folder, `${name}.mjs`);
+  const out = join(folder, `${basename(path)}.mjs`);
   await build({
-    entryPoints: [new URL(`../../web/src/${name}.ts`, import.meta.url).pathname],
+    entryPoints: [new URL(`../../web/src/${path}.ts`, import.meta.url).pathname],
     bundle: true,
     format: "esm",
     outfile: out,
@@ -36,7 +42,7 @@ async function moduleOf(name) {
 }
 
 async function scalesOfPlots() {
-  const { robustRange, spikes } = await moduleOf("robust");
+  const { robustRange, spikes } = await moduleOf("forces/robust");
   const even = Array.from({ length: 5000 }, (_, i) => (i < 1000 ? 0 : 10 + Math.sin(i)));
   const spiky = even.map((v, i) =>
     i === 2000 || i === 2003 ? 1000 - i / 1000 : i === 4000 ? -300 : v,
@@ -86,7 +92,7 @@ async function scalesOfPlots() {
       robustRange([[]], 10).high === 10,
   );
 
-  const { figure } = await moduleOf("figure");
+  const { figure } = await moduleOf("forces/figure");
   const x = spiky.map((_, i) => i / 1000);
   const svg = figure(
     [
@@ -134,7 +140,7 @@ function rows(steps) {
 }
 
 async function theTreeOfSteps() {
-  const { StepTree } = await moduleOf("steps");
+  const { StepTree } = await moduleOf("history/steps");
   const tree = new StepTree();
   const MOVED = "off",
     STOCK = null,
@@ -216,8 +222,7 @@ async function oneCamera() {
     "a thumbnail leaves the view alone",
     (await page.evaluate(() => window.kibori.eye())).join() === eye.join(),
   );
-  await page.keyboard.press("3");
-  await page.waitForTimeout(300);
+  await lookBy(page, "3");
   check(
     "another view",
     Math.hypot(...(await page.evaluate(() => window.kibori.eye())).map((v, i) => v - eye[i])) > 10,
@@ -235,44 +240,33 @@ async function oneCamera() {
     };
   });
   const plotted = () => page.evaluate(() => window.plotted);
-  let resting = -1,
-    rests = false;
-  for (let i = 0; i < 40 && !rests; i++) {
-    await page.waitForTimeout(500);
-    const now = await plotted();
-    rests = now === resting;
-    resting = now;
-  }
-  check("the plot rests", rests);
+  let resting = -1;
+  await eventually("the plot rests", async () => {
+    resting = await plotted();
+    await reports(page, 10);
+    return (await plotted()) === resting;
+  });
   await page.mouse.move(500, 240);
   await page.mouse.down();
   for (let i = 0; i < 12; i++) await page.mouse.move(500 + 4 * i, 240 - i);
   await until(page, "the volume falls", (s) => Number(s.volume) < Number(first.volume) - 1);
   await page.mouse.up();
-  for (let i = 0; i < 100 && (await plotted()) === resting; i++) await page.waitForTimeout(100);
-  check("the plot shows what is felt", (await plotted()) > resting);
+  await eventually("the plot shows what is felt", async () => (await plotted()) > resting);
   await until(page, "a step", (s) => Number(s.step) > 1);
   // At rest it is drawn, shown and kept.
   await page
     .locator("#history [aria-current] .shown:not(.earlier) img")
     .waitFor({ timeout: 60000 });
   const now = (await state(page)).step;
-  let kept = "";
-  for (let i = 0; i < 100 && kept === ""; i++) {
-    kept = [...(await fetched(page, `/thumbnail?step=${now}`))].join();
-    await page.waitForTimeout(100);
-  }
+  const kept = await eventually("the picture is kept", async () =>
+    [...(await fetched(page, `/thumbnail?step=${now}`))].join(),
+  );
   check("another picture of another state", (await pictureOf(page)) !== whole);
   check("the one that is kept is of this camera", kept === (await pictureOf(page)));
   await show(page, "history-camera");
-  for (let i = 0; i < 60 && (await state(page)).step !== "1"; i++) {
-    await page.keyboard.press("Control+z");
-    await page.waitForTimeout(300);
-  }
-  await until(page, "undone", (s) => s.step === "1" && s.hash === first.hash);
-  await page.waitForTimeout(500);
-  for (let i = 0; i < 100 && !(await page.evaluate(() => window.kibori.whole())); i++)
-    await page.waitForTimeout(100);
+  await pressUntil(page, "Control+z", "undone", (s) => s.step === "1");
+  await until(page, "the same state", (s) => s.hash === first.hash);
+  await atRest(page);
   check("the same picture of the same state", (await pictureOf(page)) === whole);
   const corner = await page.evaluate(async () => {
     const canvas = document.createElement("canvas"),
@@ -397,13 +391,14 @@ async function thousandsOfSteps() {
     }, share);
     // The cells follow with the next frame, whenever this machine comes to it.
     let found;
-    const whole = () => found.wrong === 0 && found.gap < 8 && found.cells > 2 && found.all < 60;
-    for (
-      let i = 0;
-      i < 100 && (await page.waitForTimeout(200), (found = await blanks()), !whole());
-      i++
+    await eventually(
+      () => `nothing is blank at ${share}: ${JSON.stringify(found)}`,
+      async () => {
+        await frames(page);
+        found = await blanks();
+        return found.wrong === 0 && found.gap < 8 && found.cells > 2 && found.all < 60;
+      },
     );
-    check(`nothing is blank at ${share}: ${JSON.stringify(found)}`, whole());
   };
   await show(page, "history-long");
   check(
@@ -518,8 +513,7 @@ async function whatOthersCarve() {
   const page = await open({ width: 900, height: 560 });
   await enter(page, studio.url);
   const before = await shown(page);
-  await page.keyboard.press("3");
-  await page.waitForTimeout(300);
+  await lookBy(page, "3");
   const eye = await page.evaluate(() => window.kibori.eye());
   await show(page, "live-before");
   renameSync(
@@ -541,7 +535,7 @@ async function whatOthersCarve() {
   const servo = spawn(kibori, ["servo", "--seconds", "12", "--no-surface", "-o", written], {
     stdio: "ignore",
   });
-  while (!existsSync(written)) await page.waitForTimeout(100);
+  await eventually("the servo writes", () => existsSync(written));
   const second = await Studio.start(written, "--read-only", "--follow");
   await enter(page, second.url);
   const begun = await shown(page);

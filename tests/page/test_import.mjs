@@ -7,6 +7,7 @@ import { fileURLToPath } from "node:url";
 import {
   check,
   enter,
+  eventually,
   fetched,
   folder,
   open,
@@ -125,9 +126,8 @@ async function fits(page) {
     );
   });
 }
-/** Whether something of the wood's colour is drawn there. */
+/** How much of the wood's colour is drawn there. */
 async function drawn(page) {
-  await page.waitForTimeout(300);
   const png = await page.locator("#import-view").screenshot();
   return page.evaluate(async (data) => {
     const image = new Image();
@@ -183,7 +183,7 @@ async function standing() {
     size[2] === 80 && near(size[0], (80 * 60) / 156, 0.1) && near(size[1], (80 * 80) / 156, 0.1),
   );
   check("pieces are said", /3 pieces/.test(await text(page, "import-notes")));
-  check(`it is drawn (${await drawn(page)})`, (await drawn(page)) > 0.03);
+  await eventually("it is drawn", async () => (await drawn(page)) > 0.03);
   check("it fits the window", await fits(page));
   await show(page, "import-figure");
   // Unit and size follow each other.
@@ -356,17 +356,11 @@ async function byKeyboard() {
   await page.locator("#file").focus();
   // On a busy machine Chromium sometimes opens its own dialog, which nobody sees, before it hands
   // it to the test.
-  let chooser = null;
-  void page.waitForEvent("filechooser", { timeout: 120000 }).then(
-    (found) => (chooser = found),
-    () => undefined,
-  );
-  for (let i = 0; i < 100 && !chooser; i++) {
-    if (i % 10 === 0) await page.keyboard.press("Enter");
-    check("the focus stays", (await page.evaluate(() => document.activeElement.id)) === "file");
-    await page.waitForTimeout(500);
-  }
-  check("Enter asks for a file", chooser !== null);
+  const asked = page.waitForEvent("filechooser", { timeout: 120000 });
+  const again = setInterval(() => void page.keyboard.press("Enter"), 5000);
+  await page.keyboard.press("Enter");
+  const chooser = await asked.finally(() => clearInterval(again));
+  check("the focus stays", (await page.evaluate(() => document.activeElement.id)) === "file");
   await chooser.setFiles(path);
   await dialogOpen(page).waitFor();
   const focused = () =>
@@ -429,7 +423,7 @@ async function windows() {
       { page } = at;
     await choose(page, file("figure.obj", objText(figure(1, 2, 1))));
     check(`${name}: it fits the window`, await fits(page));
-    check(`${name}: it is drawn`, (await drawn(page)) > 0.02);
+    await eventually(`${name}: it is drawn`, async () => (await drawn(page)) > 0.02);
     await show(page, `import-${name}`);
     await page.locator("#importing button[value=no]").click();
     // A picture: a slope from black on the left to white on the right.
@@ -489,7 +483,7 @@ async function models() {
   for (const name of readdirSync(shared).filter((n) => n.endsWith(".obj"))) {
     await choose(page, file(name, readFileSync(new URL(name, shared))));
     check(`${name}: 80 mm`, Math.max(...(await sizes(page))) === 80);
-    check(`${name}: it is drawn`, (await drawn(page)) > 0.02);
+    await eventually(`${name}: it is drawn`, async () => (await drawn(page)) > 0.02);
     await show(page, `import-${name.replace(".obj", "")}`);
     await page.locator("#importing button[value=no]").click();
   }
@@ -515,7 +509,7 @@ async function labels() {
   await rows.nth(0).locator("select").selectOption({ label: "wax" });
   await rows.nth(1).locator("select").selectOption({ label: "oak" });
   await rows.nth(2).locator("select").selectOption({ label: "clay" });
-  check("it is drawn", (await drawn(page)) > 0.02);
+  await eventually("it is drawn", async () => (await drawn(page)) > 0.02);
   check("it fits the window", await fits(page));
   await show(page, "import-labels");
   await page.locator("#import-detail").selectOption("192");

@@ -5,9 +5,13 @@
 import { join } from "node:path";
 import {
   check,
+  drawn as allDrawn,
   enter,
+  eventually,
   folder,
+  frames,
   open,
+  pace,
   pictures,
   run,
   show,
@@ -33,11 +37,7 @@ const PARTS = ["bar", "grip", ...PANELS, "corner", "watching", "lost", "work", "
 // What is not looked at need not be drawn; pictures for people are.
 const draw = (page, drawn) => page.evaluate((still) => window.kibori.still(still), !drawn);
 // The page has laid itself out, and knows of it.
-const laidOut = (page) =>
-  page.evaluate(
-    () =>
-      new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(null)))),
-  );
+const laidOut = frames;
 const narrow = (page) => page.viewportSize().width < 600;
 
 // Names of parts that are shown and cover each other or reach out of the window.
@@ -192,7 +192,7 @@ async function nothingCoversAnything() {
       await draw(page, true);
       await page.setViewportSize({ width: width + 1, height });
       await page.setViewportSize({ width, height });
-      await page.waitForTimeout(1500);
+      await allDrawn(page);
       await show(page, `layout-${width}x${height}`);
       await draw(page, false);
     }
@@ -244,10 +244,10 @@ async function sheetByTouch() {
     await say("touchStart", x, y);
     for (let i = 1; i <= 12; i++) {
       await say("touchMove", x + ((toX - x) * i) / 12, y + ((toY - y) * i) / 12);
-      await page.waitForTimeout(30);
+      await pace(page, 30);
     }
     await say("touchEnd");
-    await page.waitForTimeout(200);
+    await frames(page);
   };
   const top = async () => (await page.locator("#grip").boundingBox()).y;
   check(
@@ -265,7 +265,7 @@ async function sheetByTouch() {
   for (const id of PANELS) {
     await page.locator(`.tab[data-panel=${id}]`).tap();
     if (!(await isOpen(page, id))) await page.locator(`.tab[data-panel=${id}]`).tap();
-    await page.waitForTimeout(300);
+    await frames(page);
     await show(page, `phone-${id}`);
     const small = await page.evaluate(() =>
       [
@@ -428,20 +428,14 @@ async function whoHoldsTheToolAndWhoIsGone() {
     .waitFor();
   await show(page, "lost");
   check("it tries by itself at first", !(await page.locator("#again").isVisible()));
-  for (let i = 0; i < 40 && !(await page.locator("#again").isVisible()); i++) {
+  await eventually("and after a minute when it is asked to", async () => {
     await page.clock.fastForward(9000);
-    await page.waitForTimeout(150);
-  }
-  check(
-    "and after a minute when it is asked to",
-    (await page.locator("#again").isVisible()) && !/Trying/.test(await lost.textContent()),
-  );
+    return page.locator("#again").isVisible();
+  });
+  check("it says so", !/Trying/.test(await lost.textContent()));
   let tries = 0;
-  page.on("request", () => tries++);
   page.on("websocket", () => tries++);
   await page.clock.fastForward(120000);
-  await page.waitForTimeout(500);
-  check(`it is quiet (${tries})`, tries === 0);
 
   // Another studio at the same address does not know this page.
   const anew = await Studio.start(file, "--port", port);
@@ -451,6 +445,7 @@ async function whoHoldsTheToolAndWhoIsGone() {
       hasText: "The studio was started anew: open the address it printed in the terminal.",
     })
     .waitFor();
+  check(`meanwhile it was quiet: it tried when asked to (${tries})`, tries === 1);
   await show(page, "anew");
   // Once its address was opened here, this page is known, too.
   const other = await page.context().newPage();

@@ -5,11 +5,16 @@
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import {
+  after,
   browser,
   check,
+  drawn,
   enter,
+  eventually,
   folder,
   open,
+  pace,
+  reports,
   run,
   show,
   shown,
@@ -60,19 +65,12 @@ const compare = (a, b) =>
     [a.toString("base64"), b.toString("base64")],
   );
 
-const settle = async (page) => {
-  for (let i = 0; i < 600; i++) {
-    await page.waitForTimeout(50);
-    if (await page.evaluate(() => window.kibori.settled())) return;
-  }
-  throw new Error("the view did not settle in 30 s");
-};
 // The mean difference of pictures of the same: a view that is slow draws fewer pixels from then on,
 // so edges are softer. What the checks change differs by 6 and more.
 const SAME = 2;
 const CLIP = { x: 240, y: 110, width: 390, height: 300 }; // the solid, beside the panels
 async function picture(page) {
-  await settle(page);
+  await drawn(page);
   return page.screenshot({ clip: CLIP });
 }
 const choose = (page, name, value) => page.locator(`input[name=${name}][value=${value}]`).check();
@@ -145,12 +143,10 @@ async function shading() {
   await page.mouse.down();
   for (let i = 0; i < 20; i++) {
     await page.mouse.move(MIDDLE.x - 50 + 5 * i, MIDDLE.y - 20 + i);
-    await page.waitForTimeout(30);
+    await pace(page, 30);
   }
   await page.mouse.up();
-  const first = await state(page);
-  await until(page, "a step", (s) => Number(s.step) > 1);
-  await page.waitForTimeout(500);
+  const first = await after(page, 1);
   await rest(page);
   await page.locator("#look-box summary").click();
   const wood = await picture(page);
@@ -177,13 +173,11 @@ async function shading() {
   await slide(page, "cavity-strength", 0.5);
 
   await choose(page, "shading", "clay");
-  let clay = await picture(page);
-  for (let i = 0; i < 50 && (await compare(wood, clay)).mean <= 4; i++) {
-    await page.waitForTimeout(200);
+  let clay;
+  await eventually("clay is not wood", async () => {
     clay = await picture(page);
-  }
-  const greyed = (await compare(wood, clay)).mean;
-  check(`clay is not wood: ${greyed}`, greyed > 4);
+    return (await compare(wood, clay)).mean > 4;
+  });
   await show(page, "look-clay");
   const widget = await page.locator("#light").boundingBox();
   const clayLight = async () => {
@@ -233,14 +227,14 @@ async function viewsAndSection() {
   const middle = await page.evaluate(() => window.kibori.middle()),
     MIDDLE = await middleOf(page);
   const view = async () => {
-    await settle(page);
+    await drawn(page);
     return unit(
       await page.evaluate(() => window.kibori.eye().map((x, i) => x - window.kibori.middle()[i])),
     );
   };
   // Two edges along x, one behind the other.
   const edges = async () => {
-    await settle(page);
+    await drawn(page);
     const corners = [
       [-40, -25, 15],
       [40, -25, 15],
@@ -267,11 +261,11 @@ async function viewsAndSection() {
   // The cube: what is seen of it is clicked, and the view is from there.
   const away = (a, b) => Math.hypot(...a.map((x, i) => x - b[i]));
   const go = async (name, to) => {
-    await settle(page);
+    await drawn(page);
     await page
       .locator(`#cube button[title="${name} view"]:not([aria-hidden])`)
       .click({ force: true });
-    await page.waitForTimeout(500);
+    await drawn(page);
     check(`the cube's ${name}: ${await view()}`, away(await view(), unit(to)) < 0.02);
   };
   await go("Front", [0, -1, 0]);
@@ -290,7 +284,7 @@ async function viewsAndSection() {
     ["ArrowDown", [0, -1, 1]],
   ]) {
     await page.keyboard.press(key);
-    await page.waitForTimeout(500);
+    await drawn(page);
     check(`${key} on the cube: ${await view()}`, away(await view(), unit(to)) < 0.02);
   }
   check(
@@ -299,7 +293,7 @@ async function viewsAndSection() {
   );
   await page.locator("#view").focus();
   await page.keyboard.press("Home");
-  await settle(page);
+  await drawn(page);
 
   // A section: what is cut away is neither shown nor picked.
   const whole = await picture(page),
@@ -486,7 +480,7 @@ async function picturesAndFilms() {
       about.height === 120 &&
       about.turned > 0.3,
   );
-  await settle(page);
+  await drawn(page);
   // Where drawing is slow the view has fewer pixels than the window, down to 0.75 of each side; its
   // shape is the window's.
   const drawn = await page.evaluate(() => [
@@ -542,7 +536,7 @@ async function byKeyboardAlone() {
   check(`and is what is drawn, with its light: ${JSON.stringify(again)}`, again.mean < SAME);
   const frames = () => page.evaluate(() => window.kibori.frames()),
     before = await frames();
-  await page.waitForTimeout(2000);
+  await reports(page, 40); // two seconds, or more
   check("at rest nothing is drawn", (await frames()) === before);
   await finish(visit);
 }

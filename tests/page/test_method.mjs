@@ -5,12 +5,19 @@
 import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import {
+  atRest,
   check,
+  drawn,
   enter,
+  eventually,
   folder,
+  frames,
+  hover,
   open,
+  pace,
   pictures,
   protocol,
+  reports,
   run,
   show,
   shown,
@@ -46,17 +53,24 @@ const seen = (page) =>
     );
     return { ...box.dataset, ...numbers, visible: !box.hidden };
   });
-async function untilSeen(page, what, holds, seconds = 30) {
-  for (const end = Date.now() + 1000 * seconds; ; await page.waitForTimeout(50)) {
-    const now = await seen(page);
-    if (holds(now)) return now;
-    if (Date.now() > end) throw new Error(`not in ${seconds} s: ${what}; ${JSON.stringify(now)}`);
-  }
-}
+const untilSeen = (page, what, holds, seconds = 30) =>
+  eventually(
+    async () => `${what}; ${JSON.stringify(await seen(page))}`,
+    async () => {
+      const now = await seen(page);
+      return holds(now) && now;
+    },
+    seconds,
+  );
 
 async function byHand() {
   const studio = await Studio.start();
   const { page, counts } = await counted();
+  /** What is shown is answered to a question from now on. */
+  const methodAnswered = async () => {
+    const { answered } = counts;
+    await eventually("an answer", () => counts.answered > answered + 1);
+  };
   await enter(page, studio.url);
   await started(page);
   await page.locator("#detail").selectOption("192");
@@ -69,8 +83,8 @@ async function byHand() {
   const before = await page.evaluate(() =>
     window.kibori.onScreen(window.kibori.middle().map((x, i) => (i === 2 ? 2 * x : x))),
   );
-  await page.mouse.move(before.x, before.y);
-  await page.waitForTimeout(800);
+  await hover(page, before.x, before.y);
+  await atRest(page);
   check("what is not looked at is not asked for", counts.asked === 0);
   check("and not shown", !(await seen(page)).visible);
 
@@ -80,9 +94,9 @@ async function byHand() {
   check("each a dexel below the surface", Number(hovering.dexels) > 50);
   check(`the pitch is told (${hovering.pitch})`, /^0\.417 mm, every/.test(hovering.pitch));
   check("nothing has vanished yet", !hovering.vanished || hovering.vanished === "0");
-  await page.waitForTimeout(1000);
+  await reports(page, 20);
   const rested = counts.asked;
-  await page.waitForTimeout(2000);
+  await reports(page, 40); // two seconds, or more
   check(`at rest it asks little (${counts.asked - rested} in 2 s)`, counts.asked - rested <= 12);
 
   const first = await state(page);
@@ -91,7 +105,7 @@ async function byHand() {
   await page.mouse.down();
   for (let i = 1; i <= 30; i++) {
     await page.mouse.move(before.x + 3 * i, before.y + i);
-    await page.waitForTimeout(25);
+    await pace(page, 25);
     if (i === 20) await show(page, "method-hand");
   }
   const cut = await untilSeen(page, "points that vanished", (s) => Number(s.vanished) > 20);
@@ -113,13 +127,15 @@ async function byHand() {
   await until(page, "a step", (s) => Number(s.step) > Number(first.step));
 
   // What an undo takes back, or brings, did not vanish in a tick.
-  await page.waitForTimeout(1000);
+  await atRest(page);
+  await methodAnswered();
   const kept = (await seen(page)).vanished;
   await page.keyboard.press("Control+z");
   await until(page, "undone", (s) => Number(s.step) === Number(first.step));
   await page.keyboard.press("Control+y");
   await until(page, "redone", (s) => Number(s.step) > Number(first.step));
-  await page.waitForTimeout(1000);
+  await atRest(page);
+  await methodAnswered();
   check("going back and forth is no tick", (await seen(page)).vanished === kept);
   check("points did vanish", Number(cut.vanished) > 20);
 
@@ -133,7 +149,7 @@ async function byHand() {
     await page.locator(`input[name=method][value="${value}"]`).check();
     await untilSeen(page, `rays of ${name}`, (s) => Number(s.rays) > 20 && s.pitch !== "–");
     check(`the field is ${name}`, (await page.locator("#method-field").textContent()) === name);
-    await page.waitForTimeout(300);
+    await drawn(page);
     await show(page, `method-${name}`);
   }
   // A picture leaves it out, and the solid in it is whole.
@@ -143,10 +159,10 @@ async function byHand() {
   await page.locator("#view").focus();
   await page.keyboard.press("m");
   check("the key hides it", !(await seen(page)).visible);
-  await page.waitForTimeout(400);
+  await atRest(page);
   const asked = counts.asked;
-  await page.mouse.move(before.x - 30, before.y);
-  await page.waitForTimeout(1000);
+  await hover(page, before.x - 30, before.y);
+  await atRest(page);
   check("and nothing is asked any more", counts.asked === asked);
   check("the key is listed", /the method/.test(await page.locator("#bindings").textContent()));
   await studio.end();
@@ -203,7 +219,7 @@ async function anExperiment() {
   await page.mouse.move(place.x, place.y);
   for (let i = 0; i < 4; i++) {
     await page.mouse.wheel(0, -320);
-    await page.waitForTimeout(100);
+    await frames(page);
   }
   await untilSeen(
     page,
@@ -219,16 +235,13 @@ async function anExperiment() {
     check(`|F| = Kf K (${now.force}, K ${k})`, Math.abs(force - KF * k) <= 0.006 * KF * k + 1e-9);
     const [, cells] = /K h³: ([\d.e-]+)/.exec(now.volume);
     check("K h³", Math.abs(Number(cells) - k * PITCH ** 3) <= 0.006 * k * PITCH ** 3);
-    await page.waitForTimeout(150);
+    await reports(page, 3);
   }
   if (pictures) {
     await page.locator("#force .fold").click();
     await page.mouse.move(1230, 700); // no ring
-    for (let i = 0; i < 1200; i++) {
-      const tip = (await page.locator("#n-tip").textContent()).split(" ").map(Number);
-      if (tip[0] > 29.5) break;
-      await page.waitForTimeout(50);
-    }
+    const tip = async () => (await page.locator("#n-tip").textContent()).split(" ").map(Number);
+    await eventually("the groove is long", async () => (await tip())[0] > 29.5, 90);
     await show(page, "method");
   }
   await studio.end();

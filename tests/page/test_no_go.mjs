@@ -3,14 +3,18 @@
 // remains is shown in colours and numbers, and the command line tells the same. See harness.mjs.
 // Usage: node test_no_go.mjs KIBORI [SCREENSHOTS]
 import { execFileSync } from "node:child_process";
-import { readdirSync, writeFileSync } from "node:fs";
+import { writeFileSync } from "node:fs";
 import { join } from "node:path";
 import {
+  atRest,
   check,
+  drag,
   enter,
   folder,
   kibori,
+  newest,
   open,
+  pace,
   run,
   show,
   shown,
@@ -52,29 +56,8 @@ function ellipsoid(radii) {
 }
 const pole = (n, around, up) => (n <= around ? 1 : n > up * around ? up * around + 1 : n);
 
-const newest = () =>
-  join(
-    folder,
-    "kibori",
-    readdirSync(join(folder, "kibori"))
-      .filter((name) => name.endsWith(".kibori"))
-      .sort()
-      .at(-1),
-  );
-const settled = async (page) => {
-  for (let i = 0; i < 300 && !(await page.evaluate(() => window.kibori.settled())); i++)
-    await page.waitForTimeout(50);
-  await page.waitForTimeout(300);
-};
 const said = (page) => page.locator("#remains-said").textContent();
-async function stroke(page, from, to) {
-  await page.mouse.move(from.x, from.y);
-  await page.waitForTimeout(100);
-  await page.mouse.down();
-  await page.mouse.move(to.x, to.y, { steps: 24 });
-  await page.waitForTimeout(400);
-  await page.mouse.up();
-}
+const stroke = (page, from, to) => drag(page, [from, to], { steps: 24, hold: 400 });
 
 async function aTemplate() {
   const studio = await Studio.start();
@@ -103,7 +86,7 @@ async function aTemplate() {
   let last = await state(page);
   await page.locator("#importing button[value=yes]").click();
   last = await until(page, "the template", (s) => Number(s.step) > Number(last.step));
-  await settled(page);
+  await atRest(page);
   const rows = () =>
     page.evaluate(() =>
       [...document.querySelectorAll("#body-list li")].map((row) => ({
@@ -123,7 +106,7 @@ async function aTemplate() {
   last = await until(page, "hidden", (s) => Number(s.step) > Number(last.step));
   await page.locator("#body-remains").click();
   await page.locator("#remains-said", { hasText: "At most" }).waitFor();
-  await settled(page);
+  await atRest(page);
   const before = await said(page);
   check(`what remains is told (${before})`, /At most [\d.]+ mm remain/.test(before));
   await show(page, "no-go-remains");
@@ -136,9 +119,8 @@ async function aTemplate() {
       { x: middle.x - 220, y: middle.y + 26 * i },
       { x: middle.x + 220, y: middle.y + 26 * i },
     );
-    await page.waitForTimeout(300);
+    await atRest(page);
   }
-  await settled(page);
   const after = await said(page);
   check(`less remains (${after})`, after !== before);
   await show(page, "no-go-carved");
@@ -148,9 +130,10 @@ async function aTemplate() {
   await page.keyboard.down("Shift");
   await page.mouse.move(middle.x, middle.y);
   await page.mouse.down();
-  await page.waitForTimeout(300);
+  await pace(page, 300);
   await page.mouse.up();
   await page.keyboard.up("Shift");
+  await atRest(page);
   check(
     "what reshapes is refused beside it",
     /no-go/.test(await page.locator("#notice").textContent()),
@@ -162,7 +145,7 @@ async function aTemplate() {
   last = await state(page);
   await page.locator('#body-list li[data-body="2"] .no_go').click();
   last = await until(page, "no flag", (s) => Number(s.step) > Number(last.step));
-  await page.waitForTimeout(300);
+  await atRest(page);
   check("the flag is off", !(await rows())[1].noGo);
   check("nothing remains then", await page.locator("#body-remains").isDisabled());
   await page.locator('#body-list li[data-body="2"] .no_go').click();
@@ -210,7 +193,7 @@ async function aMask() {
   await page.locator("#body-mask").click();
   await stroke(page, at(-80, -60), at(60, -60));
   let last = await until(page, "a mask", (s) => Number(s.step) > Number(first.step));
-  await settled(page);
+  await atRest(page);
   const rows = await page.locator("#body-list li").count();
   check(`the mask is in the list (${rows})`, rows === 2);
   // Off with some of it.
@@ -224,8 +207,7 @@ async function aMask() {
     JSON.parse(execFileSync(kibori, ["bodies", newest(), "--json"], { encoding: "utf8" }))[1]
       .volume_mm3;
   for (let i = -1; i <= 1; i++) await stroke(page, at(-140, -60 + 14 * i), at(120, -60 + 14 * i));
-  await page.waitForTimeout(600);
-  await settled(page);
+  await atRest(page);
   await show(page, "no-go-mask");
   check("it was carved beside it", Number((await state(page)).volume) < Number(last.volume) - 50);
   await page.locator("#leave").click();

@@ -8,15 +8,21 @@ import { readFileSync, rmSync, writeFileSync } from "node:fs";
 import { createServer } from "node:http";
 import { dirname, join } from "node:path";
 import {
+  after,
+  atRest,
   browser,
   check,
   complaints,
   enter,
+  eventually,
   folder,
   kibori,
   launch,
   open,
+  pace,
+  pressUntil,
   protocol,
+  reports,
   run,
   show,
   shown as allShown,
@@ -97,11 +103,7 @@ async function firstCutAndBack() {
   const cut = await until(page, "a step", (s) => Number(s.step) > 1 && s.hash !== first.hash);
   await until(watcher, "the same cut", (s) => s.hash === cut.hash && Number(s.chunks) > watched);
 
-  for (let i = 0; i < 60 && (await state(page)).step !== "1"; i++) {
-    await page.keyboard.press("Control+z");
-    await page.waitForTimeout(200);
-  }
-  const undone = await until(page, "undone", (s) => s.step === "1");
+  const undone = await pressUntil(page, "Control+z", "undone", (s) => s.step === "1");
   check("undone it is bit for bit what it was", undone.hash === first.hash);
   await page.keyboard.press("Control+y");
   await until(page, "redone", (s) => Number(s.step) > 1);
@@ -158,9 +160,9 @@ async function penAndFinger() {
     await say("mousePressed", 470, { clickCount: 1 });
     for (let i = 0; i <= 20; i++) {
       await say("mouseMoved", 470 + 2 * i);
-      await page.waitForTimeout(30);
+      await pace(page, 30);
     }
-    await page.waitForTimeout(300);
+    await pace(page, 300);
     await say("mouseReleased", 510, { clickCount: 1, buttons: 0, force: 0 });
   };
   await show(page, "hands");
@@ -172,13 +174,8 @@ async function penAndFinger() {
     await page.locator("#axis").selectOption(axis);
     const before = await state(page);
     await pen(pressure);
-    const cut = await until(
-      page,
-      "a pen's cut",
-      (s) => Number(s.step) > Number(before.step) && Number(s.volume) < Number(before.volume),
-    );
-    await page.waitForTimeout(500);
-    removed.push(Number(before.volume) - Number((await state(page)).volume));
+    const cut = await after(page, before.step);
+    removed.push(Number(before.volume) - Number(cut.volume));
     await page.keyboard.press("Control+z");
     await until(page, "undone", (s) => s.hash === first.hash);
     check("a step of the pen", Number(cut.step) > 1);
@@ -188,7 +185,7 @@ async function penAndFinger() {
   const steady = await page.evaluate(() => window.kibori.eye());
   const resting = await state(page);
   const palm = pen(0.5);
-  await page.waitForTimeout(200);
+  await pace(page, 200); // the pen's stroke has begun
   await touch.send("Input.dispatchTouchEvent", {
     type: "touchStart",
     touchPoints: [{ x: 600, y: 400 }],
@@ -209,7 +206,7 @@ async function penAndFinger() {
     Math.hypot(...(await page.evaluate(() => window.kibori.eye())).map((x, i) => x - steady[i])) <
       1e-6,
   );
-  await page.waitForTimeout(500);
+  await atRest(page);
   await page.keyboard.press("Control+z");
   await until(page, "undone", (s) => s.hash === first.hash);
   check(
@@ -229,7 +226,7 @@ async function penAndFinger() {
       type: "touchMove",
       touchPoints: [{ x: 470 + 3 * i, y: 240 }],
     });
-    await page.waitForTimeout(30);
+    await pace(page, 30);
   }
   await touch.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
   await until(
@@ -239,7 +236,7 @@ async function penAndFinger() {
   );
 
   // Two fingers look, even where the first had begun to cut.
-  const whole = await until(page, "at rest", (s) => s.hash !== before.hash);
+  const whole = await atRest(page);
   const eye = await page.evaluate(() => window.kibori.eye());
   const fingers = (apart, type = "touchMove") =>
     touch.send("Input.dispatchTouchEvent", {
@@ -253,13 +250,13 @@ async function penAndFinger() {
     type: "touchStart",
     touchPoints: [{ x: 460, y: 240 }],
   });
-  await page.waitForTimeout(100);
+  await pace(page, 100);
   await fingers(10, "touchStart");
   let last = eye,
     leap = 0;
   for (let i = 1; i <= 10; i++) {
     await fingers(10 + 4 * i);
-    await page.waitForTimeout(30);
+    await pace(page, 30);
     const now = await page.evaluate(() => window.kibori.eye());
     leap = Math.max(leap, Math.hypot(...now.map((x, k) => x - last[k])));
     last = now;
@@ -267,8 +264,7 @@ async function penAndFinger() {
   await touch.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
   check("two fingers come nearer", Math.hypot(...last) < 0.9 * Math.hypot(...eye));
   check("little by little", leap < 0.5 * Math.hypot(...eye));
-  await page.waitForTimeout(500);
-  check("and cut nothing", (await state(page)).hash === whole.hash);
+  check("and cut nothing", (await atRest(page)).hash === whole.hash);
   await page.locator("#frame").click();
 
   // Feeling cuts nothing.
@@ -277,10 +273,9 @@ async function penAndFinger() {
   await page.mouse.move(470, 240);
   await page.mouse.down();
   for (let i = 0; i < 10; i++) await page.mouse.move(470 + 4 * i, 240);
-  await page.waitForTimeout(800);
+  await pace(page, 800);
   await page.mouse.up();
-  await page.waitForTimeout(500);
-  check("feeling cuts nothing", (await state(page)).hash === felt.hash);
+  check("feeling cuts nothing", (await atRest(page)).hash === felt.hash);
 
   // Killed in the middle and started again at the same place: the page comes back by itself, and
   // nothing is lost.
@@ -459,7 +454,7 @@ async function whatIsShownIsTheModel() {
       await shown(watcher);
       await watcher.evaluate(() => window.kibori.still(true));
     }
-    await watcher.waitForTimeout(700);
+    await pace(watcher, 700);
   }
   await carving;
   await slow.send("Emulation.setCPUThrottlingRate", { rate: 1 });
@@ -471,13 +466,13 @@ async function whatIsShownIsTheModel() {
     return Buffer.from(bytes).toString("hex");
   };
   const settled = async (page) => {
-    for (let last = "", i = 0; i < 40; i++) {
-      const now = await digest(page);
-      if (now === last && (await page.evaluate(() => window.kibori.whole()))) return now;
-      last = now;
-      await page.waitForTimeout(1500);
-    }
-    return "never the same twice";
+    let last = "";
+    return eventually("the surface stays the same", async () => {
+      const before = last;
+      await reports(page, 20);
+      last = await digest(page);
+      return last === before && (await page.evaluate(() => window.kibori.whole())) && last;
+    });
   };
   const seen = [await settled(watcher), await settled(hand)];
   const end = await state(hand);
@@ -511,7 +506,7 @@ async function mirrorsDevicesAndExperiments() {
     await page.mouse.down();
     for (let i = 0; i < 10; i++) {
       await page.mouse.move(510 + 2 * i, y);
-      await page.waitForTimeout(60);
+      await pace(page, 60);
     }
     await page.mouse.up();
     return until(
@@ -561,15 +556,12 @@ async function mirrorsDevicesAndExperiments() {
   }
   await others.close();
   await page.locator("#model").selectOption("series");
-  while ((await state(page)).step !== first.step) {
-    await page.keyboard.press("Control+z");
-    await page.waitForTimeout(200);
-  }
+  await pressUntil(page, "Control+z", "all undone", (s) => s.step === first.step);
   await until(page, "the block again", (s) => s.hash === first.hash);
   await page.keyboard.press("x");
   check("X mirrors left and right", await page.locator("#symmetry input").first().isChecked());
-  const mirrored = await cutOnce(first);
-  await page.waitForTimeout(500);
+  await cutOnce(first);
+  const mirrored = await atRest(page);
   await show(page, "mirrored");
   const chunksOf = (which) =>
     createHash("sha256")
@@ -621,14 +613,10 @@ async function mirrorsDevicesAndExperiments() {
   );
   await page.locator("#arm").click();
   await until(page, "the hand carves", (s) => Number(s.step) > 1, 90);
-  for (let i = 0; i < 200 && !/^On/.test(await page.locator("#device-state").textContent()); i++)
-    await page.waitForTimeout(100);
-  check("armed it pushes", /^On/.test(await page.locator("#device-state").textContent()));
+  await page.locator("#device-state", { hasText: /^On/ }).waitFor(); // armed it pushes
   await show(page, "device");
   await page.locator("#arm").click();
-  for (let i = 0; i < 100 && !/^Off/.test(await page.locator("#device-state").textContent()); i++)
-    await page.waitForTimeout(100);
-  check("disarmed it does not", /^Off/.test(await page.locator("#device-state").textContent()));
+  await page.locator("#device-state", { hasText: /^Off/ }).waitFor(); // disarmed it does not
   check("the studio with a device ends well", (await held.end()) === 0);
 
   // Two runs of an experiment beside each other.
@@ -791,7 +779,7 @@ async function fullDisk() {
       await page.mouse.move(360 + 30 * stroke, 240);
       await page.mouse.down();
       for (let i = 0; i < 14; i++) await page.mouse.move(360 + 30 * stroke + 6 * i, 240 + i);
-      await page.waitForTimeout(300);
+      await pace(page, 300);
       await page.mouse.up();
     }
     await page

@@ -2,37 +2,28 @@
 // Two hands in a real browser: two fingers on glass, each with a tool of its own, make one stroke;
 // and the pointer works beside a device. The command line carves it again. See harness.mjs.
 // Usage: node test_two_hands.mjs KIBORI [SCREENSHOTS]
-import { execFileSync } from "node:child_process";
 import { readdirSync } from "node:fs";
 import { join } from "node:path";
 import {
+  after,
+  atRest,
   check,
   enter,
-  folder,
   kibori,
   open,
+  pace,
   run,
   show,
   shown,
   started,
   state,
+  steady,
   Studio,
   until,
+  verified,
 } from "./harness.mjs";
 
 const SIZE = { width: 1280, height: 800 };
-
-const newest = () =>
-  join(
-    folder,
-    "kibori",
-    readdirSync(join(folder, "kibori"))
-      .filter((name) => name.endsWith(".kibori"))
-      .sort()
-      .at(-1),
-  );
-const verified = () =>
-  /all is as it was written/.test(execFileSync(kibori, ["verify", newest()], { encoding: "utf8" }));
 
 async function begin(page, url) {
   await enter(page, url);
@@ -89,7 +80,7 @@ async function twoFingers() {
       await touch("touchMove", one); // the other is lifted
     else if (i > 8 && i < 32) await touch("touchMove", one, two);
     else await touch("touchMove", one);
-    await page.waitForTimeout(20);
+    await pace(page, 20);
     if (i === 24) {
       await show(page, "two-hands");
       check(
@@ -100,8 +91,7 @@ async function twoFingers() {
   }
   await touch("touchEnd");
   let last = await until(page, "the stroke", (s) => s.step !== first.step && s.hash !== first.hash);
-  await page.waitForTimeout(800);
-  last = await state(page);
+  last = await atRest(page);
   check(`one stroke of both (${last.step})`, Number(last.step) === Number(first.step) + 1);
   check(
     "the view stands still",
@@ -119,18 +109,17 @@ async function twoFingers() {
   await touch("touchStart", [1, ...at(-150, -80)], [2, ...at(0, 80)]);
   for (let i = 1; i <= 20; i++) {
     await touch("touchMove", [1, ...at(-150 + 8 * i, -80)], [2, ...at(6 * i, 80)]);
-    await page.waitForTimeout(20);
+    await pace(page, 20);
   }
   await touch("touchMove", [2, ...at(120, 80)]); // the first is lifted
   for (let i = 1; i <= 10; i++) {
     await touch("touchMove", [2, ...at(120 + 4 * i, 80)]);
-    await page.waitForTimeout(20);
+    await pace(page, 20);
   }
   await touch("touchEnd");
-  await page.waitForTimeout(1500);
-  await show(page, "two-hands-added");
   // One step or two, as what the first hand was aimed to is over sooner or later.
-  last = await until(page, "the second one", (s) => Number(s.step) > Number(last.step));
+  last = await after(page, last.step);
+  await show(page, "two-hands-added");
 
   // Without one, two fingers look again.
   await page.locator("#second-mode").selectOption("off");
@@ -140,7 +129,7 @@ async function twoFingers() {
   for (let i = 1; i <= 10; i++)
     await touch("touchMove", [1, ...at(-100 - 6 * i, 0)], [2, ...at(100 + 6 * i, 0)]);
   await touch("touchEnd");
-  await page.waitForTimeout(500);
+  await atRest(page);
   check(
     "the view moves",
     JSON.stringify(await page.evaluate(() => window.kibori.eye())) !== JSON.stringify(eye),
@@ -162,7 +151,7 @@ async function besideADevice() {
   await page.mouse.move(middle.x - 120, middle.y + 60);
   await page.mouse.down();
   await page.mouse.move(middle.x + 120, middle.y + 60, { steps: 30 });
-  await page.waitForTimeout(300);
+  await pace(page, 300);
   await show(page, "two-hands-device");
   await page.mouse.up();
   await until(page, "a cut beside the device", (s) => Number(s.volume) < Number(first.volume) - 5);
@@ -192,10 +181,12 @@ async function bothLead() {
     await page.mouse.down();
     await page.mouse.move(middle.x, middle.y - 25, { steps: 20 });
     await page.mouse.move(middle.x + 130, middle.y - 40, { steps: 20 });
-    await page.waitForTimeout(300);
+    await pace(page, 300);
     await page.mouse.up();
     await until(page, "a groove", (s) => Number(s.volume) < Number(first.volume) - 5);
-    await page.waitForTimeout(1500);
+    // A device's hand goes on, and only feels.
+    if (device.length > 0) await steady(page, (s) => s.volume, 20);
+    else await after(page, first.step);
     await show(page, `two-hands-leads-${taken.length}`);
     taken.push(Number(first.volume) - Number((await state(page)).volume));
     await page.locator("#leave").click();

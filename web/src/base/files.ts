@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: MIT
+// Files that the browser saves.
+
+export function save(name: string, what: Blob): void {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(what);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}

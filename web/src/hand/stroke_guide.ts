@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: MIT
+// How strokes behave: guides that keep them on a line, a circle or the way of another stroke, a
+// string that steadies the hand, and tools that lead themselves. What is chosen goes to the studio,
+// which guides the strokes (kibori/motion/stroke_guide.h); here it is chosen and drawn.
+import * as THREE from "three";
+import { element, input, put, select } from "../base/dom";
+import { write } from "../connection/messages";
+import type { Hit } from "../view/pick";
+import type { View } from "../view/view";
+import type { Vec3 } from "../base/vec3";
+
+/** As the studio numbers them. */
+const GUIDES = ["none", "line", "circle", "curve"];
+/** Points of a stroke are kept so far apart, in parts of the size of the piece, and so many at most. */
+const APART = 1 / 400,
+  MOST = 5000;
+/** A tool that leads goes in over so many depths, and from so far above the wood [mm]. */
+const ENTRY = 2.5,
+  ABOVE = 0.5;
+
+export class StrokeGuide {
+  /** The way of the stroke that was made last, on the wood, and of the one that is being made. */
+  private last: THREE.Vector3[] = [];
+  private making: THREE.Vector3[] = [];
+  private curve: THREE.Vector3[] = [];
+  private centre: Hit | null = null;
+  private drawn = new THREE.Group();
+  private held: { leads: boolean; depth: number; brush: boolean; every: number | null } = {
+    leads: false,
+    depth: 0,
+    brush: false,
+    every: null,
+  };
+
+  constructor(
+    private view: View,
+    private send: (message: Uint8Array) => void,
+  ) {
+    for (const id of ["guide", "snap"]) select(id).addEventListener("change", () => this.choose());
+    for (const id of ["steady", "leads"]) input(id).addEventListener("input", () => this.choose());
+    view.showAid(this.drawn);
+  }
+
+  /** Another document. */
+  begin(): void {
+    this.last = [];
+    this.curve = [];
+    this.making = [];
+    this.centre = null;
+    this.choose();
+  }
+
+  /**
+   * The tool that is held, and how deep it goes; `every`: of a stamp, how far it is from one place
+   * to the next [mm].
+   */
+  hold(leads: boolean, depth: number, brush: boolean, every: number | null): void {
+    const { held } = this;
+    if (
+      held.leads === leads &&
+      held.depth === depth &&
+      held.brush === brush &&
+      held.every === every
+    )
+      return;
+    this.held = { leads, depth, brush, every };
+    this.choose();
+  }
+
+  /** How far from the hand the tool may be, though nothing holds it [mm]. */
+  get slack(): number {
+    if (this.kind > 0 || this.stamps) return Infinity;
+    const { lead, entry, lift } = this.leading(this.leads, this.held.depth);
+    return this.steady + (lead ? entry + lift : 0);
+  }
+  /**
+   * Of a tool that leads itself, if it may: over what way it goes in, and from how high above its
+   * path [mm].
+   */
+  leading(leads: boolean, depth: number): { lead: number; entry: number; lift: number } {
+    const deep = Math.max(0.2, depth);
+    return {
+      lead: leads && input("leads").checked ? 1 : 0,
+      entry: ENTRY * deep,
+      lift: deep + ABOVE,
+    };
+  }
+  private get kind(): number {
+    return GUIDES.indexOf(select("guide").value);
+  }
+  private get steady(): number {
+    return Number(input("steady").value);
+  }
+  private get leads(): boolean {
+    return this.held.leads && !this.held.brush;
+  }
+
+  private get stamps(): boolean {
+    return this.held.every !== null && !this.held.brush;
+  }
+
+  /** A stroke begins there on the wood, goes on, and ends. */
+  press(at: Hit): void {
+    this.making = [at.point.clone()];
+    if (select("guide").value !== "circle") return;
+    this.centre ??= { point: this.view.middle, normal: at.normal.clone() };
+    this.centre.normal = at.normal.clone();
+    this.draw(at.point);
+  }
+  follow(at: Hit): void {
+    const last = this.making[this.making.length - 1];
+    if (!last || this.making.length >= MOST) return;
+    if (last.distanceTo(at.point) > APART * this.view.pieceSize) this.making.push(at.point.clone());
+  }
+  lift(): void {
+    if (this.making.length > 1 && select("guide").value !== "curve") this.last = this.making;
+    this.making = [];
+  }
+
+  /** The circle's centre is there from now on. */
+  setCentre(at: Hit): void {
+    this.centre = { point: at.point.clone(), normal: at.normal.clone() };
+    select("guide").value = "circle";
+    this.choose();
+  }
+
+  /** Sends what is chosen. */
+  choose(): void {
+    const guide = select("guide").value;
+    element("snaps").hidden = guide !== "line";
+    element("circle-help").hidden = guide !== "circle" || this.centre !== null;
+    if (guide === "curve" && this.curve.length === 0) this.curve = this.last;
+    if (guide !== "curve") this.curve = [];
+    const missing = guide === "curve" && this.curve.length < 2;
+    element("curve-help").hidden = !missing;
+    element("leading").hidden = !this.held.leads;
+    put("steady-out", `${this.steady.toFixed(1)} mm`);
+    this.send(
+      write.ChooseGuide({
+        guide: missing ? 0 : this.kind,
+        snap: Number(select("snap").value),
+        centre: (this.centre?.point ?? this.view.middle).toArray() as Vec3,
+        closed: 0,
+        steady: this.steady,
+        ...this.leading(this.leads, this.held.depth),
+        stamp: this.stamps ? 1 : 0,
+        every: this.held.every ?? 0,
+        curve: new Uint8Array(
+          new Float64Array(missing ? [] : this.curve.flatMap((p) => p.toArray())).buffer,
+        ),
+      }),
+    );
+    this.draw(null);
+  }
+
+  /** The curve, or the circle through a place: a little in front of the wood. */
+  private draw(through: THREE.Vector3 | null): void {
+    for (const line of this.drawn.children) (line as THREE.Line).geometry.dispose();
+    this.drawn.clear();
+    const guide = select("guide").value;
+    let points: THREE.Vector3[] = [];
+    if (guide === "curve") points = this.curve;
+    if (guide === "circle" && this.centre && through) {
+      const { point, normal } = this.centre;
+      const height = through.clone().sub(point).dot(normal);
+      const side = through.clone().sub(point).addScaledVector(normal, -height),
+        other = normal.clone().cross(side);
+      points = Array.from({ length: 97 }, (_, i) => {
+        const a = (2 * Math.PI * i) / 96;
+        return point
+          .clone()
+          .addScaledVector(normal, height)
+          .addScaledVector(side, Math.cos(a))
+          .addScaledVector(other, Math.sin(a));
+      });
+    }
+    if (points.length > 1)
+      this.drawn.add(
+        new THREE.Line(
+          new THREE.BufferGeometry().setFromPoints(points),
+          new THREE.LineBasicMaterial({ color: 0x2c6fbb, depthTest: false, transparent: true }),
+        ),
+      );
+    this.view.redraw();
+  }
+}

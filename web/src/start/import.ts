@@ -1,0 +1,464 @@
+// SPDX-License-Identifier: MIT
+// A file becomes a stock: the studio says what it seems to be, a dialog shows it as it will stand,
+// and what is chosen there is made. The file waits at the studio meanwhile; Cancel drops it.
+import * as THREE from "three";
+import { request } from "../connection/access";
+import { dialog, element, input, put, select } from "../base/dom";
+import { clearNotice, notify } from "../base/notice";
+import {
+  ImportView,
+  meshShape,
+  readPicture,
+  reliefShape,
+  volumeShape,
+  type Picture,
+} from "./import_view";
+import type { Material } from "../view/wood";
+import type { Vec3 } from "../base/vec3";
+
+interface Mesh {
+  kind: "mesh";
+  triangles: number;
+  size_mm: Vec3; // as it was read
+  area_mm2: number;
+  unit_mm: number; // of the file, as it was read
+  unit: string;
+  unit_why: string;
+  longest_mm: number;
+  up: string;
+  front: string;
+  up_why: string;
+  repairs: string[];
+}
+interface Relief {
+  kind: "relief";
+  width: number;
+  height: number; // of the picture
+}
+interface Volume {
+  kind: "volume";
+  size_mm: Vec3; // of its grid
+  area_mm2: number;
+  labels: { label: number; name: string; volume_mm3: number; material: number }[];
+}
+type Brought = (Mesh | Relief | Volume) & { import: string; ray_bytes: number; free_bytes: number };
+
+const UNITS: [string, string, number][] = [
+  ["mm", "millimetres", 1],
+  ["cm", "centimetres", 10],
+  ["in", "inches", 25.4],
+  ["m", "metres", 1000],
+];
+const UPS = ["x", "-x", "y", "-y", "z", "-z"];
+const ROOM = 1.2; // the lattice is longer than the piece by a tenth on each side
+
+const along = (name: string): Vec3 => {
+  const v: Vec3 = [0, 0, 0];
+  v["xyz".indexOf(name.slice(-1))] = name.startsWith("-") ? -1 : 1;
+  return v;
+};
+const named = (v: Vec3): string => UPS.find((name) => along(name).every((x, i) => x === v[i]))!;
+const cross = (a: Vec3, b: Vec3): Vec3 => [
+  a[1] * b[2] - a[2] * b[1],
+  a[2] * b[0] - a[0] * b[2],
+  a[0] * b[1] - a[1] * b[0],
+];
+const less = (v: Vec3): Vec3 => v.map((x) => (x === 0 ? 0 : -x)) as Vec3;
+/** As in kibori/geometry/orientation.h. */
+const usualFront = (up: string): string => (up.endsWith("y") ? "z" : "-y");
+/** The rows of the rotation from the file's axes to those of the piece. */
+const rows = (up: string, front: string): [Vec3, Vec3, Vec3] => [
+  cross(along(up), along(front)),
+  less(along(front)),
+  along(up),
+];
+
+const short = (x: number): string => String(Number(x.toPrecision(x >= 100 ? 4 : 3)));
+const rounded = new Intl.NumberFormat("en", { maximumSignificantDigits: 2 });
+const many = (x: number): string =>
+  x >= 1e6 ? `${(x / 1e6).toPrecision(2)} million` : rounded.format(x).replace(",", " ");
+
+export class Importer {
+  private page = ""; // what the studio calls this page
+  private materials: Material[] = [];
+  private view: ImportView | null = null;
+  private turns = 0; // files that were brought
+  private reading: Promise<void> = Promise.resolve(); // the studio reads one at a time
+  private brought: Brought | null = null;
+  private shape: THREE.BufferGeometry | null = null;
+  private picture: Picture | null = null;
+  private up = "z";
+  private front = "-y";
+  private longest = 80; // [mm], not rounded
+  private within = 0; // the longest side of the piece [mm] that it becomes a body in; 0: none is open
+
+  constructor() {
+    const box = dialog("importing");
+    select("import-up").replaceChildren(...UPS.map((name) => new Option(name.toUpperCase(), name)));
+    box.querySelector<HTMLButtonElement>("button[value=no]")!.onclick = () => box.close("no");
+    // The event comes a little after the closing, by when the dialog may have been opened again.
+    box.onclose = () => !box.open && box.returnValue !== "yes" && this.drop();
+    box.querySelector("form")!.onsubmit = (event) => {
+      event.preventDefault();
+      box.close("yes");
+      void this.make();
+    };
+    select("import-unit").onchange = () => this.chooseUnit(select("import-unit").value);
+    input("import-longest").oninput = () => {
+      const value = input("import-longest").valueAsNumber;
+      if (!(value > 0)) return;
+      this.longest = value;
+      if (this.brought?.kind === "mesh") select("import-unit").value = this.unitOf(value);
+      this.show();
+    };
+    select("import-up").onchange = () =>
+      this.turnTo(select("import-up").value, usualFront(select("import-up").value));
+    for (const button of element("import-turns").querySelectorAll("button"))
+      button.onclick = () => this.turnAbout("XYZ".indexOf(button.value));
+    for (const id of ["import-height", "import-base", "import-invert"])
+      input(id).oninput = () => this.show();
+    select("import-wood").onchange = () => this.showWood();
+    select("import-detail").onchange = () => this.showDetail();
+  }
+
+  /** The studio can be brought files; what it calls this page, and the woods there are. */
+  offer(page: string, materials: Material[]): void {
+    if (page !== this.page && this.leave())
+      notify("The connection was lost, and with it the file; choose it again.");
+    this.page = page;
+    this.materials = materials;
+  }
+
+  /** Something else is shown. Whether a file waited. */
+  leave(): boolean {
+    const waited = dialog("importing").open;
+    this.turns++;
+    this.brought = null;
+    dialog("importing").close("yes");
+    return waited;
+  }
+
+  /**
+   * The file that was chosen last is asked about; one that is still being read is forgotten when
+   * that is done. `within`: the longest side of the piece [mm] that it becomes a body in; 0: it is a
+   * document.
+   */
+  bring(file: File, within = 0): Promise<void> {
+    const turn = ++this.turns,
+      bringing = `Reading ${file.name} …`;
+    this.within = within;
+    notify(bringing);
+    this.reading = this.reading.then(() => this.read(file, turn, bringing));
+    return this.reading;
+  }
+
+  private async read(file: File, turn: number, bringing: string): Promise<void> {
+    if (turn !== this.turns) return;
+    try {
+      const answer = await request(this.address("import", { name: file.name }), {
+        method: "POST",
+        body: file,
+      });
+      if (turn !== this.turns) return;
+      clearNotice(bringing);
+      if (answer.status === 202) return; // a document, which is opened
+      if (!answer.ok) {
+        const why = await answer.text();
+        return why ? notify(why) : undefined;
+      }
+      const brought = (await answer.json()) as Brought;
+      const look = await request(this.address("import", { import: brought.import }));
+      if (!look.ok) return notify(await look.text());
+      const data = await look.arrayBuffer();
+      if (turn === this.turns) this.ask(brought, data, file.name);
+    } catch {
+      if (turn === this.turns)
+        notify(`${file.name} did not arrive; is 'kibori studio' still running?`);
+    }
+  }
+
+  private address(path: string, about: Record<string, string>): string {
+    return `/${path}?${new URLSearchParams({ page: this.page, ...about }).toString().replaceAll("+", "%20")}`;
+  }
+
+  private ask(brought: Brought, data: ArrayBuffer, name: string): void {
+    this.brought = brought;
+    this.shape?.dispose();
+    this.shape = this.picture = null;
+    put("import-title", `Import ${name}`);
+    input("import-name").value = name.replace(/\.[^.]*$/, "");
+    for (const part of dialog("importing").querySelectorAll<HTMLElement>("[data-of], [data-for]")) {
+      const { of, for: use } = part.dataset;
+      part.hidden =
+        (of !== undefined && !of.split(" ").includes(brought.kind)) ||
+        (use !== undefined && (use === "body") !== this.within > 0);
+      if (of === undefined) continue;
+      for (const field of part.querySelectorAll("input")) field.disabled = part.hidden; // what is not shown need not be filled in
+    }
+    const wood = select("import-wood");
+    wood.replaceChildren(...this.materials.map((m, i) => new Option(m.name, String(i))));
+    this.trouble("");
+    if (brought.kind === "mesh") {
+      this.shape = meshShape(data);
+      const units = UNITS.map(
+        ([unit, text, mm]) => new Option(`${text} (${short(this.inUnit(mm))} mm)`, unit),
+      );
+      select("import-unit").replaceChildren(...units, new Option("none: a size is chosen", "fit"));
+      select("import-unit").value = brought.unit;
+      this.longest = brought.longest_mm;
+      put("import-unit-why", brought.unit_why);
+      if (this.within > 0 && this.longest > this.within) {
+        this.longest = 0.9 * this.within;
+        select("import-unit").value = "fit";
+        put("import-unit-why", "Made smaller, so that it fits into the piece.");
+      }
+      put("import-up-why", brought.up_why);
+      [this.up, this.front] = [brought.up, brought.front];
+      select("import-up").value = this.up;
+    } else if (brought.kind === "volume") {
+      this.shape = volumeShape(data);
+      this.longest = Math.max(...brought.size_mm);
+      this.askLabels(brought);
+    } else {
+      this.picture = readPicture(data);
+      this.longest = 80;
+      input("import-height").value = input("import-base").value = "5";
+      input("import-invert").checked = false;
+    }
+    this.showLongest();
+    this.reopen();
+    this.show(true);
+    this.showWood();
+  }
+  /** Which material each label is of. */
+  private askLabels(volume: Volume): void {
+    element("import-labels").replaceChildren(
+      ...volume.labels.map(({ label, name, volume_mm3, material }) => {
+        const row = document.createElement("label"),
+          choice = document.createElement("select");
+        row.className = "pair";
+        row.append(`${name}, ${short(volume_mm3)} mm³ `, choice);
+        choice.dataset.label = String(label);
+        choice.append(...this.materials.map((m, i) => new Option(m.name, String(i))));
+        choice.value = String(material);
+        choice.onchange = () => this.showWood();
+        return row;
+      }),
+    );
+  }
+  private labels(): HTMLSelectElement[] {
+    return [...element("import-labels").querySelectorAll("select")];
+  }
+  private reopen(): void {
+    dialog("importing").returnValue = "";
+    dialog("importing").showModal();
+    this.view ??= new ImportView(element<HTMLCanvasElement>("import-view"));
+  }
+
+  /** The longest side [mm], if the file's numbers are so many mm each. */
+  private inUnit(mm: number): number {
+    const { size_mm, unit_mm } = this.brought as Mesh;
+    return (Math.max(...size_mm) / unit_mm) * mm;
+  }
+  private unitOf(longest: number): string {
+    return (
+      UNITS.find(([, , mm]) => Math.abs(this.inUnit(mm) - longest) <= 1e-4 * longest)?.[0] ?? "fit"
+    );
+  }
+  private chooseUnit(name: string): void {
+    const unit = UNITS.find(([known]) => known === name);
+    this.longest = unit ? this.inUnit(unit[2]) : 80;
+    this.showLongest();
+    this.show();
+  }
+  private showLongest(): void {
+    input("import-longest").value = short(this.longest);
+  }
+
+  private turnTo(up: string, front: string): void {
+    [this.up, this.front] = [up, front];
+    select("import-up").value = up;
+    this.show();
+  }
+  private turnAbout(axis: number): void {
+    const u = (axis + 1) % 3,
+      v = (axis + 2) % 3,
+      old = rows(this.up, this.front),
+      turned = rows(this.up, this.front);
+    [turned[u], turned[v]] = [less(old[v]), old[u]];
+    this.turnTo(named(turned[2]), named(less(turned[1])));
+  }
+
+  /** As it will be [mm]. */
+  private size(): Vec3 {
+    const brought = this.brought!;
+    if (brought.kind === "mesh") {
+      const scale = this.longest / Math.max(...brought.size_mm);
+      return rows(this.up, this.front).map(
+        (row) => scale * Math.abs(row.reduce((sum, x, i) => sum + x * brought.size_mm[i], 0)),
+      ) as Vec3;
+    }
+    if (brought.kind === "volume") return brought.size_mm;
+    const max = Math.max(brought.width, brought.height);
+    return [
+      (this.longest * brought.width) / max,
+      (this.longest * brought.height) / max,
+      input("import-height").valueAsNumber + input("import-base").valueAsNumber,
+    ];
+  }
+
+  private show(again = false): void {
+    if (!this.brought || !this.view) return;
+    const size = this.size();
+    if (!size.every((x) => x > 0 && x < Infinity)) return; // a number is being written
+    let apart: number;
+    if (this.picture) {
+      const shape = reliefShape(
+        this.picture,
+        size,
+        input("import-base").valueAsNumber,
+        input("import-invert").checked,
+      );
+      apart = this.view.show(shape, new THREE.Matrix4(), again);
+      shape.dispose();
+    } else {
+      const turn = this.brought.kind === "mesh" ? rows(this.up, this.front) : rows("z", "-y");
+      const [x, y, z] = turn.map((row) => row.map((entry) => entry * this.longest));
+      apart = this.view.show(
+        this.shape!,
+        new THREE.Matrix4().set(
+          x[0],
+          x[1],
+          x[2],
+          0,
+          y[0],
+          y[1],
+          y[2],
+          0,
+          z[0],
+          z[1],
+          z[2],
+          0,
+          0,
+          0,
+          0,
+          1,
+        ),
+        again,
+      );
+    }
+    put("import-size", `${size.map(short).join(" × ")} mm; lines ${short(apart)} mm apart`);
+    this.showDetail();
+  }
+
+  private showWood(): void {
+    const choices = this.brought?.kind === "volume" ? this.labels() : [select("import-wood")];
+    const woods = choices.map((choice) => this.materials[Number(choice.value)]);
+    if (woods.every(Boolean)) this.view?.setWoods(woods);
+  }
+
+  /** What the chosen detail comes to: an estimate. */
+  private showDetail(): void {
+    if (!this.brought) return;
+    const size = this.size(),
+      pitch = this.longest / Number(select("import-detail").value);
+    const nodes = size.map((x) => (x + (ROOM - 1) * this.longest) / pitch);
+    const rays = nodes[0] * nodes[1] + nodes[1] * nodes[2] + nodes[2] * nodes[0];
+    const brought = this.brought;
+    const area =
+      brought.kind !== "relief"
+        ? brought.area_mm2 * (this.longest / Math.max(...brought.size_mm)) ** 2
+        : 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]);
+    const bytes = rays * brought.ray_bytes;
+    const tight =
+      brought.free_bytes > 0 && bytes > brought.free_bytes
+        ? " More than there is free: choose less."
+        : "";
+    // A surface crosses 1.5 edges of the lattice for each square of the pitch, as a mean over its
+    // directions, and each becomes two triangles.
+    put(
+      "import-detail-out",
+      `${short(pitch)} mm a ray, about ${many(rays)} rays and ${many((3 * area) / pitch ** 2)} triangles, up to ${Math.ceil(bytes / 1e6)} MB.${tight}`,
+    );
+    const notes =
+      brought.kind === "mesh"
+        ? [
+            ...(brought.repairs.length
+              ? brought.repairs
+              : ["It is closed and sound: nothing is repaired."]),
+          ]
+        : [];
+    if (this.within > 0)
+      notes.push("It comes into the middle of the piece; move and turn it there.");
+    else
+      notes.push(
+        brought.kind === "mesh"
+          ? `Left out: colours, and what is thinner than ${short(pitch)} mm.`
+          : brought.kind === "volume"
+            ? `Steps of voxels are smoothed away; no face moves by more than half a voxel. What is thinner than ${short(pitch)} mm is left out.`
+            : `${brought.width} × ${brought.height} pixels; what is finer than ${short(pitch)} mm is averaged.`,
+      );
+    element("import-notes").replaceChildren(
+      ...notes.map((text) => {
+        const item = document.createElement("li");
+        item.textContent = text;
+        return item;
+      }),
+    );
+  }
+
+  private trouble(text: string): void {
+    put("import-trouble", text);
+    element("import-trouble").hidden = text === "";
+  }
+
+  private async make(): Promise<void> {
+    const brought = this.brought!,
+      turn = this.turns;
+    const about: Record<string, string> = {
+      import: brought.import,
+      name: input("import-name").value.trim(),
+      size: String(this.longest),
+      rays: select("import-detail").value,
+      material: select("import-wood").value,
+    };
+    if (this.within > 0) about.no_go = input("import-no-go").checked ? "1" : "0";
+    if (brought.kind === "mesh") Object.assign(about, { up: this.up, front: this.front });
+    else if (brought.kind === "volume")
+      about.labels = this.labels()
+        .map((choice) => `${choice.dataset.label}:${choice.value}`)
+        .join(",");
+    else
+      Object.assign(about, {
+        height: input("import-height").value,
+        base: input("import-base").value,
+        invert: input("import-invert").checked ? "1" : "0",
+      });
+    try {
+      const answer = await request(this.address("make", about), { method: "POST" });
+      if (turn !== this.turns || answer.ok) return;
+      if (answer.status === 404) return notify(await answer.text());
+      // Something can be chosen otherwise; where it was cancelled there is nothing to say.
+      this.trouble(await answer.text());
+      this.reopen();
+    } catch {
+      if (turn === this.turns)
+        notify("The studio does not answer; is 'kibori studio' still running?");
+    }
+  }
+
+  private drop(): void {
+    const brought = this.brought;
+    this.brought = null;
+    if (!brought) return;
+    const address = this.address("import", { import: brought.import });
+    // Before the next file comes, which takes its place. Where the studio has ended, the file is
+    // gone with it.
+    this.reading = this.reading
+      .then(() => request(address, { method: "DELETE" }))
+      .then(
+        () => undefined,
+        () => undefined,
+      );
+  }
+}

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+// What tests and measurements ask the page: window.kibori.
+import type { Vec3 } from "./base/vec3";
+import type { Connection } from "./connection/connection";
+import type { ForcePlot } from "./forces/plot";
+import type { Hand } from "./hand/hand";
+import type { View } from "./view/view";
+
+let frameTakes = 0;
+/** From now on every frame takes at least so long [ms], as on a slow computer; 0: as it comes. */
+function slowFrames(ms: number): void {
+  const runs = frameTakes > 0;
+  frameTakes = ms;
+  const wait = (): void => {
+    for (const until = performance.now() + frameTakes; performance.now() < until; );
+    if (frameTakes > 0) requestAnimationFrame(wait);
+  };
+  if (!runs && ms > 0) requestAnimationFrame(wait);
+}
+
+export function offerHooks(view: View, plot: ForcePlot, hand: Hand, line: Connection): void {
+  Object.assign(window, {
+    kibori: {
+      // Whether the page shows all that the studio has sent: all chunks, drawn as well as can be.
+      whole: () => view.solid.whole,
+      settled: () => view.painter.settled,
+      // Resolves when the studio has handled all that the page has sent (see Connection).
+      answered: () => line.answered(),
+      // Resolves with the next report of the studio's state, 20 a second.
+      nextState: () => line.next("State"),
+      surface: () => view.solid.surface(),
+      frames: () => view.painter.frames,
+      eye: () => view.cameras.eye,
+      middle: () => view.cameras.target.toArray(),
+      hit: (x: number, y: number) => {
+        const hit = view.hit(x, y);
+        return hit && { point: hit.point.toArray(), normal: hit.normal.toArray() };
+      },
+      onScreen: (place: Vec3) => view.cameras.onScreen(place),
+      thumbnail: () => view.thumbnail(128, 96),
+      onPiece: (x: number, y: number) => view.hit(x, y) !== null,
+      stampsMade: () => hand.stamp.made,
+      breakLine: () => line.breakOff(),
+      at: (x: number, y: number) => view.hit(x, y)?.point.toArray() ?? null,
+      slowFrames,
+      still: (still: boolean) => (view.painter.still = plot.still = still),
+    },
+  });
+}

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: MIT
+// Marks around the solid that are no part of it: planes and axis of symmetry, the plane that depth
+// counts from, the ring under the pointer, and the grid on the ground. Lengths are mm.
+import * as THREE from "three";
+import type { Hit } from "./pick";
+
+const BLUE = 0x0072b2;
+const UP = new THREE.Vector3(0, 0, 1);
+
+/** A rectangle around the middle of a box, normal to an axis, as large as the box. */
+function frameAcross(axis: number, box: THREE.Box3): THREE.LineLoop {
+  const half = box.getSize(new THREE.Vector3()).multiplyScalar(0.5),
+    [u, v] = [(axis + 1) % 3, (axis + 2) % 3];
+  const corners = [
+    [-1, -1],
+    [1, -1],
+    [1, 1],
+    [-1, 1],
+  ].map(([a, b]) =>
+    new THREE.Vector3()
+      .setComponent(u, a * half.getComponent(u))
+      .setComponent(v, b * half.getComponent(v)),
+  );
+  const frame = new THREE.LineLoop(
+    new THREE.BufferGeometry().setFromPoints(corners),
+    new THREE.LineBasicMaterial({ color: BLUE }),
+  );
+  box.getCenter(frame.position);
+  frame.visible = false;
+  return frame;
+}
+
+export class Marks {
+  readonly group = new THREE.Group();
+  private piece = new THREE.Box3(); // what the solid is cut from
+  private radius = 0; // of the sphere around what was framed
+  private grid: THREE.GridHelper | null = null;
+  private planes = new THREE.Group();
+  private level = new THREE.Mesh(
+    new THREE.PlaneGeometry(1, 1),
+    new THREE.MeshBasicMaterial({
+      color: BLUE,
+      transparent: true,
+      opacity: 0.14,
+      side: THREE.DoubleSide,
+      depthWrite: false,
+    }),
+  );
+  private ring = new THREE.Mesh(
+    new THREE.RingGeometry(0.94, 1, 64),
+    new THREE.MeshBasicMaterial({
+      color: BLUE,
+      side: THREE.DoubleSide,
+      depthTest: false,
+      transparent: true,
+    }),
+  );
+  private folds = new THREE.LineSegments(
+    new THREE.BufferGeometry(),
+    new THREE.LineBasicMaterial({
+      color: BLUE,
+      depthTest: false,
+      transparent: true,
+      opacity: 0.35,
+    }),
+  );
+
+  constructor(private redraw: () => void) {
+    this.level.visible = this.ring.visible = false;
+    this.ring.renderOrder = 2;
+    this.group.add(this.planes, this.level, this.ring, this.folds);
+  }
+
+  /** Another document. */
+  begin(piece: THREE.Box3): void {
+    this.piece.copy(piece);
+    this.ring.visible = false;
+    for (const frame of this.planes.children as THREE.LineLoop[]) {
+      frame.geometry.dispose();
+      (frame.material as THREE.Material).dispose();
+    }
+    this.planes.clear();
+    for (const axis of [0, 1, 2]) this.planes.add(frameAcross(axis, piece));
+  }
+
+  /** Puts a grid below what is looked at; its lines are 1, 10, 100 ... mm apart. */
+  frame(box: THREE.Box3, { center, radius: r }: THREE.Sphere): void {
+    this.radius = r;
+    if (this.grid) this.group.remove(this.grid);
+    this.grid?.dispose();
+    const apart = 10 ** Math.max(0, Math.round(Math.log10(r) - 0.7));
+    const half = Math.ceil((1.6 * r) / apart) * apart;
+    this.grid = new THREE.GridHelper(2 * half, (2 * half) / apart, 0x8a7a68, 0xb9aca0);
+    this.grid.rotation.x = Math.PI / 2;
+    this.grid.position.set(
+      Math.round(center.x / apart) * apart,
+      Math.round(center.y / apart) * apart,
+      box.min.z - 0.001 * r,
+    );
+    (this.grid.material as THREE.Material).transparent = true;
+    (this.grid.material as THREE.Material).opacity = 0.45;
+    this.group.add(this.grid);
+  }
+
+  /**
+   * Frames around the planes of symmetry (bits 1 normal to x, 2 to y, 4 to z); the axis that all
+   * goes around, and where each of `fold` parts begins.
+   */
+  showSymmetry(planes: number, fold: number, axis: number): void {
+    this.planes.children.forEach((frame, i) => (frame.visible = ((planes >> i) & 1) === 1));
+    this.folds.geometry.dispose();
+    const points: THREE.Vector3[] = [];
+    if (fold > 1) {
+      const middle = this.piece.getCenter(new THREE.Vector3()),
+        half = this.piece.getSize(new THREE.Vector3()).multiplyScalar(0.5);
+      const [u, v] = [(axis + 1) % 3, (axis + 2) % 3],
+        reach = Math.hypot(half.getComponent(u), half.getComponent(v));
+      const at = (along: number, turn: number, out: number): THREE.Vector3 =>
+        new THREE.Vector3()
+          .setComponent(axis, along * half.getComponent(axis))
+          .setComponent(u, out * Math.cos(turn))
+          .setComponent(v, out * Math.sin(turn))
+          .add(middle);
+      points.push(at(-1.2, 0, 0), at(1.2, 0, 0));
+      for (let i = 0; i < fold; i++) {
+        const turn = (2 * Math.PI * i) / fold;
+        points.push(at(1, turn, 0), at(1, turn, reach));
+      }
+    }
+    this.folds.geometry = new THREE.BufferGeometry().setFromPoints(points);
+    this.redraw();
+  }
+
+  /** The plane that depth counts from; null: none. */
+  showPlane(plane: Hit | null): void {
+    this.level.visible = plane !== null;
+    if (plane) {
+      this.level.position.copy(plane.point);
+      this.level.quaternion.setFromUnitVectors(UP, plane.normal);
+      this.level.scale.setScalar(this.radius || 20);
+    }
+    this.redraw();
+  }
+
+  /** A ring on the wood; null: none. */
+  showRing(at: Hit | null, radius: number): void {
+    this.ring.visible = at !== null;
+    if (at) {
+      this.ring.position.copy(at.point).addScaledVector(at.normal, 0.05);
+      this.ring.quaternion.setFromUnitVectors(UP, at.normal);
+      this.ring.scale.setScalar(radius);
+    }
+    this.redraw();
+  }
+}

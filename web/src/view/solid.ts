@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: MIT
+// The bodies' surfaces as the studio sends them, chunk by chunk: which are shown, which are marked as
+// no-go, and where a ray meets them. Lengths are mm.
+import * as THREE from "three";
+import type { Body } from "./body";
+import { pack, unpack, type Lattice } from "./chunks";
+import { firstHit, type Hit } from "./pick";
+import type { Wood } from "./wood";
+
+/** The layer of what thumbnails show. */
+export const PICTURED = 1;
+
+// Protected bodies are drawn twice. Where two bodies share a face, neither may hide the other.
+const blue = (how: THREE.MeshBasicMaterialParameters): THREE.MeshBasicMaterial =>
+  new THREE.MeshBasicMaterial({
+    color: 0x0072b2,
+    transparent: true,
+    depthWrite: false,
+    polygonOffset: true,
+    polygonOffsetFactor: -4,
+    polygonOffsetUnits: -64,
+    ...how,
+  });
+/** Where something hides the body. */
+const VEIL = blue({ opacity: 0.3, depthFunc: THREE.GreaterDepth });
+/** Where the body is seen. */
+const SKIN = blue({ opacity: 0.35 });
+
+const UPRIGHT = new THREE.Matrix4();
+/** The name of a shown chunk. */
+const nameOf = (place: string, body: number): string => `${place},${body}`;
+const bodyOf = (name: string): number => Number(name.slice(name.lastIndexOf(",") + 1));
+const boundsOf = (mesh: THREE.Mesh): THREE.Box3 =>
+  new THREE.Box3().setFromBufferAttribute(
+    mesh.geometry.attributes.position as THREE.BufferAttribute,
+  );
+
+export class Solid {
+  readonly chunks = new THREE.Group();
+  /** Drawn over everything: the protected bodies. */
+  readonly veils = new THREE.Group();
+  /** By place and body: see nameOf. */
+  readonly shown = new Map<string, THREE.Mesh>();
+  lattice: Lattice = { origin: [0, 0, 0], pitch: 1 };
+  /** The body that is worked on. */
+  active = 1;
+  /** Whether all chunks have arrived. */
+  whole = false;
+  /** Where chunks have changed since the last frame. */
+  changed: THREE.Sphere[] = [];
+  /** Whether the light, or what throws shadows, has changed since shadows were drawn. */
+  shadowsStale = false;
+  private poses = new Map<number, THREE.Matrix4>(); // of visible bodies
+  private noGo = new Set<number>(); // bodies
+  // What a chunk was when the stroke began: depth is taken from there, so that the tool does not
+  // sink by itself. null: there was none.
+  private before: Map<string, THREE.Mesh | null> | null = null;
+
+  constructor(
+    private wood: Wood,
+    private redraw: () => void,
+  ) {
+    this.chunks.matrixWorldAutoUpdate = false;
+  }
+
+  /** Another document. */
+  begin(lattice: Lattice): void {
+    for (const mesh of this.shown.values()) mesh.geometry.dispose();
+    this.shown.clear();
+    this.chunks.clear();
+    this.poses.clear();
+    this.active = 1;
+    this.lattice = lattice;
+    this.whole = false;
+    this.endStroke();
+  }
+
+  /** Chunks of bodies that are gone, hidden or moved are removed. */
+  setBodies(bodies: Body[], active: number): void {
+    const poses = new Map(bodies.filter((b) => b.visible).map((b) => [b.id, b.matrix]));
+    for (const [id, pose] of this.poses)
+      if (!poses.get(id)?.equals(pose))
+        for (const name of [...this.shown.keys()]) if (bodyOf(name) === id) this.drop(name);
+    this.poses = poses;
+    this.active = active;
+    this.noGo = new Set(bodies.filter((b) => b.no_go).map((b) => b.id));
+    this.veil();
+    this.redraw();
+  }
+
+  /** Takes a frame of a body's chunks in. */
+  take(data: Uint8Array, body: number): void {
+    const pose = this.poses.get(body);
+    if (!pose) return; // it is hidden since
+    const turned = !pose.equals(UPRIGHT);
+    this.whole = false;
+    unpack(data, this.lattice, turned ? pose : null, (place, made) => {
+      const name = nameOf(place, body);
+      this.drop(name);
+      if (!made) return;
+      const mesh = new THREE.Mesh(made, this.wood.material);
+      mesh.castShadow = mesh.receiveShadow = true;
+      mesh.matrixAutoUpdate = false;
+      mesh.userData.turned = turned;
+      mesh.layers.enable(PICTURED);
+      this.changed.push(made.boundingSphere!);
+      this.shown.set(name, mesh);
+      this.chunks.add(mesh);
+    });
+    this.shadowsStale = true;
+    if (this.noGo.has(body)) this.veil();
+    this.redraw();
+  }
+  /** Protected bodies are blue, and seen through all that is before them. */
+  private veil(): void {
+    this.veils.clear();
+    for (const [name, { geometry, matrix }] of this.shown) {
+      if (!this.noGo.has(bodyOf(name))) continue;
+      for (const material of [VEIL, SKIN]) {
+        const mesh = new THREE.Mesh(geometry, material);
+        mesh.matrixAutoUpdate = mesh.frustumCulled = false;
+        mesh.matrix.copy(matrix);
+        this.veils.add(mesh);
+      }
+    }
+  }
+  private drop(name: string): void {
+    const old = this.shown.get(name);
+    if (!old && this.before && !this.before.has(name)) this.before.set(name, null);
+    if (!old) return;
+    this.chunks.remove(old);
+    this.changed.push(old.geometry.boundingSphere!);
+    if (this.before && !this.before.has(name)) this.before.set(name, old);
+    else if (this.before?.get(name) !== old) old.geometry.dispose();
+    this.shown.delete(name);
+    this.shadowsStale = true;
+  }
+
+  /** Gives all chunks the material of the wood that is chosen, or another one. */
+  dress(material: THREE.Material = this.wood.material): void {
+    for (const mesh of this.shown.values()) mesh.material = material;
+  }
+  /** Shows a body displaced by this motion; null: where it is. */
+  showMoved(body: number, by: THREE.Matrix4 | null): void {
+    for (const [name, mesh] of this.shown)
+      if (bodyOf(name) === body) {
+        mesh.matrix.copy(by ?? UPRIGHT);
+        mesh.matrixWorld.copy(by ?? UPRIGHT);
+        // Bounds made before don't know where it then is.
+        mesh.frustumCulled = by === null;
+      }
+    this.veil();
+    this.shadowsStale = true;
+  }
+
+  /** From now on hit() knows the surface as it is now, too. */
+  beginStroke(): void {
+    this.before = new Map();
+  }
+  endStroke(): void {
+    if (!this.before) return;
+    for (const [place, mesh] of this.before)
+      if (mesh && this.shown.get(place) !== mesh) mesh.geometry.dispose();
+    this.before = null;
+    this.redraw();
+  }
+  get inStroke(): boolean {
+    return this.before !== null;
+  }
+
+  /** The chunks of the body that is worked on, as they were sent, by their places. */
+  surface(): Uint8Array {
+    return pack(
+      new Map(
+        [...this.shown]
+          .filter(([name]) => bodyOf(name) === this.active)
+          .map(([name, mesh]) => [name, mesh.geometry]),
+      ),
+      this.lattice,
+    );
+  }
+  /** Around all that is shown, or what is shown of a body. */
+  boxOf(body: number | null): THREE.Box3 {
+    const box = new THREE.Box3();
+    for (const [name, mesh] of this.shown)
+      if (body === null || bodyOf(name) === body) box.union(boundsOf(mesh));
+    return box;
+  }
+
+  /** Where a ray meets a body first: as it was before the current stroke (began), or as it is. */
+  hit(ray: THREE.Ray, section: THREE.Plane | null, began: boolean, body: number): Hit | null {
+    const before = began ? this.before : null;
+    const surface: THREE.BufferGeometry[] = [];
+    for (const [name, mesh] of this.shown)
+      if (bodyOf(name) === body && !before?.has(name)) surface.push(mesh.geometry);
+    if (before)
+      for (const [name, mesh] of before)
+        if (mesh && bodyOf(name) === body) surface.push(mesh.geometry);
+    return firstHit(surface, ray, section);
+  }
+  /** The body that a ray meets first; null: none. */
+  bodyAt(ray: THREE.Ray, section: THREE.Plane | null): number | null {
+    let nearest = Infinity,
+      body: number | null = null;
+    for (const id of this.poses.keys()) {
+      const far = this.hit(ray, section, false, id)?.point.distanceTo(ray.origin) ?? Infinity;
+      if (far < nearest) [nearest, body] = [far, id];
+    }
+    return body;
+  }
+  /**
+   * How thick the wood is under a place of its surface, square to that [mm], looked for from `under`
+   * [mm] below; null: unknown.
+   */
+  thickness(at: Hit, under: number): number | null {
+    const inward = at.normal.clone().negate(),
+      from = at.point.clone().addScaledVector(inward, under);
+    const other = this.hit(new THREE.Ray(from, inward), null, false, this.active);
+    return other && other.point.distanceTo(at.point);
+  }
+}
