@@ -40,8 +40,9 @@ std::string nearest(std::string_view word, const std::vector<std::string>& known
 }
 
 void SceneError::report(int line, const std::string& what) {
-  report_sentence(
-      sanitize_message(file_ + (line > 0 ? ":" + std::to_string(line) : "") + ": " + what));
+  std::string sentence = file_;
+  if (line > 0) sentence.append(":").append(std::to_string(line));
+  report_sentence(sanitize_message(sentence.append(": ").append(what)));
 }
 
 void SceneError::report_sentence(const std::string& sentence) {
@@ -184,12 +185,12 @@ std::optional<TableReader> TableReader::table(std::string_view key,
 std::optional<TableReader> TableReader::section(std::string_view key, bool required) const {
   const toml::node* const node = find(key);
   if (!node) {
-    if (required) fail(0, "[" + std::string(key) + "] is missing");
+    if (required) fail(0, std::string("[").append(key).append("] is missing"));
     return std::nullopt;
   }
   if (const toml::table* const table = node->as_table())
     return TableReader(error_, *table, std::string(key));
-  fail(key, "[" + std::string(key) + "] must be a table");
+  fail(key, std::string("[").append(key).append("] must be a table"));
   return std::nullopt;
 }
 
