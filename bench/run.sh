@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Runs one benchmark of build/bench. Usage: run.sh step|tools|import|surface|reshape|spline|bodies|servo|document|python|publish|studio|hover|memory|instructions [--json] [--quick] ...
+# Runs one benchmark of build/release. Usage: run.sh step|tools|import|surface|reshape|spline|bodies|servo|document|python|publish|studio|hover|memory|instructions [--json] [--quick] ...
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 name=$1; shift
-bin=build/bench/bin
+bin=build/release/bin
 case "$name" in
   step | tools | reshape | spline | bodies | servo | document) $bin/${name}_bench "$@" ;;
-  python) PYTHONPATH=build/bench/python /usr/bin/python3 bench/python_loop.py $bin/python_bench "$@" ;;
-  publish) PYTHONPATH=build/bench/python /usr/bin/python3 bench/publish_loop.py $bin/kibori "$@" ;;
+  python) PYTHONPATH=build/release/python /usr/bin/python3 bench/python_loop.py $bin/python_bench "$@" ;;
+  publish) PYTHONPATH=build/release/python /usr/bin/python3 bench/publish_loop.py $bin/kibori "$@" ;;
   memory | instructions) $bin/step_bench "--$name" "$@" ;;
   studio) node bench/studio_latency.mjs $bin/kibori "$@" ;;
   hover) node bench/studio_hover.mjs $bin/kibori "$@" ;;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-// Start here. The usual headers; every installed header is public. Link kibori::kibori, and
-// kibori::kibori_tools for scenes, files and pictures. docs/architecture.md says how it hangs
-// together.
+// Start here: the stable headers. They keep source compatibility within a minor version (0.2.x);
+// CHANGELOG.md lists what changes in them. Other installed headers may change in any release. Link
+// kibori::kibori, and kibori::kibori_tools for scenes, files and pictures (find_package(kibori
+// COMPONENTS tools)). docs/architecture.md is a map of all of it.
 //
 //   A model, carved tick by tick:   make_lattice, TriDexel, DirectTool::advance, Snapshot, Surface
 //   Smoothed, inflated, flattened:  Reshaper::dab
@@ -49,18 +50,20 @@
 #include <kibori/surface/simplify.h>
 #include <kibori/surface/surface.h>
 
-// kibori::kibori_tools
-#include <kibori/run/carving.h>
+// kibori::kibori_tools, where it is installed.
+#if __has_include(<kibori/scene/scene.h>)
+#include <kibori/measure/distance.h>
+#include <kibori/picture/picture.h>
 #include <kibori/report/convert.h>
+#include <kibori/report/export.h>
+#include <kibori/report/force_report.h>
+#include <kibori/report/history.h>
+#include <kibori/report/mesh_report.h>
+#include <kibori/run/carving.h>
 #include <kibori/run/documents.h>
 #include <kibori/run/replay.h>
 #include <kibori/run/salvage.h>
-#include <kibori/report/history.h>
-#include <kibori/report/export.h>
-#include <kibori/report/force_report.h>
-#include <kibori/report/mesh_report.h>
-#include <kibori/scene/scene.h>
 #include <kibori/run/servo_run.h>
+#include <kibori/scene/scene.h>
 #include <kibori/scene/stock.h>
-#include <kibori/measure/distance.h>
-#include <kibori/picture/picture.h>
+#endif

@@ -22,7 +22,7 @@ case "$1" in
     # Threads of Python beside a servo in a script; documents are verified by the plain program. Python itself is not
     # instrumented, so it has to find the runtime.
     LD_PRELOAD=$(gcc -print-file-name=libtsan.so) PYTHONPATH=build/tsan/python \
-      /usr/bin/python3 -W ignore tests/test_python.py build/test/bin/kibori -k ServoLoop || status=1
+      /usr/bin/python3 -W ignore tests/test_python.py build/release/bin/kibori -k ServoLoop || status=1
     exit $status
     ;;
 esac

@@ -63,7 +63,7 @@ def symbols(objects, what):
 
 
 def by_links(root, build):
-    objects = [o for o in sorted(build.glob("CMakeFiles/kibori*.dir/kibori/*/*.o")) if (root / "kibori" / o.parent.name / o.stem).exists()]
+    objects = [o for o in sorted(build.glob("kibori/CMakeFiles/kibori*.dir/*/*.o")) if (root / "kibori" / o.parent.name / o.stem).exists()]
     if not objects:
         yield f"{build}: has no object files; build it first"
     home = {symbol: path.parent.name for path, symbol in symbols(objects, "--defined-only")}

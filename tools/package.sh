@@ -4,7 +4,7 @@
 set -euo pipefail
 build=$(realpath "$1"); mkdir -p "$2"; out=$(realpath "$2")
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
-rm -f "$out"/kibori-*.whl "$out"/{kibori,kibori-dds,libkibori-dev,python3-kibori}_*.deb
+rm -f "$out"/kibori-*.whl "$out"/{kibori,kibori-dds,libkibori-dev,libkibori-tools-dev,python3-kibori}_*.deb
 /usr/bin/python3 tools/make_wheel.py "$build" "$out"
 version=$(sed -nE 's/^project\(kibori VERSION ([0-9.]+).*/\1/p' CMakeLists.txt)
 work=$(mktemp -d)

@@ -4,12 +4,19 @@
 #include <charconv>
 #include <future>
 #include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
 
 #include <boost/asio/post.hpp>
-#include <boost/beast/websocket.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
 
 #include <nlohmann/json.hpp>
 
+#include <kibori/base/file.h>
 #include <kibori/report/convert.h>
 #include <kibori/run/documents.h>
 #include <kibori/report/export.h>
@@ -17,6 +24,7 @@
 #include <kibori/document/rescue.h>
 #include "apps/studio/session/stock_scene.h"
 
+#include "apps/studio/accept_websocket.h"
 #include "apps/studio/bundle.h"
 #include "apps/studio/websocket_client.h"
 
@@ -131,7 +139,63 @@ Error said_of(const std::string& name, const std::filesystem::path& path, std::s
   return Error{why};
 }
 
+// One connection.
+class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
+ public:
+  HttpConnection(asio::ip::tcp::socket socket, Server::State& server);
+  void read();
+
+ private:
+  using Status = http::status;
+  void answer();
+  // The key, for who has the token.
+  void let_in();
+  // A file to carve, into the temporary folder. A document is opened at once; of anything else the
+  // answer says what it seems to be (JSON of import_report.h, and its id), and it waits there.
+  void take_import();
+  void open_brought();
+  bool may_import();
+  void look_at_import();
+  // Requests on this page's import: preview, drop, make a document.
+  void send_preview();
+  void drop_import();
+  void make_import();
+  void make_body(const Import& import, const FileStock& how);
+  // null, and answered, where the page or the file is not there.
+  const Import* waiting();
+  void send_export();
+  void send_thumbnail();
+  void send_spline();
+  void send_file(const std::filesystem::path& path);
+  void respond(Status status, std::string body, const char* type = "text/plain; charset=utf-8");
+  // `body` lives as long as the program.
+  void say_bundled(std::string_view body, const char* type);
+  template <class Body>
+  void write(http::response<Body>& response);
+  void close();
+  void drain();
+
+  beast::tcp_stream stream_;
+  Server::State& server_;
+  std::shared_ptr<Guest> guest_;
+  std::shared_ptr<void> room_;  // for what is brought
+  beast::flat_buffer buffer_{16384};
+  std::optional<http::request_parser<http::empty_body>> parser_;
+  std::optional<http::request_parser<http::file_body>> import_;
+  std::shared_ptr<TemporaryFolder> folder_;  // of what is brought
+  std::string name_;                         // of that file
+  std::string target_;
+  bool keep_alive_ = false;
+  std::string body_;
+  http::response<http::span_body<const char>> response_;
+  http::response<http::file_body> file_response_;
+};
+
 }  // namespace
+
+void serve_http(asio::ip::tcp::socket socket, Server::State& server) {
+  std::make_shared<HttpConnection>(std::move(socket), server)->read();
+}
 
 HttpConnection::HttpConnection(asio::ip::tcp::socket socket, Server::State& server)
     : stream_(std::move(socket)),
@@ -183,8 +247,7 @@ void HttpConnection::answer() {
     if (!websocket::is_upgrade(request)) return respond(Status::upgrade_required, "a WebSocket\n");
     if (!own) return respond(Status::forbidden, "asked for by another site\n");
     stream_.expires_never();
-    std::make_shared<WebSocketClient>(std::move(stream_), server_, std::move(guest_))
-        ->accept(request);
+    accept_websocket(std::move(stream_), request, server_, std::move(guest_));
     return;
   }
   if (method == http::verb::get) {

@@ -26,7 +26,6 @@ namespace kibori::studio {
 namespace {
 
 namespace asio = boost::asio;
-namespace beast = boost::beast;
 using tcp = asio::ip::tcp;
 
 constexpr size_t kTickNumbers = 15;  // tip, force, moment, axis, side
@@ -48,12 +47,12 @@ constexpr size_t kTicksWait = 400000;
 Server::State::~State() { session.reset(); }
 
 void Server::State::accept() {
-  acceptor.async_accept([this](beast::error_code failed, tcp::socket socket) {
+  acceptor.async_accept([this](boost::system::error_code failed, tcp::socket socket) {
     if (failed == asio::error::operation_aborted) return;
     if (!failed) {
-      beast::error_code ignored;
+      boost::system::error_code ignored;
       socket.set_option(tcp::no_delay(true), ignored);
-      std::make_shared<HttpConnection>(std::move(socket), *this)->read();
+      serve_http(std::move(socket), *this);
     }
     accept();
   });
@@ -447,7 +446,7 @@ void Server::State::follow() {
   if (job.busy() && Clock::now() - work_at >= kWorkEvery) send_work();
   imports.drop_old(Clock::now());
   timer.expires_after(kFollowEvery);
-  timer.async_wait([this](beast::error_code failed) {
+  timer.async_wait([this](boost::system::error_code failed) {
     if (!failed) follow();
   });
 }
@@ -455,7 +454,7 @@ void Server::State::follow() {
 Result<std::unique_ptr<Server>> Server::listen(Library library, uint16_t port,
                                                const SessionOptions& how, const Limits& limits) {
   auto state = std::make_unique<State>(std::move(library), how, limits);
-  beast::error_code failed;
+  boost::system::error_code failed;
   const tcp::endpoint here(asio::ip::make_address_v4("127.0.0.1"), port);
   state->acceptor.open(here.protocol(), failed);
   if (!failed) state->acceptor.set_option(asio::socket_base::reuse_address(true), failed);

@@ -6,10 +6,14 @@
 #include <optional>
 #include <utility>
 
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
 #include <nlohmann/json.hpp>
 
 #include <kibori/base/hash.h>
 
+#include "apps/studio/accept_websocket.h"
 #include "apps/studio/chunks.h"
 #include "apps/studio/tool_message.h"
 
@@ -18,6 +22,7 @@ namespace {
 
 namespace asio = boost::asio;
 namespace beast = boost::beast;
+namespace http = beast::http;
 namespace websocket = beast::websocket;
 
 constexpr size_t kHelloBytes = 1024;    // the first message is no longer
@@ -26,13 +31,27 @@ constexpr size_t kMaxLabelBytes = 200;  // of a step that a document may name as
 
 }  // namespace
 
-WebSocketClient::WebSocketClient(beast::tcp_stream stream, Server::State& server,
+struct WebSocketClient::Connection {
+  websocket::stream<beast::tcp_stream> socket;
+  asio::steady_timer first;  // until the page says hello
+  http::request<http::empty_body> request;
+  beast::flat_buffer buffer;
+};
+
+void accept_websocket(beast::tcp_stream stream, http::request<http::empty_body> request,
+                      Server::State& server, std::shared_ptr<Guest> guest) {
+  auto connection = std::unique_ptr<WebSocketClient::Connection>(new WebSocketClient::Connection{
+      websocket::stream<beast::tcp_stream>(std::move(stream)), asio::steady_timer(server.io),
+      std::move(request), beast::flat_buffer()});
+  std::make_shared<WebSocketClient>(std::move(connection), server, std::move(guest))->accept();
+}
+
+WebSocketClient::WebSocketClient(std::unique_ptr<Connection> connection, Server::State& server,
                                  std::shared_ptr<Guest> guest)
-    : socket_(std::move(stream)),
+    : connection_(std::move(connection)),
       server_(server),
       key_(random_hex()),
-      guest_(std::move(guest)),
-      first_(server.io) {
+      guest_(std::move(guest)) {
   guest_->leave_by([this] { drop(); });
 }
 
@@ -42,23 +61,25 @@ WebSocketClient::~WebSocketClient() {
   if (server_.holder == this) server_.holder = nullptr;
 }
 
-void WebSocketClient::accept(const Request& request) {
+void WebSocketClient::accept() {
   auto timeout = websocket::stream_base::timeout::suggested(beast::role_type::server);
   timeout.idle_timeout = std::chrono::seconds(30);
   timeout.keep_alive_pings = true;
-  socket_.set_option(timeout);
-  socket_.read_message_max(kHelloBytes);
-  socket_.binary(true);
-  socket_.async_accept(request, [self = shared_from_this()](beast::error_code failed) {
-    if (failed) return;
-    // Who says nothing has no place here.
-    self->first_.expires_after(std::chrono::duration_cast<Server::State::Clock::duration>(
-        std::chrono::duration<double>(self->server_.limits.header_s)));
-    self->first_.async_wait([self](beast::error_code stopped) {
-      if (!stopped && !self->greeted_) self->drop();
-    });
-    self->read();
-  });
+  connection_->socket.set_option(timeout);
+  connection_->socket.read_message_max(kHelloBytes);
+  connection_->socket.binary(true);
+  connection_->socket.async_accept(
+      connection_->request, [self = shared_from_this()](beast::error_code failed) {
+        if (failed) return;
+        // Who says nothing has no place here.
+        self->connection_->first.expires_after(
+            std::chrono::duration_cast<Server::State::Clock::duration>(
+                std::chrono::duration<double>(self->server_.limits.header_s)));
+        self->connection_->first.async_wait([self](beast::error_code stopped) {
+          if (!stopped && !self->greeted_) self->drop();
+        });
+        self->read();
+      });
 }
 
 void WebSocketClient::send(std::vector<uint8_t> message) {
@@ -263,37 +284,38 @@ void WebSocketClient::offer_method(MethodView::Clock::time_point now) {
 }
 
 void WebSocketClient::read() {
-  socket_.async_read(buffer_, [self = shared_from_this()](beast::error_code failed, size_t) {
-    if (failed) return self->leave();
-    const auto data = self->buffer_.cdata();
-    const std::optional<FromPage> message =
-        self->socket_.got_binary()
-            ? decode<FromPage>(static_cast<const uint8_t*>(data.data()), data.size())
-            : std::nullopt;
-    self->buffer_.consume(self->buffer_.size());
-    if (!message) return self->drop();
-    if (!self->greeted_) {
-      const auto* const hello = std::get_if<Hello>(&*message);
-      if (!hello) return self->drop();
-      if (!self->server_.door.is_key(hello->key))
-        return self->refuse(websocket::close_code::policy_error);
-      if (!self->guest_->welcome()) return self->refuse(websocket::close_code::try_again_later);
-      if (hello->version != kProtocolVersion) {
-        self->notify("this page is of another version of Kibori; reload it");
-      } else {
-        self->greet();
-      }
-    } else {
-      self->server_.on_message(*self, *message);
-    }
-    if (!self->closed_) self->read();
-  });
+  connection_->socket.async_read(
+      connection_->buffer, [self = shared_from_this()](beast::error_code failed, size_t) {
+        if (failed) return self->leave();
+        const auto data = self->connection_->buffer.cdata();
+        const std::optional<FromPage> message =
+            self->connection_->socket.got_binary()
+                ? decode<FromPage>(static_cast<const uint8_t*>(data.data()), data.size())
+                : std::nullopt;
+        self->connection_->buffer.consume(self->connection_->buffer.size());
+        if (!message) return self->drop();
+        if (!self->greeted_) {
+          const auto* const hello = std::get_if<Hello>(&*message);
+          if (!hello) return self->drop();
+          if (!self->server_.door.is_key(hello->key))
+            return self->refuse(websocket::close_code::policy_error);
+          if (!self->guest_->welcome()) return self->refuse(websocket::close_code::try_again_later);
+          if (hello->version != kProtocolVersion) {
+            self->notify("this page is of another version of Kibori; reload it");
+          } else {
+            self->greet();
+          }
+        } else {
+          self->server_.on_message(*self, *message);
+        }
+        if (!self->closed_) self->read();
+      });
 }
 
 void WebSocketClient::greet() {
   greeted_ = true;
-  first_.cancel();
-  socket_.read_message_max(server_.limits.message_bytes);
+  connection_->first.cancel();
+  connection_->socket.read_message_max(server_.limits.message_bytes);
   server_.pages.insert(this);
   server_.trouble_told.clear();
   if (!server_.holder) server_.hold(this);
@@ -302,27 +324,27 @@ void WebSocketClient::greet() {
 }
 
 void WebSocketClient::write() {
-  socket_.async_write(asio::buffer(queue_.front()),
-                      [self = shared_from_this()](beast::error_code failed, size_t) {
-                        if (failed) return self->leave();
-                        self->waiting_bytes_ -= self->queue_.front().size();
-                        self->queue_.pop_front();
-                        if (!self->queue_.empty() && !self->closed_) self->write();
-                      });
+  connection_->socket.async_write(asio::buffer(queue_.front()),
+                                  [self = shared_from_this()](beast::error_code failed, size_t) {
+                                    if (failed) return self->leave();
+                                    self->waiting_bytes_ -= self->queue_.front().size();
+                                    self->queue_.pop_front();
+                                    if (!self->queue_.empty() && !self->closed_) self->write();
+                                  });
 }
 
-void WebSocketClient::refuse(websocket::close_code why) {
+void WebSocketClient::refuse(uint16_t why) {
   leave();
-  socket_.async_close(why, [self = shared_from_this()](beast::error_code) {});
+  connection_->socket.async_close(why, [self = shared_from_this()](beast::error_code) {});
 }
 
 void WebSocketClient::drop() {
   leave();
-  beast::get_lowest_layer(socket_).close();
+  beast::get_lowest_layer(connection_->socket).close();
 }
 void WebSocketClient::leave() {
   closed_ = true;
-  first_.cancel();
+  connection_->first.cancel();
   server_.pages.erase(this);
   server_.imports.drop(this);
   if (server_.holder == this) server_.hold(nullptr);

@@ -9,10 +9,6 @@
 #include <string>
 #include <vector>
 
-#include <boost/beast/core.hpp>
-#include <boost/beast/http.hpp>
-#include <boost/beast/websocket.hpp>
-
 #include "apps/studio/method.h"
 #include "apps/studio/print_map.h"
 #include "apps/studio/remains_map.h"
@@ -22,13 +18,13 @@ namespace kibori::studio {
 
 class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
  public:
-  using Request = boost::beast::http::request<boost::beast::http::empty_body>;
+  struct Connection;
 
-  WebSocketClient(boost::beast::tcp_stream stream, Server::State& server,
+  WebSocketClient(std::unique_ptr<Connection> connection, Server::State& server,
                   std::shared_ptr<Guest> guest);
   ~WebSocketClient();
 
-  void accept(const Request& request);
+  void accept();
   void send(std::vector<uint8_t> message);
   void notify(const std::string& text) { send(encode(Notice{text})); }
   // There is another document, or none: nothing of what the page was told holds any more.
@@ -70,18 +66,16 @@ class WebSocketClient : public std::enable_shared_from_this<WebSocketClient> {
   void forget(BodyId body);
   void read();
   void greet();
-  // It has no key, or is of another version.
-  void refuse(boost::beast::websocket::close_code why);
+  // It has no key, or there are too many: a code of RFC 6455.
+  void refuse(uint16_t why);
   void write();
   void drop();
   void leave();
 
-  boost::beast::websocket::stream<boost::beast::tcp_stream> socket_;
+  const std::unique_ptr<Connection> connection_;
   Server::State& server_;
   const std::string key_;
   std::shared_ptr<Guest> guest_;
-  boost::asio::steady_timer first_;
-  boost::beast::flat_buffer buffer_;
   std::deque<std::vector<uint8_t>> queue_;
   size_t waiting_bytes_ = 0;
   std::set<Session::ChunkPlace, Before> dirty_;

@@ -6,8 +6,7 @@
 #include <memory>
 #include <string>
 
-#include <kibori/devices/virtual_device.h>
-#include <kibori/live/live_carving.h>
+#include <kibori/kibori.h>
 
 namespace {
 
