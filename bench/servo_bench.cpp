@@ -19,7 +19,7 @@ using namespace kibori;
 Scene scrape(const Tool& tool, double depth_mm) {
   Scene scene;
   scene.file = "servo_bench";
-  scene.stock.size_mm = Vec3(120, 120, 60);
+  scene.stock.shape = StockBlock{Vec3(120, 120, 60)};
   scene.stock.pitch_mm = 0.25;
   scene.stock.room_mm = 2;
   scene.tools = {tool};

@@ -29,7 +29,7 @@ inline PathsOutcome golden_paths(int threads) {
   b.name = "b";
   b.u = 0.007;
   Stock stock;
-  stock.size_mm = Vec3(40, 32, 24);
+  stock.shape = StockBlock{Vec3(40, 32, 24)};
   stock.pitch_mm = 0.5;
   stock.room_mm = 4;
   const auto piece = std::move(Workpiece::make(stock, {a, b}, threads)).value();

@@ -195,7 +195,7 @@ StepId add_row(LiveSession& studio, Stepped& servo, double y) {
 TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
   Folder folder;
   const auto file = folder.path / "a.kibori", copy = folder.path / "copy.kibori";
-  const Result<Scene> scene = stock_scene(Stock::Kind::block, Vec3(40, 30, 16), 0.5, 1);
+  const Result<Scene> scene = stock_scene(StockBlock{Vec3(40, 30, 16)}, 0.5, 1);
   ASSERT_TRUE(scene.ok()) << scene.error();
   StepId first = 0, branch = 0;
   {
@@ -270,24 +270,24 @@ TEST(Studio, HistoryVersionsMaterialsAndPicturesOfSteps) {
 }
 
 TEST(Studio, ScenesOfStockAlone) {
-  for (const auto kind : {Stock::Kind::block, Stock::Kind::cylinder, Stock::Kind::sphere}) {
-    const Result<Scene> scene = stock_scene(kind, Vec3(20, 16, 12), 0.25, 3);
+  const double pi = std::acos(-1.0);
+  for (const auto& [shape, exact] :
+       {std::pair{StockShape(StockBlock{Vec3(20, 16, 12)}), 20.0 * 16 * 12},
+        {StockCylinder{20, 12}, pi * 100 * 12},
+        {StockSphere{20}, 4 * pi / 3 * 1000}}) {
+    const Result<Scene> scene = stock_scene(shape, 0.25, 3);
     ASSERT_TRUE(scene.ok()) << scene.error();
     const auto model = make_stock(scene.value().stock, "a test", {});
     ASSERT_TRUE(model.ok()) << model.error();
-    const double pi = std::acos(-1.0);
-    const double exact = kind == Stock::Kind::block      ? 20 * 16 * 12
-                         : kind == Stock::Kind::cylinder ? pi * 100 * 12
-                                                         : 4 * pi / 3 * 1000;
     EXPECT_NEAR(model.value()->volume_mm3(), exact, 0.01 * exact);
   }
   const double nan = std::nan("");
   for (const Vec3& size :
        {Vec3(0, 1, 1), Vec3(-1, 1, 1), Vec3(nan, 1, 1), Vec3(1e9, 1, 1), Vec3(1, 1, 1e-9)})
-    EXPECT_FALSE(stock_scene(Stock::Kind::block, size, 0.1, 0).ok());
+    EXPECT_FALSE(stock_scene(StockBlock{size}, 0.1, 0).ok());
   for (const double pitch : {0.0, -1.0, nan, 1e-9, 1e9})
-    EXPECT_FALSE(stock_scene(Stock::Kind::block, Vec3(10, 10, 10), pitch, 0).ok());
-  EXPECT_FALSE(stock_scene(Stock::Kind::block, Vec3(10, 10, 10), 0.1, 60).ok());
+    EXPECT_FALSE(stock_scene(StockBlock{Vec3(10, 10, 10)}, pitch, 0).ok());
+  EXPECT_FALSE(stock_scene(StockBlock{Vec3(10, 10, 10)}, 0.1, 60).ok());
   EXPECT_TRUE(file_scene("/nowhere.stl", {10, 100}).ok());  // read when it is made
   EXPECT_FALSE(file_scene("/nowhere.png", {10, 100}).ok());
   EXPECT_FALSE(file_scene("/nowhere.stl", {10, 100, 60}).ok());
@@ -363,7 +363,7 @@ TEST(Studio, LayersInOneArchive) {
 TEST(Studio, AForceDeviceHoldsTheTool) {
   Folder folder;
   const auto file = folder.path / "a.kibori";
-  const Result<Scene> scene = stock_scene(Stock::Kind::block, Vec3(40, 30, 16), 0.5, 1);
+  const Result<Scene> scene = stock_scene(StockBlock{Vec3(40, 30, 16)}, 0.5, 1);
   ASSERT_TRUE(scene.ok()) << scene.error();
   EXPECT_FALSE(create_session(folder.path / "b.kibori", scene.value(), {false, "spoon"}).ok());
   EXPECT_FALSE(
@@ -413,7 +413,7 @@ TEST(Studio, AForceDeviceHoldsTheTool) {
 TEST(Studio, MirroredStrokesAndOneThatIsOnlyLookedAt) {
   Folder folder;
   const auto file = folder.path / "a.kibori";
-  const Result<Scene> scene = stock_scene(Stock::Kind::block, Vec3(40, 30, 16), 0.5, 1);
+  const Result<Scene> scene = stock_scene(StockBlock{Vec3(40, 30, 16)}, 0.5, 1);
   ASSERT_TRUE(scene.ok()) << scene.error();
   EXPECT_FALSE(create_session(file, scene.value(), {true, {}}).ok());
   EXPECT_FALSE(std::filesystem::exists(file));

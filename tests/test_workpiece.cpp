@@ -15,7 +15,7 @@ using test::Random;
 
 std::unique_ptr<Workpiece> piece(double pitch) {
   Stock stock;
-  stock.size_mm = Vec3(30, 24, 18);
+  stock.shape = StockBlock{Vec3(30, 24, 18)};
   stock.pitch_mm = pitch;
   auto made = Workpiece::make(stock, {known_materials().front(), known_materials().back()}, 1);
   EXPECT_TRUE(made.ok()) << made.error();

@@ -153,9 +153,8 @@ int StudioCommand::run() const {
   Changes changes(file_);  // since it is read
   std::unique_ptr<Session> session;
   if (!file_.empty() || !stock_.empty()) {
-    Result<Scene> scene = stock_.empty()
-                              ? stock_scene(Stock::Kind::block, Vec3(80, 50, 30), 0.25, 0)
-                              : read_scene(stock_);
+    Result<Scene> scene =
+        stock_.empty() ? stock_scene(StockBlock{Vec3(80, 50, 30)}, 0.25, 0) : read_scene(stock_);
     if (!scene) return bad_input(scene.error());
     const Result<std::filesystem::path> place =
         file_.empty() ? library.value().place_for(std::filesystem::path(stock_).stem().string())

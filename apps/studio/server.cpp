@@ -151,9 +151,11 @@ Status Server::State::open(
 }
 
 void Server::State::begin(WebSocketClient& page, const Begin& begin) {
-  constexpr Stock::Kind kKinds[] = {Stock::Kind::block, Stock::Kind::cylinder, Stock::Kind::sphere};
-  if (begin.shape >= std::size(kKinds)) return page.notify("there is no such stock");
-  Result<Scene> scene = stock_scene(kKinds[begin.shape], begin.size, begin.pitch, begin.material);
+  const Vec3& size = begin.size;
+  const StockShape shapes[] = {StockBlock{size}, StockCylinder{size.x(), size.z()},
+                               StockSphere{size.x()}};
+  if (begin.shape >= std::size(shapes)) return page.notify("there is no such stock");
+  Result<Scene> scene = stock_scene(shapes[begin.shape], begin.pitch, begin.material);
   if (!scene) return page.notify(scene.error());
   const Result<std::filesystem::path> place = library.place_for(begin.name);
   if (!place) return page.notify(place.error());
@@ -202,7 +204,8 @@ void Server::State::run_experiment(WebSocketClient& page, const RunExperiment& r
   Result<Scene> scene = parse_scene(run.scene, sanitize_message(run.name), std::nullopt);
   if (!scene) return page.notify(scene.error());
   Scene& s = scene.value();
-  const double longest = s.stock.size_mm.maxCoeff(), room = s.stock.room_mm.value_or(0.1 * longest);
+  const double longest = size_mm(s.stock.shape).maxCoeff(),
+               room = s.stock.room_mm.value_or(0.1 * longest);
   if (!((longest + 2 * room) / s.stock.pitch_mm <= 1.25 * kMaxRays))
     return page.notify(
         "that is too fine, or has too much room, to be shown: its longest side may have " +

@@ -18,8 +18,8 @@ bool is_document(const std::filesystem::path& path) { return ending_of(path) == 
 Result<std::unique_ptr<Document>> new_document(const std::filesystem::path& path,
                                                const Scene& scene, const TriDexel& model) {
   Bytes source;
-  if (has_file(scene.stock)) {
-    const Result<std::vector<char>> file = read_file(scene.stock.mesh_path);
+  if (const std::filesystem::path* const named = file_of(scene.stock)) {
+    const Result<std::vector<char>> file = read_file(*named);
     if (!file) return Error{file.error()};
     source.assign(file.value().begin(), file.value().end());
   }

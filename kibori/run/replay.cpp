@@ -20,20 +20,20 @@ Result<std::unique_ptr<TriDexel>> stock_again(const Document& document, const st
   if (!stock) return Error{document.name() + ": " + stock.error()};
   stock.value().pitch_mm = pitch_mm;
   const StockOptions how{options.threads, options.force, options.warning};
-  if (!has_file(stock.value())) return make_stock(stock.value(), document.name(), how);
+  std::filesystem::path* const named = file_of(stock.value());
+  if (!named) return make_stock(stock.value(), document.name(), how);
   Result<Bytes> source = document.source();
   if (!source) return Error{source.error()};
   const auto folder = TemporaryFolder::make();
   if (!folder) return Error{folder.error()};
-  const std::filesystem::path path =
-      folder.value()->path() / ("stock" + ending_of(stock.value().mesh_path));
+  const std::filesystem::path path = folder.value()->path() / ("stock" + ending_of(*named));
   std::ofstream file(path, std::ios::binary);
   file.write(reinterpret_cast<const char*>(source.value().data()),
              static_cast<std::streamsize>(source.value().size()));
   file.close();
   if (!file)
     return Error{document.name() + ": its stock's file can't be put into the temporary folder"};
-  stock.value().mesh_path = path;
+  *named = path;
   return make_stock(stock.value(), document.name(), how);
 }
 

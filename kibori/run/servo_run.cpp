@@ -150,7 +150,7 @@ double miss_ratio(const ServoStatistics& s) {
 Scene servo_scene() {
   Scene scene;
   scene.file = "the built-in scene";
-  scene.stock.size_mm = Vec3(80, 50, 30);
+  scene.stock.shape = StockBlock{Vec3(80, 50, 30)};
   scene.stock.pitch_mm = 0.25;
   scene.tools = {BallTool{4}};
   Material oak;

@@ -8,7 +8,6 @@
 #include <kibori/edit/edit.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/nrrd.h>
-#include <kibori/scene/relief.h>
 #include <kibori/solid/dexel_solid.h>
 #include <kibori/solid/grid_solid.h>
 
@@ -100,117 +99,152 @@ Result<std::unique_ptr<TriDexel>> stock_of_labels(const LabelVolume& volume,
   return model;
 }
 
+Vec3 size_mm(const StockShape& shape) {
+  if (const auto* block = std::get_if<StockBlock>(&shape)) return block->size_mm;
+  if (const auto* sphere = std::get_if<StockSphere>(&shape))
+    return Vec3::Constant(sphere->diameter_mm);
+  if (const auto* cylinder = std::get_if<StockCylinder>(&shape))
+    return {cylinder->diameter_mm, cylinder->diameter_mm, cylinder->height_mm};
+  return Vec3::Zero();
+}
+
+const std::filesystem::path* file_of(const Stock& stock) {
+  return std::visit(
+      [](const auto& shape) -> const std::filesystem::path* {
+        if constexpr (requires { shape.file; })
+          return &shape.file;
+        else
+          return nullptr;
+      },
+      stock.shape);
+}
+
+std::filesystem::path* file_of(Stock& stock) {
+  return const_cast<std::filesystem::path*>(file_of(static_cast<const Stock&>(stock)));
+}
+
 namespace {
 
+using Made = Result<std::unique_ptr<TriDexel>>;
+constexpr const char* kNothing = "holds no material at this pitch; use a finer one";
+
+// What f(model, size) puts within bounds from the origin to the shape's size.
+template <class F>
+Made put_in(const Stock& stock, F&& f) {
+  const Vec3 size = size_mm(stock.shape);
+  if (!(size.array() > 0).all()) return Error{"must be larger than 0 mm along x, y and z"};
+  const Result<Lattice> lattice =
+      make_lattice(size, stock.pitch_mm, stock.room_mm.value_or(0.1 * size.maxCoeff()));
+  if (!lattice) return Error{lattice.error()};
+  if (!std::holds_alternative<StockBlock>(stock.shape))
+    if (const Status fits = check_memory(lattice.value(), false); !fits) return Error{fits.error()};
+  auto model = std::make_unique<TriDexel>(lattice.value());
+  f(*model, size);
+  if (!(model->volume_mm3() > 0)) return Error{kNothing};
+  return model;
+}
+
+// A tool that stands with its tip below the middle of the bounds.
+void put(const Tool& tool, TriDexel& model, const Vec3& size, const Stock& stock, int threads) {
+  EditOptions edit;
+  edit.threads = threads;
+  Removed added;
+  const Pose pose{{size.x() / 2, size.x() / 2, 0}, Mat3::Identity()};
+  const SweptTool solid(tool, pose, Vec3::Zero(), model.lattice());
+  deposit(model, solid, stock.material, edit, added);
+}
+
+Made make(const StockBlock&, const Stock& stock, const StockOptions&) {
+  return put_in(stock, [&](TriDexel& model, const Vec3& size) {
+    model.fill_block({Vec3::Zero(), size}, stock.material);
+  });
+}
+
+Made make(const StockSphere&, const Stock& stock, const StockOptions& options) {
+  return put_in(stock, [&](TriDexel& model, const Vec3& size) {
+    put(BallTool{size.x() / 2}, model, size, stock, options.threads);
+  });
+}
+
+Made make(const StockCylinder&, const Stock& stock, const StockOptions& options) {
+  return put_in(stock, [&](TriDexel& model, const Vec3& size) {
+    put(Flat{size.x() / 2, size.z()}, model, size, stock, options.threads);
+  });
+}
+
+// The mesh, with its bounds from the origin on. `name`: of its file, for messages.
+Made make_of(TriangleMesh mesh, const std::optional<double>& fit_mm, const std::string& name,
+             const std::string& file, const Stock& stock, const StockOptions& options) {
+  const Box box = mesh.bounds();
+  const double longest = box.size().maxCoeff();
+  if (!(longest > 0)) return Error{name + "has no extent"};
+  if (fit_mm && !(*fit_mm > 0 && std::isfinite(*fit_mm)))
+    return Error{"fit must be a number of mm above 0"};
+  const double scale = fit_mm ? *fit_mm / longest : 1;
+  for (Vec3& p : mesh.vertices) p = (p - box.min) * scale;
+  Result<MeshStock> made =
+      stock_of_mesh(mesh, stock.pitch_mm, stock.room_mm.value_or(0.1 * longest * scale),
+                    stock.material, options.threads, options.force);
+  if (!made) return Error{name + made.error()};
+  const ScanReport& report = made.value().report;
+  if (report.repaired() && options.warning) options.warning(file + ": " + report.warning());
+  if (!(made.value().model->volume_mm3() > 0)) return Error{kNothing};
+  return std::move(made.value().model);
+}
+
+Made make(const StockMesh& shape, const Stock& stock, const StockOptions& options) {
+  Result<TriangleMesh> mesh = read_mesh(shape.file);
+  if (!mesh) return Error{"mesh " + mesh.error()};
+  const Mat3 turn = rotation(shape.orientation);
+  for (Vec3& p : mesh.value().vertices) p = turn * p;
+  const std::string file = shape.file.string();
+  return make_of(std::move(mesh).value(), shape.fit_mm, "mesh " + file + ": ", file, stock,
+                 options);
+}
+
+Made make(const StockRelief& shape, const Stock& stock, const StockOptions& options) {
+  Result<TriangleMesh> mesh = read_relief(shape.file, shape.size, stock.pitch_mm);
+  if (!mesh) return Error{"relief " + mesh.error()};
+  const std::string file = shape.file.string();
+  return make_of(std::move(mesh).value(), std::nullopt, "relief " + file + ": ", file, stock,
+                 options);
+}
+
 // Each label's voxels of its material.
-Result<std::unique_ptr<TriDexel>> volume_stock(const Stock& stock, const StockOptions& options) {
-  const Result<LabelVolume> read = read_nrrd(stock.mesh_path);
+Made make(const StockVolume& shape, const Stock& stock, const StockOptions& options) {
+  const Result<LabelVolume> read = read_nrrd(shape.file);
   if (!read) return Error{"volume " + read.error()};
   const LabelVolume& volume = read.value();
   const std::vector<uint16_t> labels = labels_of(volume);
   if (labels.empty()) return Error{"volume holds nothing but air"};
   for (const uint16_t label : labels) {
-    if (stock.labels.contains(label)) continue;
+    if (shape.labels.contains(label)) continue;
     const auto name = volume.names.find(label);
     return Error{"labels does not say which material label " + std::to_string(label) +
                  (name == volume.names.end() ? "" : " (" + name->second + ")") + " is of"};
   }
-  return stock_of_labels(volume, stock.labels, stock.pitch_mm, stock.room_mm, options.threads);
+  return stock_of_labels(volume, shape.labels, stock.pitch_mm, stock.room_mm, options.threads);
 }
 
-// All of one material, but for a volume.
-Result<std::unique_ptr<TriDexel>> plain_stock(const Stock& stock, const std::string& scene_file,
-                                              const StockOptions& options) {
-  const auto wrong = [&](const std::string& what) {
-    std::string where = scene_file;
-    if (stock.line > 0) where.append(":").append(std::to_string(stock.line));
-    return Error{where.append(": [stock] ").append(what)};
-  };
-  if (stock.kind == Stock::Kind::mesh || stock.kind == Stock::Kind::relief) {
-    const bool relief = stock.kind == Stock::Kind::relief;
-    const std::string what = relief ? "relief " : "mesh ",
-                      name = what + stock.mesh_path.string() + ": ";
-    Result<TriangleMesh> read =
-        relief ? read_relief(stock.mesh_path,
-                             {stock.width_mm, stock.height_mm, stock.base_mm, stock.invert},
-                             stock.pitch_mm)
-               : read_mesh(stock.mesh_path);
-    if (!read) return wrong(what + read.error());
-    TriangleMesh mesh = std::move(read).value();
-    const Mat3 turn = rotation(stock.orientation);
-    for (Vec3& p : mesh.vertices) p = turn * p;
-    const Box box = mesh.bounds();
-    const double longest = box.size().maxCoeff();
-    if (!(longest > 0)) return wrong(name + "has no extent");
-    if (stock.fit_mm && !(*stock.fit_mm > 0 && std::isfinite(*stock.fit_mm)))
-      return wrong("fit must be a number of mm above 0");
-    const double scale = stock.fit_mm ? *stock.fit_mm / longest : 1;
-    for (Vec3& p : mesh.vertices) p = (p - box.min) * scale;
-    Result<MeshStock> made =
-        stock_of_mesh(mesh, stock.pitch_mm, stock.room_mm.value_or(0.1 * longest * scale),
-                      stock.material, options.threads, options.force);
-    if (!made) return wrong(name + made.error());
-    const ScanReport& report = made.value().report;
-    if (report.repaired() && options.warning)
-      options.warning(stock.mesh_path.string() + ": " + report.warning());
-    if (!(made.value().model->volume_mm3() > 0))
-      return wrong("holds no material at this pitch; use a finer one");
-    return std::move(made.value().model);
-  }
-  if (stock.kind == Stock::Kind::volume) {
-    Result<std::unique_ptr<TriDexel>> made = volume_stock(stock, options);
-    return made ? std::move(made) : wrong(made.error());
-  }
-  const Vec3 size = stock.size_mm;
-  if (!(size.array() > 0).all()) return wrong("must be larger than 0 mm along x, y and z");
-  Result<Lattice> lattice =
-      make_lattice(size, stock.pitch_mm, stock.room_mm.value_or(0.1 * size.maxCoeff()));
-  if (!lattice) return wrong(lattice.error());
-  if (stock.kind != Stock::Kind::block)
-    if (const Status fits = check_memory(lattice.value(), false); !fits) return wrong(fits.error());
-  auto model = std::make_unique<TriDexel>(lattice.value());
-  EditOptions edit;
-  edit.threads = options.threads;
-  Removed added;
-  const auto put = [&](const Tool& tool, const Vec3& tip) {
-    const SweptTool solid(tool, Pose{tip, Mat3::Identity()}, Vec3::Zero(), lattice.value());
-    deposit(*model, solid, stock.material, edit, added);
-  };
-  switch (stock.kind) {
-    case Stock::Kind::block:
-      model->fill_block({Vec3::Zero(), size}, stock.material);
-      break;
-    case Stock::Kind::sphere:
-      put(BallTool{size.x() / 2}, Vec3(size.x() / 2, size.x() / 2, 0));
-      break;
-    case Stock::Kind::cylinder:
-      put(Flat{size.x() / 2, size.z()}, Vec3(size.x() / 2, size.x() / 2, 0));
-      break;
-    case Stock::Kind::mesh:
-    case Stock::Kind::relief:
-    case Stock::Kind::volume:
-      break;  // above
-  }
-  if (!(model->volume_mm3() > 0)) return wrong("holds no material at this pitch; use a finer one");
-  return model;
+std::string at_line(const std::string& file, int line) {
+  return line > 0 ? file + ":" + std::to_string(line) : file;
 }
 
 }  // namespace
 
 Result<std::unique_ptr<TriDexel>> make_stock(const Stock& stock, const std::string& scene_file,
                                              const StockOptions& options) {
-  Result<std::unique_ptr<TriDexel>> made = plain_stock(stock, scene_file, options);
-  if (!made) return made;
+  Made made =
+      std::visit([&](const auto& shape) { return make(shape, stock, options); }, stock.shape);
+  if (!made) return Error{at_line(scene_file, stock.line) + ": [stock] " + made.error()};
   TriDexel& model = *made.value();
   EditOptions edit;
   edit.threads = options.threads;
   for (const StockLayer& layer : stock.layers) {
     const SweptTool shape(layer.shape, layer.pose, Vec3::Zero(), model.lattice());
-    if (!change_material(model, shape.solid(), layer.material, edit)) {
-      std::string where = scene_file;
-      if (layer.line > 0) where.append(":").append(std::to_string(layer.line));
-      return Error{where + ": [layer] holds nothing of the stock; move it, or make it larger"};
-    }
+    if (!change_material(model, shape.solid(), layer.material, edit))
+      return Error{at_line(scene_file, layer.line) +
+                   ": [layer] holds nothing of the stock; move it, or make it larger"};
   }
   return made;
 }

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <kibori/base/result.h>
@@ -18,6 +19,7 @@
 #include <kibori/geometry/label_volume.h>
 #include <kibori/geometry/mesh.h>
 #include <kibori/geometry/orientation.h>
+#include <kibori/scene/relief.h>
 #include <kibori/solid/solid.h>
 #include <kibori/solid/tool.h>
 
@@ -34,21 +36,52 @@ struct StockLayer {
 
 inline constexpr size_t kMaxLayers = 64;
 
+// The shapes of a stock; their bounds begin at the origin.
+struct StockBlock {
+  static constexpr const char* kKind = "block";
+  Vec3 size_mm = Vec3::Zero();
+};
+struct StockSphere {
+  static constexpr const char* kKind = "sphere";
+  double diameter_mm = 0;
+};
+struct StockCylinder {  // upright
+  static constexpr const char* kKind = "cylinder";
+  double diameter_mm = 0, height_mm = 0;
+};
+struct StockMesh {
+  static constexpr const char* kKind = "mesh";
+  std::filesystem::path file = {};
+  std::optional<double> fit_mm = {};  // scaled so that its longest side is this
+  Orientation orientation = {};       // how it stands
+};
+struct StockRelief {  // of a picture
+  static constexpr const char* kKind = "relief";
+  std::filesystem::path file = {};
+  ReliefSize size = {};
+};
+struct StockVolume {  // of labels
+  static constexpr const char* kKind = "volume";
+  std::filesystem::path file = {};
+  std::map<uint16_t, uint8_t> labels = {};  // the material of each
+};
+using StockShape =
+    std::variant<StockBlock, StockSphere, StockCylinder, StockMesh, StockRelief, StockVolume>;
+
 struct Stock {
-  enum class Kind { block, sphere, cylinder, mesh, relief, volume } kind = Kind::block;
-  Vec3 size_mm = Vec3::Zero();                      // of the bounds; block: its size
-  std::filesystem::path mesh_path;                  // mesh; relief: its picture; volume: its labels
-  double width_mm = 0, height_mm = 0, base_mm = 0;  // relief
-  bool invert = false;                              // relief: black is highest
-  std::optional<double> fit_mm;                     // mesh: scaled so that its longest side is this
-  Orientation orientation;                          // mesh: how it stands
+  StockShape shape;
   double pitch_mm = 0;
   std::optional<double> room_mm;  // space around the stock
   uint8_t material = 0;
-  std::map<uint16_t, uint8_t> labels;  // volume: the material of each label
   std::vector<StockLayer> layers;
   int line = 0;  // in the file
 };
+
+// Of what is no file; 0 of what is.
+Vec3 size_mm(const StockShape& shape);
+// The file that it is made of; null: none.
+const std::filesystem::path* file_of(const Stock& stock);
+std::filesystem::path* file_of(Stock& stock);
 
 struct StockOptions {
   int threads = 1;     // results do not depend on it

@@ -2,7 +2,7 @@
 #include <kibori/scene/stock_codec.h>
 
 #include <algorithm>
-#include <cmath>
+#include <type_traits>
 
 #include <nlohmann/json.hpp>
 
@@ -13,8 +13,6 @@ namespace kibori {
 namespace {
 
 using Json = nlohmann::json;
-
-constexpr const char* kKinds[] = {"block", "sphere", "cylinder", "mesh", "relief", "volume"};
 
 Json parse(const std::string& text) {
   return Json::parse(text, nullptr, /*allow_exceptions=*/false);
@@ -51,34 +49,105 @@ Result<StockLayer> layer_from_json(const Json& json) {
   return layer;
 }
 
-}  // namespace
-
-bool has_file(const Stock& stock) {
-  return stock.kind == Stock::Kind::mesh || stock.kind == Stock::Kind::relief ||
-         stock.kind == Stock::Kind::volume;
+// 0 where there is none.
+double number(const Json& json, const char* key) {
+  const auto found = json.find(key);
+  return found != json.end() && found->is_number() ? found->get<double>() : 0;
 }
+
+bool read_axis(const Json& json, const char* key, SignedAxis& axis) {
+  const auto found = json.find(key);
+  if (found == json.end()) return true;
+  const auto read =
+      found->is_string() ? parse_signed_axis(found->get<std::string>()) : std::nullopt;
+  axis = read.value_or(axis);
+  return read.has_value();
+}
+
+// What a shape has beyond its size and its file, into the JSON; and all but its file from there.
+void put(const StockBlock&, Json&) {}
+bool read(const Json&, const Vec3& size, StockBlock& shape) {
+  shape.size_mm = size;
+  return true;
+}
+
+void put(const StockSphere&, Json&) {}
+bool read(const Json&, const Vec3& size, StockSphere& shape) {
+  shape.diameter_mm = size.x();
+  return true;
+}
+
+void put(const StockCylinder&, Json&) {}
+bool read(const Json&, const Vec3& size, StockCylinder& shape) {
+  shape = {size.x(), size.z()};
+  return true;
+}
+
+void put(const StockMesh& shape, Json& json) {
+  if (shape.fit_mm) json["fit_mm"] = *shape.fit_mm;
+  if (shape.orientation == Orientation{}) return;
+  json["up"] = signed_axis_text(shape.orientation.up);
+  json["front"] = signed_axis_text(shape.orientation.front);
+}
+bool read(const Json& json, const Vec3&, StockMesh& shape) {
+  if (json.contains("fit_mm")) shape.fit_mm = number(json, "fit_mm");
+  return read_axis(json, "up", shape.orientation.up) &&
+         read_axis(json, "front", shape.orientation.front) && is_turn(shape.orientation);
+}
+
+void put(const StockRelief& shape, Json& json) {
+  const ReliefSize& size = shape.size;
+  json.update(
+      {{"width_mm", size.width_mm}, {"height_mm", size.height_mm}, {"base_mm", size.base_mm}});
+  if (size.invert) json["invert"] = true;
+}
+bool read(const Json& json, const Vec3&, StockRelief& shape) {
+  shape.size = {number(json, "width_mm"), number(json, "height_mm"), number(json, "base_mm"),
+                json.value("invert", Json()) == true};
+  return true;
+}
+
+void put(const StockVolume& shape, Json& json) {
+  for (const auto& [label, material] : shape.labels) json["labels"].push_back({label, material});
+}
+bool read(const Json& json, const Vec3&, StockVolume& shape) {
+  const Json labels = json.value("labels", Json::array());
+  if (!labels.is_array()) return false;
+  for (const Json& pair : labels) {
+    if (!pair.is_array() || pair.size() != 2 || !pair[0].is_number_unsigned() ||
+        !pair[1].is_number_unsigned() || pair[0] > 65535 || pair[1] >= kMaxMaterials)
+      return false;
+    shape.labels[pair[0].get<uint16_t>()] = pair[1].get<uint8_t>();
+  }
+  return true;
+}
+
+std::optional<StockShape> shape_of_kind(const Json& kind) {
+  std::optional<StockShape> shape;
+  const auto take = [&]<class... Shape>(std::type_identity<std::variant<Shape...>>) {
+    static_cast<void>(((kind == Shape::kKind && (shape = Shape{}, true)) || ...));
+  };
+  take(std::type_identity<StockShape>());
+  return shape;
+}
+
+}  // namespace
 
 std::string stock_to_json(const Stock& stock, const std::string& label,
                           const std::vector<Material>& materials) {
-  Json json{{"kind", kKinds[static_cast<size_t>(stock.kind)]},
-            {"size_mm", {stock.size_mm.x(), stock.size_mm.y(), stock.size_mm.z()}},
+  const Vec3 size = size_mm(stock.shape);
+  Json json{{"size_mm", {size.x(), size.y(), size.z()}},
             {"pitch_mm", stock.pitch_mm},
             {"material", stock.material},
             {"label", label},
             {"materials", Json::parse(materials_to_json(materials))}};
   if (stock.room_mm) json["room_mm"] = *stock.room_mm;
-  if (stock.fit_mm) json["fit_mm"] = *stock.fit_mm;
-  if (stock.invert) json["invert"] = true;
-  if (stock.orientation != Orientation{}) {
-    json["up"] = signed_axis_text(stock.orientation.up);
-    json["front"] = signed_axis_text(stock.orientation.front);
-  }
-  if (has_file(stock)) json["file"] = stock.mesh_path.filename().string();
-  if (stock.kind == Stock::Kind::relief)
-    json.update(
-        {{"width_mm", stock.width_mm}, {"height_mm", stock.height_mm}, {"base_mm", stock.base_mm}});
-  for (const auto& [label_number, material] : stock.labels)
-    json["labels"].push_back({label_number, material});
+  if (const std::filesystem::path* file = file_of(stock)) json["file"] = file->filename().string();
+  const auto put_shape = [&](const auto& shape) {
+    json["kind"] = shape.kKind;
+    put(shape, json);
+  };
+  std::visit(put_shape, stock.shape);
   for (const StockLayer& layer : stock.layers) json["layers"].push_back(layer_to_json(layer));
   return text_of(json);
 }
@@ -91,48 +160,24 @@ Result<Stock> stock_from_json(const std::string& text) {
   const Json json = parse(text);
   const Error none{"does not say how its stock was made, so it can't be carved at another pitch"};
   if (!json.is_object()) return none;
+  Vec3 size;
+  const Json written = json.value("size_mm", Json());
+  if (!written.is_array() || written.size() != 3) return none;
+  for (size_t i = 0; i < 3; i++) {
+    if (!written[i].is_number()) return none;
+    size[static_cast<int>(i)] = written[i].get<double>();
+  }
+  std::optional<StockShape> shape = shape_of_kind(json.value("kind", Json()));
+  const auto read_shape = [&](auto& known) { return read(json, size, known); };
+  if (!shape || !size.allFinite() || !std::visit(read_shape, *shape)) return none;
   Stock stock;
-  const auto number = [&](const char* key, double otherwise) {
-    const auto found = json.find(key);
-    return found != json.end() && found->is_number() ? found->get<double>() : otherwise;
-  };
-  int kind = -1;
-  for (int i = 0; i < static_cast<int>(std::size(kKinds)); i++)
-    if (json.value("kind", Json()) == kKinds[i]) kind = i;
-  const Json size = json.value("size_mm", Json());
-  if (kind < 0 || !size.is_array() || size.size() != 3) return none;
-  stock.kind = static_cast<Stock::Kind>(kind);
-  for (size_t i = 0; i < 3; i++)
-    stock.size_mm[static_cast<int>(i)] = size[i].is_number() ? size[i].get<double>() : std::nan("");
-  stock.pitch_mm = number("pitch_mm", 0);
-  stock.material = static_cast<uint8_t>(std::clamp(number("material", 0), 0.0, 63.0));
-  if (json.contains("room_mm")) stock.room_mm = number("room_mm", 0);
-  if (json.contains("fit_mm")) stock.fit_mm = number("fit_mm", 0);
-  if (const Json file = json.value("file", Json()); file.is_string())
-    stock.mesh_path = file.get<std::string>();
-  stock.width_mm = number("width_mm", 0);
-  stock.height_mm = number("height_mm", 0);
-  stock.base_mm = number("base_mm", 0);
-  stock.invert = json.value("invert", Json()) == true;
-  for (const auto& [key, axis] :
-       {std::pair{"up", &stock.orientation.up}, {"front", &stock.orientation.front}}) {
-    const auto found = json.find(key);
-    if (found == json.end()) continue;
-    const auto read =
-        found->is_string() ? parse_signed_axis(found->get<std::string>()) : std::nullopt;
-    if (!read) return none;
-    *axis = *read;
-  }
-  if (!stock.size_mm.allFinite() || !is_turn(stock.orientation)) return none;
-  if (const auto labels = json.find("labels"); labels != json.end()) {
-    if (!labels->is_array()) return none;
-    for (const Json& pair : *labels) {
-      if (!pair.is_array() || pair.size() != 2 || !pair[0].is_number_unsigned() ||
-          !pair[1].is_number_unsigned() || pair[0] > 65535 || pair[1] >= kMaxMaterials)
-        return none;
-      stock.labels[pair[0].get<uint16_t>()] = pair[1].get<uint8_t>();
-    }
-  }
+  stock.shape = std::move(*shape);
+  stock.pitch_mm = number(json, "pitch_mm");
+  stock.material = static_cast<uint8_t>(std::clamp(number(json, "material"), 0.0, 63.0));
+  if (json.contains("room_mm")) stock.room_mm = number(json, "room_mm");
+  if (std::filesystem::path* const file = file_of(stock))
+    if (const Json name = json.value("file", Json()); name.is_string())
+      *file = name.get<std::string>();
   if (const auto layers = json.find("layers"); layers != json.end()) {
     if (!layers->is_array() || layers->size() > kMaxLayers) return none;
     for (const Json& one : *layers) {

@@ -12,16 +12,13 @@
 
 namespace kibori {
 
-// Whether it is made of a file, which documents keep.
-bool has_file(const Stock& stock);
-
 // `label`: of the start of the first move; may be empty.
 std::string stock_to_json(const Stock& stock, const std::string& label,
                           const std::vector<Material>& materials);
 // Of a model that came otherwise: it can't be made again.
 std::string stock_to_json(const std::vector<Material>& materials);
 
-// Its mesh_path is the name that its file had. Errors: it does not say how the stock was made.
+// Its file is the name that it had. Errors: it does not say how the stock was made.
 Result<Stock> stock_from_json(const std::string& text);
 // Empty where it does not say.
 std::string stock_label(const std::string& text);

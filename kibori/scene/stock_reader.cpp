@@ -7,10 +7,9 @@
 namespace kibori {
 namespace {
 
-using Kind = Stock::Kind;
-
 // Which material the voxels of each label are of: labels = { 1 = "enamel", 2 = "dentine" }.
-void read_labels(SceneReader& reader, const TableReader& t, Stock& stock) {
+void read_labels(SceneReader& reader, const TableReader& t,
+                 std::map<uint16_t, uint8_t>& materials) {
   const toml::node* node = t.find("labels");
   const toml::table* labels = node ? node->as_table() : nullptr;
   if (!labels || labels->empty())
@@ -25,68 +24,67 @@ void read_labels(SceneReader& reader, const TableReader& t, Stock& stock) {
     if (error != std::errc() || end != label.data() + label.size() || number < 1 || number > 65535)
       return t.fail("labels", "[stock] labels are numbers from 1 to 65535, not \"" + label + "\"");
     if (!name) return t.fail("labels", "[stock] label " + label + " must be a material's name");
-    stock.labels[static_cast<uint16_t>(number)] = reader.material(t.line("labels"), *name);
+    materials[static_cast<uint16_t>(number)] = reader.material(t.line("labels"), *name);
   }
 }
 
-void read_kind(SceneReader& reader, const TableReader& t, Stock& stock) {
+StockShape read_kind(SceneReader& reader, const TableReader& t) {
   int kinds = 0;
   for (const char* kind : {"block", "mesh", "sphere", "cylinder", "relief", "volume"})
     kinds += t.has(kind) ? 1 : 0;
   if (kinds != 1)
     t.fail("[stock] needs exactly one of block, mesh, sphere, cylinder, relief and volume");
   if (t.has("block")) {
-    stock.kind = Kind::block;
-    stock.size_mm = t.vector("block");
-    if (!(stock.size_mm.array() > 0).all())
-      t.fail("block", "[stock] block must have three positive sides");
-  } else if (t.has("sphere")) {
-    stock.kind = Kind::sphere;
-    stock.size_mm = Vec3::Constant(2 * t.positive("sphere"));
-  } else if (t.has("cylinder")) {
-    stock.kind = Kind::cylinder;
+    const Vec3 size = t.vector("block");
+    if (!(size.array() > 0).all()) t.fail("block", "[stock] block must have three positive sides");
+    return StockBlock{size};
+  }
+  if (t.has("sphere")) return StockSphere{2 * t.positive("sphere")};
+  if (t.has("cylinder")) {
     const auto v = t.numbers("cylinder", 2);
     if (!(v[0] > 0 && v[1] > 0))
       t.fail("cylinder", "[stock] cylinder must be [radius, height], both positive");
-    stock.size_mm = {2 * v[0], 2 * v[0], v[1]};
-  } else if (t.has("mesh")) {
-    stock.kind = Kind::mesh;
-    stock.mesh_path = reader.file(t, "mesh");
-  } else if (t.has("relief")) {
-    stock.kind = Kind::relief;
-    stock.mesh_path = reader.file(t, "relief");
-    stock.width_mm = t.positive("width_mm");
-    stock.height_mm = t.positive("height_mm");
-    stock.base_mm = t.positive("base_mm");
-  } else if (t.has("volume")) {
-    stock.kind = Kind::volume;
-    stock.mesh_path = reader.file(t, "volume");
-    read_labels(reader, t, stock);
+    return StockCylinder{2 * v[0], v[1]};
   }
+  if (t.has("mesh")) return StockMesh{reader.file(t, "mesh")};
+  if (t.has("relief")) {
+    StockRelief relief{reader.file(t, "relief")};
+    relief.size.width_mm = t.positive("width_mm");
+    relief.size.height_mm = t.positive("height_mm");
+    relief.size.base_mm = t.positive("base_mm");
+    return relief;
+  }
+  if (t.has("volume")) {
+    StockVolume volume{reader.file(t, "volume")};
+    read_labels(reader, t, volume.labels);
+    return volume;
+  }
+  return {};
 }
 
-// Keys of one kind of stock only.
-void goes_with(const TableReader& t, const Stock& stock, Kind kind, const char* name,
-               std::initializer_list<const char*> keys) {
+// The shape, if it is one of that kind; of any other these keys are refused.
+template <class Shape>
+Shape* only_of(const TableReader& t, Stock& stock, std::initializer_list<const char*> keys) {
+  auto* const shape = std::get_if<Shape>(&stock.shape);
   for (const char* key : keys)
-    if (t.has(key) && stock.kind != kind) t.fail(key, t.full(key) + " goes with " + name);
+    if (t.has(key) && !shape) t.fail(key, t.full(key) + " goes with " + Shape::kKind);
+  return shape;
 }
 
-void read_orientation(const TableReader& t, Stock& stock) {
+Orientation read_orientation(const TableReader& t) {
   const auto read = [&](const char* key, SignedAxis otherwise) {
     if (!t.has(key)) return otherwise;
-    goes_with(t, stock, Kind::mesh, "mesh", {key});
     const auto axis = parse_signed_axis(t.text(key));
     if (!axis)
       t.fail(key,
              t.full(key) + R"( must be "x", "-x", "y", "-y", "z" or "-z", an axis of the file)");
     return axis.value_or(otherwise);
   };
-  stock.orientation = standing(read("up", SignedAxis::plus_z));
-  stock.orientation.front = read("front", stock.orientation.front);
-  if (is_turn(stock.orientation)) return;
+  Orientation orientation = standing(read("up", SignedAxis::plus_z));
+  orientation.front = read("front", orientation.front);
+  if (is_turn(orientation)) return orientation;
   t.fail("front", "[stock] front must be at right angles to up");
-  stock.orientation = {};
+  return {};
 }
 
 void read_layer(SceneReader& reader, const TableReader& t) {
@@ -113,17 +111,18 @@ void read_stock(SceneReader& reader, const TableReader& root) {
           "width_mm", "height_mm", "base_mm", "invert", "up", "front", "volume", "labels"});
   Stock& stock = reader.scene.stock;
   stock.line = t.line();
-  read_kind(reader, t, stock);
-  goes_with(t, stock, Kind::volume, "volume", {"labels"});
-  goes_with(t, stock, Kind::relief, "relief", {"width_mm", "height_mm", "base_mm", "invert"});
-  stock.invert = t.flag_or("invert", false);
-  read_orientation(t, stock);
+  stock.shape = read_kind(reader, t);
+  const auto* const volume = only_of<StockVolume>(t, stock, {"labels"});
+  if (auto* const relief =
+          only_of<StockRelief>(t, stock, {"width_mm", "height_mm", "base_mm", "invert"}))
+    relief->size.invert = t.flag_or("invert", false);
+  if (auto* const mesh = only_of<StockMesh>(t, stock, {"up", "front", "fit_mm"})) {
+    mesh->orientation = read_orientation(t);
+    if (t.has("fit_mm")) mesh->fit_mm = t.positive("fit_mm");
+  }
   stock.pitch_mm = t.positive("pitch");
-  goes_with(t, stock, Kind::mesh, "mesh", {"fit_mm"});
-  if (t.has("fit_mm")) stock.fit_mm = t.positive("fit_mm");
   if (t.has("room_mm")) t.at_least_zero("room_mm", stock.room_mm.emplace());
-  if (stock.kind == Kind::volume && !stock.labels.empty())
-    stock.material = stock.labels.begin()->second;
+  if (volume && !volume->labels.empty()) stock.material = volume->labels.begin()->second;
   if (t.has("material"))
     stock.material = reader.material(t, "material");
   else if (reader.scene.materials.empty())

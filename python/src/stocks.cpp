@@ -23,7 +23,7 @@ Shared make_stock_of(Stock stock, const MaterialOrName& material, int threads) {
 Shared block(const Three& size, double pitch, const MaterialOrName& material,
              const std::optional<double>& room, int threads) {
   Stock stock;
-  stock.size_mm = vec(size);
+  stock.shape = StockBlock{vec(size)};
   stock.pitch_mm = pitch;
   stock.room_mm = room;
   return make_stock_of(stock, material, threads);
@@ -32,8 +32,7 @@ Shared block(const Three& size, double pitch, const MaterialOrName& material,
 Shared sphere(double diameter, double pitch, const MaterialOrName& material,
               const std::optional<double>& room, int threads) {
   Stock stock;
-  stock.kind = Stock::Kind::sphere;
-  stock.size_mm = Vec3::Constant(diameter);
+  stock.shape = StockSphere{diameter};
   stock.pitch_mm = pitch;
   stock.room_mm = room;
   return make_stock_of(stock, material, threads);
@@ -42,8 +41,7 @@ Shared sphere(double diameter, double pitch, const MaterialOrName& material,
 Shared cylinder(double diameter, double height, double pitch, const MaterialOrName& material,
                 const std::optional<double>& room, int threads) {
   Stock stock;
-  stock.kind = Stock::Kind::cylinder;
-  stock.size_mm = Vec3(diameter, diameter, height);
+  stock.shape = StockCylinder{diameter, height};
   stock.pitch_mm = pitch;
   stock.room_mm = room;
   return make_stock_of(stock, material, threads);
@@ -52,10 +50,8 @@ Shared cylinder(double diameter, double height, double pitch, const MaterialOrNa
 Shared mesh_file(const std::filesystem::path& path, double pitch, const MaterialOrName& material,
                  const std::optional<double>& fit, const std::optional<double>& room, int threads) {
   Stock stock;
-  stock.kind = Stock::Kind::mesh;
-  stock.mesh_path = path;
+  stock.shape = StockMesh{path, fit};
   stock.pitch_mm = pitch;
-  stock.fit_mm = fit;
   stock.room_mm = room;
   return make_stock_of(stock, material, threads);
 }

@@ -25,8 +25,10 @@ Result<Scene> scene_of(const Stock& stock, double longest_mm, size_t material) {
   scene.stock = stock;
   scene.materials = known_materials();
   if (material >= scene.materials.size()) return Error{"there is no such material"};
-  scene.stock.material =
-      stock.labels.empty() ? static_cast<uint8_t>(material) : stock.labels.begin()->second;
+  scene.stock.material = static_cast<uint8_t>(material);
+  if (const auto* volume = std::get_if<StockVolume>(&stock.shape);
+      volume && !volume->labels.empty())
+    scene.stock.material = volume->labels.begin()->second;
   scene.tools = {BallTool{4}};
   scene.moves = {Move{}};
   return scene;
@@ -34,22 +36,19 @@ Result<Scene> scene_of(const Stock& stock, double longest_mm, size_t material) {
 
 }  // namespace
 
-Result<Scene> stock_scene(Stock::Kind kind, const Vec3& size_mm, double pitch_mm, size_t material) {
+Result<Scene> stock_scene(const StockShape& shape, double pitch_mm, size_t material) {
   Stock stock;
-  stock.kind = kind;
-  stock.size_mm = size_mm;
-  if (kind == Stock::Kind::cylinder) stock.size_mm.y() = size_mm.x();
-  if (kind == Stock::Kind::sphere) stock.size_mm = Vec3::Constant(size_mm.x());
+  stock.shape = shape;
   stock.pitch_mm = pitch_mm;
-  if (!(stock.size_mm.minCoeff() >= kMinMm)) return Error{kSize};
-  return scene_of(stock, stock.size_mm.maxCoeff(), material);
+  const Vec3 size = size_mm(shape);
+  if (!(size.minCoeff() >= kMinMm)) return Error{kSize};
+  return scene_of(stock, size.maxCoeff(), material);
 }
 
 Result<Scene> file_scene(const std::filesystem::path& file, const FileStock& how) {
   if (!(how.rays >= 8 && how.rays <= kMaxRays)) return Error{"the detail must be 8 to 1024 rays"};
   if (!(how.longest_mm >= kMinMm && how.longest_mm <= kMaxMm)) return Error{kSize};
   Stock stock;
-  stock.mesh_path = file;
   if (ending_of(file) == ".png") {
     const Result<GreyMap> picture = read_png_grey(file);
     if (!picture) return Error{picture.error()};
@@ -58,21 +57,16 @@ Result<Scene> file_scene(const std::filesystem::path& file, const FileStock& how
         return Error{
             "the relief's height and base must be at least 0.1 mm, and no more than its longest "
             "side"};
-    stock.kind = Stock::Kind::relief;
     const double wide = picture.value().width, high = picture.value().height;
-    stock.width_mm = how.longest_mm * wide / std::max(wide, high);
-    stock.height_mm = how.height_mm;
-    stock.base_mm = how.base_mm;
-    stock.invert = how.invert;
+    stock.shape = StockRelief{
+        file,
+        {how.longest_mm * wide / std::max(wide, high), how.height_mm, how.base_mm, how.invert}};
   } else if (ending_of(file) == ".nrrd") {
-    stock.kind = Stock::Kind::volume;
-    stock.labels = how.labels;
+    stock.shape = StockVolume{file, how.labels};
     for (const auto& [label, material] : how.labels)
       if (material >= known_materials().size()) return Error{"there is no such material"};
   } else {
-    stock.kind = Stock::Kind::mesh;
-    stock.fit_mm = how.longest_mm;
-    stock.orientation = how.orientation;
+    stock.shape = StockMesh{file, how.longest_mm, how.orientation};
   }
   stock.pitch_mm = how.longest_mm / how.rays;
   return scene_of(stock, how.longest_mm, how.material);

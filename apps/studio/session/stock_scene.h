@@ -15,9 +15,8 @@ namespace kibori {
 // So fine at most along a stock's longest side, so that a page can show it.
 inline constexpr double kMaxRays = 1024;
 
-// A block, log (`cylinder`: x is its diameter, z its length) or ball (x is its diameter) of a size
-// [mm] and pitch [mm]. Errors: the size, the pitch, the material.
-Result<Scene> stock_scene(Stock::Kind kind, const Vec3& size_mm, double pitch_mm, size_t material);
+// A shape that is no file. Errors: the size, the pitch, the material.
+Result<Scene> stock_scene(const StockShape& shape, double pitch_mm, size_t material);
 
 // How a file becomes a stock.
 struct FileStock {
