@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: MIT
+// What a tool shape is. Each shape is one struct in one file of kibori/solid/tools/, in its own
+// frame: the tip is the origin, the body lies along +z, lengths are in mm and angles in degrees.
+// kibori/solid/tool.h lists the shapes; the concept ToolShape below lists what each one has.
+#pragma once
+
+#include <cmath>
+#include <concepts>
+#include <limits>
+#include <string>
+#include <string_view>
+
+#include <kibori/solid/swept_parts.h>
+
+namespace kibori {
+
+// The broad flat faces of a tool: they lie across the first `axes` directions of its pose, of which
+// the tool's axis is the first.
+struct FlatFaces {
+  int axes = 0;
+  double size_mm = 0;  // no face is wider; infinite if that is unknown
+};
+
+// Checks the numbers of a tool and keeps the first fault as a sentence.
+class ToolCheck {
+ public:
+  void require(bool condition, const std::string& sentence) {
+    if (fault_.empty() && !condition) fault_ = sentence;
+  }
+  // A finite number above 0.
+  void positive(const char* name, double value);
+  void between(const char* name, double value, double min, double max);
+  void at_most(const char* name, double value, const char* max_name, double max);
+
+  // Empty if there is none.
+  const std::string& fault() const { return fault_; }
+
+ private:
+  std::string fault_;
+};
+
+template <class Shape>
+concept ToolShape = std::equality_comparable<Shape> &&
+    requires(const Shape& shape, ToolCheck& checks, SweptParts& parts) {
+  // Its name in scenes, documents and messages.
+  { Shape::kShape } -> std::convertible_to<std::string_view>;
+  // One line for people: help of the Python module, docs/scenes.md.
+  { Shape::kAbout } -> std::convertible_to<std::string_view>;
+  // Whether no ray can leave the tool and enter it again.
+  { Shape::kIsConvex } -> std::convertible_to<bool>;
+  // Calls f(name, number) for each number, in the order of declaration. A
+  // number is a double or, for sizes along x, y and z, a Vec3.
+  Shape::for_numbers(shape, [](const char*, const auto&) {});
+  // Checks the numbers against each other. All are positive.
+  shape.check(checks);
+  // The farthest point from the tip [mm].
+  { shape.reach_mm() } -> std::same_as<double>;
+  { shape.flat_faces() } -> std::same_as<FlatFaces>;
+  // Adds the parts of which the swept tool is made.
+  shape.add_parts(parts);
+};
+
+}  // namespace kibori

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+// Ball burr.
+#pragma once
+
+#include <kibori/solid/tool_shape.h>
+
+namespace kibori {
+
+struct BallTool {
+  static constexpr const char* kShape = "ball";
+  static constexpr const char* kAbout = "a ball";
+  static constexpr bool kIsConvex = true;
+
+  double radius = 5;
+  static void for_numbers(auto& tool, auto&& f) { f("radius", tool.radius); }
+  bool operator==(const BallTool&) const = default;
+
+  void check(ToolCheck&) const {}
+  double reach_mm() const { return 2 * radius; }
+  FlatFaces flat_faces() const { return {}; }
+  void add_parts(SweptParts& parts) const { parts.ball(radius); }
+};
+
+}  // namespace kibori

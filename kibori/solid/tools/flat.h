@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: MIT
+// Flat end mill.
+#pragma once
+
+#include <kibori/solid/tool_shape.h>
+
+namespace kibori {
+
+struct Flat {
+  static constexpr const char* kShape = "flat";
+  static constexpr const char* kAbout = "a flat end mill, a cylinder that stands on its tip";
+  static constexpr bool kIsConvex = true;
+
+  double radius = 3, length = 30;
+  static void for_numbers(auto& tool, auto&& f) {
+    f("radius", tool.radius);
+    f("length", tool.length);
+  }
+  bool operator==(const Flat&) const = default;
+
+  void check(ToolCheck&) const {}
+  double reach_mm() const { return std::hypot(length, radius); }
+  FlatFaces flat_faces() const { return {1, 2 * radius}; }
+  void add_parts(SweptParts& parts) const { parts.cylinder(radius, 0, length); }
+};
+
+}  // namespace kibori

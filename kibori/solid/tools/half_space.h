@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: MIT
+// Half-space: for scenes, cuts and tests; a hand cannot hold it.
+#pragma once
+
+#include <kibori/solid/tool_shape.h>
+
+namespace kibori {
+
+struct HalfSpace {
+  static constexpr const char* kShape = "halfspace";
+  static constexpr const char* kAbout =
+      "everything on the body's side of the plane through the tip";
+  static constexpr bool kIsConvex = true;
+
+  static void for_numbers(auto&, auto&&) {}
+  bool operator==(const HalfSpace&) const = default;
+
+  void check(ToolCheck&) const {}
+  double reach_mm() const { return std::numeric_limits<double>::infinity(); }
+  FlatFaces flat_faces() const { return {1, std::numeric_limits<double>::infinity()}; }
+  void add_parts(SweptParts& parts) const {
+    const Vec3 everywhere = Vec3::Constant(std::numeric_limits<double>::infinity());
+    ConvexBody body;
+    body.add_plane(Vec3(0, 0, 1), 0);
+    body.local_bounds = {-everywhere, everywhere};
+    parts.convex(body);
+  }
+};
+
+}  // namespace kibori
