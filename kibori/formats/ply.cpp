@@ -72,7 +72,7 @@ std::vector<std::string_view> words_of(std::string_view line) {
 }
 
 // What a file holds may be long, and stands in a sentence.
-std::string quoted(std::string_view word) {
+std::string in_quotes(std::string_view word) {
   std::string text("'");
   return text.append(word.substr(0, 40)) += '\'';
 }
@@ -100,7 +100,7 @@ Result<Header> parse_header(std::string_view text, const std::string& name) {
     } else if (words[0] == "format" && words.size() >= 2) {
       if (words[1] != "ascii" && words[1] != "binary_little_endian" &&
           words[1] != "binary_big_endian")
-        return wrong("unknown format " + quoted(words[1]));
+        return wrong("unknown format " + in_quotes(words[1]));
       header.form = words[1] == "ascii"                  ? Form::ascii
                     : words[1] == "binary_little_endian" ? Form::little_endian
                                                          : Form::big_endian;
@@ -110,7 +110,7 @@ Result<Header> parse_header(std::string_view text, const std::string& name) {
       const auto [rest, error] =
           std::from_chars(words[2].data(), words[2].data() + words[2].size(), rows);
       if (error != std::errc() || rest != words[2].data() + words[2].size())
-        return wrong("there can't be " + quoted(words[2]) + " of element " + quoted(words[1]));
+        return wrong("there can't be " + in_quotes(words[2]) + " of element " + in_quotes(words[1]));
       header.elements.push_back({std::string(words[1]), rows, {}});
     } else if (words[0] == "property" && !header.elements.empty() &&
                (words.size() == 3 || (words.size() == 5 && words[1] == "list"))) {
@@ -118,10 +118,10 @@ Result<Header> parse_header(std::string_view text, const std::string& name) {
       const std::optional<Type> type = type_named(words[list ? 3 : 1]),
                                 count = list ? type_named(words[2]) : std::nullopt;
       if (!type || (list && !count))
-        return wrong("unknown type " + quoted(words[list && !count ? 2 : list ? 3 : 1]));
+        return wrong("unknown type " + in_quotes(words[list && !count ? 2 : list ? 3 : 1]));
       header.elements.back().properties.push_back({std::string(words.back()), *type, count});
     } else {
-      return wrong("the header has a line that means nothing: " + quoted(line));
+      return wrong("the header has a line that means nothing: " + in_quotes(line));
     }
   }
   return Error{name + ": has no end of its header (end_header); export it again"};
@@ -153,7 +153,7 @@ class Numbers {
         if (type == Type::float32) value = static_cast<double>(static_cast<float>(value));
         return true;
       }
-      problem_ = "expected a number, found " + quoted(word);
+      problem_ = "expected a number, found " + in_quotes(word);
       return false;
     }
     const size_t size = bytes_of(type);
@@ -249,7 +249,7 @@ class Parser {
   // Where the reading is.
   std::string place(const Element& element, uint64_t row) const {
     return (numbers_.line() ? name_ + ":" + std::to_string(numbers_.line()) : name_) + ": " +
-           sanitize_message(quoted(element.name)) + " " + std::to_string(row + 1);
+           sanitize_message(in_quotes(element.name)) + " " + std::to_string(row + 1);
   }
   Error stopped(const Element& element, uint64_t row) const {
     return Error{sanitize_message(place(element, row) + ": " + numbers_.problem())};
@@ -263,7 +263,7 @@ class Parser {
       const std::string_view letter = std::string_view("xyz").substr(i, 1);
       xyz[i] = element.find(false, {letter});
       if (xyz[i] == std::string::npos)
-        return Error{name_ + ": element 'vertex' has no property " + quoted(letter)};
+        return Error{name_ + ": element 'vertex' has no property " + in_quotes(letter)};
     }
     const size_t corners =
         strip || face ? element.find(true, {"vertex_indices", "vertex_index"}) : std::string::npos;
@@ -276,7 +276,7 @@ class Parser {
     if (element.rows > numbers_.room() / min)
       return Error{sanitize_message(
           name_ + ": is too short for the " + std::to_string(element.rows) + " of element " +
-          quoted(element.name) + " that its header promises; export it again")};
+          in_quotes(element.name) + " that its header promises; export it again")};
     if (vertex) mesh_.vertices.reserve(static_cast<size_t>(element.rows));
 
     std::vector<double> list;

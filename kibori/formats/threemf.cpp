@@ -65,12 +65,12 @@ class ThreeMfWriter final : public SurfaceWriter {
         "</Types>\n");
     zip_.end();
     zip_.begin("_rels/.rels");
-    zip_.write(
-        std::string(
-            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
-            "<Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">"
-            "<Relationship Target=\"/") +
-        kModelPath + "\" Id=\"model\" Type=\"" + kModelType + "\"/></Relationships>\n");
+    std::string relationships(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
+        "<Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\">"
+        "<Relationship Target=\"/");
+    relationships.append(kModelPath).append("\" Id=\"model\" Type=\"").append(kModelType);
+    zip_.write(relationships.append("\"/></Relationships>\n"));
     zip_.end();
     zip_.begin(kModelPath);
     std::string text =

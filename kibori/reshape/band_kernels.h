@@ -51,7 +51,7 @@ struct BandPlane {
   float z;
   float width;
   const detail::RayItems* rays;
-  const detail::SpanLayer* spans;
+  const detail::BandSpans* spans;
   float* phi;
   const float *row_away, *block_away;  // as of a slice
   float away, reach2;

@@ -405,11 +405,11 @@ void NodeBand::read_spans(const TriDexel& model) {
         field.for_spans(i, j, [&](const Span& span) {
           if (at == rays.count) {
             rays.count++;
-            SpanLayer& layer = span_layers_.emplace_back();
+            BandSpans& layer = span_layers_.emplace_back();
             std::fill_n(layer.in.lane, kBlock, kFar);
             std::fill_n(layer.out.lane, kBlock, -kFar);
           }
-          SpanLayer& layer = span_layers_[rays.first + at++];
+          BandSpans& layer = span_layers_[rays.first + at++];
           layer.in.lane[i - i0] = span.in;
           layer.out.lane[i - i0] = span.out;
         });

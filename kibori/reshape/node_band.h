@@ -169,7 +169,7 @@ struct EndLayer {
   FloatRow depth;
   IndexRow end;
 };
-struct SpanLayer {
+struct BandSpans {
   FloatRow in, out;
 };
 struct DepthRange {
@@ -357,7 +357,7 @@ class NodeBand {
   std::array<std::vector<detail::DepthRange>, 3> depths_;
   // Spans of blocks of z rays.
   std::vector<detail::RayItems> rays_;
-  std::vector<detail::SpanLayer> span_layers_;
+  std::vector<detail::BandSpans> span_layers_;
   std::vector<detail::BandScratch> scratch_;  // of each thread
   std::array<std::vector<detail::RowRange>, 2> rows_;
   std::vector<detail::RowRange> told_;
