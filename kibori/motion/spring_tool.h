@@ -168,6 +168,13 @@ class SpringTool {
   const Vec3& contact_normal(const Tick& tick);
   double wall_volume(const Tick& tick, double share);
   bool keep_to_wall(Tick& tick);
+  bool asks_the_same(const Tool& tool, const Pose& device, Mode mode) const;
+  void go(const Tick& tick, double share, ToolTick& felt);
+  void come_out(const Tick& tick, ToolTick& felt);
+  Balance solve(Tick& tick, const Pose& device, double strike_nmm);
+  void slide_on(const Tick& tick, const Pose& device, const Vec3& before);
+  void work(Tick& tick, const Pose& device, bool puts_down, double strike_nmm, ToolTick& felt);
+  void finish(const Tick& tick, const Pose& device, const Vec3& before, ToolTick& felt);
 
   TriDexel& model_;
   ToolEdit edit_;

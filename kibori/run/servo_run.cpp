@@ -172,33 +172,50 @@ Scene servo_scene() {
   return scene;
 }
 
-Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device,
-                              const ServoRunOptions& options) {
-  Result<std::unique_ptr<TriDexel>> stock = make_stock(scene.stock, scene.file, {});
-  if (!stock) return Error{stock.error()};
-  const LatticeBox& material = stock.value()->material_bounds();
-  const Vec3 centre = stock.value()->lattice().to_mm(material.centre());
-  if (!device) {
-    Result<HandPath> path = hand_path(scene);
-    if (!path) return Error{path.error()};
-    device = std::make_unique<VirtualDevice>(
-        wristed_hand("a virtual device", options.rate_hz),
-        [path = std::move(path).value(), centre](double t) -> VirtualDevice::Target {
-          const Pose pose = path.at(t);
-          return {pose.tip - centre, pose.frame, 0};
-        });
-  }
-  RecordingDevice* recording = nullptr;
-  if (!options.record.empty()) {
-    if (const Status writable = check_writable(options.record); !writable)
-      return Error{writable.error()};
-    // Whoever is told to stop may be told a little late.
-    auto wrapped = std::make_unique<RecordingDevice>(
-        std::move(device), 1 / options.rate_hz,
-        static_cast<size_t>((options.seconds + 1) * options.rate_hz) + 1);
-    recording = wrapped.get();
-    device = std::move(wrapped);
-  }
+namespace {
+
+// What a servo run leaves out of a scene must not be missing without a word.
+Status check_scene(const Scene& scene) {
+  const char* unknown = nullptr;
+  if (!scene.no_go.empty()) unknown = "[[no_go]]";
+  if (!scene.splines.empty()) unknown = "[[spline]]";
+  if (!scene.cutters.empty()) unknown = "[[cutter]]";
+  if (scene.moves.front().second) unknown = "a second hand";
+  if (!unknown) return Ok{};
+  return Error{scene.file + ": a servo run has no " + unknown +
+               "; take it out of the scene, or run the scene by 'kibori carve'"};
+}
+
+// A hand that goes to and fro along the scene's moves. `centre`: where its device's origin is.
+Result<std::unique_ptr<Device>> virtual_hand(const Scene& scene, double rate_hz,
+                                             const Vec3& centre) {
+  Result<HandPath> path = hand_path(scene);
+  if (!path) return Error{path.error()};
+  return std::unique_ptr<Device>(std::make_unique<VirtualDevice>(
+      wristed_hand("a virtual device", rate_hz),
+      [path = std::move(path).value(), centre](double t) -> VirtualDevice::Target {
+        const Pose pose = path.at(t);
+        return {pose.tip - centre, pose.frame, 0};
+      }));
+}
+
+// The device, wrapped so that its readings are kept; `recording` is the wrapper.
+Result<std::unique_ptr<Device>> recorded_device(std::unique_ptr<Device> device,
+                                                const ServoRunOptions& options,
+                                                RecordingDevice*& recording) {
+  if (const Status writable = check_writable(options.record); !writable)
+    return Error{writable.error()};
+  // A run that is told to stop may stop a little late.
+  auto wrapped = std::make_unique<RecordingDevice>(
+      std::move(device), 1 / options.rate_hz,
+      static_cast<size_t>((options.seconds + 1) * options.rate_hz) + 1);
+  recording = wrapped.get();
+  return std::unique_ptr<Device>(std::move(wrapped));
+}
+
+// The scene's first tool and the first move that is not off.
+LiveSettings live_settings(const Scene& scene, const ServoRunOptions& options,
+                           const Lattice& lattice, const DeviceCapabilities& device) {
   LiveSettings settings;
   settings.rate_hz = options.rate_hz;
   settings.tool = scene.tools.front();
@@ -209,14 +226,88 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
       settings.material = scene.moves[i].material;
       settings.brush = scene.moves[i].brush;
     }
+  settings.symmetry = scene.symmetry;
+  if (!scene.symmetry_centred) settings.symmetry.centre_mm = centre_of(lattice);
+  settings.crumbs = scene.crumbs;
   settings.model = options.model.value_or(scene.force.law.model);
   if (scene.force.series()) settings.spring = scene.force.spring;
-  settings.spring.stiffness_n_mm =
-      options.stiffness_n_mm.value_or(scene.force.series() ? scene.force.spring.stiffness_n_mm
-                                                           : device->capabilities().stiffness_n_mm);
-  settings.workspace = Workspace(centre);
+  settings.spring.stiffness_n_mm = options.stiffness_n_mm.value_or(
+      scene.force.series() ? scene.force.spring.stiffness_n_mm : device.stiffness_n_mm);
   settings.log = !options.document.empty();
   settings.watched = static_cast<bool>(options.told);
+  return settings;
+}
+
+// Follows a running servo until its time is over: ticks to the caller, snapshots to the surface.
+class ServoWatch {
+ public:
+  ServoWatch(LiveCarving& live, const ServoRunOptions& options) : live_(live), options_(options) {
+    if (options.surface) surface_.emplace(live.context().model().snapshot());
+  }
+
+  void run(ServoReport& report) {
+    const auto begin = std::chrono::steady_clock::now();
+    const auto elapsed = [&] {
+      return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    };
+    Snapshot snapshot;
+    while (elapsed() < options_.seconds && !(options_.cancelled && options_.cancelled())) {
+      report_ticks();
+      if (live_.latest(snapshot)) {
+        report.snapshots++;
+        if (surface_) report.surface_chunks += surface_->update(snapshot).size();
+        snapshot = {};
+      } else {
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+      }
+      if (options_.progress) options_.progress(std::min(1.0, elapsed() / options_.seconds));
+    }
+  }
+
+  void report_ticks() {
+    if (!options_.told) return;
+    ticks_.clear();
+    do ticks_.emplace_back();
+    while (live_.next_tick(ticks_.back()));
+    ticks_.pop_back();
+    if (!ticks_.empty()) options_.told(ticks_);
+  }
+
+ private:
+  LiveCarving& live_;
+  const ServoRunOptions& options_;
+  std::optional<LiveSurface> surface_;
+  std::vector<LiveTick> ticks_;
+};
+
+// Writes what is left, and why the document holds only the beginning.
+std::string finish_document(DocumentWriter& writer, const std::vector<Material>& materials) {
+  writer.stop();
+  Document& written = writer.document();
+  // A picture that can't be drawn is no loss.
+  if (const Bodies* const bodies = written.worked_on())
+    static_cast<void>(keep_thumbnail(written, written.head(), Bodies(*bodies), materials, 1));
+  return writer.settled();
+}
+
+}  // namespace
+
+Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> given,
+                              const ServoRunOptions& options) {
+  if (const Status fits = check_scene(scene); !fits) return Error{fits.error()};
+  Result<std::unique_ptr<TriDexel>> stock = make_stock(scene.stock, scene.file, {});
+  if (!stock) return Error{stock.error()};
+  const Lattice& lattice = stock.value()->lattice();
+  const Vec3 centre = lattice.to_mm(stock.value()->material_bounds().centre());
+  Result<std::unique_ptr<Device>> device = std::move(given);
+  if (!device.value()) device = virtual_hand(scene, options.rate_hz, centre);
+  if (!device) return Error{device.error()};
+  RecordingDevice* recording = nullptr;
+  if (!options.record.empty())
+    device = recorded_device(std::move(device).value(), options, recording);
+  if (!device) return Error{device.error()};
+  LiveSettings settings = live_settings(scene, options, lattice, device.value()->capabilities());
+  settings.workspace = Workspace(centre);
   std::unique_ptr<Document> document;
   if (settings.log) {
     Result<std::unique_ptr<Document>> created =
@@ -225,56 +316,22 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> device
     document = std::move(created).value();
   }
   ServoReport report;
-  report.device = device->capabilities().name;
+  report.device = device.value()->capabilities().name;
   report.rate_hz = options.rate_hz;
 
-  auto made = LiveCarving::make(std::move(stock).value(), std::move(device), settings);
+  auto made = LiveCarving::make(std::move(stock).value(), std::move(device).value(), settings);
   if (!made) return Error{made.error()};
   LiveCarving& live = *made.value();
-  std::optional<LiveSurface> surface;
-  if (options.surface) surface.emplace(live.context().model().snapshot());
-
+  ServoWatch watch(live, options);
   std::optional<DocumentWriter> writer;
   if (document) writer.emplace(live, std::move(document), options.keep_forces).start();
   EmptyLoop empty(options.rate_hz, options.empty_loop);
   if (options.begins) options.begins(report.device, live.context().model().lattice());
-  std::vector<LiveTick> ticks;
-  const auto tell = [&] {
-    if (!options.told) return;
-    ticks.clear();
-    do ticks.emplace_back();
-    while (live.next_tick(ticks.back()));
-    ticks.pop_back();
-    if (!ticks.empty()) options.told(ticks);
-  };
   live.start();
-  const auto begin = std::chrono::steady_clock::now();
-  const auto elapsed = [&] {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  };
-  Snapshot snapshot;
-  while (elapsed() < options.seconds && !(options.cancelled && options.cancelled())) {
-    tell();
-    if (live.latest(snapshot)) {
-      report.snapshots++;
-      if (surface) report.surface_chunks += surface->update(snapshot).size();
-      snapshot = {};
-    } else {
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
-    if (options.progress) options.progress(std::min(1.0, elapsed() / options.seconds));
-  }
+  watch.run(report);
   live.stop();
-  tell();
-  if (writer) {
-    writer->stop();
-    Document& written = writer->document();
-    // A picture that can't be drawn is no loss.
-    if (const Bodies* const bodies = written.worked_on())
-      static_cast<void>(
-          keep_thumbnail(written, written.head(), Bodies(*bodies), scene.materials, 1));
-    report.unsaved = writer->settled();
-  }
+  watch.report_ticks();
+  if (writer) report.unsaved = finish_document(*writer, scene.materials);
   report.empty_late_ns = empty.stop();
   if (options.progress) options.progress(1);
   if (recording) {

@@ -81,85 +81,82 @@ std::unique_ptr<Device> simulated_hand(const Vec3& size_mm, double rate_hz) {
 
 }  // namespace
 
-Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> document,
-                                                   std::unique_ptr<TriDexel> model,
-                                                   const Scene& scene,
-                                                   const SessionOptions& options,
-                                                   const std::string& notice) {
-  std::unique_ptr<LiveSession> session(new LiveSession);
-  session->notice_ = notice;
-  session->name_ = document->name();
-  session->lattice_ = model->lattice();
-  session->materials_ = scene.materials;
+// A pointer's hand, or what `name` opens: a device that holds a tool over the stock. `hand` and
+// `held` are set for it.
+Result<std::unique_ptr<Device>> LiveSession::open_hand(const std::string& name,
+                                                       const Box& material_mm,
+                                                       ServoHandSettings& settings,
+                                                       SessionHand& hand) {
+  if (name.empty()) {
+    auto made = std::make_unique<PointerDevice>(rate_hz_);
+    hand.pointer = made.get();
+    return std::unique_ptr<Device>(std::move(made));
+  }
+  Result<std::unique_ptr<Device>> opened =
+      name == "virtual" ? simulated_hand(material_mm.size(), rate_hz_) : open_device(name);
+  if (!opened) return opened;
+  HapticDeviceState& held = hand.held.emplace(
+      held_by(opened.value()->capabilities(), material_mm.size(), rate_hz_, hand_.strength_n));
+  settings.force_scale = held.share;
+  settings.spring.stiffness_n_mm = held.stiffness_n_mm / (held.share * held.scale);
+  Vec3 top = material_mm.centre();
+  top.z() = material_mm.max.z();
+  // The second button is the clutch: as one lifts a mouse.
+  settings.workspace = Workspace(top, held.scale, 1);
+  return opened;
+}
+
+// Takes tool, materials and strength of the scene; both hands begin alike.
+LiveSettings LiveSession::take_scene(const Scene& scene) {
+  materials_ = scene.materials;
   // A document may name one that the materials of its last stroke don't hold.
-  if (scene.stock.material < scene.materials.size())
-    session->stock_material_ = scene.stock.material;
+  if (scene.stock.material < scene.materials.size()) stock_material_ = scene.stock.material;
+  if (scene.force.series() && scene.force.spring.strength_n > 0)
+    hand_.strength_n = std::clamp(scene.force.spring.strength_n, kMinStrengthN, kMaxStrengthN);
   LiveSettings settings;
-  settings.material = session->stock_material_;
-  settings.tool = session->tool_ = scene.tools.front();
+  settings.material = stock_material_;
+  settings.tool = tool_ = scene.tools.front();
   settings.materials = scene.materials;
   settings.mode = Mode::off;
   settings.log = settings.watched = true;
   settings.snapshot_ticks = 4;                                // who looks sees what was cut soon
   settings.idle_s = std::numeric_limits<double>::infinity();  // a press is a stroke
-  if (scene.force.series() && scene.force.spring.strength_n > 0)
-    session->hand_.strength_n =
-        std::clamp(scene.force.spring.strength_n, kMinStrengthN, kMaxStrengthN);
-  settings.spring.strength_n = session->hand_.strength_n;
-  settings.spring.stiffness_n_mm = session->hand_.strength_n / kHandGiveMm;
+  settings.spring.strength_n = hand_.strength_n;
+  settings.spring.stiffness_n_mm = hand_.strength_n / kHandGiveMm;
   settings.spring.hand_share = kPoweredShare;
-  settings.rate_hz = session->rate_hz_;
-  std::unique_ptr<Device> device, second;
-  ServoHandSettings& other = settings.second;
-  other.mode = Mode::off;
-  other.tool = settings.tool;
-  other.material = settings.material;
-  other.spring = settings.spring;
+  settings.rate_hz = rate_hz_;
+  settings.second.mode = Mode::off;
+  settings.second.tool = settings.tool;
+  settings.second.material = settings.material;
+  settings.second.spring = settings.spring;
+  return settings;
+}
+
+Result<std::unique_ptr<Session>> LiveSession::make(std::unique_ptr<Document> document,
+                                                   std::unique_ptr<TriDexel> model,
+                                                   const Scene& scene,
+                                                   const SessionOptions& options,
+                                                   const std::string& notice) {
+  if (options.stepped && !options.device.empty() && options.device != "virtual")
+    return Error{"only a pointer and the simulated hand can be stepped"};
+  std::unique_ptr<LiveSession> session(new LiveSession);
+  session->notice_ = notice;
+  session->name_ = document->name();
+  session->lattice_ = model->lattice();
+  LiveSettings settings = session->take_scene(scene);
   const Box material_mm = session->lattice_.to_mm(model->material_bounds());
-  const auto pointer_of = [&](PointerDevice*& pointer) {
-    auto made = std::make_unique<PointerDevice>(settings.rate_hz);
-    pointer = made.get();
-    return made;
-  };
-  // A device that holds a tool over the stock.
-  const auto hold =
-      [&](const std::string& name, ServoHandSettings& hand,
-          std::optional<HapticDeviceState>& state) -> Result<std::unique_ptr<Device>> {
-    Result<std::unique_ptr<Device>> opened =
-        name == "virtual" ? simulated_hand(material_mm.size(), settings.rate_hz)
-                          : open_device(name);
-    if (!opened) return opened;
-    state = held_by(opened.value()->capabilities(), material_mm.size(), settings.rate_hz,
-                    session->hand_.strength_n);
-    hand.force_scale = state->share;
-    hand.spring.stiffness_n_mm = state->stiffness_n_mm / (state->share * state->scale);
-    Vec3 top = material_mm.centre();
-    top.z() = material_mm.max.z();
-    // The second button is the clutch: as one lifts a mouse.
-    hand.workspace = Workspace(top, state->scale, 1);
-    return opened;
-  };
-  if (options.device.empty()) {
-    device = pointer_of(session->first_.pointer);
-  } else {
-    if (options.stepped && options.device != "virtual")
-      return Error{"only a pointer and the simulated hand can be stepped"};
-    auto opened = hold(options.device, settings, session->first_.held);
-    if (!opened) return Error{opened.error()};
-    device = std::move(opened).value();
+  auto device = session->open_hand(options.device, material_mm, settings, session->first_);
+  if (!device) return Error{device.error()};
+  if (session->first_.held) {
     session->default_n_mm_ = session->first_.held->stiffness_n_mm;
     settings.idle_s = kDeviceIdleS;
     settings.armed = false;
   }
-  if (options.second.empty()) {
-    other.while_pressed = true;
-    second = pointer_of(session->second_.pointer);
-  } else {
-    auto opened = hold(options.second, other, session->second_.held);
-    if (!opened) return Error{opened.error()};
-    second = std::move(opened).value();
-  }
-  auto live = LiveCarving::make(std::move(model), std::move(device), settings, std::move(second));
+  auto second = session->open_hand(options.second, material_mm, settings.second, session->second_);
+  if (!second) return Error{second.error()};
+  settings.second.while_pressed = options.second.empty();
+  auto live = LiveCarving::make(std::move(model), std::move(device).value(), settings,
+                                std::move(second).value());
   if (!live) return Error{live.error()};
   session->live_ = std::move(live).value();
   const BodyId active = document->active();

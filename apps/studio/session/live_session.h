@@ -144,6 +144,9 @@ class LiveSession final : public Session {
  private:
   StrokeGuideSettings second_guide(const Lead& lead) const;
   LiveSession() = default;
+  LiveSettings take_scene(const Scene& scene);
+  Result<std::unique_ptr<Device>> open_hand(const std::string& name, const Box& material_mm,
+                                            ServoHandSettings& settings, SessionHand& hand);
   std::string close_document();
   // In order, and not before all strokes that were lifted have come to their end.
   Status post(std::function<void(ServoContext&)> command);
