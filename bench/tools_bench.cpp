@@ -17,6 +17,7 @@
 #include <kibori/motion/direct_tool.h>
 
 #include "bench/workload.h"
+#include "tests/every_tool.h"
 
 using namespace kibori;
 using namespace kibori_bench;
@@ -25,32 +26,14 @@ namespace {
 
 constexpr int kNodes = 512, kRadius = 32;
 
-Tool tool_of(const char* shape) {
-  const double r = kRadius, length = 100;
-  const std::string name = shape;
-  if (name == "finger") return Finger{1 / r, length};
-  if (name == "ball") return BallTool{r};
-  if (name == "flat") return Flat{r, length};
-  if (name == "bull") return Bull{r, r / 3, length};
-  if (name == "cone") return Cone{90, r, length};
-  if (name == "capsule") return Capsule{r, length};
-  if (name == "box") return BoxTool{Vec3(2 * r, 2 * r, length)};
-  if (name == "ellipsoid") return Ellipsoid{Vec3(r, 0.7 * r, r)};
-  if (name == "drill") return Drill{118, r, length};
-  if (name == "tapered") return TaperedBall{r / 3, 40, r, length};
-  if (name == "gouge") return Gouge{7, 2 * r, 4, length};
-  if (name == "vee") return Vee{90, 2 * r, 4, length};
-  if (name == "chisel") return Chisel{2 * r, 25, 8, length};
-  if (name == "skew") return Skew{2 * r, 30, 25, 8, length};
-  if (name == "knife") return Knife{20, 60, length};
-  if (name == "lollipop") return Lollipop{r, r / 3, length, r / 2, 1.5 * length};
-  if (name == "tslot") return TSlot{r, r / 2, r / 3, length, r / 2, 1.5 * length};
-  if (name == "mesh") {
-    // Letters, as wide as the others.
-    const Result<Tool> stamp = text_stamp({"KIBORI", "DejaVu Sans", 0.45 * r, length, 0}, 1);
-    if (stamp) return stamp.value();
+Tool tool_of(size_t shape) {
+  const double length = 100;
+  if (shape == test::kMeshShape) {
+    // Letters, as wide as the others; none without the font.
+    const Result<Tool> stamp = text_stamp({"KIBORI", "DejaVu Sans", 0.45 * kRadius, length, 0}, 1);
+    return stamp ? stamp.value() : MeshTool{};
   }
-  return HalfSpace{};  // none: a half-space has no reach
+  return test::usual_tool(shape, {kRadius, length});
 }
 
 std::vector<double> steps_of(const Tool& tool, const Material& material, int steps) {
@@ -101,10 +84,12 @@ int main(int argc, char** argv) {
   if (!json)
     std::printf("us a step, R = 32 cells in 512^3\n%-10s %8s %8s %8s %8s\n", "", "plain p50", "p99",
                 "oak p50", "p99");
-  for (const char* shape : kToolShapes) {
+  for (size_t i = 0; i < kToolShapes.size(); i++) {
+    const char* const shape = kToolShapes[i];
     if (!only.empty() && only != shape) continue;
-    const Tool tool = tool_of(shape);
-    if (std::holds_alternative<HalfSpace>(tool)) continue;
+    const Tool tool = tool_of(i);
+    // A half-space ends nowhere.
+    if (!check_tool(tool) || !std::isfinite(reach_mm(tool))) continue;
     const std::vector<double> plain = steps_of(tool, Material{}, steps),
                               felt = steps_of(tool, oak, steps);
     all[shape] = {{"plain_p50_us", median(plain)},

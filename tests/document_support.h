@@ -17,6 +17,7 @@
 #include <kibori/motion/reshape_stroke.h>
 #include <kibori/motion/direct_tool.h>
 
+#include "tests/every_tool.h"
 #include "tests/support.h"
 
 namespace kibori::test {
@@ -48,24 +49,7 @@ inline const Vec3& tip_of(const StrokeTick& tick) {
 
 inline StrokeSettings some_settings(Random& random) {
   StrokeSettings s;
-  const Tool tools[] = {BallTool{random.uniform(1, 5)},
-                        Finger{0.2, 20},
-                        Flat{2, 15},
-                        Cone{60, 3, 15},
-                        Bull{3, 1, 12},
-                        Capsule{2, 9},
-                        BoxTool{Vec3(3, 4, 5)},
-                        Ellipsoid{Vec3(3, 2, 4)},
-                        Drill{118, 2, 15},
-                        TaperedBall{1, 20, 3, 15},
-                        Gouge{9, 5, 1, 15},
-                        Vee{60, 4, 1, 15},
-                        Chisel{5, 25, 2, 15},
-                        Skew{4, 30, 40, 1.5, 15},
-                        Knife{20, 60, 12},
-                        Lollipop{2, 1, 6, 1.5, 15},
-                        TSlot{3, 1.5, 1, 6, 1.5, 15}};
-  s.tool = tools[random.integer(0, static_cast<int>(std::size(tools)) - 1)];
+  s.tool = random_tool(random, {1, 5, 9, 20});
   s.mode = random.integer(0, 3) == 0 ? Mode::deposit : Mode::cut;
   if (random.integer(0, 3) == 0) {
     s.mode = static_cast<Mode>(

@@ -20,30 +20,9 @@ namespace {
 using namespace test;
 
 TEST(Codec, SettingsOfEveryToolComeBack) {
-  auto mesh = std::make_shared<TriangleMesh>();
-  mesh->vertices = {Vec3(0, 0, 0), Vec3(1.0 / 3, 0, 0), Vec3(0, 1e-7, 0), Vec3(0, 0, 5)};
-  mesh->triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  const Tool tools[] = {Finger{0.1, 1.0 / 3},
-                        BallTool{2.2},
-                        Flat{1, 2},
-                        Bull{3, 1.1, 12},
-                        Cone{61, 3, 15},
-                        Capsule{2, 9},
-                        HalfSpace{},
-                        BoxTool{Vec3(3, 4, 5)},
-                        Ellipsoid{Vec3(3, 2, 4)},
-                        MeshTool{mesh},
-                        Drill{118, 2, 12},
-                        TaperedBall{1, 1.0 / 0.07, 3, 12},
-                        Gouge{5, 7.1, 1, 9},
-                        Vee{61, 3, 1, 12},
-                        Chisel{5.5, 25, 2, 12},
-                        Skew{4, 30, 40, 1.1, 12},
-                        Knife{20, 61, 12},
-                        Lollipop{2.1, 1, 6, 1.5, 15},
-                        TSlot{3, 1.1, 1, 6, 1.5, 15}};
-  static_assert(std::size(tools) == std::variant_size_v<Tool>);
-  for (const Tool& tool : tools) {
+  Random random;
+  for (size_t shape = 0; shape < kToolShapes.size(); shape++) {
+    const Tool tool = random_tool(shape, random, {0.1, 9, 1, 30});
     StrokeSettings s;
     s.tool = tool;
     s.mode = Mode::touch;

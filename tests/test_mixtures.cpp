@@ -106,31 +106,11 @@ Tool letter_stamp(double pitch, double wide, double deep) {
   return MeshTool{mesh};
 }
 
-Tool random_tool(double pitch, Random& random, bool half_space) {
-  const auto cells = [&](double low, double high) { return pitch * random.uniform(low, high); };
-  const double wide = cells(1, 9), narrow = cells(0.2, 0.9), long_mm = cells(10, 40);
-  const Tool tools[] = {Finger{random.uniform(0.05, 2) / pitch, long_mm},
-                        BallTool{cells(0.3, 12)},
-                        Flat{wide, long_mm},
-                        Bull{wide, random.uniform(0.1, 0.9) * wide, long_mm},
-                        Cone{random.uniform(20, 150), wide, long_mm + 4 * wide},
-                        Capsule{narrow, long_mm},
-                        BoxTool{Vec3(cells(0.3, 9), cells(0.3, 9), cells(0.3, 9))},
-                        Ellipsoid{Vec3(cells(0.3, 9), cells(0.3, 9), cells(0.3, 9))},
-                        Drill{118, wide, long_mm + 2 * wide},
-                        TaperedBall{narrow, 30, narrow + wide, long_mm + 8 * wide},
-                        Gouge{double(random.integer(2, 11)), 2 * wide, narrow, long_mm},
-                        Vee{random.uniform(20, 150), 2 * wide, narrow, long_mm},
-                        Chisel{2 * wide, 25, narrow, long_mm},
-                        Skew{wide, 30, 40, narrow, long_mm + 2 * wide},
-                        Knife{random.uniform(5, 60), 60, long_mm},
-                        Lollipop{wide, narrow, 2 * wide + narrow, narrow, long_mm + 2 * wide},
-                        TSlot{wide, narrow, narrow, 2 * narrow, narrow, long_mm},
-                        letter_stamp(pitch, random.uniform(2, 25), random.uniform(1, 12)),
-                        HalfSpace{}};
-  const Tool& tool =
-      tools[random.integer(0, static_cast<int>(std::size(tools)) - (half_space ? 1 : 2))];
-  return check_tool(tool) ? tool : random_tool(pitch, random, half_space);
+Tool any_tool(double pitch, Random& random, bool half_space) {
+  const int other = random.integer(0, static_cast<int>(kToolShapes.size()) - 1);
+  if (other == 0) return letter_stamp(pitch, random.uniform(2, 25), random.uniform(1, 12));
+  if (other == 1 && half_space) return HalfSpace{};
+  return test::random_tool(random, {0.3 * pitch, 9 * pitch, 10 * pitch, 40 * pitch});
 }
 
 Edit random_edit(const Scene& scene, Random& random) {
@@ -141,7 +121,7 @@ Edit random_edit(const Scene& scene, Random& random) {
            : what < 3 ? Mode::deposit
                       : static_cast<Mode>(random.integer(static_cast<int>(Mode::smooth),
                                                          static_cast<int>(Mode::turn)));
-  s.tool = random_tool(scene.pitch, random, s.mode == Mode::cut);
+  s.tool = any_tool(scene.pitch, random, s.mode == Mode::cut);
   s.materials.resize(3);
   s.material = static_cast<uint8_t>(random.integer(0, 2));
   s.force.law = {random.integer(0, 1) ? ForceModel::paper : ForceModel::energy, 6, 1};

@@ -14,6 +14,7 @@
 #include <kibori/motion/spring_tool.h>
 #include <kibori/surface/surface.h>
 
+#include "tests/every_tool.h"
 #include "tests/reshape_support.h"
 #include "tests/support.h"
 #include "tests/surface_check.h"
@@ -68,25 +69,7 @@ bool alike(const Intervals& a, const Intervals& b) {
   });
 }
 
-Tool any_tool(Random& random) {
-  const Tool tools[] = {BallTool{random.uniform(0.4, 6)},
-                        Finger{0.2, 15},
-                        Flat{random.uniform(0.5, 4), 12},
-                        Cone{60, 3, 15},
-                        Bull{3, 1, 12},
-                        Capsule{2, 9},
-                        BoxTool{Vec3(3, 4, 5)},
-                        Ellipsoid{Vec3(3, 2, 4)},
-                        Drill{118, 2, 15},
-                        TaperedBall{1, 20, 3, 15},
-                        Gouge{7, random.uniform(1, 8), 1, 12},
-                        Vee{60, 4, 1, 12},
-                        Skew{4, 30, 40, 1.5, 12},
-                        Knife{20, 60, 12},
-                        Lollipop{3, 1, 8, 1.5, 12},
-                        TSlot{4, 1.5, 1, 6, 1.5, 12}};
-  return tools[random.integer(0, static_cast<int>(std::size(tools)) - 1)];
-}
+Tool any_tool(Random& random) { return test::random_tool(random, {0.4, 6, 5, 15}); }
 
 TEST(NoGo, RandomStrokesNeverCutIntoIt) {
   Random random;

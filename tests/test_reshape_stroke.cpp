@@ -11,6 +11,7 @@
 #include <kibori/solid/ball.h>
 #include <kibori/surface/surface.h>
 
+#include "tests/every_tool.h"
 #include "tests/reshape_support.h"
 #include "tests/support.h"
 #include "tests/surface_check.h"
@@ -167,10 +168,8 @@ TEST(ReshapeStroke, ClayKeepsItsVolume) {
 TEST(ReshapeStroke, WhatWasUndoneLeavesNoTrace) {
   Random random;
   for (int trial = 0; trial < 40; trial++) {
-    const Tool tools[] = {Flat{2, 40}, Gouge{},        Vee{},          Lollipop{},
-                          TSlot{},     Bull{4, 1, 40}, Cone{60, 5, 40}};
     ReshapeSettings s = settings_of(Mode::press, 6);
-    s.tool = tools[trial % 7];
+    s.tool = random_tool(random, {2, 5, 30, 40});
     TriDexel plain = block(72, {10, 10, 10}, {50, 50, 40}),
              undone = block(72, {10, 10, 10}, {50, 50, 40});
     const Snapshot before = undone.snapshot();

@@ -28,6 +28,8 @@
 #include <kibori/motion/direct_tool.h>
 #include <kibori/surface/surface.h>
 
+#include "tests/every_tool.h"
+
 namespace {
 
 // Of one thread; the others may do as they like.
@@ -114,17 +116,9 @@ bool edits(long many) {
   model.fill_block({Vec3::Zero(), Vec3(64, 48, 40)}, 0);
   model.reserve(4000);
   const std::vector<Material> materials{{"a", 0.001, 2, 0, 0, {}}, {"b", 0.003, 7, 0, 0, {}}};
-  const Tool tools[] = {Finger{0.4, 20},
-                        BallTool{3},
-                        Flat{2, 10},
-                        Bull{2, 0.7, 10},
-                        Cone{60, 2, 10},
-                        Capsule{1, 8},
-                        BoxTool{Vec3(3, 3, 3)},
-                        TaperedBall{0.7, 20, 2, 10},
-                        Gouge{9, 4, 1, 10},
-                        Skew{3, 30, 40, 1, 10},
-                        Lollipop{2, 1, 5, 1, 10}};
+  std::vector<Tool> tools;
+  for (size_t shape = 0; shape < kToolShapes.size(); shape++)
+    if (test::has_numbers(shape)) tools.push_back(test::usual_tool(shape, {2, 10}));
   uint64_t state = 1;
   const auto random = [&](double low, double high) {
     state = state * 6364136223846793005u + 1442695040888963407u;
@@ -137,7 +131,7 @@ bool edits(long many) {
   const auto run = [&](long wanted) {
     for (long i = 0; i < wanted;) {
       const Vec3 from(random(2, 62), random(2, 46), random(33, 42));
-      const Tool& tool = tools[static_cast<size_t>(random(0, 7.999))];
+      const Tool& tool = tools[static_cast<size_t>(random(0, static_cast<double>(tools.size())))];
       DirectTool stroke(model, Pose{from, frame_from_axis(Vec3(random(-1, 1), random(-1, 1), 1))});
       const Vec3 step(random(-0.4, 0.4), random(-0.4, 0.4), random(-0.1, 0.05));
       const Mode mode = random(0, 1) < 0.15  ? Mode::deposit

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Sweeps against dense sampling: the oracle asks an implicit function, written from the tools'
-// definitions alone, at many poses of the motion.
+// Sweeps against dense sampling: the oracle asks an implicit function (tests/every_tool.h), written
+// from the tools' definitions alone, at many poses of the motion.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -14,6 +14,7 @@
 #include <kibori/solid/rim.h>
 #include <kibori/solid/tool.h>
 
+#include "tests/every_tool.h"
 #include "tests/support.h"
 
 namespace kibori {
@@ -21,168 +22,14 @@ namespace {
 
 using test::Random;
 
-// >= 0 inside; about a distance near the surface. Tool frame, mm.
-double inside(const Tool& tool, const Vec3& p) {
-  const double r = std::hypot(p.x(), p.y());
-  if (auto t = std::get_if<Finger>(&tool))
-    return std::min((p.z() - t->ks * r * r) / std::hypot(1, 2 * t->ks * r), t->length - p.z());
-  if (auto t = std::get_if<BallTool>(&tool)) return t->radius - (p - Vec3(0, 0, t->radius)).norm();
-  if (auto t = std::get_if<Flat>(&tool)) return std::min({t->radius - r, p.z(), t->length - p.z()});
-  if (auto t = std::get_if<Bull>(&tool)) {
-    const double inner = t->radius - t->corner;
-    if (r > inner && p.z() < t->corner) return t->corner - std::hypot(r - inner, t->corner - p.z());
-    return std::min({t->radius - r, p.z(), t->length - p.z()});
-  }
-  const auto pointed = [&](const auto& t) {
-    const double half = t.angle_deg * std::acos(-1.0) / 360;
-    return std::min({p.z() * std::sin(half) - r * std::cos(half), t.radius - r, t.length - p.z()});
-  };
-  if (auto t = std::get_if<Cone>(&tool)) return pointed(*t);
-  if (auto t = std::get_if<Drill>(&tool)) return pointed(*t);
-  if (auto t = std::get_if<TaperedBall>(&tool)) {
-    // A cone rounded at its tip: the distance from the ball's centre, along the normal of the
-    // cone's side where that is nearest, else along the line to the centre.
-    const double half = t->angle_deg * std::acos(-1.0) / 360, z = p.z() - t->ball;
-    const bool beside = z * std::cos(half) > -r * std::sin(half);
-    const double side =
-        beside ? t->ball + z * std::sin(half) - r * std::cos(half) : t->ball - std::hypot(r, z);
-    return std::min({side, t->radius - r, t->length - p.z()});
-  }
-  if (auto t = std::get_if<Capsule>(&tool)) {
-    const double z = std::clamp(p.z(), t->radius, t->length - t->radius);
-    return t->radius - (p - Vec3(0, 0, z)).norm();
-  }
-  if (std::get_if<HalfSpace>(&tool)) return p.z();
-  if (auto t = std::get_if<BoxTool>(&tool))
-    return std::min({t->size.x() / 2 - std::abs(p.x()), t->size.y() / 2 - std::abs(p.y()), p.z(),
-                     t->size.z() - p.z()});
-  if (auto t = std::get_if<Ellipsoid>(&tool)) {
-    const Vec3 q = (p - Vec3(0, 0, t->radii.z())).cwiseQuotient(t->radii);
-    return (1 - q.norm()) * t->radii.minCoeff();
-  }
-  const double pi = std::acos(-1.0);
-  const auto blade = [&](const auto& t) {
-    return std::min(
-        {t.thickness / 2 - std::abs(p.x()), t.width / 2 - std::abs(p.y()), t.length - p.z()});
-  };
-  if (auto t = std::get_if<Gouge>(&tool)) {
-    const GougeArc arc = gouge_arc(*t);
-    const double y = p.y() / arc.across, z = 1 - p.z() / arc.upright;
-    // Of an ellipse, the value over its gradient; where it has none there is no face near.
-    const double slope = std::hypot(y / arc.across, z / arc.upright);
-    const double below = p.z() >= arc.depth ? 1e30
-                         : slope > 1e-6     ? (1 - y * y - z * z) / (2 * slope)
-                                            : 1e30;
-    return std::min(below, blade(*t));
-  }
-  if (auto t = std::get_if<Vee>(&tool)) {
-    const double half = t->angle_deg * pi / 360;
-    return std::min(p.z() * std::sin(half) - std::abs(p.y()) * std::cos(half), blade(*t));
-  }
-  if (auto t = std::get_if<Chisel>(&tool)) {
-    const double half = t->bevel_deg * pi / 360;
-    return std::min(p.z() * std::sin(half) - std::abs(p.x()) * std::cos(half), blade(*t));
-  }
-  if (auto t = std::get_if<Skew>(&tool)) {
-    const double half = t->bevel_deg * pi / 360, skew = t->skew_deg * pi / 180;
-    const double up = p.z() * std::cos(skew) - p.y() * std::sin(skew);
-    return std::min({up * std::sin(half) - std::abs(p.x()) * std::cos(half),
-                     t->thickness / 2 - std::abs(p.x()), p.y(), t->width - p.y(),
-                     t->length - p.z()});
-  }
-  if (auto t = std::get_if<Knife>(&tool)) {
-    const double edge = t->edge_deg * pi / 360, point = t->point_deg * pi / 360;
-    const double up = p.z() * std::sin(point) - std::abs(p.x()) * std::cos(point);
-    return std::min(up * std::sin(edge) - std::abs(p.y()) * std::cos(edge), t->length - p.z());
-  }
-  // Neck and shank, from within the head up.
-  const auto stem = [&](const auto& t, double from) {
-    return std::max(std::min({t.neck - r, p.z() - from, t.length - p.z()}),
-                    std::min({t.shank - r, p.z() - t.reach, t.length - p.z()}));
-  };
-  if (auto t = std::get_if<Lollipop>(&tool))
-    return std::max(t->radius - (p - Vec3(0, 0, t->radius)).norm(), stem(*t, t->radius));
-  if (auto t = std::get_if<TSlot>(&tool))
-    return std::max(std::min({t->radius - r, p.z(), t->height - p.z()}), stem(*t, t->height / 2));
-  const auto& mesh = *std::get<MeshTool>(tool).mesh;  // a convex polyhedron
-  double min = 1e30;
-  for (const auto& t : mesh.triangles) {
-    const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
-    min = std::min(min, -(p - a).dot((b - a).cross(c - a).normalized()));
-  }
-  return min;
+using test::inside;
+
+// From tools smaller than three cells of the lattices below to such as reach far beyond them.
+Tool random_tool(size_t shape, Random& random) {
+  return test::random_tool(shape, random, {1, 9, 2, 25});
 }
 
-Tool random_tool(int kind, Random& random) {
-  switch (kind) {
-    case 0:
-      return Finger{random.uniform(0.02, 0.5), random.uniform(5, 30)};
-    case 1:
-      return BallTool{random.uniform(1, 12)};
-    case 2:
-      return Flat{random.uniform(1, 8), random.uniform(2, 25)};
-    case 3: {
-      const double radius = random.uniform(2, 9);
-      const double corner = random.uniform(0.2, 1) * radius;
-      return Bull{radius, corner, 2 * corner + random.uniform(0, 15)};
-    }
-    case 4:
-      return Cone{random.uniform(15, 150), random.uniform(2, 8), random.uniform(2, 25)};
-    case 5: {
-      const double radius = random.uniform(1, 5);
-      return Capsule{radius, 2 * radius + random.uniform(0, 15)};
-    }
-    case 6:
-      return HalfSpace{};
-    case 7:
-      return BoxTool{random.in_box(1, 14)};
-    case 8:
-      return Ellipsoid{random.in_box(1, 9)};
-    case 10:
-      return Drill{random.uniform(60, 150), random.uniform(2, 8), random.uniform(2, 25)};
-    case 11: {
-      // Also balls as wide as the shank, and tapers that end before they are as wide.
-      const double ball = random.uniform(0.5, 6), radius = ball * random.uniform(1, 3);
-      return TaperedBall{ball, random.uniform(3, 140), random.integer(0, 4) ? radius : ball,
-                         2 * ball + random.uniform(0, 15)};
-    }
-    case 12:
-      return Gouge{double(random.integer(2, 11)), random.uniform(2, 16), random.uniform(0.3, 4),
-                   random.uniform(2, 25)};
-    case 13:
-      return Vee{random.uniform(15, 150), random.uniform(2, 16), random.uniform(0.3, 4),
-                 random.uniform(2, 25)};
-    case 14:
-      return Chisel{random.uniform(2, 16), random.uniform(10, 110), random.uniform(0.5, 6),
-                    random.uniform(2, 25)};
-    case 15:
-      return Skew{random.uniform(2, 10), random.uniform(2, 60), random.uniform(15, 110),
-                  random.uniform(0.5, 4), random.uniform(35, 50)};
-    case 16:
-      return Knife{random.uniform(5, 110), random.uniform(10, 140), random.uniform(2, 20)};
-    case 17: {
-      const double radius = random.uniform(1, 8), neck = radius * random.uniform(0.2, 1),
-                   reach = 2 * radius + random.uniform(0, 10);
-      return Lollipop{radius, neck, reach, neck * random.uniform(1, 3),
-                      reach + random.uniform(0, 10)};
-    }
-    case 18: {
-      const double radius = random.uniform(1, 8), neck = radius * random.uniform(0.2, 1),
-                   height = random.uniform(0.5, 6), reach = height + random.uniform(0, 10);
-      return TSlot{
-          radius, height, neck, reach, neck * random.uniform(1, 3), reach + random.uniform(0, 10)};
-    }
-    default: {
-      auto mesh = std::make_shared<TriangleMesh>();
-      const double s = random.uniform(4, 12);
-      mesh->vertices = {{0, 0, 0}, {s, 0, 1}, {0, s, 2}, {1, 1, s}};
-      mesh->triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-      return MeshTool{mesh};
-    }
-  }
-}
-
-class Sweep : public testing::TestWithParam<int> {};
+class Sweep : public testing::TestWithParam<size_t> {};
 
 TEST_P(Sweep, AgreesWithDenseSampling) {
   Random random;
@@ -262,7 +109,7 @@ TEST_P(Sweep, AgreesWithDenseSampling) {
               continue;
             }
             ASSERT_EQ(says_inside, depth > 0)
-                << kToolShapes[static_cast<size_t>(GetParam())] << " trial " << trial << " axis "
+                << kToolShapes[GetParam()] << " trial " << trial << " axis "
                 << static_cast<int>(ray_axis) << " depth " << depth << " t " << t << " [" << lo
                 << ", " << hi << ") motion " << motion.transpose() << " tool axis "
                 << axis.transpose() << "; " << random.note();
@@ -277,7 +124,8 @@ TEST_P(Sweep, AgreesWithDenseSampling) {
 
 // The normal at an end is the gradient of the implicit function there (of the pose that touches).
 TEST_P(Sweep, NormalsAreThoseOfTheSurface) {
-  if (GetParam() == 9) GTEST_SKIP() << "edges everywhere: covered by the interval test";
+  if (GetParam() == test::kMeshShape)
+    GTEST_SKIP() << "edges everywhere: covered by the interval test";
   Random random;
   Lattice lattice;
   lattice.pitch_mm = 0.5;
@@ -561,10 +409,8 @@ TEST(SweptConvex, RaysAlongARodAtTheSweepsEdgeMeetBothFaces) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Tools, Sweep, testing::Range(0, static_cast<int>(kToolShapes.size())),
-                         [](const auto& tool) {
-                           return std::string(kToolShapes[static_cast<size_t>(tool.param)]);
-                         });
+INSTANTIATE_TEST_SUITE_P(Tools, Sweep, testing::Range(size_t{0}, kToolShapes.size()),
+                         [](const auto& tool) { return std::string(kToolShapes[tool.param]); });
 
 // Motions nearly along the rays: both ends of a ray near the sweep's rim are on the ball's own rim,
 // where rounding is largest, and the interval is nearly as long as the motion.

@@ -12,6 +12,7 @@
 #include <kibori/motion/spring_tool.h>
 #include <kibori/surface/surface.h>
 
+#include "tests/every_tool.h"
 #include "tests/support.h"
 #include "tests/surface_check.h"
 
@@ -29,32 +30,12 @@ TriDexel block() {
 }
 
 // A mesh that no turn makes its own image.
-Tool lopsided() {
-  auto mesh = std::make_shared<TriangleMesh>();
-  mesh->vertices = {Vec3(0, 0, 0), Vec3(4, 0.5, 1), Vec3(1, 3, 2), Vec3(0.5, 1, 6)};
-  mesh->triangles = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
-  return MeshTool{mesh};
-}
+Tool lopsided() { return test::usual_tool(test::kMeshShape, {1.7, 6}); }
 
 Tool some_tool(Random& random) {
-  const Tool tools[] = {BallTool{random.uniform(1, 4)},
-                        Finger{0.3, 15},
-                        Flat{2, 12},
-                        Cone{70, 3, 12},
-                        Bull{3, 1, 12},
-                        Capsule{2, 8},
-                        BoxTool{Vec3(3, 4, 5)},
-                        Ellipsoid{Vec3(3, 2, 4)},
-                        TaperedBall{1, 30, 3, 12},
-                        Gouge{9, 5, 1, 12},
-                        Vee{60, 4, 1, 12},
-                        Chisel{5, 25, 2, 12},
-                        Skew{4, 30, 40, 1.5, 12},
-                        Knife{20, 60, 12},
-                        Lollipop{2, 1, 6, 1.5, 12},
-                        TSlot{3, 1.5, 1, 6, 1.5, 12},
-                        lopsided()};
-  return tools[random.integer(0, static_cast<int>(std::size(tools)) - 1)];
+  return random.integer(0, static_cast<int>(kToolShapes.size()) - 1) == 0
+             ? lopsided()
+             : test::random_tool(random, {1, 4, 8, 15});
 }
 
 struct Piece {
