@@ -596,7 +596,7 @@ class History(Folder):
         seed = int(os.environ.get("KIBORI_SEED", random.randrange(2**31)))
         print(f"seed {seed}", flush=True)
         chance = random.Random(seed)
-        tools = [kb.Ball(3), kb.Flat(2, 30), kb.Gouge(), kb.Vee(), kb.Lollipop(), kb.Box(size=(3, 5, 7)), kb.Finger()]
+        tools = [getattr(kb, shape.capitalize())() for shape in kb.SHAPES if shape not in ("halfspace", "mesh")]
         for _ in range(4):
             m = block(chance.choice([0.7, 1.1]))
             for _ in range(12):

@@ -32,6 +32,7 @@
 #include <kibori/formats/surface_file.h>
 #include <kibori/measure/distance.h>
 #include <kibori/picture/picture.h>
+#include <kibori/solid/tool.h>
 #include <kibori/surface/surface.h>
 
 #include "apps/cli/common.h"
@@ -41,6 +42,21 @@
 #include "apps/cli/studio_command.h"
 
 namespace {
+
+// The shapes of tools as words of a comment that begins in column `indent`.
+std::string shape_list(size_t indent) {
+  std::string text;
+  size_t column = indent;
+  for (const std::string shape : kibori::kToolShapes) {
+    if (column + shape.size() > 90) {
+      text += "\n" + std::string(indent, ' ') + "#";
+      column = indent;
+    }
+    text += " " + shape;
+    column += shape.size() + 1;
+  }
+  return text;
+}
 
 // What `carve --picture` and `picture` share.
 struct PictureArguments {
@@ -509,10 +525,9 @@ int main(int argc, char** argv) {
       "height]\n"
       "  pitch = 0.25\n"
       "  [tool]\n"
-      "  shape = \"finger\"         # finger ball flat bull cone drill tapered capsule halfspace "
-      "box "
-      "ellipsoid mesh\n"
-      "                           # gouge vee chisel skew knife lollipop tslot\n"
+      "  shape = \"finger\"         #" +
+      shape_list(27) +
+      "\n"
       "  ks = 0.1                 # 1/mm\n"
       "  length = 40\n"
       "  [force]\n"

@@ -1,15 +1,20 @@
 // SPDX-License-Identifier: MIT
-// Writes web/src/connection/kinds.ts: what pages must know of tools, modes and force models, from the
-// library's own lists.
+// Writes what files of other languages must know of the library's own lists:
+//   web/src/connection/kinds.ts  tools, modes and force models, for pages; all of the file
+//   python/kibori/__init__.pyi   the classes of tool shapes, for type checkers; between two marks
+//   docs/scenes.md               the table of tool shapes, for people; between two marks
 //
-// Usage: make_kinds FILE writes it; make_kinds --check FILE writes nothing, and exits 1 where FILE
-// is not what would be written.
+// Usage: make_kinds FILE... writes them; make_kinds --check FILE... writes nothing, and exits 1
+// where a FILE is not what would be written.
+#include <cctype>
 #include <cstdio>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <variant>
 
 #include <kibori/base/tolerances.h>
 #include <kibori/report/force_report.h>
@@ -20,7 +25,7 @@
 
 namespace {
 
-std::string tools() {
+std::string tool_types() {
   std::string text;
   for (const char* shape : kibori::kToolShapes) {
     text += "  | { shape: \"" + std::string(shape) + "\"";
@@ -31,8 +36,54 @@ std::string tools() {
                              });
     text += " }\n";
   }
-  text.insert(text.size() - 1, ";");
+  text.back() = ';';
   return text;
+}
+
+// The names of a tool's numbers.
+std::string numbers_of(const kibori::Tool& tool, const std::string& quote) {
+  std::string text;
+  kibori::for_tool_numbers(tool, [&](const char* name, const auto&) {
+    text += (text.empty() ? "" : ", ") + quote + name + quote;
+  });
+  return text;
+}
+
+std::string tool_table() {
+  std::string text = "| `shape` | numbers | what it is |\n|---|---|---|\n";
+  for (const char* shape : kibori::kToolShapes) {
+    const kibori::Tool tool = *kibori::default_tool(shape);
+    text += "| `\"" + std::string(shape) + "\"` | " + numbers_of(tool, "`") + " | " +
+            kibori::shape_note(tool) + " |\n";
+  }
+  return text;
+}
+
+std::string tool_stubs() {
+  std::string text, all;
+  for (const char* shape : kibori::kToolShapes) {
+    std::string name = shape;  // "ball" is Ball
+    name[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(name[0])));
+    all += "    " + name + ",\n";
+    const kibori::Tool tool = *kibori::default_tool(shape);
+    if (std::holds_alternative<kibori::MeshTool>(tool)) continue;  // made of arrays
+    std::string fields;
+    kibori::for_tool_numbers(tool, [&](const char* number_name, const auto& number) {
+      constexpr bool one = std::is_same_v<decltype(number), const double&>;
+      fields += "    " + std::string(number_name) + (one ? ": float\n" : ": Vector\n");
+    });
+    text += "class " + name + "(_Numbers):" + (fields.empty() ? " ...\n" : "\n" + fields) + "\n";
+  }
+  return text + "Shape = Union[\n" + all + "]\n";
+}
+
+// `text` with the lines between its two marks replaced; nothing if it has no marks.
+std::optional<std::string> with_part(const std::string& text, const std::string& part) {
+  const size_t mark = text.find("Tool shapes, made by apps/studio/make_kinds.cpp"),
+               end = text.find("End of the tool shapes.");
+  if (mark == std::string::npos || end == std::string::npos || end < mark) return std::nullopt;
+  const size_t from = text.find('\n', mark) + 1, to = text.rfind('\n', end) + 1;
+  return text.substr(0, from) + part + text.substr(to);
 }
 
 template <kibori::Named Enum>
@@ -51,11 +102,11 @@ std::string kinds() {
   return "// SPDX-License-Identifier: MIT\n"
          "// Made by apps/studio/make_kinds.cpp from the library's own lists: change those.\n"
          "import type { Vec3 } from \"../base/vec3\";\n\n"
-         "/** A tool: its shape and its numbers [mm, degrees]; kibori/solid/tool.h says what they "
-         "are. */\n"
+         "/** A tool: its shape and its numbers [mm, degrees]; kibori/solid/tools/ says what "
+         "they are. */\n"
          "export type Tool =\n" +
-         tools() +
-         "\n/** What a tool does (kibori/motion/tool_tick.h). */\n"
+         tool_types() +
+         "\n\n/** What a tool does (kibori/motion/tool_tick.h). */\n"
          "export const MODES = " +
          list<kibori::Mode>() +
          ";\nexport type Mode = (typeof MODES)[number];\n\n"
@@ -75,26 +126,44 @@ std::string kinds() {
          std::to_string(kibori::kMaxMaterials) + ";\n";
 }
 
+// What a file that holds `text` should hold; nothing if it has no place for it.
+std::optional<std::string> made(std::string_view path, const std::string& text) {
+  if (path.ends_with(".pyi")) return with_part(text, tool_stubs());
+  if (path.ends_with(".md")) return with_part(text, tool_table());
+  return kinds();
+}
+
 }  // namespace
 
 int main(int count, char** arguments) {
-  const bool check = count == 3 && std::string_view(arguments[1]) == "--check";
-  if (!check && count != 2) {
-    std::fprintf(stderr, "usage: make_kinds [--check] FILE\n");
+  const bool check = count > 1 && std::string_view(arguments[1]) == "--check";
+  const int first = check ? 2 : 1;
+  if (count <= first) {
+    std::fprintf(stderr, "usage: make_kinds [--check] FILE...\n");
     return 2;
   }
-  const char* const path = arguments[count - 1];
-  const std::string text = kinds();
-  if (check) {
-    std::ifstream file(path, std::ios::binary);
-    if (std::string(std::istreambuf_iterator<char>(file), {}) == text) return 0;
-    std::fprintf(stderr, "%s is not what the library's lists say; run make_kinds %s\n", path, path);
-    return 1;
+  int failed = 0;
+  for (int i = first; i < count; i++) {
+    const char* const path = arguments[i];
+    std::ifstream in(path, std::ios::binary);
+    const std::string text(std::istreambuf_iterator<char>(in), {});
+    const std::optional<std::string> wanted = made(path, text);
+    if (text == wanted) continue;
+    if (check || !wanted) {
+      std::fprintf(stderr,
+                   wanted ? "%s is not what the library's lists say; run make_kinds on it\n"
+                          : "%s has no marks around its tool shapes\n",
+                   path);
+      failed = 1;
+      continue;
+    }
+    std::ofstream out(path, std::ios::binary);
+    out << *wanted;
+    out.close();
+    if (!out) {
+      std::fprintf(stderr, "can't write %s\n", path);
+      failed = 1;
+    }
   }
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (file) return 0;
-  std::fprintf(stderr, "can't write %s\n", path);
-  return 1;
+  return failed;
 }

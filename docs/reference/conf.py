@@ -40,7 +40,8 @@ def lines_of(app, what, name, obj, options, lines):
     """Paragraphs as they stand: lines of "name: what" begin new ones, what is indented is a listing."""
     out, listing = [], False
     if what == "class" and lines:
-        lines[0] = MADE.sub("", lines[0]).capitalize() if MADE.match(lines[0]) else lines[0]
+        text = MADE.sub("", lines[0])
+        lines[0] = text[0].upper() + text[1:] if MADE.match(lines[0]) else text
     for line in map(shorter, lines):
         indented = line.startswith("    ")
         if indented and not listing:
@@ -56,6 +57,13 @@ def lines_of(app, what, name, obj, options, lines):
     lines[:] = out
 
 
+def tool_shapes(app, docname, source):
+    """Every tool shape where a page says so."""
+    classes = (f".. autoclass:: {shape.capitalize()}" for shape in sorted(kibori.SHAPES))
+    source[0] = source[0].replace(".. every tool shape", "\n".join(classes))
+
+
 def setup(app):
+    app.connect("source-read", tool_shapes)
     app.connect("autodoc-process-signature", signature)
     app.connect("autodoc-process-docstring", lines_of)

@@ -9,10 +9,6 @@ import numpy.typing as npt
 
 Path = Union[str, "PathLike[str]"]
 Vector = Sequence[float]
-Shape = Union[
-    Finger, Ball, Flat, Bull, Cone, Capsule, Halfspace, Box, Ellipsoid, Mesh, Drill, Tapered, Gouge, Vee,
-    Chisel, Skew, Knife, Lollipop, Tslot,
-]
 ModeName = Literal[
     "cut", "deposit", "touch", "off", "smooth", "rasp", "fill", "inflate", "flatten", "crease", "paint", "grab",
     "nudge", "twist", "bend", "pinch", "scale", "node", "press", "throw", "turn",
@@ -28,13 +24,16 @@ FORCE_MODELS: tuple[str, ...]
 
 class Error(RuntimeError): ...
 
-class Finger:
-    ks: float
-    length: float
-    def __init__(self, *numbers: float, **named: float) -> None: ...
-
 class _Numbers:
     def __init__(self, *numbers: Union[float, Vector], **named: Union[float, Vector]) -> None: ...
+
+class Mesh:
+    def __init__(self, vertices: npt.ArrayLike, triangles: npt.ArrayLike) -> None: ...
+
+# Tool shapes, made by apps/studio/make_kinds.cpp from the library's own list.
+class Finger(_Numbers):
+    ks: float
+    length: float
 
 class Ball(_Numbers):
     radius: float
@@ -64,9 +63,6 @@ class Box(_Numbers):
 
 class Ellipsoid(_Numbers):
     radii: Vector
-
-class Mesh:
-    def __init__(self, vertices: npt.ArrayLike, triangles: npt.ArrayLike) -> None: ...
 
 class Drill(_Numbers):
     angle_deg: float
@@ -123,6 +119,29 @@ class Tslot(_Numbers):
     reach: float
     shank: float
     length: float
+
+Shape = Union[
+    Finger,
+    Ball,
+    Flat,
+    Bull,
+    Cone,
+    Capsule,
+    Halfspace,
+    Box,
+    Ellipsoid,
+    Mesh,
+    Drill,
+    Tapered,
+    Gouge,
+    Vee,
+    Chisel,
+    Skew,
+    Knife,
+    Lollipop,
+    Tslot,
+]
+# End of the tool shapes.
 
 def text_stamp(
     text: str, font: str = ..., height: float = ..., depth: float = ..., pitch: float = ...

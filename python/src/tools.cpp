@@ -77,9 +77,7 @@ void bind_shape(py::module_& module) {
   } else {
     const std::string numbers = numbers_of<Shape>();
     const std::string about =
-        name + "(" + numbers +
-        "): a tool; lengths in mm, angles in degrees. docs/scenes.md has what "
-        "the numbers mean.";
+        name + "(" + numbers + "): " + Shape::kAbout + ". Lengths in mm, angles in degrees.";
     py::class_<Shape> shape(module, name.c_str(), about.c_str());
     shape.def(py::init([name, numbers](const py::args& args, const py::kwargs& named) {
       Shape tool;

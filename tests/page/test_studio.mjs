@@ -389,41 +389,9 @@ async function whatIsShownIsTheModel() {
             const axis = [random(-1, 1), random(-1, 1), random(0.2, 1)];
             const at = [random(0, 80), random(0, 50), random(20, 33)],
               to = at.map((a) => a + random(-6, 6));
-            const size = random(0.4, 3),
-              length = 20;
-            const tools = [
-              { shape: "ball", radius: size },
-              { shape: "finger", ks: size, length },
-              { shape: "flat", radius: size, length },
-              { shape: "capsule", radius: size, length },
-              { shape: "bull", radius: size, corner: size / 3, length },
-              { shape: "cone", angle_deg: random(30, 120), radius: size, length },
-              { shape: "drill", angle_deg: random(60, 140), radius: size, length },
-              { shape: "tapered", ball: size / 3, angle_deg: random(10, 90), radius: size, length },
-              { shape: "box", size: [size, random(1, 4), random(1, 4)] },
-              { shape: "ellipsoid", radii: [size, random(1, 4), random(1, 4)] },
-              {
-                shape: "gouge",
-                sweep: Math.floor(random(2, 12)),
-                width: 2 * size,
-                thickness: 1,
-                length,
-              },
-              { shape: "vee", angle_deg: random(30, 120), width: 2 * size, thickness: 1, length },
-              { shape: "chisel", width: 2 * size, bevel_deg: 25, thickness: 1, length },
-              { shape: "skew", width: size, skew_deg: 30, bevel_deg: 40, thickness: 1, length },
-              { shape: "knife", edge_deg: 20, point_deg: random(20, 120), length },
-              { shape: "lollipop", radius: size, neck: size / 2, reach: 10, shank: size, length },
-              {
-                shape: "tslot",
-                radius: size,
-                height: 1,
-                neck: size / 2,
-                reach: 10,
-                shank: size,
-                length,
-              },
-            ];
+            const tools = window.kibori
+              .tools(random(0.4, 3), random(0, 1))
+              .filter(({ shape }) => shape !== "mesh");
             const tool = new TextEncoder().encode(
               JSON.stringify(tools[Math.floor(random(0, tools.length))]),
             );
@@ -534,7 +502,6 @@ async function mirrorsDevicesAndExperiments() {
     ["Ellipsoid", "Breadth", "6"],
     ["Drill", "Point", "118"],
     ["Tapered ball nose", "Taper", "30"],
-    ["Lollipop cutter", "Neck", "1"],
     ["Ball burr"],
   ]) {
     await page.locator(`#shapes input[aria-label="${name}"]`).check({ force: true });

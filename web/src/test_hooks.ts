@@ -4,6 +4,7 @@ import type { Vec3 } from "./base/vec3";
 import type { Connection } from "./connection/connection";
 import type { ForcePlot } from "./forces/plot";
 import type { Hand } from "./hand/hand";
+import { everyTool } from "./tools/tools";
 import type { View } from "./view/view";
 
 let frameTakes = 0;
@@ -42,6 +43,7 @@ export function offerHooks(view: View, plot: ForcePlot, hand: Hand, line: Connec
       stampsMade: () => hand.stamp.made,
       breakLine: () => line.breakOff(),
       at: (x: number, y: number) => view.hit(x, y)?.point.toArray() ?? null,
+      tools: everyTool,
       slowFrames,
       still: (still: boolean) => (view.painter.still = plot.still = still),
     },

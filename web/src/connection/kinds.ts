@@ -2,7 +2,7 @@
 // Made by apps/studio/make_kinds.cpp from the library's own lists: change those.
 import type { Vec3 } from "../base/vec3";
 
-/** A tool: its shape and its numbers [mm, degrees]; kibori/solid/tool.h says what they are. */
+/** A tool: its shape and its numbers [mm, degrees]; kibori/solid/tools/ says what they are. */
 export type Tool =
   | { shape: "finger"; ks: number; length: number }
   | { shape: "ball"; radius: number }

@@ -116,7 +116,7 @@ function leaning(outline: [number, number][], wall: number): THREE.BufferGeometr
   );
   return toCreasedNormals(solid, CREASE);
 }
-/** As gouge_arc of kibori/solid/tool.cpp. */
+/** As gouge_arc of kibori/solid/tools/gouge.h. */
 function gougeArc(
   sweep: number,
   width: number,
@@ -541,6 +541,12 @@ export const TOOLS: { [S in Shape]: Row<S> } = {
   },
 };
 export const SHAPES = Object.keys(TOOLS) as Shape[];
+/** A tool of every shape, for tests. `share`: where its own number is between its least and its most. */
+export const everyTool = (radius: number, share: number): HeldTool[] =>
+  SHAPES.map((shape) => {
+    const { form, make } = TOOLS[shape];
+    return make(radius, form ? form.min + share * (form.max - form.min) : 0);
+  });
 
 /** The tool, if a person can hold it; null for those of scenes only. */
 export const held = (tool: Tool | null): HeldTool | null =>
