@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Writes web/src/connection/kinds.ts: what pages must know of tools, modes and force models, from the
-// library's own lists.
+// Writes web/src/connection/kinds.ts: what pages must know of tools, modes and force models, from
+// the library's own lists.
 //
 // Usage: make_kinds FILE writes it; make_kinds --check FILE writes nothing, and exits 1 where FILE
 // is not what would be written.
