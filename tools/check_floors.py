@@ -53,6 +53,12 @@ def by_includes(root):
                 yield f"{path}:{number}: {module} (floor {FLOOR_OF[module]}) includes {found.group(1)} (floor {FLOOR_OF.get(found.group(1))})"
 
 
+def source_of(path):
+    """The source of an object file, relative to kibori/."""
+    folder = next(i for i, part in enumerate(path.parts) if part.endswith(".dir"))
+    return pathlib.Path(*path.parts[folder + 1 :]).with_suffix("")
+
+
 def symbols(objects, what):
     for path in objects:
         for line in subprocess.run(("nm", "--demangle", what, path), capture_output=True, text=True, check=True).stdout.splitlines():
@@ -63,13 +69,13 @@ def symbols(objects, what):
 
 
 def by_links(root, build):
-    objects = [o for o in sorted(build.glob("kibori/CMakeFiles/kibori*.dir/*/*.o")) if (root / "kibori" / o.parent.name / o.stem).exists()]
+    objects = [o for o in sorted(build.glob("kibori/CMakeFiles/kibori*.dir/**/*.o")) if (root / "kibori" / source_of(o)).exists()]
     if not objects:
         yield f"{build}: has no object files; build it first"
-    home = {symbol: path.parent.name for path, symbol in symbols(objects, "--defined-only")}
+    home = {symbol: source_of(path).parts[0] for path, symbol in symbols(objects, "--defined-only")}
     told = set()
     for path, symbol in symbols(objects, "--undefined-only"):
-        module, other = path.parent.name, home.get(symbol)
+        module, other = source_of(path).parts[0], home.get(symbol)
         if other and not allowed(module, other) and (path, symbol) not in told:
             told.add((path, symbol))
             yield f"{path.name}: {module} needs {symbol} of {other}"
