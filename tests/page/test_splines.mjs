@@ -5,6 +5,7 @@
 import { readdirSync } from "node:fs";
 import { join } from "node:path";
 import {
+  answered,
   check,
   enter,
   frames,
@@ -32,6 +33,7 @@ async function press(page, { x, y }, to = null) {
 const says = (page) => page.locator("#spline-says").textContent();
 /** At rest, and drawn; a machine that draws slowly waits with shadows until a spline is left. */
 async function rests(page) {
+  await answered(page); // a preview that is out of date is asked for once more
   await steady(page);
   await frames(page);
   return state(page);
