@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Wood as a solid texture, the same as in web/src/wood.ts: what is changed here is changed there.
+// Wood as a solid texture, the same as in web/src/view/wood.ts: what is changed here is changed there.
 // Internal to `picture`.
 #pragma once
 
