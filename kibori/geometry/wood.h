@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Where the rings of a log are: the same for the eye (picture/wood.h, web/src/view/wood.ts) and for the
-// tool (edit/grain.h). What is changed here is changed in web/src/view/wood.ts.
+// Where the rings of a log are: the same for the eye (picture/wood.h, web/src/view/wood.ts) and for
+// the tool (edit/grain.h). What is changed here is changed in web/src/view/wood.ts.
 #pragma once
 
 #include <kibori/geometry/vec.h>

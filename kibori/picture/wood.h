@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Wood as a solid texture, the same as in web/src/view/wood.ts: what is changed here is changed there.
+// Wood as a solid texture, the same as in web/src/view/wood.ts: change both.
 // Internal to `picture`.
 #pragma once
 

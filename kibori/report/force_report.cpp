@@ -66,8 +66,8 @@ struct Panel {
   std::vector<Series> series;
 };
 
-// As web/src/forces/robust.ts: of the ticks with any force so many fit in, with some room above; a largest
-// value that is not much higher is shown whole.
+// As web/src/forces/robust.ts: of the ticks with any force so many fit in, with some room above; a
+// largest value that is not much higher is shown whole.
 constexpr double kShare = 0.99, kRoom = 1.15, kWorth = 1.5;
 
 // How far a scale goes that shows these sizes and is not flattened by a few spikes.
