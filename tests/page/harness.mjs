@@ -183,8 +183,10 @@ export const whole = (page) =>
   eventually("all of it is there", () => page.evaluate(() => window.kibori.whole()));
 /** All chunks are there, and drawn as well as can be. */
 export const drawn = (page) =>
-  eventually("all is drawn", () =>
-    page.evaluate(() => window.kibori.whole() && window.kibori.settled()),
+  eventually(
+    "all is drawn",
+    () => page.evaluate(() => window.kibori.whole() && window.kibori.settled()),
+    300, // in software, beside other work
   );
 /** What the state says of `of` stays the same over `count` reports of the studio in a row. */
 export async function steady(page, of = JSON.stringify, count = 4) {
