@@ -216,8 +216,7 @@ TEST(Symmetry, ReplaysAreTheSame) {
     const auto felt = tool.advance(s.tool, hand, s.mode, s.materials);
     ASSERT_TRUE(felt.ok()) << felt.error();
     const ToolTick& f = felt.value();
-    document.value()->add(
-        {f.pose.tip, f.motion.turn, f.edited, hand.tip - f.pose.tip, Vec3::Zero()});
+    document.value()->add({MoveTick{f.pose.tip, f.motion.turn, f.edited, hand.tip - f.pose.tip}});
     removed += f.removed_mm3;
   }
   EXPECT_GT(removed, 0) << random.note();
