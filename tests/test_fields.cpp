@@ -42,7 +42,9 @@ void change(Value& value) {
 template <Described T>
 void expect_same(const T& a, const T& b, bool all) {
   T::for_fields([&](const FieldInfo& field, auto member) {
-    if (all || field.stored != Stored::where_used) EXPECT_TRUE(a.*member == b.*member) << field.key;
+    if (all || field.stored != Stored::where_used) {
+      EXPECT_TRUE(a.*member == b.*member) << field.key;
+    }
   });
 }
 
