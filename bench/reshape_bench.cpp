@@ -139,6 +139,91 @@ GrabTimes time_grabs(TriDexel& model, const Vec3& middle, double ball, double ra
   return times;
 }
 
+// Of one radius of the brush.
+struct RadiusTimes {
+  double radius;                                       // [cells]
+  std::vector<double> dabs, dabs2, clay, clay2, undo;  // [ms]; 2: on two threads
+  GrabTimes grabs, grabs2;
+  double removed_cells = 0;
+  double peer_ms = 0;
+};
+
+std::string report(const RadiusTimes& t, bool json) {
+  char text[1100];
+  std::snprintf(
+      text, sizeof text,
+      json ? "{\"radius_cells\":%g,\"sigma_cells\":%g,\"dab_p50_ms\":%.2f,"
+             "\"dab_p99_ms\":%.2f,\"dab_2_threads_p50_ms\":%.2f,"
+             "\"dab_2_threads_p99_ms\":%.2f,\"removed_cells\":%.0f,"
+             "\"openvdb_ms\":%.2f,\"ratio\":%.2f,\"clay_p50_ms\":%.2f,\"clay_p99_ms\":%.2f,"
+             "\"clay_2_threads_p50_ms\":%.2f,\"clay_2_threads_p99_ms\":%.2f,\"grab_first_p50_ms\":"
+             "%.2f,"
+             "\"grab_p50_ms\":%.2f,\"grab_p99_ms\":%.2f,\"grab_2_threads_first_p50_ms\":%.2f,"
+             "\"grab_2_threads_p50_ms\":%.2f,\"grab_2_threads_p99_ms\":%.2f,"
+             "\"undo_p99_ms\":%.3f},\n "
+           : "R = %g, sigma %g: dab p50 %.2f ms, p99 %.2f ms, on two threads %.2f and %.2f ms; "
+             "%.0f "
+             "cells removed in all; OpenVDB %.2f ms, ratio %.2f; clay p50 %.2f ms, p99 %.2f ms, "
+             "on two threads %.2f and %.2f ms; grab first %.2f ms, then p50 %.2f ms, p99 %.2f ms, "
+             "on two threads %.2f, %.2f and %.2f ms; undo p99 %.3f ms\n",
+      t.radius, kSigma, median(t.dabs), percentile(t.dabs, 0.99), median(t.dabs2),
+      percentile(t.dabs2, 0.99), t.removed_cells, t.peer_ms, t.peer_ms / median(t.dabs),
+      median(t.clay), percentile(t.clay, 0.99), median(t.clay2), percentile(t.clay2, 0.99),
+      median(t.grabs.first), median(t.grabs.update), percentile(t.grabs.update, 0.99),
+      median(t.grabs2.first), median(t.grabs2.update), percentile(t.grabs2.update, 0.99),
+      percentile(t.undo, 0.99));
+  return text;
+}
+
+RadiusTimes time_radius(const Lattice& lattice, double ball, double radius, bool quick) {
+  const Vec3 middle = 0.5 * lattice.nodes.matrix().cast<double>();
+  const auto path = dab_path(ball, radius, quick ? 3 : 60);
+  TriDexel model(lattice);
+  Removed removed;
+  deposit(model, SweptBall(LatticePoint{middle}, LatticeVector(), ball), 0, {}, removed);
+  const Snapshot start = model.snapshot();
+  const int presses = quick ? 3 : 60;
+  // As in a studio, where strokes were made before: memory is there. (The first of all, which
+  // takes it from the system, is slower by a tenth to a third where a dab needs more.)
+  const auto memory = std::make_shared<DabMemory>();
+  const auto dabs_on = [&](int threads) {
+    model.restore(start);
+    return time_dabs(model, memory->reshaper, middle, path, radius, threads);
+  };
+  const auto clay_on = [&](int threads) {
+    model.restore(start);
+    return time_clay(model, memory, middle, ball, radius, presses, threads);
+  };
+  for (const int threads : {1, 2}) {
+    dabs_on(threads);
+    clay_on(threads);
+  }
+  RadiusTimes times;
+  times.radius = radius;
+  const auto append = [](std::vector<double>& to, const std::vector<double>& more) {
+    to.insert(to.end(), more.begin(), more.end());
+  };
+  // Some rounds, the ways of running in turn: the 99th percentile of one would be its maximum.
+  for (int round = 0; round < (quick ? 1 : 5); round++) {
+    const DabTimes one = dabs_on(1);
+    append(times.dabs, one.dab);
+    append(times.undo, one.undo);
+    times.removed_cells = one.removed;
+    append(times.dabs2, dabs_on(2).dab);
+    append(times.clay, clay_on(1));
+    append(times.clay2, clay_on(2));
+  }
+  times.grabs = time_grabs(model, middle, ball, radius, quick, 1);
+  times.grabs2 = time_grabs(model, middle, ball, radius, quick, 2);
+  append(times.undo, times.grabs.undo);
+#ifdef KIBORI_HAVE_OPENVDB
+  times.peer_ms =
+      median(openvdb_smooth_dabs(static_cast<float>(ball), path, static_cast<float>(radius)).us) /
+      1000;
+#endif
+  return times;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -156,80 +241,9 @@ int main(int argc, char** argv) {
   const double ball = quick ? 60 : 150;
   Lattice lattice;
   lattice.nodes = Index3::Constant(static_cast<int>(2 * ball) + 40);
-  const Vec3 middle = 0.5 * lattice.nodes.matrix().cast<double>();
   std::string out;
-  for (const double radius : {16.0, 32.0, 64.0}) {
-    if (quick && radius > 32) break;
-    const auto path = dab_path(ball, radius, quick ? 3 : 60);
-    TriDexel model(lattice);
-    Removed removed;
-    deposit(model, SweptBall(LatticePoint{middle}, LatticeVector(), ball), 0, {}, removed);
-    const Snapshot start = model.snapshot();
-    const int presses = quick ? 3 : 60;
-    // As in a studio, where strokes were made before: memory is there. (The first of all, which
-    // takes it from the system, is slower by a tenth to a third where a dab needs more.)
-    const auto memory = std::make_shared<DabMemory>();
-    const auto dabs_on = [&](int threads, const std::vector<Point>& places) {
-      model.restore(start);
-      return time_dabs(model, memory->reshaper, middle, places, radius, threads);
-    };
-    const auto clay_on = [&](int threads, int steps) {
-      model.restore(start);
-      return time_clay(model, memory, middle, ball, radius, steps, threads);
-    };
-    for (const int threads : {1, 2}) {
-      dabs_on(threads, path);
-      clay_on(threads, presses);
-    }
-    // Some rounds, the ways of running in turn: the 99th percentile of one would be its maximum.
-    std::vector<double> dabs, dabs2, clay, clay2, undo;
-    double removed_cells = 0;
-    const auto append = [](std::vector<double>& to, const std::vector<double>& more) {
-      to.insert(to.end(), more.begin(), more.end());
-    };
-    for (int round = 0; round < (quick ? 1 : 5); round++) {
-      const DabTimes one = dabs_on(1, path);
-      append(dabs, one.dab);
-      append(undo, one.undo);
-      removed_cells = one.removed;
-      append(dabs2, dabs_on(2, path).dab);
-      append(clay, clay_on(1, presses));
-      append(clay2, clay_on(2, presses));
-    }
-    const GrabTimes grabs = time_grabs(model, middle, ball, radius, quick, 1);
-    const GrabTimes grabs2 = time_grabs(model, middle, ball, radius, quick, 2);
-    append(undo, grabs.undo);
-    double peer = 0;
-#ifdef KIBORI_HAVE_OPENVDB
-    peer =
-        median(openvdb_smooth_dabs(static_cast<float>(ball), path, static_cast<float>(radius)).us) /
-        1000;
-#endif
-    char text[1100];
-    std::snprintf(
-        text, sizeof text,
-        json
-            ? "{\"radius_cells\":%g,\"sigma_cells\":%g,\"dab_p50_ms\":%.2f,"
-              "\"dab_p99_ms\":%.2f,\"dab_2_threads_p50_ms\":%.2f,"
-              "\"dab_2_threads_p99_ms\":%.2f,\"removed_cells\":%.0f,"
-              "\"openvdb_ms\":%.2f,\"ratio\":%.2f,\"clay_p50_ms\":%.2f,\"clay_p99_ms\":%.2f,"
-              "\"clay_2_threads_p50_ms\":%.2f,\"clay_2_threads_p99_ms\":%.2f,\"grab_first_p50_ms\":"
-              "%.2f,"
-              "\"grab_p50_ms\":%.2f,\"grab_p99_ms\":%.2f,\"grab_2_threads_first_p50_ms\":%.2f,"
-              "\"grab_2_threads_p50_ms\":%.2f,\"grab_2_threads_p99_ms\":%.2f,"
-              "\"undo_p99_ms\":%.3f},\n "
-            : "R = %g, sigma %g: dab p50 %.2f ms, p99 %.2f ms, on two threads %.2f and %.2f ms; "
-              "%.0f "
-              "cells removed in all; OpenVDB %.2f ms, ratio %.2f; clay p50 %.2f ms, p99 %.2f ms, "
-              "on two threads %.2f and %.2f ms; grab first %.2f ms, then p50 %.2f ms, p99 %.2f ms, "
-              "on two threads %.2f, %.2f and %.2f ms; undo p99 %.3f ms\n",
-        radius, kSigma, median(dabs), percentile(dabs, 0.99), median(dabs2),
-        percentile(dabs2, 0.99), removed_cells, peer, peer / median(dabs), median(clay),
-        percentile(clay, 0.99), median(clay2), percentile(clay2, 0.99), median(grabs.first),
-        median(grabs.update), percentile(grabs.update, 0.99), median(grabs2.first),
-        median(grabs2.update), percentile(grabs2.update, 0.99), percentile(undo, 0.99));
-    out += text;
-  }
+  for (const double radius : {16.0, 32.0, 64.0})
+    if (!quick || radius <= 32) out += report(time_radius(lattice, ball, radius, quick), json);
   if (json) out.erase(out.rfind(','));
   std::printf(json ? "[%s]\n" : "%s", out.c_str());
 }

@@ -190,12 +190,7 @@ def carve(out, side, apart, layer, taken):
         before = level
 
 
-def main():
-    if len(sys.argv) != 2:
-        sys.exit(__doc__)
-    with open(sys.argv[1], "w", encoding="utf-8") as file:
-        file.write(
-            f"""# A duck in the round, from a block: made by examples/make_duck.py.
+HEAD = f"""# A duck in the round, from a block: made by examples/make_duck.py.
 crumbs = "fall"
 
 [stock]
@@ -216,62 +211,92 @@ powered = true
 to = [0, 0, {STOCK[2] + 8:g}]
 mode = "off"
 """
-        )
+
+
+def add_bill(out):
+    """Of two flat bows."""
+    x, y = MIDDLE
+    for high, reach in ((33.6, 9.0), (31.9, 7.5)):
+        for side in [0.6 * i for i in range(-5, 6)]:
+            tip = reach * math.sqrt(1 - (side / 3.8) ** 2)
+            out.stroke(
+                [
+                    (x + 20.0, y + 0.9 * side, high - 1.3),
+                    (x + 21.5 + 0.6 * tip, y + 1.1 * side, high - 1.7),
+                    (x + 22.0 + tip, y + side, high - 1.0),
+                ],
+                '"deposit"',
+            )
+
+
+def add_eyes(out):
+    x, y = MIDDLE
+    for side in (-1, 1):
+        place = (x + 19.3, y + side * 5.6, 37.2 - 1.3)
+        out.stroke([place, minus(place, (0, 0, 0.2))], '"deposit"')
+
+
+def on_side(px, side, pz, within):
+    """The place on a side of the duck, as far out as the body is."""
+    x, y = MIDDLE
+    py = 0.0
+    while duck((x + px, y + side * py, pz)) < within:
+        py += 0.1
+    return x + px, y + side * py, pz
+
+
+def add_wings(out):
+    for side in (-1, 1):
+        for row in range(6):
+            line = []
+            for i in range(13):
+                t = i / 12
+                px = 8.5 - 0.5 * row - (23 - 1.7 * row) * t
+                pz = 18.6 - 1.8 * row + 2.5 * math.sin(math.pi * t) * (1 - 0.25 * row) + 2.0 * t
+                line.append(minus(on_side(px, side, pz, -0.4), (0, 0, 1.3)))
+            out.stroke(line, '"deposit"')
+
+
+def smooth_bill(out):
+    x, y = MIDDLE
+    out.brush(2.2, 0.9)
+    for side in (-2, -0.7, 0.7, 2):
+        for high in (34.6, 30.6):
+            out.smooth([(x + 20.5, y + side, high), (x + 29, y + side, high)])
+
+
+def smooth_wings(out):
+    out.brush(2.0, 0.6)
+    for side in (-1, 1):
+        for row in range(5):
+            line = []
+            for i in range(9):
+                t = i / 8
+                px, pz = 7.5 - 20 * t, 17.7 - 1.8 * row + 2 * math.sin(math.pi * t) + 2 * t
+                line.append(on_side(px, side, pz, 0))
+            out.smooth(line)
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    with open(sys.argv[1], "w", encoding="utf-8") as file:
+        file.write(HEAD)
         out = Writer(file)
         out.said["mode"] = '"off"'
         for side in sides():
             carve(out, side, ROUGH, LAYER, None)
         for side in sides():
             carve(out, side, FINE, None, None)
-        x, y = MIDDLE
-        # What is added: the bill, of two flat bows, then eyes, and a wing on each side.
         small = 'tool = { shape = "ball", radius = 1.3 }'
-        file.write("\n[[move]]\nto = [%.2f, %.2f, 60]\nspeed = 400\nmode = \"off\"\n%s\n" % (x, y, small))
+        file.write("\n[[move]]\nto = [%.2f, %.2f, 60]\nspeed = 400\nmode = \"off\"\n%s\n" % (*MIDDLE, small))
         out.said = {"speed": 400, "mode": '"off"'}
-        for high, reach in ((33.6, 9.0), (31.9, 7.5)):
-            for side in [0.6 * i for i in range(-5, 6)]:
-                tip = reach * math.sqrt(1 - (side / 3.8) ** 2)
-                out.stroke(
-                    [
-                        (x + 20.0, y + 0.9 * side, high - 1.3),
-                        (x + 21.5 + 0.6 * tip, y + 1.1 * side, high - 1.7),
-                        (x + 22.0 + tip, y + side, high - 1.0),
-                    ],
-                    '"deposit"',
-                )
-        for side in (-1, 1):
-            place = (x + 19.3, y + side * 5.6, 37.2 - 1.3)
-            out.stroke([place, minus(place, (0, 0, 0.2))], '"deposit"')
-        for side in (-1, 1):
-            for row in range(6):
-                line = []
-                for i in range(13):
-                    t = i / 12
-                    px = 8.5 - 0.5 * row - (23 - 1.7 * row) * t
-                    pz = 18.6 - 1.8 * row + 2.5 * math.sin(math.pi * t) * (1 - 0.25 * row) + 2.0 * t
-                    # On the surface, as far out as the body is.
-                    py = 0.0
-                    while duck((x + px, y + side * py, pz)) < -0.4:
-                        py += 0.1
-                    line.append((x + px, y + side * py, pz - 1.3))
-                out.stroke(line, '"deposit"')
+        add_bill(out)
+        add_eyes(out)
+        add_wings(out)
         # Over bill and wings with a brush, so that they grow out of the wood.
-        out.brush(2.2, 0.9)
-        for side in (-2, -0.7, 0.7, 2):
-            for high in (34.6, 30.6):
-                out.smooth([(x + 20.5, y + side, high), (x + 29, y + side, high)])
-        out.brush(2.0, 0.6)
-        for side in (-1, 1):
-            for row in range(5):
-                line = []
-                for i in range(9):
-                    t = i / 8
-                    px, pz = 7.5 - 20 * t, 17.7 - 1.8 * row + 2 * math.sin(math.pi * t) + 2 * t
-                    py = 0.0
-                    while duck((x + px, y + side * py, pz)) < 0:
-                        py += 0.1
-                    line.append((x + px, y + side * py, pz))
-                out.smooth(line)
+        smooth_bill(out)
+        smooth_wings(out)
 
 
 main()

@@ -30,13 +30,36 @@ void tell_missing(const Document& document) {
 }  // namespace
 
 DocumentCommands::DocumentCommands(CLI::App& app) {
+  add_replay(app);
+  add_verify(app);
+  add_history(app);
+  add_bodies(app);
+  add_export(app);
+}
+
+void DocumentCommands::add_file(CLI::App& command) {
+  command.add_option("FILE", file_, "document: .kibori")->required();
+}
+
+void DocumentCommands::add_to(CLI::App& command) {
+  command
+      .add_option("--to", to_,
+                  "a version's name or a step's number; by default where the document stands")
+      ->type_name("VERSION|STEP");
+}
+
+void DocumentCommands::add_threads(CLI::App& command) {
+  command
+      .add_option("--threads", threads_, "threads to work with; the result does not depend on it")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+}
+
+void DocumentCommands::add_replay(CLI::App& app) {
   replay_ = app.add_subcommand(
       "replay", "Carve what a document holds again, bit for bit, or finer, or felt otherwise");
-  replay_->add_option("FILE", file_, "document: .kibori")->required();
-  replay_
-      ->add_option("--to", to_,
-                   "a version's name or a step's number; by default where the document stands")
-      ->type_name("VERSION|STEP");
+  add_file(*replay_);
+  add_to(*replay_);
   replay_->add_option("--pitch", pitch_, "carve the same strokes at another pitch")
       ->type_name("MM")
       ->check(kPositive);
@@ -51,23 +74,24 @@ DocumentCommands::DocumentCommands(CLI::App& app) {
   replay_->add_option("--mesh", mesh_, "write the surface of what is left")
       ->type_name("FILE" + list_of(kMeshesWritten, "|"));
   replay_->add_flag("--json", json_, "summary as JSON on standard output");
-  replay_
-      ->add_option("--threads", threads_, "threads to work with; the result does not depend on it")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
+  add_threads(*replay_);
   replay_->footer("Exit status: 0 the same model as recorded, 1 another one, 2 bad input.");
+}
 
+void DocumentCommands::add_verify(CLI::App& app) {
   verify_ = app.add_subcommand(
       "verify",
       "Check everything in a document: its structure, tiles, and every stroke carved again");
-  verify_->add_option("FILE", file_, "document: .kibori")->required();
+  add_file(*verify_);
   verify_->footer(
       "Exit status: 0 all is as it was written, 1 something is not (a line each says what and "
       "where), 2 bad "
       "input.");
+}
 
+void DocumentCommands::add_history(CLI::App& app) {
   history_ = app.add_subcommand("history", "List the steps and named versions of a document");
-  history_->add_option("FILE", file_, "document: .kibori")->required();
+  add_file(*history_);
   history_->add_option("--name", name_, "name a version: the head, or the step of --at");
   history_->add_option("--at", at_, "with --name: a version's name or a step's number")
       ->type_name("VERSION|STEP")
@@ -80,22 +104,18 @@ DocumentCommands::DocumentCommands(CLI::App& app) {
           "of a damaged document: carve what is whole, up to where it stands, again as a new one")
       ->type_name("FILE.kibori");
   history_->add_flag("--json", json_, "as JSON");
+}
 
+void DocumentCommands::add_bodies(CLI::App& app) {
   bodies_ =
       app.add_subcommand("bodies", "List the bodies of a document: volume, bounds, closedness");
-  bodies_->add_option("FILE", file_, "document: .kibori")->required();
-  bodies_
-      ->add_option("--to", to_,
-                   "a version's name or a step's number; by default where the document stands")
-      ->type_name("VERSION|STEP");
+  add_file(*bodies_);
+  add_to(*bodies_);
   bodies_->add_option("--export", mesh_, "write them as one file, each as an object of its own")
       ->type_name("FILE" + list_of(kMeshesWritten, "|"));
   bodies_->add_option("--body", body_, "only the body of that name, or number")
       ->type_name("NAME|NUMBER");
-  bodies_
-      ->add_option("--threads", threads_, "threads to work with; the result does not depend on it")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
+  add_threads(*bodies_);
   bodies_->add_flag("--json", json_, "as JSON: a list, an object for each body");
   bodies_
       ->add_option(
@@ -111,20 +131,19 @@ DocumentCommands::DocumentCommands(CLI::App& app) {
           "with --act: in place of what that step did; what followed is done again after it")
       ->type_name("VERSION|STEP")
       ->needs("--act");
+}
 
+void DocumentCommands::add_export(CLI::App& app) {
   export_ = app.add_subcommand("export",
                                "Write every tick of a document for research: poses of hand and "
                                "tool, forces, removed volume");
-  export_->add_option("FILE", file_, "document: .kibori")->required();
+  add_file(*export_);
   export_->add_option("--csv", csv_, "text; its first line says what it is of, as JSON")
       ->type_name("FILE.csv");
   export_->add_option("--mcap", mcap_, "messages in JSON, as Foxglove and @mcap/core read them")
       ->type_name("FILE.mcap");
   export_->add_option("--hdf5", hdf5_, "tables, as h5py reads them")->type_name("FILE.h5");
-  export_
-      ->add_option("--to", to_,
-                   "a version's name or a step's number; by default where the document stands")
-      ->type_name("VERSION|STEP");
+  add_to(*export_);
   export_->footer("docs/recordings.md has the columns. Exit status: 0 written, 2 bad input.");
 }
 

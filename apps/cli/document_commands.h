@@ -17,6 +17,16 @@ class DocumentCommands {
   int run() const;
 
  private:
+  // What the commands share.
+  void add_file(CLI::App& command);
+  void add_to(CLI::App& command);
+  void add_threads(CLI::App& command);
+  void add_replay(CLI::App& app);
+  void add_verify(CLI::App& app);
+  void add_history(CLI::App& app);
+  void add_bodies(CLI::App& app);
+  void add_export(CLI::App& app);
+
   int run_replay() const;
   int run_bodies() const;
   kibori::Status act_on_bodies() const;

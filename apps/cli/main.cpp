@@ -221,6 +221,10 @@ kibori::Status write_exports(const ExportArguments& arguments, const kibori::Sna
   return Ok{};
 }
 
+std::string mesh_or_document() {
+  return "mesh: " + kibori::list_of(kibori::kMeshesRead) + "; or a document: .kibori";
+}
+
 struct CarveArguments {
   std::string scene, forces, plot, mesh, picture, document;
   bool json = false, force = false, keep_forces = false;
@@ -229,80 +233,147 @@ struct CarveArguments {
   ExportArguments exports;
 };
 
-int run_carve(const CarveArguments& arguments) {
-  using namespace kibori;
-  Result<Scene> scene = read_scene(arguments.scene);
-  if (!scene) return bad_input(scene.error());
+std::string scene_in_short() {
+  return "A scene in short:\n"
+         "  [stock]\n"
+         "  block = [80, 50, 30]     # mm; or mesh = \"part.stl\", sphere = r, cylinder = [r, "
+         "height]\n"
+         "  pitch = 0.25\n"
+         "  [tool]\n"
+         "  shape = \"finger\"         #" +
+         shape_list(27) +
+         "\n"
+         "  ks = 0.1                 # 1/mm\n"
+         "  length = 40\n"
+         "  [force]\n"
+         "  model = \"energy\"         # or \"paper\"\n"
+         "  [[move]]                 # the first gives the start\n"
+         "  to = [-10, 25, 28]\n"
+         "  [[move]]\n"
+         "  to = [90, 25, 22]\n"
+         "  speed = 40               # mm/s\n"
+         "Exit status: 0 done, 2 bad input (one sentence on standard error says what and where).";
+}
 
-  // Outputs that can't be written are better known before the work than after.
+void add_carve(CLI::App& app, CarveArguments& arguments) {
+  CLI::App* const command =
+      app.add_subcommand("carve", "Run a scripted carving session and report forces");
+  command->add_option("SCENE", arguments.scene, "scene file (TOML)")->required();
+  command
+      ->add_option("-o,--output", arguments.document,
+                   "write a document: stock, strokes and history, as it is carved; see 'kibori "
+                   "replay --help'")
+      ->type_name("FILE.kibori");
+  command->add_flag("--keep-forces", arguments.keep_forces, "in the document, too")->needs("-o");
+  command->add_option("--forces", arguments.forces, "write force and moment of every tick as CSV")
+      ->type_name("FILE.csv");
+  command->add_option("--plot", arguments.plot, "draw force and moment over time")
+      ->type_name("FILE.svg");
+  command
+      ->add_option("--mesh", arguments.mesh,
+                   "write the surface of what is left, closed and manifold, in mm")
+      ->type_name("FILE" + kibori::list_of(kibori::kMeshesWritten, "|"));
+  command->add_option("--picture", arguments.picture, "draw what is left, ray traced")
+      ->type_name("FILE.png");
+  add_picture_options(command, arguments.drawing);
+  add_export_options(command, arguments.exports);
+  command->add_flag("--json", arguments.json, "summary as JSON on standard output");
+  command
+      ->add_option("--threads", arguments.threads,
+                   "threads to work with; the result does not depend on it")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  command->add_flag("--force", arguments.force,
+                    "take a mesh as stock even if most of its rays find it open");
+  command->footer(scene_in_short());
+}
+
+// Outputs that cannot be written are reported before the work.
+kibori::Status check_outputs(const CarveArguments& arguments, const kibori::Scene& scene) {
+  using namespace kibori;
   Outputs outputs;
   outputs.reads(arguments.scene);
-  for (const std::filesystem::path& read : scene.value().files) outputs.reads(read);
+  for (const std::filesystem::path& read : scene.files) outputs.reads(read);
   outputs.makes_document("-o", arguments.document);
   outputs.writes("--forces", arguments.forces);
   outputs.writes("--plot", arguments.plot);
   outputs.writes("--mesh", arguments.mesh);
   outputs.writes("--picture", arguments.picture);
   outputs.writes("--height-map", arguments.exports.height_map);
-  if (const Status can = outputs.check(); !can) return bad_input(can.error());
-  if (const Status can = check_exports(arguments.exports); !can) return bad_input(can.error());
+  if (const Status can = outputs.check(); !can) return can;
+  if (const Status can = check_exports(arguments.exports); !can) return can;
   if (!arguments.mesh.empty())
-    if (const Status known = check_surface_ending(arguments.mesh); !known)
-      return bad_input(known.error());
+    if (const Status known = check_surface_ending(arguments.mesh); !known) return known;
+  if (!arguments.document.empty() && !is_document(arguments.document))
+    return Error{arguments.document + ": documents are written as .kibori"};
+  return arguments.picture.empty() ? Status(Ok{}) : check_picture(arguments.picture);
+}
 
-  CarveOptions options;
+kibori::CarveOptions carve_options(const CarveArguments& arguments) {
+  kibori::CarveOptions options;
   options.threads = arguments.threads;
   options.force = arguments.force;
-  if (!arguments.document.empty() && !is_document(arguments.document))
-    return bad_input(arguments.document + ": documents are written as .kibori");
   options.document = arguments.document;
   options.keep_forces = arguments.keep_forces;
   options.progress = [](double share) { show_progress("carving", share); };
   options.warning = [](const std::string& text) {
     std::fprintf(stderr, "\rkibori: warning: %s\n", text.c_str());
   };
+  return options;
+}
+
+// Writes all that was asked for, but for the document. `picture`: options of --picture.
+kibori::Status write_outputs(const CarveArguments& arguments, const kibori::Scene& scene,
+                             const kibori::Carving& carving, kibori::PictureOptions picture) {
+  using namespace kibori;
+  if (!arguments.forces.empty())
+    if (const Status ok = write_text(arguments.forces, forces_csv(carving)); !ok) return ok;
+  if (!arguments.plot.empty()) {
+    const ForceLaw& law = scene.force.law;
+    const std::string title = std::filesystem::path(arguments.scene).stem().string() +
+                              ": force and moment, model " + model_title(law);
+    if (const Status ok =
+            write_text(arguments.plot, forces_svg(carving, title, model_note(law.model)));
+        !ok)
+      return ok;
+  }
+  std::vector<Rgb> colors;
+  for (const Material& material : scene.materials) {
+    colors.push_back(material.color);
+    picture.contrasts.push_back(ring_contrast(material.name));
+  }
+  const Snapshot model = carving.model->snapshot();
+  picture.plank = model.lattice.to_mm(model.lattice.whole());
+  if (!arguments.picture.empty())
+    if (const Status ok =
+            save_picture(arguments.picture, surface_of(carving.bodies.all, arguments.threads),
+                         colors, picture, arguments.drawing.up);
+        !ok)
+      return ok;
+  if (!arguments.mesh.empty()) {
+    const Result<size_t> written = write_bodies(arguments.mesh, carving.bodies.all, colors,
+                                                arguments.exports.tolerance, arguments.threads);
+    if (!written) return Error{written.error()};
+  }
+  return write_exports(arguments.exports, model, arguments.threads);
+}
+
+int run_carve(const CarveArguments& arguments) {
+  using namespace kibori;
+  Result<Scene> scene = read_scene(arguments.scene);
+  if (!scene) return bad_input(scene.error());
+  if (const Status can = check_outputs(arguments, scene.value()); !can)
+    return bad_input(can.error());
   Result<PictureOptions> picture = PictureOptions{};
   if (!arguments.picture.empty()) {
-    if (const Status can = check_picture(arguments.picture); !can) return bad_input(can.error());
     picture = picture_options(arguments.drawing);
     if (!picture) return bad_input(picture.error());
     picture.value().threads = arguments.threads;
   }
-
-  const Result<Carving> carving = carve(scene.value(), options);
+  const Result<Carving> carving = carve(scene.value(), carve_options(arguments));
   if (!carving) return bad_input(carving.error());
-
-  if (!arguments.forces.empty())
-    if (const Status ok = write_text(arguments.forces, forces_csv(carving.value())); !ok)
-      return bad_input(ok.error());
-  if (!arguments.plot.empty()) {
-    const ForceLaw& law = scene.value().force.law;
-    const std::string title = std::filesystem::path(arguments.scene).stem().string() +
-                              ": force and moment, model " + model_title(law);
-    if (const Status ok =
-            write_text(arguments.plot, forces_svg(carving.value(), title, model_note(law.model)));
-        !ok)
-      return bad_input(ok.error());
-  }
-  std::vector<Rgb> colors;
-  for (const Material& material : scene.value().materials) {
-    colors.push_back(material.color);
-    picture.value().contrasts.push_back(ring_contrast(material.name));
-  }
-  const Snapshot model = carving.value().model->snapshot();
-  picture.value().plank = model.lattice.to_mm(model.lattice.whole());
-  if (!arguments.picture.empty())
-    if (const Status ok = save_picture(arguments.picture,
-                                       surface_of(carving.value().bodies.all, arguments.threads),
-                                       colors, picture.value(), arguments.drawing.up);
-        !ok)
-      return bad_input(ok.error());
-  if (!arguments.mesh.empty()) {
-    const Result<size_t> written = write_bodies(arguments.mesh, carving.value().bodies.all, colors,
-                                                arguments.exports.tolerance, arguments.threads);
-    if (!written) return bad_input(written.error());
-  }
-  if (const Status ok = write_exports(arguments.exports, model, arguments.threads); !ok)
+  if (const Status ok = write_outputs(arguments, scene.value(), carving.value(), picture.value());
+      !ok)
     return bad_input(ok.error());
   const std::string summary = arguments.json ? summary_json(carving.value().summary)
                                              : summary_text(carving.value().summary);
@@ -318,6 +389,32 @@ struct ConvertArguments {
   int threads = 1;
   ExportArguments exports;
 };
+
+CLI::App* add_convert(CLI::App& app, ConvertArguments& arguments) {
+  CLI::App* const command = app.add_subcommand(
+      "convert", "Repair and remesh: a mesh into dexels and back, closed and manifold");
+  command->add_option("IN", arguments.in, "to read: a " + mesh_or_document())->required();
+  command->add_option("OUT", arguments.out,
+                      "mesh to write: " + kibori::list_of(kibori::kMeshesWritten));
+  command
+      ->add_option(
+          "--relief", arguments.relief,
+          "IN is a grey PNG: its width, the height of white above black, the base below black")
+      ->type_name("W,H,B");
+  add_export_options(command, arguments.exports);
+  command
+      ->add_option("--pitch", arguments.pitch, "size of a cell; by default the longest side by 256")
+      ->type_name("MM")
+      ->check(kPositive);
+  command
+      ->add_option("--threads", arguments.threads,
+                   "threads to work with; the result does not depend on it")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  command->add_flag("--force", arguments.force,
+                    "take a mesh even if most of its rays find it open");
+  return command;
+}
 
 int run_convert(const ConvertArguments& arguments) {
   using namespace kibori;
@@ -375,6 +472,32 @@ struct InfoArguments {
   bool json = false;
 };
 
+CLI::App* add_info(CLI::App& app, InfoArguments& arguments) {
+  CLI::App* const command = app.add_subcommand(
+      "info", "Measure a mesh: size, volume, area, closed, manifold, thin walls, overhangs");
+  command->add_option("FILE", arguments.file, mesh_or_document())->required();
+  command->add_flag("--json", arguments.json, "as JSON");
+  command->add_option("--wall", arguments.wall, "walls thinner than this are thin")
+      ->type_name("MM")
+      ->check(kPositive)
+      ->capture_default_str();
+  command
+      ->add_option("--overhang", arguments.overhang,
+                   "faces that look down and lean from upright by more hang over")
+      ->type_name("DEG")
+      ->check(CLI::Range(0.0, 90.0))
+      ->capture_default_str();
+  command
+      ->add_option("--pitch", arguments.pitch,
+                   "of the dexels that look for thin walls; by default the longest side by 256")
+      ->type_name("MM")
+      ->check(kPositive);
+  command->add_option("--threads", arguments.threads, "threads to work with")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  return command;
+}
+
 int run_info(const InfoArguments& arguments) {
   using namespace kibori;
   MeshReportOptions options;
@@ -396,6 +519,23 @@ struct CompareArguments {
   int threads = 1;
   bool json = false;
 };
+
+CLI::App* add_compare(CLI::App& app, CompareArguments& arguments) {
+  CLI::App* const command = app.add_subcommand(
+      "compare", "Distance between two meshes, both ways: largest and root mean square");
+  command->add_option("A", arguments.a, mesh_or_document())->required();
+  command->add_option("B", arguments.b, mesh_or_document())->required();
+  command
+      ->add_option("--samples", arguments.samples,
+                   "points spread over each surface, besides its vertices")
+      ->check(CLI::Range(int64_t{1}, int64_t{1000000000}))
+      ->capture_default_str();
+  command->add_option("--threads", arguments.threads, "threads to work with")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  command->add_flag("--json", arguments.json, "as JSON");
+  return command;
+}
 
 int run_compare(const CompareArguments& arguments) {
   using namespace kibori;
@@ -425,20 +565,37 @@ int run_compare(const CompareArguments& arguments) {
   return written();
 }
 
-int run_picture(const std::string& file, const std::string& out,
-                const PictureArguments& arguments) {
+struct PictureCommandArguments {
+  std::string file, out;
+  PictureArguments drawing;
+};
+
+CLI::App* add_picture(CLI::App& app, PictureCommandArguments& arguments) {
+  CLI::App* const command =
+      app.add_subcommand("picture", "Draw a mesh: ray traced, soft shadows, wood or plain");
+  command->add_option("FILE", arguments.file, mesh_or_document())->required();
+  command->add_option("OUT", arguments.out, "picture to write: .png")->required();
+  add_picture_options(command, arguments.drawing);
+  command->add_option("--threads", arguments.drawing.threads, "threads to work with")
+      ->check(CLI::Range(1, 256))
+      ->capture_default_str();
+  return command;
+}
+
+int run_picture(const PictureCommandArguments& arguments) {
   using namespace kibori;
-  if (const Status can = check_picture(out); !can) return bad_input(can.error());
+  if (const Status can = check_picture(arguments.out); !can) return bad_input(can.error());
   Outputs outputs;
-  outputs.reads(file);
-  outputs.writes("OUT", out);
+  outputs.reads(arguments.file);
+  outputs.writes("OUT", arguments.out);
   if (const Status can = outputs.check(); !can) return bad_input(can.error());
-  const Result<PictureOptions> options = picture_options(arguments);
+  const Result<PictureOptions> options = picture_options(arguments.drawing);
   if (!options) return bad_input(options.error());
-  const Result<TriangleMesh> mesh = read_mesh_or_document(file, arguments.threads);
+  const Result<TriangleMesh> mesh =
+      read_mesh_or_document(arguments.file, arguments.drawing.threads);
   if (!mesh) return bad_input(mesh.error());
-  const Status saved = save_picture(out, surface_of_mesh(mesh.value()), {{196, 150, 100}},
-                                    options.value(), arguments.up);
+  const Status saved = save_picture(arguments.out, surface_of_mesh(mesh.value()), {{196, 150, 100}},
+                                    options.value(), arguments.drawing.up);
   return saved ? 0 : bad_input(saved.error());
 }
 
@@ -484,134 +641,16 @@ int main(int argc, char** argv) {
       "  kibori carve examples/fig8-upright.toml --plot forces.svg\n"
       "Scenes are explained in docs/scenes.md; 'kibori COMMAND --help' explains a command.");
 
-  const std::string mesh_or_document =
-      "mesh: " + kibori::list_of(kibori::kMeshesRead) + "; or a document: .kibori";
   CarveArguments carve_arguments;
-  CLI::App* carve = app.add_subcommand("carve", "Run a scripted carving session and report forces");
-  carve->add_option("SCENE", carve_arguments.scene, "scene file (TOML)")->required();
-  carve
-      ->add_option("-o,--output", carve_arguments.document,
-                   "write a document: stock, strokes and history, as it is carved; see 'kibori "
-                   "replay --help'")
-      ->type_name("FILE.kibori");
-  carve->add_flag("--keep-forces", carve_arguments.keep_forces, "in the document, too")
-      ->needs("-o");
-  carve
-      ->add_option("--forces", carve_arguments.forces,
-                   "write force and moment of every tick as CSV")
-      ->type_name("FILE.csv");
-  carve->add_option("--plot", carve_arguments.plot, "draw force and moment over time")
-      ->type_name("FILE.svg");
-  carve
-      ->add_option("--mesh", carve_arguments.mesh,
-                   "write the surface of what is left, closed and manifold, in mm")
-      ->type_name("FILE" + kibori::list_of(kibori::kMeshesWritten, "|"));
-  carve->add_option("--picture", carve_arguments.picture, "draw what is left, ray traced")
-      ->type_name("FILE.png");
-  add_picture_options(carve, carve_arguments.drawing);
-  add_export_options(carve, carve_arguments.exports);
-  carve->add_flag("--json", carve_arguments.json, "summary as JSON on standard output");
-  carve
-      ->add_option("--threads", carve_arguments.threads,
-                   "threads to work with; the result does not depend on it")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
-  carve->add_flag("--force", carve_arguments.force,
-                  "take a mesh as stock even if most of its rays find it open");
-  carve->footer(
-      "A scene in short:\n"
-      "  [stock]\n"
-      "  block = [80, 50, 30]     # mm; or mesh = \"part.stl\", sphere = r, cylinder = [r, "
-      "height]\n"
-      "  pitch = 0.25\n"
-      "  [tool]\n"
-      "  shape = \"finger\"         #" +
-      shape_list(27) +
-      "\n"
-      "  ks = 0.1                 # 1/mm\n"
-      "  length = 40\n"
-      "  [force]\n"
-      "  model = \"energy\"         # or \"paper\"\n"
-      "  [[move]]                 # the first gives the start\n"
-      "  to = [-10, 25, 28]\n"
-      "  [[move]]\n"
-      "  to = [90, 25, 22]\n"
-      "  speed = 40               # mm/s\n"
-      "Exit status: 0 done, 2 bad input (one sentence on standard error says what and where).");
-
+  add_carve(app, carve_arguments);
   ConvertArguments convert_arguments;
-  CLI::App* convert = app.add_subcommand(
-      "convert", "Repair and remesh: a mesh into dexels and back, closed and manifold");
-  convert->add_option("IN", convert_arguments.in, "to read: a " + mesh_or_document)->required();
-  convert->add_option("OUT", convert_arguments.out,
-                      "mesh to write: " + kibori::list_of(kibori::kMeshesWritten));
-  convert
-      ->add_option(
-          "--relief", convert_arguments.relief,
-          "IN is a grey PNG: its width, the height of white above black, the base below black")
-      ->type_name("W,H,B");
-  add_export_options(convert, convert_arguments.exports);
-  convert
-      ->add_option("--pitch", convert_arguments.pitch,
-                   "size of a cell; by default the longest side by 256")
-      ->type_name("MM")
-      ->check(kPositive);
-  convert
-      ->add_option("--threads", convert_arguments.threads,
-                   "threads to work with; the result does not depend on it")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
-  convert->add_flag("--force", convert_arguments.force,
-                    "take a mesh even if most of its rays find it open");
-
+  const CLI::App* const convert = add_convert(app, convert_arguments);
   InfoArguments info_arguments;
-  CLI::App* info = app.add_subcommand(
-      "info", "Measure a mesh: size, volume, area, closed, manifold, thin walls, overhangs");
-  info->add_option("FILE", info_arguments.file, mesh_or_document)->required();
-  info->add_flag("--json", info_arguments.json, "as JSON");
-  info->add_option("--wall", info_arguments.wall, "walls thinner than this are thin")
-      ->type_name("MM")
-      ->check(kPositive)
-      ->capture_default_str();
-  info->add_option("--overhang", info_arguments.overhang,
-                   "faces that look down and lean from upright by more hang over")
-      ->type_name("DEG")
-      ->check(CLI::Range(0.0, 90.0))
-      ->capture_default_str();
-  info->add_option("--pitch", info_arguments.pitch,
-                   "of the dexels that look for thin walls; by default the longest side by 256")
-      ->type_name("MM")
-      ->check(kPositive);
-  info->add_option("--threads", info_arguments.threads, "threads to work with")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
-
+  const CLI::App* const info = add_info(app, info_arguments);
   CompareArguments compare_arguments;
-  CLI::App* compare = app.add_subcommand(
-      "compare", "Distance between two meshes, both ways: largest and root mean square");
-  compare->add_option("A", compare_arguments.a, mesh_or_document)->required();
-  compare->add_option("B", compare_arguments.b, mesh_or_document)->required();
-  compare
-      ->add_option("--samples", compare_arguments.samples,
-                   "points spread over each surface, besides its vertices")
-      ->check(CLI::Range(int64_t{1}, int64_t{1000000000}))
-      ->capture_default_str();
-  compare->add_option("--threads", compare_arguments.threads, "threads to work with")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
-  compare->add_flag("--json", compare_arguments.json, "as JSON");
-
-  PictureArguments picture_arguments;
-  std::string picture_file, picture_out;
-  CLI::App* picture =
-      app.add_subcommand("picture", "Draw a mesh: ray traced, soft shadows, wood or plain");
-  picture->add_option("FILE", picture_file, mesh_or_document)->required();
-  picture->add_option("OUT", picture_out, "picture to write: .png")->required();
-  add_picture_options(picture, picture_arguments);
-  picture->add_option("--threads", picture_arguments.threads, "threads to work with")
-      ->check(CLI::Range(1, 256))
-      ->capture_default_str();
-
+  const CLI::App* const compare = add_compare(app, compare_arguments);
+  PictureCommandArguments picture_arguments;
+  const CLI::App* const picture = add_picture(app, picture_arguments);
   ServoCommands by_hand(app);
   DocumentCommands documents(app);
   StudioCommand in_the_browser(app);
@@ -629,7 +668,7 @@ int main(int argc, char** argv) {
     if (*convert) return run_convert(convert_arguments);
     if (*info) return run_info(info_arguments);
     if (*compare) return run_compare(compare_arguments);
-    if (*picture) return run_picture(picture_file, picture_out, picture_arguments);
+    if (*picture) return run_picture(picture_arguments);
     return run_carve(carve_arguments);
   } catch (const std::bad_alloc&) {
     return bad_input("out of memory; use a coarser pitch or a smaller stock");

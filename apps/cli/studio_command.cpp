@@ -88,6 +88,21 @@ class Changes {
   State last_, found_;
 };
 
+// SIGINT, SIGTERM and SIGHUP set `interrupted`.
+void catch_interrupts() {
+  // A second time it ends at once; what was carved is in the file.
+  const auto end = [](int) {
+    interrupted = 1;
+    std::signal(SIGINT, SIG_DFL);
+    std::signal(SIGTERM, SIG_DFL);
+    std::signal(SIGHUP, SIG_DFL);
+  };
+  std::signal(SIGINT, end);
+  std::signal(SIGTERM, end);
+  std::signal(SIGHUP, end);  // its terminal is gone
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
 }  // namespace
 
 StudioCommand::StudioCommand(CLI::App& app) {
@@ -119,54 +134,53 @@ StudioCommand::StudioCommand(CLI::App& app) {
   studio_->add_flag("--no-browser", no_browser_, "only print the address");
 }
 
-int StudioCommand::run() const {
+Status StudioCommand::check() const {
   if (studio::bundle().empty())
-    return bad_input("this kibori was built without its page; './dev build' builds it with it");
+    return Error{"this kibori was built without its page; './dev build' builds it with it"};
   if (!file_.empty() && !is_document(file_))
-    return bad_input(file_ + ": documents are .kibori files; give a scene by --stock");
+    return Error{file_ + ": documents are .kibori files; give a scene by --stock"};
   if (read_only_ && (!stock_.empty() || !device_.empty() || !second_.empty() || !publish_.empty()))
-    return bad_input("--read-only only looks: leave off --stock, --device, --second and --publish");
+    return Error{"--read-only only looks: leave off --stock, --device, --second and --publish"};
   if (!device_.empty() && device_ != "virtual")
-    if (const auto device = open_device(device_); !device) return bad_input(device.error());
+    if (const auto device = open_device(device_); !device) return Error{device.error()};
   if (!second_.empty() && device_.empty())
-    return bad_input("--second is for a second device: say what holds the first tool by --device");
+    return Error{"--second is for a second device: say what holds the first tool by --device"};
   if (!second_.empty() && second_ != "virtual")
-    if (const auto device = open_device(second_); !device) return bad_input(device.error());
+    if (const auto device = open_device(second_); !device) return Error{device.error()};
+  return Ok{};
+}
+
+// Null: the page asks what to begin with.
+Result<std::unique_ptr<Session>> StudioCommand::first_session(const Library& library,
+                                                              const SessionOptions& how) const {
+  if (file_.empty() && stock_.empty()) return std::unique_ptr<Session>();
+  Result<Scene> scene =
+      stock_.empty() ? stock_scene(StockBlock{Vec3(80, 50, 30)}, 0.25, 0) : read_scene(stock_);
+  if (!scene) return Error{scene.error()};
+  const Result<std::filesystem::path> place =
+      file_.empty() ? library.place_for(std::filesystem::path(stock_).stem().string())
+                    : Result<std::filesystem::path>(file_);
+  if (!place) return Error{place.error()};
+  std::error_code failed;
+  return std::filesystem::exists(place.value(), failed)
+             ? open_session(place.value(), how)
+             : create_session(place.value(), scene.value(), how);
+}
+
+int StudioCommand::run() const {
+  if (const Status fine = check(); !fine) return bad_input(fine.error());
   Result<Library> library = Library::of_user();
   if (!library) {
     if (file_.empty()) return bad_input(library.error() + "; say which FILE.kibori to carve in");
     library = Library({});
   }
-  // A second time it ends at once; what was carved is in the file.
-  const auto end = [](int) {
-    interrupted = 1;
-    std::signal(SIGINT, SIG_DFL);
-    std::signal(SIGTERM, SIG_DFL);
-    std::signal(SIGHUP, SIG_DFL);
-  };
-  std::signal(SIGINT, end);
-  std::signal(SIGTERM, end);
-  std::signal(SIGHUP, end);  // its terminal is gone
-  std::signal(SIGPIPE, SIG_IGN);
+  catch_interrupts();
   SessionOptions how{read_only_, device_};
   how.second = second_;
   Changes changes(file_);  // since it is read
-  std::unique_ptr<Session> session;
-  if (!file_.empty() || !stock_.empty()) {
-    Result<Scene> scene =
-        stock_.empty() ? stock_scene(StockBlock{Vec3(80, 50, 30)}, 0.25, 0) : read_scene(stock_);
-    if (!scene) return bad_input(scene.error());
-    const Result<std::filesystem::path> place =
-        file_.empty() ? library.value().place_for(std::filesystem::path(stock_).stem().string())
-                      : Result<std::filesystem::path>(file_);
-    if (!place) return bad_input(place.error());
-    std::error_code failed;
-    auto opened = std::filesystem::exists(place.value(), failed)
-                      ? open_session(place.value(), how)
-                      : create_session(place.value(), scene.value(), how);
-    if (!opened) return bad_input(opened.error());
-    session = std::move(opened).value();
-  }
+  Result<std::unique_ptr<Session>> opened = first_session(library.value(), how);
+  if (!opened) return bad_input(opened.error());
+  std::unique_ptr<Session> session = std::move(opened).value();
   auto server = studio::Server::listen(library.value(), port_, how);
   if (!server) return bad_input(server.error());
   std::string published;
@@ -193,10 +207,10 @@ int StudioCommand::run() const {
   server.value()->run([&] {
     // Only what is still looked at.
     if (follow_ && server.value()->shows(file_) && changes.seen()) {
-      auto opened = open_session(file_, how);
-      const std::string wrong = opened ? std::string() : opened.error();
-      if (opened) {
-        server.value()->show(std::move(opened).value());
+      auto again = open_session(file_, how);
+      const std::string wrong = again ? std::string() : again.error();
+      if (again) {
+        server.value()->show(std::move(again).value());
         changes.shown();
       }
       if (std::exchange(told, wrong) != wrong && !wrong.empty()) server.value()->notify(wrong);

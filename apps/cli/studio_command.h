@@ -3,10 +3,19 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
+
+#include <kibori/base/result.h>
+
+namespace kibori {
+class Library;
+class Session;
+struct SessionOptions;
+}  // namespace kibori
 
 class StudioCommand {
  public:
@@ -16,6 +25,11 @@ class StudioCommand {
   int run() const;
 
  private:
+  // Errors: options that do not go together, a file or a device.
+  kibori::Status check() const;
+  kibori::Result<std::unique_ptr<kibori::Session>> first_session(
+      const kibori::Library& library, const kibori::SessionOptions& how) const;
+
   CLI::App* studio_;
   std::vector<std::string> publish_;
   std::string file_, stock_, device_, second_;

@@ -577,95 +577,126 @@ std::vector<Snapshot> part_pieces(TriDexel& model, const Pieces& pieces, const s
   return made;
 }
 
-Severed find_severed(const Snapshot& before, const Snapshot& after, int threads) {
-  const FieldSnapshot &was = before.field(Axis::z), &is = after.field(Axis::z);
-  Severed severed;
-  // The tiles that changed and those beside them: so every node that was beside one that went is
-  // looked at, too.
+namespace {
+
+// Tiles of a z field to look at: by index, and in a list of (tu, tv).
+struct TilePlaces {
+  std::vector<bool> mask;
+  std::vector<std::pair<int, int>> list;
+};
+
+// The tiles that changed and those next to them: so every node next to one that is gone is looked
+// at, too.
+TilePlaces changed_places(const FieldSnapshot& was, const FieldSnapshot& is) {
   const int tiles_u = is.tiles_u(), tiles_v = is.tiles_v();
-  std::vector<bool> mask(size_of(tiles_u * tiles_v), false);
-  std::vector<std::pair<int, int>> places;
+  TilePlaces places;
+  places.mask.assign(size_of(tiles_u * tiles_v), false);
   is.for_changed_tiles(was, [&](int tu, int tv, const Tile&, const Tile&) {
     for (const auto& [du, dv] : {std::pair{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
       const int u = tu + du, v = tv + dv;
       if (u < 0 || v < 0 || u >= tiles_u || v >= tiles_v) continue;
-      if (mask[size_of(v * tiles_u + u)]) continue;
-      mask[size_of(v * tiles_u + u)] = true;
-      places.emplace_back(u, v);
+      if (places.mask[size_of(v * tiles_u + u)]) continue;
+      places.mask[size_of(v * tiles_u + u)] = true;
+      places.list.emplace_back(u, v);
     }
   });
-  if (places.empty()) return severed;
-  size_t with_material = 0;
-  for (int tv = 0; tv < tiles_v; tv++)
-    for (int tu = 0; tu < tiles_u; tu++) with_material += !is.tile(tu, tv).empty;
-  // Which pieces of `after` have nodes that were of each piece of `before`, in these tiles.
-  const auto fates = [&](const Pieces& old_pieces, const Pieces& new_pieces) {
-    std::vector<std::vector<int>> to(old_pieces.all().size());
-    const auto lies_in = [&](int old_piece, int new_piece) {
-      std::vector<int>& pieces = to[size_of(old_piece)];
-      if (std::find(pieces.begin(), pieces.end(), new_piece) == pieces.end())
-        pieces.push_back(new_piece);
-    };
-    for (const auto& [tu, tv] : places) {
-      const Tile &old_tile = was.tile(tu, tv), &new_tile = is.tile(tu, tv);
-      if (old_tile.empty || new_tile.empty) continue;
-      const int u = tu * kTileSide, v = tv * kTileSide;
-      if (old_pieces.by_plane(tu, tv) && new_pieces.by_plane(tu, tv)) {
-        int a = 0;
-        for (const Plane* p = &old_tile.first; p; p = p->next, a++) {
-          int b = 0;
-          for (const Plane* q = &new_tile.first; q; q = q->next, b++)
-            if (share_a_node(*p, *q))
-              lies_in(old_pieces.of_span(u, v, a), new_pieces.of_span(u, v, b));
-        }
-        continue;
+  return places;
+}
+
+size_t tiles_with_material(const FieldSnapshot& z) {
+  size_t count = 0;
+  for (int tv = 0; tv < z.tiles_v(); tv++)
+    for (int tu = 0; tu < z.tiles_u(); tu++) count += !z.tile(tu, tv).empty;
+  return count;
+}
+
+// By piece of `before`: the pieces of `after` that have nodes of it.
+using Fates = std::vector<std::vector<int>>;
+
+// Of the nodes in these tiles.
+Fates find_fates(const FieldSnapshot& was, const Pieces& old_pieces, const FieldSnapshot& is,
+                 const Pieces& new_pieces, const TilePlaces& places) {
+  Fates fates(old_pieces.all().size());
+  const auto lies_in = [&](int old_piece, int new_piece) {
+    std::vector<int>& pieces = fates[size_of(old_piece)];
+    if (std::find(pieces.begin(), pieces.end(), new_piece) == pieces.end())
+      pieces.push_back(new_piece);
+  };
+  for (const auto& [tu, tv] : places.list) {
+    const Tile &old_tile = was.tile(tu, tv), &new_tile = is.tile(tu, tv);
+    if (old_tile.empty || new_tile.empty) continue;
+    const int u = tu * kTileSide, v = tv * kTileSide;
+    if (old_pieces.by_plane(tu, tv) && new_pieces.by_plane(tu, tv)) {
+      int a = 0;
+      for (const Plane* p = &old_tile.first; p; p = p->next, a++) {
+        int b = 0;
+        for (const Plane* q = &new_tile.first; q; q = q->next, b++)
+          if (share_a_node(*p, *q))
+            lies_in(old_pieces.of_span(u, v, a), new_pieces.of_span(u, v, b));
       }
-      for (int slot = 0; slot < kTileRays; slot++) {
-        const int ray_u = u + slot % kTileSide, ray_v = v + slot / kTileSide;
-        for_shared(
-            RayWalk(old_tile, size_of(slot)), RayWalk(new_tile, size_of(slot)), [&](int a, int b) {
-              lies_in(old_pieces.of_span(ray_u, ray_v, a), new_pieces.of_span(ray_u, ray_v, b));
-            });
-      }
+      continue;
     }
-    return to;
-  };
-  const auto falls_apart = [](const std::vector<std::vector<int>>& to) {
-    return std::any_of(to.begin(), to.end(), [](const auto& pieces) { return pieces.size() > 1; });
-  };
-  // Where what was together in these tiles still is, every way through them can still be gone; so
-  // the others are looked at only where it is not, or where they are few.
-  const bool few_others = 4 * places.size() >= with_material;
-  Pieces old_here, now;
-  run_parallel(threads, 2, [&](size_t i) {
-    if (i == 0)
-      old_here = PieceFinder(was, &mask).take();
-    else
-      now = PieceFinder(is, few_others ? nullptr : &mask).take();
-  });
-  std::vector<std::vector<int>> fate = fates(old_here, now);
-  if (!falls_apart(fate)) return severed;
-  // Elsewhere nothing changed: so pieces that were one were together in these tiles, too, one by
-  // one.
-  if (!few_others) {
-    now = find_pieces(after);
-    fate = fates(old_here, now);
+    for (int slot = 0; slot < kTileRays; slot++) {
+      const int ray_u = u + slot % kTileSide, ray_v = v + slot / kTileSide;
+      for_shared(
+          RayWalk(old_tile, size_of(slot)), RayWalk(new_tile, size_of(slot)), [&](int a, int b) {
+            lies_in(old_pieces.of_span(ray_u, ray_v, a), new_pieces.of_span(ray_u, ray_v, b));
+          });
+    }
   }
-  std::vector<int> group(now.all().size());
+  return fates;
+}
+
+bool falls_apart(const Fates& fates) {
+  return std::any_of(fates.begin(), fates.end(),
+                     [](const auto& pieces) { return pieces.size() > 1; });
+}
+
+// The new pieces, in groups that were one piece, by the first of each.
+std::map<int, std::vector<int>> grouped(const Fates& fates, size_t new_pieces) {
+  std::vector<int> group(new_pieces);
   std::iota(group.begin(), group.end(), 0);
   const auto first_of = [&](int piece) {
     while (group[size_of(piece)] != piece) piece = group[size_of(piece)];
     return piece;
   };
-  for (const std::vector<int>& pieces : fate)
+  for (const std::vector<int>& pieces : fates)
     for (const int piece : pieces) {
       const int one = first_of(pieces.front()), other = first_of(piece);
       group[size_of(std::max(one, other))] = std::min(one, other);
     }
-  std::map<int, std::vector<int>> apart;  // by their first
+  std::map<int, std::vector<int>> groups;
   for (size_t piece = 0; piece < group.size(); piece++)
-    apart[first_of(static_cast<int>(piece))].push_back(static_cast<int>(piece));
-  for (const auto& [first, pieces] : apart) {
+    groups[first_of(static_cast<int>(piece))].push_back(static_cast<int>(piece));
+  return groups;
+}
+
+}  // namespace
+
+Severed find_severed(const Snapshot& before, const Snapshot& after, int threads) {
+  const FieldSnapshot &was = before.field(Axis::z), &is = after.field(Axis::z);
+  Severed severed;
+  const TilePlaces places = changed_places(was, is);
+  if (places.list.empty()) return severed;
+  // Where what was together in these tiles still is, every way through them can still be gone; so
+  // the others are looked at only where it is not, or where they are few.
+  const bool few_others = 4 * places.list.size() >= tiles_with_material(is);
+  Pieces old_here, now;
+  run_parallel(threads, 2, [&](size_t i) {
+    if (i == 0)
+      old_here = PieceFinder(was, &places.mask).take();
+    else
+      now = PieceFinder(is, few_others ? nullptr : &places.mask).take();
+  });
+  Fates fates = find_fates(was, old_here, is, now, places);
+  if (!falls_apart(fates)) return severed;
+  // Elsewhere nothing changed: so pieces that were one were together in these tiles, too, one by
+  // one.
+  if (!few_others) {
+    now = find_pieces(after);
+    fates = find_fates(was, old_here, is, now, places);
+  }
+  for (const auto& [first, pieces] : grouped(fates, now.all().size())) {
     if (pieces.size() < 2) continue;
     int largest = first;
     double all = 0;

@@ -420,90 +420,115 @@ Status Document::check_tables() {
   return Ok{};
 }
 
-Status Document::read_tree() {
-  const auto for_rows = [&](const char* sql, const std::function<Status(Statement&)>& f) -> Status {
-    Result<Statement> read = storage_->database.prepare(sql);
-    if (!read) return Error{read.error()};
-    return read.value().for_rows([&] { return f(read.value()); });
-  };
-  Status done = for_rows("SELECT value FROM meta WHERE key = 'head'", [&](Statement& s) -> Status {
-    head_ = s.integer(0);
+namespace {
+
+Status for_rows(Database& database, const char* sql, const std::function<Status(Statement&)>& f) {
+  Result<Statement> read = database.prepare(sql);
+  if (!read) return Error{read.error()};
+  return read.value().for_rows([&] { return f(read.value()); });
+}
+
+Status read_lattice(Database& database, Lattice& lattice) {
+  bool placed = false;
+  const Status done = for_rows(database, "SELECT value FROM meta WHERE key = 'lattice'",
+                               [&](Statement& s) -> Status {
+                                 Result<Lattice> read = lattice_from_json(s.text(0));
+                                 if (!read) return Error{read.error()};
+                                 lattice = read.value();
+                                 placed = true;
+                                 return Ok{};
+                               });
+  if (!done || placed) return done;
+  return Error{"it does not say where its rays are"};
+}
+
+// The body of each stroke's settings. Errors in settings are reported when they are read.
+Status read_bodies_of_settings(Database& database, std::map<int64_t, BodyId>& body_of) {
+  return for_rows(database, "SELECT id, json FROM setting", [&](Statement& s) -> Status {
+    const Result<StrokeSettings> settings = settings_from_json(s.text(1));
+    if (settings) body_of[s.integer(0)] = settings.value().body;
     return Ok{};
   });
-  bool placed = false;
-  if (done)
-    done = for_rows("SELECT value FROM meta WHERE key = 'lattice'", [&](Statement& s) -> Status {
-      Result<Lattice> lattice = lattice_from_json(s.text(0));
-      if (!lattice) return Error{lattice.error()};
-      lattice_ = lattice.value();
-      placed = true;
-      return Ok{};
-    });
-  if (done && !placed) done = Error{"it does not say where its rays are"};
-  // What is wrong with settings is told when they are read.
+}
+
+Status read_steps(Database& database, std::map<StepId, Step>& steps) {
   std::map<int64_t, BodyId> body_of;
-  if (done)
-    done = for_rows("SELECT id, json FROM setting", [&](Statement& s) -> Status {
-      const Result<StrokeSettings> settings = settings_from_json(s.text(1));
-      if (settings) body_of[s.integer(0)] = settings.value().body;
-      return Ok{};
-    });
-  if (done)
-    done = for_rows(
-        "SELECT id, parent, kind, label, ticks, removed_mm3, hash, finished, (SELECT "
-        "coalesce(sum(count), 0) "
-        "FROM tick WHERE tick.step = step.id AND step.finished = 0), CAST(strftime('%s', made_at) "
-        "AS "
-        "INTEGER), setting FROM step ORDER BY id",
-        [&](Statement& s) -> Status {
-          Step step;
-          step.id = s.integer(0);
-          step.parent = s.null(1) ? 0 : s.integer(1);
-          step.stock = s.text(2) == "stock";
-          step.action = s.text(2) == "bodies";
-          // Of an action the one before it says which body strokes go to.
-          step.body = 0;
-          if (const auto body = body_of.find(s.integer(10)); body != body_of.end() && !step.action)
-            step.body = body->second;
-          step.label = s.text(3);
-          step.finished = s.integer(7) != 0;
-          step.ticks = step.finished ? s.integer(4) : s.integer(8);
-          step.removed_mm3 = s.real(5);
-          step.hash = std::strtoull(s.text(6).c_str(), nullptr, 16);
-          step.made_s = s.integer(9);
-          step.setting = s.integer(10);
-          const bool known =
-              step.stock ? step.parent == 0 && steps_.empty() : steps_.count(step.parent) != 0;
-          // Each once, and after the one before it: so there is no way around in circles.
-          if (step.id < 1 || step.id > kMaxSteps || !known || steps_.count(step.id))
-            return Error{"step " + std::to_string(step.id) + " follows none that is there"};
-          steps_[step.id] = step;
-          return Ok{};
-        });
-  if (done && steps_.empty()) done = Error{"it has no stock"};
-  if (done && version_ >= 9)
-    done = for_rows("SELECT step, json FROM bodies", [&](Statement& s) -> Status {
-      if (!steps_.count(s.integer(0))) return Ok{};
-      Result<Bodies> bodies = bodies_from_json(s.text(1));
-      if (!bodies) return Error{"step " + std::to_string(s.integer(0)) + ": " + bodies.error()};
-      lists_[s.integer(0)] = std::move(bodies).value();
-      return Ok{};
-    });
+  if (Status done = read_bodies_of_settings(database, body_of); !done) return done;
+  const Status done = for_rows(
+      database,
+      "SELECT id, parent, kind, label, ticks, removed_mm3, hash, finished, (SELECT "
+      "coalesce(sum(count), 0) "
+      "FROM tick WHERE tick.step = step.id AND step.finished = 0), CAST(strftime('%s', made_at) "
+      "AS "
+      "INTEGER), setting FROM step ORDER BY id",
+      [&](Statement& s) -> Status {
+        Step step;
+        step.id = s.integer(0);
+        step.parent = s.null(1) ? 0 : s.integer(1);
+        step.stock = s.text(2) == "stock";
+        step.action = s.text(2) == "bodies";
+        // Of an action the one before it says which body strokes go to.
+        step.body = 0;
+        if (const auto body = body_of.find(s.integer(10)); body != body_of.end() && !step.action)
+          step.body = body->second;
+        step.label = s.text(3);
+        step.finished = s.integer(7) != 0;
+        step.ticks = step.finished ? s.integer(4) : s.integer(8);
+        step.removed_mm3 = s.real(5);
+        step.hash = std::strtoull(s.text(6).c_str(), nullptr, 16);
+        step.made_s = s.integer(9);
+        step.setting = s.integer(10);
+        const bool known =
+            step.stock ? step.parent == 0 && steps.empty() : steps.count(step.parent) != 0;
+        // Each once, and after the one before it: so there is no way around in circles.
+        if (step.id < 1 || step.id > kMaxSteps || !known || steps.count(step.id))
+          return Error{"step " + std::to_string(step.id) + " follows none that is there"};
+        steps[step.id] = step;
+        return Ok{};
+      });
+  if (!done || !steps.empty()) return done;
+  return Error{"it has no stock"};
+}
+
+// The bodies after a step, of those steps that changed them.
+Status read_lists(Database& database, const std::map<StepId, Step>& steps,
+                  std::map<StepId, Bodies>& lists) {
+  return for_rows(database, "SELECT step, json FROM bodies", [&](Statement& s) -> Status {
+    if (!steps.count(s.integer(0))) return Ok{};
+    Result<Bodies> bodies = bodies_from_json(s.text(1));
+    if (!bodies) return Error{"step " + std::to_string(s.integer(0)) + ": " + bodies.error()};
+    lists[s.integer(0)] = std::move(bodies).value();
+    return Ok{};
+  });
+}
+
+}  // namespace
+
+Status Document::read_tree() {
+  Database& database = storage_->database;
+  Status done =
+      for_rows(database, "SELECT value FROM meta WHERE key = 'head'", [&](Statement& s) -> Status {
+        head_ = s.integer(0);
+        return Ok{};
+      });
+  if (done) done = read_lattice(database, lattice_);
+  if (done) done = read_steps(database, steps_);
+  if (done && version_ >= 9) done = read_lists(database, steps_, lists_);
   if (done && !steps_.count(head_)) head_ = steps_.rbegin()->first;
   if (done) active_ = active_at(head_);
   if (done)
-    done = for_rows("SELECT name, step FROM version", [&](Statement& s) -> Status {
+    done = for_rows(database, "SELECT name, step FROM version", [&](Statement& s) -> Status {
       if (steps_.count(s.integer(1))) versions_[s.text(0)] = s.integer(1);
       return Ok{};
     });
   if (done && version_ >= 2)
-    done = for_rows("SELECT step FROM thumbnail", [&](Statement& s) -> Status {
+    done = for_rows(database, "SELECT step FROM thumbnail", [&](Statement& s) -> Status {
       if (const auto found = steps_.find(s.integer(0)); found != steps_.end())
         found->second.pictured = true;
       return Ok{};
     });
   if (done)
-    done = for_rows("SELECT step, bounds FROM checkpoint", [&](Statement& s) -> Status {
+    done = for_rows(database, "SELECT step, bounds FROM checkpoint", [&](Statement& s) -> Status {
       const Result<LatticeBox> box = box_from_json(s.text(1));
       if (!steps_.count(s.integer(0))) return Ok{};
       if (!box)

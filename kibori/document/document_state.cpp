@@ -592,25 +592,63 @@ Status Document::replay_ticks(StepId step, const StrokeSettings& recorded, TriDe
   return replayed ? player.finish_record() : replayed;
 }
 
-Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
-                        const std::function<void(double)>& progress) const {
-  auto& database = storage_->database;
+namespace {
+
+// Reports damage of the file and of its tiles.
+Status verify_file(Database& database, const std::function<void(const std::string&)>& wrong_at) {
   Result<Statement> check = database.prepare("PRAGMA integrity_check(20)");
-  if (!check) return failed("checking", check.error());
+  if (!check) return Error{check.error()};
   const Status structure = check.value().for_rows([&]() -> Status {
     if (check.value().text(0) != "ok")
       wrong_at("the file's structure: " + sanitize_message(check.value().text(0)));
     return Ok{};
   });
-  if (!structure) return failed("checking", structure.error());
+  if (!structure) return structure;
   Result<Statement> tiles = database.prepare("SELECT id, hash, data FROM tile");
-  if (!tiles) return failed("checking", tiles.error());
-  const Status read = tiles.value().for_rows([&]() -> Status {
+  if (!tiles) return Error{tiles.error()};
+  return tiles.value().for_rows([&]() -> Status {
     if (hash_of(tiles.value().bytes(2)) != tiles.value().integer(1))
       wrong_at("tile " + std::to_string(tiles.value().integer(0)) + " is not what was written");
     return Ok{};
   });
-  if (!read) return failed("checking", read.error());
+}
+
+// Replays a step on the bench, and reports ticks and kept forces that differ. Error: it can't be
+// replayed.
+Status verify_ticks(const Document& document, const Step& step, Workbench& bench,
+                    const std::function<void(const std::string&)>& wrong_at) {
+  const std::string which = "step " + std::to_string(step.id);
+  std::vector<Wrench> kept;
+  if (Status s = document.for_forces(step.id,
+                                     [&](const std::vector<Wrench>& felt) -> Status {
+                                       kept.insert(kept.end(), felt.begin(), felt.end());
+                                       return Ok{};
+                                     });
+      !s)
+    wrong_at(s.error());
+  int64_t ticks = 0, other_forces = 0;
+  const Status made = document.replay(step.id, bench, std::nullopt, [&](const ReplayedTick& tick) {
+    const auto i = static_cast<size_t>(ticks++);
+    other_forces += i < kept.size() && !(kept[i].force == tick.result.wrench.force &&
+                                         kept[i].moment == tick.result.wrench.moment);
+  });
+  if (made && !kept.empty() && static_cast<int64_t>(kept.size()) != ticks)
+    wrong_at(which + " has the forces of " + std::to_string(kept.size()) + " ticks of " +
+             std::to_string(ticks));
+  if (other_forces > 0)
+    wrong_at(which + ": the forces kept of " + std::to_string(other_forces) +
+             " ticks are not those felt when carved again");
+  if (made && ticks != step.ticks)
+    wrong_at(which + " has " + std::to_string(ticks) + " ticks of " + std::to_string(step.ticks));
+  return made;
+}
+
+}  // namespace
+
+Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
+                        const std::function<void(double)>& progress) const {
+  if (Status s = verify_file(storage_->database, wrong_at); !s)
+    return failed("checking", s.error());
   if (!missing_.empty()) wrong_at(missing_);
   if (Status s = verify_seals(wrong_at); !s) return failed("checking", s.error());
   // Every way from the stock to an end of the tree, each step carved once: from the state of the
@@ -638,29 +676,7 @@ Status Document::verify(const std::function<void(const std::string&)>& wrong_at,
         continue;
       }
       bench.set(before->second, active_at(step.parent));
-      std::vector<Wrench> kept;
-      if (Status s = for_forces(id,
-                                [&](const std::vector<Wrench>& felt) -> Status {
-                                  kept.insert(kept.end(), felt.begin(), felt.end());
-                                  return Ok{};
-                                });
-          !s)
-        wrong_at(s.error());
-      int64_t ticks = 0, other_forces = 0;
-      made = replay(id, bench, std::nullopt, [&](const ReplayedTick& tick) {
-        const auto i = static_cast<size_t>(ticks++);
-        other_forces += i < kept.size() && !(kept[i].force == tick.result.wrench.force &&
-                                             kept[i].moment == tick.result.wrench.moment);
-      });
-      if (made && !kept.empty() && static_cast<int64_t>(kept.size()) != ticks)
-        wrong_at(which + " has the forces of " + std::to_string(kept.size()) + " ticks of " +
-                 std::to_string(ticks));
-      if (other_forces > 0)
-        wrong_at(which + ": the forces kept of " + std::to_string(other_forces) +
-                 " ticks are not those felt when carved again");
-      if (made && ticks != step.ticks)
-        wrong_at(which + " has " + std::to_string(ticks) + " ticks of " +
-                 std::to_string(step.ticks));
+      made = verify_ticks(*this, step, bench, wrong_at);
       if (--children[step.parent] == 0) states.erase(before);
     }
     if (!made) {

@@ -6,6 +6,8 @@
 #include <bit>
 #include <cmath>
 #include <cstdio>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include <kibori/base/memory.h>
@@ -65,17 +67,19 @@ constexpr float kRounding = 1e-2f;
 // to the lattice's face then. Larger, and spans begin outside of it.
 constexpr double kFitSlack = 1e-6;
 
-RayTable make_table(const std::vector<LatticePoint>& points, const TriangleMesh& mesh,
-                    const Lattice& lattice, Axis axis) {
-  RayTable table;
-  table.axis = axis;
-  table.nu = lattice.nodes[u_index(axis)];
-  table.nv = lattice.nodes[v_index(axis)];
-  table.nd = lattice.nodes[depth_index(axis)];
-  const RayRect all{0, table.nu, 0, table.nv};
+// Crossings by ray: those of ray r are all[start[r]] .. all[start[r + 1]].
+struct CrossingTable {
+  std::vector<uint32_t> start;
+  std::vector<Crossing> all;
+};
 
+// Finds the crossings of a table's rays and counts them in the table. Where they cannot be held, it
+// sets `too_often` or `too_many` there and returns none.
+CrossingTable find_crossings(const std::vector<LatticePoint>& points, const TriangleMesh& mesh,
+                             RayTable& table) {
+  const RayRect all{0, table.nu, 0, table.nv};
   std::vector<SnappedPoint> snapped(points.size());
-  for (size_t i = 0; i < points.size(); i++) snapped[i] = snap(points[i], axis);
+  for (size_t i = 0; i < points.size(); i++) snapped[i] = snap(points[i], table.axis);
 
   // Two passes over the triangles: count, then fill. Scanning twice is cheaper than growing a list
   // per ray.
@@ -85,7 +89,7 @@ RayTable make_table(const std::vector<LatticePoint>& points, const TriangleMesh&
     for (size_t i = 0; i < mesh.triangles.size() && table.crossings <= max; i++) {
       const auto& t = mesh.triangles[i];
       for_crossings(
-          snapped[t[0]], snapped[t[1]], snapped[t[2]], axis, all,
+          snapped[t[0]], snapped[t[1]], snapped[t[2]], table.axis, all,
           [&](int u, int v, double depth, int sign) { f(i, table.ray(u, v), depth, sign); });
     }
   };
@@ -94,14 +98,9 @@ RayTable make_table(const std::vector<LatticePoint>& points, const TriangleMesh&
     table.crossings++;
   });
   const double there = available_bytes();
-  if (table.crossings > max) {
-    table.too_often = true;
-    return table;
-  }
-  if (there > 0 && crossing_bytes(table.crossings) > 0.8 * there) {
-    table.too_many = true;
-    return table;
-  }
+  table.too_often = table.crossings > max;
+  table.too_many = !table.too_often && there > 0 && crossing_bytes(table.crossings) > 0.8 * there;
+  if (table.too_often || table.too_many) return {};
   for (size_t i = 0; i < table.rays(); i++) start[i + 1] += start[i];
   std::vector<Crossing> crossings(start.back());
   std::vector<uint32_t> fill(start.begin(), start.end() - 1);
@@ -109,6 +108,60 @@ RayTable make_table(const std::vector<LatticePoint>& points, const TriangleMesh&
     crossings[fill[ray]++] = {static_cast<float>(depth),
                               static_cast<uint32_t>(face * 2 + (sign > 0 ? 1 : 0))};
   });
+  return {std::move(start), std::move(crossings)};
+}
+
+// Appends the spans of a ray. `code(face)`: the normal code of a triangle.
+template <class Code>
+void add_ray(RayTable& table, size_t ray, std::span<Crossing> crossings, Code&& code) {
+  if (crossings.empty()) return;
+  table.rays_met++;
+  std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
+    return a.depth != b.depth ? a.depth < b.depth : a.face < b.face;
+  });
+  int winding = 0;
+  for (const Crossing& crossing : crossings) winding += crossing.face & 1 ? 1 : -1;
+  const bool closed = winding == 0;
+  if (!closed) {
+    table.open[ray] = 1;
+    table.rays_open++;
+  }
+  // An open ray is only a guess: in and out by turns, if its crossings are even in number.
+  if (!closed && crossings.size() % 2 != 0) return;
+  winding = 0;
+  RaySpan span{};
+  for (const Crossing& crossing : crossings) {
+    const int before = winding;
+    winding = closed ? winding + (crossing.face & 1 ? 1 : -1) : 1 - winding;
+    // The code's depth sign follows from the end; a face seen from behind (an inside-out part)
+    // turns round.
+    const bool faces_ray = (crossing.face & 1) != 0;
+    if (before == 0) {
+      span.in = crossing.depth;
+      span.normal_in = faces_ray ? code(crossing.face) : negate_normal(code(crossing.face));
+    } else if (winding == 0) {
+      span.out = crossing.depth;
+      span.normal_out = faces_ray ? negate_normal(code(crossing.face)) : code(crossing.face);
+      const auto count = table.spans.size() - table.first[ray];
+      if (count > 0 && table.spans.back().out >= span.in) {
+        table.spans.back().out = span.out;
+        table.spans.back().normal_out = span.normal_out;
+      } else if (span.in < span.out) {
+        table.spans.push_back(span);
+      }
+    }
+  }
+}
+
+RayTable make_table(const std::vector<LatticePoint>& points, const TriangleMesh& mesh,
+                    const Lattice& lattice, Axis axis) {
+  RayTable table;
+  table.axis = axis;
+  table.nu = lattice.nodes[u_index(axis)];
+  table.nv = lattice.nodes[v_index(axis)];
+  table.nd = lattice.nodes[depth_index(axis)];
+  CrossingTable crossings = find_crossings(points, mesh, table);
+  if (table.too_often || table.too_many) return table;
 
   const auto code = [&](uint32_t face) {
     const auto& t = mesh.triangles[face / 2];
@@ -116,48 +169,12 @@ RayTable make_table(const std::vector<LatticePoint>& points, const TriangleMesh&
     return encode_normal(n[u_index(axis)], n[v_index(axis)], n[depth_index(axis)]);
   };
   table.first.resize(table.rays() + 1);
-  table.spans.reserve(crossings.size() / 2);
+  table.spans.reserve(crossings.all.size() / 2);
   table.open.assign(table.rays(), 0);
   for (size_t ray = 0; ray < table.rays(); ray++) {
     table.first[ray] = static_cast<uint32_t>(table.spans.size());
-    const auto begin = crossings.begin() + start[ray], end = crossings.begin() + start[ray + 1];
-    if (begin == end) continue;
-    table.rays_met++;
-    std::sort(begin, end, [](const Crossing& a, const Crossing& b) {
-      return a.depth != b.depth ? a.depth < b.depth : a.face < b.face;
-    });
-    int winding = 0;
-    for (auto it = begin; it != end; ++it) winding += it->face & 1 ? 1 : -1;
-    const bool closed = winding == 0;
-    if (!closed) {
-      table.open[ray] = 1;
-      table.rays_open++;
-    }
-    // An open ray is only a guess: in and out by turns, if its crossings are even in number.
-    if (!closed && (end - begin) % 2 != 0) continue;
-    winding = 0;
-    RaySpan span{};
-    for (auto it = begin; it != end; ++it) {
-      const int before = winding;
-      winding = closed ? winding + (it->face & 1 ? 1 : -1) : 1 - winding;
-      // The code's depth sign follows from the end; a face seen from behind (an inside-out part)
-      // turns round.
-      const bool faces_ray = (it->face & 1) != 0;
-      if (before == 0) {
-        span.in = it->depth;
-        span.normal_in = faces_ray ? code(it->face) : negate_normal(code(it->face));
-      } else if (winding == 0) {
-        span.out = it->depth;
-        span.normal_out = faces_ray ? negate_normal(code(it->face)) : code(it->face);
-        const auto count = table.spans.size() - table.first[ray];
-        if (count > 0 && table.spans.back().out >= span.in) {
-          table.spans.back().out = span.out;
-          table.spans.back().normal_out = span.normal_out;
-        } else if (span.in < span.out) {
-          table.spans.push_back(span);
-        }
-      }
-    }
+    const uint32_t begin = crossings.start[ray], end = crossings.start[ray + 1];
+    add_ray(table, ray, {crossings.all.data() + begin, end - begin}, code);
   }
   table.first[table.rays()] = static_cast<uint32_t>(table.spans.size());
   return table;
@@ -179,113 +196,125 @@ class Vote {
         nx_(z_.nu),
         ny_(z_.nv),
         nz_(z_.nd),
-        words_((static_cast<size_t>(nx_) + 63) / 64) {}
+        words_((static_cast<size_t>(nx_) + 63) / 64),
+        any_open_(x_.rays_open + y_.rays_open + z_.rays_open > 0) {
+    const size_t slice = words_ * static_cast<size_t>(nz_);
+    for (auto* const bits : {&in_x_, &in_y_, &open_y_}) bits->resize(slice);
+    for (auto* const bits : {&in_z_, &wrong_y_}) bits->resize(slice + words_);
+    for (auto* const bits : {&open_z_, &wrong_z_}) bits->resize(words_);
+  }
 
   // The wrong runs of each field.
   std::array<std::vector<Toggle>, 3> count() {
-    std::array<std::vector<Toggle>, 3> wrong;
-    const size_t slice = words_ * static_cast<size_t>(nz_);
-    bool any_open = x_.rays_open + y_.rays_open + z_.rays_open > 0;
-    std::vector<uint64_t> in_x(slice), in_y(slice), in_z(slice + words_), open_y(slice),
-        open_z(words_);
-    std::vector<uint64_t> wrong_y(slice + words_), wrong_z(words_);
-    // The y field runs across the slices: where its spans begin and end, by slice.
-    std::vector<uint32_t> toggle_start(static_cast<size_t>(ny_) + 2, 0);
-    const auto y_ends = [&](auto&& f) {
-      for (int x = 0; x < nx_; x++)
-        for (int z = 0; z < nz_; z++) {
-          const size_t ray = y_.ray(z, x);  // u = z, v = x
-          for (uint32_t i = y_.first[ray]; i < y_.first[ray + 1]; i++) {
-            const int k0 = first_node(y_.spans[i].in), k1 = first_node(y_.spans[i].out);
-            if (k0 == k1) continue;
-            f(k0, x, z);
-            f(k1, x, z);
-          }
-        }
-    };
-    y_ends([&](int y, int, int) { toggle_start[static_cast<size_t>(y) + 1]++; });
-    for (size_t i = 1; i < toggle_start.size(); i++) toggle_start[i] += toggle_start[i - 1];
-    std::vector<uint32_t> toggles(toggle_start.back());
-    std::vector<uint32_t> at(toggle_start.begin(), toggle_start.end() - 1);
-    y_ends([&](int y, int x, int z) {
-      toggles[at[static_cast<size_t>(y)]++] =
-          static_cast<uint32_t>(z) << 16 | static_cast<uint32_t>(x);
-    });
-    if (any_open)
-      for (int x = 0; x < nx_; x++)
-        for (int z = 0; z < nz_; z++)
-          if (y_.open[y_.ray(z, x)]) set(open_y, z, x);
-
+    list_y_ends();
+    if (any_open_) mark_open_y();
     for (int y = 0; y < ny_; y++) {
-      for (uint32_t i = toggle_start[static_cast<size_t>(y)];
-           i < toggle_start[static_cast<size_t>(y) + 1]; i++)
-        flip(in_y, static_cast<int>(toggles[i] >> 16), static_cast<int>(toggles[i] & 0xffff));
-      std::fill(in_x.begin(), in_x.end(), 0);
-      std::fill(in_z.begin(), in_z.end(), 0);
-      std::fill(open_z.begin(), open_z.end(), 0);
-      for (int z = 0; z < nz_; z++) {
-        const size_t ray = x_.ray(y, z);  // u = y, v = z
-        for (uint32_t i = x_.first[ray]; i < x_.first[ray + 1]; i++)
-          set_run(in_x, z, first_node(x_.spans[i].in), first_node(x_.spans[i].out));
-      }
-      for (int x = 0; x < nx_; x++) {
-        const size_t ray = z_.ray(x, y);  // u = x, v = y
-        if (z_.open[ray]) open_z[static_cast<size_t>(x) / 64] |= uint64_t{1} << (x % 64);
-        for (uint32_t i = z_.first[ray]; i < z_.first[ray + 1]; i++) {
-          const int k0 = first_node(z_.spans[i].in), k1 = first_node(z_.spans[i].out);
-          if (k0 == k1) continue;
-          flip(in_z, k0, x);
-          flip(in_z, k1, x);
-        }
-      }
-      for (size_t i = words_; i < slice; i++) in_z[i] ^= in_z[i - words_];
-      std::fill(wrong_z.begin(), wrong_z.end(), 0);
-      for (int z = 0; z <= nz_; z++) {
-        uint64_t carry = 0;
-        for (size_t w = 0; w < words_; w++) {
-          uint64_t wx = 0, wy = 0, wz = 0;
-          const size_t i = static_cast<size_t>(z) * words_ + w;
-          if (z < nz_) {
-            const uint64_t a = in_x[i], b = in_y[i], c = in_z[i];
-            if (a == b && b == c && (carry | wrong_y[i] | wrong_z[w]) == 0) continue;
-            uint64_t inside = (a & b) | (b & c) | (a & c);
-            if (any_open) {
-              // Where one closed ray stands against two open ones, it alone knows.
-              const uint64_t ox = x_.open[x_.ray(y, z)] ? ~uint64_t{0} : 0, oy = open_y[i],
-                             oz = open_z[w];
-              const uint64_t only_x = ~ox & oy & oz, only_y = ox & ~oy & oz, only_z = ox & oy & ~oz;
-              inside = (inside & ~(only_x | only_y | only_z)) | (a & only_x) | (b & only_y) |
-                       (c & only_z);
-            }
-            wx = a ^ inside;
-            wy = b ^ inside;
-            wz = c ^ inside;
-            note(wrong[0], wx ^ (wx << 1 | carry), w, [&](int x) {
-              return Toggle{ray_x(y, z), short_of(x)};
-            });
-            carry = wx >> 63;
-            note(wrong[1], wy ^ wrong_y[i], w, [&](int x) {
-              return Toggle{ray_y(z, x), short_of(y)};
-            });
-            wrong_y[i] = wy;
-          }
-          note(wrong[2], wz ^ wrong_z[w], w, [&](int x) {
-            return Toggle{ray_z(x, y), short_of(z)};
-          });
-          wrong_z[w] = wz;
-        }
-        if (carry) wrong[0].push_back({ray_x(y, z), short_of(nx_)});
-      }
+      read_slice(y);
+      std::fill(wrong_z_.begin(), wrong_z_.end(), 0);
+      for (int z = 0; z < nz_; z++) vote_row(y, z);
+      for (size_t w = 0; w < words_; w++)
+        note(wrong_[2], wrong_z_[w], w, [&](int x) { return Toggle{ray_z(x, y), short_of(nz_)}; });
     }
     for (int z = 0; z < nz_; z++)
       for (size_t w = 0; w < words_; w++)
-        note(wrong[1], wrong_y[static_cast<size_t>(z) * words_ + w], w, [&](int x) {
+        note(wrong_[1], wrong_y_[static_cast<size_t>(z) * words_ + w], w, [&](int x) {
           return Toggle{ray_y(z, x), short_of(ny_)};
         });
-    return wrong;
+    return std::move(wrong_);
   }
 
  private:
+  // Calls f(y, x, z) for the first node of each span of the y field, and for the node after its
+  // last.
+  template <class F>
+  void for_y_ends(F&& f) const {
+    for (int x = 0; x < nx_; x++)
+      for (int z = 0; z < nz_; z++) {
+        const size_t ray = y_.ray(z, x);  // u = z, v = x
+        for (uint32_t i = y_.first[ray]; i < y_.first[ray + 1]; i++) {
+          const int k0 = first_node(y_.spans[i].in), k1 = first_node(y_.spans[i].out);
+          if (k0 == k1) continue;
+          f(k0, x, z);
+          f(k1, x, z);
+        }
+      }
+  }
+
+  // The y field runs across the slices: its spans' ends are listed by slice.
+  void list_y_ends() {
+    y_start_.assign(static_cast<size_t>(ny_) + 2, 0);
+    for_y_ends([&](int y, int, int) { y_start_[static_cast<size_t>(y) + 1]++; });
+    for (size_t i = 1; i < y_start_.size(); i++) y_start_[i] += y_start_[i - 1];
+    y_ends_.resize(y_start_.back());
+    std::vector<uint32_t> at(y_start_.begin(), y_start_.end() - 1);
+    for_y_ends([&](int y, int x, int z) {
+      y_ends_[at[static_cast<size_t>(y)]++] =
+          static_cast<uint32_t>(z) << 16 | static_cast<uint32_t>(x);
+    });
+  }
+
+  void mark_open_y() {
+    for (int x = 0; x < nx_; x++)
+      for (int z = 0; z < nz_; z++)
+        if (y_.open[y_.ray(z, x)]) set(open_y_, z, x);
+  }
+
+  // What each field says of the nodes of a slice. In the y field, the slice before is known.
+  void read_slice(int y) {
+    for (uint32_t i = y_start_[static_cast<size_t>(y)]; i < y_start_[static_cast<size_t>(y) + 1];
+         i++)
+      flip(in_y_, static_cast<int>(y_ends_[i] >> 16), static_cast<int>(y_ends_[i] & 0xffff));
+    std::fill(in_x_.begin(), in_x_.end(), 0);
+    std::fill(in_z_.begin(), in_z_.end(), 0);
+    std::fill(open_z_.begin(), open_z_.end(), 0);
+    for (int z = 0; z < nz_; z++) {
+      const size_t ray = x_.ray(y, z);  // u = y, v = z
+      for (uint32_t i = x_.first[ray]; i < x_.first[ray + 1]; i++)
+        set_run(in_x_, z, first_node(x_.spans[i].in), first_node(x_.spans[i].out));
+    }
+    for (int x = 0; x < nx_; x++) {
+      const size_t ray = z_.ray(x, y);  // u = x, v = y
+      if (z_.open[ray]) open_z_[static_cast<size_t>(x) / 64] |= uint64_t{1} << (x % 64);
+      for (uint32_t i = z_.first[ray]; i < z_.first[ray + 1]; i++) {
+        const int k0 = first_node(z_.spans[i].in), k1 = first_node(z_.spans[i].out);
+        if (k0 == k1) continue;
+        flip(in_z_, k0, x);
+        flip(in_z_, k1, x);
+      }
+    }
+    const size_t slice = words_ * static_cast<size_t>(nz_);
+    for (size_t i = words_; i < slice; i++) in_z_[i] ^= in_z_[i - words_];
+  }
+
+  // Votes on the nodes of a row, 64 at once, and notes where wrong runs of a field begin or end.
+  void vote_row(int y, int z) {
+    uint64_t carry = 0;
+    for (size_t w = 0; w < words_; w++) {
+      const size_t i = static_cast<size_t>(z) * words_ + w;
+      const uint64_t a = in_x_[i], b = in_y_[i], c = in_z_[i];
+      if (a == b && b == c && (carry | wrong_y_[i] | wrong_z_[w]) == 0) continue;
+      uint64_t inside = (a & b) | (b & c) | (a & c);
+      if (any_open_) {
+        // Where one closed ray stands against two open ones, it alone knows.
+        const uint64_t ox = x_.open[x_.ray(y, z)] ? ~uint64_t{0} : 0, oy = open_y_[i],
+                       oz = open_z_[w];
+        const uint64_t only_x = ~ox & oy & oz, only_y = ox & ~oy & oz, only_z = ox & oy & ~oz;
+        inside =
+            (inside & ~(only_x | only_y | only_z)) | (a & only_x) | (b & only_y) | (c & only_z);
+      }
+      const uint64_t wx = a ^ inside, wy = b ^ inside, wz = c ^ inside;
+      note(wrong_[0], wx ^ (wx << 1 | carry), w, [&](int x) {
+        return Toggle{ray_x(y, z), short_of(x)};
+      });
+      carry = wx >> 63;
+      note(wrong_[1], wy ^ wrong_y_[i], w, [&](int x) { return Toggle{ray_y(z, x), short_of(y)}; });
+      wrong_y_[i] = wy;
+      note(wrong_[2], wz ^ wrong_z_[w], w, [&](int x) { return Toggle{ray_z(x, y), short_of(z)}; });
+      wrong_z_[w] = wz;
+    }
+    if (carry) wrong_[0].push_back({ray_x(y, z), short_of(nx_)});
+  }
+
   static uint16_t short_of(int depth) { return static_cast<uint16_t>(depth); }
   uint32_t ray_x(int y, int z) const { return static_cast<uint32_t>(x_.ray(y, z)); }
   uint32_t ray_y(int z, int x) const { return static_cast<uint32_t>(y_.ray(z, x)); }
@@ -316,6 +345,15 @@ class Vote {
   const RayTable &x_, &y_, &z_;
   const int nx_, ny_, nz_;
   const size_t words_;
+  const bool any_open_;
+  std::array<std::vector<Toggle>, 3> wrong_;  // by field
+  // Slice y's ends of the y field's spans are y_ends_[y_start_[y]] .. y_ends_[y_start_[y + 1]]:
+  // z in the upper 16 bits, x in the lower.
+  std::vector<uint32_t> y_start_, y_ends_;
+  // Of the slice, a row of words for each z: nodes that are inside by each field; open rays.
+  std::vector<uint64_t> in_x_, in_y_, in_z_, open_y_, open_z_;
+  // Nodes that a field had wrong: in the slice before, in the row before.
+  std::vector<uint64_t> wrong_y_, wrong_z_;
 };
 
 // Rebuilds the rays that lost votes, keeping every crossing that still serves.

@@ -93,6 +93,103 @@ Result<TickRecords> about_ticks(const Document& document, StepId to) {
   return records;
 }
 
+namespace {
+
+// What the ticks of a stroke are recorded with.
+struct StrokeContext {
+  const StrokeSettings& settings;
+  const TickRecords& records;
+  Pose stands;  // of the body that it carves
+  double cell_mm3;
+  std::vector<size_t> column;  // of records.materials, by the stroke's material
+
+  // The document has it all in the body's own coordinates.
+  Wrench to_world(const Wrench& wrench) const {
+    return {stands.frame * wrench.force, stands.frame * wrench.moment};
+  }
+};
+
+std::vector<size_t> columns_of(const std::vector<Material>& materials, const TickRecords& records) {
+  std::vector<size_t> column;
+  for (const Material& material : materials)
+    column.push_back(static_cast<size_t>(
+        std::find(records.materials.begin(), records.materials.end(), material.name) -
+        records.materials.begin()));
+  return column;
+}
+
+Result<std::vector<Wrench>> given_forces(const Document& document, StepId step) {
+  std::vector<Wrench> given;
+  const Status read = document.for_given(step, [&](const std::vector<Wrench>& forces) -> Status {
+    given.insert(given.end(), forces.begin(), forces.end());
+    return Ok{};
+  });
+  if (!read) return Error{read.error()};
+  return given;
+}
+
+// All of a tick's record but its step, its time and the force given.
+void fill_record(TickRecord& record, const ReplayedTick& tick, const StrokeContext& stroke) {
+  const StrokeTick& recorded = *tick.recorded;
+  const StrokeSettings& s = stroke.settings;
+  record.hand = recorded.second ? 2 : 1;
+  const auto* const move = std::get_if<MoveTick>(&recorded.what);
+  record.mode = !(move && move->edits)        ? Mode::off
+                : recorded.second && s.second ? s.second->mode
+                                              : s.mode;
+  record.tool = record.hand_pose = tick.result.pose;
+  if (move) {
+    record.hand_pose.tip += move->stretch_mm;
+    record.hand_pose.frame = rotation(move->stretch_rad) * record.tool.frame;
+  }
+  record.tool = stroke.stands.to_world(record.tool);
+  record.hand_pose = stroke.stands.to_world(record.hand_pose);
+  record.computed = stroke.to_world(tick.result.wrench);
+  record.removed_mm3 = record.mode == Mode::touch ? 0 : tick.result.removed_mm3;
+  record.points = tick.result.points;
+  record.removed_of.assign(stroke.records.materials.size(), 0);
+  if (!tick.removed || record.mode == Mode::touch) return;
+  const double sign = record.mode == Mode::deposit ? -1 : 1;
+  tick.removed->for_parts([&](int material, const RemovedPart& part) {
+    const size_t at = std::min(static_cast<size_t>(material), stroke.column.size() - 1);
+    record.removed_of[stroke.column[at]] += sign * stroke.cell_mm3 * part.mean_volume();
+  });
+}
+
+// The ticks of a stroke that begins at `begun_s`, which becomes the time of its end.
+Status for_stroke_records(const Document& document, StepId id, const TickRecords& records,
+                          Workbench& bench, double& begun_s,
+                          const std::function<Status(const TickRecord&)>& use) {
+  const Result<StrokeSettings> settings = document.settings(id);
+  if (!settings) return Error{settings.error()};
+  const Result<std::vector<Wrench>> given = given_forces(document, id);
+  if (!given) return Error{given.error()};
+  const Body* const body = bench.bodies().find(settings.value().body);
+  const StrokeContext stroke{settings.value(), records, body ? body->pose : Pose{},
+                             std::pow(document.lattice().pitch_mm, 3),
+                             columns_of(settings.value().materials, records)};
+  Status used = Ok{};
+  size_t count = 0;
+  double ended_s = begun_s;
+  TickRecord record;
+  record.step = id;
+  Status carved = document.replay(id, bench, std::nullopt, [&](const ReplayedTick& tick) {
+    if (!used) return;
+    fill_record(record, tick, stroke);
+    record.time_s = begun_s + tick.time_s;
+    ended_s = std::max(ended_s, record.time_s);
+    const Vec3 none = Vec3::Constant(kNothing);
+    record.given =
+        count < given.value().size() ? stroke.to_world(given.value()[count]) : Wrench{none, none};
+    count++;
+    used = use(record);
+  });
+  begun_s = ended_s;
+  return carved ? used : carved;
+}
+
+}  // namespace
+
 Status for_tick_records(const Document& document, StepId to, const TickRecords& records,
                         const std::function<Status(const TickRecord&)>& use) {
   const Result<std::vector<StepId>> path = document.path_to(to);
@@ -100,78 +197,14 @@ Status for_tick_records(const Document& document, StepId to, const TickRecords& 
   Result<std::unique_ptr<TriDexel>> model = document.load_at(path.value().front());
   if (!model) return Error{model.error()};
   Workbench bench(*model.value());
-  const double cell_mm3 = std::pow(document.lattice().pitch_mm, 3);
   double begun_s = 0;
   for (const StepId id : path.value()) {
     const Step& step = document.steps().at(id);
     if (step.stock) continue;
-    if (step.action) {
-      if (Status done = document.replay(id, bench, std::nullopt, {}); !done) return done;
-      continue;
-    }
-    const Result<StrokeSettings> settings = document.settings(id);
-    if (!settings) return Error{settings.error()};
-    const StrokeSettings& s = settings.value();
-    std::vector<size_t> column;
-    for (const Material& material : s.materials)
-      column.push_back(static_cast<size_t>(
-          std::find(records.materials.begin(), records.materials.end(), material.name) -
-          records.materials.begin()));
-    std::vector<Wrench> kept;
-    if (Status read = document.for_given(id,
-                                         [&](const std::vector<Wrench>& felt) -> Status {
-                                           kept.insert(kept.end(), felt.begin(), felt.end());
-                                           return Ok{};
-                                         });
-        !read)
-      return read;
-    Status used = Ok{};
-    size_t count = 0;
-    double ended_s = begun_s;
-    TickRecord record;
-    record.step = id;
-    const Body* const body = bench.bodies().find(s.body);
-    const Pose stands = body ? body->pose : Pose{};
-    Status carved = document.replay(id, bench, std::nullopt, [&](const ReplayedTick& tick) {
-      if (!used) return;
-      const StrokeTick& recorded = *tick.recorded;
-      record.time_s = begun_s + tick.time_s;
-      ended_s = std::max(ended_s, record.time_s);
-      record.hand = recorded.second ? 2 : 1;
-      const auto* const move = std::get_if<MoveTick>(&recorded.what);
-      record.mode = !(move && move->edits)        ? Mode::off
-                    : recorded.second && s.second ? s.second->mode
-                                                  : s.mode;
-      record.tool = record.hand_pose = tick.result.pose;
-      if (move) {
-        record.hand_pose.tip += move->stretch_mm;
-        record.hand_pose.frame = rotation(move->stretch_rad) * record.tool.frame;
-      }
-      // The document has it all in the body's own coordinates.
-      const auto turned = [&](const Wrench& wrench) {
-        return Wrench{stands.frame * wrench.force, stands.frame * wrench.moment};
-      };
-      record.tool = stands.to_world(record.tool);
-      record.hand_pose = stands.to_world(record.hand_pose);
-      record.computed = turned(tick.result.wrench);
-      const Vec3 none = Vec3::Constant(kNothing);
-      record.given = count < kept.size() ? turned(kept[count]) : Wrench{none, none};
-      count++;
-      record.removed_mm3 = record.mode == Mode::touch ? 0 : tick.result.removed_mm3;
-      record.points = tick.result.points;
-      record.removed_of.assign(records.materials.size(), 0);
-      if (tick.removed && record.mode != Mode::touch) {
-        const double sign = record.mode == Mode::deposit ? -1 : 1;
-        tick.removed->for_parts([&](int material, const RemovedPart& part) {
-          const size_t at = std::min(static_cast<size_t>(material), column.size() - 1);
-          record.removed_of[column[at]] += sign * cell_mm3 * part.mean_volume();
-        });
-      }
-      used = use(record);
-    });
-    if (!carved) return carved;
-    if (!used) return used;
-    begun_s = ended_s;
+    const Status done = step.action
+                            ? document.replay(id, bench, std::nullopt, {})
+                            : for_stroke_records(document, id, records, bench, begun_s, use);
+    if (!done) return done;
   }
   return Ok{};
 }

@@ -31,21 +31,15 @@ struct SpanPaint {
   Color in, out;
 };
 
-}  // namespace
+// The paint of one dab: several brushes at once, as symmetry places them.
+struct Dab {
+  const Brush& brush;
+  std::span<const Material> materials;
+  std::vector<Vec3> centres;  // [cells]
+  double radius;              // [cells]
 
-Result<int64_t> paint_dab(TriDexel& model, const Brush& brush, std::span<const Vec3> centres_mm,
-                          std::span<const Material> materials) {
-  KIBORI_CHECK(!materials.empty());
-  if (const Status fine = check_brush(brush, FieldVerb::smooth); !fine) return Error{fine.error()};
-  const Lattice& lattice = model.lattice();
-  const double radius = brush.radius_mm / lattice.pitch_mm;
-  std::vector<Vec3> centres;
-  for (const Vec3& centre : centres_mm) {
-    if (!centre.allFinite()) return Error{"a dab's place must be finite"};
-    centres.push_back(lattice.to_lattice(centre).units);
-  }
-  const Color wanted = packed(brush.color);
-  const auto painted = [&](const Vec3& at, Color old, uint8_t material) {
+  // The colour at a place [cells] of the surface that has colour `old` (0: the material's own).
+  Color painted(const Vec3& at, Color old, uint8_t material) const {
     double weight = 0;
     for (const Vec3& centre : centres)
       weight += falloff_weight(brush.falloff, (at - centre).norm() / radius);
@@ -53,16 +47,13 @@ Result<int64_t> paint_dab(TriDexel& model, const Brush& brush, std::span<const V
     if (!(share > 0)) return old;
     const Color before =
         old ? old : packed(materials[std::min<size_t>(material, materials.size() - 1)].color);
-    const Color after = blended(before, wanted, share);
+    const Color after = blended(before, packed(brush.color), share);
     return after == before ? old : after;
-  };
-  int64_t count = 0;
-  std::vector<Span> spans;
-  std::vector<SpanPaint> paints;
-  for (const Axis axis : kAxes) {
-    Field& field = model.field(axis);
-    const int u_axis = u_index(axis), v_axis = v_index(axis), d_axis = depth_index(axis);
-    // Rays that a brush reaches, each once however many brushes do.
+  }
+
+  // Rays that a brush reaches, v << 16 | u, each once however many brushes do.
+  std::vector<uint32_t> rays(const Lattice& lattice, Axis axis) const {
+    const int u_axis = u_index(axis), v_axis = v_index(axis);
     std::vector<uint32_t> rays;
     for (const Vec3& centre : centres) {
       const auto low = [&](int i) { return std::max(0.0, std::ceil(centre[i] - radius - 0.5)); };
@@ -75,43 +66,85 @@ Result<int64_t> paint_dab(TriDexel& model, const Brush& brush, std::span<const V
     }
     std::sort(rays.begin(), rays.end());
     rays.erase(std::unique(rays.begin(), rays.end()), rays.end());
-    for (const uint32_t ray : rays) {
-      const auto u = static_cast<int>(ray & 0xffff), v = static_cast<int>(ray >> 16);
-      spans.clear();
-      field.view().for_spans(u, v, [&](const Span& span) { spans.push_back(span); });
-      paints.clear();
-      int64_t changed = 0;
-      Vec3 at;
-      at[u_axis] = u + 0.5;
-      at[v_axis] = v + 0.5;
-      for (size_t i = 0; i < spans.size(); i++) {
-        const Span& span = spans[i];
-        SpanPaint paint{span.paint_in, span.paint_out};
-        // Where spans touch, two materials meet, and there is no surface.
-        if (i == 0 || spans[i - 1].out != span.in) {
-          at[d_axis] = span.in;
-          paint.in = painted(at, span.paint_in, span.material);
-        }
-        if (i + 1 == spans.size() || spans[i + 1].in != span.out) {
-          at[d_axis] = span.out;
-          paint.out = painted(at, span.paint_out, span.material);
-        }
-        changed += (paint.in != span.paint_in) + (paint.out != span.paint_out);
-        paints.push_back(paint);
+    return rays;
+  }
+};
+
+// Paints rays of one field.
+class RayPainter {
+ public:
+  RayPainter(const Dab& dab, Field& field, Axis axis) : dab_(dab), field_(field), axis_(axis) {}
+
+  // Returns the number of span ends whose colour changed.
+  int64_t paint(int u, int v) {
+    const int64_t changed = mix(u, v);
+    if (changed == 0) return 0;
+    Plane* plane = &field_.writable(u / kTileSide, v / kTileSide).first;
+    const int slot = (v % kTileSide) * kTileSide + u % kTileSide;
+    for (const SpanPaint& paint : paints_) {
+      if (paint.in | paint.out) {
+        PaintPlane& of = field_.paint_of(*plane);
+        of.in[slot] = paint.in;
+        of.out[slot] = paint.out;
       }
-      if (changed == 0) continue;
-      count += changed;
-      Plane* plane = &field.writable(u / kTileSide, v / kTileSide).first;
-      const int slot = (v % kTileSide) * kTileSide + u % kTileSide;
-      for (const SpanPaint& paint : paints) {
-        if (paint.in | paint.out) {
-          PaintPlane& of = field.paint_of(*plane);
-          of.in[slot] = paint.in;
-          of.out[slot] = paint.out;
-        }
-        plane = plane->next;
-      }
+      plane = plane->next;
     }
+    return changed;
+  }
+
+ private:
+  int64_t mix(int u, int v) {
+    spans_.clear();
+    field_.view().for_spans(u, v, [&](const Span& span) { spans_.push_back(span); });
+    paints_.clear();
+    int64_t changed = 0;
+    const int depth = depth_index(axis_);
+    Vec3 at;
+    at[u_index(axis_)] = u + 0.5;
+    at[v_index(axis_)] = v + 0.5;
+    for (size_t i = 0; i < spans_.size(); i++) {
+      const Span& span = spans_[i];
+      SpanPaint paint{span.paint_in, span.paint_out};
+      // Where spans touch, two materials meet, and there is no surface.
+      if (i == 0 || spans_[i - 1].out != span.in) {
+        at[depth] = span.in;
+        paint.in = dab_.painted(at, span.paint_in, span.material);
+      }
+      if (i + 1 == spans_.size() || spans_[i + 1].in != span.out) {
+        at[depth] = span.out;
+        paint.out = dab_.painted(at, span.paint_out, span.material);
+      }
+      changed += (paint.in != span.paint_in) + (paint.out != span.paint_out);
+      paints_.push_back(paint);
+    }
+    return changed;
+  }
+
+  const Dab& dab_;
+  Field& field_;
+  const Axis axis_;
+  // Of the ray.
+  std::vector<Span> spans_;
+  std::vector<SpanPaint> paints_;
+};
+
+}  // namespace
+
+Result<int64_t> paint_dab(TriDexel& model, const Brush& brush, std::span<const Vec3> centres_mm,
+                          std::span<const Material> materials) {
+  KIBORI_CHECK(!materials.empty());
+  if (const Status fine = check_brush(brush, FieldVerb::smooth); !fine) return Error{fine.error()};
+  const Lattice& lattice = model.lattice();
+  Dab dab{brush, materials, {}, brush.radius_mm / lattice.pitch_mm};
+  for (const Vec3& centre : centres_mm) {
+    if (!centre.allFinite()) return Error{"a dab's place must be finite"};
+    dab.centres.push_back(lattice.to_lattice(centre).units);
+  }
+  int64_t count = 0;
+  for (const Axis axis : kAxes) {
+    RayPainter painter(dab, model.field(axis), axis);
+    for (const uint32_t ray : dab.rays(lattice, axis))
+      count += painter.paint(static_cast<int>(ray & 0xffff), static_cast<int>(ray >> 16));
   }
   if (count > 0) model.touch();
   return count;

@@ -88,27 +88,18 @@ int ShapeSolid::node_behind(uint32_t triangle, Axis axis, int u, int v, double d
   return (side > 0) == ahead ? node : node + 1;
 }
 
-ShapeSolid::Table ShapeSolid::make_table(const Lattice& lattice, Axis axis) const {
-  Table table;
-  const int nodes_u = lattice.nodes[u_index(axis)], nodes_v = lattice.nodes[v_index(axis)];
-  const Box& box = bounds_.units;
-  const auto first_ray = [&](int index, int nodes) {
-    return static_cast<int>(
-        std::clamp(std::floor(box.min[index]), 0.0, static_cast<double>(nodes)));
-  };
-  const auto end_ray = [&](int index, int nodes) {
-    return static_cast<int>(std::clamp(std::ceil(box.max[index]), 0.0, static_cast<double>(nodes)));
-  };
+RayRect ShapeSolid::rays_met(const Lattice& lattice, Axis axis) const {
   const int ui = u_index(axis), vi = v_index(axis);
-  const RayRect rect{first_ray(ui, nodes_u), end_ray(ui, nodes_u), first_ray(vi, nodes_v),
-                     end_ray(vi, nodes_v)};
-  if (rect.u0 >= rect.u1 || rect.v0 >= rect.v1) return table;
-  table.tu0 = rect.u0 / kTileSide;
-  table.tv0 = rect.v0 / kTileSide;
-  table.tiles_u = (rect.u1 - 1) / kTileSide + 1 - table.tu0;
-  table.tiles_v = (rect.v1 - 1) / kTileSide + 1 - table.tv0;
-  const size_t tiles = static_cast<size_t>(table.tiles_u) * static_cast<size_t>(table.tiles_v);
+  const Box& box = bounds_.units;
+  const auto ray_at = [&](double place, int index) {
+    return static_cast<int>(std::clamp(place, 0.0, static_cast<double>(lattice.nodes[index])));
+  };
+  return {ray_at(std::floor(box.min[ui]), ui), ray_at(std::ceil(box.max[ui]), ui),
+          ray_at(std::floor(box.min[vi]), vi), ray_at(std::ceil(box.max[vi]), vi)};
+}
 
+std::vector<ShapeSolid::Crossing> ShapeSolid::find_crossings(Axis axis, const RayRect& rect,
+                                                             const Table& table) const {
   std::vector<SnappedPoint> points;
   points.reserve(points_.size());
   for (uint32_t i = 0; i < points_.size(); i++) points.push_back(snapped(i, axis));
@@ -130,8 +121,51 @@ ShapeSolid::Table ShapeSolid::make_table(const Lattice& lattice, Axis axis) cons
                                      {at, i & 0x7fffffffu, sign > 0 ? 1u : 0u}});
                   });
   }
+  return found;
+}
 
-  // By ray, then along it.
+void ShapeSolid::add_intervals(std::span<Crossing> crossings, std::vector<Interval>& intervals) {
+  std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
+    if (a.node != b.node) return a.node < b.node;
+    if (a.end.depth != b.end.depth) return a.end.depth < b.end.depth;
+    return a.end.triangle < b.end.triangle;
+  });
+  const size_t own = intervals.size();
+  int winding = 0, node_in = 0, node_out = 0;
+  End in{};
+  for (const Crossing& crossing : crossings) {
+    const int before = winding;
+    winding += crossing.end.entering ? 1 : -1;
+    if (before == 0) {
+      in = crossing.end;
+      node_in = crossing.node;
+    } else if (winding == 0) {
+      const bool empty = node_in == crossing.node;
+      const bool joins = intervals.size() > own && node_out == node_in &&
+                         in.depth - intervals.back().hi.depth < kSliver;
+      if (joins)
+        intervals.back().hi = crossing.end;
+      else if (empty ? crossing.end.depth - in.depth >= kSliver : in.depth < crossing.end.depth)
+        intervals.push_back({in, crossing.end});
+      else
+        continue;
+      node_out = crossing.node;
+    }
+  }
+}
+
+ShapeSolid::Table ShapeSolid::make_table(const Lattice& lattice, Axis axis) const {
+  Table table;
+  const RayRect rect = rays_met(lattice, axis);
+  if (rect.u0 >= rect.u1 || rect.v0 >= rect.v1) return table;
+  table.tu0 = rect.u0 / kTileSide;
+  table.tv0 = rect.v0 / kTileSide;
+  table.tiles_u = (rect.u1 - 1) / kTileSide + 1 - table.tu0;
+  table.tiles_v = (rect.v1 - 1) / kTileSide + 1 - table.tv0;
+  const size_t tiles = static_cast<size_t>(table.tiles_u) * static_cast<size_t>(table.tiles_v);
+  const std::vector<Crossing> found = find_crossings(axis, rect, table);
+
+  // By ray.
   std::vector<uint32_t> start(tiles * kTileRays + 1, 0);
   for (const Crossing& c : found) start[c.ray + 1]++;
   for (size_t i = 1; i < start.size(); i++) start[i] += start[i - 1];
@@ -143,38 +177,11 @@ ShapeSolid::Table ShapeSolid::make_table(const Lattice& lattice, Axis axis) cons
   table.layers.assign(tiles, 0);
   table.intervals.reserve(found.size() / 2);
   for (size_t ray = 0; ray + 1 < start.size(); ray++) {
-    const auto begin = crossings.begin() + start[ray], end = crossings.begin() + start[ray + 1];
-    std::sort(begin, end, [](const Crossing& a, const Crossing& b) {
-      if (a.node != b.node) return a.node < b.node;
-      if (a.end.depth != b.end.depth) return a.end.depth < b.end.depth;
-      return a.end.triangle < b.end.triangle;
-    });
     const size_t own = table.intervals.size();
-    int winding = 0, node_in = 0, node_out = 0;
-    End in{};
-    for (auto it = begin; it != end; ++it) {
-      const int before = winding;
-      winding += it->end.entering ? 1 : -1;
-      if (before == 0) {
-        in = it->end;
-        node_in = it->node;
-      } else if (winding == 0) {
-        const bool empty = node_in == it->node;
-        const bool joins = table.intervals.size() > own && node_out == node_in &&
-                           in.depth - table.intervals.back().hi.depth < kSliver;
-        if (joins)
-          table.intervals.back().hi = it->end;
-        else if (empty ? it->end.depth - in.depth >= kSliver : in.depth < it->end.depth)
-          table.intervals.push_back({in, it->end});
-        else
-          continue;
-        node_out = it->node;
-      }
-    }
-    const size_t count = table.intervals.size() - own;
+    add_intervals({crossings.data() + start[ray], start[ray + 1] - start[ray]}, table.intervals);
     table.first[ray + 1] = static_cast<uint32_t>(table.intervals.size());
     uint32_t& most = table.layers[ray / kTileRays];
-    most = std::max(most, static_cast<uint32_t>(count));
+    most = std::max(most, static_cast<uint32_t>(table.intervals.size() - own));
   }
   return table;
 }

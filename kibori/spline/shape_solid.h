@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <kibori/base/result.h>
@@ -52,6 +53,12 @@ class ShapeSolid final : public Solid {
   explicit ShapeSolid(const SplineMesh& shape) : shape_(&shape) {}
   SnappedPoint snapped(uint32_t vertex, Axis axis) const;
   Table make_table(const Lattice& lattice, Axis axis) const;
+  // The rays of a field that the bounds meet; none: u0 >= u1 or v0 >= v1.
+  RayRect rays_met(const Lattice& lattice, Axis axis) const;
+  // All crossings of these rays, in the order of the triangles.
+  std::vector<Crossing> find_crossings(Axis axis, const RayRect& rect, const Table& table) const;
+  // Appends the intervals of a ray, whose crossings these are; sorts them along it.
+  static void add_intervals(std::span<Crossing> crossings, std::vector<Interval>& intervals);
   int node_behind(uint32_t triangle, Axis axis, int u, int v, double depth) const;
   uint32_t code(const End& end, Axis axis, int u, int v, bool at_hi, bool flip) const;
   // Index into a table's tiles, or -1.

@@ -230,24 +230,21 @@ Result<FlatCurve> flatten_beside(const CubicSpline& spline, const Vec3& centre, 
   }
 }
 
-Result<SplineMesh> revolve(const SplineShape& shape, const CubicSpline& spline,
-                           double tolerance_mm) {
-  const double length = std::sqrt(shape.axis.squaredNorm());
-  if (!finite(shape.axis) || !(length > 0))
-    return Error{"the axis of a revolution must be finite and not zero"};
-  if (!finite(shape.axis_point_mm)) return Error{"the axis of a revolution must be finite"};
-  const Vec3 axis = shape.axis / length;
-  Result<FlatCurve> flat = flatten_beside(spline, shape.axis_point_mm, axis, tolerance_mm);
-  if (!flat) return Error{flat.error()};
-  FlatCurve curve = std::move(flat).value();
-  Result<std::vector<TurnedPoint>> made = turned_profile(curve, shape.axis_point_mm, axis);
-  if (!made) return Error{made.error()};
-  std::vector<TurnedPoint> profile = std::move(made).value();
+// A profile, and the parts of the full turn around its axis.
+struct Revolution {
+  Vec3 centre, axis;
+  std::vector<TurnedPoint> profile;  // counter-clockwise
+  // Unit vectors from the axis: at each part, and halfway to the next one.
+  std::vector<Vec3> outward, outward_between;
 
+  uint32_t parts() const { return static_cast<uint32_t>(outward.size()); }
+};
+
+// Turns the profile counter-clockwise. `extent`: of its curve. Errors: the profile.
+Status orient_profile(std::vector<TurnedPoint>& profile, double extent) {
   std::vector<Vec2> polygon;
   polygon.reserve(profile.size());
   for (const TurnedPoint& p : profile) polygon.push_back(p.at);
-  const double extent = extent_of(curve);
   const double area = signed_area(polygon);
   if (!(std::abs(area) > kNothing * extent * extent))
     return Error{"the profile encloses no area, or crosses itself"};
@@ -256,67 +253,97 @@ Result<SplineMesh> revolve(const SplineShape& shape, const CubicSpline& spline,
     std::reverse(profile.begin(), profile.end());
     for (TurnedPoint& p : profile) p.tangent = -p.tangent;
   }
+  return Ok{};
+}
 
-  const size_t n = profile.size();
-  const TurnedPoint& farthest = *std::max_element(
-      profile.begin(), profile.end(),
-      [](const TurnedPoint& a, const TurnedPoint& b) { return a.at.x() < b.at.x(); });
-  const double parts = parts_of_turn(farthest.at.x(), tolerance_mm);
-  const double vertices = parts * static_cast<double>(n);
-  if (2 * vertices > kMaxSplineTriangles) return too_many_triangles();
-  const auto m = static_cast<uint32_t>(parts);
-  const Vec3 e1 = farthest.outward, e2 = axis.cross(e1);
+// Divides the turn into `parts`, from the direction `first` on.
+void divide_turn(Revolution& turned, const Vec3& first, uint32_t parts) {
+  const Vec3 second = turned.axis.cross(first);
   // At part k, or so much of a part behind it.
   const auto outward_at = [&](uint32_t k, double behind) {
-    const SinCos turn = sin_cos(2 * std::numbers::pi * (k + behind) / m);
-    return Vec3(turn.cos * e1 + turn.sin * e2);
+    const SinCos turn = sin_cos(2 * std::numbers::pi * (k + behind) / parts);
+    return Vec3(turn.cos * first + turn.sin * second);
   };
-  std::vector<Vec3> outward, outward_between;
-  for (uint32_t k = 0; k < m; k++) {
-    outward.push_back(outward_at(k, 0));
-    outward_between.push_back(outward_at(k, 0.5));
+  for (uint32_t k = 0; k < parts; k++) {
+    turned.outward.push_back(outward_at(k, 0));
+    turned.outward_between.push_back(outward_at(k, 0.5));
   }
+}
+
+// Returns the first vertex of each corner of the profile; a corner on the axis has just that one.
+std::vector<uint32_t> add_vertices(const Revolution& turned, SplineMesh& out, Builder& builder) {
+  std::vector<uint32_t> first;
+  for (const TurnedPoint& p : turned.profile) {
+    first.push_back(static_cast<uint32_t>(out.mesh.vertices.size()));
+    const Vec3 foot = turned.centre + p.at.y() * turned.axis;
+    const bool on_axis = p.at.x() == 0;
+    for (uint32_t k = 0; k < (on_axis ? 1 : turned.parts()); k++) {
+      builder.vertex(foot + p.at.x() * turned.outward[k], p.sample);
+      Mat3 carry = turned.axis * turned.axis.transpose();
+      if (!on_axis) carry += turned.outward[k] * p.outward.transpose();
+      out.carry.push_back(carry);
+    }
+  }
+  return first;
+}
+
+// The triangles around side i of the profile; `first` as of add_vertices.
+void add_side(const Revolution& turned, size_t i, const std::vector<uint32_t>& first,
+              Builder& builder) {
+  const size_t j = (i + 1) % turned.profile.size();
+  const TurnedPoint &a = turned.profile[i], &b = turned.profile[j];
+  const bool a_apex = a.at.x() == 0, b_apex = b.at.x() == 0;
+  if (a_apex && b_apex) return;
+  const bool of_curve = !a.foot && !b.foot;
+  // Out of a side that goes (r, h) is (h, -r).
+  const auto normal = [&](const TurnedPoint& p, const Vec3& e) -> Vec3 {
+    const Vec2 t = of_curve && p.tangent.squaredNorm() > 0 ? p.tangent : Vec2(b.at - a.at);
+    return t.y() * e - t.x() * turned.axis;
+  };
+  for (uint32_t k = 0; k < turned.parts(); k++) {
+    const uint32_t l = (k + 1) % turned.parts();
+    const Vec3 &ek = turned.outward[k], &el = turned.outward[l],
+               &between = turned.outward_between[k];
+    const uint32_t ak = first[i] + (a_apex ? 0 : k), al = first[i] + (a_apex ? 0 : l);
+    const uint32_t bk = first[j] + (b_apex ? 0 : k), bl = first[j] + (b_apex ? 0 : l);
+    if (!b_apex)
+      builder.triangle({ak, bl, bk},
+                       {normal(a, a_apex ? between : ek), normal(b, el), normal(b, ek)});
+    if (!a_apex)
+      builder.triangle({ak, al, bl},
+                       {normal(a, ek), normal(a, el), normal(b, b_apex ? between : el)});
+  }
+}
+
+Result<SplineMesh> revolve(const SplineShape& shape, const CubicSpline& spline,
+                           double tolerance_mm) {
+  const double length = std::sqrt(shape.axis.squaredNorm());
+  if (!finite(shape.axis) || !(length > 0))
+    return Error{"the axis of a revolution must be finite and not zero"};
+  if (!finite(shape.axis_point_mm)) return Error{"the axis of a revolution must be finite"};
+  Revolution turned{shape.axis_point_mm, shape.axis / length, {}, {}, {}};
+  Result<FlatCurve> flat = flatten_beside(spline, turned.centre, turned.axis, tolerance_mm);
+  if (!flat) return Error{flat.error()};
+  FlatCurve curve = std::move(flat).value();
+  Result<std::vector<TurnedPoint>> made = turned_profile(curve, turned.centre, turned.axis);
+  if (!made) return Error{made.error()};
+  turned.profile = std::move(made).value();
+  if (const Status fine = orient_profile(turned.profile, extent_of(curve)); !fine)
+    return Error{fine.error()};
+
+  const TurnedPoint& farthest = *std::max_element(
+      turned.profile.begin(), turned.profile.end(),
+      [](const TurnedPoint& a, const TurnedPoint& b) { return a.at.x() < b.at.x(); });
+  const double parts = parts_of_turn(farthest.at.x(), tolerance_mm);
+  const double vertices = parts * static_cast<double>(turned.profile.size());
+  if (2 * vertices > kMaxSplineTriangles) return too_many_triangles();
+  divide_turn(turned, farthest.outward, static_cast<uint32_t>(parts));
 
   SplineMesh out;
   Builder builder(out, vertices, 2 * vertices);
   out.carry.reserve(static_cast<size_t>(vertices));
-  std::vector<uint32_t> first(n);  // vertex; on the axis there is one
-  for (size_t i = 0; i < n; i++) {
-    const TurnedPoint& p = profile[i];
-    first[i] = static_cast<uint32_t>(out.mesh.vertices.size());
-    const Vec3 foot = shape.axis_point_mm + p.at.y() * axis;
-    const bool on_axis = p.at.x() == 0;
-    for (uint32_t k = 0; k < (on_axis ? 1 : m); k++) {
-      builder.vertex(foot + p.at.x() * outward[k], p.sample);
-      Mat3 carry = axis * axis.transpose();
-      if (!on_axis) carry += outward[k] * p.outward.transpose();
-      out.carry.push_back(carry);
-    }
-  }
-  for (size_t i = 0; i < n; i++) {
-    const size_t j = (i + 1) % n;
-    const TurnedPoint &a = profile[i], &b = profile[j];
-    const bool a_apex = a.at.x() == 0, b_apex = b.at.x() == 0;
-    if (a_apex && b_apex) continue;
-    const bool of_curve = !a.foot && !b.foot;
-    // Out of a side that goes (r, h) is (h, -r).
-    const auto normal = [&](const TurnedPoint& p, const Vec3& e) -> Vec3 {
-      const Vec2 t = of_curve && p.tangent.squaredNorm() > 0 ? p.tangent : Vec2(b.at - a.at);
-      return t.y() * e - t.x() * axis;
-    };
-    for (uint32_t k = 0; k < m; k++) {
-      const uint32_t l = (k + 1) % m;
-      const Vec3 &ek = outward[k], &el = outward[l], &between = outward_between[k];
-      const uint32_t ak = first[i] + (a_apex ? 0 : k), al = first[i] + (a_apex ? 0 : l);
-      const uint32_t bk = first[j] + (b_apex ? 0 : k), bl = first[j] + (b_apex ? 0 : l);
-      if (!b_apex)
-        builder.triangle({ak, bl, bk},
-                         {normal(a, a_apex ? between : ek), normal(b, el), normal(b, ek)});
-      if (!a_apex)
-        builder.triangle({ak, al, bl},
-                         {normal(a, ek), normal(a, el), normal(b, b_apex ? between : el)});
-    }
-  }
+  const std::vector<uint32_t> first = add_vertices(turned, out, builder);
+  for (size_t i = 0; i < turned.profile.size(); i++) add_side(turned, i, first, builder);
   out.curve = std::move(curve);
   return out;
 }
@@ -352,8 +379,8 @@ std::vector<Vec3> section_axes(const FlatCurve& curve, const std::vector<Vec3>& 
   return across;
 }
 
-Result<SplineMesh> sweep(const SplineShape& shape, FlatCurve curve, double tolerance_mm) {
-  const double radius = shape.radius_mm;
+// The curve's unit tangents at its samples. Error: it has none somewhere, or stands still.
+Result<std::vector<Vec3>> unit_tangents(const FlatCurve& curve) {
   const size_t n = curve.samples();
   const double extent = extent_of(curve);
   std::vector<Vec3> tangent;
@@ -364,6 +391,57 @@ Result<SplineMesh> sweep(const SplineShape& shape, FlatCurve curve, double toler
       return Error{"the curve of a sweep stands still, as where its points lie in one place"};
     tangent.push_back(t / std::sqrt(t.squaredNorm()));
   }
+  return tangent;
+}
+
+// Whether sections of the tube cross: there, the sweep's inside would be turned out. Sections have
+// `sides` vertices each, from `first` on.
+bool sections_cross(const FlatCurve& curve, const std::vector<Vec3>& tangent,
+                    const std::vector<Vec3>& vertices, size_t first, size_t sides) {
+  const size_t n = curve.samples();
+  for (size_t i = 0; i + 1 < n || (curve.closed && i < n); i++) {
+    const size_t j = (i + 1) % n;
+    const Vec3 along = tangent[i] + tangent[j];
+    const size_t from = first + i * sides, to = first + j * sides;
+    for (size_t k = 0; k < sides; k++)
+      if (!((vertices[to + k] - vertices[from + k]).dot(along) > 0)) return true;
+  }
+  return false;
+}
+
+// Joins the rings of a sweep, of `sides` vertices each; of an open one also the two vertices at its
+// ends. `normals`: by vertex.
+void join_rings(const std::vector<Vec3>& normals, uint32_t sides, bool closed, Builder& builder) {
+  const auto count = static_cast<uint32_t>(normals.size());
+  const auto add_triangle = [&](uint32_t a, uint32_t b, uint32_t c) {
+    builder.triangle({a, b, c}, {normals[a], normals[b], normals[c]});
+  };
+  const auto join = [&](uint32_t a, uint32_t b) {  // two rings, by their first vertices
+    for (uint32_t k = 0; k < sides; k++) {
+      const uint32_t l = (k + 1) % sides;
+      add_triangle(a + k, a + l, b + l);
+      add_triangle(a + k, b + l, b + k);
+    }
+  };
+  if (closed) {
+    for (uint32_t ring = 0; ring < count; ring += sides) join(ring, (ring + sides) % count);
+    return;
+  }
+  const uint32_t last = count - 1;
+  for (uint32_t k = 0; k < sides; k++) {
+    const uint32_t l = (k + 1) % sides;
+    add_triangle(0, 1 + l, 1 + k);
+    add_triangle(last - sides + k, last - sides + l, last);
+  }
+  for (uint32_t ring = 1; ring + 2 * sides <= last; ring += sides) join(ring, ring + sides);
+}
+
+Result<SplineMesh> sweep(const SplineShape& shape, FlatCurve curve, double tolerance_mm) {
+  const double radius = shape.radius_mm;
+  const size_t n = curve.samples();
+  const Result<std::vector<Vec3>> unit = unit_tangents(curve);
+  if (!unit) return Error{unit.error()};
+  const std::vector<Vec3>& tangent = unit.value();
   const double parts = parts_of_turn(radius, tolerance_mm);
   const double caps = curve.closed ? 0 : std::ceil(parts / 4);  // rings of a half ball
   const double vertices = parts * (static_cast<double>(n) + 2 * caps);
@@ -396,44 +474,15 @@ Result<SplineMesh> sweep(const SplineShape& shape, FlatCurve curve, double toler
       add_ring(0, {-lean.sin, lean.cos});
     }
   }
-  const auto first_of_tube = static_cast<uint32_t>(out.mesh.vertices.size());
+  const size_t first_of_tube = normals.size();
   for (size_t i = 0; i < n; i++) add_ring(i, {0, 1});
   if (!curve.closed) {
     for (uint32_t ring = 1; ring < rings; ring++) add_ring(n - 1, lean_of(ring));
     add(n - 1, tangent[n - 1]);
   }
-
-  // Where sections cross, the sweep's inside would be turned out.
-  for (size_t i = 0; i + 1 < n || (curve.closed && i < n); i++) {
-    const size_t j = (i + 1) % n;
-    const Vec3 along = tangent[i] + tangent[j];
-    const size_t from = first_of_tube + i * m, to = first_of_tube + j * m;
-    for (size_t k = 0; k < m; k++)
-      if (!((out.mesh.vertices[to + k] - out.mesh.vertices[from + k]).dot(along) > 0))
-        return Error{"the sweep is thicker than its curve is bent; make its radius smaller"};
-  }
-
-  const auto add_triangle = [&](uint32_t a, uint32_t b, uint32_t c) {
-    builder.triangle({a, b, c}, {normals[a], normals[b], normals[c]});
-  };
-  const auto join = [&](uint32_t a, uint32_t b) {  // two rings, by their first vertices
-    for (uint32_t k = 0; k < m; k++) {
-      const uint32_t l = (k + 1) % m;
-      add_triangle(a + k, a + l, b + l);
-      add_triangle(a + k, b + l, b + k);
-    }
-  };
-  if (curve.closed) {
-    for (uint32_t i = 0; i < n; i++) join(i * m, (i + 1) % static_cast<uint32_t>(n) * m);
-  } else {
-    const auto last = static_cast<uint32_t>(out.mesh.vertices.size()) - 1;
-    for (uint32_t k = 0; k < m; k++) {
-      const uint32_t l = (k + 1) % m;
-      add_triangle(0, 1 + l, 1 + k);
-      add_triangle(last - m + k, last - m + l, last);
-    }
-    for (uint32_t ring = 1; ring + 2 * m <= last; ring += m) join(ring, ring + m);
-  }
+  if (sections_cross(curve, tangent, out.mesh.vertices, first_of_tube, m))
+    return Error{"the sweep is thicker than its curve is bent; make its radius smaller"};
+  join_rings(normals, m, curve.closed, builder);
   out.curve = std::move(curve);
   return out;
 }

@@ -27,9 +27,9 @@ std::vector<BodyId> act(Model& model, const BodyAction& action) {
   return model.with([&](Workpiece& piece) { return value_of(piece.act(action)).made; });
 }
 
-}  // namespace
+using Ids = std::vector<BodyId>;
 
-void bind_bodies(py::module_& module, ModelClass& model) {
+void bind_body_view(py::module_& module) {
   py::class_<BodyView>(module, "Body", "A body as it was when Model.bodies was read.")
       .def_readonly("id", &BodyView::id, "Its number, which stays.")
       .def_readonly("name", &BodyView::name)
@@ -43,7 +43,9 @@ void bind_bodies(py::module_& module, ModelClass& model) {
       .def("__repr__", [](const BodyView& body) {
         return "<kibori.Body " + std::to_string(body.id) + " '" + body.name + "'>";
       });
-  using Ids = std::vector<BodyId>;
+}
+
+void bind_list(ModelClass& model) {
   model
       .def_property_readonly(
           "bodies", [](Model& self) { return self.with(bodies_of); },
@@ -57,7 +59,11 @@ void bind_bodies(py::module_& module, ModelClass& model) {
           [](Model& self, BodyId id) {
             self.with([&](Workpiece& piece) { must(piece.activate(id)); });
           },
-          py::arg("id"), "Strokes work on that body from now on.")
+          py::arg("id"), "Strokes work on that body from now on.");
+}
+
+void bind_parting(ModelClass& model) {
+  model
       .def(
           "split",
           [](Model& self, const Three& point, const Three& normal, double kerf, const Ids& bodies) {
@@ -71,7 +77,11 @@ void bind_bodies(py::module_& module, ModelClass& model) {
           [](Model& self, BodyId id) {
             return act(self, {{id}, BodySeparate{}});
           },
-          py::arg("id"), "Each piece becomes a body; the largest stays. The new ones' numbers.")
+          py::arg("id"), "Each piece becomes a body; the largest stays. The new ones' numbers.");
+}
+
+void bind_combining(ModelClass& model) {
+  model
       .def(
           "join",
           [](Model& self, const Ids& ids) {
@@ -89,7 +99,11 @@ void bind_bodies(py::module_& module, ModelClass& model) {
           [](Model& self, const Ids& ids) {
             act(self, {ids, BodyIntersect{}});
           },
-          py::arg("ids"), "Of the first stays what lies in all others, which stay.")
+          py::arg("ids"), "Of the first stays what lies in all others, which stay.");
+}
+
+void bind_placing(ModelClass& model) {
+  model
       .def(
           "duplicate",
           [](Model& self, BodyId id) {
@@ -118,6 +132,16 @@ void bind_bodies(py::module_& module, ModelClass& model) {
           },
           py::arg("id"), py::arg("no_go") = true,
           "No stroke on another body cuts into what it holds.");
+}
+
+}  // namespace
+
+void bind_bodies(py::module_& module, ModelClass& model) {
+  bind_body_view(module);
+  bind_list(model);
+  bind_parting(model);
+  bind_combining(model);
+  bind_placing(model);
 }
 
 }  // namespace kibori::python

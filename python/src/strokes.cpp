@@ -238,6 +238,55 @@ class Stroke {
   bool open_ = false;
 };
 
+const char* const kAboutCarve =
+    "carve(tool, path, mode='cut', ...) -> Carved\n\n"
+    "Moves a tool along a path, exactly from each pose to the next, as one stroke.\n\n"
+    "path: array [N, 3] of tips, or [N, 7] of poses (x, y, z, and a quaternion x, y, z, w that "
+    "turns the upright tool), mm, in the world, as all that Carved has. N rows give N - 1 "
+    "sweeps.\n"
+    "mode: cut, deposit, touch, off, or one that reshapes (smooth, rasp, fill, inflate, flatten, "
+    "crease, paint, grab, nudge, twist, bend, pinch, scale, node, press, throw, turn).\n"
+    "material: name or Material that a deposit puts down.\n"
+    "force: energy (-u dV/|p|), paper (-Kf K) or series (the path is a hand's, and the tool "
+    "hangs "
+    "on its spring); dof: 5 or 6; rate: ticks a second; powered: '', 'motor' or 'press'.\n"
+    "mirror: planes, letters of 'xyz'; fold, axis: turns about an axis, each of the body's own; "
+    "centre: a point of both [mm], in the world, the lattice's middle unless given.\n"
+    "crumbs: what becomes of what is severed: stay, sort, fall, body.\n"
+    "spring: dict of stiffness [N/mm] (0.5), torsion [N mm/rad], friction, strength [N], of "
+    "series.\n"
+    "brush: of modes that reshape, dict of radius [mm], strength (0 to 1), falloff ('smooth', "
+    "'linear', 'constant'), sigma [mm], keep_volume, spacing [radii], wall [mm], flatten_to, "
+    "point, normal, color.\n\n"
+    "Errors (kibori.Error, ValueError) leave the model as it was. Other Python threads run "
+    "meanwhile.";
+
+// Defines a method of Model whose keywords are those of a stroke: f(model, choice of stroke, what
+// `convert` makes of the argument `path_name`).
+template <class Convert, class F>
+void def_stroke(ModelClass& model, const char* name, const char* path_name, Convert convert, F f,
+                const char* about) {
+  model.def(
+      name,
+      [=](const Shared& self, const Tool& tool, const Doubles& path, const std::string& mode,
+          const std::optional<MaterialOrName>& material, const std::string& force, int dof,
+          double rate, const std::string& powered, const std::string& mirror, int fold,
+          const std::string& axis, const std::optional<Three>& centre, const std::string& crumbs,
+          const py::dict& brush, const std::string& label, const py::dict& spring) {
+        const auto converted = convert(path);
+        const StrokeChoice choice =
+            choice_of(tool, mode, material, force, dof, rate, powered, mirror, fold, axis, centre,
+                      crumbs, brush, label, spring);
+        return f(self, choice, converted);
+      },
+      py::arg("tool"), py::arg(path_name), py::arg("mode") = "cut",
+      py::arg("material") = py::none(), py::kw_only(), py::arg("force") = "energy",
+      py::arg("dof") = 5, py::arg("rate") = 1000.0, py::arg("powered") = "", py::arg("mirror") = "",
+      py::arg("fold") = 1, py::arg("axis") = "z", py::arg("centre") = py::none(),
+      py::arg("crumbs") = "stay", py::arg("brush") = py::dict(), py::arg("label") = "",
+      py::arg("spring") = py::dict(), about);
+}
+
 }  // namespace
 
 void bind_strokes(py::module_& module, ModelClass& model) {
@@ -273,64 +322,17 @@ void bind_strokes(py::module_& module, ModelClass& model) {
              else
                self.cancel();
            });
-  const char* const about =
-      "carve(tool, path, mode='cut', ...) -> Carved\n\n"
-      "Moves a tool along a path, exactly from each pose to the next, as one stroke.\n\n"
-      "path: array [N, 3] of tips, or [N, 7] of poses (x, y, z, and a quaternion x, y, z, w that "
-      "turns the upright tool), mm, in the world, as all that Carved has. N rows give N - 1 "
-      "sweeps.\n"
-      "mode: cut, deposit, touch, off, or one that reshapes (smooth, rasp, fill, inflate, flatten, "
-      "crease, paint, grab, nudge, twist, bend, pinch, scale, node, press, throw, turn).\n"
-      "material: name or Material that a deposit puts down.\n"
-      "force: energy (-u dV/|p|), paper (-Kf K) or series (the path is a hand's, and the tool "
-      "hangs "
-      "on its spring); dof: 5 or 6; rate: ticks a second; powered: '', 'motor' or 'press'.\n"
-      "mirror: planes, letters of 'xyz'; fold, axis: turns about an axis, each of the body's own; "
-      "centre: a point of both [mm], in the world, the lattice's middle unless given.\n"
-      "crumbs: what becomes of what is severed: stay, sort, fall, body.\n"
-      "spring: dict of stiffness [N/mm] (0.5), torsion [N mm/rad], friction, strength [N], of "
-      "series.\n"
-      "brush: of modes that reshape, dict of radius [mm], strength (0 to 1), falloff ('smooth', "
-      "'linear', 'constant'), sigma [mm], keep_volume, spacing [radii], wall [mm], flatten_to, "
-      "point, normal, color.\n\n"
-      "Errors (kibori.Error, ValueError) leave the model as it was. Other Python threads run "
-      "meanwhile.";
-  model.def(
-      "carve",
-      [](const Shared& self, const Tool& tool, const Doubles& path, const std::string& mode,
-         const std::optional<MaterialOrName>& material, const std::string& force, int dof,
-         double rate, const std::string& powered, const std::string& mirror, int fold,
-         const std::string& axis, const std::optional<Three>& centre, const std::string& crumbs,
-         const py::dict& brush, const std::string& label, const py::dict& spring) {
-        const std::vector<Pose> poses = poses_of(path);
-        const StrokeChoice choice =
-            choice_of(tool, mode, material, force, dof, rate, powered, mirror, fold, axis, centre,
-                      crumbs, brush, label, spring);
-        return carve(*self, choice, poses);
+  def_stroke(
+      model, "carve", "path", poses_of,
+      [](const Shared& self, const StrokeChoice& choice, const std::vector<Pose>& path) {
+        return carve(*self, choice, path);
       },
-      py::arg("tool"), py::arg("path"), py::arg("mode") = "cut", py::arg("material") = py::none(),
-      py::kw_only(), py::arg("force") = "energy", py::arg("dof") = 5, py::arg("rate") = 1000.0,
-      py::arg("powered") = "", py::arg("mirror") = "", py::arg("fold") = 1, py::arg("axis") = "z",
-      py::arg("centre") = py::none(), py::arg("crumbs") = "stay", py::arg("brush") = py::dict(),
-      py::arg("label") = "", py::arg("spring") = py::dict(), about);
-  model.def(
-      "stroke",
-      [](const Shared& self, const Tool& tool, const Doubles& start, const std::string& mode,
-         const std::optional<MaterialOrName>& material, const std::string& force, int dof,
-         double rate, const std::string& powered, const std::string& mirror, int fold,
-         const std::string& axis, const std::optional<Three>& centre, const std::string& crumbs,
-         const py::dict& brush, const std::string& label, const py::dict& spring) {
-        const Pose pose = pose_of(start);
-        const StrokeChoice choice =
-            choice_of(tool, mode, material, force, dof, rate, powered, mirror, fold, axis, centre,
-                      crumbs, brush, label, spring);
-        return std::make_unique<Stroke>(self, choice, pose);
+      kAboutCarve);
+  def_stroke(
+      model, "stroke", "start", pose_of,
+      [](const Shared& self, const StrokeChoice& choice, const Pose& start) {
+        return std::make_unique<Stroke>(self, choice, start);
       },
-      py::arg("tool"), py::arg("start"), py::arg("mode") = "cut", py::arg("material") = py::none(),
-      py::kw_only(), py::arg("force") = "energy", py::arg("dof") = 5, py::arg("rate") = 1000.0,
-      py::arg("powered") = "", py::arg("mirror") = "", py::arg("fold") = 1, py::arg("axis") = "z",
-      py::arg("centre") = py::none(), py::arg("crumbs") = "stay", py::arg("brush") = py::dict(),
-      py::arg("label") = "", py::arg("spring") = py::dict(),
       "stroke(tool, start, ...) -> Stroke\n\nThe same, led pose by pose: with m.stroke(tool, "
       "start) "
       "as s: tick = s.move(pose).");
