@@ -88,9 +88,7 @@ struct Server::State {
   std::unique_ptr<Session> session;  // null: nothing is open
   // The session, where a hand carves in it; else null.
   LiveSession* live() const { return session ? session->live() : nullptr; }
-  const HapticDeviceState* haptic_device() const {
-    return live() ? live()->held() : nullptr;
-  }
+  const HapticDeviceState* haptic_device() const { return live() ? live()->held() : nullptr; }
   const Library library;
   const SessionOptions how;  // documents are opened
   const Limits limits;

@@ -110,7 +110,8 @@ Result<Header> parse_header(std::string_view text, const std::string& name) {
       const auto [rest, error] =
           std::from_chars(words[2].data(), words[2].data() + words[2].size(), rows);
       if (error != std::errc() || rest != words[2].data() + words[2].size())
-        return wrong("there can't be " + in_quotes(words[2]) + " of element " + in_quotes(words[1]));
+        return wrong("there can't be " + in_quotes(words[2]) + " of element " +
+                     in_quotes(words[1]));
       header.elements.push_back({std::string(words[1]), rows, {}});
     } else if (words[0] == "property" && !header.elements.empty() &&
                (words.size() == 3 || (words.size() == 5 && words[1] == "list"))) {
