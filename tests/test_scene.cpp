@@ -185,7 +185,7 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"label = \"B\"",
             "mode = \"smooth\"\n[[no_go]]\ntool = { shape = \"ball\", radius = 3 "
             "}\nplace = [9, 6, 2]",
-            ":13:|smooth|[[no_go]]"},
+            ":13:|smooth|no-go"},
         Bad{"to = [25, 6, 6]", "to = [25, 6, 6]\nalong = [[1, 2, 3]]", ":15:|leave out to"},
         Bad{"[tool]", "[layer]\n[tool]", ":4:|[[layer]]"},
         Bad{"[tool]", "[[layer]]\nplace = [1, 2, 3]\n[tool]", ":4:|tool must be a table"},

@@ -13,7 +13,7 @@
 #include <kibori/report/tick_records.h>
 #include <kibori/document/body_codec.h>
 #include <kibori/document/rescue.h>
-#include <kibori/formats/endings.h>
+#include <kibori/formats/mesh_format.h>
 
 #include "apps/cli/common.h"
 #include "apps/cli/outputs.h"

@@ -26,7 +26,7 @@
 #include <kibori/report/export.h>
 #include <kibori/report/force_report.h>
 #include <kibori/report/mesh_report.h>
-#include <kibori/formats/endings.h>
+#include <kibori/formats/mesh_format.h>
 #include <kibori/formats/mesh_file.h>
 #include <kibori/formats/png_file.h>
 #include <kibori/formats/surface_file.h>

@@ -11,7 +11,7 @@
 #include <kibori/scene/stamp.h>
 #include <kibori/document/body_codec.h>
 #include <kibori/document/codec.h>
-#include <kibori/formats/endings.h>
+#include <kibori/formats/mesh_format.h>
 #include <kibori/haptics/materials.h>
 #include <kibori/measure/mass.h>
 

@@ -12,7 +12,7 @@
 
 #include <kibori/base/file.h>
 #include <kibori/base/result.h>
-#include <kibori/formats/endings.h>
+#include <kibori/formats/mesh_format.h>
 
 namespace kibori::studio {
 

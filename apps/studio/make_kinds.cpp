@@ -18,7 +18,7 @@
 
 #include <kibori/base/tolerances.h>
 #include <kibori/report/force_report.h>
-#include <kibori/formats/endings.h>
+#include <kibori/formats/mesh_format.h>
 #include <kibori/motion/tool_tick.h>
 #include <kibori/solid/tool.h>
 #include "apps/studio/imports.h"

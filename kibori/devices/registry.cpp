@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include <kibori/devices/registry.h>
 
+#include <string_view>
+#include <utility>
+
 #include <kibori/devices/dds_device.h>
 #include <kibori/devices/dds_link.h>
 #include <kibori/devices/force_dimension.h>
@@ -19,54 +22,92 @@ Result<std::unique_ptr<Device>> as_device(Result<std::unique_ptr<T>> opened) {
   return std::unique_ptr<Device>(std::move(opened).value());
 }
 
+using Opened = Result<std::unique_ptr<Device>>;
+
+// The address after "haply:", as HOST:PORT; empty: the service on this machine.
+Opened open_haply(const std::string& address) {
+  if (address.empty()) return as_device(HaplyDevice::open());
+  const size_t colon = address.rfind(':');
+  if (colon == std::string::npos || colon == 0 || colon + 1 == address.size())
+    return Error{"'haply:" + address + "' must be like haply:HOST:PORT"};
+  return as_device(HaplyDevice::open(address.substr(0, colon), address.substr(colon + 1)));
+}
+
+Opened open_vrpn(const std::string& text) {
+  const Result<VrpnAddress> address = parse_vrpn_address(text);
+  if (!address) return Error{address.error()};
+  return as_device(VrpnDevice::open(address.value()));
+}
+
+Opened open_dds(const std::string& domain) {
+  const Result<uint32_t> read = parse_dds_domain(domain.empty() ? "dds" : "dds:" + domain);
+  if (!read) return Error{read.error()};
+  return as_device(DdsDevice::open(read.value()));
+}
+
+Opened open_replay(const std::string& path) {
+  Result<std::vector<RecordedReading>> readings = read_recording(path);
+  if (!readings) return Error{readings.error()};
+  DeviceCapabilities capabilities;
+  capabilities.name = path + " (replayed)";
+  capabilities.dof_in = 6;
+  capabilities.dof_out = 0;
+  return std::unique_ptr<Device>(
+      std::make_unique<ReplayDevice>(std::move(readings).value(), capabilities));
+}
+
+// A kind of device. `argument`: what may follow its name, as help shows it; one that does not begin
+// with '[' must follow. `open` gets what follows the colon.
+struct DeviceKind {
+  std::string_view name, argument;
+  Opened (*open)(const std::string& argument);
+  const char* not_looked_for = nullptr;  // why find_devices() does not open it; null: it does
+
+  std::string usage() const { return std::string(name).append(argument); }
+};
+
+// All kinds but the virtual one, which needs a script: the one list of them.
+const DeviceKind kKinds[] = {
+    {"forcedim", "", [](const std::string&) { return as_device(ForceDimensionDevice::open()); }},
+    {"haply", "[:HOST:PORT]", open_haply},
+    {"openhaptics", "", [](const std::string&) { return as_device(OpenHapticsDevice::open()); }},
+    {"gamepad", "", [](const std::string&) { return as_device(GamepadDevice::open()); }},
+    {"vrpn", ":NAME@HOST[:PORT]", open_vrpn, "is not looked for: say which server"},
+    {"dds", "[:DOMAIN]", open_dds,
+     "is not looked for: a ROS 2 program that sends /kibori/device/pose"},
+    {"replay", ":FILE.csv", open_replay, "is a recording: say which"},
+};
+
 }  // namespace
 
 Result<std::unique_ptr<Device>> open_device(const std::string& name) {
-  if (name == "forcedim") return as_device(ForceDimensionDevice::open());
-  if (name == "gamepad") return as_device(GamepadDevice::open());
-  if (name == "openhaptics") return as_device(OpenHapticsDevice::open());
-  if (name == "haply") return as_device(HaplyDevice::open());
-  if (name.rfind("haply:", 0) == 0) {
-    const size_t colon = name.rfind(':');
-    if (colon == 5 || colon + 1 == name.size())
-      return Error{"'" + name + "' must be like haply:HOST:PORT"};
-    return as_device(HaplyDevice::open(name.substr(6, colon - 6), name.substr(colon + 1)));
+  const size_t colon = name.find(':');
+  const std::string_view kind_name = std::string_view(name).substr(0, colon);
+  std::string known = "virtual";
+  for (const DeviceKind& kind : kKinds) {
+    known.append(", ").append(kind.usage());
+    if (kind.name != kind_name) continue;
+    const bool given = colon != std::string::npos;
+    // "haply:" names no place, and "forcedim:2" a place that there is not.
+    const bool fits = given ? !kind.argument.empty() && colon + 1 < name.size()
+                            : kind.argument.empty() || kind.argument.front() == '[';
+    if (!fits) return Error{"'" + name + "' must be like " + kind.usage()};
+    return kind.open(given ? name.substr(colon + 1) : std::string());
   }
-  if (name.rfind("vrpn:", 0) == 0) {
-    const Result<VrpnAddress> address = parse_vrpn_address(name.substr(5));
-    if (!address) return Error{address.error()};
-    return as_device(VrpnDevice::open(address.value()));
-  }
-  if (name == "dds" || name.starts_with("dds:")) {
-    const Result<uint32_t> domain = parse_dds_domain(name);
-    if (!domain) return Error{domain.error()};
-    return as_device(DdsDevice::open(domain.value()));
-  }
-  if (name.rfind("replay:", 0) == 0) {
-    Result<std::vector<RecordedReading>> readings = read_recording(name.substr(7));
-    if (!readings) return Error{readings.error()};
-    DeviceCapabilities capabilities;
-    capabilities.name = name.substr(7) + " (replayed)";
-    capabilities.dof_in = 6;
-    capabilities.dof_out = 0;
-    return std::unique_ptr<Device>(
-        std::make_unique<ReplayDevice>(std::move(readings).value(), capabilities));
-  }
-  return Error{"no kind of device is called '" + name +
-               "'; there are virtual, forcedim, haply[:HOST:PORT], openhaptics, gamepad, "
-               "vrpn:NAME@HOST[:PORT], dds[:DOMAIN] and replay:FILE.csv"};
+  return Error{"no kind of device is called '" + name + "'; there are " + known};
 }
 
 std::vector<DeviceFound> find_devices() {
   std::vector<DeviceFound> found{{"virtual", true, "a simulated hand"}};
-  for (const char* name : {"forcedim", "haply", "openhaptics", "gamepad"}) {
-    const Result<std::unique_ptr<Device>> device = open_device(name);
-    found.push_back(
-        {name, device.ok(), device ? device.value()->capabilities().name : device.error()});
+  for (const DeviceKind& kind : kKinds) {
+    if (kind.not_looked_for) {
+      found.push_back({kind.usage(), false, kind.not_looked_for});
+      continue;
+    }
+    const Opened device = kind.open({});
+    found.push_back({std::string(kind.name), device.ok(),
+                     device ? device.value()->capabilities().name : device.error()});
   }
-  found.push_back({"vrpn:NAME@HOST[:PORT]", false, "is not looked for: say which server"});
-  found.push_back(
-      {"dds[:DOMAIN]", false, "is not looked for: a ROS 2 program that sends /kibori/device/pose"});
   return found;
 }
 

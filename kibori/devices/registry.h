@@ -9,6 +9,8 @@
 //   vrpn:NAME@HOST[:PORT]      anything behind a VRPN server
 //   dds[:DOMAIN]               a program that sends poses as ROS 2 does
 //   replay:FILE.csv            a recording: the hand's way again
+//
+// A new kind is a class of its own (haptics/device.h) and one row of the list in registry.cpp.
 #pragma once
 
 #include <memory>

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include <kibori/base/file.h>
-#include <kibori/formats/endings.h>
+#include <kibori/formats/mesh_format.h>
 #include <kibori/base/tolerances.h>
 #include <kibori/formats/import_helper.h>
 

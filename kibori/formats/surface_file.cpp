@@ -11,7 +11,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include <kibori/formats/endings.h>
+#include <kibori/base/check.h>
+#include <kibori/formats/mesh_format.h>
 #include <kibori/formats/surface_writer.h>
 
 namespace kibori {
@@ -445,6 +446,7 @@ Status write_objects(const std::filesystem::path& path, std::span<const SurfaceO
   if (ending == ".obj") writer = std::make_unique<ObjWriter>(file, spool, material_colors);
   if (ending == ".glb") writer = std::make_unique<GlbWriter>(file, spool, material_colors, objects);
   if (ending == ".3mf") writer = threemf_writer(file, spool, more, material_colors);
+  KIBORI_CHECK(writer);  // each row of kMeshFormats that is written has one
   if (const Status done = write_pieces(*writer, objects); !done)
     return Error{path.string() + ": " + done.error()};
   return file.commit();

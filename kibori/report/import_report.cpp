@@ -15,6 +15,7 @@
 #include <kibori/dexel/tile.h>
 #include <kibori/edit/edit.h>
 #include <kibori/formats/mesh_file.h>
+#include <kibori/formats/mesh_format.h>
 #include <kibori/formats/nrrd.h>
 #include <kibori/geometry/cluster.h>
 #include <kibori/geometry/label_volume.h>
@@ -151,10 +152,9 @@ class Bytes32 {
 }  // namespace
 
 SizeGuess guess_size(const std::string& ending, double longest_mm) {
-  const bool metres = ending == ".glb";
-  const std::string said = metres             ? "GLB files are in metres"
-                           : ending == ".3mf" ? "The file says its unit"
-                                              : "Files like this one are mostly in mm";
+  const MeshFormat* const format = mesh_format_of(ending);
+  const bool metres = format && format->unit_mm == 1000;
+  const std::string said = format ? format->unit_note : kMeshFormats[0].unit_note;
   if (longest_mm >= kMinMeantMm && longest_mm <= kMaxMeantMm)
     return {metres ? "m" : "mm", longest_mm, said + "."};
   return {"fit", kUsualLongestMm,
@@ -163,9 +163,12 @@ SizeGuess guess_size(const std::string& ending, double longest_mm) {
 }
 
 UpGuess guess_up(const std::string& ending, const TriangleMesh& mesh) {
-  if (ending == ".glb") return {{}, "GLB files have y up, and it was turned so."};
+  using Up = MeshFormat::Up;
+  const MeshFormat* const format = mesh_format_of(ending);
+  const Up usual = format ? format->up : Up::mostly_z;
+  if (usual == Up::turned) return {{}, "GLB files have y up, and it was turned so."};
   const Box box = mesh.bounds();
-  const bool custom_y = ending == ".obj";
+  const bool custom_y = usual == Up::mostly_y;
   const int custom = custom_y ? 1 : 2, other = 3 - custom;
   const auto up = [](int axis) {
     return standing(axis == 1 ? SignedAxis::plus_y : SignedAxis::plus_z);
@@ -174,8 +177,7 @@ UpGuess guess_up(const std::string& ending, const TriangleMesh& mesh) {
   const double here = support(mesh, box, custom), there = support(mesh, box, other);
   if (there > kFlat && there > 3 * here)
     return {up(other), "It has a flat base when " + name[other] + " is up."};
-  const bool custom_is_weak = ending == ".ply" || ending == ".off";
-  if (custom_is_weak && here < kFlat &&
+  if (usual == Up::perhaps_z && here < kFlat &&
       middle_height(mesh, box, other) + 0.08 < middle_height(mesh, box, custom))
     return {up(other), "Its weight lies lower when " + name[other] + " is up."};
   return {up(custom),
@@ -293,7 +295,8 @@ Result<ImportReport> report_import(const std::filesystem::path& path) {
   const double longest = report.size_mm.maxCoeff();
   if (!(longest > 0)) return Error{path.string() + ": has no extent"};
   report.area_mm2 = area_of(mesh);
-  report.unit_mm = ending == ".glb" ? 1000 : 1;
+  const MeshFormat* const format = mesh_format_of(ending);
+  report.unit_mm = format ? format->unit_mm : 1;
   report.size = guess_size(ending, longest);
   report.up = guess_up(ending, mesh);
   report.repairs = repairs_of(mesh);
