@@ -166,18 +166,40 @@ export const until = (page, what, holds, seconds = 120) =>
  * It is for nothing else: a test that waits for the page or the studio waits for what it expects.
  */
 export const pace = (page, ms) => page.waitForTimeout(ms);
+/** What the page promises, if it comes within two minutes: a page that hangs fails its test. */
+async function within(what, promise, seconds = 120) {
+  let timer;
+  const late = new Promise((_, fail) => {
+    timer = setTimeout(() => fail(new Error(`not in ${seconds} s: ${what}`)), 1000 * seconds);
+  });
+  try {
+    return await Promise.race([promise, late]);
+  } finally {
+    clearTimeout(timer);
+  }
+}
 /** That many frames of the browser; after two, what the page was asked for before is drawn. */
 export const frames = (page, count = 2) =>
-  page.evaluate(async (n) => {
-    for (let i = 0; i < n; i++) await new Promise((done) => requestAnimationFrame(done));
-  }, count);
+  within(
+    `${count} frames`,
+    page.evaluate(async (n) => {
+      for (let i = 0; i < n; i++) await new Promise((done) => requestAnimationFrame(done));
+    }, count),
+  );
 /** That many reports of the studio's state, of which there are up to 20 a second. */
 export const reports = (page, count) =>
-  page.evaluate(async (n) => {
-    for (let i = 0; i < n; i++) await window.kibori.nextState();
-  }, count);
+  within(
+    `${count} reports`,
+    page.evaluate(async (n) => {
+      for (let i = 0; i < n; i++) await window.kibori.nextState();
+    }, count),
+  );
 /** The studio has handled all that the page has sent, and the page shows the state after it. */
-export const answered = (page) => page.evaluate(() => window.kibori.answered());
+export const answered = (page) =>
+  within(
+    "the studio answers",
+    page.evaluate(() => window.kibori.answered()),
+  );
 /** All chunks are there. */
 export const whole = (page) =>
   eventually("all of it is there", () => page.evaluate(() => window.kibori.whole()));

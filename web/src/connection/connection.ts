@@ -45,8 +45,12 @@ export class Connection {
    * state after that. A document is open.
    */
   async answered(): Promise<void> {
+    const heard = this.next("Mass");
     this.send(write.AskMass());
-    await this.next("Mass");
+    // A line that breaks takes the question with it.
+    const again = window.setInterval(() => this.send(write.AskMass()), 2000);
+    await heard;
+    window.clearInterval(again);
     await this.next("State");
   }
   /** Resolves with the next message of a kind. */
