@@ -240,12 +240,12 @@ class Acting {
     return Ok{};
   }
   Status act(const BodySet& verb) {
-    const auto& [name, visible, locked, no_go] = verb.properties;
+    const BodyProperties& to = verb.properties;
     return each([&](Body& body) {
-      body.name = name.value_or(body.name);
-      body.visible = visible.value_or(body.visible);
-      body.locked = locked.value_or(body.locked);
-      body.no_go = no_go.value_or(body.no_go);
+      body.name = to.name.value_or(body.name);
+      body.visible = to.visible.value_or(body.visible);
+      body.locked = to.locked.value_or(body.locked);
+      body.no_go = to.no_go.value_or(body.no_go);
       return Status(Ok{});
     });
   }
