@@ -128,10 +128,13 @@ class Acting {
   }
 
   // What a verb asks beyond that.
-  template <class Verb>
-  Status check(const Verb&) const {
-    return Ok{};
-  }
+  Status check(const BodyJoin&) const { return Ok{}; }
+  Status check(const BodySubtract&) const { return Ok{}; }
+  Status check(const BodyIntersect&) const { return Ok{}; }
+  Status check(const BodySeparate&) const { return Ok{}; }
+  Status check(const BodyDuplicate&) const { return Ok{}; }
+  Status check(const BodyBake&) const { return Ok{}; }
+  Status check(const BodyRemove&) const { return Ok{}; }
   Status check(const BodyCut& verb) const { return check_cutter(verb.cutter); }
   Status check(const BodyMirror& verb) const { return check_cutter({verb.plane}); }
   Status check(const BodyMove& verb) const { return check_pose(verb.pose); }
