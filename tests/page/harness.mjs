@@ -244,6 +244,7 @@ export async function hover(page, x, y) {
  */
 export async function drag(page, places, { steps = 6, hold = 100, key = null } = {}) {
   await hover(page, places[0].x, places[0].y);
+  await pace(page, 200); // a hand rests before it presses; the tool that was chosen is there by then
   if (key) await page.keyboard.down(key);
   await page.mouse.down();
   for (const [i, { x, y }] of places.entries())

@@ -26,6 +26,7 @@ import {
   Studio,
   until,
   verified,
+  pace,
 } from "./harness.mjs";
 
 const SIZE = { width: 1280, height: 800 };
@@ -287,6 +288,8 @@ async function printing() {
   await choose(page, "End mill");
   await page.locator("#size").fill("4");
   await page.locator("#depth").fill("6");
+  await answered(page);
+  await pace(page, 200);
   const before = await state(page);
   const on = (x) => page.evaluate((at) => window.kibori.onScreen(at), [x, 4.7, 30]);
   await stroke(page, [await on(10), await on(70)]);
