@@ -592,6 +592,20 @@ class History(Folder):
         with self.assertRaisesRegex(kb.Error, "no body"):
             m.activate(77)
 
+    def test_every_mode_is_kept_as_it_was_carved(self):
+        # A block that is no multiple of its pitch; a path into it, and along it.
+        path = [[7, 8, 13], [9, 8.5, 9.9], [14, 9, 9.7]]
+        for force in ("paper", "energy", "series"):
+            with self.subTest(force=force):
+                model = kb.Model.block(size=(20.3, 16.1, 10.2), pitch=0.9, material="wax")
+                for mode in kb.MODES:
+                    model.carve(kb.Ball(radius=2.6), path, mode=mode, force=force)
+                kept = self.folder / f"{force}.kibori"
+                model.save(kept)
+                self.verified(kept)
+                replayed = json.loads(run("replay", kept, "--json").stdout)
+                self.assertEqual(int(replayed["state_hash"], 16), model.hash)
+
     def test_by_chance(self):
         seed = int(os.environ.get("KIBORI_SEED", random.randrange(2**31)))
         print(f"seed {seed}", flush=True)
