@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <thread>
+#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -15,6 +16,7 @@
 #include <kibori/run/carving.h>
 #include <kibori/run/documents.h>
 #include <kibori/devices/recording.h>
+#include <kibori/document/rescue.h>
 #include <kibori/devices/virtual_device.h>
 #include <kibori/live/document_writer.h>
 #include <kibori/surface/surface.h>
@@ -182,7 +184,7 @@ Status check_scene(const Scene& scene) {
   if (!scene.cutters.empty()) unknown = "[[cutter]]";
   if (scene.moves.front().second) unknown = "a second hand";
   if (!unknown) return Ok{};
-  return Error{scene.file + ": a servo run has no " + unknown +
+  return Error{scene.file + ": a servo run does not support " + unknown +
                "; take it out of the scene, or run the scene by 'kibori carve'"};
 }
 
@@ -320,7 +322,11 @@ Result<ServoReport> run_servo(const Scene& scene, std::unique_ptr<Device> given,
   report.rate_hz = options.rate_hz;
 
   auto made = LiveCarving::make(std::move(stock).value(), std::move(device).value(), settings);
-  if (!made) return Error{made.error()};
+  if (!made) {
+    // Nothing is left of a run that did not begin.
+    if (std::exchange(document, nullptr)) remove_document(options.document);
+    return Error{made.error()};
+  }
   LiveCarving& live = *made.value();
   ServoWatch watch(live, options);
   std::optional<DocumentWriter> writer;
