@@ -483,17 +483,17 @@ async function picturesAndFilms() {
   await drawn(page);
   // Where drawing is slow the view has fewer pixels than the window, down to 0.75 of each side; its
   // shape is the window's.
-  const drawn = await page.evaluate(() => [
+  const size = await page.evaluate(() => [
     document.getElementById("view").width,
     document.getElementById("view").height,
   ]);
   const full = await page.evaluate(() => window.devicePixelRatio);
-  const ratio = drawn[0] / SIZE.width;
+  const ratio = size[0] / SIZE.width;
   check(
-    `afterwards the window is as it was: ${drawn}`,
+    `afterwards the window is as it was: ${size}`,
     ratio > Math.min(0.74, full - 0.01) &&
       ratio <= full &&
-      Math.abs(drawn[1] - ratio * SIZE.height) <= 1,
+      Math.abs(size[1] - ratio * SIZE.height) <= 1,
   );
   await finish(visit);
 }
