@@ -89,18 +89,33 @@ export const launch = (more = []) =>
       "--use-gl=angle",
       "--use-angle=swiftshader",
       "--enable-unsafe-swiftshader",
+      // Each frame of a window costs SwiftShader 45 ms of a processor, if it also composites.
+      "--disable-gpu-compositing",
       ...more,
     ],
   });
 export const browser = await launch();
 
 export const complaints = [];
-export async function open(size, more = {}, from = browser) {
-  // Where no one looks at pictures, a quarter of the pixels is drawn.
+/** Pages that draw all the time. Without a graphics card a frame costs 80 ms of a processor. */
+const drawing = new WeakSet();
+const quiet = (page) => !pictures && !drawing.has(page);
+/**
+ * A new window. It draws the piece only where a test waits for what it does, not during a gesture;
+ * with `draws` it draws all the time. The rest of `more` is for the browser.
+ */
+export async function open(size, { draws = false, ...more } = {}, from = browser) {
+  // Where no one looks at pictures, a quarter of the pixels is drawn. The view turns at once.
   const deviceScaleFactor = pictures ? 1 : 0.5;
-  const context = await from.newContext({ viewport: size, deviceScaleFactor, ...more });
+  const context = await from.newContext({
+    viewport: size,
+    deviceScaleFactor,
+    reducedMotion: "reduce",
+    ...more,
+  });
   context.setDefaultTimeout(120000); // two tests on two cores, without a graphics card
   const page = await context.newPage();
+  if (draws) drawing.add(page);
   page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
   page.on("pageerror", (error) => complaints.push(error.message));
   return page;
@@ -109,6 +124,7 @@ export async function open(size, more = {}, from = browser) {
 export async function enter(page, url, from = url) {
   await page.goto(from);
   await page.waitForURL(`${new URL(url).origin}/`);
+  if (quiet(page)) await page.evaluate(() => window.kibori?.still(true));
 }
 /** The bytes of what the studio answers to the page's key. */
 export async function fetched(page, path) {
@@ -203,13 +219,36 @@ export const answered = (page) =>
 /** All chunks are there. */
 export const whole = (page) =>
   eventually("all of it is there", () => page.evaluate(() => window.kibori.whole()));
-/** All chunks are there, and drawn as well as can be. */
+/**
+ * The page has the surface that the studio has now. The studio sends chunks before it reports the
+ * state; those that change while others are under way come with its next answer.
+ */
+export async function current(page) {
+  await answered(page);
+  await answered(page);
+  await visible(page);
+}
+/**
+ * All chunks are there, and drawn as well as can be, on a page that draws all the time. This takes
+ * a second or more in software: only a test that compares pictures waits for it.
+ */
 export const drawn = (page) =>
   eventually(
     "all is drawn",
     () => page.evaluate(() => window.kibori.whole() && window.kibori.settled()),
     300, // in software, beside other work
   );
+/** All chunks are there and drawn; as well as can be, where someone looks at pictures. */
+export async function visible(page) {
+  await whole(page);
+  if (pictures) return drawn(page);
+  if (quiet(page))
+    await page.evaluate(() => {
+      window.kibori.still(true); // it may have been loaded again
+      window.kibori.draw();
+    });
+  await frames(page);
+}
 /** What the state says of `of` stays the same over `count` reports of the studio in a row. */
 export async function steady(page, of = JSON.stringify, count = 4) {
   await answered(page);
@@ -221,17 +260,18 @@ export async function steady(page, of = JSON.stringify, count = 4) {
 }
 /**
  * Nothing goes on any more: all that was asked for is answered, several reports of the studio in a
- * row say the same, and all is drawn. Returns the state.
+ * row say the same, and all chunks are there. Returns the state.
  */
 export async function atRest(page) {
   await steady(page);
-  await drawn(page);
+  await visible(page);
   return state(page);
 }
-/** The state after `step`, once the newer step has a hash and all of it is drawn. */
+/** The state after `step`, once the newer step has a hash and the page has its surface. */
 export async function after(page, step) {
   await until(page, "a step", (s) => Number(s.step) > Number(step) && !/^0*$/.test(s.hash));
-  return atRest(page);
+  await current(page);
+  return state(page);
 }
 /** Moves the pointer there without a button, until the page has drawn what it is over. */
 export async function hover(page, x, y) {
@@ -256,11 +296,11 @@ export async function drag(page, places, { steps = 6, hold = 100, key = null } =
   await page.mouse.up();
   if (key) await page.keyboard.up(key);
 }
-/** Looks along a key's direction, until the view is there. */
+/** Looks along a key's direction. */
 export async function lookBy(page, key) {
   await page.locator("#view").focus();
   await page.keyboard.press(key);
-  await drawn(page);
+  await visible(page);
 }
 /** Presses a key until the state holds; between two presses the studio can follow. */
 export const pressUntil = (page, key, what, holds) =>
@@ -273,7 +313,7 @@ export const pressUntil = (page, key, what, holds) =>
   });
 export const show = async (page, name) =>
   pictures && page.screenshot({ path: join(pictures, `${name}.png`) });
-/** All of the piece: before, the view is not where the pointer thinks. */
+/** All of the piece, in its place: the view follows the panels, which grow as they are filled. */
 export async function shown(page) {
   const now = await until(
     page,
@@ -281,7 +321,15 @@ export async function shown(page) {
     (s) =>
       s.shown === "solid" && Number(s.chunks) > 0 && Number(s.volume) > 0 && Number(s.step) > 0,
   );
-  await drawn(page);
+  await visible(page);
+  const middle = () => page.evaluate(() => window.kibori.onScreen(window.kibori.middle()));
+  await eventually("the piece stays in its place", async () => {
+    const before = await middle();
+    await reports(page, 3);
+    await frames(page);
+    const { x, y } = await middle();
+    return x === before.x && y === before.y;
+  });
   return now;
 }
 export const started = (page) =>

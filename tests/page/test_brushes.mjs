@@ -146,7 +146,7 @@ async function clayAndImages() {
 /** A lump of clay on the wheel: pressed in all around, it keeps its volume. */
 async function onTheWheel() {
   const studio = await Studio.start();
-  const page = await open(SIZE);
+  const page = await open(SIZE, { draws: true, reducedMotion: "no-preference" });
   await enter(page, studio.url);
   const middle = await begun(page, "clay", "1");
   const first = await state(page);

@@ -10,7 +10,6 @@ import {
   atRest,
   check,
   drag,
-  drawn,
   enter,
   eventually,
   hover,
@@ -393,7 +392,6 @@ async function stamps() {
   await eventually("a stamp is made", async () => (await made()) > 0);
   await told(() => page.locator("#size").fill("5"));
   await hover(page, middle.x, middle.y - 40);
-  await drawn(page);
   await show(page, "stamp-held");
   // Letters, once, by a click: they have 121 mm2.
   const taken = await pressed([[0, -70]]);

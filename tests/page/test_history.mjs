@@ -213,7 +213,7 @@ async function oneCamera() {
       [...new Uint8Array(await (await window.kibori.thumbnail()).arrayBuffer())].join(),
     );
   const studio = await Studio.start(join(folder, "camera.kibori"));
-  const page = await open({ width: 900, height: 560 });
+  const page = await open({ width: 900, height: 560 }, { draws: true });
   await enter(page, studio.url);
   const first = await shown(page);
   const eye = await page.evaluate(() => window.kibori.eye());

@@ -94,7 +94,11 @@ async function ready(page) {
 
 async function begin(wood, shape = 0) {
   const studio = await Studio.start();
-  const page = await open(SIZE, { acceptDownloads: true });
+  const page = await open(SIZE, {
+    acceptDownloads: true,
+    draws: true,
+    reducedMotion: "no-preference",
+  });
   await enter(page, studio.url);
   await started(page);
   await page.locator(`input[name=stock][value="${shape}"]`).check();

@@ -20,6 +20,7 @@ import {
   Studio,
   until,
   verified,
+  visible,
 } from "./harness.mjs";
 
 const SIZE = { width: 1280, height: 800 };
@@ -35,7 +36,7 @@ const says = (page) => page.locator("#spline-says").textContent();
 async function rests(page) {
   await answered(page); // a preview that is out of date is asked for once more
   await steady(page);
-  await frames(page);
+  await visible(page);
   return state(page);
 }
 const volume = async (page) => Number((await rests(page)).volume);

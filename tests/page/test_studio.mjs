@@ -65,7 +65,7 @@ async function glass(page) {
 
 async function firstCutAndBack() {
   const studio = await Studio.start();
-  const page = await open({ width: 800, height: 500 });
+  const page = await open({ width: 800, height: 500 }, { draws: true });
   // As the program opens a browser: by way of a file that leads here.
   const way = join(folder, "open.html");
   writeFileSync(way, `<!doctype html><meta http-equiv="refresh" content="0;url=${studio.url}">`);

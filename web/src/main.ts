@@ -152,7 +152,12 @@ const history = new History(
   },
 );
 const pictures = new StepPictures(view, history, send, {
-  rests: () => view.solid.whole && !hand.working && !bodies.inColours && !printing.inColours,
+  rests: () =>
+    view.solid.whole &&
+    !view.painter.still &&
+    !hand.working &&
+    !bodies.inColours &&
+    !printing.inColours,
   may: () => hand.holds,
 });
 

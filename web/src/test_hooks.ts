@@ -45,7 +45,10 @@ export function offerHooks(view: View, plot: ForcePlot, hand: Hand, line: Connec
       at: (x: number, y: number) => view.hit(x, y)?.point.toArray() ?? null,
       tools: everyTool,
       slowFrames,
+      // While it is still, the page draws neither the piece nor the plot, and no pictures of steps.
       still: (still: boolean) => (view.painter.still = plot.still = still),
+      // Draws the piece once, roughly, also on a page that is still.
+      draw: () => view.painter.render(false),
     },
   });
 }
