@@ -97,9 +97,12 @@ export const launch = (more = []) =>
 export const browser = await launch();
 
 export const complaints = [];
-/** Pages that draw all the time. Without a graphics card a frame costs 80 ms of a processor. */
+/**
+ * Contexts whose pages draw all the time. Without a graphics card a frame costs 80 ms of a
+ * processor.
+ */
 const drawing = new WeakSet();
-const quiet = (page) => !pictures && !drawing.has(page);
+const quiet = (page) => !pictures && !drawing.has(page.context());
 /**
  * A new window. It draws the piece only where a test waits for what it does, not during a gesture;
  * with `draws` it draws all the time. The rest of `more` is for the browser.
@@ -114,8 +117,19 @@ export async function open(size, { draws = false, ...more } = {}, from = browser
     ...more,
   });
   context.setDefaultTimeout(120000); // two tests on two cores, without a graphics card
+  if (draws) drawing.add(context);
+  else if (!pictures)
+    await context.addInitScript(() => {
+      let hooks;
+      Object.defineProperty(window, "kibori", {
+        get: () => hooks,
+        set: (offered) => {
+          hooks = offered;
+          hooks.still(true);
+        },
+      });
+    });
   const page = await context.newPage();
-  if (draws) drawing.add(page);
   page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
   page.on("pageerror", (error) => complaints.push(error.message));
   return page;
@@ -124,7 +138,6 @@ export async function open(size, { draws = false, ...more } = {}, from = browser
 export async function enter(page, url, from = url) {
   await page.goto(from);
   await page.waitForURL(`${new URL(url).origin}/`);
-  if (quiet(page)) await page.evaluate(() => window.kibori?.still(true));
 }
 /** The bytes of what the studio answers to the page's key. */
 export async function fetched(page, path) {
@@ -242,11 +255,7 @@ export const drawn = (page) =>
 export async function visible(page) {
   await whole(page);
   if (pictures) return drawn(page);
-  if (quiet(page))
-    await page.evaluate(() => {
-      window.kibori.still(true); // it may have been loaded again
-      window.kibori.draw();
-    });
+  if (quiet(page)) await page.evaluate(() => window.kibori.draw());
   await frames(page);
 }
 /** What the state says of `of` stays the same over `count` reports of the studio in a row. */

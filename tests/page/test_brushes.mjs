@@ -146,7 +146,7 @@ async function clayAndImages() {
 /** A lump of clay on the wheel: pressed in all around, it keeps its volume. */
 async function onTheWheel() {
   const studio = await Studio.start();
-  const page = await open(SIZE, { draws: true, reducedMotion: "no-preference" });
+  const page = await open(SIZE, { reducedMotion: "no-preference" });
   await enter(page, studio.url);
   const middle = await begun(page, "clay", "1");
   const first = await state(page);
@@ -175,6 +175,7 @@ async function onTheWheel() {
   check("the wheel has a second finger", await slider.isVisible());
   await slider.fill("4");
   check("told in mm", (await page.locator("#walls").innerText()).includes("mm"));
+  await page.evaluate(() => window.kibori.still(false)); // what turns is drawn
   await hover(page, middle.x, middle.y + 60);
   await page.mouse.down();
   await page.mouse.move(middle.x, middle.y + 80, { steps: 8 });

@@ -83,6 +83,7 @@ async function firstCutAndBack() {
   const watcher = await page.context().newPage();
   await watcher.goto(new URL(studio.url).origin);
   await until(watcher, "the same block", (s) => s.hash === first.hash);
+  await watcher.evaluate(() => window.kibori.still(true));
   check("one hand holds the tool", await watcher.locator("#take").isVisible());
 
   const watched = Number((await state(watcher)).chunks);
