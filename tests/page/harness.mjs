@@ -33,6 +33,9 @@ export const check = (what, holds) => {
   passed++;
 };
 
+/** So long a wait may last beside other work, before its test fails [s]. */
+const PATIENCE = 240;
+
 const studios = [];
 export class Studio {
   said = "";
@@ -84,6 +87,7 @@ export const launch = (more = []) =>
   chromium.launch({
     executablePath: chromiumPath,
     headless: true,
+    timeout: 1000 * PATIENCE,
     args: [
       "--no-sandbox",
       "--use-gl=angle",
@@ -116,7 +120,7 @@ export async function open(size, { draws = false, ...more } = {}, from = browser
     reducedMotion: "reduce",
     ...more,
   });
-  context.setDefaultTimeout(120000); // two tests on two cores, without a graphics card
+  context.setDefaultTimeout(1000 * PATIENCE);
   if (draws) drawing.add(context);
   else if (!pictures)
     await context.addInitScript(() => {
@@ -169,18 +173,18 @@ export const verified = () =>
   /all is as it was written/.test(execFileSync(kibori, ["verify", newest()], { encoding: "utf8" }));
 export const state = (page) => page.evaluate(() => ({ ...document.body.dataset }));
 /** Asks until the answer holds, and returns it. `what`: a sentence, or a function that returns one. */
-export async function eventually(what, ask, seconds = 120) {
-  const end = Date.now() + 1000 * seconds;
+export async function eventually(what, ask) {
+  const end = Date.now() + 1000 * PATIENCE;
   for (;;) {
     const answer = await ask();
     if (answer) return answer;
     if (Date.now() > end)
-      throw new Error(`not in ${seconds} s: ${typeof what === "function" ? await what() : what}`);
+      throw new Error(`not in ${PATIENCE} s: ${typeof what === "function" ? await what() : what}`);
     await new Promise((done) => setTimeout(done, 50));
   }
 }
 /** The page's state, once it holds. */
-export const until = (page, what, holds, seconds = 120) =>
+export const until = (page, what, holds) =>
   eventually(
     async () =>
       `${what}; ${JSON.stringify(await state(page))}; ${await page.locator("#notice").textContent()}`,
@@ -188,18 +192,17 @@ export const until = (page, what, holds, seconds = 120) =>
       const now = await state(page);
       return holds(now) && now;
     },
-    seconds,
   );
 /**
  * Real time that belongs to a gesture: between two places of a stroke, or while a hand holds still.
  * It is for nothing else: a test that waits for the page or the studio waits for what it expects.
  */
 export const pace = (page, ms) => page.waitForTimeout(ms);
-/** What the page promises, if it comes within two minutes: a page that hangs fails its test. */
-async function within(what, promise, seconds = 120) {
+/** What the page promises, if it comes in time: a page that hangs fails its test. */
+async function within(what, promise) {
   let timer;
   const late = new Promise((_, fail) => {
-    timer = setTimeout(() => fail(new Error(`not in ${seconds} s: ${what}`)), 1000 * seconds);
+    timer = setTimeout(() => fail(new Error(`not in ${PATIENCE} s: ${what}`)), 1000 * PATIENCE);
   });
   try {
     return await Promise.race([promise, late]);
@@ -246,10 +249,8 @@ export async function current(page) {
  * a second or more in software: only a test that compares pictures waits for it.
  */
 export const drawn = (page) =>
-  eventually(
-    "all is drawn",
-    () => page.evaluate(() => window.kibori.whole() && window.kibori.settled()),
-    300, // in software, beside other work
+  eventually("all is drawn", () =>
+    page.evaluate(() => window.kibori.whole() && window.kibori.settled()),
   );
 /** All chunks are there and drawn; as well as can be, where someone looks at pictures. */
 export async function visible(page) {

@@ -108,9 +108,9 @@ async function everyBrush() {
   check("Esc leaves the stroke off", (await atRest(page)).hash === before.hash);
   // Back and forth.
   await page.keyboard.press("Control+z");
-  await until(page, "undone", (s) => s.hash !== before.hash && !/^0*$/.test(s.hash), 30);
+  await until(page, "undone", (s) => s.hash !== before.hash && !/^0*$/.test(s.hash));
   await page.keyboard.press("Control+y");
-  await until(page, "redone", (s) => s.hash === before.hash, 30);
+  await until(page, "redone", (s) => s.hash === before.hash);
   await page.keyboard.press("Control+o");
   await started(page);
   check("the command line carves the same", verified());
@@ -133,7 +133,6 @@ async function clayAndImages() {
     page,
     `clay keeps its volume of ${first.volume} mm³`,
     (s) => Math.abs(Number(s.volume) - Number(first.volume)) < 0.5,
-    30,
   );
   await show(page, "clay");
   await page.locator("#view").focus();

@@ -123,7 +123,7 @@ async function guidedStrokes() {
   };
   const undone = async () => {
     await page.keyboard.press("Control+z");
-    await until(page, "undone", (s) => s.hash === first.hash, 60);
+    await until(page, "undone", (s) => s.hash === first.hash);
     await atRest(page);
   };
 
@@ -302,7 +302,7 @@ async function printing() {
   await lookBy(page, "1");
   await show(page, "print-check");
   // By the pointer, as a person comes to it.
-  await page.locator("#thin-wall").click({ timeout: 5000 });
+  await page.locator("#thin-wall").click();
   await page.locator("#thin-wall").fill("0.3");
   await page.locator("#thin-wall").press("Enter");
   await eventually("thinner walls are none", async () => (await told("thin")) === "none");

@@ -83,7 +83,7 @@ async function flick(page, from, to, ms, { pressure = 0, modifiers = 0 } = {}) {
 /** Once the stroke is a step, and the volume is counted. */
 async function stepAfter(page, step) {
   // A step that is being made has no hash yet.
-  await until(page, "a step", (s) => Number(s.step) > Number(step) && !/^0*$/.test(s.hash), 30);
+  await until(page, "a step", (s) => Number(s.step) > Number(step) && !/^0*$/.test(s.hash));
   await steady(page);
   return state(page);
 }
@@ -92,7 +92,7 @@ async function undone(page, hash) {
   await page.keyboard.press("Control+z");
   // What is shown follows: depth counts from there.
   const back = (s) => s.hash === hash && Number(s.chunks) > Number(chunks);
-  await until(page, "undone", back, 30);
+  await until(page, "undone", back);
   await whole(page);
 }
 
@@ -144,7 +144,6 @@ async function quickStrokes() {
             end = await at(page, to.x, to.y);
             return Math.abs(end[2] - (b[2] - 2)) < 0.3;
           },
-          10,
         );
         await undone(page, first.hash);
         slow = !slow;
@@ -269,7 +268,7 @@ async function depthAndBeginnings() {
   for (let i = 0; i < 20; i++) await page.mouse.move(mid.x + 4 * i, mid.y);
   await page.keyboard.press("Escape");
   await page.mouse.up();
-  await until(page, "as before", (s) => Number(s.volume) === volume, 20);
+  await until(page, "as before", (s) => Number(s.volume) === volume);
   const removedSaid = () => page.locator("#n-removed").textContent();
   await eventually(
     "nothing is removed after Esc",
@@ -324,15 +323,10 @@ async function mallet() {
   const before = await state(page);
   await page.mouse.move(mid.x, mid.y);
   await page.mouse.down();
-  await page.locator("#notice").filter({ hasText: "mallet" }).waitFor({ timeout: 20000 });
+  await page.locator("#notice").filter({ hasText: "mallet" }).waitFor();
   check("it says what helps", /200 N/.test(await page.locator("#notice").textContent()));
   await page.keyboard.press(" ");
-  await until(
-    page,
-    "the blow drives it in",
-    (s) => Number(s.volume) < Number(before.volume) - 60,
-    10,
-  );
+  await until(page, "the blow drives it in", (s) => Number(s.volume) < Number(before.volume) - 60);
   await page.mouse.up();
   check("the studio ends well", (await studio.end()) === 0);
 }

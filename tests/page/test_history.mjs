@@ -254,9 +254,7 @@ async function oneCamera() {
   await eventually("the plot shows what is felt", async () => (await plotted()) > resting);
   await until(page, "a step", (s) => Number(s.step) > 1);
   // At rest it is drawn, shown and kept.
-  await page
-    .locator("#history [aria-current] .shown:not(.earlier) img")
-    .waitFor({ timeout: 60000 });
+  await page.locator("#history [aria-current] .shown:not(.earlier) img").waitFor();
   const now = (await state(page)).step;
   const kept = await eventually("the picture is kept", async () =>
     [...(await fetched(page, `/thumbnail?step=${now}`))].join(),

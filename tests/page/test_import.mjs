@@ -356,7 +356,7 @@ async function byKeyboard() {
   await page.locator("#file").focus();
   // On a busy machine Chromium sometimes opens its own dialog, which nobody sees, before it hands
   // it to the test.
-  const asked = page.waitForEvent("filechooser", { timeout: 120000 });
+  const asked = page.waitForEvent("filechooser");
   const again = setInterval(() => void page.keyboard.press("Enter"), 5000);
   await page.keyboard.press("Enter");
   const chooser = await asked.finally(() => clearInterval(again));

@@ -53,14 +53,13 @@ const seen = (page) =>
     );
     return { ...box.dataset, ...numbers, visible: !box.hidden };
   });
-const untilSeen = (page, what, holds, seconds = 30) =>
+const untilSeen = (page, what, holds) =>
   eventually(
     async () => `${what}; ${JSON.stringify(await seen(page))}`,
     async () => {
       const now = await seen(page);
       return holds(now) && now;
     },
-    seconds,
   );
 
 async function byHand() {
@@ -226,7 +225,6 @@ async function anExperiment() {
     page,
     "points that vanish, of dexels",
     (s) => Number(s.vanished) > 300 && Number(s.points) > 0 && Number(s.dexels) > 100,
-    60,
   );
   // What is read is of one tick: eq. (4), F = Kf K; and K h³ is about what the dexels lost.
   for (let i = 0; i < 12; i++) {
@@ -242,7 +240,7 @@ async function anExperiment() {
     await page.locator("#force .fold").click();
     await page.mouse.move(1230, 700); // no ring
     const tip = async () => (await page.locator("#n-tip").textContent()).split(" ").map(Number);
-    await eventually("the groove is long", async () => (await tip())[0] > 29.5, 90);
+    await eventually("the groove is long", async () => (await tip())[0] > 29.5);
     await show(page, "method");
   }
   await studio.end();

@@ -580,7 +580,7 @@ async function mirrorsDevicesAndExperiments() {
     /^Off/.test(await page.locator("#device-state").textContent()),
   );
   await page.locator("#arm").click();
-  await until(page, "the hand carves", (s) => Number(s.step) > 1, 90);
+  await until(page, "the hand carves", (s) => Number(s.step) > 1);
   await page.locator("#device-state", { hasText: /^On/ }).waitFor(); // armed it pushes
   await show(page, "device");
   await page.locator("#arm").click();
@@ -600,7 +600,7 @@ async function mirrorsDevicesAndExperiments() {
       await until(page, "the run is shown", (s) => s.shown === "solid");
       await page.locator("#work progress").waitFor();
     }
-    await page.locator("#comparing").waitFor({ timeout: 60000 });
+    await page.locator("#comparing").waitFor();
     if (model === "paper") break;
     await page.locator("#comparing .close").click();
     await page.locator("#leave").click();
@@ -753,7 +753,7 @@ async function fullDisk() {
     await page
       .locator("#notice")
       .filter({ hasText: /full|can't be written|could not/ })
-      .waitFor({ timeout: 60000 });
+      .waitFor();
     const now = await until(
       page,
       "carved all the same",
